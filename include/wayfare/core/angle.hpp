@@ -1,0 +1,71 @@
+#pragma once
+
+// Angles are their own type at the border of the API: radians inside, degrees only by name.
+
+#include <cmath>
+#include <compare>
+#include <numbers>
+
+namespace wayfare {
+
+/// The representative of `radians` in (-pi, pi].
+template <class T>
+[[nodiscard]] T wrap_to_pi(const T& radians) {
+  using std::floor;
+  constexpr double kTwoPi = 2.0 * std::numbers::pi;
+  if (radians > T(-std::numbers::pi) && radians <= T(std::numbers::pi)) return radians;
+  const T wrapped = radians - T(kTwoPi) * floor((radians + T(std::numbers::pi)) / T(kTwoPi));
+  return wrapped == T(-std::numbers::pi) ? T(std::numbers::pi) : wrapped;
+}
+
+template <class T>
+class BasicAngle {
+ public:
+  constexpr BasicAngle() = default;
+
+  [[nodiscard]] static constexpr BasicAngle radians(const T& value) { return BasicAngle(value); }
+  [[nodiscard]] static constexpr BasicAngle degrees(const T& value) {
+    return BasicAngle(value * T(std::numbers::pi / 180.0));
+  }
+
+  [[nodiscard]] constexpr const T& radians() const { return radians_; }
+  [[nodiscard]] constexpr T degrees() const { return radians_ * T(180.0 / std::numbers::pi); }
+
+  /// The same direction with a value in (-pi, pi].
+  [[nodiscard]] BasicAngle wrapped() const { return BasicAngle(wrap_to_pi(radians_)); }
+
+  constexpr BasicAngle operator-() const { return BasicAngle(-radians_); }
+  constexpr BasicAngle operator+(const BasicAngle& o) const {
+    return BasicAngle(radians_ + o.radians_);
+  }
+  constexpr BasicAngle operator-(const BasicAngle& o) const {
+    return BasicAngle(radians_ - o.radians_);
+  }
+  constexpr BasicAngle operator*(const T& k) const { return BasicAngle(radians_ * k); }
+  constexpr BasicAngle operator/(const T& k) const { return BasicAngle(radians_ / k); }
+  constexpr T operator/(const BasicAngle& o) const { return radians_ / o.radians_; }
+  friend constexpr BasicAngle operator*(const T& k, const BasicAngle& a) { return a * k; }
+  constexpr BasicAngle& operator+=(const BasicAngle& o) { return *this = *this + o; }
+  constexpr BasicAngle& operator-=(const BasicAngle& o) { return *this = *this - o; }
+  constexpr auto operator<=>(const BasicAngle&) const = default;
+
+ private:
+  constexpr explicit BasicAngle(const T& value) : radians_(value) {}
+
+  T radians_{};
+};
+
+using Angle = BasicAngle<double>;
+
+inline namespace literals {
+constexpr Angle operator""_rad(long double v) { return Angle::radians(static_cast<double>(v)); }
+constexpr Angle operator""_rad(unsigned long long v) {
+  return Angle::radians(static_cast<double>(v));
+}
+constexpr Angle operator""_deg(long double v) { return Angle::degrees(static_cast<double>(v)); }
+constexpr Angle operator""_deg(unsigned long long v) {
+  return Angle::degrees(static_cast<double>(v));
+}
+}  // namespace literals
+
+}  // namespace wayfare

@@ -1,0 +1,57 @@
+#pragma once
+
+// Programmer's errors: a broken precondition goes to a handler, never into a result.
+//
+// The default handler writes the violation to standard error and aborts. A test, or a program that
+// must land a vehicle first, installs its own; a handler that returns lets the call go on at its
+// own risk, a handler may throw.
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <source_location>
+
+namespace wayfare {
+
+struct ContractViolation {
+  const char* condition;
+  const char* message;
+  std::source_location where;
+};
+
+using ContractHandler = void (*)(const ContractViolation&);
+
+namespace detail {
+
+inline void abort_on_violation(const ContractViolation& v) {
+  std::fprintf(stderr, "%s:%u: precondition '%s' does not hold: %s\n", v.where.file_name(),
+               static_cast<unsigned>(v.where.line()), v.condition, v.message);
+  std::abort();
+}
+
+inline std::atomic<ContractHandler>& contract_handler() noexcept {
+  static std::atomic<ContractHandler> handler{&abort_on_violation};
+  return handler;
+}
+
+inline void report_violation(const char* condition, const char* message,
+                             std::source_location where = std::source_location::current()) {
+  contract_handler().load()({condition, message, where});
+}
+
+}  // namespace detail
+
+/// Installs `handler` (null restores the default) and returns the one it replaces.
+inline ContractHandler set_contract_handler(ContractHandler handler) noexcept {
+  return detail::contract_handler().exchange(handler != nullptr ? handler
+                                                                : &detail::abort_on_violation);
+}
+
+}  // namespace wayfare
+
+/// States what the caller must have ensured; checked in every build.
+#define WAYFARE_EXPECTS(condition, message)                     \
+  do {                                                          \
+    if (!(condition)) [[unlikely]]                              \
+      ::wayfare::detail::report_violation(#condition, message); \
+  } while (false)

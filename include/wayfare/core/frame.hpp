@@ -1,0 +1,77 @@
+#pragma once
+
+// Frames as types at the border of the API: a transform names both of its ends, so a chain of them
+// that does not fit together does not compile. Inside, plain groups and Eigen vectors.
+
+#include <type_traits>
+#include <utility>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/se2.hpp>
+#include <wayfare/core/se3.hpp>
+
+namespace wayfare {
+
+/// REP-105 indoors (x forward, y left, z up); add a tag of your own as an empty struct.
+namespace frame {
+struct Map {};    ///< fixed to the world, drift-free, may jump
+struct Odom {};   ///< fixed to the world, continuous, drifts
+struct Base {};   ///< the robot: x forward, y left
+struct Laser {};  ///< the range finder: bearing 0 along x
+struct Ned {};    ///< local level: north, east, down
+struct Body {};   ///< vehicle: forward, right, down
+}  // namespace frame
+
+/// A point expressed in `Frame`, metres.
+template <class Frame, int N>
+struct Point {
+  Eigen::Matrix<double, N, 1> coordinates_m = Eigen::Matrix<double, N, 1>::Zero();
+};
+template <class Frame>
+using Point2 = Point<Frame, 2>;
+template <class Frame>
+using Point3 = Point<Frame, 3>;
+
+/// `T_to_from`: takes coordinates in `From` to coordinates in `To`; equally the pose of `From` in
+/// `To`.
+template <class To, class From, class Group>
+class Transform {
+ public:
+  using ToFrame = To;
+  using FromFrame = From;
+
+  Transform() = default;
+  explicit Transform(Group raw) : raw_(std::move(raw)) {}
+
+  /// The bare group element, for the inside of an algorithm.
+  [[nodiscard]] const Group& raw() const { return raw_; }
+
+  [[nodiscard]] Transform<From, To, Group> inverse() const {
+    return Transform<From, To, Group>(raw_.inverse());
+  }
+
+  template <class Mid, class Other>
+  Transform<To, Other, Group> operator*(const Transform<Mid, Other, Group>& next) const {
+    static_assert(std::is_same_v<From, Mid>,
+                  "wayfare: inner frames differ; T_a_b * T_b_c needs the same b on both sides");
+    return Transform<To, Other, Group>(raw_ * next.raw());
+  }
+
+  template <class Frame, int N>
+  Point<To, N> operator*(const Point<Frame, N>& p) const {
+    static_assert(std::is_same_v<From, Frame>,
+                  "wayfare: the point is not in this transform's source frame");
+    return {raw_ * p.coordinates_m};
+  }
+
+ private:
+  Group raw_{};
+};
+
+template <class To, class From>
+using Transform2 = Transform<To, From, SE2d>;
+template <class To, class From>
+using Transform3 = Transform<To, From, SE3d>;
+
+}  // namespace wayfare

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include <wayfare/core/manifold.hpp>
+#include <wayfare/core/random.hpp>
+#include <wayfare/core/result.hpp>
+
+namespace wayfare {
+
+/// x = mean ⊞ τ with τ ~ N(0, covariance); units are those of the manifold's tangent.
+template <Manifold M>
+struct Gaussian {
+  using Tangent = TangentOf<M>;
+  using Covariance = SquareOf<M>;
+  using Scalar = typename ManifoldTraits<M>::Scalar;
+
+  M mean{};
+  Covariance covariance = Covariance::Identity();
+};
+
+/// (x ⊟ mean)ᵀ Σ⁻¹ (x ⊟ mean); NaN where the covariance is not positive definite.
+template <Manifold M>
+[[nodiscard]] auto squared_mahalanobis(const Gaussian<M>& g, const M& x) {
+  using Scalar = typename Gaussian<M>::Scalar;
+  const Eigen::LLT<SquareOf<M>> llt(g.covariance);
+  if (llt.info() != Eigen::Success) return Scalar(NAN);
+  return Scalar(llt.matrixL().solve(ManifoldTraits<M>::minus(x, g.mean)).squaredNorm());
+}
+
+/// ln of the density at `x`: −½(d² + n ln 2π + ln|Σ|).
+template <Manifold M>
+[[nodiscard]] auto log_density(const Gaussian<M>& g, const M& x) {
+  using std::log;
+  using Scalar = typename Gaussian<M>::Scalar;
+  const Eigen::LLT<SquareOf<M>> llt(g.covariance);
+  if (llt.info() != Eigen::Success) return Scalar(NAN);
+  const auto whitened = llt.matrixL().solve(ManifoldTraits<M>::minus(x, g.mean)).eval();
+  const Scalar log_root_det = llt.matrixLLT().diagonal().array().log().sum();
+  constexpr double kHalfLog2Pi = 0.91893853320467274178;
+  return Scalar(Scalar(-0.5) * whitened.squaredNorm() - log_root_det -
+                Scalar(ManifoldTraits<M>::kDof * kHalfLog2Pi));
+}
+
+/// A draw; the covariance may be singular (semi-definite), as a robot that cannot slip has it.
+template <Manifold M>
+[[nodiscard]] M sample(const Gaussian<M>& g, Rng& rng) {
+  using Scalar = typename Gaussian<M>::Scalar;
+  TangentOf<M> white;
+  for (auto& w : white) w = Scalar(rng.normal());
+  const Eigen::LDLT<SquareOf<M>> ldlt(g.covariance);
+  const TangentOf<M> scaled = ldlt.vectorD().cwiseMax(Scalar(0)).cwiseSqrt().cwiseProduct(white);
+  const TangentOf<M> tau =
+      ldlt.transpositionsP().transpose() * TangentOf<M>(ldlt.matrixL() * scaled);
+  return ManifoldTraits<M>::plus(g.mean, tau);
+}
+
+/// The normalised product of two densities on the same manifold:
+/// Σ = (Σ₁⁻¹ + Σ₂⁻¹)⁻¹, mean = mean₁ ⊞ Σ Σ₂⁻¹ (mean₂ ⊟ mean₁). The difference is taken on the
+/// manifold, so headings wrap; exact for vectors, first order for curved groups.
+template <Manifold M>
+[[nodiscard]] Result<Gaussian<M>> product(const Gaussian<M>& a, const Gaussian<M>& b) {
+  const Eigen::LLT<SquareOf<M>> sum(a.covariance + b.covariance);
+  if (sum.info() != Eigen::Success) {
+    return Error{ErrorCode::numerical, "the sum of the two covariances is not positive definite"};
+  }
+  const SquareOf<M> gain = sum.solve(a.covariance).transpose();  // Σ₁ (Σ₁ + Σ₂)⁻¹
+  const SquareOf<M> covariance = gain * b.covariance;
+  return Gaussian<M>{
+      ManifoldTraits<M>::plus(a.mean, gain * ManifoldTraits<M>::minus(b.mean, a.mean)),
+      SquareOf<M>(0.5 * (covariance + covariance.transpose()))};
+}
+
+/// The pose a ∘ b of two independent uncertain poses: Σ = Ad(b⁻¹) Σa Ad(b⁻¹)ᵀ + Σb.
+template <LieGroup G>
+[[nodiscard]] Gaussian<G> compose(const Gaussian<G>& a, const Gaussian<G>& b) {
+  const SquareOf<G> move = b.mean.inverse().adjoint();
+  return {a.mean * b.mean, SquareOf<G>(move * a.covariance * move.transpose() + b.covariance)};
+}
+
+}  // namespace wayfare

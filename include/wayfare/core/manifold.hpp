@@ -1,0 +1,68 @@
+#pragma once
+
+// What estimators, graphs and Gaussians ask of a state: a point that a tangent vector can move.
+//
+// Conventions throughout: right perturbation (x ⊞ τ = x ∘ exp τ), translation first in a tangent
+// vector. Equation numbers: Solà, Deray, Atchuthan, "A micro Lie theory for state estimation in
+// robotics", arXiv:1812.01537.
+
+#include <concepts>
+#include <type_traits>
+
+#include <Eigen/Core>
+
+namespace wayfare {
+
+/// How a type is moved and compared. Lie groups here provide the members themselves; fixed-size
+/// Eigen column vectors are covered below; specialise it for a type of your own.
+template <class M>
+struct ManifoldTraits {
+  using Scalar = typename M::Scalar;
+  static constexpr int kDof = M::kDof;
+  using Tangent = Eigen::Matrix<Scalar, kDof, 1>;
+  static M plus(const M& x, const Tangent& tau) { return x.plus(tau); }
+  static Tangent minus(const M& y, const M& x) { return y.minus(x); }
+};
+
+template <class T, int N>
+struct ManifoldTraits<Eigen::Matrix<T, N, 1>> {
+  static_assert(N > 0, "wayfare: a manifold's dimension is fixed at compile time");
+  using Scalar = T;
+  static constexpr int kDof = N;
+  using Tangent = Eigen::Matrix<T, N, 1>;
+  static Tangent plus(const Tangent& x, const Tangent& tau) { return x + tau; }
+  static Tangent minus(const Tangent& y, const Tangent& x) { return y - x; }
+};
+
+/// Meaning (checked by testing/manifold_laws.hpp): x ⊞ 0 = x, x ⊞ (y ⊟ x) = y,
+/// (x ⊞ τ) ⊟ x = τ near zero.
+template <class M>
+concept Manifold = requires(const M& x, const M& y,
+                            const typename ManifoldTraits<M>::Tangent& tau) {
+  typename ManifoldTraits<M>::Scalar;
+  { ManifoldTraits<M>::kDof } -> std::convertible_to<int>;
+  { ManifoldTraits<M>::plus(x, tau) } -> std::convertible_to<M>;
+  { ManifoldTraits<M>::minus(y, x) } -> std::convertible_to<typename ManifoldTraits<M>::Tangent>;
+};
+
+template <class M>
+using TangentOf = typename ManifoldTraits<M>::Tangent;
+
+template <class M>
+using SquareOf = Eigen::Matrix<typename ManifoldTraits<M>::Scalar, ManifoldTraits<M>::kDof,
+                               ManifoldTraits<M>::kDof>;
+
+/// A manifold that is also a group, with its exponential map and Jacobians.
+template <class G>
+concept LieGroup = Manifold<G> && requires(const G& x, const G& y, const TangentOf<G>& tau) {
+  { G::identity() } -> std::same_as<G>;
+  { x.inverse() } -> std::same_as<G>;
+  { x* y } -> std::same_as<G>;
+  { G::exp(tau) } -> std::same_as<G>;
+  { x.log() } -> std::convertible_to<TangentOf<G>>;
+  { x.adjoint() } -> std::convertible_to<SquareOf<G>>;
+  { G::right_jacobian(tau) } -> std::convertible_to<SquareOf<G>>;
+  { G::right_jacobian_inverse(tau) } -> std::convertible_to<SquareOf<G>>;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,89 @@
+#pragma once
+
+// A seeded generator with independent streams, so that work split over any number of threads draws
+// the same numbers. The standard library's distributions differ between implementations; these do
+// not.
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+
+namespace wayfare {
+
+/// xoshiro256++ (Blackman and Vigna 2019), seeded through SplitMix64.
+class Rng {
+ public:
+  using result_type = std::uint64_t;
+
+  explicit Rng(std::uint64_t seed) : seed_(seed) {
+    for (auto& word : state_) word = split_mix(seed);
+  }
+
+  /// The generator of stream `index` of this seed: independent of this one and of every other
+  /// stream, and of how many numbers were drawn before.
+  [[nodiscard]] Rng stream(std::uint64_t index) const {
+    std::uint64_t mixed = seed_ ^ (0xd1342543de82ef95ULL * (index + 1));
+    return Rng(split_mix(mixed));
+  }
+
+  static constexpr result_type min() { return 0; }
+  static constexpr result_type max() { return std::numeric_limits<result_type>::max(); }
+
+  result_type operator()() {
+    auto& s = state_;
+    const std::uint64_t result = std::rotl(s[0] + s[3], 23) + s[0];
+    const std::uint64_t t = s[1] << 17;
+    s[2] ^= s[0];
+    s[3] ^= s[1];
+    s[1] ^= s[2];
+    s[0] ^= s[3];
+    s[2] ^= t;
+    s[3] = std::rotl(s[3], 45);
+    return result;
+  }
+
+  /// Uniform in [0, 1), 53 random bits.
+  double uniform() { return static_cast<double>((*this)() >> 11) * 0x1.0p-53; }
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }
+
+  /// Uniform in {0, …, n-1}, n > 0: draws of just enough bits, those past the end thrown away.
+  std::uint64_t below(std::uint64_t n) {
+    const int unused_bits = n > 1 ? std::countl_zero(n - 1) : 63;
+    while (true) {
+      const std::uint64_t draw = (*this)() >> unused_bits;
+      if (draw < n) return draw;
+    }
+  }
+
+  /// Standard normal, Box-Muller; the second value of each pair is kept for the next call.
+  double normal() {
+    if (has_spare_) {
+      has_spare_ = false;
+      return spare_;
+    }
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
+    const double phase = 2.0 * std::numbers::pi * uniform();
+    spare_ = radius * std::sin(phase);
+    has_spare_ = true;
+    return radius * std::cos(phase);
+  }
+  double normal(double mean, double sigma) { return mean + sigma * normal(); }
+
+ private:
+  static std::uint64_t split_mix(std::uint64_t& x) {
+    std::uint64_t z = (x += 0x9e3779b97f4a7c15ULL);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+    return z ^ (z >> 31);
+  }
+
+  std::uint64_t seed_;
+  std::array<std::uint64_t, 4> state_{};
+  double spare_ = 0.0;
+  bool has_spare_ = false;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,138 @@
+#pragma once
+
+#include <cmath>
+#include <concepts>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/so2.hpp>
+
+namespace wayfare {
+
+/// A rigid motion of the plane. Tangent vectors are (x, y, θ) in metres and radians.
+template <class T>
+class SE2 {
+ public:
+  using Scalar = T;
+  static constexpr int kDof = 3;
+  using Tangent = Eigen::Matrix<T, 3, 1>;
+  using Jacobian = Eigen::Matrix<T, 3, 3>;
+  using Vector = Eigen::Matrix<T, 2, 1>;
+
+  SE2() = default;
+  SE2(const Vector& translation, const SO2<T>& rotation)
+      : translation_(translation), rotation_(rotation) {}
+  SE2(const T& x, const T& y, const BasicAngle<T>& heading)
+      : translation_(x, y), rotation_(heading) {}
+  template <std::floating_point Bare>
+  SE2(const T& x, const T& y,
+      Bare) = delete;  // a heading is an Angle: write 0.3_rad or Angle::degrees(17)
+
+  [[nodiscard]] static SE2 identity() { return SE2(); }
+
+  [[nodiscard]] const T& x() const { return translation_[0]; }
+  [[nodiscard]] const T& y() const { return translation_[1]; }
+  [[nodiscard]] BasicAngle<T> heading() const { return rotation_.angle(); }
+  [[nodiscard]] const Vector& translation() const { return translation_; }
+  [[nodiscard]] const SO2<T>& rotation() const { return rotation_; }
+
+  [[nodiscard]] SE2 inverse() const {
+    const SO2<T> r = rotation_.inverse();
+    return SE2(Vector(-(r * translation_)), r);
+  }
+  SE2 operator*(const SE2& o) const {
+    return SE2(Vector(translation_ + rotation_ * o.translation_), rotation_ * o.rotation_);
+  }
+  Vector operator*(const Vector& p) const { return translation_ + rotation_ * p; }
+
+  /// (156) with V(θ) of (158).
+  [[nodiscard]] static SE2 exp(const Tangent& tau) {
+    const auto [s, c] = v_coefficients(tau[2]);
+    return SE2(Vector(s * tau[0] - c * tau[1], c * tau[0] + s * tau[1]),
+               SO2<T>(BasicAngle<T>::radians(tau[2])));
+  }
+  /// (157).
+  [[nodiscard]] Tangent log() const {
+    const T theta = rotation_.angle().radians();
+    const auto [s, c] = v_coefficients(theta);
+    const T scale = T(1) / (s * s + c * c);
+    const Vector& t = translation_;
+    return Tangent(scale * (s * t[0] + c * t[1]), scale * (s * t[1] - c * t[0]), theta);
+  }
+
+  /// (159): moves a tangent vector from the body's end to the origin's.
+  [[nodiscard]] Jacobian adjoint() const {
+    Jacobian a = Jacobian::Identity();
+    a.template topLeftCorner<2, 2>() = rotation_.matrix();
+    a(0, 2) = translation_[1];
+    a(1, 2) = -translation_[0];
+    return a;
+  }
+
+  /// (163): exp(τ + δ) ≈ exp(τ) ∘ exp(Jr(τ) δ).
+  [[nodiscard]] static Jacobian right_jacobian(const Tangent& tau) {
+    const auto [s, c] = v_coefficients(tau[2]);
+    const auto [f, g] = q_coefficients(tau[2]);
+    return (Jacobian() << s, c, f * tau[0] - g * tau[1],  //
+            -c, s, g * tau[0] + f * tau[1],               //
+            T(0), T(0), T(1))
+        .finished();
+  }
+  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& tau) {
+    const Jacobian j = right_jacobian(tau);
+    const T scale = T(1) / (j(0, 0) * j(0, 0) + j(0, 1) * j(0, 1));
+    Jacobian inverse = Jacobian::Identity();
+    inverse.template topLeftCorner<2, 2>() = scale * j.template topLeftCorner<2, 2>().transpose();
+    inverse.template topRightCorner<2, 1>() =
+        -inverse.template topLeftCorner<2, 2>() * j.template topRightCorner<2, 1>();
+    return inverse;
+  }
+
+  [[nodiscard]] SE2 plus(const Tangent& tau) const { return *this * exp(tau); }
+  [[nodiscard]] Tangent minus(const SE2& x) const { return (x.inverse() * *this).log(); }
+
+  template <class U>
+  [[nodiscard]] SE2<U> cast() const {
+    return SE2<U>(translation_.template cast<U>(), rotation_.template cast<U>());
+  }
+
+ private:
+  struct Pair {
+    T first, second;
+  };
+  /// sin θ / θ and (1 − cos θ) / θ.
+  static Pair v_coefficients(const T& theta) {
+    using std::cos, std::sin;
+    const T square = theta * theta;
+    if (square < T(1e-6)) {
+      return {T(1) - square / T(6) + square * square / T(120),
+              theta * (T(0.5) - square / T(24) + square * square / T(720))};
+    }
+    return {sin(theta) / theta, (T(1) - cos(theta)) / theta};
+  }
+  /// (θ − sin θ) / θ² and (1 − cos θ) / θ².
+  static Pair q_coefficients(const T& theta) {
+    using std::cos, std::sin;
+    const T square = theta * theta;
+    if (square < T(1e-6)) {
+      return {theta * (T(1.0 / 6) - square / T(120)),
+              T(0.5) - square / T(24) + square * square / T(720)};
+    }
+    return {(theta - sin(theta)) / square, (T(1) - cos(theta)) / square};
+  }
+
+  Vector translation_ = Vector::Zero();
+  SO2<T> rotation_{};
+};
+
+using SE2d = SE2<double>;
+using SE2f = SE2<float>;
+
+/// The pose a fraction `u` of the way from `a` to `b` along the constant-twist path between them.
+template <class G>
+[[nodiscard]] G interpolate(const G& a, const G& b, double u) {
+  using Scalar = typename G::Scalar;
+  return a.plus(Scalar(u) * b.minus(a));
+}
+
+}  // namespace wayfare

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <wayfare/core/manifold.hpp>
+
+namespace wayfare {
+
+/// The matrix of the cross product with `v`.
+template <class T>
+[[nodiscard]] Eigen::Matrix<T, 3, 3> skew(const Eigen::Matrix<T, 3, 1>& v) {
+  return (Eigen::Matrix<T, 3, 3>() << T(0), -v[2], v[1], v[2], T(0), -v[0], -v[1], v[0], T(0))
+      .finished();
+}
+
+/// A rotation of space, held as a unit quaternion. Tangent vectors are rotation vectors, radians.
+template <class T>
+class SO3 {
+ public:
+  using Scalar = T;
+  static constexpr int kDof = 3;
+  using Tangent = Eigen::Matrix<T, 3, 1>;
+  using Jacobian = Eigen::Matrix<T, 3, 3>;
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Quaternion = Eigen::Quaternion<T>;
+
+  SO3() = default;
+  /// Normalises `q`, which must not be zero.
+  explicit SO3(const Quaternion& q) : q_(q.normalized()) {}
+  explicit SO3(const Eigen::Matrix<T, 3, 3>& rotation) : SO3(Quaternion(rotation)) {}
+
+  [[nodiscard]] static SO3 identity() { return SO3(); }
+
+  [[nodiscard]] const Quaternion& quaternion() const { return q_; }
+  [[nodiscard]] Eigen::Matrix<T, 3, 3> matrix() const { return q_.toRotationMatrix(); }
+
+  [[nodiscard]] SO3 inverse() const { return from_unit(q_.conjugate()); }
+  SO3 operator*(const SO3& o) const {
+    // One Newton step towards unit norm keeps long products on the sphere.
+    Quaternion q = q_ * o.q_;
+    q.coeffs() *= T(1.5) - T(0.5) * q.squaredNorm();
+    return from_unit(q);
+  }
+  Vector operator*(const Vector& v) const { return q_ * v; }
+
+  /// (101).
+  [[nodiscard]] static SO3 exp(const Tangent& tau) {
+    using std::cos, std::sin, std::sqrt;
+    const T square = tau.squaredNorm();
+    T w, k;
+    if (square < T(1e-6)) {
+      w = T(1) - square / T(8) + square * square / T(384);
+      k = T(0.5) - square / T(48) + square * square / T(3840);
+    } else {
+      const T angle = sqrt(square);
+      w = cos(T(0.5) * angle);
+      k = sin(T(0.5) * angle) / angle;
+    }
+    return from_unit(Quaternion(w, k * tau[0], k * tau[1], k * tau[2]));
+  }
+  /// (102), the shorter of the two rotation vectors.
+  [[nodiscard]] Tangent log() const {
+    using std::atan2, std::sqrt;
+    const T sign = q_.w() < T(0) ? T(-1) : T(1);
+    const T w = sign * q_.w();
+    const Vector v = sign * q_.vec();
+    const T square = v.squaredNorm();
+    if (square < T(1e-8)) return (T(2) / w) * (T(1) - square / (T(3) * w * w)) * v;
+    const T norm = sqrt(square);
+    return (T(2) * atan2(norm, w) / norm) * v;
+  }
+
+  [[nodiscard]] Jacobian adjoint() const { return matrix(); }
+
+  /// (143).
+  [[nodiscard]] static Jacobian right_jacobian(const Tangent& tau) {
+    using std::cos, std::sin, std::sqrt;
+    const T square = tau.squaredNorm();
+    T a, b;  // (1 − cos θ)/θ², (θ − sin θ)/θ³
+    if (square < T(1e-5)) {
+      a = T(0.5) - square / T(24) + square * square / T(720);
+      b = T(1.0 / 6) - square / T(120) + square * square / T(5040);
+    } else {
+      const T angle = sqrt(square);
+      a = (T(1) - cos(angle)) / square;
+      b = (angle - sin(angle)) / (square * angle);
+    }
+    const Jacobian k = skew(tau);
+    return Jacobian::Identity() - a * k + b * k * k;
+  }
+  /// (144).
+  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& tau) {
+    using std::sqrt, std::tan;
+    const T square = tau.squaredNorm();
+    T c;  // 1/θ² − (1 + cos θ)/(2θ sin θ) = (1 − (θ/2) cot(θ/2))/θ²
+    if (square < T(1e-4)) {
+      c = T(1.0 / 12) + square / T(720) + square * square / T(30240);
+    } else {
+      const T half = T(0.5) * sqrt(square);
+      c = (T(1) - half / tan(half)) / square;
+    }
+    const Jacobian k = skew(tau);
+    return Jacobian::Identity() + T(0.5) * k + c * k * k;
+  }
+
+  [[nodiscard]] SO3 plus(const Tangent& tau) const { return *this * exp(tau); }
+  [[nodiscard]] Tangent minus(const SO3& x) const { return (x.inverse() * *this).log(); }
+
+  template <class U>
+  [[nodiscard]] SO3<U> cast() const {
+    return SO3<U>(q_.template cast<U>());
+  }
+
+ private:
+  static SO3 from_unit(const Quaternion& q) {
+    SO3 r;
+    r.q_ = q;
+    return r;
+  }
+
+  Quaternion q_ = Quaternion::Identity();
+};
+
+using SO3d = SO3<double>;
+
+}  // namespace wayfare

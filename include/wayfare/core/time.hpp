@@ -1,0 +1,89 @@
+#pragma once
+
+// Time is a whole number of nanoseconds on a named clock. Two clocks never mix by accident.
+
+#include <chrono>
+#include <compare>
+#include <cstdint>
+#include <type_traits>
+
+namespace wayfare {
+
+using Duration = std::chrono::nanoseconds;
+
+/// The common time base of one recording, or of one running system: every measurement a system
+/// takes has been brought to it.
+struct LogClock {};
+/// A sensor's own counter, before it is brought to the common time base.
+struct DeviceClock {};
+/// The computer's monotonic clock.
+struct HostClock {};
+/// GPS time since 1980-01-06T00:00:00, no leap seconds.
+struct GpsClock {};
+
+/// An instant on `Clock`, as nanoseconds since that clock's epoch.
+template <class Clock>
+class Time {
+ public:
+  using ClockType = Clock;
+
+  constexpr Time() = default;
+
+  [[nodiscard]] static constexpr Time from_nanoseconds(std::int64_t ns) {
+    return Time(Duration(ns));
+  }
+  /// Rounds to the nearest nanosecond; exact text belongs to the readers, which never pass by
+  /// double.
+  [[nodiscard]] static constexpr Time from_seconds(double s) {
+    const double ns = s * 1e9;
+    return from_nanoseconds(static_cast<std::int64_t>(ns < 0 ? ns - 0.5 : ns + 0.5));
+  }
+
+  [[nodiscard]] constexpr std::int64_t nanoseconds() const { return since_epoch_.count(); }
+  [[nodiscard]] constexpr double seconds() const {
+    return static_cast<double>(nanoseconds()) * 1e-9;
+  }
+  [[nodiscard]] constexpr Duration since_epoch() const { return since_epoch_; }
+
+  constexpr Time operator+(Duration d) const { return Time(since_epoch_ + d); }
+  constexpr Time operator-(Duration d) const { return Time(since_epoch_ - d); }
+  constexpr Time& operator+=(Duration d) { return *this = *this + d; }
+
+  template <class Other>
+  constexpr Duration operator-(Time<Other> other) const {
+    static_assert(std::is_same_v<Clock, Other>,
+                  "wayfare: these times are on different clocks; convert one of them first");
+    return since_epoch_ - other.since_epoch();
+  }
+  template <class Other>
+  constexpr std::strong_ordering operator<=>(Time<Other> other) const {
+    static_assert(std::is_same_v<Clock, Other>,
+                  "wayfare: these times are on different clocks; convert one of them first");
+    return nanoseconds() <=> other.nanoseconds();
+  }
+  template <class Other>
+  constexpr bool operator==(Time<Other> other) const {
+    static_assert(std::is_same_v<Clock, Other>,
+                  "wayfare: these times are on different clocks; convert one of them first");
+    return nanoseconds() == other.nanoseconds();
+  }
+
+ private:
+  constexpr explicit Time(Duration since_epoch) : since_epoch_(since_epoch) {}
+
+  Duration since_epoch_{0};
+};
+
+using LogTime = Time<LogClock>;
+
+/// A duration in seconds, as formulas want it.
+[[nodiscard]] constexpr double to_seconds(Duration d) {
+  return static_cast<double>(d.count()) * 1e-9;
+}
+
+/// The nearest whole nanosecond to `s` seconds.
+[[nodiscard]] constexpr Duration from_seconds(double s) {
+  return LogTime::from_seconds(s).since_epoch();
+}
+
+}  // namespace wayfare
