@@ -1,0 +1,62 @@
+# Install and export rules, one export set a component, following the global property
+# WAYFARE_COMPONENTS that wayfare_component() fills.
+include(CMakePackageConfigHelpers)
+
+set(_wayfare_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/wayfare")
+
+# What a component needs, read from the target itself so that nobody keeps a second list: other
+# components by name, foreign packages as the namespace of their target (ZLIB::ZLIB -> ZLIB).
+function(_wayfare_requirements component components_out packages_out)
+  get_target_property(libraries wayfare_${component} INTERFACE_LINK_LIBRARIES)
+  set(components "")
+  set(packages "")
+  foreach(library IN LISTS libraries)
+    string(REGEX REPLACE "^\\$<LINK_ONLY:(.*)>$" "\\1" library "${library}")
+    if(library MATCHES "^wayfare(::|_)(.+)$")
+      list(APPEND components "${CMAKE_MATCH_2}")
+    elseif(library MATCHES "^([A-Za-z0-9_]+)::")
+      list(APPEND packages "${CMAKE_MATCH_1}")
+    elseif(library AND NOT library MATCHES "^::@")
+      message(FATAL_ERROR "wayfare_${component} links '${library}'; link imported targets only, "
+                          "a bare library name does not survive installation")
+    endif()
+  endforeach()
+  list(REMOVE_DUPLICATES components)
+  list(REMOVE_DUPLICATES packages)
+  set(${components_out} "${components}" PARENT_SCOPE)
+  set(${packages_out} "${packages}" PARENT_SCOPE)
+endfunction()
+
+get_property(_components GLOBAL PROPERTY WAYFARE_COMPONENTS)
+set(_requirements "")
+foreach(_component IN LISTS _components)
+  install(TARGETS wayfare_${_component} EXPORT wayfare-${_component}
+          ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+          LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+          RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+  install(EXPORT wayfare-${_component} NAMESPACE wayfare::
+          FILE wayfare-${_component}-targets.cmake DESTINATION "${_wayfare_package_dir}")
+  _wayfare_requirements(${_component} _needs _packages)
+  string(APPEND _requirements "set(_wayfare_${_component}_components ${_needs})\n"
+                              "set(_wayfare_${_component}_packages ${_packages})\n")
+  if("CHOLMOD" IN_LIST _packages)
+    install(FILES "${PROJECT_SOURCE_DIR}/cmake/FindCHOLMOD.cmake"
+            DESTINATION "${_wayfare_package_dir}")
+  endif()
+endforeach()
+list(JOIN _components " " WAYFARE_INSTALLED_COMPONENTS)
+set(WAYFARE_COMPONENT_REQUIREMENTS "${_requirements}")
+
+configure_package_config_file(
+  "${PROJECT_SOURCE_DIR}/cmake/wayfareConfig.cmake.in" "${PROJECT_BINARY_DIR}/wayfareConfig.cmake"
+  INSTALL_DESTINATION "${_wayfare_package_dir}"
+  NO_SET_AND_CHECK_MACRO NO_CHECK_REQUIRED_COMPONENTS_MACRO)
+# Before 1.0 a new minor version may break its users.
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/wayfareConfigVersion.cmake"
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_BINARY_DIR}/wayfareConfig.cmake"
+              "${PROJECT_BINARY_DIR}/wayfareConfigVersion.cmake"
+        DESTINATION "${_wayfare_package_dir}")
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/wayfare" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
+        FILES_MATCHING PATTERN "*.hpp")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
