@@ -1,0 +1,70 @@
+#pragma once
+
+// Whole files in and out. Gzip is undone on reading; writing is all or nothing.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+
+namespace wayfare::io {
+
+struct ReadOptions {
+  /// The largest content read, bytes after decompression; more is refused before memory is filled.
+  std::size_t max_bytes = std::size_t{1} << 30;
+};
+
+/// A file's bytes, decompressed where it was gzip.
+struct FileContent {
+  std::string bytes;
+  bool was_gzip = false;
+  /// Set where a gzip stream is cut off or damaged: `bytes` then holds what came before.
+  std::optional<Error> damage;
+};
+
+/// Reads all of `path`. Errors: cannot be opened or read, a folder, larger than allowed.
+[[nodiscard]] Result<FileContent> read_file(const std::string& path,
+                                            const ReadOptions& options = {});
+
+/// The same on bytes in memory; `source` names them in messages.
+[[nodiscard]] Result<FileContent> decompress(std::string_view bytes, const std::string& source,
+                                             const ReadOptions& options = {});
+
+/// What to do where the file to be written is already there.
+enum class Existing { refuse, replace };
+
+struct WriteOptions {
+  Existing existing = Existing::refuse;
+};
+
+/// Writes `bytes` to a temporary file beside `path` and renames it there, so that `path` never
+/// holds half of them, even where the disk is full.
+[[nodiscard]] Result<void> write_file(const std::string& path, std::string_view bytes,
+                                      const WriteOptions& options = {});
+
+/// The faults met while reading something that could be read all the same: the first few in full
+/// and how many there were.
+class Problems {
+ public:
+  explicit Problems(std::size_t capacity = 100) : capacity_(capacity) {}
+
+  void add(Error error) {
+    ++count_;
+    if (first_.size() < capacity_) first_.push_back(std::move(error));
+  }
+
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+  /// In the order of the file.
+  [[nodiscard]] const std::vector<Error>& first() const { return first_; }
+
+ private:
+  std::size_t capacity_;
+  std::size_t count_ = 0;
+  std::vector<Error> first_;
+};
+
+}  // namespace wayfare::io

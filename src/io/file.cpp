@@ -1,0 +1,247 @@
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include <wayfare/io/text_file.hpp>
+
+namespace wayfare::io {
+namespace {
+
+Error system_error(const std::string& what, const std::string& path) {
+  return Error{ErrorCode::io, what + ": " + std::strerror(errno), path};
+}
+
+Error too_large(const std::string& source, std::size_t limit, const char* how) {
+  return Error{
+      ErrorCode::invalid,
+      std::string(how) + " to more than the " + std::to_string(limit) + " bytes allowed; refused",
+      source};
+}
+
+/// Closes a file descriptor at the end of its scope.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  [[nodiscard]] int get() const { return fd_; }
+  /// 0 on success; a full network disk may only say so here.
+  int close() { return ::close(std::exchange(fd_, -1)); }
+
+ private:
+  int fd_;
+};
+
+Result<std::string> read_raw(const std::string& path, std::size_t limit) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.get() < 0) return system_error("cannot be opened", path);
+  struct stat status {};
+  if (::fstat(file.get(), &status) != 0) return system_error("cannot be examined", path);
+  if (S_ISDIR(status.st_mode)) return Error{ErrorCode::io, "is a folder, not a file", path};
+  std::string bytes;
+  std::size_t size = 0;
+  bytes.resize(std::min(limit, static_cast<std::size_t>(status.st_size)) + 1);
+  while (true) {
+    if (size == bytes.size()) bytes.resize(size + std::max<std::size_t>(size / 2, 65536));
+    const ssize_t got = ::read(file.get(), bytes.data() + size, bytes.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return system_error("cannot be read", path);
+    if (got == 0) break;
+    size += static_cast<std::size_t>(got);
+    if (size > limit) return too_large(path, limit, "comes");
+  }
+  bytes.resize(size);
+  return bytes;
+}
+
+bool looks_like_gzip(std::string_view bytes) {
+  return bytes.size() >= 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b';
+}
+
+/// zlib's inflater over a byte string of any length.
+class Inflater {
+ public:
+  explicit Inflater(std::string_view bytes) : rest_(bytes), total_(bytes.size()) {
+    ready_ = inflateInit2(&stream_, 15 + 16) == Z_OK;
+  }
+  Inflater(const Inflater&) = delete;
+  Inflater& operator=(const Inflater&) = delete;
+  ~Inflater() { inflateEnd(&stream_); }
+
+  [[nodiscard]] bool ready() const { return ready_; }
+  [[nodiscard]] std::string_view rest() const { return rest_; }
+  [[nodiscard]] std::size_t offset() const { return total_ - rest_.size(); }
+  bool restart() { return inflateReset(&stream_) == Z_OK; }
+
+  /// zlib's return code; `written` bytes came out.
+  int step(char* out, std::size_t room, std::size_t& written) {
+    constexpr std::size_t kMax = std::numeric_limits<uInt>::max();
+    const std::size_t given = std::min(rest_.size(), kMax);
+    // zlib takes its input through a pointer to non-const but does not write to it.
+    stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(rest_.data()));
+    stream_.avail_in = static_cast<uInt>(given);
+    stream_.next_out = reinterpret_cast<Bytef*>(out);
+    stream_.avail_out = static_cast<uInt>(std::min(room, kMax));
+    const uInt had = stream_.avail_out;
+    const int code = inflate(&stream_, Z_NO_FLUSH);
+    rest_.remove_prefix(given - stream_.avail_in);
+    written = had - stream_.avail_out;
+    return code;
+  }
+
+ private:
+  z_stream stream_{};
+  std::string_view rest_;
+  std::size_t total_;
+  bool ready_ = false;
+};
+
+}  // namespace
+
+Result<FileContent> decompress(std::string_view bytes, const std::string& source,
+                               const ReadOptions& options) {
+  FileContent content;
+  if (!looks_like_gzip(bytes)) {
+    if (bytes.size() > options.max_bytes) return too_large(source, options.max_bytes, "comes");
+    content.bytes = bytes;
+    return content;
+  }
+  content.was_gzip = true;
+  Inflater inflater(bytes);
+  if (!inflater.ready()) return Error{ErrorCode::io, "no memory for decompression", source};
+  const auto damaged = [&](const char* message) {
+    content.damage = Error{ErrorCode::parse, message, source, 0, inflater.offset()};
+  };
+  constexpr std::size_t kChunk = std::size_t{1} << 18;
+  const auto chunk = std::make_unique<char[]>(kChunk);
+  while (true) {
+    std::size_t written = 0;
+    const int code = inflater.step(chunk.get(), kChunk, written);
+    if (written > options.max_bytes - content.bytes.size())
+      return too_large(source, options.max_bytes, "decompresses");
+    content.bytes.append(chunk.get(), written);
+    if (code == Z_STREAM_END) {
+      const std::string_view rest = inflater.rest();
+      if (rest.find_first_not_of('\0') == rest.npos) break;  // padding after the end is harmless
+      if (!looks_like_gzip(rest) || !inflater.restart()) {
+        damaged("something that is not gzip follows the compressed data; left out");
+        break;
+      }
+    } else if (code == Z_OK || code == Z_BUF_ERROR) {
+      if (written == 0 && inflater.rest().empty()) {
+        damaged("the compressed data is cut off; what came before is used");
+        break;
+      }
+      if (code == Z_BUF_ERROR && written == 0) {
+        damaged("the compressed data is damaged; what came before is used");
+        break;
+      }
+    } else {
+      damaged("the compressed data is damaged; what came before is used");
+      break;
+    }
+  }
+  return content;
+}
+
+Result<FileContent> read_file(const std::string& path, const ReadOptions& options) {
+  Result<std::string> raw = read_raw(path, options.max_bytes);
+  if (!raw) return raw.error();
+  if (looks_like_gzip(*raw)) return decompress(*raw, path, options);
+  FileContent content;
+  content.bytes = std::move(*raw);
+  return content;
+}
+
+namespace {
+
+Result<void> write_all(Descriptor& file, std::string_view bytes, const std::string& path) {
+  while (!bytes.empty()) {
+    const ssize_t put = ::write(file.get(), bytes.data(), bytes.size());
+    if (put < 0 && errno == EINTR) continue;
+    if (put < 0) return system_error("cannot be written", path);
+    bytes.remove_prefix(static_cast<std::size_t>(put));
+  }
+  if (file.close() != 0) return system_error("cannot be written", path);
+  return {};
+}
+
+/// Gives the finished file its name; without leave to replace, `link` fails where one is there.
+Result<void> put_in_place(const std::string& temporary, const std::string& path,
+                          Existing existing) {
+  const bool replace = existing == Existing::replace;
+  const int code =
+      replace ? ::rename(temporary.c_str(), path.c_str()) : ::link(temporary.c_str(), path.c_str());
+  if (code == 0) {
+    if (!replace) ::unlink(temporary.c_str());
+    return {};
+  }
+  if (errno == EEXIST) return Error{ErrorCode::io, "is there already; not overwritten", path};
+  if (!replace && ::access(path.c_str(), F_OK) != 0 &&
+      ::rename(temporary.c_str(), path.c_str()) == 0) {
+    return {};  // a file system without hard links
+  }
+  return system_error("cannot be put in place", path);
+}
+
+}  // namespace
+
+namespace {
+
+/// Devices and pipes are written straight into; replacing them by a file would do harm.
+Result<void> write_into(const std::string& path, std::string_view bytes) {
+  Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (file.get() < 0) return system_error("cannot be opened for writing", path);
+  return write_all(file, bytes, path);
+}
+
+/// A new file beside `path`; its name is left in `name`.
+int create_beside(const std::string& path, std::string& name) {
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    name = path + "." + std::to_string(::getpid()) + "-" + std::to_string(attempt) + ".part";
+    const int fd = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd >= 0 || errno != EEXIST) return fd;
+  }
+  return -1;
+}
+
+/// Where a chain of symbolic links leads, so that the link stays one.
+std::string resolved(const std::string& path) {
+  const std::unique_ptr<char, decltype(&std::free)> real(::realpath(path.c_str(), nullptr),
+                                                         &std::free);
+  return real ? std::string(real.get()) : path;
+}
+
+}  // namespace
+
+Result<void> write_file(const std::string& path, std::string_view bytes,
+                        const WriteOptions& options) {
+  struct stat status {};
+  const bool there = ::stat(path.c_str(), &status) == 0;
+  if (there && S_ISDIR(status.st_mode)) return Error{ErrorCode::io, "is a folder", path};
+  if (there && !S_ISREG(status.st_mode)) return write_into(path, bytes);
+  if (there && options.existing == Existing::refuse)
+    return Error{ErrorCode::io, "is there already; not overwritten", path};
+  const std::string target = there ? resolved(path) : path;
+  std::string temporary;
+  Descriptor file(create_beside(target, temporary));
+  if (file.get() < 0) return system_error("cannot be created", path);
+  Result<void> done = write_all(file, bytes, path);
+  if (done) done = put_in_place(temporary, target, options.existing);
+  if (!done) ::unlink(temporary.c_str());
+  return done;
+}
+
+}  // namespace wayfare::io

@@ -1,0 +1,113 @@
+#pragma once
+
+// Private: lines, tokens and numbers of text files, without copies and without locales.
+
+#include <charconv>
+#include <concepts>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace wayfare::io::text {
+
+inline bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+/// Splits text at '\n'; a last line without one counts too.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : rest_(text) {}
+
+  bool next(std::string_view& line) {
+    if (rest_.empty()) return false;
+    const std::size_t end = rest_.find('\n');
+    terminated_ = end != std::string_view::npos;
+    line = rest_.substr(0, end);
+    rest_.remove_prefix(terminated_ ? end + 1 : rest_.size());
+    ++number_;
+    return true;
+  }
+  /// Of the line last given, from 1.
+  [[nodiscard]] std::size_t number() const { return number_; }
+  /// Whether the line last given ended in '\n'.
+  [[nodiscard]] bool terminated() const { return terminated_; }
+
+ private:
+  std::string_view rest_;
+  std::size_t number_ = 0;
+  bool terminated_ = true;
+};
+
+/// All of `token` as a number in the C locale; a leading '+' is allowed.
+template <class T>
+bool to_number(std::string_view token, T& value) {
+  if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
+  const char* end = token.data() + token.size();
+  const auto [stop, error] = std::from_chars(token.data(), end, value);
+  if (error == std::errc::result_out_of_range && stop == end) {
+    if constexpr (std::floating_point<T>) {
+      // Too small a number is zero to any reader; too large a one is refused.
+      const bool tiny = token.find("e-") != token.npos || token.find("E-") != token.npos;
+      value = T(0);
+      return tiny;
+    }
+    return false;
+  }
+  return error == std::errc() && stop == end && !token.empty();
+}
+
+/// Splits a line at blanks.
+class Tokens {
+ public:
+  explicit Tokens(std::string_view line) : rest_(line) {}
+
+  /// Empty at the end of the line.
+  std::string_view next() {
+    std::size_t begin = 0;
+    while (begin < rest_.size() && is_space(rest_[begin])) ++begin;
+    std::size_t end = begin;
+    while (end < rest_.size() && !is_space(rest_[end])) ++end;
+    const std::string_view token = rest_.substr(begin, end - begin);
+    rest_.remove_prefix(end);
+    return token;
+  }
+  template <class T>
+  bool number(T& value) {
+    return to_number(next(), value);
+  }
+  [[nodiscard]] bool at_end() const {
+    for (const char c : rest_)
+      if (!is_space(c)) return false;
+    return true;
+  }
+
+ private:
+  std::string_view rest_;
+};
+
+/// `text` fit for a message: bytes that are not printable ASCII become '?', and it is cut short.
+inline std::string printable(std::string_view text, std::size_t limit = 40) {
+  std::string result(text.substr(0, limit));
+  for (char& c : result)
+    if (c < 0x20 || c > 0x7e) c = '?';
+  if (text.size() > limit) result += "...";
+  return result;
+}
+
+/// Appends the shortest text that reads back as the same number.
+template <class T>
+void append_number(std::string& out, T value) {
+  char buffer[40];
+  const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  out.append(buffer, end);
+}
+
+/// Appends `value` with a fixed number of decimals.
+inline void append_fixed(std::string& out, double value, int decimals) {
+  char buffer[400];
+  const auto [end, error] =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
+  out.append(buffer, end);
+}
+
+}  // namespace wayfare::io::text

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <stdlib.h>
+
+#include <filesystem>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace wayfare::testing {
+
+/// A folder of its own for one test, gone afterwards.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "wayfare-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+
+  [[nodiscard]] std::string operator/(const std::string& name) const {
+    return (path_ / name).string();
+  }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Where a recording is, or empty where it is absent.
+inline std::string recording(const std::string& name) {
+  const std::string folder = WAYFARE_DATA_DIR;
+  const std::string path = folder + "/" + name;
+  return !folder.empty() && std::filesystem::exists(path) ? path : std::string();
+}
+
+}  // namespace wayfare::testing
+
+/// Defines `path`, or skips the test with a message that says what is missing.
+#define WAYFARE_NEEDS_RECORDING(path, name)                     \
+  const std::string path = ::wayfare::testing::recording(name); \
+  if (path.empty()) GTEST_SKIP() << "needs the recording " << name << " in WAYFARE_DATA_DIR"
