@@ -1,0 +1,79 @@
+#pragma once
+
+// A robot on two driven wheels: how it follows a route, and what its wheels and gyro say about it.
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/core/result.hpp>
+#include <wayfare/measure/recording.hpp>
+
+namespace wayfare::sim {
+
+struct DriveParams {
+  double max_speed_m_s = 0.9;
+  double max_turn_rate_rad_s = 1.2;
+  double max_acceleration_m_s2 = 0.6;
+  double max_turn_acceleration_rad_s2 = 3.0;
+  double heading_gain_per_s = 2.5;  ///< turn rate asked for per radian off course
+  double waypoint_radius_m = 0.3;   ///< a waypoint counts as reached from here on
+  Duration step{10'000'000};        ///< the speeds are constant within a step
+  Duration give_up_after{std::chrono::hours(4)};
+};
+
+/// The true trajectory of a robot that starts at rest on the first waypoint, heads for the second,
+/// and follows the rest: one pose every `step`. Fails on fewer than two waypoints, on waypoints
+/// that are not finite and where the last one is not reached in time.
+[[nodiscard]] Result<Trajectory> drive_route(std::span<const Eigen::Vector2d> route_m,
+                                             const DriveParams& params = {}, LogTime start = {});
+
+struct WheelParams {
+  double wheel_base_m = 0.4;
+  double left_scale = 1.0;  ///< metres reported per metre rolled: a wheel of another radius
+  double right_scale = 1.0;
+  /// Random slip of each wheel: standard deviation after one metre, growing with the root of the
+  /// distance rolled (forward or backward).
+  double slip_m_per_sqrt_m = 0.004;
+};
+
+struct GyroParams {
+  double bias_rad_s = 0.0;
+  /// Standard deviation of the integrated angle after one second, growing with the root of time.
+  double angle_random_walk_rad_per_sqrt_s = 0.0;
+};
+
+/// What the encoders counted since the sample before, metres.
+struct WheelSample {
+  LogTime time;
+  double left_m = 0.0;
+  double right_m = 0.0;
+};
+
+/// The mean rate since the sample before, counter-clockwise positive.
+struct GyroSample {
+  LogTime time;
+  double turn_rate_rad_s = 0.0;
+};
+
+/// One sample every `period`, the first at the start of `truth` (and zero).
+[[nodiscard]] std::vector<WheelSample> simulate_wheels(const Trajectory& truth, Duration period,
+                                                       const WheelParams& params, Rng& rng);
+[[nodiscard]] std::vector<GyroSample> simulate_gyro(const Trajectory& truth, Duration period,
+                                                    const GyroParams& params, Rng& rng);
+
+/// Dead reckoning from identity: the mean of the two wheels along an arc that turns by
+/// (right - left) / wheel_base.
+[[nodiscard]] std::vector<OdometrySample> dead_reckon(std::span<const WheelSample> wheels,
+                                                      double wheel_base_m);
+/// The same with the turn taken from the gyro; both series must have the same times.
+[[nodiscard]] std::vector<OdometrySample> dead_reckon(std::span<const WheelSample> wheels,
+                                                      std::span<const GyroSample> gyro);
+
+/// The pose at `time`, along the constant-twist path between the neighbours in `trajectory` (in
+/// order of time, not empty); held constant before the first and after the last.
+[[nodiscard]] SE2d true_pose_at(const Trajectory& trajectory, LogTime time);
+
+}  // namespace wayfare::sim

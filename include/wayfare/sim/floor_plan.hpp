@@ -1,0 +1,87 @@
+#pragma once
+
+// Walls to simulate in: line segments of the plane with a uniform grid over them, so that a ray
+// looks only at the walls along its way.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/result.hpp>
+
+namespace wayfare::sim {
+
+/// A straight piece of wall, metres in the plan's frame (x right, y up).
+struct Segment {
+  Eigen::Vector2d a_m = Eigen::Vector2d::Zero();
+  Eigen::Vector2d b_m = Eigen::Vector2d::Zero();
+};
+
+/// Walls as a picture: square cells, row-major, the first row on top (largest y). The lower left
+/// corner of the picture is the plan's origin.
+struct CellMask {
+  int width = 0;
+  int height = 0;
+  double cell_m = 0.0;
+  std::vector<std::uint8_t> solid;  ///< width * height values, not zero where there is wall
+
+  [[nodiscard]] bool is_solid(int column, int row) const;  ///< false outside the picture
+};
+
+/// Immutable; safe to read from many threads.
+class FloorPlan {
+ public:
+  /// Fails (naming the segment by its index) where one is not finite, beyond 100 km or shorter than
+  /// a micrometre, and where there are none.
+  [[nodiscard]] static Result<FloorPlan> from_segments(std::vector<Segment> segments);
+
+  /// The outlines of the solid cells, one segment for every straight run. Fails where the mask has
+  /// no solid cell or its sizes do not agree.
+  [[nodiscard]] static Result<FloorPlan> from_cells(const CellMask& mask);
+
+  [[nodiscard]] std::span<const Segment> segments() const { return segments_; }
+  [[nodiscard]] const Eigen::Vector2d& lower_corner_m() const { return lower_m_; }
+  [[nodiscard]] const Eigen::Vector2d& upper_corner_m() const { return upper_m_; }
+
+  /// Metres from `origin_m` along the unit vector `direction` to the first wall; infinity where
+  /// there is none within `max_range_m`. A ray that meets the joint of two walls does not slip
+  /// through; a wall seen exactly edge-on is seen by its neighbours only.
+  [[nodiscard]] double cast(const Eigen::Vector2d& origin_m, const Eigen::Vector2d& direction,
+                            double max_range_m) const;
+
+  /// True where a wall stands between the two points.
+  [[nodiscard]] bool blocks(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const;
+
+  /// Metres to the nearest wall, looked for within `max_m`; infinity where there is none.
+  [[nodiscard]] double clearance(const Eigen::Vector2d& point_m, double max_m) const;
+
+ private:
+  FloorPlan() = default;
+  void build_index();
+  [[nodiscard]] std::span<const std::uint32_t> cell(int column, int row) const;
+  [[nodiscard]] int column_of(double x_m) const;
+  [[nodiscard]] int row_of(double y_m) const;
+  template <class Visit>
+  void for_cells_of(const Segment& s, Visit&& visit) const;
+
+  std::vector<Segment> segments_;
+  Eigen::Vector2d lower_m_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d upper_m_ = Eigen::Vector2d::Zero();
+  double cell_m_ = 1.0;
+  int columns_ = 0;
+  int rows_ = 0;
+  std::vector<std::uint32_t> first_;  // cell c lists members_[first_[c] .. first_[c + 1])
+  std::vector<std::uint32_t> members_;
+};
+
+/// A point outside the plan that can be reached from `inside_m` without crossing a wall, where
+/// there is one; nothing where the walls around `inside_m` are closed. Finds every gap wider than
+/// `step_m` (walls that meet within a step may hide a narrower one).
+[[nodiscard]] std::optional<Eigen::Vector2d> find_leak(const FloorPlan& plan,
+                                                       const Eigen::Vector2d& inside_m,
+                                                       double step_m = 0.1);
+
+}  // namespace wayfare::sim
