@@ -5,17 +5,24 @@
 #include <cmath>
 #include <compare>
 #include <numbers>
+#include <type_traits>
 
 namespace wayfare {
 
-/// The representative of `radians` in (-pi, pi].
+/// The representative of `radians` in (-pi, pi], pi being the nearest T. NaN where it is not
+/// finite.
 template <class T>
 [[nodiscard]] T wrap_to_pi(const T& radians) {
   using std::floor;
-  constexpr double kTwoPi = 2.0 * std::numbers::pi;
-  if (radians > T(-std::numbers::pi) && radians <= T(std::numbers::pi)) return radians;
-  const T wrapped = radians - T(kTwoPi) * floor((radians + T(std::numbers::pi)) / T(kTwoPi));
-  return wrapped == T(-std::numbers::pi) ? T(std::numbers::pi) : wrapped;
+  const T pi = T(std::numbers::pi);
+  if (radians > -pi && radians <= pi) return radians;
+  T wrapped{};
+  if constexpr (std::is_floating_point_v<T>) {
+    wrapped = std::remainder(radians, 2 * pi);  // exact, where a floor loses the last bits
+  } else {
+    wrapped = radians - T(2) * pi * floor((radians + pi) / (T(2) * pi));
+  }
+  return wrapped <= -pi ? pi : wrapped;
 }
 
 template <class T>

@@ -19,7 +19,7 @@ struct Gaussian {
   using Covariance = SquareOf<M>;
   using Scalar = typename ManifoldTraits<M>::Scalar;
 
-  M mean{};
+  M mean = manifold_origin<M>();
   Covariance covariance = Covariance::Identity();
 };
 
@@ -64,15 +64,16 @@ template <Manifold M>
 /// manifold, so headings wrap; exact for vectors, first order for curved groups.
 template <Manifold M>
 [[nodiscard]] Result<Gaussian<M>> product(const Gaussian<M>& a, const Gaussian<M>& b) {
+  using Scalar = typename Gaussian<M>::Scalar;
   const Eigen::LLT<SquareOf<M>> sum(a.covariance + b.covariance);
-  if (sum.info() != Eigen::Success) {
+  if (sum.info() != Eigen::Success || !sum.matrixLLT().allFinite()) {
     return Error{ErrorCode::numerical, "the sum of the two covariances is not positive definite"};
   }
   const SquareOf<M> gain = sum.solve(a.covariance).transpose();  // Σ₁ (Σ₁ + Σ₂)⁻¹
   const SquareOf<M> covariance = gain * b.covariance;
   return Gaussian<M>{
       ManifoldTraits<M>::plus(a.mean, gain * ManifoldTraits<M>::minus(b.mean, a.mean)),
-      SquareOf<M>(0.5 * (covariance + covariance.transpose()))};
+      SquareOf<M>(Scalar(0.5) * (covariance + covariance.transpose()))};
 }
 
 /// The pose a ∘ b of two independent uncertain poses: Σ = Ad(b⁻¹) Σa Ad(b⁻¹)ᵀ + Σb.

@@ -45,6 +45,19 @@ concept Manifold = requires(const M& x, const M& y,
   { ManifoldTraits<M>::minus(y, x) } -> std::convertible_to<typename ManifoldTraits<M>::Tangent>;
 };
 
+/// The identity of a group, zero of a vector space, else the default value. (Eigen's own default
+/// value is uninitialised.)
+template <class M>
+[[nodiscard]] M manifold_origin() {
+  if constexpr (requires { M::identity(); }) {
+    return M::identity();
+  } else if constexpr (requires { M::Zero(); }) {
+    return M::Zero();
+  } else {
+    return M{};
+  }
+}
+
 template <class M>
 using TangentOf = typename ManifoldTraits<M>::Tangent;
 

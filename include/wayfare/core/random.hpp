@@ -11,6 +11,8 @@
 #include <limits>
 #include <numbers>
 
+#include <wayfare/core/contract.hpp>
+
 namespace wayfare {
 
 /// xoshiro256++ (Blackman and Vigna 2019), seeded through SplitMix64.
@@ -51,7 +53,9 @@ class Rng {
 
   /// Uniform in {0, …, n-1}, n > 0: draws of just enough bits, those past the end thrown away.
   std::uint64_t below(std::uint64_t n) {
-    const int unused_bits = n > 1 ? std::countl_zero(n - 1) : 63;
+    WAYFARE_EXPECTS(n > 0, "there is no number below zero to draw");
+    if (n <= 1) return 0;
+    const int unused_bits = std::countl_zero(n - 1);
     while (true) {
       const std::uint64_t draw = (*this)() >> unused_bits;
       if (draw < n) return draw;

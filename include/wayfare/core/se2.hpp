@@ -1,11 +1,12 @@
 #pragma once
 
 #include <cmath>
-#include <concepts>
+#include <type_traits>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/so2.hpp>
+#include <wayfare/core/stumpff.hpp>
 
 namespace wayfare {
 
@@ -24,9 +25,9 @@ class SE2 {
       : translation_(translation), rotation_(rotation) {}
   SE2(const T& x, const T& y, const BasicAngle<T>& heading)
       : translation_(x, y), rotation_(heading) {}
-  template <std::floating_point Bare>
-  SE2(const T& x, const T& y,
-      Bare) = delete;  // a heading is an Angle: write 0.3_rad or Angle::degrees(17)
+  template <class Bare>
+  requires std::is_arithmetic_v<Bare> SE2(T, T, Bare)
+  = delete;  // a heading is an Angle: write 0.3_rad or Angle::degrees(17)
 
   [[nodiscard]] static SE2 identity() { return SE2(); }
 
@@ -102,23 +103,13 @@ class SE2 {
   };
   /// sin θ / θ and (1 − cos θ) / θ.
   static Pair v_coefficients(const T& theta) {
-    using std::cos, std::sin;
     const T square = theta * theta;
-    if (square < T(1e-6)) {
-      return {T(1) - square / T(6) + square * square / T(120),
-              theta * (T(0.5) - square / T(24) + square * square / T(720))};
-    }
-    return {sin(theta) / theta, (T(1) - cos(theta)) / theta};
+    return {stumpff<1>(square), theta * stumpff<2>(square)};
   }
   /// (θ − sin θ) / θ² and (1 − cos θ) / θ².
   static Pair q_coefficients(const T& theta) {
-    using std::cos, std::sin;
     const T square = theta * theta;
-    if (square < T(1e-6)) {
-      return {theta * (T(1.0 / 6) - square / T(120)),
-              T(0.5) - square / T(24) + square * square / T(720)};
-    }
-    return {(theta - sin(theta)) / square, (T(1) - cos(theta)) / square};
+    return {theta * stumpff<3>(square), stumpff<2>(square)};
   }
 
   Vector translation_ = Vector::Zero();

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <cmath>
-
 #include <Eigen/Core>
 
 #include <wayfare/core/so3.hpp>
+#include <wayfare/core/stumpff.hpp>
 
 namespace wayfare {
 
@@ -46,31 +45,26 @@ class SE3 {
   [[nodiscard]] Tangent log() const {
     const Vector theta = rotation_.log();
     Tangent tau;
-    tau << SO3<T>::right_jacobian_inverse(-theta) * translation_, theta;
+    tau.template head<3>() = SO3<T>::right_jacobian_inverse(-theta) * translation_;
+    tau.template tail<3>() = theta;
     return tau;
   }
 
   /// (175).
   [[nodiscard]] Jacobian adjoint() const {
     const Block r = rotation_.matrix();
-    Jacobian a;
-    a << r, skew(translation_) * r, Block::Zero(), r;
-    return a;
+    return upper_triangular(r, skew(translation_) * r);
   }
 
   /// (179a) at −τ.
   [[nodiscard]] static Jacobian right_jacobian(const Tangent& tau) {
     const Block j = SO3<T>::right_jacobian(tau.template tail<3>());
-    Jacobian result;
-    result << j, left_coupling(-tau), Block::Zero(), j;
-    return result;
+    return upper_triangular(j, left_coupling(-tau));
   }
   /// (179b) at −τ.
   [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& tau) {
     const Block j = SO3<T>::right_jacobian_inverse(tau.template tail<3>());
-    Jacobian result;
-    result << j, -j * left_coupling(-tau) * j, Block::Zero(), j;
-    return result;
+    return upper_triangular(j, -j * left_coupling(-tau) * j);
   }
 
   [[nodiscard]] SE3 plus(const Tangent& tau) const { return *this * exp(tau); }
@@ -82,24 +76,21 @@ class SE3 {
   }
 
  private:
+  static Jacobian upper_triangular(const Block& diagonal, const Block& corner) {
+    Jacobian result = Jacobian::Zero();
+    result.template topLeftCorner<3, 3>() = diagonal;
+    result.template topRightCorner<3, 3>() = corner;
+    result.template bottomRightCorner<3, 3>() = diagonal;
+    return result;
+  }
   /// Q(ρ, θ) of (180).
   static Block left_coupling(const Tangent& tau) {
-    using std::cos, std::sin, std::sqrt;
     const Vector theta = tau.template tail<3>();
     const Block v = skew(Vector(tau.template head<3>()));
     const Block w = skew(theta);
     const T square = theta.squaredNorm();
-    T a, b, c;  // (θ − sin θ)/θ³, (1 − θ²/2 − cos θ)/θ⁴, (θ − sin θ − θ³/6)/θ⁵
-    if (square < T(1e-4)) {
-      a = T(1.0 / 6) - square / T(120) + square * square / T(5040);
-      b = T(-1.0 / 24) + square / T(720) - square * square / T(40320);
-      c = T(-1.0 / 120) + square / T(5040) - square * square / T(362880);
-    } else {
-      const T angle = sqrt(square);
-      a = (angle - sin(angle)) / (square * angle);
-      b = (T(1) - T(0.5) * square - cos(angle)) / (square * square);
-      c = (a - T(1.0 / 6)) / square;
-    }
+    // (θ − sin θ)/θ³, (1 − θ²/2 − cos θ)/θ⁴, (θ − sin θ − θ³/6)/θ⁵
+    const T a = stumpff<3>(square), b = -stumpff<4>(square), c = -stumpff<5>(square);
     const Block wv = w * v, vw = v * w, wvw = wv * w;
     return T(0.5) * v + a * (wv + vw + wvw) - b * (w * wv + vw * w - T(3) * wvw) -
            T(0.5) * (b - T(3) * c) * (wvw * w + w * wvw);

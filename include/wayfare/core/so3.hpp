@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <wayfare/core/manifold.hpp>
+#include <wayfare/core/stumpff.hpp>
 
 namespace wayfare {
 
@@ -48,18 +49,9 @@ class SO3 {
 
   /// (101).
   [[nodiscard]] static SO3 exp(const Tangent& tau) {
-    using std::cos, std::sin, std::sqrt;
-    const T square = tau.squaredNorm();
-    T w, k;
-    if (square < T(1e-6)) {
-      w = T(1) - square / T(8) + square * square / T(384);
-      k = T(0.5) - square / T(48) + square * square / T(3840);
-    } else {
-      const T angle = sqrt(square);
-      w = cos(T(0.5) * angle);
-      k = sin(T(0.5) * angle) / angle;
-    }
-    return from_unit(Quaternion(w, k * tau[0], k * tau[1], k * tau[2]));
+    const T quarter = T(0.25) * tau.squaredNorm();
+    const T k = T(0.5) * stumpff<1>(quarter);
+    return from_unit(Quaternion(stumpff<0>(quarter), k * tau[0], k * tau[1], k * tau[2]));
   }
   /// (102), the shorter of the two rotation vectors.
   [[nodiscard]] Tangent log() const {
@@ -77,31 +69,15 @@ class SO3 {
 
   /// (143).
   [[nodiscard]] static Jacobian right_jacobian(const Tangent& tau) {
-    using std::cos, std::sin, std::sqrt;
     const T square = tau.squaredNorm();
-    T a, b;  // (1 − cos θ)/θ², (θ − sin θ)/θ³
-    if (square < T(1e-5)) {
-      a = T(0.5) - square / T(24) + square * square / T(720);
-      b = T(1.0 / 6) - square / T(120) + square * square / T(5040);
-    } else {
-      const T angle = sqrt(square);
-      a = (T(1) - cos(angle)) / square;
-      b = (angle - sin(angle)) / (square * angle);
-    }
     const Jacobian k = skew(tau);
-    return Jacobian::Identity() - a * k + b * k * k;
+    return Jacobian::Identity() - stumpff<2>(square) * k + stumpff<3>(square) * k * k;
   }
   /// (144).
   [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& tau) {
-    using std::sqrt, std::tan;
     const T square = tau.squaredNorm();
-    T c;  // 1/θ² − (1 + cos θ)/(2θ sin θ) = (1 − (θ/2) cot(θ/2))/θ²
-    if (square < T(1e-4)) {
-      c = T(1.0 / 12) + square / T(720) + square * square / T(30240);
-    } else {
-      const T half = T(0.5) * sqrt(square);
-      c = (T(1) - half / tan(half)) / square;
-    }
+    // 1/θ² − (1 + cos θ)/(2θ sin θ) = (c₃ − 2c₄)/(2c₂), which neither zero nor π troubles.
+    const T c = (stumpff<3>(square) - T(2) * stumpff<4>(square)) / (T(2) * stumpff<2>(square));
     const Jacobian k = skew(tau);
     return Jacobian::Identity() + T(0.5) * k + c * k * k;
   }

@@ -5,7 +5,10 @@
 #include <chrono>
 #include <compare>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
+
+#include <wayfare/core/contract.hpp>
 
 namespace wayfare {
 
@@ -28,15 +31,24 @@ class Time {
   using ClockType = Clock;
 
   constexpr Time() = default;
+  template <class Bare>
+  requires std::is_arithmetic_v<Bare> Time(Bare)
+  = delete;  // an instant has a unit: Time::from_seconds(s) or from_nanoseconds(ns)
 
   [[nodiscard]] static constexpr Time from_nanoseconds(std::int64_t ns) {
     return Time(Duration(ns));
   }
   /// Rounds to the nearest nanosecond; exact text belongs to the readers, which never pass by
-  /// double.
+  /// double. Beyond ±292 years the nearest representable instant; NaN is the caller's error.
   [[nodiscard]] static constexpr Time from_seconds(double s) {
+    WAYFARE_EXPECTS(s == s, "an instant is a number of seconds, not NaN");
+    using Limits = std::numeric_limits<std::int64_t>;
     const double ns = s * 1e9;
-    return from_nanoseconds(static_cast<std::int64_t>(ns < 0 ? ns - 0.5 : ns + 0.5));
+    if (ns >= 0x1p63) return from_nanoseconds(Limits::max());
+    if (!(ns >= -0x1p63)) return from_nanoseconds(Limits::min());
+    const auto whole = static_cast<std::int64_t>(ns);
+    const double rest = ns - static_cast<double>(whole);
+    return from_nanoseconds(whole + (rest >= 0.5 ? 1 : 0) - (rest <= -0.5 ? 1 : 0));
   }
 
   [[nodiscard]] constexpr std::int64_t nanoseconds() const { return since_epoch_.count(); }

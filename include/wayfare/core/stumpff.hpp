@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cmath>
+
+namespace wayfare {
+
+/// The Stumpff function cₙ(x) = Σₖ (−x)ᵏ / (n + 2k)!, x = θ² ≥ 0. The coefficients of every
+/// exponential map and Jacobian of the rotation groups are among them:
+///   c₀ = cos θ, c₁ = sin θ/θ, c₂ = (1 − cos θ)/θ², c₃ = (θ − sin θ)/θ³, …
+/// Near zero those quotients cancel to nothing, in single precision as early as θ = 0.1.
+template <int N, class T>
+[[nodiscard]] T stumpff(const T& x) {
+  using std::cos, std::sin, std::sqrt;
+  static_assert(N >= 0);
+  constexpr auto factorial = [](int n) {
+    double product = 1.0;
+    for (int i = 2; i <= n; ++i) product *= i;
+    return product;
+  };
+  if (x < T(0.25)) {
+    constexpr int kTerms = 8;  // the first one left out is below 0.25⁸/16! = 7e-19
+    T sum = T(1.0 / factorial(N + 2 * (kTerms - 1)));
+    for (int k = kTerms - 2; k >= 0; --k) sum = T(1.0 / factorial(N + 2 * k)) - x * sum;
+    return sum;
+  }
+  if constexpr (N == 0) {
+    return cos(sqrt(x));
+  } else if constexpr (N == 1) {
+    const T angle = sqrt(x);
+    return sin(angle) / angle;
+  } else {
+    return (T(1.0 / factorial(N - 2)) - stumpff<N - 2>(x)) / x;
+  }
+}
+
+}  // namespace wayfare
