@@ -287,7 +287,7 @@ class CarmenReader {
     for (const char* name : {"laser_frontlaser_maxrange", "laser_frontlaser_max_range",
                              "laser_laser1_maxrange", "laser_laser1_max_range"}) {
       const double value = parameter(name).value_or(0.0);
-      if (value > 0.5) limit = std::min(limit, static_cast<float>(value));
+      if (value > 0.5) limit = std::min(limit, static_cast<float>(std::min(value, 1e6)));
     }
     return options_.find_no_return_value ? no_return_value(scans, limit) : limit;
   }
@@ -359,7 +359,7 @@ class CarmenReader {
                           const std::vector<LogTime>& times) {
     const Duration overlap = std::min(lines.back().time, times.back()).since_epoch() -
                              std::max(lines.front().time, times.front()).since_epoch();
-    return overlap * 2 >= times.back() - times.front();
+    return 2.0 * to_seconds(overlap) >= to_seconds(times.back() - times.front());
   }
 
   Result<CarmenLog> finish() {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include <wayfare/io/time_text.hpp>
+#include "stamp.hpp"
 
 namespace wayfare::io::carmen {
 namespace {
@@ -77,13 +77,13 @@ Result<void> LineParser::ranges(text::Tokens& tokens, std::vector<float>& values
 
 Result<void> LineParser::time_and_host(text::Tokens& tokens, bool terminated, LogTime& time) {
   const std::string_view stamp = tokens.next();
-  const std::optional<std::int64_t> nanoseconds = parse_nanoseconds(stamp);
-  if (!nanoseconds) {
+  const std::optional<LogTime> parsed = parse_stamp(stamp);
+  if (!parsed) {
     return fault(stamp.empty() ? std::string("the line ends before the time stamp")
                                : "not a time stamp: '" + text::printable(stamp) +
                                      "' (does the number of ranges agree with the line?)");
   }
-  time = LogTime::from_nanoseconds(*nanoseconds);
+  time = *parsed;
   const std::string_view host = tokens.next();
   const std::string_view logger_time = tokens.next();
   double number = 0.0;
@@ -126,7 +126,7 @@ Result<ScanLine> LineParser::robot_laser(text::Tokens tokens, bool with_poses, b
   result.scan.first_bearing = Angle::radians(head[1]);
   result.scan.bearing_step = Angle::radians(step);
   result.has_bearings = true;
-  if (head[4] > 0.5) result.scan.max_range_m = static_cast<float>(head[4]);
+  if (head[4] > 0.5) result.scan.max_range_m = static_cast<float>(std::min(head[4], 1e6));
   const Result<std::size_t> remissions = count(tokens, "remissions");
   if (!remissions) return remissions.error();
   for (std::size_t i = 0; i < *remissions; ++i)

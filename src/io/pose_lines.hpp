@@ -13,8 +13,8 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/io/time_text.hpp>
 
+#include "stamp.hpp"
 #include "text.hpp"
 
 namespace wayfare::io {
@@ -35,9 +35,9 @@ std::size_t for_each_pose_line(std::string_view all, const std::string& source, 
     const auto message = [&]() -> std::string {
       for (LogTime& time : times) {
         const std::string_view token = tokens.next();
-        const std::optional<std::int64_t> ns = parse_nanoseconds(token);
-        if (!ns) return "not a time stamp: '" + text::printable(token) + "'";
-        time = LogTime::from_nanoseconds(*ns);
+        const std::optional<LogTime> stamp = parse_stamp(token);
+        if (!stamp) return "not a time stamp: '" + text::printable(token) + "'";
+        time = *stamp;
       }
       for (double& number : numbers) {
         const std::string_view token = tokens.next();

@@ -148,8 +148,9 @@ TEST(Carmen, ReportsEachMalformedLineByNumberAndReadsOn) {
       {"FLASER 3 1 1 \x01\xff 0 0 0 0 0 0 5 host 0", "range 3 of 3 is not a number: '..'"},
       {"FLASER 3 1 1 1 0 nan 0 0 0 0 5 host 0", "not finite: 'nan'"},
       {"FLASER 3 1 1 1 0 0 0 0 0 0 inf host 0", "not a time stamp: 'inf'"},
-      {"FLASER 4 1 1 1 0 0 0 0 0 0 5 host 0", "not a time stamp: 'host'"},  // one beam too few
-      {"FLASER 2 1 1 1 0 0 0 0 0 0 5 host 0", "logger time: 'host'"},       // one too many
+      {"FLASER 3 1 1 1 0 0 0 0 0 0 9e9 host 0", "not a time stamp: '9e9'"},  // 285 years
+      {"FLASER 4 1 1 1 0 0 0 0 0 0 5 host 0", "not a time stamp: 'host'"},   // one beam too few
+      {"FLASER 2 1 1 1 0 0 0 0 0 0 5 host 0", "logger time: 'host'"},        // one too many
       {"FLASER 2 1 1 1 0 0 0 0 0 0 5", "more fields"},
       {"FLASER 3 1 1 1 0 0 0 0 0 0 5 host 0 9", "more fields"},
       {"ODOM 1 2 3", "3 of 6 numbers"},

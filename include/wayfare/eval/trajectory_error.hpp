@@ -3,6 +3,7 @@
 // Absolute and relative trajectory error (Sturm, Engelhard, Endres, Burgard, Cremers, "A benchmark
 // for the evaluation of RGB-D SLAM systems", IROS 2012), with the error per axis beside them.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
