@@ -2,10 +2,13 @@
 
 #include <cstdio>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/map_image.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sim/plan_text.hpp>
@@ -19,6 +22,7 @@ using namespace wayfare;
 
 struct Options {
   std::string plan;
+  std::vector<std::pair<double, double>> waypoints;
   std::string log;
   std::string truth;
   std::uint64_t seed = 1;
@@ -33,7 +37,12 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& o) {
-  app.add_option("PLAN", o.plan, "floor plan as text; without it, the built-in building");
+  app.add_option("PLAN", o.plan,
+                 "floor plan as text, or the .yaml file of a map picture; without it, the built-in "
+                 "building");
+  app.add_option("--waypoint", o.waypoints,
+                 "X Y in metres, once for every place to drive through; replaces the plan's route")
+      ->take_all();
   app.add_option("--out", o.log, "the CARMEN log to write");
   app.add_option("--truth", o.truth, "where the robot really was, as a TUM trajectory");
   app.add_option("--seed", o.seed, "the same seed gives the same log")->capture_default_str();
@@ -79,18 +88,45 @@ void complete(Options& o) {
   o.robot.heading = o.use_gyro ? sim::HeadingSource::gyro : sim::HeadingSource::wheels;
 }
 
-Result<sim::PlannedRoute> load_plan(const std::string& path) {
+// Whatever a map does not know to be free is wall, so that the rooms are closed.
+Result<sim::PlannedRoute> plan_of_map(const std::string& yaml_path) {
+  const auto map = io::read_map(yaml_path);
+  if (!map) return map.error();
+  sim::CellMask mask{
+      static_cast<int>(map->width), static_cast<int>(map->height), map->resolution_m, {}};
+  for (std::size_t row = map->height; row-- > 0;) {
+    for (std::size_t column = 0; column < map->width; ++column) {
+      const float occupancy = map->occupancy[row * map->width + column];
+      mask.solid.push_back(occupancy < 0.5F ? 0 : 1);  // NaN is unknown: 1
+    }
+  }
+  auto plan = sim::FloorPlan::from_cells(mask);
+  if (!plan) return Error{plan.error().code, plan.error().message, yaml_path};
+  return sim::PlannedRoute{std::move(plan).value(), {}};
+}
+
+Result<sim::PlannedRoute> read_any_plan(const std::string& path) {
   if (path.empty()) return sim::read_plan(sim::demo_building(), "the built-in building");
+  if (path.ends_with(".yaml")) return plan_of_map(path);
   const auto text = io::read_file(path);
   if (!text) return text.error();
   return sim::read_plan(text->bytes, path);
 }
 
+Result<sim::PlannedRoute> load_plan(const Options& o) {
+  auto planned = read_any_plan(o.plan);
+  if (!planned) return planned;
+  if (!o.waypoints.empty()) planned->route_m.clear();
+  for (const auto& [x, y] : o.waypoints) planned->route_m.emplace_back(x, y);
+  if (planned->route_m.size() >= 2) return planned;
+  return Error{ErrorCode::invalid,
+               "a route is needed: a 'route' line with two places or more, or --waypoint X Y twice",
+               o.plan};
+}
+
 Result<void> run(const Options& o) {
-  const auto planned = load_plan(o.plan);
+  const auto planned = load_plan(o);
   if (!planned) return planned.error();
-  if (planned->route_m.size() < 2)
-    return Error{ErrorCode::invalid, "needs a 'route' line with two places or more", o.plan};
   examples::ProgressLine progress("simulating", o.quiet);
   const auto simulated =
       sim::simulate_recording(planned->plan, planned->route_m, o.robot, Rng(o.seed),

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
-#include <numbers>
-#include <optional>
+#include <utility>
 
+#include <wayfare/eval/interpolation.hpp>
 #include <wayfare/io/time_text.hpp>
 
 #include "text.hpp"
@@ -51,34 +50,12 @@ bool has_usual_bearings(const LaserScan& scan) {
          near(scan.bearing_step.degrees(), step_deg);
 }
 
-// Odometry at any time: along the arc between two samples, held before the first and after the
-// last.
-class OdometryAt {
- public:
-  explicit OdometryAt(const std::vector<OdometrySample>& samples) : samples_(samples) {}
-
-  SE2d operator()(LogTime time) {
-    if (samples_.empty()) return {};
-    while (next_ < samples_.size() && samples_[next_].time < time) ++next_;
-    if (next_ == samples_.size()) return samples_.back().T_odom_base.raw();
-    const OdometrySample& after = samples_[next_];
-    if (next_ == 0 || after.time == time) return after.T_odom_base.raw();
-    const OdometrySample& before = samples_[next_ - 1];
-    const double u = to_seconds(time - before.time) / to_seconds(after.time - before.time);
-    return interpolate(before.T_odom_base.raw(), after.T_odom_base.raw(), u);
-  }
-
- private:
-  const std::vector<OdometrySample>& samples_;
-  std::size_t next_ = 0;
-};
-
 class Writer {
  public:
   explicit Writer(const Recording& recording)
       : recording_(recording),
         T_base_laser_(recording.T_base_laser.raw()),
-        odometry_at_(recording.odometry),
+        odometry_(eval::as_trajectory(recording.odometry)),
         straight_ahead_(near(T_base_laser_.y(), 0.0) &&
                         near(T_base_laser_.heading().radians(), 0.0)) {}
 
@@ -130,8 +107,15 @@ class Writer {
     append_end(out_, sample.time);
   }
 
+  // Held before the first sample and after the last.
+  [[nodiscard]] SE2d odometry_at(LogTime time) const {
+    if (odometry_.empty()) return {};
+    return *eval::pose_at(odometry_,
+                          std::clamp(time, odometry_.front().time, odometry_.back().time));
+  }
+
   void write_scan(const LaserScan& scan) {
-    const SE2d robot = odometry_at_(scan.time);
+    const SE2d robot = odometry_at(scan.time);
     const SE2d laser = robot * T_base_laser_;
     if (straight_ahead_ && has_usual_bearings(scan)) {
       out_ += "FLASER";
@@ -162,7 +146,7 @@ class Writer {
 
   const Recording& recording_;
   SE2d T_base_laser_;
-  OdometryAt odometry_at_;
+  Trajectory odometry_;
   bool straight_ahead_;
   std::string out_;
 };
