@@ -18,10 +18,10 @@ int half_steps(double half, double step) {
   return static_cast<int>(std::ceil(std::min(half / step, 1e6) - 1e-9));
 }
 
+/// acos(1 − r²/2d²), written so that it keeps its digits for far points.
 double finest_heading_step(double farthest_m, double resolution_m) {
-  const double ratio = resolution_m / farthest_m;
-  const double cosine = 1 - 0.5 * ratio * ratio;
-  return cosine > -1 ? std::acos(cosine) : M_PI;  // also for all points at the origin
+  const double half_chord = 0.5 * resolution_m / farthest_m;
+  return half_chord < 1 ? 2 * std::asin(half_chord) : M_PI;  // also for all points at the origin
 }
 
 Result<void> check(const PointSet& points, const SE2d& prior, const SearchWindow& w,
