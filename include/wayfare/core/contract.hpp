@@ -9,15 +9,14 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <source_location>
 
 namespace wayfare {
 
 struct ContractViolation {
   const char* condition;
   const char* message;
-  const char* file;
-  unsigned line;
-  const char* function;
+  std::source_location where;
 };
 
 using ContractHandler = void (*)(const ContractViolation&);
@@ -25,8 +24,8 @@ using ContractHandler = void (*)(const ContractViolation&);
 namespace detail {
 
 inline void abort_on_violation(const ContractViolation& v) {
-  std::fprintf(stderr, "%s:%u: precondition '%s' does not hold: %s\n", v.file, v.line, v.condition,
-               v.message);
+  std::fprintf(stderr, "%s:%u: precondition '%s' does not hold: %s\n", v.where.file_name(),
+               static_cast<unsigned>(v.where.line()), v.condition, v.message);
   std::abort();
 }
 
@@ -36,9 +35,8 @@ inline std::atomic<ContractHandler>& contract_handler() noexcept {
 }
 
 inline void report_violation(const char* condition, const char* message,
-                             const char* file = __builtin_FILE(), unsigned line = __builtin_LINE(),
-                             const char* function = __builtin_FUNCTION()) {
-  contract_handler().load()({condition, message, file, line, function});
+                             std::source_location where = std::source_location::current()) {
+  contract_handler().load()({condition, message, where});
 }
 
 }  // namespace detail

@@ -1,0 +1,52 @@
+#pragma once
+
+// What the optimiser asks of a sparse solver, and the ordering they share.
+
+#include <concepts>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+
+#include <wayfare/graph/block_sparse.hpp>
+
+namespace wayfare {
+
+/// Whether a matrix could be factorised; where not, the block whose pivot was not positive, or −1
+/// where the solver cannot tell.
+struct FactorOutcome {
+  bool ok = true;
+  int block = -1;
+};
+
+/// Solves H x = b for a symmetric positive definite H. Meaning (checked by
+/// tests/graph/linear_solver_test.cpp): after `analyse(h)` any number of `factorise(h)` with the
+/// same pattern and other values; after a successful `factorise`, any number of
+/// `solve_in_place(x)`, which turn b into x. `factorise` allocates nothing after its first call
+/// where the implementation can help it.
+template <class S>
+concept LinearSolver = std::default_initializable<S> &&
+    requires(S& solver, const BlockSparse<S::kBlock>& h, Eigen::VectorXd& x) {
+  solver.analyse(h);
+  { solver.factorise(h) } -> std::same_as<FactorOutcome>;
+  solver.solve_in_place(x);
+};
+
+/// position[i] = the place of block column i in an elimination order of little fill: approximate
+/// minimum degree on the graph of blocks, N² times smaller than that of scalars.
+template <int N>
+[[nodiscard]] std::vector<int> minimum_degree_order(const BlockSparse<N>& h) {
+  Eigen::SparseMatrix<char, Eigen::ColMajor, int> pattern(h.columns(), h.columns());
+  std::vector<char> ones(static_cast<std::size_t>(h.blocks()), 1);
+  const Eigen::Map<const Eigen::SparseMatrix<char, Eigen::ColMajor, int>> upper(
+      h.columns(), h.columns(), h.blocks(), h.starts().data(), h.rows().data(), ones.data());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+  Eigen::AMDOrdering<int>()(upper.selfadjointView<Eigen::Upper>(), order);
+  // Eigen gives order[k] = the column eliminated k-th.
+  std::vector<int> position(static_cast<std::size_t>(h.columns()));
+  for (int k = 0; k < h.columns(); ++k) position[static_cast<std::size_t>(order.indices()[k])] = k;
+  return position;
+}
+
+}  // namespace wayfare

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/graph/robust_kernel.hpp>
+
+namespace wayfare {
+
+enum class OptimiseMethod {
+  /// Full steps while they lower the cost; falls back to Levenberg-Marquardt when one does not.
+  gauss_newton,
+  levenberg_marquardt,
+};
+
+struct IterationRecord {
+  double cost = 0.0;     ///< Σ ρ(eᵀΩe) after the step, or before it where the step was refused
+  double damping = 0.0;  ///< λ of the step; 0 for Gauss-Newton
+  double max_step = 0.0;  ///< largest component of the step (m or rad)
+  bool accepted = true;
+};
+
+struct OptimiseOptions {
+  OptimiseMethod method = OptimiseMethod::gauss_newton;
+  RobustKernel kernel{};     ///< for edges marked `robust`
+  int max_iterations = 100;  ///< linear systems solved at most
+  /// Stops when a step lowers the cost by less than this fraction of it. Smaller: more digits.
+  double min_relative_gain = 1e-6;
+  /// … or by less than this much (the cost has no unit).
+  double min_absolute_gain = 1e-9;
+  double initial_damping = 1e-4;  ///< λ₀, relative to H's diagonal; larger: more careful start
+  double max_damping = 1e12;      ///< gives up when λ would pass this
+  /// Called after every iteration with its number (from 1); return false to stop with the best
+  /// poses so far.
+  std::function<bool(int, const IterationRecord&)> progress{};
+};
+
+enum class StopReason {
+  converged,       ///< the gain fell below its threshold
+  max_iterations,  ///< the poses are the best so far
+  stopped,         ///< the progress callback asked for it
+  no_progress,     ///< no damping lowers the cost any more
+};
+
+[[nodiscard]] constexpr std::string_view to_string(StopReason reason) {
+  switch (reason) {
+    case StopReason::converged:
+      return "converged";
+    case StopReason::max_iterations:
+      return "iteration limit";
+    case StopReason::stopped:
+      return "stopped on request";
+    case StopReason::no_progress:
+      return "no step lowers the cost";
+  }
+  return "";
+}
+
+struct PhaseTimes {
+  double validate_s = 0.0;
+  double analyse_s = 0.0;  ///< pattern, ordering, symbolic factorisation; 0 when kept
+  double linearise_s = 0.0;
+  double factorise_s = 0.0;
+  double solve_s = 0.0;
+  double total_s = 0.0;
+};
+
+struct OptimiseReport {
+  double initial_chi2 = 0.0;  ///< Σ eᵀΩe, no kernel
+  double final_chi2 = 0.0;
+  double initial_cost = 0.0;  ///< Σ ρ(eᵀΩe)
+  double final_cost = 0.0;
+  int iterations = 0;
+  StopReason reason = StopReason::converged;
+  bool fell_back = false;         ///< Gauss-Newton gave way to Levenberg-Marquardt
+  bool structure_reused = false;  ///< pattern and symbolic factorisation were kept
+  std::vector<IterationRecord> history;
+  PhaseTimes times;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,61 @@
+#pragma once
+
+// Robust kernels: how much less a residual counts the larger it is.
+
+#include <cmath>
+
+namespace wayfare {
+
+/// A kernel replaces s = eᵀΩe by ρ(s), with ρ(s) ≈ s for small s. Half width: `scale` is the
+/// residual √s, in standard deviations, where the kernel starts to bend.
+enum class RobustKernelKind {
+  none,           ///< ρ = s
+  huber,          ///< ρ = s up to scale², then 2·scale·√s − scale²: convex
+  cauchy,         ///< ρ = scale² ln(1 + s/scale²)
+  geman_mcclure,  ///< ρ = s·scale²/(scale² + s): bounded by scale²
+  /// Dynamic covariance scaling (Agarwal et al. 2013), Φ = scale²: ρ = s while s ≤ Φ, then
+  /// 3Φ − 4Φ²/(Φ + s). Written as the loss whose weight is the paper's squared switch
+  /// (2Φ/(Φ + s))², so that it never turns negative.
+  dynamic_covariance_scaling,
+};
+
+/// ρ(s) and ρ′(s).
+struct KernelValue {
+  double cost = 0.0;
+  /// ρ′(s) ∈ (0, 1]: the factor by which the information matrix counts. The Hessian uses only this
+  /// term (Triggs' correction left out), so it stays positive for every kernel.
+  double weight = 1.0;
+};
+
+struct RobustKernel {
+  RobustKernelKind kind = RobustKernelKind::none;
+  double scale = 1.0;  ///< standard deviations, > 0; larger trusts outliers more
+
+  /// `s` = eᵀΩe ≥ 0.
+  [[nodiscard]] KernelValue operator()(double s) const {
+    const double width = scale * scale;
+    switch (kind) {
+      case RobustKernelKind::none:
+        break;
+      case RobustKernelKind::huber: {
+        if (s <= width) break;
+        const double root = std::sqrt(s);
+        return {2.0 * scale * root - width, scale / root};
+      }
+      case RobustKernelKind::cauchy:
+        return {width * std::log1p(s / width), width / (width + s)};
+      case RobustKernelKind::geman_mcclure: {
+        const double k = width / (width + s);
+        return {s * k, k * k};
+      }
+      case RobustKernelKind::dynamic_covariance_scaling: {
+        if (s <= width) break;
+        const double k = 2.0 * width / (width + s);
+        return {width * (3.0 - 2.0 * k), k * k};
+      }
+    }
+    return {s, 1.0};
+  }
+};
+
+}  // namespace wayfare

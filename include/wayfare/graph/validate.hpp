@@ -1,0 +1,122 @@
+#pragma once
+
+// What makes a pose graph unsolvable, found before anything is computed and named.
+
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/graph/pose_graph.hpp>
+
+namespace wayfare {
+
+namespace detail {
+
+inline bool is_finite(const SE2d& x) {
+  return x.translation().allFinite() && std::isfinite(x.rotation().cos() + x.rotation().sin());
+}
+inline bool is_finite(const SE3d& x) {
+  return x.translation().allFinite() && x.rotation().quaternion().coeffs().allFinite();
+}
+
+/// Positive semi-definite to rounding: a matrix without information about some direction is fine,
+/// one with negative information is not.
+template <int N>
+bool is_semidefinite(const Eigen::Matrix<double, N, N>& m) {
+  if (Eigen::LLT<Eigen::Matrix<double, N, N>>(m).info() == Eigen::Success) return true;
+  const Eigen::LDLT<Eigen::Matrix<double, N, N>> ldlt(m);
+  return ldlt.info() == Eigen::Success &&
+         ldlt.vectorD().minCoeff() >= -1e-12 * ldlt.vectorD().cwiseAbs().maxCoeff();
+}
+
+/// Union-find over pose indices.
+class Components {
+ public:
+  explicit Components(int size) : parent_(static_cast<std::size_t>(size)) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  int root(int i) {
+    while (at(i) != i) i = at(i) = at(at(i));
+    return i;
+  }
+  void join(int a, int b) { at(root(a)) = root(b); }
+
+ private:
+  int& at(int i) { return parent_[static_cast<std::size_t>(i)]; }
+  std::vector<int> parent_;
+};
+
+}  // namespace detail
+
+/// The first fault of edge `index` by itself, or success.
+template <LieGroup G>
+[[nodiscard]] Result<void> validate_edge(const PoseGraph<G>& graph, std::size_t index) {
+  const PoseEdge<G>& edge = graph.edges[index];
+  const auto fault = [&](ErrorCode code, const std::string& what) {
+    return Error{code, "edge " + std::to_string(index) + " (" + graph.label(edge.from) + " -> " +
+                           graph.label(edge.to) + ") " + what};
+  };
+  for (const int end : {edge.from, edge.to}) {
+    if (end < 0 || end >= graph.size()) {
+      return fault(ErrorCode::not_found,
+                   "names pose " + std::to_string(end) + ", which the graph does not have");
+    }
+  }
+  if (edge.from == edge.to) return fault(ErrorCode::invalid, "joins a pose to itself");
+  if (!detail::is_finite(edge.measurement)) {
+    return fault(ErrorCode::invalid, "has a measurement that is not finite");
+  }
+  const SquareOf<G>& info = edge.information;
+  if (!info.allFinite()) return fault(ErrorCode::invalid, "has an information that is not finite");
+  const double size = info.cwiseAbs().maxCoeff();
+  if (size == 0.0) return fault(ErrorCode::degenerate, "has zero information");
+  if ((info - info.transpose()).cwiseAbs().maxCoeff() > 1e-9 * size) {
+    return fault(ErrorCode::invalid, "has an information matrix that is not symmetric");
+  }
+  if (!detail::is_semidefinite<ManifoldTraits<G>::kDof>(info)) {
+    return fault(ErrorCode::invalid,
+                 "has an information matrix that is not positive semi-definite");
+  }
+  return {};
+}
+
+/// Every pose must hang together with a fixed one.
+template <LieGroup G>
+[[nodiscard]] Result<void> validate_connection(const PoseGraph<G>& graph) {
+  detail::Components parts(graph.size());
+  for (const auto& edge : graph.edges) parts.join(edge.from, edge.to);
+  const int anchor = graph.fixed.empty() ? 0 : graph.fixed.front();
+  for (const int pose : graph.fixed) parts.join(pose, anchor);
+  for (int pose = 0; pose < graph.size(); ++pose) {
+    if (parts.root(pose) == parts.root(anchor)) continue;
+    return Error{ErrorCode::degenerate,
+                 "pose " + graph.label(pose) + " is not connected to pose " + graph.label(anchor) +
+                     (graph.fixed.size() > 1 ? " or any other fixed pose" : "")};
+  }
+  return {};
+}
+
+/// Success when the graph can be optimised; otherwise the first fault, by pose or edge.
+template <LieGroup G>
+[[nodiscard]] Result<void> validate(const PoseGraph<G>& graph) {
+  if (graph.poses.empty()) return Error{ErrorCode::degenerate, "the graph has no poses"};
+  for (int pose = 0; pose < graph.size(); ++pose) {
+    if (detail::is_finite(graph.poses[static_cast<std::size_t>(pose)])) continue;
+    return Error{ErrorCode::invalid, "pose " + graph.label(pose) + " is not finite"};
+  }
+  for (const int pose : graph.fixed) {
+    if (pose >= 0 && pose < graph.size()) continue;
+    return Error{ErrorCode::not_found,
+                 "fixed pose " + std::to_string(pose) + " is not in the graph"};
+  }
+  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
+    if (auto checked = validate_edge(graph, i); !checked) return checked;
+  }
+  return validate_connection(graph);
+}
+
+}  // namespace wayfare
