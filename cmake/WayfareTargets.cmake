@@ -46,3 +46,11 @@ function(wayfare_test name)
   wayfare_warnings(test_${name})
   gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60)
 endfunction()
+
+# wayfare_benchmark(NAME SOURCES ... LIBS ...): bench_NAME, with Google Benchmark's main.
+function(wayfare_benchmark name)
+  find_package(benchmark REQUIRED)
+  wayfare_program(bench_${name} ${ARGN})
+  target_link_libraries(bench_${name} PRIVATE benchmark::benchmark_main)
+  target_compile_definitions(bench_${name} PRIVATE WAYFARE_DATA_DIR="${WAYFARE_DATA_DIR}")
+endfunction()

@@ -47,7 +47,7 @@ void ProgressLine::update(double fraction) {
 void ProgressLine::finish() {
   if (finished_) return;
   finished_ = true;
-  if (quiet_) return;
+  if (quiet_ || (!shown_ && Clock::now() - start_ < kQuietStart)) return;
   char took[32];
   std::snprintf(took, sizeof took, " done in %.1f s", seconds(Clock::now() - start_));
   draw(label_ + took, true);

@@ -47,7 +47,7 @@ struct NamedErrors {
 [[nodiscard]] eval::Table error_table(const std::vector<NamedErrors>& errors);
 
 /// Makes `folder` where needed and writes trajectory.tum, map.pgm, map.yaml, map.png, graph.g2o and
-/// report.html (with truth.tum where there is a reference); gives the report's path. With
+/// report.html; gives the report's path. With
 /// `Existing::refuse` nothing is written where one of them is there already.
 [[nodiscard]] Result<std::string> write_slam_outputs(const std::string& folder,
                                                      const SlamOutputs& run,

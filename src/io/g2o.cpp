@@ -206,12 +206,14 @@ class G2oReader {
     if (options_.indefinite == IndefiniteInformation::refuse) {
       std::string message =
           edge_name(edge) + ": its information matrix is not positive semi-definite (eigenvalue ";
-      text::append_number(message, static_cast<float>(values.minCoeff()));
+      text::append_number(message, values.minCoeff());
       return Error{ErrorCode::invalid, message + ")", source_, line_};
     }
     const auto& axes = eigen.eigenvectors();
     const SquareOf<G> nearest = axes * values.cwiseMax(0.0).asDiagonal() * axes.transpose();
-    edge.information = 0.5 * (nearest + nearest.transpose());
+    if (!nearest.allFinite())
+      return fault(edge_name(edge) + ": its information matrix is too large to be projected");
+    edge.information = 0.5 * nearest + 0.5 * nearest.transpose();
     ++graph_.projected_edges;
     return {};
   }

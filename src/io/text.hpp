@@ -38,22 +38,26 @@ class Lines {
   bool terminated_ = true;
 };
 
-/// All of `token` as a number in the C locale; a leading '+' is allowed.
+/// All of `token` as a number in the C locale; a leading '+' is allowed. `value` is left alone
+/// where it is none.
 template <class T>
 bool to_number(std::string_view token, T& value) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
   const char* end = token.data() + token.size();
-  const auto [stop, error] = std::from_chars(token.data(), end, value);
-  if (error == std::errc::result_out_of_range && stop == end) {
-    if constexpr (std::floating_point<T>) {
-      // Too small a number is zero to any reader; too large a one is refused.
-      const bool tiny = token.find("e-") != token.npos || token.find("E-") != token.npos;
-      value = T(0);
-      return tiny;
-    }
-    return false;
+  T parsed{};
+  const auto [stop, error] = std::from_chars(token.data(), end, parsed);
+  if (token.empty() || stop != end) return false;
+  if (error == std::errc()) {
+    value = parsed;
+    return true;
   }
-  return error == std::errc() && stop == end && !token.empty();
+  if constexpr (std::floating_point<T>) {
+    // Too small a number is zero to any reader; too large a one is refused.
+    if (token.find("e-") == token.npos && token.find("E-") == token.npos) return false;
+    value = T(0);
+    return true;
+  }
+  return false;
 }
 
 /// Splits a line at blanks.
@@ -85,11 +89,11 @@ class Tokens {
   std::string_view rest_;
 };
 
-/// `text` fit for a message: bytes that are not printable ASCII become '?', and it is cut short.
+/// `text` fit for a message: bytes that are not printable ASCII become '.', and it is cut short.
 inline std::string printable(std::string_view text, std::size_t limit = 40) {
   std::string result(text.substr(0, limit));
   for (char& c : result)
-    if (c < 0x20 || c > 0x7e) c = '?';
+    if (c < 0x20 || c > 0x7e) c = '.';
   if (text.size() > limit) result += "...";
   return result;
 }

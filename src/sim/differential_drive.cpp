@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <string>
+
+#include <wayfare/eval/interpolation.hpp>
 
 namespace wayfare::sim {
 namespace {
@@ -173,13 +175,8 @@ std::vector<OdometrySample> dead_reckon(std::span<const WheelSample> wheels,
 
 SE2d true_pose_at(const Trajectory& trajectory, LogTime time) {
   WAYFARE_EXPECTS(!trajectory.empty(), "a trajectory to look up has at least one pose");
-  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), time,
-                                      [](const StampedPose& p, LogTime t) { return p.time < t; });
-  if (after == trajectory.begin()) return after->T_map_base.raw();
-  if (after == trajectory.end()) return trajectory.back().T_map_base.raw();
-  const auto before = after - 1;
-  const double u = to_seconds(time - before->time) / to_seconds(after->time - before->time);
-  return interpolate(before->T_map_base.raw(), after->T_map_base.raw(), u);
+  const LogTime held = std::clamp(time, trajectory.front().time, trajectory.back().time);
+  return *eval::pose_at(trajectory, held);
 }
 
 }  // namespace wayfare::sim

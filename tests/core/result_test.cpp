@@ -57,7 +57,7 @@ class Contract : public ::testing::Test {
  protected:
   Contract() {
     previous_ = set_contract_handler([](const ContractViolation& v) {
-      throw Violation(std::string(v.condition) + "|" + v.message + "|" + v.where.function_name());
+      throw Violation(std::string(v.condition) + "|" + v.message + "|" + v.function);
     });
   }
   ~Contract() override { set_contract_handler(previous_); }

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <type_traits>
 
+#include <wayfare/core/bare_number.hpp>
+
 namespace wayfare {
 
 /// The representative of `radians` in (-pi, pi], pi being the nearest T. NaN where it is not
@@ -29,6 +31,8 @@ template <class T>
 class BasicAngle {
  public:
   constexpr BasicAngle() = default;
+  template <BareNumber Bare>
+  BasicAngle(Bare) = delete;  // an angle has a unit: Angle::radians(x) or Angle::degrees(x)
 
   [[nodiscard]] static constexpr BasicAngle radians(const T& value) { return BasicAngle(value); }
   [[nodiscard]] static constexpr BasicAngle degrees(const T& value) {

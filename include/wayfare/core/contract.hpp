@@ -9,14 +9,15 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
-#include <source_location>
 
 namespace wayfare {
 
 struct ContractViolation {
   const char* condition;
   const char* message;
-  std::source_location where;
+  const char* file;
+  unsigned line;
+  const char* function;
 };
 
 using ContractHandler = void (*)(const ContractViolation&);
@@ -24,8 +25,8 @@ using ContractHandler = void (*)(const ContractViolation&);
 namespace detail {
 
 inline void abort_on_violation(const ContractViolation& v) {
-  std::fprintf(stderr, "%s:%u: precondition '%s' does not hold: %s\n", v.where.file_name(),
-               static_cast<unsigned>(v.where.line()), v.condition, v.message);
+  std::fprintf(stderr, "%s:%u: precondition '%s' does not hold: %s\n", v.file, v.line, v.condition,
+               v.message);
   std::abort();
 }
 
@@ -35,8 +36,9 @@ inline std::atomic<ContractHandler>& contract_handler() noexcept {
 }
 
 inline void report_violation(const char* condition, const char* message,
-                             std::source_location where = std::source_location::current()) {
-  contract_handler().load()({condition, message, where});
+                             const char* file = __builtin_FILE(), unsigned line = __builtin_LINE(),
+                             const char* function = __builtin_FUNCTION()) {
+  contract_handler().load()({condition, message, file, line, function});
 }
 
 }  // namespace detail

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <type_traits>
 
 #include <Eigen/Core>
 
@@ -25,9 +24,8 @@ class SE2 {
       : translation_(translation), rotation_(rotation) {}
   SE2(const T& x, const T& y, const BasicAngle<T>& heading)
       : translation_(x, y), rotation_(heading) {}
-  template <class Bare>
-  requires std::is_arithmetic_v<Bare> SE2(T, T, Bare)
-  = delete;  // a heading is an Angle: write 0.3_rad or Angle::degrees(17)
+  template <BareNumber Bare>
+  SE2(T, T, Bare) = delete;  // a heading is an Angle: write 0.3_rad or Angle::degrees(17)
 
   [[nodiscard]] static SE2 identity() { return SE2(); }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <type_traits>
 
 #include <Eigen/Core>
 
@@ -26,8 +25,7 @@ class SO2 {
     cos_ = cos(angle.radians());
     sin_ = sin(angle.radians());
   }
-  template <class Bare>
-  requires std::is_arithmetic_v<Bare>
+  template <BareNumber Bare>
   explicit SO2(Bare) = delete;  // a heading is an Angle: write 0.3_rad or Angle::degrees(17)
 
   [[nodiscard]] static SO2 identity() { return SO2(); }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <type_traits>
 
+#include <wayfare/core/bare_number.hpp>
 #include <wayfare/core/contract.hpp>
 
 namespace wayfare {
@@ -31,9 +32,8 @@ class Time {
   using ClockType = Clock;
 
   constexpr Time() = default;
-  template <class Bare>
-  requires std::is_arithmetic_v<Bare> Time(Bare)
-  = delete;  // an instant has a unit: Time::from_seconds(s) or from_nanoseconds(ns)
+  template <BareNumber Bare>
+  Time(Bare) = delete;  // an instant has a unit: Time::from_seconds(s) or from_nanoseconds(ns)
 
   [[nodiscard]] static constexpr Time from_nanoseconds(std::int64_t ns) {
     return Time(Duration(ns));

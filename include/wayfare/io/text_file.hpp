@@ -49,7 +49,8 @@ struct WriteOptions {
 /// and how many there were.
 class Problems {
  public:
-  explicit Problems(std::size_t capacity = 100) : capacity_(capacity) {}
+  Problems() = default;
+  explicit Problems(std::size_t capacity) : capacity_(capacity) {}
 
   void add(Error error) {
     ++count_;
@@ -62,7 +63,7 @@ class Problems {
   [[nodiscard]] const std::vector<Error>& first() const { return first_; }
 
  private:
-  std::size_t capacity_;
+  std::size_t capacity_ = 100;
   std::size_t count_ = 0;
   std::vector<Error> first_;
 };

@@ -16,7 +16,7 @@ struct Lidar2dParams {
   Angle first_bearing = Angle::degrees(-90.0);
   Angle bearing_step = Angle::degrees(1.0);
   double min_range_m = 0.05;
-  double max_range_m = 20.0;
+  double max_range_m = 30.0;
   double range_noise_m = 0.01;   ///< standard deviation, the same at every distance
   double resolution_m = 0.001;   ///< ranges are rounded to multiples of it; 0 = not rounded
   double missed_return = 0.002;  ///< probability that a beam which meets a wall does not return

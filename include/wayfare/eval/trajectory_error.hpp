@@ -1,0 +1,163 @@
+#pragma once
+
+// Absolute and relative trajectory error (Sturm, Engelhard, Endres, Burgard, Cremers, "A benchmark
+// for the evaluation of RGB-D SLAM systems", IROS 2012), with the error per axis beside them.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/se2.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/eval/alignment.hpp>
+#include <wayfare/eval/interpolation.hpp>
+#include <wayfare/eval/statistics.hpp>
+
+namespace wayfare::eval {
+
+/// Metres driven along the trajectory.
+[[nodiscard]] inline double path_length_m(std::span<const StampedPose> trajectory) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    length += (trajectory[i].T_map_base.raw().translation() -
+               trajectory[i - 1].T_map_base.raw().translation())
+                  .norm();
+  }
+  return length;
+}
+
+/// An estimated pose and the true one at the same time.
+struct PosePair {
+  LogTime time;
+  SE2d estimate;
+  SE2d reference;
+};
+
+/// Every sample of `estimate` with the reference interpolated at its time; samples outside the
+/// reference or in a gap of it have none.
+[[nodiscard]] inline std::vector<PosePair> associate(std::span<const StampedPose> estimate,
+                                                     std::span<const StampedPose> reference,
+                                                     const GapLimit& limit = {}) {
+  std::vector<PosePair> pairs;
+  for (const StampedPose& sample : estimate) {
+    if (const std::optional<SE2d> truth = pose_at(reference, sample.time, limit))
+      pairs.push_back({sample.time, sample.T_map_base.raw(), *truth});
+  }
+  return pairs;
+}
+
+struct AbsoluteError {
+  Summary translation_m;
+  Summary heading_deg;  ///< of the absolute error
+  double rmse_x_m = std::numeric_limits<double>::quiet_NaN();
+  double rmse_y_m = std::numeric_limits<double>::quiet_NaN();
+  double rmse_heading_deg = std::numeric_limits<double>::quiet_NaN();
+  /// Of the reference, between the first and the last pair.
+  double path_length_m = 0.0;
+  /// RMSE of the translation against the path's length, percent.
+  double percent_of_path = std::numeric_limits<double>::quiet_NaN();
+  SE2d alignment;             ///< applied to the estimate from the left
+  std::size_t unmatched = 0;  ///< estimated poses without a reference
+  std::vector<LogTime> times;
+  std::vector<double> translations_m;  ///< at `times`, for drawing
+};
+
+namespace detail {
+
+inline SE2d alignment_of(std::span<const PosePair> pairs, Alignment how) {
+  if (how == Alignment::none) return {};
+  std::vector<Eigen::Vector2d> from, to;
+  for (const PosePair& pair : pairs) {
+    from.push_back(pair.estimate.translation());
+    to.push_back(pair.reference.translation());
+  }
+  return rigid_alignment(from, to);
+}
+
+}  // namespace detail
+
+struct AbsoluteOptions {
+  Alignment alignment = Alignment::rigid;
+  GapLimit gaps = {};  ///< where the reference is not interpolated
+};
+
+/// Both trajectories are in order of time.
+[[nodiscard]] inline AbsoluteError absolute_error(std::span<const StampedPose> estimate,
+                                                  std::span<const StampedPose> reference,
+                                                  const AbsoluteOptions& options = {}) {
+  const std::vector<PosePair> pairs = associate(estimate, reference, options.gaps);
+  AbsoluteError result;
+  result.unmatched = estimate.size() - pairs.size();
+  result.alignment = detail::alignment_of(pairs, options.alignment);
+  std::vector<double> x, y, headings;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const SE2d aligned = result.alignment * pairs[i].estimate;
+    const Eigen::Vector2d d = aligned.translation() - pairs[i].reference.translation();
+    const SO2d turn = pairs[i].reference.rotation().inverse() * aligned.rotation();
+    result.times.push_back(pairs[i].time);
+    result.translations_m.push_back(d.norm());
+    x.push_back(d.x());
+    y.push_back(d.y());
+    headings.push_back(std::abs(turn.angle().degrees()));
+    if (i > 0) {
+      result.path_length_m +=
+          (pairs[i].reference.translation() - pairs[i - 1].reference.translation()).norm();
+    }
+  }
+  result.translation_m = summarise(result.translations_m);
+  result.heading_deg = summarise(headings);
+  result.rmse_x_m = summarise(x).rmse;
+  result.rmse_y_m = summarise(y).rmse;
+  result.rmse_heading_deg = result.heading_deg.rmse;
+  if (result.path_length_m > 0.0)
+    result.percent_of_path = 100.0 * result.translation_m.rmse / result.path_length_m;
+  return result;
+}
+
+/// How far apart the two ends of a relative error are.
+struct Span {
+  enum class Kind { time, distance };
+
+  Kind kind = Kind::time;
+  double length = 1.0;  ///< seconds, or metres along the reference
+
+  [[nodiscard]] static Span seconds(double s) { return {Kind::time, s}; }
+  [[nodiscard]] static Span metres(double m) { return {Kind::distance, m}; }
+};
+
+struct RelativeError {
+  Summary translation_m;
+  Summary heading_deg;  ///< of the absolute error
+};
+
+/// From every pair to the first one at least a span later: (x̂ᵢ⁻¹ x̂ⱼ) against (xᵢ⁻¹ xⱼ).
+[[nodiscard]] inline RelativeError relative_error(std::span<const PosePair> pairs, Span span) {
+  std::vector<double> at(pairs.size(), 0.0), translations, headings;
+  for (std::size_t i = 1; i < pairs.size(); ++i) {
+    const Eigen::Vector2d step =
+        pairs[i].reference.translation() - pairs[i - 1].reference.translation();
+    at[i] = span.kind == Span::Kind::time ? to_seconds(pairs[i].time - pairs[0].time)
+                                          : at[i - 1] + step.norm();
+  }
+  // A span that rounding made a hair longer than the steps it is made of still ends at its step.
+  const double length = span.length * (1.0 - 1e-12);
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    j = std::max(j, i + 1);
+    while (j < pairs.size() && at[j] - at[i] < length) ++j;
+    if (j >= pairs.size()) break;
+    const SE2d truth = pairs[i].reference.inverse() * pairs[j].reference;
+    const SE2d error = truth.inverse() * (pairs[i].estimate.inverse() * pairs[j].estimate);
+    translations.push_back(error.translation().norm());
+    headings.push_back(std::abs(error.heading().degrees()));
+  }
+  return {summarise(translations), summarise(headings)};
+}
+
+}  // namespace wayfare::eval

@@ -1,0 +1,97 @@
+#pragma once
+
+// Robot logs in CARMEN's text format, in the many variants found in the wild.
+//
+//   FLASER n r1..rn  x y θ  odom_x odom_y odom_θ  ipc_time host logger_time     (front laser)
+//   RLASER …                                                                    (rear laser)
+//   ROBOTLASER1 type start fov step max accuracy remission n r1..rn m i1..im
+//               laser_x laser_y laser_θ  robot_x robot_y robot_θ  tv rv safety×3
+//               ipc_time host logger_time                           (ROBOTLASER2: rear laser)
+//   RAWLASER1   the same up to the remissions, then the times
+//   ODOM x y θ tv rv acceleration  ipc_time host logger_time
+//   PARAM name value
+//   Odometry x y θ  /  Laser n r1..rn            (pairs without a time)
+//
+// Host and logger time may be missing. Comments and empty lines are skipped, lines of other kinds
+// counted. A malformed line is reported by number and skipped; reading goes on.
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/io/text_file.hpp>
+#include <wayfare/measure/recording.hpp>
+
+namespace wayfare::io {
+
+struct CarmenOptions {
+  /// Shorter ranges are no returns, metres. Logs write 0 for a beam that failed.
+  float min_range_m = 0.05F;
+  /// Ranges from here on are no returns, metres; a log's own smaller limit comes first. SICK
+  /// scanners in 80 m mode write 81.83 to 81.91 for no return.
+  float max_range_m = 80.0F;
+  /// Finds the value a log writes for "no return" below `max_range_m` (8.183, 51.05 …): the range
+  /// at the top of the whole log that is far more frequent than any just below it.
+  bool find_no_return_value = true;
+  /// Time from one `Odometry`/`Laser` pair to the next, for logs without time stamps.
+  Duration pair_period = from_seconds(0.1);
+  /// Problems kept in full; all are counted.
+  std::size_t max_problems = 100;
+  ReadOptions file = {};
+};
+
+enum class OdometrySource {
+  none,         ///< the log has no odometry
+  odom_lines,   ///< ODOM (or Odometry) lines
+  scan_fields,  ///< the odometry written with each scan
+};
+
+struct CarmenStatistics {
+  std::size_t lines = 0;
+  std::size_t scans = 0;           ///< in the recording
+  std::size_t rear_scans = 0;      ///< in `rear_scans`
+  std::size_t odometry = 0;        ///< in the recording
+  std::size_t skipped_lines = 0;   ///< malformed, or out of order of time
+  std::size_t invalid_ranges = 0;  ///< not finite or negative: taken as no return
+  OdometrySource odometry_source = OdometrySource::none;
+  /// The largest range that counts as a return lies below this, metres.
+  float max_range_m = 0.0F;
+  bool compressed = false;
+  bool synthetic_time = false;               ///< the log has no time stamps
+  std::map<std::string, std::size_t> other;  ///< lines not used, by their first word
+};
+
+struct CarmenLog {
+  /// Front laser and odometry. Times are the log's IPC time stamps, exact to the nanosecond and not
+  /// decreasing; equal stamps occur. Where lines are out of order the largest set that is in order
+  /// is kept.
+  Recording recording;
+  /// The pose written with each scan, as it stands: of the laser by odometry in a raw log, of a
+  /// corrected trajectory in a corrected one. One for each scan of the recording, or empty.
+  Trajectory reported_poses;
+  /// Scans of the rear laser, bearings from its own axis, which points backwards on the robot.
+  std::vector<LaserScan> rear_scans;
+  std::map<std::string, std::string> parameters;  ///< PARAM lines; the last value stands
+  Problems problems;
+  CarmenStatistics statistics;
+};
+
+/// Field of view: 180 or 181 beams are 1° apart from −90°, 360 or 361 are 0.5° apart; any other
+/// number spans 180° (from −90°, step π/n, or π/(n−1) for odd n, which has a beam at +90°) unless
+/// PARAM laser_frontlaser_fov and laser_frontlaser_resolution (degrees) say otherwise. ROBOTLASER
+/// and RAWLASER lines carry their own.
+///
+/// Odometry: the ODOM lines where at least two are in order and they cover half the scans' time or
+/// more; else the odometry written with the scans.
+///
+/// A cut-off gzip file is read as far as it goes, with a problem. Errors: the file cannot be read,
+/// or it holds no scan that can be used.
+[[nodiscard]] Result<CarmenLog> read_carmen(const std::string& path,
+                                            const CarmenOptions& options = {});
+[[nodiscard]] Result<CarmenLog> parse_carmen(std::string_view text, const std::string& source,
+                                             const CarmenOptions& options = {});
+
+}  // namespace wayfare::io

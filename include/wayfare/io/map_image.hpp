@@ -1,0 +1,71 @@
+#pragma once
+
+// Occupancy maps as PGM and YAML, as ROS map_server reads and writes them, and as pictures.
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/se2.hpp>
+#include <wayfare/io/image.hpp>
+#include <wayfare/io/text_file.hpp>
+
+namespace wayfare::io {
+
+/// A rectangle of cells. Cell (column, row) covers from (column, row) · resolution on, in the frame
+/// whose pose in the map is `origin`: the lower left corner of the first cell.
+struct GridImage {
+  std::size_t width = 0;
+  std::size_t height = 0;
+  double resolution_m = 0.05;
+  SE2d origin{};
+  /// Probability that the cell is occupied, row by row from the lowest; NaN is unknown.
+  std::vector<float> occupancy;
+};
+
+struct MapImageOptions {
+  /// Occupied from here on, free up to there, unknown between: written into the YAML file too.
+  double occupied_threshold = 0.65;
+  double free_threshold = 0.196;
+  WriteOptions file = {};
+};
+
+/// The picture for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
+[[nodiscard]] Result<std::string> format_pgm(const GridImage& grid,
+                                             const MapImageOptions& options = {});
+[[nodiscard]] std::string format_map_yaml(const GridImage& grid, const std::string& image_name,
+                                          const MapImageOptions& options = {});
+
+/// The picture for people: the greyer, the less certain; unknown is a cool light grey.
+[[nodiscard]] Image to_picture(const GridImage& grid);
+
+/// Writes `stem`.pgm and `stem`.yaml.
+[[nodiscard]] Result<void> write_map(const std::string& stem, const GridImage& grid,
+                                     const MapImageOptions& options = {});
+
+/// Reads a YAML file and the PGM it names, relative to its folder. In `mode: trinary` (and without
+/// a mode) cells are 0, 1 or unknown; in `mode: scale` they keep their grey as a probability.
+/// Errors: missing or malformed keys by line, a PGM that is damaged or another kind of picture,
+/// `mode: raw`.
+[[nodiscard]] Result<GridImage> read_map(const std::string& yaml_path,
+                                         const ReadOptions& options = {});
+
+/// What a map's YAML file says.
+struct MapYaml {
+  std::string image;
+  double resolution_m = 0.0;
+  SE2d origin{};
+  bool negate = false;
+  bool scale = false;
+  double occupied_threshold = 0.65;
+  double free_threshold = 0.196;
+};
+[[nodiscard]] Result<MapYaml> parse_map_yaml(std::string_view text, const std::string& source);
+
+/// A grey PGM picture, binary (P5) or text (P2), with at most 255 as its largest value, which
+/// becomes 255.
+[[nodiscard]] Result<Image> parse_pgm(std::string_view bytes, const std::string& source);
+
+}  // namespace wayfare::io

@@ -1,0 +1,69 @@
+#pragma once
+
+// One HTML file that says how a run went: facts, tables, drawings and pictures, all inside it, so
+// that it opens anywhere without a network. Colours follow the reader's light or dark setting.
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/eval/table.hpp>
+#include <wayfare/io/image.hpp>
+#include <wayfare/io/text_file.hpp>
+
+namespace wayfare::io {
+
+enum class Mark { line, dashed, points };
+
+/// One curve: y over x, of the same length. A point that is not finite breaks the line.
+struct Series {
+  std::string name;
+  std::vector<double> x;
+  std::vector<double> y;
+  Mark mark = Mark::line;
+};
+
+struct Plot {
+  std::string title;
+  std::string x_label;  ///< with its unit: "time [s]"
+  std::string y_label;
+  std::vector<Series> series;  ///< coloured in order; the first six differ
+  /// A metre is as long across as up, as a trajectory wants it.
+  bool equal_aspect = false;
+};
+
+/// The drawing alone, an <svg> element that takes its colours from the report's style. Curves are
+/// thinned to what the eye can tell apart: extremes are kept, so a single spike stays visible.
+[[nodiscard]] std::string to_svg(const Plot& plot);
+
+/// Blocks follow each other in the order they are added. All text is escaped.
+class Report {
+ public:
+  explicit Report(std::string title, std::string subtitle = {});
+
+  Report& heading(const std::string& text);
+  Report& paragraph(const std::string& text);
+  /// Short figures worth seeing first: what, and how much with its unit.
+  Report& facts(const std::vector<std::pair<std::string, std::string>>& facts);
+  /// The first column names the rows.
+  Report& table(const eval::Table& table, const std::string& caption = {});
+  Report& plot(const Plot& plot);
+  /// A picture that cannot be encoded leaves a line that says why.
+  Report& image(const Image& image, const std::string& caption);
+
+  [[nodiscard]] std::string html() const;
+  [[nodiscard]] Result<void> write(const std::string& path, const WriteOptions& options = {}) const;
+
+ private:
+  std::string title_;
+  std::string subtitle_;
+  std::string body_;
+};
+
+/// `text` with &, <, >, " and ' as entities, and control characters and broken UTF-8 made harmless.
+[[nodiscard]] std::string escape_html(std::string_view text);
+
+}  // namespace wayfare::io

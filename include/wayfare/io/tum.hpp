@@ -1,0 +1,49 @@
+#pragma once
+
+// Trajectories as TUM text: lines `t x y z qx qy qz qw`, metres, unit quaternion, comments with #.
+// Times go to and from whole nanoseconds without rounding; other numbers are written so that
+// reading them gives the same bits.
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/se3.hpp>
+#include <wayfare/io/text_file.hpp>
+#include <wayfare/measure/recording.hpp>
+
+namespace wayfare::io {
+
+/// A time-stamped pose in space.
+struct StampedPose3 {
+  LogTime time;
+  Transform3<frame::Map, frame::Base> T_map_base;
+};
+
+using Trajectory3 = std::vector<StampedPose3>;
+
+struct TumFile {
+  Trajectory3 trajectory;  ///< in the order of the file
+  Problems problems;       ///< malformed lines, skipped
+};
+
+/// Errors: the file cannot be read, or holds no pose at all.
+[[nodiscard]] Result<TumFile> read_tum(const std::string& path, const ReadOptions& options = {});
+[[nodiscard]] Result<TumFile> parse_tum(std::string_view text, const std::string& source);
+
+/// The trajectory seen from above: x, y and the heading of each body's x axis.
+[[nodiscard]] Trajectory planar(std::span<const StampedPose3> trajectory);
+
+[[nodiscard]] std::string format_tum(std::span<const StampedPose> trajectory);
+[[nodiscard]] std::string format_tum(std::span<const StampedPose3> trajectory);
+
+[[nodiscard]] Result<void> write_tum(const std::string& path,
+                                     std::span<const StampedPose> trajectory,
+                                     const WriteOptions& options = {});
+[[nodiscard]] Result<void> write_tum(const std::string& path,
+                                     std::span<const StampedPose3> trajectory,
+                                     const WriteOptions& options = {});
+
+}  // namespace wayfare::io

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <wayfare/map/max_pyramid.hpp>
+#include <wayfare/match/correlative.hpp>
+
+namespace wayfare {
+
+/// The optimum CorrelativeMatcher finds, without looking at most of the candidates: bounds over
+/// blocks of offsets, best first, refined down to single cells (after Hess et al. 2016). For large
+/// windows (loop closure), and for many small ones against one map. A high `min_score` makes
+/// rejections quick. The covariance is that of a window of ±8 cells and ±8 heading steps about the
+/// match. Keeps its scratch memory between calls: one matcher a thread.
+class BranchAndBoundMatcher {
+ public:
+  using Map = MaxPyramid;
+  static constexpr std::int64_t kMaxCandidates = std::int64_t{1} << 34;
+
+  Result<std::optional<MatchResult>> match(const MaxPyramid& map, const PointSet& points,
+                                           const SE2d& prior, const SearchWindow& window,
+                                           const MatchOptions& options = {});
+
+ private:
+  struct Node {
+    double bound;
+    std::int64_t nearest;  // least distance key of a candidate in it
+    Candidate corner;
+    int level;
+  };
+  struct Search;
+
+  std::vector<std::int32_t> u_, v_, index_;
+  std::vector<Node> roots_, stack_;
+  CorrelativeMatcher local_;
+};
+
+static_assert(ScanMatcher<BranchAndBoundMatcher>);
+
+}  // namespace wayfare

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/se2.hpp>
+#include <wayfare/map/match_grid.hpp>
+#include <wayfare/measure/point_set.hpp>
+
+namespace wayfare {
+
+/// ln p between cell centres, bilinear, and its gradient per metre. The floor outside the map.
+struct FieldSample {
+  double log_likelihood;
+  Eigen::Vector2d gradient;
+};
+[[nodiscard]] FieldSample interpolate(const MatchGrid& grid, const Eigen::Vector2d& p_map);
+
+struct RefineOptions {
+  int max_iterations = 10;
+  /// Stops when a step is shorter than this, m and rad.
+  double tolerance = 1e-4;
+  /// A refined pose farther than this from its start, m, is not believed.
+  double max_shift_m = 0.2;
+};
+
+struct RefineResult {
+  SE2d T_map_points;
+  double mean_log_likelihood = 0.0;  ///< of the interpolated field
+  double score = 0.0;                ///< as MatchResult::score
+  /// JᵀJ at the solution, in the pose's own axes: the inverse of the covariance if every point is
+  /// independent; singular along directions the points say nothing about.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  int iterations = 0;
+  bool moved = false;  ///< false: nothing better than the start was found
+};
+
+/// Climbs from a matched cell to the maximum of Σ ln p between cells: damped Gauss-Newton on the
+/// residuals √(−2 ln p), which for a likelihood field are distances in σ (compare SYSTEMS 6,
+/// Gauss-Newton scan-to-map). Never worse than its start.
+[[nodiscard]] Result<RefineResult> refine(const MatchGrid& grid, const PointSet& points,
+                                          const SE2d& start, const RefineOptions& options = {});
+
+}  // namespace wayfare

@@ -1,0 +1,198 @@
+#include <wayfare/io/report.hpp>
+
+#include <cstdint>
+#include <utility>
+
+namespace wayfare::io {
+namespace {
+
+constexpr const char* kStyle = R"(
+:root{color-scheme:light dark;--page:#f6f7f8;--card:#fff;--ink:#1c2126;--muted:#5d6770;
+--rule:#e1e5e9;--c0:#2563c9;--c1:#d9480f;--c2:#2b8a3e;--c3:#862e9c;--c4:#0b7285;--c5:#946200}
+@media(prefers-color-scheme:dark){:root{--page:#14171a;--card:#1d2125;--ink:#e6e9ec;
+--muted:#9aa5af;--rule:#32383e;--c0:#6ea8fe;--c1:#ff922b;--c2:#69db7c;--c3:#da77f2;--c4:#3bc9db;
+--c5:#fcc419}}
+*{box-sizing:border-box}
+body{margin:0;background:var(--page);color:var(--ink);font:15px/1.5 system-ui,-apple-system,
+"Segoe UI",Roboto,"DejaVu Sans",sans-serif}
+main{max-width:960px;margin:0 auto;padding:32px 20px 64px}
+h1{font-size:26px;line-height:1.2;margin:0 0 4px}
+h2{font-size:18px;margin:36px 0 12px}
+p{margin:8px 0;max-width:75ch}
+.subtitle{color:var(--muted);margin:0 0 20px}
+.facts{display:grid;grid-template-columns:repeat(auto-fill,minmax(165px,1fr));gap:10px;
+margin:16px 0}
+.facts div{background:var(--card);border:1px solid var(--rule);border-radius:8px;
+padding:10px 14px}
+.facts dt{color:var(--muted);font-size:12.5px}
+.facts dd{margin:2px 0 0;font-size:18px;font-weight:600;font-variant-numeric:tabular-nums;
+overflow-wrap:anywhere}
+figure{background:var(--card);border:1px solid var(--rule);border-radius:8px;margin:16px 0;
+padding:14px 16px;overflow-x:auto}
+figcaption{font-weight:600;margin-bottom:8px}
+table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
+th,td{padding:6px 12px;text-align:right;border-bottom:1px solid var(--rule);white-space:nowrap}
+th:first-child,td:first-child{text-align:left;padding-left:2px}
+thead th{color:var(--muted);font-weight:600;font-size:13px}
+tbody tr:last-child td{border-bottom:0}
+.unit{font-weight:400}
+.legend{display:flex;flex-wrap:wrap;gap:4px 18px;font-size:13px;color:var(--muted);
+margin:0 0 6px}
+.legend svg{width:26px;height:10px;display:inline-block;margin-right:6px;vertical-align:middle}
+svg{display:block;width:100%;height:auto}
+svg text{fill:var(--muted);font-size:12px;font-variant-numeric:tabular-nums}
+svg .label{fill:var(--ink);font-size:13px}
+svg path{fill:none;vector-effect:non-scaling-stroke;stroke-linejoin:round;stroke-linecap:round}
+.grid{stroke:var(--rule)}.axis{stroke:var(--muted)}
+.line,.dashed{stroke-width:1.7}.dashed{stroke-dasharray:6 5}.dots{stroke-width:5}
+.s0{stroke:var(--c0)}.s1{stroke:var(--c1)}.s2{stroke:var(--c2)}.s3{stroke:var(--c3)}
+.s4{stroke:var(--c4)}.s5{stroke:var(--c5)}
+img{display:block;min-width:min(100%,620px);max-width:100%;max-height:900px;margin:0 auto}
+@media print{body{background:#fff}figure,.facts div{break-inside:avoid}}
+)";
+
+std::string base64(std::string_view bytes) {
+  constexpr const char* kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t block = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      block <<= 8;
+      if (i + k < bytes.size()) block |= static_cast<unsigned char>(bytes[i + k]);
+    }
+    for (std::size_t k = 0; k < 4; ++k)
+      out += i + k > bytes.size() ? '=' : kDigits[block >> (18 - 6 * k) & 63U];
+  }
+  return out;
+}
+
+/// How many bytes the UTF-8 character at the front takes; 0 where it is broken.
+std::size_t utf8_length(std::string_view s) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(s[i]); };
+  std::size_t length = 1;
+  if (byte(0) >= 0x80) length = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
+  if (length > s.size() || (byte(0) >= 0x80 && byte(0) < 0xc2) || byte(0) > 0xf4) return 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((byte(i) & 0xc0) != 0x80) return 0;
+  return length;
+}
+
+std::string element(const char* tag, const std::string& text) {
+  return std::string("<") + tag + ">" + escape_html(text) + "</" + tag + ">\n";
+}
+
+std::string legend(const Plot& plot) {
+  if (plot.series.size() < 2) return {};
+  std::string out = "<div class=\"legend\">";
+  for (std::size_t i = 0; i < plot.series.size(); ++i) {
+    const Mark mark = plot.series[i].mark;
+    out += "<span><svg viewBox=\"0 0 26 10\" aria-hidden=\"true\"><path class=\"s";
+    out += std::to_string(i % 6);
+    out += mark == Mark::points ? " dots" : mark == Mark::dashed ? " dashed" : " line";
+    out += mark == Mark::points ? "\" d=\"M5 5h0M13 5h0M21 5h0\"" : "\" d=\"M2 5H24\"";
+    out += "/></svg>" + escape_html(plot.series[i].name) + "</span>";
+  }
+  return out + "</div>\n";
+}
+
+}  // namespace
+
+std::string escape_html(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const char c = text.front();
+    const bool control = static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t';
+    if (length == 0 || control || c == 0x7f) {
+      out += "\ufffd";
+    } else if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else if (c == '>') {
+      out += "&gt;";
+    } else if (c == '"') {
+      out += "&quot;";
+    } else if (c == '\'') {
+      out += "&#39;";
+    } else {
+      out += text.substr(0, length);
+    }
+    text.remove_prefix(length == 0 ? 1 : length);
+  }
+  return out;
+}
+
+Report::Report(std::string title, std::string subtitle)
+    : title_(std::move(title)), subtitle_(std::move(subtitle)) {}
+
+Report& Report::heading(const std::string& text) {
+  body_ += element("h2", text);
+  return *this;
+}
+
+Report& Report::paragraph(const std::string& text) {
+  body_ += element("p", text);
+  return *this;
+}
+
+Report& Report::facts(const std::vector<std::pair<std::string, std::string>>& facts) {
+  body_ += "<dl class=\"facts\">\n";
+  for (const auto& [what, value] : facts)
+    body_ += "<div>" + element("dt", what) + element("dd", value) + "</div>\n";
+  body_ += "</dl>\n";
+  return *this;
+}
+
+Report& Report::table(const eval::Table& table, const std::string& caption) {
+  body_ += "<figure>\n";
+  if (!caption.empty()) body_ += element("figcaption", caption);
+  body_ += "<table><thead><tr>";
+  for (const eval::Table::Column& column : table.columns()) {
+    body_ += "<th>" + escape_html(column.name);
+    if (!column.unit.empty())
+      body_ += " <span class=\"unit\">[" + escape_html(column.unit) + "]</span>";
+    body_ += "</th>";
+  }
+  body_ += "</tr></thead>\n<tbody>\n";
+  for (const std::vector<std::string>& row : table.rows()) {
+    body_ += "<tr>";
+    for (const std::string& cell : row) body_ += "<td>" + escape_html(cell) + "</td>";
+    body_ += "</tr>\n";
+  }
+  body_ += "</tbody></table>\n</figure>\n";
+  return *this;
+}
+
+Report& Report::plot(const Plot& plot) {
+  body_ += "<figure>\n";
+  body_ += element("figcaption", plot.title) + legend(plot) + to_svg(plot);
+  body_ += "</figure>\n";
+  return *this;
+}
+
+Report& Report::image(const Image& image, const std::string& caption) {
+  const Result<std::string> png = encode_png(image);
+  if (!png) return paragraph(caption + ": " + png.error().to_string());
+  body_ += "<figure>\n" + element("figcaption", caption) + "<img alt=\"" + escape_html(caption);
+  body_ += "\" src=\"data:image/png;base64," + base64(*png) + "\">\n</figure>\n";
+  return *this;
+}
+
+std::string Report::html() const {
+  std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
+  out += "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n";
+  out += element("title", title_) + "<style>" + kStyle + "</style>\n</head>\n<body>\n<main>\n";
+  out += element("h1", title_);
+  if (!subtitle_.empty()) out += "<p class=\"subtitle\">" + escape_html(subtitle_) + "</p>\n";
+  return out + body_ + "</main>\n</body>\n</html>\n";
+}
+
+Result<void> Report::write(const std::string& path, const WriteOptions& options) const {
+  return write_file(path, html(), options);
+}
+
+}  // namespace wayfare::io

@@ -1,0 +1,44 @@
+#pragma once
+
+// The inner loops of map and match, each compiled for several instruction sets from one portable
+// source. Every variant gives the same bits; kernels() is the best one this machine runs.
+
+#include <cstdint>
+
+namespace wayfare::kernels {
+
+/// Rows and columns of candidate offsets a block of scores covers.
+inline constexpr int kBlock = 16;
+
+struct Kernels {
+  /// u = floor(c·x − s·y + ox), v = floor(s·x + c·y + oy), saturated at ±limit; n a multiple of 16.
+  void (*place)(const float* x, const float* y, int n, float c, float s, float ox, float oy,
+                float limit, std::int32_t* u, std::int32_t* v);
+  /// index = clamp(v + dv, −16, height)·stride + clamp(u + du, −16, width).
+  void (*index)(const std::int32_t* u, const std::int32_t* v, int n, int du, int dv, int width,
+                int height, int stride, std::int32_t* index);
+  /// sums[r·16 + c] = Σ table[index + r·stride + c] for rows r < 16, values ≤ 4080.
+  void (*block_scores)(const std::uint16_t* table, int stride, const std::int32_t* index, int n,
+                       int rows, std::uint32_t* sums);
+  /// Positions in an interleaved bound table of the group whose corner is (u + du, v + dv).
+  void (*bound_index)(const std::int32_t* u, const std::int32_t* v, int n, int du, int dv,
+                      int shift, int width, int height, int columns, int rows, std::int32_t* index);
+  /// sums[k] = Σ table[index + k], k < 16.
+  void (*bound_scores)(const std::uint8_t* table, const std::int32_t* index, int n,
+                       std::uint32_t* sums);
+  /// Each target row r < rows: target[c] = max(target[c], kernel[r·width + c]); width % 16 = 0.
+  void (*stamp)(std::uint16_t* target, int stride, const std::uint16_t* kernel, int width,
+                int rows);
+  /// out[i] = max(a[i], b[i]).
+  void (*max_bytes)(const std::uint8_t* a, const std::uint8_t* b, int n, std::uint8_t* out);
+  /// Smallest and largest value, n > 0.
+  void (*min_max)(const std::int32_t* values, int n, std::int32_t* low, std::int32_t* high);
+};
+
+enum class Isa { baseline, avx2, avx512 };
+
+[[nodiscard]] bool runs_here(Isa isa);
+[[nodiscard]] const Kernels& kernels_for(Isa isa);
+[[nodiscard]] const Kernels& best_kernels();
+
+}  // namespace wayfare::kernels

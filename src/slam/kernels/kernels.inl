@@ -1,0 +1,161 @@
+// Included once for each instruction set with WAYFARE_ISA naming its namespace. Only raw pointers
+// and built-in types: an inline function of the standard library compiled here could be the copy
+// the linker keeps for everybody.
+
+#include "kernels.hpp"
+
+namespace wayfare::kernels::WAYFARE_ISA {
+namespace {
+
+using std::int32_t;
+using std::uint16_t;
+using std::uint32_t;
+using std::uint8_t;
+
+inline float saturated(float t, float limit) {
+  const float low = t > -limit ? t : -limit;  // NaN becomes −limit
+  return low < limit ? low : limit;
+}
+inline int32_t floored(float t) {
+  const int32_t i = static_cast<int32_t>(t);
+  return i - (t < static_cast<float>(i) ? 1 : 0);
+}
+inline int32_t clamped(int32_t v, int32_t low, int32_t high) {
+  const int32_t a = v > low ? v : low;
+  return a < high ? a : high;
+}
+
+void place(const float* __restrict x, const float* __restrict y, int n, float c, float s, float ox,
+           float oy, float limit, int32_t* __restrict u, int32_t* __restrict v) {
+  for (int i = 0; i < n; ++i) {
+    u[i] = floored(saturated(c * x[i] - s * y[i] + ox, limit));
+    v[i] = floored(saturated(s * x[i] + c * y[i] + oy, limit));
+  }
+}
+
+void index(const int32_t* __restrict u, const int32_t* __restrict v, int n, int du, int dv,
+           int width, int height, int stride, int32_t* __restrict out) {
+  for (int i = 0; i < n; ++i) {
+    out[i] = clamped(v[i] + dv, -kBlock, height) * stride + clamped(u[i] + du, -kBlock, width);
+  }
+}
+
+// Sixteen values of at most 4080 fit 16 bits: sum that many in short lanes, then widen.
+template <int kRows>
+void block_rows(const uint16_t* __restrict table, int stride, const int32_t* __restrict at, int n,
+                uint32_t* __restrict sums) {
+  for (int i = 0; i < kRows * kBlock; ++i) sums[i] = 0;
+  for (int begin = 0; begin < n; begin += 16) {
+    const int end = begin + 16 < n ? begin + 16 : n;
+    typedef uint16_t Lanes __attribute__((vector_size(2 * kBlock), aligned(2), may_alias));
+    Lanes acc[kRows] = {};
+    for (int i = begin; i < end; ++i) {
+      const uint16_t* p = table + at[i];
+      for (int r = 0; r < kRows; ++r)
+        acc[r] += *reinterpret_cast<const Lanes*>(p + static_cast<long>(r) * stride);
+    }
+    for (int r = 0; r < kRows; ++r)
+      for (int c = 0; c < kBlock; ++c) sums[r * kBlock + c] += acc[r][c];
+  }
+}
+
+void block_scores(const uint16_t* table, int stride, const int32_t* at, int n, int rows,
+                  uint32_t* sums) {
+  // Eight rows of accumulators fit the registers of every instruction set.
+  while (rows > 0) {
+    const int now = rows < 8 ? rows : 8;
+    switch (now) {
+      case 1:
+        block_rows<1>(table, stride, at, n, sums);
+        break;
+      case 2:
+        block_rows<2>(table, stride, at, n, sums);
+        break;
+      case 3:
+        block_rows<3>(table, stride, at, n, sums);
+        break;
+      case 4:
+        block_rows<4>(table, stride, at, n, sums);
+        break;
+      case 5:
+        block_rows<5>(table, stride, at, n, sums);
+        break;
+      case 6:
+        block_rows<6>(table, stride, at, n, sums);
+        break;
+      case 7:
+        block_rows<7>(table, stride, at, n, sums);
+        break;
+      default:
+        block_rows<8>(table, stride, at, n, sums);
+        break;
+    }
+    rows -= now;
+    table += static_cast<long>(now) * stride;
+    sums += now * kBlock;
+  }
+}
+
+void bound_index(const int32_t* __restrict u, const int32_t* __restrict v, int n, int du, int dv,
+                 int shift, int width, int height, int columns, int rows, int32_t* __restrict out) {
+  for (int i = 0; i < n; ++i) {
+    const int32_t x = clamped((u[i] + du) >> shift, -20, width) + 20;
+    const int32_t y = clamped((v[i] + dv) >> shift, -20, height) + 20;
+    out[i] = (((y & 3) * 4 + (x & 3)) * rows + (y >> 2)) * columns + (x >> 2) * 4;
+  }
+}
+
+// 256 bytes fit 16 bits.
+void bound_scores(const uint8_t* __restrict table, const int32_t* __restrict at, int n,
+                  uint32_t* __restrict sums) {
+  typedef uint8_t Bytes __attribute__((vector_size(16), aligned(1), may_alias));
+  typedef uint16_t Lanes __attribute__((vector_size(32)));
+  for (int k = 0; k < 16; ++k) sums[k] = 0;
+  for (int begin = 0; begin < n; begin += 256) {
+    const int end = begin + 256 < n ? begin + 256 : n;
+    Lanes even = {}, odd = {};
+    int i = begin;
+    for (; i + 1 < end; i += 2) {
+      even += __builtin_convertvector(*reinterpret_cast<const Bytes*>(table + at[i]), Lanes);
+      odd += __builtin_convertvector(*reinterpret_cast<const Bytes*>(table + at[i + 1]), Lanes);
+    }
+    if (i < end)
+      even += __builtin_convertvector(*reinterpret_cast<const Bytes*>(table + at[i]), Lanes);
+    for (int k = 0; k < 16; ++k)
+      sums[k] += static_cast<uint32_t>(even[k]) + static_cast<uint32_t>(odd[k]);
+  }
+}
+
+void stamp(uint16_t* __restrict target, int stride, const uint16_t* __restrict kernel, int width,
+           int rows) {
+  for (int r = 0; r < rows; ++r) {
+    for (int b = 0; b < width; b += 16) {
+      for (int c = b; c < b + 16; ++c) target[c] = target[c] > kernel[c] ? target[c] : kernel[c];
+    }
+    target += stride;
+    kernel += width;
+  }
+}
+
+void max_bytes(const uint8_t* a, const uint8_t* b, int n, uint8_t* out) {
+  for (int i = 0; i < n; ++i) out[i] = a[i] > b[i] ? a[i] : b[i];
+}
+
+void min_max(const int32_t* __restrict values, int n, int32_t* __restrict low,
+             int32_t* __restrict high) {
+  int32_t l = values[0], h = values[0];
+  for (int i = 1; i < n; ++i) {
+    l = values[i] < l ? values[i] : l;
+    h = values[i] > h ? values[i] : h;
+  }
+  *low = l;
+  *high = h;
+}
+
+}  // namespace
+
+extern const Kernels table;
+const Kernels table = {place,        index, block_scores, bound_index,
+                       bound_scores, stamp, max_bytes,    min_max};
+
+}  // namespace wayfare::kernels::WAYFARE_ISA

@@ -1,0 +1,6 @@
+#pragma once
+
+#include "everything.hpp"
+
+/// Turns on the spot, from the other translation unit.
+wayfare::SE2d turned(const wayfare::SE2d& pose, wayfare::Angle by);

@@ -1,0 +1,172 @@
+// Readers against damaged input: cut, flipped, inserted and repeated bytes of good files. What is
+// checked is that nothing crashes or runs away (under the sanitizers too), and that what is
+// reported makes sense.
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <wayfare/io/carmen.hpp>
+#include <wayfare/io/g2o.hpp>
+#include <wayfare/io/map_image.hpp>
+#include <wayfare/io/relations.hpp>
+#include <wayfare/io/tum.hpp>
+#include "io/support.hpp"
+
+namespace wayfare::io {
+namespace {
+
+std::string mutated(std::string bytes, std::mt19937& random) {
+  const auto below = [&](std::size_t n) { return n == 0 ? 0 : random() % n; };
+  static const std::vector<std::string> kNasty = {" nan ",
+                                                  " -1 ",
+                                                  "1e999",
+                                                  "18446744073709551616",
+                                                  std::string(3, '\0'),
+                                                  "\n",
+                                                  " ",
+                                                  "\xff\xfe",
+                                                  "#",
+                                                  "FLASER 4000000000 ",
+                                                  "-",
+                                                  "1e-999",
+                                                  "\x1f\x8b",
+                                                  "[",
+                                                  "255",
+                                                  "9223372036854775807"};
+  for (std::size_t k = 1 + below(4); k-- > 0 && !bytes.empty();) {
+    const std::size_t at = below(bytes.size());
+    switch (below(5)) {
+      case 0:
+        bytes.resize(at);
+        break;
+      case 1:
+        bytes[at] = static_cast<char>(random());
+        break;
+      case 2:
+        bytes.insert(at, kNasty[below(kNasty.size())]);
+        break;
+      case 3:
+        bytes.erase(at, 1 + below(20));
+        break;
+      default:
+        bytes.insert(at, bytes.substr(below(bytes.size()), below(80)));
+    }
+  }
+  return bytes;
+}
+
+void mutate(const std::string& good, int times, const std::function<void(const std::string&)>& f) {
+  std::mt19937 random(20260101);
+  f(good);
+  for (int i = 0; i < times; ++i) f(mutated(good, random));
+}
+
+TEST(Mutation, Carmen) {
+  std::string good = "# log\nPARAM laser_frontlaser_resolution 1\n";
+  for (int i = 0; i < 6; ++i) {
+    const std::string t = std::to_string(i) + ".25 host " + std::to_string(i) + "\n";
+    good += "ODOM 1 2 0.5 0 0 0 " + t;
+    good += "FLASER 4 1 2 3 81.83 1 2 0.5 1 2 0.5 " + t;
+    good += "RLASER 2 1 2 1 2 0.5 1 2 0.5 " + t;
+    good += "ROBOTLASER1 0 -1.5 3.1 1.0 80 0.01 0 4 1 2 3 4 1 9 1 2 0 1 2 0 0 0 0 0 0 " + t;
+    good += "Odometry 1 2 0.5\nLaser 3 1 2 3\nNEFF 3\n";
+  }
+  int useful = 0;
+  mutate(good, 3000, [&](const std::string& text) {
+    const Result<CarmenLog> log = parse_carmen(text, "m", {.max_problems = 5});
+    if (!log) return;
+    ++useful;
+    const auto& scans = log->recording.scans;
+    ASSERT_FALSE(scans.empty());
+    ASSERT_LE(log->problems.first().size(), 5U);
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+      ASSERT_FALSE(scans[i].ranges_m.empty());
+      ASSERT_TRUE(i == 0 || scans[i - 1].time <= scans[i].time);
+      for (std::size_t b = 0; b < scans[i].ranges_m.size(); ++b) {
+        if (scans[i].returned(b)) {
+          ASSERT_TRUE(std::isfinite(scans[i].ranges_m[b]));
+        }
+      }
+    }
+    for (const OdometrySample& sample : log->recording.odometry)
+      ASSERT_TRUE(sample.T_odom_base.raw().translation().allFinite());
+    for (const Error& error : log->problems.first()) ASSERT_FALSE(error.message.empty());
+  });
+  EXPECT_GT(useful, 2000);  // damage in one place must not cost the log
+}
+
+TEST(Mutation, G2o) {
+  const std::string planar =
+      "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nFIX 0\nEDGE_SE2 0 1 1 0 0 2 0.5 0 3 0 4\n";
+  const std::string spatial =
+      "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\n"
+      "EDGE_SE3:QUAT 0 1 1 0 0 0 0 0 1 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n";
+  for (const std::string& good : {planar, spatial}) {
+    mutate(good, 3000, [](const std::string& text) {
+      for (const auto how : {IndefiniteInformation::refuse, IndefiniteInformation::project}) {
+        const Result<AnyGraphFile> file = parse_g2o(text, "m", {.indefinite = how});
+        if (!file) {
+          ASSERT_FALSE(file.error().message.empty());
+          continue;
+        }
+        std::visit(
+            [](const auto& graph) {
+              ASSERT_FALSE(graph.vertices.empty());
+              for (const auto& edge : graph.edges) ASSERT_TRUE(edge.information.allFinite());
+            },
+            *file);
+      }
+    });
+  }
+}
+
+TEST(Mutation, TumAndRelations) {
+  const std::string tum = "# t\n1.5 1 2 3 0 0 0 1\n2.5 1 2 3 0 0 0.6 0.8\n";
+  mutate(tum, 3000, [](const std::string& text) {
+    const Result<TumFile> file = parse_tum(text, "m");
+    if (!file) return;
+    for (const StampedPose& sample : planar(file->trajectory))
+      ASSERT_TRUE(sample.T_map_base.raw().translation().allFinite());
+  });
+  mutate("1.5 2.5 1 2 0 0 0 0.5\n2.5 3.5 1 2 0 0 0 0.5\n", 3000, [](const std::string& text) {
+    const Result<RelationsFile> file = parse_relations(text, "m");
+    ASSERT_TRUE(!file || !file->relations.empty());
+  });
+}
+
+TEST(Mutation, MapsAndTheirYaml) {
+  mutate(std::string("P5\n4 3\n255\n") + std::string(12, 'x'), 3000, [](const std::string& bytes) {
+    const Result<Image> image = parse_pgm(bytes, "m");
+    if (image) {
+      ASSERT_EQ(image->pixels.size(), image->width * image->height);
+    }
+  });
+  mutate("image: 'a.pgm'\nresolution: 0.05\norigin: [1, 2, 0]\nnegate: 0\nfree_thresh: 0.2\n", 3000,
+         [](const std::string& text) {
+           const Result<MapYaml> yaml = parse_map_yaml(text, "m");
+           if (yaml) {
+             ASSERT_GT(yaml->resolution_m, 0.0);
+           }
+         });
+}
+
+TEST(Mutation, Gzip) {
+  const unsigned char bytes[] = {0x1f, 0x8b, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x02, 0x03};
+  std::string good(bytes, bytes + sizeof bytes);
+  // One stored block: 01, length 8, its complement, eight bytes, then no checksum.
+  good += std::string("\x01\x08\x00\xf7\xff", 5) + "wayfare ";
+  mutate(good, 5000, [](const std::string& text) {
+    const Result<FileContent> content = decompress(text, "m", {.max_bytes = 10000});
+    ASSERT_TRUE(!content || content->bytes.size() <= 10000U);
+  });
+  const Result<FileContent> content = decompress(good, "m");
+  ASSERT_TRUE(content && content->damage);
+  EXPECT_EQ(content->bytes, "wayfare ");
+}
+
+}  // namespace
+}  // namespace wayfare::io

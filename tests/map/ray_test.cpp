@@ -1,0 +1,71 @@
+#include <algorithm>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/map/ray.hpp>
+
+namespace wayfare {
+namespace {
+
+/// Whether a piece of the segment of positive length lies in half-open cell c: t ∈ [0, 1] clipped
+/// to the square in exact fractions.
+bool holds_a_piece(const SubCellPoint& a, const SubCellPoint& b, const Cell& c) {
+  std::int64_t low = 0, low_den = 1, high = 1, high_den = 1;
+  const auto clip = [&](std::int64_t p, std::int64_t d, std::int64_t lo) {
+    const std::int64_t hi = lo + (1 << SubCellPoint::kBits), den = std::abs(d);
+    if (d == 0) return p >= lo && p < hi;
+    const std::int64_t in = d > 0 ? lo - p : p - hi, out = d > 0 ? hi - p : p - lo;
+    if (in * low_den > low * den) low = in, low_den = den;
+    if (out * high_den < high * den) high = out, high_den = den;
+    return true;
+  };
+  return clip(a.x, b.x - a.x, std::int64_t{c.x} << SubCellPoint::kBits) &&
+         clip(a.y, b.y - a.y, std::int64_t{c.y} << SubCellPoint::kBits) &&
+         low * high_den < high * low_den;
+}
+
+void expect_exact(const SubCellPoint& a, const SubCellPoint& b) {
+  std::vector<Cell> cells;
+  for_each_cell_on_segment(a, b, [&](const Cell& c) { cells.push_back(c); });
+  const Cell from = a.cell(), to = b.cell();
+  EXPECT_EQ(cells.front(), from);
+  EXPECT_EQ(cells.back(), to);
+  for (std::size_t i = 1; i < cells.size(); ++i) {
+    const Cell d = cells[i] - cells[i - 1];
+    EXPECT_EQ(std::max(std::abs(d.x), std::abs(d.y)), 1);
+  }
+  for (int y = std::min(from.y, to.y) - 1; y <= std::max(from.y, to.y) + 1; ++y)
+    for (int x = std::min(from.x, to.x) - 1; x <= std::max(from.x, to.x) + 1; ++x) {
+      const Cell c{x, y};
+      const bool want = c == from || c == to || holds_a_piece(a, b, c);
+      EXPECT_EQ(std::count(cells.begin(), cells.end(), c), want ? 1 : 0)
+          << a.x << ',' << a.y << " to " << b.x << ',' << b.y << " at " << x << ',' << y;
+    }
+}
+
+TEST(Ray, VisitsExactlyTheCellsOfRandomSegments) {
+  Rng rng(1);
+  const auto any = [&] { return static_cast<std::int64_t>(rng.below(80000)) - 40000; };
+  for (int i = 0; i < 2000; ++i) expect_exact({any(), any()}, {any(), any()});
+}
+
+TEST(Ray, GoesThroughCornersAndAlongLines) {
+  // Ends on quarter cells: corners, boundaries and axis-parallel segments come up all the time.
+  Rng rng(2);
+  const auto any = [&] { return (static_cast<std::int64_t>(rng.below(33)) - 16) * 1024; };
+  for (int i = 0; i < 5000; ++i) expect_exact({any(), any()}, {any(), any()});
+}
+
+TEST(Ray, CellsOfItsEndsAreThoseOfThePoints) {
+  Rng rng(3);
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector2d p(rng.uniform(-500, 500), rng.uniform(-500, 500));
+    EXPECT_EQ(SubCellPoint::of(p, 0.05).cell(), cell_of(p, 0.05));
+  }
+  EXPECT_EQ(cell_of({NAN, 1e300}, 0.05), (Cell{-kMaxCell, kMaxCell}));
+}
+
+}  // namespace
+}  // namespace wayfare

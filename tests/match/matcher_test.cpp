@@ -1,0 +1,207 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
+
+#include <wayfare/match/branch_and_bound.hpp>
+#include <wayfare/match/correlative.hpp>
+
+#include "scenes.hpp"
+
+namespace wayfare {
+namespace {
+
+struct Reference {
+  double objective = 0;
+  std::int64_t sum = 0;
+  Candidate candidate;
+  bool found = false;
+};
+
+/// The definition, written without regard to speed: each point's cell in single precision, the
+/// candidate's offset added, MatchGrid::value summed.
+Reference brute_force(const MatchGrid& grid, const PointSet& points, const SE2d& prior,
+                      const ScoreSurface& shape, const MatchOptions& options) {
+  const double scale = 1.0 / grid.resolution_m(), n = static_cast<double>(points.size());
+  const double independent = options.independent_points > 0 ? options.independent_points : n;
+  const double weight = grid.log_step() * std::min(1.0, independent / n);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = prior.rotation().matrix();
+  const Eigen::Matrix3d information =
+      turn * options.prior_information.value_or(Eigen::Matrix3d::Zero()) * turn.transpose();
+  const auto cell = [](float t) {
+    return static_cast<int>(std::floor(std::clamp(t, -1048576.0F, 1048576.0F)));
+  };
+  Reference best;
+  std::array<int, 4> best_key{};
+  for (int k = -shape.half_heading; k <= shape.half_heading; ++k) {
+    const double heading = prior.heading().radians() + k * shape.heading_step.radians();
+    const auto c = static_cast<float>(std::cos(heading) * scale);
+    const auto s = static_cast<float>(std::sin(heading) * scale);
+    const auto ox = static_cast<float>(prior.x() * scale - grid.origin().x);
+    const auto oy = static_cast<float>(prior.y() * scale - grid.origin().y);
+    for (int y = -shape.half_y; y <= shape.half_y; ++y)
+      for (int x = -shape.half_x; x <= shape.half_x; ++x) {
+        std::int64_t sum = 0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+          const float px = points.x_m()[i], py = points.y_m()[i];
+          const Cell at{cell(c * px - s * py + ox), cell(s * px + c * py + oy)};
+          sum += grid.value(at + Cell{x, y} + grid.origin());
+        }
+        if (static_cast<double>(sum) < options.min_score * n * MatchGrid::kMaxValue) continue;
+        const Eigen::Vector3d d(x * grid.resolution_m(), y * grid.resolution_m(),
+                                k * shape.heading_step.radians());
+        const double objective = weight * static_cast<double>(sum) - 0.5 * d.dot(information * d);
+        const std::array<int, 4> key{x * x + y * y + k * k, k, y, x};
+        if (best.found &&
+            (objective < best.objective || (objective == best.objective && key >= best_key)))
+          continue;
+        best = {objective, sum, {{x, y}, k}, true};
+        best_key = key;
+      }
+  }
+  return best;
+}
+
+TEST(Matchers, EqualBruteForceOnRandomScenes) {
+  Rng rng(7);
+  CorrelativeMatcher correlative;
+  BranchAndBoundMatcher branch_and_bound;
+  int none = 0;
+  for (int scene = 0; scene < 300; ++scene) {
+    SCOPED_TRACE(scene);
+    const Cell origin{static_cast<int>(rng.below(200)) - 100,
+                      static_cast<int>(rng.below(200)) - 100};
+    const MatchGrid grid = random_grid(rng, 1 + static_cast<int>(rng.below(70)),
+                                       1 + static_cast<int>(rng.below(70)), origin);
+    PointSet points;  // many fall outside the table, some far outside
+    const double reach = rng.uniform(0.1, 3);
+    for (std::uint64_t n = 1 + rng.below(40); n > 0; --n)
+      points.push_back(
+          Eigen::Vector2d(rng.uniform(-reach, reach), rng.uniform(-reach, reach)).cast<float>());
+    if (scene % 5 == 0) points.push_back({1e9F, -4.0F});
+    const SE2d prior(0.05 * (origin.x + 20) + rng.uniform(-1, 1),
+                     0.05 * (origin.y + 20) + rng.uniform(-1, 1),
+                     Angle::radians(rng.uniform(-4, 4)));
+    const double widest = scene % 10 == 1 ? 3.0 : 0.9;  // of 1 to 121 columns
+    const SearchWindow window{rng.uniform(0, widest), rng.uniform(0, 0.9),
+                              Angle::radians(scene % 5 == 0 ? 1e-9 : rng.uniform(0, 0.1))};
+    MatchOptions options;
+    if (scene % 3 == 1) options.min_score = rng.uniform(0.1, 0.5);
+    if (scene % 3 == 2) {
+      const Eigen::Matrix3d a = Eigen::Matrix3d::NullaryExpr([&] { return rng.normal(0, 3); });
+      options.prior_information = a * a.transpose();
+      options.independent_points = 10;
+    }
+    const auto shape = correlative.surface(grid, points, prior, window, options);
+    ASSERT_TRUE(shape) << shape.error().to_string();
+    const Reference want = brute_force(grid, points, prior, *shape, options);
+    none += !want.found;
+    for (const auto& got :
+         {correlative.match(grid, points, prior, window, options),
+          branch_and_bound.match(MaxPyramid(grid), points, prior, window, options)}) {
+      ASSERT_TRUE(got) << got.error().to_string();
+      ASSERT_EQ(got->has_value(), want.found);
+      if (!want.found) continue;
+      EXPECT_EQ((*got)->candidate.offset, want.candidate.offset);
+      EXPECT_EQ((*got)->candidate.heading_step, want.candidate.heading_step);
+      EXPECT_DOUBLE_EQ((*got)->score,
+                       static_cast<double>(want.sum) / static_cast<double>(points.size()) / 4080);
+    }
+  }
+  EXPECT_GT(none, 5);  // rejections were among the cases
+}
+
+TEST(Matchers, AgreeOnAWholeMapTurnedAllTheWay) {
+  Rng rng(3);
+  const PointSet room = rectangle(6.0, 2.5, 600, rng);
+  const PlacedPoints placed{&room, SE2d()};
+  const auto field = likelihood_field({&placed, 1});
+  ASSERT_TRUE(field);
+  const SE2d truth(1.2, -0.7, Angle::degrees(140));
+  const PointSet seen = moved(room, truth.inverse());
+  const SearchWindow window{3.0, 3.0, Angle::degrees(180)};
+  CorrelativeMatcher correlative;
+  BranchAndBoundMatcher branch_and_bound;
+  const auto a = correlative.match(*field, seen, SE2d(), window);
+  const auto b = branch_and_bound.match(MaxPyramid(*field), seen, SE2d(), window);
+  ASSERT_TRUE(a && *a && b && *b);
+  EXPECT_EQ((*a)->candidate, (*b)->candidate);
+  EXPECT_EQ((*a)->score, (*b)->score);
+  EXPECT_GT((*a)->score, 0.9);
+}
+
+TEST(Matchers, TiesGoToThePriorAndThenInOrder) {
+  MatchGrid grid;
+  ASSERT_TRUE(grid.reset(0.05, {{-20, -20}, {20, 20}}, 0.01));
+  PointSet one;
+  one.push_back({0.025F, 0.025F});
+  const SearchWindow window{0.5, 0.5, Angle::degrees(90)}, still{0.5, 0.5, Angle()};
+  CorrelativeMatcher correlative;
+  BranchAndBoundMatcher bounded;
+  EXPECT_EQ((**correlative.match(grid, one, SE2d(), window)).candidate, Candidate{});
+  EXPECT_EQ((**bounded.match(MaxPyramid(grid), one, SE2d(), window)).candidate, Candidate{});
+  for (const Cell c : {Cell{3, 0}, Cell{-3, 0}, Cell{0, 3}, Cell{0, -3}})
+    grid.data()[(c.y + 20) * grid.stride() + c.x + 20] = 1000;
+  const Candidate want{{0, -3}, 0};  // equally near: the lowest row
+  EXPECT_EQ((**correlative.match(grid, one, SE2d(), still)).candidate, want);
+  EXPECT_EQ((**bounded.match(MaxPyramid(grid), one, SE2d(), still)).candidate, want);
+}
+
+TEST(Correlative, CorridorLeavesARidgeAlongItself) {
+  Rng rng(11);
+  const SO2d along(Angle::degrees(30));
+  PointSet walls, seen;  // the walls go on past what is seen
+  for (int i = 0; i < 900; ++i) {
+    walls.push_back(
+        (along * Eigen::Vector2d(rng.uniform(-8, 8), i % 2 == 0 ? 1.0 : -1.0)).cast<float>());
+    if (i % 2 == 0 && walls[walls.size() - 1].norm() < 5) seen.push_back(walls[walls.size() - 1]);
+  }
+  const PlacedPoints placed{&walls, SE2d()};
+  const auto field = likelihood_field({&placed, 1});
+  CorrelativeMatcher matcher;
+  MatchOptions options;
+  options.independent_points = 40;
+  options.covariance = true;
+  const auto m = matcher.match(*field, seen, SE2d(0, 0, Angle::degrees(5)),
+                               {0.5, 0.5, Angle::degrees(10)}, options);
+  ASSERT_TRUE(m && *m && (*m)->covariance);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
+      Eigen::Matrix2d((*m)->covariance->topLeftCorner<2, 2>()));
+  EXPECT_GT(eigen.eigenvalues()[1], 10 * eigen.eigenvalues()[0]);
+  const Eigen::Vector2d ridge =
+      (*m)->T_map_points.rotation() * Eigen::Vector2d(eigen.eigenvectors().col(1));
+  EXPECT_GT(std::abs(ridge.dot(along * Eigen::Vector2d(1, 0))), std::cos(0.1));
+}
+
+TEST(Matchers, RefuseInputNoSearchCanBeMadeFor) {
+  MatchGrid grid;
+  ASSERT_TRUE(grid.reset(0.05, {{0, 0}, {99, 99}}, 0.01));
+  const MaxPyramid pyramid(grid);
+  CorrelativeMatcher correlative;
+  BranchAndBoundMatcher bounded;
+  PointSet good;
+  good.push_back({1.0F, 2.0F});
+  PointSet bad = good;
+  bad.push_back({NAN, 0.0F});
+  const auto refused = [&](const PointSet& p, const SE2d& prior, const SearchWindow& w,
+                           const MatchOptions& o = {}) {
+    return !correlative.match(grid, p, prior, w, o) && !bounded.match(pyramid, p, prior, w, o);
+  };
+  EXPECT_FALSE(refused(good, SE2d(), {}));
+  EXPECT_TRUE(refused(PointSet(), SE2d(), {}));
+  EXPECT_TRUE(refused(bad, SE2d(), {}));
+  EXPECT_TRUE(refused(good, SE2d(NAN, 0, Angle()), {}));
+  EXPECT_TRUE(refused(good, SE2d(), {-1, 0, Angle()}));
+  EXPECT_TRUE(refused(good, SE2d(), {NAN, 0, Angle()}));
+  EXPECT_TRUE(refused(good, SE2d(), {1e7, 1e7, Angle::degrees(180)}));
+  MatchOptions indefinite;
+  indefinite.prior_information = Eigen::Vector3d(1, -1, 1).asDiagonal();
+  EXPECT_TRUE(refused(good, SE2d(), {}, indefinite));
+  EXPECT_FALSE(correlative.match(MatchGrid(), good, SE2d(), {}));
+}
+
+}  // namespace
+}  // namespace wayfare
