@@ -4,6 +4,9 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/graph/eigen_solver.hpp>
+#ifdef WAYFARE_TEST_CHOLMOD
+#include <wayfare/graph/cholmod_solver.hpp>
+#endif
 
 namespace wayfare {
 namespace {
@@ -41,7 +44,11 @@ Eigen::MatrixXd fill(BlockSparse<N>& h, Rng& rng) {
 
 template <class Solver>
 class LinearSolverTest : public testing::Test {};
+#ifdef WAYFARE_TEST_CHOLMOD
+using Solvers = testing::Types<EigenSolver<3>, EigenSolver<6>, CholmodSolver<3>, CholmodSolver<6>>;
+#else
 using Solvers = testing::Types<EigenSolver<3>, EigenSolver<6>>;
+#endif
 TYPED_TEST_SUITE(LinearSolverTest, Solvers);
 
 TYPED_TEST(LinearSolverTest, AgreesWithADenseFactorisationOnAnyPattern) {
