@@ -31,7 +31,7 @@ struct Summary {
   Summary s;
   s.count = values.size();
   if (values.empty()) return s;
-  const double n = static_cast<double>(values.size());
+  const auto n = static_cast<double>(values.size());
   double sum = 0.0, squares = 0.0, spread = 0.0;
   for (const double v : values) sum += v, squares += v * v;
   s.mean = sum / n;

@@ -65,7 +65,7 @@ class PointSet {
   for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
     if (!scan.returned(i)) continue;
     const double bearing = scan.bearing(i).radians();
-    const double range = static_cast<double>(scan.ranges_m[i]);
+    const auto range = static_cast<double>(scan.ranges_m[i]);
     const Eigen::Vector2d p =
         T_frame_laser * Eigen::Vector2d(range * std::cos(bearing), range * std::sin(bearing));
     points.push_back(p.cast<float>());
