@@ -114,7 +114,7 @@ void BM_BruteForceSmall(benchmark::State& state) {
   for (auto _ : state)
     benchmark::DoNotOptimize(brute_force(scene().field, scene().seen, scene().prior, kSmall));
 }
-BENCHMARK(BM_BruteForceSmall)->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_BruteForceSmall)->Name("small_window/brute_force")->Unit(benchmark::kMicrosecond);
 
 void BM_CorrelativeSmall(benchmark::State& state) {
   CorrelativeMatcher matcher;
@@ -123,7 +123,7 @@ void BM_CorrelativeSmall(benchmark::State& state) {
     candidates = (**matcher.match(scene().field, scene().seen, scene().prior, kSmall)).candidates;
   state.counters["candidates"] = static_cast<double>(candidates);
 }
-BENCHMARK(BM_CorrelativeSmall)->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_CorrelativeSmall)->Name("small_window/wayfare")->Unit(benchmark::kMicrosecond);
 
 void BM_CorrelativeCovarianceSmall(benchmark::State& state) {
   CorrelativeMatcher matcher;
@@ -134,7 +134,9 @@ void BM_CorrelativeCovarianceSmall(benchmark::State& state) {
     benchmark::DoNotOptimize(
         matcher.match(scene().field, scene().seen, scene().prior, kSmall, options));
 }
-BENCHMARK(BM_CorrelativeCovarianceSmall)->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_CorrelativeCovarianceSmall)
+    ->Name("small_window/wayfare_covariance")
+    ->Unit(benchmark::kMicrosecond);
 
 void bounded(benchmark::State& state, const SearchWindow& window, double min_score) {
   const MaxPyramid pyramid(scene().field);
@@ -144,16 +146,22 @@ void bounded(benchmark::State& state, const SearchWindow& window, double min_sco
   for (auto _ : state)
     benchmark::DoNotOptimize(matcher.match(pyramid, scene().seen, scene().prior, window, options));
 }
-BENCHMARK_CAPTURE(bounded, Small, kSmall, 0.0)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(bounded, Large, kLarge, 0.0)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(bounded, LargeRejected, kLarge, 0.99)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(bounded, Small, kSmall, 0.0)
+    ->Name("small_window/branch_and_bound")
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(bounded, Large, kLarge, 0.0)
+    ->Name("large_window/branch_and_bound")
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(bounded, LargeRejected, kLarge, 0.99)
+    ->Name("large_window/branch_and_bound_rejected")
+    ->Unit(benchmark::kMicrosecond);
 
 void BM_CorrelativeLarge(benchmark::State& state) {
   CorrelativeMatcher matcher;
   for (auto _ : state)
     benchmark::DoNotOptimize(matcher.match(scene().field, scene().seen, scene().prior, kLarge));
 }
-BENCHMARK(BM_CorrelativeLarge)->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_CorrelativeLarge)->Name("large_window/wayfare")->Unit(benchmark::kMicrosecond);
 
 void BM_MaxPyramid(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(MaxPyramid(scene().field));
