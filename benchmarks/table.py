@@ -2,8 +2,8 @@
 """Prints the JSON files of Google Benchmark as one table with ratios.
 
 A benchmark is called task/who or task/who/arguments. Rows of the same task and arguments stand
-together; the ratio is a row's time over that of its row `wayfare`, so 50 means wayfare is fifty
-times faster, and a number below one is a defeat. Repetitions are represented by their median.
+together; the ratio is a row's time over that of the first row whose `who` begins with `wayfare`,
+so 50 means wayfare is fifty times faster, and a number below one is a defeat. Repetitions are represented by their median.
 """
 
 import json
@@ -51,7 +51,7 @@ def main(paths):
             groups.setdefault(task, []).append((who, time_ns, label))
     lines = [("task", "who", "time", "ratio", "")]
     for task, rows in groups.items():
-        base = next((time_ns for who, time_ns, _ in rows if who == "wayfare"), None)
+        base = next((time_ns for who, time_ns, _ in rows if who.startswith("wayfare")), None)
         for who, time_ns, label in rows:
             ratio = "" if base is None else f"{time_ns / base:.2f}"
             lines.append((task, who, human(time_ns), ratio, label))
