@@ -3,7 +3,8 @@
 
 A benchmark is called task/who or task/who/arguments. Rows of the same task and arguments stand
 together; the ratio is a row's time over that of the first row whose `who` begins with `wayfare`,
-so 50 means wayfare is fifty times faster, and a number below one is a defeat. Repetitions are represented by their median.
+so 50 means wayfare is fifty times faster, and a number below one is a defeat. Repetitions are
+represented by their median.
 """
 
 import json
