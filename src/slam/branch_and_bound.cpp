@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <string>
+#include <utility>
 
 #include "candidates.hpp"
 #include "kernels/kernels.hpp"
@@ -118,6 +121,123 @@ struct BranchAndBoundMatcher::Search {
   }
 };
 
+/// For windows of a few groups a heading. Any subset of the points bounds the rest at their best,
+/// so a group is given up as soon as the points it has lost cannot be made good; points from all
+/// over the scan come first, as they tell most.
+struct BranchAndBoundMatcher::SmallSearch {
+  static constexpr int kFirst = 64, kMore = 64, kStrip = kernels::kBlock;
+
+  BranchAndBoundMatcher& scratch;
+  const MaxPyramid& map;
+  const CandidateSpace& s;
+  const kernels::Kernels& kernel = kernels::best_kernels();
+  const kernels::BoundTable bounds = table_of(map.level(0));
+  Best best = {};
+  std::uint32_t least = static_cast<std::uint32_t>(s.min_sum);  ///< a smaller sum cannot win
+
+  static kernels::BoundTable table_of(const MaxPyramid::Level& l) {
+    return {l.table.data(), 0, l.width, l.height, l.columns, l.rows};
+  }
+
+  void interleave(const PointSet& points) {
+    const auto n = static_cast<std::size_t>(s.points);
+    const std::size_t stride = (n + kFirst - 1) / kFirst, padded = points.padded_x_m().size();
+    scratch.x_.assign(padded, 0.0F);
+    scratch.y_.assign(padded, 0.0F);
+    std::size_t out = 0;
+    for (std::size_t first = 0; first < stride; ++first)
+      for (std::size_t i = first; i < n; i += stride, ++out) {
+        scratch.x_[out] = points.x_m()[i];
+        scratch.y_[out] = points.y_m()[i];
+      }
+  }
+
+  void look(Group& g, int more) {
+    const int n = std::min(more, s.points - g.seen);
+    kernels::Turn turn = detail::turn_of(s, map.grid(), g.corner.heading_step);
+    turn.du = g.corner.offset.x;
+    turn.dv = g.corner.offset.y;
+    kernel.turned_bounds(scratch.x_.data() + g.seen, scratch.y_.data() + g.seen, n, turn, bounds,
+                         g.sums);
+    g.seen += n;
+    g.top = *std::max_element(g.sums, g.sums + 16);
+  }
+  [[nodiscard]] bool hopeless(const Group& g, std::uint32_t top) const {
+    const std::uint32_t rest = 255 * static_cast<std::uint32_t>(s.points - g.seen);
+    return 16 * (top + rest) < least;
+  }
+
+  void finish(Group& g) {
+    while (!hopeless(g, g.top)) {
+      if (g.seen == s.points) return open(g);
+      look(g, kMore);
+    }
+  }
+
+  /// Scores the rows of squares of which one is worth it, the most promising first.
+  void open(const Group& g) {
+    std::pair<std::uint32_t, int> rows[4];
+    for (int j = 0; j < 4; ++j) {
+      rows[j] = {0, j};
+      for (int i = 0; i < 4; ++i) rows[j].first = std::max(rows[j].first, g.sums[4 * i + j]);
+    }
+    std::sort(rows, rows + 4, std::greater<>());
+    bool placed = false;
+    for (const auto& [top, j] : rows) {
+      const int y = g.corner.offset.y + 4 * j;
+      if (y > s.half_y || hopeless(g, top)) continue;
+      if (!placed) place(g);
+      placed = true;
+      score({{g.corner.offset.x, y}, g.corner.heading_step});
+    }
+  }
+  void place(const Group& g) {
+    const kernels::Turn t = detail::turn_of(s, map.grid(), g.corner.heading_step);
+    kernel.place(scratch.x_.data(), scratch.y_.data(), static_cast<int>(scratch.x_.size()), t.c,
+                 t.s, t.ox, t.oy, t.limit, scratch.u_.data(), scratch.v_.data());
+  }
+  void score(const Candidate& corner) {
+    const MatchGrid& grid = map.grid();
+    kernel.index(scratch.u_.data(), scratch.v_.data(), static_cast<int>(scratch.x_.size()),
+                 corner.offset.x, corner.offset.y, grid.width(), grid.height(), grid.stride(),
+                 scratch.index_.data());
+    std::uint32_t sums[4 * kStrip];
+    const int rows = std::min(4, s.half_y - corner.offset.y + 1);
+    const int columns = std::min(kStrip, s.half_x - corner.offset.x + 1);
+    kernel.block_scores(grid.data(), grid.stride(), scratch.index_.data(), s.points, rows, sums);
+    for (int r = 0; r < rows; ++r)
+      for (int i = 0; i < columns; ++i)
+        offer(sums[r * kStrip + i], {corner.offset + Cell{i, r}, corner.heading_step});
+  }
+  void offer(std::uint32_t sum, const Candidate& c) {
+    if (sum < least) return;
+    best.offer(s.objective(sum, c), sum, c);
+    if (best.objective <= 0) return;
+    // The log prior is never positive.
+    const double needed = std::floor(best.objective / s.weight * (1 - 1e-12));
+    least = std::max(least, static_cast<std::uint32_t>(needed));
+  }
+
+  void run() {
+    auto& groups = scratch.groups_;
+    groups.clear();
+    for (int k = -s.half_k; k <= s.half_k; ++k)
+      for (int y = -s.half_y; y <= s.half_y; y += 16)
+        for (int x = -s.half_x; x <= s.half_x; x += 16) {
+          groups.push_back({{{x, y}, k}, 0, 0, {}});
+          look(groups.back(), kFirst);
+        }
+    auto& order = scratch.order_;
+    order.resize(groups.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto at = [&](std::int32_t i) -> Group& { return groups[static_cast<std::size_t>(i)]; };
+    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+      return at(a).top != at(b).top ? at(a).top > at(b).top : a < b;
+    });
+    for (const std::int32_t i : order) finish(at(i));
+  }
+};
+
 Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const MaxPyramid& map,
                                                                 const PointSet& points,
                                                                 const SE2d& prior,
@@ -127,9 +247,10 @@ Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const MaxPyramid
   if (!space) return space.error();
   const CandidateSpace& s = *space;
   const std::size_t padded = points.padded_x_m().size();
-  const std::size_t headings = static_cast<std::size_t>(2 * s.half_k + 1);
+  const bool small = std::max(s.half_x, s.half_y) <= 15;
+  const std::size_t headings = small ? 1 : static_cast<std::size_t>(2 * s.half_k + 1);
   const int widest = 2 * std::max(s.half_x, s.half_y) + 1;
-  const int level = widest <= 32 ? 0 : widest <= 1024 ? 1 : 2;
+  const int level = widest <= 1024 ? 1 : 2;
   const double groups = (widest / (4.0 * Search::side(level)) + 1);
   if (headings * padded > (std::size_t{1} << 26) ||
       groups * groups * static_cast<double>(headings) > 1 << 22)
@@ -137,14 +258,23 @@ Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const MaxPyramid
   u_.resize(headings * padded);
   v_.resize(headings * padded);
   index_.resize(padded);
-  for (int k = -s.half_k; k <= s.half_k; ++k) {
-    const std::size_t first = static_cast<std::size_t>(k + s.half_k) * padded;
-    detail::place(s, map.grid(), points, k, u_.data() + first, v_.data() + first);
+  Best best;
+  if (small) {
+    SmallSearch search{*this, map, s};
+    search.interleave(points);
+    search.run();
+    best = search.best;
+  } else {
+    for (int k = -s.half_k; k <= s.half_k; ++k) {
+      const std::size_t first = static_cast<std::size_t>(k + s.half_k) * padded;
+      detail::place(s, map.grid(), points, k, u_.data() + first, v_.data() + first);
+    }
+    Search search{*this, map, s, padded};
+    search.run(level);
+    best = search.best;
   }
-  Search search{*this, map, s, padded};
-  search.run(level);
-  if (!search.best.found) return std::optional<MatchResult>();
-  MatchResult result = detail::result_of(s, map.grid(), search.best);
+  if (!best.found) return std::optional<MatchResult>();
+  MatchResult result = detail::result_of(s, map.grid(), best);
   if (options.covariance) {
     MatchOptions local = options;
     local.prior_information.reset();

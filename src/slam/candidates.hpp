@@ -6,6 +6,8 @@
 #include <wayfare/map/match_grid.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
+#include "kernels/kernels.hpp"
+
 namespace wayfare::detail {
 
 struct CandidateSpace {
@@ -71,6 +73,9 @@ struct Best {
 [[nodiscard]] Result<CandidateSpace> plan(const MatchGrid& grid, const PointSet& points,
                                           const SE2d& prior, const SearchWindow& window,
                                           const MatchOptions& options, std::int64_t max_candidates);
+
+/// What turns the points into cells of the table at heading step k.
+[[nodiscard]] kernels::Turn turn_of(const CandidateSpace& space, const MatchGrid& grid, int k);
 
 /// The points' cells in the table at heading step k; arrays as long as the padded points.
 void place(const CandidateSpace& space, const MatchGrid& grid, const PointSet& points, int k,

@@ -112,16 +112,24 @@ Result<CandidateSpace> plan(const MatchGrid& grid, const PointSet& points, const
   return s;
 }
 
-void place(const CandidateSpace& s, const MatchGrid& grid, const PointSet& points, int k,
-           std::int32_t* u, std::int32_t* v) {
+kernels::Turn turn_of(const CandidateSpace& s, const MatchGrid& grid, int k) {
   const double heading = s.prior.heading().radians() + k * s.heading_step_rad;
   const double inverse = 1.0 / s.resolution_m;
-  kernels::best_kernels().place(
-      points.padded_x_m().data(), points.padded_y_m().data(),
-      static_cast<int>(points.padded_x_m().size()), static_cast<float>(std::cos(heading) * inverse),
-      static_cast<float>(std::sin(heading) * inverse),
-      static_cast<float>(s.prior.x() * inverse - grid.origin().x),
-      static_cast<float>(s.prior.y() * inverse - grid.origin().y), 1048576.0F, u, v);
+  return {static_cast<float>(std::cos(heading) * inverse),
+          static_cast<float>(std::sin(heading) * inverse),
+          static_cast<float>(s.prior.x() * inverse - grid.origin().x),
+          static_cast<float>(s.prior.y() * inverse - grid.origin().y),
+          1048576.0F,
+          0,
+          0};
+}
+
+void place(const CandidateSpace& s, const MatchGrid& grid, const PointSet& points, int k,
+           std::int32_t* u, std::int32_t* v) {
+  const kernels::Turn t = turn_of(s, grid, k);
+  kernels::best_kernels().place(points.padded_x_m().data(), points.padded_y_m().data(),
+                                static_cast<int>(points.padded_x_m().size()), t.c, t.s, t.ox, t.oy,
+                                t.limit, u, v);
 }
 
 MatchResult result_of(const CandidateSpace& s, const MatchGrid& grid, const Best& best) {

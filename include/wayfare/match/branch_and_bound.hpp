@@ -30,10 +30,21 @@ class BranchAndBoundMatcher {
     Candidate corner;
     int level;
   };
+  /// Sixteen squares of 4×4 offsets at one heading, bounded from the first `seen` points.
+  struct Group {
+    Candidate corner;
+    int seen;
+    std::uint32_t top;
+    std::uint32_t sums[16];
+  };
   struct Search;
+  struct SmallSearch;
 
   std::vector<std::int32_t> u_, v_, index_;
+  std::vector<float> x_, y_;  // the points, far ones of the scan side by side
   std::vector<Node> roots_, stack_;
+  std::vector<Group> groups_;
+  std::vector<std::int32_t> order_;
   CorrelativeMatcher local_;
 };
 

@@ -10,6 +10,18 @@ namespace wayfare::kernels {
 /// Rows and columns of candidate offsets a block of scores covers.
 inline constexpr int kBlock = 16;
 
+/// A turn and shift in cells; the offsets are added to whole cells.
+struct Turn {
+  float c, s, ox, oy, limit;
+  int du, dv;
+};
+
+/// A level of a MaxPyramid, as bound_index reads it.
+struct BoundTable {
+  const std::uint8_t* table;
+  int shift, width, height, columns, rows;
+};
+
 struct Kernels {
   /// u = floor(c·x − s·y + ox), v = floor(s·x + c·y + oy), saturated at ±limit; n a multiple of 16.
   void (*place)(const float* x, const float* y, int n, float c, float s, float ox, float oy,
@@ -26,6 +38,10 @@ struct Kernels {
   /// sums[k] = Σ table[index + k], k < 16.
   void (*bound_scores)(const std::uint8_t* table, const std::int32_t* index, int n,
                        std::uint32_t* sums);
+  /// Turns n ≤ 256 points like `place`, then like `bound_index` with Turn::du and dv, and adds what
+  /// the bound table holds for them: sums[k] += Σ, k < 16. May read up to 15 points past n.
+  void (*turned_bounds)(const float* x, const float* y, int n, const Turn& turn,
+                        const BoundTable& bounds, std::uint32_t* sums);
   /// Each target row r < rows: target[c] = max(target[c], kernel[r·width + c]); width % 16 = 0.
   void (*stamp)(std::uint16_t* target, int stride, const std::uint16_t* kernel, int width,
                 int rows);
