@@ -73,4 +73,19 @@ class PointSet {
   return points;
 }
 
+/// The points nearer than `max_norm_m` to the origin of which each is at least `spacing_m` from the
+/// one kept before it: walls close by, which a scan samples densely, then weigh no more than far
+/// ones.
+[[nodiscard]] inline PointSet thin(const PointSet& points, float spacing_m, float max_norm_m) {
+  PointSet kept;
+  kept.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2f p = points[i];
+    if (!(p.norm() <= max_norm_m)) continue;
+    if (!kept.empty() && (p - kept[kept.size() - 1]).norm() < spacing_m) continue;
+    kept.push_back(p);
+  }
+  return kept;
+}
+
 }  // namespace wayfare

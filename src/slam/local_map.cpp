@@ -1,0 +1,68 @@
+#include "local_map.hpp"
+
+#include <algorithm>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include <wayfare/map/max_pyramid.hpp>
+
+namespace wayfare {
+namespace {
+
+/// Probability of a point that fits nothing: a point 1.8 σ off counts as such, so that what moved
+/// or was hidden before does not pull.
+constexpr double kOutlierProbability = 0.2;
+/// A scan's points err together, and in a corridor those beyond the edge of the known map pull the
+/// pose back: this few count as independent against the prior.
+constexpr double kIndependentPoints = 15.0;
+
+/// The translation block of information⁻¹, scaled to 1 in its best-known direction.
+Eigen::Matrix2d spread_of(const Eigen::Matrix3d& information) {
+  constexpr double kTiny = 1e-9;
+  const double scale = information.topLeftCorner<2, 2>().trace();
+  const Eigen::Matrix3d regular =
+      information + kTiny * std::max(scale, 1.0) * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix2d covariance = regular.inverse().topLeftCorner<2, 2>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance, Eigen::EigenvaluesOnly);
+  return covariance / std::max(eigen.eigenvalues()[0], 1e-300);
+}
+
+/// The match, where there is one; else the prior with a score of 0.
+Placement placement(const Result<std::optional<MatchResult>>& match, const SE2d& prior) {
+  if (!match || !*match) return {prior};
+  return {(*match)->T_map_points, (*match)->score};
+}
+
+}  // namespace
+
+bool LocalMap::render(std::span<const PlacedPoints> scans, double cell_m, double sigma_m) {
+  const LikelihoodFieldOptions options{cell_m, sigma_m, kOutlierProbability};
+  return maker_.make(scans, options, grid_).has_value();
+}
+
+Placement LocalMap::search(const PointSet& points, const SE2d& prior, const SearchWindow& window,
+                           const std::optional<Eigen::Matrix3d>& prior_information) {
+  MatchOptions options;
+  options.prior_information = prior_information;
+  options.independent_points = kIndependentPoints;
+  return placement(near_.match(grid_, points, prior, window, options), prior);
+}
+
+Placement LocalMap::search_far(const PointSet& points, const SE2d& prior,
+                               const SearchWindow& window, double min_score) {
+  MatchOptions options;
+  options.min_score = min_score;
+  const MaxPyramid pyramid(grid_);
+  return placement(far_.match(pyramid, points, prior, window, options), prior);
+}
+
+Placement LocalMap::refine(const PointSet& points, const SE2d& start) const {
+  const auto fine = wayfare::refine(grid_, points, start);
+  if (!fine) return {start};
+  // The information is in the pose's own axes; the spread is in the map's.
+  const Eigen::Matrix2d r = fine->T_map_points.rotation().matrix();
+  return {fine->T_map_points, fine->score, r * spread_of(fine->information) * r.transpose()};
+}
+
+}  // namespace wayfare
