@@ -65,18 +65,45 @@ struct LoopMatch {
   PoseEdge<SE2d> edge;
 };
 
-/// Ω of an edge whose match is `sigma_m` sure in the best direction, and less where the scene
-/// constrains it less; `rotation` leads from the edge's axes to the map's.
+/// How far a match may be off in each direction of its spread: σ grows with the cube of the
+/// spread, from nothing in a room (1-3) to decimetres in a corridor without doors (7-13), where the
+/// few gradients along the walls come from cells and noise.
+struct Ambiguity {
+  Eigen::Matrix2d directions;  // columns, map axes
+  Eigen::Vector2d variance;    // m²
+
+  explicit Ambiguity(const Placement& match) {
+    constexpr double kSigmaPerCubedSpread_m = 0.0004;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(match.spread);
+    directions = eigen.eigenvectors();
+    variance = (kSigmaPerCubedSpread_m * eigen.eigenvalues().array().cube()).square();
+  }
+};
+
+/// The match moved towards what the motion model predicted, along the directions in which the scene
+/// leaves it open: x = x_match + Σ_match (Σ_match + Σ_motion)⁻¹ (x_motion − x_match).
+SE2d settle(const Placement& match, const SE2d& predicted, const Motion& motion) {
+  const Ambiguity open(match);
+  const double motion_variance = motion.sigma[0] * motion.sigma[0];
+  const Eigen::Vector2d gain =
+      open.variance.cwiseQuotient(open.variance + Eigen::Vector2d::Constant(motion_variance));
+  const Eigen::Vector2d gap = predicted.translation() - match.T_map_points.translation();
+  const Eigen::Vector2d shift =
+      open.directions * gain.asDiagonal() * open.directions.transpose() * gap;
+  return SE2d(Eigen::Vector2d(match.T_map_points.translation() + shift),
+              match.T_map_points.rotation());
+}
+
+/// Ω of an edge whose match is `sigma_m` and `sigma_rad` sure, and less where the scene leaves it
+/// open; `rotation` leads from the edge's axes to the map's.
 Matrix3d match_information(const Placement& match, const SO2d& rotation, double sigma_m,
-                           double sigma_rad, double cap_m) {
-  const Eigen::Matrix2d r = rotation.matrix();
-  const Eigen::Matrix2d spread = r.transpose() * match.spread * r;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(spread);
-  const Eigen::Vector2d variance =
-      (eigen.eigenvalues() * sigma_m * sigma_m).cwiseMin(cap_m * cap_m);
+                           double sigma_rad) {
+  const Ambiguity open(match);
+  const Eigen::Vector2d variance = open.variance + Eigen::Vector2d::Constant(sigma_m * sigma_m);
+  const Eigen::Matrix2d axes = rotation.matrix().transpose() * open.directions;
   Matrix3d information = Matrix3d::Zero();
-  information.topLeftCorner<2, 2>() = eigen.eigenvectors() * variance.cwiseInverse().asDiagonal() *
-                                      eigen.eigenvectors().transpose();
+  information.topLeftCorner<2, 2>() =
+      axes * variance.cwiseInverse().asDiagonal() * axes.transpose();
   information(2, 2) = 1.0 / (sigma_rad * sigma_rad);
   return information;
 }
@@ -212,7 +239,7 @@ class GraphSlam::Engine {
     if (best.score < options_.tracked_score) best = search_wider(points, prior, information, best);
     if (best.score < options_.lost_score) return {prior, best.score};
     const Placement sharp = sharp_map_.refine(points, best.T_map_points);
-    return {sharp.T_map_points, best.score, sharp.spread};
+    return {settle(sharp, prior, motion), best.score, sharp.spread};
   }
 
   /// First farther around the prediction, then in every direction against all that is near.
@@ -290,7 +317,7 @@ class GraphSlam::Engine {
       return Vector3d(sigma, sigma, sigma_rad).cwiseAbs2().cwiseInverse().asDiagonal();
     }
     const Matrix3d by_match = match_information(match, pose_.rotation(), 0.02 + 0.02 * d,
-                                                Angle::degrees(0.4).radians() + 0.02 * turn, 1.0);
+                                                Angle::degrees(0.4).radians() + 0.02 * turn);
     return by_match + since_node_.inverse();
   }
 
@@ -399,7 +426,7 @@ class GraphSlam::Engine {
     const Placement sharp = sharp_map.refine(node(latest).points, found.T_map_points);
     const SE2d measurement = pose_of(candidate.node).inverse() * sharp.T_map_points;
     const Matrix3d information = match_information(sharp, sharp.T_map_points.rotation(), 0.04,
-                                                   Angle::degrees(0.6).radians(), reach);
+                                                   Angle::degrees(0.6).radians());
     return {true, {candidate.node, latest, measurement, information, true}};
   }
 

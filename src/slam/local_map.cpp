@@ -15,7 +15,7 @@ namespace {
 constexpr double kOutlierProbability = 0.2;
 /// A scan's points err together, and in a corridor those beyond the edge of the known map pull the
 /// pose back: this few count as independent against the prior.
-constexpr double kIndependentPoints = 15.0;
+constexpr double kIndependentPoints = 8.0;
 
 /// The translation block of information⁻¹, scaled to 1 in its best-known direction.
 Eigen::Matrix2d spread_of(const Eigen::Matrix3d& information) {

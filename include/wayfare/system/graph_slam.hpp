@@ -45,10 +45,10 @@ struct GraphSlamOptions {
   // Motion.
   MotionNoise odometry{};
   /// Without odometry the robot is expected to go on as it did; twice as wide fits walking pace.
-  MotionNoise constant_velocity{0.10, 0.50, 0.05, Angle::degrees(5.0), 0.4, 0.2};
+  MotionNoise constant_velocity{0.20, 0.50, 0.05, Angle::degrees(8.0), 0.4, 0.2};
 
   // Nodes.
-  double node_distance_m = 0.20;          ///< travel that makes a node; larger: faster, coarser
+  double node_distance_m = 0.25;          ///< travel that makes a node; larger: faster, coarser
   Angle node_turn = Angle::degrees(8.0);  ///< turn that makes a node
 
   // Local map.
