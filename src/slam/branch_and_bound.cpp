@@ -125,7 +125,7 @@ struct BranchAndBoundMatcher::Search {
 /// so a group is given up as soon as the points it has lost cannot be made good; points from all
 /// over the scan come first, as they tell most.
 struct BranchAndBoundMatcher::SmallSearch {
-  static constexpr int kFirst = 64, kMore = 64, kStrip = kernels::kBlock;
+  static constexpr int kFirst = 32, kMore = 64, kStrip = kernels::kBlock;
 
   BranchAndBoundMatcher& scratch;
   const MaxPyramid& map;

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
+
+#include "kernels/kernels.hpp"
 
 namespace wayfare {
 namespace {
@@ -17,19 +20,35 @@ struct Sum {
 /// r = √(−2 ln p + ε): J = −∇ln p / r. ε keeps a point on its surface from an endless weight.
 Sum linearise(const MatchGrid& grid, const PointSet& points, const SE2d& pose) {
   constexpr double kEpsilon = 0.05;
+  const double inverse = 1 / grid.resolution_m(), step = grid.log_step();
+  const kernels::Turn turn{static_cast<float>(pose.rotation().cos() * inverse),
+                           static_cast<float>(pose.rotation().sin() * inverse),
+                           static_cast<float>(pose.x() * inverse - grid.origin().x - 0.5),
+                           static_cast<float>(pose.y() * inverse - grid.origin().y - 0.5),
+                           0,
+                           0,
+                           0};
+  const kernels::Field field{grid.data(), grid.stride(), grid.width(), grid.height()};
+  double sums[10];
+  kernels::best_kernels().linearise(points.padded_x_m().data(), points.padded_y_m().data(),
+                                    static_cast<int>(points.size()), turn, field,
+                                    static_cast<float>(-2 * grid.log_floor() + kEpsilon),
+                                    static_cast<float>(-2 * step), sums);
   Sum sum;
-  const double c = pose.rotation().cos(), s = pose.rotation().sin();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double x = static_cast<double>(points.x_m()[i]), y = static_cast<double>(points.y_m()[i]);
-    const FieldSample f = interpolate(grid, {pose.x() + c * x - s * y, pose.y() + s * x + c * y});
-    const double gx = c * f.gradient.x() + s * f.gradient.y();  // in the pose's axes
-    const double gy = c * f.gradient.y() - s * f.gradient.x();
-    const Eigen::Vector3d g(gx, gy, x * gy - y * gx);
-    sum.log_likelihood += f.log_likelihood;
-    sum.gradient += g;
-    sum.information += g * g.transpose() / (-2 * f.log_likelihood + kEpsilon);
-  }
+  const double per_metre = step * inverse;
+  sum.log_likelihood = grid.log_floor() * static_cast<double>(points.size()) + step * sums[0];
+  sum.gradient = per_metre * Eigen::Vector3d(sums[1], sums[2], sums[3]);
+  sum.information << sums[4], sums[5], sums[6], sums[5], sums[7], sums[8], sums[6], sums[8],
+      sums[9];
+  sum.information *= per_metre * per_metre;
   return sum;
+}
+
+bool all_finite(const PointSet& points) {
+  int bad = 0;
+  for (const auto& axis : {points.x_m(), points.y_m()})
+    for (const float t : axis) bad |= !(std::abs(t) <= std::numeric_limits<float>::max());
+  return bad == 0;
 }
 
 }  // namespace
@@ -57,8 +76,7 @@ Result<RefineResult> refine(const MatchGrid& grid, const PointSet& points, const
   if (points.empty()) return Error{ErrorCode::invalid, "refine: no points"};
   if (!start.translation().allFinite() || !std::isfinite(start.heading().radians()))
     return Error{ErrorCode::invalid, "refine: the start is not finite"};
-  if (!std::isfinite(points.max_norm_m()))
-    return Error{ErrorCode::invalid, "refine: a point is not finite"};
+  if (!all_finite(points)) return Error{ErrorCode::invalid, "refine: a point is not finite"};
   RefineResult r;
   r.T_map_points = start;
   Sum here = linearise(grid, points, start);

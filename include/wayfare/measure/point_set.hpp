@@ -48,8 +48,10 @@ class PointSet {
   /// Distance of the farthest point from the origin.
   [[nodiscard]] float max_norm_m() const {
     float square = 0.0F;
-    for (std::size_t i = 0; i < size_; ++i)
-      square = std::fmax(square, x_[i] * x_[i] + y_[i] * y_[i]);
+    for (std::size_t i = 0; i < size_; ++i) {
+      const float d = x_[i] * x_[i] + y_[i] * y_[i];
+      square = d > square ? d : square;
+    }
     return std::sqrt(square);
   }
 

@@ -16,6 +16,12 @@ struct Turn {
   int du, dv;
 };
 
+/// Table values (0 … 4080) between cell centres; a border of at least 9 zeros is read.
+struct Field {
+  const std::uint16_t* table;
+  int stride, width, height;
+};
+
 /// A level of a MaxPyramid, as bound_index reads it.
 struct BoundTable {
   const std::uint8_t* table;
@@ -42,6 +48,11 @@ struct Kernels {
   /// the bound table holds for them: sums[k] += Σ, k < 16. May read up to 15 points past n.
   void (*turned_bounds)(const float* x, const float* y, int n, const Turn& turn,
                         const BoundTable& bounds, std::uint32_t* sums);
+  /// Turns n points (arrays padded to 16) to (u, v), cell centres at whole numbers, and sums over
+  /// them f, g and the upper triangle of g gᵀ / (a + b·f), g = (∂f/∂u, ∂f/∂v) turned back, and
+  /// x·g₁ − y·g₀: sums[10] = {f, g₀, g₁, g₂, 00, 01, 02, 11, 12, 22}.
+  void (*linearise)(const float* x, const float* y, int n, const Turn& turn, const Field& field,
+                    float a, float b, double* sums);
   /// Each target row r < rows: target[c] = max(target[c], kernel[r·width + c]); width % 16 = 0.
   void (*stamp)(std::uint16_t* target, int stride, const std::uint16_t* kernel, int width,
                 int rows);
