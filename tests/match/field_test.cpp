@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
+#include <Eigen/LU>
 
 #include <wayfare/match/refine.hpp>
 
@@ -103,6 +104,89 @@ TEST(Refine, FindsAKnownMotionBetweenCellsAndIsNeverWorse) {
   // The starts are 0.033 m off (uniform, √(2·0.08²/12)); the field's own places are rounded to
   // quarter cells of 0.0125 m.
   EXPECT_LT(std::sqrt(squares / 50), 0.0125);
+}
+
+struct Normal {
+  double log_likelihood = 0;
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+};
+
+/// The normal equations in double precision from interpolate(), one point at a time.
+Normal normal_equations(const MatchGrid& grid, const PointSet& points, const SE2d& pose) {
+  Normal sum;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d p = points[i].cast<double>();
+    const FieldSample f = interpolate(grid, pose * p);
+    const Eigen::Vector2d d = pose.rotation().matrix().transpose() * f.gradient;
+    const Eigen::Vector3d g(d.x(), d.y(), p.x() * d.y() - p.y() * d.x());
+    sum.log_likelihood += f.log_likelihood;
+    sum.gradient += g;
+    sum.information += g * g.transpose() / (0.05 - 2 * f.log_likelihood);
+  }
+  return sum;
+}
+
+/// Damped Gauss-Newton by the book, on those.
+SE2d climb(const MatchGrid& grid, const PointSet& points, SE2d pose) {
+  Normal here = normal_equations(grid, points, pose);
+  double damping = 1e-3;
+  for (int i = 0; i < 10; ++i) {
+    Eigen::Matrix3d damped = here.information;
+    damped.diagonal() *= 1 + damping;
+    damped.diagonal().array() += 1e-6;
+    const Eigen::Vector3d step = damped.inverse() * here.gradient;
+    const Normal there = normal_equations(grid, points, pose.plus(step));
+    const bool better = there.log_likelihood > here.log_likelihood;
+    damping = better ? std::max(1e-6, damping / 10) : damping * 10;
+    if (!better) continue;
+    pose = pose.plus(step);
+    here = there;
+    if (step.norm() < 1e-4) break;
+  }
+  return pose;
+}
+
+TEST(Refine, EqualsDoublePrecision) {
+  Rng rng(10);
+  const PointSet room = rectangle(4, 3, 2000, rng, 0.005);
+  const PlacedPoints placed{&room, SE2d(100, -50, Angle())};
+  const auto field = likelihood_field({&placed, 1});
+  int same = 0;
+  for (int i = 0; i < 50; ++i) {
+    const PointSet seen = rectangle(4, 3, 300 + 17 * i, rng, 0.005);  // with and without padding
+    const SE2d start(100 + rng.uniform(-0.05, 0.05), -50 + rng.uniform(-0.05, 0.05),
+                     Angle::radians(rng.uniform(-0.01, 0.01)));
+    const Normal want = normal_equations(*field, seen, start);
+    const auto at_start = refine(*field, seen, start, {0, 1e-4, 0.2});
+    ASSERT_TRUE(at_start);
+    const double n = static_cast<double>(seen.size());
+    // Places in single precision: 2⁻²³ of 160 cells is 1e-6 m; ∂ ln p/∂x is below 30 per metre.
+    EXPECT_NEAR(at_start->mean_log_likelihood, want.log_likelihood / n, 1e-4);
+    // A point within rounding of a patch's border takes the neighbour's slope: a point or two.
+    EXPECT_LT((at_start->information - want.information).norm(), 1e-2 * want.information.norm());
+    const auto got = refine(*field, seen, start);
+    ASSERT_TRUE(got);
+    const SE2d other = climb(*field, seen, start);
+    const Eigen::Vector3d off = got->T_map_points.minus(other);
+    // The field has kinks: rounding can end the ten iterations on another side of one, but no
+    // lower.
+    same += off.head<2>().norm() < 1e-3 && std::abs(off[2]) < 1.75e-4;  // 0.01°
+    EXPECT_GT(got->mean_log_likelihood,
+              normal_equations(*field, seen, other).log_likelihood / n - 1e-3);
+  }
+  EXPECT_GE(same, 48);
+}
+
+TEST(Refine, RefusesAPointThatIsNotFinite) {
+  Rng rng(5);
+  const MatchGrid grid = random_grid(rng, 30, 30, {0, 0});
+  for (const float bad : {NAN, INFINITY}) {
+    PointSet points;
+    points.push_back({0.5F, 0.5F});
+    points.push_back({0.5F, bad});
+    EXPECT_FALSE(refine(grid, points, SE2d()));
+  }
 }
 
 }  // namespace

@@ -1,0 +1,176 @@
+// Every instruction set this machine runs gives the same bits as the portable build.
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/map/max_pyramid.hpp>
+
+#include "kernels/kernels.hpp"
+#include "scenes.hpp"
+
+namespace wayfare {
+namespace {
+
+using kernels::Isa;
+using kernels::Kernels;
+using Ints = std::vector<std::int32_t>;
+using Sums = std::vector<std::uint32_t>;
+
+struct Case {
+  MatchGrid grid;
+  MaxPyramid pyramid;
+  std::vector<float> x, y;
+  int n = 0, padded = 0;
+  kernels::Turn turn{};
+
+  explicit Case(Rng& rng)
+      : grid(random_grid(rng, 1 + static_cast<int>(rng.below(90)),
+                         1 + static_cast<int>(rng.below(90)), {0, 0})),
+        pyramid(grid),
+        n(1 + static_cast<int>(rng.below(700))),
+        padded((n + 15) / 16 * 16) {
+    const double reach = rng.uniform(0.1, 5);
+    for (int i = 0; i < padded; ++i) {
+      x.push_back(static_cast<float>(rng.uniform(-reach, reach)));
+      y.push_back(static_cast<float>(rng.uniform(-reach, reach)));
+    }
+    x[0] = 1e30F;  // saturates
+    const double heading = rng.uniform(-4, 4);
+    turn = {static_cast<float>(20 * std::cos(heading)),
+            static_cast<float>(20 * std::sin(heading)),
+            static_cast<float>(rng.uniform(-20, 60)),
+            static_cast<float>(rng.uniform(-20, 60)),
+            1048576.0F,
+            static_cast<int>(rng.below(40)) - 20,
+            static_cast<int>(rng.below(40)) - 20};
+  }
+
+  void place(const Kernels& k, Ints& u, Ints& v) const {
+    u.resize(x.size());
+    v.resize(x.size());
+    k.place(x.data(), y.data(), padded, turn.c, turn.s, turn.ox, turn.oy, turn.limit, u.data(),
+            v.data());
+  }
+  [[nodiscard]] kernels::BoundTable bounds(int level) const {
+    const auto& l = pyramid.level(level);
+    return {l.table.data(), 2 * level, l.width, l.height, l.columns, l.rows};
+  }
+  [[nodiscard]] Sums bound_scores(const Kernels& k, int level) const {
+    Ints u, v, at(x.size());
+    place(k, u, v);
+    const auto b = bounds(level);
+    k.bound_index(u.data(), v.data(), padded, turn.du, turn.dv, b.shift, b.width, b.height,
+                  b.columns, b.rows, at.data());
+    Sums sums(16);
+    k.bound_scores(b.table, at.data(), n, sums.data());
+    return sums;
+  }
+  [[nodiscard]] Sums turned_bounds(const Kernels& k, int level) const {
+    Sums sums(16, 0);
+    for (int first = 0; first < n; first += 64)
+      k.turned_bounds(x.data() + first, y.data() + first, std::min(64, n - first), turn,
+                      bounds(level), sums.data());
+    return sums;
+  }
+  [[nodiscard]] Sums block_scores(const Kernels& k, int rows) const {
+    Ints u, v, at(x.size());
+    place(k, u, v);
+    k.index(u.data(), v.data(), padded, turn.du, turn.dv, grid.width(), grid.height(),
+            grid.stride(), at.data());
+    Sums sums(static_cast<std::size_t>(rows * kernels::kBlock));
+    k.block_scores(grid.data(), grid.stride(), at.data(), n, rows, sums.data());
+    return sums;
+  }
+  [[nodiscard]] std::vector<double> linearise(const Kernels& k) const {
+    std::vector<double> sums(10);
+    k.linearise(x.data(), y.data(), n, turn,
+                {grid.data(), grid.stride(), grid.width(), grid.height()}, 9.26F, -0.0022F,
+                sums.data());
+    return sums;
+  }
+};
+
+/// Calls `body(variant, portable)` for every variant this machine runs.
+template <class Body>
+void for_each_variant(Body&& body) {
+  for (const Isa isa : {Isa::baseline, Isa::avx2, Isa::avx512}) {
+    if (!kernels::runs_here(isa)) continue;
+    SCOPED_TRACE(static_cast<int>(isa));
+    body(kernels::kernels_for(isa), kernels::kernels_for(Isa::baseline));
+  }
+}
+
+TEST(Kernels, VariantsGiveTheSameBits) {
+  for_each_variant([](const Kernels& variant, const Kernels& portable) {
+    Rng rng(21);
+    for (int i = 0; i < 200; ++i) {
+      const Case test(rng);
+      Ints u, v, pu, pv;
+      test.place(variant, u, v);
+      test.place(portable, pu, pv);
+      ASSERT_EQ(u, pu);
+      ASSERT_EQ(v, pv);
+      const int rows = 1 + i % 16, level = i % MaxPyramid::kLevels;
+      ASSERT_EQ(test.block_scores(variant, rows), test.block_scores(portable, rows));
+      ASSERT_EQ(test.bound_scores(variant, level), test.bound_scores(portable, level));
+      const auto a = test.linearise(variant), b = test.linearise(portable);
+      ASSERT_EQ(std::memcmp(a.data(), b.data(), sizeof(double) * a.size()), 0);
+    }
+  });
+}
+
+TEST(Kernels, FusedBoundsEqualTheStepwiseOnes) {
+  for_each_variant([](const Kernels& variant, const Kernels& portable) {
+    Rng rng(22);
+    for (int i = 0; i < 200; ++i) {
+      const Case test(rng);
+      const int level = i % MaxPyramid::kLevels;
+      ASSERT_EQ(test.turned_bounds(variant, level), test.bound_scores(portable, level));
+    }
+  });
+}
+
+TEST(Kernels, StampAndMaximaEqualTheirDefinition) {
+  for_each_variant([](const Kernels& variant, const Kernels&) {
+    Rng rng(23);
+    const auto word = [&] { return static_cast<std::uint16_t>(rng.below(4081)); };
+    for (int n = 1; n < 100; ++n) {
+      const auto size = static_cast<std::size_t>(n);
+      std::vector<std::uint8_t> a(size), b(size), out(size);
+      Ints values(size);
+      for (std::size_t i = 0; i < size; ++i) {
+        a[i] = static_cast<std::uint8_t>(rng.below(256));
+        b[i] = static_cast<std::uint8_t>(rng.below(256));
+        values[i] = static_cast<std::int32_t>(rng.below(2000)) - 1000;
+      }
+      variant.max_bytes(a.data(), b.data(), n, out.data());
+      for (std::size_t i = 0; i < size; ++i) ASSERT_EQ(out[i], std::max(a[i], b[i]));
+      std::int32_t low = 0, high = 0;
+      variant.min_max(values.data(), n, &low, &high);
+      const auto [least, most] = std::minmax_element(values.begin(), values.end());
+      ASSERT_EQ(low, *least);
+      ASSERT_EQ(high, *most);
+
+      const int width = 16 * (1 + n % 4), rows = 1 + n % 5, stride = 80;
+      std::vector<std::uint16_t> target(static_cast<std::size_t>(stride * rows));
+      std::vector<std::uint16_t> kernel(static_cast<std::size_t>(width * rows));
+      for (auto& t : target) t = word();
+      for (auto& t : kernel) t = word();
+      auto want = target;
+      for (int r = 0; r < rows; ++r)
+        for (int c = 0; c < width; ++c) {
+          auto& t = want[static_cast<std::size_t>(r * stride + c)];
+          t = std::max(t, kernel[static_cast<std::size_t>(r * width + c)]);
+        }
+      variant.stamp(target.data(), stride, kernel.data(), width, rows);
+      ASSERT_EQ(target, want);
+    }
+  });
+}
+
+}  // namespace
+}  // namespace wayfare
