@@ -1,0 +1,18 @@
+# cmake -DCOMMAND="a;b;c" -DEXIT=zero|nonzero -DOUTPUT=regex [-DFILES="x;y"] -P expect.cmake
+# Runs a program; fails unless its exit code, what it says, and the files it leaves are as told.
+execute_process(COMMAND ${COMMAND} RESULT_VARIABLE code OUTPUT_VARIABLE text ERROR_VARIABLE errors)
+set(text "${text}${errors}")
+if(NOT code MATCHES "^[0-9]+$")
+  message(FATAL_ERROR "crashed: ${code}\n${text}")
+endif()
+if((EXIT STREQUAL "zero" AND NOT code EQUAL 0) OR (EXIT STREQUAL "nonzero" AND code EQUAL 0))
+  message(FATAL_ERROR "exit code ${code}, expected ${EXIT}\n${text}")
+endif()
+if(NOT text MATCHES "${OUTPUT}")
+  message(FATAL_ERROR "the output does not match '${OUTPUT}':\n${text}")
+endif()
+foreach(file IN LISTS FILES)
+  if(NOT EXISTS "${file}")
+    message(FATAL_ERROR "${file} was not written\n${text}")
+  endif()
+endforeach()
