@@ -9,6 +9,7 @@
 #include <benchmark/benchmark.h>
 #include <ceres/ceres.h>
 
+#include <wayfare/graph/eigen_solver.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/pose_graph_file.hpp>
 #ifdef WAYFARE_BENCH_CHOLMOD
@@ -162,6 +163,7 @@ const bool kRegistered = [] {
         run(s, name, solve);
       })->Unit(benchmark::kMillisecond);
     };
+    add("wayfare", [](const auto& g) { return solve_with<BlockCholesky>(g); });
     add("wayfare_eigen", [](const auto& g) { return solve_with<EigenSolver>(g); });
 #ifdef WAYFARE_BENCH_CHOLMOD
     add("wayfare_cholmod", [](const auto& g) { return solve_with<CholmodSolver>(g); });

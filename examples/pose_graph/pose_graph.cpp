@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <wayfare/graph/eigen_solver.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/pose_graph_file.hpp>
 #ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
@@ -18,18 +19,19 @@ namespace {
 
 using namespace wayfare;
 
-enum class SolverChoice { eigen, cholmod };
+enum class SolverChoice { block, eigen, cholmod };
 
 struct Arguments {
   std::string input;
   std::string output;
   bool force = false;
   bool robust_odometry = false;
-  SolverChoice solver = SolverChoice::eigen;
+  SolverChoice solver = SolverChoice::block;
   OptimiseOptions options;
 };
 
 const std::map<std::string, SolverChoice> kSolvers{
+    {"block", SolverChoice::block},
     {"eigen", SolverChoice::eigen},
 #ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
     {"cholmod", SolverChoice::cholmod},
@@ -48,7 +50,7 @@ void describe(CLI::App& app, Arguments& a) {
   app.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip")->required();
   app.add_option("--out", a.output, "where the optimised graph is written")->required();
   app.add_flag("--force", a.force, "overwrite the output where it exists");
-  app.add_option("--solver", a.solver, "sparse Cholesky (default eigen)")
+  app.add_option("--solver", a.solver, "sparse Cholesky (default block: our own)")
       ->transform(CLI::CheckedTransformer(kSolvers));
   app.add_option("--method", a.options.method,
                  "gn: Gauss-Newton, falling back to lm where a step fails (default); lm: "
@@ -81,6 +83,9 @@ Result<OptimiseReport> optimise_with(PoseGraph<G>& graph, const Arguments& a) {
                                                                                     a.options);
   }
 #endif
+  if (a.solver == SolverChoice::eigen) {
+    return PoseGraphOptimiser<G, EigenSolver<ManifoldTraits<G>::kDof>>().optimise(graph, a.options);
+  }
   return PoseGraphOptimiser<G>().optimise(graph, a.options);
 }
 

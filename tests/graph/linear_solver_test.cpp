@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 
 #include <wayfare/core/random.hpp>
+#include <wayfare/graph/block_cholesky.hpp>
 #include <wayfare/graph/eigen_solver.hpp>
 #ifdef WAYFARE_TEST_CHOLMOD
 #include <wayfare/graph/cholmod_solver.hpp>
@@ -45,9 +46,10 @@ Eigen::MatrixXd fill(BlockSparse<N>& h, Rng& rng) {
 template <class Solver>
 class LinearSolverTest : public testing::Test {};
 #ifdef WAYFARE_TEST_CHOLMOD
-using Solvers = testing::Types<EigenSolver<3>, EigenSolver<6>, CholmodSolver<3>, CholmodSolver<6>>;
+using Solvers = testing::Types<BlockCholesky<3>, BlockCholesky<6>, EigenSolver<3>, EigenSolver<6>,
+                               CholmodSolver<3>, CholmodSolver<6>>;
 #else
-using Solvers = testing::Types<EigenSolver<3>, EigenSolver<6>>;
+using Solvers = testing::Types<BlockCholesky<3>, BlockCholesky<6>, EigenSolver<3>, EigenSolver<6>>;
 #endif
 TYPED_TEST_SUITE(LinearSolverTest, Solvers);
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/graph/eigen_solver.hpp>
+#include <wayfare/graph/block_cholesky.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/normal_equations.hpp>
 #include <wayfare/graph/report.hpp>
@@ -19,7 +19,7 @@
 namespace wayfare {
 
 template <int N>
-using DefaultSolver = EigenSolver<N>;
+using DefaultSolver = BlockCholesky<N>;
 
 /// Optimises pose graphs, keeping pattern, symbolic factorisation and memory from one call to the
 /// next while the structure stays the same: keep one for a graph that grows.
