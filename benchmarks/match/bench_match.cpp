@@ -1,84 +1,24 @@
 // Scan matching and map building beside the plain ways to do them. Only ratios within one run
-// count. The scene: 20 scans of 356 points of a 12 m × 9 m room with 40 boxes, 5 cm cells.
+// count. Cells of 5 cm.
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
-#include <wayfare/core/random.hpp>
+#include <wayfare/io/carmen.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/refine.hpp>
 
+#include "scene.hpp"
+
 namespace wayfare {
 namespace {
-
-struct Box {
-  Eigen::Vector2d low, high;
-};
-
-struct Scene {
-  std::vector<LaserScan> scans;
-  std::vector<PointSet> points;
-  std::vector<SE2d> poses;
-  std::vector<PlacedPoints> placed;
-  MatchGrid field;
-  PointSet seen;
-  SE2d prior;
-
-  Scene() {
-    Rng rng(1);
-    std::vector<Box> boxes;
-    for (int i = 0; i < 40; ++i) {
-      const Eigen::Vector2d p(rng.uniform(-5.5, 5.0), rng.uniform(-4.0, 3.8));
-      if (p.norm() < 1.8) continue;
-      boxes.push_back({p, p + Eigen::Vector2d(rng.uniform(0.1, 0.8), rng.uniform(0.1, 0.8))});
-    }
-    for (int i = 0; i < 21; ++i) {
-      poses.emplace_back(rng.uniform(-1, 1), rng.uniform(-1, 1), Angle::radians(0.3 * i));
-      scans.push_back(sweep(poses.back(), boxes, rng));
-      points.push_back(end_points(scans.back()));
-    }
-    for (std::size_t i = 0; i < 20; ++i) placed.push_back({&points[i], poses[i]});
-    field = *likelihood_field(placed);
-    seen = points[20];
-    prior = poses[20].plus({0.17, -0.11, 0.2});
-  }
-
-  static LaserScan sweep(const SE2d& pose, const std::vector<Box>& boxes, Rng& rng) {
-    LaserScan scan;
-    scan.first_bearing = Angle::degrees(-178);
-    scan.bearing_step = Angle::degrees(1);
-    scan.max_range_m = 30;
-    for (int i = 0; i < 356; ++i) {
-      const SO2d turn(pose.heading() + scan.first_bearing + scan.bearing_step * i);
-      const Eigen::Vector2d d = turn * Eigen::Vector2d(1, 0), p = pose.translation();
-      double range = exit({{-6, -4.5}, {6, 4.5}}, p, d).second;
-      for (const Box& b : boxes) {
-        const auto [in, out] = exit(b, p, d);
-        if (in < out && in > 0) range = std::min(range, in);
-      }
-      scan.ranges_m.push_back(static_cast<float>(range + rng.normal(0, 0.01)));
-    }
-    return scan;
-  }
-  /// Where the ray enters and leaves the box.
-  static std::pair<double, double> exit(const Box& b, const Eigen::Vector2d& p,
-                                        const Eigen::Vector2d& d) {
-    const Eigen::Array2d s = (b.low - p).array() / d.array(), t = (b.high - p).array() / d.array();
-    return {s.min(t).maxCoeff(), s.max(t).minCoeff()};
-  }
-};
-
-const Scene& scene() {
-  static const Scene made;
-  return made;
-}
-const SearchWindow kSmall{0.3, 0.3, Angle::degrees(20)};
-const SearchWindow kLarge{7, 7, Angle::degrees(30)};
 
 /// The same search candidate by candidate: points turned once a heading, padded table, no checks.
 std::int64_t brute_force(const MatchGrid& grid, const PointSet& points, const SE2d& prior,
@@ -110,76 +50,131 @@ std::int64_t brute_force(const MatchGrid& grid, const PointSet& points, const SE
   return best;
 }
 
-void BM_BruteForceSmall(benchmark::State& state) {
-  for (auto _ : state)
-    benchmark::DoNotOptimize(brute_force(scene().field, scene().seen, scene().prior, kSmall));
-}
-BENCHMARK(BM_BruteForceSmall)->Name("small_window/brute_force")->Unit(benchmark::kMicrosecond);
+/// A scan, the field of those before it, and where to look.
+struct Problem {
+  MatchGrid field;
+  PointSet seen;
+  SE2d prior;
+  MaxPyramid pyramid = MaxPyramid(field);
+};
+using Problems = std::vector<Problem>;
 
-void BM_CorrelativeSmall(benchmark::State& state) {
-  CorrelativeMatcher matcher;
-  std::int64_t candidates = 0;
-  for (auto _ : state)
-    candidates = (**matcher.match(scene().field, scene().seen, scene().prior, kSmall)).candidates;
-  state.counters["candidates"] = static_cast<double>(candidates);
-}
-BENCHMARK(BM_CorrelativeSmall)->Name("small_window/wayfare")->Unit(benchmark::kMicrosecond);
+Problems room() { return {{scene().field, scene().seen, scene().prior}}; }
 
-void BM_CorrelativeCovarianceSmall(benchmark::State& state) {
-  CorrelativeMatcher matcher;
-  MatchOptions options;
-  options.covariance = true;
-  options.independent_points = 40;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(
-        matcher.match(scene().field, scene().seen, scene().prior, kSmall, options));
+/// Twenty scans from all over a log, each against the ten before it, placed by odometry.
+Problems from_log(const std::string& name) {
+  const std::string path = std::string(WAYFARE_DATA_DIR) + "/slam2d/" + name;
+  Problems problems;
+  if (!std::filesystem::exists(path)) return problems;
+  const auto log = io::read_carmen(path);
+  if (!log || log->reported_poses.size() != log->recording.scans.size()) return problems;
+  const std::size_t n = log->recording.scans.size();
+  Rng rng(5);
+  for (std::size_t i = n / 25; i < n && problems.size() < 20; i += n / 21) {
+    std::vector<PointSet> points;
+    std::vector<PlacedPoints> placed;
+    for (std::size_t j = i - 10; j <= i; ++j) points.push_back(end_points(log->recording.scans[j]));
+    for (std::size_t j = 0; j < 10; ++j)
+      placed.push_back({&points[j], log->reported_poses[i - 10 + j].T_map_base.raw()});
+    const SE2d off(rng.uniform(-0.2, 0.2), rng.uniform(-0.2, 0.2),
+                   Angle::degrees(rng.uniform(-12, 12)));
+    if (auto field = likelihood_field(placed); field && !points.back().empty())
+      problems.push_back({*field, points.back(), log->reported_poses[i].T_map_base.raw() * off});
+  }
+  return problems;
 }
-BENCHMARK(BM_CorrelativeCovarianceSmall)
-    ->Name("small_window/wayfare_covariance")
-    ->Unit(benchmark::kMicrosecond);
 
-void bounded(benchmark::State& state, const SearchWindow& window, double min_score) {
-  const MaxPyramid pyramid(scene().field);
+/// Runs `match(problem)` on each; the time is that of all.
+template <class Match>
+void run(benchmark::State& state, const Problems& problems, Match&& match) {
+  if (problems.empty()) return state.SkipWithError("no such recording in WAYFARE_DATA_DIR");
+  double points = 0;
+  for (const Problem& p : problems)
+    points += static_cast<double>(p.seen.size()) / static_cast<double>(problems.size());
+  // Whole rounds, so that every problem counts alike.
+  for (auto _ : state)
+    for (const Problem& p : problems) match(p);
+  state.counters["problems"] = static_cast<double>(problems.size());
+  state.counters["points"] = points;
+}
+
+void bounded(benchmark::State& state, const Problems& problems, const SearchWindow& window,
+             double min_score = 0.0) {
   BranchAndBoundMatcher matcher;
   MatchOptions options;
   options.min_score = min_score;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(matcher.match(pyramid, scene().seen, scene().prior, window, options));
+  std::int64_t candidates = 0;
+  run(state, problems, [&](const Problem& p) {
+    const auto found = matcher.match(p.pyramid, p.seen, p.prior, window, options);
+    if (*found) candidates = (*found)->candidates;
+  });
+  state.counters["candidates"] = static_cast<double>(candidates);
 }
-BENCHMARK_CAPTURE(bounded, Small, kSmall, 0.0)
-    ->Name("small_window/branch_and_bound")
-    ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(bounded, Large, kLarge, 0.0)
-    ->Name("large_window/branch_and_bound")
-    ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(bounded, LargeRejected, kLarge, 0.99)
-    ->Name("large_window/branch_and_bound_rejected")
-    ->Unit(benchmark::kMicrosecond);
 
-void BM_CorrelativeLarge(benchmark::State& state) {
-  CorrelativeMatcher matcher;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(matcher.match(scene().field, scene().seen, scene().prior, kLarge));
+void bounded_with_pyramid(benchmark::State& state, const Problems& problems,
+                          const SearchWindow& window) {
+  BranchAndBoundMatcher matcher;
+  run(state, problems, [&](const Problem& p) {
+    benchmark::DoNotOptimize(matcher.match(MaxPyramid(p.field), p.seen, p.prior, window));
+  });
 }
-BENCHMARK(BM_CorrelativeLarge)->Name("large_window/wayfare")->Unit(benchmark::kMicrosecond);
+
+void exhaustive(benchmark::State& state, const Problems& problems, const SearchWindow& window,
+                bool covariance = false) {
+  CorrelativeMatcher matcher;
+  MatchOptions options;
+  options.covariance = covariance;
+  options.independent_points = covariance ? 40 : 0;
+  run(state, problems, [&](const Problem& p) {
+    benchmark::DoNotOptimize(matcher.match(p.field, p.seen, p.prior, window, options));
+  });
+}
+
+void brute(benchmark::State& state, const Problems& problems, const SearchWindow& window) {
+  run(state, problems, [&](const Problem& p) {
+    benchmark::DoNotOptimize(brute_force(p.field, p.seen, p.prior, window));
+  });
+}
+
+void register_matches() {
+  const auto add = [](const std::string& name, auto&& body) {
+    benchmark::RegisterBenchmark(name.c_str(), body)->Unit(benchmark::kMicrosecond);
+  };
+  const std::pair<const char*, Problems> sets[] = {
+      {"", room()}, {"_intel", from_log("intel.clf.gz")}, {"_fr079", from_log("fr079.clf.gz")}};
+  for (const auto& [suffix, set] : sets) {
+    const std::string task = std::string("small_window") + suffix;
+    add(task + "/wayfare_bounded", [set](auto& s) { bounded(s, set, kSmall); });
+    add(task + "/wayfare_bounded_and_pyramid",
+        [set](auto& s) { bounded_with_pyramid(s, set, kSmall); });
+    add(task + "/wayfare_exhaustive", [set](auto& s) { exhaustive(s, set, kSmall); });
+    add(task + "/wayfare_exhaustive_covariance",
+        [set](auto& s) { exhaustive(s, set, kSmall, true); });
+    add(task + "/brute_force", [set](auto& s) { brute(s, set, kSmall); });
+  }
+  add("large_window/wayfare_bounded", [](auto& s) { bounded(s, room(), kLarge); });
+  add("large_window/wayfare_bounded_rejected", [](auto& s) { bounded(s, room(), kLarge, 0.99); });
+  add("large_window/wayfare_exhaustive", [](auto& s) { exhaustive(s, room(), kLarge); });
+}
+const bool kRegistered = (register_matches(), true);
 
 void BM_MaxPyramid(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(MaxPyramid(scene().field));
 }
-BENCHMARK(BM_MaxPyramid)->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_MaxPyramid)->Name("max_pyramid/wayfare")->Unit(benchmark::kMicrosecond);
 
 void BM_LikelihoodField(benchmark::State& state) {
   LikelihoodFieldMaker maker;
   MatchGrid grid;
   for (auto _ : state) benchmark::DoNotOptimize(maker.make(scene().placed, {}, grid));
 }
-BENCHMARK(BM_LikelihoodField)->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_LikelihoodField)->Name("likelihood_field/wayfare")->Unit(benchmark::kMicrosecond);
 
 void BM_Refine(benchmark::State& state) {
   const SE2d start = scene().poses[20].plus({0.02, -0.02, 0.004});
   for (auto _ : state) benchmark::DoNotOptimize(refine(scene().field, scene().seen, start));
 }
-BENCHMARK(BM_Refine)->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_Refine)->Name("refine/wayfare")->Unit(benchmark::kMicrosecond);
 
 template <class FreeSpace>
 void BM_InsertScan(benchmark::State& state) {
@@ -192,8 +187,12 @@ void BM_InsertScan(benchmark::State& state) {
         insert_scan<FreeSpace>(grid, scene().poses[i], scene().scans[i], {}, raster));
   }
 }
-BENCHMARK_TEMPLATE(BM_InsertScan, OncePerScan)->Unit(benchmark::kMicrosecond);
-BENCHMARK_TEMPLATE(BM_InsertScan, EveryBeam)->Unit(benchmark::kMicrosecond);
+BENCHMARK_TEMPLATE(BM_InsertScan, OncePerScan)
+    ->Name("grid_update/wayfare_once")
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_TEMPLATE(BM_InsertScan, EveryBeam)
+    ->Name("grid_update/wayfare_every_beam")
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace wayfare
