@@ -1,4 +1,4 @@
-// Optima of public pose graphs (Σ eᵀΩe of g2o's error; shared/data/README.md lists them).
+// Optima of public pose graphs (Σ eᵀΩe of g2o's error).
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

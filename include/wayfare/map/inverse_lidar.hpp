@@ -1,7 +1,7 @@
 #pragma once
 
 // What one LiDAR scan says about the cells it passes: free up to the hit, occupied at it, nothing
-// beyond (SYSTEMS 5).
+// beyond (Zhang 2020, section 2.2).
 
 #include <cmath>
 #include <cstdint>

@@ -40,7 +40,7 @@ struct OccupancyGridOptions {
 };
 
 /// Occupancy by log-odds `l ← clamp(l + l(inverse sensor model) − l₀)` with the prior p₀ = ½
-/// (SYSTEMS 5). Cells nobody updated are unknown. Grows in every direction; copies share tiles.
+/// (Zhang 2020, section 2.2). Cells nobody updated are unknown. Grows in every direction; copies share tiles.
 class OccupancyGrid {
  public:
   using Tiles = CowTiles<std::int16_t>;

@@ -25,7 +25,7 @@ struct ScoreSurface {
   }
 };
 
-/// Correlative scan matching (Olson 2009; SYSTEMS 6) by exhaustive search: every whole-cell offset
+/// Correlative scan matching (Olson 2009) by exhaustive search: every whole-cell offset
 /// in the window at every heading; heading steps divide the window evenly and are at most
 /// acos(1 − r²/2d²), which moves the farthest point (d) by one cell (r). The optimum of
 /// Σ ln p + log prior; of equal ones that with the smallest x² + y² + k² (cells, steps), then the

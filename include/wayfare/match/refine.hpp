@@ -36,8 +36,8 @@ struct RefineResult {
 };
 
 /// Climbs from a matched cell to the maximum of Σ ln p between cells: damped Gauss-Newton on the
-/// residuals √(−2 ln p), which for a likelihood field are distances in σ (compare SYSTEMS 6,
-/// Gauss-Newton scan-to-map). Never worse than its start.
+/// residuals √(−2 ln p), which for a likelihood field are distances in σ (compare the
+/// scan-to-map step of Kohlbrecher et al. 2011). Never worse than its start.
 [[nodiscard]] Result<RefineResult> refine(const MatchGrid& grid, const PointSet& points,
                                           const SE2d& start, const RefineOptions& options = {});
 
