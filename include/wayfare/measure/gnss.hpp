@@ -1,0 +1,76 @@
+#pragma once
+
+// What a GNSS receiver gives, from raw to finished: observations, corrected ranges, fixes.
+
+#include <compare>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/time.hpp>
+#include <wayfare/gnss/geodesy.hpp>
+
+namespace wayfare {
+
+enum class GnssSystem : std::uint8_t { gps, glonass, galileo, beidou };
+inline constexpr int kGnssSystems = 4;
+
+/// A satellite by system and number (PRN; the slot for GLONASS), from 1.
+struct SatelliteId {
+  GnssSystem system = GnssSystem::gps;
+  std::uint8_t number = 0;
+  auto operator<=>(const SatelliteId&) const = default;
+};
+
+/// One satellite's raw code and Doppler measurement on one signal. A value that was not measured is
+/// NaN.
+struct SatelliteObservation {
+  SatelliteId satellite;
+  double pseudorange_m = std::numeric_limits<double>::quiet_NaN();
+  double doppler_hz = std::numeric_limits<double>::quiet_NaN();  ///< positive when approaching
+  double carrier_cycles = std::numeric_limits<double>::quiet_NaN();
+  double cn0_dbhz = std::numeric_limits<double>::quiet_NaN();
+  double carrier_hz = std::numeric_limits<double>::quiet_NaN();  ///< the signal's frequency
+};
+
+/// All satellites of one reception time, as the receiver's clock read it.
+struct ObservationEpoch {
+  Time<GpsClock> time;
+  std::vector<SatelliteObservation> satellites;
+};
+
+/// A range and range rate freed of everything but the receiver: satellite clock, relativity, group
+/// delay and atmosphere are removed, so that
+///   range = |p − satellite position| + clock bias + noise,
+///   rate  = uᵀ(satellite velocity − v) + clock drift + noise, u from receiver to satellite.
+/// The satellite is where it was at transmission, in the Earth-fixed axes of the time of reception
+/// (so Sagnac's effect is in its position and velocity). NaN: not measured.
+struct CorrectedRange {
+  SatelliteId satellite;
+  Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
+  double range_m = std::numeric_limits<double>::quiet_NaN();
+  double range_rate_mps = std::numeric_limits<double>::quiet_NaN();
+  double range_sigma_m = 1.0;
+  double range_rate_sigma_mps = 0.1;
+  double cn0_dbhz = std::numeric_limits<double>::quiet_NaN();
+};
+
+struct RangeEpoch {
+  LogTime time;
+  std::vector<CorrectedRange> satellites;
+};
+
+/// A receiver's own finished position, and velocity where it gives one.
+struct GnssFix {
+  LogTime time;
+  Geodetic position;
+  Eigen::Matrix3d position_covariance_ned_m2 = Eigen::Matrix3d::Identity();
+  std::optional<Eigen::Vector3d> velocity_ned_mps;
+  Eigen::Matrix3d velocity_covariance_ned = Eigen::Matrix3d::Identity();  ///< (m/s)²
+};
+
+}  // namespace wayfare

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/frame.hpp>
+#include <wayfare/core/so3.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/gnss/geodesy.hpp>
+
+namespace wayfare {
+
+/// Where a vehicle is on the Earth, how it moves and how it is turned: of an estimate, or of a
+/// reference. `q_nb` rotates body (forward-right-down) to local level (north-east-down).
+struct NavState {
+  LogTime time;
+  Geodetic position;
+  Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
+  SO3d q_nb;
+};
+
+using NavTrajectory = std::vector<NavState>;
+
+}  // namespace wayfare
