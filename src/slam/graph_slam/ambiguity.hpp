@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <wayfare/core/se2.hpp>
+
+#include "local_map.hpp"
+#include "motion.hpp"
+
+namespace wayfare {
+
+/// How far a match may be off in each direction of its spread.
+struct Ambiguity {
+  explicit Ambiguity(const Placement& match);
+
+  Eigen::Matrix2d directions;  ///< columns, map axes
+  Eigen::Vector2d variance;    ///< m²
+};
+
+/// The match moved towards what the motion model predicted, along the directions in which the scene
+/// leaves it open: x = x_match + Σ_match (Σ_match + Σ_motion)⁻¹ (x_motion − x_match).
+[[nodiscard]] SE2d settle(const Placement& match, const SE2d& predicted, const Motion& motion);
+
+/// Ω of an edge whose match is `sigma_m` and `sigma_rad` sure, and less where the scene leaves it
+/// open; `rotation` leads from the edge's axes to the map's.
+[[nodiscard]] Eigen::Matrix3d match_information(const Placement& match, const SO2d& rotation,
+                                                double sigma_m, double sigma_rad);
+
+}  // namespace wayfare

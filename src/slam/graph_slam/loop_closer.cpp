@@ -1,0 +1,134 @@
+#include "loop_closer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <unordered_set>
+
+#include "ambiguity.hpp"
+#include "local_map.hpp"
+#include "parallel_for.hpp"
+
+namespace wayfare {
+namespace {
+
+/// Three standard deviations of the place, in the direction of the axis that is known less.
+double reach_m(const Eigen::Matrix3d& covariance) {
+  return 3.0 * std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+}
+
+}  // namespace
+
+Loops LoopCloser::search(const NodeMap& nodes) {
+  if (nodes.latest() - last_searched_ < options_.nodes_between_loops) return {};
+  last_searched_ = nodes.latest();
+  const std::vector<Candidate> tried = candidates(nodes);
+  if (tried.empty()) return {};
+  const PointSet seen = context(nodes);
+  std::vector<std::optional<PoseEdge<SE2d>>> matches(tried.size());
+  parallel_for(tried.size(), options_.threads,
+               [&](std::size_t i) { matches[i] = match(nodes, tried[i], seen); });
+  Loops loops;
+  for (const auto& edge : matches)
+    if (edge) loops.edges.push_back(*edge);
+  loops.refused = matches.size() - loops.edges.size();
+  return loops;
+}
+
+/// One node for every stretch of the trajectory that may share a view with the latest node: the
+/// nearest of the stretch.
+std::vector<LoopCloser::Candidate> LoopCloser::candidates(const NodeMap& nodes) {
+  const PoseGraph2& graph = nodes.graph();
+  const auto usable = [&](const PoseEdge<SE2d>& edge) {
+    return !edge.robust || kernel()(squared_error(graph, edge)).weight > 0.3;
+  };
+  const PathUncertainty& known = path_uncertainty(graph, nodes.latest(), usable);
+  std::vector<Candidate> result;
+  double nearest_m = 0.0;
+  int misses = 2;  // nodes since the last that qualified; a single one does not end a stretch
+  for (int k = 0; k < nodes.latest() - options_.loop_gap_nodes; ++k) {
+    if (!may_share_view(nodes, known, k)) {
+      ++misses;
+      continue;
+    }
+    const bool new_stretch = misses >= 2;
+    misses = 0;
+    if (new_stretch && static_cast<int>(result.size()) == options_.loops_per_search) break;
+    if (new_stretch) result.emplace_back();
+    const double distance_m = nodes.distance_m(k, nodes.latest());
+    if (!new_stretch && distance_m >= nearest_m) continue;
+    result.back() = {k, known.covariance[static_cast<std::size_t>(k)]};
+    nearest_m = distance_m;
+  }
+  return result;
+}
+
+bool LoopCloser::may_share_view(const NodeMap& nodes, const PathUncertainty& known, int k) const {
+  if (!known.reached(k)) return false;
+  const int latest = nodes.latest();
+  if (nodes.travel_m(latest) - nodes.travel_m(k) <= options_.loop_gap_travel_m) return false;
+  const double reach =
+      std::min(reach_m(known.covariance[static_cast<std::size_t>(k)]), options_.loop_reach_m);
+  return nodes.distance_m(k, latest) - reach < options_.loop_overlap_m;
+}
+
+/// The latest nodes' points together, in the latest node's frame, one a 10 cm cell: a wider and
+/// less ambiguous view than a single scan.
+PointSet LoopCloser::context(const NodeMap& nodes) const {
+  constexpr double kCell_m = 0.1;
+  const int latest = nodes.latest();
+  PointSet context;
+  std::unordered_set<std::int64_t> taken;
+  for (int k = latest; k >= std::max(0, latest - options_.loop_context_nodes); --k) {
+    const SE2d T_latest_node = nodes.pose(latest).inverse() * nodes.pose(k);
+    const PointSet& points = nodes.points(k);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector2d p = T_latest_node * points[i].cast<double>();
+      const auto x = static_cast<std::int64_t>(std::floor(p.x() / kCell_m));
+      const auto y = static_cast<std::int64_t>(std::floor(p.y() / kCell_m));
+      if (taken.insert((x << 32) ^ (y & 0xffffffff)).second) context.push_back(p.cast<float>());
+    }
+  }
+  return context;
+}
+
+/// The edge from a candidate to the latest node, if the latest scans are found around it.
+std::optional<PoseEdge<SE2d>> LoopCloser::match(const NodeMap& nodes, const Candidate& candidate,
+                                                const PointSet& context) const {
+  const int latest = nodes.latest();
+  const std::vector<PlacedPoints> around = nodes.chain(
+      candidate.node - options_.loop_map_nodes,
+      std::min(candidate.node + options_.loop_map_nodes, latest - options_.loop_gap_nodes + 5));
+  const auto found = find(around, context, nodes.pose(latest), window(candidate));
+  if (!found) return std::nullopt;
+  LocalMap sharp_map;
+  sharp_map.render(around, options_.cell_m, options_.sharp_sigma_m);
+  const Placement sharp = sharp_map.refine(nodes.points(latest), *found);
+  const SE2d measurement = nodes.pose(candidate.node).inverse() * sharp.T_map_points;
+  const Eigen::Matrix3d information =
+      match_information(sharp, sharp.T_map_points.rotation(), 0.04, Angle::degrees(0.6).radians());
+  return PoseEdge<SE2d>{candidate.node, latest, measurement, information, true};
+}
+
+SearchWindow LoopCloser::window(const Candidate& candidate) const {
+  const Eigen::Matrix3d& c = candidate.covariance;
+  const double reach = std::clamp(reach_m(c), 0.3, options_.loop_reach_m);
+  const double turn = std::clamp(3.0 * std::sqrt(c(2, 2)), Angle::degrees(4).radians(),
+                                 Angle::degrees(90).radians());
+  return {reach, reach, Angle::radians(turn)};
+}
+
+/// Nothing where the best place in the window does not agree well enough.
+std::optional<SE2d> LoopCloser::find(std::span<const PlacedPoints> around, const PointSet& context,
+                                     const SE2d& prior, const SearchWindow& window) const {
+  const double reach = window.half_x_m;
+  const double needed = reach > 1.0 ? options_.wide_loop_score : options_.loop_score;
+  LocalMap map;
+  map.render(around, options_.cell_m, options_.search_sigma_m);
+  const Placement found = reach > 0.6 ? map.search_far(context, prior, window, needed)
+                                      : map.search(context, prior, window);
+  if (found.score < needed) return std::nullopt;
+  return found.T_map_points;
+}
+
+}  // namespace wayfare

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/se2.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/system/graph_slam.hpp>
+
+namespace wayfare {
+
+/// A motion and how far it may be off, in the frame of where it ends.
+struct Motion {
+  SE2d increment;
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< m, m, rad
+
+  [[nodiscard]] Eigen::Matrix3d covariance() const { return sigma.cwiseAbs2().asDiagonal(); }
+};
+
+/// Expects the next scan where odometry says, or where the robot gets by going on as it did.
+class MotionModel {
+ public:
+  MotionModel(const MotionNoise& odometry, const MotionNoise& constant_velocity)
+      : odometry_noise_(odometry), velocity_noise_(constant_velocity) {}
+
+  /// From the scan last told of to `time`: the increment of odometry where both ends are known,
+  /// else by the velocity between the last two scans.
+  [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry) const;
+
+  /// A scan was placed at `pose`.
+  void tell(LogTime time, const SE2d& pose, const std::optional<SE2d>& odometry);
+
+ private:
+  struct Seen {
+    LogTime time;
+    SE2d pose;
+    std::optional<SE2d> odometry;
+  };
+
+  MotionNoise odometry_noise_, velocity_noise_;
+  std::optional<Seen> last_;
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();  // body frame, per second
+};
+
+}  // namespace wayfare

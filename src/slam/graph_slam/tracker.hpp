@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "local_map.hpp"
+#include "motion.hpp"
+#include "node_map.hpp"
+
+namespace wayfare {
+
+/// Where a scan was found, and whether that took more than a look around the prediction.
+struct Track {
+  Placement placement;
+  bool widened = false;
+};
+
+/// Places scans in a local map of the latest nodes.
+class Tracker {
+ public:
+  explicit Tracker(const GraphSlamOptions& options) : options_(options) {}
+
+  /// The scan's pose by the local map; `prior`, where `motion` led, when nothing agrees.
+  [[nodiscard]] Track place(const NodeMap& nodes, const PointSet& points, const SE2d& prior,
+                            const Motion& motion);
+
+  /// There is a new node, or nodes have moved.
+  void nodes_changed() { maps_are_old_ = true; }
+
+ private:
+  void render(const NodeMap& nodes);
+  [[nodiscard]] Placement search_wider(const NodeMap& nodes, const PointSet& points,
+                                       const SE2d& prior, const Eigen::Matrix3d& information,
+                                       Placement best);
+
+  GraphSlamOptions options_;
+  LocalMap search_map_, sharp_map_;
+  bool maps_are_old_ = true;
+};
+
+}  // namespace wayfare
