@@ -63,5 +63,62 @@ TEST(PathUncertainty, TakesTheBetterOfTwoWaysAndLeavesUnusableEdgesOut) {
   EXPECT_FALSE(sure.reached(3));
 }
 
+// Chains, shortcuts and doubts, grown a few edges at a time, with poses that move in between.
+TEST(PathUncertainty, OfAGrowingGraphIsThatOfAFreshOne) {
+  Rng rng(9);
+  PoseGraph2 graph;
+  graph.add_pose({});
+  PathUncertaintyFinder finder;
+  const auto near = [&](const PoseEdge<SE2d>& e) {
+    return !e.robust || squared_error(graph, e) < 20;
+  };
+  std::size_t doubted = 0;
+  for (int k = 1; k < 60; ++k) {
+    graph.add_pose(graph.poses.back() * random_step(rng));
+    const auto any = static_cast<int>(rng.below(static_cast<std::uint64_t>(k)));
+    for (const int from : {k - 1, any}) {
+      const SE2d measured = graph.poses[static_cast<std::size_t>(from)].inverse() *
+                            graph.poses.back() * SE2d::exp(0.05 * Eigen::Vector3d::Ones());
+      graph.edges.push_back({from, k, measured, random_covariance(rng).inverse(), from != k - 1});
+    }
+    if (k % 3 != 0) continue;
+    for (SE2d& pose : graph.poses) pose = pose.plus(0.02 * random_step(rng).log());
+    for (const auto& e : graph.edges) doubted += !near(e);
+    const int root = static_cast<int>(rng.below(static_cast<std::uint64_t>(k) + 1));
+    const PathUncertainty& grown = finder.find(graph, root, near);
+    const PathUncertainty fresh = path_uncertainty(graph, root, near);
+    EXPECT_EQ(grown.size, fresh.size);
+    EXPECT_EQ(grown.covariance, fresh.covariance);
+  }
+  EXPECT_GT(doubted, 0U);
+}
+
+// With a heading that is unsure, a place off to the side and back again: errors cancel, and the
+// least uncertain chain is found all the same. The oracle relaxes every edge until nothing changes.
+TEST(PathUncertainty, FindsTheLeastWhereErrorsCancel) {
+  Rng rng(10);
+  for (int round = 0; round < 30; ++round) {
+    PoseGraph2 graph;
+    for (int k = 0; k < 12; ++k) graph.add_pose(SE2d(rng.uniform(-5, 5), rng.uniform(-5, 5), {}));
+    for (int k = 0; k < 30; ++k) {
+      const auto from = static_cast<int>(rng.below(12)), to = static_cast<int>(rng.below(12));
+      if (from != to)
+        graph.edges.push_back({from, to, {}, random_covariance(rng).inverse(), false});
+    }
+    const PathUncertainty known = path_uncertainty(graph, 0, kAll);
+    for (const auto& e : graph.edges) {
+      const auto from = static_cast<std::size_t>(e.from), to = static_cast<std::size_t>(e.to);
+      if (!known.reached(e.from)) {
+        EXPECT_FALSE(known.reached(e.to));
+        continue;
+      }
+      const Eigen::Matrix3d move = (graph.poses[to].inverse() * graph.poses[from]).adjoint();
+      const Eigen::Matrix3d by_this = move * known.covariance[from] * move.transpose() +
+                                      Eigen::Matrix3d(e.information.inverse());
+      EXPECT_LT(known.size[to], (by_this(0, 0) + by_this(1, 1) + 4 * by_this(2, 2)) * (1 + 1e-9));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace wayfare

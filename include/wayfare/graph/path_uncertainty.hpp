@@ -2,15 +2,16 @@
 
 // How well a pose graph knows where its poses are relative to one of them, without factorising it.
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <limits>
-#include <queue>
 #include <utility>
 #include <vector>
 
 #include <Eigen/LU>
 
+#include <wayfare/core/contract.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
 namespace wayfare {
@@ -31,48 +32,96 @@ struct PathUncertainty {
   }
 };
 
-/// Edges for which `usable(edge)` is false are left out. Dijkstra's search, O(E log V); information
-/// matrices must be positive definite.
-template <class Usable>
-[[nodiscard]] PathUncertainty path_uncertainty(const PoseGraph2& graph, int root, Usable usable) {
-  const auto n = graph.poses.size();
-  std::vector<std::vector<std::pair<int, int>>> neighbours(n);  // (pose, edge)
-  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
-    const auto& e = graph.edges[k];
-    if (!usable(e)) continue;
-    neighbours[static_cast<std::size_t>(e.from)].emplace_back(e.to, static_cast<int>(k));
-    neighbours[static_cast<std::size_t>(e.to)].emplace_back(e.from, static_cast<int>(k));
-  }
+/// Finds the path uncertainties of a graph that grows: what is constant of an edge (its ends, its
+/// covariance) is kept from search to search, so that each costs no more than its own walk. Poses
+/// may move between searches; edges may only be appended, and their information stays as it was.
+class PathUncertaintyFinder {
+ public:
+  /// From `root` over the edges for which `usable(edge)` is true; information matrices must be
+  /// positive definite. Dijkstra's search, O(E log V); as a heading's error can cancel a place's,
+  /// a pose may turn out surer than where the walk has come from, and is then walked on from again.
+  /// The result holds until the next search.
+  template <class Usable>
+  const PathUncertainty& find(const PoseGraph2& graph, int root, Usable usable);
 
-  PathUncertainty result;
-  result.covariance.assign(n, Eigen::Matrix3d::Zero());
-  result.size.assign(n, std::numeric_limits<double>::infinity());
-  result.size[static_cast<std::size_t>(root)] = 0.0;
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  open.emplace(0.0, root);
-  while (!open.empty()) {
-    const auto [size, pose] = open.top();
-    open.pop();
+ private:
+  enum class Use : char { unasked, yes, no };
+  struct Link {
+    int pose, edge;
+  };
+
+  void take_in_new(const PoseGraph2& graph);
+  void reset_result(std::size_t poses, int root);
+  void offer(int pose, const Eigen::Matrix3d& covariance);
+
+  std::vector<std::vector<Link>> neighbours_;  // of each pose, in the order of the edges
+  std::vector<Eigen::Matrix3d> edge_covariance_;
+  std::vector<Use> use_;                      // of each edge in this search
+  std::vector<std::pair<double, int>> open_;  // a heap, smallest size first
+  PathUncertainty result_;
+};
+
+inline void PathUncertaintyFinder::take_in_new(const PoseGraph2& graph) {
+  WAYFARE_EXPECTS(graph.edges.size() >= edge_covariance_.size(), "edges may only be appended");
+  neighbours_.resize(std::max(graph.poses.size(), neighbours_.size()));
+  for (std::size_t k = edge_covariance_.size(); k < graph.edges.size(); ++k) {
+    const auto& e = graph.edges[k];
+    neighbours_[static_cast<std::size_t>(e.from)].push_back({e.to, static_cast<int>(k)});
+    neighbours_[static_cast<std::size_t>(e.to)].push_back({e.from, static_cast<int>(k)});
+    edge_covariance_.emplace_back(e.information.inverse());
+  }
+}
+
+inline void PathUncertaintyFinder::reset_result(std::size_t poses, int root) {
+  result_.covariance.assign(poses, Eigen::Matrix3d::Zero());
+  result_.size.assign(poses, std::numeric_limits<double>::infinity());
+  result_.size[static_cast<std::size_t>(root)] = 0.0;
+  open_.assign(1, {0.0, root});
+  use_.assign(edge_covariance_.size(), Use::unasked);
+}
+
+inline void PathUncertaintyFinder::offer(int pose, const Eigen::Matrix3d& covariance) {
+  const auto to = static_cast<std::size_t>(pose);
+  const double size = covariance(0, 0) + covariance(1, 1) +
+                      PathUncertainty::kLever_m * PathUncertainty::kLever_m * covariance(2, 2);
+  if (!(size < result_.size[to])) return;
+  result_.size[to] = size;
+  result_.covariance[to] = covariance;
+  open_.emplace_back(size, pose);
+  std::push_heap(open_.begin(), open_.end(), std::greater<>());
+}
+
+template <class Usable>
+const PathUncertainty& PathUncertaintyFinder::find(const PoseGraph2& graph, int root,
+                                                   Usable usable) {
+  take_in_new(graph);
+  reset_result(graph.poses.size(), root);
+  while (!open_.empty()) {
+    const auto [size, pose] = open_.front();
+    std::pop_heap(open_.begin(), open_.end(), std::greater<>());
+    open_.pop_back();
     const auto at = static_cast<std::size_t>(pose);
-    if (size > result.size[at]) continue;
-    for (const auto& [next, edge] : neighbours[at]) {
-      const auto to = static_cast<std::size_t>(next);
-      const auto& e = graph.edges[static_cast<std::size_t>(edge)];
-      const SE2d step = graph.poses[at].inverse() * graph.poses[to];
+    if (size > result_.size[at]) continue;
+    for (const Link& link : neighbours_[at]) {
+      const auto k = static_cast<std::size_t>(link.edge);
+      const auto& e = graph.edges[k];
+      if (use_[k] == Use::unasked) use_[k] = usable(e) ? Use::yes : Use::no;
+      if (use_[k] == Use::no) continue;
+      const SE2d step =
+          graph.poses[at].inverse() * graph.poses[static_cast<std::size_t>(link.pose)];
       const Eigen::Matrix3d move = step.inverse().adjoint();
-      Eigen::Matrix3d own = e.information.inverse();
+      Eigen::Matrix3d own = edge_covariance_[k];
       if (e.from != pose) own = move * own * move.transpose();  // the edge is walked backwards
-      const Eigen::Matrix3d sum = move * result.covariance[at] * move.transpose() + own;
-      const double sum_size =
-          sum(0, 0) + sum(1, 1) + PathUncertainty::kLever_m * PathUncertainty::kLever_m * sum(2, 2);
-      if (!(sum_size < result.size[to])) continue;
-      result.size[to] = sum_size;
-      result.covariance[to] = sum;
-      open.emplace(sum_size, next);
+      offer(link.pose, move * result_.covariance[at] * move.transpose() + own);
     }
   }
-  return result;
+  return result_;
+}
+
+/// One search in a graph that does not grow; see PathUncertaintyFinder.
+template <class Usable>
+[[nodiscard]] PathUncertainty path_uncertainty(const PoseGraph2& graph, int root, Usable usable) {
+  return PathUncertaintyFinder().find(graph, root, usable);
 }
 
 }  // namespace wayfare

@@ -42,7 +42,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::candidates(const NodeMap& nodes) 
   const auto usable = [&](const PoseEdge<SE2d>& edge) {
     return !edge.robust || kernel()(squared_error(graph, edge)).weight > 0.3;
   };
-  const PathUncertainty& known = path_uncertainty(graph, nodes.latest(), usable);
+  const PathUncertainty& known = uncertainty_.find(graph, nodes.latest(), usable);
   std::vector<Candidate> result;
   double nearest_m = 0.0;
   int misses = 2;  // nodes since the last that qualified; a single one does not end a stretch

@@ -54,6 +54,7 @@ class LoopCloser {
                                          const SearchWindow& window) const;
 
   GraphSlamOptions options_;
+  PathUncertaintyFinder uncertainty_;
   int last_searched_ = 0;
 };
 
