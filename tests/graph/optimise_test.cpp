@@ -6,6 +6,8 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/graph/optimise.hpp>
 
+#include "graph/solvers.hpp"
+
 namespace wayfare {
 namespace {
 
@@ -117,6 +119,21 @@ TYPED_TEST(OptimiseTest, RobustKernelsSetAsideAFalseLoop) {
   }
 }
 
+// A first step that makes things worse uses up the only iteration: no progress, but no fault of
+// the graph either.
+TEST(Optimise, RunningOutOfIterationsIsNoError) {
+  int refused = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    Rng rng(seed);
+    auto graph = square_walk<SE2d>(rng, 1.5);
+    const auto report = optimise(graph, {.max_iterations = 1});
+    ASSERT_TRUE(report) << report.error().to_string();
+    EXPECT_LE(report->final_cost, report->initial_cost);
+    refused += report->fell_back ? 1 : 0;
+  }
+  EXPECT_GT(refused, 0);
+}
+
 TEST(Optimise, StopsWhenAsked) {
   Rng rng(3);
   auto graph = square_walk<SE2d>(rng, 0.1);
@@ -166,12 +183,46 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"edge 1 (1 -> 2) has a measurement that is not finite",
               [](PoseGraph2& g) { g.edges[1].measurement = SE2d(0.0, kNan, 0.0_rad); }},
         Fault{"fixed pose -1", [](PoseGraph2& g) { g.fixed = {-1}; }},
-        Fault{"determine", [](PoseGraph2& g) {  // a chain whose last link says nothing of heading
-                g.add_pose(g.poses.back());
-                Eigen::Matrix3d information = Eigen::Matrix3d::Identity();
-                information(2, 2) = 0.0;
-                g.edges.push_back({7, 8, SE2d(), information});
-              }}));
+        Fault{"fixed pose 8", [](PoseGraph2& g) { g.fixed = {8}; }}));
+
+template <class Solver>
+class UndeterminedPose : public testing::Test {};
+TYPED_TEST_SUITE(UndeterminedPose, AllSolvers);
+
+// A chain whose last link says nothing of the heading.
+TYPED_TEST(UndeterminedPose, IsNamedAndTheGraphLeftAsItWas) {
+  using G = std::conditional_t<TypeParam::kBlock == 3, SE2d, SE3d>;
+  Rng rng(3);
+  auto graph = square_walk<G>(rng, 0.1);
+  const int last = graph.add_pose(graph.poses.back());
+  SquareOf<G> information = SquareOf<G>::Identity();
+  information(G::kDof - 1, G::kDof - 1) = 0.0;
+  graph.edges.push_back({7, last, G(), information});
+  const auto before = graph.poses;
+  PoseGraphOptimiser<G, TypeParam> optimiser;
+  const auto report = optimiser.optimise(graph);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::degenerate);
+  EXPECT_EQ(report.error().message, "pose 8 is not fully determined by the edges");
+  for (std::size_t k = 0; k < before.size(); ++k)
+    EXPECT_EQ(graph.poses[k].minus(before[k]).norm(), 0.0);
+  const auto covariances = optimiser.prepare_covariances(graph);
+  ASSERT_FALSE(covariances);
+  EXPECT_THAT(covariances.error().message, HasSubstr("pose 8"));
+}
+
+// Sums that overflow may leave the solver no pivot to name.
+TYPED_TEST(UndeterminedPose, IsNamedWhereTheNumbersOverflow) {
+  using G = std::conditional_t<TypeParam::kBlock == 3, SE2d, SE3d>;
+  Rng rng(3);
+  auto graph = square_walk<G>(rng, 0.1);
+  graph.edges.push_back(
+      {7, graph.add_pose(graph.poses.back()), G(), 1.5e308 * SquareOf<G>::Identity()});
+  graph.edges.push_back(graph.edges.back());
+  const auto report = PoseGraphOptimiser<G, TypeParam>().optimise(graph);
+  ASSERT_FALSE(report);
+  EXPECT_THAT(report.error().message, testing::MatchesRegex("pose [78] is not.*"));
+}
 
 }  // namespace
 }  // namespace wayfare

@@ -5,50 +5,32 @@
 
 #include <Eigen/CholmodSupport>
 
-#include <wayfare/graph/linear_solver.hpp>
-#include <wayfare/graph/scalar_expansion.hpp>
+#include <wayfare/graph/scalar_solver.hpp>
 
 namespace wayfare {
 
-/// Supernodal Cholesky where that pays, column by column where it does not (CHOLMOD's own choice),
-/// in the block ordering all solvers here share.
-template <int N>
-class CholmodSolver {
- public:
-  static constexpr int kBlock = N;
+namespace detail {
 
-  CholmodSolver() {
-    auto& settings = llt_.cholmod();
+/// CHOLMOD for a matrix that is ordered already.
+template <class Matrix>
+class OrderedCholmod : public Eigen::CholmodDecomposition<Matrix, Eigen::Upper> {
+ public:
+  OrderedCholmod() {
+    auto& settings = this->cholmod();
     settings.nmethods = 1;
-    settings.method[0].ordering = CHOLMOD_NATURAL;  // the blocks are ordered already
+    settings.method[0].ordering = CHOLMOD_NATURAL;
     settings.postorder = 1;
     settings.print = 0;
     settings.final_ll = 1;  // a pivot that is not positive is an error, in either form
-    llt_.setMode(Eigen::CholmodAuto);
+    this->setMode(Eigen::CholmodAuto);
   }
-
-  void analyse(const BlockSparse<N>& h) {
-    expansion_.build(h, minimum_degree_order(h));
-    llt_.analyzePattern(expansion_.matrix());
-  }
-
-  FactorOutcome factorise(const BlockSparse<N>& h) {
-    expansion_.fill(h);
-    llt_.factorize(expansion_.matrix());
-    return {llt_.info() == Eigen::Success, -1};
-  }
-
-  void solve_in_place(Eigen::VectorXd& x) {
-    expansion_.permute(x, permuted_);
-    solved_ = llt_.solve(permuted_);
-    expansion_.unpermute(solved_, x);
-  }
-
- private:
-  ScalarExpansion<N> expansion_;
-  Eigen::CholmodDecomposition<typename ScalarExpansion<N>::Matrix, Eigen::Upper> llt_;
-  Eigen::VectorXd permuted_, solved_;
 };
+
+}  // namespace detail
+
+/// Supernodal Cholesky where that pays, column by column where it does not (CHOLMOD's own choice).
+template <int N>
+using CholmodSolver = ScalarSolver<N, detail::OrderedCholmod<typename ScalarExpansion<N>::Matrix>>;
 
 static_assert(LinearSolver<CholmodSolver<3>> && LinearSolver<CholmodSolver<6>>);
 

@@ -13,8 +13,8 @@
 
 namespace wayfare {
 
-/// Whether a matrix could be factorised; where not, the block whose pivot was not positive, or −1
-/// where the solver cannot tell.
+/// Whether a matrix could be factorised; where not, the block column at which its leading part
+/// stops being positive definite in the elimination order, or −1 where the solver cannot tell.
 struct FactorOutcome {
   bool ok = true;
   int block = -1;

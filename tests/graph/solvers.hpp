@@ -1,0 +1,23 @@
+#pragma once
+
+// The linear solvers of this build.
+
+#include <gtest/gtest.h>
+
+#include <wayfare/graph/block_cholesky.hpp>
+#include <wayfare/graph/eigen_solver.hpp>
+#ifdef WAYFARE_TEST_CHOLMOD
+#include <wayfare/graph/cholmod_solver.hpp>
+#endif
+
+namespace wayfare {
+
+#ifdef WAYFARE_TEST_CHOLMOD
+using AllSolvers = testing::Types<BlockCholesky<3>, BlockCholesky<6>, EigenSolver<3>,
+                                  EigenSolver<6>, CholmodSolver<3>, CholmodSolver<6>>;
+#else
+using AllSolvers =
+    testing::Types<BlockCholesky<3>, BlockCholesky<6>, EigenSolver<3>, EigenSolver<6>>;
+#endif
+
+}  // namespace wayfare
