@@ -1,0 +1,57 @@
+#pragma once
+
+// An inertial unit on a vehicle, erring as its parameters say.
+
+#include <vector>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/measure/imu.hpp>
+#include <wayfare/model/imu_noise.hpp>
+#include <wayfare/sim/vehicle_trajectory.hpp>
+
+namespace wayfare::sim {
+
+/// Defaults: 100 Hz, aligned with the body, errors of an automotive MEMS unit.
+struct ImuParams {
+  ImuNoise noise;
+  Duration period{10'000'000};
+  SO3d q_body_imu;  ///< how the unit is mounted: rotates its axes to body
+  bool mean_of_period =
+      true;  ///< each reading is the mean since the one before, else the instant's
+};
+
+/// What a unit errs by at one instant, in its own axes, besides white noise.
+struct ImuErrors {
+  Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_bias_mps2 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gyro_scale = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_scale = Eigen::Vector3d::Zero();
+};
+
+struct SimulatedImu {
+  std::vector<ImuSample> samples;
+  std::vector<ImuErrors> errors;  ///< one for each sample
+};
+
+/// Errors over time: four Gauss-Markov processes a unit, begun in their stationary distribution
+/// and stepped exactly, n ← e^(−T/τ) n + σ√(1 − e^(−2T/τ)) w.
+class ImuErrorProcess {
+ public:
+  ImuErrorProcess(const ImuNoise& noise, Rng& rng);
+  void step(double seconds, Rng& rng);
+  [[nodiscard]] const ImuErrors& errors() const { return errors_; }
+
+ private:
+  ImuNoise noise_;
+  ImuErrors errors_;
+};
+
+/// One reading every `period`, the first at trajectory.begin() + period: (1 + scale) ∘ true + bias
+/// + white noise whose standard deviation is its density over √period.
+[[nodiscard]] SimulatedImu simulate_imu(const VehicleTrajectory& trajectory,
+                                        const ImuParams& params, Rng& rng);
+
+/// No error of any kind.
+[[nodiscard]] ImuNoise perfect_imu();
+
+}  // namespace wayfare::sim

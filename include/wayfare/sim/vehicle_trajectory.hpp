@@ -1,0 +1,115 @@
+#pragma once
+
+// Where a road vehicle truly is at any time, and what a perfect inertial unit on it feels: driven
+// through waypoints, or along a recorded solution.
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/measure/imu.hpp>
+#include <wayfare/measure/nav_state.hpp>
+#include <wayfare/sim/smooth_curve.hpp>
+
+namespace wayfare::sim {
+
+/// A place to drive by, from the drive's origin.
+struct Waypoint {
+  double north_m = 0.0;
+  double east_m = 0.0;
+  double height_m = 0.0;
+  double stop_s = 0.0;  ///< to stand there; at a corner, before it
+};
+
+struct VehicleLimits {
+  double speed_mps = 22.0;
+  double acceleration_mps2 = 2.0;
+  double braking_mps2 = 2.5;
+  double lateral_acceleration_mps2 = 2.5;
+  double turn_rate_radps = 0.5;
+  double turn_radius_m = 15.0;  ///< the tightest; corners are rounded, not reached
+  /// How long acceleration takes to build up, s: bounds the jerk.
+  double build_up_s = 0.8;
+  /// Roll of the body outward per lateral acceleration, rad/(m/s²).
+  double roll_per_lateral = 0.006;
+};
+
+/// How closely a recorded solution is followed: standard deviations of its noise, and how hard the
+/// vehicle is jerked about.
+struct TrackFit {
+  double position_sigma_m = 0.005;
+  double velocity_sigma_mps = 0.05;
+  double jerk_sigma_mps3 = 3.0;
+  double knot_spacing_s = 0.25;
+  /// Slower than this the course says nothing of the heading, m/s.
+  double least_course_speed_mps = 1.0;
+  bool attitude_from_course = true;  ///< else the solution's own attitude
+};
+
+/// State of the vehicle and what a unit aligned with its body would read without error: specific
+/// force, and rate against inertial space.
+struct VehicleMotion {
+  NavState nav;
+  Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();
+};
+
+/// A smooth trajectory: position and attitude each with continuous second derivative.
+class VehicleTrajectory {
+ public:
+  /// Both curves over seconds since `start`: north, east, down in the local level of `origin`; yaw
+  /// (not wrapped), pitch and roll against the local level of the place itself, radians.
+  VehicleTrajectory(const Geodetic& origin, LogTime start, SmoothCurve position,
+                    SmoothCurve attitude)
+      : origin_(origin),
+        start_(start),
+        position_(std::move(position)),
+        attitude_(std::move(attitude)) {}
+
+  [[nodiscard]] LogTime begin() const { return start_; }
+  [[nodiscard]] LogTime end() const { return start_ + from_seconds(position_.end_s()); }
+  /// Standing still before begin() and after end().
+  [[nodiscard]] NavState state(LogTime time) const { return motion(time).nav; }
+  [[nodiscard]] VehicleMotion motion(LogTime time) const;
+
+ private:
+  Geodetic origin_;
+  LogTime start_;
+  SmoothCurve position_, attitude_;
+};
+
+/// Starts and ends at rest; corners are rounded with continuous curvature, speed is as high as the
+/// limits allow. Fails on fewer than two distinct waypoints, values that are not finite, and turns
+/// of more than 170°.
+[[nodiscard]] Result<VehicleTrajectory> drive_waypoints(const Geodetic& origin,
+                                                        std::span<const Waypoint> waypoints,
+                                                        const VehicleLimits& limits = {},
+                                                        LogTime start = {});
+
+/// Follows a recorded solution, which is in order of time. The vehicle is taken to drive forward
+/// and to keep its heading while it stands. Fails where there are fewer than four states or they
+/// are not finite.
+[[nodiscard]] Result<VehicleTrajectory> follow_solution(std::span<const NavState> solution,
+                                                        const TrackFit& fit = {});
+
+/// A drive through streets with turns to both sides, hills and stops at lights, 310 s and 4.5 km
+/// long: the length of the test drive of Zhang 2020.
+[[nodiscard]] VehicleTrajectory demo_drive(LogTime start = {});
+
+/// Position and velocity of a point fixed to the body, in Earth-fixed axes.
+struct EcefMotion {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+};
+[[nodiscard]] EcefMotion ecef_motion(const VehicleMotion& motion,
+                                     const Eigen::Vector3d& lever_arm_body_m);
+
+/// The rotation that turns first by yaw about down, then by pitch, then by roll.
+[[nodiscard]] SO3d rotation_from_yaw_pitch_roll(const Eigen::Vector3d& yaw_pitch_roll_rad);
+/// Yaw in (−π, π], pitch in [−π/2, π/2], roll in (−π, π].
+[[nodiscard]] Eigen::Vector3d yaw_pitch_roll(const SO3d& q_nb);
+
+}  // namespace wayfare::sim
