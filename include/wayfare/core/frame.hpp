@@ -20,6 +20,7 @@ struct Odom {};   ///< fixed to the world, continuous, drifts
 struct Base {};   ///< the robot: x forward, y left
 struct Laser {};  ///< the range finder: bearing 0 along x
 struct Ned {};    ///< local level: north, east, down
+struct Enu {};    ///< local level: east, north, up
 struct Body {};   ///< vehicle: forward, right, down
 }  // namespace frame
 

@@ -1,0 +1,122 @@
+#pragma once
+
+// The error-state Kalman filter inside the AHRS: nine states, their covariance, and the few
+// operations it is made of. World axes are east, north, up.
+
+#include <array>
+#include <cstddef>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/so3.hpp>
+#include <wayfare/estimate/symmetric_matrix.hpp>
+
+namespace wayfare {
+
+/// Attitude with its error as a rotation vector in *world* axes (true = exp(θ)·q), so that a
+/// heading error stays one whichever way the body turns; gyro bias; horizontal velocity; the delay
+/// of the magnetometer. The accelerometer is not taken for a plumb line but integrated: what the
+/// velocity may not do is what levels the attitude.
+template <class T>
+class AhrsFilter {
+ public:
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Rotation = Eigen::Matrix<T, 3, 3>;
+  static constexpr int kAttitude = 0, kBias = 3, kVelocity = 6, kDelay = 8, kSize = 9;
+  using Covariance = SymmetricMatrix<T, kSize>;
+
+  [[nodiscard]] const SO3<T>& q_enu_body() const { return q_; }
+  [[nodiscard]] const Rotation& rotation() const { return r_; }
+  [[nodiscard]] const Vector& bias() const { return bias_; }
+  [[nodiscard]] const Eigen::Matrix<T, 2, 1>& velocity() const { return velocity_; }
+  [[nodiscard]] T delay() const { return delay_; }
+  [[nodiscard]] const Covariance& covariance() const { return p_; }
+  [[nodiscard]] Covariance& covariance() { return p_; }
+
+  void set_attitude(const SO3<T>& q) {
+    q_ = q;
+    r_ = q_.matrix();
+  }
+  void set_velocity(const Eigen::Matrix<T, 2, 1>& v) { velocity_ = v; }
+  void set_bias(const Vector& b) { bias_ = b; }
+  void set_delay(T delay) { delay_ = delay; }
+
+  /// Turns by the body's rate (bias taken off) for dt; each axis gains `angle_variance`, the bias
+  /// `bias_variance`.
+  void turn(const Vector& rate, T dt, T angle_variance, T bias_variance) {
+    // θ' = θ − R·dt·b: P_bb, then its products, then P_θθ from the old and the new P_θb.
+    const Rotation step = r_ * dt;
+    const Rotation old_cross = attitude_with_bias();
+    for (int j = kBias; j < kSize; ++j) {
+      const Vector change = step * Vector(p_(kBias, j), p_(kBias + 1, j), p_(kBias + 2, j));
+      for (int i = 0; i < 3; ++i) p_(i, j) -= change[i];
+    }
+    const Rotation change = step * old_cross.transpose() + attitude_with_bias() * step.transpose();
+    for (int j = 0; j < 3; ++j)
+      for (int i = 0; i <= j; ++i) p_(i, j) -= change(i, j);
+    for (int i = 0; i < 3; ++i) {
+      p_(i, i) += angle_variance;
+      p_(kBias + i, kBias + i) += bias_variance;
+    }
+    set_attitude(q_ * SO3<T>::exp(rate * dt));
+  }
+
+  /// Takes up the world's acceleration (specific force in world axes) for dt.
+  void accelerate(const Vector& force, T dt, T velocity_variance) {
+    // v' = v + G·θ with G = −[a]×·dt, its first two rows.
+    velocity_ += force.template head<2>() * dt;
+    const T east = force[0] * dt, north = force[1] * dt, up = force[2] * dt;
+    const auto g = [&](int row, const T& x, const T& y, const T& z) {
+      return row == 0 ? up * y - north * z : east * z - up * x;
+    };
+    const T old[2][2] = {{g(0, p_(0, 6), p_(1, 6), p_(2, 6)), g(0, p_(0, 7), p_(1, 7), p_(2, 7))},
+                         {T(0), g(1, p_(0, 7), p_(1, 7), p_(2, 7))}};
+    const T old10 = g(1, p_(0, 6), p_(1, 6), p_(2, 6));
+    for (const int j : {0, 1, 2, 3, 4, 5, 8})
+      for (int row = 0; row < 2; ++row)
+        p_(kVelocity + row, j) += g(row, p_(0, j), p_(1, j), p_(2, j));
+    p_(6, 6) += old[0][0] + g(0, p_(0, 6), p_(1, 6), p_(2, 6)) + velocity_variance;
+    p_(7, 7) += old[1][1] + g(1, p_(0, 7), p_(1, 7), p_(2, 7)) + velocity_variance;
+    p_(6, 7) += old10 + g(0, p_(0, 7), p_(1, 7), p_(2, 7));
+  }
+
+  /// One scalar measurement with Jacobian `h` and variance `r`; `innovation` is measured minus
+  /// predicted at the estimate as apply() last left it. Gives its square over its variance.
+  template <int... Index>
+  T observe(const SparseRow<T, Index...>& h, T innovation, T r) {
+    const typename Covariance::Vector ph = p_.times(h);
+    const auto of = [](const auto& v) { return [&](int i) { return v[std::size_t(i)]; }; };
+    const T weight = T(1) / (h.sum(of(ph)) + r);
+    const T rest = innovation - h.sum(of(pending_));
+    for (std::size_t i = 0; i < kSize; ++i) pending_[i] += ph[i] * (rest * weight);
+    p_.subtract_outer(ph, weight);
+    return rest * rest * weight;
+  }
+
+  /// Moves the estimate by what the measurements since the last call say.
+  void apply() {
+    const auto& d = pending_;
+    set_attitude(SO3<T>::exp({d[0], d[1], d[2]}) * q_);
+    bias_ += Vector(d[3], d[4], d[5]);
+    velocity_ += Eigen::Matrix<T, 2, 1>(d[6], d[7]);
+    delay_ += d[8];
+    pending_.fill(T(0));
+  }
+
+ private:
+  [[nodiscard]] Rotation attitude_with_bias() const {
+    return (Rotation() << p_(0, 3), p_(0, 4), p_(0, 5), p_(1, 3), p_(1, 4), p_(1, 5), p_(2, 3),
+            p_(2, 4), p_(2, 5))
+        .finished();
+  }
+
+  SO3<T> q_;
+  Rotation r_ = Rotation::Identity();
+  Vector bias_ = Vector::Zero();
+  Eigen::Matrix<T, 2, 1> velocity_ = Eigen::Matrix<T, 2, 1>::Zero();
+  T delay_ = T(0);
+  Covariance p_;
+  std::array<T, kSize> pending_{};
+};
+
+}  // namespace wayfare

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <wayfare/core/time.hpp>
+
+namespace wayfare {
+
+/// Watches the time stamps of one sensor. Readings that do not come after the one before are late;
+/// where nothing else comes any more, the clock was set back, and time begins anew.
+class SampleClock {
+ public:
+  enum class Verdict { first, next, late };
+
+  explicit SampleClock(double patience_s) : patience_(from_seconds(patience_s)) {}
+
+  /// For a reading at `t`; after `next`, step_s() says how long since the one before.
+  Verdict check(LogTime t) {
+    if (!started_) return begin(t);
+    if (t > last_) {
+      step_s_ = to_seconds(t - last_);
+      last_ = t;
+      late_run_ = false;
+      return Verdict::next;
+    }
+    if (!late_run_ || t <= late_last_) {
+      late_run_ = true;
+      late_first_ = t;
+    }
+    late_last_ = t;
+    return t - late_first_ > patience_ ? begin(t) : Verdict::late;
+  }
+
+  void forget() { started_ = late_run_ = false; }
+  [[nodiscard]] bool started() const { return started_; }
+  [[nodiscard]] double step_s() const { return step_s_; }
+  [[nodiscard]] LogTime last() const { return last_; }
+
+ private:
+  Verdict begin(LogTime t) {
+    started_ = true;
+    late_run_ = false;
+    last_ = t;
+    step_s_ = 0.0;
+    return Verdict::first;
+  }
+
+  Duration patience_;
+  LogTime last_, late_first_, late_last_;
+  double step_s_ = 0.0;
+  bool started_ = false, late_run_ = false;
+};
+
+}  // namespace wayfare
