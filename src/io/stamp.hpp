@@ -9,12 +9,14 @@
 
 namespace wayfare::io {
 
-/// A time stamp of a file. Stamps more than 126 years from the epoch are refused: no clock gives
-/// them, and the difference of any two others fits 64 bits.
+/// Stamps more than 126 years from the epoch are refused: no clock gives them, and the difference of
+/// any two others fits 64 bits.
+inline constexpr std::int64_t kLargestStamp_ns = 4'000'000'000'000'000'000;
+
+/// A time stamp of a file.
 inline std::optional<LogTime> parse_stamp(std::string_view token) {
-  constexpr std::int64_t kLargest = 4'000'000'000'000'000'000;
   const std::optional<std::int64_t> ns = parse_nanoseconds(token);
-  if (!ns || *ns > kLargest || *ns < -kLargest) return std::nullopt;
+  if (!ns || *ns > kLargestStamp_ns || *ns < -kLargestStamp_ns) return std::nullopt;
   return LogTime::from_nanoseconds(*ns);
 }
 

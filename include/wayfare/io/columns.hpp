@@ -1,0 +1,35 @@
+#pragma once
+
+// Text files of columns: the first line names each column and its unit, or a description of the
+// file does. Every reader of navigation data goes through this one.
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace wayfare::io {
+
+/// How a file's columns are called. Fields are set apart by commas or semicolons where a line has
+/// them, by blanks otherwise; a separator at the end of a line is passed over.
+///
+/// A name is a quantity and its unit: `ax_g`, `gx_degps`, `lat_deg`, or `ax [m/s^2]`. Angles come
+/// in rad or deg, turn rates in radps (rad/s) or degps (deg/s), specific force in mps2 (m/s^2), g
+/// or mg, lengths in m, cm, mm or km, speeds in mps (m/s) or kmh (km/h), times in s, ms, us or ns.
+///
+/// The time of a line is one of
+///   t                    on the recording's own clock: for GNSS, seconds since 1980-01-06, GPS
+///   time week, tow            GPS week (not rolled over) and time of week date, clock          a
+///   calendar date 2025/07/08 and time of day 19:34:18.499 in GPS time utc_date, utc_clock  the
+///   same in UTC utc                  UTC counted from 1970, as computers do unixgps GPS time
+///   counted from 1970 without leap seconds, as RTKLIB's files do
+struct ColumnFormat {
+  /// Names in the order of the file; "-" passes a column over. Empty: the file has a line that
+  /// names them, alone or behind a '#' or '%'.
+  std::vector<std::string> columns;
+  /// Lines in front that are neither names nor data.
+  std::size_t skip_lines = 0;
+  /// GPS time minus UTC, s: 18 since 2017-01-01. Only used for times in UTC.
+  int leap_seconds = 18;
+};
+
+}  // namespace wayfare::io

@@ -1,0 +1,98 @@
+#pragma once
+
+// What inertial and satellite navigation reads and writes as columns of text: inertial samples,
+// corrected ranges, fixes, and reference trajectories. Lines that do not make sense are skipped and
+// reported with their number; nothing else is lost. Plain or gzip.
+
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/io/columns.hpp>
+#include <wayfare/io/text_file.hpp>
+#include <wayfare/measure/gnss.hpp>
+#include <wayfare/measure/imu.hpp>
+#include <wayfare/measure/nav_state.hpp>
+
+namespace wayfare::io {
+
+/// Columns gx gy gz and ax ay az; a file with three of them alone is one part of a unit whose
+/// sensors log apart.
+struct ImuFile {
+  std::vector<ImuSample> samples;  ///< in the order of the file
+  bool has_gyro = false;
+  bool has_accelerometer = false;
+  Problems problems;
+};
+
+/// Errors of these readers: the file cannot be read, a column is missing or has an unknown unit, or
+/// no line could be used.
+[[nodiscard]] Result<ImuFile> read_imu(const std::string& path, const ColumnFormat& format = {});
+[[nodiscard]] Result<ImuFile> parse_imu(std::string_view text, const std::string& source,
+                                        const ColumnFormat& format = {});
+
+/// One sample for each of `gyro`'s, with `accelerometer` interpolated to its times; samples it does
+/// not reach, or where it has a gap of more than `max_gap`, are left out. Both in order of time.
+[[nodiscard]] std::vector<ImuSample> merge_imu_parts(
+    std::span<const ImuSample> gyro, std::span<const ImuSample> accelerometer,
+    Duration max_gap = std::chrono::milliseconds(500));
+
+/// A line per satellite: time, sat ("G05"), position x y z and velocity vx vy vz (Earth-fixed),
+/// range and rate, range_sigma, rate_sigma, cn0; "nan" where not measured. Successive lines of one
+/// time are one epoch. Without sigma columns CorrectedRange's defaults hold.
+struct RangesFile {
+  std::vector<RangeEpoch> epochs;  ///< in the order of the file
+  Problems problems;
+};
+
+[[nodiscard]] Result<RangesFile> read_ranges(const std::string& path,
+                                             const ColumnFormat& format = {});
+[[nodiscard]] Result<RangesFile> parse_ranges(std::string_view text, const std::string& source,
+                                              const ColumnFormat& format = {});
+
+/// Columns lat lon h; sn se sd (standard deviations), sne seu sun (signed roots of covariances, as
+/// RTKLIB writes them); vn ve vd or vu; svn sve svd; sh and sv_h (horizontal and vertical accuracy)
+/// instead of sn se sd; speed and course instead of vn ve; q (quality, RTKLIB's numbers).
+struct FixFile {
+  std::vector<GnssFix> fixes;  ///< in the order of the file
+  std::vector<int> qualities;  ///< beside them; 0 where the file does not say
+  Problems problems;
+};
+
+/// Also takes RTKLIB's .pos files (latitude, longitude, height), known by their '%' heading.
+[[nodiscard]] Result<FixFile> read_fixes(const std::string& path, const ColumnFormat& format = {});
+[[nodiscard]] Result<FixFile> parse_fixes(std::string_view text, const std::string& source,
+                                          const ColumnFormat& format = {});
+
+/// Columns lat lon h; vn ve and vd or vu; roll pitch yaw.
+struct NavFile {
+  NavTrajectory trajectory;  ///< in the order of the file; what it does not know is zero
+  bool has_velocity = false;
+  bool has_attitude = false;
+  Problems problems;
+};
+
+/// Also takes RTKLIB's .pos files.
+[[nodiscard]] Result<NavFile> read_nav(const std::string& path, const ColumnFormat& format = {});
+[[nodiscard]] Result<NavFile> parse_nav(std::string_view text, const std::string& source,
+                                        const ColumnFormat& format = {});
+
+/// With a line that names the columns; numbers other than angles read back to the same bits.
+[[nodiscard]] std::string format_imu(std::span<const ImuSample> samples);
+[[nodiscard]] std::string format_ranges(std::span<const RangeEpoch> epochs);
+[[nodiscard]] std::string format_fixes(std::span<const GnssFix> fixes);
+[[nodiscard]] std::string format_nav(std::span<const NavState> trajectory);
+
+[[nodiscard]] Result<void> write_imu(const std::string& path, std::span<const ImuSample> samples,
+                                     const WriteOptions& options = {});
+[[nodiscard]] Result<void> write_ranges(const std::string& path, std::span<const RangeEpoch> epochs,
+                                        const WriteOptions& options = {});
+[[nodiscard]] Result<void> write_fixes(const std::string& path, std::span<const GnssFix> fixes,
+                                       const WriteOptions& options = {});
+[[nodiscard]] Result<void> write_nav(const std::string& path, std::span<const NavState> trajectory,
+                                     const WriteOptions& options = {});
+
+}  // namespace wayfare::io

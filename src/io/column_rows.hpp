@@ -1,0 +1,95 @@
+#pragma once
+
+// Private: rows of a text file of columns, with values in SI units whatever the columns' own.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/io/columns.hpp>
+#include <wayfare/io/text_file.hpp>
+
+namespace wayfare::io {
+
+enum class Dimension : std::uint8_t {
+  none,
+  text,
+  time,
+  length,
+  speed,
+  angle,
+  angular_rate,
+  acceleration,
+  decibel_hertz
+};
+
+/// A quantity a reader can use.
+struct Quantity {
+  std::string_view stem;
+  Dimension dimension = Dimension::none;
+};
+
+/// One line: what was asked for, in the order it was asked for; NaN (or no text) where the file has
+/// no such column, or an empty field or "nan" in it.
+struct ColumnRow {
+  LogTime time;
+  std::span<const double> numbers;
+  std::span<const std::string_view> texts;
+};
+
+class ColumnLayout;
+
+/// The columns of a file's text and how its lines are to be understood.
+class ColumnRows {
+ public:
+  /// Errors: no line names the columns, no time, a column named twice, an unknown unit.
+  static Result<ColumnRows> open(std::string_view text, const std::string& source,
+                                 const ColumnFormat& format, std::span<const Quantity> wanted);
+
+  /// Whether the file has a column for wanted[i].
+  [[nodiscard]] bool has(std::size_t i) const { return slots_[i].column >= 0; }
+  /// An error that names the missing ones among wanted[first] .. wanted[last - 1].
+  [[nodiscard]] Result<void> require(std::size_t first, std::size_t last) const;
+
+  /// Calls `take` for each line that can be read. It returns what is wrong with the line, empty if
+  /// nothing. How many lines were taken.
+  std::size_t for_each(const std::function<std::string(const ColumnRow&)>& take,
+                       Problems& problems) const;
+
+ private:
+  struct Slot {
+    int column = -1;
+    double factor = 1.0;
+    Quantity quantity;
+  };
+  enum class TimeKind : std::uint8_t { none, log, week_tow, calendar, unix_like };
+
+  Result<void> name_columns(const ColumnFormat& format);
+  Result<void> assign(const std::string& name, int column);
+  Result<void> check_time() const;
+  std::string read_time(std::span<const std::string_view> fields, LogTime& time) const;
+
+  std::string_view text_;
+  std::string source_;
+  std::vector<Slot> slots_;
+  std::size_t column_count_ = 0;
+  std::size_t first_line_ = 0;  ///< lines up to and with this one are not data
+  TimeKind time_kind_ = TimeKind::none;
+  int time_column_ = -1;         ///< t, utc, tow, clock
+  int time_second_column_ = -1;  ///< week, date
+  int time_decimals_ = 0;        ///< 3 where the column is in milliseconds
+  bool time_is_utc_ = false;
+  int leap_seconds_ = 0;
+};
+
+/// Splits a line at commas and semicolons, or at blanks where it has neither. Fields are trimmed; a
+/// separator at the end is passed over.
+void split_fields(std::string_view line, std::vector<std::string_view>& fields);
+
+}  // namespace wayfare::io
