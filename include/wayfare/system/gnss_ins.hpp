@@ -19,21 +19,9 @@
 #include <wayfare/measure/imu.hpp>
 #include <wayfare/measure/nav_state.hpp>
 #include <wayfare/model/imu_noise.hpp>
+#include <wayfare/model/ins_state.hpp>
 
 namespace wayfare {
-
-/// The 23 error states, in this order.
-namespace ins_state {
-inline constexpr int kPosition = 0;     ///< north, east, down, m
-inline constexpr int kVelocity = 3;     ///< north, east, down, m/s
-inline constexpr int kAttitude = 6;     ///< rotation vector in body axes, rad (right perturbation)
-inline constexpr int kGyroBias = 9;     ///< rad/s
-inline constexpr int kAccelBias = 12;   ///< m/s²
-inline constexpr int kGyroScale = 15;   ///< 1
-inline constexpr int kAccelScale = 18;  ///< 1
-inline constexpr int kClock = 21;       ///< receiver clock bias (m) and drift (m/s)
-inline constexpr int kSize = 23;
-}  // namespace ins_state
 
 struct GnssInsOptions {
   ImuNoise imu;
@@ -59,6 +47,16 @@ struct GnssInsOptions {
   bool zero_velocity_updates = true;
   /// A gap of the unit longer than this ends the inertial solution until it can start anew, s.
   double max_imu_gap_s = 10.0;
+  /// Readings that are missing for longer than three usual intervals: the vehicle may meanwhile
+  /// have accelerated and turned by about this much (added to the covariance), m/s², rad/s.
+  double gap_acceleration_mps2 = 2.0;
+  double gap_turn_rate_radps = 0.3;
+  /// How late a GNSS measurement may arrive and still be used, s.
+  double max_lateness_s = 3.0;
+  /// Without a given start: the heading is taken from the GNSS velocity once the vehicle is this
+  /// fast, m/s, and trusted to this much, rad.
+  double start_speed_mps = 3.0;
+  double start_heading_sigma_rad = 0.1;
 };
 
 /// What the filter holds at one instant.
@@ -136,6 +134,8 @@ class GnssIns {
 
   /// Needs started().
   [[nodiscard]] GnssInsEstimate estimate() const;
+  /// The same without correlations, cheap enough for every reading. Needs started().
+  [[nodiscard]] GnssInsPoint point() const;
   /// Innovations and notices since the last call.
   [[nodiscard]] std::vector<InnovationRecord> take_innovations();
   [[nodiscard]] std::vector<GnssInsNotice> take_notices();

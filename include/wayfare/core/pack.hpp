@@ -1,0 +1,221 @@
+#pragma once
+
+// Several numbers in one: Pack<double, 8> computes on eight lanes at once wherever a template asks
+// for a scalar, so that one instruction stream runs many filters. Written with the vector
+// extensions of GCC and Clang; every instruction set works, a pack as wide as a register is the
+// fastest. Do not pass packs between translation units compiled for different instruction sets.
+//
+// Code that serves numbers and packs alike decides by select(), any() and all() in place of `if`.
+
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include <Eigen/Core>
+
+namespace wayfare {
+
+/// One yes or no for each lane.
+template <class T, int N>
+struct Mask {
+  static_assert(N > 0 && std::has_single_bit(static_cast<unsigned>(N)));
+  using Int = std::conditional_t<sizeof(T) == 8, std::int64_t, std::int32_t>;
+  typedef Int Lanes __attribute__((vector_size(sizeof(T) * N)));
+
+  Lanes v;  ///< all bits set, or none
+
+  Mask() = default;
+  Mask(bool yes) : v(Lanes{} - static_cast<Int>(yes ? 1 : 0)) {}  // NOLINT(*-explicit*)
+  [[nodiscard]] static Mask from_lanes(const Lanes& lanes) {
+    Mask m;
+    m.v = lanes;
+    return m;
+  }
+
+  [[nodiscard]] bool operator[](int lane) const { return v[lane] != 0; }
+  void set(int lane, bool yes) { v[lane] = static_cast<Int>(yes ? -1 : 0); }
+
+  friend Mask operator&&(const Mask& a, const Mask& b) { return from_lanes(a.v & b.v); }
+  friend Mask operator||(const Mask& a, const Mask& b) { return from_lanes(a.v | b.v); }
+  friend Mask operator!(const Mask& a) { return from_lanes(~a.v); }
+};
+
+template <class T, int N>
+struct Pack {
+  static_assert(std::is_floating_point_v<T>);
+  static_assert(N > 0 && std::has_single_bit(static_cast<unsigned>(N)));
+  static constexpr int kLanes = N;
+  using Lane = T;
+  typedef T Lanes __attribute__((vector_size(sizeof(T) * N)));
+
+  Lanes v;
+
+  Pack() = default;
+  /// The same number in every lane.
+  template <class U>
+  requires std::is_arithmetic_v<U> Pack(U x)
+      : v(Lanes{} + static_cast<T>(x)) {}  // NOLINT(*-explicit*)
+  [[nodiscard]] static Pack from_lanes(const Lanes& lanes) {
+    Pack p;
+    p.v = lanes;
+    return p;
+  }
+
+  [[nodiscard]] T operator[](int lane) const { return v[lane]; }
+  void set(int lane, T x) { v[lane] = x; }
+
+  friend Pack operator+(const Pack& a, const Pack& b) { return from_lanes(a.v + b.v); }
+  friend Pack operator-(const Pack& a, const Pack& b) { return from_lanes(a.v - b.v); }
+  friend Pack operator*(const Pack& a, const Pack& b) { return from_lanes(a.v * b.v); }
+  friend Pack operator/(const Pack& a, const Pack& b) { return from_lanes(a.v / b.v); }
+  friend Pack operator-(const Pack& a) { return from_lanes(-a.v); }
+  friend Pack operator+(const Pack& a) { return a; }
+  Pack& operator+=(const Pack& o) { return v += o.v, *this; }
+  Pack& operator-=(const Pack& o) { return v -= o.v, *this; }
+  Pack& operator*=(const Pack& o) { return v *= o.v, *this; }
+  Pack& operator/=(const Pack& o) { return v /= o.v, *this; }
+
+  friend Mask<T, N> operator<(const Pack& a, const Pack& b) { return mask(a.v < b.v); }
+  friend Mask<T, N> operator<=(const Pack& a, const Pack& b) { return mask(a.v <= b.v); }
+  friend Mask<T, N> operator>(const Pack& a, const Pack& b) { return mask(a.v > b.v); }
+  friend Mask<T, N> operator>=(const Pack& a, const Pack& b) { return mask(a.v >= b.v); }
+  friend Mask<T, N> operator==(const Pack& a, const Pack& b) { return mask(a.v == b.v); }
+  friend Mask<T, N> operator!=(const Pack& a, const Pack& b) { return mask(a.v != b.v); }
+
+  /// `f` on every lane.
+  template <class F>
+  [[nodiscard]] friend Pack each_lane(const Pack& a, F f) {
+    Pack r;
+    for (int i = 0; i < N; ++i) r.v[i] = f(a.v[i]);
+    return r;
+  }
+  friend Pack sqrt(const Pack& a) {
+    return each_lane(a, [](T x) { return std::sqrt(x); });
+  }
+  friend Pack sin(const Pack& a) {
+    return each_lane(a, [](T x) { return std::sin(x); });
+  }
+  friend Pack cos(const Pack& a) {
+    return each_lane(a, [](T x) { return std::cos(x); });
+  }
+  friend Pack tan(const Pack& a) {
+    return each_lane(a, [](T x) { return std::tan(x); });
+  }
+  friend Pack exp(const Pack& a) {
+    return each_lane(a, [](T x) { return std::exp(x); });
+  }
+  friend Pack log(const Pack& a) {
+    return each_lane(a, [](T x) { return std::log(x); });
+  }
+  friend Pack floor(const Pack& a) {
+    return each_lane(a, [](T x) { return std::floor(x); });
+  }
+  friend Pack atan2(const Pack& a, const Pack& b) {
+    Pack r;
+    for (int i = 0; i < N; ++i) r.v[i] = std::atan2(a.v[i], b.v[i]);
+    return r;
+  }
+  friend Pack abs(const Pack& a) { return select(a < Pack(0), -a, a); }
+
+  /// Lane by lane `yes` where the mask is set, else `no`.
+  friend Pack select(const Mask<T, N>& m, const Pack& yes, const Pack& no) {
+    using Bits = typename Mask<T, N>::Lanes;
+    return from_lanes(std::bit_cast<Lanes>((m.v & std::bit_cast<Bits>(yes.v)) |
+                                           (~m.v & std::bit_cast<Bits>(no.v))));
+  }
+
+ private:
+  template <class Comparison>
+  static Mask<T, N> mask(const Comparison& c) {
+    return Mask<T, N>::from_lanes(std::bit_cast<typename Mask<T, N>::Lanes>(c));
+  }
+};
+
+template <class T, int N>
+[[nodiscard]] bool any(const Mask<T, N>& m) {
+  typename Mask<T, N>::Int bits = 0;
+  for (int i = 0; i < N; ++i) bits |= m.v[i];
+  return bits != 0;
+}
+template <class T, int N>
+[[nodiscard]] bool all(const Mask<T, N>& m) {
+  return !any(!m);
+}
+
+[[nodiscard]] constexpr bool any(bool m) { return m; }
+[[nodiscard]] constexpr bool all(bool m) { return m; }
+template <std::floating_point T>
+[[nodiscard]] constexpr T select(bool m, std::type_identity_t<T> yes, T no) {
+  return m ? yes : no;
+}
+
+/// What a comparison of two T gives: bool, or a mask of lanes.
+template <class T>
+using MaskOf = decltype(std::declval<const T&>() < std::declval<const T&>());
+
+/// The number type of one lane; of a plain number, itself.
+template <class T>
+struct LaneOf {
+  using Type = T;
+  static constexpr int kLanes = 1;
+};
+template <class T, int N>
+struct LaneOf<Pack<T, N>> {
+  using Type = T;
+  static constexpr int kLanes = N;
+};
+
+/// Lane `i` of a pack or a mask; a plain number or truth value is its own only lane.
+template <class T>
+[[nodiscard]] auto lane(const T& x, int i) {
+  if constexpr (std::is_arithmetic_v<T>) {
+    static_cast<void>(i);
+    return x;
+  } else {
+    return x[i];
+  }
+}
+template <class T, class U>
+void set_lane(T& x, int i, U value) {
+  if constexpr (std::is_arithmetic_v<T>) {
+    static_cast<void>(i);
+    x = static_cast<T>(value);
+  } else {
+    x.set(i, value);
+  }
+}
+
+/// Neither infinite nor NaN, lane by lane.
+template <class T>
+[[nodiscard]] MaskOf<T> is_finite(const T& x) {
+  return x - x == T(0);
+}
+
+}  // namespace wayfare
+
+namespace Eigen {
+template <class T, int N>
+struct NumTraits<wayfare::Pack<T, N>> : GenericNumTraits<wayfare::Pack<T, N>> {
+  using Real = wayfare::Pack<T, N>;
+  using NonInteger = Real;
+  using Nested = Real;
+  using Literal = Real;
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 0,
+    ReadCost = 1,
+    AddCost = 1,
+    MulCost = 1
+  };
+  static Real epsilon() { return Real(NumTraits<T>::epsilon()); }
+  static Real dummy_precision() { return Real(NumTraits<T>::dummy_precision()); }
+  static Real highest() { return Real(NumTraits<T>::highest()); }
+  static Real lowest() { return Real(NumTraits<T>::lowest()); }
+  static int digits10() { return NumTraits<T>::digits10(); }
+};
+}  // namespace Eigen

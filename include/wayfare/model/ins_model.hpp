@@ -1,0 +1,342 @@
+#pragma once
+
+// The process of the 23-state filter: strapdown navigation, Gauss-Markov errors of the unit, the
+// receiver's clock; and a covariance step that knows where Φ is empty.
+
+#include <Eigen/Core>
+
+#include <wayfare/model/gauss_markov.hpp>
+#include <wayfare/model/imu_noise.hpp>
+#include <wayfare/model/ins_state.hpp>
+#include <wayfare/model/strapdown.hpp>
+
+namespace wayfare {
+
+/// ImuNoise and ReceiverClockNoise in the filter's scalar, so that each lane of a pack may have its
+/// own. Orders of the twelve: gyro bias, accelerometer bias, gyro scale, accelerometer scale.
+template <class T>
+struct InsNoise {
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  Eigen::Matrix<T, 12, 1> sigma, tau_s;
+  Vector3 gyro_white, accel_white;
+  T clock_bias_walk, clock_drift_walk;
+  /// Of the offsets between the clocks of satellite systems, m/√s.
+  T clock_offset_walk = T(0.01);
+
+  InsNoise() = default;
+  InsNoise(const ImuNoise& imu, const ReceiverClockNoise& clock)
+      : gyro_white(imu.gyro_white_rad_per_sqrt_s.template cast<T>()),
+        accel_white(imu.accel_white_mps_per_sqrt_s.template cast<T>()),
+        clock_bias_walk(clock.bias_walk_m_per_sqrt_s),
+        clock_drift_walk(clock.drift_walk_mps_per_sqrt_s) {
+    sigma << imu.gyro_bias_radps.sigma.template cast<T>(),
+        imu.accel_bias_mps2.sigma.template cast<T>(), imu.gyro_scale.sigma.template cast<T>(),
+        imu.accel_scale.sigma.template cast<T>();
+    tau_s << imu.gyro_bias_radps.tau_s.template cast<T>(),
+        imu.accel_bias_mps2.tau_s.template cast<T>(), imu.gyro_scale.tau_s.template cast<T>(),
+        imu.accel_scale.tau_s.template cast<T>();
+  }
+};
+
+/// The blocks of Φ that are not trivial, and the noise of one step.
+template <class T, int Offsets = 0>
+struct InsTransition {
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  using Matrix3 = Eigen::Matrix<T, 3, 3>;
+  static constexpr int kDof = ins_state::kSize + Offsets;
+
+  Vector3 half_dt;            ///< metres of chart for the sum of both velocities
+  Matrix3 velocity_velocity;  ///< less the identity
+  Matrix3 velocity_attitude, velocity_accel_bias, velocity_accel_scale;
+  Matrix3 attitude_attitude;
+  Vector3 attitude_gyro_bias, attitude_gyro_scale;  ///< diagonals
+  Eigen::Matrix<T, 12, 1> kept;                     ///< of the unit's errors
+  T dt_s;
+
+  Matrix3 velocity_noise;
+  Vector3 attitude_noise;
+  Eigen::Matrix<T, 12, 1> error_noise;
+  ClockStep<T> clock_noise;
+  T clock_offset_noise;
+
+  /// P ← Φ P Φᵀ + Q, `p` column-major, both triangles in and out; never a product with a zero of
+  /// Φ, and of what is symmetric only one half. Plain loops over columns, which compilers turn
+  /// into vector code for numbers and which are vector code for packs.
+  void propagate(T* p) const {
+    using namespace ins_state;
+    constexpr int n = kDof;
+    T rows[9][n];  // Φ P, the navigation part
+    left_product(p, rows);
+    T nav[9][9];
+    right_product(rows, nav);
+    for (int i = 0; i < 9; ++i) {
+      for (int j = 0; j <= i; ++j) p[n * i + j] = p[n * j + i] = nav[i][j];
+    }
+    for (int j = 0; j < 12; ++j) {
+      for (int i = 0; i < 9; ++i) {
+        p[n * (9 + j) + i] = p[n * i + 9 + j] = rows[i][9 + j] * kept[j];
+      }
+    }
+    unit_errors(p);
+    clock(p, rows);
+    add_noise(p);
+  }
+  template <class Square>
+  requires requires(Square& p) { p.data(); }
+  void propagate(Square& p) const { propagate(p.data()); }
+
+  /// The same Φ and Q as dense matrices.
+  [[nodiscard]] Eigen::Matrix<T, kDof, kDof> phi() const {
+    using namespace ins_state;
+    Eigen::Matrix<T, kDof, kDof> f = Eigen::Matrix<T, kDof, kDof>::Identity();
+    f.template block<3, 3>(kVelocity, kVelocity) += velocity_velocity;
+    f.template block<3, 3>(kVelocity, kAttitude) = velocity_attitude;
+    f.template block<3, 3>(kVelocity, kAccelBias) = velocity_accel_bias;
+    f.template block<3, 3>(kVelocity, kAccelScale) = velocity_accel_scale;
+    f.template block<3, 3>(kAttitude, kAttitude) = attitude_attitude;
+    for (int i = 0; i < 3; ++i) {
+      f(kAttitude + i, kGyroBias + i) = attitude_gyro_bias[i];
+      f(kAttitude + i, kGyroScale + i) = attitude_gyro_scale[i];
+    }
+    for (int i = 0; i < 12; ++i) f(kGyroBias + i, kGyroBias + i) = kept[i];
+    f(kClock, kClock + 1) = dt_s;
+    for (int i = 0; i < 3; ++i) {
+      f.row(kPosition + i) += half_dt[i] * f.row(kVelocity + i);
+      f(kPosition + i, kVelocity + i) += half_dt[i];
+    }
+    return f;
+  }
+  [[nodiscard]] Eigen::Matrix<T, kDof, kDof> q() const {
+    Eigen::Matrix<T, kDof, kDof> noise = Eigen::Matrix<T, kDof, kDof>::Zero();
+    add_noise(noise.data());
+    return noise;
+  }
+
+ private:
+  void left_product(const T* p, T (*rows)[kDof]) const {
+    using namespace ins_state;
+    constexpr int n = kDof;
+    const auto column = [p](int i) { return p + n * i; };
+    for (int i = 0; i < 3; ++i) {
+      T* out = rows[kVelocity + i];
+      const T *v = column(kVelocity + i), *v0 = column(kVelocity), *a0 = column(kAttitude);
+      const T *b0 = column(kAccelBias), *s0 = column(kAccelScale);
+      const Matrix3 &vv = velocity_velocity, &va = velocity_attitude;
+      const Matrix3 &vb = velocity_accel_bias, &vs = velocity_accel_scale;
+      for (int c = 0; c < n; ++c) {
+        out[c] = v[c] + vv(i, 0) * v0[c] + vv(i, 1) * v0[n + c] + vv(i, 2) * v0[2 * n + c] +
+                 va(i, 0) * a0[c] + va(i, 1) * a0[n + c] + va(i, 2) * a0[2 * n + c] +
+                 vb(i, 0) * b0[c] + vb(i, 1) * b0[n + c] + vb(i, 2) * b0[2 * n + c] +
+                 vs(i, 0) * s0[c] + vs(i, 1) * s0[n + c] + vs(i, 2) * s0[2 * n + c];
+      }
+      T* turned = rows[kAttitude + i];
+      const T *gb = column(kGyroBias + i), *gs = column(kGyroScale + i);
+      const Matrix3& aa = attitude_attitude;
+      for (int c = 0; c < n; ++c) {
+        turned[c] = aa(i, 0) * a0[c] + aa(i, 1) * a0[n + c] + aa(i, 2) * a0[2 * n + c] +
+                    attitude_gyro_bias[i] * gb[c] + attitude_gyro_scale[i] * gs[c];
+      }
+      T* moved = rows[kPosition + i];
+      const T* x = column(kPosition + i);
+      for (int c = 0; c < n; ++c) moved[c] = x[c] + half_dt[i] * (v[c] + out[c]);
+    }
+  }
+
+  /// Row `w` of Φ P times row i of Φ's velocity part.
+  [[nodiscard]] T velocity_entry(const T* w, int i) const {
+    using namespace ins_state;
+    T sum = w[kVelocity + i];
+    for (int j = 0; j < 3; ++j) {
+      sum +=
+          velocity_velocity(i, j) * w[kVelocity + j] + velocity_attitude(i, j) * w[kAttitude + j];
+      sum += velocity_accel_bias(i, j) * w[kAccelBias + j] +
+             velocity_accel_scale(i, j) * w[kAccelScale + j];
+    }
+    return sum;
+  }
+  [[nodiscard]] T attitude_entry(const T* w, int i) const {
+    using namespace ins_state;
+    T sum = attitude_gyro_bias[i] * w[kGyroBias + i] + attitude_gyro_scale[i] * w[kGyroScale + i];
+    for (int j = 0; j < 3; ++j) sum += attitude_attitude(i, j) * w[kAttitude + j];
+    return sum;
+  }
+
+  /// The lower triangle of (Φ P Φᵀ)'s navigation part.
+  void right_product(const T (*rows)[kDof], T (*nav)[9]) const {
+    using namespace ins_state;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        nav[kVelocity + i][kPosition + j] = velocity_entry(rows[kPosition + j], i);
+        nav[kAttitude + i][kPosition + j] = attitude_entry(rows[kPosition + j], i);
+        nav[kAttitude + i][kVelocity + j] = attitude_entry(rows[kVelocity + j], i);
+        if (j > i) continue;
+        nav[kVelocity + i][kVelocity + j] = velocity_entry(rows[kVelocity + j], i);
+        nav[kAttitude + i][kAttitude + j] = attitude_entry(rows[kAttitude + j], i);
+      }
+    }
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        nav[i][j] = rows[j][i] + half_dt[i] * (rows[j][kVelocity + i] + nav[kVelocity + i][j]);
+      }
+    }
+  }
+
+  void unit_errors(T* p) const {
+    constexpr int n = kDof;
+    for (int j = 0; j < 12; ++j) {
+      for (int i = 0; i <= j; ++i) {
+        const T next = p[n * (9 + j) + 9 + i] * (kept[i] * kept[j]);
+        p[n * (9 + j) + 9 + i] = p[n * (9 + i) + 9 + j] = next;
+      }
+    }
+  }
+
+  void clock(T* p, const T (*rows)[kDof]) const {
+    using namespace ins_state;
+    constexpr int n = kDof;
+    const auto set = [p](int i, int j, const T& value) { p[n * i + j] = p[n * j + i] = value; };
+    for (int c = kClock; c < n; ++c) {
+      for (int i = 0; i < 9; ++i) {
+        set(i, c, c == kClock ? rows[i][c] + dt_s * rows[i][c + 1] : rows[i][c]);
+      }
+      for (int i = 0; i < 12; ++i) {
+        const T* e = p + n * c + 9;
+        set(9 + i, c, kept[i] * (c == kClock ? e[i] + dt_s * e[n + i] : e[i]));
+      }
+    }
+    constexpr int b = kClock, d = kClock + 1;
+    for (int c = d + 1; c < n; ++c) set(b, c, p[n * b + c] + dt_s * p[n * d + c]);
+    const T cross = p[n * d + b] + dt_s * p[n * d + d];
+    p[n * b + b] += dt_s * (p[n * d + b] + cross);
+    set(b, d, cross);
+  }
+
+  void add_noise(T* p) const {
+    using namespace ins_state;
+    constexpr int n = kDof;
+    for (int j = 0; j < 3; ++j) {
+      for (int i = 0; i < 3; ++i) p[n * (kVelocity + j) + kVelocity + i] += velocity_noise(i, j);
+      p[(n + 1) * (kAttitude + j)] += attitude_noise[j];
+    }
+    for (int i = 0; i < 12; ++i) p[(n + 1) * (kGyroBias + i)] += error_noise[i];
+    p[(n + 1) * kClock] += clock_noise.bias_variance;
+    p[(n + 1) * (kClock + 1)] += clock_noise.drift_variance;
+    p[n * kClock + kClock + 1] += clock_noise.covariance;
+    p[n * (kClock + 1) + kClock] += clock_noise.covariance;
+    for (int c = kClock + 2; c < n; ++c) p[(n + 1) * c] += clock_offset_noise;
+  }
+};
+
+/// What InsModel gives the filter.
+template <class T, int Offsets = 0>
+struct InsStep {
+  InsState<T, Offsets> state;
+  InsTransition<T, Offsets> transition;
+
+  template <class Square>
+  void propagate(Square& p) const {
+    transition.propagate(p);
+  }
+};
+
+/// ω = (ω̃ − b)/(1 + s), element by element (Zhang 2020, section 3.1).
+template <class T>
+struct CorrectedImu {
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  Vector3 inverse_gyro_scale, inverse_accel_scale;
+  Vector3 begin_rate, end_rate, begin_force, end_force;
+
+  template <int Offsets>
+  CorrectedImu(const InsState<T, Offsets>& x, const ImuInterval& u)
+      : inverse_gyro_scale((x.gyro_scale.array() + T(1)).inverse()),
+        inverse_accel_scale((x.accel_scale.array() + T(1)).inverse()),
+        begin_rate(rate(x, u.begin_rate_radps)),
+        end_rate(rate(x, u.end_rate_radps)),
+        begin_force(force(x, u.begin_force_mps2)),
+        end_force(force(x, u.end_force_mps2)) {}
+
+ private:
+  template <class State>
+  Vector3 rate(const State& x, const Eigen::Vector3d& measured) const {
+    return (measured.cast<T>() - x.gyro_bias_radps).cwiseProduct(inverse_gyro_scale);
+  }
+  template <class State>
+  Vector3 force(const State& x, const Eigen::Vector3d& measured) const {
+    return (measured.cast<T>() - x.accel_bias_mps2).cwiseProduct(inverse_accel_scale);
+  }
+};
+
+/// The process model (see ProcessModel): from a state over an ImuInterval.
+template <class T, int Offsets = 0>
+class InsModel {
+ public:
+  using State = InsState<T, Offsets>;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  using Matrix3 = Eigen::Matrix<T, 3, 3>;
+
+  InsModel(const NavChart& chart, const InsNoise<T>& noise) : chart_(chart), noise_(noise) {}
+
+  [[nodiscard]] InsStep<T, Offsets> operator()(const State& x, const ImuInterval& u) const {
+    const T dt = T(u.dt_s);
+    const EarthAt<T> at = chart_.earth(x.position_m);
+    const CorrectedImu<T> imu(x, u);
+    const InertialIncrement<T> felt =
+        integrate(imu.begin_rate, imu.end_rate, imu.begin_force, imu.end_force, dt);
+    const Navigation<T> next = strapdown_step({x.position_m, x.velocity_mps, x.q_nu}, at, felt, dt);
+    InsStep<T, Offsets> step{x, transition(x, at, imu, felt, dt)};
+    step.state.position_m = next.position_m;
+    step.state.velocity_mps = next.velocity_mps;
+    step.state.q_nu = next.q_nu;
+    relax(step.state, step.transition.kept, dt);
+    return step;
+  }
+
+ private:
+  static void relax(State& x, const Eigen::Matrix<T, 12, 1>& kept, const T& dt) {
+    x.gyro_bias_radps.array() *= kept.template segment<3>(0).array();
+    x.accel_bias_mps2.array() *= kept.template segment<3>(3).array();
+    x.gyro_scale.array() *= kept.template segment<3>(6).array();
+    x.accel_scale.array() *= kept.template segment<3>(9).array();
+    x.clock[0] += dt * x.clock[1];
+  }
+
+  InsTransition<T, Offsets> transition(const State& x, const EarthAt<T>& at,
+                                       const CorrectedImu<T>& imu, const InertialIncrement<T>& felt,
+                                       const T& dt) const {
+    InsTransition<T, Offsets> f;
+    f.dt_s = dt;
+    f.half_dt = T(0.5) * dt * Vector3(at.north_scale, at.east_scale, T(1));
+    const LevelRates<T> rates = level_rates(at, x.velocity_mps);
+    f.velocity_velocity = skew(Vector3(-dt * (T(2) * rates.earth + rates.transport)));
+    const Matrix3 c = x.q_nu.matrix();
+    f.velocity_attitude = -c * skew(felt.velocity_mps);
+    f.velocity_accel_bias = c * (-dt * imu.inverse_accel_scale).asDiagonal();
+    f.velocity_accel_scale = f.velocity_accel_bias * felt.mean_force_mps2.asDiagonal();
+    const Vector3 turned =
+        felt.rotation_rad - c.transpose() * Vector3(dt * (rates.earth + rates.transport));
+    const Matrix3 k = skew(turned);
+    f.attitude_attitude = Matrix3::Identity() - k + T(0.5) * k * k;
+    f.attitude_gyro_bias = -dt * imu.inverse_gyro_scale;
+    f.attitude_gyro_scale = f.attitude_gyro_bias.cwiseProduct(felt.mean_rate_radps);
+    noise(f, c, dt);
+    return f;
+  }
+
+  void noise(InsTransition<T, Offsets>& f, const Matrix3& c, const T& dt) const {
+    const Vector3 accel = dt * noise_.accel_white.cwiseAbs2();
+    f.velocity_noise = c * accel.asDiagonal() * c.transpose();
+    f.attitude_noise = dt * noise_.gyro_white.cwiseAbs2();
+    for (int i = 0; i < 12; ++i) {
+      const ProcessStep1<T> step = discretise_gauss_markov(noise_.sigma[i], noise_.tau_s[i], dt);
+      f.kept[i] = step.phi;
+      f.error_noise[i] = step.q;
+    }
+    f.clock_noise = discretise_clock(noise_.clock_bias_walk, noise_.clock_drift_walk, dt);
+    f.clock_offset_noise = noise_.clock_offset_walk * noise_.clock_offset_walk * dt;
+  }
+
+  NavChart chart_;
+  InsNoise<T> noise_;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,25 @@
+#pragma once
+
+// What a measurement model hands to a filter.
+
+#include <array>
+
+namespace wayfare {
+
+/// A row of H of which only K entries are not zero.
+template <class T, int K>
+struct SparseRow {
+  std::array<int, K> index;
+  std::array<T, K> value;
+};
+
+/// One number measured, linearised at the state it was predicted from: innovation z − h(x), row of
+/// ∂h/∂x in the state's tangent (a 1×n matrix or a SparseRow), variance of the noise.
+template <class T, class Row>
+struct ScalarMeasurement {
+  T innovation;
+  Row row;
+  T variance;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,379 @@
+#include "ins_engine.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Eigenvalues>
+
+namespace wayfare::nav {
+namespace {
+
+using Kind = InnovationRecord::Kind;
+using Eigen::Vector3d;
+
+constexpr double kLightMillisecond_m = 299792.458;
+
+double median(std::vector<double> v) {
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
+}
+
+double spread_about(const std::vector<double>& v, double centre) {
+  std::vector<double> d;
+  for (double x : v) d.push_back(std::abs(x - centre));
+  return 1.4826 * median(d);
+}
+
+bool has_range(const CorrectedRange& s) {
+  return std::isfinite(s.range_m) && s.position_ecef_m.allFinite() && s.range_sigma_m > 0.0;
+}
+bool has_rate(const CorrectedRange& s) {
+  return std::isfinite(s.range_rate_mps) && s.position_ecef_m.allFinite() &&
+         s.velocity_ecef_mps.allFinite() && s.range_rate_sigma_mps > 0.0;
+}
+
+InsEngine::Filter make_filter(const GnssInsOptions& o, const GnssInsStart& start) {
+  using namespace ins_state;
+  InsEngine::State x;
+  x.velocity_mps = start.nav.velocity_ned_mps;
+  x.q_nu = start.nav.q_nb * o.q_body_imu;
+  InsEngine::Filter::Square p = InsEngine::Filter::Square::Zero();
+  const auto set = [&p](int first, const Vector3d& sigma) {
+    p.diagonal().segment<3>(first) = sigma.cwiseAbs2();
+  };
+  set(kPosition, Vector3d::Constant(start.position_sigma_m));
+  set(kVelocity, Vector3d::Constant(start.velocity_sigma_mps));
+  // Level and heading are about north, east and down; the state's error about the unit's axes.
+  const Eigen::Matrix3d c = x.q_nu.matrix();
+  const Vector3d level(start.level_sigma_rad, start.level_sigma_rad, start.heading_sigma_rad);
+  p.block<3, 3>(kAttitude, kAttitude) = c.transpose() * level.cwiseAbs2().asDiagonal() * c;
+  set(kGyroBias, o.imu.gyro_bias_radps.sigma);
+  set(kAccelBias, o.imu.accel_bias_mps2.sigma);
+  set(kGyroScale, o.imu.gyro_scale.sigma);
+  set(kAccelScale, o.imu.accel_scale.sigma);
+  p.diagonal().tail<2 + InsEngine::kOffsets>().setConstant(1e4);
+  const Vector3d lever = o.q_body_imu.inverse() * o.antenna_lever_arm_m;
+  return {start.nav.position, 0.0, x, p, InsNoise<double>(o.imu, o.clock), lever};
+}
+
+}  // namespace
+
+InsEngine::InsEngine(const GnssInsOptions& options, const GnssInsStart& start,
+                     const ImuSample& first)
+    : options_(options), filter_(make_filter(options, start)), last_(first) {
+  last_.time = start.nav.time;
+}
+
+void InsEngine::advance(const ImuSample& sample, bool in_gap, Diary& diary) {
+  const double dt = to_seconds(sample.time - last_.time);
+  if (dt <= 0.0) return;
+  // Long steps are cut up: coefficients that hold for a step change over a second.
+  const int parts = std::max(1, static_cast<int>(std::ceil(dt / 0.1)));
+  ImuInterval imu = between(last_, sample);
+  imu.dt_s = dt / parts;
+  const Vector3d rate_step = (imu.end_rate_radps - imu.begin_rate_radps) / parts;
+  const Vector3d force_step = (imu.end_force_mps2 - imu.begin_force_mps2) / parts;
+  for (int i = 0; i < parts; ++i) {
+    imu.end_rate_radps = imu.begin_rate_radps + rate_step;
+    imu.end_force_mps2 = imu.begin_force_mps2 + force_step;
+    predict(imu, in_gap);
+    imu.begin_rate_radps = imu.end_rate_radps;
+    imu.begin_force_mps2 = imu.end_force_mps2;
+  }
+  last_ = sample;
+  if (in_gap) {
+    recent_.forget();
+    still_since_.reset();
+  } else {
+    recent_.add(sample, dt);
+  }
+  constrain(diary);
+}
+
+void InsEngine::predict(const ImuInterval& imu, bool in_gap) {
+  filter_.predict(imu);
+  if (!in_gap) return;
+  // Unknown motion, as if drawn anew every second: white noise of a density a²·1 s.
+  using namespace ins_state;
+  const double v = options_.gap_acceleration_mps2 * options_.gap_acceleration_mps2 * imu.dt_s;
+  const double w = options_.gap_turn_rate_radps * options_.gap_turn_rate_radps * imu.dt_s;
+  for (int i = 0; i < 3; ++i) {
+    filter_.ekf().add_variance(kVelocity + i, v);
+    filter_.ekf().add_variance(kAttitude + i, w);
+  }
+}
+
+void InsEngine::record(Diary& diary, Kind kind, SatelliteId id,
+                       const ScalarUpdate<double>& u) const {
+  if (!diary.open) return;
+  diary.innovations.push_back(
+      {last_.time, kind, id, u.innovation, std::sqrt(std::max(u.variance, 0.0)), u.accepted});
+}
+
+void InsEngine::constrain(Diary& diary) {
+  if (last_hold_ && to_seconds(last_.time - *last_hold_) < 0.099) return;
+  last_hold_ = last_.time;
+  if (options_.zero_velocity_updates) hold_still(diary);
+  if (options_.non_holonomic_in_outage) hold_wheels(diary);
+}
+
+void InsEngine::hold_still(Diary& diary) {
+  const Vector3d rate = recent_.mean_rate_radps() - filter_.state().gyro_bias_radps;
+  const double speed = filter_.state().velocity_mps.norm();
+  const double speed_sigma =
+      std::sqrt(filter_.covariance().diagonal().segment<3>(ins_state::kVelocity).sum());
+  const bool still = recent_.full() && recent_.force_spread_mps2() < 0.15 &&
+                     recent_.rate_spread_radps() < 0.01 && rate.norm() < 0.02 &&
+                     speed < std::max(0.3, 3.0 * std::min(speed_sigma, 1.0));
+  if (!still) {
+    still_since_.reset();
+    return;
+  }
+  if (!still_since_) still_since_ = last_.time;
+  if (to_seconds(last_.time - *still_since_) < 0.5) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto v = filter_.ekf().update(VelocityModel<double, kOffsets>{axis, 0.0, 0.02 * 0.02},
+                                        options_.gate_sigma);
+    record(diary, Kind::standstill, {}, v);
+    if (!v.accepted) return;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const double measured = recent_.mean_rate_radps()[axis];
+    filter_.ekf().update(StandstillRateModel<double, kOffsets>{axis, measured, 1e-6},
+                         options_.gate_sigma);
+  }
+}
+
+void InsEngine::hold_wheels(Diary& diary) {
+  const double limit_s = std::max(0.3, 1.5 * epoch_interval_s_);
+  if (last_full_epoch_ && to_seconds(last_.time - *last_full_epoch_) < limit_s) return;
+  if (filter_.state().velocity_mps.norm() < 0.5) return;
+  const double sigma = options_.non_holonomic_sigma_mps;
+  for (int axis = 1; axis < 3; ++axis) {
+    const Vector3d direction = options_.q_body_imu.inverse() * Vector3d::Unit(axis);
+    const auto u = filter_.ekf().update(
+        BodyVelocityModel<double, kOffsets>{direction, Vector3d::Zero(), filter_.gyro_radps(), 0.0,
+                                            sigma * sigma},
+        options_.gate_sigma);
+    record(diary, Kind::constraint, {}, u);
+  }
+}
+
+int InsEngine::offset_of(GnssSystem system) const {
+  if (system == reference_) return -1;
+  const int i = static_cast<int>(system);
+  return i < static_cast<int>(reference_) ? i : i - 1;
+}
+
+double InsEngine::range_sigma_m(const CorrectedRange& s) const {
+  return s.range_sigma_m * options_.range_sigma_scale;
+}
+double InsEngine::rate_sigma_mps(const CorrectedRange& s) const {
+  return s.range_rate_sigma_mps * options_.range_sigma_scale;
+}
+
+Residuals InsEngine::range_residuals(const RangeEpoch& epoch) const {
+  Residuals r;
+  for (const CorrectedRange& s : epoch.satellites) {
+    if (!has_range(s)) continue;
+    const auto m =
+        filter_.range_model(s, range_sigma_m(s), offset_of(s.satellite.system))(filter_.state());
+    if (!std::isfinite(m.innovation)) continue;
+    r.innovation.push_back(m.innovation);
+    r.sigma.push_back(filter_.ekf().predicted_sigma(m));
+  }
+  return r;
+}
+
+Residuals InsEngine::rate_residuals(const RangeEpoch& epoch) const {
+  Residuals r;
+  for (const CorrectedRange& s : epoch.satellites) {
+    if (!has_rate(s)) continue;
+    const auto m = filter_.range_rate_model(s, rate_sigma_mps(s))(filter_.state());
+    if (!std::isfinite(m.innovation)) continue;
+    r.innovation.push_back(m.innovation);
+    r.sigma.push_back(filter_.ekf().predicted_sigma(m));
+  }
+  return r;
+}
+
+void InsEngine::set_clock(const RangeEpoch& epoch, Diary& diary) {
+  std::array<int, kGnssSystems> count{};
+  for (const CorrectedRange& s : epoch.satellites) {
+    if (has_range(s)) ++count[static_cast<std::size_t>(s.satellite.system)];
+  }
+  const auto most = std::max_element(count.begin(), count.end());
+  if (*most == 0) return;
+  reference_ = static_cast<GnssSystem>(most - count.begin());
+  RangeEpoch own{epoch.time, {}};
+  for (const CorrectedRange& s : epoch.satellites) {
+    if (s.satellite.system == reference_) own.satellites.push_back(s);
+  }
+  const Residuals range = range_residuals(own), rate = rate_residuals(own);
+  if (range.innovation.empty()) return;
+  filter_.jump_clock(median(range.innovation), 0.0);
+  filter_.ekf().reset_variance(ins_state::kClock, 1e4);
+  if (!rate.innovation.empty()) {
+    State x = filter_.state();
+    x.clock[1] += median(rate.innovation);
+    filter_.ekf().set_state(x);
+  }
+  filter_.ekf().reset_variance(ins_state::kClock + 1, rate.innovation.empty() ? 1e6 : 1e2);
+  clock_known_ = true;
+  system_known_ = {};
+  system_known_[static_cast<std::size_t>(reference_)] = true;
+  diary.note(last_.time, "receiver clock set from the first ranges");
+}
+
+void InsEngine::meet_new_systems(const RangeEpoch& epoch) {
+  for (int i = 0; i < kGnssSystems; ++i) {
+    const GnssSystem system = static_cast<GnssSystem>(i);
+    if (system_known_[static_cast<std::size_t>(i)]) continue;
+    RangeEpoch own{epoch.time, {}};
+    for (const CorrectedRange& s : epoch.satellites) {
+      if (s.satellite.system == system) own.satellites.push_back(s);
+    }
+    const Residuals range = range_residuals(own);
+    if (range.innovation.empty()) continue;
+    State x = filter_.state();
+    const int offset = offset_of(system);
+    x.clock[2 + offset] += median(range.innovation);
+    filter_.ekf().set_state(x);
+    filter_.ekf().reset_variance(ins_state::kClock + 2 + offset, 1e4);
+    system_known_[static_cast<std::size_t>(i)] = true;
+  }
+}
+
+void InsEngine::mend_clock_jump(const RangeEpoch& epoch, Diary& diary) {
+  const Residuals range = range_residuals(epoch);
+  if (range.innovation.empty()) return;
+  const double shift = median(range.innovation), sigma = median(range.sigma);
+  const double scatter = spread_about(range.innovation, shift);
+  const double whole = std::round(shift / kLightMillisecond_m) * kLightMillisecond_m;
+  const bool millisecond =
+      whole != 0.0 && std::abs(shift - whole) < std::max(100.0, options_.gate_sigma * sigma);
+  const bool common = range.innovation.size() >= 4 && std::abs(shift) > 30.0 &&
+                      std::abs(shift) > options_.gate_sigma * sigma &&
+                      scatter < 0.2 * std::abs(shift);
+  if (!millisecond && !common) return;
+  filter_.jump_clock(millisecond && !common ? whole : shift, 30.0);
+  diary.note(last_.time, "receiver clock jumped by " + std::to_string(shift) + " m");
+}
+
+void InsEngine::reopen(Doubt& doubt, int accepted, int total, Diary& diary) {
+  if (total == 0) return;
+  if (2 * accepted >= total) {
+    doubt.since.reset();
+    return;
+  }
+  if (!doubt.since) doubt.since = last_.time;
+  const double refused_s = to_seconds(last_.time - *doubt.since);
+  if (refused_s < options_.gate_reopen_s) return;
+  using namespace ins_state;
+  const double position_variance = filter_.covariance().diagonal().segment<3>(kPosition).maxCoeff();
+  if (position_variance < 1e8) filter_.ekf().scale_sigma(kPosition, 9, 1.5);
+  filter_.ekf().scale_sigma(kClock, 2, 1.5);
+  diary.note(last_.time, "most ranges or rates refused for long: the filter doubts itself");
+  if (refused_s > 10.0 * options_.gate_reopen_s) lost_ = true;
+}
+
+void InsEngine::apply(const RangeEpoch& epoch, Diary& diary) {
+  if (!clock_known_) set_clock(epoch, diary);
+  if (!clock_known_) return;
+  meet_new_systems(epoch);
+  mend_clock_jump(epoch, diary);
+  int ranges = 0, ranges_in = 0, rates = 0, rates_in = 0;
+  for (const CorrectedRange& s : epoch.satellites) {
+    if (has_range(s)) {
+      const auto u = filter_.update_range(s, range_sigma_m(s), options_.gate_sigma,
+                                          offset_of(s.satellite.system));
+      record(diary, Kind::range, s.satellite, u);
+      ++ranges;
+      ranges_in += u.accepted ? 1 : 0;
+    }
+    if (has_rate(s)) {
+      const auto u = filter_.update_range_rate(s, rate_sigma_mps(s), options_.gate_sigma);
+      record(diary, Kind::range_rate, s.satellite, u);
+      ++rates;
+      rates_in += u.accepted ? 1 : 0;
+    }
+  }
+  reopen(range_doubt_, ranges_in, ranges, diary);
+  reopen(rate_doubt_, rates_in, rates, diary);
+  if (ranges_in >= 4) last_full_epoch_ = last_.time;
+}
+
+void InsEngine::apply(const GnssFix& fix, Diary& diary) {
+  const Vector3d lever = options_.q_body_imu.inverse() * options_.antenna_lever_arm_m;
+  const auto axes = [](const Eigen::Matrix3d& covariance) {
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance);
+  };
+  const double scale = options_.range_sigma_scale * options_.range_sigma_scale;
+  const auto position = axes(fix.position_covariance_ned_m2);
+  const Vector3d at = filter_.chart().offset(fix.position);
+  int in = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto u = filter_.ekf().update(
+        AntennaPositionModel<double, kOffsets>{filter_.chart(), at, position.eigenvectors().col(i),
+                                               lever, scale * position.eigenvalues()[i]},
+        options_.gate_sigma);
+    record(diary, Kind::position, {}, u);
+    in += u.accepted ? 1 : 0;
+  }
+  reopen(range_doubt_, in, 3, diary);
+  if (in == 3) last_full_epoch_ = last_.time;
+  if (!fix.velocity_ned_mps) return;
+  const auto velocity = axes(fix.velocity_covariance_ned);
+  in = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto u = filter_.ekf().update(
+        AntennaVelocityModel<double, kOffsets>{
+            *fix.velocity_ned_mps, velocity.eigenvectors().col(i), lever, filter_.gyro_radps(),
+            scale * velocity.eigenvalues()[i]},
+        options_.gate_sigma);
+    record(diary, Kind::velocity, {}, u);
+    in += u.accepted ? 1 : 0;
+  }
+  reopen(rate_doubt_, in, 3, diary);
+}
+
+GnssInsEstimate InsEngine::estimate() const {
+  using namespace ins_state;
+  const State& x = filter_.state();
+  GnssInsEstimate e;
+  e.nav = {last_.time, filter_.position(), x.velocity_mps, x.q_nu * options_.q_body_imu.inverse()};
+  e.gyro_bias_radps = x.gyro_bias_radps;
+  e.accel_bias_mps2 = x.accel_bias_mps2;
+  e.gyro_scale = x.gyro_scale;
+  e.accel_scale = x.accel_scale;
+  e.clock_bias_m = filter_.clock_bias_m();
+  e.clock_drift_mps = x.clock[1];
+  // The attitude's error turns with the axes: body error = R_body_unit · unit error.
+  Eigen::Matrix<double, kSize, kSize> turn = Eigen::Matrix<double, kSize, kSize>::Identity();
+  turn.block<3, 3>(kAttitude, kAttitude) = options_.q_body_imu.matrix();
+  e.covariance = turn * filter_.covariance().topLeftCorner<kSize, kSize>() * turn.transpose();
+  return e;
+}
+
+GnssInsPoint InsEngine::point() const {
+  using namespace ins_state;
+  const State& x = filter_.state();
+  const auto& p = filter_.covariance();
+  GnssInsPoint point;
+  point.nav = {last_.time, filter_.position(), x.velocity_mps,
+               x.q_nu * options_.q_body_imu.inverse()};
+  Eigen::Matrix<double, kSize, 1> variance = p.diagonal().head<kSize>();
+  const Eigen::Matrix3d r = options_.q_body_imu.matrix();
+  variance.segment<3>(kAttitude) =
+      (r * p.block<3, 3>(kAttitude, kAttitude) * r.transpose()).diagonal();
+  point.sigma = variance.cwiseMax(0.0).cwiseSqrt().cast<float>();
+  point.imu_errors << x.gyro_bias_radps.cast<float>(), x.accel_bias_mps2.cast<float>(),
+      x.gyro_scale.cast<float>(), x.accel_scale.cast<float>();
+  point.clock_bias_m = filter_.clock_bias_m();
+  point.clock_drift_mps = x.clock[1];
+  return point;
+}
+
+}  // namespace wayfare::nav

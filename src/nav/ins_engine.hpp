@@ -1,0 +1,88 @@
+#pragma once
+
+// The filter and all that it remembers between measurements, as one value that can be copied: a
+// late measurement goes back to a copy and lives the time since again.
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <wayfare/estimate/ins_filter.hpp>
+#include <wayfare/system/gnss_ins.hpp>
+
+#include "standstill.hpp"
+
+namespace wayfare::nav {
+
+/// What the engine tells about: nothing while it lives time again.
+struct Diary {
+  std::vector<InnovationRecord> innovations;
+  std::vector<GnssInsNotice> notices;
+  bool open = true;
+
+  void note(LogTime time, std::string text) {
+    if (open) notices.push_back({time, std::move(text)});
+  }
+};
+
+/// Where ranges stand against their prediction before any of them is used.
+struct Residuals {
+  std::vector<double> innovation, sigma;
+};
+
+class InsEngine {
+ public:
+  static constexpr int kOffsets = kGnssSystems - 1;
+  using Filter = InsFilter<double, kOffsets>;
+  using State = Filter::State;
+
+  InsEngine(const GnssInsOptions& options, const GnssInsStart& start, const ImuSample& first);
+
+  [[nodiscard]] LogTime time() const { return last_.time; }
+  [[nodiscard]] const ImuSample& last_sample() const { return last_; }
+  /// To `sample`'s time; `in_gap`: readings between are missing.
+  void advance(const ImuSample& sample, bool in_gap, Diary& diary);
+  void apply(const RangeEpoch& epoch, Diary& diary);
+  void apply(const GnssFix& fix, Diary& diary);
+
+  [[nodiscard]] GnssInsEstimate estimate() const;
+  [[nodiscard]] GnssInsPoint point() const;
+  /// Measurements have disagreed for so long that starting anew is better.
+  [[nodiscard]] bool lost() const { return lost_; }
+
+ private:
+  /// Doubt: how long measurements of one kind have been refused.
+  struct Doubt {
+    std::optional<LogTime> since;
+  };
+
+  void predict(const ImuInterval& imu, bool in_gap);
+  void constrain(Diary& diary);
+  void hold_still(Diary& diary);
+  void hold_wheels(Diary& diary);
+  void record(Diary& diary, InnovationRecord::Kind kind, SatelliteId id,
+              const ScalarUpdate<double>& u) const;
+  void set_clock(const RangeEpoch& epoch, Diary& diary);
+  void meet_new_systems(const RangeEpoch& epoch);
+  void mend_clock_jump(const RangeEpoch& epoch, Diary& diary);
+  [[nodiscard]] Residuals range_residuals(const RangeEpoch& epoch) const;
+  [[nodiscard]] Residuals rate_residuals(const RangeEpoch& epoch) const;
+  void reopen(Doubt& doubt, int accepted, int total, Diary& diary);
+  [[nodiscard]] int offset_of(GnssSystem system) const;
+  [[nodiscard]] double range_sigma_m(const CorrectedRange& s) const;
+  [[nodiscard]] double rate_sigma_mps(const CorrectedRange& s) const;
+
+  GnssInsOptions options_;
+  Filter filter_;
+  ImuSample last_;
+  RecentReadings recent_;
+  std::optional<LogTime> still_since_, last_hold_, last_full_epoch_;
+  double epoch_interval_s_ = 1.0;
+  bool clock_known_ = false, lost_ = false;
+  GnssSystem reference_ = GnssSystem::gps;
+  std::array<bool, kGnssSystems> system_known_{};
+  Doubt range_doubt_, rate_doubt_;
+};
+
+}  // namespace wayfare::nav

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+
+#include <wayfare/system/gnss_ins.hpp>
+
+#include "standstill.hpp"
+
+namespace wayfare::nav {
+
+/// Where an antenna is and how it moves, by least squares on one epoch alone.
+struct RangeSolution {
+  Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
+  bool has_velocity = false;
+  double position_sigma_m = 0.0;  ///< the worst axis
+};
+
+/// Nothing where too few ranges are there or they do not agree.
+[[nodiscard]] std::optional<RangeSolution> solve_ranges(const RangeEpoch& epoch);
+
+/// Waits for all that a start needs: a position, a velocity that tells the heading, readings that
+/// tell the level.
+class Starter {
+ public:
+  explicit Starter(const GnssInsOptions& options) : options_(options) {}
+
+  void add(const ImuSample& sample);
+  [[nodiscard]] std::optional<GnssInsStart> add(const RangeEpoch& epoch);
+  [[nodiscard]] std::optional<GnssInsStart> add(const GnssFix& fix);
+
+ private:
+  struct Seen {
+    LogTime time;
+    Eigen::Vector3d velocity_ned_mps;
+  };
+  [[nodiscard]] std::optional<GnssInsStart> consider(LogTime time, const Geodetic& antenna,
+                                                     const Eigen::Vector3d& velocity_ned_mps,
+                                                     double position_sigma_m);
+
+  GnssInsOptions options_;
+  RecentReadings recent_;
+  std::optional<ImuSample> last_;
+  std::optional<Seen> before_;
+};
+
+}  // namespace wayfare::nav
