@@ -1,0 +1,63 @@
+#pragma once
+
+// Private: a CARMEN log's lines by what they are, each as it stands.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/io/carmen.hpp>
+
+#include "carmen_faults.hpp"
+#include "carmen_lines.hpp"
+
+namespace wayfare::io::carmen {
+
+/// Kinds of scans, the preferred first: a log that has two gives the same scans twice.
+enum Kind : std::size_t { kRobotLaser, kFrontLaser, kRawLaser, kPair, kKinds };
+
+using ScansByKind = std::array<std::vector<ScanLine>, kKinds>;
+
+/// In the order of the file.
+struct LogLines {
+  ScansByKind front, rear;
+  std::vector<OdometryLine> odometry;
+  std::vector<OdometryLine> pair_odometry;  ///< of the `Odometry`/`Laser` pairs
+};
+
+/// Takes lines in. Parameters and counts go to the log at once.
+class Intake {
+ public:
+  Intake(const CarmenOptions& options, Faults& faults, CarmenLog& log)
+      : options_(options), faults_(faults), log_(log) {}
+
+  /// `number` from 1; `terminated`: it ended in '\n'.
+  void take(std::string_view line, std::size_t number, bool terminated);
+
+  [[nodiscard]] LogLines& lines() { return lines_; }
+
+ private:
+  void take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to);
+  void take_odometry(Result<OdometryLine> odometry);
+  void take_bare_laser(text::Tokens tokens);
+  void take_bare_odometry(text::Tokens tokens);
+  void take_parameter(text::Tokens& tokens);
+  void take_other(std::string_view tag);
+  void skip(Error fault);
+  void note_invalid_ranges(std::size_t beams);
+
+  CarmenOptions options_;
+  Faults& faults_;
+  CarmenLog& log_;
+  LineParser parser_;
+  LogLines lines_;
+  std::optional<OdometryLine> bare_pose_;  // of the pair begun
+  int pairs_ = 0;
+  std::size_t lines_with_invalid_ranges_ = 0;
+  std::size_t line_ = 0;
+  bool terminated_ = true;
+};
+
+}  // namespace wayfare::io::carmen
