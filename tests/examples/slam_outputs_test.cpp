@@ -11,8 +11,8 @@
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
-#include <wayfare/sim/plan_text.hpp>
-#include <wayfare/sim/simulate_recording.hpp>
+
+#include "sim/support.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -24,19 +24,9 @@ namespace fs = std::filesystem;
 class FinishedRun : public ::testing::Test {
  protected:
   FinishedRun() {
-    const auto planned = sim::read_plan(
-        "metres_per_character 0.5\nroute a b c\npicture\n"
-        "####################\n"
-        "#        #         #\n"
-        "# a                #\n"
-        "#           b      #\n"
-        "#        #         #\n"
-        "#        #  c      #\n"
-        "#                  #\n"
-        "####################\n");
     sim::RobotParams robot;
     robot.wheels.right_scale = 1.01;
-    simulated_ = sim::simulate_recording(planned->plan, planned->route_m, robot, Rng(2)).value();
+    simulated_ = simulate(kOffice, robot, 2);
     const SE2d T_map_plan = simulated_.truth.front().T_map_base.raw().inverse();
     ScanRaster raster;
     for (const LaserScan& scan : simulated_.recording.scans) {

@@ -264,6 +264,12 @@ TEST(Carmen, NothingUsefulIsAnError) {
               HasSubstr("test.log:1: no laser"));
 }
 
+TEST(Carmen, NothingUsefulAndNoProblemKeptIsTheSameError) {
+  const Result<CarmenLog> log = parse_carmen("FLASER 3 1 1\n", "test.log", {.max_problems = 0});
+  ASSERT_FALSE(log);
+  EXPECT_THAT(log.error().to_string(), HasSubstr("no laser scan that can be used"));
+}
+
 TEST(Carmen, ProblemsAreCappedButCounted) {
   std::string text = flaser(3, "1");
   for (int i = 0; i < 500; ++i) text += "FLASER x\n";

@@ -5,26 +5,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <wayfare/sim/plan_text.hpp>
+#include "sim/support.hpp"
 
 namespace wayfare::sim {
 namespace {
 
 using ::testing::HasSubstr;
 
-PlannedRoute office() {
-  return read_plan(
-             "metres_per_character 0.5\nroute a b c\npicture\n"
-             "####################\n"
-             "#        #         #\n"
-             "# a                #\n"
-             "#           b      #\n"
-             "#        #         #\n"
-             "#        #  c      #\n"
-             "#                  #\n"
-             "####################\n")
-      .value();
-}
+PlannedRoute office() { return planned(kOffice); }
 
 RobotParams robot() {
   RobotParams params;
