@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "pose_text.hpp"
 #include "text.hpp"
 
 namespace wayfare::io {
@@ -28,10 +29,7 @@ struct Dialect<SE2d> {
     return SE2d(v[0], v[1], Angle::radians(v[2]));
   }
   static void append(std::string& out, const SE2d& pose) {
-    for (const double v : {pose.x(), pose.y(), pose.heading().radians()}) {
-      out += ' ';
-      text::append_number(out, v);
-    }
+    append_numbers(out, {pose.x(), pose.y(), pose.heading().radians()});
   }
 };
 
@@ -41,19 +39,9 @@ struct Dialect<SE3d> {
   static constexpr std::string_view kEdge = "EDGE_SE3:QUAT";
   static constexpr std::size_t kNumbers = 7;
 
-  static std::optional<SE3d> pose(const double* v) {
-    const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
-    // Printed with few digits a unit quaternion is off by a little; by a lot it is something else.
-    if (!(std::abs(q.norm() - 1.0) < 0.01)) return std::nullopt;
-    return SE3d({v[0], v[1], v[2]}, SO3d(q));
-  }
+  static std::optional<SE3d> pose(const double* v) { return pose_of(v); }
   static void append(std::string& out, const SE3d& pose) {
-    const Eigen::Quaterniond& q = pose.rotation().quaternion();
-    const Eigen::Vector3d& t = pose.translation();
-    for (const double v : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
-      out += ' ';
-      text::append_number(out, v);
-    }
+    append_pose(out, pose.translation(), pose.rotation().quaternion());
   }
 };
 

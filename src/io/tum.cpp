@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "pose_lines.hpp"
+#include "pose_text.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -10,10 +11,7 @@ namespace {
 void append_line(std::string& out, LogTime time, const Eigen::Vector3d& t,
                  const Eigen::Quaterniond& q) {
   out += format_nanoseconds(time.nanoseconds());
-  for (const double v : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
-    out += ' ';
-    text::append_number(out, v);
-  }
+  append_pose(out, t, q);
   out += '\n';
 }
 
@@ -22,10 +20,9 @@ void append_line(std::string& out, LogTime time, const Eigen::Vector3d& t,
 Result<TumFile> parse_tum(std::string_view all, const std::string& source) {
   TumFile file;
   const auto take = [&](const auto& times, const auto& v) -> std::string {
-    const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
-    if (!(std::abs(q.norm() - 1.0) < 0.01)) return "the quaternion does not have unit length";
-    file.trajectory.push_back(
-        {times[0], Transform3<frame::Map, frame::Base>(SE3d({v[0], v[1], v[2]}, SO3d(q)))});
+    const std::optional<SE3d> pose = pose_of(v.data());
+    if (!pose) return "the quaternion does not have unit length";
+    file.trajectory.push_back({times[0], Transform3<frame::Map, frame::Base>(*pose)});
     return {};
   };
   if (for_each_pose_line<1, 7>(all, source, file.problems, take) == 0)

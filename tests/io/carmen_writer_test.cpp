@@ -57,15 +57,19 @@ void expect_same(const Recording& written, const Recording& read) {
   EXPECT_LT(read.T_base_laser.raw().minus(written.T_base_laser.raw()).norm(), 1e-12);
 }
 
+void expect_read_back(const std::string& text, const Recording& run) {
+  const auto log = parse_carmen(text, "log");
+  ASSERT_TRUE(log.has_value()) << log.error().to_string();
+  EXPECT_TRUE(log->problems.empty());
+  expect_same(run, log->recording);
+}
+
 TEST(CarmenWriter, FrontLaserReadsBackTheSame) {
   const Recording run = recording(180, 1.0, SE2d(0.21, 0.0, Angle{}));
   const std::string text = format_carmen(run);
   EXPECT_THAT(text, HasSubstr("\nFLASER 180 "));
   EXPECT_THAT(text, HasSubstr(" 976052857.137530001 "));
-  const auto log = parse_carmen(text, "log");
-  ASSERT_TRUE(log.has_value()) << log.error().to_string();
-  EXPECT_TRUE(log->problems.empty());
-  expect_same(run, log->recording);
+  expect_read_back(text, run);
 }
 
 TEST(CarmenWriter, OtherLasersReadBackTheSame) {
@@ -73,10 +77,7 @@ TEST(CarmenWriter, OtherLasersReadBackTheSame) {
   const std::string text = format_carmen(run);
   EXPECT_THAT(text, Not(HasSubstr("\nFLASER")));
   EXPECT_THAT(text, HasSubstr("\nROBOTLASER1 "));
-  const auto log = parse_carmen(text, "log");
-  ASSERT_TRUE(log.has_value()) << log.error().to_string();
-  EXPECT_TRUE(log->problems.empty());
-  expect_same(run, log->recording);
+  expect_read_back(text, run);
 }
 
 TEST(CarmenWriter, LaserPosesFollowTheOdometryBetweenItsSamples) {

@@ -1,0 +1,39 @@
+#pragma once
+
+// Private: a pose in space as text, `x y z qx qy qz qw`.
+
+#include <cmath>
+#include <initializer_list>
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <wayfare/core/se3.hpp>
+
+#include "text.hpp"
+
+namespace wayfare::io {
+
+/// Of seven numbers; nothing where the quaternion is not of unit length. Printed with few digits it
+/// is off by a little; by a lot it is something else.
+inline std::optional<SE3d> pose_of(const double* v) {
+  const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
+  if (!(std::abs(q.norm() - 1.0) < 0.01)) return std::nullopt;
+  return SE3d({v[0], v[1], v[2]}, SO3d(q));
+}
+
+/// Appends a blank and a number, for each.
+inline void append_numbers(std::string& out, std::initializer_list<double> numbers) {
+  for (const double v : numbers) {
+    out += ' ';
+    text::append_number(out, v);
+  }
+}
+
+inline void append_pose(std::string& out, const Eigen::Vector3d& t, const Eigen::Quaterniond& q) {
+  append_numbers(out, {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()});
+}
+
+}  // namespace wayfare::io
