@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/eval/trajectory_error.hpp>
+#include <wayfare/sync/odometry_track.hpp>
 
 #include "support.hpp"
 
@@ -63,6 +64,27 @@ TEST(GraphSlam, KeepsTheLengthOfAFeaturelessCorridor) {
   // An edge within the featureless part is surer across the corridor than along it.
   const auto& edge = slam->graph.edges[slam->graph.edges.size() / 2];
   EXPECT_GT(edge.information(1, 1), 2.0 * edge.information(0, 0));
+}
+
+// A blind scan is placed by odometry alone, here by no motion at all: exactly where the last one is
+// after the graph's last move.
+TEST(GraphSlam, GoesOnFromWhereFinishMovedTheGraphTo) {
+  const auto run = simulate(kRing, slipping_robot(), 1);
+  const OdometryTrack odometry(run.recording.odometry);
+  GraphSlamOptions options;
+  options.T_base_laser = run.recording.T_base_laser;
+  GraphSlam slam(options);
+  for (const LaserScan& scan : run.recording.scans)
+    ASSERT_TRUE(slam.add_scan(scan, odometry.at(scan.time)));
+  const SE2d before = slam.trajectory().back().T_map_base.raw();
+  ASSERT_TRUE(slam.finish());
+  const SE2d last = slam.trajectory().back().T_map_base.raw();
+  ASSERT_GT(last.minus(before).norm(), 1e-9);
+  LaserScan blind = run.recording.scans.back();
+  for (float& r : blind.ranges_m) r = 0.0F;
+  const auto outcome = slam.add_scan(blind, odometry.at(blind.time));
+  ASSERT_TRUE(outcome);
+  EXPECT_LT(outcome->T_map_base.raw().minus(last).norm(), 1e-12);
 }
 
 TEST(GraphSlam, GivesTheSameBytesForAnyNumberOfThreads) {

@@ -46,7 +46,14 @@ class GraphSlam::Engine {
     return outcome;
   }
 
-  Result<void> finish() { return nodes_.size() < 2 ? Result<void>() : optimise(50, 1e-6); }
+  Result<void> finish() {
+    if (nodes_.size() < 2) return {};
+    if (auto done = optimise(50, 1e-6); !done) return done;
+    pose_ = latest_node() * scans_.back().T_node_base;
+    motion_model_.correct(pose_);
+    tracker_.nodes_changed();
+    return {};
+  }
 
   Trajectory trajectory() const {
     Trajectory result;

@@ -30,6 +30,10 @@ class MotionModel {
 
   /// A scan was placed at `pose`.
   void tell(LogTime time, const SE2d& pose, const std::optional<SE2d>& odometry);
+  /// The scan last told of turned out to be at `pose`: that was no motion.
+  void correct(const SE2d& pose) {
+    if (last_) last_->pose = pose;
+  }
 
  private:
   struct Seen {
