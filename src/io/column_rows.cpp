@@ -299,12 +299,14 @@ std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow
                                  Problems& problems) const {
   std::vector<std::string_view> fields, texts(slots_.size());
   std::vector<double> numbers(slots_.size());
+  text::Lines lines(text_);
   const auto read_line = [&](std::string_view line) -> std::string {
     split_fields(line, fields);
     if (fields.size() != column_count_)
       return "expected " + std::to_string(column_count_) + " fields, found " +
              std::to_string(fields.size());
-    ColumnRow row{{}, numbers, texts};
+    const auto end = static_cast<std::size_t>(line.data() - text_.data()) + line.size();
+    ColumnRow row{{}, lines.number(), end + (lines.terminated() ? 1 : 0), numbers, texts};
     if (std::string wrong = read_time(fields, row.time); !wrong.empty()) return wrong;
     for (std::size_t i = 0; i < slots_.size(); ++i) {
       const Slot& slot = slots_[i];
@@ -319,7 +321,6 @@ std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow
     return take(row);
   };
   std::size_t taken = 0;
-  text::Lines lines(text_);
   for (std::string_view line; lines.next(line);) {
     if (lines.number() <= first_line_ || is_comment(line)) continue;
     std::string wrong = read_line(line);

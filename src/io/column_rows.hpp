@@ -39,6 +39,8 @@ struct Quantity {
 /// no such column, or an empty field or "nan" in it.
 struct ColumnRow {
   LogTime time;
+  std::size_t line = 0;      ///< its number
+  std::size_t end_byte = 0;  ///< of the text up to and with it
   std::span<const double> numbers;
   std::span<const std::string_view> texts;
 };

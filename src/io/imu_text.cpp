@@ -36,6 +36,7 @@ Result<ImuFile> parse_imu(std::string_view all, const std::string& source,
     if (!sample.angular_rate_radps.allFinite() || !sample.specific_force_mps2.allFinite())
       return "a reading is not finite";
     file.samples.push_back(sample);
+    file.ends.push_back({row.line, row.end_byte});
     return {};
   };
   if (rows->for_each(take, file.problems) == 0)

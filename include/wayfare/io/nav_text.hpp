@@ -4,7 +4,7 @@
 // corrected ranges, fixes, and reference trajectories. Lines that do not make sense are skipped and
 // reported with their number; nothing else is lost. Plain or gzip.
 
-#include <limits>
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,10 +19,17 @@
 
 namespace wayfare::io {
 
+/// Where a line ends in its file.
+struct LineEnd {
+  std::size_t line = 0;  ///< its number, from 1
+  std::size_t byte = 0;  ///< of the file up to and with it
+};
+
 /// Columns gx gy gz and ax ay az; a file with three of them alone is one part of a unit whose
 /// sensors log apart.
 struct ImuFile {
   std::vector<ImuSample> samples;  ///< in the order of the file
+  std::vector<LineEnd> ends;       ///< of the samples' lines
   bool has_gyro = false;
   bool has_accelerometer = false;
   Problems problems;
