@@ -79,8 +79,9 @@ template <class T>
           (n * (1.0 - wgs84::kEccentricitySquared) + p.height_m) * sp};
 }
 
-/// Good to a nanometre from 10 km below the ellipsoid to beyond the satellites' orbits: Bowring's
-/// parametric latitude, repeated (Bowring 1976). The centre of the Earth comes out as a pole.
+/// Good to a few units of rounding (1e-8 m near the ground) from 10 km below the ellipsoid to
+/// beyond the satellites' orbits: Bowring's parametric latitude, repeated (Bowring 1976). The
+/// centre of the Earth comes out as a pole.
 [[nodiscard]] inline Geodetic geodetic_from_ecef(const Eigen::Vector3d& ecef_m) {
   constexpr double a = wgs84::kSemiMajorAxis_m, b = wgs84::kSemiMinorAxis_m;
   constexpr double e2 = wgs84::kEccentricitySquared, ep2 = e2 / (1.0 - e2);

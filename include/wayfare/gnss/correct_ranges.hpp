@@ -1,0 +1,80 @@
+#pragma once
+
+// From what a receiver measured to ranges that depend on the receiver alone.
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/gnss/ephemerides.hpp>
+#include <wayfare/measure/gnss.hpp>
+
+namespace wayfare {
+
+/// Standard deviation of a corrected range and rate. Thermal noise and multipath grow as the signal
+/// weakens, what is left of the atmosphere grows towards the horizon:
+///   σ² = floor² + (elevation / sin el)² + (signal · 10^(−(C/N0 − 45 dB-Hz) / 20))².
+/// Without C/N0 the last term is that of 45 dB-Hz.
+struct RangeSigmaModel {
+  double floor_m = 0.5;      ///< orbit, clock and receiver
+  double elevation_m = 0.5;  ///< atmosphere, at the zenith
+  double signal_m = 0.6;     ///< code noise at 45 dB-Hz; C/A code of a small receiver
+  double rate_floor_mps = 0.03;
+  double rate_elevation_mps = 0.02;
+  double rate_signal_mps = 0.05;  ///< at 45 dB-Hz
+  double scale = 1.0;             ///< multiplies both
+  [[nodiscard]] double range_m(double elevation_rad, double cn0_dbhz) const;
+  [[nodiscard]] double rate_mps(double elevation_rad, double cn0_dbhz) const;
+};
+
+struct RangeCorrectionOptions {
+  /// Which systems to use: GPS, GLONASS, Galileo, BeiDou.
+  std::array<bool, kGnssSystems> systems = {true, true, true, true};
+  std::vector<SatelliteId> excluded;
+  /// Satellites lower than this are left out; multipath and the atmosphere spoil them.
+  Angle elevation_mask = Angle::degrees(10.0);
+  /// Signals weaker than this are left out, dB-Hz; ranges without C/N0 are kept.
+  double min_cn0_dbhz = 0.0;
+  /// Klobuchar's model, where the messages carry its coefficients.
+  bool ionosphere = true;
+  /// Saastamoinen's model.
+  bool troposphere = true;
+  double relative_humidity = 0.7;
+  RangeSigmaModel sigma;
+  EphemerisLimits limits;
+};
+
+/// Why a satellite of an epoch is not among the ranges.
+enum class RangeRefusal : std::uint8_t {
+  not_measured,       ///< neither a range nor a rate
+  absurd,             ///< a range no satellite can have
+  not_wanted,         ///< its system or itself is switched off
+  duplicate,          ///< the satellite came earlier in the epoch
+  no_ephemeris,       ///< no message of it at all
+  ephemeris_too_far,  ///< the nearest message is beyond the age limit
+  unhealthy,
+  unknown_signal,  ///< no group delay is known for its carrier
+  low,             ///< below the elevation mask
+  weak,            ///< below the least C/N0
+};
+[[nodiscard]] const char* to_text(RangeRefusal why);
+
+struct RefusedRange {
+  SatelliteId satellite;
+  RangeRefusal why = RangeRefusal::not_measured;
+};
+
+/// Corrects one epoch. `near_ecef_m` is about where the receiver is: it decides the elevation, the
+/// atmosphere and the last centimetres of Sagnac's effect (6 mm for each km it is off). Where it is
+/// nearer than 1000 km to the Earth's centre it counts as unknown: then there is no atmosphere and
+/// no elevation mask. A satellite with a rate but no range is kept with a NaN range, and the other
+/// way round. The clock of the result is GPS time (`log_time`). `refused` takes the others.
+[[nodiscard]] RangeEpoch correct_ranges(const ObservationEpoch& epoch,
+                                        const Ephemerides& ephemerides,
+                                        const Eigen::Vector3d& near_ecef_m,
+                                        const RangeCorrectionOptions& options = {},
+                                        std::vector<RefusedRange>* refused = nullptr);
+
+}  // namespace wayfare

@@ -1,0 +1,198 @@
+#include <wayfare/gnss/correct_ranges.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <variant>
+
+#include <wayfare/gnss/gps_time.hpp>
+#include <wayfare/gnss/signal.hpp>
+
+namespace wayfare {
+namespace {
+
+double combined(double floor, double elevation, double signal, double elevation_rad,
+                double cn0_dbhz) {
+  const double cn0 = std::isfinite(cn0_dbhz) ? std::clamp(cn0_dbhz, 10.0, 65.0) : 45.0;
+  const double low = elevation / std::max(std::sin(elevation_rad), 0.05);
+  const double weak = signal * std::pow(10.0, -(cn0 - 45.0) / 20.0);
+  return std::sqrt(floor * floor + low * low + weak * weak);
+}
+
+/// What is the same for all satellites of an epoch.
+class Corrector {
+ public:
+  Corrector(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
+            const Eigen::Vector3d& near_ecef_m, const RangeCorrectionOptions& options)
+      : time_(epoch.time), ephemerides_(ephemerides), near_ecef_m_(near_ecef_m), options_(options) {
+    known_ = near_ecef_m.allFinite() && near_ecef_m.norm() > 1e6;
+    if (known_) near_ = geodetic_from_ecef(near_ecef_m);
+  }
+
+  /// The corrected range, or why not.
+  std::variant<CorrectedRange, RangeRefusal> correct(const SatelliteObservation& o) const;
+
+ private:
+  std::optional<RangeRefusal> unusable(const SatelliteObservation& o) const;
+  void place(const SatelliteState& at_transmission, CorrectedRange& range) const;
+  double air_m(const LineOfSight& sight, double carrier_hz) const;
+
+  Time<GpsClock> time_;
+  const Ephemerides& ephemerides_;
+  Eigen::Vector3d near_ecef_m_;
+  const RangeCorrectionOptions& options_;
+  bool known_ = false;
+  Geodetic near_;
+};
+
+std::optional<RangeRefusal> Corrector::unusable(const SatelliteObservation& o) const {
+  if (!options_.systems[static_cast<std::size_t>(index_of(o.satellite.system))])
+    return RangeRefusal::not_wanted;
+  const auto& no = options_.excluded;
+  if (std::find(no.begin(), no.end(), o.satellite) != no.end()) return RangeRefusal::not_wanted;
+  if (!std::isfinite(o.pseudorange_m) && !std::isfinite(o.doppler_hz))
+    return RangeRefusal::not_measured;
+  // From 20 000 km overhead to 42 000 km at the horizon, with a clock off by up to 100 ms.
+  if (std::isfinite(o.pseudorange_m) && !(o.pseudorange_m > -1e7 && o.pseudorange_m < 7.5e7))
+    return RangeRefusal::absurd;
+  if (std::isfinite(o.cn0_dbhz) && o.cn0_dbhz < options_.min_cn0_dbhz) return RangeRefusal::weak;
+  return std::nullopt;
+}
+
+/// The carrier on which `o` was measured; GLONASS channels are the message's own.
+double carrier_of(const SatelliteObservation& o, const Ephemeris& ephemeris) {
+  const auto* glonass = std::get_if<GlonassEphemeris>(&ephemeris);
+  const bool second = o.carrier_hz < 1.4e9;
+  if (glonass != nullptr)
+    return *carrier_hz(GnssSystem::glonass, second ? '2' : '1', glonass->channel);
+  if (std::isfinite(o.carrier_hz) && o.carrier_hz > 0.0) return o.carrier_hz;
+  return o.satellite.system == GnssSystem::beidou ? carrier::kB1I : carrier::kL1;
+}
+
+/// Turns the satellite into the axes of reception. Its velocity is the derivative of the turned
+/// position by the time of reception, as a rate of range needs it.
+void Corrector::place(const SatelliteState& s, CorrectedRange& range) const {
+  constexpr double w = wgs84::kEarthRate_radps, c = kSpeedOfLight_mps;
+  double travel_s = known_ ? (s.position_ecef_m - near_ecef_m_).norm() / c : 0.075;
+  for (int i = 0; i < (known_ ? 2 : 1); ++i) {
+    const double co = std::cos(w * travel_s), si = std::sin(w * travel_s);
+    const Eigen::Matrix3d turn = (Eigen::Matrix3d() << co, si, 0, -si, co, 0, 0, 0, 1).finished();
+    range.position_ecef_m = turn * s.position_ecef_m;
+    range.velocity_ecef_mps = turn * s.velocity_ecef_mps;
+    if (known_) travel_s = (range.position_ecef_m - near_ecef_m_).norm() / c;
+  }
+  if (!known_) return;
+  const Eigen::Vector3d u = (range.position_ecef_m - near_ecef_m_).normalized();
+  const double travel_rate = u.dot(range.velocity_ecef_mps) / c;
+  const Eigen::Vector3d& p = range.position_ecef_m;
+  range.velocity_ecef_mps = (1.0 - travel_rate) * range.velocity_ecef_mps +
+                            travel_rate * w * Eigen::Vector3d(p.y(), -p.x(), 0.0);
+}
+
+double Corrector::air_m(const LineOfSight& sight, double carrier_hz) const {
+  double delay = 0.0;
+  const auto& klobuchar =
+      ephemerides_.gps_ionosphere ? ephemerides_.gps_ionosphere : ephemerides_.beidou_ionosphere;
+  if (options_.ionosphere && klobuchar)
+    delay += ionosphere_delay_m(*klobuchar, time_, near_, sight, carrier_hz);
+  if (options_.troposphere) delay += troposphere_delay_m(near_, sight, options_.relative_humidity);
+  return delay;
+}
+
+std::variant<CorrectedRange, RangeRefusal> Corrector::correct(const SatelliteObservation& o) const {
+  if (const auto why = unusable(o)) return *why;
+  // Without a range a rate still needs the satellite; 1 m/s is lost for each second it is late.
+  const double measured_m = std::isfinite(o.pseudorange_m) ? o.pseudorange_m : 2.3e7;
+  const Time<GpsClock> roughly = time_ - from_seconds(measured_m / kSpeedOfLight_mps);
+  const Ephemeris* ephemeris = ephemerides_.nearest(o.satellite, roughly);
+  if (ephemeris == nullptr) return RangeRefusal::no_ephemeris;
+  const Duration limit =
+      options_.limits.age[static_cast<std::size_t>(index_of(o.satellite.system))];
+  const Duration age = roughly - reference_time(*ephemeris);
+  if (age > limit || age < -limit) return RangeRefusal::ephemeris_too_far;
+  const double carrier = carrier_of(o, *ephemeris);
+  if (!is_healthy(*ephemeris, carrier)) return RangeRefusal::unhealthy;
+  const std::optional<double> delay_s = group_delay_s(*ephemeris, carrier);
+  if (!delay_s) return RangeRefusal::unknown_signal;
+
+  const double clock_s = satellite_state(*ephemeris, roughly).clock_s;
+  const SatelliteState state = satellite_state(*ephemeris, roughly - from_seconds(clock_s));
+  CorrectedRange range;
+  range.satellite = o.satellite;
+  range.cn0_dbhz = o.cn0_dbhz;
+  place(state, range);
+  LineOfSight sight{0.0, 0.5};
+  double air = 0.0;
+  if (known_) {
+    sight = line_of_sight(near_, range.position_ecef_m);
+    if (sight.elevation_rad < options_.elevation_mask.radians()) return RangeRefusal::low;
+    air = air_m(sight, carrier);
+  }
+  range.range_m =
+      o.pseudorange_m + kSpeedOfLight_mps * (state.clock_s - *delay_s) - air;  // NaN stays NaN
+  range.range_rate_mps =
+      -o.doppler_hz * kSpeedOfLight_mps / carrier + kSpeedOfLight_mps * state.clock_drift;
+  range.range_sigma_m = options_.sigma.range_m(sight.elevation_rad, o.cn0_dbhz);
+  range.range_rate_sigma_mps = options_.sigma.rate_mps(sight.elevation_rad, o.cn0_dbhz);
+  return range;
+}
+
+}  // namespace
+
+double RangeSigmaModel::range_m(double elevation_rad, double cn0_dbhz) const {
+  return scale * combined(floor_m, elevation_m, signal_m, elevation_rad, cn0_dbhz);
+}
+
+double RangeSigmaModel::rate_mps(double elevation_rad, double cn0_dbhz) const {
+  return scale *
+         combined(rate_floor_mps, rate_elevation_mps, rate_signal_mps, elevation_rad, cn0_dbhz);
+}
+
+const char* to_text(RangeRefusal why) {
+  switch (why) {
+    case RangeRefusal::not_measured:
+      return "neither range nor rate";
+    case RangeRefusal::absurd:
+      return "absurd range";
+    case RangeRefusal::not_wanted:
+      return "not wanted";
+    case RangeRefusal::duplicate:
+      return "twice in the epoch";
+    case RangeRefusal::no_ephemeris:
+      return "no ephemeris";
+    case RangeRefusal::ephemeris_too_far:
+      return "no ephemeris near enough in time";
+    case RangeRefusal::unhealthy:
+      return "unhealthy";
+    case RangeRefusal::unknown_signal:
+      return "no group delay known for the signal";
+    case RangeRefusal::low:
+      return "below the elevation mask";
+    case RangeRefusal::weak:
+      return "weak signal";
+  }
+  return "";
+}
+
+RangeEpoch correct_ranges(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
+                          const Eigen::Vector3d& near_ecef_m, const RangeCorrectionOptions& options,
+                          std::vector<RefusedRange>* refused) {
+  const Corrector corrector(epoch, ephemerides, near_ecef_m, options);
+  RangeEpoch result{log_time(epoch.time), {}};
+  std::vector<SatelliteId> seen;
+  for (const SatelliteObservation& o : epoch.satellites) {
+    const bool again = std::find(seen.begin(), seen.end(), o.satellite) != seen.end();
+    seen.push_back(o.satellite);
+    const auto corrected = again
+                               ? std::variant<CorrectedRange, RangeRefusal>(RangeRefusal::duplicate)
+                               : corrector.correct(o);
+    if (const auto* range = std::get_if<CorrectedRange>(&corrected)) {
+      result.satellites.push_back(*range);
+    } else if (refused != nullptr) {
+      refused->push_back({o.satellite, std::get<RangeRefusal>(corrected)});
+    }
+  }
+  return result;
+}
+
+}  // namespace wayfare

@@ -1,0 +1,41 @@
+#pragma once
+
+// The few functions of RTKLIB's library that serve as an oracle. Debian ships the library without
+// its header, so they are declared here as of version 2.4.3 b34; the test `Rtklib.SpeaksAsDeclared`
+// guards the declarations.
+
+#include <ctime>
+
+extern "C" {
+
+struct gtime_t {
+  time_t time;
+  double sec;
+};
+
+struct eph_t {
+  int sat, iode, iodc, sva, svh, week, code, flag;
+  gtime_t toe, toc, ttr;
+  double A, e, i0, OMG0, omg, M0, deln, OMGd, idot, crc, crs, cuc, cus, cic, cis;
+  double toes, fit, f0, f1, f2;
+  double reserve[64];  // group delays and more, not used by the functions below
+};
+
+struct geph_t {
+  int sat, iode, frq, svh, sva, age;
+  gtime_t toe, tof;
+  double pos[3], vel[3], acc[3];
+  double taun, gamn, dtaun;
+  double reserve[16];
+};
+
+int satno(int sys, int prn);
+gtime_t gpst2time(int week, double sec);
+void eph2pos(gtime_t time, const eph_t* eph, double* rs, double* dts, double* var);
+void geph2pos(gtime_t time, const geph_t* geph, double* rs, double* dts, double* var);
+double ionmodel(gtime_t t, const double* ion, const double* pos, const double* azel);
+double tropmodel(gtime_t time, const double* pos, const double* azel, double humi);
+double geodist(const double* rs, const double* rr, double* e);
+double satazel(const double* pos, const double* e, double* azel);
+void ecef2pos(const double* r, double* pos);
+}
