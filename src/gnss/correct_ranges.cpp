@@ -11,12 +11,13 @@
 namespace wayfare {
 namespace {
 
-double combined(double floor, double elevation, double signal, double elevation_rad,
-                double cn0_dbhz) {
+/// The signal's and the elevation's part of a variance.
+double growing(double elevation, double signal, double decade, double elevation_rad,
+               double cn0_dbhz) {
   const double cn0 = std::isfinite(cn0_dbhz) ? std::clamp(cn0_dbhz, 10.0, 65.0) : 45.0;
   const double low = elevation / std::max(std::sin(elevation_rad), 0.05);
-  const double weak = signal * std::pow(10.0, -(cn0 - 45.0) / 20.0);
-  return std::sqrt(floor * floor + low * low + weak * weak);
+  const double weak = signal * std::pow(10.0, (45.0 - cn0) / decade);
+  return low * low + weak * weak;
 }
 
 /// What is the same for all satellites of an epoch.
@@ -35,7 +36,11 @@ class Corrector {
  private:
   std::optional<RangeRefusal> unusable(const SatelliteObservation& o) const;
   void place(const SatelliteState& at_transmission, CorrectedRange& range) const;
-  double air_m(const LineOfSight& sight, double carrier_hz) const;
+  struct Air {
+    double delay_m = 0.0;
+    double unknown_m = 0.0;  ///< standard deviation of what the ionosphere's model leaves
+  };
+  Air air(const LineOfSight& sight, double carrier_hz) const;
 
   Time<GpsClock> time_;
   const Ephemerides& ephemerides_;
@@ -89,14 +94,19 @@ void Corrector::place(const SatelliteState& s, CorrectedRange& range) const {
                             travel_rate * w * Eigen::Vector3d(p.y(), -p.x(), 0.0);
 }
 
-double Corrector::air_m(const LineOfSight& sight, double carrier_hz) const {
-  double delay = 0.0;
-  const auto& klobuchar =
+Corrector::Air Corrector::air(const LineOfSight& sight, double carrier_hz) const {
+  Air result;
+  const auto& broadcast =
       ephemerides_.gps_ionosphere ? ephemerides_.gps_ionosphere : ephemerides_.beidou_ionosphere;
-  if (options_.ionosphere && klobuchar)
-    delay += ionosphere_delay_m(*klobuchar, time_, near_, sight, carrier_hz);
-  if (options_.troposphere) delay += troposphere_delay_m(near_, sight, options_.relative_humidity);
-  return delay;
+  if (options_.ionosphere) {
+    result.delay_m = ionosphere_delay_m(broadcast ? *broadcast : nominal_ionosphere(), time_, near_,
+                                        sight, carrier_hz);
+    result.unknown_m = result.delay_m * (broadcast ? options_.sigma.ionosphere_fraction
+                                                   : options_.sigma.nominal_ionosphere_fraction);
+  }
+  if (options_.troposphere)
+    result.delay_m += troposphere_delay_m(near_, sight, options_.relative_humidity);
+  return result;
 }
 
 std::variant<CorrectedRange, RangeRefusal> Corrector::correct(const SatelliteObservation& o) const {
@@ -122,30 +132,38 @@ std::variant<CorrectedRange, RangeRefusal> Corrector::correct(const SatelliteObs
   range.cn0_dbhz = o.cn0_dbhz;
   place(state, range);
   LineOfSight sight{0.0, 0.5};
-  double air = 0.0;
+  Air air;
   if (known_) {
     sight = line_of_sight(near_, range.position_ecef_m);
     if (sight.elevation_rad < options_.elevation_mask.radians()) return RangeRefusal::low;
-    air = air_m(sight, carrier);
+    air = this->air(sight, carrier);
   }
-  range.range_m =
-      o.pseudorange_m + kSpeedOfLight_mps * (state.clock_s - *delay_s) - air;  // NaN stays NaN
+  range.range_m = o.pseudorange_m + kSpeedOfLight_mps * (state.clock_s - *delay_s) -
+                  air.delay_m;  // NaN stays NaN
   range.range_rate_mps =
       -o.doppler_hz * kSpeedOfLight_mps / carrier + kSpeedOfLight_mps * state.clock_drift;
-  range.range_sigma_m = options_.sigma.range_m(sight.elevation_rad, o.cn0_dbhz);
+  range.range_sigma_m = options_.sigma.range_m(sight.elevation_rad, o.cn0_dbhz, air.unknown_m);
   range.range_rate_sigma_mps = options_.sigma.rate_mps(sight.elevation_rad, o.cn0_dbhz);
   return range;
 }
 
 }  // namespace
 
-double RangeSigmaModel::range_m(double elevation_rad, double cn0_dbhz) const {
-  return scale * combined(floor_m, elevation_m, signal_m, elevation_rad, cn0_dbhz);
+double RangeSigmaModel::range_m(double elevation_rad, double cn0_dbhz,
+                                double unknown_ionosphere_m) const {
+  const double variance = growing(elevation_m, signal_m, decade_dbhz, elevation_rad, cn0_dbhz);
+  return scale *
+         std::sqrt(floor_m * floor_m + unknown_ionosphere_m * unknown_ionosphere_m + variance);
 }
 
 double RangeSigmaModel::rate_mps(double elevation_rad, double cn0_dbhz) const {
   return scale *
-         combined(rate_floor_mps, rate_elevation_mps, rate_signal_mps, elevation_rad, cn0_dbhz);
+         std::sqrt(rate_floor_mps * rate_floor_mps + growing(rate_elevation_mps, rate_signal_mps,
+                                                             decade_dbhz, elevation_rad, cn0_dbhz));
+}
+
+KlobucharModel nominal_ionosphere() {
+  return {{2e-8, 0.0, 0.0, 0.0}, {1.1e5, 0.0, 0.0, 0.0}, carrier::kL1};
 }
 
 const char* to_text(RangeRefusal why) {

@@ -13,21 +13,32 @@
 
 namespace wayfare {
 
-/// Standard deviation of a corrected range and rate. Thermal noise and multipath grow as the signal
-/// weakens, what is left of the atmosphere grows towards the horizon:
-///   σ² = floor² + (elevation / sin el)² + (signal · 10^(−(C/N0 − 45 dB-Hz) / 20))².
-/// Without C/N0 the last term is that of 45 dB-Hz.
+/// Standard deviation of a corrected range and rate. Noise and reflections grow as the signal
+/// weakens, what is left of the atmosphere grows towards the horizon and with what was removed:
+///   σ² = floor² + (elevation / sin el)² + (signal · 10^((45 dB-Hz − C/N0) / decade))²
+///      + (fraction · ionosphere)².
+/// Without C/N0 the signal term is that of 45 dB-Hz. Thermal noise alone would have a decade of
+/// 20 dB; that weak signals are often reflected ones makes it less on small receivers and phones.
 struct RangeSigmaModel {
   double floor_m = 0.5;      ///< orbit, clock and receiver
-  double elevation_m = 0.5;  ///< atmosphere, at the zenith
-  double signal_m = 0.6;     ///< code noise at 45 dB-Hz; C/A code of a small receiver
+  double elevation_m = 0.5;  ///< troposphere and reflections, at the zenith
+  double signal_m = 1.0;     ///< code noise at 45 dB-Hz
   double rate_floor_mps = 0.03;
   double rate_elevation_mps = 0.02;
-  double rate_signal_mps = 0.05;  ///< at 45 dB-Hz
-  double scale = 1.0;             ///< multiplies both
-  [[nodiscard]] double range_m(double elevation_rad, double cn0_dbhz) const;
+  double rate_signal_mps = 0.06;  ///< at 45 dB-Hz
+  double decade_dbhz = 16.0;      ///< so much less C/N0 is ten times the noise
+  /// Of the ionosphere's delay this part is still unknown: with a broadcast model, and with the
+  /// nominal one.
+  double ionosphere_fraction = 0.3, nominal_ionosphere_fraction = 0.5;
+  double scale = 1.0;  ///< multiplies both
+  [[nodiscard]] double range_m(double elevation_rad, double cn0_dbhz,
+                               double unknown_ionosphere_m = 0.0) const;
   [[nodiscard]] double rate_mps(double elevation_rad, double cn0_dbhz) const;
 };
+
+/// A quiet sun's model for messages without coefficients: 7.5 m at the zenith in the afternoon,
+/// 1.5 m at night.
+[[nodiscard]] KlobucharModel nominal_ionosphere();
 
 struct RangeCorrectionOptions {
   /// Which systems to use: GPS, GLONASS, Galileo, BeiDou.
@@ -37,7 +48,7 @@ struct RangeCorrectionOptions {
   Angle elevation_mask = Angle::degrees(10.0);
   /// Signals weaker than this are left out, dB-Hz; ranges without C/N0 are kept.
   double min_cn0_dbhz = 0.0;
-  /// Klobuchar's model, where the messages carry its coefficients.
+  /// Klobuchar's model with the coefficients of the messages, or nominal ones where they have none.
   bool ionosphere = true;
   /// Saastamoinen's model.
   bool troposphere = true;

@@ -1,0 +1,183 @@
+#include "robust_solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace wayfare::robust {
+namespace {
+
+/// The normal equations for given weights; unknowns no row speaks of any more (the clock of a
+/// system whose satellites are all left out) are held at zero.
+class Normal {
+ public:
+  explicit Normal(int unknowns)
+      : matrix_(Eigen::MatrixXd::Zero(unknowns, unknowns)),
+        side_(Eigen::VectorXd::Zero(unknowns)) {}
+
+  void add(const Eigen::VectorXd& row, double value, double weight) {
+    if (weight == 0.0) return;
+    matrix_.noalias() += weight * row * row.transpose();
+    side_ += weight * value * row;
+  }
+
+  [[nodiscard]] int untouched() const {
+    return static_cast<int>((matrix_.diagonal().array() == 0.0).count());
+  }
+
+  std::optional<Eigen::VectorXd> solve() {
+    hold_untouched();
+    const Eigen::VectorXd scale = matrix_.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix_ * scale.asDiagonal();
+    const Eigen::LDLT<Eigen::MatrixXd> factors(scaled);
+    if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-9))
+      return std::nullopt;
+    return scale.cwiseProduct(factors.solve(scale.cwiseProduct(side_)));
+  }
+
+  std::optional<Eigen::MatrixXd> inverse() {
+    hold_untouched();
+    const Eigen::LDLT<Eigen::MatrixXd> factors(matrix_);
+    if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0.0))
+      return std::nullopt;
+    return factors.solve(Eigen::MatrixXd::Identity(matrix_.rows(), matrix_.cols()));
+  }
+
+ private:
+  void hold_untouched() {
+    for (Eigen::Index i = 0; i < matrix_.rows(); ++i)
+      if (matrix_(i, i) == 0.0) matrix_(i, i) = 1.0;
+  }
+
+  Eigen::MatrixXd matrix_;
+  Eigen::VectorXd side_;
+};
+
+double weight_of(const System& s, const Eigen::VectorXd& weight, int i) {
+  const double given = i < s.measurements() ? weight[i] : 1.0;
+  return given / (s.sigma(i) * s.sigma(i));
+}
+
+Normal normal_of(const System& s, const Eigen::VectorXd& weight) {
+  Normal normal(s.unknowns());
+  for (int i = 0; i < s.rows(); ++i) normal.add(s.row(i), s.value(i), weight_of(s, weight, i));
+  return normal;
+}
+
+/// In σ.
+double normalised(const System& s, const Eigen::VectorXd& x, int i) {
+  return (s.value(i) - s.row(i).dot(x)) / s.sigma(i);
+}
+
+double robust_cost(const System& s, const Eigen::VectorXd& x, double scale) {
+  double cost = 0.0;
+  for (int i = 0; i < s.rows(); ++i) {
+    const double r = normalised(s, x, i);
+    cost += i < s.measurements() ? scale * scale * std::log1p(r * r / (scale * scale)) : r * r;
+  }
+  return cost;
+}
+
+/// The best start of those with up to two measurements left out, by robust cost.
+Eigen::VectorXd best_start(const System& s, const Eigen::VectorXd& all, double scale) {
+  const int n = s.measurements();
+  Eigen::VectorXd best = all, weight = Eigen::VectorXd::Ones(n);
+  double least = robust_cost(s, all, scale);
+  const auto attempt = [&] {
+    if (const auto x = normal_of(s, weight).solve()) {
+      const double cost = robust_cost(s, *x, scale);
+      if (cost < least) least = cost, best = *x;
+    }
+  };
+  const bool pairs = s.spare() >= 3;
+  for (int i = 0; i < n && s.spare() >= 2; ++i) {
+    weight[i] = 0.0;
+    attempt();
+    for (int j = i + 1; j < n && pairs; ++j) {
+      weight[j] = 0.0;
+      attempt();
+      weight[j] = 1.0;
+    }
+    weight[i] = 1.0;
+  }
+  return best;
+}
+
+/// Reweights until it stands still; the weights of the last round are left in `weight`.
+Eigen::VectorXd reweighted(const System& s, Eigen::VectorXd x, const Options& options,
+                           Eigen::VectorXd& weight) {
+  for (int round = 0; round < 50; ++round) {
+    for (int i = 0; i < s.measurements(); ++i) {
+      const double r = normalised(s, x, i) / options.scale;
+      weight[i] = 1.0 / (1.0 + r * r);
+    }
+    const auto next = normal_of(s, weight).solve();
+    if (!next) break;
+    const double moved = (*next - x).norm();
+    x = *next;
+    if (moved < 1e-6) break;
+  }
+  return x;
+}
+
+void leave_out_far(const System& s, const Eigen::VectorXd& x, double limit,
+                   Eigen::VectorXd& weight) {
+  for (int i = 0; i < s.measurements(); ++i)
+    if (std::abs(normalised(s, x, i)) > limit) weight[i] = 0.0;
+}
+
+/// Completes a solution from its unknowns and weights.
+std::optional<Solution> finished(const System& s, const Eigen::VectorXd& x,
+                                 const Eigen::VectorXd& weight) {
+  Solution solution{x, Eigen::VectorXd(s.measurements()), weight, {}, 0.0, 0};
+  Normal normal = normal_of(s, weight);
+  int used = s.rows() - s.measurements();
+  for (int i = 0; i < s.rows(); ++i) {
+    const double r = normalised(s, x, i);
+    if (i < s.measurements()) {
+      solution.residual[i] = r * s.sigma(i);
+      if (weight[i] > 0.0) ++used;
+    }
+    if (i >= s.measurements() || weight[i] > 0.0) solution.chi_square += r * r;
+  }
+  solution.spare = used - (s.unknowns() - normal.untouched());
+  const auto inverse = normal.inverse();
+  if (!inverse) return std::nullopt;
+  const double excess = solution.spare > 0 ? solution.chi_square / solution.spare : 1.0;
+  solution.covariance = std::max(excess, 1.0) * *inverse;
+  return solution;
+}
+
+}  // namespace
+
+Eigen::MatrixXd System::unweighted_covariance(const Eigen::VectorXd& weight) const {
+  Normal normal(unknowns_);
+  for (int i = 0; i < rows(); ++i)
+    if (i >= measurements_ || weight[i] > 0.0) normal.add(row(i), 0.0, 1.0);
+  const auto inverse = normal.inverse();
+  if (inverse) return *inverse;
+  return Eigen::MatrixXd::Constant(unknowns_, unknowns_, std::numeric_limits<double>::infinity());
+}
+
+std::optional<Solution> solve(const System& s, const Options& options) {
+  if (s.spare() < 0) return std::nullopt;
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(s.measurements());
+  const auto all = normal_of(s, weight).solve();
+  if (!all) return std::nullopt;
+  const std::optional<Solution> plain = finished(s, *all, weight);
+  if (!options.exclude || !plain || s.spare() < 1 || plain->chi_square <= options.threshold)
+    return plain;
+  const Eigen::VectorXd start = best_start(s, *all, options.scale);
+  const Eigen::VectorXd robust = reweighted(s, start, options, weight);
+  leave_out_far(s, robust, options.exclusion_sigma, weight);
+  // With the far ones gone for good the others are weighed once more.
+  const auto last = normal_of(s, weight).solve();
+  if (!last) return plain;
+  const std::optional<Solution> solution = finished(s, *last, weight);
+  return solution && solution->spare >= 0 ? solution : plain;
+}
+
+}  // namespace wayfare::robust

@@ -1,0 +1,72 @@
+#pragma once
+
+// Private: linear equations with faulty rows among them.
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace wayfare::robust {
+
+/// Rows a·x = y with standard deviations; priors are rows that are never at fault and come last.
+class System {
+ public:
+  explicit System(int unknowns) : unknowns_(unknowns) {}
+
+  void add(const Eigen::VectorXd& row, double value, double sigma) {
+    push(row, value, sigma);
+    ++measurements_;
+  }
+  /// After all measurements.
+  void add_prior(const Eigen::VectorXd& row, double value, double sigma) {
+    push(row, value, sigma);
+  }
+
+  [[nodiscard]] int unknowns() const { return unknowns_; }
+  [[nodiscard]] int measurements() const { return measurements_; }
+  [[nodiscard]] int rows() const { return static_cast<int>(rows_.size()); }
+  /// Rows more than unknowns.
+  [[nodiscard]] int spare() const { return rows() - unknowns_; }
+  [[nodiscard]] const Eigen::VectorXd& row(int i) const {
+    return rows_[static_cast<std::size_t>(i)];
+  }
+  [[nodiscard]] double value(int i) const { return values_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] double sigma(int i) const { return sigmas_[static_cast<std::size_t>(i)]; }
+
+  /// (AᵀA)⁻¹ over the measurements with a weight and all priors; infinite where it is singular.
+  [[nodiscard]] Eigen::MatrixXd unweighted_covariance(const Eigen::VectorXd& weight) const;
+
+ private:
+  void push(const Eigen::VectorXd& row, double value, double sigma) {
+    rows_.push_back(row);
+    values_.push_back(value);
+    sigmas_.push_back(sigma);
+  }
+
+  int unknowns_;
+  int measurements_ = 0;
+  std::vector<Eigen::VectorXd> rows_;
+  std::vector<double> values_, sigmas_;
+};
+
+struct Options {
+  bool exclude = true;
+  double threshold = 0.0;  ///< of Σ (r/σ)² for all rows
+  double scale = 2.0;
+  double exclusion_sigma = 5.0;
+};
+
+struct Solution {
+  Eigen::VectorXd step;
+  Eigen::VectorXd residual;    ///< of the measurements
+  Eigen::VectorXd weight;      ///< of the measurements, 1 down to 0 (left out)
+  Eigen::MatrixXd covariance;  ///< grown where the residuals are larger than their σ
+  double chi_square = 0.0;     ///< of the rows in use
+  int spare = 0;               ///< rows in use more than unknowns they fix
+};
+
+/// Nothing where the rows do not fix the unknowns.
+[[nodiscard]] std::optional<Solution> solve(const System& system, const Options& options);
+
+}  // namespace wayfare::robust

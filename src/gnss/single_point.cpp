@@ -1,0 +1,313 @@
+#include <wayfare/gnss/single_point.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include <Eigen/Cholesky>
+
+#include <wayfare/gnss/gps_time.hpp>
+#include <wayfare/gnss/signal.hpp>
+
+#include "robust_solve.hpp"
+
+namespace wayfare {
+namespace {
+
+using robust::Solution;
+using robust::System;
+
+/// The ranges that are there, in order, and which systems they are of.
+struct RangeSet {
+  std::vector<const CorrectedRange*> ranges;
+  std::array<int, kGnssSystems> column{};  ///< of each system's clock; −1: not seen
+  int systems = 0;
+};
+
+std::size_t index(GnssSystem system) { return static_cast<std::size_t>(index_of(system)); }
+
+RangeSet ranges_of(const RangeEpoch& epoch) {
+  RangeSet set;
+  set.column.fill(-1);
+  for (const CorrectedRange& r : epoch.satellites) {
+    const bool usable = std::isfinite(r.range_m) && r.range_sigma_m > 0.0 &&
+                        std::isfinite(r.range_sigma_m) && r.position_ecef_m.allFinite();
+    if (!usable) continue;
+    set.ranges.push_back(&r);
+    int& column = set.column[index(r.satellite.system)];
+    if (column < 0) column = 3 + set.systems++;
+  }
+  return set;
+}
+
+/// The range equations about `x` (position, clocks), with known offsets as equations of their own
+/// at the end.
+System linearise(const RangeSet& set, const Eigen::VectorXd& x, const SinglePointOptions& options) {
+  System s(static_cast<int>(x.size()));
+  for (const CorrectedRange* r : set.ranges) {
+    const Eigen::Vector3d to_satellite = r->position_ecef_m - x.head<3>();
+    const double distance = to_satellite.norm();
+    Eigen::VectorXd row = Eigen::VectorXd::Zero(x.size());
+    row.head<3>() = -to_satellite / distance;
+    const int clock = set.column[index(r->satellite.system)];
+    row[clock] = 1.0;
+    s.add(row, r->range_m - distance - x[clock], r->range_sigma_m);
+  }
+  const int gps = set.column[index(GnssSystem::gps)];
+  for (const GnssSystem system : kAllGnssSystems) {
+    const auto& known = options.offsets[index(system)];
+    const int clock = set.column[index(system)];
+    if (!known || clock < 0 || gps < 0 || clock == gps) continue;
+    Eigen::VectorXd row = Eigen::VectorXd::Zero(x.size());
+    row[clock] = 1.0, row[gps] = -1.0;
+    s.add_prior(row, known->offset_m - (x[clock] - x[gps]), std::max(known->sigma_m, 0.01));
+  }
+  return s;
+}
+
+std::string systems_text(const RangeSet& set) {
+  std::string text;
+  for (const GnssSystem system : kAllGnssSystems) {
+    const auto count = std::count_if(set.ranges.begin(), set.ranges.end(),
+                                     [&](const auto* r) { return r->satellite.system == system; });
+    if (count == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " of " + name_of(system);
+  }
+  return text.empty() ? "none" : text;
+}
+
+Error too_few(const RangeSet& set, const std::string& what) {
+  return Error{ErrorCode::degenerate, what + " (" + systems_text(set) + ")", "single point"};
+}
+
+/// Iterates on the equations until the position stands still; the last solution's weights stay.
+Result<Solution> iterate(const RangeSet& set, const SinglePointOptions& options,
+                         Eigen::VectorXd& x) {
+  robust::Options how;
+  how.exclude = options.exclude_faults;
+  how.scale = options.robust_scale;
+  how.exclusion_sigma = options.exclusion_sigma;
+  for (int round = 0; round < 25; ++round) {
+    const System equations = linearise(set, x, options);
+    how.threshold = chi_square_threshold(std::max(equations.spare(), 1), options.false_alarm);
+    // While the position is far off, all ranges are bent alike; faults show once it is near.
+    const std::optional<Solution> solution = robust::solve(equations, how);
+    if (!solution)
+      return too_few(set, "the satellites do not fix a position: their directions are too alike");
+    x += solution->step;
+    if (!x.allFinite() || x.head<3>().norm() > 1e9) break;
+    if (solution->step.head<3>().norm() < 1e-4) return *solution;
+  }
+  return Error{ErrorCode::numerical, "the iteration for the position does not end", "single point"};
+}
+
+void fill_geometry(const System& equations, const Solution& solution,
+                   const Eigen::Matrix3d& ecef_ned, SinglePoint& point) {
+  const Eigen::Matrix3d to_ned = ecef_ned.transpose();
+  point.position_covariance_ned_m2 =
+      to_ned * solution.covariance.topLeftCorner<3, 3>() * to_ned.transpose();
+  // Dilution counts the satellites used, all alike.
+  const Eigen::MatrixXd q = equations.unweighted_covariance(solution.weight);
+  const Eigen::Matrix3d q_ned = to_ned * q.topLeftCorner<3, 3>() * to_ned.transpose();
+  const double clocks = q.diagonal().tail(q.rows() - 3).sum();
+  point.dop.horizontal = std::sqrt(q_ned(0, 0) + q_ned(1, 1));
+  point.dop.vertical = std::sqrt(q_ned(2, 2));
+  point.dop.position = std::sqrt(q_ned.trace());
+  point.dop.time = std::sqrt(q(3, 3));
+  point.dop.geometry = std::sqrt(q_ned.trace() + clocks);
+}
+
+/// Velocity and clock drift from the range rates; nothing where they do not suffice.
+void solve_velocity(const RangeEpoch& epoch, const SinglePointOptions& options,
+                    const Eigen::Matrix3d& ecef_ned, SinglePoint& point) {
+  System equations(4);
+  std::vector<std::size_t> which;
+  for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
+    const CorrectedRange& r = epoch.satellites[i];
+    const bool usable = std::isfinite(r.range_rate_mps) && r.range_rate_sigma_mps > 0.0 &&
+                        std::isfinite(r.range_rate_sigma_mps) && r.velocity_ecef_mps.allFinite();
+    if (!usable) continue;
+    const Eigen::Vector3d u = (r.position_ecef_m - point.position_ecef_m).normalized();
+    Eigen::VectorXd row(4);
+    row << -u, 1.0;
+    equations.add(row, r.range_rate_mps - u.dot(r.velocity_ecef_mps), r.range_rate_sigma_mps);
+    which.push_back(i);
+  }
+  if (equations.spare() < 0) return;
+  robust::Options how;
+  how.exclude = options.exclude_faults;
+  how.scale = options.robust_scale;
+  how.exclusion_sigma = options.exclusion_sigma;
+  how.threshold = chi_square_threshold(std::max(equations.spare(), 1), options.false_alarm);
+  const std::optional<Solution> solution = robust::solve(equations, how);
+  if (!solution || solution->step.head<3>().norm() > 1e4) return;
+  point.velocity_ned_mps = ecef_ned.transpose() * solution->step.head<3>();
+  point.velocity_covariance_ned =
+      ecef_ned.transpose() * solution->covariance.topLeftCorner<3, 3>() * ecef_ned;
+  point.clock_drift_mps = solution->step[3];
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    SatelliteResidual& r = point.residuals[which[k]];
+    r.rate_mps = solution->residual[static_cast<Eigen::Index>(k)];
+    r.rate_used = solution->weight[static_cast<Eigen::Index>(k)] > 0.0;
+  }
+}
+
+void fill_residuals(const RangeEpoch& epoch, const RangeSet& set, const Solution& solution,
+                    SinglePoint& point) {
+  std::size_t next = 0;
+  for (const CorrectedRange& r : epoch.satellites) {
+    SatelliteResidual residual;
+    residual.satellite = r.satellite;
+    residual.sight = line_of_sight(point.position, r.position_ecef_m);
+    residual.range_sigma_m = r.range_sigma_m;
+    residual.rate_sigma_mps = r.range_rate_sigma_mps;
+    residual.cn0_dbhz = r.cn0_dbhz;
+    if (next < set.ranges.size() && set.ranges[next] == &r) {
+      const auto k = static_cast<Eigen::Index>(next++);
+      residual.range_m = solution.residual[k];
+      residual.range_used = solution.weight[k] > 0.0;
+      point.used += residual.range_used ? 1 : 0;
+    }
+    point.residuals.push_back(residual);
+  }
+}
+
+/// The clocks of the systems with a satellite in use, and the instant by the first of them.
+void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, SinglePoint& point) {
+  double first = std::numeric_limits<double>::quiet_NaN();
+  for (const SatelliteResidual& r : point.residuals) {
+    const std::size_t s = index(r.satellite.system);
+    if (r.range_used) point.clock_bias_m[s] = x[set.column[s]];
+  }
+  for (const double clock : point.clock_bias_m)
+    if (std::isnan(first)) first = clock;
+  point.instant = point.time - from_seconds(first / kSpeedOfLight_mps);
+}
+
+}  // namespace
+
+double chi_square_threshold(int degrees_of_freedom, double probability) {
+  // The normal quantile by bisection of its tail: a threshold is found once an epoch.
+  double low = -10.0, high = 10.0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (0.5 * std::erfc(middle / std::numbers::sqrt2) > probability ? low : high) = middle;
+  }
+  const double n = degrees_of_freedom, v = 2.0 / (9.0 * n);
+  return n * std::pow(std::max(1.0 - v + low * std::sqrt(v), 0.0), 3);
+}
+
+Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptions& options,
+                                 const Eigen::Vector3d& near_ecef_m) {
+  const RangeSet set = ranges_of(epoch);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(3 + set.systems);
+  if (near_ecef_m.allFinite()) x.head<3>() = near_ecef_m;
+  if (const int spare = linearise(set, x, options).spare(); spare < 0 || set.ranges.empty())
+    return too_few(set, "a position with " + std::to_string(set.systems) + " clock" +
+                            (set.systems == 1 ? "" : "s") + " needs " +
+                            std::to_string(static_cast<int>(set.ranges.size()) - spare) +
+                            " satellites, there are " + std::to_string(set.ranges.size()));
+  const Result<Solution> solution = iterate(set, options, x);
+  if (!solution) return solution.error();
+
+  SinglePoint point;
+  point.time = epoch.time;
+  point.position_ecef_m = x.head<3>();
+  point.position = geodetic_from_ecef(point.position_ecef_m);
+  point.chi_square = solution->chi_square;
+  point.degrees_of_freedom = solution->spare;
+  point.consistent =
+      solution->spare < 1 ||
+      solution->chi_square <= chi_square_threshold(solution->spare, options.false_alarm);
+  if (!point.consistent && !options.answer_inconsistent)
+    return Error{ErrorCode::invalid, "the ranges contradict each other, and no set of them agrees",
+                 "single point"};
+  const Eigen::Matrix3d ecef_ned = rotation_ecef_ned(point.position);
+  fill_geometry(linearise(set, x, options), *solution, ecef_ned, point);
+  if (!(point.dop.position <= options.max_pdop))
+    return too_few(set, "the satellites' geometry is too poor: PDOP " +
+                            std::to_string(static_cast<long>(std::min(point.dop.position, 1e9))));
+  fill_residuals(epoch, set, *solution, point);
+  fill_clocks(set, x, point);
+  solve_velocity(epoch, options, ecef_ned, point);
+  return point;
+}
+
+Result<SinglePoint> single_point(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
+                                 const SinglePointOptions& options,
+                                 const Eigen::Vector3d& near_ecef_m) {
+  Eigen::Vector3d near = near_ecef_m;
+  std::vector<RefusedRange> refused;
+  // From nowhere: a first position without an atmosphere, another with it; each time the correction
+  // is made where the last one was. Known to a few metres, one round is enough.
+  for (int round = 0; round < 6; ++round) {
+    refused.clear();
+    const RangeEpoch ranges =
+        correct_ranges(epoch, ephemerides, near, options.corrections, &refused);
+    SinglePointOptions now = options;
+    // Geometry and agreement are judged at the end alone.
+    const bool known = near.norm() > 1e6;
+    if (!known) now.max_pdop = 1e9, now.answer_inconsistent = true;
+    Result<SinglePoint> point = single_point(ranges, now, near);
+    if (!point) return point.error();
+    const double moved_m = (point->position_ecef_m - near).norm();
+    near = point->position_ecef_m;
+    if (known && moved_m < 50.0) {
+      point->refused = std::move(refused);
+      return point;
+    }
+  }
+  return Error{ErrorCode::numerical, "the position does not settle", "single point"};
+}
+
+void SystemOffsets::learn(const SinglePoint& point) {
+  const double gps = point.clock_bias_m[0];
+  if (!point.consistent || point.degrees_of_freedom < 2 || std::isnan(gps)) return;
+  for (std::size_t s = 1; s < tracks_.size(); ++s) {
+    if (std::isnan(point.clock_bias_m[s])) continue;
+    Track& track = tracks_[s];
+    const double offset = point.clock_bias_m[s] - gps;
+    const double gain = 1.0 / std::min(++track.count, 200);
+    const double limit = track.count <= 10 ? 1e9 : 5.0 * std::max(track.spread_m, 0.1);
+    const double off = std::clamp(offset - track.mean_m, -limit, limit);
+    track.mean_m += gain * off;
+    track.spread_m += gain * (std::abs(off) - track.spread_m);
+  }
+}
+
+std::optional<ClockOffset> SystemOffsets::of(GnssSystem system) const {
+  const Track& track = tracks_[index(system)];
+  if (system == GnssSystem::gps) return ClockOffset{0.0, 0.0};
+  if (track.count < 10) return std::nullopt;
+  // Errors of following epochs go together; the mean is trusted to a third of one epoch's.
+  return ClockOffset{track.mean_m, std::max(track.spread_m / 3.0, 0.05)};
+}
+
+std::array<std::optional<ClockOffset>, kGnssSystems> SystemOffsets::all() const {
+  std::array<std::optional<ClockOffset>, kGnssSystems> result;
+  for (const GnssSystem system : kAllGnssSystems) result[index(system)] = of(system);
+  return result;
+}
+
+RangeEpoch on_one_clock(const RangeEpoch& epoch, const SystemOffsets& offsets) {
+  RangeEpoch result = epoch;
+  for (CorrectedRange& r : result.satellites) {
+    const std::optional<ClockOffset> offset = offsets.of(r.satellite.system);
+    r.range_m -= offset ? offset->offset_m : std::numeric_limits<double>::quiet_NaN();
+    if (offset) r.range_sigma_m = std::hypot(r.range_sigma_m, offset->sigma_m);
+  }
+  return result;
+}
+
+GnssFix to_fix(const SinglePoint& point) {
+  GnssFix fix;
+  fix.time = point.instant;
+  fix.position = point.position;
+  fix.position_covariance_ned_m2 = point.position_covariance_ned_m2;
+  fix.velocity_ned_mps = point.velocity_ned_mps;
+  if (point.velocity_ned_mps) fix.velocity_covariance_ned = point.velocity_covariance_ned;
+  return fix;
+}
+
+}  // namespace wayfare
