@@ -116,7 +116,7 @@ class CarmenReader {
     }
   }
 
-  Error no_scans() const {
+  [[nodiscard]] Error no_scans() const {
     std::string message =
         "no laser scan that can be used in " + std::to_string(log_.statistics.lines) + " lines";
     if (log_.statistics.rear_scans != 0) message += " (only rear scans)";

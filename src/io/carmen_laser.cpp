@@ -14,7 +14,7 @@ struct Fan {
 
 /// Of laser scanners that make this number of beams out of half a circle.
 Fan half_circle(std::size_t n) {
-  const double beams = static_cast<double>(n);
+  const auto beams = static_cast<double>(n);
   return {180.0, n % 2 == 1 ? 180.0 / std::max(beams - 1.0, 1.0) : 180.0 / beams};
 }
 
@@ -22,7 +22,7 @@ Fan fan_by_parameters(std::size_t n, const Parameters& parameters) {
   const double fov_deg = parameters["laser_frontlaser_fov"];
   const double step_deg = parameters["laser_frontlaser_resolution"];
   const bool has_fov = fov_deg > 0.0 && fov_deg <= 360.0;
-  const double beams = static_cast<double>(n);
+  const auto beams = static_cast<double>(n);
   Fan fan = half_circle(n);
   if (step_deg > 0.0 && step_deg * (beams - 1.0) <= 361.0) {
     fan = {n % 2 == 1 ? step_deg * (beams - 1.0) : step_deg * beams, step_deg};

@@ -17,7 +17,7 @@ std::int64_t time_of(const OdometryLine& line) { return line.time.nanoseconds();
 /// Which of `times` to keep: the largest set that does not decrease (a longest non-decreasing
 /// subsequence by patience sorting), so that one absurd stamp costs one line and not all after it.
 std::vector<bool> largest_ordered_set(const std::vector<std::int64_t>& times) {
-  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  constexpr auto kNone = static_cast<std::size_t>(-1);
   std::vector<std::size_t> tails, previous(times.size(), kNone);
   for (std::size_t i = 0; i < times.size(); ++i) {
     const auto place =

@@ -2,6 +2,7 @@
 
 // Private: lines, tokens and numbers of text files, without copies and without locales.
 
+#include <algorithm>
 #include <charconv>
 #include <concepts>
 #include <cstddef>
@@ -79,11 +80,7 @@ class Tokens {
   bool number(T& value) {
     return to_number(next(), value);
   }
-  [[nodiscard]] bool at_end() const {
-    for (const char c : rest_)
-      if (!is_space(c)) return false;
-    return true;
-  }
+  [[nodiscard]] bool at_end() const { return std::all_of(rest_.begin(), rest_.end(), is_space); }
 
  private:
   std::string_view rest_;

@@ -55,7 +55,7 @@ class GraphSlam::Engine {
     return {};
   }
 
-  Trajectory trajectory() const {
+  [[nodiscard]] Trajectory trajectory() const {
     Trajectory result;
     result.reserve(scans_.size());
     for (const ScanPose& s : scans_) {
@@ -65,7 +65,8 @@ class GraphSlam::Engine {
     return result;
   }
 
-  OccupancyGrid map(const OccupancyGridOptions& shape, const InverseLidarModel& model) const {
+  [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape,
+                                  const InverseLidarModel& model) const {
     OccupancyGrid grid(shape);
     ScanRaster raster;
     const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
@@ -76,8 +77,8 @@ class GraphSlam::Engine {
     return grid;
   }
 
-  const PoseGraph2& graph() const { return nodes_.graph(); }
-  const GraphSlamStatistics& statistics() const { return statistics_; }
+  [[nodiscard]] const PoseGraph2& graph() const { return nodes_.graph(); }
+  [[nodiscard]] const GraphSlamStatistics& statistics() const { return statistics_; }
 
  private:
   Result<void> check(const LaserScan& scan, const std::optional<SE2d>& odometry) const {
@@ -96,7 +97,7 @@ class GraphSlam::Engine {
     return {};
   }
 
-  PointSet points_of(const LaserScan& scan) const {
+  [[nodiscard]] PointSet points_of(const LaserScan& scan) const {
     return thin(end_points(scan, options_.T_base_laser.raw()),
                 static_cast<float>(options_.point_spacing_m),
                 static_cast<float>(options_.max_range_m));

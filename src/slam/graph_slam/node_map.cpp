@@ -35,6 +35,7 @@ std::vector<PlacedPoints> NodeMap::around(const SE2d& place, double radius_m,
   std::sort(near.begin(), near.end());
   near.resize(std::min(near.size(), most));
   std::vector<PlacedPoints> result;
+  result.reserve(near.size());
   for (const auto& [d, k] : near) result.push_back(placed(k));
   return result;
 }
