@@ -1,9 +1,6 @@
 // LiDAR graph SLAM on a recorded log: a corrected trajectory, a map and a report out.
 
-#include <chrono>
-#include <cstdint>
 #include <cstdio>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,23 +11,18 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/relations.hpp>
-#include <wayfare/system/graph_slam.hpp>
 
 #include "config.hpp"
-#include "progress_line.hpp"
-#include "slam_outputs.hpp"
+#include "exit_code.hpp"
+#include "slam_program.hpp"
 
 namespace {
 
 using namespace wayfare;
 
-struct Options {
-  std::string log, out, relations, config;
-  int threads = 1;
-  std::uint64_t seed = 1;
+struct Options : examples::SlamArguments {
+  std::string log, relations, config;
   bool no_odometry = false;
-  bool force = false;
-  bool quiet = false;
 };
 
 void print_problems(const io::Problems& problems) {
@@ -41,6 +33,12 @@ void print_problems(const io::Problems& problems) {
   if (problems.count() > kShown) {
     std::fprintf(stderr, "skipped: %zu lines in all\n", problems.count());
   }
+}
+
+void print_refused(const GraphSlamRun& slam) {
+  if (slam.refused_scans == 0) return;
+  std::fprintf(stderr, "%zu scans refused, the first: %s\n", slam.refused_scans,
+               slam.first_refusal.c_str());
 }
 
 Trajectory odometry_trajectory(const Recording& recording) {
@@ -65,73 +63,90 @@ eval::Table relations_table(const Recording& recording, const Trajectory& trajec
   return table;
 }
 
-Result<void> run(const Options& o) {
-  GraphSlamOptions options;
-  if (!o.config.empty()) {
-    const auto config = examples::read_config(o.config);
-    if (!config) return config.error();
-    options = *config;
-  }
-  options.threads = o.threads;
-  std::vector<eval::Relation> relations;
-  if (!o.relations.empty()) {
-    auto file = io::read_relations(o.relations);
-    if (!file) return file.error();
-    print_problems(file->problems);
-    relations = std::move(file->relations);
-  }
+Result<GraphSlamOptions> read_options(const Options& o) {
+  return o.config.empty() ? GraphSlamOptions() : examples::read_config(o.config);
+}
+
+Result<std::vector<eval::Relation>> read_relations(const Options& o) {
+  if (o.relations.empty()) return std::vector<eval::Relation>();
+  auto file = io::read_relations(o.relations);
+  if (!file) return file.error();
+  print_problems(file->problems);
+  return std::move(file->relations);
+}
+
+Result<Recording> read_recording(const Options& o) {
   auto log = io::read_carmen(o.log);
   if (!log) return log.error();
   print_problems(log->problems);
-  Recording& recording = log->recording;
-  if (o.no_odometry) recording.odometry.clear();
+  if (o.no_odometry) log->recording.odometry.clear();
+  return std::move(log->recording);
+}
 
-  examples::ProgressLine progress("graph SLAM", o.quiet);
-  const auto start = std::chrono::steady_clock::now();
-  const auto slam = run_graph_slam(recording, options, [&](double fraction) {
-    progress.update(fraction);
-    return true;
-  });
-  if (!slam) return slam.error();
-  progress.finish();
-  const double took_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (slam->refused_scans > 0) {
-    std::fprintf(stderr, "%zu scans refused, the first: %s\n", slam->refused_scans,
-                 slam->first_refusal.c_str());
-  }
-
+examples::SlamOutputs outputs_of(const std::string& log, const Recording& recording,
+                                 const examples::TimedRun& run) {
   const double lasts_s = to_seconds(recording.scans.back().time - recording.scans.front().time);
-  examples::SlamOutputs outputs{
-      "Graph SLAM of " + o.log,
-      recording,
-      slam->trajectory,
-      slam->map,
-      slam->graph,
-      nullptr,
-      {{"scans", std::to_string(slam->statistics.scans)},
-       {"not matched", std::to_string(slam->statistics.unmatched_scans)},
-       {"recording", eval::fixed(lasts_s, 1) + " s"},
-       {"took",
-        eval::fixed(took_s, 2) + " s, " + eval::fixed(lasts_s / took_s, 0) + " times real time"},
-       {"graph", std::to_string(slam->graph.poses.size()) + " nodes, " +
-                     std::to_string(slam->graph.edges.size()) + " edges"},
-       {"loop closures", std::to_string(slam->statistics.loop_closures) + " accepted, " +
-                             std::to_string(slam->statistics.loops_refused) + " refused"}}};
-  if (!relations.empty()) {
-    outputs.tables.push_back(
-        {"Error over relations", relations_table(recording, slam->trajectory, relations)});
-  }
-  const auto report = examples::write_slam_outputs(
-      o.out, outputs, {o.force ? io::Existing::replace : io::Existing::refuse});
-  if (!report) return report.error();
-  if (o.quiet) return {};
-  for (const auto& [name, value] : outputs.facts) {
-    std::printf("%-14s %s\n", name.c_str(), value.c_str());
-  }
+  const GraphSlamStatistics& statistics = run.slam.statistics;
+  return {"Graph SLAM of " + log,
+          recording,
+          run.slam.trajectory,
+          run.slam.map,
+          run.slam.graph,
+          nullptr,
+          {{"scans", std::to_string(statistics.scans)},
+           {"not matched", std::to_string(statistics.unmatched_scans)},
+           {"recording", eval::fixed(lasts_s, 1) + " s"},
+           {"took", examples::speed(run.took_s, lasts_s, 2)},
+           {"graph", examples::size_of(run.slam.graph)},
+           {"loop closures", std::to_string(statistics.loop_closures) + " accepted, " +
+                                 std::to_string(statistics.loops_refused) + " refused"}}};
+}
+
+void print(const examples::SlamOutputs& outputs, const std::string& report) {
+  examples::print_facts(outputs);
   for (const auto& titled : outputs.tables) std::printf("\n%s", titled.table.to_text().c_str());
-  std::printf("\nreport: %s\n", report->c_str());
+  std::printf("\nreport: %s\n", report.c_str());
+}
+
+Result<void> run(const Options& o) {
+  const auto options = read_options(o);
+  if (!options) return options.error();
+  const auto relations = read_relations(o);
+  if (!relations) return relations.error();
+  const auto recording = read_recording(o);
+  if (!recording) return recording.error();
+  const auto run = examples::run_with_progress(*recording, *options, o);
+  if (!run) return run.error();
+  print_refused(run->slam);
+  examples::SlamOutputs outputs = outputs_of(o.log, *recording, *run);
+  if (!relations->empty()) {
+    outputs.tables.push_back(
+        {"Error over relations", relations_table(*recording, run->slam.trajectory, *relations)});
+  }
+  const auto report = examples::write_slam_outputs(o.out, outputs, o.write());
+  if (!report) return report.error();
+  if (!o.quiet) print(outputs, *report);
   return {};
+}
+
+void add_options(CLI::App& app, Options& o) {
+  app.add_option("LOG", o.log, "the recorded log")->required()->check(CLI::ExistingFile);
+  examples::add_out(app, o, "folder for the results, made where needed");
+  app.add_option("--relations", o.relations, "true relative poses to measure the result by")
+      ->check(CLI::ExistingFile);
+  app.add_option("--config", o.config, "JSON file of options; see --print-config")
+      ->check(CLI::ExistingFile);
+  examples::add_threads(app, o);
+  examples::add_seed(app, o, "accepted for uniformity: graph SLAM draws no random numbers");
+  app.add_flag("--no-odometry", o.no_odometry, "use the scans alone");
+  examples::add_manners(app, o);
+  app.add_flag_callback(
+      "--print-config",
+      [] {
+        std::fputs(examples::default_config().c_str(), stdout);
+        throw CLI::Success();
+      },
+      "print every option of --config with its default, and end");
 }
 
 }  // namespace
@@ -142,32 +157,7 @@ int main(int argc, char** argv) {
       "LOG is a CARMEN text log, plain or gzip. Writes trajectory.tum, map.pgm, map.yaml, map.png, "
       "graph.g2o and report.html.");
   Options options;
-  app.add_option("LOG", options.log, "the recorded log")->required()->check(CLI::ExistingFile);
-  app.add_option("--out", options.out, "folder for the results, made where needed")->required();
-  app.add_option("--relations", options.relations, "true relative poses to measure the result by")
-      ->check(CLI::ExistingFile);
-  app.add_option("--config", options.config, "JSON file of options; see --print-config")
-      ->check(CLI::ExistingFile);
-  app.add_option("--threads", options.threads, "worker threads; the results do not depend on them")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
-  app.add_option("--seed", options.seed,
-                 "accepted for uniformity: graph SLAM draws no random numbers")
-      ->capture_default_str();
-  app.add_flag("--no-odometry", options.no_odometry, "use the scans alone");
-  app.add_flag("--force", options.force, "replace files of an earlier run");
-  app.add_flag("--quiet", options.quiet, "no progress and no tables");
-  app.add_flag_callback(
-      "--print-config",
-      [] {
-        std::fputs(examples::default_config().c_str(), stdout);
-        throw CLI::Success();
-      },
-      "print every option of --config with its default, and end");
+  add_options(app, options);
   CLI11_PARSE(app, argc, argv);
-  if (const auto done = run(options); !done) {
-    std::fprintf(stderr, "graph_slam: %s\n", done.error().to_string().c_str());
-    return 1;
-  }
-  return 0;
+  return examples::exit_code("graph_slam", run(options));
 }

@@ -15,6 +15,8 @@
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif
 
+#include "exit_code.hpp"
+
 namespace {
 
 using namespace wayfare;
@@ -70,11 +72,6 @@ void describe(CLI::App& app, Arguments& a) {
       ->capture_default_str();
 }
 
-int fail(const Error& error) {
-  std::fprintf(stderr, "pose_graph: %s\n", error.to_string().c_str());
-  return 1;
-}
-
 template <LieGroup G>
 Result<OptimiseReport> optimise_with(PoseGraph<G>& graph, const Arguments& a) {
 #ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
@@ -106,19 +103,26 @@ void print(const OptimiseReport& r) {
 }
 
 template <LieGroup G>
-int run(io::GraphFile<G>& file, const Arguments& a) {
+Result<void> run(io::GraphFile<G>& file, const Arguments& a) {
   PoseGraph<G> graph = io::to_pose_graph(file);
   if (a.robust_odometry) {
     for (auto& edge : graph.edges) edge.robust = true;
   }
   std::printf("vertices   %zu\nedges      %zu\n", graph.poses.size(), graph.edges.size());
   const auto report = optimise_with(graph, a);
-  if (!report) return fail(report.error());
+  if (!report) return report.error();
   print(*report);
   io::take_poses(graph, file);
-  const auto written =
-      io::write_g2o(a.output, file, {a.force ? io::Existing::replace : io::Existing::refuse});
-  return written ? 0 : fail(written.error());
+  return io::write_g2o(a.output, file, {a.force ? io::Existing::replace : io::Existing::refuse});
+}
+
+Result<void> run(const Arguments& a) {
+  if (!a.force && std::filesystem::exists(a.output)) {
+    return Error{ErrorCode::io, "exists already; --force overwrites it", a.output};
+  }
+  auto file = io::read_g2o(a.input);
+  if (!file) return file.error();
+  return std::visit([&](auto& graph) { return run(graph, a); }, *file);
 }
 
 }  // namespace
@@ -130,10 +134,5 @@ int main(int argc, char** argv) {
   Arguments arguments;
   describe(app, arguments);
   CLI11_PARSE(app, argc, argv);
-  if (!arguments.force && std::filesystem::exists(arguments.output)) {
-    return fail({ErrorCode::io, "exists already; --force overwrites it", arguments.output});
-  }
-  auto file = io::read_g2o(arguments.input);
-  if (!file) return fail(file.error());
-  return std::visit([&](auto& graph) { return run(graph, arguments); }, *file);
+  return examples::exit_code("pose_graph", run(arguments));
 }

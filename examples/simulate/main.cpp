@@ -14,6 +14,7 @@
 #include <wayfare/sim/plan_text.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 
+#include "exit_code.hpp"
 #include "progress_line.hpp"
 
 namespace {
@@ -164,9 +165,5 @@ int main(int argc, char** argv) {
     return 2;
   }
   complete(options);
-  if (const auto done = run(options); !done) {
-    std::fprintf(stderr, "simulate: %s\n", done.error().to_string().c_str());
-    return 1;
-  }
-  return 0;
+  return examples::exit_code("simulate", run(options));
 }

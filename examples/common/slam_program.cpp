@@ -1,0 +1,63 @@
+#include "slam_program.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "progress_line.hpp"
+
+namespace wayfare::examples {
+
+void add_out(CLI::App& app, SlamArguments& arguments, const std::string& text) {
+  app.add_option("--out", arguments.out, text)->required();
+}
+
+void add_threads(CLI::App& app, SlamArguments& arguments) {
+  app.add_option("--threads", arguments.threads,
+                 "worker threads; the results do not depend on them")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+}
+
+void add_seed(CLI::App& app, SlamArguments& arguments, const std::string& text) {
+  app.add_option("--seed", arguments.seed, text)->capture_default_str();
+}
+
+void add_manners(CLI::App& app, SlamArguments& arguments) {
+  app.add_flag("--force", arguments.force, "replace files of an earlier run");
+  app.add_flag("--quiet", arguments.quiet, "no progress and no tables");
+}
+
+Result<TimedRun> run_with_progress(const Recording& recording, GraphSlamOptions options,
+                                   const SlamArguments& arguments) {
+  options.threads = arguments.threads;
+  ProgressLine progress("graph SLAM", arguments.quiet);
+  const auto start = std::chrono::steady_clock::now();
+  auto slam = run_graph_slam(recording, std::move(options), [&](double fraction) {
+    progress.update(fraction);
+    return true;
+  });
+  if (!slam) return slam.error();
+  progress.finish();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  return TimedRun{*std::move(slam), took.count()};
+}
+
+std::string speed(double took_s, double lasts_s, int decimals) {
+  return eval::fixed(took_s, decimals) + " s, " + eval::fixed(lasts_s / took_s, 0) +
+         " times real time";
+}
+
+std::string size_of(const PoseGraph2& graph) {
+  return std::to_string(graph.poses.size()) + " nodes, " + std::to_string(graph.edges.size()) +
+         " edges";
+}
+
+void print_facts(const SlamOutputs& outputs) {
+  for (const auto& [name, value] : outputs.facts)
+    std::printf("%-14s %s\n", name.c_str(), value.c_str());
+}
+
+}  // namespace wayfare::examples

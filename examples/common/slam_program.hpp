@@ -1,0 +1,55 @@
+#pragma once
+
+// What the SLAM programs are asked, how they run and what they print.
+
+#include <cstdint>
+#include <string>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/system/graph_slam.hpp>
+
+#include "slam_outputs.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace wayfare::examples {
+
+struct SlamArguments {
+  std::string out;  ///< folder of the results
+  int threads = 1;
+  std::uint64_t seed = 1;
+  bool force = false;
+  bool quiet = false;
+
+  [[nodiscard]] io::WriteOptions write() const {
+    return {force ? io::Existing::replace : io::Existing::refuse};
+  }
+};
+
+void add_out(CLI::App& app, SlamArguments& arguments, const std::string& text);
+void add_threads(CLI::App& app, SlamArguments& arguments);
+void add_seed(CLI::App& app, SlamArguments& arguments, const std::string& text);
+/// --force and --quiet.
+void add_manners(CLI::App& app, SlamArguments& arguments);
+
+struct TimedRun {
+  GraphSlamRun slam;
+  double took_s = 0.0;
+};
+
+/// Graph SLAM with a line of progress.
+[[nodiscard]] Result<TimedRun> run_with_progress(const Recording& recording,
+                                                 GraphSlamOptions options,
+                                                 const SlamArguments& arguments);
+
+/// "12.3 s, 45 times real time", for a recording of so many seconds.
+[[nodiscard]] std::string speed(double took_s, double lasts_s, int decimals);
+/// "120 nodes, 150 edges".
+[[nodiscard]] std::string size_of(const PoseGraph2& graph);
+
+/// Prints the facts of a run, a line each.
+void print_facts(const SlamOutputs& outputs);
+
+}  // namespace wayfare::examples
