@@ -182,6 +182,8 @@ INSTANTIATE_TEST_SUITE_P(
               [](PoseGraph2& g) { g.edges[1].information(1, 1) = kNan; }},
         Fault{"edge 1 (1 -> 2) has a measurement that is not finite",
               [](PoseGraph2& g) { g.edges[1].measurement = SE2d(0.0, kNan, 0.0_rad); }},
+        Fault{"edge 1 (1 -> 2) has an error too large to square",
+              [](PoseGraph2& g) { g.edges[1].measurement = SE2d(1e200, 0.0, 0.0_rad); }},
         Fault{"fixed pose -1", [](PoseGraph2& g) { g.fixed = {-1}; }},
         Fault{"fixed pose 8", [](PoseGraph2& g) { g.fixed = {8}; }}));
 

@@ -2,6 +2,7 @@
 
 // x* = argmin Σ ρ(eᵀΩe) on a pose graph, and how sure x* is.
 
+#include <cmath>
 #include <vector>
 
 #include <wayfare/graph/block_cholesky.hpp>
@@ -23,7 +24,8 @@ class PoseGraphOptimiser {
   static constexpr int kDof = ManifoldTraits<G>::kDof;
 
   /// Moves the free poses of `graph` to a local minimum near where they are. On failure
-  /// (validate's faults, or a pose the edges leave undetermined) the poses are untouched.
+  /// (validate's faults, errors too large to square, or a pose the edges leave undetermined) the
+  /// poses are untouched.
   Result<OptimiseReport> optimise(PoseGraph<G>& graph, const OptimiseOptions& options = {});
 
   /// Linearises and factorises at the graph's poses, for the covariances below.
@@ -74,6 +76,7 @@ Result<void> PoseGraphOptimiser<G, S>::run(PoseGraph<G>& graph, const OptimiseOp
   report.structure_reused = step_.prepare(graph);
   report.initial_chi2 = chi2(graph);
   report.initial_cost = report.final_cost = step_.linearise(graph, options.kernel);
+  if (!std::isfinite(report.initial_cost)) return cost_overflow(graph);
   if (!step_.equations().free_poses().empty()) {
     if (auto done = minimise(graph, options, report); !done) return done;
   }

@@ -3,6 +3,7 @@
 // What makes a pose graph unsolvable, found before anything is computed and named.
 
 #include <cmath>
+#include <cstddef>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -50,6 +51,14 @@ class Components {
   std::vector<int> parent_;
 };
 
+template <LieGroup G>
+Error edge_fault(const PoseGraph<G>& graph, std::size_t index, ErrorCode code,
+                 const std::string& what) {
+  const PoseEdge<G>& edge = graph.edges[index];
+  return {code, "edge " + std::to_string(index) + " (" + graph.label(edge.from) + " -> " +
+                    graph.label(edge.to) + ") " + what};
+}
+
 }  // namespace detail
 
 /// The first fault of edge `index` by itself, or success.
@@ -57,8 +66,7 @@ template <LieGroup G>
 [[nodiscard]] Result<void> validate_edge(const PoseGraph<G>& graph, std::size_t index) {
   const PoseEdge<G>& edge = graph.edges[index];
   const auto fault = [&](ErrorCode code, const std::string& what) {
-    return Error{code, "edge " + std::to_string(index) + " (" + graph.label(edge.from) + " -> " +
-                           graph.label(edge.to) + ") " + what};
+    return detail::edge_fault(graph, index, code, what);
   };
   for (const int end : {edge.from, edge.to}) {
     if (end < 0 || end >= graph.size()) {
@@ -98,6 +106,16 @@ template <LieGroup G>
                      (graph.fixed.size() > 1 ? " or any other fixed pose" : "")};
   }
   return {};
+}
+
+/// Names the edge that makes the cost of a valid graph more than a number holds.
+template <LieGroup G>
+[[nodiscard]] Error cost_overflow(const PoseGraph<G>& graph) {
+  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
+    if (std::isfinite(squared_error(graph, graph.edges[i]))) continue;
+    return detail::edge_fault(graph, i, ErrorCode::degenerate, "has an error too large to square");
+  }
+  return {ErrorCode::degenerate, "the errors of the edges add up to more than a number holds"};
 }
 
 /// Success when the graph can be optimised; otherwise the first fault, by pose or edge.
