@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <wayfare/eval/interpolation.hpp>
 #include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/carmen.hpp>
@@ -41,14 +42,6 @@ void print_refused(const GraphSlamRun& slam) {
                slam.first_refusal.c_str());
 }
 
-Trajectory odometry_trajectory(const Recording& recording) {
-  Trajectory result;
-  for (const auto& o : recording.odometry) {
-    result.push_back({o.time, Transform2<frame::Map, frame::Base>(o.T_odom_base.raw())});
-  }
-  return result;
-}
-
 eval::Table relations_table(const Recording& recording, const Trajectory& trajectory,
                             const std::vector<eval::Relation>& relations) {
   eval::Table table({{"relations"}, {"used"}, {"translation", "m"}, {"rotation", "deg"}});
@@ -58,7 +51,7 @@ eval::Table relations_table(const Recording& recording, const Trajectory& trajec
                    eval::mean_std(e.translation_m.mean, e.translation_m.std, 4),
                    eval::mean_std(e.rotation_deg.mean, e.rotation_deg.std, 3)});
   };
-  if (!recording.odometry.empty()) row("odometry", odometry_trajectory(recording));
+  if (!recording.odometry.empty()) row("odometry", eval::as_trajectory(recording.odometry));
   row("graph SLAM", trajectory);
   return table;
 }

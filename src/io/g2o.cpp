@@ -29,7 +29,7 @@ struct Dialect<SE2d> {
     return SE2d(v[0], v[1], Angle::radians(v[2]));
   }
   static void append(std::string& out, const SE2d& pose) {
-    append_numbers(out, {pose.x(), pose.y(), pose.heading().radians()});
+    text::append_numbers(out, {pose.x(), pose.y(), pose.heading().radians()});
   }
 };
 

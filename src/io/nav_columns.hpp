@@ -2,7 +2,6 @@
 
 // Private: what the readers and writers of navigation text share.
 
-#include <initializer_list>
 #include <optional>
 #include <span>
 #include <string>
@@ -41,18 +40,10 @@ inline void append_time(std::string& out, LogTime time) {
   out += format_nanoseconds(time.nanoseconds());
 }
 
-/// Each number behind a blank.
-template <class Numbers>
-void append_numbers(std::string& out, const Numbers& numbers) {
-  for (const double v : numbers) {
-    out += ' ';
-    text::append_number(out, v);
-  }
-}
+using text::append_numbers;
 
 inline void append_place(std::string& out, const Geodetic& p) {
-  append_numbers(
-      out, std::initializer_list<double>{p.latitude.degrees(), p.longitude.degrees(), p.height_m});
+  append_numbers(out, {p.latitude.degrees(), p.longitude.degrees(), p.height_m});
 }
 
 }  // namespace wayfare::io

@@ -3,7 +3,6 @@
 // Private: a pose in space as text, `x y z qx qy qz qw`.
 
 #include <cmath>
-#include <initializer_list>
 #include <optional>
 #include <string>
 
@@ -24,16 +23,8 @@ inline std::optional<SE3d> pose_of(const double* v) {
   return SE3d({v[0], v[1], v[2]}, SO3d(q));
 }
 
-/// Appends a blank and a number, for each.
-inline void append_numbers(std::string& out, std::initializer_list<double> numbers) {
-  for (const double v : numbers) {
-    out += ' ';
-    text::append_number(out, v);
-  }
-}
-
 inline void append_pose(std::string& out, const Eigen::Vector3d& t, const Eigen::Quaterniond& q) {
-  append_numbers(out, {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()});
+  text::append_numbers(out, {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()});
 }
 
 }  // namespace wayfare::io

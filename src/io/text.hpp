@@ -6,6 +6,7 @@
 #include <charconv>
 #include <concepts>
 #include <cstddef>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -101,6 +102,15 @@ void append_number(std::string& out, T value) {
   char buffer[40];
   const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, value);
   out.append(buffer, end);
+}
+
+/// Appends each number behind a blank.
+template <class Numbers = std::initializer_list<double>>
+void append_numbers(std::string& out, const Numbers& numbers) {
+  for (const double v : numbers) {
+    out += ' ';
+    append_number(out, v);
+  }
 }
 
 /// Appends `value` with a fixed number of decimals.

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/eval/interpolation.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
@@ -14,13 +15,6 @@ namespace {
 
 double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
   return eval::absolute_error(estimate, truth).translation_m.rmse;
-}
-
-Trajectory odometry_of(const Recording& recording) {
-  Trajectory t;
-  for (const auto& o : recording.odometry)
-    t.push_back({o.time, Transform2<frame::Map, frame::Base>(o.T_odom_base.raw())});
-  return t;
 }
 
 // The lidar's noise is 1-2 cm and the cells are 5 cm: a closed loop that is right is right to a few
@@ -34,7 +28,7 @@ TEST(GraphSlam, ClosesARingOfCorridorsThatOdometryDoesNot) {
     EXPECT_GT(slam->statistics.loop_closures, 5U);
     EXPECT_LT(rmse_m(slam->trajectory, run.truth), 0.10) << "seed " << seed;
     EXPECT_LT(rmse_m(slam->trajectory, run.truth),
-              0.2 * rmse_m(odometry_of(run.recording), run.truth));
+              0.2 * rmse_m(eval::as_trajectory(run.recording.odometry), run.truth));
   }
 }
 
