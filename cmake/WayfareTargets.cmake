@@ -44,7 +44,7 @@ function(wayfare_test name)
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests")
   target_compile_definitions(test_${name} PRIVATE WAYFARE_DATA_DIR="${WAYFARE_DATA_DIR}")
   wayfare_warnings(test_${name})
-  gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60)
+  gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES)
 endfunction()
 
 # wayfare_benchmark(NAME SOURCES ... LIBS ...): bench_NAME, with Google Benchmark's main.

@@ -142,8 +142,9 @@ void register_matches() {
   };
   const std::pair<const char*, Problems> sets[] = {
       {"", room()}, {"_intel", from_log("intel.clf.gz")}, {"_fr079", from_log("fr079.clf.gz")}};
-  for (const auto& [suffix, set] : sets) {
-    const std::string task = std::string("small_window") + suffix;
+  for (const auto& named : sets) {
+    const std::string task = std::string("small_window") + named.first;
+    const Problems& set = named.second;  // Clang 14 captures no structured bindings
     add(task + "/wayfare_bounded", [set](auto& s) { bounded(s, set, kSmall); });
     add(task + "/wayfare_bounded_and_pyramid",
         [set](auto& s) { bounded_with_pyramid(s, set, kSmall); });

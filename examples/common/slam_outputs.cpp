@@ -66,7 +66,9 @@ io::GridImage grid_image(const OccupancyGrid& map) {
   image.width = static_cast<std::size_t>(box.width());
   image.height = static_cast<std::size_t>(box.height());
   image.resolution_m = map.resolution_m();
-  image.origin = SE2d(box.min.x * map.resolution_m(), box.min.y * map.resolution_m(), Angle{});
+  // To the nanometre: the last bit of the product would make -1.4 a -1.4000000000000001.
+  const auto metres = [&](int cells) { return std::round(cells * map.resolution_m() * 1e9) / 1e9; };
+  image.origin = SE2d(metres(box.min.x), metres(box.min.y), Angle{});
   image.occupancy.reserve(image.width * image.height);
   for (int y = box.min.y; y <= box.max.y; ++y) {
     for (int x = box.min.x; x <= box.max.x; ++x) {
@@ -198,16 +200,22 @@ Result<void> make_folder(const fs::path& folder) {
 constexpr std::array kNames = {"trajectory.tum", "map.pgm",   "map.yaml",
                                "map.png",        "graph.g2o", "report.html"};
 
-Result<void> refuse_existing(const fs::path& folder) {
-  for (const char* name : kNames) {
+}  // namespace
+
+Result<void> prepare_folder(const std::string& folder, const io::WriteOptions& options,
+                            const std::vector<std::string>& more) {
+  if (auto made = make_folder(folder); !made) return made;
+  if (options.existing == io::Existing::replace) return {};
+  std::vector<std::string> names(kNames.begin(), kNames.end());
+  names.insert(names.end(), more.begin(), more.end());
+  for (const std::string& name : names) {
+    const fs::path file = fs::path(folder) / name;
     std::error_code code;
-    if (!fs::exists(folder / name, code)) continue;
-    return Error{ErrorCode::io, "is there already; not overwritten", (folder / name).string()};
+    if (!fs::exists(file, code)) continue;
+    return Error{ErrorCode::io, "is there already; --force overwrites it", file.string()};
   }
   return {};
 }
-
-}  // namespace
 
 std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run) {
   if (run.reference == nullptr) return {};
@@ -237,10 +245,7 @@ eval::Table error_table(const std::vector<NamedErrors>& errors) {
 Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,
                                        const io::WriteOptions& options) {
   const fs::path folder(folder_name);
-  if (auto made = make_folder(folder); !made) return made.error();
-  if (options.existing == io::Existing::refuse) {
-    if (auto clear = refuse_existing(folder); !clear) return clear.error();
-  }
+  if (auto ready = prepare_folder(folder_name, options); !ready) return ready.error();
   const auto path = [&](const char* name) { return (folder / name).string(); };
   const io::GridImage grid = grid_image(run.map);
 

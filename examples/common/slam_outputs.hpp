@@ -46,9 +46,15 @@ struct NamedErrors {
 [[nodiscard]] std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run);
 [[nodiscard]] eval::Table error_table(const std::vector<NamedErrors>& errors);
 
-/// Makes `folder` where needed and writes trajectory.tum, map.pgm, map.yaml, map.png, graph.g2o and
-/// report.html; gives the report's path. With
-/// `Existing::refuse` nothing is written where one of them is there already.
+/// Makes `folder` where needed. With `Existing::refuse` it is an error where one of the files of
+/// `write_slam_outputs`, or one of `more`, is in it already: to be asked before the long work.
+[[nodiscard]] Result<void> prepare_folder(const std::string& folder,
+                                          const io::WriteOptions& options = {},
+                                          const std::vector<std::string>& more = {});
+
+/// Prepares `folder` and writes trajectory.tum, map.pgm, map.yaml, map.png, graph.g2o and
+/// report.html; gives the report's path. With `Existing::refuse` nothing is written where one of
+/// them is there already.
 [[nodiscard]] Result<std::string> write_slam_outputs(const std::string& folder,
                                                      const SlamOutputs& run,
                                                      const io::WriteOptions& options = {});

@@ -18,6 +18,8 @@ namespace {
 
 using namespace wayfare;
 
+constexpr const char* kLogName = "robot.log";
+
 // Wheels as a used robot has them: one a thousandth larger than the other, and slipping.
 sim::RobotParams used_robot() {
   sim::RobotParams robot;
@@ -62,6 +64,7 @@ void print(const examples::SlamOutputs& outputs, const std::string& report) {
 }
 
 Result<void> run(const examples::SlamArguments& o) {
+  if (auto ready = examples::prepare_folder(o.out, o.write(), {kLogName}); !ready) return ready;
   const auto simulated = simulate(o);
   if (!simulated) return simulated.error();
   const auto slam = examples::run_with_progress(simulated->recording, {}, o);
@@ -69,7 +72,7 @@ Result<void> run(const examples::SlamArguments& o) {
   const examples::SlamOutputs outputs = outputs_of(*simulated, *slam, o.seed);
   const auto report = examples::write_slam_outputs(o.out, outputs, o.write());
   if (!report) return report.error();
-  const std::string log = (std::filesystem::path(o.out) / "robot.log").string();
+  const std::string log = (std::filesystem::path(o.out) / kLogName).string();
   if (auto done = io::write_carmen(log, simulated->recording, o.write()); !done) return done;
   if (!o.quiet) print(outputs, *report);
   return {};

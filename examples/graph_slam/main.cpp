@@ -108,6 +108,7 @@ Result<void> run(const Options& o) {
   if (!relations) return relations.error();
   const auto recording = read_recording(o);
   if (!recording) return recording.error();
+  if (auto ready = examples::prepare_folder(o.out, o.write()); !ready) return ready;
   const auto run = examples::run_with_progress(*recording, *options, o);
   if (!run) return run.error();
   print_refused(run->slam);

@@ -1,7 +1,9 @@
 // Simulates a robot's run through a floor plan and writes it as a log.
 
 #include <cstdio>
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -125,7 +127,17 @@ Result<sim::PlannedRoute> load_plan(const Options& o) {
                o.plan};
 }
 
+Result<void> refuse_existing(const Options& o) {
+  for (const std::string& path : {o.log, o.truth}) {
+    std::error_code code;
+    if (o.force || path.empty() || !std::filesystem::exists(path, code)) continue;
+    return Error{ErrorCode::io, "is there already; --force overwrites it", path};
+  }
+  return {};
+}
+
 Result<void> run(const Options& o) {
+  if (auto clear = refuse_existing(o); !clear) return clear;
   const auto planned = load_plan(o);
   if (!planned) return planned.error();
   examples::ProgressLine progress("simulating", o.quiet);

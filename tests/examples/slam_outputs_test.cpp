@@ -129,6 +129,26 @@ TEST_F(FinishedRun, NothingIsOverwrittenUnlessAsked) {
   EXPECT_TRUE(write_slam_outputs(folder_.string(), outputs(), {io::Existing::replace}).has_value());
 }
 
+TEST_F(FinishedRun, FilesOfTheCallersOwnAreRefusedBeforeTheWork) {
+  fs::create_directories(folder_);
+  ASSERT_TRUE(io::write_file(file("robot.log"), "mine").has_value());
+  EXPECT_TRUE(prepare_folder(folder_.string()).has_value());
+  const auto refused = prepare_folder(folder_.string(), {}, {"robot.log"});
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_THAT(refused.error().to_string(), HasSubstr("robot.log"));
+  EXPECT_TRUE(prepare_folder(folder_.string(), {io::Existing::replace}, {"robot.log"}).has_value());
+}
+
+// -28 cells of 0.05 m are -1.4 m, but the product in doubles is -1.4000000000000001.
+TEST_F(FinishedRun, TheMapsOriginIsPrintedInRoundFigures) {
+  map_ = OccupancyGrid();
+  map_.update(Cell{-28, -56}, LogOdds::from_nats(1.0));
+  ASSERT_TRUE(write_slam_outputs(folder_.string(), outputs()).has_value());
+  const auto yaml = io::read_file(file("map.yaml"));
+  ASSERT_TRUE(yaml.has_value());
+  EXPECT_THAT(yaml->bytes, HasSubstr("origin: [-1.4, -2.8, 0]"));
+}
+
 TEST_F(FinishedRun, AFolderThatCannotBeMadeIsAnError) {
   const auto refused = write_slam_outputs("/dev/null/folder", outputs());
   ASSERT_FALSE(refused.has_value());

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <ostream>
 
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/pose_graph_file.hpp>
@@ -20,6 +21,8 @@ struct Optimum {
   double chi2;
   double tolerance;  // half a unit of the last published digit
 };
+
+void PrintTo(const Optimum& optimum, std::ostream* out) { *out << optimum.name; }
 
 class RealGraph : public testing::TestWithParam<Optimum> {};
 

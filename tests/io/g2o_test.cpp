@@ -128,21 +128,26 @@ TEST(G2o, RoundTripIsBitExact) {
 }
 
 TEST(G2o, RealGraphs) {
-  const std::tuple<const char*, bool, std::size_t, std::size_t> cases[] = {
+  struct Expected {
+    const char* name;
+    bool spatial;
+    std::size_t vertices, edges;
+  };
+  const Expected cases[] = {
       {"intel", false, 1728, 2512},       {"M3500", false, 3500, 5453},
       {"city10000", false, 10000, 20687}, {"MIT", false, 808, 827},
       {"sphere2500", true, 2500, 4949},   {"parking-garage", true, 1661, 6275},
       {"smallGrid3D", true, 125, 297},
   };
-  for (const auto& [name, spatial, vertices, edges] : cases) {
-    WAYFARE_NEEDS_RECORDING(path, std::string("posegraph/") + name + ".g2o.gz");
+  for (const Expected& expected : cases) {
+    WAYFARE_NEEDS_RECORDING(path, std::string("posegraph/") + expected.name + ".g2o.gz");
     const Result<AnyGraphFile> file = read_g2o(path);
     ASSERT_TRUE(file) << file.error().to_string();
-    EXPECT_EQ(std::holds_alternative<GraphFile<SE3d>>(*file), spatial);
+    EXPECT_EQ(std::holds_alternative<GraphFile<SE3d>>(*file), expected.spatial);
     std::visit(
         [&](const auto& graph) {
-          EXPECT_EQ(graph.vertices.size(), vertices);
-          EXPECT_EQ(graph.edges.size(), edges);
+          EXPECT_EQ(graph.vertices.size(), expected.vertices);
+          EXPECT_EQ(graph.edges.size(), expected.edges);
         },
         *file);
   }

@@ -1,5 +1,6 @@
 #include <wayfare/sim/plan_text.hpp>
 
+#include <ostream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -39,10 +40,13 @@ TEST(ReadPlan, WallsPlacesAndWindowsLineEnds) {
 }
 
 struct BadPlan {
+  const char* name;
   const char* text;
   std::size_t line;
   const char* message;
 };
+
+void PrintTo(const BadPlan& plan, std::ostream* out) { *out << plan.message; }
 
 class ReadPlanBad : public ::testing::TestWithParam<BadPlan> {};
 
@@ -57,17 +61,21 @@ TEST_P(ReadPlanBad, NamesLineAndFault) {
 INSTANTIATE_TEST_SUITE_P(
     Texts, ReadPlanBad,
     ::testing::Values(
-        BadPlan{"", 0, "at least one wall"}, BadPlan{"wall 1 2 3\n", 1, "wall X1 Y1 X2 Y2"},
-        BadPlan{"\nwall 1 2 3 x4\n", 2, "'x4' is not a number"},
-        BadPlan{"wall 1 2 3 nan\n", 1, "'nan' is not a number"},
-        BadPlan{"wall 1 2 1 2\n", 1, "no length"}, BadPlan{"wull 1 2 3 4\n", 1, "found 'wull'"},
-        BadPlan{"picture\n##\n", 1, "metres_per_character"},
-        BadPlan{"metres_per_character 0\n", 1, "at least a millimetre"},
-        BadPlan{"metres_per_character 1\npicture\n####\n# *#\n", 4, "column 3"},
-        BadPlan{"metres_per_character 1\npicture\n#\t#\n", 3, "this is a tab"},
-        BadPlan{"metres_per_character 1\npicture\n\n  \n", 0, "at least one wall"},
-        BadPlan{"metres_per_character 1\npicture\n#a#\n#a#\n", 4, "already a place 'a'"},
-        BadPlan{"wall 0 0 1 0\nroute q\n", 2, "'q'"}));
+        BadPlan{"Empty", "", 0, "at least one wall"},
+        BadPlan{"ThreeNumbers", "wall 1 2 3\n", 1, "wall X1 Y1 X2 Y2"},
+        BadPlan{"NotANumber", "\nwall 1 2 3 x4\n", 2, "'x4' is not a number"},
+        BadPlan{"NotFinite", "wall 1 2 3 nan\n", 1, "'nan' is not a number"},
+        BadPlan{"NoLength", "wall 1 2 1 2\n", 1, "no length"},
+        BadPlan{"UnknownWord", "wull 1 2 3 4\n", 1, "found 'wull'"},
+        BadPlan{"PictureWithoutScale", "picture\n##\n", 1, "metres_per_character"},
+        BadPlan{"ScaleOfZero", "metres_per_character 0\n", 1, "at least a millimetre"},
+        BadPlan{"UnknownCharacter", "metres_per_character 1\npicture\n####\n# *#\n", 4, "column 3"},
+        BadPlan{"Tab", "metres_per_character 1\npicture\n#\t#\n", 3, "this is a tab"},
+        BadPlan{"BlankPicture", "metres_per_character 1\npicture\n\n  \n", 0, "at least one wall"},
+        BadPlan{"PlaceTwice", "metres_per_character 1\npicture\n#a#\n#a#\n", 4,
+                "already a place 'a'"},
+        BadPlan{"UnknownPlace", "wall 0 0 1 0\nroute q\n", 2, "'q'"}),
+    [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST(ReadPlan, SurvivesEveryCutOfAGoodPlan) {
   const std::string_view text = demo_building();

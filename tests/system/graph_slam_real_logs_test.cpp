@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 #include <wayfare/eval/relations.hpp>
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/relations.hpp>
@@ -12,12 +14,22 @@
 namespace wayfare {
 namespace {
 
+constexpr std::size_t kScans = WAYFARE_TEST_SCANS;
+constexpr bool kWholeLogs = kScans == 0;
+
+void keep_first_scans(Recording& recording) {
+  if (kWholeLogs || recording.scans.size() <= kScans) return;
+  recording.scans.resize(kScans);
+  std::printf("the first %zu scans only (WAYFARE_TEST_SCANS)\n", kScans);
+}
+
 eval::RelationsResult relations_of(const std::string& log_path, const std::string& relations_path,
                                    bool with_odometry = true) {
   auto log = io::read_carmen(log_path);
   const auto relations = io::read_relations(relations_path);
   if (!log || !relations) return {};
   if (!with_odometry) log->recording.odometry.clear();
+  keep_first_scans(log->recording);
   const auto slam = run_graph_slam(log->recording);
   if (!slam) return {};
   EXPECT_EQ(slam->trajectory.size(), log->recording.scans.size());
@@ -29,7 +41,7 @@ TEST(GraphSlamRealLogs, Freiburg079) {
   WAYFARE_NEEDS_RECORDING(log, "slam2d/fr079.clf.gz");
   WAYFARE_NEEDS_RECORDING(relations, "slam2d/fr079.relations.gz");
   const auto error = relations_of(log, relations);
-  EXPECT_EQ(error.used, 1685U);
+  EXPECT_GE(error.used, kWholeLogs ? 1685U : 100U);
   EXPECT_LT(error.translation_m.mean, 0.0455);
   EXPECT_LT(error.rotation_deg.mean, 0.80);
 }
@@ -47,7 +59,7 @@ TEST(GraphSlamRealLogs, Intel) {
   WAYFARE_NEEDS_RECORDING(log, "slam2d/intel.clf.gz");
   WAYFARE_NEEDS_RECORDING(relations, "slam2d/intel.relations.gz");
   const auto error = relations_of(log, relations);
-  EXPECT_EQ(error.used, 2945U);
+  EXPECT_GE(error.used, kWholeLogs ? 2945U : 100U);
   EXPECT_LT(error.translation_m.mean, 0.1025);
   EXPECT_LT(error.rotation_deg.mean, 2.95);
 }
