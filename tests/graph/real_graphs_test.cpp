@@ -3,18 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <ostream>
 
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/pose_graph_file.hpp>
 
+#include "io/support.hpp"
+
 namespace wayfare {
 namespace {
-
-std::string graph_path(const std::string& name) {
-  return std::string(WAYFARE_DATA_DIR) + "/posegraph/" + name + ".g2o.gz";
-}
 
 struct Optimum {
   const char* name;
@@ -28,8 +25,7 @@ class RealGraph : public testing::TestWithParam<Optimum> {};
 
 TEST_P(RealGraph, ReachesThePublishedOptimumFromTheFilesOwnStart) {
   const Optimum& expected = GetParam();
-  const std::string path = graph_path(expected.name);
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << path << "; set WAYFARE_DATA_DIR";
+  WAYFARE_NEEDS_RECORDING(path, std::string("posegraph/") + expected.name + ".g2o.gz");
   const auto file = io::read_g2o(path);
   ASSERT_TRUE(file) << file.error().to_string();
   for (const auto method : {OptimiseMethod::gauss_newton, OptimiseMethod::levenberg_marquardt}) {
