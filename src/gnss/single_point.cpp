@@ -85,19 +85,23 @@ Error too_few(const RangeSet& set, const std::string& what) {
 Result<Solution> iterate(const RangeSet& set, const SinglePointOptions& options,
                          Eigen::VectorXd& x) {
   robust::Options how;
-  how.exclude = options.exclude_faults;
   how.scale = options.robust_scale;
   how.exclusion_sigma = options.exclusion_sigma;
-  for (int round = 0; round < 25; ++round) {
+  // Far from the solution the equations' own bend looks like faults; those are sought once it is
+  // near, or as near as the faults let it come.
+  bool near = false;
+  for (int round = 0; round < 40; ++round) {
     const System equations = linearise(set, x, options);
+    how.exclude = near && options.exclude_faults;
     how.threshold = chi_square_threshold(std::max(equations.spare(), 1), options.false_alarm);
-    // While the position is far off, all ranges are bent alike; faults show once it is near.
     const std::optional<Solution> solution = robust::solve(equations, how);
     if (!solution)
       return too_few(set, "the satellites do not fix a position: their directions are too alike");
     x += solution->step;
     if (!x.allFinite() || x.head<3>().norm() > 1e9) break;
-    if (solution->step.head<3>().norm() < 1e-4) return *solution;
+    const double moved_m = solution->step.head<3>().norm();
+    if (near && moved_m < 1e-4) return *solution;
+    near = near || moved_m < 1e3;
   }
   return Error{ErrorCode::numerical, "the iteration for the position does not end", "single point"};
 }
@@ -203,11 +207,12 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
   const RangeSet set = ranges_of(epoch);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(3 + set.systems);
   if (near_ecef_m.allFinite()) x.head<3>() = near_ecef_m;
-  if (const int spare = linearise(set, x, options).spare(); spare < 0 || set.ranges.empty())
-    return too_few(set, "a position with " + std::to_string(set.systems) + " clock" +
-                            (set.systems == 1 ? "" : "s") + " needs " +
-                            std::to_string(static_cast<int>(set.ranges.size()) - spare) +
-                            " satellites, there are " + std::to_string(set.ranges.size()));
+  const int have = static_cast<int>(set.ranges.size());
+  const int needed = set.ranges.empty() ? 4 : have - linearise(set, x, options).spare();
+  if (have < needed)
+    return too_few(set, "a position with " + std::to_string(std::max(set.systems, 1)) +
+                            " clocks needs " + std::to_string(needed) + " satellites, there are " +
+                            std::to_string(have));
   const Result<Solution> solution = iterate(set, options, x);
   if (!solution) return solution.error();
 
@@ -234,31 +239,43 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
   return point;
 }
 
-Result<SinglePoint> single_point(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
-                                 const SinglePointOptions& options,
-                                 const Eigen::Vector3d& near_ecef_m) {
-  Eigen::Vector3d near = near_ecef_m;
+namespace {
+
+/// Corrects where the last position was until that does not change it any more.
+Result<SinglePoint> settle(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
+                           const SinglePointOptions& options, Eigen::Vector3d near) {
   std::vector<RefusedRange> refused;
-  // From nowhere: a first position without an atmosphere, another with it; each time the correction
-  // is made where the last one was. Known to a few metres, one round is enough.
-  for (int round = 0; round < 6; ++round) {
+  SinglePointOptions on_the_way = options;  // geometry and agreement are judged at the end alone
+  on_the_way.max_pdop = std::numeric_limits<double>::infinity();
+  on_the_way.answer_inconsistent = true;
+  for (int round = 0; round < 8; ++round) {
     refused.clear();
     const RangeEpoch ranges =
         correct_ranges(epoch, ephemerides, near, options.corrections, &refused);
-    SinglePointOptions now = options;
-    // Geometry and agreement are judged at the end alone.
-    const bool known = near.norm() > 1e6;
-    if (!known) now.max_pdop = 1e9, now.answer_inconsistent = true;
-    Result<SinglePoint> point = single_point(ranges, now, near);
+    Result<SinglePoint> point = single_point(ranges, on_the_way, near);
     if (!point) return point.error();
-    const double moved_m = (point->position_ecef_m - near).norm();
+    const bool settled = near.norm() > 1e6 && (point->position_ecef_m - near).norm() < 1.0;
+    if (settled) point = single_point(ranges, options, near);
+    if (!point) return point.error();
+    if (settled) point->refused = std::move(refused);
+    if (settled) return point;
     near = point->position_ecef_m;
-    if (known && moved_m < 50.0) {
-      point->refused = std::move(refused);
-      return point;
-    }
   }
   return Error{ErrorCode::numerical, "the position does not settle", "single point"};
+}
+
+}  // namespace
+
+Result<SinglePoint> single_point(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
+                                 const SinglePointOptions& options,
+                                 const Eigen::Vector3d& near_ecef_m) {
+  const bool given = near_ecef_m.allFinite() && near_ecef_m.norm() > 1e6;
+  if (given) {
+    Result<SinglePoint> point = settle(epoch, ephemerides, options, near_ecef_m);
+    if (point) return point;
+  }
+  // A place that is far from the truth hides satellites behind the horizon.
+  return settle(epoch, ephemerides, options, Eigen::Vector3d::Zero());
 }
 
 void SystemOffsets::learn(const SinglePoint& point) {
@@ -269,6 +286,7 @@ void SystemOffsets::learn(const SinglePoint& point) {
     Track& track = tracks_[s];
     const double offset = point.clock_bias_m[s] - gps;
     const double gain = 1.0 / std::min(++track.count, 200);
+    if (track.count == 1) track.mean_m = offset;
     const double limit = track.count <= 10 ? 1e9 : 5.0 * std::max(track.spread_m, 0.1);
     const double off = std::clamp(offset - track.mean_m, -limit, limit);
     track.mean_m += gain * off;
@@ -280,8 +298,8 @@ std::optional<ClockOffset> SystemOffsets::of(GnssSystem system) const {
   const Track& track = tracks_[index(system)];
   if (system == GnssSystem::gps) return ClockOffset{0.0, 0.0};
   if (track.count < 10) return std::nullopt;
-  // Errors of following epochs go together; the mean is trusted to a third of one epoch's.
-  return ClockOffset{track.mean_m, std::max(track.spread_m / 3.0, 0.05)};
+  // Errors of following epochs go together; the mean is trusted to half of one epoch's.
+  return ClockOffset{track.mean_m, std::max(0.5 * track.spread_m, 0.3)};
 }
 
 std::array<std::optional<ClockOffset>, kGnssSystems> SystemOffsets::all() const {

@@ -35,6 +35,7 @@ void eph2pos(gtime_t time, const eph_t* eph, double* rs, double* dts, double* va
 void geph2pos(gtime_t time, const geph_t* geph, double* rs, double* dts, double* var);
 double ionmodel(gtime_t t, const double* ion, const double* pos, const double* azel);
 double tropmodel(gtime_t time, const double* pos, const double* azel, double humi);
+double tropmapf(gtime_t time, const double* pos, const double* azel, double* mapfw);
 double geodist(const double* rs, const double* rr, double* e);
 double satazel(const double* pos, const double* e, double* azel);
 void ecef2pos(const double* r, double* pos);

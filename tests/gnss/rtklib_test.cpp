@@ -187,6 +187,13 @@ TEST(Rtklib, AtmosphereAndDirections) {
     EXPECT_NEAR(zenith_troposphere_delay_m(at, 0.7) / std::sin(sight.elevation_rad),
                 tropmodel(of(t), pos, azel, 0.7), 1e-6);
   }
+  // Black and Eisner's mapping against Niell's (1996): within 1 % down to 5°.
+  const double middle[] = {0.8, 0.1, 100.0};
+  for (double elevation = 0.0873; elevation < 1.57; elevation += 0.01) {
+    const double azel[] = {0.0, elevation};
+    const double niell = tropmapf(of(gps_time(2051, Duration(0))), middle, azel, nullptr);
+    EXPECT_NEAR(troposphere_mapping(elevation) / niell, 1.0, 0.01) << elevation;
+  }
   // Sagnac's effect and the direction, to satellites all around.
   for (int i = 0; i < 200; ++i) {
     const Geodetic at{Angle::degrees(-80.0 + 160.0 * unit(random)),

@@ -22,7 +22,7 @@ namespace wayfare {
 struct RangeSigmaModel {
   double floor_m = 0.5;      ///< orbit, clock and receiver
   double elevation_m = 0.5;  ///< troposphere and reflections, at the zenith
-  double signal_m = 1.0;     ///< code noise at 45 dB-Hz
+  double signal_m = 1.5;     ///< code noise and reflections at 45 dB-Hz
   double rate_floor_mps = 0.03;
   double rate_elevation_mps = 0.02;
   double rate_signal_mps = 0.06;  ///< at 45 dB-Hz

@@ -107,7 +107,7 @@ struct SinglePoint {
     const Eigen::Vector3d& near_ecef_m = Eigen::Vector3d::Zero());
 
 /// The value a χ² variable of `degrees_of_freedom` exceeds with probability `probability`, by
-/// Wilson and Hilferty's approximation (1931), good to 1 % from one degree of freedom up.
+/// Wilson and Hilferty's approximation (1931), good to 2 % down to one degree of freedom.
 [[nodiscard]] double chi_square_threshold(int degrees_of_freedom, double probability);
 
 /// Learns from solutions what the systems' clocks differ by, so that in a street with few
@@ -115,7 +115,8 @@ struct SinglePoint {
 /// outliers held back.
 class SystemOffsets {
  public:
-  /// Takes the clocks of a consistent solution; others are passed over.
+  /// Takes the clocks of a consistent solution; others are passed over. It should have been made
+  /// without known offsets, or they confirm themselves.
   void learn(const SinglePoint& point);
   /// What is known, against GPS; nothing before ten solutions.
   [[nodiscard]] std::optional<ClockOffset> of(GnssSystem system) const;
