@@ -3,12 +3,19 @@
 // The candidates of a search window, how they are scored and which of two is better: shared by all
 // matchers, so that their optima are the same.
 
+#include <vector>
+
 #include <wayfare/map/match_grid.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
 #include "kernels/kernels.hpp"
 
 namespace wayfare::detail {
+
+/// Cosine and sine, in cells a metre.
+struct Heading {
+  float c, s;
+};
 
 struct CandidateSpace {
   int half_x, half_y, half_k;
@@ -20,6 +27,7 @@ struct CandidateSpace {
   std::int64_t min_sum;  ///< least summed value that is a match
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of (x, y, θ) along the map's axes
   bool has_prior = false;
+  std::vector<Heading> headings;  ///< of every heading step, from −half_k on
 
   [[nodiscard]] std::int64_t count() const {
     return (2LL * half_x + 1) * (2LL * half_y + 1) * (2LL * half_k + 1);

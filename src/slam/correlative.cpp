@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
 
@@ -49,6 +50,30 @@ Result<Eigen::Matrix3d> along_map_axes(const Eigen::Matrix3d& information, const
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = prior.rotation().matrix();
   return Eigen::Matrix3d(turn * symmetric * turn.transpose());
+}
+
+/// One sine in sixteen, that of the prior's own heading among them; those between by the addition
+/// theorem, in double precision.
+std::vector<Heading> headings_of(const CandidateSpace& s) {
+  constexpr int kFine = 16;
+  const double prior = s.prior.heading().radians(), inverse = 1.0 / s.resolution_m;
+  double fine_c[kFine], fine_s[kFine], coarse_c = 1.0, coarse_s = 0.0;
+  for (int i = 0; i < kFine; ++i) {
+    fine_c[i] = std::cos(i * s.heading_step_rad);
+    fine_s[i] = std::sin(i * s.heading_step_rad);
+  }
+  std::vector<Heading> headings;
+  headings.reserve(2 * static_cast<std::size_t>(s.half_k) + 1);
+  for (int k = -s.half_k; k <= s.half_k; ++k) {
+    const int i = k & (kFine - 1);
+    if (i == 0 || k == -s.half_k) {
+      coarse_c = std::cos(prior + (k - i) * s.heading_step_rad) * inverse;
+      coarse_s = std::sin(prior + (k - i) * s.heading_step_rad) * inverse;
+    }
+    headings.push_back({static_cast<float>(coarse_c * fine_c[i] - coarse_s * fine_s[i]),
+                        static_cast<float>(coarse_s * fine_c[i] + coarse_c * fine_s[i])});
+  }
+  return headings;
 }
 
 }  // namespace
@@ -109,14 +134,15 @@ Result<CandidateSpace> plan(const MatchGrid& grid, const PointSet& points, const
     s.information = *information;
     s.has_prior = true;
   }
+  s.headings = headings_of(s);
   return s;
 }
 
 kernels::Turn turn_of(const CandidateSpace& s, const MatchGrid& grid, int k) {
-  const double heading = s.prior.heading().radians() + k * s.heading_step_rad;
+  const Heading& h = s.headings[static_cast<std::size_t>(k + s.half_k)];
   const double inverse = 1.0 / s.resolution_m;
-  return {static_cast<float>(std::cos(heading) * inverse),
-          static_cast<float>(std::sin(heading) * inverse),
+  return {h.c,
+          h.s,
           static_cast<float>(s.prior.x() * inverse - grid.origin().x),
           static_cast<float>(s.prior.y() * inverse - grid.origin().y),
           1048576.0F,

@@ -85,6 +85,15 @@ struct Case {
     k.block_scores(grid.data(), grid.stride(), at.data(), n, rows, sums.data());
     return sums;
   }
+  [[nodiscard]] Sums pair_scores(const Kernels& k) const {
+    Ints u, v, at(x.size());
+    place(k, u, v);
+    k.index(u.data(), v.data(), padded, turn.du, turn.dv, grid.width(), grid.height(),
+            grid.stride(), at.data());
+    Sums sums(16);
+    k.pair_scores(pyramid.pairs(), grid.stride(), at.data(), n, sums.data());
+    return sums;
+  }
   [[nodiscard]] std::vector<double> linearise(const Kernels& k) const {
     std::vector<double> sums(10);
     k.linearise(x.data(), y.data(), n, turn,
@@ -134,21 +143,67 @@ TEST(Kernels, FusedBoundsEqualTheStepwiseOnes) {
   });
 }
 
+TEST(Kernels, PairsAndSquaresBoundWhatTheyHold) {
+  for_each_variant([](const Kernels& variant, const Kernels& portable) {
+    Rng rng(24);
+    for (int i = 0; i < 200; ++i) {
+      const Case test(rng);
+      const Sums exact = test.block_scores(portable, 16), pairs = test.pair_scores(variant);
+      const Sums squares = test.bound_scores(variant, 0);
+      ASSERT_EQ(pairs, test.pair_scores(portable));
+      for (unsigned y = 0; y < 16; ++y)
+        for (unsigned x = 0; x < 16; ++x) {
+          ASSERT_LE(exact[y * 16 + x], 16 * squares[4 * (x / 4) + y / 4]);
+          if (y < 4) {
+            ASSERT_LE(exact[y * 16 + x], 16 * pairs[8 * (y / 2) + x / 2]);
+          }
+        }
+    }
+  });
+}
+
+TEST(Kernels, InterleaveAndSixteenthsEqualTheirDefinition) {
+  for_each_variant([](const Kernels& variant, const Kernels&) {
+    Rng rng(25);
+    for (int n = 1; n < 70; ++n) {
+      const auto size = static_cast<std::size_t>(4 * n);
+      std::vector<std::uint8_t> in[4], out[4];
+      std::vector<std::uint16_t> values(size);
+      for (auto& row : in) {
+        row.resize(size);
+        for (auto& t : row) t = static_cast<std::uint8_t>(rng.below(256));
+      }
+      for (auto& row : out) row.resize(size);
+      for (auto& t : values) t = static_cast<std::uint16_t>(rng.below(4081));
+      const std::uint8_t* const from[] = {in[0].data(), in[1].data(), in[2].data(), in[3].data()};
+      std::uint8_t* const to[] = {out[0].data(), out[1].data(), out[2].data(), out[3].data()};
+      variant.interleave(from, n, to);
+      for (std::size_t e = 0; e < size / 4; ++e)
+        for (std::size_t p = 0; p < 4; ++p)
+          for (std::size_t j = 0; j < 4; ++j) ASSERT_EQ(out[p][4 * e + j], in[j][4 * e + p]);
+      std::vector<std::uint8_t> rounded(size);
+      variant.sixteenths(values.data(), 4 * n, rounded.data());
+      for (std::size_t i = 0; i < size; ++i) ASSERT_EQ(rounded[i], (values[i] + 15) / 16);
+    }
+  });
+}
+
 TEST(Kernels, StampAndMaximaEqualTheirDefinition) {
   for_each_variant([](const Kernels& variant, const Kernels&) {
     Rng rng(23);
     const auto word = [&] { return static_cast<std::uint16_t>(rng.below(4081)); };
     for (int n = 1; n < 100; ++n) {
       const auto size = static_cast<std::size_t>(n);
-      std::vector<std::uint8_t> a(size), b(size), out(size);
+      std::vector<std::uint8_t> a(size), b(size);
       Ints values(size);
       for (std::size_t i = 0; i < size; ++i) {
         a[i] = static_cast<std::uint8_t>(rng.below(256));
         b[i] = static_cast<std::uint8_t>(rng.below(256));
         values[i] = static_cast<std::int32_t>(rng.below(2000)) - 1000;
       }
-      variant.max_bytes(a.data(), b.data(), n, out.data());
-      for (std::size_t i = 0; i < size; ++i) ASSERT_EQ(out[i], std::max(a[i], b[i]));
+      auto larger = a;
+      variant.max_into(larger.data(), b.data(), n);
+      for (std::size_t i = 0; i < size; ++i) ASSERT_EQ(larger[i], std::max(a[i], b[i]));
       std::int32_t low = 0, high = 0;
       variant.min_max(values.data(), n, &low, &high);
       const auto [least, most] = std::minmax_element(values.begin(), values.end());

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <wayfare/map/max_pyramid.hpp>
@@ -33,6 +34,7 @@ class BranchAndBoundMatcher {
   /// Sixteen squares of 4×4 offsets at one heading, bounded from the first `seen` points.
   struct Group {
     Candidate corner;
+    float c, s;  // what turns a point, in cells a metre
     int seen;
     std::uint32_t top;
     std::uint32_t sums[16];
@@ -41,10 +43,11 @@ class BranchAndBoundMatcher {
   struct SmallSearch;
 
   std::vector<std::int32_t> u_, v_, index_;
-  std::vector<float> x_, y_;  // the points, far ones of the scan side by side
+  std::vector<float> x_, y_, copy_;  // the points in the order they are looked at
   std::vector<Node> roots_, stack_;
   std::vector<Group> groups_;
   std::vector<std::int32_t> order_;
+  std::vector<std::pair<int, int>> fit_;
   CorrelativeMatcher local_;
 };
 

@@ -37,7 +37,9 @@ struct RefineResult {
 
 /// Climbs from a matched cell to the maximum of Σ ln p between cells: damped Gauss-Newton on the
 /// residuals √(−2 ln p), which for a likelihood field are distances in σ (compare the
-/// scan-to-map step of Kohlbrecher et al. 2011). Never worse than its start.
+/// scan-to-map step of Kohlbrecher et al. 2011). Never worse than its start. The bilinear field has
+/// kinks, which slow the climb: in a room the default's ten iterations end about 5 mm from the
+/// summit (up to 15 mm, 7e-4 nats a point below it), 200 within 1 mm in three cases of four.
 [[nodiscard]] Result<RefineResult> refine(const MatchGrid& grid, const PointSet& points,
                                           const SE2d& start, const RefineOptions& options = {});
 

@@ -38,6 +38,10 @@ struct Kernels {
   /// sums[r·16 + c] = Σ table[index + r·stride + c] for rows r < 16, values ≤ 4080.
   void (*block_scores)(const std::uint16_t* table, int stride, const std::int32_t* index, int n,
                        int rows, std::uint32_t* sums);
+  /// Windows of two rows and columns: sums[r·8 + c] = Σ table[index + 2r·stride + 2c], r < 2, c
+  /// < 8.
+  void (*pair_scores)(const std::uint8_t* table, int stride, const std::int32_t* index, int n,
+                      std::uint32_t* sums);
   /// Positions in an interleaved bound table of the group whose corner is (u + du, v + dv).
   void (*bound_index)(const std::int32_t* u, const std::int32_t* v, int n, int du, int dv,
                       int shift, int width, int height, int columns, int rows, std::int32_t* index);
@@ -45,9 +49,10 @@ struct Kernels {
   void (*bound_scores)(const std::uint8_t* table, const std::int32_t* index, int n,
                        std::uint32_t* sums);
   /// Turns n ≤ 256 points like `place`, then like `bound_index` with Turn::du and dv, and adds what
-  /// the bound table holds for them: sums[k] += Σ, k < 16. May read up to 15 points past n.
-  void (*turned_bounds)(const float* x, const float* y, int n, const Turn& turn,
-                        const BoundTable& bounds, std::uint32_t* sums);
+  /// the bound table holds for them: sums[k] += Σ, k < 16. The largest of the sums. May read up to
+  /// 15 points past n.
+  std::uint32_t (*turned_bounds)(const float* x, const float* y, int n, const Turn& turn,
+                                 const BoundTable& bounds, std::uint32_t* sums);
   /// Turns n points (arrays padded to 16) to (u, v), cell centres at whole numbers, and sums over
   /// them f, g and the upper triangle of g gᵀ / (a + b·f), g = (∂f/∂u, ∂f/∂v) turned back, and
   /// x·g₁ − y·g₀: sums[10] = {f, g₀, g₁, g₂, 00, 01, 02, 11, 12, 22}.
@@ -56,8 +61,12 @@ struct Kernels {
   /// Each target row r < rows: target[c] = max(target[c], kernel[r·width + c]); width % 16 = 0.
   void (*stamp)(std::uint16_t* target, int stride, const std::uint16_t* kernel, int width,
                 int rows);
-  /// out[i] = max(a[i], b[i]).
-  void (*max_bytes)(const std::uint8_t* a, const std::uint8_t* b, int n, std::uint8_t* out);
+  /// out[p][4·e + j] = rows[j][4·e + p] for e < entries; p, j < 4.
+  void (*interleave)(const std::uint8_t* const* rows, int entries, std::uint8_t* const* out);
+  /// out[i] = ⌈values[i] / 16⌉.
+  void (*sixteenths)(const std::uint16_t* values, int n, std::uint8_t* out);
+  /// target[i] = max(target[i], other[i]); the two do not overlap.
+  void (*max_into)(std::uint8_t* target, const std::uint8_t* other, int n);
   /// Smallest and largest value, n > 0.
   void (*min_max)(const std::int32_t* values, int n, std::int32_t* low, std::int32_t* high);
 };

@@ -4,6 +4,8 @@
 
 #include "kernels.hpp"
 
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "narrow values are read in wider lanes");
+
 namespace wayfare::kernels::WAYFARE_ISA {
 namespace {
 
@@ -96,6 +98,27 @@ void block_scores(const uint16_t* table, int stride, const int32_t* at, int n, i
   }
 }
 
+// Every second byte of a row is wanted: as the low bytes of 16-bit lanes, which 256 of them fit.
+void pair_scores(const uint8_t* __restrict table, int stride, const int32_t* __restrict at, int n,
+                 uint32_t* __restrict sums) {
+  typedef uint16_t Lanes __attribute__((vector_size(16)));
+  typedef Lanes Bytes __attribute__((aligned(1), may_alias));
+  for (int k = 0; k < 16; ++k) sums[k] = 0;
+  for (int begin = 0; begin < n; begin += 256) {
+    const int end = begin + 256 < n ? begin + 256 : n;
+    Lanes low = {}, high = {};
+    for (int i = begin; i < end; ++i) {
+      const uint8_t* p = table + at[i];
+      low += *reinterpret_cast<const Bytes*>(p) & 0xff;
+      high += *reinterpret_cast<const Bytes*>(p + 2L * stride) & 0xff;
+    }
+    for (int c = 0; c < 8; ++c) {
+      sums[c] += low[c];
+      sums[8 + c] += high[c];
+    }
+  }
+}
+
 void bound_index(const int32_t* __restrict u, const int32_t* __restrict v, int n, int du, int dv,
                  int shift, int width, int height, int columns, int rows, int32_t* __restrict out) {
   for (int i = 0; i < n; ++i) {
@@ -127,8 +150,8 @@ void bound_scores(const uint8_t* __restrict table, const int32_t* __restrict at,
 }
 
 // Blocks of 64 points stay in registers and the nearest cache; four sums hide the adder's latency.
-void turned_bounds(const float* __restrict x, const float* __restrict y, int n, const Turn& turn,
-                   const BoundTable& b, uint32_t* __restrict sums) {
+uint32_t turned_bounds(const float* __restrict x, const float* __restrict y, int n,
+                       const Turn& turn, const BoundTable& b, uint32_t* __restrict sums) {
   typedef uint8_t Bytes __attribute__((vector_size(16), aligned(1), may_alias));
   typedef uint16_t Lanes __attribute__((vector_size(32)));
   constexpr int kChunk = 64;
@@ -148,7 +171,12 @@ void turned_bounds(const float* __restrict x, const float* __restrict y, int n, 
       a[0] += __builtin_convertvector(*reinterpret_cast<const Bytes*>(b.table + at[i]), Lanes);
   }
   const Lanes all = (a[0] + a[1]) + (a[2] + a[3]);  // 256 bytes fit 16 bits
-  for (int k = 0; k < 16; ++k) sums[k] += all[k];
+  uint32_t top = 0;
+  for (int k = 0; k < 16; ++k) {
+    sums[k] += all[k];
+    top = top > sums[k] ? top : sums[k];
+  }
+  return top;
 }
 
 // Lanes of sixteen in every variant, so that the sums round alike; lanes past the end read zeros.
@@ -221,8 +249,36 @@ void stamp(uint16_t* __restrict target, int stride, const uint16_t* __restrict k
   }
 }
 
-void max_bytes(const uint8_t* a, const uint8_t* b, int n, uint8_t* out) {
-  for (int i = 0; i < n; ++i) out[i] = a[i] > b[i] ? a[i] : b[i];
+// A 4×4 transposition of bytes in every four 32-bit words, little end first.
+void interleave(const uint8_t* const* rows, int entries, uint8_t* const* out) {
+  typedef uint32_t Word __attribute__((aligned(1), may_alias));
+  const Word* in[4];
+  Word* to[4];
+  for (int j = 0; j < 4; ++j) {
+    in[j] = reinterpret_cast<const Word*>(rows[j]);
+    to[j] = reinterpret_cast<Word*>(out[j]);
+  }
+  const Word* __restrict a = in[0], * __restrict b = in[1], * __restrict c = in[2], * __restrict d = in[3];
+  Word* __restrict o = to[0], * __restrict p = to[1], * __restrict q = to[2], * __restrict r = to[3];
+  for (int e = 0; e < entries; ++e) {
+    const uint32_t ab = (a[e] & 0x00ff00ff) | ((b[e] & 0x00ff00ff) << 8);
+    const uint32_t cd = (c[e] & 0x00ff00ff) | ((d[e] & 0x00ff00ff) << 8);
+    const uint32_t ba = ((a[e] >> 8) & 0x00ff00ff) | (b[e] & 0xff00ff00);
+    const uint32_t dc = ((c[e] >> 8) & 0x00ff00ff) | (d[e] & 0xff00ff00);
+    o[e] = (ab & 0xffff) | (cd << 16);
+    q[e] = (ab >> 16) | (cd & 0xffff0000);
+    p[e] = (ba & 0xffff) | (dc << 16);
+    r[e] = (ba >> 16) | (dc & 0xffff0000);
+  }
+}
+
+void sixteenths(const uint16_t* __restrict values, int n, uint8_t* __restrict out) {
+  for (int i = 0; i < n; ++i)
+    out[i] = static_cast<uint8_t>(static_cast<uint16_t>(values[i] + 15) >> 4);
+}
+
+void max_into(uint8_t* __restrict target, const uint8_t* __restrict other, int n) {
+  for (int i = 0; i < n; ++i) target[i] = target[i] > other[i] ? target[i] : other[i];
 }
 
 void min_max(const int32_t* __restrict values, int n, int32_t* __restrict low,
@@ -239,7 +295,8 @@ void min_max(const int32_t* __restrict values, int n, int32_t* __restrict low,
 }  // namespace
 
 extern const Kernels table;
-const Kernels table = {place,         index,     block_scores, bound_index, bound_scores,
-                       turned_bounds, linearise, stamp,        max_bytes,   min_max};
+const Kernels table = {place,        index,         block_scores, pair_scores, bound_index,
+                       bound_scores, turned_bounds, linearise,    stamp,       interleave,
+                       sixteenths,   max_into,      min_max};
 
 }  // namespace wayfare::kernels::WAYFARE_ISA
