@@ -194,6 +194,9 @@ BENCHMARK_TEMPLATE(BM_InsertScan, OncePerScan)
 BENCHMARK_TEMPLATE(BM_InsertScan, EveryBeam)
     ->Name("grid_update/wayfare_every_beam")
     ->Unit(benchmark::kMicrosecond);
+BENCHMARK_TEMPLATE(BM_InsertScan, FillBetweenBeams)
+    ->Name("grid_update/wayfare_fill")
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace wayfare

@@ -1,10 +1,11 @@
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/map/ray.hpp>
+#include <wayfare/map/raster_walk.hpp>
 
 namespace wayfare {
 namespace {
@@ -56,6 +57,43 @@ TEST(Ray, GoesThroughCornersAndAlongLines) {
   Rng rng(2);
   const auto any = [&] { return (static_cast<std::int64_t>(rng.below(33)) - 16) * 1024; };
   for (int i = 0; i < 5000; ++i) expect_exact({any(), any()}, {any(), any()});
+}
+
+/// The cells of the fast walk, without those it comes to again at once.
+void expect_the_same_cells(const SubCellPoint& a, const SubCellPoint& b) {
+  std::vector<Cell> want, got;
+  for_each_cell_on_segment(a, b, [&](const Cell& c) { want.push_back(c); });
+  const int left = std::min(a.cell().x, b.cell().x), right = std::max(a.cell().x, b.cell().x);
+  const RasterShape raster{{left - 3, std::min(a.cell().y, b.cell().y) - 5}, right - left + 9};
+  for_each_place_on_segment(a, b, raster, [&](std::ptrdiff_t at, bool is_new) {
+    const Cell c = raster.origin +
+                   Cell{static_cast<int>(at % raster.stride), static_cast<int>(at / raster.stride)};
+    if (is_new)
+      got.push_back(c);
+    else
+      EXPECT_EQ(c, got.back());
+  });
+  ASSERT_EQ(got, want) << a.x << ',' << a.y << " to " << b.x << ',' << b.y;
+}
+
+TEST(RasterWalk, VisitsTheCellsOfTheSegment) {
+  Rng rng(4);
+  // Short ones on corners and boundaries, middling ones, the longest in fixed point, and longer.
+  const std::pair<int, int> kinds[] = {{16, 1024},   {300, 1024},    {400'000, 1},
+                                       {1000, 4096}, {3'900'000, 1}, {40'000'000, 1}};
+  for (const auto& [reach, unit] : kinds) {
+    const auto any = [&, r = reach, u = unit] {
+      return (static_cast<std::int64_t>(rng.below(static_cast<std::uint64_t>(2 * r + 1))) - r) * u;
+    };
+    for (int i = 0; i < 1500; ++i) {
+      const SubCellPoint a{any(), any()};
+      SubCellPoint b{any(), any()};
+      if (i % 10 == 0) b.x = a.x;
+      if (i % 10 == 1) b.y = a.y;
+      if (i % 10 == 2) b.y = a.y + std::abs(b.x - a.x);
+      expect_the_same_cells(a, b);
+    }
+  }
 }
 
 TEST(Ray, CellsOfItsEndsAreThoseOfThePoints) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <span>
@@ -40,7 +42,8 @@ struct OccupancyGridOptions {
 };
 
 /// Occupancy by log-odds `l ← clamp(l + l(inverse sensor model) − l₀)` with the prior p₀ = ½
-/// (Zhang 2020, section 2.2). Cells nobody updated are unknown. Grows in every direction; copies share tiles.
+/// (Zhang 2020, section 2.2). Cells nobody updated are unknown. Grows in every direction; copies
+/// share tiles.
 class OccupancyGrid {
  public:
   using Tiles = CowTiles<std::int16_t>;
@@ -78,9 +81,12 @@ class OccupancyGrid {
     extend_bounds({c, c});
   }
 
-  /// Updates the cells from `first` along +x; a delta of zero leaves its cell as it was, unknown
-  /// cells included. Deltas lie within ±32767.
-  void update_row(Cell first, std::span<const std::int16_t> deltas);
+  /// Adds `delta` times its mark to every cell of the tiles that touch `box`, and sets the marks to
+  /// zero. `marks` are row-major, `stride` apart, from the first cell of the tile of box.min on to
+  /// the row of box.max. Cells marked zero, or all for a delta of zero, stay as they were, unknown
+  /// ones included. Marks wider than a byte may exceed 1.
+  template <class Mark>
+  void update_marked(const CellBox& box, Mark* marks, std::ptrdiff_t stride, LogOdds delta);
 
   /// `visit(first cell of the tile, its 64×64 fixed-point log-odds, row-major)`, in order of (x, y)
   /// of the tiles; unknown cells hold kUnknown.
@@ -98,6 +104,10 @@ class OccupancyGrid {
     const int sum = (l == kUnknown ? 0 : l) + delta;
     return static_cast<std::int16_t>(std::clamp<int>(sum, low_, high_));
   }
+  template <class Mark>
+  void update_tile(const Cell& tile, int rows, Mark* marks, std::ptrdiff_t stride, LogOdds delta);
+  template <class Mark>
+  void add_marks(std::int16_t* cells, const Mark* marks, int delta) const;
   void extend_bounds(const CellBox& box) {
     if (!bounds_) bounds_ = box;
     bounds_->extend(box.min);
@@ -110,22 +120,73 @@ class OccupancyGrid {
   std::optional<CellBox> bounds_;
 };
 
-inline void OccupancyGrid::update_row(Cell first, std::span<const std::int16_t> deltas) {
-  const auto touched = [](std::int16_t d) { return d != 0; };
-  const auto begin = std::find_if(deltas.begin(), deltas.end(), touched);
-  if (begin == deltas.end()) return;
-  const auto end = std::find_if(deltas.rbegin(), deltas.rend(), touched).base();
-  first.x += static_cast<int>(begin - deltas.begin());
-  const int count = static_cast<int>(end - begin);
-  extend_bounds({first, {first.x + count - 1, first.y}});
-  const std::int16_t* delta = &*begin;
-  for (int done = 0; done < count;) {
-    const Cell at{first.x + done, first.y};
-    const int n = std::min(count - done, Tiles::kSide - (at.x & (Tiles::kSide - 1)));
-    std::int16_t* l = &tiles_.writable(Tiles::tile_of(at))[Tiles::offset_in_tile(at)];
-    for (int i = 0; i < n; ++i) l[i] = delta[i] == 0 ? l[i] : added(l[i], delta[i]);
-    delta += n;
-    done += n;
+template <class Mark>
+void OccupancyGrid::update_marked(const CellBox& box, Mark* marks, std::ptrdiff_t stride,
+                                  LogOdds delta) {
+  const Cell first = Tiles::tile_of(box.min), last = Tiles::tile_of(box.max);
+  for (int y = first.y; y <= last.y; ++y) {
+    const int rows = std::min(Tiles::kSide, box.max.y - y * Tiles::kSide + 1);
+    for (int x = first.x; x <= last.x; ++x)
+      update_tile({x, y}, rows,
+                  marks + std::ptrdiff_t{y - first.y} * Tiles::kSide * stride +
+                      std::ptrdiff_t{x - first.x} * Tiles::kSide,
+                  stride, delta);
+  }
+}
+
+template <class Mark>
+void OccupancyGrid::update_tile(const Cell& tile, int rows, Mark* marks, std::ptrdiff_t stride,
+                                LogOdds delta) {
+  constexpr int kSide = Tiles::kSide;
+  Tiles::Tile* cells = nullptr;
+  Mark columns[kSide] = {};  // what any row has there
+  int low = kSide, high = -1;
+  for (int r = 0; r < rows; ++r, marks += stride) {
+    Mark any = 0;
+    for (int i = 0; i < kSide; ++i) any = static_cast<Mark>(any | marks[i]);
+    if (any == 0) continue;
+    if (delta.fixed != 0) {
+      if (cells == nullptr) cells = &tiles_.writable(tile);
+      add_marks(cells->data() + r * kSide, marks, delta.fixed);
+      for (int i = 0; i < kSide; ++i) columns[i] = static_cast<Mark>(columns[i] | marks[i]);
+    }
+    std::fill(marks, marks + kSide, Mark{0});
+    low = std::min(low, r);
+    high = r;
+  }
+  if (cells == nullptr) return;
+  const auto marked = [](Mark m) { return m != 0; };
+  const auto left = std::find_if(columns, columns + kSide, marked) - columns;
+  const auto right =
+      kSide - 1 -
+      (std::find_if(std::rbegin(columns), std::rend(columns), marked) - std::rbegin(columns));
+  const Cell corner{tile.x * kSide, tile.y * kSide};
+  extend_bounds(
+      {corner + Cell{static_cast<int>(left), low}, corner + Cell{static_cast<int>(right), high}});
+}
+
+/// Loops of constant length, which compilers turn into a few wide instructions.
+template <class Mark>
+void OccupancyGrid::add_marks(std::int16_t* cells, const Mark* marks, int delta) const {
+  if constexpr (sizeof(Mark) > 1) {
+    for (int i = 0; i < Tiles::kSide; ++i) {
+      const int l = cells[i] == kUnknown ? 0 : cells[i];
+      const int sum = std::clamp<int>(l + marks[i] * delta, low_, high_);
+      cells[i] = static_cast<std::int16_t>(marks[i] != 0 ? sum : cells[i]);
+    }
+  } else {
+    // Clamped before the sum, so that it fits 16 bits.
+    constexpr int kMax = std::numeric_limits<std::int16_t>::max();
+    const auto low = static_cast<std::int16_t>(std::clamp(low_ - delta, -kMax, kMax));
+    const auto high = static_cast<std::int16_t>(std::clamp(high_ - delta, -kMax, kMax));
+    for (int i = 0; i < Tiles::kSide; ++i) {
+      const std::int16_t old = cells[i];
+      std::int16_t l = old == kUnknown ? std::int16_t{0} : old;
+      l = l < low ? low : l;
+      l = l > high ? high : l;
+      l = static_cast<std::int16_t>(l + delta);
+      cells[i] = marks[i] != 0 ? l : old;
+    }
   }
 }
 

@@ -28,7 +28,9 @@ struct SubCellPoint {
   static std::int64_t coordinate(double cells) {
     constexpr double kLimit = kMaxCell;
     const double inside = cells > -kLimit ? (cells < kLimit ? cells : kLimit) : -kLimit;
-    return static_cast<std::int64_t>(std::floor(inside * (1 << kBits)));
+    const double scaled = inside * (1 << kBits);
+    const auto towards_zero = static_cast<std::int64_t>(scaled);
+    return towards_zero - (static_cast<double>(towards_zero) > scaled ? 1 : 0);
   }
 };
 
