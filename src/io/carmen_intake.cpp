@@ -67,7 +67,7 @@ void Intake::take_bare_laser(text::Tokens tokens) {
 }
 
 void Intake::take_bare_odometry(text::Tokens tokens) {
-  const Result<OdometryLine> odometry = parser_.bare_odometry(tokens);
+  const Result<OdometryLine> odometry = LineParser::bare_odometry(tokens);
   if (!odometry) return skip(odometry.error());
   bare_pose_ = *odometry;
   bare_pose_->line = line_;

@@ -45,7 +45,7 @@ class LineParser {
   /// ODOM.
   Result<OdometryLine> odom(text::Tokens tokens, bool terminated);
   /// `Odometry x y θ`, time left at zero.
-  Result<OdometryLine> bare_odometry(text::Tokens tokens);
+  static Result<OdometryLine> bare_odometry(text::Tokens tokens);
 
   /// Ranges of the last scan that were not finite or negative; they are NaN in it.
   [[nodiscard]] std::size_t invalid_ranges() const { return invalid_ranges_; }

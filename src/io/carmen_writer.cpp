@@ -135,7 +135,7 @@ class Writer {
 
   void write_properties(const LaserScan& scan) {
     const double step = scan.bearing_step.radians();
-    const double beams = static_cast<double>(scan.ranges_m.size());
+    const auto beams = static_cast<double>(scan.ranges_m.size());
     out_ += "ROBOTLASER1 0";
     append(out_, scan.first_bearing.radians());
     append(out_, step * std::max(0.0, beams - 1.0));

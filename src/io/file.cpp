@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include <wayfare/io/text_file.hpp>
@@ -17,7 +17,7 @@ namespace wayfare::io {
 namespace {
 
 Error system_error(const std::string& what, const std::string& path) {
-  return Error{ErrorCode::io, what + ": " + std::strerror(errno), path};
+  return Error{ErrorCode::io, what + ": " + std::generic_category().message(errno), path};
 }
 
 Error too_large(const std::string& source, std::size_t limit, const char* how) {

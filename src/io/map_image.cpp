@@ -31,7 +31,7 @@ Result<std::string> format_pgm(const GridImage& grid, const MapImageOptions& opt
   out.reserve(out.size() + grid.occupancy.size());
   for (std::size_t row = grid.height; row-- > 0;) {
     for (std::size_t column = 0; column < grid.width; ++column) {
-      const double p = static_cast<double>(grid.occupancy[row * grid.width + column]);
+      const auto p = static_cast<double>(grid.occupancy[row * grid.width + column]);
       std::uint8_t value = kUnknown;
       if (p >= options.occupied_threshold) value = kOccupied;
       if (p <= options.free_threshold) value = kFree;
