@@ -5,10 +5,12 @@
 
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include <wayfare/map/raster_walk.hpp>
 
