@@ -124,14 +124,20 @@ void InsEngine::hold_still(Diary& diary) {
   const double speed = filter_.state().velocity_mps.norm();
   const double speed_sigma =
       std::sqrt(filter_.covariance().diagonal().segment<3>(ins_state::kVelocity).sum());
-  const bool still = recent_.full() && recent_.force_spread_mps2() < 0.15 &&
+  // A gentle start neither shakes nor turns the unit; what it feels changes all the same.
+  const bool pushed =
+      still_since_ && (recent_.mean_force_mps2() - still_force_mps2_).norm() > 0.08;
+  const bool still = recent_.full() && recent_.force_spread_mps2() < 0.15 && !pushed &&
                      recent_.rate_spread_radps() < 0.01 && rate.norm() < 0.02 &&
                      speed < std::max(0.3, 3.0 * std::min(speed_sigma, 1.0));
   if (!still) {
     still_since_.reset();
     return;
   }
-  if (!still_since_) still_since_ = last_.time;
+  if (!still_since_) {
+    still_since_ = last_.time;
+    still_force_mps2_ = recent_.mean_force_mps2();
+  }
   if (to_seconds(last_.time - *still_since_) < 0.5) return;
   for (int axis = 0; axis < 3; ++axis) {
     const auto v = filter_.ekf().update(VelocityModel<double, kOffsets>{axis, 0.0, 0.02 * 0.02},

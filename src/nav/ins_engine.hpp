@@ -78,6 +78,7 @@ class InsEngine {
   ImuSample last_;
   RecentReadings recent_;
   std::optional<LogTime> still_since_, last_hold_, last_full_epoch_;
+  Eigen::Vector3d still_force_mps2_ = Eigen::Vector3d::Zero();  ///< felt when standing began
   double epoch_interval_s_ = 1.0;
   bool clock_known_ = false, lost_ = false;
   GnssSystem reference_ = GnssSystem::gps;

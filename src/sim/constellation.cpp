@@ -6,10 +6,11 @@
 
 #include <Eigen/Geometry>
 
+#include <wayfare/gnss/signal.hpp>
+
 namespace wayfare::sim {
 namespace {
 
-constexpr double kLight_mps = 299'792'458.0;
 constexpr double kTau = 2.0 * std::numbers::pi;
 
 SatelliteMotion on_circle(const WalkerParams& w, int index, Time<GpsClock> time) {
@@ -82,7 +83,7 @@ std::optional<SatelliteMotion> seen_from(const Constellation& constellation, Sat
     m->position_ecef_m = turn * m->position_ecef_m;
     m->velocity_ecef_mps = turn * m->velocity_ecef_mps;
     // Each round shortens the error by v/c, about 1e-5: metres, micrometres, nothing.
-    travel_s = (m->position_ecef_m - receiver_ecef_m).norm() / kLight_mps;
+    travel_s = (m->position_ecef_m - receiver_ecef_m).norm() / kSpeedOfLight_mps;
     if (round == 3) return m;
   }
 }

@@ -241,11 +241,10 @@ class SpeedProfile {
     for (const Piece& piece : path.pieces()) {
       if (piece.turn == 0.0) continue;
       const double v = corner_speed(piece, limits), margin = v * limits.build_up_s;
-      for (std::size_t i = 0; i < speed.size(); ++i) {
-        const double s = static_cast<double>(i) * ds;
-        if (s < piece.begin_m - margin || s > piece.begin_m + piece.length_m + margin) continue;
-        speed[i] = std::min(speed[i], v);
-      }
+      const auto first = std::max(0.0, std::ceil((piece.begin_m - margin) / ds));
+      const auto last = std::floor((piece.begin_m + piece.length_m + margin) / ds);
+      for (auto i = static_cast<std::size_t>(first); i <= static_cast<std::size_t>(last); ++i)
+        if (i < speed.size()) speed[i] = std::min(speed[i], v);
     }
   }
   void lay_out(const std::vector<double>& speed, const std::vector<double>& stand, double ds) {
@@ -281,7 +280,7 @@ DriveSamples sample_drive(const Path& path, const SpeedProfile& profile, const G
     const double grade = (path.height_at(s + 0.5) - path.height_at(s - 0.5)) / 1.0;
     const double roll = -limits.roll_per_lateral * speed * speed * p.curvature;
     samples.position.push_back({t, ned_from_geodetic(place, origin), 1e-4});
-    samples.attitude.push_back({t, {p.heading, std::atan(grade), roll}, 1e-5});
+    samples.attitude.push_back({t, {roll, std::atan(grade), p.heading}, 1e-5});
   }
   return samples;
 }

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include <wayfare/core/roll_pitch_yaw.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 
 namespace wayfare::sim {
@@ -22,9 +22,9 @@ Samples course_samples(const SmoothCurve& position, const TrackFit& fit) {
     const double speed = v.head<2>().norm();
     if (speed < fit.least_course_speed_mps) continue;
     double yaw = std::atan2(v.y(), v.x());
-    if (!moving.empty()) yaw = unwrapped(yaw, moving.back().value[0]);
+    if (!moving.empty()) yaw = unwrapped(yaw, moving.back().value[2]);
     const double sigma = 0.3 * fit.velocity_sigma_mps / speed;
-    moving.push_back({t, {yaw, std::atan2(-v.z(), speed), 0.0}, sigma});
+    moving.push_back({t, {0.0, std::atan2(-v.z(), speed), yaw}, sigma});
   }
   return moving;
 }
@@ -61,12 +61,10 @@ Samples fill_standstills(const Samples& moving, const SmoothCurve& position, con
 Samples recorded_attitudes(std::span<const NavState> solution) {
   Samples all;
   for (const NavState& s : solution) {
-    Eigen::Vector3d ypr = yaw_pitch_roll(s.q_nb);
-    if (!all.empty()) {
-      ypr[0] = unwrapped(ypr[0], all.back().value[0]);
-      ypr[2] = unwrapped(ypr[2], all.back().value[2]);
-    }
-    all.push_back({to_seconds(s.time - solution.front().time), ypr, 1e-3});
+    Eigen::Vector3d rpy = roll_pitch_yaw_rad(s.q_nb);
+    if (!all.empty())
+      for (int i : {0, 2}) rpy[i] = unwrapped(rpy[i], all.back().value[i]);
+    all.push_back({to_seconds(s.time - solution.front().time), rpy, 1e-3});
   }
   return all;
 }
@@ -78,17 +76,18 @@ Result<VehicleTrajectory> follow_solution(std::span<const NavState> solution, co
     return Error{ErrorCode::invalid, "a track needs four states or more to be followed"};
   const NavState& first = solution.front();
   Samples samples;
+  double end_s = 0.0;
   for (const NavState& s : solution) {
     const double t = to_seconds(s.time - first.time);
-    if (!samples.empty() && t < samples.back().time_s)
-      return Error{ErrorCode::invalid, "the states of a track must be in order of time"};
+    if (t < end_s)
+      return Error{ErrorCode::invalid, "the states of a track are not in order of time"};
+    end_s = t;
     const Eigen::Matrix3d origin_ned =
         rotation_ecef_ned(first.position).transpose() * rotation_ecef_ned(s.position);
     samples.push_back({t, ned_from_geodetic(s.position, first.position), fit.position_sigma_m});
     samples.push_back(
         {t, origin_ned * s.velocity_ned_mps, fit.velocity_sigma_mps, CurveSample::Of::derivative});
   }
-  const double end_s = samples.back().time_s;
   auto position = SmoothCurve::fit(samples, 0.0, end_s, {fit.knot_spacing_s, fit.jerk_sigma_mps3});
   if (!position) return position.error();
   const Samples turned = fit.attitude_from_course

@@ -52,32 +52,47 @@ void ImuErrorProcess::step(double seconds, Rng& rng) {
   step_process(errors_.accel_scale, noise_.accel_scale, seconds, rng);
 }
 
-SimulatedImu simulate_imu(const VehicleTrajectory& trajectory, const ImuParams& params, Rng& rng) {
+SimulatedUnit::SimulatedUnit(const VehicleTrajectory& trajectory, const ImuParams& params,
+                             const Rng& rng)
+    : trajectory_(trajectory),
+      params_(params),
+      rng_(rng),
+      process_(params.noise, rng_),
+      next_(trajectory.begin()) {
   WAYFARE_EXPECTS(params.period > Duration::zero(), "a sensor needs a positive period");
-  const double dt = to_seconds(params.period), per_sample = 1.0 / std::sqrt(dt);
-  const SO3d q_imu_body = params.q_body_imu.inverse();
-  ImuErrorProcess process(params.noise, rng);
+}
+
+bool SimulatedUnit::read(ImuSample& sample) {
+  if (next_ > trajectory_.end()) return false;
+  const double dt = to_seconds(params_.period);
+  const Reading truth = params_.mean_of_period
+                            ? mean_reading(trajectory_, next_ - params_.period, params_.period)
+                            : reading_at(trajectory_, next_);
+  if (next_ > trajectory_.begin()) process_.step(dt, rng_);
+  const SO3d q_imu_body = params_.q_body_imu.inverse();
+  const auto err = [&](const Eigen::Vector3d& body, const Eigen::Vector3d& scale,
+                       const Eigen::Vector3d& bias, const Eigen::Vector3d& density) {
+    const Eigen::Vector3d own = q_imu_body * body;
+    return Eigen::Vector3d(own + own.cwiseProduct(scale) + bias +
+                           density.cwiseProduct(white(rng_)) / std::sqrt(dt));
+  };
+  const ImuErrors& e = errors();
+  sample.time = next_;
+  sample.angular_rate_radps =
+      err(truth.rate, e.gyro_scale, e.gyro_bias_radps, params_.noise.gyro_white_rad_per_sqrt_s);
+  sample.specific_force_mps2 =
+      err(truth.force, e.accel_scale, e.accel_bias_mps2, params_.noise.accel_white_mps_per_sqrt_s);
+  next_ += params_.period;
+  return true;
+}
+
+SimulatedImu simulate_imu(const VehicleTrajectory& trajectory, const ImuParams& params,
+                          const Rng& rng) {
+  SimulatedUnit unit(trajectory, params, rng);
   SimulatedImu imu;
-  for (LogTime t = trajectory.begin() + params.period; t <= trajectory.end(); t += params.period) {
-    const Reading truth = params.mean_of_period
-                              ? mean_reading(trajectory, t - params.period, params.period)
-                              : reading_at(trajectory, t);
-    process.step(dt, rng);
-    const ImuErrors& e = process.errors();
-    const auto err = [&](const Eigen::Vector3d& body, const Eigen::Vector3d& scale,
-                         const Eigen::Vector3d& bias, const Eigen::Vector3d& density) {
-      const Eigen::Vector3d own = q_imu_body * body;
-      return Eigen::Vector3d(own + own.cwiseProduct(scale) + bias +
-                             per_sample * density.cwiseProduct(white(rng)));
-    };
-    ImuSample sample;
-    sample.time = t;
-    sample.angular_rate_radps =
-        err(truth.rate, e.gyro_scale, e.gyro_bias_radps, params.noise.gyro_white_rad_per_sqrt_s);
-    sample.specific_force_mps2 =
-        err(truth.force, e.accel_scale, e.accel_bias_mps2, params.noise.accel_white_mps_per_sqrt_s);
+  for (ImuSample sample; unit.read(sample);) {
     imu.samples.push_back(sample);
-    imu.errors.push_back(e);
+    imu.errors.push_back(unit.errors());
   }
   return imu;
 }

@@ -2,47 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
+
+#include "satellite_noise.hpp"
 
 namespace wayfare::sim {
 namespace {
 
 enum Stream : std::uint64_t { kClock, kFirstSatellite };
-
-// What disturbs one satellite's measurements, from epoch to epoch.
-class SatelliteNoise {
- public:
-  explicit SatelliteNoise(const Rng& rng) : white_(rng.stream(0)), bursts_(rng.stream(1)) {}
-
-  void step(const RangeParams& params, double seconds) {
-    range_m = white_.normal(0.0, params.range_sigma_m);
-    rate_mps = white_.normal(0.0, params.range_rate_sigma_mps);
-    burst_left_s_ -= seconds;
-    const double begin = bursts_.uniform(), length = bursts_.uniform(), size = bursts_.uniform();
-    if (burst_left_s_ <= 0.0) {
-      excess_m_ = 0.0;
-      if (begin < -std::expm1(-params.multipath.per_satellite_hour * seconds / 3600.0)) {
-        burst_left_s_ = -params.multipath.mean_duration_s * std::log1p(-length);
-        excess_m_ = -params.multipath.mean_excess_m * std::log1p(-size);
-      }
-    }
-    range_m += excess_m_;
-  }
-
-  double range_m = 0.0, rate_mps = 0.0;
-
- private:
-  Rng white_, bursts_;
-  double burst_left_s_ = 0.0, excess_m_ = 0.0;
-};
-
-std::size_t satellites_allowed(const RangeParams& params, LogTime time) {
-  std::size_t allowed = params.max_satellites;
-  for (const SatelliteOutage& o : params.outages)
-    if (time >= o.begin && time < o.end) allowed = std::min(allowed, o.satellites_left);
-  return allowed;
-}
 
 CorrectedRange true_range(SatelliteId id, const SatelliteMotion& satellite,
                           const EcefMotion& antenna, const RangeParams& params) {
@@ -59,6 +28,13 @@ CorrectedRange true_range(SatelliteId id, const SatelliteMotion& satellite,
 }
 
 }  // namespace
+
+std::size_t satellites_allowed(std::span<const SatelliteOutage> outages, LogTime time) {
+  std::size_t allowed = std::numeric_limits<std::size_t>::max();
+  for (const SatelliteOutage& o : outages)
+    if (time >= o.begin && time < o.end) allowed = std::min(allowed, o.satellites_left);
+  return allowed;
+}
 
 ReceiverClock step_clock(const ReceiverClock& clock, const ReceiverClockNoise& noise,
                          double seconds, Rng& rng) {
@@ -119,7 +95,7 @@ SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
     std::vector<CorrectedRange> seen;
     std::vector<Eigen::Vector3d> directions;
     for (std::size_t i = 0; i < noises.size(); ++i) {
-      noises[i].step(params, dt);
+      noises[i].step(params.range_sigma_m, params.range_rate_sigma_mps, params.multipath, dt);
       const SatelliteId id = constellation.satellites[i];
       const auto satellite = seen_from(constellation, id, gps, antenna.position_m);
       if (!satellite || elevation(place, satellite->position_ecef_m) < params.elevation_mask)
@@ -131,7 +107,8 @@ SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
       seen.push_back(range);
     }
     RangeEpoch epoch{t, {}};
-    for (const std::size_t i : best_geometry(directions, satellites_allowed(params, t)))
+    for (const std::size_t i : best_geometry(
+             directions, std::min(params.max_satellites, satellites_allowed(params.outages, t))))
       epoch.satellites.push_back(seen[i]);
     result.epochs.push_back(std::move(epoch));
     result.clocks.push_back(clock);

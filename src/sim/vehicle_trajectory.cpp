@@ -1,8 +1,8 @@
 #include <wayfare/sim/vehicle_trajectory.hpp>
 
-#include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include <wayfare/core/roll_pitch_yaw.hpp>
 
 namespace wayfare::sim {
 namespace {
@@ -20,27 +20,15 @@ Eigen::Vector3d transport_rate_ned(const Geodetic& p, const Eigen::Vector3d& v) 
   return {v.y() / rn, -v.x() / rm, -v.y() * t / rn};
 }
 
-// Rate of the body against local level, in body axes, from yaw, pitch, roll and their rates.
-Eigen::Vector3d body_rate(const Eigen::Vector3d& ypr, const Eigen::Vector3d& rate) {
-  const double sp = std::sin(ypr[1]), cp = std::cos(ypr[1]);
-  const double sr = std::sin(ypr[2]), cr = std::cos(ypr[2]);
-  return {rate[2] - rate[0] * sp, rate[1] * cr + rate[0] * sr * cp,
-          -rate[1] * sr + rate[0] * cr * cp};
+// Rate of the body against local level, in body axes, from roll, pitch, yaw and their rates.
+Eigen::Vector3d body_rate(const Eigen::Vector3d& rpy, const Eigen::Vector3d& rate) {
+  const double sr = std::sin(rpy[0]), cr = std::cos(rpy[0]);
+  const double sp = std::sin(rpy[1]), cp = std::cos(rpy[1]);
+  return {rate[0] - rate[2] * sp, rate[1] * cr + rate[2] * sr * cp,
+          -rate[1] * sr + rate[2] * cr * cp};
 }
 
 }  // namespace
-
-SO3d rotation_from_yaw_pitch_roll(const Eigen::Vector3d& ypr) {
-  using Eigen::AngleAxisd, Eigen::Vector3d;
-  return SO3d(AngleAxisd(ypr[0], Vector3d::UnitZ()) * AngleAxisd(ypr[1], Vector3d::UnitY()) *
-              AngleAxisd(ypr[2], Vector3d::UnitX()));
-}
-
-Eigen::Vector3d yaw_pitch_roll(const SO3d& q_nb) {
-  const Eigen::Matrix3d c = q_nb.matrix();
-  return {std::atan2(c(1, 0), c(0, 0)), std::asin(std::clamp(-c(2, 0), -1.0, 1.0)),
-          std::atan2(c(2, 1), c(2, 2))};
-}
 
 VehicleMotion VehicleTrajectory::motion(LogTime time) const {
   const double t = to_seconds(time - start_);
@@ -52,7 +40,7 @@ VehicleMotion VehicleTrajectory::motion(LogTime time) const {
       rotation_ecef_ned(m.nav.position).transpose() * rotation_ecef_ned(origin_);
   const Eigen::Vector3d v = ned_origin * p.first;
   m.nav.velocity_ned_mps = v;
-  m.nav.q_nb = rotation_from_yaw_pitch_roll(a.value);
+  m.nav.q_nb = rotation_from_roll_pitch_yaw(a.value);
 
   // The curve's second derivative is the acceleration against Earth-fixed axes, so only Coriolis
   // is missing; the centrifugal part is in gravity.

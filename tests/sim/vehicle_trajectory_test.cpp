@@ -255,17 +255,5 @@ TEST(EcefMotion, OfALeverArmIsItsDifferenceQuotient) {
   }
 }
 
-TEST(YawPitchRoll, ThereAndBack) {
-  const Eigen::Vector3d ypr(2.5, -0.3, 0.2);
-  EXPECT_LT((yaw_pitch_roll(rotation_from_yaw_pitch_roll(ypr)) - ypr).norm(), 1e-12);
-  // Yaw alone turns north to east; pitch alone lifts the nose.
-  const Eigen::Vector3d ahead =
-      rotation_from_yaw_pitch_roll({90 * kDegree, 0, 0}) * Eigen::Vector3d(1, 0, 0);
-  EXPECT_NEAR(ahead.y(), 1.0, 1e-15);
-  const Eigen::Vector3d nose =
-      rotation_from_yaw_pitch_roll({0, 30 * kDegree, 0}) * Eigen::Vector3d(1, 0, 0);
-  EXPECT_NEAR(nose.z(), -0.5, 1e-15);
-}
-
 }  // namespace
 }  // namespace wayfare::sim

@@ -16,8 +16,9 @@ struct ImuParams {
   ImuNoise noise;
   Duration period{10'000'000};
   SO3d q_body_imu;  ///< how the unit is mounted: rotates its axes to body
-  bool mean_of_period =
-      true;  ///< each reading is the mean since the one before, else the instant's
+  /// Each reading is the mean since the one before, as of a unit that integrates; else the
+  /// instant's.
+  bool mean_of_period = false;
 };
 
 /// What a unit errs by at one instant, in its own axes, besides white noise.
@@ -46,10 +47,28 @@ class ImuErrorProcess {
   ImuErrors errors_;
 };
 
-/// One reading every `period`, the first at trajectory.begin() + period: (1 + scale) ∘ true + bias
-/// + white noise whose standard deviation is its density over √period.
+/// A unit that rides along, one reading after another: (1 + scale) ∘ true + bias + white noise
+/// whose standard deviation is its density over √period. The trajectory must outlive it.
+class SimulatedUnit {
+ public:
+  /// The first reading will be at trajectory.begin().
+  SimulatedUnit(const VehicleTrajectory& trajectory, const ImuParams& params, const Rng& rng);
+  /// False at the end of the trajectory.
+  [[nodiscard]] bool read(ImuSample& sample);
+  /// Of the last reading.
+  [[nodiscard]] const ImuErrors& errors() const { return process_.errors(); }
+
+ private:
+  const VehicleTrajectory& trajectory_;
+  ImuParams params_;
+  Rng rng_;
+  ImuErrorProcess process_;
+  LogTime next_;
+};
+
+/// All readings of a trajectory.
 [[nodiscard]] SimulatedImu simulate_imu(const VehicleTrajectory& trajectory,
-                                        const ImuParams& params, Rng& rng);
+                                        const ImuParams& params, const Rng& rng);
 
 /// No error of any kind.
 [[nodiscard]] ImuNoise perfect_imu();

@@ -3,6 +3,7 @@
 // Corrected ranges and range rates to a vehicle's antenna.
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include <wayfare/core/random.hpp>
@@ -59,6 +60,10 @@ struct SimulatedRanges {
 [[nodiscard]] SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
                                               const Constellation& constellation,
                                               const RangeParams& params, const Rng& rng);
+
+/// How many satellites outages leave at `time`; the largest number where there is none.
+[[nodiscard]] std::size_t satellites_allowed(std::span<const SatelliteOutage> outages,
+                                             LogTime time);
 
 /// The clock after `seconds` more: bias and drift are random walks, discretised exactly.
 [[nodiscard]] ReceiverClock step_clock(const ReceiverClock& clock, const ReceiverClockNoise& noise,

@@ -42,6 +42,9 @@ struct VehicleLimits {
 struct TrackFit {
   double position_sigma_m = 0.005;
   double velocity_sigma_mps = 0.05;
+  /// Velocities hold this much before their stamp, s: half the interval for receivers that give the
+  /// mean over it.
+  double velocity_late_s = 0.0;
   double jerk_sigma_mps3 = 3.0;
   double knot_spacing_s = 0.25;
   /// Slower than this the course says nothing of the heading, m/s.
@@ -60,8 +63,8 @@ struct VehicleMotion {
 /// A smooth trajectory: position and attitude each with continuous second derivative.
 class VehicleTrajectory {
  public:
-  /// Both curves over seconds since `start`: north, east, down in the local level of `origin`; yaw
-  /// (not wrapped), pitch and roll against the local level of the place itself, radians.
+  /// Both curves over seconds since `start`: north, east, down in the local level of `origin`;
+  /// roll, pitch and yaw (not wrapped) against the local level of the place itself, radians.
   VehicleTrajectory(const Geodetic& origin, LogTime start, SmoothCurve position,
                     SmoothCurve attitude)
       : origin_(origin),
@@ -106,10 +109,5 @@ struct EcefMotion {
 };
 [[nodiscard]] EcefMotion ecef_motion(const VehicleMotion& motion,
                                      const Eigen::Vector3d& lever_arm_body_m);
-
-/// The rotation that turns first by yaw about down, then by pitch, then by roll.
-[[nodiscard]] SO3d rotation_from_yaw_pitch_roll(const Eigen::Vector3d& yaw_pitch_roll_rad);
-/// Yaw in (−π, π], pitch in [−π/2, π/2], roll in (−π, π].
-[[nodiscard]] Eigen::Vector3d yaw_pitch_roll(const SO3d& q_nb);
 
 }  // namespace wayfare::sim

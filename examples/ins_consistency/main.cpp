@@ -1,0 +1,172 @@
+// The same simulated drive many times over: are the navigation filter's errors as large as it says?
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <wayfare/eval/table.hpp>
+#include <wayfare/io/report.hpp>
+#include <wayfare/sim/ins_monte_carlo.hpp>
+
+#include "exit_code.hpp"
+#include "progress_line.hpp"
+
+namespace {
+
+using namespace wayfare;
+
+struct Options {
+  std::size_t runs = 100, satellites = 8;
+  std::uint64_t seed = 1;
+  double imu_rate_hz = 100.0;
+  int threads = 1;
+  bool constraints = false, force = false, quiet = false;
+  std::string out;
+};
+
+void add_options(CLI::App& app, Options& o) {
+  app.add_option("--runs", o.runs, "drives")->check(CLI::Range(1, 100000))->capture_default_str();
+  app.add_option("--seed", o.seed, "the same seed gives the same figures")->capture_default_str();
+  app.add_option("--satellites", o.satellites, "seen at most")->capture_default_str();
+  app.add_option("--imu-rate", o.imu_rate_hz, "readings of the unit a second")
+      ->check(CLI::Range(10.0, 2000.0))
+      ->capture_default_str();
+  app.add_option("--threads", o.threads, "the figures are the same for any number")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_flag("--constraints", o.constraints,
+               "hold standstill and wheels, as the filter does by "
+               "default");
+  app.add_option("--out", o.out, "folder for report.html");
+  app.add_flag("--force", o.force, "replace a report that is there already");
+  app.add_flag("--quiet", o.quiet, "no progress");
+}
+
+constexpr const char* kNames[] = {"north [m]",
+                                  "east [m]",
+                                  "down [m]",
+                                  "velocity north [m/s]",
+                                  "velocity east",
+                                  "velocity down",
+                                  "attitude x [deg]",
+                                  "attitude y",
+                                  "attitude z",
+                                  "gyro bias x [deg/s]",
+                                  "gyro bias y",
+                                  "gyro bias z",
+                                  "accel bias x [m/s2]",
+                                  "accel bias y",
+                                  "accel bias z",
+                                  "gyro scale x [%]",
+                                  "gyro scale y",
+                                  "gyro scale z",
+                                  "accel scale x [%]",
+                                  "accel scale y",
+                                  "accel scale z",
+                                  "clock bias [m]",
+                                  "clock drift [m/s]"};
+
+double display_factor(int state) {
+  if (state >= ins_state::kAttitude && state < ins_state::kAccelBias)
+    return 180.0 / std::numbers::pi;
+  return state >= ins_state::kGyroScale && state < ins_state::kClock ? 100.0 : 1.0;
+}
+
+struct Figures {
+  eval::NeesOverRuns all, navigation;
+  eval::SigmaCount<ins_state::kSize> within;
+  sim::InsErrorAt::Vector squares = sim::InsErrorAt::Vector::Zero();
+};
+
+Figures figures_of(const std::vector<sim::InsErrorCourse>& courses) {
+  Figures f{{ins_state::kSize, courses[0].size()}, {9, courses[0].size()}, {}};
+  for (const sim::InsErrorCourse& course : courses) {
+    for (std::size_t k = 0; k < std::min(course.size(), f.all.epochs()); ++k) {
+      f.all.add(k, course[k].nees);
+      f.navigation.add(k, course[k].navigation_nees);
+      f.within.add(course[k].error, course[k].sigma);
+      f.squares += course[k].error.cwiseAbs2();
+    }
+  }
+  return f;
+}
+
+eval::Table error_table(const Figures& f) {
+  eval::Table table({{"state"}, {"RMSE"}, {"within 1 sigma"}, {"2 sigma"}, {"3 sigma"}});
+  for (int i = 0; i < ins_state::kSize; ++i) {
+    const double rmse = std::sqrt(f.squares[i] / static_cast<double>(f.within.count()));
+    std::vector<std::string> row = {kNames[i], eval::fixed(display_factor(i) * rmse, 4)};
+    for (int k = 1; k <= 3; ++k) row.push_back(eval::fixed(f.within.share(k)[i], 4));
+    table.add_row(row);
+  }
+  return table;
+}
+
+eval::Table nees_table(const Figures& f) {
+  eval::Table table({{"NEES"}, {"honest"}, {"mean"}, {"epochs within 95 % bounds"}});
+  table.add_row({"23 states", "23", eval::fixed(f.all.mean_of_all(), 2),
+                 eval::fixed(f.all.share_within(), 3)});
+  table.add_row({"position, velocity, attitude", "9", eval::fixed(f.navigation.mean_of_all(), 2),
+                 eval::fixed(f.navigation.share_within(), 3)});
+  return table;
+}
+
+Result<void> write_report(const Options& o, const Figures& f) {
+  std::error_code code;
+  std::filesystem::create_directories(o.out, code);
+  io::Plot plot{"NEES of 23 states, mean of " + std::to_string(o.runs) + " runs",
+                "epoch [s]",
+                "NEES",
+                {{"mean", {}, {}},
+                 {"95 % bounds", {}, {}, io::Mark::dashed},
+                 {"", {}, {}, io::Mark::dashed}}};
+  const eval::Interval bounds = eval::mean_nees_bounds(ins_state::kSize, o.runs);
+  for (std::size_t k = 0; k < f.all.epochs(); ++k) {
+    const double values[] = {f.all.mean(k), bounds.low, bounds.high};
+    for (std::size_t i = 0; i < 3; ++i) {
+      plot.series[i].x.push_back(static_cast<double>(k + 1));
+      plot.series[i].y.push_back(values[i]);
+    }
+  }
+  io::Report report("Is the navigation filter honest?",
+                    "Simulated drives of 310 s and 4.5 km, other noise each time");
+  report.table(nees_table(f)).plot(plot).table(error_table(f), "Errors and their bounds");
+  return report.write(o.out + "/report.html",
+                      {o.force ? io::Existing::replace : io::Existing::refuse});
+}
+
+Result<void> run(const Options& o) {
+  sim::InsMonteCarloOptions options;
+  options.imu.period = from_seconds(1.0 / o.imu_rate_hz);
+  options.ranges.max_satellites = o.satellites;
+  options.filter.zero_velocity_updates = o.constraints;
+  options.filter.non_holonomic_in_outage = o.constraints;
+  options.threads = o.threads;
+  examples::ProgressLine progress("driving", o.quiet);
+  const auto courses =
+      sim::ins_monte_carlo(sim::demo_drive(), sim::gps_and_galileo(), o.runs, options, Rng(o.seed),
+                           [&](double fraction) { progress.update(fraction); });
+  progress.finish();
+  if (courses[0].empty()) return Error{ErrorCode::degenerate, "the filter never answered"};
+  const Figures figures = figures_of(courses);
+  std::printf("%s\n%s", nees_table(figures).to_text().c_str(),
+              error_table(figures).to_text().c_str());
+  if (o.out.empty()) return {};
+  return write_report(o, figures);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Run the navigation filter on many simulated drives and judge what it says of itself.");
+  Options options;
+  add_options(app, options);
+  CLI11_PARSE(app, argc, argv);
+  return examples::exit_code("ins_consistency", run(options));
+}

@@ -1,0 +1,111 @@
+#pragma once
+
+// Is an estimator as good as it says? Normalised squared errors over repeated runs against the
+// bounds an honest estimator keeps (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2).
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include <wayfare/eval/chi_square.hpp>
+
+namespace wayfare::eval {
+
+/// eᵀ P⁻¹ e: of an estimation error and its covariance (NEES), or of an innovation and its own
+/// (NIS). Its mean is its dimension where P is honest. NaN where P is not positive definite.
+template <class Vector, class Matrix>
+[[nodiscard]] double normalised_squared(const Eigen::MatrixBase<Vector>& error,
+                                        const Eigen::MatrixBase<Matrix>& covariance) {
+  // Scaled to a unit diagonal: states of metres and of microradians stand side by side.
+  const auto scale = covariance.diagonal().cwiseSqrt().cwiseInverse().eval();
+  const Eigen::LLT<typename Matrix::PlainObject> llt(
+      (scale.asDiagonal() * covariance * scale.asDiagonal()).eval());
+  if (llt.info() != Eigen::Success) return std::numeric_limits<double>::quiet_NaN();
+  return llt.matrixL().solve(scale.cwiseProduct(error).eval()).squaredNorm();
+}
+
+struct Interval {
+  double low = 0.0, high = 0.0;
+  [[nodiscard]] bool contains(double x) const { return x >= low && x <= high; }
+};
+
+/// Where the mean of `samples` independent values of dimension `dof` lies with `probability`, as
+/// much outside below as above.
+[[nodiscard]] inline Interval mean_nees_bounds(int dof, std::size_t samples,
+                                               double probability = 0.95) {
+  const auto n = static_cast<double>(samples);
+  const double outside = 0.5 * (1.0 - probability);
+  return {chi_square_quantile(outside, dof * n) / n,
+          chi_square_quantile(1.0 - outside, dof * n) / n};
+}
+
+/// Normalised squared errors of many runs of the same length: one mean an epoch, over the runs.
+class NeesOverRuns {
+ public:
+  NeesOverRuns(int dof, std::size_t epochs) : dof_(dof), sums_(epochs, 0.0), counts_(epochs, 0) {}
+
+  /// A value that is not finite counts as infinitely large.
+  void add(std::size_t epoch, double nees) {
+    WAYFARE_EXPECTS(epoch < sums_.size(), "there are only so many epochs");
+    sums_[epoch] += std::isfinite(nees) ? nees : std::numeric_limits<double>::infinity();
+    ++counts_[epoch];
+  }
+  [[nodiscard]] std::size_t epochs() const { return sums_.size(); }
+  /// NaN where no run has added one.
+  [[nodiscard]] double mean(std::size_t epoch) const {
+    return sums_[epoch] / static_cast<double>(counts_[epoch]);
+  }
+  [[nodiscard]] double mean_of_all() const {
+    double sum = 0.0, count = 0.0;
+    for (std::size_t k = 0; k < epochs(); ++k)
+      sum += sums_[k], count += static_cast<double>(counts_[k]);
+    return sum / count;
+  }
+  /// The share of epochs whose mean lies within its bounds: about `probability` where the
+  /// estimator is honest. (Epochs follow each other closely, so it scatters more than independent
+  /// ones would.)
+  [[nodiscard]] double share_within(double probability = 0.95) const {
+    double inside = 0.0, judged = 0.0;
+    for (std::size_t k = 0; k < epochs(); ++k) {
+      if (counts_[k] == 0) continue;
+      judged += 1.0;
+      if (mean_nees_bounds(dof_, counts_[k], probability).contains(mean(k))) inside += 1.0;
+    }
+    return inside / judged;
+  }
+
+ private:
+  int dof_;
+  std::vector<double> sums_;
+  std::vector<std::size_t> counts_;
+};
+
+/// Counts how often each component of an error stays within k standard deviations: 0.6827, 0.9545,
+/// 0.9973 for k = 1, 2, 3 where the estimator is honest.
+template <int N>
+class SigmaCount {
+ public:
+  using Vector = Eigen::Matrix<double, N, 1>;
+
+  void add(const Vector& error, const Vector& sigma) {
+    ++count_;
+    for (int k = 1; k <= 3; ++k)
+      within_.col(k - 1).array() +=
+          (error.array().abs() <= k * sigma.array()).template cast<double>();
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  /// `k` in {1, 2, 3}.
+  [[nodiscard]] Vector share(int k) const {
+    return within_.col(k - 1) / static_cast<double>(count_);
+  }
+
+ private:
+  std::size_t count_ = 0;
+  Eigen::Matrix<double, N, 3> within_ = Eigen::Matrix<double, N, 3>::Zero();
+};
+
+}  // namespace wayfare::eval

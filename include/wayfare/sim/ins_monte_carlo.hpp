@@ -1,0 +1,128 @@
+#pragma once
+
+// The same drive many times over, each time with other errors of the unit, the ranges and the
+// start: does the navigation filter know how far it is off? (Link wayfare::nav, whose filter it
+// runs.)
+
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/eval/consistency.hpp>
+#include <wayfare/eval/nav_error.hpp>
+#include <wayfare/eval/runs.hpp>
+#include <wayfare/sim/imu.hpp>
+#include <wayfare/sim/ranges.hpp>
+#include <wayfare/system/gnss_ins.hpp>
+
+namespace wayfare::sim {
+
+/// Errors of the 23 states at one range epoch (truth minus estimate, in the states' order) and what
+/// the filter thought of them.
+struct InsErrorAt {
+  using Vector = Eigen::Matrix<double, ins_state::kSize, 1>;
+  LogTime time;
+  Vector error = Vector::Zero();
+  Vector sigma = Vector::Zero();
+  double nees = std::numeric_limits<double>::quiet_NaN();             ///< all 23 states
+  double navigation_nees = std::numeric_limits<double>::quiet_NaN();  ///< the first nine
+};
+using InsErrorCourse = std::vector<InsErrorAt>;
+
+struct InsMonteCarloOptions {
+  ImuParams imu;
+  RangeParams ranges;
+  /// Noise parameters, mounting and lever arm are taken from the simulated sensors.
+  GnssInsOptions filter;
+  /// Standard deviations of the start; its state is drawn around the truth.
+  GnssInsStart start;
+  int threads = 1;  ///< the result is the same for any number
+};
+
+namespace detail {
+
+inline Eigen::Vector3d draw(const Eigen::Vector3d& sigma, Rng& rng) {
+  Eigen::Vector3d w;
+  for (int i = 0; i < 3; ++i) w[i] = sigma[i] * rng.normal();
+  return w;
+}
+
+/// Level and heading err about north, east and down.
+inline GnssInsStart drawn_start(const NavState& truth, GnssInsStart start, Rng& rng) {
+  const double p = start.position_sigma_m, v = start.velocity_sigma_mps;
+  const double level = start.level_sigma_rad;
+  start.nav = truth;
+  start.nav.position = geodetic_from_ned(draw({p, p, p}, rng), truth.position);
+  start.nav.velocity_ned_mps += draw({v, v, v}, rng);
+  start.nav.q_nb = SO3d::exp(draw({level, level, start.heading_sigma_rad}, rng)) * truth.q_nb;
+  return start;
+}
+
+inline InsErrorAt error_at(const GnssInsEstimate& e, const NavState& truth, const ImuErrors& imu,
+                           const ReceiverClock& clock) {
+  const eval::NavError nav = eval::nav_error(e.nav, truth);
+  InsErrorAt at;
+  at.time = truth.time;
+  at.error << nav.position_ned_m, nav.velocity_ned_mps, nav.attitude_body_rad,
+      imu.gyro_bias_radps - e.gyro_bias_radps, imu.accel_bias_mps2 - e.accel_bias_mps2,
+      imu.gyro_scale - e.gyro_scale, imu.accel_scale - e.accel_scale, clock.bias_m - e.clock_bias_m,
+      clock.drift_mps - e.clock_drift_mps;
+  at.sigma = e.covariance.diagonal().cwiseSqrt();
+  at.nees = eval::normalised_squared(at.error, e.covariance);
+  at.navigation_nees =
+      eval::normalised_squared(at.error.head<9>(), e.covariance.topLeftCorner<9, 9>());
+  return at;
+}
+
+}  // namespace detail
+
+/// One run: an entry for each range epoch after the first that falls on a reading of the unit.
+[[nodiscard]] inline InsErrorCourse ins_error_course(const VehicleTrajectory& trajectory,
+                                                     const Constellation& constellation,
+                                                     const InsMonteCarloOptions& options,
+                                                     const Rng& rng) {
+  Rng start_noise = rng.stream(2);
+  SimulatedUnit unit(trajectory, options.imu, rng.stream(0));
+  const SimulatedRanges ranges =
+      simulate_ranges(trajectory, constellation, options.ranges, rng.stream(1));
+  GnssInsOptions filter_options = options.filter;
+  filter_options.imu = options.imu.noise;
+  filter_options.clock = options.ranges.clock;
+  filter_options.q_body_imu = options.imu.q_body_imu;
+  filter_options.antenna_lever_arm_m = options.ranges.antenna_lever_arm_m;
+  GnssIns filter(filter_options);
+  filter.start(
+      detail::drawn_start(trajectory.state(trajectory.begin()), options.start, start_noise));
+
+  InsErrorCourse course;
+  std::size_t k = 0;
+  for (ImuSample sample; unit.read(sample);) {
+    const LogTime now = sample.time;
+    (void)filter.add(sample);
+    for (; k < ranges.epochs.size() && ranges.epochs[k].time <= now; ++k) {
+      (void)filter.add(ranges.epochs[k]);
+      if (k == 0 || ranges.epochs[k].time != now || !filter.started()) continue;
+      course.push_back(detail::error_at(filter.estimate(), trajectory.state(now), unit.errors(),
+                                        ranges.clocks[k]));
+    }
+  }
+  return course;
+}
+
+/// `runs` courses, each drawing from its own stream of `rng`.
+[[nodiscard]] inline std::vector<InsErrorCourse> ins_monte_carlo(
+    const VehicleTrajectory& trajectory, const Constellation& constellation, std::size_t runs,
+    const InsMonteCarloOptions& options, const Rng& rng,
+    const std::function<void(double)>& progress = {}) {
+  std::vector<InsErrorCourse> courses(runs);
+  const auto one = [&](std::size_t r) {
+    courses[r] = ins_error_course(trajectory, constellation, options, rng.stream(r));
+  };
+  eval::for_each_run(runs, options.threads, one, progress);
+  return courses;
+}
+
+}  // namespace wayfare::sim

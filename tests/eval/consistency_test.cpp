@@ -1,0 +1,105 @@
+#include <wayfare/eval/consistency.hpp>
+
+#include <cmath>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include <wayfare/core/random.hpp>
+
+namespace wayfare::eval {
+namespace {
+
+TEST(ChiSquare, ProbabilityIsTheClosedFormWhereThereIsOne) {
+  // Two degrees: 1 − e^(−x/2). One: erf(√(x/2)). Even n: 1 − e^(−x/2) Σ_{k<n/2} (x/2)^k / k!.
+  for (const double x : {1e-6, 0.01, 0.5, 1.0, 3.0, 10.0, 40.0}) {
+    EXPECT_NEAR(chi_square_probability(x, 2) / -std::expm1(-x / 2), 1.0, 1e-13);
+    EXPECT_NEAR(chi_square_probability(x, 1) / std::erf(std::sqrt(x / 2)), 1.0, 1e-13);
+    double sum = 0, term = 1;
+    for (int k = 0; k < 12; ++k) sum += term, term *= x / 2 / (k + 1);
+    EXPECT_NEAR(chi_square_probability(x, 24), 1 - std::exp(-x / 2) * sum, 1e-14);
+  }
+  EXPECT_EQ(chi_square_probability(0, 3), 0.0);
+  EXPECT_EQ(chi_square_probability(-1, 3), 0.0);
+  EXPECT_TRUE(std::isnan(chi_square_probability(NAN, 3)));
+}
+
+TEST(ChiSquare, QuantilesAreThePublishedOnes) {
+  // Two degrees in closed form; the rest from Abramowitz and Stegun 1964, table 26.8.
+  for (const double p : {0.001, 0.025, 0.5, 0.975, 0.999999})
+    EXPECT_NEAR(chi_square_quantile(p, 2) / (-2 * std::log1p(-p)), 1.0, 1e-10);
+  EXPECT_NEAR(chi_square_quantile(0.95, 1), 3.84146, 5e-6);
+  EXPECT_NEAR(chi_square_quantile(0.005, 10), 2.15586, 5e-6);
+  EXPECT_NEAR(chi_square_quantile(0.95, 30), 43.7730, 5e-5);
+  EXPECT_NEAR(chi_square_quantile(0.025, 100), 74.2219, 5e-5);
+  EXPECT_NEAR(chi_square_quantile(0.975, 100), 129.561, 5e-4);
+  EXPECT_EQ(chi_square_quantile(0, 5), 0.0);
+}
+
+TEST(ChiSquare, QuantileInvertsTheProbabilityForManyDegrees) {
+  for (const double dof : {0.5, 7.0, 2300.0, 1e5})
+    for (const double p : {1e-6, 0.025, 0.5, 0.975, 1 - 1e-6})
+      EXPECT_NEAR(chi_square_probability(chi_square_quantile(p, dof), dof), p, 1e-11);
+}
+
+TEST(NormalisedSquared, IsTheMahalanobisDistanceWhateverTheUnits) {
+  const Eigen::Matrix3d p = (Eigen::Matrix3d() << 4, 1, 0.5, 1, 3, -0.2, 0.5, -0.2, 2).finished();
+  const Eigen::Vector3d e(1, -2, 0.5);
+  const double expected = e.dot(p.inverse() * e);
+  EXPECT_NEAR(normalised_squared(e, p), expected, 1e-12);
+  const Eigen::DiagonalMatrix<double, 3> unit(1e3, 1e-9, 1.0);
+  const Eigen::Matrix3d other = unit * p * unit;
+  EXPECT_NEAR(normalised_squared((unit * e).eval(), other), expected, 1e-12);
+  EXPECT_TRUE(std::isnan(normalised_squared(e, Eigen::Matrix3d(-p))));
+}
+
+// Runs of independent values: what the bounds are for.
+NeesOverRuns draw(double inflation, int dof, std::size_t epochs, int runs) {
+  NeesOverRuns nees(dof, epochs);
+  Rng rng(3);
+  for (int r = 0; r < runs; ++r) {
+    for (std::size_t k = 0; k < epochs; ++k) {
+      double sum = 0;
+      for (int i = 0; i < dof; ++i) sum += inflation * std::pow(rng.normal(), 2);
+      nees.add(k, sum);
+    }
+  }
+  return nees;
+}
+
+TEST(NeesOverRuns, HonestErrorsAreWithinTheBoundsAtTheirRate) {
+  const NeesOverRuns nees = draw(1.0, 23, 2000, 50);
+  // Binomial spread over 2000 epochs: 0.005.
+  EXPECT_NEAR(nees.share_within(0.95), 0.95, 0.02);
+  EXPECT_NEAR(nees.share_within(0.5), 0.5, 0.05);
+  EXPECT_NEAR(nees.mean_of_all(), 23.0, 5 * std::sqrt(2.0 * 23 / (2000 * 50)));
+}
+
+TEST(NeesOverRuns, TenPerCentTooProudIsSeen) {
+  EXPECT_LT(draw(1.1, 23, 500, 100).share_within(0.95), 0.3);
+  EXPECT_LT(draw(0.9, 23, 500, 100).share_within(0.95), 0.3);
+}
+
+TEST(NeesOverRuns, NothingFiniteIsOutside) {
+  NeesOverRuns nees(3, 2);
+  nees.add(0, NAN);
+  nees.add(0, 3.0);
+  EXPECT_EQ(nees.share_within(), 0.0);  // epoch 1 is not judged
+  EXPECT_TRUE(std::isinf(nees.mean(0)));
+}
+
+TEST(SigmaCount, SharesOfNormalErrorsAreTheirIntegrals) {
+  SigmaCount<2> count;
+  Rng rng(1);
+  for (int i = 0; i < 100000; ++i) {
+    const double a = rng.normal(), b = 3 * rng.normal();
+    count.add({a, b}, {1.0, 3.0});
+  }
+  const double expected[] = {0.6827, 0.9545, 0.9973};
+  for (int k = 1; k <= 3; ++k)
+    for (int i = 0; i < 2; ++i) EXPECT_NEAR(count.share(k)[i], expected[k - 1], 0.008);
+  EXPECT_EQ(count.count(), 100000U);
+}
+
+}  // namespace
+}  // namespace wayfare::eval
