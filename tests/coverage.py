@@ -26,9 +26,10 @@ def read_counts(build):
         text = subprocess.run([*gcov, data], capture_output=True, check=True, cwd=build).stdout
         for unit in text.splitlines():
             for source in json.loads(unit)["files"] if unit.strip() else []:
-                if source["file"].startswith(OURS):
+                name = source["file"].removeprefix(f"{ROOT}/")
+                if name.startswith(OURS):
                     for line in source["lines"]:
-                        counts[source["file"]][line["line_number"]] += line["count"]
+                        counts[name][line["line_number"]] += line["count"]
     return counts
 
 
