@@ -13,7 +13,9 @@
 #include <wayfare/io/g2o.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/relations.hpp>
+#include <wayfare/io/rinex.hpp>
 #include <wayfare/io/tum.hpp>
+#include "io/rinex_samples.hpp"
 #include "io/support.hpp"
 
 namespace wayfare::io {
@@ -152,6 +154,43 @@ TEST(Mutation, MapsAndTheirYaml) {
              ASSERT_GT(yaml->resolution_m, 0.0);
            }
          });
+}
+
+TEST(Mutation, RinexObservations) {
+  for (const std::string& good :
+       {::wayfare::testing::rinex_3_observations(), ::wayfare::testing::rinex_2_observations()}) {
+    int useful = 0;
+    mutate(good, 3000, [&](const std::string& text) {
+      const Result<RinexObservations> file =
+          parse_rinex_observations(text, "m", {.max_problems = 5});
+      if (!file) return;
+      ASSERT_FALSE(file->epochs.empty());
+      ASSERT_LE(file->problems.first().size(), 5U);
+      useful += file->epochs.size() >= 2 ? 1 : 0;
+      for (const ObservationEpoch& epoch : file->epochs)
+        for (const SatelliteObservation& o : epoch.satellites)
+          ASSERT_TRUE(std::isfinite(o.pseudorange_m) && o.satellite.number > 0);
+    });
+    EXPECT_GT(useful, 1000);
+  }
+}
+
+TEST(Mutation, RinexNavigation) {
+  for (const std::string& good :
+       {::wayfare::testing::rinex_3_navigation(), ::wayfare::testing::rinex_2_navigation()}) {
+    mutate(good, 3000, [&](const std::string& text) {
+      const Result<RinexNavigation> file = parse_rinex_navigation(text, "m", {.max_problems = 5});
+      if (!file) return;
+      // What was taken can be flown: a finite place about as far out as such satellites are.
+      for (const SatelliteId satellite : file->ephemerides.satellites()) {
+        for (const Ephemeris& e : file->ephemerides.of(satellite)) {
+          const SatelliteState s = satellite_state(e, reference_time(e) + std::chrono::hours(1));
+          ASSERT_TRUE(s.position_ecef_m.norm() > 6e6 && s.position_ecef_m.norm() < 1.1e8);
+          ASSERT_TRUE(s.velocity_ecef_mps.allFinite() && std::isfinite(s.clock_s));
+        }
+      }
+    });
+  }
 }
 
 TEST(Mutation, Gzip) {
