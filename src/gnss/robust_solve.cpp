@@ -28,7 +28,13 @@ class Normal {
     return static_cast<int>((matrix_.diagonal().array() == 0.0).count());
   }
 
+  /// Position or velocity, which come first, have rows that speak of them; a clock may have none.
+  [[nodiscard]] bool fixes_motion() const {
+    return (matrix_.diagonal().head<3>().array() > 0.0).all();
+  }
+
   std::optional<Eigen::VectorXd> solve() {
+    if (!fixes_motion()) return std::nullopt;
     hold_untouched();
     const Eigen::VectorXd scale = matrix_.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix_ * scale.asDiagonal();

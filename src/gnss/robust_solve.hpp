@@ -9,7 +9,8 @@
 
 namespace wayfare::robust {
 
-/// Rows a·x = y with standard deviations; priors are rows that are never at fault and come last.
+/// Rows a·x = y with standard deviations, three of motion first among the unknowns and clocks after
+/// them; priors are rows that are never at fault and come last.
 class System {
  public:
   explicit System(int unknowns) : unknowns_(unknowns) {}

@@ -186,7 +186,8 @@ void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, SinglePoint& poi
   }
   for (const double clock : point.clock_bias_m)
     if (std::isnan(first)) first = clock;
-  point.instant = point.time - from_seconds(first / kSpeedOfLight_mps);
+  point.instant = point.time;
+  if (std::isfinite(first)) point.instant = point.time - from_seconds(first / kSpeedOfLight_mps);
 }
 
 }  // namespace

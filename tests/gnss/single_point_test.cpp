@@ -235,6 +235,24 @@ TEST_F(UnderTheSky, ContradictionIsSaidOrRefused) {
   EXPECT_EQ(none.error().code, ErrorCode::invalid);
 }
 
+TEST_F(UnderTheSky, ContradictionsOfAnySizeLeaveASolutionOrAnError) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> exponent(0.0, 7.0), sign(-1.0, 1.0);
+  for (int i = 0; i < 300; ++i) {
+    ObservationEpoch e =
+        i % 2 == 0 ? epoch() : only(GnssSystem::gps, 4 + static_cast<std::size_t>(i % 5));
+    for (auto& o : e.satellites) {
+      o.pseudorange_m += sign(random) * std::pow(10.0, exponent(random));
+      o.doppler_hz += sign(random) * std::pow(10.0, exponent(random));
+    }
+    const Result<SinglePoint> p = single_point(e, messages_, without_air());
+    if (!p) continue;
+    EXPECT_GE(p->used, 4) << i;
+    EXPECT_TRUE(p->position_ecef_m.allFinite() && p->position_covariance_ned_m2.allFinite()) << i;
+    EXPECT_GT(p->position_covariance_ned_m2.diagonal().minCoeff(), 0.0) << i;
+  }
+}
+
 TEST_F(UnderTheSky, ErrorsAreAsLargeAsTheCovarianceSays) {
   // 400 epochs with the noise the model states: the normalised squared error has the mean of a χ²
   // variable with 3 degrees of freedom, 3 ± 4 · √(6 / 400) = 0.49; the sum of squares that of its

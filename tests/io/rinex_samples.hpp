@@ -135,15 +135,16 @@ inline std::string rinex_message(std::string satellite_and_date, const std::vect
   return satellite_and_date += '\n';
 }
 
+/// `last_delay` is GPS's issue of data, or BeiDou's second group delay.
 inline std::string rinex_keplerian_lines(double of_week, double week, double health,
-                                         std::size_t blanks = 4) {
+                                         double last_delay = 61.0, std::size_t blanks = 4) {
   std::string text;
   text += rinex_line(blanks, {61.0, -37.75, 4.938e-09, 0.4172});
   text += rinex_line(blanks, {-1.9e-06, 1.89e-02, 4.88e-06, 5153.694378});
   text += rinex_line(blanks, {of_week, -2.98e-07, -2.424, -9.3e-09});
   text += rinex_line(blanks, {0.9544, 287.8, -1.746, -8.712e-09});
   text += rinex_line(blanks, {-1.796e-10, 1.0, week, 0.0});
-  text += rinex_line(blanks, {2.0, health, -2.05e-08, 61.0});
+  text += rinex_line(blanks, {2.0, health, -2.05e-08, last_delay});
   return text += rinex_line(blanks, {of_week - 7200.0});
 }
 
@@ -165,7 +166,7 @@ inline std::string rinex_3_navigation() {
   text += rinex_message("G02 2019 04 28 12 00 00", {-1.99e-04, -9.32e-12, 0.0});
   text += rinex_keplerian_lines(43200.0, 2051.0, 0.0);
   text += rinex_message("C11 2019 04 28 12 00 00", {-1.99e-04, -9.32e-12, 0.0});
-  text += rinex_keplerian_lines(43200.0, 695.0, 0.0);
+  text += rinex_keplerian_lines(43200.0, 695.0, 0.0, 1.2e-08);
   text += rinex_message("R02 2019 04 28 12 15 00", {5.5e-05, 1.8e-12, 43200.0});
   text += rinex_glonass_lines(4, -4.0);
   text += rinex_message("S33 2019 04 28 12 15 12", {7.1e-08, 0.0, 43200.0});
@@ -180,7 +181,7 @@ inline std::string rinex_2_navigation() {
   text += rinex_header("     .8806D+05   .4915D+05  -.1311D+06  -.3277D+06", "ION BETA");
   text += rinex_header("", "END OF HEADER");
   text += rinex_message(" 2 19  4 28 12  0  0.0", {-1.99e-04, -9.32e-12, 0.0});
-  return text += rinex_keplerian_lines(43200.0, 2051.0, 0.0, 3);
+  return text += rinex_keplerian_lines(43200.0, 2051.0, 0.0, 61.0, 3);
 }
 
 }  // namespace wayfare::testing

@@ -253,7 +253,8 @@ TEST(RinexNavigation, Version2) {
   const RinexNavigation nav = navigation(rinex_2_navigation());
   EXPECT_TRUE(nav.problems.empty()) << nav.problems.first().front().to_string();
   const KeplerianEphemeris& two = keplerian(nav, "G02");
-  const KeplerianEphemeris& three = keplerian(navigation(rinex_3_navigation()), "G02");
+  const RinexNavigation nav_3 = navigation(rinex_3_navigation());
+  const KeplerianEphemeris& three = keplerian(nav_3, "G02");
   EXPECT_EQ(two.toe, three.toe);
   EXPECT_DOUBLE_EQ(two.cis_rad, three.cis_rad);
   EXPECT_DOUBLE_EQ(two.inclination_rate_radps, three.inclination_rate_radps);
@@ -294,9 +295,9 @@ TEST(RinexNavigation, DamagedMessagesCostThemselvesAlone) {
   says("2019 04 28 12 00 00", "2019 02 30 12 00 00", "date does not exist", 3, 6);
   // A message without its last four lines.
   const std::size_t from = good.find("C11"), to = good.find("R02");
-  std::string cut = good;
-  cut.erase(from + 5 * 81, to - from - 5 * 81);
-  cut.insert(from + 5 * 81, "\n");
+  std::string cut = good.substr(0, from + std::size_t{5} * 81);
+  cut += '\n';
+  cut += good.substr(to);
   const RinexNavigation nav = navigation(cut);
   EXPECT_EQ(nav.messages, 3U);
   EXPECT_FALSE(nav.problems.empty());
