@@ -107,7 +107,7 @@ struct SinglePoint {
     const Eigen::Vector3d& near_ecef_m = Eigen::Vector3d::Zero());
 
 /// The value a χ² variable of `degrees_of_freedom` exceeds with probability `probability`, by
-/// Wilson and Hilferty's approximation (1931), good to 2 % down to one degree of freedom.
+/// Wilson and Hilferty's approximation (1931), good to 3 % down to one degree of freedom.
 [[nodiscard]] double chi_square_threshold(int degrees_of_freedom, double probability);
 
 /// Learns from solutions what the systems' clocks differ by, so that in a street with few
