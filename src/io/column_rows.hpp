@@ -26,6 +26,7 @@ enum class Dimension : std::uint8_t {
   angle,
   angular_rate,
   acceleration,
+  magnetic_field,
   decibel_hertz
 };
 

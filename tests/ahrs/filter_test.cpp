@@ -36,7 +36,7 @@ struct Nominal {
 Matrix random_covariance(Rng& rng) {
   Matrix a;
   for (double& x : a.reshaped()) x = rng.normal();
-  return a * a.transpose() + Matrix::Identity();
+  return 0.01 * (a * a.transpose() + Matrix::Identity());
 }
 
 Filter filter_at(const Nominal& x, const Matrix& p) {

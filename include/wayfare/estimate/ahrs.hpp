@@ -7,15 +7,16 @@
 #include <Eigen/Core>
 
 #include <wayfare/estimate/ahrs_parameters.hpp>
+#include <wayfare/estimate/ahrs_readings.hpp>
 #include <wayfare/estimate/ahrs_report.hpp>
-#include <wayfare/estimate/ahrs_updates.hpp>
 #include <wayfare/estimate/attitude.hpp>
 
 namespace wayfare {
 
 /// Causal attitude of a body in `W` (frame::Ned or frame::Enu), true north where the declination is
-/// given. Readings may come at any and irregular rates, each sensor at its own; a gyro reading
-/// speaks for the time since the one before it. Starts at rest or in motion, needs gyro and
+/// given. Readings may come at any and irregular rates, each sensor at its own; readings of
+/// gyro and accelerometer speak for the time since the one before, those of the magnetometer for
+/// their instant. Starts at rest or in motion, needs gyro and
 /// accelerometer, and no memory beyond itself. Without magnetometer the heading starts at zero and
 /// drifts with the gyro. Not for vehicles: long turns and braking look like a tilt.
 template <LevelFrame W = frame::Ned, std::floating_point T = double>
@@ -26,12 +27,12 @@ class Ahrs {
   using Vector = Eigen::Matrix<T, 3, 1>;
   using Covariance = Eigen::Matrix<T, 3, 3>;
 
-  explicit Ahrs(const AhrsParameters& parameters = {}) : updates_(parameters) {}
+  explicit Ahrs(const AhrsParameters& parameters = {}) : readings_(parameters) {}
 
   /// One sensor's reading; those of one instant in this order.
-  Intake add_rate(LogTime time, const Vector& radps) { return updates_.add_rate(time, radps); }
-  Intake add_force(LogTime time, const Vector& mps2) { return updates_.add_force(time, mps2); }
-  Intake add_field(LogTime time, const Vector& uT) { return updates_.add_field(time, uT); }
+  Intake add_rate(LogTime time, const Vector& radps) { return readings_.add_rate(time, radps); }
+  Intake add_force(LogTime time, const Vector& mps2) { return readings_.add_force(time, mps2); }
+  Intake add_field(LogTime time, const Vector& uT) { return readings_.add_field(time, uT); }
 
   MargIntake add(const MargSample& s) {
     return {add_rate(s.time, s.angular_rate_radps.cast<T>()),
@@ -40,12 +41,12 @@ class Ahrs {
   }
 
   /// Whether there is an attitude, and whether its heading has a meaning beyond being its own.
-  [[nodiscard]] bool ready() const { return updates_.ready(); }
-  [[nodiscard]] bool heading_known() const { return updates_.heading_known(); }
+  [[nodiscard]] bool ready() const { return readings_.ready(); }
+  [[nodiscard]] bool heading_known() const { return readings_.heading().known(); }
 
   /// At the time of the last gyro reading.
   [[nodiscard]] SO3<T> q_world_body() const {
-    return rotation_from_enu<World, T>() * updates_.filter().q_enu_body();
+    return rotation_from_enu<World, T>() * filter().q_enu_body();
   }
   /// Of the attitude's error as a rotation vector in world axes, rad²; its last diagonal element is
   /// the heading's variance.
@@ -55,34 +56,35 @@ class Ahrs {
   }
   /// The same in body axes, as the library's perturbations are: q ⊞ τ = q·exp(τ).
   [[nodiscard]] Covariance body_covariance() const {
-    const Covariance& r = updates_.filter().rotation();
+    const Covariance& r = filter().rotation();
     return r.transpose() * attitude_covariance() * r;
   }
 
-  [[nodiscard]] Vector gyro_bias_radps() const { return updates_.filter().bias(); }
+  [[nodiscard]] Vector gyro_bias_radps() const { return filter().bias(); }
   [[nodiscard]] Vector gyro_bias_sigma_radps() const {
-    const auto& p = updates_.filter().covariance();
+    const auto& p = filter().covariance();
     return Vector(p(3, 3), p(4, 4), p(5, 5)).cwiseSqrt();
   }
-  [[nodiscard]] T magnetometer_delay_s() const { return updates_.filter().delay(); }
-  [[nodiscard]] bool at_rest() const { return updates_.at_rest(); }
+  [[nodiscard]] T magnetometer_delay_s() const { return filter().delay(); }
+  [[nodiscard]] bool at_rest() const { return readings_.level().at_rest(); }
 
   /// Gives the heading from outside: the direction of the body's x axis, clockwise from north.
-  void set_compass(Angle x_axis, Angle sigma) { updates_.set_compass(x_axis, sigma); }
+  void set_compass(Angle x_axis, Angle sigma) { readings_.set_compass(x_axis, sigma); }
 
-  [[nodiscard]] const AhrsReport& report() const { return updates_.report(); }
-  /// The last readings' squared innovations over their variances.
-  [[nodiscard]] const AhrsInnovations<T>& innovations() const { return updates_.innovations(); }
-
- private:
-  [[nodiscard]] Covariance attitude_covariance() const {
-    const auto& p = updates_.filter().covariance();
-    return (Covariance() << p(0, 0), p(0, 1), p(0, 2), p(1, 0), p(1, 1), p(1, 2), p(2, 0), p(2, 1),
-            p(2, 2))
-        .finished();
+  [[nodiscard]] const AhrsReport& report() const { return readings_.report(); }
+  /// Squared innovations of the last readings over their variances, one degree of freedom each.
+  [[nodiscard]] AhrsNis<T> nis() const {
+    const auto& level = readings_.level().nis();
+    return {level[0], level[1], readings_.heading().nis()};
   }
 
-  AhrsUpdates<T> updates_;
+ private:
+  [[nodiscard]] const AhrsFilter<T>& filter() const { return readings_.filter(); }
+  [[nodiscard]] Covariance attitude_covariance() const {
+    return filter().covariance().dense().template topLeftCorner<3, 3>();
+  }
+
+  AhrsReadings<T> readings_;
 };
 
 }  // namespace wayfare

@@ -3,6 +3,7 @@
 // The error-state Kalman filter inside the AHRS: nine states, their covariance, and the few
 // operations it is made of. World axes are east, north, up.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -22,6 +23,8 @@ class AhrsFilter {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
   using Rotation = Eigen::Matrix<T, 3, 3>;
+  /// Variance of an angle of which nothing is known, rad².
+  static constexpr T kUnknown = T(10);
   static constexpr int kAttitude = 0, kBias = 3, kVelocity = 6, kDelay = 8, kSize = 9;
   using Covariance = SymmetricMatrix<T, kSize>;
 
@@ -56,9 +59,10 @@ class AhrsFilter {
       for (int i = 0; i <= j; ++i) p_(i, j) -= change(i, j);
     for (int i = 0; i < 3; ++i) {
       p_(i, i) += angle_variance;
+      if (p_(i, i) > kUnknown) p_.decouple(i, kUnknown);
       p_(kBias + i, kBias + i) += bias_variance;
     }
-    set_attitude(q_ * SO3<T>::exp(rate * dt));
+    set_attitude(q_ * small_turn(rate * dt));
   }
 
   /// Takes up the world's acceleration (specific force in world axes) for dt.
@@ -86,7 +90,8 @@ class AhrsFilter {
   T observe(const SparseRow<T, Index...>& h, T innovation, T r) {
     const typename Covariance::Vector ph = p_.times(h);
     const auto of = [](const auto& v) { return [&](int i) { return v[std::size_t(i)]; }; };
-    const T weight = T(1) / (h.sum(of(ph)) + r);
+    // Rounding must not make a variance negative, after which nothing would hold.
+    const T weight = T(1) / (std::max(h.sum(of(ph)), T(0)) + r);
     const T rest = innovation - h.sum(of(pending_));
     for (std::size_t i = 0; i < kSize; ++i) pending_[i] += ph[i] * (rest * weight);
     p_.subtract_outer(ph, weight);
@@ -96,14 +101,26 @@ class AhrsFilter {
   /// Moves the estimate by what the measurements since the last call say.
   void apply() {
     const auto& d = pending_;
-    set_attitude(SO3<T>::exp({d[0], d[1], d[2]}) * q_);
+    set_attitude(small_turn({d[0], d[1], d[2]}) * q_);
     bias_ += Vector(d[3], d[4], d[5]);
     velocity_ += Eigen::Matrix<T, 2, 1>(d[6], d[7]);
     delay_ += d[8];
     pending_.fill(T(0));
+    for (int i = 0; i < kSize; ++i)
+      if (p_(i, i) < T(0)) p_.decouple(i, T(0));
   }
 
  private:
+  /// exp(v) to 1e-15 from a short series, as nearly every turn allows.
+  [[nodiscard]] static SO3<T> small_turn(const Vector& v) {
+    const T x = T(0.25) * v.squaredNorm();
+    if (x > T(0.01)) return SO3<T>::exp(v);
+    const T c =
+        T(1) - x * (T(1.0 / 2) - x * (T(1.0 / 24) - x * (T(1.0 / 720) - x * T(1.0 / 40320))));
+    const T k = T(0.5) - x * (T(1.0 / 12) - x * (T(1.0 / 240) - x * T(1.0 / 10080)));
+    return SO3<T>(Eigen::Quaternion<T>(c, k * v[0], k * v[1], k * v[2]));
+  }
+
   [[nodiscard]] Rotation attitude_with_bias() const {
     return (Rotation() << p_(0, 3), p_(0, 4), p_(0, 5), p_(1, 3), p_(1, 4), p_(1, 5), p_(2, 3),
             p_(2, 4), p_(2, 5))

@@ -43,7 +43,8 @@ struct AhrsParameters {
   Angle field_dip_gate = Angle::degrees(10.0);
   /// … for at least this long, s.
   double field_settle_s = 1.0;
-  /// Another field that lasts this long, s, while the body turns is taken for the Earth's.
+  /// Another field that lasts this long, s, or as long as the first was known, while the body turns
+  /// is taken for the Earth's.
   double field_relearn_s = 20.0;
   /// The Earth's field, µT, and its dip below the horizon; NaN: learned from the first readings.
   double field_norm_uT = std::numeric_limits<double>::quiet_NaN();
@@ -62,9 +63,9 @@ struct AhrsParameters {
   /// A component from here on is saturated: rad/s, m/s², µT. For units of ±2000 °/s and ±16 g.
   double rate_range = 34.8;
   double force_range = 156.0;
-  double field_range = std::numeric_limits<double>::infinity();
-  /// The true rate of a saturated gyro is off by about this part of the reading.
-  double saturated_rate_sigma = 0.3;
+  double field_range = 5000.0;
+  /// What a saturated sensor leaves out, as part of its reading.
+  double saturated_part = 0.3;
 
   /// A longer pause of the gyro than the first, s, adds to the uncertainty, than the second starts
   /// the attitude anew (the bias is kept).

@@ -51,4 +51,12 @@ struct AhrsReport {
   std::uint64_t headings_taken = 0;  ///< the heading did not fit the field any more
 };
 
+/// Squares of innovations over their variances; NaN before the first.
+template <class T>
+struct AhrsNis {
+  T velocity_east;
+  T velocity_north;
+  T heading;
+};
+
 }  // namespace wayfare

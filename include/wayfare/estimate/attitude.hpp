@@ -27,33 +27,13 @@ template <LevelFrame World, class T>
   return SO3<T>(Eigen::Quaternion<T>(T(0), T(1), T(1), T(0)));
 }
 
-/// Rotations about z (first), y and x of the turned body: yaw is positive from x to y of the world,
-/// so clockwise from north in NED and counter-clockwise from east in ENU.
-struct RollPitchYaw {
-  Angle roll;
-  Angle pitch;
-  Angle yaw;
-};
-
-/// At a pitch of ±90° only yaw ∓ roll is defined, and roll is taken as zero.
-template <class T>
-[[nodiscard]] RollPitchYaw roll_pitch_yaw(const SO3<T>& q_world_body) {
-  const Eigen::Matrix3d r = q_world_body.template cast<double>().matrix();
-  const double cos_pitch = std::hypot(r(0, 0), r(1, 0));
-  const Angle pitch = Angle::radians(std::atan2(-r(2, 0), cos_pitch));
-  if (cos_pitch < 1e-6) return {Angle{}, pitch, Angle::radians(std::atan2(-r(0, 1), r(1, 1)))};
-  return {Angle::radians(std::atan2(r(2, 1), r(2, 2))), pitch,
-          Angle::radians(std::atan2(r(1, 0), r(0, 0)))};
-}
-
-template <class T>
-[[nodiscard]] SO3<T> from_roll_pitch_yaw(const RollPitchYaw& a) {
-  const auto about = [](int axis, Angle angle) {
-    Eigen::Vector3d v = Eigen::Vector3d::Zero();
-    v[axis] = angle.radians();
-    return SO3d::exp(v);
-  };
-  return (about(2, a.yaw) * about(1, a.pitch) * about(0, a.roll)).template cast<T>();
+/// Where the body's x axis points, clockwise from north as a compass has it; its roll, pitch and
+/// yaw are in core/roll_pitch_yaw.hpp.
+template <LevelFrame World, class T>
+[[nodiscard]] Angle compass_of_x(const SO3<T>& q_world_body) {
+  const Eigen::Matrix<T, 3, 1> x = q_world_body.matrix().col(0);
+  if constexpr (std::same_as<World, frame::Ned>) return Angle::radians(std::atan2(x.y(), x.x()));
+  return Angle::radians(std::atan2(x.x(), x.y()));
 }
 
 /// What became of one reading.

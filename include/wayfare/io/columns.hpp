@@ -14,14 +14,16 @@ namespace wayfare::io {
 ///
 /// A name is a quantity and its unit: `ax_g`, `gx_degps`, `lat_deg`, or `ax [m/s^2]`. Angles come
 /// in rad or deg, turn rates in radps (rad/s) or degps (deg/s), specific force in mps2 (m/s^2), g
-/// or mg, lengths in m, cm, mm or km, speeds in mps (m/s) or kmh (km/h), times in s, ms, us or ns.
+/// or mg, magnetic fields in uT, nT, mT, T or G, lengths in m, cm, mm or km, speeds in mps (m/s) or
+/// kmh (km/h), times in s, ms, us or ns.
 ///
 /// The time of a line is one of
-///   t                    on the recording's own clock: for GNSS, seconds since 1980-01-06, GPS
-///   time week, tow            GPS week (not rolled over) and time of week date, clock          a
-///   calendar date 2025/07/08 and time of day 19:34:18.499 in GPS time utc_date, utc_clock  the
-///   same in UTC utc                  UTC counted from 1970, as computers do unixgps GPS time
-///   counted from 1970 without leap seconds, as RTKLIB's files do
+/// - `t`: on the recording's own clock; for GNSS, seconds since 1980-01-06, GPS time
+/// - `week`, `tow`: GPS week (not rolled over) and time of week
+/// - `date`, `clock`: a calendar date 2025/07/08 and time of day 19:34:18.499 in GPS time
+/// - `utc_date`, `utc_clock`: the same in UTC
+/// - `utc`: UTC counted from 1970, as computers do
+/// - `unixgps`: GPS time counted from 1970 without leap seconds, as RTKLIB's files do
 struct ColumnFormat {
   /// Names in the order of the file; "-" passes a column over. Empty: the file has a line that
   /// names them, alone or behind a '#' or '%'.

@@ -1,0 +1,59 @@
+#include "recording.hpp"
+
+#include <cstddef>
+#include <cstdio>
+
+#include <CLI/CLI.hpp>
+
+namespace wayfare::examples {
+
+void RecordingOptions::describe(CLI::App& app) {
+  app.add_option("--columns", columns,
+                 "names of the columns, set apart by commas, for a file that does not name them: "
+                 "t_s, gx_radps.., ax_mps2.., mx_uT.., qw qx qy qz (reference), moving; - passes "
+                 "one over")
+      ->delimiter(',');
+  app.add_option("--period", period_s, "seconds from row to row, for a binary table without a time")
+      ->check(CLI::PositiveNumber);
+}
+
+Result<io::MargFile> RecordingOptions::read(const std::string& path) const {
+  io::MargFormat format;
+  format.columns.columns = columns;
+  format.period_s = period_s;
+  auto file = io::read_marg(path, format);
+  if (!file) return file;
+  constexpr std::size_t kShown = 5;
+  const io::Problems& problems = file->problems;
+  for (std::size_t i = 0; i < problems.first().size() && i < kShown; ++i)
+    std::fprintf(stderr, "skipped: %s\n", problems.first()[i].to_string().c_str());
+  if (problems.count() > kShown)
+    std::fprintf(stderr, "skipped: %zu lines in all\n", problems.count());
+  return file;
+}
+
+void FilterOptions::describe(CLI::App& app) {
+  app.add_flag("--enu", enu, "attitude in east-north-up instead of north-east-down");
+  app.add_flag("--no-magnetometer", no_magnetometer, "gyro and accelerometer alone");
+  app.add_option("--declination", declination_deg,
+                 "of magnetic from true north, degrees, east positive")
+      ->check(CLI::Range(-180.0, 180.0))
+      ->capture_default_str();
+  app.add_option("--magnetometer-delay", delay_s,
+                 "how long after the field its reading is stamped, seconds; found by the filter "
+                 "where not given")
+      ->check(CLI::Range(-0.1, 0.1));
+}
+
+AhrsParameters FilterOptions::parameters() const {
+  AhrsParameters p;
+  p.use_magnetometer = !no_magnetometer;
+  p.declination = Angle::degrees(declination_deg);
+  if (delay_s) {
+    p.magnetometer_delay_s = *delay_s;
+    p.magnetometer_delay_sigma_s = 0.0;
+  }
+  return p;
+}
+
+}  // namespace wayfare::examples

@@ -1,0 +1,38 @@
+#pragma once
+
+// How the programs on nine-axis recordings are told about them.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/estimate/ahrs_parameters.hpp>
+#include <wayfare/io/marg_text.hpp>
+
+namespace CLI {
+class App;
+}
+
+namespace wayfare::examples {
+
+struct RecordingOptions {
+  std::vector<std::string> columns;
+  double period_s = 0.0;
+
+  void describe(CLI::App& app);
+  /// Says on standard error what had to be skipped.
+  [[nodiscard]] Result<io::MargFile> read(const std::string& path) const;
+};
+
+struct FilterOptions {
+  bool enu = false;
+  bool no_magnetometer = false;
+  double declination_deg = 0.0;
+  std::optional<double> delay_s;
+
+  void describe(CLI::App& app);
+  [[nodiscard]] AhrsParameters parameters() const;
+};
+
+}  // namespace wayfare::examples
