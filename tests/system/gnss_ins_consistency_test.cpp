@@ -86,5 +86,36 @@ TEST(GnssInsConsistency, IsTheSameForAnyNumberOfThreads) {
     for (std::size_t k = 0; k < a[r].size(); ++k) EXPECT_EQ(a[r][k].error, b[r][k].error);
 }
 
+// Round and round for a day, gently enough for ten readings a second.
+VehicleTrajectory all_day() {
+  VehicleLimits gentle;
+  gentle.acceleration_mps2 = gentle.braking_mps2 = gentle.lateral_acceleration_mps2 = 0.8;
+  gentle.turn_radius_m = 80.0, gentle.build_up_s = 4.0;
+  std::vector<Waypoint> route;
+  for (int lap = 0; lap < 320; ++lap) {
+    route.push_back({0, 0, 0, 0});
+    route.push_back({900, 0, 10, lap % 7 == 0 ? 60.0 : 0.0});
+    route.push_back({900, 800, 0, 0});
+    route.push_back({0, 800, 5, lap % 3 == 0 ? 20.0 : 0.0});
+  }
+  const Geodetic origin{Angle::degrees(51.0), Angle::degrees(-114.0), 1100.0};
+  return drive_waypoints(origin, route, gentle).value();
+}
+
+TEST(GnssInsConsistency, TheCovarianceStaysPositiveDefiniteForADay) {
+  const VehicleTrajectory drive = all_day();
+  ASSERT_GT(to_seconds(drive.end() - drive.begin()), 24.0 * 3600.0);
+  InsMonteCarloOptions o = modelled();
+  o.imu.period = from_seconds(0.1);
+  const InsErrorCourse course = ins_error_course(drive, gps_and_galileo(), o, Rng(1));
+  ASSERT_GT(course.size(), 86400U);
+  // Whether errors are as large as said is asked of the drives above, at a hundred readings a
+  // second.
+  for (const InsErrorAt& at : course) {
+    ASSERT_TRUE(std::isfinite(at.nees)) << at.time.seconds();  // NaN where P is not definite
+    ASSERT_LT(at.error.head<3>().norm(), 30.0) << at.time.seconds();
+  }
+}
+
 }  // namespace
 }  // namespace wayfare::sim
