@@ -278,8 +278,12 @@ void InsEngine::reopen(Doubt& doubt, int accepted, int total, Diary& diary) {
   const double refused_s = to_seconds(last_.time - *doubt.since);
   if (refused_s < options_.gate_reopen_s) return;
   using namespace ins_state;
-  const double position_variance = filter_.covariance().diagonal().segment<3>(kPosition).maxCoeff();
-  if (position_variance < 1e8) filter_.ekf().scale_sigma(kPosition, 9, 1.5);
+  const auto worst = [this](int first) {
+    return filter_.covariance().diagonal().segment<3>(first).maxCoeff();
+  };
+  if (worst(kPosition) < 1e8) filter_.ekf().scale_sigma(kPosition, 6, 1.5);
+  // Level and heading go astray less easily, and a filter without them is worth nothing.
+  if (worst(kAttitude) < 0.15 * 0.15) filter_.ekf().scale_sigma(kAttitude, 3, 1.5);
   filter_.ekf().scale_sigma(kClock, 2, 1.5);
   diary.note(last_.time, "most ranges or rates refused for long: the filter doubts itself");
   if (refused_s > 10.0 * options_.gate_reopen_s) lost_ = true;

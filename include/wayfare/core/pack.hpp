@@ -123,14 +123,14 @@ struct Pack {
   /// Lane by lane `yes` where the mask is set, else `no`.
   friend Pack select(const Mask<T, N>& m, const Pack& yes, const Pack& no) {
     using Bits = typename Mask<T, N>::Lanes;
-    return from_lanes(std::bit_cast<Lanes>((m.v & std::bit_cast<Bits>(yes.v)) |
-                                           (~m.v & std::bit_cast<Bits>(no.v))));
+    return from_lanes(__builtin_bit_cast(
+        Lanes, (m.v & __builtin_bit_cast(Bits, yes.v)) | (~m.v & __builtin_bit_cast(Bits, no.v))));
   }
 
  private:
   template <class Comparison>
   static Mask<T, N> mask(const Comparison& c) {
-    return Mask<T, N>::from_lanes(std::bit_cast<typename Mask<T, N>::Lanes>(c));
+    return Mask<T, N>::from_lanes(__builtin_bit_cast(typename Mask<T, N>::Lanes, c));
   }
 };
 
@@ -163,6 +163,11 @@ struct LaneOf {
   static constexpr int kLanes = 1;
 };
 template <class T, int N>
+struct LaneOf<Mask<T, N>> {
+  using Type = bool;
+  static constexpr int kLanes = N;
+};
+template <class T, int N>
 struct LaneOf<Pack<T, N>> {
   using Type = T;
   static constexpr int kLanes = N;
@@ -184,7 +189,7 @@ void set_lane(T& x, int i, U value) {
     static_cast<void>(i);
     x = static_cast<T>(value);
   } else {
-    x.set(i, value);
+    x.set(i, static_cast<typename LaneOf<T>::Type>(value));
   }
 }
 

@@ -30,7 +30,10 @@ class SO3 {
 
   SO3() = default;
   /// Normalises `q`, which must not be zero.
-  explicit SO3(const Quaternion& q) : q_(q.normalized()) {}
+  explicit SO3(const Quaternion& q) : q_(q) {
+    using std::sqrt;
+    q_.coeffs() /= sqrt(q.squaredNorm());
+  }
   explicit SO3(const Eigen::Matrix<T, 3, 3>& rotation) : SO3(Quaternion(rotation)) {}
 
   [[nodiscard]] static SO3 identity() { return SO3(); }

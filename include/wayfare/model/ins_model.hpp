@@ -3,6 +3,8 @@
 // The process of the 23-state filter: strapdown navigation, Gauss-Markov errors of the unit, the
 // receiver's clock; and a covariance step that knows where Φ is empty.
 
+#include <algorithm>
+
 #include <Eigen/Core>
 
 #include <wayfare/model/gauss_markov.hpp>
@@ -215,7 +217,9 @@ struct InsTransition {
     using namespace ins_state;
     constexpr int n = kDof;
     for (int j = 0; j < 3; ++j) {
-      for (int i = 0; i < 3; ++i) p[n * (kVelocity + j) + kVelocity + i] += velocity_noise(i, j);
+      for (int i = 0; i < 3; ++i) {
+        p[n * (kVelocity + j) + kVelocity + i] += velocity_noise(std::min(i, j), std::max(i, j));
+      }
       p[(n + 1) * (kAttitude + j)] += attitude_noise[j];
     }
     for (int i = 0; i < 12; ++i) p[(n + 1) * (kGyroBias + i)] += error_noise[i];

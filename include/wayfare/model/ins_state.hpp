@@ -64,6 +64,21 @@ struct InsState {
         gyro_scale - x.gyro_scale, accel_scale - x.accel_scale, clock - x.clock;
     return tau;
   }
+
+  /// The same in another scalar; into a pack, in every lane.
+  template <class U>
+  [[nodiscard]] InsState<U, Offsets> cast() const {
+    InsState<U, Offsets> y;
+    y.position_m = position_m.template cast<U>();
+    y.velocity_mps = velocity_mps.template cast<U>();
+    y.q_nu = q_nu.template cast<U>();
+    y.gyro_bias_radps = gyro_bias_radps.template cast<U>();
+    y.accel_bias_mps2 = accel_bias_mps2.template cast<U>();
+    y.gyro_scale = gyro_scale.template cast<U>();
+    y.accel_scale = accel_scale.template cast<U>();
+    y.clock = clock.template cast<U>();
+    return y;
+  }
 };
 
 }  // namespace wayfare

@@ -1,0 +1,160 @@
+#pragma once
+
+// What every Kalman filter must keep, as checks on any state, process and measurement:
+//
+//   FilterLaws<MyState>{{my_filter}}.check_update(my_measurement);
+//   FilterLaws<MyState>{{my_filter}}.check_predict(my_process, my_input);
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include <wayfare/estimate/ekf.hpp>
+
+namespace wayfare::testing {
+
+/// Symmetric to the last bit, and positive definite once every error is measured in its own σ.
+template <class Derived>
+[[nodiscard]] ::testing::AssertionResult is_covariance(const Eigen::MatrixBase<Derived>& p) {
+  if (!p.allFinite()) return ::testing::AssertionFailure() << "not finite";
+  if (p != p.transpose()) {
+    return ::testing::AssertionFailure()
+           << "not symmetric, by " << (p - p.transpose()).cwiseAbs().maxCoeff();
+  }
+  if ((p.diagonal().array() <= 0).any()) {
+    return ::testing::AssertionFailure() << "variances " << p.diagonal().transpose();
+  }
+  const auto scale = p.diagonal().cwiseSqrt().cwiseInverse().eval();
+  const auto correlation = (scale.asDiagonal() * p * scale.asDiagonal()).eval();
+  if (Eigen::LLT<typename Derived::PlainObject>(correlation).info() != Eigen::Success) {
+    return ::testing::AssertionFailure()
+           << "not positive definite: the smallest eigenvalue of "
+              "the correlations is "
+           << Eigen::SelfAdjointEigenSolver<typename Derived::PlainObject>(correlation)
+                  .eigenvalues()[0];
+  }
+  return ::testing::AssertionSuccess();
+}
+
+/// Limits that `nees`, the mean of normalised estimation errors squared over `runs` independent
+/// runs of a filter with `dof` errors, keeps to in 95 of 100 cases (Bar-Shalom, Li and Kirubarajan
+/// 2001, section 5.4): the χ² distribution's quantiles by Wilson and Hilferty's cube.
+struct ConsistencyBounds {
+  double low, high;
+};
+[[nodiscard]] inline ConsistencyBounds consistency_bounds(int dof, int runs) {
+  const double n = static_cast<double>(dof) * runs, v = 2.0 / (9.0 * n);
+  const auto quantile = [&](double z) {
+    return n * std::pow(1.0 - v + z * std::sqrt(v), 3.0) / runs;
+  };
+  return {quantile(-1.959964), quantile(1.959964)};
+}
+
+template <Manifold M>
+struct FilterLaws {
+  Ekf<M> filter;
+  /// Largest difference allowed between two ways to the same covariance, relative to √(PᵢᵢPⱼⱼ).
+  double tolerance = 1e-9;
+
+  using Scalar = typename ManifoldTraits<M>::Scalar;
+  using Square = SquareOf<M>;
+  using Row = Eigen::Matrix<Scalar, 1, ManifoldTraits<M>::kDof>;
+
+  /// Prediction keeps P a covariance, and equals Φ P Φᵀ + Q where the process can say Φ and Q.
+  template <class Process, class... Input>
+  void check_predict(const Process& process, const Input&... input) const {
+    Ekf<M> after = filter;
+    after.predict(process, input...);
+    EXPECT_TRUE(is_covariance(after.covariance()));
+    const auto step = process(filter.state(), input...);
+    if constexpr (DenseProcessStep<decltype(step), M>) {
+      expect_same(after.covariance(),
+                  step.phi * filter.covariance() * step.phi.transpose() + step.q, "ΦPΦᵀ + Q");
+    } else if constexpr (requires { step.transition.phi(); }) {
+      const Square phi = step.transition.phi();
+      expect_same(after.covariance(),
+                  phi * filter.covariance() * phi.transpose() + step.transition.q(), "ΦPΦᵀ + Q");
+    }
+  }
+
+  /// The three laws of an update with one number.
+  template <class Model>
+  void check_update(const Model& model) const {
+    update_is_josephs(model);
+    information_adds_up(model);
+    refused_changes_nothing(model);
+  }
+
+  /// (I − k h) P (I − k h)ᵀ + k R kᵀ, written out.
+  template <class Model>
+  void update_is_josephs(const Model& model) const {
+    const auto m = model(filter.state());
+    const Row h = dense(m.row);
+    const Square& p = filter.covariance();
+    const auto k = (p * h.transpose() / (h * p * h.transpose() + m.variance)).eval();
+    const Square keep = Square::Identity() - k * h;
+    const Square joseph = keep * p * keep.transpose() + k * m.variance * k.transpose();
+    Ekf<M> after = filter;
+    after.update(model);
+    EXPECT_TRUE(is_covariance(after.covariance()));
+    expect_same(after.covariance(), joseph, "Joseph's form");
+    EXPECT_LE((ManifoldTraits<M>::minus(after.state(),
+                                        ManifoldTraits<M>::plus(filter.state(), k * m.innovation)))
+                  .norm(),
+              tolerance * (1.0 + std::abs(m.innovation)))
+        << "k ν";
+  }
+
+  /// P⁺⁻¹ = P⁻¹ + hᵀ h / R, looked at as P⁺ (P⁻¹ + hᵀ h / R) = I.
+  template <class Model>
+  void information_adds_up(const Model& model) const {
+    const auto m = model(filter.state());
+    const Row h = dense(m.row);
+    Ekf<M> after = filter;
+    after.update(model);
+    const Square information = filter.covariance().inverse() + h.transpose() * h / m.variance;
+    expect_same(information.inverse(), after.covariance(), "information adds up");
+  }
+
+  /// What a gate refuses, and NaN, leave state and covariance as they were, bit by bit.
+  template <class Model>
+  void refused_changes_nothing(const Model& model) const {
+    for (const Scalar bad : {Scalar(NAN), Scalar(INFINITY), Scalar(1e20)}) {
+      Ekf<M> after = filter;
+      const auto u = after.update(
+          [&](const M& x) {
+            auto m = model(x);
+            m.innovation = bad;
+            return m;
+          },
+          Scalar(5));
+      EXPECT_FALSE(u.accepted);
+      EXPECT_EQ(after.covariance(), filter.covariance());
+      EXPECT_EQ(ManifoldTraits<M>::minus(after.state(), filter.state()).norm(), Scalar(0));
+    }
+  }
+
+  template <int K>
+  [[nodiscard]] static Row dense(const SparseRow<Scalar, K>& row) {
+    Row h = Row::Zero();
+    for (std::size_t k = 0; k < K; ++k) h[row.index[k]] += row.value[k];
+    return h;
+  }
+  [[nodiscard]] static Row dense(const Row& row) { return row; }
+
+  void expect_same(const Square& actual, const Square& expected, const char* law) const {
+    const auto s = expected.diagonal().cwiseAbs().cwiseSqrt().eval();
+    for (int i = 0; i < s.size(); ++i) {
+      for (int j = 0; j < s.size(); ++j) {
+        EXPECT_LE(std::abs(actual(i, j) - expected(i, j)), tolerance * s[i] * s[j])
+            << law << ", entry " << i << ", " << j;
+      }
+    }
+  }
+};
+
+}  // namespace wayfare::testing
