@@ -3,6 +3,7 @@
 // Hard and soft iron of a magnetometer from a recording of it being turned about: the readings of a
 // constant field lie on an ellipsoid.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
