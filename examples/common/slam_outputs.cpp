@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
-#include <system_error>
 
 #include <wayfare/eval/interpolation.hpp>
 #include <wayfare/io/image.hpp>
@@ -15,6 +14,8 @@
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/map/cell.hpp>
+
+#include "program_files.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -190,13 +191,6 @@ io::Report report_of(const SlamOutputs& run, const io::GridImage& grid) {
   return report;
 }
 
-Result<void> make_folder(const fs::path& folder) {
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (!code) return {};
-  return Error{ErrorCode::io, "the folder cannot be made: " + code.message(), folder.string()};
-}
-
 constexpr std::array kNames = {"trajectory.tum", "map.pgm",   "map.yaml",
                                "map.png",        "graph.g2o", "report.html"};
 
@@ -204,17 +198,9 @@ constexpr std::array kNames = {"trajectory.tum", "map.pgm",   "map.yaml",
 
 Result<void> prepare_folder(const std::string& folder, const io::WriteOptions& options,
                             const std::vector<std::string>& more) {
-  if (auto made = make_folder(folder); !made) return made;
-  if (options.existing == io::Existing::replace) return {};
   std::vector<std::string> names(kNames.begin(), kNames.end());
   names.insert(names.end(), more.begin(), more.end());
-  for (const std::string& name : names) {
-    const fs::path file = fs::path(folder) / name;
-    std::error_code code;
-    if (!fs::exists(file, code)) continue;
-    return Error{ErrorCode::io, "is there already; --force overwrites it", file.string()};
-  }
-  return {};
+  return prepare_files(folder, names, options);
 }
 
 std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run) {

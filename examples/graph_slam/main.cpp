@@ -15,6 +15,7 @@
 
 #include "config.hpp"
 #include "exit_code.hpp"
+#include "program_files.hpp"
 #include "slam_program.hpp"
 
 namespace {
@@ -25,16 +26,6 @@ struct Options : examples::SlamArguments {
   std::string log, relations, config;
   bool no_odometry = false;
 };
-
-void print_problems(const io::Problems& problems) {
-  constexpr std::size_t kShown = 5;
-  for (std::size_t i = 0; i < problems.first().size() && i < kShown; ++i) {
-    std::fprintf(stderr, "skipped: %s\n", problems.first()[i].to_string().c_str());
-  }
-  if (problems.count() > kShown) {
-    std::fprintf(stderr, "skipped: %zu lines in all\n", problems.count());
-  }
-}
 
 void print_refused(const GraphSlamRun& slam) {
   if (slam.refused_scans == 0) return;
@@ -64,14 +55,14 @@ Result<std::vector<eval::Relation>> read_relations(const Options& o) {
   if (o.relations.empty()) return std::vector<eval::Relation>();
   auto file = io::read_relations(o.relations);
   if (!file) return file.error();
-  print_problems(file->problems);
+  examples::print_problems(file->problems);
   return std::move(file->relations);
 }
 
 Result<Recording> read_recording(const Options& o) {
   auto log = io::read_carmen(o.log);
   if (!log) return log.error();
-  print_problems(log->problems);
+  examples::print_problems(log->problems);
   if (o.no_odometry) log->recording.odometry.clear();
   return std::move(log->recording);
 }

@@ -320,6 +320,12 @@ std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow
       texts[i] =
           slot.column < 0 ? std::string_view() : fields[static_cast<std::size_t>(slot.column)];
       if (texts[i].empty() || slot.quantity.dimension == Dimension::text) continue;
+      if (slot.quantity.dimension == Dimension::time) {
+        const std::optional<std::int64_t> ns = decimal_ns(texts[i], static_cast<int>(slot.factor));
+        if (!ns) return "not a time: '" + text::printable(texts[i]) + "'";
+        numbers[i] = 1e-9 * static_cast<double>(*ns);
+        continue;
+      }
       if (!text::to_number(texts[i], numbers[i]))
         return "not a number: '" + text::printable(texts[i]) + "'";
       numbers[i] *= slot.factor;

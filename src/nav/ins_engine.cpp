@@ -332,7 +332,8 @@ void InsEngine::apply(const GnssFix& fix, Diary& diary) {
     record(diary, Kind::position, {}, u);
     in += u.accepted ? 1 : 0;
   }
-  reopen(range_doubt_, in, 3, diary);
+  // One axis that stays refused is a lock-out as well: the others cannot draw it back.
+  reopen(range_doubt_, in == 3 ? 1 : 0, 1, diary);
   if (in == 3) last_full_epoch_ = last_.time;
   if (!fix.velocity_ned_mps) return;
   const auto velocity = axes(fix.velocity_covariance_ned);
@@ -346,7 +347,7 @@ void InsEngine::apply(const GnssFix& fix, Diary& diary) {
     record(diary, Kind::velocity, {}, u);
     in += u.accepted ? 1 : 0;
   }
-  reopen(rate_doubt_, in, 3, diary);
+  reopen(rate_doubt_, in == 3 ? 1 : 0, 1, diary);
 }
 
 GnssInsEstimate InsEngine::estimate() const {

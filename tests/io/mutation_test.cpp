@@ -12,8 +12,10 @@
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/g2o.hpp>
 #include <wayfare/io/map_image.hpp>
+#include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/relations.hpp>
 #include <wayfare/io/rinex.hpp>
+#include <wayfare/io/time_tags.hpp>
 #include <wayfare/io/tum.hpp>
 #include "io/rinex_samples.hpp"
 #include "io/support.hpp"
@@ -191,6 +193,57 @@ TEST(Mutation, RinexNavigation) {
       }
     });
   }
+}
+
+TEST(Mutation, NavigationColumns) {
+  std::string imu = "t_s gx_radps gy_radps gz_radps ax_mps2 ay_mps2 az_mps2\n";
+  std::string ranges = "t_s sat x_m y_m z_m vx_mps vy_mps vz_mps range_m rate_mps\n";
+  std::string fixes = "date clock lat_deg lon_deg h_m vn_mps ve_mps vu_mps\n";
+  for (int i = 0; i < 8; ++i) {
+    const std::string n = std::to_string(i);
+    imu += "1435606458.0" + n + " 0.1 0 -0.2 0.1 0 -9.8\n";
+    ranges += "1435606458 G0" + n + " 2e7 1e7 -3e6 1 2 3 2.2e7 nan\n";
+    fixes += "2025/07/08 19:34:0" + n + ".5 40.1 -105.1 1600 1 2 0\n";
+  }
+  int useful = 0;
+  mutate(imu, 3000, [&](const std::string& text) {
+    const auto file = parse_imu(text, "m");
+    if (!file) return;
+    ++useful;
+    ASSERT_EQ(file->samples.size(), file->ends.size());
+    for (const ImuSample& sample : file->samples)
+      ASSERT_TRUE(sample.angular_rate_radps.allFinite() && sample.specific_force_mps2.allFinite());
+  });
+  EXPECT_GT(useful, 1500);  // a sixth of so short a file is the line that names its columns
+  mutate(ranges, 3000, [](const std::string& text) {
+    const auto file = parse_ranges(text, "m");
+    if (!file) return;
+    for (const RangeEpoch& epoch : file->epochs)
+      for (const CorrectedRange& range : epoch.satellites)
+        ASSERT_TRUE(range.position_ecef_m.allFinite() && range.range_sigma_m > 0.0);
+  });
+  mutate(fixes, 3000, [](const std::string& text) {
+    const auto file = parse_fixes(text, "m");
+    const auto nav = parse_nav(text, "m");
+    if (!file) return;
+    for (const GnssFix& fix : file->fixes)
+      ASSERT_TRUE(fix.position_covariance_ned_m2.allFinite() &&
+                  std::isfinite(fix.position.height_m));
+  });
+}
+
+TEST(Mutation, TimeTags) {
+  std::string tags = "TIMETAG RTKLIB demo5";
+  tags.resize(76, '\0');
+  for (char i = 1; i < 20; ++i) tags += std::string({i, 0, 0, 0, char(3 * i), 0, 0, 0});
+  mutate(tags, 3000, [](const std::string& bytes) {
+    const auto file = parse_time_tags(bytes, "m");
+    if (!file) return;
+    for (std::size_t i = 1; i < file->tags.size(); ++i) {
+      ASSERT_LE(file->tags[i - 1].bytes, file->tags[i].bytes);
+      ASSERT_LE(file->tags[i - 1].time, file->tags[i].time);
+    }
+  });
 }
 
 TEST(Mutation, Gzip) {

@@ -16,6 +16,7 @@
 #include <wayfare/measure/gnss.hpp>
 #include <wayfare/measure/imu.hpp>
 #include <wayfare/measure/nav_state.hpp>
+#include <wayfare/sync/clock_fit.hpp>
 
 namespace wayfare::io {
 
@@ -86,6 +87,18 @@ struct NavFile {
 [[nodiscard]] Result<NavFile> read_nav(const std::string& path, const ColumnFormat& format = {});
 [[nodiscard]] Result<NavFile> parse_nav(std::string_view text, const std::string& source,
                                         const ColumnFormat& format = {});
+
+/// Stamps of the same instants on a device's clock (column device) and in GPS time: a phone's fixes
+/// carry both.
+struct ClockFile {
+  std::vector<ClockPair<DeviceClock>> pairs;  ///< in the order of the file
+  Problems problems;
+};
+
+[[nodiscard]] Result<ClockFile> read_clock(const std::string& path,
+                                           const ColumnFormat& format = {});
+[[nodiscard]] Result<ClockFile> parse_clock(std::string_view text, const std::string& source,
+                                            const ColumnFormat& format = {});
 
 /// With a line that names the columns; numbers other than angles read back to the same bits.
 [[nodiscard]] std::string format_imu(std::span<const ImuSample> samples);

@@ -1,0 +1,343 @@
+// How far inertial navigation drifts where satellites are missing: outages of 10 to 30 s with none
+// to four satellites left, each at ten places of a drive.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <wayfare/eval/outage.hpp>
+#include <wayfare/eval/statistics.hpp>
+#include <wayfare/gnss/single_point.hpp>
+#include <wayfare/io/report.hpp>
+
+#include "exit_code.hpp"
+#include "nav_drives.hpp"
+#include "nav_outputs.hpp"
+#include "program_files.hpp"
+#include "progress_line.hpp"
+
+namespace {
+
+using namespace wayfare;
+
+struct Options {
+  examples::NavFiles files;
+  examples::RangeSimulation ranges;
+  std::string config, out;
+  std::size_t places = 10;
+  double first_s = 0.0;
+  int threads = 1;
+  bool simulated = false;
+  bool force = false;
+  bool quiet = false;
+};
+
+/// The filter's and plain GNSS's horizontal errors at range epochs without an outage.
+struct Outside {
+  std::vector<double> filter, plain;
+};
+
+/// One column of the results: the same outages with one set of options.
+struct Variant {
+  std::string name;
+  eval::OutageReport report;
+  Outside outside;
+  std::size_t epochs = 0;
+};
+
+NavTrajectory antenna_track(const std::vector<GnssInsPoint>& points,
+                            const GnssInsOptions& options) {
+  NavTrajectory track;
+  track.reserve(points.size());
+  for (const GnssInsPoint& p : points)
+    track.push_back(
+        examples::at_lever_arm(p.nav, options.antenna_lever_arm_m, Eigen::Vector3d::Zero()));
+  return track;
+}
+
+double horizontal(const Geodetic& a, const Geodetic& b) {
+  return ned_from_geodetic(a, b).head<2>().norm();
+}
+
+/// Where each epoch alone puts the antenna, by its time.
+std::map<LogTime, double> plain_errors(const examples::KnownDrive& drive) {
+  std::map<LogTime, double> errors;
+  Eigen::Vector3d near = Eigen::Vector3d::Zero();
+  for (const RangeEpoch& epoch : drive.recording.ranges) {
+    const auto point = single_point(epoch, {}, near);
+    if (!point) continue;
+    near = point->position_ecef_m;
+    errors[epoch.time] = horizontal(point->position, drive.antenna_truth(epoch.time).position);
+  }
+  return errors;
+}
+
+/// At the epochs after the filter has settled and outside of the window.
+std::vector<std::pair<double, double>> outside_of(const eval::OutageWindow& window,
+                                                  const NavTrajectory& track,
+                                                  const std::map<LogTime, double>& plain,
+                                                  const examples::KnownDrive& drive) {
+  std::vector<std::pair<double, double>> pairs;
+  const LogTime settled = track.front().time + std::chrono::seconds(10);
+  auto state = track.begin();
+  for (const auto& [time, error] : plain) {
+    while (state != track.end() && state->time < time) ++state;
+    if (state == track.end()) break;
+    if (time < settled || window.contains(time) ||
+        state->time - time > std::chrono::milliseconds(30))
+      continue;
+    pairs.emplace_back(horizontal(state->position, drive.antenna_truth(state->time).position),
+                       error);
+  }
+  return pairs;
+}
+
+Result<Variant> run_variant(const std::string& name, const examples::KnownDrive& drive,
+                            const GnssInsOptions& options, const eval::OutagePlan& plan,
+                            const std::map<LogTime, double>& plain, bool quiet) {
+  Variant variant{name, {}, {}, 0};
+  std::map<std::pair<std::size_t, LogTime>, std::vector<std::pair<double, double>>> outside;
+  std::mutex mutex;
+  const auto run = [&](const eval::OutageWindow& window) -> Result<NavTrajectory> {
+    GnssInsRecording recording = drive.recording;
+    recording.ranges =
+        eval::take_satellites(recording.ranges, window, drive.antenna_truth(window.begin).position);
+    const auto result = run_gnss_ins(recording, options);
+    if (!result) return result.error();
+    NavTrajectory track = antenna_track(result->points, options);
+    auto pairs = outside_of(window, track, plain, drive);
+    const std::lock_guard lock(mutex);
+    outside[{window.satellites_left, window.begin}] = std::move(pairs);
+    return track;
+  };
+  examples::ProgressLine progress(name, quiet);
+  auto report =
+      eval::run_outages(plan, run, drive.antenna_truth, [&](double f) { progress.update(f); });
+  if (!report) return report.error();
+  progress.finish();
+  variant.report = *std::move(report);
+  for (const auto& [key, pairs] : outside) {
+    for (const auto& [filter, alone] : pairs) {
+      variant.outside.filter.push_back(filter);
+      variant.outside.plain.push_back(alone);
+    }
+  }
+  return variant;
+}
+
+eval::Table outside_table(const std::vector<Variant>& variants) {
+  eval::Table table({{"outside outages"}, {"horizontal RMSE", "m"}, {"largest", "m"}});
+  const auto row = [&](const std::string& name, const std::vector<double>& errors) {
+    const eval::Summary s = eval::summarise(errors);
+    table.add_row({name, eval::fixed(s.rmse, 2), eval::fixed(s.max, 2)});
+  };
+  for (const Variant& v : variants) row(v.name, v.outside.filter);
+  row("plain GNSS", variants.front().outside.plain);
+  return table;
+}
+
+struct Figure {
+  const char* name;
+  double eval::OutageError::*value;
+};
+constexpr std::array kFigures = {Figure{"error at the end", &eval::OutageError::end_m},
+                                 Figure{"horizontal RMSE", &eval::OutageError::rmse_m},
+                                 Figure{"largest error", &eval::OutageError::max_m}};
+
+std::vector<std::pair<std::string, eval::Table>> tables_of(const std::vector<Variant>& variants,
+                                                           std::size_t places) {
+  std::vector<std::pair<std::string, eval::Table>> tables;
+  for (const Figure& figure : kFigures)
+    for (const Variant& v : variants)
+      tables.emplace_back(std::string("Mean of the ") + figure.name + " over " +
+                              std::to_string(places) + " places, " + v.name,
+                          eval::outage_table(v.report, figure.value));
+  tables.emplace_back("Beside plain GNSS", outside_table(variants));
+  return tables;
+}
+
+std::string how_made(const Options& o, const examples::KnownDrive& drive) {
+  const std::string ranges = std::to_string(o.ranges.satellites) + " satellites, " +
+                             eval::fixed(o.ranges.range_sigma_m, 1) + " m, " +
+                             eval::fixed(o.ranges.rate_sigma_mps, 2) + " m/s, every " +
+                             eval::fixed(o.ranges.period_s, 2) + " s, seed " +
+                             std::to_string(o.ranges.seed);
+  const std::string constraints =
+      " Constraints are those of wheels, which do not move sideways; standstill is noticed with "
+      "and without them.";
+  if (o.simulated)
+    return "All simulated: drive, inertial unit, and ranges (" + ranges + ")." + constraints;
+  return "Real inertial readings of " + drive.name +
+         "; the ranges are simulated along the reference of the recording (" + ranges + ")." +
+         constraints;
+}
+
+io::Plot cell_plot(const Variant& v, const Figure& figure) {
+  io::Plot plot;
+  plot.title = std::string("Mean ") + figure.name + ", " + v.name;
+  plot.x_label = "length of the outage [s]";
+  plot.y_label = "[m]";
+  for (const eval::OutageCell& c : v.report.cells) {
+    const std::string name = std::to_string(c.satellites_left) + " satellites left";
+    auto series = std::find_if(plot.series.begin(), plot.series.end(),
+                               [&](const io::Series& s) { return s.name == name; });
+    if (series == plot.series.end()) series = plot.series.insert(series, {name, {}, {}});
+    series->x.push_back(to_seconds(c.duration));
+    series->y.push_back(c.mean.*figure.value);
+  }
+  return plot;
+}
+
+/// Every single outage without satellites: error over time, or over distance.
+io::Plot drift_plot(const Variant& v, bool by_distance) {
+  io::Plot plot;
+  plot.title = std::string("Each outage without satellites, ") + v.name;
+  plot.x_label = by_distance ? "distance travelled [m]" : "time in the outage [s]";
+  plot.y_label = "horizontal error [m]";
+  for (const eval::OutageCourse& course : v.report.courses) {
+    if (course.window.satellites_left != 0) continue;
+    io::Series s{
+        "from " + eval::fixed(std::fmod(course.window.begin.seconds(), 1e5), 0) + " s", {}, {}};
+    for (std::size_t i = 0; i < course.drift.size(); i += 10) {
+      s.x.push_back(by_distance ? course.drift[i].distance_m : course.drift[i].time_s);
+      s.y.push_back(course.drift[i].error_m);
+    }
+    plot.series.push_back(std::move(s));
+  }
+  return plot;
+}
+
+io::Report report_of(const Options& o, const examples::KnownDrive& drive,
+                     const std::vector<Variant>& variants,
+                     const std::vector<std::pair<std::string, eval::Table>>& tables) {
+  io::Report report("Satellite outages: " + drive.name, how_made(o, drive));
+  for (const auto& [title, table] : tables) report.table(table, title);
+  report.heading("The tables, drawn");
+  for (const Figure& figure : kFigures)
+    for (const Variant& v : variants) report.plot(cell_plot(v, figure));
+  report.heading("Single outages");
+  for (const Variant& v : variants) report.plot(drift_plot(v, false)).plot(drift_plot(v, true));
+  return report;
+}
+
+Result<examples::KnownDrive> drive_of(const Options& o) {
+  if (o.simulated) return examples::simulated_drive(o.ranges);
+  auto config = o.config.empty() ? Result<examples::NavConfig>(examples::NavConfig{})
+                                 : examples::read_nav_config(o.config);
+  if (!config) return config.error();
+  return examples::recorded_drive(o.files, *config, o.ranges);
+}
+
+/// Spread over the drive from when the filter has settled.
+Result<eval::OutagePlan> plan_of(const Options& o, const examples::KnownDrive& drive) {
+  eval::OutagePlan plan;
+  plan.threads = o.threads;
+  const LogTime begin = drive.recording.imu.front().time;
+  const LogTime end = std::min(drive.recording.imu.back().time, drive.recording.ranges.back().time);
+  const LogTime first = begin + from_seconds(o.first_s);
+  if (end - first < plan.durations.back())
+    return Error{ErrorCode::invalid, "the drive is too short for an outage of 30 s after " +
+                                         eval::fixed(o.first_s, 0) + " s"};
+  plan.places = eval::outage_places(first, end, plan.durations.back(), o.places);
+  // From an epoch on, so that an outage is as long as it says.
+  for (LogTime& place : plan.places) {
+    LogTime epoch = place;
+    for (const RangeEpoch& e : drive.recording.ranges)
+      if (e.time <= place) epoch = e.time;
+    place = epoch;
+  }
+  return plan;
+}
+
+Result<void> run(const Options& o) {
+  const io::WriteOptions writing{o.force ? io::Existing::replace : io::Existing::refuse};
+  if (!o.simulated && (o.files.imu.empty() || o.files.truth.empty()))
+    return Error{ErrorCode::invalid, "a recorded drive needs --imu and --truth; or --simulated"};
+  if (auto ready = examples::prepare_files(o.out, {"outages.txt", "report.html"}, writing); !ready)
+    return ready;
+  const auto drive = drive_of(o);
+  if (!drive) return drive.error();
+  for (const std::string& remark : drive->remarks)
+    std::fprintf(stderr, "note: %s\n", remark.c_str());
+  const auto plan = plan_of(o, *drive);
+  if (!plan) return plan.error();
+  const auto plain = plain_errors(*drive);
+  std::vector<Variant> variants;
+  for (const bool constraints : {false, true}) {
+    GnssInsOptions options = drive->options;
+    options.non_holonomic_in_outage = constraints;
+    auto variant = run_variant(constraints ? "with constraints" : "without constraints", *drive,
+                               options, *plan, plain, o.quiet);
+    if (!variant) return variant.error();
+    variants.push_back(*std::move(variant));
+  }
+  const auto tables = tables_of(variants, o.places);
+  std::string text = how_made(o, *drive) + "\n";
+  for (const auto& [title, table] : tables) text += "\n" + title + "\n" + table.to_text();
+  const auto path = [&](const char* name) {
+    return (std::filesystem::path(o.out) / name).string();
+  };
+  if (auto done = io::write_file(path("outages.txt"), text, writing); !done) return done;
+  if (auto done = report_of(o, *drive, variants, tables).write(path("report.html"), writing); !done)
+    return done;
+  if (!o.quiet) std::printf("%s\nreport: %s\n", text.c_str(), path("report.html").c_str());
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Take satellites away from a drive for 10 to 30 s, with none to four of them left, and see "
+      "how far\ninertial navigation drifts. Real inertial readings with ranges simulated along the "
+      "recording's\nreference, or a drive simulated altogether. Writes outages.txt and "
+      "report.html.");
+  Options o;
+  app.add_flag("--simulated", o.simulated, "a simulated drive of 310 s and 4.5 km");
+  app.add_option("--imu", o.files.imu, "inertial samples; given twice: gyro and accelerometer")
+      ->check(CLI::ExistingFile)
+      ->expected(1, 2);
+  app.add_option("--imu-tags", o.files.imu_tags, "RTKLIB's time tags of the inertial file")
+      ->check(CLI::ExistingFile);
+  app.add_option("--imu-clock", o.files.imu_clock, "pairs of the unit's times and GPS times")
+      ->check(CLI::ExistingFile);
+  app.add_option("--truth", o.files.truth, "the reference the ranges are simulated along")
+      ->check(CLI::ExistingFile);
+  app.add_option("--config", o.config, "JSON description of the recording; see gnss_ins")
+      ->check(CLI::ExistingFile);
+  app.add_option("--out", o.out, "folder for the results, made where needed")->required();
+  app.add_option("--seed", o.ranges.seed, "of all that is simulated")->capture_default_str();
+  app.add_option("--satellites", o.ranges.satellites, "in view")->capture_default_str();
+  app.add_option("--range-sigma", o.ranges.range_sigma_m, "m")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--rate-sigma", o.ranges.rate_sigma_mps, "m/s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--period", o.ranges.period_s, "between range epochs, s")
+      ->check(CLI::Range(0.05, 60.0))
+      ->capture_default_str();
+  app.add_option("--places", o.places, "where outages begin, spread over the drive")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  o.first_s = 100.0;
+  app.add_option("--first", o.first_s, "the first of them, s after the first sample")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  app.add_option("--threads", o.threads, "worker threads; the results do not depend on them")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  app.add_flag("--force", o.force, "replace files of an earlier run");
+  app.add_flag("--quiet", o.quiet, "no progress and no tables");
+  CLI11_PARSE(app, argc, argv);
+  return examples::exit_code("outage_test", run(o));
+}
