@@ -13,7 +13,8 @@
 namespace wayfare {
 namespace {
 
-// The parameters' defaults were chosen on the first half; the second was only tested on.
+// The parameters' defaults were chosen on the first half; the magnetometer's delay was noticed on
+// all ten.
 constexpr std::array<const char*, 5> kChosenOn = {
     "02_undisturbed_slow_rotation_B", "09_undisturbed_fast_rotation_with_breaks_B",
     "16_undisturbed_fast_translation_B", "21_undisturbed_fast_combined",

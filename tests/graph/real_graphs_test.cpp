@@ -21,7 +21,7 @@ struct Optimum {
 
 void PrintTo(const Optimum& optimum, std::ostream* out) { *out << optimum.name; }
 
-class RealGraph : public testing::TestWithParam<Optimum> {};
+class RealGraph : public ::testing::TestWithParam<Optimum> {};
 
 TEST_P(RealGraph, ReachesThePublishedOptimumFromTheFilesOwnStart) {
   const Optimum& expected = GetParam();
@@ -42,11 +42,11 @@ TEST_P(RealGraph, ReachesThePublishedOptimumFromTheFilesOwnStart) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Published, RealGraph,
-                         testing::Values(Optimum{"intel", 45.005, 5e-4},
-                                         Optimum{"M3500", 137.91, 5e-3},
-                                         Optimum{"city10000", 511.99, 5.1e-3},
-                                         Optimum{"sphere2500", 727.15, 5e-3},
-                                         Optimum{"parking-garage", 1.2387, 5e-5}),
+                         ::testing::Values(Optimum{"intel", 45.005, 5e-4},
+                                           Optimum{"M3500", 137.91, 5e-3},
+                                           Optimum{"city10000", 511.99, 5.1e-3},
+                                           Optimum{"sphere2500", 727.15, 5e-3},
+                                           Optimum{"parking-garage", 1.2387, 5e-5}),
                          [](const auto& instance) {
                            std::string name = instance.param.name;
                            std::erase(name, '-');
