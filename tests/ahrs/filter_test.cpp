@@ -105,8 +105,8 @@ TEST(AhrsFilter, ObservationsAreTheKalmanUpdateOfAllAtOnce) {
   const Nominal x;
   const Matrix p = random_covariance(rng);
   Filter f = filter_at(x, p);
-  f.observe(SparseRow<double, 1, 2, 6>{{0.3, -0.4, 1.0}}, 0.01, 2.0);
-  f.observe(SparseRow<double, 2, 8>{{1.0, -3.0}}, -0.02, 0.5);
+  f.observe(IndexedRow<double, 1, 2, 6>{{0.3, -0.4, 1.0}}, 0.01, 2.0);
+  f.observe(IndexedRow<double, 2, 8>{{1.0, -3.0}}, -0.02, 0.5);
   f.apply();
   Eigen::Matrix<double, 2, 9> h = Eigen::Matrix<double, 2, 9>::Zero();
   h(0, 1) = 0.3, h(0, 2) = -0.4, h(0, 6) = 1.0, h(1, 2) = 1.0, h(1, 8) = -3.0;
@@ -128,7 +128,7 @@ TEST(AhrsFilter, GaussMarkovInnovationsAreWhiteAtAnyRate) {
   parameters.velocity_density = 0.5;
   const double sigma2 = 0.25 / 0.4;
   for (const double dt : {0.001, 0.01, 0.3}) {
-    VelocityModel<double> model(parameters);
+    HorizontalVelocityModel<double> model(parameters);
     model.set_step(dt);
     EXPECT_NEAR(model.variance(), sigma2, 1e-12);
     Rng rng(4);

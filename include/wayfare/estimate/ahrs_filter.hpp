@@ -87,7 +87,7 @@ class AhrsFilter {
   /// One scalar measurement with Jacobian `h` and variance `r`; `innovation` is measured minus
   /// predicted at the estimate as apply() last left it. Gives its square over its variance.
   template <int... Index>
-  T observe(const SparseRow<T, Index...>& h, T innovation, T r) {
+  T observe(const IndexedRow<T, Index...>& h, T innovation, T r) {
     const typename Covariance::Vector ph = p_.times(h);
     const auto of = [](const auto& v) { return [&](int i) { return v[std::size_t(i)]; }; };
     // Rounding must not make a variance negative, after which nothing would hold.

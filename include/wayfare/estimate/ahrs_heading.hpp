@@ -92,7 +92,7 @@ class AhrsHeading {
     const Vector change = -world_rate.cross(field);
     const T by_delay =
         (field.y() * change.x() - field.x() * change.y()) / field.template head<2>().squaredNorm();
-    nis_ = filter.observe(SparseRow<T, 2, 8>{{T(1), -by_delay}}, off, density2_ / dt);
+    nis_ = filter.observe(IndexedRow<T, 2, 8>{{T(1), -by_delay}}, off, density2_ / dt);
     filter.apply();
     filter.set_delay(std::clamp(filter.delay(), -kLargestDelay, kLargestDelay));
   }

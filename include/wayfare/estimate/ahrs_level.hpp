@@ -77,7 +77,7 @@ class AhrsLevel {
 
  private:
   template <int... Index>
-  using Row = SparseRow<T, Index...>;
+  using Row = IndexedRow<T, Index...>;
   static constexpr double kGravity = 9.80665;
 
   /// The velocity's model as a measurement: v + reach·a is white noise (velocity_model.hpp).
@@ -117,7 +117,7 @@ class AhrsLevel {
     return true;
   }
 
-  VelocityModel<T> velocity_model_;
+  HorizontalVelocityModel<T> velocity_model_;
   RestDetector<T> rest_;
   T rest_time_s_, rest_bias_limit2_, rest_rate2_, rest_velocity2_, lost_level_, lost_level_at_rest_;
   Vector mean_ = Vector::Zero();  ///< specific force in world axes, over a second

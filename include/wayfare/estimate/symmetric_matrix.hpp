@@ -10,7 +10,7 @@ namespace wayfare {
 
 /// A row of a measurement's Jacobian that is zero but for `value[k]` at the k-th of `Index`.
 template <class T, int... Index>
-struct SparseRow {
+struct IndexedRow {
   std::array<T, sizeof...(Index)> value;
 
   /// Σ value·x(index).
@@ -43,7 +43,7 @@ class SymmetricMatrix {
 
   /// *this · h.
   template <int... Index>
-  [[nodiscard]] Vector times(const SparseRow<T, Index...>& h) const {
+  [[nodiscard]] Vector times(const IndexedRow<T, Index...>& h) const {
     Vector result;
     for (int i = 0; i < N; ++i)
       result[static_cast<std::size_t>(i)] = h.sum([&](int j) { return (*this)(i, j); });

@@ -11,9 +11,9 @@ namespace wayfare {
 /// the innovation w, divided by 1 − φ, is v₁ + a·dt·φ/(1 − φ), white, of variance
 /// σ²(1 + φ)/(1 − φ). So the model is one measurement of zero a step, exact at any rate.
 template <class T>
-class VelocityModel {
+class HorizontalVelocityModel {
  public:
-  explicit VelocityModel(const AhrsParameters& p)
+  explicit HorizontalVelocityModel(const AhrsParameters& p)
       : time_s_(T(p.velocity_time_s)),
         variance_(T(p.velocity_density * p.velocity_density / (2.0 * p.velocity_time_s))) {}
 

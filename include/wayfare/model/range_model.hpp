@@ -55,13 +55,13 @@ struct AntennaView {
 /// What both models share: line of sight and the difference of range to the anchor's, written so
 /// that single precision keeps it: |s − x| − |s| = (|x|² − 2 s·x)/(|s − x| + |s|).
 template <class T>
-struct LineOfSight {
+struct RangeGeometry {
   using Vector3 = Eigen::Matrix<T, 3, 1>;
   Vector3 direction;  ///< from antenna to satellite, in the anchor's axes
   T range_m;
   T range_difference_m;
 
-  LineOfSight(const SatelliteView& satellite, const AntennaView<T>& antenna) {
+  RangeGeometry(const SatelliteView& satellite, const AntennaView<T>& antenna) {
     using std::sqrt;
     const Vector3 s = satellite.position_m.cast<T>();
     const Vector3 d = s - antenna.position_m;
@@ -90,7 +90,7 @@ struct RangeModel {
     using namespace ins_state;
     using Vector3 = Eigen::Matrix<T, 3, 1>;
     const AntennaView<T> antenna(x, chart, lever_m, Vector3::Zero());
-    const LineOfSight<T> sight(satellite, antenna);
+    const RangeGeometry<T> sight(satellite, antenna);
     // The position's error moves p along the local level's axes; δθ turns the lever arm.
     const Vector3 by_position =
         -(antenna.anchor_local.transpose() * sight.direction).cwiseProduct(antenna.chart_scale);
@@ -127,7 +127,7 @@ struct RangeRateModel {
     const Vector3 inverse_scale = (x.gyro_scale.array() + T(1)).inverse();
     const Vector3 rate = (gyro_radps - x.gyro_bias_radps).cwiseProduct(inverse_scale);
     const AntennaView<T> antenna(x, chart, lever_m, rate);
-    const LineOfSight<T> sight(satellite, antenna);
+    const RangeGeometry<T> sight(satellite, antenna);
     const Vector3 relative = satellite.velocity_mps.cast<T>() - antenna.velocity_mps;
     const T along = sight.direction.dot(relative);
     // Moving the antenna turns the line of sight (small); moving changes the rate.
