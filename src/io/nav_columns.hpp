@@ -9,8 +9,8 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/gnss/geodesy.hpp>
 #include <wayfare/io/columns.hpp>
 #include <wayfare/io/time_text.hpp>
 

@@ -8,7 +8,7 @@
 #include <GeographicLib/LocalCartesian.hpp>
 #include <GeographicLib/NormalGravity.hpp>
 
-#include <wayfare/gnss/geodesy.hpp>
+#include <wayfare/core/geodesy.hpp>
 
 namespace wayfare {
 namespace {

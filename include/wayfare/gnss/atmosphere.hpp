@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/gnss/geodesy.hpp>
 
 namespace wayfare {
 

@@ -10,8 +10,8 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/gnss/geodesy.hpp>
 
 namespace wayfare {
 

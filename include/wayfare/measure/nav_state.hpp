@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/frame.hpp>
+#include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/gnss/geodesy.hpp>
 
 namespace wayfare {
 
