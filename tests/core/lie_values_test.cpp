@@ -178,5 +178,19 @@ TEST(LieValues, CastsKeepTheElement) {
   EXPECT_LE(y.cast<float>().cast<double>().minus(y).norm(), 1e-6);
 }
 
+TEST(LieValues, BetweenIsTheShortestTurn) {
+  const Eigen::Vector3d from(0.3, -2.0, 0.7);
+  const Eigen::Vector3d across = from.cross(Eigen::Vector3d(1, 1, 0)).normalized();
+  for (const double angle : {0.0, 1e-9, 0.4, 2.0, pi - 1e-3, pi - 1e-6, pi}) {
+    const Eigen::Vector3d to = 5.0 * (Eigen::AngleAxisd(angle, across) * from);
+    const SO3d turn = SO3d::between(from, to);
+    EXPECT_LE((turn * from.normalized() - to.normalized()).norm(), 1e-8) << angle;
+    EXPECT_NEAR(turn.log().norm(), angle, 1e-8);
+    if (angle > 0 && angle < pi) {
+      EXPECT_LE((turn.log() - angle * across).norm(), 1e-8) << angle;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace wayfare

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -37,6 +38,18 @@ class SO3 {
   explicit SO3(const Eigen::Matrix<T, 3, 3>& rotation) : SO3(Quaternion(rotation)) {}
 
   [[nodiscard]] static SO3 identity() { return SO3(); }
+  /// The shortest rotation that turns `from` into the direction of `to`, of any length but zero; of
+  /// opposite directions one of them all.
+  [[nodiscard]] static SO3 between(const Vector& from, const Vector& to) {
+    using std::sqrt;
+    const T length = sqrt(from.squaredNorm() * to.squaredNorm()), w = length + from.dot(to);
+    if (w > T(8) * std::numeric_limits<T>::epsilon() * length) {
+      const Vector axis = from.cross(to);
+      return SO3(Quaternion(w, axis[0], axis[1], axis[2]));
+    }
+    const Vector axis = from.unitOrthogonal();
+    return SO3(Quaternion(T(0), axis[0], axis[1], axis[2]));
+  }
 
   [[nodiscard]] const Quaternion& quaternion() const { return q_; }
   [[nodiscard]] Eigen::Matrix<T, 3, 3> matrix() const { return q_.toRotationMatrix(); }

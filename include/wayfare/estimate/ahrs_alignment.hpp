@@ -33,10 +33,9 @@ void forget_velocity(AhrsFilter<T>& filter, T variance) {
 template <class T>
 void level(AhrsFilter<T>& filter, const Eigen::Matrix<T, 3, 1>& force, T sigma) {
   using Vector = Eigen::Matrix<T, 3, 1>;
-  const auto turn =
-      Eigen::Quaternion<T>::FromTwoVectors(filter.rotation() * force, Vector::UnitZ());
-  filter.set_attitude(SO3<T>(turn) * filter.q_enu_body());
-  const T angle = SO3<T>(turn).log().norm();
+  const auto turn = SO3<T>::between(filter.rotation() * force, Vector::UnitZ());
+  filter.set_attitude(turn * filter.q_enu_body());
+  const T angle = turn.log().norm();
   auto& p = filter.covariance();
   const T heading = p(2, 2) + T(0.25) * angle * angle;
   p.decouple(0, sigma * sigma);

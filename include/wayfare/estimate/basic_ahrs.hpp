@@ -94,7 +94,7 @@ class BasicAhrs {
   /// Up by the accelerometer, then north by the magnetometer where there is one.
   void start() {
     if (force_.direction.isZero() || (rule_.use_magnetometer && field_.direction.isZero())) return;
-    q_ = SO3<T>(Eigen::Quaternion<T>::FromTwoVectors(force_.direction, Vector::UnitZ()));
+    q_ = SO3<T>::between(force_.direction, Vector::UnitZ());
     const Vector m = q_ * field_.direction;
     if (rule_.use_magnetometer) q_ = SO3<T>::exp({T(0), T(0), std::atan2(m.x(), m.y())}) * q_;
     ready_ = true;
