@@ -1,6 +1,7 @@
 #include <wayfare/system/graph_slam.hpp>
 
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -79,6 +80,50 @@ TEST(GraphSlam, GoesOnFromWhereFinishMovedTheGraphTo) {
   const auto outcome = slam.add_scan(blind, odometry.at(blind.time));
   ASSERT_TRUE(outcome);
   EXPECT_LT(outcome->T_map_base.raw().minus(last).norm(), 1e-12);
+}
+
+/// The scan at which closing loops moves the graph most, seen at the node before it.
+struct Jump {
+  std::size_t scan = 0;
+  double size_m = 0.0;
+};
+
+Jump largest_jump(const Recording& recording, const GraphSlamOptions& options) {
+  GraphSlam slam(options);
+  Jump largest;
+  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+    const std::vector<SE2d> before = slam.graph().poses;
+    const auto outcome = slam.add_scan(recording.scans[i], std::nullopt);
+    if (!outcome || outcome->loop_closures == 0) continue;
+    const double moved =
+        (slam.graph().poses[before.size() - 1].translation() - before.back().translation()).norm();
+    if (moved > largest.size_m) largest = {i, moved};
+  }
+  return largest;
+}
+
+// Without odometry a blind scan is placed where the robot gets by going on as it did: as fast as
+// between the last two scans, which matching knows to 2 cm, however far the graph has moved since.
+TEST(GraphSlam, AMoveOfTheGraphIsNoVelocity) {
+  auto run = simulate(kRing, slipping_robot(), 4);
+  Recording& recording = run.recording;
+  GraphSlamOptions options;
+  options.T_base_laser = recording.T_base_laser;
+  const Jump jump = largest_jump(recording, options);
+  ASSERT_GT(jump.size_m, 0.3);
+  GraphSlam slam(options);
+  SE2d last;
+  for (std::size_t i = 0; i <= jump.scan; ++i)
+    last = slam.add_scan(recording.scans[i], std::nullopt)->T_map_base.raw();
+  LaserScan blind = recording.scans[jump.scan];
+  blind.time += blind.time - recording.scans[jump.scan - 1].time;
+  for (float& r : blind.ranges_m) r = 0.0F;
+  const SE2d blind_step = last.inverse() * slam.add_scan(blind, std::nullopt)->T_map_base.raw();
+  const auto truth = [&](std::size_t i) {
+    return *eval::pose_at(run.truth, recording.scans[i].time);
+  };
+  const SE2d true_step = truth(jump.scan - 1).inverse() * truth(jump.scan);
+  EXPECT_LT((blind_step.translation() - true_step.translation()).norm(), 0.03);
 }
 
 TEST(GraphSlam, GivesTheSameBytesForAnyNumberOfThreads) {

@@ -39,8 +39,9 @@ class GraphSlam::Engine {
     ScanOutcome outcome = nodes_.size() == 0
                               ? begin(points, odometry)
                               : go_on(points, motion_model_.predict(scan.time, odometry));
-    outcome.T_map_base = Transform2<frame::Map, frame::Base>(pose_);
     motion_model_.tell(scan.time, pose_, odometry);
+    if (outcome.became_node) outcome.loop_closures = close_loops();
+    outcome.T_map_base = Transform2<frame::Map, frame::Base>(pose_);
     scans_.push_back({scan.time, nodes_.latest(), latest_node().inverse() * pose_});
     count(outcome);
     return outcome;
@@ -49,9 +50,7 @@ class GraphSlam::Engine {
   Result<void> finish() {
     if (nodes_.size() < 2) return {};
     if (auto done = optimise(50, 1e-6); !done) return done;
-    pose_ = latest_node() * scans_.back().T_node_base;
-    motion_model_.correct(pose_);
-    tracker_.nodes_changed();
+    nodes_have_moved(latest_node() * scans_.back().T_node_base);
     return {};
   }
 
@@ -112,7 +111,7 @@ class GraphSlam::Engine {
     return outcome;
   }
 
-  /// Tracking, a node where it is time for one, loops, optimisation.
+  /// Tracking, and a node where it is time for one.
   ScanOutcome go_on(const PointSet& points, const Motion& motion) {
     const auto [match, widened] = tracker_.place(nodes_, points, pose_ * motion.increment, motion);
     pose_ = match.T_map_points;
@@ -124,7 +123,6 @@ class GraphSlam::Engine {
     if (outcome.became_node) {
       node_maker_.add(nodes_, pose_, points, match);
       tracker_.nodes_changed();
-      outcome.loop_closures = close_loops();
     }
     statistics_.widened_searches += widened ? 1 : 0;
     return outcome;
@@ -136,11 +134,15 @@ class GraphSlam::Engine {
     edges.insert(edges.end(), loops.edges.begin(), loops.edges.end());
     statistics_.loop_closures += loops.edges.size();
     statistics_.loops_refused += loops.refused;
-    if (!loops.edges.empty() && optimise(5, 1e-4)) {
-      pose_ = latest_node();
-      tracker_.nodes_changed();
-    }
+    if (!loops.edges.empty() && optimise(5, 1e-4)) nodes_have_moved(latest_node());
     return static_cast<int>(loops.edges.size());
+  }
+
+  /// The latest scan is at `pose` now: the graph moved, not the robot.
+  void nodes_have_moved(const SE2d& pose) {
+    pose_ = pose;
+    motion_model_.correct(pose_);
+    tracker_.nodes_changed();
   }
 
   Result<void> optimise(int iterations, double min_gain) {

@@ -5,8 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include <wayfare/map/max_pyramid.hpp>
-
 namespace wayfare {
 namespace {
 
@@ -38,6 +36,7 @@ Placement placement(const Result<std::optional<MatchResult>>& match, const SE2d&
 
 bool LocalMap::render(std::span<const PlacedPoints> scans, double cell_m, double sigma_m) {
   const LikelihoodFieldOptions options{cell_m, sigma_m, kOutlierProbability};
+  pyramid_.reset();
   return maker_.make(scans, options, grid_).has_value();
 }
 
@@ -53,8 +52,8 @@ Placement LocalMap::search_far(const PointSet& points, const SE2d& prior,
                                const SearchWindow& window, double min_score) {
   MatchOptions options;
   options.min_score = min_score;
-  const MaxPyramid pyramid(grid_);
-  return placement(far_.match(pyramid, points, prior, window, options), prior);
+  if (!pyramid_) pyramid_.emplace(grid_);
+  return placement(far_.match(*pyramid_, points, prior, window, options), prior);
 }
 
 Placement LocalMap::refine(const PointSet& points, const SE2d& start) const {

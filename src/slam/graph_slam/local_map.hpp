@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/map/match_grid.hpp>
+#include <wayfare/map/max_pyramid.hpp>
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/refine.hpp>
@@ -34,6 +35,7 @@ class LocalMap {
                                  const std::optional<Eigen::Matrix3d>& prior_information = {});
 
   /// The same for a large window by branch and bound; nothing scoring below `min_score` is found.
+  /// The first call after `render` is the slower one: it prepares the map for those that follow.
   [[nodiscard]] Placement search_far(const PointSet& points, const SE2d& prior,
                                      const SearchWindow& window, double min_score);
 
@@ -43,6 +45,7 @@ class LocalMap {
  private:
   LikelihoodFieldMaker maker_;
   MatchGrid grid_;
+  std::optional<MaxPyramid> pyramid_;  // of the grid, once it was asked for
   CorrelativeMatcher near_;
   BranchAndBoundMatcher far_;
 };
