@@ -223,4 +223,12 @@ struct NumTraits<wayfare::Pack<T, N>> : GenericNumTraits<wayfare::Pack<T, N>> {
   static Real lowest() { return Real(NumTraits<T>::lowest()); }
   static int digits10() { return NumTraits<T>::digits10(); }
 };
+
+namespace internal {
+// Arrays of packs are aligned as packs are, which may be more than what Eigen would ask for.
+template <class T, int N, int Size>
+struct compute_default_alignment<wayfare::Pack<T, N>, Size> {
+  enum { value = 0 };
+};
+}  // namespace internal
 }  // namespace Eigen
