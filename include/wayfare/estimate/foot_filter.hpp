@@ -1,0 +1,155 @@
+#pragma once
+
+// The error-state Kalman filter inside the foot-mounted tracker: fifteen states and the few
+// operations it is made of. World axes: z up, x and y as the sensor stood at the start.
+
+#include <cmath>
+
+#include <Eigen/Core>
+#include <Eigen/Dense>
+
+#include <wayfare/core/so3.hpp>
+
+namespace wayfare {
+
+/// Position, velocity, attitude (its error a rotation vector in world axes, true = exp(θ)·q) and
+/// the biases of gyro and accelerometer.
+class FootFilter {
+ public:
+  using Vector = Eigen::Vector3d;
+  static constexpr int kPosition = 0, kVelocity = 3, kAttitude = 6, kRateBias = 9, kForceBias = 12,
+                       kSize = 15;
+  using Covariance = Eigen::Matrix<double, kSize, kSize>;
+  using Error = Eigen::Matrix<double, kSize, 1>;
+
+  [[nodiscard]] const Vector& position() const { return position_; }
+  [[nodiscard]] const Vector& velocity() const { return velocity_; }
+  [[nodiscard]] const SO3d& q_world_foot() const { return q_; }
+  [[nodiscard]] const Vector& rate_bias() const { return rate_bias_; }
+  [[nodiscard]] const Vector& force_bias() const { return force_bias_; }
+  [[nodiscard]] const Covariance& covariance() const { return p_; }
+
+  /// Takes on a value, its errors independent of all others and of this variance an axis.
+  void set_position(const Vector& p, double variance) {
+    position_ = p;
+    decouple(kPosition, Vector::Constant(variance));
+  }
+  void set_velocity(const Vector& v, double variance) {
+    velocity_ = v;
+    decouple(kVelocity, Vector::Constant(variance));
+  }
+  void set_attitude(const SO3d& q, const Vector& variances) {
+    q_ = q;
+    decouple(kAttitude, variances);
+  }
+  void set_bias_variances(double rate, double force) {
+    decouple(kRateBias, Vector::Constant(rate));
+    decouple(kForceBias, Vector::Constant(force));
+  }
+
+  /// Variances that a step adds on each axis; `missed_turn`: covariance of a turn that the gyro may
+  /// have missed, world axes.
+  struct Noise {
+    double position = 0.0, velocity = 0.0, angle = 0.0, rate_bias = 0.0, force_bias = 0.0;
+    Eigen::Matrix3d missed_turn = Eigen::Matrix3d::Zero();
+  };
+
+  /// Strapdown over dt with readings that speak for it.
+  void predict(const Vector& rate, const Vector& force, double gravity, double dt) {
+    const Vector turn = (rate - rate_bias_) * dt;
+    const Eigen::Matrix3d middle = (q_ * SO3d::exp(0.5 * turn)).matrix();
+    const Vector world = middle * (force - force_bias_);
+    const Vector a = world - Vector(0.0, 0.0, gravity);
+    q_ = q_ * SO3d::exp(turn);
+    position_ += velocity_ * dt + 0.5 * a * dt * dt;
+    velocity_ += a * dt;
+    Covariance phi = Covariance::Identity();
+    phi.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(dt);
+    phi.block<3, 3>(kVelocity, kAttitude) = -dt * skew<double>(world);
+    phi.block<3, 3>(kVelocity, kForceBias) = -dt * middle;
+    phi.block<3, 3>(kAttitude, kRateBias) = -dt * middle;
+    p_ = (phi * p_ * phi.transpose()).eval();
+  }
+  void add_noise(const Noise& n) {
+    p_.diagonal().segment<3>(kPosition).array() += n.position;
+    p_.diagonal().segment<3>(kVelocity).array() += n.velocity;
+    p_.diagonal().segment<3>(kAttitude).array() += n.angle;
+    p_.diagonal().segment<3>(kRateBias).array() += n.rate_bias;
+    p_.diagonal().segment<3>(kForceBias).array() += n.force_bias;
+    p_.block<3, 3>(kAttitude, kAttitude) += n.missed_turn;
+  }
+
+  /// `value` was measured for the three states from `First` on, with this variance an axis.
+  template <int First>
+  void observe(const Vector& value, double variance) {
+    const Eigen::Matrix3d s = innovation_covariance<First>(variance);
+    const Eigen::Matrix<double, kSize, 3> k = gain<First>(s);
+    const Vector off = value - state<First>();
+    p_ -= k * s * k.transpose();
+    move(k * off);
+  }
+
+  /// The velocity is zero with `variance`, or else anything with `wide_variance`; standing is
+  /// exp(log_odds) times likelier beforehand. Weighs the two as probabilistic data association does
+  /// (Bar-Shalom et al. 2009) and gives the probability of standing.
+  double stand_or_move(double variance, double wide_variance, double log_odds) {
+    const Eigen::Matrix3d s = innovation_covariance<kVelocity>(variance);
+    const Vector off = -velocity_;
+    const double likelier =
+        log_density(off, s) - log_density(off, innovation_covariance<kVelocity>(wide_variance));
+    const double stands = 1.0 / (1.0 + std::exp(-(likelier + log_odds)));
+    if (!(stands > 1e-9)) return 0.0;
+    const Eigen::Matrix<double, kSize, 3> k = gain<kVelocity>(s);
+    const Error step = k * off;
+    p_ += stands * ((1.0 - stands) * step * step.transpose() - k * s * k.transpose());
+    move(stands * step);
+    return stands;
+  }
+
+  /// The component of the position along `unit`, a vector, is `value`.
+  void observe_along(const Vector& unit, double value, double variance) {
+    const Error ph = p_.middleCols<3>(kPosition) * unit;
+    const double s = unit.dot(ph.head<3>()) + variance;
+    p_ -= ph * ph.transpose() / s;
+    move(ph * ((value - unit.dot(position_)) / s));
+  }
+
+ private:
+  template <int First>
+  [[nodiscard]] const Vector& state() const {
+    static_assert(First == kPosition || First == kVelocity || First == kRateBias);
+    return First == kPosition ? position_ : First == kVelocity ? velocity_ : rate_bias_;
+  }
+  template <int First>
+  [[nodiscard]] Eigen::Matrix3d innovation_covariance(double variance) const {
+    return p_.block<3, 3>(First, First) + variance * Eigen::Matrix3d::Identity();
+  }
+  template <int First>
+  [[nodiscard]] Eigen::Matrix<double, kSize, 3> gain(const Eigen::Matrix3d& s) const {
+    return p_.middleCols<3>(First) * s.inverse();
+  }
+  [[nodiscard]] static double log_density(const Vector& v, const Eigen::Matrix3d& s) {
+    return -0.5 * (v.dot(s.inverse() * v) + std::log(s.determinant()));
+  }
+
+  void move(const Error& d) {
+    position_ += d.segment<3>(kPosition);
+    velocity_ += d.segment<3>(kVelocity);
+    q_ = SO3d::exp(d.segment<3>(kAttitude)) * q_;
+    rate_bias_ += d.segment<3>(kRateBias);
+    force_bias_ += d.segment<3>(kForceBias);
+    p_ = (0.5 * (p_ + p_.transpose())).eval();
+  }
+  void decouple(int first, const Vector& variances) {
+    p_.middleRows<3>(first).setZero();
+    p_.middleCols<3>(first).setZero();
+    p_.diagonal().segment<3>(first) = variances;
+  }
+
+  SO3d q_;
+  Vector position_ = Vector::Zero(), velocity_ = Vector::Zero();
+  Vector rate_bias_ = Vector::Zero(), force_bias_ = Vector::Zero();
+  Covariance p_ = Covariance::Zero();
+};
+
+}  // namespace wayfare
