@@ -24,7 +24,7 @@ struct Options {
   std::size_t runs = 100, satellites = 8;
   std::uint64_t seed = 1;
   double imu_rate_hz = 100.0;
-  int threads = 1;
+  int threads = 1, rounds = 0;
   bool constraints = false, force = false, quiet = false;
   std::string out;
 };
@@ -33,6 +33,10 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--runs", o.runs, "drives")->check(CLI::Range(1, 100000))->capture_default_str();
   app.add_option("--seed", o.seed, "the same seed gives the same figures")->capture_default_str();
   app.add_option("--satellites", o.satellites, "seen at most")->capture_default_str();
+  app.add_option("--rounds", o.rounds,
+                 "in place of the drive of 310 s, rounds of five minutes (280 are a day; take "
+                 "--imu-rate 10 for such)")
+      ->check(CLI::Range(1, 3000));
   app.add_option("--imu-rate", o.imu_rate_hz, "readings of the unit a second")
       ->check(CLI::Range(10.0, 2000.0))
       ->capture_default_str();
@@ -77,21 +81,38 @@ double display_factor(int state) {
   return state >= ins_state::kGyroScale && state < ins_state::kClock ? 100.0 : 1.0;
 }
 
+using Kind = InnovationRecord::Kind;
+
 struct Figures {
-  eval::NeesOverRuns all, navigation;
+  explicit Figures(std::size_t epochs)
+      : all(ins_state::kSize, epochs), navigation(9, epochs), ranges(1, epochs), rates(1, epochs) {}
+
+  void add(std::size_t epoch, const sim::InsErrorAt& at) {
+    const auto nis = [&at](Kind kind) { return at.nis[static_cast<std::size_t>(kind)]; };
+    all.add(epoch, at.nees);
+    navigation.add(epoch, at.navigation_nees);
+    ranges.add(epoch, nis(Kind::range).sum, nis(Kind::range).count);
+    rates.add(epoch, nis(Kind::range_rate).sum, nis(Kind::range_rate).count);
+    within.add(at.error, at.sigma);
+    squares += at.error.cwiseAbs2();
+  }
+
+  eval::NeesOverRuns all, navigation, ranges, rates;
+  eval::IndependentMean all_of_runs, navigation_of_runs;
   eval::SigmaCount<ins_state::kSize> within;
   sim::InsErrorAt::Vector squares = sim::InsErrorAt::Vector::Zero();
 };
 
 Figures figures_of(const std::vector<sim::InsErrorCourse>& courses) {
-  Figures f{{ins_state::kSize, courses[0].size()}, {9, courses[0].size()}, {}};
+  Figures f(courses[0].size());
   for (const sim::InsErrorCourse& course : courses) {
+    double all = 0.0, navigation = 0.0;
     for (std::size_t k = 0; k < std::min(course.size(), f.all.epochs()); ++k) {
-      f.all.add(k, course[k].nees);
-      f.navigation.add(k, course[k].navigation_nees);
-      f.within.add(course[k].error, course[k].sigma);
-      f.squares += course[k].error.cwiseAbs2();
+      f.add(k, course[k]);
+      all += course[k].nees, navigation += course[k].navigation_nees;
     }
+    f.all_of_runs.add(all / static_cast<double>(course.size()));
+    f.navigation_of_runs.add(navigation / static_cast<double>(course.size()));
   }
   return f;
 }
@@ -108,11 +129,27 @@ eval::Table error_table(const Figures& f) {
 }
 
 eval::Table nees_table(const Figures& f) {
-  eval::Table table({{"NEES"}, {"honest"}, {"mean"}, {"epochs within 95 % bounds"}});
-  table.add_row({"23 states", "23", eval::fixed(f.all.mean_of_all(), 2),
-                 eval::fixed(f.all.share_within(), 3)});
-  table.add_row({"position, velocity, attitude", "9", eval::fixed(f.navigation.mean_of_all(), 2),
-                 eval::fixed(f.navigation.share_within(), 3)});
+  eval::Table table({{"NEES"}, {"honest"}, {"mean"}, {"its error"}, {"epochs within 95 % bounds"}});
+  const auto row = [&table](const char* name, const char* honest, const eval::NeesOverRuns& nees,
+                            const eval::IndependentMean& of_runs) {
+    table.add_row({name, honest, eval::fixed(nees.mean_of_all(), 2),
+                   eval::fixed(of_runs.standard_error(), 2), eval::fixed(nees.share_within(), 3)});
+  };
+  row("23 states", "23", f.all, f.all_of_runs);
+  row("position, velocity, attitude", "9", f.navigation, f.navigation_of_runs);
+  return table;
+}
+
+eval::Table nis_table(const Figures& f) {
+  eval::Table table({{"NIS"}, {"mean"}, {"95 % bounds"}, {"epochs within 95 % bounds"}});
+  const auto row = [&table](const char* name, const eval::NeesOverRuns& nis) {
+    const eval::Interval bounds = eval::mean_nees_bounds(1, nis.count());
+    table.add_row({name, eval::fixed(nis.mean_of_all(), 4),
+                   eval::fixed(bounds.low, 4) + " to " + eval::fixed(bounds.high, 4),
+                   eval::fixed(nis.share_within(), 3)});
+  };
+  row("ranges", f.ranges);
+  row("range rates", f.rates);
   return table;
 }
 
@@ -134,8 +171,12 @@ Result<void> write_report(const Options& o, const Figures& f) {
     }
   }
   io::Report report("Is the navigation filter honest?",
-                    "Simulated drives of 310 s and 4.5 km, other noise each time");
-  report.table(nees_table(f)).plot(plot).table(error_table(f), "Errors and their bounds");
+                    o.rounds > 0 ? "Simulated rounds of a block, other noise each time"
+                                 : "Simulated drives of 310 s and 4.5 km, other noise each time");
+  report.table(nees_table(f))
+      .plot(plot)
+      .table(nis_table(f))
+      .table(error_table(f), "Errors and their bounds");
   return report.write(o.out + "/report.html",
                       {o.force ? io::Existing::replace : io::Existing::refuse});
 }
@@ -148,14 +189,14 @@ Result<void> run(const Options& o) {
   options.filter.non_holonomic_in_outage = o.constraints;
   options.threads = o.threads;
   examples::ProgressLine progress("driving", o.quiet);
-  const auto courses =
-      sim::ins_monte_carlo(sim::demo_drive(), sim::gps_and_galileo(), o.runs, options, Rng(o.seed),
-                           [&](double fraction) { progress.update(fraction); });
+  const auto courses = sim::ins_monte_carlo(
+      o.rounds > 0 ? sim::round_drive(o.rounds) : sim::demo_drive(), sim::gps_and_galileo(), o.runs,
+      options, Rng(o.seed), [&](double fraction) { progress.update(fraction); });
   progress.finish();
   if (courses[0].empty()) return Error{ErrorCode::degenerate, "the filter never answered"};
   const Figures figures = figures_of(courses);
-  std::printf("%s\n%s", nees_table(figures).to_text().c_str(),
-              error_table(figures).to_text().c_str());
+  std::printf("%s\n%s\n%s", nees_table(figures).to_text().c_str(),
+              nis_table(figures).to_text().c_str(), error_table(figures).to_text().c_str());
   if (o.out.empty()) return {};
   return write_report(o, figures);
 }

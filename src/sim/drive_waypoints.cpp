@@ -318,4 +318,20 @@ VehicleTrajectory demo_drive(LogTime start) {
   return drive_waypoints(origin, kRoute, limits, start).value();
 }
 
+VehicleTrajectory round_drive(int rounds, LogTime start) {
+  WAYFARE_EXPECTS(rounds > 0, "a drive needs a round");
+  VehicleLimits gentle;
+  gentle.acceleration_mps2 = gentle.braking_mps2 = gentle.lateral_acceleration_mps2 = 0.8;
+  gentle.turn_radius_m = 80.0, gentle.build_up_s = 4.0;
+  std::vector<Waypoint> route;
+  for (int i = 0; i < rounds; ++i) {
+    route.push_back({0, 0, 0, 0});
+    route.push_back({900, 0, 10, i % 7 == 0 ? 60.0 : 0.0});
+    route.push_back({900, 800, 0, 0});
+    route.push_back({0, 800, 5, i % 3 == 0 ? 20.0 : 0.0});
+  }
+  const Geodetic origin{Angle::degrees(51.0), Angle::degrees(-114.0), 1100.0};
+  return drive_waypoints(origin, route, gentle, start).value();
+}
+
 }  // namespace wayfare::sim

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include <Eigen/LU>
 #include <gtest/gtest.h>
+#include <Eigen/LU>
 
 #include <wayfare/core/random.hpp>
 
@@ -86,6 +86,22 @@ TEST(NeesOverRuns, NothingFiniteIsOutside) {
   nees.add(0, 3.0);
   EXPECT_EQ(nees.share_within(), 0.0);  // epoch 1 is not judged
   EXPECT_TRUE(std::isinf(nees.mean(0)));
+}
+
+TEST(NeesOverRuns, SumsCountAsManyValues) {
+  NeesOverRuns one(1, 1), other(1, 1);
+  for (const double x : {0.5, 2.0, 0.1}) one.add(0, x);
+  other.add(0, 2.6, 3);
+  EXPECT_DOUBLE_EQ(one.mean(0), other.mean(0));
+  EXPECT_EQ(other.count(), 3U);
+}
+
+TEST(IndependentMean, HasTheScatterOfItsValues) {
+  IndependentMean mean;
+  for (const double x : {1.0, 2.0, 4.0, 5.0}) mean.add(x);
+  EXPECT_DOUBLE_EQ(mean.mean(), 3.0);
+  EXPECT_DOUBLE_EQ(mean.deviation(), std::sqrt(10.0 / 3.0));
+  EXPECT_DOUBLE_EQ(mean.standard_error(), std::sqrt(10.0 / 12.0));
 }
 
 TEST(SigmaCount, SharesOfNormalErrorsAreTheirIntegrals) {

@@ -77,6 +77,21 @@ TEST(InsModel, PhiIsTheDerivativeOfTheStep) {
   }
 }
 
+// Of a rate that noise alone could have made the filter learns no scale: a regressor made of the
+// noise it is regressed on would draw it to one side.
+TEST(InsModel, NoiseIsNoEvidenceOfScale) {
+  const NavChart c = chart();
+  const InsModel<double, 0> model(c, InsNoise<double>(ImuNoise{}, {}));
+  // √(white²/dt + bias²) is 0.0018 … 0.0020 rad/s and 0.042 m/s².
+  const Vector3d rate(0.005, -0.007, 0.3), force(0.1, -0.15, -9.8);
+  const auto f = model(InsState<double, 0>{}, {rate, rate, force, force, 0.01}).transition;
+  EXPECT_EQ(f.attitude_gyro_scale.x(), 0.0);
+  EXPECT_NEAR(f.attitude_gyro_scale.y(), 0.01 * 0.007, 1e-9);
+  EXPECT_NEAR(f.attitude_gyro_scale.z(), -0.01 * 0.3, 1e-9);
+  EXPECT_EQ(f.velocity_accel_scale(0, 0), 0.0);
+  EXPECT_NEAR(f.velocity_accel_scale(1, 1), 0.01 * 0.15, 1e-9);
+}
+
 // Twice the rate: the covariance step's second-order errors vanish with the step's square.
 TEST(InsModel, SparsePropagationIsTheDenseProduct) {
   const NavChart c = chart();

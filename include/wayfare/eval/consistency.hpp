@@ -43,7 +43,33 @@ struct Interval {
           chi_square_quantile(1.0 - outside, dof * n) / n};
 }
 
-/// Normalised squared errors of many runs of the same length: one mean an epoch, over the runs.
+/// The mean of values that owe each other nothing, such as those of whole runs (an estimator's
+/// errors at neighbouring epochs do), and how far it may be off: judged by their own scatter.
+class IndependentMean {
+ public:
+  void add(double x) {
+    ++count_;
+    const double before = x - mean_;
+    mean_ += before / static_cast<double>(count_);
+    squares_ += before * (x - mean_);
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] double mean() const { return mean_; }
+  /// Of one value; NaN for fewer than two.
+  [[nodiscard]] double deviation() const {
+    return std::sqrt(squares_ / (static_cast<double>(count_) - 1.0));
+  }
+  [[nodiscard]] double standard_error() const {
+    return deviation() / std::sqrt(static_cast<double>(count_));
+  }
+
+ private:
+  std::size_t count_ = 0;
+  double mean_ = 0.0, squares_ = 0.0;
+};
+
+/// Normalised squared errors of many runs of the same length: one mean an epoch, over the runs. Of
+/// innovations as well (NIS), each an entry of dimension one.
 class NeesOverRuns {
  public:
   NeesOverRuns(int dof, std::size_t epochs) : dof_(dof), sums_(epochs, 0.0), counts_(epochs, 0) {}
@@ -53,6 +79,18 @@ class NeesOverRuns {
     WAYFARE_EXPECTS(epoch < sums_.size(), "there are only so many epochs");
     sums_[epoch] += std::isfinite(nees) ? nees : std::numeric_limits<double>::infinity();
     ++counts_[epoch];
+  }
+  /// `count` values whose sum this is.
+  void add(std::size_t epoch, double sum, std::size_t count) {
+    WAYFARE_EXPECTS(epoch < sums_.size(), "there are only so many epochs");
+    sums_[epoch] += std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
+    counts_[epoch] += count;
+  }
+  /// Of all epochs.
+  [[nodiscard]] std::size_t count() const {
+    std::size_t all = 0;
+    for (const std::size_t n : counts_) all += n;
+    return all;
   }
   [[nodiscard]] std::size_t epochs() const { return sums_.size(); }
   /// NaN where no run has added one.
@@ -66,8 +104,8 @@ class NeesOverRuns {
     return sum / count;
   }
   /// The share of epochs whose mean lies within its bounds: about `probability` where the
-  /// estimator is honest. (Epochs follow each other closely, so it scatters more than independent
-  /// ones would.)
+  /// estimator is honest. It scatters more than shares of independent values do: errors outlast
+  /// an epoch. (Innovations do not.)
   [[nodiscard]] double share_within(double probability = 0.95) const {
     double inside = 0.0, judged = 0.0;
     for (std::size_t k = 0; k < epochs(); ++k) {

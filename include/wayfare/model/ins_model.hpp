@@ -315,15 +315,33 @@ class InsModel {
     const Matrix3 c = x.q_nu.matrix();
     f.velocity_attitude = -c * skew(felt.velocity_mps);
     f.velocity_accel_bias = c * (-dt * imu.inverse_accel_scale).asDiagonal();
-    f.velocity_accel_scale = f.velocity_accel_bias * felt.mean_force_mps2.asDiagonal();
+    f.velocity_accel_scale =
+        f.velocity_accel_bias *
+        beyond_noise(felt.mean_force_mps2, noise_.accel_white, 3, dt).asDiagonal();
     const Vector3 turned =
         felt.rotation_rad - c.transpose() * Vector3(dt * (rates.earth + rates.transport));
     const Matrix3 k = skew(turned);
     f.attitude_attitude = Matrix3::Identity() - k + T(0.5) * k * k;
     f.attitude_gyro_bias = -dt * imu.inverse_gyro_scale;
-    f.attitude_gyro_scale = f.attitude_gyro_bias.cwiseProduct(felt.mean_rate_radps);
+    f.attitude_gyro_scale = f.attitude_gyro_bias.cwiseProduct(
+        beyond_noise(felt.mean_rate_radps, noise_.gyro_white, 0, dt));
     noise(f, c, dt);
     return f;
+  }
+
+  /// What a reading says of the scale: nothing where noise and bias alone could have made it. A
+  /// regressor that contains the very noise it is regressed on draws its coefficient to one side
+  /// (Fuller 1987, section 1.1), here the scale of an axis the vehicle seldom turns about, and in
+  /// hours by many times what the filter believes.
+  Vector3 beyond_noise(const Vector3& felt, const Vector3& white, int bias, const T& dt) const {
+    constexpr double kSigmas = 3.0;
+    Vector3 beyond;
+    for (int i = 0; i < 3; ++i) {
+      const T variance = white[i] * white[i] / dt + noise_.sigma[bias + i] * noise_.sigma[bias + i];
+      const MaskOf<T> told = felt[i] * felt[i] > T(kSigmas * kSigmas) * variance;
+      beyond[i] = select(told, felt[i], T(0));
+    }
+    return beyond;
   }
 
   void noise(InsTransition<T, Offsets>& f, const Matrix3& c, const T& dt) const {

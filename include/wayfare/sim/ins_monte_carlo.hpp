@@ -4,6 +4,7 @@
 // start: does the navigation filter know how far it is off? (Link wayfare::nav, whose filter it
 // runs.)
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -20,6 +21,14 @@
 
 namespace wayfare::sim {
 
+/// Squares of normalised innovations, refused ones as well.
+struct NisSum {
+  double sum = 0.0;
+  std::size_t count = 0;
+};
+/// By InnovationRecord::Kind.
+using NisByKind = std::array<NisSum, 6>;
+
 /// Errors of the 23 states at one range epoch (truth minus estimate, in the states' order) and what
 /// the filter thought of them.
 struct InsErrorAt {
@@ -29,6 +38,7 @@ struct InsErrorAt {
   Vector sigma = Vector::Zero();
   double nees = std::numeric_limits<double>::quiet_NaN();             ///< all 23 states
   double navigation_nees = std::numeric_limits<double>::quiet_NaN();  ///< the first nine
+  NisByKind nis;  ///< of the measurements since the entry before, this epoch's included
 };
 using InsErrorCourse = std::vector<InsErrorAt>;
 
@@ -59,6 +69,16 @@ inline GnssInsStart drawn_start(const NavState& truth, GnssInsStart start, Rng& 
   start.nav.velocity_ned_mps += draw({v, v, v}, rng);
   start.nav.q_nb = SO3d::exp(draw({level, level, start.heading_sigma_rad}, rng)) * truth.q_nb;
   return start;
+}
+
+inline NisByKind nis_by_kind(const std::vector<InnovationRecord>& innovations) {
+  NisByKind nis;
+  for (const InnovationRecord& r : innovations) {
+    NisSum& kind = nis[static_cast<std::size_t>(r.kind)];
+    kind.sum += r.innovation * r.innovation / (r.sigma * r.sigma);
+    ++kind.count;
+  }
+  return nis;
 }
 
 inline InsErrorAt error_at(const GnssInsEstimate& e, const NavState& truth, const ImuErrors& imu,
@@ -104,9 +124,12 @@ inline InsErrorAt error_at(const GnssInsEstimate& e, const NavState& truth, cons
     (void)filter.add(sample);
     for (; k < ranges.epochs.size() && ranges.epochs[k].time <= now; ++k) {
       (void)filter.add(ranges.epochs[k]);
-      if (k == 0 || ranges.epochs[k].time != now || !filter.started()) continue;
+      if (ranges.epochs[k].time != now || !filter.started()) continue;
+      const NisByKind nis = detail::nis_by_kind(filter.take_innovations());
+      if (k == 0) continue;  // the clock is set by these ranges themselves
       course.push_back(detail::error_at(filter.estimate(), trajectory.state(now), unit.errors(),
                                         ranges.clocks[k]));
+      course.back().nis = nis;
     }
   }
   return course;

@@ -102,6 +102,10 @@ class VehicleTrajectory {
 /// long: the length of the test drive of Zhang 2020.
 [[nodiscard]] VehicleTrajectory demo_drive(LogTime start = {});
 
+/// So many rounds of a block of 900 m by 800 m, five minutes each, with hills and stops; gently
+/// enough for a unit of ten readings a second.
+[[nodiscard]] VehicleTrajectory round_drive(int rounds, LogTime start = {});
+
 /// Position and velocity of a point fixed to the body, in Earth-fixed axes.
 struct EcefMotion {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
