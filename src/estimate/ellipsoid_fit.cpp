@@ -35,7 +35,9 @@ std::optional<Ellipsoid> algebraic_fit(Points points) {
   e.centre = -factor.solve(q.tail<3>());
   const double level = 1.0 - q.tail<3>().dot(e.centre);
   if (!(level > 0.0)) return std::nullopt;
-  e.matrix = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(form / level).operatorSqrt();
+  const Eigen::Matrix3d root =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(form / level).operatorSqrt();
+  e.matrix = 0.5 * (root + root.transpose());  // symmetric but for rounding
   return e;
 }
 

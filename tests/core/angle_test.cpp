@@ -5,11 +5,16 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/bare_number.hpp>
 
 namespace wayfare {
 namespace {
 
 using std::numbers::pi;
+
+// What a type with a unit refuses to be made of (compile_fail/ has the messages).
+static_assert(BareNumber<double> && BareNumber<float> && BareNumber<int>);
+static_assert(!BareNumber<Angle> && !BareNumber<const char*>);
 
 TEST(Angle, UnitsAndArithmetic) {
   EXPECT_DOUBLE_EQ((180_deg).radians(), pi);

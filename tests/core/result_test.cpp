@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/core/contract.hpp>
 #include <wayfare/core/result.hpp>
 
 namespace wayfare {

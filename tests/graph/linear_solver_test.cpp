@@ -1,44 +1,21 @@
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
 
-#include <wayfare/core/random.hpp>
+#include <wayfare/graph/linear_solver.hpp>
+#include <wayfare/graph/scalar_solver.hpp>
 
+#include "graph/patterns.hpp"
 #include "graph/solvers.hpp"
 
 namespace wayfare {
 namespace {
 
-template <int N>
-BlockSparse<N> random_pattern(Rng& rng, int columns, int couplings) {
-  std::vector<std::pair<int, int>> pairs;
-  for (int k = 0; k < couplings; ++k) {
-    const int a = static_cast<int>(rng.below(static_cast<std::uint64_t>(columns)));
-    const int b = static_cast<int>(rng.below(static_cast<std::uint64_t>(columns)));
-    if (a != b) pairs.emplace_back(a, b);
-  }
-  return BlockSparse<N>(columns, pairs);
-}
-
-/// Fills the pattern with a diagonally dominant matrix; returns it dense.
-template <int N>
-Eigen::MatrixXd fill(BlockSparse<N>& h, Rng& rng) {
-  const int n = h.columns() * N;
-  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
-  for (int c = 0; c < h.columns(); ++c) {
-    for (int i = h.starts()[static_cast<std::size_t>(c)]; i < h.diagonal_index(c); ++i) {
-      for (double& v : h.block(i).reshaped()) v = rng.uniform(-1, 1);
-      const int r = h.rows()[static_cast<std::size_t>(i)];
-      dense.block<N, N>(r * N, c * N) = h.block(i);
-      dense.block<N, N>(c * N, r * N) = h.block(i).transpose();
-    }
-  }
-  for (int k = 0; k < n; ++k) dense(k, k) = dense.row(k).cwiseAbs().sum() + rng.uniform(0.1, 1.0);
-  for (int c = 0; c < h.columns(); ++c) {
-    h.block(h.diagonal_index(c)) = dense.block<N, N>(c * N, c * N);
-  }
-  return dense;
-}
+using tests::fill;
+using tests::random_pairs;
 
 template <class Solver>
 class LinearSolverTest : public testing::Test {};
@@ -48,7 +25,7 @@ TYPED_TEST(LinearSolverTest, AgreesWithADenseFactorisationOnAnyPattern) {
   constexpr int kBlock = TypeParam::kBlock;
   Rng rng(7);
   for (const auto& [columns, couplings] : {std::pair{1, 0}, {2, 1}, {9, 0}, {30, 60}, {40, 400}}) {
-    auto h = random_pattern<kBlock>(rng, columns, couplings);
+    BlockSparse<kBlock> h(columns, random_pairs(rng, columns, couplings));
     TypeParam solver;
     solver.analyse(h);
     for (int again = 0; again < 2; ++again) {  // other values on the kept pattern
@@ -65,7 +42,7 @@ TYPED_TEST(LinearSolverTest, AgreesWithADenseFactorisationOnAnyPattern) {
 TYPED_TEST(LinearSolverTest, NamesTheIndefiniteBlockAndServesTheNext) {
   constexpr int kBlock = TypeParam::kBlock;
   Rng rng(8);
-  auto h = random_pattern<kBlock>(rng, 12, 20);
+  BlockSparse<kBlock> h(12, random_pairs(rng, 12, 20));
   TypeParam solver;
   solver.analyse(h);
   fill(h, rng);
@@ -75,6 +52,26 @@ TYPED_TEST(LinearSolverTest, NamesTheIndefiniteBlockAndServesTheNext) {
   EXPECT_EQ(outcome.block, 5);  // the others are diagonally dominant: none fails before it
   fill(h, rng);
   EXPECT_TRUE(solver.factorise(h).ok);
+}
+
+// The concept asks for all three, and for the outcome of a factorisation.
+struct SaysNothing {
+  static constexpr int kBlock = 3;
+  void analyse(const BlockSparse<3>&) {}
+  bool factorise(const BlockSparse<3>&) { return true; }
+  void solve_in_place(Eigen::VectorXd&) {}
+};
+static_assert(!LinearSolver<SaysNothing>);
+static_assert(
+    LinearSolver<ScalarSolver<3, Eigen::SimplicialLLT<ScalarExpansion<3>::Matrix, Eigen::Upper>>>);
+
+TEST(MinimumDegreeOrder, IsAPermutation) {
+  Rng rng(9);
+  for (const int columns : {1, 2, 50}) {
+    auto position = minimum_degree_order(BlockSparse<6>(columns, random_pairs(rng, columns, 90)));
+    std::sort(position.begin(), position.end());
+    for (int i = 0; i < columns; ++i) EXPECT_EQ(position[static_cast<std::size_t>(i)], i);
+  }
 }
 
 TEST(MinimumDegreeOrder, EliminatesTheLeavesOfAStarBeforeItsHub) {

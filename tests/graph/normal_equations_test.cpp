@@ -2,36 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/core/random.hpp>
+#include "graph/tangle.hpp"
 
 namespace wayfare {
 namespace {
+
+using tests::tangle;
 
 template <class G>
 class NormalEquationsTest : public testing::Test {};
 using Groups = testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(NormalEquationsTest, Groups);
-
-/// Five poses, two of them fixed, joined both ways round, with a doubled edge.
-template <class G>
-PoseGraph<G> tangle(Rng& rng) {
-  const auto random = [&](double scale) {
-    TangentOf<G> d;
-    for (auto& v : d) v = rng.uniform(-scale, scale);
-    return d;
-  };
-  PoseGraph<G> graph;
-  for (int i = 0; i < 5; ++i) graph.add_pose(G::exp(random(1.0)));
-  for (const auto& [from, to] : {std::pair{0, 1}, {2, 1}, {3, 2}, {1, 4}, {4, 3}, {1, 4}, {0, 3}}) {
-    const auto& a = graph.poses[static_cast<std::size_t>(from)];
-    const auto& b = graph.poses[static_cast<std::size_t>(to)];
-    const SquareOf<G> root = SquareOf<G>::Identity() + 0.2 * random(1.0) * random(1.0).transpose();
-    graph.edges.push_back(
-        {from, to, (a.inverse() * b).plus(random(0.3)), root * root.transpose(), from > to});
-  }
-  graph.fixed = {0, 3};
-  return graph;
-}
 
 // The gradient of ½ Σ ρ(eᵀΩe) is g, whatever the kernel.
 TYPED_TEST(NormalEquationsTest, GradientIsTheNumericalOneOfTheCost) {
@@ -60,6 +41,26 @@ TYPED_TEST(NormalEquationsTest, GradientIsTheNumericalOneOfTheCost) {
         pose = kept;
       }
     }
+  }
+}
+
+TYPED_TEST(NormalEquationsTest, AreThoseOfNumericJacobians) {
+  Rng rng(13);
+  for (int round = 0; round < 10; ++round) {
+    auto graph = tangle<TypeParam>(rng);
+    NormalEquations<TypeParam> equations;
+    equations.set_structure(graph);
+    equations.linearise(graph, {});
+    const tests::DenseEquations<TypeParam> want(graph, equations.free_poses());
+    const auto& h = equations.hessian();
+    Eigen::MatrixXd got = Eigen::MatrixXd::Zero(want.hessian.rows(), want.hessian.cols());
+    constexpr int kDof = TypeParam::kDof;
+    for (int c = 0; c < h.columns(); ++c)
+      for (int b = h.starts()[static_cast<std::size_t>(c)]; b <= h.diagonal_index(c); ++b)
+        got.block<kDof, kDof>(h.rows()[static_cast<std::size_t>(b)] * kDof, c * kDof) = h.block(b);
+    const Eigen::MatrixXd whole = got.selfadjointView<Eigen::Upper>();
+    EXPECT_LT((whole - want.hessian).norm(), 1e-8 * want.hessian.norm());
+    EXPECT_LT((equations.gradient() - want.gradient).norm(), 1e-8 * want.gradient.norm());
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
 
 namespace wayfare {
 namespace {

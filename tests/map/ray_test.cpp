@@ -6,6 +6,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/raster_walk.hpp>
+#include <wayfare/map/ray.hpp>
 
 namespace wayfare {
 namespace {

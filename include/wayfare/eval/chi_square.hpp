@@ -40,6 +40,7 @@ inline double gamma_q_fraction(double a, double x) {
 [[nodiscard]] inline double chi_square_probability(double x, double dof) {
   WAYFARE_EXPECTS(dof > 0.0, "a chi-square distribution needs a degree of freedom");
   if (!(x > 0.0)) return x == x ? 0.0 : x;
+  if (std::isinf(x)) return 1.0;
   const double a = 0.5 * dof, y = 0.5 * x;
   return y < a + 1.0 ? detail::gamma_p_series(a, y) : 1.0 - detail::gamma_q_fraction(a, y);
 }
@@ -52,6 +53,7 @@ inline double gamma_q_fraction(double a, double x) {
   while (chi_square_probability(high, dof) < p) low = high, high *= 2.0;
   while (high - low > 4.0 * std::numeric_limits<double>::epsilon() * high) {
     const double middle = 0.5 * (low + high);
+    if (!(middle > low && middle < high)) break;  // no number between them, as near zero
     (chi_square_probability(middle, dof) < p ? low : high) = middle;
   }
   return 0.5 * (low + high);

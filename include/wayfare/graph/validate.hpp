@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/pose_graph.hpp>
@@ -29,9 +30,12 @@ inline bool is_finite(const SE3d& x) {
 template <int N>
 bool is_semidefinite(const Eigen::Matrix<double, N, N>& m) {
   if (Eigen::LLT<Eigen::Matrix<double, N, N>>(m).info() == Eigen::Success) return true;
-  const Eigen::LDLT<Eigen::Matrix<double, N, N>> ldlt(m);
-  return ldlt.info() == Eigen::Success &&
-         ldlt.vectorD().minCoeff() >= -1e-12 * ldlt.vectorD().cwiseAbs().maxCoeff();
+  // Not LDLᵀ: of a singular matrix its pivots are rounding, and it gives up on some of them.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> spectrum(m,
+                                                                            Eigen::EigenvaluesOnly);
+  const auto& eigenvalues = spectrum.eigenvalues();
+  return spectrum.info() == Eigen::Success &&
+         eigenvalues[0] >= -1e-12 * eigenvalues.cwiseAbs().maxCoeff();
 }
 
 /// Union-find over pose indices.

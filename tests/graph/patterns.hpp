@@ -1,0 +1,47 @@
+#pragma once
+
+// Random block matrices and the same dense.
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/graph/block_sparse.hpp>
+
+namespace wayfare::tests {
+
+/// Either way round, repeats among them.
+inline std::vector<std::pair<int, int>> random_pairs(Rng& rng, int columns, int couplings) {
+  std::vector<std::pair<int, int>> pairs;
+  for (int k = 0; k < couplings; ++k) {
+    const int a = static_cast<int>(rng.below(static_cast<std::uint64_t>(columns)));
+    const int b = static_cast<int>(rng.below(static_cast<std::uint64_t>(columns)));
+    if (a != b) pairs.emplace_back(a, b);
+  }
+  return pairs;
+}
+
+/// Fills the pattern with a diagonally dominant matrix; returns it dense.
+template <int N>
+Eigen::MatrixXd fill(BlockSparse<N>& h, Rng& rng) {
+  const int n = h.columns() * N;
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
+  for (int c = 0; c < h.columns(); ++c) {
+    for (int i = h.starts()[static_cast<std::size_t>(c)]; i < h.diagonal_index(c); ++i) {
+      for (double& v : h.block(i).reshaped()) v = rng.uniform(-1, 1);
+      const int r = h.rows()[static_cast<std::size_t>(i)];
+      dense.block<N, N>(r * N, c * N) = h.block(i);
+      dense.block<N, N>(c * N, r * N) = h.block(i).transpose();
+    }
+  }
+  for (int k = 0; k < n; ++k) dense(k, k) = dense.row(k).cwiseAbs().sum() + rng.uniform(0.1, 1.0);
+  for (int c = 0; c < h.columns(); ++c) {
+    h.block(h.diagonal_index(c)) = dense.block<N, N>(c * N, c * N);
+  }
+  return dense;
+}
+
+}  // namespace wayfare::tests
