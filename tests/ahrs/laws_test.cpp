@@ -95,7 +95,6 @@ TYPED_TEST(AttitudeLaws, SensorsTurnedOnTheBodyGiveTheSameBodyTurned) {
 TYPED_TEST(AttitudeLaws, NotANumberLeavesTheEstimateAsItWas) {
   const Motion motion = testing::simulate(noisy_motion());
   TypeParam clean, dirty;
-  LogTime last;
   for (std::size_t i = 0; i < motion.samples.size(); ++i) {
     const MargSample& s = motion.samples[i];
     clean.add(s);
