@@ -71,9 +71,7 @@ int main(int argc, char** argv) {
       "Estimate attitude and heading from a recorded unit with gyro, accelerometer and (where it "
       "has one) magnetometer. Writes attitude.csv and report.html.");
   Arguments arguments;
-  app.add_option("FILE", arguments.file, "columns of text or a binary table, plain or gzip")
-      ->required()
-      ->check(CLI::ExistingFile);
+  examples::RecordingOptions::add_path(app, "FILE", arguments.file);
   app.add_option("--out", arguments.out, "folder for the results, made where needed")->required();
   app.add_option("--calibration", arguments.calibration,
                  "the magnetometer's, from calibrate_magnetometer")

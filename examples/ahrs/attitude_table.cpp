@@ -93,9 +93,7 @@ int main(int argc, char** argv) {
       "recordings with a reference: root mean squares over the moving samples, as Laidig et al. "
       "2021 define them.");
   Arguments arguments;
-  app.add_option("FILES", arguments.files, "columns of text or binary tables, plain or gzip")
-      ->required()
-      ->check(CLI::ExistingFile);
+  examples::RecordingOptions::add_path(app, "FILES", arguments.files);
   app.add_flag("--quiet", arguments.quiet, "no progress");
   app.add_option("--madgwick", arguments.madgwick_gain, "Madgwick's beta")->capture_default_str();
   app.add_option("--mahony", arguments.mahony_gain, "Mahony's proportional gain")

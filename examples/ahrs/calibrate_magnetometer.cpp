@@ -64,9 +64,7 @@ int main(int argc, char** argv) {
       "all orientations: calibrated = correction (raw - offset). Standard deviations stand behind "
       "the figures.");
   Arguments arguments;
-  app.add_option("FILE", arguments.file, "columns of text or a binary table, plain or gzip")
-      ->required()
-      ->check(CLI::ExistingFile);
+  examples::RecordingOptions::add_path(app, "FILE", arguments.file);
   app.add_option("--out", arguments.out, "JSON file for the calibration; `ahrs` reads it");
   app.add_flag("--force", arguments.force, "overwrite the output where it exists");
   app.add_option("--field", arguments.options.field_uT,

@@ -16,6 +16,8 @@
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/time_text.hpp>
 
+#include "time_plot.hpp"
+
 namespace wayfare::examples {
 namespace {
 
@@ -74,14 +76,6 @@ double seconds_of(const AhrsRun& run, const AhrsRow& row) {
   return to_seconds(row.time - run.rows.front().time);
 }
 
-io::Plot over_time(std::string title, std::string y_label) {
-  io::Plot plot;
-  plot.title = std::move(title);
-  plot.x_label = "time [s]";
-  plot.y_label = std::move(y_label);
-  return plot;
-}
-
 /// A curve of `value(i)` over time, broken where the filter is not ready.
 template <class Value>
 io::Series curve(const AhrsOutputs& o, std::string name, Value value,
@@ -103,7 +97,7 @@ eval::AttitudeError error_at(const AhrsOutputs& o, std::size_t i) {
 void plot_angles(io::Report& report, const AhrsOutputs& o) {
   constexpr std::array kNames = {"roll", "pitch", "yaw"};
   for (int axis = 0; axis < 3; ++axis) {
-    io::Plot plot = over_time(kNames[static_cast<std::size_t>(axis)], "angle [deg]");
+    io::Plot plot = time_plot(kNames[static_cast<std::size_t>(axis)], "angle [deg]");
     plot.series.push_back(curve(o, "ours", [&](std::size_t i) {
       return kDegrees * roll_pitch_yaw_rad(o.run.rows[i].q_world_body)[axis];
     }));
@@ -120,7 +114,7 @@ void plot_angles(io::Report& report, const AhrsOutputs& o) {
 }
 
 void plot_errors(io::Report& report, const AhrsOutputs& o) {
-  io::Plot plot = over_time("error against the reference", "angle [deg]");
+  io::Plot plot = time_plot("error against the reference", "angle [deg]");
   const auto add = [&](const char* name, Angle eval::AttitudeError::*part) {
     plot.series.push_back(curve(o, name, [&](std::size_t i) {
       return o.file.reference[i].known ? (error_at(o, i).*part).degrees() : kNone;
@@ -133,13 +127,13 @@ void plot_errors(io::Report& report, const AhrsOutputs& o) {
 
 void plot_insides(io::Report& report, const AhrsOutputs& o) {
   const auto& rows = o.run.rows;
-  io::Plot sigma = over_time("standard deviation of the attitude", "angle [deg]");
+  io::Plot sigma = time_plot("standard deviation of the attitude", "angle [deg]");
   sigma.series.push_back(curve(
       o, "level", [&](std::size_t i) { return kDegrees * rows[i].sigma_rad.head<2>().norm(); }));
   sigma.series.push_back(
       curve(o, "heading", [&](std::size_t i) { return kDegrees * rows[i].sigma_rad.z(); }));
   report.plot(sigma);
-  io::Plot bias = over_time("gyro bias", "rate [deg/s]");
+  io::Plot bias = time_plot("gyro bias", "rate [deg/s]");
   for (int axis = 0; axis < 3; ++axis)
     bias.series.push_back(curve(o, std::string(1, "xyz"[axis]), [&](std::size_t i) {
       return kDegrees * rows[i].bias_radps[axis];
@@ -155,11 +149,11 @@ void plot_field(io::Report& report, const AhrsOutputs& o) {
       return is == disturbed ? o.file.samples[i].magnetic_field_uT.norm() : kNone;
     };
   };
-  io::Plot field = over_time("strength of the magnetic field", "field [uT]");
+  io::Plot field = time_plot("strength of the magnetic field", "field [uT]");
   field.series.push_back(curve(o, "taken for the Earth's", strength(false)));
   field.series.push_back(curve(o, "disturbed", strength(true), io::Mark::points));
   report.plot(field);
-  io::Plot delay = over_time("delay of the magnetometer", "delay [ms]");
+  io::Plot delay = time_plot("delay of the magnetometer", "delay [ms]");
   delay.series.push_back(
       curve(o, "estimate", [&](std::size_t i) { return 1e3 * o.run.rows[i].delay_s; }));
   report.plot(delay);

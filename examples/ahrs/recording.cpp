@@ -6,6 +6,24 @@
 #include <CLI/CLI.hpp>
 
 namespace wayfare::examples {
+namespace {
+
+template <class Path>
+void add_existing(CLI::App& app, const std::string& name, Path& path) {
+  app.add_option(name, path, "columns of text or a binary table, plain or gzip")
+      ->required()
+      ->check(CLI::ExistingFile);
+}
+
+}  // namespace
+
+void RecordingOptions::add_path(CLI::App& app, const std::string& name, std::string& path) {
+  add_existing(app, name, path);
+}
+void RecordingOptions::add_path(CLI::App& app, const std::string& name,
+                                std::vector<std::string>& paths) {
+  add_existing(app, name, paths);
+}
 
 void RecordingOptions::describe(CLI::App& app) {
   app.add_option("--columns", columns,

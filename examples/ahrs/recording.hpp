@@ -21,6 +21,9 @@ struct RecordingOptions {
   double period_s = 0.0;
 
   void describe(CLI::App& app);
+  /// The argument `name`: the path of a recording, or of several.
+  static void add_path(CLI::App& app, const std::string& name, std::string& path);
+  static void add_path(CLI::App& app, const std::string& name, std::vector<std::string>& paths);
   /// Says on standard error what had to be skipped.
   [[nodiscard]] Result<io::MargFile> read(const std::string& path) const;
 };

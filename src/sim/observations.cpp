@@ -112,9 +112,8 @@ SimulatedObservations simulate_observations(const VehicleTrajectory& trajectory,
   const Constellation sky = broadcast_constellation(ephemerides);
   const double dt = to_seconds(params.period);
   Rng clock_noise = rng.stream(kClock);
-  std::vector<SatelliteNoise> noises;
-  for (std::size_t i = 0; i < sky.satellites.size(); ++i)
-    noises.emplace_back(rng.stream(kFirstSatellite + i));
+  std::vector<SatelliteNoise> noises =
+      satellite_noises(rng, kFirstSatellite, sky.satellites.size());
 
   SimulatedObservations result;
   Receiver r;

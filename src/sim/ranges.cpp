@@ -80,9 +80,8 @@ SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
   WAYFARE_EXPECTS(params.period > Duration::zero(), "a receiver needs a positive period");
   const double dt = to_seconds(params.period);
   Rng clock_noise = rng.stream(kClock);
-  std::vector<SatelliteNoise> noises;
-  for (std::size_t i = 0; i < constellation.satellites.size(); ++i)
-    noises.emplace_back(rng.stream(kFirstSatellite + i));
+  std::vector<SatelliteNoise> noises =
+      satellite_noises(rng, kFirstSatellite, constellation.satellites.size());
 
   SimulatedRanges result;
   ReceiverClock clock{params.clock_bias_m, params.clock_drift_mps};

@@ -3,6 +3,9 @@
 // Private: what disturbs one satellite's measurements, from epoch to epoch.
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/sim/ranges.hpp>
@@ -35,5 +38,14 @@ class SatelliteNoise {
   Rng white_, bursts_;
   double burst_left_s_ = 0.0, excess_m_ = 0.0;
 };
+
+/// One a satellite, each with a stream of its own from `first_stream` on.
+[[nodiscard]] inline std::vector<SatelliteNoise> satellite_noises(const Rng& rng,
+                                                                  std::uint64_t first_stream,
+                                                                  std::size_t count) {
+  std::vector<SatelliteNoise> noises;
+  for (std::size_t i = 0; i < count; ++i) noises.emplace_back(rng.stream(first_stream + i));
+  return noises;
+}
 
 }  // namespace wayfare::sim
