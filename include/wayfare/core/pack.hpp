@@ -23,7 +23,7 @@ template <class T, int N>
 struct Mask {
   static_assert(N > 0 && std::has_single_bit(static_cast<unsigned>(N)));
   using Int = std::conditional_t<sizeof(T) == 8, std::int64_t, std::int32_t>;
-  typedef Int Lanes __attribute__((vector_size(sizeof(T) * N)));
+  using Lanes __attribute__((vector_size(sizeof(T) * N))) = Int;
 
   Lanes v;  ///< all bits set, or none
 
@@ -49,7 +49,7 @@ struct Pack {
   static_assert(N > 0 && std::has_single_bit(static_cast<unsigned>(N)));
   static constexpr int kLanes = N;
   using Lane = T;
-  typedef T Lanes __attribute__((vector_size(sizeof(T) * N)));
+  using Lanes __attribute__((vector_size(sizeof(T) * N))) = T;
 
   Lanes v;
 
@@ -196,7 +196,7 @@ void set_lane(T& x, int i, U value) {
 /// Neither infinite nor NaN, lane by lane.
 template <class T>
 [[nodiscard]] MaskOf<T> is_finite(const T& x) {
-  return x - x == T(0);
+  return x - x == T(0);  // NOLINT(misc-redundant-expression): NaN − NaN and ∞ − ∞ are NaN
 }
 
 }  // namespace wayfare
