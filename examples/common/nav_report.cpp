@@ -8,20 +8,13 @@
 #include <wayfare/core/roll_pitch_yaw.hpp>
 
 #include "nav_outputs.hpp"
+#include "time_plot.hpp"
 
 namespace wayfare::examples {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-io::Plot plot_of(std::string title, std::string unit) {
-  io::Plot plot;
-  plot.title = std::move(title);
-  plot.x_label = "time [s]";
-  plot.y_label = std::move(unit);
-  return plot;
-}
 
 io::Series track(std::string name, io::Mark mark) { return {std::move(name), {}, {}, mark}; }
 
@@ -57,7 +50,7 @@ io::Plot track_plot(const NavOutputs& run, const NavFindings& f) {
 
 io::Plot error_plot(const NavErrors& errors, std::size_t axis, const std::string& title,
                     const std::string& unit) {
-  io::Plot plot = plot_of(title, unit);
+  io::Plot plot = time_plot(title, unit);
   io::Series error{"error", errors.time_s, errors.error[axis]};
   io::Series upper{"\u00b13\u03c3", errors.time_s, {}, io::Mark::dashed}, lower = upper;
   for (const double s : errors.sigma[axis]) upper.y.push_back(3.0 * s), lower.y.push_back(-3.0 * s);
@@ -84,7 +77,7 @@ void add_errors(io::Report& report, const NavOutputs& run, const NavFindings& f)
     if (std::none_of(e.begin(), e.end(), [](double v) { return std::isfinite(v); })) continue;
     report.plot(error_plot(f.errors, k, kTitles[k], kUnits[k / 3]));
   }
-  io::Plot horizontal = plot_of("Horizontal error", "[m]");
+  io::Plot horizontal = time_plot("Horizontal error", "[m]");
   io::Series filter{"filter", f.errors.time_s, {}};
   for (std::size_t i = 0; i < f.errors.time_s.size(); ++i)
     filter.y.push_back(f.errors.horizontal(i));
@@ -103,7 +96,7 @@ void add_innovations(io::Report& report, const NavOutputs& run) {
                   "Innovations of places"},
         std::pair{std::pair{InnovationRecord::Kind::range_rate, InnovationRecord::Kind::velocity},
                   "Innovations of velocities"}}) {
-    io::Plot plot = plot_of(title, "[\u03c3]");
+    io::Plot plot = time_plot(title, "[\u03c3]");
     io::Series accepted{"accepted", {}, {}, io::Mark::points},
         refused{"refused", {}, {}, io::Mark::points};
     for (const InnovationRecord& r : run.run.innovations) {
@@ -120,7 +113,7 @@ void add_innovations(io::Report& report, const NavOutputs& run) {
 }
 
 io::Plot satellites_plot(const NavOutputs& run) {
-  io::Plot plot = plot_of("Satellites", "number");
+  io::Plot plot = time_plot("Satellites", "number");
   io::Series offered{"measured", {}, {}}, used{"used", {}, {}};
   std::map<LogTime, double> accepted;
   for (const InnovationRecord& r : run.run.innovations)
@@ -140,7 +133,7 @@ io::Plot satellites_plot(const NavOutputs& run) {
 template <class Get>
 io::Plot states_plot(const NavOutputs& run, const char* title, const char* unit,
                      const std::vector<std::string>& names, Get get) {
-  io::Plot plot = plot_of(title, unit);
+  io::Plot plot = time_plot(title, unit);
   for (const std::string& name : names) plot.series.push_back({name, {}, {}});
   double next = -1e300;
   for (const GnssInsPoint& p : run.run.points) {
