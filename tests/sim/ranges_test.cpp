@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
+
+#include <wayfare/sim/constellation.hpp>
 
 namespace wayfare::sim {
 namespace {
@@ -40,6 +43,50 @@ TEST(Walker, OrbitsAsAFreeBodyDoes) {
   }
   EXPECT_FALSE(gps.motion({GnssSystem::galileo, 3}, time(0)));
   EXPECT_FALSE(gps.motion({GnssSystem::gps, 25}, time(0)));
+}
+
+// Walker i: T/P/F: neighbours of a plane are 360°·P/T apart, planes 360°/P, and the satellite of
+// the next plane is F·360°/T ahead of its neighbour.
+TEST(Walker, SpreadsItsSatellitesEvenly) {
+  const WalkerParams w{.satellites = 12, .planes = 3, .phasing = 2};
+  const Constellation c = walker_constellation(w);
+  const Time<GpsClock> t = Time<GpsClock>::from_seconds(0.0);
+  const auto direction = [&](int plane, int slot) {
+    const auto m = c.motion({w.system, static_cast<std::uint8_t>(1 + plane * 4 + slot)}, t);
+    return Eigen::Vector3d(m->position_ecef_m / w.radius_m);
+  };
+  for (int plane = 0; plane < 3; ++plane) {
+    const Eigen::Vector3d pole = direction(plane, 0).cross(direction(plane, 1));
+    const double node = w.first_node.radians() + 2.0 * M_PI * plane / 3.0;
+    EXPECT_NEAR(pole.z(), std::cos(w.inclination.radians()), 1e-12);
+    EXPECT_NEAR(pole.dot(Eigen::Vector3d(std::cos(node), std::sin(node), 0.0)), 0.0, 1e-12);
+    for (int slot = 0; slot < 4; ++slot) {
+      EXPECT_NEAR(direction(plane, slot).dot(direction(plane, (slot + 1) % 4)), 0.0, 1e-12);
+      // Height over the equator goes with the sine of the angle from the node.
+      const double along = 2.0 * M_PI * (slot / 4.0 + 2.0 * plane / 12.0);
+      EXPECT_NEAR(direction(plane, slot).z(), std::sin(w.inclination.radians()) * std::sin(along),
+                  1e-12);
+    }
+  }
+  EXPECT_FALSE(c.motion({GnssSystem::gps, 13}, t));
+  EXPECT_FALSE(c.motion({GnssSystem::gps, 0}, t));
+  EXPECT_FALSE(c.motion({GnssSystem::galileo, 1}, t));
+  EXPECT_DEATH((void)walker_constellation({.satellites = 10, .planes = 3}), "same number");
+}
+
+TEST(Walker, TwoSystemsTogetherAreBoth) {
+  const Constellation both = gps_and_galileo();
+  const std::set<SatelliteId> named(both.satellites.begin(), both.satellites.end());
+  EXPECT_EQ(named.size(), 48U);
+  const Time<GpsClock> t = Time<GpsClock>::from_seconds(1e9);
+  for (const SatelliteId id : both.satellites) {
+    const auto m = both.motion(id, t);
+    ASSERT_TRUE(m);
+    EXPECT_NEAR(m->position_ecef_m.norm(), id.system == GnssSystem::gps ? 26'559'710 : 29'600'318,
+                1e-3);
+  }
+  EXPECT_FALSE(both.motion({GnssSystem::beidou, 1}, t));
+  EXPECT_FALSE(seen_from(both, {GnssSystem::beidou, 1}, t, Eigen::Vector3d(6.4e6, 0, 0)));
 }
 
 TEST(SeenFrom, IsLightTimeAndEarthRotationEarlier) {
