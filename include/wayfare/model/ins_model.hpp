@@ -47,9 +47,11 @@ struct InsTransition {
   using Matrix3 = Eigen::Matrix<T, 3, 3>;
   static constexpr int kDof = ins_state::kSize + Offsets;
 
-  Vector3 half_dt;            ///< metres of chart for the sum of both velocities
-  Matrix3 velocity_velocity;  ///< less the identity
-  Matrix3 velocity_attitude, velocity_accel_bias, velocity_accel_scale;
+  Vector3 half_dt;        ///< metres of chart for the sum of both velocities
+  Vector3 velocity_turn;  ///< velocity's block of itself is I + [velocity_turn]×
+  Matrix3 velocity_attitude, velocity_accel_bias;
+  /// Each column of velocity_accel_bias times this is that of the accelerometer's scale.
+  Vector3 scale_force;
   Matrix3 attitude_attitude;
   Vector3 attitude_gyro_bias, attitude_gyro_scale;  ///< diagonals
   Eigen::Matrix<T, 12, 1> kept;                     ///< of the unit's errors
@@ -91,10 +93,10 @@ struct InsTransition {
   [[nodiscard]] Eigen::Matrix<T, kDof, kDof> phi() const {
     using namespace ins_state;
     Eigen::Matrix<T, kDof, kDof> f = Eigen::Matrix<T, kDof, kDof>::Identity();
-    f.template block<3, 3>(kVelocity, kVelocity) += velocity_velocity;
+    f.template block<3, 3>(kVelocity, kVelocity) += skew(velocity_turn);
     f.template block<3, 3>(kVelocity, kAttitude) = velocity_attitude;
     f.template block<3, 3>(kVelocity, kAccelBias) = velocity_accel_bias;
-    f.template block<3, 3>(kVelocity, kAccelScale) = velocity_accel_scale;
+    f.template block<3, 3>(kVelocity, kAccelScale) = velocity_accel_bias * scale_force.asDiagonal();
     f.template block<3, 3>(kAttitude, kAttitude) = attitude_attitude;
     for (int i = 0; i < 3; ++i) {
       f(kAttitude + i, kGyroBias + i) = attitude_gyro_bias[i];
@@ -119,41 +121,47 @@ struct InsTransition {
     using namespace ins_state;
     constexpr int n = kDof;
     const auto column = [p](int i) { return p + n * i; };
+    T pushed[3][n];  // rows of P that bias and scale act by together
     for (int i = 0; i < 3; ++i) {
-      T* out = rows[kVelocity + i];
-      const T *v = column(kVelocity + i), *v0 = column(kVelocity), *a0 = column(kAttitude);
-      const T *b0 = column(kAccelBias), *s0 = column(kAccelScale);
-      const Matrix3 &vv = velocity_velocity, &va = velocity_attitude;
-      const Matrix3 &vb = velocity_accel_bias, &vs = velocity_accel_scale;
-      for (int c = 0; c < n; ++c) {
-        out[c] = v[c] + vv(i, 0) * v0[c] + vv(i, 1) * v0[n + c] + vv(i, 2) * v0[2 * n + c] +
-                 va(i, 0) * a0[c] + va(i, 1) * a0[n + c] + va(i, 2) * a0[2 * n + c] +
-                 vb(i, 0) * b0[c] + vb(i, 1) * b0[n + c] + vb(i, 2) * b0[2 * n + c] +
-                 vs(i, 0) * s0[c] + vs(i, 1) * s0[n + c] + vs(i, 2) * s0[2 * n + c];
-      }
-      T* turned = rows[kAttitude + i];
+      const T *b = column(kAccelBias + i), *s = column(kAccelScale + i);
+      const T force = scale_force[i];
+      for (int c = 0; c < n; ++c) pushed[i][c] = b[c] + force * s[c];
+    }
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      T *out = rows[kVelocity + i], *turned = rows[kAttitude + i], *moved = rows[kPosition + i];
+      const T *v = column(kVelocity + i), *vj = column(kVelocity + j), *vk = column(kVelocity + k);
+      const T *x = column(kPosition + i), *a0 = column(kAttitude);
       const T *gb = column(kGyroBias + i), *gs = column(kGyroScale + i);
-      const Matrix3& aa = attitude_attitude;
+      const T tj = velocity_turn[j], tk = velocity_turn[k], half = half_dt[i];
+      const T va0 = velocity_attitude(i, 0), va1 = velocity_attitude(i, 1),
+              va2 = velocity_attitude(i, 2);
+      const T vb0 = velocity_accel_bias(i, 0), vb1 = velocity_accel_bias(i, 1),
+              vb2 = velocity_accel_bias(i, 2);
       for (int c = 0; c < n; ++c) {
-        turned[c] = aa(i, 0) * a0[c] + aa(i, 1) * a0[n + c] + aa(i, 2) * a0[2 * n + c] +
-                    attitude_gyro_bias[i] * gb[c] + attitude_gyro_scale[i] * gs[c];
+        out[c] = v[c] + (tj * vk[c] - tk * vj[c]) +
+                 (va0 * a0[c] + va1 * a0[n + c] + va2 * a0[2 * n + c]) +
+                 (vb0 * pushed[0][c] + vb1 * pushed[1][c] + vb2 * pushed[2][c]);
       }
-      T* moved = rows[kPosition + i];
-      const T* x = column(kPosition + i);
-      for (int c = 0; c < n; ++c) moved[c] = x[c] + half_dt[i] * (v[c] + out[c]);
+      for (int c = 0; c < n; ++c) moved[c] = x[c] + half * (v[c] + out[c]);
+      const T aa0 = attitude_attitude(i, 0), aa1 = attitude_attitude(i, 1),
+              aa2 = attitude_attitude(i, 2);
+      const T by_bias = attitude_gyro_bias[i], by_scale = attitude_gyro_scale[i];
+      for (int c = 0; c < n; ++c) {
+        turned[c] = (aa0 * a0[c] + aa1 * a0[n + c] + aa2 * a0[2 * n + c]) +
+                    (by_bias * gb[c] + by_scale * gs[c]);
+      }
     }
   }
 
-  /// Row `w` of Φ P times row i of Φ's velocity part.
-  [[nodiscard]] T velocity_entry(const T* w, int i) const {
+  /// Row `w` of Φ P times row i of Φ's velocity part; `pushed` is what bias and scale give.
+  [[nodiscard]] T velocity_entry(const T* w, const T* pushed, int i) const {
     using namespace ins_state;
-    T sum = w[kVelocity + i];
-    for (int j = 0; j < 3; ++j) {
-      sum +=
-          velocity_velocity(i, j) * w[kVelocity + j] + velocity_attitude(i, j) * w[kAttitude + j];
-      sum += velocity_accel_bias(i, j) * w[kAccelBias + j] +
-             velocity_accel_scale(i, j) * w[kAccelScale + j];
-    }
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    T sum = w[kVelocity + i] +
+            (velocity_turn[j] * w[kVelocity + k] - velocity_turn[k] * w[kVelocity + j]);
+    for (int m = 0; m < 3; ++m) sum += velocity_attitude(i, m) * w[kAttitude + m];
+    for (int m = 0; m < 3; ++m) sum += velocity_accel_bias(i, m) * pushed[m];
     return sum;
   }
   [[nodiscard]] T attitude_entry(const T* w, int i) const {
@@ -166,20 +174,20 @@ struct InsTransition {
   /// The lower triangle of (Φ P Φᵀ)'s navigation part.
   void right_product(const T (*rows)[kDof], T (*nav)[9]) const {
     using namespace ins_state;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        nav[kVelocity + i][kPosition + j] = velocity_entry(rows[kPosition + j], i);
-        nav[kAttitude + i][kPosition + j] = attitude_entry(rows[kPosition + j], i);
-        nav[kAttitude + i][kVelocity + j] = attitude_entry(rows[kVelocity + j], i);
-        if (j > i) continue;
-        nav[kVelocity + i][kVelocity + j] = velocity_entry(rows[kVelocity + j], i);
-        nav[kAttitude + i][kAttitude + j] = attitude_entry(rows[kAttitude + j], i);
-      }
+    for (int j = 0; j < 6; ++j) {
+      T pushed[3];
+      for (int m = 0; m < 3; ++m)
+        pushed[m] = rows[j][kAccelBias + m] + scale_force[m] * rows[j][kAccelScale + m];
+      for (int i = std::max(0, j - kVelocity); i < 3; ++i)
+        nav[kVelocity + i][j] = velocity_entry(rows[j], pushed, i);
+    }
+    for (int j = 0; j < 9; ++j) {
+      for (int i = std::max(0, j - kAttitude); i < 3; ++i)
+        nav[kAttitude + i][j] = attitude_entry(rows[j], i);
     }
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j <= i; ++j) {
+      for (int j = 0; j <= i; ++j)
         nav[i][j] = rows[j][i] + half_dt[i] * (rows[j][kVelocity + i] + nav[kVelocity + i][j]);
-      }
     }
   }
 
@@ -311,13 +319,11 @@ class InsModel {
     f.dt_s = dt;
     f.half_dt = T(0.5) * dt * Vector3(at.north_scale, at.east_scale, T(1));
     const LevelRates<T> rates = level_rates(at, x.velocity_mps);
-    f.velocity_velocity = skew(Vector3(-dt * (T(2) * rates.earth + rates.transport)));
+    f.velocity_turn = -dt * (T(2) * rates.earth + rates.transport);
     const Matrix3 c = x.q_nu.matrix();
     f.velocity_attitude = -c * skew(felt.velocity_mps);
     f.velocity_accel_bias = c * (-dt * imu.inverse_accel_scale).asDiagonal();
-    f.velocity_accel_scale =
-        f.velocity_accel_bias *
-        beyond_noise(felt.mean_force_mps2, noise_.accel_white, 3, dt).asDiagonal();
+    f.scale_force = beyond_noise(felt.mean_force_mps2, noise_.accel_white, 3, dt);
     const Vector3 turned =
         felt.rotation_rad - c.transpose() * Vector3(dt * (rates.earth + rates.transport));
     const Matrix3 k = skew(turned);
