@@ -6,12 +6,15 @@
 
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
+#include <wayfare/match/scan_matcher.hpp>
 
 #include "reference.hpp"
 #include "scenes.hpp"
 
 namespace wayfare {
 namespace {
+
+static_assert(ScanMatcher<CorrelativeMatcher> && ScanMatcher<BranchAndBoundMatcher>);
 
 TEST(Matchers, EqualBruteForceOnRandomScenes) {
   Rng rng(7);
