@@ -1,6 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/estimate/ins_filter.hpp>
+#include <wayfare/model/imu_noise.hpp>
+#include <wayfare/model/ins_constraints.hpp>
+#include <wayfare/model/ins_state.hpp>
+#include <wayfare/model/range_model.hpp>
+#include <wayfare/model/scalar_measurement.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 
 #include "numeric_jacobian.hpp"
@@ -108,6 +113,34 @@ TEST(Constraints, RowsAreDerivatives) {
   expect_derivative(AntennaPositionModel<double, 2>{chart, Vector3d(1190.0, -2795.0, 14.0),
                                                     Vector3d(0.6, 0.0, 0.8), kLever, 1.0},
                     3e-4);  // scales of the chart change with position
+}
+
+TEST(Constraints, AntennaVelocityIsTheUnitsAndItsSwing) {
+  const State x = some_state();
+  const Vector3d direction(0.48, -0.64, 0.6), measured(11.0, -6.0, 0.2);
+  const AntennaVelocityModel<double, 2> model{measured, direction, kLever, kGyro, 0.04};
+  const Vector3d rate = kGyro - x.gyro_bias_radps;
+  const Vector3d want = x.velocity_mps + x.q_nu * Vector3d(rate.cross(kLever));
+  EXPECT_NEAR(model(x).innovation, direction.dot(measured - want), 1e-14);
+  EXPECT_EQ(model(x).variance, 0.04);
+  // The gyros' biases move the swing too; the model leaves that out.
+  const auto h = testing::FilterLaws<State>::dense(model(x).row);
+  TangentOf<State> step = TangentOf<State>::Constant(1e-4);
+  const auto numeric =
+      tests::numeric_gradient([&](const State& s) { return -model(s).innovation; }, x, step);
+  for (int i = 0; i < ins_state::kGyroBias; ++i) EXPECT_NEAR(h[i], numeric[i], 1e-8) << i;
+  for (int i = ins_state::kGyroBias; i < h.size(); ++i) EXPECT_EQ(h[i], 0.0) << i;
+}
+
+// A point of the vehicle that stands still while the unit swings about it says nothing is moving.
+TEST(Constraints, BodyVelocityIsThatOfThePointAtTheLever) {
+  State x = some_state();
+  const Vector3d rate = kGyro - x.gyro_bias_radps;
+  x.velocity_mps = x.q_nu * Vector3d(-rate.cross(kLever));
+  for (int axis = 0; axis < 3; ++axis) {
+    const BodyVelocityModel<double, 2> model{Vector3d::Unit(axis), kLever, kGyro, 0.3, 0.01};
+    EXPECT_NEAR(model(x).innovation, 0.3, 1e-14);
+  }
 }
 
 TEST(InsFilterOnPacks, UpdatesLikeOneByOne) {
