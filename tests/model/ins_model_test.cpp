@@ -89,8 +89,8 @@ TEST(InsModel, NoiseIsNoEvidenceOfScale) {
   EXPECT_EQ(f.attitude_gyro_scale.x(), 0.0);
   EXPECT_NEAR(f.attitude_gyro_scale.y(), 0.01 * 0.007, 1e-9);
   EXPECT_NEAR(f.attitude_gyro_scale.z(), -0.01 * 0.3, 1e-9);
-  EXPECT_EQ(f.velocity_accel_scale(0, 0), 0.0);
-  EXPECT_NEAR(f.velocity_accel_scale(1, 1), 0.01 * 0.15, 1e-9);
+  EXPECT_EQ(f.scale_force.x(), 0.0);
+  EXPECT_NEAR(f.scale_force.y(), -0.15, 1e-12);
 }
 
 // Twice the rate: the covariance step's second-order errors vanish with the step's square.
