@@ -224,9 +224,10 @@ struct BranchAndBoundMatcher::SmallSearch {
     const std::int32_t* at = index(corner);
     std::uint32_t pairs[16];
     kernel.pair_scores(map.pairs(), map.grid().stride(), at, s.points, pairs);
-    for (int r = 0; r < 4 && corner.offset.y + r <= s.half_y; r += 2)
-      if (16 * *std::max_element(pairs + 4 * r, pairs + 4 * r + 8) >= least)
-        score_rows(corner, r, at);
+    for (int r = 0; r < 4 && corner.offset.y + r <= s.half_y; r += 2) {
+      const std::uint32_t* pair = pairs + std::ptrdiff_t{4} * r;
+      if (16 * *std::max_element(pair, pair + 8) >= least) score_rows(corner, r, at);
+    }
   }
   void score_rows(const Candidate& corner, int first, const std::int32_t* at) {
     const MatchGrid& grid = map.grid();

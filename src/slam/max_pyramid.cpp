@@ -21,7 +21,7 @@ std::size_t at(int x, int y, int width) {
 void widen(std::vector<std::uint8_t>& a, int width, int height, int shift,
            std::vector<std::uint8_t>& row) {
   const auto max_into = kernels::best_kernels().max_into;
-  row.assign(static_cast<std::size_t>(width + shift), 0);
+  row.assign(static_cast<std::size_t>(width) + static_cast<std::size_t>(shift), 0);
   for (int y = 0; y < height; ++y) {
     std::uint8_t* line = a.data() + at(0, y, width);
     std::copy(line, line + width, row.data());

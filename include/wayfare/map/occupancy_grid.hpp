@@ -147,7 +147,7 @@ void OccupancyGrid::update_tile(const Cell& tile, int rows, Mark* marks, std::pt
     if (any == 0) continue;
     if (delta.fixed != 0) {
       if (cells == nullptr) cells = &tiles_.writable(tile);
-      add_marks(cells->data() + r * kSide, marks, delta.fixed);
+      add_marks(cells->data() + std::ptrdiff_t{r} * kSide, marks, delta.fixed);
       for (int i = 0; i < kSide; ++i) columns[i] = static_cast<Mark>(columns[i] | marks[i]);
     }
     std::fill(marks, marks + kSide, Mark{0});
