@@ -123,6 +123,7 @@ std::vector<Key> filter_keys(GnssInsOptions& o) {
           truth_value("non_holonomic_in_outage", o.non_holonomic_in_outage),
           number("non_holonomic_sigma_mps", o.non_holonomic_sigma_mps),
           truth_value("zero_velocity_updates", o.zero_velocity_updates),
+          number("gyro_vibration_share", o.gyro_vibration_share),
           number("max_imu_gap_s", o.max_imu_gap_s),
           number("gap_acceleration_mps2", o.gap_acceleration_mps2),
           number("gap_turn_rate_degps", o.gap_turn_rate_radps, kDegree),

@@ -49,7 +49,10 @@ InsEngine::Filter make_filter(const GnssInsOptions& o, const GnssInsStart& start
   const Eigen::Matrix3d c = x.q_nu.matrix();
   const Vector3d level(start.level_sigma_rad, start.level_sigma_rad, start.heading_sigma_rad);
   p.block<3, 3>(kAttitude, kAttitude) = c.transpose() * level.cwiseAbs2().asDiagonal() * c;
-  set(kGyroBias, o.imu.gyro_bias_radps.sigma);
+  const bool bias_known = start.gyro_bias_sigma_radps > 0.0;
+  if (bias_known) x.gyro_bias_radps = start.gyro_bias_radps;
+  set(kGyroBias,
+      bias_known ? Vector3d::Constant(start.gyro_bias_sigma_radps) : o.imu.gyro_bias_radps.sigma);
   set(kAccelBias, o.imu.accel_bias_mps2.sigma);
   set(kGyroScale, o.imu.gyro_scale.sigma);
   set(kAccelScale, o.imu.accel_scale.sigma);
@@ -85,7 +88,7 @@ void InsEngine::advance(const ImuSample& sample, bool in_gap, Diary& diary) {
   last_ = sample;
   if (in_gap) {
     recent_.forget();
-    still_since_.reset();
+    standstill_.forget();
   } else {
     recent_.add(sample, dt);
   }
@@ -94,6 +97,7 @@ void InsEngine::advance(const ImuSample& sample, bool in_gap, Diary& diary) {
 
 void InsEngine::predict(const ImuInterval& imu, bool in_gap) {
   filter_.predict(imu);
+  add_vibration(imu.dt_s);
   if (!in_gap) return;
   // Unknown motion, as if drawn anew every second: white noise of a density a²·1 s.
   using namespace ins_state;
@@ -103,6 +107,17 @@ void InsEngine::predict(const ImuInterval& imu, bool in_gap) {
     filter_.ekf().add_variance(kVelocity + i, v);
     filter_.ekf().add_variance(kAttitude + i, w);
   }
+}
+
+void InsEngine::add_vibration(double dt_s) {
+  // What readings scatter by more than the unit's own noise is the vehicle's vibration; the share
+  // of it that sampling folds to low frequencies is an error of each reading, held for a step.
+  const Eigen::Array3d own =
+      2.0 * options_.imu.gyro_white_rad_per_sqrt_s.array().square() / std::max(dt_s, 1e-3);
+  const Eigen::Array3d shake = (recent_.shake_radps2().array() - own).max(0.0);
+  const double angle = options_.gyro_vibration_share * dt_s;
+  for (int i = 0; i < 3; ++i)
+    filter_.ekf().add_variance(ins_state::kAttitude + i, angle * angle * shake[i]);
 }
 
 void InsEngine::record(Diary& diary, Kind kind, SatelliteId id,
@@ -120,34 +135,22 @@ void InsEngine::constrain(Diary& diary) {
 }
 
 void InsEngine::hold_still(Diary& diary) {
-  const Vector3d rate = recent_.mean_rate_radps() - filter_.state().gyro_bias_radps;
-  const double speed = filter_.state().velocity_mps.norm();
-  const double speed_sigma =
-      std::sqrt(filter_.covariance().diagonal().segment<3>(ins_state::kVelocity).sum());
-  // A gentle start neither shakes nor turns the unit; what it feels changes all the same.
-  const bool pushed =
-      still_since_ && (recent_.mean_force_mps2() - still_force_mps2_).norm() > 0.08;
-  const bool still = recent_.full() && recent_.force_spread_mps2() < 0.15 && !pushed &&
-                     recent_.rate_spread_radps() < 0.01 && rate.norm() < 0.02 &&
-                     speed < std::max(0.3, 3.0 * std::min(speed_sigma, 1.0));
-  if (!still) {
-    still_since_.reset();
+  const auto velocity_variance = filter_.covariance().diagonal().segment<3>(ins_state::kVelocity);
+  if (!standstill_.update(last_.time, recent_,
+                          {filter_.state().gyro_bias_radps, filter_.state().velocity_mps.norm(),
+                           std::sqrt(velocity_variance.sum())}))
     return;
-  }
-  if (!still_since_) {
-    still_since_ = last_.time;
-    still_force_mps2_ = recent_.mean_force_mps2();
-  }
-  if (to_seconds(last_.time - *still_since_) < 0.5) return;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto v = filter_.ekf().update(VelocityModel<double, kOffsets>{axis, 0.0, 0.02 * 0.02},
+    const auto v = filter_.ekf().update(VelocityModel<double, kOffsets>{axis, 0.0, 0.05 * 0.05},
                                         options_.gate_sigma);
     record(diary, Kind::standstill, {}, v);
     if (!v.accepted) return;
   }
+  // The mean of half a second, taken ten times a second: each value counts for a fifth.
+  const double sigma = 3e-4 + 0.3 * recent_.rate_spread_radps();
   for (int axis = 0; axis < 3; ++axis) {
     const double measured = recent_.mean_rate_radps()[axis];
-    filter_.ekf().update(StandstillRateModel<double, kOffsets>{axis, measured, 1e-6},
+    filter_.ekf().update(StandstillRateModel<double, kOffsets>{axis, measured, sigma * sigma},
                          options_.gate_sigma);
   }
 }
@@ -289,6 +292,14 @@ void InsEngine::reopen(Doubt& doubt, int accepted, int total, Diary& diary) {
   if (refused_s > 10.0 * options_.gate_reopen_s) lost_ = true;
 }
 
+void InsEngine::note_full_epoch() {
+  if (last_full_epoch_) {
+    const double interval_s = to_seconds(last_.time - *last_full_epoch_);
+    epoch_interval_s_ += 0.1 * (std::min(interval_s, 2.0) - epoch_interval_s_);
+  }
+  last_full_epoch_ = last_.time;
+}
+
 void InsEngine::apply(const RangeEpoch& epoch, Diary& diary) {
   if (!clock_known_) set_clock(epoch, diary);
   if (!clock_known_) return;
@@ -312,7 +323,9 @@ void InsEngine::apply(const RangeEpoch& epoch, Diary& diary) {
   }
   reopen(range_doubt_, ranges_in, ranges, diary);
   reopen(rate_doubt_, rates_in, rates, diary);
-  if (ranges_in >= 4) last_full_epoch_ = last_.time;
+  if (ranges_in < 4) return;
+  note_full_epoch();
+  if (rates_in >= 4) standstill_.learn(recent_, filter_.state().velocity_mps.norm());
 }
 
 void InsEngine::apply(const GnssFix& fix, Diary& diary) {
@@ -334,7 +347,7 @@ void InsEngine::apply(const GnssFix& fix, Diary& diary) {
   }
   // One axis that stays refused is a lock-out as well: the others cannot draw it back.
   reopen(range_doubt_, in == 3 ? 1 : 0, 1, diary);
-  if (in == 3) last_full_epoch_ = last_.time;
+  if (in == 3) note_full_epoch();
   if (!fix.velocity_ned_mps) return;
   const auto velocity = axes(fix.velocity_covariance_ned);
   in = 0;
@@ -348,6 +361,7 @@ void InsEngine::apply(const GnssFix& fix, Diary& diary) {
     in += u.accepted ? 1 : 0;
   }
   reopen(rate_doubt_, in == 3 ? 1 : 0, 1, diary);
+  if (in == 3) standstill_.learn(recent_, filter_.state().velocity_mps.norm());
 }
 
 GnssInsEstimate InsEngine::estimate() const {

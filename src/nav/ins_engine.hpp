@@ -11,6 +11,7 @@
 #include <wayfare/estimate/ins_filter.hpp>
 #include <wayfare/system/gnss_ins.hpp>
 
+#include "recent_readings.hpp"
 #include "standstill.hpp"
 
 namespace wayfare::nav {
@@ -58,9 +59,11 @@ class InsEngine {
   };
 
   void predict(const ImuInterval& imu, bool in_gap);
+  void add_vibration(double dt_s);
   void constrain(Diary& diary);
   void hold_still(Diary& diary);
   void hold_wheels(Diary& diary);
+  void note_full_epoch();
   void record(Diary& diary, InnovationRecord::Kind kind, SatelliteId id,
               const ScalarUpdate<double>& u) const;
   void set_clock(const RangeEpoch& epoch, Diary& diary);
@@ -77,8 +80,8 @@ class InsEngine {
   Filter filter_;
   ImuSample last_;
   RecentReadings recent_;
-  std::optional<LogTime> still_since_, last_hold_, last_full_epoch_;
-  Eigen::Vector3d still_force_mps2_ = Eigen::Vector3d::Zero();  ///< felt when standing began
+  Standstill standstill_;
+  std::optional<LogTime> last_hold_, last_full_epoch_;
   double epoch_interval_s_ = 1.0;
   bool clock_known_ = false, lost_ = false;
   GnssSystem reference_ = GnssSystem::gps;

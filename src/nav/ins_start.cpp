@@ -11,6 +11,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+/// The Earth's rotation, which stays in the mean at rest, and what the engine's vibration leaves.
+constexpr double kBiasAtRestSigma_radps = 3e-4;
+
 bool usable(const CorrectedRange& s) {
   return std::isfinite(s.range_m) && s.position_ecef_m.allFinite() && s.range_sigma_m > 0.0;
 }
@@ -107,6 +110,11 @@ void Starter::add(const ImuSample& sample) {
   if (dt > 1.0) recent_.forget();
   recent_.add(sample, std::min(dt, 1.0));
   last_ = sample;
+  // Satellites say that it stands; handled or boarded meanwhile, it would be shaken.
+  if (!standing_ || !recent_.full() || recent_.force_spread_mps2() > 0.3) return;
+  standing_rate_sum_ += sample.angular_rate_radps;
+  standing_s_ += std::min(dt, 1.0);
+  ++standing_count_;
 }
 
 std::optional<GnssInsStart> Starter::add(const RangeEpoch& epoch) {
@@ -127,6 +135,7 @@ std::optional<GnssInsStart> Starter::consider(LogTime time, const Geodetic& ante
                                               const Vector3d& v, double position_sigma_m) {
   const std::optional<Seen> before = before_;
   before_ = Seen{time, v};
+  standing_ = v.norm() < 0.3;
   const double speed = std::hypot(v.x(), v.y());
   if (!recent_.full() || speed < options_.start_speed_mps || speed > 200.0) return std::nullopt;
   if (!last_ || std::abs(to_seconds(time - last_->time)) > 1.0) return std::nullopt;
@@ -158,6 +167,10 @@ std::optional<GnssInsStart> Starter::consider(LogTime time, const Geodetic& ante
   start.velocity_sigma_mps = 0.5;
   start.level_sigma_rad = 0.05;
   start.heading_sigma_rad = options_.start_heading_sigma_rad;
+  if (standing_s_ > 5.0) {
+    start.gyro_bias_radps = standing_rate_sum_ / standing_count_;
+    start.gyro_bias_sigma_radps = kBiasAtRestSigma_radps;
+  }
   return start;
 }
 

@@ -4,7 +4,7 @@
 
 #include <wayfare/system/gnss_ins.hpp>
 
-#include "standstill.hpp"
+#include "recent_readings.hpp"
 
 namespace wayfare::nav {
 
@@ -42,6 +42,10 @@ class Starter {
   RecentReadings recent_;
   std::optional<ImuSample> last_;
   std::optional<Seen> before_;
+  bool standing_ = false;  ///< so say the newest satellites
+  Eigen::Vector3d standing_rate_sum_ = Eigen::Vector3d::Zero();
+  int standing_count_ = 0;
+  double standing_s_ = 0.0;
 };
 
 }  // namespace wayfare::nav

@@ -1,46 +1,37 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include <optional>
 
 #include <Eigen/Core>
 
-#include <wayfare/measure/imu.hpp>
+#include <wayfare/core/time.hpp>
+
+#include "recent_readings.hpp"
 
 namespace wayfare::nav {
 
-/// Mean and spread of the newest second or so of a unit's readings, fading exponentially.
-class RecentReadings {
+/// Tells from an inertial unit whether its vehicle stands. How much it is shaken under way is
+/// learnt, since an engine idling in one car shakes as much as a smooth ride in another.
+class Standstill {
  public:
-  void add(const ImuSample& s, double dt_s) {
-    const double keep = std::exp(-dt_s / kMemory_s), take = 1.0 - keep;
-    seen_s_ += dt_s;
-    blend(s.angular_rate_radps, keep, take, rate_, rate_variance_);
-    blend(s.specific_force_mps2, keep, take, force_, force_variance_);
-  }
-  void forget() { *this = RecentReadings(); }
+  struct Motion {
+    Eigen::Vector3d gyro_bias_radps;
+    double speed_mps, speed_sigma_mps;
+  };
 
-  [[nodiscard]] bool full() const { return seen_s_ > 2.0 * kMemory_s; }
-  [[nodiscard]] const Eigen::Vector3d& mean_rate_radps() const { return rate_; }
-  [[nodiscard]] const Eigen::Vector3d& mean_force_mps2() const { return force_; }
-  /// Of the three axes together.
-  [[nodiscard]] double rate_spread_radps() const { return std::sqrt(rate_variance_); }
-  [[nodiscard]] double force_spread_mps2() const { return std::sqrt(force_variance_); }
+  /// While satellites tell the speed.
+  void learn(const RecentReadings& recent, double speed_mps);
+  /// True where it has stood for half a second.
+  [[nodiscard]] bool update(LogTime now, const RecentReadings& recent, const Motion& motion);
+  void forget() { since_.reset(); }
 
  private:
-  static constexpr double kMemory_s = 0.5;
+  [[nodiscard]] bool calm(const RecentReadings& recent, const Motion& motion) const;
+  [[nodiscard]] double speed_limit(const RecentReadings& recent, const Motion& motion) const;
 
-  void blend(const Eigen::Vector3d& x, double keep, double take, Eigen::Vector3d& mean,
-             double& variance) const {
-    if (seen_s_ == 0.0) mean = x;
-    const Eigen::Vector3d d = x - mean;
-    mean += take * d;
-    variance = keep * (variance + take * d.squaredNorm());
-  }
-
-  double seen_s_ = 0.0;
-  Eigen::Vector3d rate_ = Eigen::Vector3d::Zero(), force_ = Eigen::Vector3d::Zero();
-  double rate_variance_ = 0.0, force_variance_ = 0.0;
+  double moving_spread_mps2_ = 0.0;  ///< of the accelerometers under way; zero: not known
+  std::optional<LogTime> since_;
+  Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Zero();  ///< felt when standing began
 };
 
 }  // namespace wayfare::nav

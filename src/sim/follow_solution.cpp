@@ -85,8 +85,10 @@ Result<VehicleTrajectory> follow_solution(std::span<const NavState> solution, co
     const Eigen::Matrix3d origin_ned =
         rotation_ecef_ned(first.position).transpose() * rotation_ecef_ned(s.position);
     samples.push_back({t, ned_from_geodetic(s.position, first.position), fit.position_sigma_m});
-    samples.push_back(
-        {t, origin_ned * s.velocity_ned_mps, fit.velocity_sigma_mps, CurveSample::Of::derivative});
+    const double held_s = t - fit.velocity_late_s;
+    if (held_s >= 0.0)
+      samples.push_back({held_s, origin_ned * s.velocity_ned_mps, fit.velocity_sigma_mps,
+                         CurveSample::Of::derivative});
   }
   auto position = SmoothCurve::fit(samples, 0.0, end_s, {fit.knot_spacing_s, fit.jerk_sigma_mps3});
   if (!position) return position.error();

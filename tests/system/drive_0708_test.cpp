@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -42,17 +44,23 @@ class RealDrive : public testing::Test {
     return std::move(result->points);
   }
 
-  [[nodiscard]] eval::OutageReport outages(const GnssInsOptions& options) const {
+  [[nodiscard]] eval::OutagePlan plan() const {
     eval::OutagePlan plan;
     plan.threads = 2;
     plan.places = eval::outage_places(antenna_->begin() + seconds(120),
                                       antenna_->end() - seconds(10), seconds(30), 10);
     // Whole seconds after the start, where epochs are.
     for (LogTime& t : plan.places) t = t - (t - antenna_->begin()) % seconds(1);
+    return plan;
+  }
+
+  [[nodiscard]] eval::OutageReport outages(const GnssInsOptions& options,
+                                           const eval::OutagePlan& plan,
+                                           const std::vector<RangeEpoch>& ranges) const {
     const auto truth = [&](LogTime t) { return antenna_->state(t); };
     const auto run = [&](const eval::OutageWindow& w) -> Result<NavTrajectory> {
       GnssInsRecording r{
-          drive_.imu, eval::take_satellites(ranges_, w, truth(w.begin).position), {}, {}};
+          drive_.imu, eval::take_satellites(ranges, w, truth(w.begin).position), {}, {}};
       std::erase_if(r.imu, [&](const auto& s) { return s.time > w.end + seconds(1); });
       std::erase_if(r.ranges, [&](const auto& e) { return e.time >= w.end; });
       const auto points = antenna_points(r, options);
@@ -64,6 +72,25 @@ class RealDrive : public testing::Test {
     auto report = eval::run_outages(plan, run, truth);
     EXPECT_TRUE(report) << report.error().to_string();
     return *std::move(report);
+  }
+
+  /// Error at the end by seconds and satellites left, mean over ten places and five seeds.
+  using Ends = std::map<std::pair<int, std::size_t>, double>;
+  [[nodiscard]] Ends mean_ends(const GnssInsOptions& options, const eval::OutagePlan& plan) {
+    constexpr int kSeeds = 5;
+    Ends ends;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+      const auto ranges = simulated_ranges(*antenna_, static_cast<std::uint64_t>(seed)).epochs;
+      for (const eval::OutageCell& c : outages(options, plan, ranges).cells)
+        ends[{static_cast<int>(c.duration / seconds(1)), c.satellites_left}] +=
+            c.mean.end_m / kSeeds;
+    }
+    for (const auto& [cell, end_m] : ends)
+      record(("end_" + std::to_string(cell.first) + "_s_" + std::to_string(cell.second) +
+              "_satellites_m")
+                 .c_str(),
+             end_m);
+    return ends;
   }
 
   void record(const char* name, double value) const { RecordProperty(name, std::to_string(value)); }
@@ -111,34 +138,29 @@ TEST_F(RealDrive, IsNeverWorseThanPlainGnss) {
   EXPECT_GT(within / count, 0.97);
 }
 
-// Mean of ten complete outages, error at the end. KF-GINS (loosely coupled, positions only) drifts
-// 4.5 m in 10 s and 14.6 m in 15 s on this drive.
+// KF-GINS (loosely coupled, positions only) drifts 4.5, 14.6 and 35.2 m on this drive. The gyros
+// feel the car's vibration as slow turns of up to 0.4 °/s, so that even ranges of 5 cm and rates of
+// 2 cm/s leave 28 m after 30 s.
 TEST_F(RealDrive, CompleteOutagesWithoutKnowledgeOfWheels) {
   GnssInsOptions options = drive_0708_options();
   options.non_holonomic_in_outage = false;
-  const eval::OutageReport report = outages(options);
-  for (const int s : {10, 15, 30})
-    record(("end_" + std::to_string(s) + "_s_m").c_str(), report.mean(seconds(s), 0).end_m);
-  EXPECT_LT(report.mean(seconds(10), 0).end_m, 4.2);
-  EXPECT_LT(report.mean(seconds(15), 0).end_m, 11.8);
-  EXPECT_LT(report.mean(seconds(30), 0).end_m, 45.0);
+  eval::OutagePlan complete = plan();
+  complete.satellites_left = {0};
+  Ends ends = mean_ends(options, complete);
+  EXPECT_LT((ends[{10, 0}]), 4.2);
+  EXPECT_LT((ends[{15, 0}]), 11.8);
+  EXPECT_LT((ends[{30, 0}]), 35.2);
 }
 
 TEST_F(RealDrive, OutagesWithConstraints) {
-  const eval::OutageReport report = outages(drive_0708_options());
-  for (const eval::OutageCell& c : report.cells) {
-    record(("end_" + std::to_string(c.duration / seconds(1)) + "_s_" +
-            std::to_string(c.satellites_left) + "_satellites_m")
-               .c_str(),
-           c.mean.end_m);
-  }
-  EXPECT_LT(report.mean(seconds(10), 0).end_m, 1.6);
-  EXPECT_LT(report.mean(seconds(15), 0).end_m, 4.2);
-  EXPECT_LT(report.mean(seconds(30), 0).end_m, 3.0);
-  EXPECT_LT(report.mean(seconds(30), 1).end_m, 22.7);
-  EXPECT_LT(report.mean(seconds(30), 2).end_m, 3.9);
-  EXPECT_LT(report.mean(seconds(30), 3).end_m, 3.6);
-  EXPECT_LT(report.mean(seconds(30), 4).end_m, 1.3);
+  Ends ends = mean_ends(drive_0708_options(), plan());
+  EXPECT_LT((ends[{10, 0}]), 1.6);
+  EXPECT_LT((ends[{15, 0}]), 4.2);
+  EXPECT_LT((ends[{30, 0}]), 2.3);
+  EXPECT_LT((ends[{30, 1}]), 22.7);
+  EXPECT_LT((ends[{30, 2}]), 3.9);
+  EXPECT_LT((ends[{30, 3}]), 3.6);
+  EXPECT_LT((ends[{30, 4}]), 1.2);
 }
 
 }  // namespace

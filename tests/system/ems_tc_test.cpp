@@ -145,6 +145,7 @@ TEST_F(EmsTc, ErrorsStayWithinThreeSigma) {
   // Errors of position, velocity and attitude from 20 s on, when the biases have settled.
   eval::SigmaCount<9> within;
   Eigen::Matrix<double, 9, 1> squares = Eigen::Matrix<double, 9, 1>::Zero();
+  double yaw_variance = 0.0;
   for (const GnssInsPoint& p : result->points) {
     const auto i = static_cast<std::size_t>(std::lround(100.0 * p.nav.time.seconds()));
     if (i < 2000 || i >= drive.truth.size()) continue;
@@ -153,12 +154,15 @@ TEST_F(EmsTc, ErrorsStayWithinThreeSigma) {
     error << e.position_ned_m, e.velocity_ned_mps, e.attitude_body_rad;
     within.add(error, p.sigma.head<9>().cast<double>());
     squares += error.cwiseAbs2();
+    yaw_variance += static_cast<double>(p.sigma[8]) * static_cast<double>(p.sigma[8]);
   }
   const Eigen::Matrix<double, 9, 1> rmse =
       (squares / static_cast<double>(within.count())).cwiseSqrt();
   RecordProperty("rmse_horizontal_m", std::to_string(std::hypot(rmse[0], rmse[1])));
   RecordProperty("rmse_down_m", std::to_string(rmse[2]));
   RecordProperty("rmse_yaw_deg", std::to_string(rmse[8] / kDegree));
+  const double yaw_sigma = std::sqrt(yaw_variance / static_cast<double>(within.count()));
+  RecordProperty("sigma_yaw_deg", std::to_string(yaw_sigma / kDegree));
   RecordProperty("within_3_sigma", std::to_string(within.share(3).mean()));
   ASSERT_GT(within.count(), 17000U);
   EXPECT_LT(rmse.head<2>().norm(), 0.6);

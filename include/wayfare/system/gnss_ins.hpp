@@ -45,6 +45,10 @@ struct GnssInsOptions {
   double non_holonomic_sigma_mps = 0.1;
   /// Standing still, seen by the unit itself, holds velocity and turn rate at zero.
   bool zero_velocity_updates = true;
+  /// Of the spread by which a gyro's readings differ from one to the next beyond its own noise, this
+  /// share is taken as an error of every reading: vibration faster than half the sampling rate
+  /// comes back as slow turning. 0: the unit is damped or filtered well; 1: all of it is noise.
+  double gyro_vibration_share = 0.5;
   /// A gap of the unit longer than this ends the inertial solution until it can start anew, s.
   double max_imu_gap_s = 10.0;
   /// Readings that are missing for longer than three usual intervals: the vehicle may meanwhile
@@ -85,6 +89,9 @@ struct GnssInsStart {
   double velocity_sigma_mps = 0.5;
   double level_sigma_rad = 0.02;
   double heading_sigma_rad = 0.1;
+  /// Of the gyros in the unit's axes, where it is known; σ of zero: it is not.
+  Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
+  double gyro_bias_sigma_radps = 0.0;
 };
 
 /// Everything a run needs, each stream in order of time.
