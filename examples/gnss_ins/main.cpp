@@ -31,10 +31,7 @@ struct Options {
 Result<examples::NavConfig> config_of(const Options& o) {
   auto config = o.config.empty() ? Result<examples::NavConfig>(examples::NavConfig{})
                                  : examples::read_nav_config(o.config);
-  if (config && o.no_constraints) {
-    config->filter.non_holonomic_in_outage = false;
-    config->filter.zero_velocity_updates = false;
-  }
+  if (config && o.no_constraints) config->filter.non_holonomic_in_outage = false;
   return config;
 }
 
@@ -114,8 +111,9 @@ int main(int argc, char** argv) {
   app.add_option("--rate", o.rate_hz, "lines a second of trajectory.txt; 0: the unit's")
       ->check(CLI::Range(0.0, 1e4))
       ->capture_default_str();
-  app.add_flag("--no-constraints", o.no_constraints,
-               "without the vehicle's constraints: no sideways velocity in outages, standstill");
+  app.add_flag(
+      "--no-constraints", o.no_constraints,
+      "the vehicle may slide sideways and vertically in outages; standstill is still seen");
   app.add_flag("--force", o.force, "replace files of an earlier run");
   app.add_flag("--quiet", o.quiet, "no progress and no tables");
   app.add_flag_callback(

@@ -168,7 +168,10 @@ TEST_F(EmsTc, ErrorsStayWithinThreeSigma) {
   EXPECT_LT(rmse.head<2>().norm(), 0.6);
   EXPECT_LT(rmse[2], 1.0);
   EXPECT_LT(rmse.segment<3>(3).norm(), 0.2);
-  EXPECT_LT(rmse[8], 2.0 * kDegree);  // without rates, seen by turns alone
+  // Without rates yaw is seen by turns alone: the filter itself is sure of it to 0.9 degrees. Its
+  // error keeps for minutes, so that of one run is like one draw: within two σ.
+  EXPECT_LT(yaw_sigma, 1.0 * kDegree);
+  EXPECT_LT(rmse[8], 2.0 * yaw_sigma);
   // One run, and errors that last for many seconds: some component may leave its bounds for a
   // while.
   EXPECT_GT(within.share(3).mean(), 0.98);
