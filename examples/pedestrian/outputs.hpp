@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/io/text_file.hpp>
+
+#include "run.hpp"
+
+namespace wayfare::examples {
+
+/// Makes `folder` where needed; an error where what is to be written is there and must stay.
+[[nodiscard]] Result<void> prepare_walk_folder(const std::string& folder,
+                                               const io::WriteOptions& options);
+/// Writes track.csv, trajectory.tum and report.html into `folder`; gives the report's path.
+[[nodiscard]] Result<std::string> write_walk_outputs(const std::string& folder,
+                                                     const std::string& title, const WalkRun& run,
+                                                     const io::WriteOptions& options);
+/// Length, steps and where it ended, and what became of the readings; aligned text.
+[[nodiscard]] std::string walk_text(const WalkRun& run);
+
+}  // namespace wayfare::examples

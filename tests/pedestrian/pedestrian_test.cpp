@@ -1,0 +1,246 @@
+// Steps, their lengths and the way they go, on simulated walks and on what should not happen.
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/estimate/pedestrian.hpp>
+#include <wayfare/sync/odometry_track.hpp>
+#include "pedestrian/phone_walk.hpp"
+
+namespace wayfare {
+namespace {
+
+using testing::PhoneWalk;
+using testing::PhoneWalkOptions;
+using testing::walk_phone;
+
+static_assert(StepLengthModel<ConstantStep> && StepLengthModel<WeinbergStep> &&
+              StepLengthModel<KimStep> && StepLengthModel<HeightFrequencyStep>);
+
+std::vector<Step> steps_of(const MargRecording& samples, const StepParameters& p = {}) {
+  StepDetector detector(p);
+  std::vector<Step> steps;
+  for (const MargSample& s : samples)
+    detector.add(s.time, s.specific_force_mps2, [&](const Step& step) { steps.push_back(step); });
+  EXPECT_EQ(steps.size(), detector.steps());
+  return steps;
+}
+
+TEST(StepDetector, CountsAtEveryPaceAndStrength) {
+  for (const double hz : {1.2, 1.8, 2.6})
+    for (const double bounce : {1.2, 3.0, 8.0})
+      for (const double rate : {50.0, 100.0, 200.0}) {
+        PhoneWalkOptions o;
+        o.step_hz = hz;
+        o.bounce_mps2 = bounce;
+        o.rate_hz = rate;
+        const auto steps = steps_of(walk_phone(o).samples);
+        EXPECT_NEAR(double(steps.size()), o.steps, 1.0) << hz << ' ' << bounce << ' ' << rate;
+        for (std::size_t i = 5; i + 5 < steps.size(); ++i)
+          EXPECT_NEAR(steps[i].interval_s, 1.0 / hz, 0.06);
+      }
+}
+
+TEST(StepDetector, DoesNotMindHowItIsTurned) {
+  PhoneWalkOptions o;
+  const auto straight = steps_of(walk_phone(o).samples);
+  o.q_body_phone = SO3d::exp({2.0, 1.0, -0.5});
+  EXPECT_EQ(steps_of(walk_phone(o).samples).size(), straight.size());
+}
+
+TEST(StepDetector, AtRestAndInHandlingThereAreNone) {
+  PhoneWalkOptions o;
+  o.steps = 0;
+  o.rest_s = 60.0;
+  EXPECT_TRUE(steps_of(walk_phone(o).samples).empty());
+  // Five shakes are no walk; nor is what shakes twelve times a second.
+  o.steps = 5;
+  EXPECT_TRUE(steps_of(walk_phone(o).samples).empty());
+  o.steps = 400;
+  o.step_hz = 12.0;
+  EXPECT_TRUE(steps_of(walk_phone(o).samples).empty());
+}
+
+TEST(StepLength, ModelsGiveTheirFormulas) {
+  const Step s{LogTime(), 0.5, 3.0, -1.0, 0.512};
+  EXPECT_NEAR(ConstantStep{0.7}(s), 0.7, 1e-12);
+  EXPECT_NEAR(WeinbergStep{0.5}(s), 0.5 * std::sqrt(2.0), 1e-12);  // (3 + 1)^¼ = √2
+  EXPECT_NEAR(KimStep{0.5}(s), 0.4, 1e-12);                        // 0.512 = 0.8³
+  EXPECT_NEAR((HeightFrequencyStep{0.3, 2.0}(s)), 0.6 * std::sqrt(2.0), 1e-12);
+}
+
+TEST(StepLength, CalibratedTheStepsAddUpToTheWay) {
+  const auto steps = steps_of(walk_phone({}).samples);
+  for (const StepLength& model : {StepLength(KimStep{}), StepLength(ConstantStep{}),
+                                  StepLength(WeinbergStep{}), StepLength(HeightFrequencyStep{})}) {
+    const StepLength fitted = calibrated(model, steps, 61.0);
+    double sum = 0.0;
+    for (const Step& s : steps) sum += length_of(s, fitted);
+    EXPECT_NEAR(sum, 61.0, 1e-9);
+  }
+  // The constant is the way over the number of steps.
+  EXPECT_NEAR(length_of(steps[0], calibrated(ConstantStep{}, steps, 61.0)),
+              61.0 / double(steps.size()), 1e-12);
+  EXPECT_EQ(length_of(Step{}, calibrated(ConstantStep{0.7}, {}, 61.0)), 0.7);
+}
+
+PedestrianParameters metre_steps() {
+  PedestrianParameters p;
+  p.length = ConstantStep{1.0};
+  return p;
+}
+
+TEST(Pedestrian, FollowsAWalk) {
+  for (const bool magnetometer : {true, false}) {
+    PhoneWalkOptions o;
+    if (!magnetometer) o.start_rad = 1.5707963267948966;  // forward is the way it calls north
+    const PhoneWalk walk = walk_phone(o);
+    auto p = metre_steps();
+    p.ahrs.use_magnetometer = magnetometer;
+    Pedestrian pedestrian(p);
+    std::vector<OdometrySample> odometry;
+    for (const auto& s : walk.samples)
+      pedestrian.add(s, [&](const PedestrianPose& pose) { odometry.push_back(pose.odometry()); });
+    const auto& pose = pedestrian.pose();
+    EXPECT_LT((pose.position_m - walk.end).norm(), 4.0) << magnetometer;  // 5 % of 80 m
+    EXPECT_NEAR(pose.heading.radians(), wrap_to_pi(walk.heading_rad), 0.15) << magnetometer;
+    const OdometryTrack track(odometry);
+    EXPECT_LT((track.at(pose.time)->raw().translation() - pose.position_m).norm(), 1e-9);
+    EXPECT_NEAR(pedestrian.report().walked_m, double(odometry.size()), 1e-9);
+  }
+}
+
+TEST(Pedestrian, CovarianceCoversTheErrorAndStaysPositive) {
+  int inside = 0;
+  constexpr int kRuns = 20;
+  for (int run = 0; run < kRuns; ++run) {
+    PhoneWalkOptions o;
+    o.seed = std::uint64_t(run + 1);
+    Rng rng(o.seed + 1000);
+    const PhoneWalk walk = walk_phone(o);
+    auto p = metre_steps();
+    p.length = ConstantStep{1.0 + 0.06 * rng.normal()};
+    Pedestrian pedestrian(p);
+    for (const auto& s : walk.samples)
+      pedestrian.add(s, [&](const PedestrianPose& pose) {
+        EXPECT_GT(pose.covariance.determinant(), 0.0);
+        EXPECT_TRUE(pose.covariance.isApprox(pose.covariance.transpose()));
+      });
+    const Eigen::Vector2d e = pedestrian.pose().position_m - walk.end;
+    const Eigen::Matrix2d c = pedestrian.pose().covariance.topLeftCorner<2, 2>();
+    inside += e.dot(c.inverse() * e) < 5.991 ? 1 : 0;  // 95 % of two degrees of freedom
+  }
+  EXPECT_GE(inside, 17);
+}
+
+// In a pocket, any way round: the axis it sways along is found.
+TEST(Pedestrian, FindsTheWayOfWalkingFromTheSway) {
+  for (const double turned : {-2.5, -0.9, 0.6, 1.6, 3.0}) {
+    PhoneWalkOptions o;
+    o.q_body_phone = SO3d::exp({0.0, 0.0, turned});
+    o.sway_mps2 = 2.0;
+    o.steps = 120;
+    o.turn_radps = 0.0;
+    const PhoneWalk walk = walk_phone(o);
+    Pedestrian pedestrian(metre_steps());
+    for (const auto& s : walk.samples) pedestrian.add(s);
+    const double offset = pedestrian.direction().offset().radians();
+    // The sway and the rising are a half turn or none apart: the axis is what is sure.
+    EXPECT_NEAR(std::abs(std::cos(offset + turned)), 1.0, 0.02) << turned;
+    EXPECT_GT(pedestrian.direction().clearness(), 3.0);
+  }
+}
+
+TEST(Pedestrian, StraighteningTakesADriftAway) {
+  PhoneWalkOptions o;
+  o.steps = 300;
+  o.turn_radps = 0.0;
+  PhoneWalk walk = walk_phone(o);
+  for (auto& s : walk.samples) s.angular_rate_radps.z() += 0.005;  // 17°/min
+  auto p = metre_steps();
+  p.ahrs.use_magnetometer = false;
+  p.ahrs.rest_rate_density = 1e3;  // the rest at the start would tell the bias
+  const auto end_of = [&] {
+    Pedestrian pedestrian(p);
+    for (const auto& s : walk.samples) pedestrian.add(s);
+    return pedestrian.pose().position_m.norm();
+  };
+  const double bent = end_of();
+  p.straighten = 0.1;
+  EXPECT_GT(end_of(), bent);
+  EXPECT_GT(end_of(), 290.0);
+}
+
+// --- what should not happen -------------------------------------------------------------------
+
+struct Walked {
+  Pedestrian pedestrian{metre_steps()};
+  explicit Walked(const MargRecording& samples) {
+    for (const auto& s : samples)
+      pedestrian.add(s, [&](const PedestrianPose& pose) {
+        ASSERT_TRUE(pose.position_m.allFinite() && pose.covariance.allFinite());
+        ASSERT_TRUE(std::isfinite(pose.heading.radians()));
+      });
+  }
+};
+
+TEST(PedestrianBadInput, DropoutsNanAndLateReadingsAreReported) {
+  const PhoneWalk walk = walk_phone({});
+  auto samples = walk.samples;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 1000; i < samples.size(); i += 50) {
+    samples[i].specific_force_mps2.x() = nan;
+    samples[i + 10 < samples.size() ? i + 10 : i].angular_rate_radps.y() = nan;
+    if (i % 200 == 0) samples[i - 5].time = samples[i - 7].time;
+  }
+  const Walked run(samples);
+  const auto report = run.pedestrian.report();
+  EXPECT_GT(report.ahrs.accelerometer.missing, 50u);
+  EXPECT_GT(report.ahrs.gyro.missing, 50u);
+  EXPECT_GT(report.ahrs.gyro.late, 10u);
+  EXPECT_LT((run.pedestrian.pose().position_m - walk.end).norm(), 6.0);
+}
+
+TEST(PedestrianBadInput, AGapLosesTheStepsInItAndNoMore) {
+  const PhoneWalk walk = walk_phone({});
+  auto samples = walk.samples;
+  const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
+  samples.erase(middle, middle + 300);  // 5.4 steps
+  const Walked run(samples);
+  EXPECT_NEAR(double(run.pedestrian.report().steps), 80.0 - 5.4, 3.0);
+}
+
+// Thrown: a second of free fall with tumbling, a blow that saturates, and the walk goes on.
+TEST(PedestrianBadInput, ThrownItGoesOnCounting) {
+  const PhoneWalk walk = walk_phone({});
+  auto samples = walk.samples;
+  const std::size_t middle = samples.size() / 2;
+  for (std::size_t i = middle; i < middle + 100; ++i) {
+    samples[i].specific_force_mps2 =
+        i + 5 < middle + 100 ? Eigen::Vector3d(0.1, 0.0, 0.1) : Eigen::Vector3d(300.0, -300.0, 1e9);
+    samples[i].angular_rate_radps = {12.0, -9.0, 4.0};
+  }
+  const Walked run(samples);
+  EXPECT_NEAR(double(run.pedestrian.report().steps), 80.0, 6.0);
+}
+
+TEST(PedestrianBadInput, AnythingLeavesItFinite) {
+  Rng rng(9);
+  auto samples = walk_phone({}).samples;
+  for (auto& s : samples)
+    for (auto* v : {&s.angular_rate_radps, &s.specific_force_mps2, &s.magnetic_field_uT}) {
+      const auto kind = rng.below(20);
+      if (kind == 0) *v *= 1e30;
+      if (kind == 1) (*v)[rng.below(3)] = std::numeric_limits<double>::infinity();
+      if (kind == 2) v->setZero();
+      if (kind == 3) s.time += std::chrono::milliseconds(int(rng.below(4000)) - 2000);
+    }
+  const Walked run(samples);
+  EXPECT_LT(run.pedestrian.pose().position_m.norm(), 300.0);
+}
+
+}  // namespace
+}  // namespace wayfare
