@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -61,13 +62,14 @@ Result<void> run(const Options& o) {
   const std::string source = o.files.observations.empty()
                                  ? (o.files.ranges.empty() ? o.files.fixes : o.files.ranges)
                                  : o.files.observations;
-  const examples::NavOutputs outputs{"Inertial navigation with " + source,
-                                     *recording,
-                                     *config,
-                                     *result,
-                                     *std::move(outages),
-                                     took.count(),
-                                     o.rate_hz};
+  const examples::NavOutputs outputs{
+      "Inertial navigation with " + std::filesystem::path(source).filename().string(),
+      *recording,
+      *config,
+      *result,
+      *std::move(outages),
+      took.count(),
+      o.rate_hz};
   const examples::NavFindings findings = examples::find(outputs);
   const auto report = examples::write_nav_outputs(o.out, outputs, findings, writing);
   if (!report) return report.error();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <set>
 #include <sstream>
@@ -165,6 +166,25 @@ io::WriteOptions write_options(const Arguments& a) {
   return {a.force ? io::Existing::replace : io::Existing::refuse};
 }
 
+/// What the report begins with.
+std::vector<std::pair<std::string, std::string>> facts_of(const examples::SppRun& run,
+                                                          const Ephemerides& messages,
+                                                          const Arguments& a, double took_s) {
+  const auto consistent = std::count_if(run.points.begin(), run.points.end(),
+                                        [](const SinglePoint& p) { return p.consistent; });
+  return {
+      {"epochs", std::to_string(run.epochs)},
+      {"answered", std::to_string(run.points.size()) + ", " + std::to_string(consistent) +
+                       " of them without contradiction"},
+      {"messages", std::to_string(messages.size()) + " of " +
+                       std::to_string(messages.satellites().size()) + " satellites"},
+      {"ionosphere", a.no_ionosphere              ? "left alone"
+                     : messages.gps_ionosphere    ? "Klobuchar, GPS message"
+                     : messages.beidou_ionosphere ? "Klobuchar, BeiDou message"
+                                                  : "nominal: no message has coefficients"},
+      {"took", eval::fixed(1e6 * took_s / static_cast<double>(run.epochs), 0) + " µs an epoch"}};
+}
+
 Result<void> run_spp(const Arguments& a) {
   if (!a.out.empty()) {
     if (auto ready = examples::prepare_spp_folder(a.out, write_options(a)); !ready) return ready;
@@ -177,7 +197,7 @@ Result<void> run_spp(const Arguments& a) {
   if (!obs) return obs.error();
   print_problems(obs->problems);
   examples::SppRun run;
-  run.title = "Single points of " + a.obs;
+  run.title = "Single points of " + std::filesystem::path(a.obs).filename().string();
   if (const auto read = read_reference(a, run); !read) return read.error();
 
   Refusals refusals;
@@ -191,19 +211,7 @@ Result<void> run_spp(const Arguments& a) {
         refusals.epochs.empty() ? "there are none" : refusals.epochs.begin()->first;
     return Error{ErrorCode::degenerate, "no epoch could be answered: " + why, a.obs};
   }
-  const auto consistent = std::count_if(run.points.begin(), run.points.end(),
-                                        [](const SinglePoint& p) { return p.consistent; });
-  run.facts = {
-      {"epochs", std::to_string(run.epochs)},
-      {"answered", std::to_string(run.points.size()) + ", " + std::to_string(consistent) +
-                       " of them without contradiction"},
-      {"messages", std::to_string(messages->size()) + " of " +
-                       std::to_string(messages->satellites().size()) + " satellites"},
-      {"ionosphere", a.no_ionosphere               ? "left alone"
-                     : messages->gps_ionosphere    ? "Klobuchar, GPS message"
-                     : messages->beidou_ionosphere ? "Klobuchar, BeiDou message"
-                                                   : "nominal: no message has coefficients"},
-      {"took", eval::fixed(1e6 * took_s / static_cast<double>(run.epochs), 0) + " µs an epoch"}};
+  run.facts = facts_of(run, *messages, a, took_s);
   if (!a.out.empty()) {
     const auto report = examples::write_spp_outputs(a.out, run, write_options(a));
     if (!report) return report.error();

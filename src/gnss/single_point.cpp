@@ -210,10 +210,13 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
   if (near_ecef_m.allFinite()) x.head<3>() = near_ecef_m;
   const int have = static_cast<int>(set.ranges.size());
   const int needed = set.ranges.empty() ? 4 : have - linearise(set, x, options).spare();
-  if (have < needed)
-    return too_few(set, "a position with " + std::to_string(std::max(set.systems, 1)) +
-                            " clocks needs " + std::to_string(needed) + " satellites, there are " +
+  if (have < needed) {
+    const int clocks = std::max(set.systems, 1);
+    return too_few(set, "a position with " + std::to_string(clocks) +
+                            (clocks == 1 ? " clock" : " clocks") + " needs " +
+                            std::to_string(needed) + " satellites, there are " +
                             std::to_string(have));
+  }
   const Result<Solution> solution = iterate(set, options, x);
   if (!solution) return solution.error();
 

@@ -105,7 +105,9 @@ template <class Truth>
   std::vector<std::vector<std::string>> rows;
   for (const OutageCell& c : report.cells) {
     if (c.duration == report.cells.front().duration)
-      columns.push_back({std::to_string(c.satellites_left) + " satellites", "m"});
+      columns.push_back({std::to_string(c.satellites_left) +
+                             (c.satellites_left == 1 ? " satellite" : " satellites"),
+                         "m"});
     const std::string name = fixed(to_seconds(c.duration), 0);
     if (rows.empty() || rows.back().front() != name) rows.push_back({name});
     rows.back().push_back(fixed(c.mean.*figure, decimals));
