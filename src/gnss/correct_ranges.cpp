@@ -31,16 +31,17 @@ class Corrector {
   }
 
   /// The corrected range, or why not.
-  std::variant<CorrectedRange, RangeRefusal> correct(const SatelliteObservation& o) const;
+  [[nodiscard]] std::variant<CorrectedRange, RangeRefusal> correct(
+      const SatelliteObservation& o) const;
 
  private:
-  std::optional<RangeRefusal> unusable(const SatelliteObservation& o) const;
+  [[nodiscard]] std::optional<RangeRefusal> unusable(const SatelliteObservation& o) const;
   void place(const SatelliteState& at_transmission, CorrectedRange& range) const;
   struct Air {
     double delay_m = 0.0;
     double unknown_m = 0.0;  ///< standard deviation of what the ionosphere's model leaves
   };
-  Air air(const LineOfSight& sight, double carrier_hz) const;
+  [[nodiscard]] Air air(const LineOfSight& sight, double carrier_hz) const;
 
   Time<GpsClock> time_;
   const Ephemerides& ephemerides_;
