@@ -12,28 +12,6 @@ namespace {
 using Kind = InnovationRecord::Kind;
 using Eigen::Vector3d;
 
-constexpr double kLightMillisecond_m = 299792.458;
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
-
-double spread_about(const std::vector<double>& v, double centre) {
-  std::vector<double> d;
-  for (double x : v) d.push_back(std::abs(x - centre));
-  return 1.4826 * median(d);
-}
-
-bool has_range(const CorrectedRange& s) {
-  return std::isfinite(s.range_m) && s.position_ecef_m.allFinite() && s.range_sigma_m > 0.0;
-}
-bool has_rate(const CorrectedRange& s) {
-  return std::isfinite(s.range_rate_mps) && s.position_ecef_m.allFinite() &&
-         s.velocity_ecef_mps.allFinite() && s.range_rate_sigma_mps > 0.0;
-}
-
 InsEngine::Filter make_filter(const GnssInsOptions& o, const GnssInsStart& start) {
   using namespace ins_state;
   InsEngine::State x;
@@ -56,7 +34,7 @@ InsEngine::Filter make_filter(const GnssInsOptions& o, const GnssInsStart& start
   set(kAccelBias, o.imu.accel_bias_mps2.sigma);
   set(kGyroScale, o.imu.gyro_scale.sigma);
   set(kAccelScale, o.imu.accel_scale.sigma);
-  p.diagonal().tail<2 + InsEngine::kOffsets>().setConstant(1e4);
+  p.diagonal().tail<2 + kOffsets>().setConstant(1e4);
   const Vector3d lever = o.q_body_imu.inverse() * o.antenna_lever_arm_m;
   return {start.nav.position, 0.0, x, p, InsNoise<double>(o.imu, o.clock), lever};
 }
@@ -65,7 +43,10 @@ InsEngine::Filter make_filter(const GnssInsOptions& o, const GnssInsStart& start
 
 InsEngine::InsEngine(const GnssInsOptions& options, const GnssInsStart& start,
                      const ImuSample& first)
-    : options_(options), filter_(make_filter(options, start)), last_(first) {
+    : options_(options),
+      filter_(make_filter(options, start)),
+      last_(first),
+      clocks_(options.range_sigma_scale, options.gate_sigma) {
   last_.time = start.nav.time;
 }
 
@@ -170,107 +151,6 @@ void InsEngine::hold_wheels(Diary& diary) {
   }
 }
 
-int InsEngine::offset_of(GnssSystem system) const {
-  if (system == reference_) return -1;
-  const int i = static_cast<int>(system);
-  return i < static_cast<int>(reference_) ? i : i - 1;
-}
-
-double InsEngine::range_sigma_m(const CorrectedRange& s) const {
-  return s.range_sigma_m * options_.range_sigma_scale;
-}
-double InsEngine::rate_sigma_mps(const CorrectedRange& s) const {
-  return s.range_rate_sigma_mps * options_.range_sigma_scale;
-}
-
-Residuals InsEngine::range_residuals(const RangeEpoch& epoch) const {
-  Residuals r;
-  for (const CorrectedRange& s : epoch.satellites) {
-    if (!has_range(s)) continue;
-    const auto m =
-        filter_.range_model(s, range_sigma_m(s), offset_of(s.satellite.system))(filter_.state());
-    if (!std::isfinite(m.innovation)) continue;
-    r.innovation.push_back(m.innovation);
-    r.sigma.push_back(filter_.ekf().predicted_sigma(m));
-  }
-  return r;
-}
-
-Residuals InsEngine::rate_residuals(const RangeEpoch& epoch) const {
-  Residuals r;
-  for (const CorrectedRange& s : epoch.satellites) {
-    if (!has_rate(s)) continue;
-    const auto m = filter_.range_rate_model(s, rate_sigma_mps(s))(filter_.state());
-    if (!std::isfinite(m.innovation)) continue;
-    r.innovation.push_back(m.innovation);
-    r.sigma.push_back(filter_.ekf().predicted_sigma(m));
-  }
-  return r;
-}
-
-void InsEngine::set_clock(const RangeEpoch& epoch, Diary& diary) {
-  std::array<int, kGnssSystems> count{};
-  for (const CorrectedRange& s : epoch.satellites) {
-    if (has_range(s)) ++count[static_cast<std::size_t>(s.satellite.system)];
-  }
-  const auto most = std::max_element(count.begin(), count.end());
-  if (*most == 0) return;
-  reference_ = static_cast<GnssSystem>(most - count.begin());
-  RangeEpoch own{epoch.time, {}};
-  for (const CorrectedRange& s : epoch.satellites) {
-    if (s.satellite.system == reference_) own.satellites.push_back(s);
-  }
-  const Residuals range = range_residuals(own), rate = rate_residuals(own);
-  if (range.innovation.empty()) return;
-  filter_.jump_clock(median(range.innovation), 0.0);
-  filter_.ekf().reset_variance(ins_state::kClock, 1e4);
-  if (!rate.innovation.empty()) {
-    State x = filter_.state();
-    x.clock[1] += median(rate.innovation);
-    filter_.ekf().set_state(x);
-  }
-  filter_.ekf().reset_variance(ins_state::kClock + 1, rate.innovation.empty() ? 1e6 : 1e2);
-  clock_known_ = true;
-  system_known_ = {};
-  system_known_[static_cast<std::size_t>(reference_)] = true;
-  diary.note(last_.time, "receiver clock set from the first ranges");
-}
-
-void InsEngine::meet_new_systems(const RangeEpoch& epoch) {
-  for (int i = 0; i < kGnssSystems; ++i) {
-    const GnssSystem system = static_cast<GnssSystem>(i);
-    if (system_known_[static_cast<std::size_t>(i)]) continue;
-    RangeEpoch own{epoch.time, {}};
-    for (const CorrectedRange& s : epoch.satellites) {
-      if (s.satellite.system == system) own.satellites.push_back(s);
-    }
-    const Residuals range = range_residuals(own);
-    if (range.innovation.empty()) continue;
-    State x = filter_.state();
-    const int offset = offset_of(system);
-    x.clock[2 + offset] += median(range.innovation);
-    filter_.ekf().set_state(x);
-    filter_.ekf().reset_variance(ins_state::kClock + 2 + offset, 1e4);
-    system_known_[static_cast<std::size_t>(i)] = true;
-  }
-}
-
-void InsEngine::mend_clock_jump(const RangeEpoch& epoch, Diary& diary) {
-  const Residuals range = range_residuals(epoch);
-  if (range.innovation.empty()) return;
-  const double shift = median(range.innovation), sigma = median(range.sigma);
-  const double scatter = spread_about(range.innovation, shift);
-  const double whole = std::round(shift / kLightMillisecond_m) * kLightMillisecond_m;
-  const bool millisecond =
-      whole != 0.0 && std::abs(shift - whole) < std::max(100.0, options_.gate_sigma * sigma);
-  const bool common = range.innovation.size() >= 4 && std::abs(shift) > 30.0 &&
-                      std::abs(shift) > options_.gate_sigma * sigma &&
-                      scatter < 0.2 * std::abs(shift);
-  if (!millisecond && !common) return;
-  filter_.jump_clock(millisecond && !common ? whole : shift, 30.0);
-  diary.note(last_.time, "receiver clock jumped by " + std::to_string(shift) + " m");
-}
-
 void InsEngine::reopen(Doubt& doubt, int accepted, int total, Diary& diary) {
   if (total == 0) return;
   if (2 * accepted >= total) {
@@ -301,21 +181,21 @@ void InsEngine::note_full_epoch() {
 }
 
 void InsEngine::apply(const RangeEpoch& epoch, Diary& diary) {
-  if (!clock_known_) set_clock(epoch, diary);
-  if (!clock_known_) return;
-  meet_new_systems(epoch);
-  mend_clock_jump(epoch, diary);
+  std::string said;
+  const bool ready = clocks_.prepare(filter_, epoch, said);
+  if (!said.empty()) diary.note(last_.time, said);
+  if (!ready) return;
   int ranges = 0, ranges_in = 0, rates = 0, rates_in = 0;
   for (const CorrectedRange& s : epoch.satellites) {
     if (has_range(s)) {
-      const auto u = filter_.update_range(s, range_sigma_m(s), options_.gate_sigma,
-                                          offset_of(s.satellite.system));
+      const auto u = filter_.update_range(s, clocks_.range_sigma_m(s), options_.gate_sigma,
+                                          clocks_.offset_of(s.satellite.system));
       record(diary, Kind::range, s.satellite, u);
       ++ranges;
       ranges_in += u.accepted ? 1 : 0;
     }
     if (has_rate(s)) {
-      const auto u = filter_.update_range_rate(s, rate_sigma_mps(s), options_.gate_sigma);
+      const auto u = filter_.update_range_rate(s, clocks_.rate_sigma_mps(s), options_.gate_sigma);
       record(diary, Kind::range_rate, s.satellite, u);
       ++rates;
       rates_in += u.accepted ? 1 : 0;
@@ -364,11 +244,16 @@ void InsEngine::apply(const GnssFix& fix, Diary& diary) {
   if (in == 3) standstill_.learn(recent_, filter_.state().velocity_mps.norm());
 }
 
+NavState InsEngine::nav() const {
+  const State& x = filter_.state();
+  return {last_.time, filter_.position(), x.velocity_mps, x.q_nu * options_.q_body_imu.inverse()};
+}
+
 GnssInsEstimate InsEngine::estimate() const {
   using namespace ins_state;
   const State& x = filter_.state();
   GnssInsEstimate e;
-  e.nav = {last_.time, filter_.position(), x.velocity_mps, x.q_nu * options_.q_body_imu.inverse()};
+  e.nav = nav();
   e.gyro_bias_radps = x.gyro_bias_radps;
   e.accel_bias_mps2 = x.accel_bias_mps2;
   e.gyro_scale = x.gyro_scale;
@@ -387,8 +272,7 @@ GnssInsPoint InsEngine::point() const {
   const State& x = filter_.state();
   const auto& p = filter_.covariance();
   GnssInsPoint point;
-  point.nav = {last_.time, filter_.position(), x.velocity_mps,
-               x.q_nu * options_.q_body_imu.inverse()};
+  point.nav = nav();
   Eigen::Matrix<double, kSize, 1> variance = p.diagonal().head<kSize>();
   const Eigen::Matrix3d r = options_.q_body_imu.matrix();
   variance.segment<3>(kAttitude) =

@@ -11,6 +11,7 @@
 #include <wayfare/estimate/ins_filter.hpp>
 #include <wayfare/system/gnss_ins.hpp>
 
+#include "receiver_clocks.hpp"
 #include "recent_readings.hpp"
 #include "standstill.hpp"
 
@@ -27,15 +28,9 @@ struct Diary {
   }
 };
 
-/// Where ranges stand against their prediction before any of them is used.
-struct Residuals {
-  std::vector<double> innovation, sigma;
-};
-
 class InsEngine {
  public:
-  static constexpr int kOffsets = kGnssSystems - 1;
-  using Filter = InsFilter<double, kOffsets>;
+  using Filter = InsRangeFilter;
   using State = Filter::State;
 
   InsEngine(const GnssInsOptions& options, const GnssInsStart& start, const ImuSample& first);
@@ -66,15 +61,8 @@ class InsEngine {
   void note_full_epoch();
   void record(Diary& diary, InnovationRecord::Kind kind, SatelliteId id,
               const ScalarUpdate<double>& u) const;
-  void set_clock(const RangeEpoch& epoch, Diary& diary);
-  void meet_new_systems(const RangeEpoch& epoch);
-  void mend_clock_jump(const RangeEpoch& epoch, Diary& diary);
-  [[nodiscard]] Residuals range_residuals(const RangeEpoch& epoch) const;
-  [[nodiscard]] Residuals rate_residuals(const RangeEpoch& epoch) const;
   void reopen(Doubt& doubt, int accepted, int total, Diary& diary);
-  [[nodiscard]] int offset_of(GnssSystem system) const;
-  [[nodiscard]] double range_sigma_m(const CorrectedRange& s) const;
-  [[nodiscard]] double rate_sigma_mps(const CorrectedRange& s) const;
+  [[nodiscard]] NavState nav() const;
 
   GnssInsOptions options_;
   Filter filter_;
@@ -83,9 +71,8 @@ class InsEngine {
   Standstill standstill_;
   std::optional<LogTime> last_hold_, last_full_epoch_;
   double epoch_interval_s_ = 1.0;
-  bool clock_known_ = false, lost_ = false;
-  GnssSystem reference_ = GnssSystem::gps;
-  std::array<bool, kGnssSystems> system_known_{};
+  bool lost_ = false;
+  ReceiverClocks clocks_;
   Doubt range_doubt_, rate_doubt_;
 };
 
