@@ -158,7 +158,7 @@ class FootTracker {
   void level(const FootReadings::Entry& e, bool quiet) {
     const SO3d& q = filter_.q_world_foot();
     const Vector up = q * e.specific_force_mps2;
-    const SO3d upright(Eigen::Quaterniond::FromTwoVectors(up, Vector::UnitZ()));
+    const SO3d upright = SO3d::between(up, Vector::UnitZ());
     const double tilt = quiet ? p_.start_tilt_sigma : 10.0 * p_.start_tilt_sigma;
     const double heading2 = filter_.covariance()(8, 8);
     filter_.set_attitude(upright * q, {tilt * tilt, tilt * tilt, heading2});

@@ -162,7 +162,14 @@ class StepDetector {
     if (pending_count_ < needed) return;
     walking_ = walked_ = true;
     walked_until_ = step.time;
-    if (pending_count_ > 1) pending_[0].interval_s = pending_[1].interval_s;
+    if (pending_count_ > 1) {
+      // What came before a walk's first step was no walking: it is taken for one like the next.
+      const LogTime first = pending_[0].time;
+      const double crest = pending_[0].crest_mps2;
+      pending_[0] = pending_[1];
+      pending_[0].time = first;
+      pending_[0].crest_mps2 = crest;
+    }
     for (std::size_t i = 0; i < pending_count_; ++i) {
       ++steps_;
       sink(static_cast<const Step&>(pending_[i]));

@@ -35,7 +35,7 @@ struct WeinbergStep {
 
 /// By the mean strength of the acceleration within the step: k·(Σ|a|/n)^⅓ (Kim et al. 2004).
 struct KimStep {
-  double factor = 0.566;  ///< m·(m/s²)^-⅓
+  double factor = 0.545;  ///< m·(m/s²)^-⅓
   double operator()(const Step& s) const {
     return factor * std::cbrt(std::max(0.0, s.mean_abs_mps2));
   }
