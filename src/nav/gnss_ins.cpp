@@ -8,6 +8,7 @@
 
 #include "ins_engine.hpp"
 #include "ins_start.hpp"
+#include "plausible.hpp"
 
 namespace wayfare {
 
@@ -15,6 +16,7 @@ namespace {
 
 using nav::Diary;
 using nav::InsEngine;
+using nav::plausible;
 using nav::Starter;
 
 using Measurement = std::variant<ImuSample, RangeEpoch, GnssFix>;
@@ -28,31 +30,6 @@ Error refused(ErrorCode code, LogTime time, const std::string& why) {
   char text[48];
   std::snprintf(text, sizeof text, "%.3f s: ", time.seconds());
   return {code, text + why};
-}
-
-bool plausible(const ImuSample& s) {
-  return s.angular_rate_radps.allFinite() && s.specific_force_mps2.allFinite() &&
-         s.angular_rate_radps.cwiseAbs().maxCoeff() < 200.0 &&
-         s.specific_force_mps2.cwiseAbs().maxCoeff() < 5000.0;
-}
-
-bool plausible(const RangeEpoch& e) {
-  return std::any_of(e.satellites.begin(), e.satellites.end(), [](const CorrectedRange& s) {
-    return (std::isfinite(s.range_m) || std::isfinite(s.range_rate_mps)) &&
-           s.position_ecef_m.allFinite();
-  });
-}
-
-bool plausible(const GnssFix& f) {
-  const auto positive = [](const Eigen::Matrix3d& m) {
-    return m.allFinite() && (m.diagonal().array() > 0.0).all();
-  };
-  return std::isfinite(f.position.latitude.radians()) &&
-         std::isfinite(f.position.longitude.radians()) && std::isfinite(f.position.height_m) &&
-         std::abs(f.position.latitude.degrees()) <= 90.0 &&
-         positive(f.position_covariance_ned_m2) &&
-         (!f.velocity_ned_mps ||
-          (f.velocity_ned_mps->allFinite() && positive(f.velocity_covariance_ned)));
 }
 
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
@@ -295,53 +272,6 @@ std::vector<InnovationRecord> GnssIns::take_innovations() {
 }
 std::vector<GnssInsNotice> GnssIns::take_notices() {
   return std::exchange(filter_->diary().notices, {});
-}
-
-Result<GnssInsResult> run_gnss_ins(const GnssInsRecording& recording, const GnssInsOptions& options,
-                                   const GnssInsProgress& progress, std::stop_token stop) {
-  if (recording.imu.empty()) return Error{ErrorCode::invalid, "there are no inertial readings"};
-  if (recording.ranges.empty() && recording.fixes.empty() && !recording.start) {
-    return Error{ErrorCode::invalid, "there are neither ranges nor fixes nor a start"};
-  }
-  GnssIns filter(options);
-  if (recording.start) filter.start(*recording.start);
-  GnssInsResult result;
-  const auto told = [&result](LogTime time, const Result<void>& r) {
-    if (!r) result.notices.push_back({time, r.error().message});
-  };
-  const Duration offset = from_seconds(options.imu_time_offset_s);
-  std::size_t range = 0, fix = 0;
-  for (std::size_t i = 0; i < recording.imu.size(); ++i) {
-    if (i % 1024 == 0) {
-      if (stop.stop_requested()) return Error{ErrorCode::cancelled, "stopped on request"};
-      if (progress) {
-        progress(static_cast<double>(i) / static_cast<double>(recording.imu.size()));
-      }
-    }
-    const ImuSample& s = recording.imu[i];
-    while (range < recording.ranges.size() && recording.ranges[range].time <= s.time + offset) {
-      told(recording.ranges[range].time, filter.add(recording.ranges[range]));
-      ++range;
-    }
-    while (fix < recording.fixes.size() && recording.fixes[fix].time <= s.time + offset) {
-      told(recording.fixes[fix].time, filter.add(recording.fixes[fix]));
-      ++fix;
-    }
-    const Result<void> used = filter.add(s);
-    told(s.time + offset, used);
-    if (used && filter.started()) result.points.push_back(filter.point());
-  }
-  result.innovations = filter.take_innovations();
-  for (GnssInsNotice& n : filter.take_notices()) result.notices.push_back(std::move(n));
-  std::stable_sort(result.notices.begin(), result.notices.end(),
-                   [](const auto& a, const auto& b) { return a.time < b.time; });
-  if (progress) progress(1.0);
-  if (result.points.empty()) {
-    return Error{ErrorCode::degenerate,
-                 "inertial navigation never started: it needs a position, and a velocity that "
-                 "tells the heading"};
-  }
-  return result;
 }
 
 }  // namespace wayfare

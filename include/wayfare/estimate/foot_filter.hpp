@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include <Eigen/Core>
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
 #include <wayfare/core/so3.hpp>
 

@@ -5,46 +5,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
-#include <wayfare/estimate/ahrs_report.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/estimate/foot_filter.hpp>
+#include <wayfare/estimate/foot_noise.hpp>
 #include <wayfare/estimate/foot_parameters.hpp>
+#include <wayfare/estimate/foot_pose.hpp>
 #include <wayfare/estimate/foot_readings.hpp>
+#include <wayfare/estimate/foot_rest.hpp>
 #include <wayfare/estimate/sample_clock.hpp>
 #include <wayfare/measure/imu.hpp>
-#include <wayfare/measure/recording.hpp>
 
 namespace wayfare {
-
-/// The foot at one reading. World axes: z up, origin where it began, x and y as the sensor stood.
-struct FootPose {
-  LogTime time;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  SO3d q_world_foot;
-  Eigen::Matrix3d position_covariance_m2 = Eigen::Matrix3d::Zero();
-  Angle heading;           ///< turned since the start, about the vertical, counter-clockwise
-  double statistic = 0.0;  ///< of standing, by FootParameters::statistic
-  double stands = 0.0;     ///< probability given to a stance found here; zero in between
-
-  [[nodiscard]] OdometrySample odometry() const {
-    return {time,
-            Transform2<frame::Odom, frame::Base>(SE2d(position_m.x(), position_m.y(), heading))};
-  }
-};
-
-/// What became of the readings, and what went wrong on the way.
-struct FootReport {
-  SensorReport gyro, accelerometer;
-  std::uint64_t stances = 0;  ///< believed more than not
-  std::uint64_t doubted = 0;  ///< quiet, but against the filter's own velocity
-  std::uint64_t gaps = 0;     ///< pauses that left the velocity unknown
-  std::uint64_t lost = 0;     ///< times velocity or attitude was taken anew
-};
 
 /// Causal, with a delay: what add() is given comes out stance_apart_s and half the window later.
 class FootTracker {
@@ -133,10 +107,11 @@ class FootTracker {
       bridge(dt > 0.0 ? dt : kPatience_s);
     } else {
       filter_.predict(e.angular_rate_radps, e.specific_force_mps2, p_.gravity_mps2, dt);
-      filter_.add_noise(noise(e, dt));
+      filter_.add_noise(noise_(last_, e, filter_.q_world_foot(), dt));
       since_stance_s_ += dt;
       if (e.stillest) use_stance(e);
-      use_rest(e, dt);
+      if (const auto bias = rest_.add(e.angular_rate_radps, e.statistic, dt))
+        filter_.observe<FootFilter::kRateBias>(*bias, p_.rest_rate_sigma * p_.rest_rate_sigma);
     }
     last_ = e;
     has_last_ = true;
@@ -165,54 +140,15 @@ class FootTracker {
     const double speed = quiet ? p_.stance_speed : p_.stance_speed_limit;
     filter_.set_velocity(Vector::Zero(), speed * speed);
     since_stance_s_ = 0.0;
-    rest_s_ = 0.0;
+    rest_.interrupt();
   }
 
   void bridge(double gap_s) {
+    constexpr double kSpeed_mps = 2.0;
     ++report_.gaps;
-    constexpr double kSpeed = 2.0, kTurn = 1.0;  // m/s and rad/s nobody saw
-    filter_.set_velocity(Vector::Zero(), kSpeed * kSpeed);
-    FootFilter::Noise n;
-    n.position = std::pow(kSpeed * gap_s, 2);
-    n.angle = std::pow(std::min(kTurn * gap_s, 1.0), 2);
-    filter_.add_noise(n);
-    rest_s_ = 0.0;
-  }
-
-  [[nodiscard]] FootFilter::Noise noise(const FootReadings::Entry& e, double dt) {
-    const auto square = [](double x) { return x * x; };
-    const Vector& w = e.angular_rate_radps;
-    const double a = e.specific_force_mps2.norm() - p_.gravity_mps2;
-    const double jump = (e.specific_force_mps2 - last_.specific_force_mps2).squaredNorm();
-    const double turn_jump = (w - last_.angular_rate_radps).squaredNorm();
-    FootFilter::Noise n;
-    n.velocity = (square(p_.force_noise) + square(p_.force_scale_noise * a)) * dt +
-                 square(p_.force_jump_noise * dt) * jump;
-    if (e.specific_force_mps2.cwiseAbs().maxCoeff() >= p_.force_range)
-      n.velocity += square(p_.saturated_part * p_.force_range * dt);
-    n.angle = (square(p_.rate_noise) + square(p_.rate_scale_noise) * w.squaredNorm()) * dt +
-              square(p_.rate_jump_noise * dt) * turn_jump;
-    n.rate_bias = square(p_.rate_bias_walk) * dt;
-    n.force_bias = square(p_.force_bias_walk) * dt;
-    n.missed_turn = missed_turn(w, dt);
-    return n;
-  }
-
-  /// A saturated axis misses a turn in one direction all the time: the deviation grows, not the
-  /// variance.
-  [[nodiscard]] Eigen::Matrix3d missed_turn(const Vector& w, double dt) {
-    Vector missed = Vector::Zero();
-    for (int i = 0; i < 3; ++i)
-      if (std::abs(w[i]) >= p_.rate_range) missed[i] = p_.saturated_part * w[i] * dt;
-    if (missed.isZero(0.0)) {
-      missed_.setZero();
-      return Eigen::Matrix3d::Zero();
-    }
-    const Vector now = filter_.q_world_foot() * missed;
-    const double before = missed_.norm();
-    missed_ += now;
-    // (b + n)² − b² along n.
-    return (1.0 + 2.0 * before / now.norm()) * now * now.transpose();
+    filter_.set_velocity(Vector::Zero(), kSpeed_mps * kSpeed_mps);
+    filter_.add_noise(FootNoise::pause(gap_s, kSpeed_mps));
+    rest_.interrupt();
   }
 
   void use_stance(const FootReadings::Entry& e) {
@@ -241,23 +177,6 @@ class FootTracker {
     has_height_ = true;
   }
 
-  void use_rest(const FootReadings::Entry& e, double dt) {
-    if (!(e.statistic < p_.rest_statistic)) {
-      rest_s_ = sum_s_ = 0.0;
-      return;
-    }
-    constexpr double kMean_s = 0.1;
-    rest_s_ += dt;
-    if (sum_s_ <= 0.0) rate_sum_.setZero();
-    rate_sum_ += e.angular_rate_radps * dt;
-    sum_s_ += dt;
-    if (sum_s_ < kMean_s) return;
-    if (rest_s_ > p_.rest_time_s)
-      filter_.observe<FootFilter::kRateBias>(rate_sum_ / sum_s_,
-                                             p_.rest_rate_sigma * p_.rest_rate_sigma);
-    sum_s_ = 0.0;
-  }
-
   void write_pose(const FootReadings::Entry& e) {
     const Eigen::Quaterniond turned = (filter_.q_world_foot() * q_start_.inverse()).quaternion();
     pose_ = {e.time,
@@ -272,14 +191,15 @@ class FootTracker {
 
   FootParameters p_;
   FootReadings readings_;
+  FootNoise noise_{p_};
+  FootRest rest_{p_};
   FootFilter filter_;
   SampleClock clock_{kPatience_s};
   ImuSample last_;
   FootPose pose_;
   FootReport report_;
   SO3d q_start_;
-  Vector missed_ = Vector::Zero(), rate_sum_ = Vector::Zero();
-  double since_stance_s_ = 0.0, rest_s_ = 0.0, sum_s_ = 0.0, height_m_ = 0.0, stands_ = 0.0;
+  double since_stance_s_ = 0.0, height_m_ = 0.0, stands_ = 0.0;
   bool ready_ = false, has_last_ = false, has_height_ = false, broken_off_ = false;
 };
 
