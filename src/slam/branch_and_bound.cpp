@@ -126,7 +126,7 @@ struct BranchAndBoundMatcher::Search {
 /// over the scan come first, as they tell most; once a good candidate is known, those that fit it
 /// worst: they fit no other either, and the rest can then be taken to fit without much loss.
 struct BranchAndBoundMatcher::SmallSearch {
-  static constexpr int kFirst = 32, kMore = 48, kDives = 4, kStrip = kernels::kBlock;
+  static constexpr int kFirst = 48, kMore = 64, kDives = 4, kStrip = kernels::kBlock;
 
   BranchAndBoundMatcher& scratch;
   const MaxPyramid& map;
