@@ -19,6 +19,7 @@ struct Map {};    ///< fixed to the world, drift-free, may jump
 struct Odom {};   ///< fixed to the world, continuous, drifts
 struct Base {};   ///< the robot: x forward, y left
 struct Laser {};  ///< the range finder: bearing 0 along x
+struct Radar {};  ///< the radar: x along its boresight, y left, z up
 struct Ned {};    ///< local level: north, east, down
 struct Enu {};    ///< local level: east, north, up
 struct Body {};   ///< vehicle: forward, right, down

@@ -6,6 +6,8 @@
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/measure/laser_scan.hpp>
+#include <wayfare/measure/radar_scan.hpp>
+#include <wayfare/measure/wheels.hpp>
 
 namespace wayfare {
 
@@ -23,12 +25,19 @@ struct StampedPose {
 
 using Trajectory = std::vector<StampedPose>;
 
-/// A robot's recorded run in memory, whatever file it came from. Scans and odometry are each in
-/// order of time; odometry may be empty.
+/// A robot's recorded run in memory, whatever file it came from. Each stream is in order of time;
+/// any of them may be empty.
 struct Recording {
-  Transform2<frame::Base, frame::Laser> T_base_laser;
-  std::vector<LaserScan> scans;
-  std::vector<OdometrySample> odometry;
+  Transform2<frame::Base, frame::Laser> T_base_laser = {};
+  std::vector<LaserScan> scans = {};
+  std::vector<OdometrySample> odometry = {};
+
+  Transform2<frame::Base, frame::Radar> T_base_radar = {};
+  std::vector<RadarScan> radar = {};
+  double wheel_base_m = 0.0;  ///< distance of the wheels' tracks; 0 where it is not known
+  std::vector<WheelSample> wheels = {};
+  std::vector<GyroSample> gyro = {};
+  Trajectory truth = {};  ///< where the robot really was, as a simulator knows
 };
 
 }  // namespace wayfare

@@ -10,6 +10,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/measure/recording.hpp>
+#include <wayfare/measure/wheels.hpp>
 
 namespace wayfare::sim {
 
@@ -43,19 +44,6 @@ struct GyroParams {
   double bias_rad_s = 0.0;
   /// Standard deviation of the integrated angle after one second, growing with the root of time.
   double angle_random_walk_rad_per_sqrt_s = 0.0;
-};
-
-/// What the encoders counted since the sample before, metres.
-struct WheelSample {
-  LogTime time;
-  double left_m = 0.0;
-  double right_m = 0.0;
-};
-
-/// The mean rate since the sample before, counter-clockwise positive.
-struct GyroSample {
-  LogTime time;
-  double turn_rate_rad_s = 0.0;
 };
 
 /// One sample every `period`, the first at the start of `truth` (and zero).
