@@ -93,9 +93,9 @@ void add_errors(io::Report& report, const NavOutputs& run, const NavFindings& f)
 void add_innovations(io::Report& report, const NavOutputs& run) {
   for (const auto& [kinds, title] :
        {std::pair{std::pair{InnovationRecord::Kind::range, InnovationRecord::Kind::position},
-                  "Innovations of places"},
+                  "Innovations of ranges and positions"},
         std::pair{std::pair{InnovationRecord::Kind::range_rate, InnovationRecord::Kind::velocity},
-                  "Innovations of velocities"}}) {
+                  "Innovations of range rates and velocities"}}) {
     io::Plot plot = time_plot(title, "[\u03c3]");
     io::Series accepted{"accepted", {}, {}, io::Mark::points},
         refused{"refused", {}, {}, io::Mark::points};

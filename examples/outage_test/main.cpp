@@ -2,7 +2,6 @@
 // to four satellites left, each at ten places of a drive.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -15,13 +14,13 @@
 #include <CLI/CLI.hpp>
 
 #include <wayfare/eval/outage.hpp>
-#include <wayfare/eval/statistics.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/io/report.hpp>
 
 #include "exit_code.hpp"
 #include "nav_drives.hpp"
 #include "nav_outputs.hpp"
+#include "outage_results.hpp"
 #include "program_files.hpp"
 #include "progress_line.hpp"
 
@@ -39,19 +38,6 @@ struct Options {
   bool simulated = false;
   bool force = false;
   bool quiet = false;
-};
-
-/// The filter's and plain GNSS's horizontal errors at range epochs without an outage.
-struct Outside {
-  std::vector<double> filter, plain;
-};
-
-/// One column of the results: the same outages with one set of options.
-struct Variant {
-  std::string name;
-  eval::OutageReport report;
-  Outside outside;
-  std::size_t epochs = 0;
 };
 
 NavTrajectory antenna_track(const std::vector<GnssInsPoint>& points,
@@ -101,10 +87,12 @@ std::vector<std::pair<double, double>> outside_of(const eval::OutageWindow& wind
   return pairs;
 }
 
-Result<Variant> run_variant(const std::string& name, const examples::KnownDrive& drive,
-                            const GnssInsOptions& options, const eval::OutagePlan& plan,
-                            const std::map<LogTime, double>& plain, bool quiet) {
-  Variant variant{name, {}, {}, 0};
+Result<examples::OutageVariant> run_variant(const std::string& name,
+                                            const examples::KnownDrive& drive,
+                                            const GnssInsOptions& options,
+                                            const eval::OutagePlan& plan,
+                                            const std::map<LogTime, double>& plain, bool quiet) {
+  examples::OutageVariant variant{name, {}, {}, 0};
   std::map<std::pair<std::size_t, LogTime>, std::vector<std::pair<double, double>>> outside;
   std::mutex mutex;
   const auto run = [&](const eval::OutageWindow& window) -> Result<NavTrajectory> {
@@ -134,37 +122,6 @@ Result<Variant> run_variant(const std::string& name, const examples::KnownDrive&
   return variant;
 }
 
-eval::Table outside_table(const std::vector<Variant>& variants) {
-  eval::Table table({{"outside outages"}, {"horizontal RMSE", "m"}, {"largest", "m"}});
-  const auto row = [&](const std::string& name, const std::vector<double>& errors) {
-    const eval::Summary s = eval::summarise(errors);
-    table.add_row({name, eval::fixed(s.rmse, 2), eval::fixed(s.max, 2)});
-  };
-  for (const Variant& v : variants) row(v.name, v.outside.filter);
-  row("plain GNSS", variants.front().outside.plain);
-  return table;
-}
-
-struct Figure {
-  const char* name;
-  double eval::OutageError::*value;
-};
-constexpr std::array kFigures = {Figure{"error at the end", &eval::OutageError::end_m},
-                                 Figure{"horizontal RMSE", &eval::OutageError::rmse_m},
-                                 Figure{"largest error", &eval::OutageError::max_m}};
-
-std::vector<std::pair<std::string, eval::Table>> tables_of(const std::vector<Variant>& variants,
-                                                           std::size_t places) {
-  std::vector<std::pair<std::string, eval::Table>> tables;
-  for (const Figure& figure : kFigures)
-    for (const Variant& v : variants)
-      tables.emplace_back(std::string("Mean of the ") + figure.name + " over " +
-                              std::to_string(places) + " places, " + v.name,
-                          eval::outage_table(v.report, figure.value));
-  tables.emplace_back("Beside plain GNSS", outside_table(variants));
-  return tables;
-}
-
 std::string how_made(const Options& o, const examples::KnownDrive& drive) {
   const std::string ranges = std::to_string(o.ranges.satellites) + " satellites, " +
                              eval::fixed(o.ranges.range_sigma_m, 1) + " m, " +
@@ -179,54 +136,6 @@ std::string how_made(const Options& o, const examples::KnownDrive& drive) {
   return "Real inertial readings of " + drive.name +
          "; the ranges are simulated along the reference of the recording (" + ranges + ")." +
          constraints;
-}
-
-io::Plot cell_plot(const Variant& v, const Figure& figure) {
-  io::Plot plot;
-  plot.title = std::string("Mean ") + figure.name + ", " + v.name;
-  plot.x_label = "length of the outage [s]";
-  plot.y_label = "[m]";
-  for (const eval::OutageCell& c : v.report.cells) {
-    const std::string name = std::to_string(c.satellites_left) + " satellites left";
-    auto series = std::find_if(plot.series.begin(), plot.series.end(),
-                               [&](const io::Series& s) { return s.name == name; });
-    if (series == plot.series.end()) series = plot.series.insert(series, {name, {}, {}});
-    series->x.push_back(to_seconds(c.duration));
-    series->y.push_back(c.mean.*figure.value);
-  }
-  return plot;
-}
-
-/// Every single outage without satellites: error over time, or over distance.
-io::Plot drift_plot(const Variant& v, bool by_distance) {
-  io::Plot plot;
-  plot.title = std::string("Each outage without satellites, ") + v.name;
-  plot.x_label = by_distance ? "distance travelled [m]" : "time in the outage [s]";
-  plot.y_label = "horizontal error [m]";
-  for (const eval::OutageCourse& course : v.report.courses) {
-    if (course.window.satellites_left != 0) continue;
-    io::Series s{
-        "from " + eval::fixed(std::fmod(course.window.begin.seconds(), 1e5), 0) + " s", {}, {}};
-    for (std::size_t i = 0; i < course.drift.size(); i += 10) {
-      s.x.push_back(by_distance ? course.drift[i].distance_m : course.drift[i].time_s);
-      s.y.push_back(course.drift[i].error_m);
-    }
-    plot.series.push_back(std::move(s));
-  }
-  return plot;
-}
-
-io::Report report_of(const Options& o, const examples::KnownDrive& drive,
-                     const std::vector<Variant>& variants,
-                     const std::vector<std::pair<std::string, eval::Table>>& tables) {
-  io::Report report("Satellite outages: " + drive.name, how_made(o, drive));
-  for (const auto& [title, table] : tables) report.table(table, title);
-  report.heading("The tables, drawn");
-  for (const Figure& figure : kFigures)
-    for (const Variant& v : variants) report.plot(cell_plot(v, figure));
-  report.heading("Single outages");
-  for (const Variant& v : variants) report.plot(drift_plot(v, false)).plot(drift_plot(v, true));
-  return report;
 }
 
 Result<examples::KnownDrive> drive_of(const Options& o) {
@@ -271,7 +180,7 @@ Result<void> run(const Options& o) {
   const auto plan = plan_of(o, *drive);
   if (!plan) return plan.error();
   const auto plain = plain_errors(*drive);
-  std::vector<Variant> variants;
+  std::vector<examples::OutageVariant> variants;
   for (const bool constraints : {false, true}) {
     GnssInsOptions options = drive->options;
     options.non_holonomic_in_outage = constraints;
@@ -280,14 +189,17 @@ Result<void> run(const Options& o) {
     if (!variant) return variant.error();
     variants.push_back(*std::move(variant));
   }
-  const auto tables = tables_of(variants, o.places);
+  const auto tables = examples::outage_tables(variants, o.places);
   std::string text = how_made(o, *drive) + "\n";
   for (const auto& [title, table] : tables) text += "\n" + title + "\n" + table.to_text();
   const auto path = [&](const char* name) {
     return (std::filesystem::path(o.out) / name).string();
   };
   if (auto done = io::write_file(path("outages.txt"), text, writing); !done) return done;
-  if (auto done = report_of(o, *drive, variants, tables).write(path("report.html"), writing); !done)
+  if (auto done = examples::outage_report("Satellite outages: " + drive->name, how_made(o, *drive),
+                                          variants, tables)
+                      .write(path("report.html"), writing);
+      !done)
     return done;
   if (!o.quiet) std::printf("%s\nreport: %s\n", text.c_str(), path("report.html").c_str());
   return {};

@@ -154,7 +154,7 @@ void solve(const io::RinexObservations& obs, const Ephemerides& messages,
 
 void print_refusals(const Refusals& refusals) {
   for (const auto& [why, count] : refusals.epochs)
-    std::printf("not answered   %zu epochs: %s\n", count, why.c_str());
+    std::printf("not answered   %zu epoch%s: %s\n", count, count == 1 ? "" : "s", why.c_str());
   for (const auto& [why, count] : refusals.satellites)
     std::printf("not used       %zu observations: %s\n", count, why.c_str());
   std::string names;

@@ -183,6 +183,7 @@ std::optional<double> group_delay_s(const KeplerianEphemeris& k, double carrier_
   const auto squared_ratio = [&](double to) { return to * to / (carrier_hz * carrier_hz); };
   switch (k.satellite.system) {
     case GnssSystem::gps:  // IS-GPS-200 20.3.3.3.3.2: the clock is that of L1/L2 P(Y) together
+      if (is_near(carrier_hz, carrier::kL5)) return std::nullopt;
       return k.group_delay_s[0] * squared_ratio(carrier::kL1);
     case GnssSystem::galileo:  // Galileo OS SIS ICD 5.1.5
       if (is_near(carrier_hz, carrier::kE6)) return std::nullopt;

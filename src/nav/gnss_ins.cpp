@@ -63,10 +63,12 @@ class GnssIns::Filter {
                                                : "an inertial reading is out of order");
     }
     const double gap_s = last_imu_ ? to_seconds(s.time - last_imu_->time) : 0.0;
+    const std::string missing = "no inertial readings for " + std::to_string(gap_s) + " s: ";
     if (engine_ && gap_s > options_.max_imu_gap_s) {
-      diary_.note(last_imu_->time,
-                  "no inertial readings for " + std::to_string(gap_s) + " s: starting anew");
+      diary_.note(last_imu_->time, missing + "starting anew");
       forget();
+    } else if (engine_ && is_gap(*last_imu_, s)) {
+      diary_.note(last_imu_->time, missing + "bridged");
     }
     if (gap_s > 0.0 && gap_s < 1.0) {
       interval_s_ = interval_s_ == 0.0

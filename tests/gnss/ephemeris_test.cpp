@@ -203,6 +203,7 @@ TEST(GroupDelay, IsOfTheSignalTheMessageSpeaksOf) {
   const double gamma = std::pow(carrier::kL1 / carrier::kL2, 2);
   EXPECT_DOUBLE_EQ(*group_delay_s(k, carrier::kL1), 4e-9);
   EXPECT_DOUBLE_EQ(*group_delay_s(k, carrier::kL2), gamma * 4e-9);
+  EXPECT_FALSE(group_delay_s(k, carrier::kL5));  // its delay is in messages of L2C and L5 only
   k.satellite.system = GnssSystem::galileo;
   EXPECT_DOUBLE_EQ(*group_delay_s(k, carrier::kE1), -6e-9);
   k.clock_of_e5a = true;

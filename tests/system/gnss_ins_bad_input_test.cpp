@@ -67,6 +67,10 @@ TEST_P(ImuGap, IsBridgedHonestly) {
   const Eigen::Vector3d v = after->nav.velocity_ned_mps - truth.velocity_ned_mps;
   for (int i = 0; i < 3; ++i) EXPECT_LT(std::abs(v[i]), 4.0 * after->sigma[3 + i] + 0.3);
   EXPECT_LT(end_error_m(s, *r), 3.0);
+  const bool said = std::any_of(r->notices.begin(), r->notices.end(), [&](const auto& n) {
+    return n.text.find("bridged") != std::string::npos && std::abs(n.time.seconds() - from) < 0.02;
+  });
+  EXPECT_TRUE(said);
 }
 INSTANTIATE_TEST_SUITE_P(GnssIns, ImuGap, ::testing::Values(0.1, 0.5, 1.0, 3.0, 9.5));
 
