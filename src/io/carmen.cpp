@@ -29,6 +29,14 @@ bool covers_half(const std::vector<OdometryLine>& lines, const std::vector<Laser
   return 2.0 * to_seconds(overlap) >= to_seconds(last - first);
 }
 
+template <class T>
+std::vector<T> values_of(std::vector<carmen::Measured<T>>& lines) {
+  std::vector<T> values;
+  values.reserve(lines.size());
+  for (carmen::Measured<T>& line : lines) values.push_back(std::move(line.value));
+  return values;
+}
+
 /// From text to a log: lines first, then what they mean together.
 class CarmenReader {
  public:
@@ -56,13 +64,47 @@ class CarmenReader {
     log_.recording.scans = finish_scans(scans, "scan");
     log_.statistics.scans = log_.recording.scans.size();
     log_.statistics.rear_scans = log_.rear_scans.size();
-    if (log_.recording.scans.empty()) return no_scans();
-    log_.statistics.synthetic_time = pairs;
-    finish_odometry(pairs ? intake_.lines().pair_odometry : intake_.lines().odometry, scans, pairs);
+    finish_robot();
+    if (log_.recording.scans.empty() && (options_.needs_laser || empty())) return no_scans();
+    log_.statistics.synthetic_time = pairs && !scans.empty();
+    finish_odometry(
+        pairs && !scans.empty() ? intake_.lines().pair_odometry : intake_.lines().odometry, scans,
+        pairs);
     log_.recording.T_base_laser =
         Transform2<frame::Base, frame::Laser>(carmen::mounting(scans, parameters_));
     take_reported_poses(scans);
     return std::move(log_);
+  }
+
+  [[nodiscard]] bool empty() const {
+    const Recording& r = log_.recording;
+    return r.radar.empty() && r.wheels.empty() && r.gyro.empty() && r.truth.empty();
+  }
+
+  /// Radar, wheels, gyro and truth.
+  void finish_robot() {
+    carmen::LogLines& lines = intake_.lines();
+    carmen::order_once(lines.radar, "radar scan", faults_);
+    carmen::order_once(lines.wheels, "wheel sample", faults_);
+    carmen::order_once(lines.gyro, "gyro sample", faults_);
+    carmen::order_once(lines.truth, "true pose", faults_);
+    Recording& to = log_.recording;
+    to.radar = values_of(lines.radar);
+    to.wheels = values_of(lines.wheels);
+    to.gyro = values_of(lines.gyro);
+    to.truth = values_of(lines.truth);
+    to.T_base_radar = Transform2<frame::Base, frame::Radar>(carmen::radar_mounting(parameters_));
+    to.wheel_base_m = std::max(0.0, parameters_["robot_wheelbase"]);
+    count_robot(to);
+  }
+
+  void count_robot(const Recording& recording) {
+    CarmenStatistics& to = log_.statistics;
+    to.radar_scans = recording.radar.size();
+    for (const RadarScan& scan : recording.radar) to.radar_points += scan.points.size();
+    to.wheels = recording.wheels.size();
+    to.gyro = recording.gyro.size();
+    to.true_poses = recording.truth.size();
   }
 
   std::vector<LaserScan> finish_scans(std::vector<ScanLine>& scans, const char* what) {
@@ -87,7 +129,7 @@ class CarmenReader {
   void finish_odometry(std::vector<OdometryLine>& lines, const std::vector<ScanLine>& scans,
                        bool pairs) {
     carmen::order(lines, "odometry", faults_);
-    const bool fields = scans.front().robot_pose && !pairs;
+    const bool fields = !scans.empty() && scans.front().robot_pose && !pairs;
     if (lines.size() >= 2 && lines.front().time < lines.back().time &&
         (!fields || covers_half(lines, log_.recording.scans))) {
       for (const OdometryLine& line : lines) add_odometry(line.time, line.pose);

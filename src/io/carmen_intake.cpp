@@ -32,6 +32,10 @@ void Intake::take(std::string_view line, std::size_t number, bool terminated) {
     return take_scan(parser_.robot_laser(tokens, false, terminated), scans[kRawLaser]);
   }
   if (tag == "ODOM") return take_odometry(parser_.odom(tokens, terminated));
+  if (tag == "RADAR") return take_radar(tokens);
+  if (tag == "WHEELS") return take_sample(parser_.wheels(tokens, terminated), lines_.wheels);
+  if (tag == "GYRO") return take_sample(parser_.gyro(tokens, terminated), lines_.gyro);
+  if (tag == "TRUEPOS") return take_sample(parser_.true_pose(tokens, terminated), lines_.truth);
   if (tag == "Laser") return take_bare_laser(tokens);
   if (tag == "Odometry") return take_bare_odometry(tokens);
   if (tag == "PARAM") return take_parameter(tokens);
@@ -49,6 +53,23 @@ void Intake::take_odometry(Result<OdometryLine> odometry) {
   if (!odometry) return skip(odometry.error());
   odometry->line = line_;
   lines_.odometry.push_back(*odometry);
+}
+
+void Intake::take_radar(text::Tokens tokens) {
+  Result<RadarScan> scan = parser_.radar(tokens, terminated_);
+  if (scan) {
+    const std::size_t count = parser_.invalid_points();
+    log_.statistics.invalid_points += count;
+    note_invalid(count, std::to_string(count) + " radar points are not finite; left out",
+                 lines_with_invalid_points_);
+  }
+  take_sample(std::move(scan), lines_.radar);
+}
+
+template <class T>
+void Intake::take_sample(Result<T> sample, std::vector<Measured<T>>& to) {
+  if (!sample) return skip(sample.error());
+  to.push_back({line_, std::move(*sample)});
 }
 
 void Intake::take_bare_laser(text::Tokens tokens) {
@@ -98,16 +119,19 @@ void Intake::skip(Error fault) {
 }
 
 void Intake::note_invalid_ranges(std::size_t beams) {
+  const std::size_t count = parser_.invalid_ranges();
+  log_.statistics.invalid_ranges += count;
+  note_invalid(count,
+               std::to_string(count) + " of " + std::to_string(beams) +
+                   " ranges are negative or not finite; taken as no return",
+               lines_with_invalid_ranges_);
+}
+
+void Intake::note_invalid(std::size_t count, const std::string& message, std::size_t& lines) {
   // Logs that write NaN for every beam without a return must not drown other problems.
   constexpr std::size_t kLinesReported = 20;
-  const std::size_t count = parser_.invalid_ranges();
-  if (count == 0) return;
-  log_.statistics.invalid_ranges += count;
-  if (++lines_with_invalid_ranges_ > kLinesReported) return;
-  faults_.note(
-      Error{ErrorCode::invalid, std::to_string(count) + " of " + std::to_string(beams) +
-                                    " ranges are negative or not finite; taken as no return"},
-      line_);
+  if (count == 0 || ++lines > kLinesReported) return;
+  faults_.note(Error{ErrorCode::invalid, message}, line_);
 }
 
 }  // namespace wayfare::io::carmen

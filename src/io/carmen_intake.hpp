@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -25,6 +26,10 @@ struct LogLines {
   ScansByKind front, rear;
   std::vector<OdometryLine> odometry;
   std::vector<OdometryLine> pair_odometry;  ///< of the `Odometry`/`Laser` pairs
+  std::vector<Measured<RadarScan>> radar;
+  std::vector<Measured<WheelSample>> wheels;
+  std::vector<Measured<GyroSample>> gyro;
+  std::vector<Measured<StampedPose>> truth;
 };
 
 /// Takes lines in. Parameters and counts go to the log at once.
@@ -41,12 +46,16 @@ class Intake {
  private:
   void take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to);
   void take_odometry(Result<OdometryLine> odometry);
+  void take_radar(text::Tokens tokens);
+  template <class T>
+  void take_sample(Result<T> sample, std::vector<Measured<T>>& to);
   void take_bare_laser(text::Tokens tokens);
   void take_bare_odometry(text::Tokens tokens);
   void take_parameter(text::Tokens& tokens);
   void take_other(std::string_view tag);
   void skip(Error fault);
   void note_invalid_ranges(std::size_t beams);
+  void note_invalid(std::size_t count, const std::string& message, std::size_t& lines);
 
   CarmenOptions options_;
   Faults& faults_;
@@ -56,6 +65,7 @@ class Intake {
   std::optional<OdometryLine> bare_pose_;  // of the pair begun
   int pairs_ = 0;
   std::size_t lines_with_invalid_ranges_ = 0;
+  std::size_t lines_with_invalid_points_ = 0;
   std::size_t line_ = 0;
   bool terminated_ = true;
 };

@@ -124,4 +124,9 @@ SE2d mounting(const std::vector<ScanLine>& scans, const Parameters& parameters) 
   return first->plus(sum / static_cast<double>(scans.size()));
 }
 
+SE2d radar_mounting(const Parameters& parameters) {
+  return SE2d(parameters["robot_radar_offset"], parameters["robot_radar_side_offset"],
+              Angle::radians(parameters["robot_radar_angular_offset"]));
+}
+
 }  // namespace wayfare::io::carmen

@@ -39,4 +39,7 @@ void set_bearings(LaserScan& scan, const Parameters& parameters);
 /// Where the laser sits: PARAM, or a difference of laser and robot pose that never changes.
 [[nodiscard]] SE2d mounting(const std::vector<ScanLine>& scans, const Parameters& parameters);
 
+/// Where PARAM says the radar sits.
+[[nodiscard]] SE2d radar_mounting(const Parameters& parameters);
+
 }  // namespace wayfare::io::carmen

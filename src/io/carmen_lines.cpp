@@ -41,6 +41,21 @@ Result<std::size_t> count(text::Tokens& tokens, const char* what) {
                text::printable(token) + "'");
 }
 
+/// A radar's point; false where it is not finite.
+Result<bool> radar_point(text::Tokens& tokens, RadarPoint& point) {
+  float* fields[] = {&point.x_m, &point.y_m, &point.z_m, &point.doppler_m_s, &point.snr_db};
+  bool finite = true;
+  for (float* field : fields) {
+    const std::string_view token = tokens.next();
+    if (token.empty()) return fault("the line ends within a point");
+    *field = std::numeric_limits<float>::quiet_NaN();
+    if (!text::to_number(token, *field) && !is_not_finite_text(token))
+      return fault("a point's coordinate is not a number: '" + text::printable(token) + "'");
+    finite = finite && std::isfinite(*field);
+  }
+  return finite;
+}
+
 /// A step the beams can have: positive and not more than once around.
 bool is_step(double step_rad, std::size_t beams) {
   if (beams == 1) return true;
@@ -169,6 +184,58 @@ Result<OdometryLine> LineParser::bare_odometry(text::Tokens tokens) {
   if (!tokens.at_end()) return fault("more fields than the line should have");
   result.pose = pose(values);
   return result;
+}
+
+Result<RadarScan> LineParser::radar(text::Tokens tokens, bool terminated) {
+  invalid_points_ = 0;
+  const Result<std::size_t> n = count(tokens, "points");
+  if (!n) return n.error();
+  RadarScan scan;
+  scan.points.reserve(std::min<std::size_t>(*n, 1024));  // what the line says may be absurd
+  for (std::size_t i = 0; i < *n; ++i) {
+    RadarPoint point;
+    const Result<bool> finite = radar_point(tokens, point);
+    if (!finite) {
+      return fault("point " + std::to_string(i + 1) + " of " + std::to_string(*n) + ": " +
+                   finite.error().message);
+    }
+    if (*finite) {
+      scan.points.push_back(point);
+    } else {
+      ++invalid_points_;
+    }
+  }
+  if (auto done = time_and_host(tokens, terminated, scan.time); !done) return done.error();
+  return scan;
+}
+
+Result<WheelSample> LineParser::wheels(text::Tokens tokens, bool terminated) {
+  double rolled_m[2];
+  WheelSample sample;
+  Result<void> done = numbers(tokens, rolled_m, 2, "left and right wheel");
+  if (done) done = time_and_host(tokens, terminated, sample.time);
+  if (!done) return done.error();
+  sample.left_m = rolled_m[0];
+  sample.right_m = rolled_m[1];
+  return sample;
+}
+
+Result<GyroSample> LineParser::gyro(text::Tokens tokens, bool terminated) {
+  GyroSample sample;
+  Result<void> done = numbers(tokens, &sample.turn_rate_rad_s, 1, "turn rate");
+  if (done) done = time_and_host(tokens, terminated, sample.time);
+  if (!done) return done.error();
+  return sample;
+}
+
+Result<StampedPose> LineParser::true_pose(text::Tokens tokens, bool terminated) {
+  double poses[6];
+  StampedPose sample;
+  Result<void> done = numbers(tokens, poses, 6, "true pose and pose by odometry");
+  if (done) done = time_and_host(tokens, terminated, sample.time);
+  if (!done) return done.error();
+  sample.T_map_base = Transform2<frame::Map, frame::Base>(pose(poses));
+  return sample;
 }
 
 }  // namespace wayfare::io::carmen

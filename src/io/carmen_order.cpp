@@ -13,6 +13,10 @@ namespace {
 
 std::int64_t time_of(const ScanLine& line) { return line.scan.time.nanoseconds(); }
 std::int64_t time_of(const OdometryLine& line) { return line.time.nanoseconds(); }
+template <class T>
+std::int64_t time_of(const Measured<T>& line) {
+  return line.value.time.nanoseconds();
+}
 
 /// Which of `times` to keep: the largest set that does not decrease (a longest non-decreasing
 /// subsequence by patience sorting), so that one absurd stamp costs one line and not all after it.
@@ -62,6 +66,33 @@ void order_by_time(std::vector<Line>& lines, const char* what, Faults& faults) {
   lines = std::move(kept);
 }
 
+/// Leaves out every line that `repeats` the one kept before it.
+template <class Line, class Repeats>
+void drop_repetitions(std::vector<Line>& lines, const char* what, const Repeats& repeats,
+                      Faults& faults) {
+  std::vector<Line> kept;
+  kept.reserve(lines.size());
+  for (Line& line : lines) {
+    if (kept.empty() || !repeats(line, kept.back())) {
+      kept.push_back(std::move(line));
+      continue;
+    }
+    const std::string first = std::to_string(kept.back().line);
+    faults.skip(Error{ErrorCode::invalid, "repeats the " + std::string(what) + " of line " + first},
+                line.line);
+  }
+  lines = std::move(kept);
+}
+
+template <class T>
+void order_each_time_once(std::vector<Measured<T>>& lines, const char* what, Faults& faults) {
+  order_by_time(lines, what, faults);
+  const auto at_the_same_time = [](const auto& a, const auto& b) {
+    return time_of(a) == time_of(b);
+  };
+  drop_repetitions(lines, what, at_the_same_time, faults);
+}
+
 bool same_scan(const LaserScan& a, const LaserScan& b) {
   const auto same = [](float x, float y) { return x == y || (std::isnan(x) && std::isnan(y)); };
   return a.time == b.time && std::equal(a.ranges_m.begin(), a.ranges_m.end(), b.ranges_m.begin(),
@@ -77,18 +108,22 @@ void order(std::vector<OdometryLine>& lines, const char* what, Faults& faults) {
   order_by_time(lines, what, faults);
 }
 
+void order_once(std::vector<Measured<RadarScan>>& lines, const char* what, Faults& faults) {
+  order_each_time_once(lines, what, faults);
+}
+void order_once(std::vector<Measured<WheelSample>>& lines, const char* what, Faults& faults) {
+  order_each_time_once(lines, what, faults);
+}
+void order_once(std::vector<Measured<GyroSample>>& lines, const char* what, Faults& faults) {
+  order_each_time_once(lines, what, faults);
+}
+void order_once(std::vector<Measured<StampedPose>>& lines, const char* what, Faults& faults) {
+  order_each_time_once(lines, what, faults);
+}
+
 void drop_repeated(std::vector<ScanLine>& scans, Faults& faults) {
-  std::vector<ScanLine> kept;
-  kept.reserve(scans.size());
-  for (ScanLine& scan : scans) {
-    if (kept.empty() || !same_scan(kept.back().scan, scan.scan)) {
-      kept.push_back(std::move(scan));
-      continue;
-    }
-    const std::string first = std::to_string(kept.back().line);
-    faults.skip(Error{ErrorCode::invalid, "repeats the scan of line " + first}, scan.line);
-  }
-  scans = std::move(kept);
+  const auto same = [](const ScanLine& a, const ScanLine& b) { return same_scan(a.scan, b.scan); };
+  drop_repetitions(scans, "scan", same, faults);
 }
 
 }  // namespace wayfare::io::carmen

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <utility>
+#include <vector>
 
 #include <wayfare/eval/interpolation.hpp>
 #include <wayfare/io/time_text.hpp>
@@ -61,31 +62,104 @@ class Writer {
 
   std::string write() {
     write_head();
-    std::size_t next = 0;
-    for (const LaserScan& scan : recording_.scans) {
-      for (; next < recording_.odometry.size() && recording_.odometry[next].time <= scan.time;
-           ++next)
-        write_odometry(next);
-      write_scan(scan);
-    }
-    for (; next < recording_.odometry.size(); ++next) write_odometry(next);
+    for (const Entry& entry : entries()) write(entry);
     return std::move(out_);
   }
 
  private:
   void write_head() {
-    out_ = "# CARMEN log: ranges and poses in metres and radians, times in seconds\n";
+    out_ = "# CARMEN log: metres, radians, seconds, decibels\n";
     if (straight_ahead_) {  // any other mounting follows from the poses in the scans' lines
       out_ += "PARAM robot_frontlaser_offset";
       append(out_, T_base_laser_.x());
       out_ += '\n';
     }
+    const SE2d& T_base_radar = recording_.T_base_radar.raw();
+    write_parameter("robot_radar_offset", T_base_radar.x());
+    write_parameter("robot_radar_side_offset", T_base_radar.y());
+    write_parameter("robot_radar_angular_offset", T_base_radar.heading().radians());
+    write_parameter("robot_wheelbase", recording_.wheel_base_m);
     float max_range_m = 0.0F;
     for (const LaserScan& scan : recording_.scans)
       max_range_m = std::max(max_range_m, scan.max_range_m);
     if (max_range_m <= 0.0F) return;
     out_ += "PARAM laser_frontlaser_maxrange ";
     text::append_number(out_, max_range_m);
+    out_ += '\n';
+  }
+
+  /// In the order of lines of the same time: what a scan is to be compared with stands before it.
+  enum class Kind { odometry, wheels, gyro, truth, radar, scan };
+  struct Entry {
+    LogTime time;
+    Kind kind;
+    std::size_t index;
+  };
+
+  [[nodiscard]] std::vector<Entry> entries() const {
+    std::vector<Entry> all;
+    const auto add = [&](const auto& samples, Kind kind) {
+      for (std::size_t i = 0; i < samples.size(); ++i) all.push_back({samples[i].time, kind, i});
+    };
+    add(recording_.odometry, Kind::odometry);
+    add(recording_.wheels, Kind::wheels);
+    add(recording_.gyro, Kind::gyro);
+    add(recording_.truth, Kind::truth);
+    add(recording_.radar, Kind::radar);
+    add(recording_.scans, Kind::scan);
+    std::stable_sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) {
+      return std::pair(a.time, a.kind) < std::pair(b.time, b.kind);
+    });
+    return all;
+  }
+
+  void write(const Entry& entry) {
+    const std::size_t i = entry.index;
+    if (entry.kind == Kind::odometry) return write_odometry(i);
+    if (entry.kind == Kind::wheels) return write_wheels(recording_.wheels[i]);
+    if (entry.kind == Kind::gyro) return write_gyro(recording_.gyro[i]);
+    if (entry.kind == Kind::truth) return write_truth(recording_.truth[i]);
+    if (entry.kind == Kind::radar) return write_radar(recording_.radar[i]);
+    write_scan(recording_.scans[i]);
+  }
+
+  void write_wheels(const WheelSample& sample) {
+    out_ += "WHEELS";
+    append(out_, sample.left_m);
+    append(out_, sample.right_m);
+    append_end(out_, sample.time);
+  }
+
+  void write_gyro(const GyroSample& sample) {
+    out_ += "GYRO";
+    append(out_, sample.turn_rate_rad_s);
+    append_end(out_, sample.time);
+  }
+
+  void write_truth(const StampedPose& sample) {
+    out_ += "TRUEPOS";
+    append(out_, sample.T_map_base.raw());
+    append(out_, odometry_at(sample.time));
+    append_end(out_, sample.time);
+  }
+
+  void write_radar(const RadarScan& scan) {
+    out_ += "RADAR ";
+    text::append_number(out_, scan.points.size());
+    for (const RadarPoint& p : scan.points) {
+      for (const float field : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db}) {
+        out_ += ' ';
+        text::append_number(out_, field);
+      }
+    }
+    append_end(out_, scan.time);
+  }
+
+  void write_parameter(const char* name, double value) {
+    if (value == 0.0) return;
+    out_ += "PARAM ";
+    out_ += name;
+    append(out_, value);
     out_ += '\n';
   }
 

@@ -96,13 +96,13 @@ TEST(Carmen, RawLaserAndOdomLines) {
       "RAWLASER1 0 -1.57 3.14 0.0174533 80 0.01 0 3 1 2 3 0 1.5 host 0\n"
       "ODOM 1 0 0.1 0 0 0 2.0 host 1\n"
       "RAWLASER1 0 -1.57 3.14 0.0174533 80 0.01 0 3 1 2 3 0 2.5 host 0\n"
-      "SYNC thing\nTRUEPOS 1 2 3\nSYNC again\n");
+      "SYNC thing\nNEFF 1 2 3\nSYNC again\n");
   EXPECT_EQ(log.recording.scans.size(), 2U);
   EXPECT_EQ(log.recording.odometry.size(), 2U);
   EXPECT_TRUE(log.reported_poses.empty());
   EXPECT_EQ(log.statistics.odometry_source, OdometrySource::odom_lines);
   EXPECT_EQ(log.statistics.other.at("SYNC"), 2U);
-  EXPECT_EQ(log.statistics.other.at("TRUEPOS"), 1U);
+  EXPECT_EQ(log.statistics.other.at("NEFF"), 1U);
 }
 
 TEST(Carmen, OdomLinesThatCoverLittleGiveWayToTheScansOwn) {

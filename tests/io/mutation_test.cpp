@@ -77,6 +77,8 @@ TEST(Mutation, Carmen) {
     good += "FLASER 4 1 2 3 81.83 1 2 0.5 1 2 0.5 " + t;
     good += "RLASER 2 1 2 1 2 0.5 1 2 0.5 " + t;
     good += "ROBOTLASER1 0 -1.5 3.1 1.0 80 0.01 0 4 1 2 3 4 1 9 1 2 0 1 2 0 0 0 0 0 0 " + t;
+    good += "RADAR 2 1 2 0 -0.5 13 2 1 0 0.1 20 " + t + "RADAR 0 " + t;
+    good += "WHEELS 0.1 0.2 " + t + "GYRO 0.3 " + t + "TRUEPOS 1 2 0.5 1 2 0.5 " + t;
     good += "Odometry 1 2 0.5\nLaser 3 1 2 3\nNEFF 3\n";
   }
   int useful = 0;
@@ -98,6 +100,11 @@ TEST(Mutation, Carmen) {
     }
     for (const OdometrySample& sample : log->recording.odometry)
       ASSERT_TRUE(sample.T_odom_base.raw().translation().allFinite());
+    for (const RadarScan& scan : log->recording.radar)
+      for (const RadarPoint& p : scan.points)
+        ASSERT_TRUE(std::isfinite(p.x_m + p.y_m + p.z_m + p.doppler_m_s + p.snr_db));
+    for (const WheelSample& sample : log->recording.wheels)
+      ASSERT_TRUE(std::isfinite(sample.left_m + sample.right_m));
     for (const Error& error : log->problems.first()) ASSERT_FALSE(error.message.empty());
   });
   EXPECT_GT(useful, 2000);  // damage in one place must not cost the log

@@ -9,8 +9,15 @@
 //               ipc_time host logger_time                           (ROBOTLASER2: rear laser)
 //   RAWLASER1   the same up to the remissions, then the times
 //   ODOM x y θ tv rv acceleration  ipc_time host logger_time
+//   TRUEPOS x y θ  odom_x odom_y odom_θ  ipc_time host logger_time
 //   PARAM name value
 //   Odometry x y θ  /  Laser n r1..rn            (pairs without a time)
+//
+// and, beyond what CARMEN knows,
+//
+//   RADAR n  x1 y1 z1 v1 snr1 … xn yn zn vn snrn  ipc_time host logger_time
+//   WHEELS left right  ipc_time host logger_time  (metres rolled since the line before)
+//   GYRO turn_rate  ipc_time host logger_time     (mean since the line before)
 //
 // Host and logger time may be missing. Comments and empty lines are skipped, lines of other kinds
 // counted. A malformed line is reported by number and skipped; reading goes on.
@@ -40,6 +47,8 @@ struct CarmenOptions {
   Duration pair_period = from_seconds(0.1);
   /// Problems kept in full; all are counted.
   std::size_t max_problems = 100;
+  /// Whether a log without a laser scan is an error; else what there is is read.
+  bool needs_laser = true;
   ReadOptions file = {};
 };
 
@@ -54,8 +63,14 @@ struct CarmenStatistics {
   std::size_t scans = 0;           ///< in the recording
   std::size_t rear_scans = 0;      ///< in `rear_scans`
   std::size_t odometry = 0;        ///< in the recording
+  std::size_t radar_scans = 0;     ///< in the recording, those without a point too
+  std::size_t radar_points = 0;    ///< in the recording
+  std::size_t wheels = 0;          ///< in the recording
+  std::size_t gyro = 0;            ///< in the recording
+  std::size_t true_poses = 0;      ///< in the recording
   std::size_t skipped_lines = 0;   ///< malformed, or out of order of time
   std::size_t invalid_ranges = 0;  ///< not finite or negative: taken as no return
+  std::size_t invalid_points = 0;  ///< of radar lines, not finite: left out
   OdometrySource odometry_source = OdometrySource::none;
   /// The largest range that counts as a return lies below this, metres.
   float max_range_m = 0.0F;
@@ -65,9 +80,9 @@ struct CarmenStatistics {
 };
 
 struct CarmenLog {
-  /// Front laser and odometry. Times are the log's IPC time stamps, exact to the nanosecond and not
-  /// decreasing; equal stamps occur. Where lines are out of order the largest set that is in order
-  /// is kept.
+  /// Front laser, odometry, radar, wheels, gyro and truth. Times are the log's IPC time stamps,
+  /// exact to the nanosecond and not decreasing; equal stamps occur. Where lines are out of order
+  /// the largest set that is in order is kept.
   Recording recording;
   /// The pose written with each scan, as it stands: of the laser by odometry in a raw log, of a
   /// corrected trajectory in a corrected one. One for each scan of the recording, or empty.
@@ -87,8 +102,13 @@ struct CarmenLog {
 /// Odometry: the ODOM lines where at least two are in order and they cover half the scans' time or
 /// more; else the odometry written with the scans.
 ///
+/// Of radar, wheels, gyro and truth a line with the time stamp of the one before repeats it: it is
+/// reported and left out. PARAM robot_wheelbase, robot_radar_offset, robot_radar_side_offset and
+/// robot_radar_angular_offset (metres and radians, from the robot's centre) say how they are
+/// mounted.
+///
 /// A cut-off gzip file is read as far as it goes, with a problem. Errors: the file cannot be read,
-/// or it holds no scan that can be used.
+/// or it holds no scan that can be used (with `needs_laser` off: nothing at all that can be used).
 [[nodiscard]] Result<CarmenLog> read_carmen(const std::string& path,
                                             const CarmenOptions& options = {});
 [[nodiscard]] Result<CarmenLog> parse_carmen(std::string_view text, const std::string& source,
