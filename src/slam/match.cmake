@@ -6,6 +6,7 @@ target_sources(wayfare_slam PRIVATE
   likelihood_field.cpp
   match_grid.cpp
   max_pyramid.cpp
+  pose_proposal.cpp
   refine.cpp
   kernels/dispatch.cpp
   kernels/kernels_baseline.cpp)

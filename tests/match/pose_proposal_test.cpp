@@ -1,0 +1,195 @@
+#include <wayfare/match/pose_proposal.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "match/naive_pose_proposal.hpp"
+#include "match/scenes.hpp"
+
+namespace wayfare {
+namespace {
+
+Gaussian<SE2d> gaussian(const SE2d& mean, double sx, double sy, double heading, double cross = 0) {
+  Gaussian<SE2d> g{mean, Eigen::Vector3d(sx * sx, sy * sy, heading * heading).asDiagonal()};
+  g.covariance(0, 2) = g.covariance(2, 0) = cross * sx * heading;
+  return g;
+}
+
+/// A room seen by 100 beams, and what is known of the pose before and after a match.
+struct Question {
+  PointSet points;
+  MatchGrid grid;
+  SE2d truth{0.3, -0.2, 0.4_rad};
+  Gaussian<SE2d> proposal, motion;
+
+  explicit Question(Rng& rng) {
+    const PointSet walls = rectangle(3, 2, 400, rng);
+    const PlacedPoints placed{&walls, SE2d()};
+    grid = *likelihood_field({&placed, 1});
+    points = moved(rectangle(3, 2, 100, rng), truth.inverse());
+    proposal = gaussian(truth.plus({0.02, 0.01, 0.01}), 0.05, 0.07, 0.02, 0.5);
+    motion = gaussian(truth.plus({0.06, -0.05, -0.02}), 0.06, 0.05, 0.03);
+  }
+};
+
+struct Draws {
+  std::array<std::vector<double>, 3> offsets;  ///< of x, y, θ from the truth
+  double evidence = 0.0, evidence_variance = 0.0;
+
+  void add(const SE2d& d, double log_evidence) {
+    offsets[0].push_back(d.x());
+    offsets[1].push_back(d.y());
+    offsets[2].push_back(d.heading().radians());
+    const double e = std::exp(log_evidence);
+    evidence += e;
+    evidence_variance += e * e;
+  }
+  void end() {
+    const auto n = static_cast<double>(offsets[0].size());
+    evidence /= n;
+    evidence_variance = (evidence_variance / n - evidence * evidence) / n;  // of the mean
+  }
+};
+
+/// Largest distance between two empirical distribution functions.
+double kolmogorov_smirnov(std::vector<double> a, std::vector<double> b) {
+  std::sort(a.begin(), a.end());
+  std::sort(b.begin(), b.end());
+  double largest = 0;
+  for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
+    (a[i] <= b[j] ? i : j) += 1;
+    largest = std::max(largest, std::abs(static_cast<double>(i) / static_cast<double>(a.size()) -
+                                         static_cast<double>(j) / static_cast<double>(b.size())));
+  }
+  return largest;
+}
+
+constexpr double kIndependent = 12.0;
+constexpr int kDraws = 3000;
+
+Draws by_lattice(const Question& q, Rng& rng, const PoseProposalOptions& options) {
+  Draws draws;
+  PoseProposal lattice;
+  for (int i = 0; i < kDraws; ++i) {
+    const auto d = lattice.draw(q.grid, q.points, q.proposal, q.motion, rng, options);
+    draws.add(q.truth.inverse() * d->T_map_points, d->log_evidence);
+  }
+  draws.end();
+  return draws;
+}
+
+// Two samples of n of the same distribution differ by more than 1.95 √(2/n) once in a thousand
+// times (Kolmogorov-Smirnov); for these seeds they do not.
+TEST(PoseProposal, DrawsFromTheDistributionOfIndependentSamples) {
+  Rng rng(3);
+  const Question q(rng);
+  Draws naive;
+  for (int i = 0; i < kDraws; ++i) {
+    const auto d = naive_draw(q.grid, q.points, q.proposal, q.motion, rng, 500, kIndependent);
+    naive.add(q.truth.inverse() * d.pose, d.log_evidence);
+  }
+  naive.end();
+  PoseProposalOptions options;
+  options.independent_points = kIndependent;
+  options.reach_sigmas = 3.5;
+  const Draws lattice = by_lattice(q, rng, options);
+  const double bound = 1.95 * std::sqrt(2.0 / kDraws);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    EXPECT_LT(kolmogorov_smirnov(naive.offsets[axis], lattice.offsets[axis]), bound) << axis;
+  // The mean of τ is estimated without bias by both; the lattice spreads less.
+  EXPECT_NEAR(lattice.evidence, naive.evidence,
+              4 * std::sqrt(naive.evidence_variance + lattice.evidence_variance));
+  EXPECT_LT(lattice.evidence_variance, naive.evidence_variance);
+  // The test has power: a proposal three centimetres off is told apart.
+  Question off = q;
+  off.proposal.mean = off.proposal.mean.plus({0.03, 0, 0});
+  EXPECT_GT(kolmogorov_smirnov(naive.offsets[0], by_lattice(off, rng, options).offsets[0]), bound);
+}
+
+// On a map that says the same everywhere the product of two Gaussians is drawn from, whose mean,
+// covariance and integral are known.
+TEST(PoseProposal, IsTheProductOfGaussiansWhereTheMapSaysNothing) {
+  Rng rng(5);
+  Question q(rng);
+  ASSERT_TRUE(q.grid.reset(0.05, {{-200, -200}, {200, 200}}, 0.5));
+  PoseProposalOptions options;
+  options.headings = 80;
+  options.reach_sigmas = 4.5;
+  options.independent_points = kIndependent;
+  PoseProposal proposal;
+  const auto both = product(q.proposal, q.motion);
+  const auto d = proposal.draw(q.grid, q.points, q.proposal, q.motion, rng, options);
+  ASSERT_TRUE(both && d);
+  EXPECT_LT(d->moments.mean.minus(both->mean).norm(), 1e-3);
+  EXPECT_LT((d->moments.covariance - both->covariance).norm(), 0.03 * both->covariance.norm());
+  // ∫ N(x; a, A) N(x; b, B) dx = N(a; b, A + B).
+  const Gaussian<SE2d> sum{q.motion.mean, q.motion.covariance + q.proposal.covariance};
+  EXPECT_NEAR(d->log_evidence, kIndependent * std::log(0.5) + log_density(sum, q.proposal.mean),
+              0.02);
+  // Without the proposal's density the motion's is left, whose integral is one.
+  options.divide_by_proposal = true;
+  q.proposal = q.motion;
+  const auto alone = proposal.draw(q.grid, q.points, q.proposal, q.motion, rng, options);
+  ASSERT_TRUE(alone);
+  EXPECT_NEAR(alone->log_evidence, kIndependent * std::log(0.5), 0.02);
+  EXPECT_LT((alone->moments.covariance - q.motion.covariance).norm(),
+            0.03 * q.motion.covariance.norm());
+}
+
+TEST(PoseProposal, SameSeedSameDraw) {
+  Rng rng(7);
+  const Question q(rng);
+  PoseProposal one, other;
+  Rng a(1), b(1);
+  for (int i = 0; i < 3; ++i) {
+    const auto first = one.draw(q.grid, q.points, q.proposal, q.motion, a);
+    const auto second = other.draw(q.grid, q.points, q.proposal, q.motion, b);
+    EXPECT_EQ(first->T_map_points.translation(), second->T_map_points.translation());
+    EXPECT_EQ(first->log_evidence, second->log_evidence);
+  }
+}
+
+// Σ ln p of a thousand points would be beyond what exp can hold.
+TEST(PoseProposal, DoesNotUnderflow) {
+  Rng rng(9);
+  Question q(rng);
+  q.proposal.mean = q.motion.mean = SE2d(50, 50, Angle{});
+  PoseProposal proposal;
+  PointSet many;
+  for (int i = 0; i < 2000; ++i) many.push_back(q.points[static_cast<std::size_t>(i) % 100]);
+  const auto d = proposal.draw(q.grid, many, q.proposal, q.motion, rng);
+  ASSERT_TRUE(d);
+  EXPECT_TRUE(std::isfinite(d->log_evidence));
+  EXPECT_LT(d->log_evidence, 2000 * q.grid.log_floor() + 20);
+}
+
+TEST(PoseProposal, RefusesWhatItCannotDrawFrom) {
+  Rng rng(11);
+  const Question q(rng);
+  PoseProposal proposal;
+  EXPECT_FALSE(proposal.draw(q.grid, {}, q.proposal, q.motion, rng));
+  EXPECT_FALSE(proposal.draw({}, q.points, q.proposal, q.motion, rng));
+  Gaussian<SE2d> flat = q.motion;
+  flat.covariance(2, 2) = 0;
+  const auto no_density = proposal.draw(q.grid, q.points, q.proposal, flat, rng);
+  ASSERT_FALSE(no_density);
+  EXPECT_NE(no_density.error().message.find("motion"), std::string::npos);
+  flat.covariance(2, 2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(proposal.draw(q.grid, q.points, flat, q.motion, rng));
+  PoseProposalOptions none;
+  none.samples = 0;
+  EXPECT_FALSE(proposal.draw(q.grid, q.points, q.proposal, q.motion, rng, none));
+  PointSet bad = q.points;
+  bad.push_back({std::numeric_limits<float>::quiet_NaN(), 0});
+  const auto with_nan = proposal.draw(q.grid, bad, q.proposal, q.motion, rng);
+  ASSERT_TRUE(with_nan);  // a point nowhere is at the map's floor
+  EXPECT_TRUE(std::isfinite(with_nan->log_evidence));
+}
+
+}  // namespace
+}  // namespace wayfare
