@@ -1,0 +1,109 @@
+#pragma once
+
+// How far every cell of a map is from the nearest obstacle, and what follows from it: likelihood
+// fields, and rays that step as far as they may.
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/se2.hpp>
+#include <wayfare/map/cell.hpp>
+#include <wayfare/map/match_grid.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
+
+namespace wayfare {
+
+/// The exact Euclidean distance between the centres of each cell and of the nearest occupied one,
+/// as a squared whole number of cells. Not changed once made; safe to read from many threads.
+class DistanceField {
+ public:
+  /// Neither side may have more cells than this …
+  static constexpr int kMaxSide = 29000;
+  /// … nor the whole.
+  static constexpr std::int64_t kMaxCells = std::int64_t{1} << 26;
+  /// What every cell reads where none is occupied.
+  static constexpr std::int32_t kFar = 900'000'000;
+
+  DistanceField() = default;
+
+  /// Of a picture, row by row from the lowest, occupied where not zero; its first cell is `origin`.
+  /// Refused: sizes that do not agree or are too large, a resolution that is not positive.
+  [[nodiscard]] static Result<DistanceField> of_mask(std::span<const std::uint8_t> occupied,
+                                                     int width, int height, double resolution_m,
+                                                     const Cell& origin = {});
+
+  /// Of every cell at least this likely to be occupied, over the grid's bounds.
+  [[nodiscard]] static Result<DistanceField> of_grid(const OccupancyGrid& grid,
+                                                     double occupied_probability = 0.65);
+
+  [[nodiscard]] double resolution_m() const { return resolution_m_; }
+  [[nodiscard]] const Cell& origin() const { return origin_; }
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] bool empty() const { return width_ == 0; }
+
+  /// Columns of one row, the first at the origin.
+  [[nodiscard]] std::span<const std::int32_t> row(int r) const {
+    const auto stride = static_cast<std::size_t>(stride_), w = static_cast<std::size_t>(width_);
+    return std::span(squared_).subspan(static_cast<std::size_t>(r) * stride, w);
+  }
+  /// kFar outside the field.
+  [[nodiscard]] std::int32_t squared_cells(const Cell& map_cell) const {
+    const Cell c = map_cell - origin_;
+    if (c.x < 0 || c.y < 0 || c.x >= width_ || c.y >= height_) return kFar;
+    return row(c.y)[static_cast<std::size_t>(c.x)];
+  }
+  /// Metres; infinite where nothing is occupied, and outside the field.
+  [[nodiscard]] double distance_m(const Cell& map_cell) const {
+    const std::int32_t square = squared_cells(map_cell);
+    return square >= kFar ? std::numeric_limits<double>::infinity()
+                          : resolution_m_ * std::sqrt(static_cast<double>(square));
+  }
+
+ private:
+  double resolution_m_ = 0.05;
+  Cell origin_;
+  int width_ = 0, height_ = 0, stride_ = 0;
+  std::vector<std::int32_t> squared_;
+};
+
+/// ln p = ln(floor + (1 − floor)·exp(−d²/2σ²)) of the distance d to the nearest obstacle: the
+/// likelihood field of a known map (Thrun, Burgard and Fox 2005, 6.4), scaled so that a point on a
+/// wall has p = 1. Points outside the map have the floor.
+struct DistanceLikelihood {
+  /// Standard deviation of a point about the wall it measures, m; larger attracts from farther.
+  double sigma_m = 0.1;
+  /// Of a point far from every wall: what people and things not in the map do.
+  double floor_probability = 0.05;
+};
+[[nodiscard]] Result<MatchGrid> likelihood_field(const DistanceField& distances,
+                                                 const DistanceLikelihood& likelihood = {});
+
+/// Ranges a sensor would measure in the map, sixteen rays at a time.
+class RayCaster {
+ public:
+  /// Rays are not followed farther than this many cells.
+  static constexpr double kMaxCells = 8000.0;
+
+  RayCaster() = default;
+  explicit RayCaster(const DistanceField& distances);
+
+  /// From the pose's place along its heading plus each bearing, given by cosines and sines, metres
+  /// to where the ray enters the first occupied cell: 0 from inside one, `max_range_m` where there
+  /// is none within it or the ray leaves the map first. Cells a ray passes within a thousandth of
+  /// their side of a corner may be missed. The three spans are as long as each other.
+  void cast(const SE2d& T_map_laser, std::span<const float> cosines, std::span<const float> sines,
+            double max_range_m, std::span<float> ranges_m) const;
+
+ private:
+  double resolution_m_ = 0.05;
+  Cell origin_;
+  int width_ = 0, height_ = 0;
+  std::vector<float> distance_ = std::vector<float>(4, -1.0F);  // with a ring of −1 around it
+};
+
+}  // namespace wayfare
