@@ -1,0 +1,164 @@
+#pragma once
+
+// The shape all decoders share: bytes in, in any chunks; messages out, to a callable.
+//
+//   TiDecoder decoder;
+//   decoder.feed(bytes, [](const TiFrame& frame) { … });   // as often as bytes arrive
+//   decoder.finish([](const TiFrame& frame) { … });        // where the stream ends
+//
+// What differs between devices is a framing: it looks at the bytes at the front of the stream and
+// says how far they are no frame, how long the frame is they begin, or how many it must see to
+// tell. Messages refer to the bytes they were made of and are gone when the callable returns.
+// Nothing here allocates; a decoder holds two of the largest frames and is best not on a stack.
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+#include <wayfare/decode/bytes.hpp>
+
+namespace wayfare::decode {
+
+/// What became of the bytes so far.
+struct DecoderStatistics {
+  std::uint64_t bytes = 0;              ///< fed
+  std::uint64_t frames = 0;             ///< delivered
+  std::uint64_t skipped_bytes = 0;      ///< in no frame
+  std::uint64_t checksum_failures = 0;  ///< whole frames whose checksum was wrong
+  std::uint64_t malformed = 0;          ///< frames begun whose lengths or counts contradict
+
+  bool operator==(const DecoderStatistics&) const = default;
+};
+
+/// How often framings looked at a byte: what the time goes into. Depends on the chunks.
+struct DecoderWork {
+  std::uint64_t looks = 0;     ///< at the front
+  std::uint64_t examined = 0;  ///< bytes searched, added or compared, as often as they were
+};
+
+/// A framing's verdict on the bytes at the front.
+struct Look {
+  enum class Kind : std::uint8_t { need, frame, skip };
+  Kind kind = Kind::need;
+  /// need: how many bytes the front must hold before it is looked at again, more than it has and at
+  /// most the framing's kCapacity. frame: its length. skip: how many are no frame, at least one.
+  std::size_t bytes = 0;
+  std::size_t advance = 0;  ///< frame: where to look on, at least 1 and at most its length
+
+  [[nodiscard]] static constexpr Look need(std::size_t bytes) { return {Kind::need, bytes, 0}; }
+  [[nodiscard]] static constexpr Look skip(std::size_t bytes) { return {Kind::skip, bytes, 0}; }
+  [[nodiscard]] static constexpr Look frame(std::size_t bytes) {
+    return {Kind::frame, bytes, bytes};
+  }
+};
+
+/// The bytes a framing looks at.
+struct Front {
+  Bytes bytes;                 ///< never empty
+  std::uint64_t position = 0;  ///< of the first of them in the stream
+  bool ended = false;          ///< no more will come
+};
+
+template <class F>
+concept Framing = std::default_initializable<F> &&
+    requires(F framing, const F constant, const Front& front, DecoderStatistics& s) {
+  typename F::Message;
+  { F::kCapacity } -> std::convertible_to<std::size_t>;
+  { framing.look(front, s) } -> std::same_as<Look>;
+  { constant.examined() } -> std::same_as<std::uint64_t>;
+};
+
+/// A framing with the memory that makes it independent of how the bytes are cut.
+template <Framing F>
+class StreamDecoder {
+ public:
+  using Message = typename F::Message;
+
+  StreamDecoder() = default;
+  explicit StreamDecoder(F framing) : framing_(std::move(framing)) {}
+
+  /// Takes the next bytes of the stream; `sink` is called with every message they complete.
+  template <class Sink>
+  void feed(Bytes bytes, Sink&& sink) {
+    statistics_.bytes += bytes.size();
+    while (held() != 0 && !bytes.empty()) {
+      bytes = bytes.subspan(top_up(bytes));
+      if (held() >= need_) begin_ += walk({&buffer_[begin_], held()}, false, sink);
+      if (begin_ == end_) begin_ = end_ = 0;
+    }
+    if (bytes.empty()) return;
+    const std::size_t used = walk(bytes, false, sink);
+    top_up(bytes.subspan(used));
+  }
+
+  /// The stream has ended: what is held is looked at as all there is. The decoder may then be fed
+  /// another stream.
+  template <class Sink>
+  void finish(Sink&& sink) {
+    if (held() != 0) walk({&buffer_[begin_], held()}, true, sink);
+    begin_ = end_ = 0;
+  }
+
+  [[nodiscard]] const DecoderStatistics& statistics() const { return statistics_; }
+  [[nodiscard]] DecoderWork work() const { return {looks_, framing_.examined()}; }
+  /// Bytes of a frame not yet complete.
+  [[nodiscard]] std::size_t held() const { return end_ - begin_; }
+  [[nodiscard]] F& framing() { return framing_; }
+  [[nodiscard]] const F& framing() const { return framing_; }
+
+ private:
+  /// Copies what is needed, or all of it where nothing is held; gives how much.
+  std::size_t top_up(Bytes bytes) {
+    const std::size_t n = std::min(bytes.size(), need_ - held());
+    if (n == 0) return 0;
+    if (end_ + n > buffer_.size()) {  // at least kCapacity bytes were used up since the last time
+      std::memmove(buffer_.data(), &buffer_[begin_], held());
+      end_ -= begin_;
+      begin_ = 0;
+    }
+    std::memcpy(&buffer_[end_], bytes.data(), n);
+    end_ += n;
+    return n;
+  }
+
+  /// Looks at the bytes from the front on until more are needed; gives how many were used up.
+  template <class Sink>
+  std::size_t walk(Bytes bytes, bool ended, Sink& sink) {
+    std::size_t at = 0;
+    while (at < bytes.size()) {
+      const Bytes rest = bytes.subspan(at);
+      Look look = framing_.look({rest, position_, ended}, statistics_);
+      ++looks_;
+      if (look.kind == Look::Kind::need && !ended) {
+        need_ = look.bytes;
+        return at;
+      }
+      if (look.kind == Look::Kind::need) look = Look::skip(1);
+      if (look.kind == Look::Kind::frame) {
+        ++statistics_.frames;
+        claimed_ = std::max(claimed_, position_ + look.bytes);
+        framing_.deliver(rest.first(look.bytes), position_, sink);
+      }
+      const std::size_t n = look.kind == Look::Kind::frame ? look.advance : look.bytes;
+      at += n;
+      position_ += n;
+      if (position_ > claimed_) statistics_.skipped_bytes += position_ - claimed_;
+      claimed_ = std::max(claimed_, position_);
+    }
+    return at;
+  }
+
+  F framing_{};
+  DecoderStatistics statistics_;
+  std::uint64_t position_ = 0;  ///< of the front in the stream
+  std::uint64_t looks_ = 0;
+  std::uint64_t claimed_ = 0;  ///< end of what is in frames or counted as skipped
+  std::size_t need_ = F::kCapacity, begin_ = 0, end_ = 0;
+  std::array<std::uint8_t, 2 * F::kCapacity> buffer_;  // NOLINT: written before it is read
+};
+
+}  // namespace wayfare::decode

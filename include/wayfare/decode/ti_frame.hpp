@@ -1,0 +1,166 @@
+#pragma once
+
+// One frame of a TI mmWave sensor's data port (out-of-box demo of the mmWave SDK 1.x to 3.x):
+// header, then type-length-value items, then padding that means nothing. All little endian.
+// Layouts: TI, mmw_output.h and detected_obj.h of SDK 1.2, mmw_output.h of SDK 3.6.
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include <wayfare/decode/bytes.hpp>
+
+namespace wayfare::decode {
+
+struct TiHeader {
+  std::uint32_t version = 0;       ///< major << 24 | minor << 16 | bugfix << 8 | build
+  std::uint32_t total_bytes = 0;   ///< from the magic word to the end of the padding
+  std::uint32_t platform = 0;      ///< 0xA1843, 0xA1642, 0xA1443, 0xA6843 …
+  std::uint32_t frame_number = 0;  ///< from 1 after a reset
+  std::uint32_t cycles = 0;        ///< a counter of `ti_clock_hz`, when the frame was built
+  std::uint32_t points = 0;        ///< detected objects
+  std::uint32_t tlvs = 0;          ///< items that follow
+  std::uint32_t subframe = 0;
+
+  [[nodiscard]] std::uint32_t major() const { return version >> 24; }
+  /// xWR14xx and the first SDK have no subframe number.
+  [[nodiscard]] std::size_t bytes() const {
+    return version <= 0x01000005U || (platform & 0xFFFFU) == 0x1443U ? 36 : 40;
+  }
+};
+
+/// Rate of `TiHeader::cycles`: the R4F core at 200 MHz in SDK 3, the DSP at 600 MHz before.
+[[nodiscard]] inline double ti_clock_hz(const TiHeader& header) {
+  return header.major() >= 3 ? 200e6 : 600e6;
+}
+
+enum class TiTlv : std::uint32_t {
+  points = 1,
+  range_profile = 2,      ///< u16 log2 magnitude (Q9 in SDK 3) for each range bin
+  noise_profile = 3,      ///< the same at the largest Doppler
+  azimuth_heat_map = 4,   ///< i16 (imaginary, real) for each range bin and virtual antenna
+  range_doppler_map = 5,  ///< u16 for each range bin and Doppler bin
+  statistics = 6,
+  side_info = 7,
+  elevation_heat_map = 8,  ///< as 4, with all virtual antennas
+  temperature = 9,
+};
+
+/// A detected point: x right, y forward (boresight), z up.
+struct TiPoint {
+  static constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
+  float x_m = 0.0F, y_m = 0.0F, z_m = 0.0F;
+  float doppler_mps = kNone;     ///< positive moving away; before SDK 3 only its bin is sent
+  std::int16_t snr_ddb = 0;      ///< tenths of dB, where the frame has side information
+  std::int16_t noise_ddb = 0;    ///< likewise
+  std::uint16_t range_bin = 0;   ///< before SDK 3
+  std::int16_t doppler_bin = 0;  ///< before SDK 3
+  std::uint16_t peak = 0;        ///< before SDK 3
+};
+
+/// How the sensor fared (TLV 6).
+struct TiStatistics {
+  std::uint32_t processing_us = 0, transmit_us = 0, frame_margin_us = 0, chirp_margin_us = 0;
+  std::uint32_t active_load_percent = 0, idle_load_percent = 0;
+};
+
+/// Chip temperatures (TLV 9), °C: receivers 0…3, transmitters 0…2, power management, digital 0, 1.
+struct TiTemperature {
+  bool valid = false;
+  std::uint32_t time_ms = 0;
+  std::int16_t celsius[10] = {};
+};
+
+/// A checked frame. It refers to the decoder's bytes: copy what is wanted.
+class TiFrame {
+ public:
+  TiFrame() = default;
+
+  [[nodiscard]] const TiHeader& header() const { return header_; }
+  [[nodiscard]] std::uint64_t position() const { return position_; }  ///< of its magic word
+  [[nodiscard]] Bytes bytes() const { return bytes_; }                ///< all of it
+  [[nodiscard]] std::size_t size() const { return points_; }
+  [[nodiscard]] TiPoint operator[](std::size_t i) const;
+  [[nodiscard]] bool has_side_info() const { return !side_info_.empty(); }
+
+  /// The payload of the first item of a type; empty where there is none.
+  [[nodiscard]] Bytes find(TiTlv type) const;
+  /// Calls `f(std::uint32_t type, Bytes payload)` for every item, known or not, in order.
+  template <class F>
+  void for_each(F&& f) const {
+    const std::uint8_t* p = items_.data();
+    for (std::uint32_t i = 0; i < header_.tlvs; ++i) {
+      const std::size_t length = load_le<std::uint32_t>(p + 4);
+      f(load_le<std::uint32_t>(p), Bytes(p + 8, length));
+      p += 8 + length;
+    }
+  }
+  [[nodiscard]] std::optional<TiStatistics> statistics() const;
+  [[nodiscard]] std::optional<TiTemperature> temperature() const;
+
+ private:
+  friend class TiFraming;
+
+  TiHeader header_;
+  std::uint64_t position_ = 0;
+  std::size_t points_ = 0;
+  Bytes bytes_, items_, coordinates_, side_info_;
+  float fixed_point_scale_ = 1.0F;  ///< metres of one unit, before SDK 3
+};
+
+inline TiPoint TiFrame::operator[](std::size_t i) const {
+  TiPoint point;
+  if (header_.major() >= 3) {
+    const std::uint8_t* p = &coordinates_[16 * i];
+    point.x_m = load_le<float>(p);
+    point.y_m = load_le<float>(p + 4);
+    point.z_m = load_le<float>(p + 8);
+    point.doppler_mps = load_le<float>(p + 12);
+  } else {
+    const std::uint8_t* p = &coordinates_[12 * i];
+    const auto metres = [&](std::size_t at) {
+      return static_cast<float>(load_le<std::int16_t>(p + at)) * fixed_point_scale_;
+    };
+    point.range_bin = load_le<std::uint16_t>(p);
+    point.doppler_bin = load_le<std::int16_t>(p + 2);
+    point.peak = load_le<std::uint16_t>(p + 4);
+    point.x_m = metres(6);
+    point.y_m = metres(8);
+    point.z_m = metres(10);
+  }
+  if (!side_info_.empty()) {
+    point.snr_ddb = load_le<std::int16_t>(&side_info_[4 * i]);
+    point.noise_ddb = load_le<std::int16_t>(&side_info_[4 * i + 2]);
+  }
+  return point;
+}
+
+inline Bytes TiFrame::find(TiTlv type) const {
+  Bytes found;
+  bool done = false;
+  for_each([&](std::uint32_t t, Bytes payload) {
+    if (done || t != static_cast<std::uint32_t>(type)) return;
+    found = payload;
+    done = true;
+  });
+  return found;
+}
+
+inline std::optional<TiStatistics> TiFrame::statistics() const {
+  const Bytes b = find(TiTlv::statistics);
+  if (b.size() != 24) return std::nullopt;
+  const auto word = [&](std::size_t i) { return load_le<std::uint32_t>(&b[4 * i]); };
+  return TiStatistics{word(0), word(1), word(2), word(3), word(4), word(5)};
+}
+
+inline std::optional<TiTemperature> TiFrame::temperature() const {
+  const Bytes b = find(TiTlv::temperature);
+  if (b.size() != 28) return std::nullopt;
+  TiTemperature t{load_le<std::int32_t>(b.data()) == 0, load_le<std::uint32_t>(&b[4]), {}};
+  for (std::size_t i = 0; i < 10; ++i) t.celsius[i] = load_le<std::int16_t>(&b[8 + 2 * i]);
+  return t;
+}
+
+}  // namespace wayfare::decode

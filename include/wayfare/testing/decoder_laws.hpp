@@ -1,0 +1,257 @@
+#pragma once
+
+// The meaning of a decoder, as checks on any of them:
+//
+//   DecoderLaws<TiDecoder> laws{stream, [](const auto& message) { return text_of(message); }};
+//   laws.check();                                    // splits, garbage, bounded work
+//   const DamageReport damage = laws.damage(10000);  // what cuts, flips and insertions cost
+//
+// A message says where in the stream it begins (`position()`) and which bytes it is (`bytes()`).
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/decode/stream_decoder.hpp>
+
+namespace wayfare::testing {
+
+/// A message as far as the laws look at it.
+struct SeenMessage {
+  std::uint64_t position = 0;
+  std::uint64_t length = 0;
+  std::string text;  ///< all it says but where it was
+
+  bool operator==(const SeenMessage&) const = default;
+};
+
+/// What became of the frames of damaged streams.
+struct DamageReport {
+  std::uint64_t streams = 0;
+  std::uint64_t damaged = 0;       ///< frames some of whose bytes were cut, changed or parted
+  std::uint64_t undamaged = 0;     ///< the others
+  std::uint64_t hidden = 0;        ///< undamaged ones not delivered, under a frame that is none
+  std::uint64_t lost = 0;          ///< undamaged ones not delivered for no such reason
+  std::uint64_t false_frames = 0;  ///< delivered, but not as they were sent
+  std::uint64_t checked = 0;       ///< whole frames whose checksum was looked at and was wrong
+};
+
+template <class Decoder>
+struct DecoderLaws {
+  using Text = std::function<std::string(const typename Decoder::Message&)>;
+
+  std::vector<std::uint8_t> stream;  ///< whole frames without damage, and nothing else
+  Text text;
+  /// A decoder that is ready for `stream`.
+  std::function<std::unique_ptr<Decoder>()> make = [] { return std::make_unique<Decoder>(); };
+  /// Most often a byte may be examined, whatever the input.
+  double work_per_byte = 32.0;
+
+  void check() const {
+    any_split_gives_the_same();
+    garbage_costs_nothing();
+    work_is_bounded();
+  }
+
+  using Seen = std::vector<SeenMessage>;
+
+  [[nodiscard]] Seen decode(const std::vector<std::uint8_t>& bytes,
+                            const std::vector<std::size_t>& chunks = {},
+                            decode::DecoderStatistics* statistics = nullptr) const {
+    const auto decoder = make();
+    Seen seen;
+    const auto sink = [&](const typename Decoder::Message& m) {
+      seen.push_back({m.position(), m.bytes().size(), text(m)});
+    };
+    std::size_t at = 0, chunk = 0;
+    while (at < bytes.size()) {
+      const std::size_t wanted = chunks.empty() ? bytes.size() : chunks[chunk++ % chunks.size()];
+      const std::size_t n = std::min(wanted, bytes.size() - at);
+      // A copy of its own, so that a sanitizer sees a read past it.
+      const std::vector<std::uint8_t> piece(bytes.begin() + static_cast<long>(at),
+                                            bytes.begin() + static_cast<long>(at + n));
+      decoder->feed(piece, sink);
+      at += n;
+    }
+    decoder->finish(sink);
+    if (statistics != nullptr) *statistics = decoder->statistics();
+    return seen;
+  }
+
+  /// However the bytes are cut, with damage or without: the same messages and the same counts.
+  void any_split_gives_the_same() const {
+    Rng rng(11);
+    for (int trial = 0; trial < 40; ++trial) {
+      const Damaged d = trial == 0 ? whole() : damaged(rng, 3);
+      decode::DecoderStatistics expected, counted;
+      const Seen messages = decode(d.bytes, {}, &expected);
+      EXPECT_TRUE(trial != 0 || messages.size() > 2) << "the stream holds too few frames to judge";
+      std::vector<std::size_t> chunks;
+      for (int i = 0; i < 50; ++i)
+        chunks.push_back(1 + rng.below(std::uint64_t{1} << rng.below(13)));
+      for (const auto& split : {std::vector<std::size_t>{1}, {7}, chunks}) {
+        const Seen seen = decode(d.bytes, split, &counted);
+        EXPECT_TRUE(seen == messages) << "trial " << trial << ": " << seen.size() << " messages, "
+                                      << messages.size() << " in one piece";
+        EXPECT_TRUE(counted == expected) << "other counts in trial " << trial;
+      }
+    }
+  }
+
+  /// Bytes between the frames that cannot begin one cost nothing and are all counted.
+  void garbage_costs_nothing(std::uint8_t garbage = 0) const {
+    const Seen frames = decode(stream);
+    std::vector<std::uint8_t> bytes;
+    std::size_t at = 0, inserted = 0;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const std::size_t n = 1 + 37 * i % 101;
+      bytes.insert(bytes.end(), n, garbage);
+      inserted += n;
+      const std::size_t end = i + 1 < frames.size() ? frames[i + 1].position : stream.size();
+      bytes.insert(bytes.end(), stream.begin() + static_cast<long>(at),
+                   stream.begin() + static_cast<long>(end));
+      at = end;
+    }
+    decode::DecoderStatistics statistics;
+    const Seen seen = decode(bytes, {}, &statistics);
+    ASSERT_EQ(seen.size(), frames.size());
+    for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_EQ(seen[i].text, frames[i].text);
+    EXPECT_EQ(statistics.skipped_bytes, inserted);
+  }
+
+  /// No input, in no chunks, makes a byte be looked at more often than a fixed number of times.
+  void work_is_bounded() const {
+    Rng rng(12);
+    std::vector<std::vector<std::uint8_t>> nasty;
+    const Seen frames = decode(stream);
+    const auto begin = stream.begin() + static_cast<long>(frames.at(0).position);
+    for (const std::size_t prefix : {1U, 2U, 4U, 5U, 8U, 16U, 40U}) {  // frames that only begin
+      std::vector<std::uint8_t> bytes;
+      while (bytes.size() < 100'000)
+        bytes.insert(bytes.end(), begin, begin + static_cast<long>(prefix));
+      nasty.push_back(std::move(bytes));
+    }
+    nasty.emplace_back(100'000, stream[frames.at(0).position]);
+    nasty.emplace_back(100'000);
+    for (auto& byte : nasty.back()) byte = static_cast<std::uint8_t>(rng());
+    for (const auto& bytes : nasty) {
+      for (const std::size_t chunk : {std::size_t{1}, std::size_t{64}, bytes.size()}) {
+        const auto decoder = make();
+        const auto sink = [](const auto&) {};
+        for (std::size_t at = 0; at < bytes.size(); at += chunk)
+          decoder->feed(decode::Bytes(bytes).subspan(at, std::min(chunk, bytes.size() - at)), sink);
+        decoder->finish(sink);
+        const auto n = static_cast<double>(bytes.size());
+        const decode::DecoderWork work = decoder->work();
+        EXPECT_LE(static_cast<double>(work.looks), 2.0 * n + 2.0) << "chunks of " << chunk;
+        EXPECT_LE(static_cast<double>(work.examined), work_per_byte * n + 100.0)
+            << "chunks of " << chunk;
+      }
+    }
+  }
+
+  /// Cuts, flips and inserts bytes, one to `edits` times a stream.
+  [[nodiscard]] DamageReport damage(int streams, int edits = 3, std::uint64_t seed = 1) const {
+    Rng rng(seed);
+    DamageReport report;
+    const Seen frames = decode(stream);
+    for (int i = 0; i < streams; ++i) {
+      const Damaged d = damaged(rng, edits);
+      decode::DecoderStatistics statistics;
+      const Seen seen = decode(d.bytes, {}, &statistics);
+      report.checked += statistics.checksum_failures;
+      judge(frames, d, seen, report);
+    }
+    return report;
+  }
+
+ private:
+  /// A damaged stream; `origin` is where in the undamaged one a byte was, or -1.
+  struct Damaged {
+    std::vector<std::uint8_t> bytes;
+    std::vector<long> origin;
+  };
+
+  [[nodiscard]] Damaged whole() const {
+    Damaged d{stream, std::vector<long>(stream.size())};
+    for (std::size_t i = 0; i < stream.size(); ++i) d.origin[i] = static_cast<long>(i);
+    return d;
+  }
+
+  [[nodiscard]] Damaged damaged(Rng& rng, int edits) const {
+    Damaged d = whole();
+    for (auto k = 1 + rng.below(static_cast<std::uint64_t>(edits)); k > 0; --k) {
+      const auto at = static_cast<long>(rng.below(d.bytes.size()));
+      const auto n = static_cast<long>(1 + rng.below(20));
+      switch (rng.below(3)) {
+        case 0: {
+          const auto end = std::min(at + n, static_cast<long>(d.bytes.size()) - 1);
+          d.bytes.erase(d.bytes.begin() + at, d.bytes.begin() + end);
+          d.origin.erase(d.origin.begin() + at, d.origin.begin() + end);
+          break;
+        }
+        case 1: {
+          const auto i = static_cast<std::size_t>(at);
+          d.bytes[i] = static_cast<std::uint8_t>(d.bytes[i] ^ (1U << rng.below(8)));
+          d.origin[i] = -1;
+          break;
+        }
+        default:
+          for (long i = 0; i < n; ++i)
+            d.bytes.insert(d.bytes.begin() + at, static_cast<std::uint8_t>(rng()));
+          d.origin.insert(d.origin.begin() + at, static_cast<std::size_t>(n), -1);
+      }
+    }
+    return d;
+  }
+
+  /// Where in the damaged stream the frame now is, or -1 where it is damaged.
+  [[nodiscard]] static long place(const SeenMessage& frame, const Damaged& d) {
+    const auto first = static_cast<long>(frame.position);
+    const auto at = std::find(d.origin.begin(), d.origin.end(), first);
+    if (d.origin.end() - at < static_cast<long>(frame.length)) return -1;
+    for (std::size_t i = 0; i < frame.length; ++i)
+      if (*(at + static_cast<long>(i)) != first + static_cast<long>(i)) return -1;
+    return at - d.origin.begin();
+  }
+
+  static void judge(const Seen& frames, const Damaged& d, const Seen& seen, DamageReport& report) {
+    ++report.streams;
+    std::vector<bool> true_frame(seen.size(), false);
+    std::vector<std::uint64_t> missing;
+    for (const SeenMessage& frame : frames) {
+      const long at = place(frame, d);
+      if (at < 0) {
+        ++report.damaged;
+        continue;
+      }
+      ++report.undamaged;
+      const SeenMessage moved{static_cast<std::uint64_t>(at), frame.length, frame.text};
+      const auto found = std::find(seen.begin(), seen.end(), moved);
+      if (found == seen.end()) {
+        missing.push_back(moved.position);
+      } else {
+        true_frame[static_cast<std::size_t>(found - seen.begin())] = true;
+      }
+    }
+    for (const std::uint64_t at : missing) {
+      bool hidden = false;
+      for (std::size_t i = 0; i < seen.size(); ++i)
+        hidden |=
+            !true_frame[i] && seen[i].position <= at && at < seen[i].position + seen[i].length;
+      ++(hidden ? report.hidden : report.lost);
+    }
+    report.false_frames +=
+        static_cast<std::uint64_t>(std::count(true_frame.begin(), true_frame.end(), false));
+  }
+};
+
+}  // namespace wayfare::testing
