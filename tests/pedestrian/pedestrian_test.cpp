@@ -1,7 +1,9 @@
 // Steps, their lengths and the way they go, on simulated walks and on what should not happen.
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -62,6 +64,54 @@ TEST(StepDetector, AtRestAndInHandlingThereAreNone) {
   o.steps = 400;
   o.step_hz = 12.0;
   EXPECT_TRUE(steps_of(walk_phone(o).samples).empty());
+}
+
+/// Steps of an upright unit whose vertical acceleration is this, at 100 Hz.
+template <class Acceleration>
+std::vector<Step> steps_of_vertical(double duration_s, Acceleration acceleration) {
+  MargRecording samples;
+  for (int i = 0; i < static_cast<int>(duration_s * 100.0); ++i) {
+    MargSample s;
+    s.time = LogTime::from_nanoseconds(std::int64_t{10'000'000} * (i + 1));
+    s.specific_force_mps2 = {0.0, 0.0, 9.80665 + acceleration(0.01 * (i + 1))};
+    samples.push_back(s);
+  }
+  return steps_of(samples);
+}
+double wave(double hz, double t) { return std::sin(2.0 * std::numbers::pi * hz * t); }
+
+// Thirty steps of 1.8 a second, then a bag that goes on swinging a little: as often, a fifth as
+// far.
+TEST(StepDetector, WhatSwingsOnAfterAWalkIsNoWalk) {
+  const auto steps =
+      steps_of_vertical(30.0, [](double t) { return (t < 30.0 / 1.8 ? 3.0 : 0.6) * wave(1.8, t); });
+  EXPECT_NEAR(double(steps.size()), 30.0, 1.0);
+}
+
+// Between steps of one walk a swing that a moving arm took away is a step; a pause is none.
+TEST(StepDetector, AStepThatIsNotSeenIsCounted) {
+  const auto gap = [](double missing) {
+    return steps_of_vertical(40.0, [=](double t) {
+      const double step = t * 2.0;  // two a second
+      return step > 30.0 && step < 30.0 + missing ? 0.0 : 3.0 * wave(2.0, t);
+    });
+  };
+  EXPECT_NEAR(double(gap(1.0).size()), 80.0, 1.0);
+  const auto steps = gap(1.0);
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    EXPECT_NEAR(to_seconds(steps[i].time - steps[i - 1].time), 0.5, 0.1) << i;
+    EXPECT_NEAR(steps[i].interval_s, 0.5, 0.1) << i;
+  }
+  EXPECT_NEAR(double(gap(8.0).size()), 72.0, 1.0);
+}
+
+// A runner who walks on swings less than a third as far; who walks on running, three times as far.
+TEST(StepDetector, FollowsFromRunningToWalkingAndBack) {
+  const auto steps = steps_of_vertical(60.0, [](double t) {
+    const bool runs = t < 20.0 || t > 40.0;
+    return runs ? 12.0 * wave(2.5, t) : 4.0 * wave(2.0, t);
+  });
+  EXPECT_NEAR(double(steps.size()), 50.0 + 40.0 + 50.0, 4.0);
 }
 
 TEST(StepLength, ModelsGiveTheirFormulas) {

@@ -52,28 +52,38 @@ std::vector<long> numbers(const std::string& json, const std::string& key) {
   return found;
 }
 
+struct Counted {
+  int steps = 0;
+  /// What the time from the first to the last step holds at the median pace.
+  double at_pace = 0.0;
+};
+
 /// Steps between two times, with force in three columns.
-int count_steps(const io::FloatTable& table, std::size_t column, double from_s, double to_s,
-                bool has_time) {
+Counted count_steps(const io::FloatTable& table, std::size_t column, double from_s, double to_s,
+                    bool has_time) {
   StepDetector detector;
-  int count = 0;
+  std::vector<double> times, intervals;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     const auto r = table.row(i);
     const double t = has_time ? double(r[0]) : 0.01 * double(i);
     detector.add(testing::recording_time(t),
                  Eigen::Vector3d(r[column], r[column + 1], r[column + 2]), [&](const Step& s) {
                    const double at = to_seconds(s.time - testing::recording_time(0.0));
-                   count += at >= from_s && at <= to_s ? 1 : 0;
+                   if (at < from_s || at > to_s) return;
+                   times.push_back(at);
+                   intervals.push_back(s.interval_s);
                  });
   }
-  return count;
+  if (times.empty()) return {};
+  return {static_cast<int>(times.size()), 1.0 + (times.back() - times.front()) / median(intervals)};
 }
 
-// Phones in hands, pockets, pouches, purses and on arms (Salvi et al. 2018). Asked for was 1 %.
+// Phones in hands, pockets, pouches, purses and on arms (Salvi et al. 2018). Every other one (+)
+// was used for choosing the parameters. Asked for was 1 %.
 TEST(StepRecordings, OxfordPhones) {
   WAYFARE_NEEDS_RECORDING(truth, "pdr/oxford_steps/optimisation_steps.json");
   const std::string json = text_of(truth);
-  double sum = 0.0;
+  double sums[2] = {0.0, 0.0};
   int n = 0;
   for (const auto& path : testing::files_in(folder_of(truth) + "/optimisation_100hz")) {
     const auto at = json.find('"' + stem_of(path) + "\":");
@@ -81,22 +91,25 @@ TEST(StepRecordings, OxfordPhones) {
     const double steps = std::strtod(json.c_str() + json.find(':', at) + 1, nullptr);
     const auto table = io::read_float_table(path);
     ASSERT_TRUE(table) << path;
-    const int counted = count_steps(*table, 1, 0.0, 1e9, true);
-    std::printf("%-36s %3.0f steps, %3d counted, %+.1f %%\n", stem_of(path).c_str(), steps, counted,
-                100.0 * (counted - steps) / steps);
-    sum += std::abs(counted - steps) / steps;
+    const Counted counted = count_steps(*table, 1, 0.0, 1e9, true);
+    std::printf("%s %-36s %3.0f steps, %3d counted, %+.1f %%, %.0f at the median pace\n",
+                n % 2 == 0 ? "+" : " ", stem_of(path).c_str(), steps, counted.steps,
+                100.0 * (counted.steps - steps) / steps, counted.at_pace);
+    sums[n % 2] += std::abs(counted.steps - steps) / steps;
     ++n;
   }
   ASSERT_EQ(n, 24);
-  std::printf("mean absolute error %.2f %%\n", 100.0 * sum / n);
-  EXPECT_LE(sum / n, 0.02);
+  const double all = (sums[0] + sums[1]) / n;
+  std::printf("mean absolute error %.2f %%, of those chosen on %.2f %%, of the others %.2f %%\n",
+              100.0 * all, 200.0 * sums[0] / n, 200.0 * sums[1] / n);
+  EXPECT_LE(all, 0.0145);
 }
 
 // The lower back: ten metres, a turn about, ten metres (Truong et al. 2019); within the bounds of
-// the trials as they are annotated.
+// the trials as they are annotated. Every other one (+) was used for choosing.
 TEST(StepRecordings, LowerBack) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/ipol_gait/1-3.f32.gz");
-  double sum = 0.0;
+  double sums[2] = {0.0, 0.0};
   int n = 0;
   for (const auto& path : testing::files_in(folder_of(file))) {
     const auto json = text_of(folder_of(file) + "/" + stem_of(path) + ".json");
@@ -111,14 +124,18 @@ TEST(StepRecordings, LowerBack) {
     const auto table = io::read_float_table(path);
     ASSERT_TRUE(table) << path;
     const int counted = count_steps(*table, 0, 0.01 * double(bounds[0]) - 0.3,
-                                    0.01 * double(bounds[1]) + 0.3, false);
-    std::printf("%-6s %d steps, %d counted\n", stem_of(path).c_str(), steps, counted);
-    sum += std::abs(counted - steps) / double(steps);
+                                    0.01 * double(bounds[1]) + 0.3, false)
+                            .steps;
+    std::printf("%s %-6s %d steps, %d counted\n", n % 2 == 0 ? "+" : " ", stem_of(path).c_str(),
+                steps, counted);
+    sums[n % 2] += std::abs(counted - steps) / double(steps);
     ++n;
   }
   ASSERT_EQ(n, 15);
-  std::printf("mean absolute error %.2f %%\n", 100.0 * sum / n);
-  EXPECT_LE(sum / n, 0.04);
+  const double all = (sums[0] + sums[1]) / n;
+  std::printf("mean absolute error %.2f %%, of those chosen on %.2f %%, of the others %.2f %%\n",
+              100.0 * all, 100.0 * sums[0] / 8, 100.0 * sums[1] / 7);
+  EXPECT_LE(all, 0.04);
 }
 
 // A phone held before one, in two buildings. Lengths were calibrated on the first alone. Asked for
