@@ -1,5 +1,6 @@
 // Simulates a robot's run through a floor plan and writes it as a log.
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -15,6 +16,7 @@
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sim/plan_text.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
+#include <wayfare/sim/worlds.hpp>
 
 #include "exit_code.hpp"
 #include "progress_line.hpp"
@@ -40,11 +42,13 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& o) {
-  app.add_option("PLAN", o.plan,
-                 "floor plan as text, or the .yaml file of a map picture; without it, the built-in "
-                 "building");
+  app.add_option(
+      "PLAN", o.plan,
+      "a world's name, a floor plan as text, or the .yaml file of a map picture; without "
+      "it, the built-in building");
   app.add_option("--waypoint", o.waypoints,
-                 "X Y in metres, once for every place to drive through; replaces the plan's route")
+                 "X Y in metres, once for every place to drive through; replaces the plan's route "
+                 "(not a world's)")
       ->take_all();
   app.add_option("--out", o.log, "the CARMEN log to write");
   app.add_option("--truth", o.truth, "where the robot really was, as a TUM trajectory");
@@ -136,8 +140,55 @@ Result<void> refuse_existing(const Options& o) {
   return {};
 }
 
+bool is_world(const std::string& name) {
+  const auto names = sim::world_names();
+  return std::any_of(names.begin(), names.end(), [&](const auto& w) { return w.name == name; });
+}
+
+std::string footer() {
+  std::string text = "Worlds, driven by a Turtlebot with wheels, gyro, LiDAR and radar:\n";
+  for (const sim::WorldName& world : sim::world_names()) {
+    (text += "  ") += world.name;
+    text.append(18 - world.name.size(), ' ') += world.description;
+    text += '\n';
+  }
+  return text + "The robot's options are for plans; a world's robot is as it is.";
+}
+
+Result<Recording> run_world(const Options& o) {
+  const Rng rng(o.seed);
+  const auto world = sim::make_world(o.plan, rng);
+  if (!world) return world.error();
+  examples::ProgressLine progress("simulating", o.quiet);
+  auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng,
+                                       {[&](double fraction) { progress.update(fraction); }, {}});
+  if (recording) progress.finish();
+  return recording;
+}
+
+void print_world(const Options& o, const Recording& r) {
+  std::size_t points = 0;
+  for (const RadarScan& scan : r.radar) points += scan.points.size();
+  std::printf("%s: %zu scans, %zu radar frames with %zu points, %zu wheel samples, %.1f s\n",
+              o.log.c_str(), r.scans.size(), r.radar.size(), points, r.wheels.size(),
+              to_seconds(r.truth.back().time - r.truth.front().time));
+}
+
+Result<void> simulate_in_world(const Options& o) {
+  const auto recording = run_world(o);
+  if (!recording) return recording.error();
+  const io::WriteOptions write{o.force ? io::Existing::replace : io::Existing::refuse};
+  if (auto done = io::write_carmen(o.log, *recording, write); !done) return done;
+  if (!o.truth.empty()) {
+    if (auto done = io::write_tum(o.truth, recording->truth, write); !done) return done;
+  }
+  if (!o.quiet) print_world(o, *recording);
+  return {};
+}
+
 Result<void> run(const Options& o) {
   if (auto clear = refuse_existing(o); !clear) return clear;
+  if (is_world(o.plan)) return simulate_in_world(o);
   const auto planned = load_plan(o);
   if (!planned) return planned.error();
   examples::ProgressLine progress("simulating", o.quiet);
@@ -164,6 +215,7 @@ Result<void> run(const Options& o) {
 
 int main(int argc, char** argv) {
   CLI::App app("Simulate a robot with wheels, gyro and a 2D LiDAR in a floor plan.");
+  app.footer(footer());
   Options options;
   add_options(app, options);
   add_robot_options(app, options);

@@ -67,7 +67,13 @@ class Driver {
   double turn_rate_ = 0.0;
 };
 
-// Calls visit(time, forward, turn) at the end of every `period`: metres rolled forward and radians
+Carpet floor_at(std::span<const Carpet> carpets, const Eigen::Vector2d& place) {
+  for (const Carpet& carpet : carpets)
+    if (carpet.covers(place)) return carpet;
+  return {.slip_factor = 1.0, .reported_scale = 1.0};
+}
+
+// Calls visit(pose, forward, turn) at the end of every `period`: metres rolled forward and radians
 // turned since the call before.
 template <class Visit>
 void for_each_period(const Trajectory& truth, Duration period, const Visit& visit) {
@@ -79,7 +85,7 @@ void for_each_period(const Trajectory& truth, Duration period, const Visit& visi
     forward_m += twist.x();
     turn_rad += twist.z();
     if (truth[i].time < due) continue;
-    visit(truth[i].time, forward_m, turn_rad);
+    visit(truth[i], forward_m, turn_rad);
     forward_m = turn_rad = 0.0;
     while (due <= truth[i].time) due += period;
   }
@@ -131,14 +137,17 @@ std::vector<WheelSample> simulate_wheels(const Trajectory& truth, Duration perio
   std::vector<WheelSample> samples;
   if (truth.empty()) return samples;
   samples.push_back({truth.front().time, 0.0, 0.0});
-  const auto count = [&](double rolled_m, double scale) {
-    const double slip_m = params.slip_m_per_sqrt_m * std::sqrt(std::abs(rolled_m)) * rng.normal();
-    return scale * rolled_m + slip_m;
+  const auto count = [&](double rolled_m, double scale, const Carpet& floor) {
+    const double slip_m =
+        floor.slip_factor * params.slip_m_per_sqrt_m * std::sqrt(std::abs(rolled_m)) * rng.normal();
+    return floor.reported_scale * scale * rolled_m + slip_m;
   };
-  for_each_period(truth, period, [&](LogTime time, double forward_m, double turn_rad) {
+  for_each_period(truth, period, [&](const StampedPose& at, double forward_m, double turn_rad) {
+    const LogTime time = at.time;
+    const Carpet floor = floor_at(params.carpets, at.T_map_base.raw().translation());
     const double half_m = 0.5 * params.wheel_base_m * turn_rad;
-    const double left_m = count(forward_m - half_m, params.left_scale);
-    const double right_m = count(forward_m + half_m, params.right_scale);
+    const double left_m = count(forward_m - half_m, params.left_scale, floor);
+    const double right_m = count(forward_m + half_m, params.right_scale, floor);
     samples.push_back({time, left_m, right_m});
   });
   return samples;
@@ -149,7 +158,8 @@ std::vector<GyroSample> simulate_gyro(const Trajectory& truth, Duration period,
   std::vector<GyroSample> samples;
   if (truth.empty()) return samples;
   samples.push_back({truth.front().time, 0.0});
-  for_each_period(truth, period, [&](LogTime time, double, double turn_rad) {
+  for_each_period(truth, period, [&](const StampedPose& at, double, double turn_rad) {
+    const LogTime time = at.time;
     const double dt_s = to_seconds(time - samples.back().time);
     const double walk_rad =
         params.angle_random_walk_rad_per_sqrt_s * std::sqrt(dt_s) * rng.normal();

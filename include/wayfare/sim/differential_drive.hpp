@@ -31,6 +31,18 @@ struct DriveParams {
 [[nodiscard]] Result<Trajectory> drive_route(std::span<const Eigen::Vector2d> route_m,
                                              const DriveParams& params = {}, LogTime start = {});
 
+/// A piece of floor on which wheels slip more and sink in: they report more than they roll.
+struct Carpet {
+  Eigen::Vector2d lower_m = Eigen::Vector2d::Zero();
+  Eigen::Vector2d upper_m = Eigen::Vector2d::Zero();
+  double slip_factor = 3.0;      ///< of the random slip's standard deviation
+  double reported_scale = 1.02;  ///< metres reported per metre rolled
+
+  [[nodiscard]] bool covers(const Eigen::Vector2d& p) const {
+    return (p.array() >= lower_m.array()).all() && (p.array() <= upper_m.array()).all();
+  }
+};
+
 struct WheelParams {
   double wheel_base_m = 0.4;
   double left_scale = 1.0;  ///< metres reported per metre rolled: a wheel of another radius
@@ -38,6 +50,7 @@ struct WheelParams {
   /// Random slip of each wheel: standard deviation after one metre, growing with the root of the
   /// distance rolled (forward or backward).
   double slip_m_per_sqrt_m = 0.004;
+  std::vector<Carpet> carpets = {};  ///< in the frame of the truth; the first that covers counts
 };
 
 struct GyroParams {

@@ -1,0 +1,50 @@
+#pragma once
+
+// A millimetre-wave radar of the AWR1843's kind, down to the cells of its own signal processing:
+// range and Doppler transform, adaptive threshold in both, angle transform over eight virtual
+// antennas. Points therefore come as the device gives them: on its grid, many or none to an object,
+// with side lobes, and nothing where the neighbourhood is as bright.
+
+#include <cstddef>
+#include <span>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/core/se2.hpp>
+#include <wayfare/measure/radar_scan.hpp>
+#include <wayfare/sim/reflectors.hpp>
+
+namespace wayfare::sim {
+
+/// The default is the AWR1843 with the demonstration firmware's "best range resolution" settings:
+/// 77 GHz, two transmitters and four receivers, 256 samples, 16 chirps each.
+struct RadarParams {
+  double range_bin_m = 0.0436;
+  double doppler_bin_m_s = 0.1217;
+  std::size_t doppler_bins = 16;  ///< a power of two; speeds wrap at half of them
+  std::size_t azimuth_bins = 64;  ///< equal steps of the sine, over [-1, 1)
+  double wavelength_m = 0.003785;
+  double min_range_m = 0.5;  ///< nearer points are the antennas seeing each other: cut off
+  double max_range_m = 6.0;
+  std::size_t max_points = 100;  ///< what a frame has room for; the farthest are cut off
+  double threshold_db = 9.0;     ///< over the mean of the neighbours, in range and in Doppler
+  std::size_t range_guard = 4;   ///< cells on either side that are not neighbours
+  std::size_t range_window = 8;  ///< neighbours on either side; the side that is darker counts
+  std::size_t doppler_guard = 2;
+  std::size_t doppler_window = 4;  ///< neighbours on either side, both count
+  double second_peak = 0.5;        ///< of the power of a cell's first peak in angle
+  double beam_exponent = 6.0;      ///< power falls with this power of cos(azimuth), both ways
+  double wall_loss_db = 8.0;       ///< of a wall that is looked through, both ways
+  int walls_seen_through = 1;
+};
+
+/// The frame at `time` of a radar at `T_plan_radar` that moves with `velocity_m_s` (its own axes).
+/// `rng` draws the receivers' noise; what the reflectors send back is fixed by the geometry to a
+/// fraction of the wavelength.
+[[nodiscard]] RadarScan simulate_radar(const FloorPlan& plan, std::span<const Reflector> reflectors,
+                                       const SE2d& T_plan_radar,
+                                       const Eigen::Vector2d& velocity_m_s, LogTime time,
+                                       const RadarParams& params, Rng& rng);
+
+}  // namespace wayfare::sim

@@ -1,0 +1,222 @@
+#include <wayfare/sim/worlds.hpp>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace wayfare::sim {
+namespace {
+
+using Eigen::Vector2d;
+
+enum Stream : std::uint64_t { kFurniture, kRobot, kDrive, kRadar };
+
+constexpr std::array<WorldName, 3> kWorlds{{
+    {"corridor_loop", "long corridors around a block, 18 m x 30 m, one round and a bit"},
+    {"room", "a room of 6 m x 8 m with a little furniture, two rounds"},
+    {"cluttered_room", "the same room full of things, driven to and fro over the same places"},
+}};
+
+// A closed polygon's walls, and the posts of doors set back into them.
+class Walls {
+ public:
+  void add_polygon(const std::vector<Vector2d>& corners) {
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      segments_.push_back({corners[i], corners[(i + 1) % corners.size()]});
+  }
+  void add_box(const Vector2d& lower, const Vector2d& upper) {
+    add_polygon({lower, {upper.x(), lower.y()}, upper, {lower.x(), upper.y()}});
+  }
+  // A wall from `a` to `b` with doors of 0.9 m, their leaves set back to the right hand.
+  void add_wall_with_doors(const Vector2d& a, const Vector2d& b, double recess_m, Rng& rng) {
+    constexpr double kDoor_m = 0.9;
+    const double length = (b - a).norm();
+    const Vector2d along = (b - a) / length, back = recess_m * Vector2d(along.y(), -along.x());
+    double at = 0.0;
+    while (true) {
+      const double door = at + rng.uniform(1.2, 5.0);
+      if (door + kDoor_m + 1.0 > length) break;
+      const Vector2d left = a + door * along, right = a + (door + kDoor_m) * along;
+      segments_.push_back({a + at * along, left});
+      segments_.push_back({left, left + back});
+      segments_.push_back({left + back, right + back});
+      segments_.push_back({right + back, right});
+      frames_.push_back(left);
+      frames_.push_back(right);
+      at = door + kDoor_m;
+    }
+    segments_.push_back({a + at * along, b});
+  }
+
+  std::vector<Segment> segments_;
+  std::vector<Vector2d> frames_;
+};
+
+// Boxes are known to be sound walls.
+FloorPlan plan_of(std::vector<Segment> segments) {
+  return std::move(FloorPlan::from_segments(std::move(segments))).value();
+}
+
+World corridor_loop(const Rng& rng) {
+  constexpr double kWidth_m = 18.0, kLength_m = 30.0, kCorridor_m = 2.2, kRecess_m = 0.03;
+  Walls walls;
+  Rng doors = rng.stream(kDrive);
+  const auto ring = [&](double inset, bool outwards) {
+    std::vector<Vector2d> c{{inset, inset},
+                            {kWidth_m - inset, inset},
+                            {kWidth_m - inset, kLength_m - inset},
+                            {inset, kLength_m - inset}};
+    if (!outwards) std::swap(c[1], c[3]);
+    for (std::size_t i = 0; i < 4; ++i)
+      walls.add_wall_with_doors(c[i], c[(i + 1) % 4], kRecess_m, doors);
+  };
+  ring(0.0, true);
+  ring(kCorridor_m, false);
+  const double m = 0.5 * kCorridor_m, x = kWidth_m - m, y = kLength_m - m;
+  // Clockwise, past the start into the second round.
+  std::vector<Vector2d> route{{m, 6.0}, {m, y}, {x, y}, {x, m}, {m, m}, {m, 6.0}, {m, 12.0}};
+  World world = furnished_world(plan_of(walls.segments_), std::move(route), walls.frames_, {}, rng);
+  world.carpets.push_back({{8.0, 0.0}, {12.0, kCorridor_m}});
+  return world;
+}
+
+World room(const Rng& rng, bool cluttered) {
+  Walls walls;
+  Rng doors = rng.stream(kDrive);
+  const std::array<Vector2d, 4> c{{{0.0, 0.0}, {6.0, 0.0}, {6.0, 8.0}, {0.0, 8.0}}};
+  for (std::size_t i = 0; i < 4; ++i) walls.add_wall_with_doors(c[i], c[(i + 1) % 4], 0.05, doors);
+  walls.add_box({5.2, 3.0}, {5.9, 4.6});  // cupboard
+  walls.add_box({0.1, 6.9}, {1.3, 7.6});  // desk
+  walls.add_box({2.7, 3.6}, {3.2, 4.4});  // table
+  std::vector<Vector2d> route{{1.2, 1.2}, {4.4, 1.2}, {4.4, 6.6}, {2.0, 6.2}, {1.2, 1.2},
+                              {4.4, 1.2}, {4.4, 6.6}, {2.0, 6.2}, {1.2, 2.0}};
+  if (cluttered) {
+    walls.add_box({1.9, 1.9}, {2.3, 2.3});
+    walls.add_box({1.8, 5.2}, {2.5, 5.5});
+    walls.add_box({3.6, 5.4}, {3.9, 6.3});
+    walls.add_box({4.3, 0.2}, {5.2, 0.6});
+    walls.add_box({0.1, 3.0}, {0.5, 4.2});
+    walls.add_box({3.7, 2.1}, {4.0, 2.6});
+    route = {{1.2, 1.2}, {3.2, 1.3}, {4.7, 1.9}, {4.6, 4.8}, {4.7, 7.0}, {2.8, 7.0},
+             {1.2, 6.2}, {1.2, 4.4}, {1.2, 1.2}, {1.2, 4.4}, {1.2, 6.2}, {2.8, 7.0},
+             {4.7, 7.0}, {4.6, 4.8}, {4.7, 1.9}, {3.2, 1.3}, {1.2, 1.2}, {1.2, 3.0}};
+  }
+  FurnishParams params;
+  if (cluttered) params.floor_per_m2 *= 2.0;
+  World world =
+      furnished_world(plan_of(walls.segments_), std::move(route), walls.frames_, params, rng);
+  world.carpets.push_back({{3.2, 0.2}, {5.0, 2.4}});
+  return world;
+}
+
+// Every half metre of the way.
+std::vector<Vector2d> places_along(const std::vector<Vector2d>& route_m) {
+  std::vector<Vector2d> places;
+  for (std::size_t i = 1; i < route_m.size(); ++i) {
+    const Vector2d leg = route_m[i] - route_m[i - 1];
+    const int steps = 1 + static_cast<int>(leg.norm() / 0.5);
+    for (int k = 0; k < steps; ++k) places.push_back(route_m[i - 1] + k * leg / steps);
+  }
+  return places;
+}
+
+// Speed of the radar over the floor in its own axes, by the poses around the frame.
+Vector2d velocity_at(const Trajectory& truth, LogTime time, const SE2d& T_base_radar) {
+  constexpr Duration kHalf{10'000'000};
+  const SE2d before = true_pose_at(truth, time - kHalf) * T_base_radar;
+  const SE2d after = true_pose_at(truth, time + kHalf) * T_base_radar;
+  return after.minus(before).head<2>() / to_seconds(2 * kHalf);
+}
+
+Result<std::vector<RadarScan>> record_radar(const World& world, const Trajectory& truth,
+                                            const RadarMount& mount, const Rng& rng,
+                                            const SimulationControl& control) {
+  std::vector<RadarScan> scans;
+  const SE2d T_base_radar = mount.T_base_radar.raw();
+  const LogTime start = truth.front().time;
+  const double length_s = std::max(1e-9, to_seconds(truth.back().time - start));
+  for (LogTime t = start; t <= truth.back().time; t += mount.period) {
+    if (control.stop.stop_requested()) return Error{ErrorCode::cancelled, "stopped on request"};
+    Rng noise = rng.stream(scans.size());
+    scans.push_back(simulate_radar(world.plan, world.reflectors,
+                                   true_pose_at(truth, t) * T_base_radar,
+                                   velocity_at(truth, t, T_base_radar), t, mount.radar, noise));
+    if (control.progress) control.progress(to_seconds(t - start) / length_s);
+  }
+  return scans;
+}
+
+}  // namespace
+
+std::span<const WorldName> world_names() { return kWorlds; }
+
+Result<World> make_world(std::string_view name, const Rng& rng) {
+  if (name == "corridor_loop") return corridor_loop(rng);
+  if (name == "room") return room(rng, false);
+  if (name == "cluttered_room") return room(rng, true);
+  std::string message = "there is no world '" + std::string(name) + "'; there are";
+  for (const WorldName& world : kWorlds) (message += ' ') += world.name;
+  return Error{ErrorCode::not_found, std::move(message)};
+}
+
+World furnished_world(FloorPlan plan, std::vector<Vector2d> route_m, std::vector<Vector2d> frames_m,
+                      const FurnishParams& params, const Rng& rng) {
+  const Interior interior{std::move(frames_m), places_along(route_m)};
+  std::vector<Reflector> reflectors = furnish(plan, interior, params, rng.stream(kFurniture));
+  return {std::move(plan), std::move(route_m), std::move(reflectors), {}};
+}
+
+WorldRobot turtlebot(const Rng& rng) {
+  Rng draw = rng.stream(kRobot);
+  WorldRobot robot;
+  DriveParams& drive = robot.robot.drive;
+  drive.max_speed_m_s = 0.25;
+  drive.max_turn_rate_rad_s = 0.8;
+  drive.max_acceleration_m_s2 = 0.3;
+  drive.waypoint_radius_m = 0.15;
+  WheelParams& wheels = robot.robot.wheels;
+  wheels.wheel_base_m = 0.287;
+  wheels.left_scale = draw.normal(1.0, 0.0015);
+  wheels.right_scale = draw.normal(1.0, 0.0015);
+  wheels.slip_m_per_sqrt_m = 0.006;
+  robot.robot.gyro.bias_rad_s = draw.normal(0.0, 0.0015);
+  robot.robot.gyro.angle_random_walk_rad_per_sqrt_s = 0.001;
+  robot.robot.lidar = full_circle(360);
+  robot.robot.lidar.min_range_m = 0.12;
+  robot.robot.lidar.max_range_m = 3.5;
+  robot.robot.lidar.range_noise_m = 0.015;
+  robot.robot.odometry_period = Duration(50'000'000);
+  robot.robot.T_base_laser = Transform2<frame::Base, frame::Laser>(SE2d(-0.064, 0.0, Angle{}));
+  robot.robot.radius_m = 0.15;
+  robot.radar.T_base_radar = Transform2<frame::Base, frame::Radar>(SE2d(0.08, 0.0, Angle{}));
+  return robot;
+}
+
+Result<Recording> simulate_world(const World& world, const WorldRobot& robot, const Rng& rng,
+                                 const SimulationControl& control) {
+  SimulationControl part = control;
+  constexpr double kLidarShare = 0.2;
+  if (control.progress) part.progress = [&](double f) { control.progress(kLidarShare * f); };
+  RobotParams params = robot.robot;
+  params.wheels.carpets = world.carpets;
+  auto run = simulate_recording(world.plan, world.route_m, params, rng.stream(kDrive), part);
+  if (!run) return run.error();
+  if (control.progress)
+    part.progress = [&](double f) { control.progress(kLidarShare + (1.0 - kLidarShare) * f); };
+  auto radar = record_radar(world, run->truth, robot.radar, rng.stream(kRadar), part);
+  if (!radar) return radar.error();
+  Recording recording = std::move(run->recording);
+  recording.T_base_radar = robot.radar.T_base_radar;
+  recording.radar = std::move(radar).value();
+  recording.wheel_base_m = params.wheels.wheel_base_m;
+  recording.wheels = std::move(run->wheels);
+  recording.gyro = std::move(run->gyro);
+  for (LogTime due; const StampedPose& pose : run->truth) {
+    if (pose.time < due) continue;
+    recording.truth.push_back(pose);
+    due = pose.time + params.odometry_period;
+  }
+  return recording;
+}
+
+}  // namespace wayfare::sim

@@ -1,0 +1,204 @@
+// A radar's frames against what its signal processing must give for known reflectors.
+
+#include <wayfare/sim/radar.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace wayfare::sim {
+namespace {
+
+using Eigen::Vector2d;
+
+FloorPlan far_box() {
+  return std::move(FloorPlan::from_segments({{{-50.0, -50.0}, {50.0, -50.0}},
+                                             {{50.0, -50.0}, {50.0, 50.0}},
+                                             {{50.0, 50.0}, {-50.0, 50.0}},
+                                             {{-50.0, 50.0}, {-50.0, -50.0}}}))
+      .value();
+}
+
+Reflector reflector(double x, double y, double strength_db) { return {{x, y}, strength_db}; }
+
+RadarScan frame(const FloorPlan& plan, const std::vector<Reflector>& reflectors,
+                const Vector2d& velocity = Vector2d::Zero(), std::uint64_t seed = 1,
+                const RadarParams& params = {}, const SE2d& pose = {}) {
+  Rng rng(seed);
+  return simulate_radar(plan, reflectors, pose, velocity, LogTime{}, params, rng);
+}
+
+TEST(Radar, PointsLieOnTheProcessingGrid) {
+  const std::vector<Reflector> many = {reflector(2.0, 0.5, 60.0), reflector(3.1, -1.2, 62.0),
+                                       reflector(1.0, 0.1, 50.0), reflector(4.4, 2.0, 66.0)};
+  const RadarScan scan = frame(far_box(), many, {0.3, 0.0});
+  ASSERT_FALSE(scan.points.empty());
+  for (const RadarPoint& p : scan.points) {
+    const double range = std::hypot(p.x_m, p.y_m), bin = range / 0.0436;
+    EXPECT_NEAR(bin, std::round(bin), 1e-4);
+    const double sine = 32.0 * static_cast<double>(p.y_m) / range;
+    EXPECT_NEAR(sine, std::round(sine), 1e-4);
+    const double doppler = static_cast<double>(p.doppler_m_s) / 0.1217;
+    EXPECT_NEAR(doppler, std::round(doppler), 1e-4);
+    EXPECT_GT(p.snr_db, 9.0F);
+    EXPECT_GE(p.x_m, 0.0F);
+  }
+}
+
+// The strongest point is within half a bin of the truth in each coordinate; noise 40 dB down moves
+// no peak by another bin.
+TEST(Radar, AReflectorIsFoundWhereItIs) {
+  Rng rng(7);
+  for (int i = 0; i < 50; ++i) {
+    const double range = rng.uniform(0.8, 5.5), sine = rng.uniform(-0.7, 0.7);
+    const Vector2d at(range * std::sqrt(1.0 - sine * sine), range * sine);
+    const double strength = 45.0 + 40.0 * std::log10(range) - 60.0 * std::log10(at.x() / range);
+    const Vector2d velocity(rng.uniform(-0.7, 0.7), 0.0);
+    const SE2d pose(3.0, -2.0, Angle::degrees(rng.uniform(-180.0, 180.0)));
+    const Vector2d in_plan = pose * at;
+    const RadarScan scan =
+        frame(far_box(), {reflector(in_plan.x(), in_plan.y(), strength)}, velocity, 1, {}, pose);
+    ASSERT_FALSE(scan.points.empty());
+    const RadarPoint& best = *std::max_element(
+        scan.points.begin(), scan.points.end(),
+        [](const RadarPoint& a, const RadarPoint& b) { return a.snr_db < b.snr_db; });
+    const double found = std::hypot(best.x_m, best.y_m);
+    EXPECT_NEAR(found, range, 0.5 * 0.0436 + 0.001);
+    EXPECT_NEAR(best.y_m / found, sine, 0.75 / 32.0);
+    EXPECT_NEAR(best.doppler_m_s, -velocity.x() * at.x() / range, 0.75 * 0.1217);
+  }
+}
+
+// The mean of the logarithms of eight exponential powers is 4.34 * 1.64 / sqrt(8) = 2.0 dB wide and
+// has lighter tails than a normal one above its mean: 9 dB is beyond 4.5 sigma, 4e-6 a cell. Two
+// hundred frames have 4e5 cells, so that a handful of points may come, not more.
+TEST(Radar, NoiseAloneHardlyEverMakesPoints) {
+  std::size_t points = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed)
+    points += frame(far_box(), {}, Vector2d::Zero(), seed).points.size();
+  EXPECT_LE(points, 10U);
+}
+
+TEST(Radar, PowerFallsWithTheFourthPowerOfTheDistance) {
+  const auto strongest = [](double range) {
+    double best = 0.0;
+    const RadarScan scan = frame(far_box(), {reflector(range, 0.0, 60.0)});
+    for (const RadarPoint& p : scan.points) best = std::max(best, static_cast<double>(p.snr_db));
+    return best;
+  };
+  // Whole bins, so that no tone falls between two: 40 log10(2) = 12.04 dB, noise of the mean of 8
+  // neighbours under 1 dB.
+  EXPECT_NEAR(strongest(46 * 0.0436) - strongest(92 * 0.0436), 12.04, 1.5);
+}
+
+TEST(Radar, NothingIsSeenBehindItOrBeyondItsRange) {
+  const std::vector<Reflector> out = {reflector(-1.0, 0.0, 70.0), reflector(6.3, 0.0, 80.0),
+                                      reflector(0.3, 0.0, 40.0)};
+  for (const RadarPoint& p : frame(far_box(), out).points)
+    EXPECT_LE(std::hypot(p.x_m, p.y_m), 6.0F);
+  for (const Reflector& r : {out[0], out[2]}) EXPECT_TRUE(frame(far_box(), {r}).points.empty());
+}
+
+FloorPlan wall_ahead() {
+  return std::move(FloorPlan::from_segments({{{3.0, -4.0}, {3.0, 4.0}}})).value();
+}
+
+TEST(Radar, SeesThroughOneWallAtALoss) {
+  RadarParams params;
+  const Reflector behind = reflector(4.0, 0.2, 56.0);
+  EXPECT_FALSE(frame(wall_ahead(), {behind}, Vector2d::Zero(), 1, params).points.empty());
+  params.walls_seen_through = 0;
+  EXPECT_TRUE(frame(wall_ahead(), {behind}, Vector2d::Zero(), 1, params).points.empty());
+  params.walls_seen_through = 1;
+  params.wall_loss_db = 40.0;
+  EXPECT_TRUE(frame(wall_ahead(), {behind}, Vector2d::Zero(), 1, params).points.empty());
+}
+
+TEST(Radar, AGhostIsSeenThroughItsMirrorAlone) {
+  const FloorPlan plan =
+      std::move(FloorPlan::from_segments({{{3.0, -0.5}, {3.0, 0.5}}, {{0.0, 3.0}, {6.0, 3.0}}}))
+          .value();
+  Reflector ghost = reflector(4.0, 0.0, 60.0);
+  ghost.mirror = 0;
+  EXPECT_FALSE(frame(plan, {ghost}).points.empty());
+  EXPECT_TRUE(frame(plan, {ghost}, Vector2d::Zero(), 1, {}, SE2d(0.0, 2.0, Angle{})).points.empty())
+      << "the line to the image passes the mirror by";
+}
+
+TEST(Radar, AFrameHasRoomForSoManyPoints) {
+  std::vector<Reflector> many;
+  for (int i = 0; i < 60; ++i) many.push_back(reflector(0.8 + 0.085 * i, 0.3 * (i % 5 - 2), 75.0));
+  RadarParams params;
+  params.max_points = 40;
+  EXPECT_EQ(frame(far_box(), many, {0.3, 0.0}, 1, params).points.size(), 40U);
+}
+
+// A wall's flat pieces are seen squarely, its roughness from aside as well.
+TEST(Radar, SharpReflectorsVanishAtAnAngle) {
+  Reflector panel = reflector(3.0, 0.0, 60.0);
+  panel.normal = {1.0, 0.0};
+  panel.sharpness = 40.0;
+  EXPECT_FALSE(frame(far_box(), {panel}).points.empty());
+  panel.normal = Vector2d(1.0, 1.0).normalized();  // cos(45 deg)^40 = -60 dB
+  EXPECT_TRUE(frame(far_box(), {panel}).points.empty());
+}
+
+TEST(Reflectors, ComeAtTheRatesAsked) {
+  const FloorPlan plan = far_box();  // 400 m of wall, 104 m x 104 m of ground
+  FurnishParams params;
+  params.ghost_from_db = 1e9;
+  params.hidden_per_m2 = 0.0;
+  params.floor_per_m2 = params.floor_patches_per_m2 = 0.0;
+  params.plaster.spacing_m = params.panel.spacing_m = 0.0;
+  params.strut = {0.5, 48.0, 5.0, 1.0};
+  params.strut_share = 0.5;
+  const std::vector<Reflector> r = furnish(plan, {}, params, Rng(3));
+  // 400 struts expected, Poisson: sigma 20, bound at 4 sigma; and 4 corners.
+  EXPECT_NEAR(static_cast<double>(r.size()), 404.0, 80.0);
+  double sum = 0.0, square = 0.0;
+  std::size_t struts = 0;
+  for (const Reflector& one : r) {
+    if (one.sharpness == 0.0) continue;
+    ++struts;
+    sum += one.strength_db;
+    square += (one.strength_db - 48.0) * (one.strength_db - 48.0);
+  }
+  const auto n = static_cast<double>(struts);
+  EXPECT_NEAR(sum / n, 48.0, 4.0 * 5.0 / std::sqrt(n));
+  EXPECT_NEAR(square / n, 25.0, 4.0 * 25.0 * std::sqrt(2.0 / n));
+}
+
+TEST(Reflectors, GhostsAreMirrorImages) {
+  const FloorPlan plan =
+      std::move(FloorPlan::from_segments({{{0.0, 0.0}, {10.0, 0.0}}, {{0.0, 2.0}, {10.0, 2.0}}}))
+          .value();
+  FurnishParams params;
+  params.hidden_per_m2 = params.floor_per_m2 = params.floor_patches_per_m2 = 0.0;
+  const std::vector<Reflector> r = furnish(plan, {}, params, Rng(3));
+  std::size_t ghosts = 0;
+  for (const Reflector& one : r) {
+    if (one.mirror == Reflector::kNoMirror) continue;
+    ++ghosts;
+    // What sits on one wall appears as far behind the other as the corridor is wide.
+    EXPECT_NEAR(one.at_m.y(), one.mirror == 0 ? -2.0 : 4.0, 1e-9);
+  }
+  EXPECT_GT(ghosts, 0U);
+}
+
+TEST(Reflectors, NothingHiddenStandsInTheOpen) {
+  const FloorPlan plan = far_box();
+  FurnishParams params;
+  params.plaster.spacing_m = params.panel.spacing_m = params.strut.spacing_m = 0.0;
+  params.floor_per_m2 = params.floor_patches_per_m2 = 0.0;
+  params.ghost_from_db = 1e9;
+  for (const Reflector& one : furnish(plan, {{}, {{0.0, 0.0}}}, params, Rng(3)))
+    EXPECT_GE(one.at_m.cwiseAbs().maxCoeff(), 50.0 - 1e-9);
+}
+
+}  // namespace
+}  // namespace wayfare::sim

@@ -1,0 +1,97 @@
+#include <wayfare/sim/worlds.hpp>
+
+#include <cmath>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <wayfare/io/carmen_writer.hpp>
+
+namespace wayfare::sim {
+namespace {
+
+// The first metres of a world's route: what the laws need at a tenth of the time.
+World beginning(std::string_view name, std::uint64_t seed) {
+  World world = std::move(make_world(name, Rng(seed))).value();
+  world.route_m.resize(2);
+  const Eigen::Vector2d way = world.route_m[1] - world.route_m[0];
+  world.route_m[1] = world.route_m[0] + 2.5 * way.normalized();
+  return world;
+}
+
+Recording run(const World& world, std::uint64_t seed) {
+  const Rng rng(seed);
+  auto recording = simulate_world(world, turtlebot(rng), rng);
+  EXPECT_TRUE(recording.has_value()) << recording.error().to_string();
+  return recording ? std::move(*recording) : Recording{};
+}
+
+TEST(Worlds, UnknownNamesAreRefusedWithTheKnownOnes) {
+  const auto world = make_world("attic", Rng(1));
+  ASSERT_FALSE(world.has_value());
+  EXPECT_THAT(world.error().message, ::testing::HasSubstr("corridor_loop"));
+}
+
+TEST(Worlds, EveryWorldCanBeDriven) {
+  for (const WorldName& name : world_names()) {
+    const World world = std::move(make_world(name.name, Rng(4))).value();
+    WorldRobot robot = turtlebot(Rng(4));
+    robot.robot.scan_period = robot.radar.period = std::chrono::seconds(20);
+    const auto recording = simulate_world(world, robot, Rng(4));
+    ASSERT_TRUE(recording.has_value()) << name.name << ": " << recording.error().to_string();
+    const Eigen::Vector2d end = recording->truth.back().T_map_base.raw().translation();
+    EXPECT_LT((end - world.route_m.back()).norm(), 0.3) << name.name;
+  }
+}
+
+TEST(Worlds, StreamsComeAtTheirRates) {
+  const Recording r = run(beginning("corridor_loop", 2), 2);
+  const double length_s = to_seconds(r.truth.back().time - r.truth.front().time);
+  ASSERT_GT(length_s, 8.0);
+  EXPECT_NEAR(static_cast<double>(r.radar.size()), 30.0 * length_s, 2.0);
+  EXPECT_NEAR(static_cast<double>(r.scans.size()), 5.0 * length_s, 2.0);
+  EXPECT_NEAR(static_cast<double>(r.wheels.size()), 20.0 * length_s, 2.0);
+  EXPECT_EQ(r.gyro.size(), r.wheels.size());
+  for (const RadarScan& scan : r.radar) EXPECT_LE(scan.points.size(), 100U);
+  for (const LaserScan& scan : r.scans) EXPECT_EQ(scan.ranges_m.size(), 360U);
+}
+
+TEST(Worlds, TheSameSeedGivesTheSameBytesAnotherSeedDoesNot) {
+  const World world = beginning("room", 3);
+  const std::string a = io::format_carmen(run(world, 3));
+  EXPECT_EQ(a, io::format_carmen(run(beginning("room", 3), 3)));
+  EXPECT_NE(a, io::format_carmen(run(world, 4)));
+}
+
+TEST(Worlds, TheRadarDoesNotChangeTheOtherSensors) {
+  const World world = beginning("room", 3);
+  WorldRobot robot = turtlebot(Rng(3)), blind = robot;
+  blind.radar.radar.max_points = 0;
+  auto a = simulate_world(world, robot, Rng(3)), b = simulate_world(world, blind, Rng(3));
+  ASSERT_TRUE(a.has_value() && b.has_value());
+  a->radar.clear();
+  b->radar.clear();
+  EXPECT_EQ(io::format_carmen(*a), io::format_carmen(*b));
+}
+
+// On the carpet the wheels report 2 % more than they roll. Slip over 4 m at 3 * 0.006 m/sqrt(m) is
+// 0.036 m a wheel, 0.026 m of their mean; bound at 4 sigma.
+TEST(Worlds, CarpetMakesWheelsReportTooMuch) {
+  Trajectory truth;
+  for (int i = 0; i <= 400; ++i) {
+    const SE2d pose(0.01 * i, 0.0, Angle{});
+    truth.push_back({LogTime::from_seconds(0.05 * i), Transform2<frame::Map, frame::Base>(pose)});
+  }
+  WheelParams params;
+  params.slip_m_per_sqrt_m = 0.006;
+  params.carpets.push_back({{-1.0, -1.0}, {5.0, 1.0}});
+  Rng rng(1);
+  double rolled = 0.0;
+  for (const WheelSample& w : simulate_wheels(truth, Duration(50'000'000), params, rng))
+    rolled += 0.5 * (w.left_m + w.right_m);
+  EXPECT_NEAR(rolled, 4.0 * 1.02, 4.0 * 0.026);
+}
+
+}  // namespace
+}  // namespace wayfare::sim
