@@ -1,0 +1,55 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+
+#include <wayfare/io/byte_sink.hpp>
+
+namespace wayfare::io {
+namespace {
+
+Error system_error(const char* what, const std::string& path) {
+  return Error{ErrorCode::io, std::string(what) + ": " + std::generic_category().message(errno),
+               path};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ByteSink>> FileSink::create(const std::string& path,
+                                                   const WriteOptions& options) {
+  const int how = options.existing == Existing::refuse ? O_EXCL : O_TRUNC;
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | how, 0666);
+  if (fd < 0 && errno == EEXIST)
+    return Error{ErrorCode::io, "is there already; not overwritten", path};
+  if (fd < 0) return system_error("cannot be created", path);
+  return std::unique_ptr<ByteSink>(new FileSink(fd, path));
+}
+
+FileSink::~FileSink() { ::close(fd_); }
+
+Result<void> FileSink::write(std::string_view bytes) {
+  const std::size_t all = bytes.size();
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      Error failed = system_error("cannot be written", path_);
+      // Half a record at the end would do no harm to a reader, but is of no use either.
+      if (all != bytes.size() && ::ftruncate(fd_, static_cast<off_t>(size_)) == 0)
+        ::lseek(fd_, static_cast<off_t>(size_), SEEK_SET);
+      return failed;
+    }
+    bytes.remove_prefix(static_cast<std::size_t>(n));
+  }
+  size_ += all;
+  return {};
+}
+
+Result<void> FileSink::sync() {
+  // Devices that keep nothing say EINVAL.
+  if (::fdatasync(fd_) != 0 && errno != EINVAL) return system_error("cannot be synced", path_);
+  return {};
+}
+
+}  // namespace wayfare::io
