@@ -9,6 +9,7 @@
 // A message says where in the stream it begins (`position()`) and which bytes it is (`bytes()`).
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -36,12 +37,20 @@ struct SeenMessage {
 /// What became of the frames of damaged streams.
 struct DamageReport {
   std::uint64_t streams = 0;
+  std::uint64_t edits = 0;         ///< cuts, flips and insertions
   std::uint64_t damaged = 0;       ///< frames some of whose bytes were cut, changed or parted
   std::uint64_t undamaged = 0;     ///< the others
   std::uint64_t hidden = 0;        ///< undamaged ones not delivered, under a frame that is none
   std::uint64_t lost = 0;          ///< undamaged ones not delivered for no such reason
   std::uint64_t false_frames = 0;  ///< delivered, but not as they were sent
-  std::uint64_t checked = 0;       ///< whole frames whose checksum was looked at and was wrong
+  std::uint64_t refused = 0;       ///< whole frames whose checksum was wrong
+
+  /// Most false frames a checksum that lets one in `strength` pass gives: as many as expected of
+  /// all it judged and five standard deviations more.
+  [[nodiscard]] double most_false(double strength) const {
+    const double expected = static_cast<double>(refused + false_frames) / strength;
+    return expected + 5.0 * std::sqrt(expected) + 1.0;
+  }
 };
 
 template <class Decoder>
@@ -167,7 +176,7 @@ struct DecoderLaws {
       const Damaged d = damaged(rng, edits);
       decode::DecoderStatistics statistics;
       const Seen seen = decode(d.bytes, {}, &statistics);
-      report.checked += statistics.checksum_failures;
+      report.refused += statistics.checksum_failures;
       judge(frames, d, seen, report);
     }
     return report;
@@ -178,10 +187,11 @@ struct DecoderLaws {
   struct Damaged {
     std::vector<std::uint8_t> bytes;
     std::vector<long> origin;
+    std::uint64_t edits = 0;
   };
 
   [[nodiscard]] Damaged whole() const {
-    Damaged d{stream, std::vector<long>(stream.size())};
+    Damaged d{stream, std::vector<long>(stream.size()), 0};
     for (std::size_t i = 0; i < stream.size(); ++i) d.origin[i] = static_cast<long>(i);
     return d;
   }
@@ -189,6 +199,7 @@ struct DecoderLaws {
   [[nodiscard]] Damaged damaged(Rng& rng, int edits) const {
     Damaged d = whole();
     for (auto k = 1 + rng.below(static_cast<std::uint64_t>(edits)); k > 0; --k) {
+      ++d.edits;
       const auto at = static_cast<long>(rng.below(d.bytes.size()));
       const auto n = static_cast<long>(1 + rng.below(20));
       switch (rng.below(3)) {
@@ -225,6 +236,7 @@ struct DecoderLaws {
 
   static void judge(const Seen& frames, const Damaged& d, const Seen& seen, DamageReport& report) {
     ++report.streams;
+    report.edits += d.edits;
     std::vector<bool> true_frame(seen.size(), false);
     std::vector<std::uint64_t> missing;
     for (const SeenMessage& frame : frames) {

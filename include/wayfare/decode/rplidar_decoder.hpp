@@ -1,0 +1,224 @@
+#pragma once
+
+// Packets out of the byte stream of a SLAMTEC RPLIDAR: descriptors, single answers, nodes and
+// capsules, whichever the last descriptor announced.
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include <wayfare/decode/bytes.hpp>
+#include <wayfare/decode/rplidar_protocol.hpp>
+#include <wayfare/decode/stream_decoder.hpp>
+
+namespace wayfare::decode {
+
+/// A checked packet. It refers to the decoder's bytes.
+class RplidarPacket {
+ public:
+  RplidarPacket() = default;
+  RplidarPacket(RplidarAnswer answer, bool descriptor, std::uint64_t position, Bytes bytes)
+      : answer_(answer), descriptor_(descriptor), position_(position), bytes_(bytes) {}
+
+  /// What it is, or, of a descriptor, what it announces.
+  [[nodiscard]] RplidarAnswer answer() const { return answer_; }
+  [[nodiscard]] bool is_descriptor() const { return descriptor_; }
+  [[nodiscard]] std::uint64_t position() const { return position_; }
+  [[nodiscard]] Bytes bytes() const { return bytes_; }
+
+ private:
+  RplidarAnswer answer_ = RplidarAnswer::none;
+  bool descriptor_ = false;
+  std::uint64_t position_ = 0;
+  Bytes bytes_;
+};
+
+/// Whether five bytes may be a node: start bit and its inverse, check bit, angle below 360°.
+[[nodiscard]] inline bool is_rplidar_node(const std::uint8_t* p) {
+  return ((p[0] ^ p[0] >> 1) & 1) != 0 && (p[1] & 1) != 0 && (p[1] >> 1 | p[2] << 7) < 360 * 64;
+}
+
+/// Whether a whole capsule begins with its sync nibbles and the XOR of what follows.
+[[nodiscard]] inline bool is_rplidar_capsule(Bytes b) {
+  unsigned sum = 0;
+  for (const std::uint8_t byte : b.subspan(2)) sum ^= byte;
+  return b[0] >> 4 == 0xA && b[1] >> 4 == 0x5 &&
+         sum == static_cast<unsigned>((b[0] & 0xF) | (b[1] & 0xF) << 4);
+}
+
+/// Framing of what an RPLIDAR sends. Outside of a known answer only a descriptor is looked for. A
+/// request ends the answer before it, so after sending one call `expect_reply()`; without it a
+/// descriptor is recognised as well, but a short answer behind a cut capsule has to wait.
+///
+/// Nodes have two check bits between them and no checksum. One that follows another is taken where
+/// the bits are right and the angle went on by less than 10°. After damage the place is chosen of
+/// five whose nodes, up to twelve, go on longest in this way, at least three.
+class RplidarFraming {
+ public:
+  using Message = RplidarPacket;
+  static constexpr std::size_t kCapacity = 256;
+
+  RplidarFraming() = default;
+  /// For a stream that begins inside an answer.
+  explicit RplidarFraming(RplidarAnswer inside) { begin(inside); }
+
+  void expect_reply() { begin(RplidarAnswer::none); }
+
+  Look look(const Front& front, DecoderStatistics& statistics) {
+    examined_ += std::min<std::size_t>(front.bytes.size(), kCapacity);
+    is_descriptor_ = false;
+    switch (answer_) {
+      case RplidarAnswer::none:
+        return look_for_descriptor(front);
+      case RplidarAnswer::node:
+        return look_for_node(front, statistics);
+      case RplidarAnswer::express:
+      case RplidarAnswer::dense:
+        return look_for_capsule(front, 84, statistics);
+      case RplidarAnswer::ultra:
+        return look_for_capsule(front, 132, statistics);
+      default:
+        return take_reply(front);
+    }
+  }
+
+  template <class Sink>
+  void deliver(Bytes bytes, std::uint64_t position, Sink& sink) {
+    const RplidarPacket packet(is_descriptor_ ? answer_ : delivered_, is_descriptor_, position,
+                               bytes);
+    sink(packet);
+  }
+  [[nodiscard]] std::uint64_t examined() const { return examined_; }
+
+ private:
+  static constexpr std::size_t kNode = 5, kChain = 12, kLeastChain = 3;
+  static constexpr std::size_t kSight = kNode * kChain + 4;  ///< bytes of twelve nodes, five places
+  static constexpr int kTurn = 360 * 64, kLargestStep = 10 * 64;
+
+  void begin(RplidarAnswer answer, std::uint32_t length = 0) {
+    answer_ = answer;
+    length_ = length;
+    locked_ = true;
+    last_angle_ = -1;
+  }
+
+  Look take_descriptor(const RplidarDescriptor& d) {
+    begin(d.answer, d.length);
+    is_descriptor_ = true;
+    return Look::frame(RplidarDescriptor::kBytes);
+  }
+
+  /// Where in `b` a descriptor begins, or may begin where more bytes are to come; else b.size().
+  static std::size_t find_descriptor(Bytes b, bool ended) {
+    for (std::size_t i = 0; i < b.size(); ++i) {
+      if (b[i] != 0xA5) continue;
+      const Bytes rest = b.subspan(i);
+      if (rest.size() >= RplidarDescriptor::kBytes) {
+        if (rplidar_descriptor(rest)) return i;
+      } else if (!ended && (rest.size() == 1 || rest[1] == 0x5A)) {
+        return i;
+      }
+    }
+    return b.size();
+  }
+
+  Look look_for_descriptor(const Front& front) {
+    const Bytes b = front.bytes.first(std::min(front.bytes.size(), kCapacity));
+    const std::size_t at = find_descriptor(b, front.ended);
+    if (at != 0) return Look::skip(at);
+    if (const auto d = rplidar_descriptor(b)) return take_descriptor(*d);
+    return Look::need(RplidarDescriptor::kBytes);
+  }
+
+  Look take_reply(const Front& front) {
+    if (front.bytes.size() < length_) return Look::need(length_);
+    delivered_ = answer_;
+    const std::size_t n = length_;
+    begin(RplidarAnswer::none);
+    return Look::frame(n);
+  }
+
+  Look look_for_capsule(const Front& front, std::size_t size, DecoderStatistics& statistics) {
+    const Bytes b = front.bytes;
+    if (b[0] >> 4 != 0xA) return Look::skip(1);
+    if (b.size() < 2) return Look::need(2);
+    if (b[1] >> 4 != 0x5) return Look::skip(1);
+    if (b[0] == 0xA5 && b[1] == 0x5A) {
+      if (b.size() < RplidarDescriptor::kBytes) return Look::need(RplidarDescriptor::kBytes);
+      if (const auto d = rplidar_descriptor(b)) return take_descriptor(*d);
+    }
+    if (b.size() < size) return Look::need(size);
+    delivered_ = answer_;
+    if (is_rplidar_capsule(b.first(size))) return Look::frame(size);
+    ++statistics.checksum_failures;
+    return Look::skip(1);
+  }
+
+  static int angle_of(const std::uint8_t* p) { return p[1] >> 1 | p[2] << 7; }
+  static bool follows(int angle, int last) {
+    const int step = (angle - last + kTurn + kTurn / 2) % kTurn - kTurn / 2;
+    return step > -kLargestStep && step < kLargestStep;
+  }
+
+  /// How many nodes from `at` on, up to twelve, follow each other.
+  static std::size_t chain(Bytes b, std::size_t at) {
+    std::size_t n = 0;
+    int last = -1;
+    for (; n < kChain && at + kNode <= b.size() && is_rplidar_node(&b[at]); ++n, at += kNode) {
+      const int angle = angle_of(&b[at]);
+      if (last >= 0 && !follows(angle, last)) break;
+      last = angle;
+    }
+    return n;
+  }
+
+  Look look_for_node(const Front& front, DecoderStatistics& statistics) {
+    const std::size_t sight = locked_ ? kNode : kSight;
+    const std::size_t with_descriptor = sight + RplidarDescriptor::kBytes - 1;
+    const Bytes b = front.bytes.first(std::min(front.bytes.size(), with_descriptor));
+    if (b.size() < sight && !front.ended) return Look::need(sight);
+    const std::size_t descriptor = find_descriptor(b, front.ended);
+    if (descriptor < std::min(sight, b.size())) {
+      if (b.size() - descriptor < RplidarDescriptor::kBytes && !front.ended)
+        return Look::need(b.size() + 1);
+      if (descriptor == 0) return take_descriptor(*rplidar_descriptor(b));
+    }
+    const Bytes before = b.first(std::min(descriptor, b.size()));
+    if (before.size() < kNode) return Look::skip(before.size());
+    delivered_ = RplidarAnswer::node;
+    if (!locked_) return relock(before);
+    if (is_rplidar_node(before.data()) &&
+        (last_angle_ < 0 || follows(angle_of(before.data()), last_angle_)))
+      return take_node(before.data());
+    locked_ = false;
+    ++statistics.malformed;
+    return look_for_node(front, statistics);
+  }
+
+  Look relock(Bytes b) {
+    const std::size_t here = chain(b, 0);
+    for (std::size_t shift = 1; shift < kNode; ++shift)
+      if (chain(b, shift) > here) return Look::skip(1);
+    if (here < kLeastChain) return Look::skip(1);
+    return take_node(b.data());
+  }
+
+  Look take_node(const std::uint8_t* p) {
+    locked_ = true;
+    last_angle_ = angle_of(p);
+    return Look::frame(kNode);
+  }
+
+  RplidarAnswer answer_ = RplidarAnswer::none;     ///< being received
+  RplidarAnswer delivered_ = RplidarAnswer::none;  ///< what the frame just found is
+  std::uint32_t length_ = 0;
+  bool is_descriptor_ = false;
+  bool locked_ = true;
+  int last_angle_ = -1;  ///< of the node before, 1/64°
+  std::uint64_t examined_ = 0;
+};
+
+using RplidarDecoder = StreamDecoder<RplidarFraming>;
+
+}  // namespace wayfare::decode

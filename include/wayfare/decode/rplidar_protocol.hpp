@@ -1,0 +1,182 @@
+#pragma once
+
+// What is said to a SLAMTEC RPLIDAR and what it answers once (SLAMTEC, RPLIDAR Interface Protocol
+// and Application Notes, rev. 2.2). Little endian.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+
+#include <wayfare/decode/bytes.hpp>
+
+namespace wayfare::decode {
+
+/// Bytes to be sent, all within five seconds.
+struct RplidarRequest {
+  std::array<std::uint8_t, 16> content{};
+  std::size_t size = 0;
+
+  [[nodiscard]] Bytes bytes() const { return Bytes(content).first(size); }
+};
+
+namespace detail {
+
+/// A5, command, and where there is a payload its length, itself and the XOR of all before.
+constexpr RplidarRequest rplidar_request(std::uint8_t command,
+                                         std::initializer_list<unsigned> payload = {}) {
+  RplidarRequest request;
+  const auto put = [&](unsigned byte) {
+    request.content[request.size++] = static_cast<std::uint8_t>(byte);
+  };
+  put(0xA5);
+  put(command);
+  if (payload.size() == 0) return request;
+  put(static_cast<unsigned>(payload.size()));
+  for (const unsigned byte : payload) put(byte & 0xFFU);
+  unsigned sum = 0;
+  for (std::size_t i = 0; i < request.size; ++i) sum ^= request.content[i];
+  put(sum);
+  return request;
+}
+
+}  // namespace detail
+
+/// Ends a scan; no answer. Wait 20 ms: what was under way still comes.
+constexpr RplidarRequest rplidar_stop() { return detail::rplidar_request(0x25); }
+/// Restarts the device, which says so in text; no answer. Wait half a second.
+constexpr RplidarRequest rplidar_reset() { return detail::rplidar_request(0x40); }
+/// Starts a scan of single nodes; `force`: without waiting for the turn to be steady.
+constexpr RplidarRequest rplidar_scan(bool force = false) {
+  return detail::rplidar_request(force ? 0x21 : 0x20);
+}
+/// Starts a scan of capsules. Mode 0 is the oldest; the others are asked for with rplidar_conf.
+constexpr RplidarRequest rplidar_express_scan(std::uint8_t mode = 0) {
+  return detail::rplidar_request(0x82, {mode, 0, 0, 0, 0});
+}
+constexpr RplidarRequest rplidar_get_info() { return detail::rplidar_request(0x50); }
+constexpr RplidarRequest rplidar_get_health() { return detail::rplidar_request(0x52); }
+constexpr RplidarRequest rplidar_get_sample_rate() { return detail::rplidar_request(0x59); }
+/// Asks for a setting (firmware 1.24 and later); those of 0x71, 0x74, 0x75, 0x7F are of a mode.
+constexpr RplidarRequest rplidar_get_conf(std::uint32_t key) {
+  return detail::rplidar_request(0x84, {key, key >> 8, key >> 16, key >> 24});
+}
+constexpr RplidarRequest rplidar_get_conf(std::uint32_t key, std::uint16_t mode) {
+  return detail::rplidar_request(
+      0x84, {key, key >> 8, key >> 16, key >> 24, mode, static_cast<unsigned>(mode >> 8)});
+}
+/// A2, A3: speed of the motor as duty cycle, 0 (off) to 1023. The A1's motor is on while DTR is
+/// off.
+constexpr RplidarRequest rplidar_motor_pwm(std::uint16_t duty) {
+  return detail::rplidar_request(0xF0, {duty, static_cast<unsigned>(duty >> 8)});
+}
+/// S series: speed of the motor in turns a minute, 0 for off.
+constexpr RplidarRequest rplidar_motor_speed(std::uint16_t rpm) {
+  return detail::rplidar_request(0xA8, {rpm, static_cast<unsigned>(rpm >> 8)});
+}
+
+/// What an answer is, as its descriptor says.
+enum class RplidarAnswer : std::uint8_t {
+  none = 0,
+  info = 0x04,
+  health = 0x06,
+  sample_rate = 0x15,
+  conf = 0x20,
+  conf_set = 0x21,
+  node = 0x81,
+  express = 0x82,
+  ultra = 0x84,
+  dense = 0x85,
+  board_flags = 0xFF,
+};
+
+/// The seven bytes in front of an answer.
+struct RplidarDescriptor {
+  static constexpr std::size_t kBytes = 7;
+  RplidarAnswer answer = RplidarAnswer::none;
+  std::uint32_t length = 0;  ///< of each packet
+  bool stream = false;       ///< packets follow each other until the next request
+};
+
+/// Whether this answer exists with this length: 7 bytes that say so are no accident.
+[[nodiscard]] constexpr bool is_known(const RplidarDescriptor& d) {
+  switch (d.answer) {
+    case RplidarAnswer::info:
+      return !d.stream && d.length == 20;
+    case RplidarAnswer::health:
+      return !d.stream && d.length == 3;
+    case RplidarAnswer::sample_rate:
+      return !d.stream && d.length == 4;
+    case RplidarAnswer::conf:
+      return !d.stream && d.length >= 4 && d.length <= 255;
+    case RplidarAnswer::conf_set:
+      return !d.stream && d.length == 8;
+    case RplidarAnswer::board_flags:
+      return !d.stream && d.length == 4;
+    case RplidarAnswer::node:
+      return d.stream && d.length == 5;
+    case RplidarAnswer::express:
+    case RplidarAnswer::dense:
+      return d.stream && d.length == 84;
+    case RplidarAnswer::ultra:
+      return d.stream && d.length == 132;
+    default:
+      return false;
+  }
+}
+
+/// The descriptor `b` begins with: A5 5A, length (30 bits) and mode (2), type.
+[[nodiscard]] inline std::optional<RplidarDescriptor> rplidar_descriptor(Bytes b) {
+  if (b.size() < RplidarDescriptor::kBytes || b[0] != 0xA5 || b[1] != 0x5A) return std::nullopt;
+  const auto word = load_le<std::uint32_t>(&b[2]);
+  const RplidarDescriptor d{static_cast<RplidarAnswer>(b[6]), word & 0x3FFFFFFFU, word >> 30 == 1};
+  return word >> 30 <= 1 && is_known(d) ? std::optional(d) : std::nullopt;
+}
+
+struct RplidarInfo {
+  std::uint8_t model = 0;  ///< high four bits the series (below 4: A), low four the variant
+  std::uint8_t firmware_major = 0, firmware_minor = 0, hardware = 0;
+  std::array<std::uint8_t, 16> serial{};
+};
+
+struct RplidarHealth {
+  enum class Status : std::uint8_t { good = 0, warning = 1, error = 2 };
+  Status status = Status::error;  ///< after an error only a reset helps
+  std::uint16_t code = 0;
+};
+
+/// Time of one sample.
+struct RplidarSampleRate {
+  std::uint16_t standard_us = 0, express_us = 0;
+};
+
+/// A setting asked for with rplidar_get_conf; the value's meaning depends on the key.
+struct RplidarConf {
+  std::uint32_t key = 0;
+  Bytes value;
+};
+
+[[nodiscard]] inline std::optional<RplidarInfo> rplidar_info(Bytes b) {
+  if (b.size() != 20) return std::nullopt;
+  RplidarInfo info{b[0], b[2], b[1], b[3], {}};
+  for (std::size_t i = 0; i < 16; ++i) info.serial[i] = b[4 + i];
+  return info;
+}
+
+[[nodiscard]] inline std::optional<RplidarHealth> rplidar_health(Bytes b) {
+  if (b.size() != 3 || b[0] > 2) return std::nullopt;
+  return RplidarHealth{static_cast<RplidarHealth::Status>(b[0]), load_le<std::uint16_t>(&b[1])};
+}
+
+[[nodiscard]] inline std::optional<RplidarSampleRate> rplidar_sample_rate(Bytes b) {
+  if (b.size() != 4) return std::nullopt;
+  return RplidarSampleRate{load_le<std::uint16_t>(&b[0]), load_le<std::uint16_t>(&b[2])};
+}
+
+[[nodiscard]] inline std::optional<RplidarConf> rplidar_conf(Bytes b) {
+  if (b.size() < 4) return std::nullopt;
+  return RplidarConf{load_le<std::uint32_t>(b.data()), b.subspan(4)};
+}
+
+}  // namespace wayfare::decode
