@@ -1,0 +1,297 @@
+#include <wayfare/sync/augmented_scans.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <utility>
+
+namespace wayfare {
+namespace {
+
+// Sums of N increments against time, asked for in between.
+template <std::size_t N>
+class Track {
+ public:
+  using Values = std::array<double, N>;
+
+  [[nodiscard]] bool empty() const { return nodes_.empty(); }
+  [[nodiscard]] LogTime last_time() const { return nodes_.back().time; }
+
+  void add(LogTime time, const Values& increments, bool known) {
+    Values total = nodes_.empty() ? Values{} : nodes_.back().total;
+    if (!nodes_.empty())
+      for (std::size_t i = 0; i < N; ++i) total[i] += increments[i];
+    nodes_.push_back({time, total, known && !nodes_.empty()});
+  }
+
+  // Linear between samples, held before the first and after the last.
+  [[nodiscard]] Values at(LogTime time) const {
+    if (nodes_.empty()) return {};
+    const auto after = upper(time);
+    if (after == nodes_.begin()) return nodes_.front().total;
+    if (after == nodes_.end()) return nodes_.back().total;
+    const Node &a = *(after - 1), &b = *after;
+    const double u = to_seconds(time - a.time) / to_seconds(b.time - a.time);
+    Values values;
+    for (std::size_t i = 0; i < N; ++i) values[i] = a.total[i] + u * (b.total[i] - a.total[i]);
+    return values;
+  }
+
+  // Whether samples cover all of [from, to].
+  [[nodiscard]] bool known(LogTime from, LogTime to) const {
+    if (nodes_.empty() || from < nodes_.front().time || to > nodes_.back().time) return false;
+    for (auto node = upper(from); node != nodes_.end(); ++node) {
+      if (!node->known) return false;
+      if (node->time >= to) break;
+    }
+    return true;
+  }
+
+  void forget_before(LogTime time) {
+    while (nodes_.size() > 2 && nodes_[1].time <= time) nodes_.pop_front();
+  }
+
+ private:
+  struct Node {
+    LogTime time;
+    Values total;
+    bool known;  // of the interval that ends here
+  };
+  [[nodiscard]] auto upper(LogTime time) const {
+    return std::partition_point(nodes_.begin(), nodes_.end(),
+                                [&](const Node& n) { return n.time <= time; });
+  }
+
+  std::deque<Node> nodes_;
+};
+
+enum Stream : std::size_t { kWheels, kGyro, kRadar, kLaser, kStreams };
+
+}  // namespace
+
+class RobotSynchroniser::Impl {
+ public:
+  explicit Impl(const SyncParams& params) : params_(params) {
+    WAYFARE_EXPECTS(params.period > Duration::zero() && params.scans > 0,
+                    "the time base has a period, an augmented scan has scans");
+  }
+
+  bool push(const WheelSample& sample) {
+    const bool finite = std::isfinite(sample.left_m) && std::isfinite(sample.right_m);
+    if (!finite) return refuse_not_finite(wheels_, kWheels, sample.time);
+    if (!take_time(kWheels, sample.time)) return false;
+    wheels_.add(sample.time, {sample.left_m, sample.right_m}, near_last(wheels_, sample.time));
+    return true;
+  }
+
+  bool push(const GyroSample& sample) {
+    if (!std::isfinite(sample.turn_rate_rad_s)) return refuse_not_finite(gyro_, kGyro, sample.time);
+    if (!take_time(kGyro, sample.time)) return false;
+    const double dt_s = gyro_.empty() ? 0.0 : to_seconds(sample.time - gyro_.last_time());
+    gyro_.add(sample.time, {sample.turn_rate_rad_s * dt_s}, near_last(gyro_, sample.time));
+    return true;
+  }
+
+  bool push(const RadarScan& scan) {
+    if (!take_time(kRadar, scan.time)) return false;
+    radar_.push_back(scan);
+    return true;
+  }
+
+  bool push(const LaserScan& scan) {
+    if (!take_time(kLaser, scan.time)) return false;
+    lasers_.push_back(scan);
+    return true;
+  }
+
+  void finish() { finished_ = true; }
+
+  std::optional<SyncedStep> next() {
+    if (!started_ && !start()) return std::nullopt;
+    while (true) {
+      const LogTime time = next_time();
+      if (!ready(time)) return std::nullopt;
+      if (radar_.empty() || radar_.front().time != time) return step_to(time);
+      const std::size_t count = group_size();
+      if (count == 0) return std::nullopt;
+      if (count >= params_.fewest_scans) return step_with_radar(time, count);
+      radar_.erase(radar_.begin(), radar_.begin() + static_cast<std::ptrdiff_t>(count));
+      statistics_.thrown_away_scans += count;
+    }
+  }
+
+  [[nodiscard]] const SyncStatistics& statistics() const { return statistics_; }
+
+ private:
+  bool take_time(Stream stream, LogTime time) {
+    if ((marks_[stream] && time <= *marks_[stream]) || (started_ && time < last_)) {
+      ++statistics_.refused_late;
+      return false;
+    }
+    if (!marks_[stream]) first_ = first_ ? std::min(*first_, time) : time;
+    marks_[stream] = time;
+    now_ = now_ ? std::max(*now_, time) : time;
+    return true;
+  }
+
+  template <std::size_t N>
+  [[nodiscard]] bool near_last(const Track<N>& track, LogTime time) const {
+    return !track.empty() && time - track.last_time() <= params_.largest_gap;
+  }
+
+  // What the sample would have said of its interval is unknown; the next one speaks from there on.
+  template <std::size_t N>
+  bool refuse_not_finite(Track<N>& track, Stream stream, LogTime time) {
+    if (!take_time(stream, time)) return false;
+    track.add(time, {}, false);
+    ++statistics_.refused_not_finite;
+    return false;
+  }
+
+  // Whether the stream has come as far as `time`, or is not waited for any longer.
+  [[nodiscard]] bool has_come(Stream stream, LogTime time) const {
+    return finished_ || (marks_[stream] && *marks_[stream] >= time) ||
+           *now_ >= time + params_.patience;
+  }
+  [[nodiscard]] bool ready(LogTime time) const {
+    if (time > *now_) return false;
+    for (std::size_t s = 0; s < kStreams; ++s)
+      if (!has_come(static_cast<Stream>(s), time)) return false;
+    return true;
+  }
+
+  bool start() {
+    if (!first_ || !ready(*first_)) return false;
+    grid_ = last_ = *first_;
+    started_ = true;
+    return true;
+  }
+
+  [[nodiscard]] LogTime next_time() const {
+    LogTime time = grid_;
+    if (!lasers_.empty()) time = std::min(time, lasers_.front().time);
+    if (!radar_.empty()) time = std::min(time, radar_.front().time);
+    return time;
+  }
+
+  // Radar frames that make the next augmented scan; 0 while more may come.
+  [[nodiscard]] std::size_t group_size() const {
+    std::size_t count = 1;
+    while (count < std::min(params_.scans, radar_.size()) &&
+           radar_[count].time - radar_[count - 1].time <= params_.patience)
+      ++count;
+    const LogTime until = radar_[count - 1].time;
+    const bool whole = count == params_.scans || count < radar_.size();
+    const bool silent = finished_ || *now_ > until + params_.patience;
+    return (whole || silent) && has_come(kWheels, until) ? count : 0;
+  }
+
+  SyncedStep step_with_radar(LogTime time, std::size_t count) {
+    SyncedStep step = step_to(time);
+    step.radar = gather(count);
+    radar_.erase(radar_.begin(), radar_.begin() + static_cast<std::ptrdiff_t>(count));
+    return step;
+  }
+
+  SyncedStep step_to(LogTime time) {
+    SyncedStep step{.time = time, .since = time - last_, .wheels = {}, .gyro = {}};
+    const auto wheels = wheels_.at(time);
+    const auto gyro = gyro_.at(time);
+    // Against what was given out, not against what is now known of that time: no count is lost.
+    step.wheels = {time, wheels[0] - given_wheels_[0], wheels[1] - given_wheels_[1]};
+    const double since_s = to_seconds(step.since);
+    step.gyro = {time, since_s > 0.0 ? (gyro[0] - given_gyro_[0]) / since_s : 0.0};
+    step.wheels_known = wheels_.known(last_, time);
+    step.gyro_known = gyro_.known(last_, time);
+    if (!step.gyro_known) step.gyro.turn_rate_rad_s = 0.0;
+    given_wheels_ = wheels;
+    given_gyro_ = gyro;
+    if (!lasers_.empty() && lasers_.front().time == time) {
+      step.laser = std::move(lasers_.front());
+      lasers_.pop_front();
+    }
+    wheels_.forget_before(time);
+    gyro_.forget_before(time);
+    last_ = time;
+    while (grid_ <= time) grid_ += params_.period;
+    return step;
+  }
+
+  AugmentedScan gather(std::size_t count) const {
+    AugmentedScan scan{radar_.front().time, radar_[count - 1].time, count, {}};
+    SE2d T_first_now;
+    auto rolled = wheels_.at(scan.time);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto now = wheels_.at(radar_[i].time);
+      T_first_now = T_first_now.plus(twist(now[0] - rolled[0], now[1] - rolled[1]));
+      rolled = now;
+      add_points(radar_[i], T_first_now * params_.T_base_radar.raw(), scan.points);
+    }
+    return scan;
+  }
+
+  [[nodiscard]] Eigen::Vector3d twist(double left_m, double right_m) const {
+    const double turn =
+        params_.wheel_base_m > 0.0 ? (right_m - left_m) / params_.wheel_base_m : 0.0;
+    return {0.5 * (left_m + right_m), 0.0, turn};
+  }
+
+  void add_points(const RadarScan& scan, const SE2d& T_first_radar, PointSet& to) const {
+    for (const RadarPoint& p : scan.points) {
+      const Eigen::Vector2d at(p.x_m, p.y_m);
+      const double range = at.norm();
+      // Not finite fails the comparison.
+      if (!(range >= params_.min_range_m && range <= params_.max_range_m)) continue;
+      if (p.snr_db < params_.min_snr_db) continue;
+      to.push_back((T_first_radar * at).cast<float>());
+    }
+  }
+
+  SyncParams params_;
+  Track<2> wheels_;
+  Track<1> gyro_;
+  std::deque<RadarScan> radar_;
+  std::deque<LaserScan> lasers_;
+  std::array<std::optional<LogTime>, kStreams> marks_{};  // how far each stream has come
+  std::optional<LogTime> now_, first_;                    // the latest and the earliest of all
+  LogTime grid_, last_;  // the next of the time base; the last step
+  Track<2>::Values given_wheels_{};
+  Track<1>::Values given_gyro_{};
+  bool started_ = false, finished_ = false;
+  SyncStatistics statistics_;
+};
+
+RobotSynchroniser::RobotSynchroniser(const SyncParams& params)
+    : impl_(std::make_unique<Impl>(params)) {}
+RobotSynchroniser::~RobotSynchroniser() = default;
+RobotSynchroniser::RobotSynchroniser(RobotSynchroniser&&) noexcept = default;
+RobotSynchroniser& RobotSynchroniser::operator=(RobotSynchroniser&&) noexcept = default;
+
+bool RobotSynchroniser::push(const WheelSample& sample) { return impl_->push(sample); }
+bool RobotSynchroniser::push(const GyroSample& sample) { return impl_->push(sample); }
+bool RobotSynchroniser::push(const RadarScan& scan) { return impl_->push(scan); }
+bool RobotSynchroniser::push(const LaserScan& scan) { return impl_->push(scan); }
+void RobotSynchroniser::finish() { impl_->finish(); }
+std::optional<SyncedStep> RobotSynchroniser::next() { return impl_->next(); }
+const SyncStatistics& RobotSynchroniser::statistics() const { return impl_->statistics(); }
+
+SyncParams sync_params(const Recording& recording, SyncParams params) {
+  params.wheel_base_m = recording.wheel_base_m;
+  params.T_base_radar = recording.T_base_radar;
+  return params;
+}
+
+std::vector<SyncedStep> synchronise(const Recording& recording, const SyncParams& params) {
+  RobotSynchroniser synchroniser(params);
+  for (const WheelSample& sample : recording.wheels) synchroniser.push(sample);
+  for (const GyroSample& sample : recording.gyro) synchroniser.push(sample);
+  for (const RadarScan& scan : recording.radar) synchroniser.push(scan);
+  for (const LaserScan& scan : recording.scans) synchroniser.push(scan);
+  synchroniser.finish();
+  std::vector<SyncedStep> steps;
+  while (std::optional<SyncedStep> step = synchroniser.next()) steps.push_back(std::move(*step));
+  return steps;
+}
+
+}  // namespace wayfare
