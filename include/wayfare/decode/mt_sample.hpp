@@ -1,0 +1,218 @@
+#pragma once
+
+// What an Xsens MTi or MTw says in one message, whichever parts of it are there.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <wayfare/decode/bytes.hpp>
+#include <wayfare/decode/mt_values.hpp>
+
+namespace wayfare::decode {
+
+/// Universal time, with what the device knows of it.
+struct MtUtc {
+  std::uint32_t nanoseconds = 0;
+  std::uint16_t year = 0;
+  std::uint8_t month = 0, day = 0, hour = 0, minute = 0, second = 0;
+  std::uint8_t flags = 0;  ///< bit 0 date, 1 time of day, 2 leap seconds are valid
+
+  bool operator==(const MtUtc&) const = default;
+};
+
+/// A satellite receiver's solution, in the units it is sent in.
+struct MtGnss {
+  std::uint32_t itow_ms = 0;
+  MtUtc utc;  ///< nanoseconds may be negative: see `nano`
+  std::uint32_t time_accuracy_ns = 0;
+  std::int32_t nano = 0;
+  std::uint8_t fix = 0, flags = 0, satellites = 0;
+  std::int32_t longitude_e7_deg = 0, latitude_e7_deg = 0, height_mm = 0, height_msl_mm = 0;
+  std::uint32_t horizontal_accuracy_mm = 0, vertical_accuracy_mm = 0;
+  std::array<std::int32_t, 3> velocity_ned_mmps{};
+  std::int32_t ground_speed_mmps = 0, heading_of_motion_e5_deg = 0;
+  std::uint32_t speed_accuracy_mmps = 0, heading_accuracy_e5_deg = 0;
+  std::int32_t heading_e5_deg = 0;
+  /// Dilution of precision in hundredths: geometric, position, time, vertical, horizontal, north,
+  /// east.
+  std::array<std::uint16_t, 7> dop_e2{};
+};
+
+/// The frame orientations and velocities are given in.
+enum class MtFrame : std::uint8_t { enu = 0, ned = 4, nwu = 8 };
+
+struct MtSample {
+  std::optional<std::uint16_t> packet_counter;    ///< comes round after 65 535
+  std::optional<std::uint32_t> sample_time_fine;  ///< 0.1 ms; comes round, at 2³² or after a day
+  std::optional<std::uint32_t> sample_time_coarse;  ///< s
+  std::optional<MtUtc> utc;
+  std::optional<std::uint8_t> status_byte;
+  std::optional<std::uint32_t> status_word;
+  std::optional<double> temperature_c;
+  std::optional<std::uint32_t> pressure_pa;
+  std::optional<Eigen::Vector3d> acceleration_mps2;       ///< specific force, +g upward at rest
+  std::optional<Eigen::Vector3d> free_acceleration_mps2;  ///< without gravity, in `frame`
+  std::optional<Eigen::Vector3d> delta_v_mps, rate_radps;
+  std::optional<Eigen::Vector3d> acceleration_hr_mps2, rate_hr_radps;
+  std::optional<Eigen::Vector3d>
+      magnetic_field_au;  ///< the Earth's at the place of calibration is 1
+  std::optional<Eigen::Vector4d> delta_q, quaternion;  ///< w, x, y, z; sensor to `frame`
+  std::optional<Eigen::Vector3d> euler_deg;            ///< roll, pitch, yaw
+  std::optional<Eigen::Matrix3d> rotation_matrix;
+  std::optional<Eigen::Vector2d> lat_lon_deg;
+  std::optional<double> altitude_msl_m, altitude_ellipsoid_m;
+  std::optional<Eigen::Vector3d> velocity_mps, position_ecef_m;
+  std::optional<MtGnss> gnss;
+  std::optional<std::int8_t> rssi_dbm;
+  MtFrame frame = MtFrame::enu;  ///< of the orientation, or of what else has one
+  std::uint16_t unknown = 0;     ///< packets that were none of these, or not of their length
+};
+
+namespace detail {
+
+[[nodiscard]] inline MtUtc mt_utc(const std::uint8_t* p) {
+  return {load_be<std::uint32_t>(p),
+          load_be<std::uint16_t>(p + 4),
+          p[6],
+          p[7],
+          p[8],
+          p[9],
+          p[10],
+          p[11]};
+}
+
+[[nodiscard]] inline std::optional<MtGnss> mt_gnss(Bytes b) {
+  if (b.size() != 94) return std::nullopt;
+  const auto i32 = [&](std::size_t at) { return load_be<std::int32_t>(&b[at]); };
+  const auto u32 = [&](std::size_t at) { return load_be<std::uint32_t>(&b[at]); };
+  MtGnss g;
+  g.itow_ms = u32(0);
+  g.utc = {0, load_be<std::uint16_t>(&b[4]), b[6], b[7], b[8], b[9], b[10], b[11]};
+  g.time_accuracy_ns = u32(12);
+  g.nano = i32(16);
+  g.fix = b[20];
+  g.flags = b[21];
+  g.satellites = b[22];
+  g.longitude_e7_deg = i32(24);
+  g.latitude_e7_deg = i32(28);
+  g.height_mm = i32(32);
+  g.height_msl_mm = i32(36);
+  g.horizontal_accuracy_mm = u32(40);
+  g.vertical_accuracy_mm = u32(44);
+  g.velocity_ned_mmps = {i32(48), i32(52), i32(56)};
+  g.ground_speed_mmps = i32(60);
+  g.heading_of_motion_e5_deg = i32(64);
+  g.speed_accuracy_mmps = u32(68);
+  g.heading_accuracy_e5_deg = u32(72);
+  g.heading_e5_deg = i32(76);
+  for (std::size_t i = 0; i < 7; ++i) g.dop_e2[i] = load_be<std::uint16_t>(&b[80 + 2 * i]);
+  return g;
+}
+
+/// `N` numbers as an Eigen vector; false where the packet does not hold them.
+template <std::size_t N>
+bool take(const MtPacket& p, std::optional<Eigen::Matrix<double, int(N), 1>>& to) {
+  const auto values = p.reals<N>();
+  if (values) to = Eigen::Map<const Eigen::Matrix<double, int(N), 1>>(values->data());
+  return values.has_value();
+}
+inline bool take(const MtPacket& p, std::optional<double>& to) {
+  const auto values = p.reals<1>();
+  if (values) to = (*values)[0];
+  return values.has_value();
+}
+template <class T>
+bool take_whole(const MtPacket& p, std::optional<T>& to) {
+  const auto value = p.whole<T>();
+  if (value) to = value;
+  return value.has_value();
+}
+/// The matrix is sent column by column.
+inline bool take_matrix(const MtPacket& p, std::optional<Eigen::Matrix3d>& to) {
+  const auto values = p.reals<9>();
+  if (values) to = Eigen::Map<const Eigen::Matrix3d>(values->data());
+  return values.has_value();
+}
+
+/// Puts one packet where it belongs; false where it is not known or not of its length.
+inline bool take_packet(const MtPacket& p, MtSample& s) {
+  switch (p.kind()) {
+    case 0x0810:
+      return take(p, s.temperature_c);
+    case 0x1010:
+      if (p.data.size() == 12) s.utc = mt_utc(p.data.data());
+      return p.data.size() == 12;
+    case 0x1020:
+      return take_whole(p, s.packet_counter);
+    case 0x1060:
+      return take_whole(p, s.sample_time_fine);
+    case 0x1070:
+      return take_whole(p, s.sample_time_coarse);
+    case 0x2010:
+      return take<4>(p, s.quaternion);
+    case 0x2020:
+      return take_matrix(p, s.rotation_matrix);
+    case 0x2030:
+      return take<3>(p, s.euler_deg);
+    case 0x3010:
+      return take_whole(p, s.pressure_pa);
+    case 0x4010:
+      return take<3>(p, s.delta_v_mps);
+    case 0x4020:
+      return take<3>(p, s.acceleration_mps2);
+    case 0x4030:
+      return take<3>(p, s.free_acceleration_mps2);
+    case 0x4040:
+      return take<3>(p, s.acceleration_hr_mps2);
+    case 0x5010:
+      return take(p, s.altitude_msl_m);
+    case 0x5020:
+      return take(p, s.altitude_ellipsoid_m);
+    case 0x5030:
+      return take<3>(p, s.position_ecef_m);
+    case 0x5040:
+      return take<2>(p, s.lat_lon_deg);
+    case 0x7010:
+      return (s.gnss = mt_gnss(p.data)).has_value();
+    case 0x8020:
+      return take<3>(p, s.rate_radps);
+    case 0x8030:
+      return take<4>(p, s.delta_q);
+    case 0x8040:
+      return take<3>(p, s.rate_hr_radps);
+    case 0xC020:
+      return take<3>(p, s.magnetic_field_au);
+    case 0xD010:
+      return take<3>(p, s.velocity_mps);
+    case 0xE010:
+      return take_whole(p, s.status_byte);
+    case 0xE020:
+      return take_whole(p, s.status_word);
+    case 0xE040:
+      return take_whole(p, s.rssi_dbm);
+    default:
+      return false;
+  }
+}
+
+[[nodiscard]] inline bool has_frame(std::uint16_t kind) {
+  return kind >> 8 == 0x20 || kind == 0x4030 || kind == 0xD010;
+}
+
+}  // namespace detail
+
+/// The content of an MTData2 message; nothing where its packets are longer than it is.
+[[nodiscard]] inline std::optional<MtSample> mt_sample(Bytes data) {
+  MtSample sample;
+  const bool whole = for_each_mt_packet(data, [&](const MtPacket& packet) {
+    if (!detail::take_packet(packet, sample)) ++sample.unknown;
+    if (detail::has_frame(packet.kind())) sample.frame = static_cast<MtFrame>(packet.id & 0xC);
+  });
+  return whole ? std::optional(sample) : std::nullopt;
+}
+
+}  // namespace wayfare::decode

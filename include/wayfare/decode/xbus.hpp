@@ -1,0 +1,152 @@
+#pragma once
+
+// Messages of an Xsens device's bus, big endian: FA, bus id, message id, length, data, checksum,
+// all bytes after FA adding up to 0 modulo 256 (Xsens, MT Low Level Communication Protocol,
+// MT0101P). FA also occurs in data.
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+#include <wayfare/decode/bytes.hpp>
+#include <wayfare/decode/stream_decoder.hpp>
+
+namespace wayfare::decode {
+
+/// Message ids a host meets; a request's answer has the next number.
+enum class XbusId : std::uint8_t {
+  configuration = 0x0D,
+  goto_measurement = 0x10,
+  goto_config = 0x30,
+  mt_data = 0x32,
+  mt_data2 = 0x36,
+  wake_up = 0x3E,
+  error = 0x42,
+  output_configuration = 0xC1,
+};
+
+/// A message whose checksum is right. It refers to the decoder's bytes.
+class XbusMessage {
+ public:
+  XbusMessage() = default;
+  XbusMessage(std::uint64_t position, Bytes bytes) : position_(position), bytes_(bytes) {}
+
+  [[nodiscard]] std::uint8_t bus() const { return bytes_[1]; }  ///< FF the master or a lone device
+  [[nodiscard]] XbusId id() const { return static_cast<XbusId>(bytes_[2]); }
+  [[nodiscard]] Bytes data() const {
+    const std::size_t head = bytes_[3] == 0xFF ? 6 : 4;
+    return bytes_.subspan(head, bytes_.size() - head - 1);
+  }
+  [[nodiscard]] std::uint64_t position() const { return position_; }
+  [[nodiscard]] Bytes bytes() const { return bytes_; }
+
+ private:
+  std::uint64_t position_ = 0;
+  Bytes bytes_;
+};
+
+/// The sum of all bytes modulo 256, eight at a time.
+[[nodiscard]] inline std::uint8_t byte_sum(Bytes bytes) {
+  constexpr std::uint64_t kLow = 0x7F7F7F7F7F7F7F7FULL;
+  std::uint64_t lanes = 0;  // eight sums, kept from carrying into each other
+  std::size_t i = 0;
+  for (; i + 8 <= bytes.size(); i += 8) {
+    std::uint64_t eight = 0;
+    std::memcpy(&eight, &bytes[i], 8);
+    lanes = ((lanes & kLow) + (eight & kLow)) ^ ((lanes ^ eight) & ~kLow);
+  }
+  unsigned sum = 0;
+  for (; i < bytes.size(); ++i) sum += bytes[i];
+  for (; lanes != 0; lanes >>= 8) sum += static_cast<unsigned>(lanes & 0xFF);
+  return static_cast<std::uint8_t>(sum);
+}
+
+/// Writes a message to `out`; gives its length, or 0 where it does not fit or the data is longer
+/// than a message can be.
+[[nodiscard]] inline std::size_t write_xbus(std::uint8_t bus, XbusId id, Bytes data,
+                                            std::span<std::uint8_t> out) {
+  const std::size_t head = data.size() < 0xFF ? 4 : 6, total = head + data.size() + 1;
+  if (data.size() > 0xFFFF || out.size() < total) return 0;
+  out[0] = 0xFA;
+  out[1] = bus;
+  out[2] = static_cast<std::uint8_t>(id);
+  out[3] = static_cast<std::uint8_t>(std::min<std::size_t>(data.size(), 0xFF));
+  if (head == 6) store_be(static_cast<std::uint16_t>(data.size()), &out[4]);
+  std::copy(data.begin(), data.end(), out.begin() + static_cast<std::ptrdiff_t>(head));
+  out[total - 1] = static_cast<std::uint8_t>(-byte_sum(out.subspan(1, total - 2)));
+  return total;
+}
+
+/// Framing of the bus. A message longer than `kMaxData` bytes is taken for damage. A false start
+/// holds messages back until as many bytes came as it claims: a small limit bounds that delay.
+///
+/// After a wrong checksum the search goes on one byte later, and the next candidates overlap. Their
+/// sums are differences of running sums then, so that no byte is added more than twice.
+template <std::size_t kMaxData = 16384>
+class BasicXbusFraming {
+ public:
+  using Message = XbusMessage;
+  static constexpr std::size_t kCapacity = kMaxData + 7;
+
+  Look look(const Front& front, DecoderStatistics& statistics) {
+    const Bytes b = front.bytes;
+    if (b[0] != 0xFA) {
+      const void* next = std::memchr(b.data(), 0xFA, b.size());
+      const std::size_t n =
+          next == nullptr
+              ? b.size()
+              : static_cast<std::size_t>(static_cast<const std::uint8_t*>(next) - b.data());
+      examined_ += n;
+      return Look::skip(n);
+    }
+    if (b.size() < 4) return Look::need(4);
+    const bool extended = b[3] == 0xFF;
+    if (extended && b.size() < 6) return Look::need(6);
+    const std::size_t length = extended ? load_be<std::uint16_t>(&b[4]) : b[3];
+    if (extended && (length < 0xFF || length > kMaxData)) {
+      ++statistics.malformed;
+      return Look::skip(1);
+    }
+    const std::size_t total = (extended ? 6 : 4) + length + 1;
+    if (b.size() < total) return Look::need(total);
+    if (adds_up(b.first(total), front.position)) return Look::frame(total);
+    ++statistics.checksum_failures;
+    return Look::skip(1);
+  }
+
+  template <class Sink>
+  void deliver(Bytes bytes, std::uint64_t position, Sink& sink) {
+    const XbusMessage message(position, bytes);
+    sink(message);
+  }
+  [[nodiscard]] std::uint64_t examined() const { return examined_; }
+
+ private:
+  bool adds_up(Bytes b, std::uint64_t position) {
+    if (summed_ <= position) {
+      examined_ += b.size();
+      if (byte_sum(b.subspan(1)) == 0) return true;
+      summed_ = position;
+      at(position) = 0;
+    }
+    for (; summed_ < position + b.size(); ++summed_, ++examined_)
+      at(summed_ + 1) = static_cast<std::uint8_t>(at(summed_) + b[summed_ - position]);
+    return at(position + b.size()) == at(position + 1);
+  }
+
+  /// The sum of all bytes before a place, from where the search began.
+  std::uint8_t& at(std::uint64_t position) { return sums_[position % sums_.size()]; }
+
+  std::array<std::uint8_t, std::bit_ceil(kCapacity + 1)> sums_;  // NOLINT: set before it is used
+  std::uint64_t summed_ = 0;                                     ///< sums are known up to here
+  std::uint64_t examined_ = 0;
+};
+
+using XbusFraming = BasicXbusFraming<>;
+using XbusDecoder = StreamDecoder<XbusFraming>;
+
+}  // namespace wayfare::decode
