@@ -31,6 +31,7 @@ class Furnisher {
     add_hidden(hidden);
     const std::size_t may_have_ghosts = reflectors_.size();
     add_floor(floor);
+    add_diffuse(floor);
     for (std::size_t i = 0; i < may_have_ghosts; ++i) add_ghosts(reflectors_[i]);
     return std::move(reflectors_);
   }
@@ -97,6 +98,12 @@ class Furnisher {
   [[nodiscard]] bool is_open(const Vector2d& at) const {
     return std::any_of(interior_.open_m.begin(), interior_.open_m.end(),
                        [&](const Vector2d& open) { return !plan_.blocks(open, at); });
+  }
+
+  void add_diffuse(Rng& rng) {
+    const FurnishParams::Kind kind{0.0, params_.diffuse_strength_db, params_.diffuse_spread_db, 0.0};
+    for (std::size_t i = number(params_.diffuse_per_m2); i > 0; --i)
+      add(anywhere(rng), kind, {0.0, 0.0}, rng);
   }
 
   void add_bump(const Vector2d& at, Rng& rng) {

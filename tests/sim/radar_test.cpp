@@ -153,7 +153,7 @@ TEST(Reflectors, ComeAtTheRatesAsked) {
   FurnishParams params;
   params.ghost_from_db = 1e9;
   params.hidden_per_m2 = 0.0;
-  params.floor_per_m2 = params.floor_patches_per_m2 = 0.0;
+  params.diffuse_per_m2 = params.floor_per_m2 = params.floor_patches_per_m2 = 0.0;
   params.plaster.spacing_m = params.panel.spacing_m = 0.0;
   params.strut = {0.5, 48.0, 5.0, 1.0};
   params.strut_share = 0.5;
@@ -178,7 +178,8 @@ TEST(Reflectors, GhostsAreMirrorImages) {
       std::move(FloorPlan::from_segments({{{0.0, 0.0}, {10.0, 0.0}}, {{0.0, 2.0}, {10.0, 2.0}}}))
           .value();
   FurnishParams params;
-  params.hidden_per_m2 = params.floor_per_m2 = params.floor_patches_per_m2 = 0.0;
+  params.hidden_per_m2 = params.diffuse_per_m2 = params.floor_per_m2 = params.floor_patches_per_m2 =
+      0.0;
   const std::vector<Reflector> r = furnish(plan, {}, params, Rng(3));
   std::size_t ghosts = 0;
   for (const Reflector& one : r) {
@@ -194,7 +195,7 @@ TEST(Reflectors, NothingHiddenStandsInTheOpen) {
   const FloorPlan plan = far_box();
   FurnishParams params;
   params.plaster.spacing_m = params.panel.spacing_m = params.strut.spacing_m = 0.0;
-  params.floor_per_m2 = params.floor_patches_per_m2 = 0.0;
+  params.diffuse_per_m2 = params.floor_per_m2 = params.floor_patches_per_m2 = 0.0;
   params.ghost_from_db = 1e9;
   for (const Reflector& one : furnish(plan, {{}, {{0.0, 0.0}}}, params, Rng(3)))
     EXPECT_GE(one.at_m.cwiseAbs().maxCoeff(), 50.0 - 1e-9);

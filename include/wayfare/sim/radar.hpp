@@ -33,9 +33,11 @@ struct RadarParams {
   std::size_t range_window = 8;  ///< neighbours on either side; the side that is darker counts
   std::size_t doppler_guard = 2;
   std::size_t doppler_window = 4;  ///< neighbours on either side, both count
-  double second_peak = 0.5;        ///< of the power of a cell's first peak in angle
-  double beam_exponent = 6.0;      ///< power falls with this power of cos(azimuth), both ways
-  double wall_loss_db = 8.0;       ///< of a wall that is looked through, both ways
+  /// A second point in a cell where the next peak in angle has this share of the first one's power:
+  /// the firmware's one half, taken for one of amplitudes, which is nearer to what recordings show.
+  double second_peak = 0.25;
+  double beam_exponent = 6.0;  ///< power falls with this power of cos(azimuth), both ways
+  double wall_loss_db = 8.0;   ///< of a wall that is looked through, both ways
   int walls_seen_through = 1;
 };
 

@@ -53,6 +53,11 @@ struct FurnishParams {
   double hidden_per_m2 = 0.15;
   double hidden_strength_db = 54.0;
   double hidden_spread_db = 5.0;
+  /// What is everywhere: floor, ceiling, all that is too small to be one thing. Every range cell
+  /// has some of it, and detections must stand out of it.
+  double diffuse_per_m2 = 12.0;
+  double diffuse_strength_db = 34.0;
+  double diffuse_spread_db = 5.0;
   double floor_per_m2 = 0.8;            ///< bumps of the floor
   double floor_patches_per_m2 = 0.004;  ///< patches of 1 m radius with twenty times as many
   double floor_strength_db = 36.0;
