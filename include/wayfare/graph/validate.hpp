@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/pose_graph.hpp>
@@ -29,13 +28,12 @@ inline bool is_finite(const SE3d& x) {
 /// one with negative information is not.
 template <int N>
 bool is_semidefinite(const Eigen::Matrix<double, N, N>& m) {
-  if (Eigen::LLT<Eigen::Matrix<double, N, N>>(m).info() == Eigen::Success) return true;
-  // Not LDLᵀ: of a singular matrix its pivots are rounding, and it gives up on some of them.
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> spectrum(m,
-                                                                            Eigen::EigenvaluesOnly);
-  const auto& eigenvalues = spectrum.eigenvalues();
-  return spectrum.info() == Eigen::Success &&
-         eigenvalues[0] >= -1e-12 * eigenvalues.cwiseAbs().maxCoeff();
+  using Square = Eigen::Matrix<double, N, N>;
+  // Raised by what rounding may have taken from the eigenvalues. Not LDLᵀ: of a singular matrix its
+  // pivots are rounding, and it gives up on some of them.
+  const double rounding = 1e-12 * m.cwiseAbs().maxCoeff();
+  if (rounding == 0.0) return true;
+  return Eigen::LLT<Square>(m + rounding * Square::Identity()).info() == Eigen::Success;
 }
 
 /// Union-find over pose indices.
