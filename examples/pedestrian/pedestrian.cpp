@@ -21,7 +21,7 @@ struct Arguments {
   std::string file, out, length = "kim", forward = "y";
   bool foot = false, force = false, quiet = false, no_magnetometer = false, any_way_round = false;
   bool ared = false;
-  double factor = 0.0, height_m = 1.75, declination_deg = 0.0, straighten = 0.0;
+  double factor = 0.0, height_m = 1.75, declination_deg = 0.0, straight_degps = 0.0;
   double gyro_range_degps = 2000.0;
   examples::RecordingOptions recording;
 };
@@ -47,7 +47,7 @@ examples::WalkRun walk(const Arguments& a, const io::MargFile& file) {
   } else {
     PedestrianParameters p;
     p.length = length_model(a);
-    p.straighten = a.straighten;
+    p.straight.bias_sigma_radps = Angle::degrees(a.straight_degps).radians();
     p.ahrs.use_magnetometer = !a.no_magnetometer && file.has_magnetometer;
     p.ahrs.declination = Angle::degrees(a.declination_deg);
     p.axis = a.any_way_round ? WalkingAxis::principal : WalkingAxis::sensor;
@@ -103,9 +103,10 @@ void describe(CLI::App& app, Arguments& a) {
   app.add_option("--declination", a.declination_deg, "of magnetic north, degrees east")
       ->check(CLI::Range(-180.0, 180.0))
       ->capture_default_str();
-  app.add_option("--straighten", a.straighten,
-                 "part of a slow turn that is taken for drift at each step: 0.1 along corridors")
-      ->check(CLI::Range(0.0, 1.0))
+  app.add_option("--straight", a.straight_degps,
+                 "take the rate of turning that returns most often for the gyro's bias, of this "
+                 "size, degrees a second: 0.2 for ways of straight pieces")
+      ->check(CLI::Range(0.0, 5.0))
       ->capture_default_str();
   app.add_flag("--force", a.force, "replace files of an earlier run");
   app.add_flag("--quiet", a.quiet, "no progress and no tables");

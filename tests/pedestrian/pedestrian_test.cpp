@@ -204,24 +204,46 @@ TEST(Pedestrian, FindsTheWayOfWalkingFromTheSway) {
   }
 }
 
-TEST(Pedestrian, StraighteningTakesADriftAway) {
+// Legs of a quarter of a minute with a square turn between them; a gyro that drifts 17° a minute.
+TEST(Pedestrian, StraightLegsTellTheDrift) {
   PhoneWalkOptions o;
   o.steps = 300;
   o.turn_radps = 0.0;
   PhoneWalk walk = walk_phone(o);
-  for (auto& s : walk.samples) s.angular_rate_radps.z() += 0.005;  // 17°/min
+  for (auto& s : walk.samples) {
+    const double t = to_seconds(s.time - walk.samples.front().time);
+    const bool turns = t > 10.0 && std::fmod(t, 15.0) < 1.0;
+    s.angular_rate_radps.z() += 0.005 + (turns ? 0.5 * std::numbers::pi : 0.0);
+  }
   auto p = metre_steps();
   p.ahrs.use_magnetometer = false;
   p.ahrs.rest_rate_density = 1e3;  // the rest at the start would tell the bias
-  const auto end_of = [&] {
+  const auto turned = [&] {
     Pedestrian pedestrian(p);
     for (const auto& s : walk.samples) pedestrian.add(s);
-    return pedestrian.pose().position_m.norm();
+    // After 174 s, eleven turns and the half turn that forward is from its opposite.
+    const double squares = pedestrian.pose().heading.radians() / (0.5 * std::numbers::pi);
+    return std::abs(squares - std::round(squares)) * 90.0;
   };
-  const double bent = end_of();
-  p.straighten = 0.1;
-  EXPECT_GT(end_of(), bent);
-  EXPECT_GT(end_of(), 290.0);
+  EXPECT_GT(turned(), 20.0);  // drifts 48°: 42° from the next square
+  p.straight.bias_sigma_radps = 0.0035;
+  EXPECT_LT(turned(), 5.0);
+}
+
+TEST(StraightWalk, TheRateThatReturnsIsTheBiasHoweverManyBendsThereAre) {
+  StraightWalkParameters p;
+  p.bias_sigma_radps = 0.01;
+  StraightWalk straight(p);
+  double heading = 0.0, drift = 0.0;
+  for (int i = 0; i < 600; ++i) {  // two steps a second, a third of the time bends to either side
+    const double bend = i % 30 < 5 ? 0.6 : i % 30 < 10 ? -0.3 : 0.0;
+    heading += 0.5 * (0.008 + bend);
+    drift = straight.step(LogTime::from_nanoseconds(std::int64_t{500'000'000} * i), heading);
+  }
+  EXPECT_NEAR(straight.bias_radps(), 0.008, 0.001);
+  EXPECT_NEAR(drift, 0.008 * 299.5, 0.3);
+  // Off it leaves the heading as it is.
+  EXPECT_EQ(StraightWalk({}).step(LogTime(), 1.0), 0.0);
 }
 
 // --- what should not happen -------------------------------------------------------------------

@@ -78,38 +78,92 @@ inline Result<WalkRecording> read_head_walk(const std::string& path) {
   return walk;
 }
 
-/// The walked way at the times of the truth, interpolated between steps.
-struct WalkedWay {
-  std::vector<Eigen::Vector2d> points;
-  std::vector<Step> steps;
+struct WalkedStep {
+  double t_s, heading_rad, length_m;
+  Step step;
 };
 
-inline WalkedWay walk_along(const WalkRecording& walk, const PedestrianParameters& parameters) {
+inline std::vector<WalkedStep> steps_along(const WalkRecording& walk,
+                                           const PedestrianParameters& parameters) {
   Pedestrian pedestrian(parameters);
-  WalkedWay way;
-  std::vector<TimedPoint> track;
+  std::vector<WalkedStep> steps;
   for (const MargSample& s : walk.samples)
     pedestrian.add(s, [&](const PedestrianPose& p) {
-      const double t = to_seconds(p.time - recording_time(0.0));
-      if (track.empty() || t - track.back().t_s > 1.5 * p.step.interval_s)
-        track.push_back({t - p.step.interval_s,
-                         track.empty() ? Eigen::Vector2d::Zero().eval() : track.back().p});
-      track.push_back({t, p.position_m});
-      way.steps.push_back(p.step);
+      steps.push_back(
+          {to_seconds(p.time - recording_time(0.0)), p.heading.radians(), p.length_m, p.step});
     });
+  return steps;
+}
+
+/// The walked way at the times of the truth, interpolated between steps.
+inline std::vector<Eigen::Vector2d> way_of(const std::vector<WalkedStep>& steps,
+                                           const WalkRecording& walk) {
+  std::vector<TimedPoint> track;
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();
+  for (const WalkedStep& s : steps) {
+    if (track.empty() || s.t_s - track.back().t_s > 1.5 * s.step.interval_s)
+      track.push_back({s.t_s - s.step.interval_s, p});
+    p += s.length_m * Eigen::Vector2d(std::cos(s.heading_rad), std::sin(s.heading_rad));
+    track.push_back({s.t_s, p});
+  }
+  std::vector<Eigen::Vector2d> points;
   std::size_t i = 0;
   for (const TimedPoint& q : walk.truth) {
     while (i + 1 < track.size() && track[i + 1].t_s <= q.t_s) ++i;
     if (track.empty()) {
-      way.points.emplace_back(0.0, 0.0);
+      points.emplace_back(0.0, 0.0);
     } else if (i + 1 == track.size() || q.t_s <= track[i].t_s) {
-      way.points.push_back(track[i].p);
+      points.push_back(track[i].p);
     } else {
       const double u = (q.t_s - track[i].t_s) / (track[i + 1].t_s - track[i].t_s);
-      way.points.push_back((1.0 - u) * track[i].p + u * track[i + 1].p);
+      points.push_back((1.0 - u) * track[i].p + u * track[i + 1].p);
     }
   }
-  return way;
+  return points;
+}
+
+/// The direction of the true way between the points `reach_s` before and after a time or, with
+/// zero, between the two about it.
+inline double true_direction(const WalkRecording& walk, double t_s, double reach_s) {
+  const auto after = [&](double t) {
+    std::size_t i = 1;
+    while (i + 1 < walk.truth.size() && walk.truth[i].t_s < t) ++i;
+    return i;
+  };
+  const Eigen::Vector2d d =
+      reach_s > 0.0 ? walk.truth[after(t_s + reach_s)].p - walk.truth[after(t_s - reach_s)].p
+                    : walk.truth[after(t_s)].p - walk.truth[after(t_s) - 1].p;
+  return std::atan2(d.y(), d.x());
+}
+
+/// What would be left were every step known to go the true way.
+inline std::vector<WalkedStep> with_true_directions(std::vector<WalkedStep> steps,
+                                                    const WalkRecording& walk, double reach_s) {
+  for (WalkedStep& s : steps) s.heading_rad = true_direction(walk, s.t_s, reach_s);
+  return steps;
+}
+/// Were the walk's length known.
+inline std::vector<WalkedStep> with_true_length(std::vector<WalkedStep> steps,
+                                                const WalkRecording& walk) {
+  double sum = 0.0;
+  for (const WalkedStep& s : steps) sum += s.length_m;
+  for (WalkedStep& s : steps) s.length_m *= sum > 0.0 ? walk.length_m / sum : 1.0;
+  return steps;
+}
+/// Were the gyro's mean bias known: without the drift of the heading that fits a line.
+inline std::vector<WalkedStep> without_drift(std::vector<WalkedStep> steps,
+                                             const WalkRecording& walk, double reach_s) {
+  double unwrapped = 0.0, t = 0.0, h = 0.0, tt = 0.0, th = 0.0;
+  for (const WalkedStep& s : steps) {
+    unwrapped += wrap_to_pi(s.heading_rad - true_direction(walk, s.t_s, reach_s) - unwrapped);
+    t += s.t_s;
+    h += unwrapped;
+    tt += s.t_s * s.t_s;
+    th += s.t_s * unwrapped;
+  }
+  const double n = double(steps.size());
+  for (WalkedStep& s : steps) s.heading_rad -= (n * th - t * h) / (n * tt - t * t) * s.t_s;
+  return steps;
 }
 
 inline PedestrianParameters head_parameters() {
@@ -130,31 +184,32 @@ struct WalkErrors {
   double ate_m = 0.0;     ///< root mean square after the best rigid fit
 };
 
-inline WalkErrors walk_errors(const WalkedWay& way, const WalkRecording& walk) {
+inline WalkErrors walk_errors(const std::vector<WalkedStep>& steps, const WalkRecording& walk) {
+  const std::vector<Eigen::Vector2d> way = way_of(steps, walk);
   const auto best_turn = [&](const Eigen::Vector2d& a0, const Eigen::Vector2d& b0) {
     double dot = 0.0, cross = 0.0;
-    for (std::size_t i = 0; i < way.points.size(); ++i) {
-      const Eigen::Vector2d a = way.points[i] - a0, b = walk.truth[i].p - b0;
+    for (std::size_t i = 0; i < way.size(); ++i) {
+      const Eigen::Vector2d a = way[i] - a0, b = walk.truth[i].p - b0;
       dot += a.dot(b);
       cross += a.x() * b.y() - a.y() * b.x();
     }
     return Eigen::Rotation2Dd(std::atan2(cross, dot));
   };
-  const Eigen::Vector2d a0 = way.points.front(), b0 = walk.truth.front().p;
-  const Eigen::Vector2d a = way.points.back() - a0, b = walk.truth.back().p - b0;
+  const Eigen::Vector2d a0 = way.front(), b0 = walk.truth.front().p;
+  const Eigen::Vector2d a = way.back() - a0, b = walk.truth.back().p - b0;
   WalkErrors e;
   e.absolute = (a - b).norm() / walk.length_m;
   e.turned = (best_turn(a0, b0) * a - b).norm() / walk.length_m;
   Eigen::Vector2d am = Eigen::Vector2d::Zero(), bm = am;
-  const double n = double(way.points.size());
-  for (std::size_t i = 0; i < way.points.size(); ++i) {
-    am += way.points[i] / n;
+  const double n = double(way.size());
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    am += way[i] / n;
     bm += walk.truth[i].p / n;
   }
   const auto turn = best_turn(am, bm);
   double squares = 0.0;
-  for (std::size_t i = 0; i < way.points.size(); ++i)
-    squares += (turn * (way.points[i] - am) - (walk.truth[i].p - bm)).squaredNorm();
+  for (std::size_t i = 0; i < way.size(); ++i)
+    squares += (turn * (way[i] - am) - (walk.truth[i].p - bm)).squaredNorm();
   e.ate_m = std::sqrt(squares / n);
   return e;
 }

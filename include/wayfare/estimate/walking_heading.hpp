@@ -1,0 +1,71 @@
+#pragma once
+
+// The way an axis of the unit pointed of late: steps are known after they were made.
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include <wayfare/core/angle.hpp>
+#include <wayfare/core/time.hpp>
+
+namespace wayfare {
+
+/// Averages over a time, for heads and hands turn to and fro.
+class WalkingHeading {
+ public:
+  struct Entry {
+    LogTime time;
+    double radians = 0.0;  ///< not wrapped, averaged
+    double variance = 0.0;
+  };
+
+  explicit WalkingHeading(double average_s) : average_s_(average_s) {}
+
+  /// Gives the time since the reading before, s; zero for the first.
+  double add(LogTime time, double radians, double variance) {
+    const double dt = started_ ? to_seconds(time - last_) : 0.0;
+    if (!started_ || dt < 0.0 || dt > 1.0) {
+      unwrapped_ = average_ = radians;
+      count_ = 0;
+    } else {
+      unwrapped_ += wrap_to_pi(radians - unwrapped_);
+      average_ += std::min(1.0, 2.0 * dt / average_s_) * (unwrapped_ - average_);
+    }
+    started_ = true;
+    last_ = time;
+    if (count_ == 0 || to_seconds(time - kept(0).time) >= kSpacing_s) keep(time, variance);
+    return dt;
+  }
+
+  /// As it is now, not averaged.
+  [[nodiscard]] double now() const { return unwrapped_; }
+  /// The last one kept that is not after `time`, or the oldest; null before the first.
+  [[nodiscard]] const Entry* at(LogTime time) const {
+    for (std::size_t age = 0; age < count_; ++age)
+      if (kept(age).time <= time) return &kept(age);
+    return count_ > 0 ? &kept(count_ - 1) : nullptr;
+  }
+
+ private:
+  static constexpr std::size_t kEntries = 1024;
+  static constexpr double kSpacing_s = 0.02;
+
+  void keep(LogTime time, double variance) {
+    newest_ = (newest_ + 1) % kEntries;
+    entries_[newest_] = {time, average_, variance};
+    count_ = std::min(count_ + 1, kEntries);
+  }
+  [[nodiscard]] const Entry& kept(std::size_t age) const {
+    return entries_[(newest_ + kEntries - age) % kEntries];
+  }
+
+  double average_s_;
+  std::array<Entry, kEntries> entries_;
+  std::size_t newest_ = 0, count_ = 0;
+  LogTime last_;
+  double unwrapped_ = 0.0, average_ = 0.0;
+  bool started_ = false;
+};
+
+}  // namespace wayfare
