@@ -61,6 +61,9 @@ class Messages {
   Messages(Description& known, const std::string& name, Problems& problems)
       : known_(known), name_(name), problems_(problems) {}
 
+  /// Messages left out because their channel was not described before them.
+  [[nodiscard]] std::size_t undescribed() const { return undescribed_; }
+
   /// False once `sink` has had enough.
   bool take(const Record& record, const Sink& sink) {
     if (record.opcode == Opcode::chunk) return take_chunk(record, sink);
@@ -77,6 +80,7 @@ class Messages {
     }
     const auto channel = known_.channels.find(id);
     if (channel == known_.channels.end()) {
+      ++undescribed_;
       fault(record.at,
             "a message of channel " + std::to_string(id) + ", which was not described; left out");
       return true;
@@ -113,6 +117,7 @@ class Messages {
   Description& known_;
   const std::string& name_;
   Problems& problems_;
+  std::size_t undescribed_ = 0;
 };
 
 }  // namespace
@@ -241,27 +246,44 @@ struct McapReader::Impl {
     contents.metadata.clear();
   }
 
-  void scan() {
+  /// Reads all of the data; gives how many messages were left out for want of a description.
+  std::size_t scan() {
     Messages messages(known, name, contents.problems);
-    McapStatistics& s = contents.statistics;
     mcap::Walk walk(*source, name, options, contents.problems);
     walk.run([&](const Record& record) {
       std::optional<Place> place;
       messages.take(record, [&](const McapMessage& m) {
-        s.first = s.messages == 0 ? m.log_time : std::min(s.first, m.log_time);
-        s.last = s.messages == 0 ? m.log_time : std::max(s.last, m.log_time);
-        ++s.messages;
-        ++s.messages_of[m.channel->id];
+        count(m);
         if (!place) place = Place{record.at, m.log_time, m.log_time};
         place->first = std::min(place->first, m.log_time);
         place->last = std::max(place->last, m.log_time);
         return true;
       });
       if (record.opcode == Opcode::metadata) take_metadata(record.content);
-      if (record.opcode == Opcode::chunk) ++s.chunks;
+      if (record.opcode == Opcode::chunk) ++contents.statistics.chunks;
       if (place) places.push_back(*place);
       return true;
     });
+    return messages.undescribed();
+  }
+
+  void count(const McapMessage& m) {
+    McapStatistics& s = contents.statistics;
+    s.first = s.messages == 0 ? m.log_time : std::min(s.first, m.log_time);
+    s.last = s.messages == 0 ? m.log_time : std::max(s.last, m.log_time);
+    ++s.messages;
+    ++s.messages_of[m.channel->id];
+  }
+
+  void scan_all() {
+    const Problems before = contents.problems;
+    if (scan() == 0) return;
+    // A description that was damaged may stand in a later chunk again.
+    Description found = std::move(known);
+    forget();
+    known = std::move(found);
+    contents.problems = before;
+    scan();
   }
 
   void take_in() {
@@ -281,7 +303,7 @@ struct McapReader::Impl {
           {ErrorCode::parse,
            std::string("the recording ") + missing + "; read from the front instead", name, 0,
            static_cast<std::size_t>(source->size())});
-      scan();
+      scan_all();
     }
     for (const auto& [id, schema] : known.schemas) contents.schemas.push_back(schema);
     for (const auto& [id, channel] : known.channels) contents.channels.push_back(channel);

@@ -1,0 +1,64 @@
+#pragma once
+
+// From a device's bytes to time-stamped messages, while they come.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/decode/bytes.hpp>
+
+namespace wayfare::logger {
+
+/// A stream of messages of one kind, as a recording describes it. Streams are told apart by topic.
+struct Stream {
+  std::string topic;
+  std::string encoding = "json";
+  std::string schema = {};       ///< name; empty: none
+  std::string schema_json = {};  ///< its definition
+  std::map<std::string, std::string> metadata = {};
+};
+
+struct DecodedMessage {
+  std::shared_ptr<const Stream> stream;
+  LogTime time;  ///< when it was measured
+  std::string json;
+};
+
+/// What became of a device's bytes so far.
+struct DecodingStatus {
+  std::uint64_t messages = 0;
+  std::uint64_t skipped_bytes = 0;
+  std::uint64_t damaged = 0;  ///< frames with a wrong checksum or lengths
+  std::string sample = {};    ///< the last message in a few words
+};
+
+class DeviceDecoder {
+ public:
+  using Sink = std::function<void(DecodedMessage)>;
+
+  virtual ~DeviceDecoder() = default;
+  /// Takes the next bytes, the last of which arrived at `arrived`.
+  virtual void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink) = 0;
+  [[nodiscard]] virtual DecodingStatus status() const = 0;
+};
+
+struct DeviceDescription {
+  std::string name;           ///< of the sensor: frame of its messages, first part of its topics
+  std::string kind = "raw";   ///< one of device_kinds()
+  int baud = 115200;          ///< of its line: bytes arrive this much later than they were sent
+  std::string configuration;  ///< a TI radar's .cfg text, where there is one
+};
+
+/// What `make_decoder` knows.
+[[nodiscard]] std::vector<std::string> device_kinds();
+
+/// Error: an unknown kind, a configuration that makes no sense. Kind "raw" decodes nothing.
+[[nodiscard]] Result<std::unique_ptr<DeviceDecoder>> make_decoder(const DeviceDescription& device);
+
+}  // namespace wayfare::logger

@@ -1,0 +1,113 @@
+#pragma once
+
+// Several devices into one recording: a thread for each that only reads and stamps, one that
+// writes, and a bounded queue between them that outlasts a disk that stalls.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/io/byte_sink.hpp>
+#include <wayfare/logger/device_decoder.hpp>
+#include <wayfare/logger/remote_control.hpp>
+#include <wayfare/logger/serial_port.hpp>
+
+namespace wayfare::logger {
+
+struct SensorOptions {
+  DeviceDescription device;
+  std::string port;  ///< path of the serial line
+  ModemLine dtr = ModemLine::keep;
+  std::vector<std::uint8_t> request;  ///< bytes sent once the port is open, such as a scan request
+};
+
+struct LoggerOptions {
+  std::vector<SensorOptions> sensors;
+  std::string folder = ".";          ///< recordings go here, none is overwritten
+  std::string prefix = "recording";  ///< of their names
+  /// How often what came is handed to the operating system: a killed program loses at most this.
+  Duration flush_every = std::chrono::milliseconds(100);
+  /// How often it is forced to the disk: a power cut loses at most this, and what the disk takes.
+  Duration sync_every = std::chrono::seconds(1);
+  Duration status_every = std::chrono::seconds(1);
+  std::size_t queue_bytes = std::size_t{64}
+                            << 20;  ///< waiting for the disk; beyond, data is dropped
+  std::string control_port = {};    ///< serial line with remote control; empty: none
+  int control_baud = 57600;
+  std::string control_socket = {};  ///< Unix socket that speaks the same; empty: none
+  /// Where a recording goes; empty: to a file.
+  std::function<Result<std::unique_ptr<io::ByteSink>>(const std::string& path)> open_sink = {};
+};
+
+enum class LoggerState { idle, recording, stopping, failed, terminated };
+[[nodiscard]] const char* name_of(LoggerState state);
+
+enum class SensorState { waiting, silent, receiving };  ///< no port, no bytes for 2 s, bytes
+[[nodiscard]] const char* name_of(SensorState state);
+
+struct SensorStatus {
+  std::string name;
+  SensorState state = SensorState::waiting;
+  std::uint64_t bytes = 0;           ///< read since the start
+  std::uint64_t recorded_bytes = 0;  ///< of them queued for this recording
+  std::uint64_t dropped = 0;         ///< records the queue had no room for, in this recording
+  double bytes_per_s = 0.0;          ///< over the last status interval
+  double messages_per_s = 0.0;
+  DecodingStatus decoding;
+  std::string note;  ///< why it waits, what its line cannot do
+};
+
+struct LoggerStatus {
+  LoggerState state = LoggerState::idle;
+  LogTime time;
+  std::string file;           ///< recorded to, or last
+  double seconds = 0.0;       ///< of this recording
+  std::uint64_t written = 0;  ///< bytes of the file
+  std::uint64_t disk_free = 0;
+  std::size_t queued = 0, queue_peak = 0;  ///< bytes
+  std::uint64_t dropped = 0;               ///< records, of all sensors
+  std::string error;                       ///< why recording failed
+  std::vector<SensorStatus> sensors;
+};
+
+/// The status as the JSON of status lines, the recording's status channel and the monitor.
+[[nodiscard]] std::string to_json(const LoggerStatus& status);
+
+/// Runs from `start` on; the destructor stops recording and ends all threads.
+///
+/// Times are nanoseconds of UTC since 1970 by the computer's clock when the logger started, and
+/// from then on by its monotonic clock: they never jump. The recording has for each sensor the
+/// channel /NAME/raw, its bytes as they were read, stamped when they were; the channels of what was
+/// decoded from them; and /logger/status.
+class Logger {
+ public:
+  /// Errors: no sensor, two of one name, an unknown kind, a control port that cannot be opened.
+  [[nodiscard]] static Result<std::unique_ptr<Logger>> start(LoggerOptions options);
+  Logger(const Logger&) = delete;
+  Logger& operator=(const Logger&) = delete;
+  ~Logger();
+
+  /// Error: the recording cannot be created. Does nothing while one is being made.
+  Result<void> begin();
+  /// Ends the recording once all that was read is written.
+  void stop();
+  /// Stops, and takes no further command.
+  void terminate();
+
+  [[nodiscard]] LoggerStatus status() const;
+  /// Waits until nothing is being recorded; false where that took longer.
+  bool wait_until_stopped(Duration timeout);
+
+ private:
+  struct Impl;
+  explicit Logger(std::unique_ptr<Impl> impl);
+
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace wayfare::logger

@@ -1,0 +1,42 @@
+#pragma once
+
+// Measurements as JSON messages with the published foxglove.* schemas, which viewers of MCAP
+// recordings know, and back. Foxglove has no message for an inertial unit: wayfare.Imu is our own.
+
+#include <string>
+#include <string_view>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/measure/laser_scan.hpp>
+#include <wayfare/measure/marg.hpp>
+#include <wayfare/measure/radar_scan.hpp>
+
+namespace wayfare::logger {
+
+/// A kind of message: its name and the JSON schema of its fields.
+struct MessageSchema {
+  std::string_view name;
+  std::string_view json;
+};
+
+/// foxglove.LaserScan; `range_min` and `range_max` beside its own fields, a beam that did not
+/// return is null.
+[[nodiscard]] MessageSchema laser_scan_schema();
+[[nodiscard]] std::string laser_scan_json(const LaserScan& scan, std::string_view frame);
+[[nodiscard]] Result<LaserScan> parse_laser_scan(std::string_view json);
+
+/// foxglove.PointCloud with the fields x, y, z, doppler (m/s) and snr (dB) as 32-bit floats.
+[[nodiscard]] MessageSchema point_cloud_schema();
+[[nodiscard]] std::string point_cloud_json(const RadarScan& scan, std::string_view frame);
+[[nodiscard]] Result<RadarScan> parse_point_cloud(std::string_view json);
+
+/// wayfare.Imu: angular_velocity (rad/s), linear_acceleration (specific force, m/s²) and
+/// magnetic_field (µT), each null where the unit gave none.
+[[nodiscard]] MessageSchema imu_schema();
+[[nodiscard]] std::string imu_json(const MargSample& sample, std::string_view frame);
+[[nodiscard]] Result<MargSample> parse_imu(std::string_view json);
+
+/// Text as it stands between the quotes of a JSON string.
+[[nodiscard]] std::string json_escaped(std::string_view text);
+
+}  // namespace wayfare::logger

@@ -1,0 +1,45 @@
+#pragma once
+
+// Those who control a logger: a serial line, and the clients of a Unix socket.
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/logger/remote_control.hpp>
+#include <wayfare/logger/serial_port.hpp>
+
+namespace wayfare::logger {
+
+class ControlLine {
+ public:
+  /// Either may be empty. Errors: the port cannot be opened, the socket cannot be made.
+  static Result<ControlLine> open(const std::string& port, int baud, const std::string& socket);
+  ControlLine(ControlLine&& other) noexcept;
+  ControlLine& operator=(ControlLine&&) = delete;
+  ~ControlLine();
+
+  /// Waits up to `timeout` for commands.
+  void poll(std::chrono::milliseconds timeout, const std::function<void(Command)>& sink);
+  /// To everybody who listens; who does not take it at once does not get it.
+  void send(std::string_view line);
+
+ private:
+  ControlLine() = default;
+  Result<void> listen(const std::string& path);
+  void accept();
+  /// False where the client is gone.
+  static bool take(int client, const std::function<void(Command)>& sink);
+
+  std::string port_path_, socket_path_;
+  int baud_ = 0;
+  std::optional<SerialPort> port_;
+  int listener_ = -1;
+  std::vector<int> clients_;
+};
+
+}  // namespace wayfare::logger

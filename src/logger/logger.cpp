@@ -1,0 +1,326 @@
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <set>
+#include <thread>
+#include <utility>
+
+#include <wayfare/logger/logger.hpp>
+#include <wayfare/logger/messages.hpp>
+
+#include "control_line.hpp"
+#include "recorder.hpp"
+
+namespace wayfare::logger {
+namespace {
+
+using std::chrono::milliseconds;
+
+std::string number(double value) {
+  std::string text = std::to_string(std::isfinite(value) ? value : 0.0);
+  return text.substr(0, text.find('.') + 2);
+}
+
+std::shared_ptr<const Stream> raw_stream(const SensorOptions& sensor) {
+  const DeviceDescription& d = sensor.device;
+  return std::make_shared<const Stream>(Stream{"/" + d.name + "/raw",
+                                               "application/octet-stream",
+                                               "",
+                                               "",
+                                               {{"kind", d.kind},
+                                                {"port", sensor.port},
+                                                {"baud", std::to_string(d.baud)},
+                                                {"configuration", d.configuration}}});
+}
+
+/// One device: a thread that reads its line, stamps and decodes what came and hands it over.
+class Sensor {
+ public:
+  Sensor(SensorOptions options, std::unique_ptr<DeviceDecoder> decoder, Recorder& recorder,
+         const LoggerClock& clock)
+      : options_(std::move(options)),
+        raw_(raw_stream(options_)),
+        decoder_(std::move(decoder)),
+        recorder_(recorder),
+        clock_(clock) {
+    status_.name = options_.device.name;
+    thread_ = std::thread([this] { run(); });
+  }
+  Sensor(const Sensor&) = delete;
+  Sensor& operator=(const Sensor&) = delete;
+  ~Sensor() {
+    quit_ = true;
+    thread_.join();
+  }
+
+  [[nodiscard]] SensorStatus status() const {
+    const std::lock_guard lock(mutex_);
+    SensorStatus status = status_;
+    if (status.state == SensorState::receiving && clock_.now() - last_bytes_ > kSilence)
+      status.state = SensorState::silent;
+    return status;
+  }
+
+  /// Rates since the call before, `interval` ago.
+  void measure_rates(Duration interval) {
+    const std::lock_guard lock(mutex_);
+    const double s = std::max(to_seconds(interval), 1e-3);
+    status_.bytes_per_s = static_cast<double>(status_.bytes - bytes_before_) / s;
+    status_.messages_per_s = static_cast<double>(status_.decoding.messages - messages_before_) / s;
+    bytes_before_ = status_.bytes;
+    messages_before_ = status_.decoding.messages;
+  }
+
+ private:
+  static constexpr Duration kSilence = std::chrono::seconds(2);
+
+  void run() {
+    while (!quit_) {
+      if (auto port = open()) read(*port);
+      for (int i = 0; i < 10 && !quit_; ++i) std::this_thread::sleep_for(milliseconds(50));
+    }
+  }
+
+  std::optional<SerialPort> open() {
+    auto port = SerialPort::open(options_.port, {options_.device.baud, options_.dtr});
+    const std::lock_guard lock(mutex_);
+    status_.state = port ? SensorState::silent : SensorState::waiting;
+    status_.note = port ? port->note() : port.error().to_string();
+    if (!port) return std::nullopt;
+    if (!options_.request.empty() && !port->write(options_.request)) return std::nullopt;
+    return std::move(*port);
+  }
+
+  void read(SerialPort& port) {
+    std::array<std::uint8_t, 16384> buffer;
+    while (!quit_) {
+      const auto n = port.read(buffer, milliseconds(100));
+      if (!n) {
+        const std::lock_guard lock(mutex_);
+        status_.state = SensorState::waiting;
+        status_.note = n.error().to_string();
+        return;
+      }
+      if (*n != 0) take({buffer.data(), *n}, clock_.now());
+    }
+  }
+
+  void take(decode::Bytes bytes, LogTime now) {
+    const std::uint32_t session = recorder_.session();
+    std::uint64_t dropped = 0;
+    const bool kept =
+        session != 0 && recorder_.add(session, raw_, now, now, {bytes.begin(), bytes.end()});
+    if (session != 0 && !kept) ++dropped;
+    decoder_->feed(bytes, now, [&](DecodedMessage message) {
+      if (session != 0 &&
+          !recorder_.add(session, message.stream, now, message.time, std::move(message.json)))
+        ++dropped;
+    });
+    const std::lock_guard lock(mutex_);
+    if (session != 0 && session != session_) {
+      session_ = session;
+      status_.dropped = status_.recorded_bytes = 0;
+    }
+    status_.state = SensorState::receiving;
+    status_.bytes += bytes.size();
+    status_.recorded_bytes += kept ? bytes.size() : 0;
+    status_.dropped += dropped;
+    status_.decoding = decoder_->status();
+    last_bytes_ = now;
+  }
+
+  const SensorOptions options_;
+  const std::shared_ptr<const Stream> raw_;
+  const std::unique_ptr<DeviceDecoder> decoder_;  ///< of the thread
+  Recorder& recorder_;
+  const LoggerClock& clock_;
+  std::atomic<bool> quit_{false};
+
+  mutable std::mutex mutex_;
+  SensorStatus status_;
+  std::uint32_t session_ = 0;
+  LogTime last_bytes_;
+  std::uint64_t bytes_before_ = 0, messages_before_ = 0;
+
+  std::thread thread_;
+};
+
+Result<void> check(const LoggerOptions& options) {
+  std::set<std::string> names = {"logger"};
+  if (options.sensors.empty()) return Error{ErrorCode::invalid, "a logger needs a sensor"};
+  for (const SensorOptions& s : options.sensors) {
+    if (s.device.name.empty() || !names.insert(s.device.name).second)
+      return Error{ErrorCode::invalid, "a sensor's name is empty or taken", s.device.name};
+    if (s.device.baud <= 0) return Error{ErrorCode::invalid, "needs a baud rate", s.device.name};
+  }
+  const Duration least = milliseconds(1);
+  if (options.flush_every < least || options.sync_every < Duration(0) ||
+      options.status_every < least)
+    return Error{ErrorCode::invalid, "an interval is too short"};
+  return {};
+}
+
+constexpr std::string_view kStatusSchema =
+    R"({"title":"wayfare.LoggerStatus","type":"object","properties":{"state":{"type":"string"},)"
+    R"("file":{"type":"string"},"seconds":{"type":"number"},"written":{"type":"integer"},)"
+    R"("dropped":{"type":"integer"},"error":{"type":"string"},"sensors":{"type":"array"}}})";
+
+}  // namespace
+
+const char* name_of(LoggerState state) {
+  switch (state) {
+    case LoggerState::idle:
+      return "idle";
+    case LoggerState::recording:
+      return "recording";
+    case LoggerState::stopping:
+      return "stopping";
+    case LoggerState::failed:
+      return "failed";
+    default:
+      return "terminated";
+  }
+}
+
+const char* name_of(SensorState state) {
+  switch (state) {
+    case SensorState::waiting:
+      return "waiting";
+    case SensorState::silent:
+      return "silent";
+    default:
+      return "receiving";
+  }
+}
+
+std::string to_json(const LoggerStatus& status) {
+  const auto text = [](const std::string& s) { return '"' + json_escaped(s) + '"'; };
+  const std::int64_t ns = status.time.nanoseconds();
+  std::string out = "{\"state\":" + text(name_of(status.state));
+  out += ",\"timestamp\":{\"sec\":" + std::to_string(ns / 1'000'000'000) +
+         ",\"nsec\":" + std::to_string(ns % 1'000'000'000) + '}';
+  out += ",\"file\":" + text(status.file) + ",\"seconds\":" + number(status.seconds);
+  out += ",\"written\":" + std::to_string(status.written);
+  out += ",\"disk_free\":" + std::to_string(status.disk_free);
+  out += ",\"queued\":" + std::to_string(status.queued);
+  out += ",\"queue_peak\":" + std::to_string(status.queue_peak);
+  out += ",\"dropped\":" + std::to_string(status.dropped);
+  out += ",\"error\":" + text(status.error) + ",\"sensors\":[";
+  for (const SensorStatus& s : status.sensors) {
+    if (&s != &status.sensors.front()) out += ',';
+    out += "{\"name\":" + text(s.name) + ",\"state\":" + text(name_of(s.state));
+    out += ",\"bytes\":" + std::to_string(s.bytes);
+    out += ",\"recorded\":" + std::to_string(s.recorded_bytes);
+    out += ",\"dropped\":" + std::to_string(s.dropped);
+    out += ",\"bytes_per_s\":" + number(s.bytes_per_s);
+    out += ",\"messages_per_s\":" + number(s.messages_per_s);
+    out += ",\"messages\":" + std::to_string(s.decoding.messages);
+    out += ",\"skipped_bytes\":" + std::to_string(s.decoding.skipped_bytes);
+    out += ",\"damaged\":" + std::to_string(s.decoding.damaged);
+    out += ",\"sample\":" + text(s.decoding.sample) + ",\"note\":" + text(s.note) + '}';
+  }
+  return out + "]}";
+}
+
+struct Logger::Impl {
+  explicit Impl(LoggerOptions given, ControlLine control_line)
+      : options(std::move(given)), recorder(options, clock), control(std::move(control_line)) {}
+  ~Impl() {
+    quit = true;
+    if (thread.joinable()) thread.join();
+    recorder.stop();
+  }
+
+  [[nodiscard]] LoggerStatus status() const {
+    LoggerStatus status;
+    recorder.fill(status);
+    for (const auto& sensor : sensors) {
+      status.sensors.push_back(sensor->status());
+      status.dropped += status.sensors.back().dropped;
+    }
+    return status;
+  }
+
+  Result<void> begin() {
+    io::McapMetadata about = {{"sensors", std::to_string(options.sensors.size())},
+                              {"clock", "monotonic, set to UTC when the logger started"}};
+    for (const SensorOptions& s : options.sensors) about["sensor " + s.device.name] = s.device.kind;
+    return recorder.begin(about);
+  }
+
+  void obey(Command command) {
+    // A failure is seen in the status.
+    if (command == Command::begin) static_cast<void>(begin());
+    if (command == Command::stop) recorder.stop();
+    if (command == Command::terminate) recorder.terminate();
+    report = true;
+  }
+
+  void coordinate() {
+    LogTime last = clock.now();
+    while (!quit) {
+      control.poll(milliseconds(20), [&](Command command) { obey(command); });
+      const LogTime now = clock.now();
+      const bool due = now - last >= options.status_every;
+      if (due) {
+        for (const auto& sensor : sensors) sensor->measure_rates(now - last);
+        last = now;
+      }
+      if (due || report) tell(due);
+      report = false;
+    }
+  }
+
+  void tell(bool record) {
+    const LoggerStatus now = status();
+    std::string json = to_json(now);
+    control.send(status_line(json));
+    // Of no loss where there is no room: the next one counts what was dropped.
+    if (const std::uint32_t session = recorder.session(); record && session != 0)
+      static_cast<void>(recorder.add(session, stream, now.time, now.time, std::move(json)));
+  }
+
+  const LoggerOptions options;
+  const LoggerClock clock;
+  Recorder recorder;
+  std::vector<std::unique_ptr<Sensor>> sensors;
+  ControlLine control;
+  std::atomic<bool> quit{false};
+  bool report = false;  ///< of the coordinating thread
+  const std::shared_ptr<const Stream> stream = std::make_shared<const Stream>(
+      Stream{"/logger/status", "json", "wayfare.LoggerStatus", std::string(kStatusSchema), {}});
+  std::thread thread;
+};
+
+Logger::Logger(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Logger::~Logger() = default;
+
+Result<std::unique_ptr<Logger>> Logger::start(LoggerOptions options) {
+  if (auto sound = check(options); !sound) return sound.error();
+  std::vector<std::unique_ptr<DeviceDecoder>> decoders;
+  for (const SensorOptions& s : options.sensors) {
+    auto decoder = make_decoder(s.device);
+    if (!decoder) return decoder.error();
+    decoders.push_back(std::move(*decoder));
+  }
+  auto control =
+      ControlLine::open(options.control_port, options.control_baud, options.control_socket);
+  if (!control) return control.error();
+  auto impl = std::make_unique<Impl>(std::move(options), std::move(*control));
+  for (std::size_t i = 0; i < decoders.size(); ++i)
+    impl->sensors.push_back(std::make_unique<Sensor>(
+        impl->options.sensors[i], std::move(decoders[i]), impl->recorder, impl->clock));
+  impl->thread = std::thread([raw = impl.get()] { raw->coordinate(); });
+  return std::unique_ptr<Logger>(new Logger(std::move(impl)));
+}
+
+Result<void> Logger::begin() { return impl_->begin(); }
+void Logger::stop() { impl_->recorder.stop(); }
+void Logger::terminate() { impl_->recorder.terminate(); }
+LoggerStatus Logger::status() const { return impl_->status(); }
+bool Logger::wait_until_stopped(Duration timeout) {
+  return impl_->recorder.wait_until_stopped(timeout);
+}
+
+}  // namespace wayfare::logger

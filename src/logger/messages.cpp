@@ -1,0 +1,312 @@
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <wayfare/decode/bytes.hpp>
+#include <wayfare/logger/messages.hpp>
+
+namespace wayfare::logger {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+// --- writing -------------------------------------------------------------------------------------
+
+/// The shortest text that reads back to the same number.
+template <class Number>
+void put(std::string& out, Number value) {
+  if constexpr (std::is_floating_point_v<Number>) {
+    if (!std::isfinite(value)) {
+      out += "null";
+      return;
+    }
+  }
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value);
+  out.append(text.data(), end.ptr);
+}
+
+std::string head(LogTime time, std::string_view frame) {
+  const std::int64_t ns = time.nanoseconds();
+  const std::int64_t rest = (ns % kSecond + kSecond) % kSecond;
+  std::string out = R"({"timestamp":{"sec":)";
+  put(out, (ns - rest) / kSecond);
+  out += R"(,"nsec":)";
+  put(out, rest);
+  out += R"(},"frame_id":")" + json_escaped(frame) + '"';
+  return out;
+}
+
+constexpr std::string_view kNoPose =
+    R"(,"pose":{"position":{"x":0,"y":0,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":1}})";
+
+constexpr std::string_view kBase64 =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+std::string to_base64(const std::vector<std::uint8_t>& bytes) {
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t three = std::uint32_t{bytes[i]} << 16;
+    if (i + 1 < bytes.size()) three |= std::uint32_t{bytes[i + 1]} << 8;
+    if (i + 2 < bytes.size()) three |= bytes[i + 2];
+    for (std::size_t k = 0; k < 4; ++k) {
+      const bool there = i + k <= bytes.size();
+      out += there ? kBase64[three >> (18 - 6 * k) & 63U] : '=';
+    }
+  }
+  return out;
+}
+
+// --- reading -------------------------------------------------------------------------------------
+
+std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
+  std::vector<std::uint8_t> out;
+  std::uint32_t bits = 0;
+  int held = 0;
+  while (!text.empty() && text.back() == '=') text.remove_suffix(1);
+  for (const char c : text) {
+    const std::size_t value = kBase64.find(c);
+    if (value == kBase64.npos) return std::nullopt;
+    bits = bits << 6 | static_cast<std::uint32_t>(value);
+    held += 6;
+    if (held < 8) continue;
+    held -= 8;
+    out.push_back(static_cast<std::uint8_t>(bits >> held));
+  }
+  return out;
+}
+
+Error malformed(const char* what) { return Error{ErrorCode::parse, std::string("is no ") + what}; }
+
+std::optional<double> number(const json& from, const char* key) {
+  const auto it = from.find(key);
+  if (it == from.end() || !it->is_number()) return std::nullopt;
+  return it->get<double>();
+}
+
+std::optional<LogTime> time_of(const json& message) {
+  const auto it = message.find("timestamp");
+  if (it == message.end() || !it->is_object()) return std::nullopt;
+  const auto sec = it->find("sec"), nsec = it->find("nsec");
+  if (sec == it->end() || nsec == it->end() || !sec->is_number_integer() ||
+      !nsec->is_number_integer())
+    return std::nullopt;
+  const auto s = sec->get<std::int64_t>(), ns = nsec->get<std::int64_t>();
+  if (s < -9'000'000'000 || s > 9'000'000'000 || ns < 0 || ns >= kSecond) return std::nullopt;
+  return LogTime::from_nanoseconds(s * kSecond + ns);
+}
+
+/// Three numbers, NaN where the field is null or missing; nothing where it is something else.
+std::optional<Eigen::Vector3d> vector_of(const json& message, const char* key) {
+  const auto it = message.find(key);
+  if (it == message.end() || it->is_null()) return Eigen::Vector3d::Constant(MargSample::kNone);
+  if (!it->is_object()) return std::nullopt;
+  const auto x = number(*it, "x"), y = number(*it, "y"), z = number(*it, "z");
+  if (!x || !y || !z) return std::nullopt;
+  return Eigen::Vector3d(*x, *y, *z);
+}
+
+}  // namespace
+
+std::string json_escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out += {'\\', c};
+    } else if (code < 0x20 || code >= 0x7F) {
+      // Bytes that are not ASCII may not be valid UTF-8 either.
+      constexpr std::string_view kDigits = "0123456789abcdef";
+      out += std::string("\\u00") + kDigits[code >> 4] + kDigits[code & 15U];
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+MessageSchema laser_scan_schema() {
+  return {
+      "foxglove.LaserScan",
+      R"({"title":"foxglove.LaserScan","type":"object","properties":{)"
+      R"("timestamp":{"type":"object","title":"time","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},)"
+      R"("frame_id":{"type":"string"},)"
+      R"("pose":{"title":"foxglove.Pose","type":"object","properties":{)"
+      R"("position":{"title":"foxglove.Vector3","type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},)"
+      R"("orientation":{"title":"foxglove.Quaternion","type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"},"w":{"type":"number"}}}}},)"
+      R"("start_angle":{"type":"number"},"end_angle":{"type":"number"},)"
+      R"("ranges":{"type":"array","items":{"type":["number","null"]}},)"
+      R"("intensities":{"type":"array","items":{"type":"number"}},)"
+      R"("range_min":{"type":"number"},"range_max":{"type":"number"}}})"};
+}
+
+std::string laser_scan_json(const LaserScan& scan, std::string_view frame) {
+  std::string out = head(scan.time, frame);
+  out += kNoPose;
+  const double first = scan.first_bearing.radians();
+  const std::size_t beams = scan.ranges_m.size();
+  out += R"(,"start_angle":)";
+  put(out, first);
+  out += R"(,"end_angle":)";
+  put(out, first + scan.bearing_step.radians() * static_cast<double>(beams == 0 ? 0 : beams - 1));
+  out += R"(,"range_min":)";
+  put(out, scan.min_range_m);
+  out += R"(,"range_max":)";
+  put(out, scan.max_range_m);
+  out += R"(,"ranges":[)";
+  for (std::size_t i = 0; i < beams; ++i) {
+    if (i != 0) out += ',';
+    put(out, scan.ranges_m[i]);
+  }
+  return out + R"(],"intensities":[]})";
+}
+
+Result<LaserScan> parse_laser_scan(std::string_view text) {
+  const Error wrong = malformed("foxglove.LaserScan");
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object()) return wrong;
+  const auto time = time_of(message);
+  const auto first = number(message, "start_angle"), last = number(message, "end_angle");
+  const auto ranges = message.find("ranges");
+  if (!time || !first || !last || ranges == message.end() || !ranges->is_array()) return wrong;
+  LaserScan scan;
+  scan.time = *time;
+  const auto steps = static_cast<double>(ranges->size() > 1 ? ranges->size() - 1 : 1);
+  scan.first_bearing = Angle::radians(*first);
+  scan.bearing_step = Angle::radians((*last - *first) / steps);
+  constexpr auto kMost = std::numeric_limits<float>::max();
+  scan.min_range_m = static_cast<float>(number(message, "range_min").value_or(0.0));
+  scan.max_range_m = static_cast<float>(number(message, "range_max").value_or(double{kMost}));
+  for (const json& range : *ranges) {
+    if (!range.is_number() && !range.is_null()) return wrong;
+    scan.ranges_m.push_back(range.is_null() ? std::numeric_limits<float>::quiet_NaN()
+                                            : static_cast<float>(range.get<double>()));
+  }
+  return scan;
+}
+
+MessageSchema point_cloud_schema() {
+  return {
+      "foxglove.PointCloud",
+      R"({"title":"foxglove.PointCloud","type":"object","properties":{)"
+      R"("timestamp":{"type":"object","title":"time","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},)"
+      R"("frame_id":{"type":"string"},)"
+      R"("pose":{"title":"foxglove.Pose","type":"object","properties":{)"
+      R"("position":{"title":"foxglove.Vector3","type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},)"
+      R"("orientation":{"title":"foxglove.Quaternion","type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"},"w":{"type":"number"}}}}},)"
+      R"("point_stride":{"type":"integer"},)"
+      R"("fields":{"type":"array","items":{"title":"foxglove.PackedElementField","type":"object","properties":{"name":{"type":"string"},"offset":{"type":"integer"},"type":{"type":"integer"}}}},)"
+      R"("data":{"type":"string","contentEncoding":"base64"}}})"};
+}
+
+std::string point_cloud_json(const RadarScan& scan, std::string_view frame) {
+  std::string out = head(scan.time, frame);
+  out += kNoPose;
+  // Type 7 is a 32-bit float.
+  out += R"(,"point_stride":20,"fields":[{"name":"x","offset":0,"type":7},)"
+         R"({"name":"y","offset":4,"type":7},{"name":"z","offset":8,"type":7},)"
+         R"({"name":"doppler","offset":12,"type":7},{"name":"snr","offset":16,"type":7}],"data":")";
+  std::vector<std::uint8_t> bytes(20 * scan.points.size());
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    const RadarPoint& p = scan.points[i];
+    std::size_t at = 20 * i;
+    for (const float v : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db}) {
+      decode::store_le(v, &bytes[at]);
+      at += 4;
+    }
+  }
+  return out + to_base64(bytes) + R"("})";
+}
+
+Result<RadarScan> parse_point_cloud(std::string_view text) {
+  const Error wrong = malformed("foxglove.PointCloud of floats x, y, z, doppler, snr");
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object()) return wrong;
+  const auto time = time_of(message);
+  const auto stride = number(message, "point_stride");
+  const auto data = message.find("data"), fields = message.find("fields");
+  if (!time || !stride || data == message.end() || !data->is_string() || fields == message.end() ||
+      !fields->is_array())
+    return wrong;
+  const auto bytes = from_base64(data->get_ref<const std::string&>());
+  if (!bytes || !(*stride >= 12.0 && *stride <= 4096.0)) return wrong;
+  const auto step = static_cast<std::size_t>(*stride);
+  const auto offset_of = [&](const char* name) -> std::optional<std::size_t> {
+    for (const json& field : *fields) {
+      if (!field.is_object() || !field.contains("name") || field["name"] != name) continue;
+      const auto at = number(field, "offset");
+      const auto type = number(field, "type");
+      if (at && *at >= 0.0 && *at <= *stride - 4.0 && type == 7.0)
+        return static_cast<std::size_t>(*at);
+    }
+    return std::nullopt;
+  };
+  const auto x = offset_of("x"), y = offset_of("y"), z = offset_of("z");
+  const auto doppler = offset_of("doppler"), snr = offset_of("snr");
+  if (!x || !y || !z) return wrong;
+  RadarScan scan{*time, {}};
+  for (std::size_t at = 0; at + step <= bytes->size(); at += step) {
+    const auto value = [&](std::optional<std::size_t> offset) {
+      return offset ? decode::load_le<float>(bytes->data() + at + *offset) : 0.0F;
+    };
+    scan.points.push_back({value(x), value(y), value(z), value(doppler), value(snr)});
+  }
+  return scan;
+}
+
+MessageSchema imu_schema() {
+  return {
+      "wayfare.Imu",
+      R"({"title":"wayfare.Imu","type":"object","properties":{)"
+      R"("timestamp":{"type":"object","title":"time","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},)"
+      R"("frame_id":{"type":"string"},)"
+      R"("angular_velocity":{"type":["object","null"],"properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},)"
+      R"("linear_acceleration":{"type":["object","null"],"properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},)"
+      R"("magnetic_field":{"type":["object","null"],"properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}}}})"};
+}
+
+std::string imu_json(const MargSample& sample, std::string_view frame) {
+  std::string out = head(sample.time, frame);
+  const auto vector = [&](const char* name, const Eigen::Vector3d& v) {
+    out += std::string(",\"") + name + "\":";
+    if (!v.allFinite()) {
+      out += "null";
+      return;
+    }
+    out += "{\"x\":";
+    put(out, v.x());
+    out += ",\"y\":";
+    put(out, v.y());
+    out += ",\"z\":";
+    put(out, v.z());
+    out += '}';
+  };
+  vector("angular_velocity", sample.angular_rate_radps);
+  vector("linear_acceleration", sample.specific_force_mps2);
+  vector("magnetic_field", sample.magnetic_field_uT);
+  return out + '}';
+}
+
+Result<MargSample> parse_imu(std::string_view text) {
+  const Error wrong = malformed("wayfare.Imu");
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object()) return wrong;
+  const auto time = time_of(message);
+  const auto rate = vector_of(message, "angular_velocity");
+  const auto force = vector_of(message, "linear_acceleration");
+  const auto field = vector_of(message, "magnetic_field");
+  if (!time || !rate || !force || !field) return wrong;
+  return MargSample{*time, *rate, *force, *field};
+}
+
+}  // namespace wayfare::logger

@@ -1,0 +1,160 @@
+// Not <termios.h>: the kernel's own structure, of which it knows nothing, takes any rate.
+#include <asm/termbits.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include <wayfare/logger/serial_port.hpp>
+
+namespace wayfare::logger {
+namespace {
+
+Error system_error(const char* what, const std::string& path) {
+  return Error{ErrorCode::io, std::string(what) + ": " + std::generic_category().message(errno),
+               path};
+}
+
+/// No echo, no line editing, no flow control, no translation: all 256 bytes pass. False where it
+/// is no terminal.
+bool make_raw(int fd, int baud, std::string& note) {
+  struct termios2 t {};
+  if (::ioctl(fd, TCGETS2, &t) != 0) return false;
+  t.c_iflag &= ~static_cast<tcflag_t>(IGNBRK | BRKINT | PARMRK | ISTRIP | INLCR | IGNCR | ICRNL |
+                                      IXON | IXOFF | IXANY | INPCK);
+  t.c_oflag &= ~static_cast<tcflag_t>(OPOST);
+  t.c_lflag &= ~static_cast<tcflag_t>(ECHO | ECHONL | ICANON | ISIG | IEXTEN);
+  t.c_cflag &=
+      ~static_cast<tcflag_t>(CSIZE | PARENB | CSTOPB | CRTSCTS | CBAUD | (CBAUD << IBSHIFT));
+  t.c_cflag |= CS8 | CREAD | CLOCAL | BOTHER | (BOTHER << IBSHIFT);
+  t.c_ispeed = t.c_ospeed = static_cast<speed_t>(baud);
+  t.c_cc[VMIN] = 1;
+  t.c_cc[VTIME] = 0;
+  if (::ioctl(fd, TCSETS2, &t) != 0) note = "the rate of " + std::to_string(baud) + " is not taken";
+  return true;
+}
+
+void set_dtr(int fd, ModemLine line, std::string& note) {
+  if (line == ModemLine::keep) return;
+  const int bit = TIOCM_DTR;
+  if (::ioctl(fd, line == ModemLine::on ? TIOCMBIS : TIOCMBIC, &bit) != 0)
+    note += std::string(note.empty() ? "" : "; ") + "there is no modem line DTR";
+}
+
+Result<std::size_t> read_some(int fd, std::span<std::uint8_t> buffer,
+                              std::chrono::milliseconds timeout, const std::string& path) {
+  pollfd p{fd, POLLIN, 0};
+  const int ready = ::poll(&p, 1, static_cast<int>(timeout.count()));
+  if (ready < 0 && errno != EINTR) return system_error("cannot be waited for", path);
+  if (ready <= 0) return std::size_t{0};
+  const ssize_t n = ::read(fd, buffer.data(), buffer.size());
+  if (n > 0) return static_cast<std::size_t>(n);
+  if (n < 0 && (errno == EAGAIN || errno == EINTR)) return std::size_t{0};
+  if (n == 0) return Error{ErrorCode::io, "the other side is gone", path};
+  return system_error("cannot be read", path);
+}
+
+}  // namespace
+
+Result<SerialPort> SerialPort::open(const std::string& path, const SerialOptions& options) {
+  const int fd = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return system_error("cannot be opened", path);
+  SerialPort port(fd, path);
+  if (!make_raw(fd, options.baud, port.note_))
+    return Error{ErrorCode::io, "is not a serial line", path};
+  set_dtr(fd, options.dtr, port.note_);
+  return port;
+}
+
+SerialPort::SerialPort(SerialPort&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)),
+      path_(std::move(other.path_)),
+      note_(std::move(other.note_)) {}
+SerialPort& SerialPort::operator=(SerialPort&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  std::swap(path_, other.path_);
+  std::swap(note_, other.note_);
+  return *this;
+}
+SerialPort::~SerialPort() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+Result<std::size_t> SerialPort::read(std::span<std::uint8_t> buffer,
+                                     std::chrono::milliseconds timeout) {
+  return read_some(fd_, buffer, timeout, path_);
+}
+
+Result<std::size_t> SerialPort::write(std::span<const std::uint8_t> bytes) {
+  const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
+  if (n >= 0) return static_cast<std::size_t>(n);
+  if (errno == EAGAIN || errno == EINTR) return std::size_t{0};
+  return system_error("cannot be written", path_);
+}
+
+Result<PseudoTerminal> PseudoTerminal::open() {
+  PseudoTerminal terminal;
+  terminal.master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (terminal.master_ < 0 || ::grantpt(terminal.master_) != 0 || ::unlockpt(terminal.master_) != 0)
+    return system_error("no pseudo-terminal", "");
+  char name[128];
+  if (::ptsname_r(terminal.master_, name, sizeof name) != 0)
+    return system_error("no pseudo-terminal", "");
+  terminal.path_ = name;
+  terminal.slave_ = ::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
+  if (terminal.slave_ < 0) return system_error("cannot be opened", terminal.path_);
+  std::string note;
+  if (!make_raw(terminal.slave_, 115200, note))
+    return Error{ErrorCode::io, "is not a serial line", terminal.path_};
+  return terminal;
+}
+
+void PseudoTerminal::close() {
+  if (slave_ >= 0) ::close(slave_);
+  if (master_ >= 0) ::close(master_);
+  slave_ = master_ = -1;
+}
+
+PseudoTerminal::PseudoTerminal(PseudoTerminal&& other) noexcept
+    : master_(std::exchange(other.master_, -1)),
+      slave_(std::exchange(other.slave_, -1)),
+      path_(std::move(other.path_)) {}
+PseudoTerminal& PseudoTerminal::operator=(PseudoTerminal&& other) noexcept {
+  std::swap(master_, other.master_);
+  std::swap(slave_, other.slave_);
+  std::swap(path_, other.path_);
+  return *this;
+}
+PseudoTerminal::~PseudoTerminal() { close(); }
+
+Result<std::size_t> PseudoTerminal::write(std::span<const std::uint8_t> bytes,
+                                          std::chrono::milliseconds timeout) {
+  const auto until = std::chrono::steady_clock::now() + timeout;
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::write(master_, bytes.data() + done, bytes.size() - done);
+    if (n > 0) {
+      done += static_cast<std::size_t>(n);
+      continue;
+    }
+    if (n < 0 && errno != EAGAIN && errno != EINTR) return system_error("cannot be written", path_);
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+        until - std::chrono::steady_clock::now());
+    if (left.count() <= 0) break;
+    pollfd p{master_, POLLOUT, 0};
+    ::poll(&p, 1, static_cast<int>(left.count()));
+  }
+  return done;
+}
+
+Result<std::size_t> PseudoTerminal::read(std::span<std::uint8_t> buffer,
+                                         std::chrono::milliseconds timeout) {
+  return read_some(master_, buffer, timeout, path_);
+}
+
+}  // namespace wayfare::logger
