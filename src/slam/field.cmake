@@ -3,7 +3,15 @@
 target_sources(wayfare_slam PRIVATE
   field/dispatch.cpp
   field/distance_field.cpp
-  field/kernels_baseline.cpp)
+  field/kernels_baseline.cpp
+  localisation/clusters.cpp
+  localisation/draws.cpp
+  localisation/localisation_map.cpp
+  localisation/localiser.cpp
+  localisation/motion_guard.cpp
+  localisation/pose_filter.cpp
+  localisation/run.cpp
+  localisation/scan_weigher.cpp)
 target_include_directories(wayfare_slam PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}")
 set_source_files_properties(field/kernels_baseline.cpp PROPERTIES
   COMPILE_OPTIONS "-O3;-ffp-contract=off")

@@ -21,19 +21,9 @@
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/measure/recording.hpp>
+#include <wayfare/model/motion_noise.hpp>
 
 namespace wayfare {
-
-/// Standard deviation of a motion between two scans, growing with it. Larger: wider searches, less
-/// trust where the scene does not say.
-struct MotionNoise {
-  double translation_floor_m = 0.03;
-  double translation_per_m = 0.25;
-  double translation_per_rad_m = 0.02;
-  Angle heading_floor = Angle::degrees(1.5);
-  double heading_per_rad = 0.2;
-  double heading_per_m_rad = 0.1;
-};
 
 struct GraphSlamOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};

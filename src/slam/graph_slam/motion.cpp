@@ -4,19 +4,6 @@
 #include <cmath>
 
 namespace wayfare {
-namespace {
-
-Eigen::Vector3d sigma_of(const SE2d& increment, const MotionNoise& noise) {
-  const double d = increment.translation().norm();
-  const double turn = std::abs(increment.heading().radians());
-  const double along =
-      noise.translation_floor_m + noise.translation_per_m * d + noise.translation_per_rad_m * turn;
-  const double heading =
-      noise.heading_floor.radians() + noise.heading_per_rad * turn + noise.heading_per_m_rad * d;
-  return {along, along, heading};
-}
-
-}  // namespace
 
 Motion MotionModel::predict(LogTime time, const std::optional<SE2d>& odometry) const {
   if (!last_) return {};

@@ -1,0 +1,106 @@
+#include "localisation/draws.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <wayfare/estimate/particles.hpp>
+#include <wayfare/model/wheel_motion.hpp>
+
+#include "graph_slam/parallel_for.hpp"
+
+namespace wayfare {
+namespace {
+
+constexpr std::size_t kBlock = 1024;  // of one stream of random numbers, whatever the threads
+
+template <class F>
+void for_blocks(std::size_t n, int threads, const Rng& rng, const F& f) {
+  parallel_for((n + kBlock - 1) / kBlock, threads, [&](std::size_t b) {
+    Rng own = rng.stream(b);
+    for (std::size_t i = b * kBlock; i < std::min(n, (b + 1) * kBlock); ++i) f(i, own);
+  });
+}
+
+std::vector<double> cumulated_weights(const ParticleSet& set) {
+  const double max = max_log_weight(set.log_weight);
+  std::vector<double> sums;
+  sums.reserve(set.size());
+  double sum = 0.0;
+  for (const double l : set.log_weight)
+    sums.push_back(sum += std::isfinite(max) ? relative_weight(l, max) : 1.0);
+  return sums;
+}
+
+}  // namespace
+
+double kld_bound(std::size_t k, const LocalisationOptions& options) {
+  if (k < 2) return 1.0;
+  const double freedom = static_cast<double>(k - 1), ninth = 2.0 / (9.0 * freedom);
+  const double cube = 1.0 - ninth + std::sqrt(ninth) * options.kld_quantile;
+  return freedom / (2.0 * options.kld_error) * cube * cube * cube;
+}
+
+// Single draws tell how many are needed; those taken are drawn with low variance, so that of two
+// places that explain everything alike neither wins by chance.
+ParticleSet draw_adaptively(const ParticleSet& from, const PoseBins& bins,
+                            const LocalisationOptions& options, Rng& rng) {
+  const std::vector<double> sums = cumulated_weights(from);
+  const std::size_t most = std::max(options.max_particles, options.min_particles);
+  BinCounter seen;
+  auto wanted = static_cast<double>(std::max<std::size_t>(options.min_particles, 1));
+  std::size_t n = 0;
+  for (; static_cast<double>(n) < wanted && n < most; ++n) {
+    const double at = rng.uniform() * sums.back();
+    const auto i = static_cast<std::size_t>(
+        std::min(std::upper_bound(sums.begin(), sums.end(), at) - sums.begin(),
+                 static_cast<std::ptrdiff_t>(sums.size()) - 1));
+    if (seen.add(bins.of(from.x_m[i], from.y_m[i], from.heading_rad[i])))
+      wanted = std::max(wanted, kld_bound(seen.count(), options));
+  }
+  ParticleSet drawn;
+  for (const ParticleIndex i : resample(from.log_weight, n, Resampling::low_variance, rng))
+    drawn.push_back(from.pose(i));
+  return drawn;
+}
+
+ParticleSet draw_and_spread(const ParticleSet& from, std::size_t count, double sigma_m,
+                            double sigma_rad, Rng& rng) {
+  ParticleSet drawn;
+  for (const ParticleIndex i : resample(from.log_weight, count, Resampling::low_variance, rng)) {
+    const double x = from.x_m[i] + sigma_m * rng.normal();
+    const double y = from.y_m[i] + sigma_m * rng.normal();
+    drawn.push_back(SE2d(x, y, Angle::radians(from.heading_rad[i] + sigma_rad * rng.normal())));
+  }
+  return drawn;
+}
+
+ParticleSet poses_anywhere(const LocalisationMap& map, const LocalisationOptions& options,
+                           const Rng& rng) {
+  const double cell_m = map.resolution_m();
+  const auto places = static_cast<double>(map.places().size());
+  const double wanted = options.candidates_per_m2 * places * cell_m * cell_m;
+  const double most = static_cast<double>(std::max<std::size_t>(options.max_candidates, 1));
+  const double least = std::min(static_cast<double>(options.min_candidates), most);
+  ParticleSet poses;
+  poses.resize(static_cast<std::size_t>(std::clamp(wanted, std::max(least, 1.0), most)));
+  const double stride = places / static_cast<double>(poses.size());
+  for_blocks(poses.size(), options.threads, rng, [&](std::size_t i, Rng& own) {
+    const double at = (static_cast<double>(i) + own.uniform()) * stride;
+    const auto place = std::min(static_cast<std::size_t>(at), map.places().size() - 1);
+    const Cell& c = map.places()[place];
+    poses.x_m[i] = (c.x + own.uniform()) * cell_m;
+    poses.y_m[i] = (c.y + own.uniform()) * cell_m;
+    poses.heading_rad[i] = own.uniform(-std::numbers::pi, std::numbers::pi);
+  });
+  return poses;
+}
+
+void move(ParticleSet& particles, const Gaussian<SE2d>& motion, int threads, const Rng& rng) {
+  const MotionSampler draw(motion);
+  for_blocks(particles.size(), threads, rng,
+             [&](std::size_t i, Rng& own) { particles.set(i, particles.pose(i) * draw(own)); });
+}
+
+}  // namespace wayfare

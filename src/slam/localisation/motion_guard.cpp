@@ -1,0 +1,54 @@
+#include "localisation/motion_guard.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace wayfare {
+namespace {
+
+bool finite(const SE2d& pose) {
+  return pose.translation().allFinite() && std::isfinite(pose.rotation().cos()) &&
+         std::isfinite(pose.rotation().sin());
+}
+
+Gaussian<SE2d> uncertain(const SE2d& increment, const MotionNoise& noise) {
+  return {increment, sigma_of(increment, noise).cwiseAbs2().asDiagonal()};
+}
+
+}  // namespace
+
+std::optional<SE2d> MotionGuard::believed(const std::optional<SE2d>& odometry, double dt) const {
+  if (!odometry || !odometry_) return std::nullopt;
+  const SE2d increment = odometry_->inverse() * *odometry;
+  const double turn = std::abs(increment.heading().radians());
+  const bool possible = increment.translation().norm() <= options_.max_speed_m_s * dt &&
+                        turn <= options_.max_turn_rate.radians() * dt;
+  return possible ? std::optional(increment) : std::nullopt;
+}
+
+MotionGuard::Step MotionGuard::step(LogTime time, const std::optional<SE2d>& odometry) {
+  const std::optional<SE2d> given = odometry && finite(*odometry) ? odometry : std::nullopt;
+  Step step{{SE2d::identity(), Eigen::Matrix3d::Zero()}, !given};
+  if (time_) {
+    const double dt = to_seconds(time - *time_);
+    if (const auto increment = believed(given, dt)) {
+      velocity_ = increment->log() / dt;
+      step = {uncertain(*increment, options_.odometry), false};
+    } else {
+      constexpr double kLongest_s = 0.5;  // nobody coasts through a gap in the log
+      const SE2d guess = SE2d::exp(velocity_ * std::min(dt, kLongest_s));
+      step = {uncertain(guess, options_.constant_velocity), true};
+    }
+  }
+  time_ = time;
+  odometry_ = given;
+  return step;
+}
+
+void MotionGuard::tell(const SE2d& pose) {
+  if (seen_ && !odometry_ && *time_ > seen_->time)
+    velocity_ = pose.minus(seen_->pose) / to_seconds(*time_ - seen_->time);
+  seen_ = Seen{*time_, pose};
+}
+
+}  // namespace wayfare

@@ -1,0 +1,104 @@
+#include "localisation/pose_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <wayfare/estimate/particles.hpp>
+
+#include "localisation/draws.hpp"
+#include "localisation/pose_bins.hpp"
+
+namespace wayfare {
+namespace {
+
+/// Mean and covariance of some of the particles, in the axes of the mean.
+Gaussian<SE2d> moments(const ParticleSet& particles, const std::vector<double>& weights,
+                       const std::vector<std::uint32_t>& members) {
+  double sum = 0.0, c = 0.0, s = 0.0;
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();
+  for (const std::uint32_t i : members) {
+    sum += weights[i];
+    place += weights[i] * Eigen::Vector2d(particles.x_m[i], particles.y_m[i]);
+    c += weights[i] * std::cos(particles.heading_rad[i]);
+    s += weights[i] * std::sin(particles.heading_rad[i]);
+  }
+  Gaussian<SE2d> result;
+  result.mean = SE2d(place.x() / sum, place.y() / sum, Angle::radians(std::atan2(s, c)));
+  result.covariance.setZero();
+  for (const std::uint32_t i : members) {
+    const Eigen::Vector3d off = particles.pose(i).minus(result.mean);
+    result.covariance += weights[i] / sum * off * off.transpose();
+  }
+  return result;
+}
+
+std::vector<double> weights_of(const ParticleSet& particles) {
+  std::vector<double> weights = particles.log_weight;
+  normalise(weights);
+  for (double& w : weights) w = std::exp(w);
+  return weights;
+}
+
+constexpr double kSpread_m = 0.08, kSpread_rad = 0.05;  // about the candidates' own spacing
+
+}  // namespace
+
+void PoseFilter::start_at(const Gaussian<SE2d>& pose) {
+  particles_.resize(std::max(options_.min_particles, options_.max_particles / 4));
+  for (std::size_t i = 0; i < particles_.size(); ++i) particles_.set(i, SE2d());
+  wayfare::move(particles_, pose, options_.threads, next_stream());
+}
+
+double PoseFilter::start_anywhere(const ScanWeigher& scan) {
+  ParticleSet candidates = poses_anywhere(*map_, options_, next_stream());
+  scan.weigh_by_field(*map_, true, candidates, candidates.log_weight);
+  Rng rng = next_stream();
+  particles_ = draw_and_spread(candidates, std::max(options_.max_particles, options_.min_particles),
+                               kSpread_m, kSpread_rad, rng);
+  return log_sum_exp(candidates.log_weight) - std::log(static_cast<double>(candidates.size()));
+}
+
+void PoseFilter::move(const Gaussian<SE2d>& motion) {
+  wayfare::move(particles_, motion, options_.threads, next_stream());
+}
+
+void PoseFilter::weigh(const ScanWeigher& scan) {
+  std::vector<double> log_likelihood(particles_.size());
+  scan.weigh(*map_, !belief_.converged, particles_, log_likelihood);
+  for (std::size_t i = 0; i < particles_.size(); ++i) particles_.log_weight[i] += log_likelihood[i];
+  normalise(particles_.log_weight);
+}
+
+double PoseFilter::log_evidence(const ScanWeigher& scan, bool broad) const {
+  std::vector<double> joint(particles_.size());
+  scan.weigh(*map_, broad, particles_, joint);
+  for (std::size_t i = 0; i < joint.size(); ++i) joint[i] += particles_.log_weight[i];
+  return log_sum_exp(joint) - log_sum_exp(particles_.log_weight);
+}
+
+void PoseFilter::resample_if_due() {
+  const double effective = effective_sample_size(particles_.log_weight);
+  if (effective >= 0.5 * static_cast<double>(particles_.size())) return;
+  Rng rng = next_stream();
+  particles_ = draw_adaptively(particles_, {options_.bin_m, options_.bin_turn}, options_, rng);
+}
+
+const PoseBelief& PoseFilter::believe() {
+  if (particles_.empty()) return belief_;
+  const std::vector<double> weights = weights_of(particles_);
+  const std::vector<Cluster> clusters =
+      find_clusters(particles_, weights, {options_.bin_m, options_.bin_turn});
+  const bool before = belief_.converged;
+  belief_.mass = clusters.front().mass;
+  belief_.clusters = static_cast<std::size_t>(std::count_if(
+      clusters.begin(), clusters.end(), [](const Cluster& c) { return c.mass >= 0.01; }));
+  belief_.pose = moments(particles_, weights, clusters.front().members);
+  const double sigma_m = std::sqrt(belief_.pose.covariance.topLeftCorner<2, 2>().trace());
+  // Once believed, a pose is given up only when most of the weight is elsewhere.
+  belief_.converged = belief_.mass >= (before ? 0.5 : options_.converged_mass) &&
+                      sigma_m <= (before ? 2.0 : 1.0) * options_.converged_sigma_m;
+  return belief_;
+}
+
+}  // namespace wayfare

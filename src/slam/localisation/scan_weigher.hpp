@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <wayfare/measure/laser_scan.hpp>
+#include <wayfare/system/localisation.hpp>
+
+#include "localisation/particle_set.hpp"
+
+namespace wayfare {
+
+/// One scan's beams, picked and laid out for weighing many poses of the robot.
+class ScanWeigher {
+ public:
+  ScanWeigher(const LaserScan& scan, const LocalisationOptions& options);
+
+  /// Whether there are enough beams to say anything.
+  [[nodiscard]] bool enough() const { return enough_; }
+
+  /// log[i] = ln of the likelihood of the scan at particle i, of as many independent beams as the
+  /// options say; by the map's broad fields or the sharp ones.
+  void weigh(const LocalisationMap& map, bool broad, const ParticleSet& particles,
+             std::span<double> log_likelihood) const;
+  /// The same by the likelihood field, whatever the options' model.
+  void weigh_by_field(const LocalisationMap& map, bool broad, const ParticleSet& particles,
+                      std::span<double> log_likelihood) const;
+  /// How well the beams' ends fit the map at one pose, in [0, 1].
+  [[nodiscard]] double agreement(const LocalisationMap& map, const SE2d& T_map_base) const;
+
+ private:
+  void weigh_by_beams(const LocalisationMap& map, bool broad, const ParticleSet& particles,
+                      std::span<double> log_likelihood) const;
+  void pick_ends(const LaserScan& scan);
+  void pick_beams(const LaserScan& scan);
+  void field_sums(const MatchGrid& field, const ParticleSet& particles, std::size_t begin,
+                  std::size_t count, std::uint32_t* sums) const;
+
+  const LocalisationOptions& options_;
+  bool enough_ = false;
+  std::size_t ends_ = 0;              // without padding
+  std::vector<float> end_x_, end_y_;  // of the picked returns in the robot's frame, padded to 16
+  std::vector<float> cosines_, sines_, ranges_;  // of the picked beams; 0: did not return
+  float longest_m_ = 0.0F;                       // a beam without return is at least this long
+};
+
+}  // namespace wayfare
