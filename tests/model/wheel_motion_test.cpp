@@ -1,6 +1,8 @@
 #include <numbers>
 #include <vector>
 
+#include <Eigen/LU>
+
 #include <gtest/gtest.h>
 
 #include <wayfare/model/wheel_motion.hpp>
