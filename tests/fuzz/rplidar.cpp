@@ -1,0 +1,36 @@
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include <wayfare/decode/rplidar_decoder.hpp>
+#include <wayfare/decode/rplidar_points.hpp>
+#include <wayfare/decode/rplidar_scan.hpp>
+#include "decoders.hpp"
+
+// The first byte says which answer the stream begins in.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace wayfare;
+  using decode::RplidarAnswer;
+  if (size == 0) return 0;
+  constexpr RplidarAnswer kInside[] = {RplidarAnswer::none, RplidarAnswer::node,
+                                       RplidarAnswer::express, RplidarAnswer::ultra,
+                                       RplidarAnswer::dense};
+  const decode::RplidarDecoder fresh{decode::RplidarFraming(kInside[data[0] % 5])};
+  decode::RplidarUnpacker unpacker;
+  const auto turns = std::make_unique<decode::RplidarTurns<500>>();
+  const auto turn = [](const decode::RplidarTurn& t) {
+    fuzz::require(to_laser_scan(t, {90}).ranges_m.size() == 90);
+  };
+  fuzz::decode(decode::Bytes(data + 1, size - 1), fresh, [&](const decode::RplidarPacket& p) {
+    static_cast<void>(decode::rplidar_info(p.bytes()));
+    static_cast<void>(decode::rplidar_health(p.bytes()));
+    static_cast<void>(decode::rplidar_sample_rate(p.bytes()));
+    static_cast<void>(decode::rplidar_conf(p.bytes()));
+    unpacker.add(p, [&](std::span<const decode::RplidarPoint> points) {
+      for (const auto& point : points) fuzz::require(point.angle_q6 < 360 * 64);
+      turns->add(points, LogTime{}, Duration(250'000), turn);
+    });
+  });
+  turns->finish(turn);
+  return 0;
+}
