@@ -57,7 +57,8 @@ TEST(FootRecordings, PyShoeWithOneSetting) {
   }
 }
 
-// Loops that end within a centimetre of where they began.
+// Loops that end within a centimetre of where they began. How rest tells the gyro's bias was chosen
+// on every other one (+).
 TEST(FootRecordings, OpenShoeLoops) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/openshoe2010/Measurement_100521_33.f32.gz");
   std::vector<double> ends;
@@ -65,12 +66,13 @@ TEST(FootRecordings, OpenShoeLoops) {
     const auto r = testing::read_foot(path, 250.0);
     ASSERT_TRUE(r) << path;
     ends.push_back(testing::run_foot(r->samples, {}).back().position_m.norm());
-    std::printf("%s: %.3f m\n", std::filesystem::path(path).filename().c_str(), ends.back());
+    std::printf("%s %s: %.3f m\n", ends.size() % 2 == 1 ? "+" : " ",
+                std::filesystem::path(path).filename().c_str(), ends.back());
+    EXPECT_LE(ends.back(), 0.25);
   }
   ASSERT_EQ(ends.size(), 6u);
   const Spread s = spread(ends);
   std::printf("mean %.3f median %.3f largest %.3f m\n", s.mean, s.median, s.largest);
-  EXPECT_LE(s.mean, 0.25);
 }
 
 // Never seen while the parameters were chosen: two loops of 25 m and 60 m.

@@ -56,7 +56,9 @@ struct FootParameters {
   /// Below this statistic for so long, s, the foot is at rest: the gyro shows its bias.
   double rest_statistic = 0.5;
   double rest_time_s = 0.5;
-  double rest_rate_sigma = 0.01;  ///< of the mean rate over a tenth of a second, rad/s
+  /// How far the mean rate over a tenth of a second may be from the bias, as part of its root mean
+  /// square.
+  double rest_rate_part = 3.0;
 
   /// A component from here on is saturated: rad/s and m/s². For units of ±2000 °/s and ±16 g.
   double rate_range = 34.8;

@@ -111,7 +111,8 @@ class FootTracker {
       since_stance_s_ += dt;
       if (e.stillest) use_stance(e);
       if (const auto bias = rest_.add(e.angular_rate_radps, e.statistic, dt))
-        filter_.observe<FootFilter::kRateBias>(*bias, p_.rest_rate_sigma * p_.rest_rate_sigma);
+        filter_.observe<FootFilter::kRateBias>(bias->rate_radps,
+                                               bias->sigma_radps * bias->sigma_radps);
     }
     last_ = e;
     has_last_ = true;
