@@ -2,15 +2,18 @@
 
 #include <cstddef>
 #include <cstdio>
+#include <utility>
 
 #include <CLI/CLI.hpp>
+
+#include <wayfare/logger/read_recording.hpp>
 
 namespace wayfare::examples {
 namespace {
 
 template <class Path>
 void add_existing(CLI::App& app, const std::string& name, Path& path) {
-  app.add_option(name, path, "columns of text or a binary table, plain or gzip")
+  app.add_option(name, path, "columns of text, a binary table, or a logger's recording (.mcap)")
       ->required()
       ->check(CLI::ExistingFile);
 }
@@ -33,13 +36,31 @@ void RecordingOptions::describe(CLI::App& app) {
       ->delimiter(',');
   app.add_option("--period", period_s, "seconds from row to row, for a binary table without a time")
       ->check(CLI::PositiveNumber);
+  app.add_option("--topic", topic, "of the unit in a logger's recording (.mcap) of several");
 }
+
+namespace {
+
+/// A unit in a logger's recording.
+Result<io::MargFile> read_logged(const std::string& path, const std::string& topic) {
+  auto logged = logger::read_marg_recording(path, topic);
+  if (!logged) return logged.error();
+  io::MargFile file;
+  file.samples = std::move(logged->samples);
+  file.moving.assign(file.samples.size(), true);
+  file.problems = std::move(logged->problems);
+  for (const MargSample& s : file.samples)
+    file.has_magnetometer = file.has_magnetometer || s.magnetic_field_uT.allFinite();
+  return file;
+}
+
+}  // namespace
 
 Result<io::MargFile> RecordingOptions::read(const std::string& path) const {
   io::MargFormat format;
   format.columns.columns = columns;
   format.period_s = period_s;
-  auto file = io::read_marg(path, format);
+  auto file = logger::is_recording(path) ? read_logged(path, topic) : io::read_marg(path, format);
   if (!file) return file;
   constexpr std::size_t kShown = 5;
   const io::Problems& problems = file->problems;

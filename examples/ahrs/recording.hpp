@@ -19,6 +19,7 @@ namespace wayfare::examples {
 struct RecordingOptions {
   std::vector<std::string> columns;
   double period_s = 0.0;
+  std::string topic;
 
   void describe(CLI::App& app);
   /// The argument `name`: the path of a recording, or of several.

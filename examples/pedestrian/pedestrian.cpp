@@ -78,7 +78,7 @@ Result<void> run(const Arguments& a) {
 }
 
 void describe(CLI::App& app, Arguments& a) {
-  app.add_option("FILE", a.file, "columns of text or a binary table, plain or gzip")
+  app.add_option("FILE", a.file, "columns of text, a binary table, or a logger's recording (.mcap)")
       ->required()
       ->check(CLI::ExistingFile);
   app.add_option("--out", a.out, "folder for the results, made where needed")->required();

@@ -11,12 +11,13 @@ class RawDecoder final : public DeviceDecoder {
 
 }  // namespace
 
-std::vector<std::string> device_kinds() { return {"raw", "ti_mmwave", "rplidar"}; }
+std::vector<std::string> device_kinds() { return {"raw", "ti_mmwave", "rplidar", "xsens"}; }
 
 Result<std::unique_ptr<DeviceDecoder>> make_decoder(const DeviceDescription& device) {
   if (device.kind == "raw") return std::unique_ptr<DeviceDecoder>(new RawDecoder);
   if (device.kind == "ti_mmwave") return make_ti_decoder(device);
   if (device.kind == "rplidar") return make_rplidar_decoder(device);
+  if (device.kind == "xsens") return make_xsens_decoder(device);
   std::string known;
   for (const std::string& kind : device_kinds()) known += (known.empty() ? "" : ", ") + kind;
   return Error{ErrorCode::invalid, "unknown kind of device '" + device.kind + "'; known: " + known,

@@ -12,6 +12,8 @@ namespace wayfare::logger {
     const DeviceDescription& device);
 [[nodiscard]] Result<std::unique_ptr<DeviceDecoder>> make_rplidar_decoder(
     const DeviceDescription& device);
+[[nodiscard]] Result<std::unique_ptr<DeviceDecoder>> make_xsens_decoder(
+    const DeviceDescription& device);
 
 inline std::shared_ptr<const Stream> json_stream(std::string topic, const MessageSchema& schema) {
   return std::make_shared<const Stream>(

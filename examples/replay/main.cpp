@@ -1,0 +1,206 @@
+// A recording, or captures of devices, as if it were happening now: into pseudo-terminals in the
+// place of the devices, or into the library's own dead reckoning.
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <wayfare/estimate/pedestrian.hpp>
+#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/text_file.hpp>
+#include <wayfare/logger/read_recording.hpp>
+#include <wayfare/logger/stream_player.hpp>
+
+namespace {
+
+using namespace wayfare;
+namespace fs = std::filesystem;
+
+std::atomic<bool> stopped{false};
+
+struct Arguments {
+  std::string recording, ptys, topic;
+  std::vector<std::string> captures;
+  double speed = 1.0, seconds = 0.0, wait_s = 0.0;
+};
+
+/// A device's bytes and their times.
+struct Device {
+  std::string name;
+  std::string bytes;
+  std::vector<logger::TimedBytes> stream;
+};
+
+decode::Bytes view(const std::string& s) {
+  return {reinterpret_cast<const std::uint8_t*>(s.data()), s.size()};
+}
+
+/// NAME:BYTES_PER_SECOND:FILE, again and again for `seconds`.
+Result<std::unique_ptr<Device>> capture(const std::string& text, double seconds) {
+  const Error wrong{ErrorCode::invalid, "is not NAME:BYTES_PER_SECOND:FILE", text};
+  const auto first = text.find(':');
+  const auto second = first == text.npos ? first : text.find(':', first + 1);
+  if (second == text.npos || first == 0) return wrong;
+  const double rate = std::atof(text.substr(first + 1, second - first - 1).c_str());
+  if (!(rate >= 1.0 && rate <= 1e9)) return wrong;
+  const auto file = io::read_file(text.substr(second + 1));
+  if (!file) return file.error();
+  if (file->bytes.empty()) return Error{ErrorCode::invalid, "is empty", text};
+  auto device = std::make_unique<Device>(Device{text.substr(0, first), file->bytes, {}});
+  if (seconds > 0.0) {
+    const auto n = static_cast<std::size_t>(rate * seconds);
+    while (device->bytes.size() < n) device->bytes += file->bytes;
+    device->bytes.resize(n);
+  }
+  device->stream = logger::at_rate(view(device->bytes), rate);
+  return device;
+}
+
+/// The raw channels of a recording.
+Result<std::vector<std::unique_ptr<Device>>> recorded(const std::string& path) {
+  const auto reader = io::McapReader::open(path);
+  if (!reader) return reader.error();
+  std::vector<std::unique_ptr<Device>> devices;
+  const LogTime begin = reader->contents().statistics.first;
+  for (const io::McapChannel& channel : reader->contents().channels) {
+    constexpr std::string_view kEnd = "/raw";
+    if (!channel.topic.ends_with(kEnd) || channel.topic.size() < kEnd.size() + 2) continue;
+    auto device = std::make_unique<Device>();
+    device->name = channel.topic.substr(1, channel.topic.size() - kEnd.size() - 1);
+    std::replace(device->name.begin(), device->name.end(), '/', '_');
+    std::vector<std::pair<Duration, std::size_t>> pieces;
+    reader->read({io::McapOrder::file, {channel.topic}}, [&](const io::McapMessage& m) {
+      device->bytes += m.data;
+      pieces.emplace_back(m.log_time - begin, m.data.size());
+      return true;
+    });
+    std::size_t at = 0;
+    for (const auto& [time, n] : pieces) {
+      device->stream.push_back({time, view(device->bytes).subspan(at, n)});
+      at += n;
+    }
+    devices.push_back(std::move(device));
+  }
+  if (devices.empty()) return Error{ErrorCode::not_found, "holds no raw channel", path};
+  return devices;
+}
+
+Result<void> into_terminals(const Arguments& a,
+                            const std::vector<std::unique_ptr<Device>>& devices) {
+  std::error_code code;
+  fs::create_directories(a.ptys, code);
+  if (code) return Error{ErrorCode::io, "cannot be made: " + code.message(), a.ptys};
+  std::vector<logger::PseudoTerminal> terminals;
+  for (const auto& device : devices) {
+    auto terminal = logger::PseudoTerminal::open();
+    if (!terminal) return terminal.error();
+    const fs::path link = fs::path(a.ptys) / device->name;
+    if (fs::is_symlink(link)) fs::remove(link, code);
+    fs::create_symlink(terminal->path(), link, code);
+    if (code) return Error{ErrorCode::io, "cannot be made: " + code.message(), link.string()};
+    std::printf("%s\n", link.c_str());
+    terminals.push_back(std::move(*terminal));
+  }
+  std::fflush(stdout);
+  const int waits = static_cast<int>(a.wait_s * 20.0);
+  for (int i = 0; i < waits && !stopped; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  std::vector<std::thread> threads;
+  std::vector<std::optional<Result<std::uint64_t>>> done(devices.size());
+  for (std::size_t i = 0; i < devices.size(); ++i)
+    threads.emplace_back(
+        [&, i] { done[i] = logger::play(terminals[i], devices[i]->stream, a.speed, stopped); });
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    if (!*done[i]) return done[i]->error();
+    std::printf("%s: %llu of %zu bytes\n", devices[i]->name.c_str(),
+                static_cast<unsigned long long>(**done[i]), devices[i]->bytes.size());
+  }
+  // What was written last may not have been read yet.
+  std::fflush(stdout);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  for (const auto& device : devices) fs::remove(fs::path(a.ptys) / device->name, code);
+  return {};
+}
+
+/// Dead reckoning by steps, each told when it would have been.
+Result<void> into_pedestrian(const Arguments& a) {
+  const auto logged = logger::read_marg_recording(a.recording, a.topic);
+  if (!logged) return logged.error();
+  Pedestrian pedestrian{PedestrianParameters{}};
+  const auto begin = std::chrono::steady_clock::now();
+  for (const MargSample& sample : logged->samples) {
+    if (stopped) break;
+    const Duration since = sample.time - logged->samples.front().time;
+    std::this_thread::sleep_until(begin + from_seconds(to_seconds(since) / a.speed));
+    pedestrian.add(sample, [&](const PedestrianPose& p) {
+      std::printf("%10.3f s  x %8.2f m  y %8.2f m  heading %7.1f deg\n", to_seconds(since),
+                  p.position_m.x(), p.position_m.y(), p.heading.degrees());
+    });
+  }
+  std::printf("%zu samples, %zu steps\n", logged->samples.size(),
+              static_cast<std::size_t>(pedestrian.report().steps));
+  return {};
+}
+
+Result<void> run(const Arguments& a) {
+  if (a.ptys.empty() && a.recording.empty())
+    return Error{ErrorCode::invalid, "needs a recording, or --capture and --ptys"};
+  if (a.ptys.empty()) return into_pedestrian(a);
+  std::vector<std::unique_ptr<Device>> devices;
+  if (!a.recording.empty()) {
+    auto found = recorded(a.recording);
+    if (!found) return found.error();
+    devices = std::move(*found);
+  }
+  for (const std::string& text : a.captures) {
+    auto device = capture(text, a.seconds);
+    if (!device) return device.error();
+    devices.push_back(std::move(*device));
+  }
+  if (devices.empty()) return Error{ErrorCode::invalid, "needs a recording or --capture"};
+  return into_terminals(a, devices);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Replay a logger's recording as if it were happening now: with --ptys what the devices sent, "
+      "into pseudo-terminals a logger can open in their place; else its inertial unit through "
+      "pedestrian dead reckoning.");
+  Arguments a;
+  app.add_option("RECORDING", a.recording, "a logger's recording (.mcap)")
+      ->check(CLI::ExistingFile);
+  app.add_option("--ptys", a.ptys, "folder for links to the pseudo-terminals, one a device");
+  app.add_option("--capture", a.captures,
+                 "NAME:BYTES_PER_SECOND:FILE, a device's bytes instead of a recording's; may be "
+                 "given several times");
+  app.add_option("--seconds", a.seconds, "repeat the captures to last as long, at real speed")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--speed", a.speed, "times real time")
+      ->check(CLI::Range(1e-3, 1e6))
+      ->capture_default_str();
+  app.add_option("--wait", a.wait_s, "seconds before the first byte")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--topic", a.topic, "of the inertial unit, in a recording of several");
+  CLI11_PARSE(app, argc, argv);
+  std::signal(SIGINT, [](int) { stopped = true; });
+  std::signal(SIGTERM, [](int) { stopped = true; });
+  const auto done = run(a);
+  if (done) return 0;
+  std::fprintf(stderr, "replay: %s\n", done.error().to_string().c_str());
+  return 1;
+}

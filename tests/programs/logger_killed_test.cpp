@@ -1,0 +1,123 @@
+// The logger program killed without warning, and against the limit of a file's size.
+// WAYFARE_LOGGER_KILLS says how often it is killed (5 by default).
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "logger/simulated_devices.hpp"
+
+namespace wayfare {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+using ::wayfare::testing::Played;
+using ::wayfare::testing::raw_channel;
+using ::wayfare::testing::SimulatedDevice;
+using ::wayfare::testing::TemporaryFolder;
+using ::wayfare::testing::wait_for;
+
+/// Starts the logger on `config`; files it writes may not grow beyond `limit` bytes.
+pid_t start_logger(const std::string& config, const std::string& errors = "/dev/null",
+                   rlim_t limit = RLIM_INFINITY) {
+  const pid_t child = ::fork();
+  if (child != 0) return child;
+  const int fd = ::open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  ::dup2(fd, 2);
+  const rlimit most{limit, limit};
+  ::setrlimit(RLIMIT_FSIZE, &most);
+  ::execl(WAYFARE_LOGGER, "logger", "--config", config.c_str(), "--record", "--quiet",
+          static_cast<char*>(nullptr));
+  ::_exit(127);
+}
+
+/// The recordings of a folder.
+std::vector<std::string> recordings(const std::string& folder) {
+  std::vector<std::string> found;
+  if (!std::filesystem::exists(folder)) return found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    found.push_back(entry.path().string());
+  return found;
+}
+
+/// A configuration for one device that records into `folder`.
+std::string configure(const TemporaryFolder& folder, const std::string& port) {
+  const std::string path = folder / "logger.json";
+  std::ofstream(path) << R"({"folder": ")" << (folder / "out")
+                      << R"(", "sensors": [{"name": "unit", "port": ")" << port << R"("}]})";
+  return path;
+}
+
+TEST(LoggerProgram, LosesAFifthOfASecondAtMostWhenKilled) {
+  const char* asked = std::getenv("WAYFARE_LOGGER_KILLS");
+  const int kills = asked == nullptr ? 5 : std::atoi(asked);
+  std::mt19937 random(20260501);
+  double worst_s = 0.0;
+  for (int k = 0; k < kills; ++k) {
+    const TemporaryFolder folder;
+    // A byte says when it was sent: 20 000 a second.
+    const double rate = 20000.0;
+    SimulatedDevice device{{"unit", "raw", 115200, ""}, rate, std::string(50'000, '\0')};
+    for (std::size_t i = 0; i < device.capture.size(); ++i)
+      device.capture[i] = static_cast<char>(random());
+    Played played(device, 1.0, 2.0);
+    const pid_t logger = start_logger(configure(folder, played.path()));
+    ASSERT_TRUE(wait_for(10s, [&] { return !recordings(folder / "out").empty(); }));
+    std::this_thread::sleep_for(200ms);  // it listens
+    played.start();
+    const auto begin = std::chrono::steady_clock::now();
+    std::this_thread::sleep_for(std::chrono::microseconds(100'000 + random() % 900'000));
+    ::kill(logger, SIGKILL);
+    const std::chrono::duration<double> sent_for = std::chrono::steady_clock::now() - begin;
+    ::waitpid(logger, nullptr, 0);
+    played.stop();
+    const auto reader = io::McapReader::open(recordings(folder / "out").at(0));
+    ASSERT_TRUE(reader) << k;
+    EXPECT_FALSE(reader->contents().indexed);
+    const auto raw = raw_channel(*reader, "/unit/raw");
+    ASSERT_EQ(raw.bytes, played.bytes().substr(0, raw.bytes.size())) << k;
+    worst_s = std::max(worst_s, sent_for.count() - static_cast<double>(raw.bytes.size()) / rate);
+  }
+  std::printf("killed %d times, at most %.3f s missing\n", kills, worst_s);
+  // Where nobody asked, the machine may be busy with other tests.
+  EXPECT_LT(worst_s, asked == nullptr ? 1.0 : 0.2);
+}
+
+TEST(LoggerProgram, SaysSoWhereAFileMayNotGrow) {
+  const TemporaryFolder folder;
+  SimulatedDevice device{{"unit", "raw", 115200, ""}, 200'000.0, std::string(10'000, 'x')};
+  Played played(device, 1.0, 3.0);
+  const std::string config = configure(folder, played.path());
+  const pid_t logger = start_logger(config, folder / "errors", 100'000);
+  ASSERT_TRUE(wait_for(10s, [&] { return !recordings(folder / "out").empty(); }));
+  played.start();
+  std::this_thread::sleep_for(1200ms);
+  // It is still there to be asked, and ends with what went wrong.
+  ASSERT_EQ(::kill(logger, SIGTERM), 0);
+  int status = 0;
+  ::waitpid(logger, &status, 0);
+  played.stop();
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  std::ifstream in(folder / "errors");
+  const std::string errors((std::istreambuf_iterator<char>(in)), {});
+  EXPECT_THAT(errors, HasSubstr("cannot be written"));
+  const auto reader = io::McapReader::open(recordings(folder / "out").at(0));
+  ASSERT_TRUE(reader);
+  const auto raw = raw_channel(*reader, "/unit/raw");
+  EXPECT_GT(raw.bytes.size(), 50'000U);
+  EXPECT_EQ(raw.bytes, played.bytes().substr(0, raw.bytes.size()));
+}
+
+}  // namespace
+}  // namespace wayfare
