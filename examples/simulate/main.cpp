@@ -14,6 +14,7 @@
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
+#include <wayfare/io/voxel_text.hpp>
 #include <wayfare/sim/plan_text.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/worlds.hpp>
@@ -30,6 +31,7 @@ struct Options {
   std::vector<std::pair<double, double>> waypoints;
   std::string log;
   std::string truth;
+  std::string voxels, way;
   std::uint64_t seed = 1;
   bool print_plan = false;
   bool use_gyro = false;
@@ -50,6 +52,12 @@ void add_options(CLI::App& app, Options& o) {
                  "X Y in metres, once for every place to drive through; replaces the plan's route "
                  "(not a world's)")
       ->take_all();
+  auto* voxels =
+      app.add_option("--voxels", o.voxels,
+                     "a real building as a world: the voxels of its map, one 'x y z' a line");
+  auto* way = app.add_option("--way", o.way, "places its carrier went through, one 'x,y,z' a line");
+  way->needs(voxels);
+  voxels->needs(way);
   app.add_option("--out", o.log, "the CARMEN log to write");
   app.add_option("--truth", o.truth, "where the robot really was, as a TUM trajectory");
   app.add_option("--seed", o.seed, "the same seed gives the same log")->capture_default_str();
@@ -155,9 +163,17 @@ std::string footer() {
   return text + "The robot's options are for plans; a world's robot is as it is.";
 }
 
+Result<sim::World> world_of(const Options& o, const Rng& rng) {
+  if (o.voxels.empty()) return sim::make_world(o.plan, rng);
+  const auto voxels = io::read_points(o.voxels), way = io::read_points(o.way);
+  if (!voxels) return voxels.error();
+  if (!way) return way.error();
+  return sim::world_of_voxels(voxels->points_m, way->points_m, {}, rng);
+}
+
 Result<Recording> run_world(const Options& o) {
   const Rng rng(o.seed);
-  const auto world = sim::make_world(o.plan, rng);
+  const auto world = world_of(o, rng);
   if (!world) return world.error();
   examples::ProgressLine progress("simulating", o.quiet);
   auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng,
@@ -188,7 +204,7 @@ Result<void> simulate_in_world(const Options& o) {
 
 Result<void> run(const Options& o) {
   if (auto clear = refuse_existing(o); !clear) return clear;
-  if (is_world(o.plan)) return simulate_in_world(o);
+  if (!o.voxels.empty() || is_world(o.plan)) return simulate_in_world(o);
   const auto planned = load_plan(o);
   if (!planned) return planned.error();
   examples::ProgressLine progress("simulating", o.quiet);

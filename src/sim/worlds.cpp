@@ -1,5 +1,6 @@
 #include <wayfare/sim/worlds.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -120,6 +121,74 @@ std::vector<Vector2d> places_along(const std::vector<Vector2d>& route_m) {
   return places;
 }
 
+// Voxels between two heights as a picture of solid cells, the way through it kept clear.
+class VoxelSlice {
+ public:
+  VoxelSlice(std::span<const Eigen::Vector3d> voxels_m, std::span<const Vector2d> way_m,
+             const VoxelWorldParams& params)
+      : params_(params) {
+    Vector2d lower = way_m[0], upper = way_m[0];
+    for (const Eigen::Vector3d& v : voxels_m) {
+      if (v.z() < params.lowest_m || v.z() > params.highest_m) continue;
+      lower = lower.cwiseMin(v.head<2>());
+      upper = upper.cwiseMax(v.head<2>());
+    }
+    constexpr double kMargin_m = 1.5;
+    origin_m_ = (lower.array() - kMargin_m).matrix();
+    const Vector2d extent = (upper - lower).array() + 2.0 * kMargin_m;
+    mask_.cell_m = params.voxel_m;
+    mask_.width = 1 + static_cast<int>(extent.x() / params.voxel_m);
+    mask_.height = 1 + static_cast<int>(extent.y() / params.voxel_m);
+    count(voxels_m);
+    for (const Vector2d& place : places_along({way_m.begin(), way_m.end()})) clear(place);
+    bar();
+  }
+
+  [[nodiscard]] const Vector2d& origin_m() const { return origin_m_; }
+  [[nodiscard]] Result<FloorPlan> plan() const { return FloorPlan::from_cells(mask_); }
+
+ private:
+  [[nodiscard]] std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(mask_.width) +
+           static_cast<std::size_t>(column);
+  }
+  [[nodiscard]] int column_of(double x) const {
+    return static_cast<int>(std::floor((x - origin_m_.x()) / params_.voxel_m));
+  }
+  [[nodiscard]] int row_of(double y) const {
+    return mask_.height - 1 - static_cast<int>(std::floor((y - origin_m_.y()) / params_.voxel_m));
+  }
+
+  void count(std::span<const Eigen::Vector3d> voxels_m) {
+    mask_.solid.assign(index(0, mask_.height), 0);
+    for (const Eigen::Vector3d& v : voxels_m) {
+      if (v.z() < params_.lowest_m || v.z() > params_.highest_m) continue;
+      std::uint8_t& cell = mask_.solid[index(column_of(v.x()), row_of(v.y()))];
+      if (cell < 255) ++cell;
+    }
+    for (std::uint8_t& cell : mask_.solid) cell = cell >= params_.fewest ? 1 : 0;
+  }
+
+  void clear(const Vector2d& place) {
+    const int reach = 1 + static_cast<int>(params_.clear_m / params_.voxel_m);
+    const int c = column_of(place.x()), r = row_of(place.y());
+    for (int row = std::max(1, r - reach); row <= std::min(mask_.height - 2, r + reach); ++row)
+      for (int col = std::max(1, c - reach); col <= std::min(mask_.width - 2, c + reach); ++col)
+        mask_.solid[index(col, row)] = 0;
+  }
+
+  void bar() {
+    for (int c = 0; c < mask_.width; ++c)
+      mask_.solid[index(c, 0)] = mask_.solid[index(c, mask_.height - 1)] = 1;
+    for (int r = 0; r < mask_.height; ++r)
+      mask_.solid[index(0, r)] = mask_.solid[index(mask_.width - 1, r)] = 1;
+  }
+
+  const VoxelWorldParams& params_;
+  Vector2d origin_m_ = Vector2d::Zero();
+  CellMask mask_;
+};
+
 // Speed of the radar over the floor in its own axes, by the poses around the frame.
 Vector2d velocity_at(const Trajectory& truth, LogTime time, const SE2d& T_base_radar) {
   constexpr Duration kHalf{10'000'000};
@@ -190,6 +259,25 @@ WorldRobot turtlebot(const Rng& rng) {
   robot.robot.radius_m = 0.15;
   robot.radar.T_base_radar = Transform2<frame::Base, frame::Radar>(SE2d(0.08, 0.0, Angle{}));
   return robot;
+}
+
+Result<World> world_of_voxels(std::span<const Eigen::Vector3d> voxels_m,
+                              std::span<const Eigen::Vector3d> way_m,
+                              const VoxelWorldParams& params, const Rng& rng) {
+  std::vector<Vector2d> route;
+  for (const Eigen::Vector3d& at : way_m)
+    if (route.empty() || (at.head<2>() - route.back()).norm() >= params.step_m)
+      route.emplace_back(at.head<2>());
+  if (route.size() < 3)
+    return Error{ErrorCode::invalid, "the way through the voxels is shorter than two steps"};
+  VoxelSlice slice(voxels_m, route, params);
+  auto plan = slice.plan();
+  if (!plan) return plan.error();
+  for (Vector2d& place : route) place -= slice.origin_m();
+  FurnishParams furnish;
+  // A wall of cells has two faces, and steps all along it that are no corners.
+  furnish.corner_wall_m = 4.0 * params.voxel_m;
+  return furnished_world(std::move(plan).value(), std::move(route), {}, furnish, rng);
 }
 
 Result<Recording> simulate_world(const World& world, const WorldRobot& robot, const Rng& rng,

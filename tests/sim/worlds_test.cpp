@@ -75,6 +75,36 @@ TEST(Worlds, TheRadarDoesNotChangeTheOtherSensors) {
   EXPECT_EQ(io::format_carmen(*a), io::format_carmen(*b));
 }
 
+// A corridor of voxels, 6 m x 1.8 m with both ends open, and a box across the way.
+TEST(Worlds, VoxelsBecomeAWorldThatCanBeDriven) {
+  std::vector<Eigen::Vector3d> voxels, way;
+  for (double x = 0.075; x < 6.0; x += 0.15) {
+    for (const double z : {-0.075, 0.075}) {
+      voxels.emplace_back(x, 0.075, z);
+      voxels.emplace_back(x, 1.875, z);
+    }
+    voxels.emplace_back(x, 0.975, 2.0);  // the ceiling, above the slice
+  }
+  for (const double z : {-0.075, 0.075}) voxels.emplace_back(3.075, 0.975, z);
+  for (double x = 0.6; x < 5.4; x += 0.1) way.emplace_back(x, 0.97, 0.0);
+  const auto world = world_of_voxels(voxels, way, {}, Rng(1));
+  ASSERT_TRUE(world.has_value()) << world.error().to_string();
+  const auto recording = simulate_world(*world, turtlebot(Rng(1)), Rng(1));
+  ASSERT_TRUE(recording.has_value()) << recording.error().to_string();
+  const Eigen::Vector2d driven = recording->truth.back().T_map_base.raw().translation() -
+                                 recording->truth.front().T_map_base.raw().translation();
+  EXPECT_NEAR(driven.x(), 4.7, 0.5);
+  // Walls 0.9 m to either side, whose near faces the cells put 0.825 m away.
+  const LaserScan& scan = recording->scans[recording->scans.size() / 2];
+  for (const std::size_t beam : {90U, 270U}) EXPECT_NEAR(scan.ranges_m[beam], 0.82F, 0.15F);
+}
+
+TEST(Worlds, VoxelsWithoutAWayAreRefused) {
+  const std::vector<Eigen::Vector3d> one = {{1.0, 1.0, 0.0}};
+  EXPECT_FALSE(world_of_voxels(one, one, {}, Rng(1)).has_value());
+  EXPECT_FALSE(world_of_voxels({}, {}, {}, Rng(1)).has_value());
+}
+
 // On the carpet the wheels report 2 % more than they roll. Slip over 4 m at 3 * 0.006 m/sqrt(m) is
 // 0.036 m a wheel, 0.026 m of their mean; bound at 4 sigma.
 TEST(Worlds, CarpetMakesWheelsReportTooMuch) {

@@ -41,6 +41,22 @@ struct WorldName {
                                     std::vector<Eigen::Vector2d> frames_m,
                                     const FurnishParams& params, const Rng& rng);
 
+struct VoxelWorldParams {
+  double voxel_m = 0.15;
+  double lowest_m = -0.6;  ///< of the slice of voxels that are walls
+  double highest_m = 0.4;
+  int fewest = 2;         ///< voxels above each other that make a wall
+  double clear_m = 0.45;  ///< nothing stands this near to the way
+  double step_m = 0.6;    ///< between the route's places
+};
+
+/// A real building: the voxels of a map and the way its carrier went through it, which becomes the
+/// route. Where the map has gaps the way out is barred by a wall around all of it. Fails where the
+/// slice is empty or the way shorter than two steps.
+[[nodiscard]] Result<World> world_of_voxels(std::span<const Eigen::Vector3d> voxels_m,
+                                            std::span<const Eigen::Vector3d> way_m,
+                                            const VoxelWorldParams& params, const Rng& rng);
+
 struct RadarMount {
   RadarParams radar;
   Transform2<frame::Base, frame::Radar> T_base_radar;
