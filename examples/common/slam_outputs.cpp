@@ -187,7 +187,7 @@ io::Report report_of(const SlamOutputs& run, const io::GridImage& grid) {
                               "The map and the robot's way through it.");
   report.heading("Trajectories").plot(paths_plot(run, errors));
   if (!errors.empty()) report.plot(error_plot(run, errors));
-  report.heading("Pose graph").plot(graph_plot(run.graph));
+  if (!run.graph.poses.empty()) report.heading("Pose graph").plot(graph_plot(run.graph));
   return report;
 }
 
@@ -241,7 +241,8 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
       io::write_tum(path("trajectory.tum"), run.trajectory, options),
       io::write_map(path("map"), grid, map_options),
       io::write_png(path("map.png"), io::to_picture(grid), options),
-      io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
+      run.graph.poses.empty() ? Result<void>()
+                              : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
       report_of(run, grid).write(path("report.html"), options)};
   for (const Result<void>& result : written)
     if (!result) return result.error();

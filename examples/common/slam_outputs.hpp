@@ -28,7 +28,8 @@ struct SlamOutputs {
   const Recording& recording;    ///< its odometry is drawn and measured beside the result
   const Trajectory& trajectory;  ///< one pose for every scan, at the scan's time
   const OccupancyGrid& map;
-  const PoseGraph2& graph;                ///< edges with `robust` set are drawn as loop closures
+  /// Edges with `robust` set are drawn as loop closures; of no poses: neither drawn nor written.
+  const PoseGraph2& graph;
   const Trajectory* reference = nullptr;  ///< in any frame, at any times around the scans'
   std::vector<std::pair<std::string, std::string>> facts = {};  ///< ("scans", "4791") …
   std::vector<TitledTable> tables = {};                         ///< shown after the errors

@@ -5,6 +5,7 @@ target_sources(wayfare_slam PRIVATE
   branch_and_bound.cpp
   likelihood_field.cpp
   match_grid.cpp
+  occupancy_field.cpp
   max_pyramid.cpp
   pose_proposal.cpp
   refine.cpp

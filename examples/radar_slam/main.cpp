@@ -1,0 +1,190 @@
+// SLAM by a Rao-Blackwellised particle filter on a recorded log: radar, LiDAR, or both.
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <wayfare/eval/interpolation.hpp>
+#include <wayfare/eval/relations.hpp>
+#include <wayfare/eval/table.hpp>
+#include <wayfare/io/carmen.hpp>
+#include <wayfare/io/relations.hpp>
+#include <wayfare/system/radar_slam.hpp>
+
+#include "exit_code.hpp"
+#include "program_files.hpp"
+#include "progress_line.hpp"
+#include "slam_program.hpp"
+
+namespace {
+
+using namespace wayfare;
+
+struct Options : examples::SlamArguments {
+  std::string log, relations, sensors;
+  std::size_t particles = 0;
+};
+
+struct Inputs {
+  Recording recording;
+  std::vector<eval::Relation> relations;
+  SlamSensors sensors = SlamSensors::lidar;
+};
+
+struct Timed {
+  RadarSlamRun slam;
+  double took_s = 0.0;
+};
+
+/// What was asked for, else what the recording has.
+Result<SlamSensors> sensors_of(const Options& o, const Recording& recording) {
+  const bool radar = !recording.radar.empty(), lidar = !recording.scans.empty();
+  if (o.sensors == "both" || (o.sensors.empty() && radar && lidar)) return SlamSensors::both;
+  if (o.sensors == "radar" || (o.sensors.empty() && radar)) return SlamSensors::radar;
+  return SlamSensors::lidar;
+}
+
+Result<Inputs> read_inputs(const Options& o) {
+  Inputs inputs;
+  auto log = io::read_carmen(o.log);
+  if (!log) return log.error();
+  examples::print_problems(log->problems);
+  inputs.recording = std::move(log->recording);
+  if (!o.relations.empty()) {
+    auto file = io::read_relations(o.relations);
+    if (!file) return file.error();
+    examples::print_problems(file->problems);
+    inputs.relations = std::move(file->relations);
+  }
+  const auto sensors = sensors_of(o, inputs.recording);
+  if (!sensors) return sensors.error();
+  inputs.sensors = *sensors;
+  return inputs;
+}
+
+Result<Timed> run_timed(const Inputs& inputs, const Options& o) {
+  RadarSlamOptions options;
+  options.threads = o.threads;
+  options.seed = o.seed;
+  options.particles = o.particles > 0                        ? o.particles
+                      : inputs.sensors == SlamSensors::radar ? 10
+                                                             : 30;
+  examples::ProgressLine progress("particle filter", o.quiet);
+  const auto start = std::chrono::steady_clock::now();
+  auto slam = run_radar_slam(inputs.recording, options, inputs.sensors, [&](double fraction) {
+    progress.update(fraction);
+    return true;
+  });
+  if (!slam) return slam.error();
+  progress.finish();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  return Timed{*std::move(slam), took.count()};
+}
+
+eval::Table relations_table(const Inputs& inputs, const Trajectory& trajectory) {
+  eval::Table table({{"relations"}, {"used"}, {"translation", "m"}, {"rotation", "deg"}});
+  const auto row = [&](const std::string& name, const Trajectory& estimated) {
+    const auto e = eval::relations_error(estimated, inputs.relations);
+    table.add_row({name, std::to_string(e.used) + " of " + std::to_string(inputs.relations.size()),
+                   eval::mean_std(e.translation_m.mean, e.translation_m.std, 4),
+                   eval::mean_std(e.rotation_deg.mean, e.rotation_deg.std, 3)});
+  };
+  if (!inputs.recording.odometry.empty())
+    row("odometry", eval::as_trajectory(inputs.recording.odometry));
+  row("particle filter", trajectory);
+  return table;
+}
+
+eval::Table particles_table(const RadarSlamRun& slam) {
+  eval::Table table({{"particle"}, {"weight"}, {"x", "m"}, {"y", "m"}, {"heading", "deg"}});
+  for (std::size_t i = 0; i < slam.particles.size() && i < 50; ++i) {
+    const SE2d pose = slam.particles[i].T_map_base.raw();
+    table.add_row({std::to_string(i + 1), eval::fixed(std::exp(slam.log_weights[i]), 4),
+                   eval::fixed(pose.x(), 3), eval::fixed(pose.y(), 3),
+                   eval::fixed(pose.heading().degrees(), 2)});
+  }
+  return table;
+}
+
+examples::SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, const Timed& run,
+                                 const PoseGraph2& no_graph) {
+  const RadarSlamRun& slam = run.slam;
+  const double lasts_s = to_seconds(slam.trajectory.back().time - slam.trajectory.front().time);
+  const RbpfStatistics& s = slam.statistics;
+  examples::SlamOutputs outputs{
+      "Particle filter SLAM of " + log,
+      inputs.recording,
+      slam.trajectory,
+      slam.map(),
+      no_graph,
+      inputs.recording.truth.empty() ? nullptr : &inputs.recording.truth,
+      {{"particles", std::to_string(slam.particles.size())},
+       {"scans", std::to_string(s.scans) + ", " + std::to_string(s.taken_up) + " taken up, " +
+                     std::to_string(s.without_points) + " with too few points"},
+       {"matches",
+        std::to_string(s.matches) + ", " + std::to_string(s.matches_refused) + " refused"},
+       {"resampled", std::to_string(s.resampled) + " times"},
+       {"recording", eval::fixed(lasts_s, 1) + " s"},
+       {"took", examples::speed(run.took_s, lasts_s, 2)}},
+      {}};
+  for (const SensorFault& f : slam.faults)
+    outputs.facts.emplace_back("fault", f.what + " from " + eval::fixed(f.from.seconds(), 1) +
+                                            " to " + eval::fixed(f.until.seconds(), 1) + " s");
+  if (!inputs.relations.empty())
+    outputs.tables.push_back({"Error over relations", relations_table(inputs, slam.trajectory)});
+  return outputs;
+}
+
+Result<void> run(const Options& o) {
+  const auto inputs = read_inputs(o);
+  if (!inputs) return inputs.error();
+  if (auto ready = examples::prepare_folder(o.out, o.write()); !ready) return ready;
+  const auto run = run_timed(*inputs, o);
+  if (!run) return run.error();
+  if (run->slam.refused_scans > 0)
+    std::fprintf(stderr, "%zu refused, the first: %s\n", run->slam.refused_scans,
+                 run->slam.first_refusal.c_str());
+  const PoseGraph2 no_graph;
+  examples::SlamOutputs outputs = outputs_of(o.log, *inputs, *run, no_graph);
+  const auto errors = examples::trajectory_errors(outputs);
+  if (!o.quiet) {
+    examples::print_facts(outputs);
+    for (const auto& titled : outputs.tables) std::printf("\n%s", titled.table.to_text().c_str());
+    if (!errors.empty()) std::printf("\n%s", examples::error_table(errors).to_text().c_str());
+  }
+  outputs.tables.push_back({"Particles at the end", particles_table(run->slam)});
+  const auto report = examples::write_slam_outputs(o.out, outputs, o.write());
+  if (!report) return report.error();
+  if (!o.quiet) std::printf("\nreport: %s\n", report->c_str());
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "SLAM of a recorded robot log by a Rao-Blackwellised particle filter on radar, LiDAR or "
+      "both.\nLOG is a CARMEN text log, plain or gzip, with the robot's own lines for radar, "
+      "wheels "
+      "and gyro where it has them. Writes trajectory.tum, map.pgm, map.yaml, map.png and "
+      "report.html.");
+  Options o;
+  app.add_option("LOG", o.log, "the recorded log")->required()->check(CLI::ExistingFile);
+  examples::add_out(app, o, "folder for the results, made where needed");
+  app.add_option("--sensors", o.sensors, "radar, lidar or both; else what the log has")
+      ->check(CLI::IsMember({"radar", "lidar", "both"}));
+  app.add_option("--particles", o.particles, "of the filter; else 30, for radar alone 10")
+      ->check(CLI::Range(1, 100000));
+  app.add_option("--relations", o.relations, "true relative poses to measure the result by")
+      ->check(CLI::ExistingFile);
+  examples::add_threads(app, o);
+  examples::add_seed(app, o, "of the random numbers: the same seed gives the same result");
+  examples::add_manners(app, o);
+  CLI11_PARSE(app, argc, argv);
+  return examples::exit_code("radar_slam", run(o));
+}

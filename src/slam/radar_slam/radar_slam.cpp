@@ -1,0 +1,244 @@
+#include <wayfare/system/radar_slam.hpp>
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "../graph_slam/parallel_for.hpp"
+#include "sensor_step.hpp"
+
+namespace wayfare {
+namespace {
+
+/// A scan that was placed by the motion since the update before it.
+struct PlacedScan {
+  LogTime time;
+  std::size_t update;
+  SE2d since;
+};
+
+enum Sensor { kLidar, kRadar };
+
+bool usable(const Gaussian<SE2d>& g) {
+  return g.mean.translation().allFinite() && std::isfinite(g.mean.heading().radians()) &&
+         g.covariance.allFinite() && (g.covariance.diagonal().array() >= 0).all();
+}
+
+}  // namespace
+
+class RadarSlam::Engine {
+ public:
+  explicit Engine(const RadarSlamOptions& options) : options_(options) {
+    for (int k = 0; k < std::max(1, options.threads); ++k)
+      workers_.push_back({SensorStep(options.lidar, options.proposal),
+                          SensorStep(options.radar, options.proposal), ScanRaster()});
+  }
+
+  Result<void> move(const Gaussian<SE2d>& increment) {
+    if (!usable(increment))
+      return Error{ErrorCode::invalid, "the motion is not finite, or a variance negative"};
+    if (filter_) moved_ = compose(moved_, increment);
+    return {};
+  }
+
+  Result<RbpfOutcome> add_lidar(const LaserScan& scan) {
+    if (auto ok = check(scan); !ok) return ok.error();
+    if (auto ok = in_time(scan.time, kLidar); !ok) return ok.error();
+    const PointSet points = thin(end_points(scan, options_.T_base_laser.raw()),
+                                 static_cast<float>(options_.lidar.point_spacing_m),
+                                 static_cast<float>(options_.lidar.max_range_m));
+    return take(scan.time, kLidar, points, &scan);
+  }
+
+  Result<RbpfOutcome> add_radar(LogTime time, const PointSet& points) {
+    if (auto ok = in_time(time, kRadar); !ok) return ok.error();
+    return take(time, kRadar, points, nullptr);
+  }
+
+  [[nodiscard]] Trajectory trajectory() const {
+    if (!filter_) return {};
+    const Trajectory way = filter_->way(filter_->best());
+    Trajectory poses;
+    for (const PlacedScan& s : scans_) poses.push_back({s.time, place(way, s)});
+    return poses;
+  }
+  [[nodiscard]] const Rbpf<RbpfMaps>* filter() const { return filter_ ? &*filter_ : nullptr; }
+  [[nodiscard]] const RbpfMaps& maps() const {
+    return filter_ ? filter_->particles()[filter_->best()].map : blank_;
+  }
+  [[nodiscard]] const RbpfStatistics& statistics() const { return statistics_; }
+
+ private:
+  struct Worker {
+    SensorStep lidar, radar;
+    ScanRaster raster;
+  };
+
+  static Result<void> check(const LaserScan& scan) {
+    if (scan.ranges_m.empty()) return Error{ErrorCode::invalid, "the scan has no beams"};
+    if (!std::isfinite(scan.first_bearing.radians()) || !std::isfinite(scan.bearing_step.radians()))
+      return Error{ErrorCode::invalid, "the scan's bearings are not finite"};
+    return {};
+  }
+  Result<void> in_time(LogTime time, Sensor sensor) const {
+    if (last_[sensor] && time <= *last_[sensor])
+      return Error{ErrorCode::invalid, "the scan is not later than the one before"};
+    if (!scans_.empty() && time < scans_.back().time)
+      return Error{ErrorCode::invalid, "the scan is earlier than another sensor's before it"};
+    return {};
+  }
+
+  Result<RbpfOutcome> take(LogTime time, Sensor sensor, const PointSet& points,
+                           const LaserScan* scan) {
+    last_[sensor] = time;
+    ++statistics_.scans;
+    const RbpfSensorOptions& options = sensor == kLidar ? options_.lidar : options_.radar;
+    const bool enough = points.size() >= options.fewest_points;
+    statistics_.without_points += enough ? 0 : 1;
+    if (!filter_) begin(time);
+    RbpfOutcome outcome;
+    if (enough && due(time, sensor)) outcome = update(time, sensor, points, scan);
+    scans_.push_back({time, increments_.size(), moved_.mean});
+    return outcome;
+  }
+
+  /// Step 3: all particles at the origin, with empty maps.
+  void begin(LogTime time) {
+    filter_.emplace(options_.particles,
+                    StampedPose{time, Transform2<frame::Map, frame::Base>(SE2d())}, blank_,
+                    options_.seed);
+    updated_ = time;
+  }
+
+  [[nodiscard]] bool map_due(Sensor sensor) const {
+    const SE2d since = at_map_[sensor].inverse() * moved_.mean;
+    return !begun_[sensor] || since.translation().norm() >= options_.map_travel_m ||
+           std::abs(since.heading().radians()) >= options_.map_turn.radians();
+  }
+  [[nodiscard]] bool due(LogTime time, Sensor sensor) const {
+    const SE2d since = at_update_[sensor].inverse() * moved_.mean;
+    return !begun_[sensor] || since.translation().norm() >= options_.update_travel_m ||
+           std::abs(since.heading().radians()) >= options_.update_turn.radians() ||
+           to_seconds(time - updated_) >= options_.update_time_s;
+  }
+
+  /// Steps 4 to 8.
+  RbpfOutcome update(LogTime time, Sensor sensor, const PointSet& points, const LaserScan* scan);
+  void map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
+           const LaserScan* scan, ScanRaster& raster) const;
+
+  /// Along the motion, bent so that it ends where the update after it says.
+  [[nodiscard]] Transform2<frame::Map, frame::Base> place(const Trajectory& way,
+                                                          const PlacedScan& s) const {
+    const SE2d start = way[s.update].T_map_base.raw();
+    if (s.update + 1 >= way.size()) return Transform2<frame::Map, frame::Base>(start * s.since);
+    const SE2d end = way[s.update + 1].T_map_base.raw();
+    const double whole = to_seconds(way[s.update + 1].time - way[s.update].time);
+    const double part = whole > 0 ? to_seconds(s.time - way[s.update].time) / whole : 0.0;
+    const Eigen::Vector3d gap = end.minus(start * increments_[s.update]);
+    return Transform2<frame::Map, frame::Base>((start * s.since).plus(part * gap));
+  }
+
+  RadarSlamOptions options_;
+  std::vector<Worker> workers_;
+  RbpfMaps blank_{OccupancyGrid(options_.lidar.grid), OccupancyGrid(options_.radar.grid)};
+  std::optional<Rbpf<RbpfMaps>> filter_;
+  Gaussian<SE2d> moved_{SE2d(), Eigen::Matrix3d::Zero()};  // since the last update
+  std::array<SE2d, 2> at_map_{};     // where each sensor last went into the maps, and
+  std::array<SE2d, 2> at_update_{};  // where each sensor was last taken up, seen from there
+  std::array<bool, 2> begun_{};
+  std::array<std::optional<LogTime>, 2> last_{};
+  LogTime updated_;
+  std::vector<SE2d> increments_;  // from each update to the next
+  std::vector<PlacedScan> scans_;
+  RbpfStatistics statistics_;
+};
+
+RbpfOutcome RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSet& points,
+                                      const LaserScan* scan) {
+  Gaussian<SE2d> motion = moved_;
+  motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
+  const bool first = !begun_[sensor], maps_grow = map_due(sensor);
+  std::vector<Settled> settled(options_.particles);
+  const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
+    Worker& worker = workers_[w];
+    const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
+    SensorStep& match = sensor == kLidar ? worker.lidar : worker.radar;
+    const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
+    const Settled s =
+        first ? Settled{sample(expected, rng)} : match.settle(grid, points, expected, rng);
+    particle.pose = s.pose;
+    if (maps_grow) map(particle, sensor, points, scan, worker.raster);
+    settled[static_cast<std::size_t>(&particle - filter_->particles().data())] = s;
+    return s.log_factor;
+  };
+  filter_->update(time, step, [&](std::size_t n, const auto& f) {
+    parallel_for_workers(n, options_.threads, f);
+  });
+  RbpfOutcome outcome;
+  outcome.taken_up = true;
+  for (const Settled& s : settled) {
+    outcome.matched += s.matched ? 1 : 0;
+    outcome.mean_score += s.score;
+  }
+  if (outcome.matched > 0) outcome.mean_score /= static_cast<double>(outcome.matched);
+  outcome.effective_particles = filter_->effective_particles();
+  outcome.resampled = filter_->resample_below(options_.resample_below);
+  ++statistics_.taken_up;
+  statistics_.matches += outcome.matched;
+  statistics_.matches_refused += first ? 0 : settled.size() - outcome.matched;
+  statistics_.resampled += outcome.resampled ? 1 : 0;
+  // The covariance begins anew.
+  increments_.push_back(moved_.mean);
+  for (auto* places : {&at_update_, &at_map_})
+    for (SE2d& place : *places) place = moved_.mean.inverse() * place;
+  if (maps_grow) at_map_[sensor] = SE2d();
+  at_update_[sensor] = SE2d();
+  moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
+  begun_[sensor] = true;
+  updated_ = time;
+  return outcome;
+}
+
+void RadarSlam::Engine::map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
+                            const LaserScan* scan, ScanRaster& raster) const {
+  if (sensor == kLidar) {
+    // A scan too wide for the raster leaves the map as it is.
+    (void)insert_scan<FillBetweenBeams>(particle.map.lidar,
+                                        particle.pose * options_.T_base_laser.raw(), *scan,
+                                        options_.lidar_model, raster);
+    return;
+  }
+  OccupancyGrid& grid = particle.map.radar;
+  const LogOdds hit = LogOdds::from_probability(options_.radar_hit_probability);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    grid.update(
+        cell_of(particle.pose * Eigen::Vector2d(points[i].cast<double>()), grid.resolution_m()),
+        hit);
+}
+
+RadarSlam::RadarSlam(const RadarSlamOptions& options)
+    : engine_(std::make_unique<Engine>(options)) {}
+RadarSlam::~RadarSlam() = default;
+RadarSlam::RadarSlam(RadarSlam&&) noexcept = default;
+RadarSlam& RadarSlam::operator=(RadarSlam&&) noexcept = default;
+
+Result<void> RadarSlam::move(const Gaussian<SE2d>& increment) { return engine_->move(increment); }
+Result<RbpfOutcome> RadarSlam::add_lidar(const LaserScan& scan) { return engine_->add_lidar(scan); }
+Result<RbpfOutcome> RadarSlam::add_radar(LogTime time, const PointSet& points_base) {
+  return engine_->add_radar(time, points_base);
+}
+Trajectory RadarSlam::trajectory() const { return engine_->trajectory(); }
+const OccupancyGrid& RadarSlam::lidar_map() const { return engine_->maps().lidar; }
+const OccupancyGrid& RadarSlam::radar_map() const { return engine_->maps().radar; }
+std::span<const RbpfParticle<RbpfMaps>> RadarSlam::particles() const {
+  if (engine_->filter() == nullptr) return {};
+  return engine_->filter()->particles();
+}
+std::span<const double> RadarSlam::log_weights() const {
+  if (engine_->filter() == nullptr) return {};
+  return engine_->filter()->log_weights();
+}
+const RbpfStatistics& RadarSlam::statistics() const { return engine_->statistics(); }
+
+}  // namespace wayfare

@@ -1,0 +1,110 @@
+#include "sensor_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace wayfare {
+
+Settled SensorStep::settle(const OccupancyGrid& map, const PointSet& points,
+                           const Gaussian<SE2d>& expected, Rng& rng) {
+  Gaussian<SE2d> prior = expected;
+  auto found = look(map, points, prior, window_of(prior));
+  if (options_.wide_m > 0 && (!found || found->score < options_.tracked_score)) {
+    const Gaussian<SE2d> loose{expected.mean, 4.0 * expected.covariance};
+    const auto wide = look_wider(map, points, loose);
+    if (wide && wide->score > (found ? found->score : 0.0) + options_.wide_margin) {
+      found = wide;
+      prior = loose;
+      std::swap(view_, wide_view_);
+    }
+  }
+  if (found) {
+    const auto drawn = proposal_.draw(view_, points, found->pose, prior, rng, proposal_options_);
+    if (drawn) return {drawn->T_map_points, drawn->log_evidence, found->score, true};
+  }
+  const SE2d pose = sample(expected, rng);
+  return {pose, log_likelihood(points, pose)};
+}
+
+std::optional<ScanMatch> SensorStep::look(const OccupancyGrid& map, const PointSet& points,
+                                          const Gaussian<SE2d>& expected,
+                                          const SearchWindow& window) {
+  const FieldReach reach{std::max(window.half_x_m, window.half_y_m) + map.resolution_m(),
+                         window.half_heading.radians()};
+  if (!maker_.make(map, points, expected.mean, reach, options_.field, view_)) return std::nullopt;
+  const Eigen::Matrix3d information = expected.covariance.inverse();
+  const auto coarse =
+      matcher_.match(view_, points, expected.mean, window, match_options(information));
+  if (!coarse || !*coarse) return std::nullopt;
+  return sharpened(view_, points, **coarse, expected, information);
+}
+
+/// Farther about, by branch and bound.
+std::optional<ScanMatch> SensorStep::look_wider(const OccupancyGrid& map, const PointSet& points,
+                                                const Gaussian<SE2d>& expected) {
+  const SearchWindow window{options_.wide_m, options_.wide_m, options_.wide_turn};
+  const FieldReach reach{options_.wide_m + map.resolution_m(), options_.wide_turn.radians()};
+  if (!maker_.make(map, points, expected.mean, reach, options_.field, wide_view_))
+    return std::nullopt;
+  pyramid_.build(wide_view_);
+  const Eigen::Matrix3d information = expected.covariance.inverse();
+  const auto coarse =
+      far_matcher_.match(pyramid_, points, expected.mean, window, match_options(information));
+  if (!coarse || !*coarse) return std::nullopt;
+  return sharpened(wide_view_, points, **coarse, expected, information);
+}
+
+MatchOptions SensorStep::match_options(const Eigen::Matrix3d& information) const {
+  MatchOptions result;
+  result.min_score = options_.least_score;
+  result.prior_information = information;
+  result.independent_points = options_.independent_points;
+  return result;
+}
+
+SearchWindow SensorStep::window_of(const Gaussian<SE2d>& expected) const {
+  const Eigen::Matrix2d r = expected.mean.rotation().matrix();
+  const Eigen::Vector2d variance =
+      (r * expected.covariance.topLeftCorner<2, 2>() * r.transpose()).diagonal();
+  const Eigen::Vector2d half = (options_.search_sigmas * variance.cwiseMax(0.0).cwiseSqrt())
+                                   .cwiseMin(options_.max_correction_m);
+  const double turn = options_.search_sigmas * std::sqrt(std::max(0.0, expected.covariance(2, 2)));
+  return {half.x(), half.y(),
+          Angle::radians(std::min(turn, options_.max_turn_correction.radians()))};
+}
+
+/// From the best cell to the summit between cells, then towards what motion says along the
+/// directions the scan leaves open.
+std::optional<ScanMatch> SensorStep::sharpened(const MatchGrid& view, const PointSet& points,
+                                               const MatchResult& coarse,
+                                               const Gaussian<SE2d>& expected,
+                                               const Eigen::Matrix3d& information) const {
+  const auto fine = refine(view, points, coarse.T_map_points);
+  if (!fine) return std::nullopt;
+  const Eigen::LLT<Eigen::Matrix3d> both(independent(points) * fine->information + information);
+  if (both.info() != Eigen::Success) return std::nullopt;
+  const Eigen::Vector3d back = expected.mean.minus(fine->T_map_points);
+  const SE2d pose = fine->T_map_points.plus(both.solve(information * back));
+  const Eigen::Vector3d correction = pose.minus(expected.mean);
+  if (correction.head<2>().norm() > options_.max_correction_m ||
+      std::abs(correction[2]) > options_.max_turn_correction.radians())
+    return std::nullopt;
+  return ScanMatch{{pose, both.solve(Eigen::Matrix3d::Identity())}, coarse.score};
+}
+
+double SensorStep::independent(const PointSet& points) const {
+  return std::min(1.0, options_.independent_points / static_cast<double>(points.size()));
+}
+
+double SensorStep::log_likelihood(const PointSet& points, const SE2d& pose) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    sum += view_.log_likelihood(
+        cell_of(pose * Eigen::Vector2d(points[i].cast<double>()), view_.resolution_m()));
+  return independent(points) * sum;
+}
+
+}  // namespace wayfare
