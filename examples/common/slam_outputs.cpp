@@ -228,6 +228,10 @@ eval::Table error_table(const std::vector<NamedErrors>& errors) {
   return table;
 }
 
+io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
+  return with_trajectory(grid_image(map), points_of(trajectory));
+}
+
 Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,
                                        const io::WriteOptions& options) {
   const fs::path folder(folder_name);

@@ -10,6 +10,7 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/graph/pose_graph.hpp>
+#include <wayfare/io/image.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/measure/recording.hpp>
@@ -46,6 +47,9 @@ struct NamedErrors {
 /// Odometry (where the recording has it) and SLAM against the reference; empty without one.
 [[nodiscard]] std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run);
 [[nodiscard]] eval::Table error_table(const std::vector<NamedErrors>& errors);
+
+/// The map as a picture for people with the way of the robot over it.
+[[nodiscard]] io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory);
 
 /// Makes `folder` where needed. With `Existing::refuse` it is an error where one of the files of
 /// `write_slam_outputs`, or one of `more`, is in it already: to be asked before the long work.

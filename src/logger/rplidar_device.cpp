@@ -36,6 +36,8 @@ class RplidarDevice final : public DeviceDecoder {
       rate_ = decode::rplidar_sample_rate(packet.bytes()).value_or(rate_);
       return;
     }
+    // A new request began in the middle of a turn.
+    if (packet.is_descriptor()) turns_.finish([](const decode::RplidarTurn&) {});
     const bool nodes = packet.answer() == Answer::node;
     const Duration sample = std::chrono::microseconds(nodes ? rate_.standard_us : rate_.express_us);
     const std::uint64_t end = packet.position() + packet.bytes().size();

@@ -1,0 +1,336 @@
+#include "server.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <mutex>
+#include <random>
+#include <set>
+#include <thread>
+#include <utility>
+
+#include <httplib.h>
+
+#include <nlohmann/json.hpp>
+
+#include "live_link.hpp"
+#include "page.hpp"
+#include "recording_view.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+using httplib::Request;
+using httplib::Response;
+using nlohmann::json;
+
+bool is_loopback(const std::string& host) {
+  return host == "localhost" || host == "::1" || host == "[::1]" || host.rfind("127.", 0) == 0;
+}
+
+std::string made_up_token() {
+  std::random_device random;
+  std::string token;
+  for (int i = 0; i < 32; ++i) token += "0123456789abcdef"[random() % 16U];
+  return token;
+}
+
+/// Takes as long whatever the difference is.
+bool same(const std::string& a, const std::string& b) {
+  unsigned difference = a.size() == b.size() ? 0 : 1;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    difference |= static_cast<unsigned char>(a[i]) ^
+                  static_cast<unsigned char>(b.empty() ? 0 : b[i % b.size()]);
+  return difference == 0;
+}
+
+/// So many a second, and twice as many at once after a pause.
+class RateLimit {
+ public:
+  explicit RateLimit(double per_s) : per_s_(per_s), left_(2.0 * per_s) {}
+  [[nodiscard]] bool take() {
+    const std::lock_guard lock(mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    const std::chrono::duration<double> since = now - last_;
+    last_ = now;
+    left_ = std::min(2.0 * per_s_, left_ + per_s_ * since.count());
+    if (left_ < 1.0) return false;
+    left_ -= 1.0;
+    return true;
+  }
+
+ private:
+  const double per_s_;
+  double left_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  std::mutex mutex_;
+};
+
+/// One of a few places, while it lives; false where all are taken.
+class Place {
+ public:
+  Place(std::atomic<std::size_t>& taken, std::size_t most) : taken_(taken) {
+    has_ = ++taken_ <= most;
+    if (!has_) --taken_;
+  }
+  Place(const Place&) = delete;
+  Place& operator=(const Place&) = delete;
+  ~Place() {
+    if (has_) --taken_;
+  }
+  explicit operator bool() const { return has_; }
+
+ private:
+  std::atomic<std::size_t>& taken_;
+  bool has_ = false;
+};
+
+/// httplib lets five connections wait to be accepted, and has no other way to let more.
+class Server : public httplib::Server {
+ public:
+  void let_wait(int connections) { ::listen(svr_sock_, connections); }
+};
+
+void refuse(Response& response, int status, const std::string& why) {
+  response.status = status;
+  response.set_content(why + "\n", "text/plain");
+}
+
+double number_of(const Request& request, const char* name, double otherwise) {
+  if (!request.has_param(name)) return otherwise;
+  const double value = std::strtod(request.get_param_value(name).c_str(), nullptr);
+  return value >= 0.0 && value < 1e9 ? value : otherwise;
+}
+
+/// The topic as part of a file's name.
+std::string file_name(std::string topic, const char* end) {
+  for (char& c : topic)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  topic.erase(0, topic.find_first_not_of('_'));
+  return (topic.empty() ? "recording" : topic.substr(0, 80)) + end;
+}
+
+}  // namespace
+
+struct MonitorServer::Impl {
+  explicit Impl(MonitorOptions given) : options(std::move(given)), limit(options.requests_per_s) {}
+  ~Impl() {
+    quit = true;
+    server.stop();
+    if (thread.joinable()) thread.join();
+  }
+
+  // --- who may ask, and how much -----------------------------------------------------------------
+
+  [[nodiscard]] bool knows_token(const Request& request) const {
+    if (options.token.empty()) return true;
+    const std::string given = request.get_header_value("Authorization");
+    constexpr std::size_t kBearer = 7;
+    if (given.rfind("Bearer ", 0) == 0 && same(given.substr(kBearer), options.token)) return true;
+    return request.has_param("token") && same(request.get_param_value("token"), options.token);
+  }
+
+  /// Without a token a page of another site must not speak to this one by a name of its own.
+  [[nodiscard]] bool names_this_host(const Request& request) const {
+    if (!options.token.empty()) return true;
+    std::string host = request.get_header_value("Host");
+    const auto colon = host.rfind(':');
+    if (colon != host.npos && host.find(']', colon) == host.npos) host.resize(colon);
+    return is_loopback(host) || host == options.host;
+  }
+
+  bool admit(const Request& request, Response& response) {
+    if (!limit.take()) return refuse(response, 429, "too many requests"), false;
+    if (!names_this_host(request)) return refuse(response, 403, "this is another host"), false;
+    if (!knows_token(request)) return refuse(response, 401, "the token is missing or wrong"), false;
+    return true;
+  }
+
+  // --- answers -----------------------------------------------------------------------------------
+
+  /// The recording that is shown; of a live logger without one given, its own.
+  [[nodiscard]] std::shared_ptr<const RecordingView> view() {
+    const std::lock_guard lock(view_mutex);
+    std::string path = options.recording;
+    if (path.empty() && link()) {
+      std::uint64_t seen = 0;
+      const json status =
+          json::parse(link()->wait(seen, std::chrono::milliseconds(0)), nullptr, false);
+      if (status.is_object() && status.contains("file") && status["file"].is_string())
+        path = status["file"].get<std::string>();
+    }
+    if (path.empty()) return nullptr;
+    if (!shown || shown->path() != path) shown = std::make_shared<const RecordingView>(path);
+    return shown;
+  }
+
+  [[nodiscard]] std::shared_ptr<LiveLink> link() const { return live; }
+
+  using Answer = std::function<Result<std::string>(const RecordingView&, const Request&)>;
+
+  void query(const char* path, const char* type, Answer answer) {
+    server.Get(path, [this, type, answer](const Request& request, Response& response) {
+      const Place place(queries, options.queries);
+      if (!place) return refuse(response, 503, "busy; ask again");
+      const auto recording = view();
+      if (!recording) return refuse(response, 404, "there is no recording yet");
+      const auto found = answer(*recording, request);
+      if (!found) return refuse(response, 404, found.error().to_string());
+      response.set_content(*found, type);
+    });
+  }
+
+  using Export =
+      std::function<Result<void>(const RecordingView&, const std::string&, const PieceSink&)>;
+
+  void exported(const char* path, const char* type, const char* end, Export write) {
+    server.Get(path, [this, type, end, write](const Request& request, Response& response) {
+      const auto recording = view();
+      const std::string topic = request.get_param_value("topic");
+      if (!recording) return refuse(response, 404, "there is no recording yet");
+      response.set_header("Content-Disposition",
+                          "attachment; filename=\"" + file_name(topic, end) + "\"");
+      response.set_chunked_content_provider(
+          type, [this, recording, topic, write](std::size_t, httplib::DataSink& sink) {
+            const Place place(queries, options.queries);
+            if (!place) return false;
+            const auto done = write(*recording, topic, [&](std::string_view piece) {
+              return !quit && sink.write(piece.data(), piece.size());
+            });
+            if (done) sink.done();
+            return done.has_value();  // an answer that breaks off is seen as one
+          });
+    });
+  }
+
+  void route_recording() {
+    constexpr const char* kJson = "application/json";
+    query("/api/contents", kJson,
+          [](const RecordingView& v, const Request&) { return v.contents(); });
+    query("/api/inertial", kJson, [](const RecordingView& v, const Request& r) {
+      return v.inertial(r.get_param_value("topic"),
+                        static_cast<std::size_t>(std::min(number_of(r, "n", 2000.0), 20000.0)));
+    });
+    query("/api/message", kJson, [](const RecordingView& v, const Request& r) {
+      return v.message(r.get_param_value("topic"), number_of(r, "t", 0.0));
+    });
+    query("/api/walk", kJson, [](const RecordingView& v, const Request& r) {
+      return v.walk(r.get_param_value("topic"));
+    });
+    query("/api/map.png", "image/png",
+          [this](const RecordingView& v, const Request&) { return v.map_png(options.map_s); });
+    exported("/export.csv", "text/csv", ".csv",
+             [](const RecordingView& v, const std::string& topic, const PieceSink& sink) {
+               return v.csv(topic, sink);
+             });
+    exported("/export.mcap", "application/octet-stream", ".mcap",
+             [](const RecordingView& v, const std::string& topic, const PieceSink& sink) {
+               return v.mcap(topic.empty() ? std::set<std::string>() : std::set{topic}, sink);
+             });
+  }
+
+  void route_live() {
+    server.Get("/api/events", [this](const Request&, Response& response) {
+      if (!live) return refuse(response, 404, "there is no live logger");
+      auto place = std::make_shared<Place>(listeners, options.listeners);
+      if (!*place) return refuse(response, 503, "too many listen already");
+      response.set_header("Cache-Control", "no-store");
+      response.set_chunked_content_provider(
+          "text/event-stream",
+          [this, place, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
+            const auto line = link();
+            if (quit || !line) return false;
+            const std::string status = line->wait(seen, std::chrono::milliseconds(1000));
+            const std::string event =
+                status.empty() ? ": still here\n\n" : "data: " + status + "\n\n";
+            return !quit && sink.write(event.data(), event.size());
+          });
+    });
+    server.Post("/api/command", [this](const Request& request, Response& response) {
+      // A form of another site cannot send this header.
+      if (request.get_header_value("X-Wayfare").empty())
+        return refuse(response, 403, "the header X-Wayfare is missing");
+      if (!live) return refuse(response, 404, "there is no live logger");
+      const auto command = request.body.size() == 1
+                               ? logger::command_of(static_cast<std::uint8_t>(request.body[0]))
+                               : std::nullopt;
+      if (!command) return refuse(response, 400, "expected one of B, S, T, C");
+      if (!live->send(*command)) return refuse(response, 502, "the logger is not there");
+      response.set_content("sent\n", "text/plain");
+    });
+  }
+
+  void set_up() {
+    server.set_pre_routing_handler([this](const Request& request, Response& response) {
+      return admit(request, response) ? httplib::Server::HandlerResponse::Unhandled
+                                      : httplib::Server::HandlerResponse::Handled;
+    });
+    server.set_default_headers({{"X-Content-Type-Options", "nosniff"},
+                                {"Referrer-Policy", "no-referrer"},
+                                {"Content-Security-Policy",
+                                 "default-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+                                 "frame-ancestors 'none'"}});
+    server.set_payload_max_length(256);
+    server.set_read_timeout(5);
+    server.set_write_timeout(5);
+    server.set_keep_alive_timeout(5);
+    const std::size_t threads = options.connections;
+    server.new_task_queue = [threads] { return new httplib::ThreadPool(threads); };
+    server.Get("/", [](const Request&, Response& response) {
+      response.set_content(monitor_page(), "text/html; charset=utf-8");
+    });
+    server.Get("/api/about", [this](const Request&, Response& response) {
+      response.set_content(json({{"live", live != nullptr}}).dump(), "application/json");
+    });
+    route_recording();
+    route_live();
+  }
+
+  MonitorOptions options;
+  RateLimit limit;
+  std::atomic<bool> quit{false};
+  std::atomic<std::size_t> queries{0}, listeners{0};
+  std::shared_ptr<LiveLink> live;
+  std::mutex view_mutex;
+  std::shared_ptr<const RecordingView> shown;
+  Server server;
+  int port = 0;
+  std::thread thread;
+};
+
+MonitorServer::MonitorServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+MonitorServer::~MonitorServer() = default;
+
+Result<std::unique_ptr<MonitorServer>> MonitorServer::start(MonitorOptions options) {
+  if (options.recording.empty() && options.live.empty())
+    return Error{ErrorCode::invalid, "a monitor needs a recording or a live logger"};
+  if (!options.recording.empty())
+    if (const auto file = io::McapReader::open(options.recording); !file) return file.error();
+  if (options.token.empty() && !is_loopback(options.host)) options.token = made_up_token();
+  auto impl = std::make_unique<Impl>(std::move(options));
+  const MonitorOptions& o = impl->options;
+  if (!o.live.empty()) impl->live = std::make_shared<LiveLink>(o.live);
+  impl->set_up();
+  if (o.port == 0) {
+    impl->port = impl->server.bind_to_any_port(o.host);
+  } else {
+    impl->port = impl->server.bind_to_port(o.host, o.port) ? o.port : -1;
+  }
+  if (impl->port <= 0)
+    return Error{ErrorCode::io, "cannot listen on port " + std::to_string(o.port), o.host};
+  impl->server.let_wait(512);
+  impl->thread = std::thread([raw = impl.get()] { raw->server.listen_after_bind(); });
+  while (!impl->server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  return std::unique_ptr<MonitorServer>(new MonitorServer(std::move(impl)));
+}
+
+int MonitorServer::port() const { return impl_->port; }
+const std::string& MonitorServer::token() const { return impl_->options.token; }
+std::string MonitorServer::url() const {
+  const std::string& token = impl_->options.token;
+  return "http://" + impl_->options.host + ":" + std::to_string(impl_->port) + "/" +
+         (token.empty() ? "" : "?token=" + token);
+}
+
+}  // namespace wayfare::examples
