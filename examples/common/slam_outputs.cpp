@@ -15,6 +15,7 @@
 #include <wayfare/io/tum.hpp>
 #include <wayfare/map/cell.hpp>
 
+#include "map_painter.hpp"
 #include "program_files.hpp"
 
 namespace wayfare::examples {
@@ -79,39 +80,6 @@ io::GridImage grid_image(const OccupancyGrid& map) {
     }
   }
   return image;
-}
-
-// The map with a trajectory painted over it, two pixels wide.
-io::Image with_trajectory(const io::GridImage& grid, const Points& points) {
-  const io::Image grey = io::to_picture(grid);
-  io::Image picture{grey.width, grey.height, 3, {}};
-  picture.pixels.reserve(3 * grey.width * grey.height);
-  for (std::size_t i = 0; i < grey.width * grey.height; ++i)
-    for (std::size_t c = 0; c < 3; ++c)
-      picture.pixels.push_back(grey.pixels[i * grey.channels + (grey.channels == 3 ? c : 0)]);
-
-  constexpr std::array<std::uint8_t, 3> kBlue = {21, 101, 192};
-  const auto paint = [&](const Eigen::Vector2d& p) {
-    const Eigen::Vector2d cell = (p - grid.origin.translation()) / grid.resolution_m;
-    for (const double dx : {-0.5, 0.5}) {
-      for (const double dy : {-0.5, 0.5}) {
-        const double column = std::floor(cell.x() + dx);
-        const double row = static_cast<double>(grid.height) - 1.0 - std::floor(cell.y() + dy);
-        if (column < 0.0 || row < 0.0 || column >= static_cast<double>(grid.width) ||
-            row >= static_cast<double>(grid.height))
-          continue;
-        const std::size_t at =
-            3 * (static_cast<std::size_t>(row) * grid.width + static_cast<std::size_t>(column));
-        std::copy(kBlue.begin(), kBlue.end(), picture.pixels.begin() + static_cast<long>(at));
-      }
-    }
-  };
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    const Eigen::Vector2d step = points[i] - points[i - 1];
-    const int pieces = 1 + static_cast<int>(step.norm() / (0.5 * grid.resolution_m));
-    for (int k = 0; k < pieces; ++k) paint(points[i - 1] + step * k / pieces);
-  }
-  return picture;
 }
 
 io::Series path_series(std::string name, const Points& points, io::Mark mark = io::Mark::line) {
@@ -183,7 +151,7 @@ io::Report report_of(const SlamOutputs& run, const io::GridImage& grid) {
   report.facts(run.facts);
   if (!errors.empty()) report.heading("Errors against the reference").table(error_table(errors));
   for (const TitledTable& table : run.tables) report.heading(table.title).table(table.table);
-  report.heading("Map").image(with_trajectory(grid, points_of(run.trajectory)),
+  report.heading("Map").image(MapPainter(grid).path(points_of(run.trajectory), kBlue).picture(),
                               "The map and the robot's way through it.");
   report.heading("Trajectories").plot(paths_plot(run, errors));
   if (!errors.empty()) report.plot(error_plot(run, errors));
