@@ -155,6 +155,7 @@ std::vector<std::string> localisation_files() {
 eval::Table localisation_errors(const LocalisationOutputs& o) {
   eval::Table table({{""},
                      {"scans"},
+                     {"right", "%"},
                      {"place RMSE", "m"},
                      {"median", "m"},
                      {"worst", "m"},
@@ -163,9 +164,12 @@ eval::Table localisation_errors(const LocalisationOutputs& o) {
   const auto row = [&](const char* name, const std::vector<double>& m,
                        const std::vector<double>& deg) {
     const eval::Summary place = eval::summarise(m), turn = eval::summarise(deg);
-    table.add_row({name, std::to_string(m.size()), eval::fixed(place.rmse, 3),
-                   eval::fixed(place.median, 3), eval::fixed(place.max, 3),
-                   eval::fixed(turn.rmse, 2)});
+    double right = 0.0;
+    for (std::size_t i = 0; i < m.size(); ++i)
+      right += PoseError{m[i], deg[i]}.right() ? 100.0 / static_cast<double>(m.size()) : 0.0;
+    table.add_row({name, std::to_string(m.size()), eval::fixed(right, 1),
+                   eval::fixed(place.rmse, 3), eval::fixed(place.median, 3),
+                   eval::fixed(place.max, 3), eval::fixed(turn.rmse, 2)});
   };
   if (o.truth.empty()) return table;
   row("poses believed", errors.believed_m, errors.believed_deg);

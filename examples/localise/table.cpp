@@ -28,18 +28,20 @@ struct Options {
 };
 
 struct Searches {
-  int tried = 0, found = 0, wrong = 0, mirrored = 0;
+  int tried = 0, found = 0, wrong = 0, mirrored = 0, narrowed = 0;
   std::vector<double> ways_m;
 
   void add(const examples::Search& s) {
     ++tried;
     found += s.found ? 1 : 0;
     wrong += s.wrongly_believed ? 1 : 0;
+    narrowed += s.narrowed ? 1 : 0;
     mirrored += s.mirrored ? 1 : 0;
     if (s.found) ways_m.push_back(s.way_m);
   }
   [[nodiscard]] std::string count() const {
-    return std::to_string(found) + " of " + std::to_string(tried);
+    return std::to_string(found) + (narrowed > found ? " (" + std::to_string(narrowed) + ")" : "") +
+           " of " + std::to_string(tried);
   }
   [[nodiscard]] std::string wrong_count() const {
     return std::to_string(wrong) + (mirrored > 0 ? " (" + std::to_string(mirrored) + ")" : "");
@@ -123,7 +125,10 @@ Result<void> run(const Options& o) {
   }
   progress.finish();
   std::fputs(table.to_text().c_str(), stdout);
-  std::puts("wrongly believed (of these: where the place looks the same by its symmetry)");
+  std::puts(
+      "found (with those whose heaviest place is right, or right but for the symmetry of the "
+      "world, "
+      "and not believed)\nwrongly believed (of these: right but for the symmetry)");
   return {};
 }
 

@@ -73,9 +73,11 @@ Search judge(const LocalisationRun& run, const Course& course, const Trajectory&
     const bool right = o.converged && pose_error(o.T_map_base.mean, *pose).right();
     if (right && !search.found) search.way_m = driven;
     search.found = right;
+    const bool mirrored =
+        course.symmetry && pose_error(o.T_map_base.mean, *course.symmetry * *pose).right();
+    search.narrowed = mirrored || pose_error(o.T_map_base.mean, *pose).right();
     search.wrongly_believed = o.converged && !right;
-    search.mirrored = search.wrongly_believed && course.symmetry &&
-                      pose_error(o.T_map_base.mean, *course.symmetry * *pose).right();
+    search.mirrored = search.wrongly_believed && mirrored;
     search.clusters = o.clusters;
   }
   if (!search.found) search.way_m = std::numeric_limits<double>::quiet_NaN();

@@ -44,6 +44,8 @@ struct Search {
   bool found = false;             ///< believed and right after the way, or at the end of the log
   bool mirrored = false;          ///< believed where the place looks the same by its symmetry
   bool wrongly_believed = false;  ///< believed and wrong then
+  /// The heaviest place is right, or would be but for the symmetry, believed or not.
+  bool narrowed = false;
   double way_m = 0.0;        ///< to where it was right and stayed so; NaN where it was not found
   std::size_t clusters = 0;  ///< places still possible then
 };

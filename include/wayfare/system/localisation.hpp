@@ -85,14 +85,15 @@ struct LocalisationOptions {
   double max_range_m = 30.0;  ///< farther returns are left out
   /// Neighbouring beams err together: the beams looked at count as so many independent ones.
   double independent_beams = 16.0;
+  double independent_undecided = 8.0;  ///< while it is open where the robot is
   /// A scan is weighed once the robot has gone or turned so far, or so long after the last one:
   /// what the map has wrong is the same in neighbouring scans, and counts once.
   double between_m = 0.1;
   Angle between_turn = Angle::degrees(3.0);
-  double between_s = 5.0;
+  double between_s = 1.0;
 
   // Motion.
-  MotionNoise odometry{0.005, 0.10, 0.02, Angle::degrees(0.2), 0.10, 0.05};
+  MotionNoise odometry{0.01, 0.20, 0.02, Angle::degrees(0.5), 0.20, 0.10};
   /// Where odometry is missing or refused, the robot is expected to go on as it did.
   MotionNoise constant_velocity{0.05, 0.50, 0.05, Angle::degrees(3.0), 0.4, 0.2};
   double max_speed_m_s = 3.0;  ///< odometry that moves faster, or turns so, is refused
@@ -100,6 +101,7 @@ struct LocalisationOptions {
 
   // Particles.
   std::size_t min_particles = 500;
+  std::size_t min_undecided = 5000;  ///< while it is open where the robot is
   std::size_t max_particles = 20000;
   double kld_error = 0.05;      ///< between the particles' histogram and the true one …
   double kld_quantile = 2.326;  ///< … held with this normal quantile (99 %)

@@ -45,11 +45,11 @@ double kld_bound(std::size_t k, const LocalisationOptions& options) {
 // Single draws tell how many are needed; those taken are drawn with low variance, so that of two
 // places that explain everything alike neither wins by chance.
 ParticleSet draw_adaptively(const ParticleSet& from, const PoseBins& bins,
-                            const LocalisationOptions& options, Rng& rng) {
+                            const LocalisationOptions& options, std::size_t least, Rng& rng) {
   const std::vector<double> sums = cumulated_weights(from);
   const std::size_t most = std::max(options.max_particles, options.min_particles);
   BinCounter seen;
-  auto wanted = static_cast<double>(std::max<std::size_t>(options.min_particles, 1));
+  auto wanted = static_cast<double>(std::max<std::size_t>(least, 1));
   std::size_t n = 0;
   for (; static_cast<double>(n) < wanted && n < most; ++n) {
     const double at = rng.uniform() * sums.back();

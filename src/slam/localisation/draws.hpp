@@ -15,9 +15,11 @@ namespace wayfare {
 /// bins below the options' error.
 [[nodiscard]] double kld_bound(std::size_t k, const LocalisationOptions& options);
 
-/// As many draws by weight as the bins they fall into ask for, within the options' limits.
+/// As many draws by weight as the bins they fall into ask for, at least `least` and within
+/// the options' limit.
 [[nodiscard]] ParticleSet draw_adaptively(const ParticleSet& from, const PoseBins& bins,
-                                          const LocalisationOptions& options, Rng& rng);
+                                          const LocalisationOptions& options, std::size_t least,
+                                          Rng& rng);
 
 /// `count` draws by weight, each moved a little: apart from one another, where many are of one.
 [[nodiscard]] ParticleSet draw_and_spread(const ParticleSet& from, std::size_t count,

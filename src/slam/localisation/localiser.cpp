@@ -61,6 +61,7 @@ class Localiser::Engine {
   void settle(LocalisationOutcome& outcome);
   void remember(double agreement);
   [[nodiscard]] bool in_doubt() const;
+  [[nodiscard]] bool fits_badly() const { return recent_ < options_.suspicion * usual_; }
   [[nodiscard]] PoseFilter new_filter() { return {map_, options_, rng_.stream(filters_++)}; }
 
   std::shared_ptr<const LocalisationMap> map_;
@@ -72,9 +73,9 @@ class Localiser::Engine {
   std::optional<Challenger> challenger_;
   SE2d since_weighed_;  // motion since the last scan that was weighed
   std::optional<LogTime> weighed_at_;
-  double usual_ = 0.0, recent_ = 0.0;  // agreement while converged, and of late
-  bool confirmed_ = false;             // a search from nowhere came to the same pose
-  int since_search_ = 0;               // scans weighed
+  double usual_ = 0.0, recent_ = 0.0, last_ = 0.0;  // agreement while converged, of late, last
+  bool confirmed_ = false;                          // a search from nowhere came to the same pose
+  int since_search_ = 0;                            // scans weighed
 };
 
 Result<void> Localiser::Engine::start_at(const Gaussian<SE2d>& pose) {
@@ -165,6 +166,7 @@ void Localiser::Engine::take(const ScanWeigher& scan, LocalisationOutcome& outco
     outcome.searched = !challenger_;
     challenge(scan);
   }
+  if (filter_->belief().converged && last_ < options_.suspicion * usual_) filter_->scatter();
   filter_->weigh(scan);
   filter_->resample_if_due();
   if (challenger_) settle(outcome);
@@ -175,7 +177,7 @@ bool Localiser::Engine::in_doubt() const {
   const int wait = std::max(options_.scans_between_searches, 1);
   const PoseBelief& belief = filter_->belief();
   if (!belief.converged || !confirmed_) return since_search_ >= 4 * wait;
-  return since_search_ >= wait && recent_ < options_.suspicion * usual_;
+  return since_search_ >= wait && fits_badly();
 }
 
 // Odds that the robot was carried away: prior odds, times what each scan since said of poses
@@ -198,8 +200,8 @@ void Localiser::Engine::challenge(const ScanWeigher& scan) {
 }
 
 void Localiser::Engine::settle(LocalisationOutcome& outcome) {
-  constexpr double kDecided = 5.0;  // nats: odds of 150 to 1
-  constexpr int kLongest = 150;     // scans
+  constexpr double kDecided = 8.0;           // nats: odds of 3000 to 1
+  constexpr int kFair = 30, kLongest = 100;  // scans: to show some promise, and in all
   const PoseBelief& theirs = challenger_->filter.belief();
   const PoseBelief& ours = filter_->believe();
   const bool same = theirs.converged && same_place(theirs.pose.mean, ours.pose.mean, options_);
@@ -211,7 +213,7 @@ void Localiser::Engine::settle(LocalisationOutcome& outcome) {
   } else if (same && ours.converged) {
     confirmed_ = true;
     usual_ = recent_;  // it fits no better anywhere
-  } else if (challenger_->log_odds > -20.0 * kDecided && challenger_->scans < kLongest) {
+  } else if (challenger_->scans < (challenger_->log_odds < 0.0 ? kFair : kLongest)) {
     return;
   }
   challenger_.reset();
@@ -220,10 +222,11 @@ void Localiser::Engine::settle(LocalisationOutcome& outcome) {
 
 void Localiser::Engine::remember(double agreement) {
   constexpr double kFast = 0.3, kSlow = 0.02;
+  last_ = agreement;
   recent_ += (recent_ == 0.0 ? 1.0 : kFast) * (agreement - recent_);
   if (!filter_->belief().converged) return;
   // Slower still while in doubt, or what was usual would follow the robot that was carried away.
-  const double rate = recent_ < options_.suspicion * usual_ ? 0.1 * kSlow : kSlow;
+  const double rate = fits_badly() ? 0.1 * kSlow : kSlow;
   usual_ += (usual_ == 0.0 ? 1.0 : rate) * (agreement - usual_);
 }
 

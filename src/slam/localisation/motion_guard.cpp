@@ -21,8 +21,10 @@ std::optional<SE2d> MotionGuard::believed(const std::optional<SE2d>& odometry, d
   if (!odometry || !odometry_) return std::nullopt;
   const SE2d increment = odometry_->inverse() * *odometry;
   const double turn = std::abs(increment.heading().radians());
-  const bool possible = increment.translation().norm() <= options_.max_speed_m_s * dt &&
-                        turn <= options_.max_turn_rate.radians() * dt;
+  // Time stamps jitter by tenths of a second: a motion as of half a second is always possible.
+  const double time = std::max(dt, 0.5);
+  const bool possible = increment.translation().norm() <= options_.max_speed_m_s * time &&
+                        turn <= options_.max_turn_rate.radians() * time;
   return possible ? std::optional(increment) : std::nullopt;
 }
 

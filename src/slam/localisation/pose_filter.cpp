@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <wayfare/estimate/particles.hpp>
@@ -70,6 +71,16 @@ void PoseFilter::weigh(const ScanWeigher& scan) {
   normalise(particles_.log_weight);
 }
 
+void PoseFilter::scatter() {
+  constexpr double kAside_m = 0.2, kAside_rad = 0.1;
+  Rng rng = next_stream();
+  const std::size_t n = particles_.size();
+  ParticleSet aside = draw_and_spread(particles_, n, kAside_m, kAside_rad, rng);
+  for (const ParticleIndex i : resample(particles_.log_weight, n, Resampling::low_variance, rng))
+    aside.push_back(particles_.pose(i));
+  particles_ = std::move(aside);
+}
+
 double PoseFilter::log_evidence(const ScanWeigher& scan, bool broad) const {
   std::vector<double> joint(particles_.size());
   scan.weigh(*map_, broad, particles_, joint);
@@ -81,7 +92,9 @@ void PoseFilter::resample_if_due() {
   const double effective = effective_sample_size(particles_.log_weight);
   if (effective >= 0.5 * static_cast<double>(particles_.size())) return;
   Rng rng = next_stream();
-  particles_ = draw_adaptively(particles_, {options_.bin_m, options_.bin_turn}, options_, rng);
+  particles_ =
+      draw_adaptively(particles_, {options_.bin_m, options_.bin_turn}, options_,
+                      belief_.converged ? options_.min_particles : options_.min_undecided, rng);
 }
 
 const PoseBelief& PoseFilter::believe() {

@@ -38,6 +38,8 @@ class PoseFilter {
   void weigh(const ScanWeigher& scan);
   /// ln of what the scan says of the particles as they are weighed now.
   [[nodiscard]] double log_evidence(const ScanWeigher& scan, bool broad) const;
+  /// Puts as many particles again somewhere about: for a set that lost its way by a little.
+  void scatter();
   void resample_if_due();
   /// Makes up its mind; to be called once a scan.
   const PoseBelief& believe();

@@ -82,8 +82,7 @@ void ScanWeigher::weigh_by_field(const LocalisationMap& map, bool broad,
                                  const ParticleSet& particles,
                                  std::span<double> log_likelihood) const {
   const MatchGrid& field = broad ? map.broad() : map.sharp();
-  const double share =
-      options_.independent_beams / static_cast<double>(std::max<std::size_t>(ends_, 1));
+  const double share = independent(broad) / static_cast<double>(std::max<std::size_t>(ends_, 1));
   const std::size_t blocks = (particles.size() + kBlock - 1) / kBlock;
   parallel_for(blocks, options_.threads, [&](std::size_t b) {
     std::array<std::uint32_t, kBlock> sums;
@@ -99,8 +98,7 @@ void ScanWeigher::weigh_by_beams(const LocalisationMap& map, bool broad,
                                  const ParticleSet& particles,
                                  std::span<double> log_likelihood) const {
   const std::size_t n = ranges_.size();
-  const double share =
-      options_.independent_beams / static_cast<double>(std::max<std::size_t>(n, 1));
+  const double share = independent(broad) / static_cast<double>(std::max<std::size_t>(n, 1));
   const LocalisationMapOptions& shape = map.options();
   const auto sigma = static_cast<float>(broad ? shape.search_sigma_m : shape.sigma_m);
   const BeamModel& beam = options_.beam;

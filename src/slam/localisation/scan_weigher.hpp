@@ -30,6 +30,9 @@ class ScanWeigher {
   [[nodiscard]] double agreement(const LocalisationMap& map, const SE2d& T_map_base) const;
 
  private:
+  [[nodiscard]] double independent(bool broad) const {
+    return broad ? options_.independent_undecided : options_.independent_beams;
+  }
   void weigh_by_beams(const LocalisationMap& map, bool broad, const ParticleSet& particles,
                       std::span<double> log_likelihood) const;
   void pick_ends(const LaserScan& scan);
