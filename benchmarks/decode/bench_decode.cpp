@@ -133,7 +133,7 @@ void run(benchmark::State& state, const Stream& stream, Decoder& decoder, Sink&&
       decoder.feed(Bytes(stream).subspan(at, std::min(kPiece, stream.size() - at)), sink);
   }
   if (decoder.statistics().skipped_bytes != 0) state.SkipWithError("bytes were skipped");
-  state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * stream.size()));
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(stream.size()));
 }
 
 void ti_frames(benchmark::State& state) {
@@ -194,7 +194,7 @@ void plain(benchmark::State& state, const Stream& stream, Take&& take) {
       held.erase(held.begin(), held.begin() + static_cast<long>(used));
     }
   }
-  state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * stream.size()));
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(stream.size()));
 }
 
 void plain_ti(benchmark::State& state) {
@@ -267,7 +267,7 @@ void plain_nodes(benchmark::State& state) {
     }
   }
   benchmark::DoNotOptimize(sum);
-  state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * stream.size()));
+  state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(stream.size()));
 }
 
 BENCHMARK(ti_frames)->Name("ti_frames/wayfare");

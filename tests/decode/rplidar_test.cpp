@@ -180,11 +180,10 @@ TEST(Rplidar, NodesAreFoundAgainAfterALostByte) {
     const auto at = bytes.begin() + 7 + 5 * 30 + 2;
     bytes.erase(at, at + static_cast<long>(lost));
     const Points points = points_of(bytes);
-    // What is whole is there, but for the one after the damage where it hides under a node put
-    // together of two halves.
+    // All that is whole is there.
     const std::size_t damaged = lost <= 3 ? 1 : 2;
     for (std::size_t i = 0; i < 60; ++i) {
-      if (i >= 30 && i < 30 + damaged + 1) continue;
+      if (i >= 30 && i < 30 + damaged) continue;
       const auto found = std::count_if(points.begin(), points.end(), [i](const RplidarPoint& p) {
         return p.angle_q6 == 64 * i && p.distance_q2 == 4001 + i;
       });
@@ -431,6 +430,7 @@ TEST(RplidarLaws, Capsules) {
     const auto laws = laws_of(random_capsules(answer, 20), answer);
     laws.check();
     const testing::DamageReport report = laws.damage(10000);
+    report.record("capsules_" + std::to_string(static_cast<int>(answer)));
     EXPECT_EQ(report.lost, 0U);
     // Eight bits of XOR, so one damaged capsule in 256 passes, and may hide its neighbour.
     EXPECT_LE(static_cast<double>(report.false_frames), report.most_false(256.0));
@@ -460,10 +460,11 @@ TEST(RplidarLaws, Nodes) {
   laws.any_split_gives_the_same();
   laws.work_is_bounded();
   const testing::DamageReport report = laws.damage(10000);
-  // Two check bits and no checksum: damage gives at most one node that is none, and in one case of
-  // ten hides a neighbour or leaves it too few others to be believed.
+  report.record("nodes");
+  // Three check bits and no checksum: damage gives at most one node that is none, and in one case
+  // of fifty hides a neighbour or leaves it without others to be believed by.
   EXPECT_LE(report.false_frames, report.edits);
-  EXPECT_LE(report.lost + report.hidden, report.edits / 10);
+  EXPECT_LE(report.lost + report.hidden, report.edits / 50);
   EXPECT_GT(report.undamaged, 1'900'000U);
 }
 

@@ -51,9 +51,10 @@ class RplidarPacket {
 /// request ends the answer before it, so after sending one call `expect_reply()`; without it a
 /// descriptor is recognised as well, but a short answer behind a cut capsule has to wait.
 ///
-/// Nodes have two check bits between them and no checksum. One that follows another is taken where
-/// the bits are right and the angle went on by less than 10°. After damage the place is chosen of
-/// five whose nodes, up to twelve, go on longest in this way, at least three.
+/// Nodes have three check bits and no checksum. One that follows another is taken where the bits
+/// are right, the angle went on by less than 10°, and the next node does too, or none begins inside
+/// it. After damage the place is chosen of five whose nodes, up to twelve, go on longest in this
+/// way, at least three.
 class RplidarFraming {
  public:
   using Message = RplidarPacket;
@@ -174,7 +175,11 @@ class RplidarFraming {
   }
 
   Look look_for_node(const Front& front, DecoderStatistics& statistics) {
-    const std::size_t sight = locked_ ? kNode : kSight;
+    return look_at_nodes(front, locked_ ? 2 * kNode : kSight, statistics);
+  }
+
+  /// The nodes in the first `sight` bytes, up to where a descriptor begins.
+  Look look_at_nodes(const Front& front, std::size_t sight, DecoderStatistics& statistics) {
     const std::size_t with_descriptor = sight + RplidarDescriptor::kBytes - 1;
     const Bytes b = front.bytes.first(std::min(front.bytes.size(), with_descriptor));
     if (b.size() < sight && !front.ended) return Look::need(sight);
@@ -184,13 +189,22 @@ class RplidarFraming {
         return Look::need(b.size() + 1);
       if (descriptor == 0) return take_descriptor(*rplidar_descriptor(b));
     }
-    const Bytes before = b.first(std::min(descriptor, b.size()));
-    if (before.size() < kNode) return Look::skip(before.size());
+    const Bytes nodes = b.first(std::min(descriptor, b.size()));
+    if (nodes.size() < kNode) return Look::skip(nodes.size());
     delivered_ = RplidarAnswer::node;
-    if (!locked_) return relock(before);
-    if (is_rplidar_node(before.data()) &&
-        (last_angle_ < 0 || follows(angle_of(before.data()), last_angle_)))
-      return take_node(before.data());
+    if (!locked_) return relock(nodes);
+    const std::uint8_t* p = nodes.data();
+    if (!is_rplidar_node(p) || (last_angle_ >= 0 && !follows(angle_of(p), last_angle_)))
+      return unlock(front, statistics);
+    if (nodes.size() < 2 * kNode || chain(nodes.first(2 * kNode), 0) == 2) return take_node(p);
+    // What follows is damaged, or this is put together of two halves and a whole one begins in it.
+    if (sight < kSight) return look_at_nodes(front, kSight, statistics);
+    for (std::size_t shift = 1; shift < kNode; ++shift)
+      if (chain(nodes, shift) >= kLeastChain) return unlock(front, statistics);
+    return take_node(p);
+  }
+
+  Look unlock(const Front& front, DecoderStatistics& statistics) {
     locked_ = false;
     ++statistics.malformed;
     return look_for_node(front, statistics);
@@ -200,8 +214,9 @@ class RplidarFraming {
     const std::size_t here = chain(b, 0);
     for (std::size_t shift = 1; shift < kNode; ++shift)
       if (chain(b, shift) > here) return Look::skip(1);
-    if (here < kLeastChain) return Look::skip(1);
-    return take_node(b.data());
+    if (here == 0) return Look::skip(1);
+    const bool goes_on = last_angle_ >= 0 && follows(angle_of(b.data()), last_angle_);
+    return goes_on || here >= kLeastChain ? take_node(b.data()) : Look::skip(1);
   }
 
   Look take_node(const std::uint8_t* p) {

@@ -45,6 +45,21 @@ struct DamageReport {
   std::uint64_t false_frames = 0;  ///< delivered, but not as they were sent
   std::uint64_t refused = 0;       ///< whole frames whose checksum was wrong
 
+  /// Writes the counts into the test's record (--gtest_output=xml:FILE).
+  void record(const std::string& name) const {
+    const auto write = [&](const char* what, std::uint64_t n) {
+      ::testing::Test::RecordProperty(name + "_" + what, std::to_string(n));
+    };
+    write("streams", streams);
+    write("edits", edits);
+    write("damaged", damaged);
+    write("undamaged", undamaged);
+    write("hidden", hidden);
+    write("lost", lost);
+    write("false", false_frames);
+    write("refused", refused);
+  }
+
   /// Most false frames a checksum that lets one in `strength` pass gives: as many as expected of
   /// all it judged and five standard deviations more.
   [[nodiscard]] double most_false(double strength) const {
