@@ -197,7 +197,7 @@ eval::Table error_table(const std::vector<NamedErrors>& errors) {
 }
 
 io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
-  return with_trajectory(grid_image(map), points_of(trajectory));
+  return MapPainter(grid_image(map)).path(points_of(trajectory), kBlue).picture();
 }
 
 Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,

@@ -2,6 +2,7 @@
 // away, and tracked.
 
 #include <cstdio>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -112,12 +113,13 @@ Result<void> run(const Options& o) {
   double done = 0.0;
   for (const std::string& world : o.worlds) {
     Row row;
+    const std::string name = std::filesystem::path(world.substr(0, world.find(','))).filename();
     for (int k = 0; k < o.seeds; ++k) {
       if (auto ok = run_seed(o, world, o.first_seed + static_cast<std::uint64_t>(k), row); !ok)
         return ok;
       progress.update(++done / total);
     }
-    table.add_row({world, row.global.count(), row.global.way(), row.global.wrong_count(),
+    table.add_row({name, row.global.count(), row.global.way(), row.global.wrong_count(),
                    row.kidnapped.count(), row.kidnapped.way(), row.kidnapped.wrong_count(),
                    spread(row.rmse_m, 100.0, 2), spread(row.rmse_deg, 1.0, 2),
                    spread(row.worst_m, 100.0, 1),
@@ -137,7 +139,9 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CLI::App app("Localise simulated robots on known maps, over seeds, and print how it went.");
   Options o;
-  app.add_option("--world", o.worlds, "building, corridor_loop, room, cluttered_room")
+  app.add_option("--world", o.worlds,
+                 "building, corridor_loop, room, cluttered_room, or VOXELS,WAY: files of a "
+                 "real building's map and of a way through it")
       ->capture_default_str();
   app.add_option("--seeds", o.seeds, "runs of each")->check(CLI::Range(1, 1000));
   app.add_option("--first-seed", o.first_seed, "the first of them");

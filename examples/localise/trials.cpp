@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include <wayfare/eval/interpolation.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
+#include <wayfare/io/voxel_text.hpp>
 #include <wayfare/sim/carried_away.hpp>
 #include <wayfare/sim/plan_map.hpp>
 #include <wayfare/sim/plan_text.hpp>
@@ -23,6 +25,16 @@ struct Scene {
   sim::RobotParams robot;
 };
 
+Result<sim::World> world_of(const std::string& name, const Rng& rng) {
+  const std::size_t comma = name.find(',');
+  if (comma == std::string::npos) return sim::make_world(name, rng);
+  const auto voxels = io::read_points(name.substr(0, comma));
+  if (!voxels) return voxels.error();
+  const auto way = io::read_points(name.substr(comma + 1));
+  if (!way) return way.error();
+  return sim::world_of_voxels(voxels->points_m, way->points_m, {}, rng);
+}
+
 Result<Scene> scene_of(const CourseOptions& options) {
   const Rng rng(options.seed);
   if (options.world == "building") {
@@ -33,7 +45,7 @@ Result<Scene> scene_of(const CourseOptions& options) {
     robot.T_base_laser = Transform2<frame::Base, frame::Laser>(SE2d(0.15, 0.0, Angle{}));
     return Scene{std::move(planned->plan), std::move(planned->route_m), robot};
   }
-  auto world = sim::make_world(options.world, rng.stream(1));
+  auto world = world_of(options.world, rng.stream(1));
   if (!world) return world.error();
   return Scene{std::move(world->plan), std::move(world->route_m),
                sim::turtlebot(rng.stream(2)).robot};
@@ -110,7 +122,8 @@ Result<Course> make_course(const CourseOptions& options) {
   auto map = LocalisationMap::make(*grid, options.map);
   if (!map) return map.error();
   run->recording.truth = std::move(run->truth);
-  Course course{options.world, std::move(run->recording), *map};
+  const std::string file = options.world.substr(0, options.world.find(','));
+  Course course{std::filesystem::path(file).filename().string(), std::move(run->recording), *map};
   // Half a turn about the middle of its 18 m x 30 m.
   if (options.world == "corridor_loop") course.symmetry = SE2d(18.0, 30.0, 180.0_deg);
   return course;

@@ -28,9 +28,9 @@ struct Course {
   std::optional<SE2d> symmetry = {};
 };
 
-/// corridor_loop, room and cluttered_room with a Turtlebot's LiDAR (360 beams, 5 Hz, 3.5 m);
-/// `building` with 180 beams of 30 m; the .yaml file of a map with either, the way through it as
-/// waypoints.
+/// corridor_loop, room, cluttered_room and, as VOXELS,WAY, the files of a real building's map and
+/// of a way through it, with a Turtlebot's LiDAR (360 beams, 5 Hz, 3.5 m); `building`, the
+/// demonstration's, with 180 beams of 30 m.
 struct CourseOptions {
   std::string world;
   std::uint64_t seed = 1;
