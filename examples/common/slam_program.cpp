@@ -6,6 +6,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include <wayfare/io/carmen.hpp>
+#include <wayfare/logger/read_recording.hpp>
+
+#include "program_files.hpp"
 #include "progress_line.hpp"
 
 namespace wayfare::examples {
@@ -28,6 +32,19 @@ void add_seed(CLI::App& app, SlamArguments& arguments, const std::string& text) 
 void add_manners(CLI::App& app, SlamArguments& arguments) {
   app.add_flag("--force", arguments.force, "replace files of an earlier run");
   app.add_flag("--quiet", arguments.quiet, "no progress and no tables");
+}
+
+Result<Recording> read_robot_log(const std::string& path) {
+  if (logger::is_recording(path)) {
+    auto logged = logger::read_robot_recording(path);
+    if (!logged) return logged.error();
+    print_problems(logged->problems);
+    return std::move(logged->recording);
+  }
+  auto log = io::read_carmen(path);
+  if (!log) return log.error();
+  print_problems(log->problems);
+  return std::move(log->recording);
 }
 
 Result<TimedRun> run_with_progress(const Recording& recording, GraphSlamOptions options,

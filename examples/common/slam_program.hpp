@@ -34,6 +34,10 @@ void add_seed(CLI::App& app, SlamArguments& arguments, const std::string& text);
 /// --force and --quiet.
 void add_manners(CLI::App& app, SlamArguments& arguments);
 
+/// A robot's log in CARMEN text, or the scans of a logger's recording (.mcap); says on standard
+/// error what had to be skipped.
+[[nodiscard]] Result<Recording> read_robot_log(const std::string& path);
+
 struct TimedRun {
   GraphSlamRun slam;
   double took_s = 0.0;

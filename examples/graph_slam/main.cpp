@@ -10,7 +10,6 @@
 #include <wayfare/eval/interpolation.hpp>
 #include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/table.hpp>
-#include <wayfare/io/carmen.hpp>
 #include <wayfare/io/relations.hpp>
 
 #include "config.hpp"
@@ -60,11 +59,9 @@ Result<std::vector<eval::Relation>> read_relations(const Options& o) {
 }
 
 Result<Recording> read_recording(const Options& o) {
-  auto log = io::read_carmen(o.log);
-  if (!log) return log.error();
-  examples::print_problems(log->problems);
-  if (o.no_odometry) log->recording.odometry.clear();
-  return std::move(log->recording);
+  auto recording = examples::read_robot_log(o.log);
+  if (recording && o.no_odometry) recording->odometry.clear();
+  return recording;
 }
 
 examples::SlamOutputs outputs_of(const std::string& log, const Recording& recording,
@@ -139,7 +136,8 @@ void add_options(CLI::App& app, Options& o) {
 int main(int argc, char** argv) {
   CLI::App app(
       "Correct the trajectory of a recorded robot log by LiDAR graph SLAM and draw the map.\n"
-      "LOG is a CARMEN text log, plain or gzip. Writes trajectory.tum, map.pgm, map.yaml, map.png, "
+      "LOG is a CARMEN text log, plain or gzip, or a logger's recording (.mcap). Writes "
+      "trajectory.tum, map.pgm, map.yaml, map.png, "
       "graph.g2o and report.html.");
   Options options;
   add_options(app, options);

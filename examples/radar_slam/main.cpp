@@ -12,7 +12,6 @@
 #include <wayfare/eval/interpolation.hpp>
 #include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/table.hpp>
-#include <wayfare/io/carmen.hpp>
 #include <wayfare/io/relations.hpp>
 #include <wayfare/system/radar_slam.hpp>
 
@@ -51,10 +50,9 @@ Result<SlamSensors> sensors_of(const Options& o, const Recording& recording) {
 
 Result<Inputs> read_inputs(const Options& o) {
   Inputs inputs;
-  auto log = io::read_carmen(o.log);
-  if (!log) return log.error();
-  examples::print_problems(log->problems);
-  inputs.recording = std::move(log->recording);
+  auto recording = examples::read_robot_log(o.log);
+  if (!recording) return recording.error();
+  inputs.recording = *std::move(recording);
   if (!o.relations.empty()) {
     auto file = io::read_relations(o.relations);
     if (!file) return file.error();
@@ -171,7 +169,8 @@ int main(int argc, char** argv) {
       "SLAM of a recorded robot log by a Rao-Blackwellised particle filter on radar, LiDAR or "
       "both.\nLOG is a CARMEN text log, plain or gzip, with the robot's own lines for radar, "
       "wheels "
-      "and gyro where it has them. Writes trajectory.tum, map.pgm, map.yaml, map.png and "
+      "and gyro where it has them, or a logger's recording (.mcap). Writes trajectory.tum, "
+      "map.pgm, map.yaml, map.png and "
       "report.html.");
   Options o;
   app.add_option("LOG", o.log, "the recorded log")->required()->check(CLI::ExistingFile);
