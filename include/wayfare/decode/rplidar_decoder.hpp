@@ -4,48 +4,15 @@
 // capsules, whichever the last descriptor announced.
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
 #include <wayfare/decode/bytes.hpp>
+#include <wayfare/decode/rplidar_packet.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 
 namespace wayfare::decode {
-
-/// A checked packet. It refers to the decoder's bytes.
-class RplidarPacket {
- public:
-  RplidarPacket() = default;
-  RplidarPacket(RplidarAnswer answer, bool descriptor, std::uint64_t position, Bytes bytes)
-      : answer_(answer), descriptor_(descriptor), position_(position), bytes_(bytes) {}
-
-  /// What it is, or, of a descriptor, what it announces.
-  [[nodiscard]] RplidarAnswer answer() const { return answer_; }
-  [[nodiscard]] bool is_descriptor() const { return descriptor_; }
-  [[nodiscard]] std::uint64_t position() const { return position_; }
-  [[nodiscard]] Bytes bytes() const { return bytes_; }
-
- private:
-  RplidarAnswer answer_ = RplidarAnswer::none;
-  bool descriptor_ = false;
-  std::uint64_t position_ = 0;
-  Bytes bytes_;
-};
-
-/// Whether five bytes may be a node: start bit and its inverse, check bit, angle below 360°.
-[[nodiscard]] inline bool is_rplidar_node(const std::uint8_t* p) {
-  return ((p[0] ^ p[0] >> 1) & 1) != 0 && (p[1] & 1) != 0 && (p[1] >> 1 | p[2] << 7) < 360 * 64;
-}
-
-/// Whether a whole capsule begins with its sync nibbles and the XOR of what follows.
-[[nodiscard]] inline bool is_rplidar_capsule(Bytes b) {
-  unsigned sum = 0;
-  for (const std::uint8_t byte : b.subspan(2)) sum ^= byte;
-  return b[0] >> 4 == 0xA && b[1] >> 4 == 0x5 &&
-         sum == static_cast<unsigned>((b[0] & 0xF) | (b[1] & 0xF) << 4);
-}
 
 /// Framing of what an RPLIDAR sends. Outside of a known answer only a descriptor is looked for. A
 /// request ends the answer before it, so after sending one call `expect_reply()`; without it a
@@ -93,9 +60,8 @@ class RplidarFraming {
   [[nodiscard]] std::uint64_t examined() const { return examined_; }
 
  private:
-  static constexpr std::size_t kNode = 5, kChain = 12, kLeastChain = 3;
+  static constexpr std::size_t kNode = 5, kChain = kRplidarChain, kLeastChain = 3;
   static constexpr std::size_t kSight = kNode * kChain + 4;  ///< bytes of twelve nodes, five places
-  static constexpr int kTurn = 360 * 64, kLargestStep = 10 * 64;
 
   void begin(RplidarAnswer answer, std::uint32_t length = 0) {
     answer_ = answer;
@@ -156,24 +122,6 @@ class RplidarFraming {
     return Look::skip(1);
   }
 
-  static int angle_of(const std::uint8_t* p) { return p[1] >> 1 | p[2] << 7; }
-  static bool follows(int angle, int last) {
-    const int step = (angle - last + kTurn + kTurn / 2) % kTurn - kTurn / 2;
-    return step > -kLargestStep && step < kLargestStep;
-  }
-
-  /// How many nodes from `at` on, up to twelve, follow each other.
-  static std::size_t chain(Bytes b, std::size_t at) {
-    std::size_t n = 0;
-    int last = -1;
-    for (; n < kChain && at + kNode <= b.size() && is_rplidar_node(&b[at]); ++n, at += kNode) {
-      const int angle = angle_of(&b[at]);
-      if (last >= 0 && !follows(angle, last)) break;
-      last = angle;
-    }
-    return n;
-  }
-
   Look look_for_node(const Front& front, DecoderStatistics& statistics) {
     return look_at_nodes(front, locked_ ? 2 * kNode : kSight, statistics);
   }
@@ -194,13 +142,15 @@ class RplidarFraming {
     delivered_ = RplidarAnswer::node;
     if (!locked_) return relock(nodes);
     const std::uint8_t* p = nodes.data();
-    if (!is_rplidar_node(p) || (last_angle_ >= 0 && !follows(angle_of(p), last_angle_)))
+    if (!is_rplidar_node(p) ||
+        (last_angle_ >= 0 && !rplidar_follows(rplidar_node_angle(p), last_angle_)))
       return unlock(front, statistics);
-    if (nodes.size() < 2 * kNode || chain(nodes.first(2 * kNode), 0) == 2) return take_node(p);
+    if (nodes.size() < 2 * kNode || rplidar_chain(nodes.first(2 * kNode), 0) == 2)
+      return take_node(p);
     // What follows is damaged, or this is put together of two halves and a whole one begins in it.
     if (sight < kSight) return look_at_nodes(front, kSight, statistics);
     for (std::size_t shift = 1; shift < kNode; ++shift)
-      if (chain(nodes, shift) >= kLeastChain) return unlock(front, statistics);
+      if (rplidar_chain(nodes, shift) >= kLeastChain) return unlock(front, statistics);
     return take_node(p);
   }
 
@@ -211,17 +161,18 @@ class RplidarFraming {
   }
 
   Look relock(Bytes b) {
-    const std::size_t here = chain(b, 0);
+    const std::size_t here = rplidar_chain(b, 0);
     for (std::size_t shift = 1; shift < kNode; ++shift)
-      if (chain(b, shift) > here) return Look::skip(1);
+      if (rplidar_chain(b, shift) > here) return Look::skip(1);
     if (here == 0) return Look::skip(1);
-    const bool goes_on = last_angle_ >= 0 && follows(angle_of(b.data()), last_angle_);
+    const bool goes_on =
+        last_angle_ >= 0 && rplidar_follows(rplidar_node_angle(b.data()), last_angle_);
     return goes_on || here >= kLeastChain ? take_node(b.data()) : Look::skip(1);
   }
 
   Look take_node(const std::uint8_t* p) {
     locked_ = true;
-    last_angle_ = angle_of(p);
+    last_angle_ = rplidar_node_angle(p);
     return Look::frame(kNode);
   }
 
