@@ -106,6 +106,9 @@ class FootFilter {
     return stands;
   }
 
+  /// Moves the position by what somebody else knows; how certain it is stays.
+  void shift(const Vector& by) { position_ += by; }
+
   /// The component of the position along `unit`, a vector, is `value`.
   void observe_along(const Vector& unit, double value, double variance) {
     const Error ph = p_.middleCols<3>(kPosition) * unit;
