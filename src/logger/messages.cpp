@@ -52,6 +52,28 @@ constexpr std::string_view kNoPose =
 constexpr std::string_view kBase64 =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
+/// Numbers x, y, z, and `more` of them, as a schema's properties.
+std::string numbers(std::string_view more = {}) {
+  std::string out;
+  for (const char c : std::string("xyz") + std::string(more))
+    out += std::string(out.empty() ? "" : ",") + '"' + c + R"(":{"type":"number"})";
+  return out;
+}
+
+/// The schema of a message with time, frame, perhaps a pose, and `fields`.
+std::string schema_json(const std::string& name, bool posed, const std::string& fields) {
+  std::string out = R"({"title":")" + name + R"(","type":"object","properties":{)";
+  out += R"("timestamp":{"type":"object","title":"time","properties":)";
+  out += R"({"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"frame_id":{"type":"string"},)";
+  if (posed) {
+    out += R"("pose":{"title":"foxglove.Pose","type":"object","properties":{)";
+    out += R"("position":{"title":"foxglove.Vector3","type":"object","properties":{)" + numbers() +
+           R"(}},"orientation":{"title":"foxglove.Quaternion","type":"object","properties":{)" +
+           numbers("w") + "}}}},";
+  }
+  return out + fields + "}}";
+}
+
 std::string to_base64(const std::vector<std::uint8_t>& bytes) {
   std::string out;
   out.reserve((bytes.size() + 2) / 3 * 4);
@@ -136,18 +158,13 @@ std::string json_escaped(std::string_view text) {
 }
 
 MessageSchema laser_scan_schema() {
-  return {
-      "foxglove.LaserScan",
-      R"({"title":"foxglove.LaserScan","type":"object","properties":{)"
-      R"("timestamp":{"type":"object","title":"time","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},)"
-      R"("frame_id":{"type":"string"},)"
-      R"("pose":{"title":"foxglove.Pose","type":"object","properties":{)"
-      R"("position":{"title":"foxglove.Vector3","type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},)"
-      R"("orientation":{"title":"foxglove.Quaternion","type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"},"w":{"type":"number"}}}}},)"
-      R"("start_angle":{"type":"number"},"end_angle":{"type":"number"},)"
-      R"("ranges":{"type":"array","items":{"type":["number","null"]}},)"
-      R"("intensities":{"type":"array","items":{"type":"number"}},)"
-      R"("range_min":{"type":"number"},"range_max":{"type":"number"}}})"};
+  static const std::string json =
+      schema_json("foxglove.LaserScan", true,
+                  R"("start_angle":{"type":"number"},"end_angle":{"type":"number"},)"
+                  R"("ranges":{"type":"array","items":{"type":["number","null"]}},)"
+                  R"("intensities":{"type":"array","items":{"type":"number"}},)"
+                  R"("range_min":{"type":"number"},"range_max":{"type":"number"})");
+  return {"foxglove.LaserScan", json};
 }
 
 std::string laser_scan_json(const LaserScan& scan, std::string_view frame) {
@@ -196,17 +213,13 @@ Result<LaserScan> parse_laser_scan(std::string_view text) {
 }
 
 MessageSchema point_cloud_schema() {
-  return {
-      "foxglove.PointCloud",
-      R"({"title":"foxglove.PointCloud","type":"object","properties":{)"
-      R"("timestamp":{"type":"object","title":"time","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},)"
-      R"("frame_id":{"type":"string"},)"
-      R"("pose":{"title":"foxglove.Pose","type":"object","properties":{)"
-      R"("position":{"title":"foxglove.Vector3","type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},)"
-      R"("orientation":{"title":"foxglove.Quaternion","type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"},"w":{"type":"number"}}}}},)"
-      R"("point_stride":{"type":"integer"},)"
-      R"("fields":{"type":"array","items":{"title":"foxglove.PackedElementField","type":"object","properties":{"name":{"type":"string"},"offset":{"type":"integer"},"type":{"type":"integer"}}}},)"
-      R"("data":{"type":"string","contentEncoding":"base64"}}})"};
+  static const std::string json = schema_json(
+      "foxglove.PointCloud", true,
+      R"("point_stride":{"type":"integer"},"fields":{"type":"array","items":)"
+      R"({"title":"foxglove.PackedElementField","type":"object","properties":)"
+      R"({"name":{"type":"string"},"offset":{"type":"integer"},"type":{"type":"integer"}}}},)"
+      R"("data":{"type":"string","contentEncoding":"base64"})");
+  return {"foxglove.PointCloud", json};
 }
 
 std::string point_cloud_json(const RadarScan& scan, std::string_view frame) {
@@ -265,14 +278,15 @@ Result<RadarScan> parse_point_cloud(std::string_view text) {
 }
 
 MessageSchema imu_schema() {
-  return {
-      "wayfare.Imu",
-      R"({"title":"wayfare.Imu","type":"object","properties":{)"
-      R"("timestamp":{"type":"object","title":"time","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},)"
-      R"("frame_id":{"type":"string"},)"
-      R"("angular_velocity":{"type":["object","null"],"properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},)"
-      R"("linear_acceleration":{"type":["object","null"],"properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},)"
-      R"("magnetic_field":{"type":["object","null"],"properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}}}})"};
+  const auto vector = [](const char* name) {
+    return std::string("\"") + name + R"(":{"type":["object","null"],"properties":{)" + numbers() +
+           "}}";
+  };
+  static const std::string json =
+      schema_json("wayfare.Imu", false,
+                  vector("angular_velocity") + "," + vector("linear_acceleration") + "," +
+                      vector("magnetic_field"));
+  return {"wayfare.Imu", json};
 }
 
 std::string imu_json(const MargSample& sample, std::string_view frame) {
