@@ -50,7 +50,7 @@ void per_beam(benchmark::State& state, double beams) {
       1e-9 * beams, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-void weigh(benchmark::State& state, RangeModel model) {
+void weigh(benchmark::State& state, ScanLikelihood model) {
   const Scene& s = scene();
   LocalisationOptions options;
   options.model = model;
@@ -63,8 +63,8 @@ void weigh(benchmark::State& state, RangeModel model) {
   }
   per_beam(state, 1000.0 * options.beams);
 }
-void weigh_field(benchmark::State& state) { weigh(state, RangeModel::likelihood_field); }
-void weigh_beam(benchmark::State& state) { weigh(state, RangeModel::beam); }
+void weigh_field(benchmark::State& state) { weigh(state, ScanLikelihood::likelihood_field); }
+void weigh_beam(benchmark::State& state) { weigh(state, ScanLikelihood::beam); }
 BENCHMARK(weigh_field)->Name("weigh_1000_particles/wayfare_field")->Unit(benchmark::kMicrosecond);
 BENCHMARK(weigh_beam)->Name("weigh_1000_particles_by_beam/wayfare")->Unit(benchmark::kMicrosecond);
 

@@ -196,7 +196,7 @@ int main(int argc, char** argv) {
   Options o;
   add_options(app, o);
   CLI11_PARSE(app, argc, argv);
-  if (o.beam) o.localisation.model = RangeModel::beam;
+  if (o.beam) o.localisation.model = ScanLikelihood::beam;
   o.localisation.threads = o.threads;
   return examples::exit_code("localise", run(o));
 }

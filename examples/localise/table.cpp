@@ -154,6 +154,6 @@ int main(int argc, char** argv) {
   app.add_flag("--verbose", o.verbose, "every trial");
   app.add_flag("--quiet", o.quiet, "no progress");
   CLI11_PARSE(app, argc, argv);
-  if (o.beam) o.localisation.model = RangeModel::beam;
+  if (o.beam) o.localisation.model = ScanLikelihood::beam;
   return examples::exit_code("localisation_table", run(o));
 }

@@ -117,12 +117,12 @@ void expect_found(const LocalisationRun& result, const Recording& recording) {
   EXPECT_LT(error_of(last, recording).head<2>().norm(), 0.15);
 }
 
-class EveryModel : public ::testing::TestWithParam<RangeModel> {
+class EveryModel : public ::testing::TestWithParam<ScanLikelihood> {
  protected:
   static LocalisationOptions options() {
     LocalisationOptions options = quick();
     options.model = GetParam();
-    if (options.model == RangeModel::beam) options.beams = 30;  // ten times slower than a field
+    if (options.model == ScanLikelihood::beam) options.beams = 30;  // ten times slower than a field
     return options;
   }
 };
@@ -149,7 +149,7 @@ TEST_P(EveryModel, FindsTheRobotFromNowhere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, EveryModel,
-                         ::testing::Values(RangeModel::likelihood_field, RangeModel::beam));
+                         ::testing::Values(ScanLikelihood::likelihood_field, ScanLikelihood::beam));
 
 Recording carried(const Recording& recording) {
   const auto at = [&](double u) {
@@ -245,7 +245,7 @@ TEST(LocaliserFaults, RangesThatAreNoNumbersAreLeftOut) {
       recording.scans[i].ranges_m[k] = k % 2 == 0 ? kNan : -kNan;
   for (std::size_t i = 100; i < 110; ++i)
     for (float& r : recording.scans[i].ranges_m) r = kNan;
-  for (const RangeModel model : {RangeModel::likelihood_field, RangeModel::beam}) {
+  for (const ScanLikelihood model : {ScanLikelihood::likelihood_field, ScanLikelihood::beam}) {
     LocalisationOptions options = quick();
     options.model = model;
     const auto result = run(recording, flat(), options, known_start(recording));

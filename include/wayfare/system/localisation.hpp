@@ -26,7 +26,7 @@
 namespace wayfare {
 
 /// How a scan is held against the map.
-enum class RangeModel {
+enum class ScanLikelihood {
   likelihood_field,  ///< how near to a wall each beam ends: smooth, fast, blind to what is between
   beam,  ///< the range each beam should have: knows walls from free space, no returns too
 };
@@ -78,7 +78,7 @@ struct LocalisationOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};
 
   // Scans.
-  RangeModel model = RangeModel::likelihood_field;
+  ScanLikelihood model = ScanLikelihood::likelihood_field;
   BeamModel beam{};
   int beams = 64;             ///< of a scan that are looked at, evenly spread; more: slower, surer
   int min_beams = 12;         ///< a scan with fewer returns says nothing

@@ -17,7 +17,7 @@ constexpr std::size_t kBlock = 1024;  // particles a thread takes at a time
 ScanWeigher::ScanWeigher(const LaserScan& scan, const LocalisationOptions& options)
     : options_(options) {
   pick_ends(scan);
-  if (options.model == RangeModel::beam) pick_beams(scan);
+  if (options.model == ScanLikelihood::beam) pick_beams(scan);
   enough_ = ends_ >= static_cast<std::size_t>(std::max(options.min_beams, 1));
 }
 
@@ -126,7 +126,7 @@ void ScanWeigher::weigh_by_beams(const LocalisationMap& map, bool broad,
 
 void ScanWeigher::weigh(const LocalisationMap& map, bool broad, const ParticleSet& particles,
                         std::span<double> log_likelihood) const {
-  if (options_.model == RangeModel::beam) {
+  if (options_.model == ScanLikelihood::beam) {
     weigh_by_beams(map, broad, particles, log_likelihood);
   } else {
     weigh_by_field(map, broad, particles, log_likelihood);
