@@ -16,6 +16,7 @@
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/time_text.hpp>
 
+#include "broken_at_wraps.hpp"
 #include "time_plot.hpp"
 
 namespace wayfare::examples {
@@ -98,17 +99,17 @@ void plot_angles(io::Report& report, const AhrsOutputs& o) {
   constexpr std::array kNames = {"roll", "pitch", "yaw"};
   for (int axis = 0; axis < 3; ++axis) {
     io::Plot plot = time_plot(kNames[static_cast<std::size_t>(axis)], "angle [deg]");
-    plot.series.push_back(curve(o, "ours", [&](std::size_t i) {
+    plot.series.push_back(broken_at_wraps(curve(o, "ours", [&](std::size_t i) {
       return kDegrees * roll_pitch_yaw_rad(o.run.rows[i].q_world_body)[axis];
-    }));
+    })));
     if (has_reference(o))
-      plot.series.push_back(curve(
+      plot.series.push_back(broken_at_wraps(curve(
           o, "reference",
           [&](std::size_t i) {
             const auto& r = o.file.reference[i];
             return r.known ? kDegrees * roll_pitch_yaw_rad(r.q_world_body)[axis] : kNone;
           },
-          io::Mark::dashed));
+          io::Mark::dashed)));
     report.plot(plot);
   }
 }

@@ -9,6 +9,8 @@
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/io/tum.hpp>
 
+#include "broken_at_wraps.hpp"
+
 namespace wayfare::examples {
 namespace {
 
@@ -93,9 +95,10 @@ std::string report_html(const std::string& title, const WalkRun& run) {
                                     : "dead reckoning by steps, their lengths and the heading");
   report.table(summary(run), "The walk, and what became of the readings");
   report.plot(way(run));
-  report.plot(over_time(
-      "heading", "angle [deg]",
-      {curve(run, "walking", false, [](const WalkRow& r) { return r.heading.degrees(); })}));
+  report.plot(over_time("heading", "angle [deg]",
+                        {broken_at_wraps(curve(run, "walking", false, [](const WalkRow& r) {
+                          return r.heading.degrees();
+                        }))}));
   report.plot(over_time(run.foot ? "strides" : "steps", "length [m]",
                         {curve(run, "length", true, [](const WalkRow& r) { return r.step_m; })}));
   if (run.foot) {
