@@ -118,7 +118,7 @@ TEST(Logger, CountsWhatItMustDrop) {
   one.options.flush_every = 10ms;
   auto logger = Logger::start(one.options);
   ASSERT_TRUE((*logger)->begin());
-  disk.stall_ms = 500;
+  disk.stall_ms = 1000;
   one.send(std::string(1000, 'a'));
   std::this_thread::sleep_for(50ms);
   for (int i = 0; i < 60; ++i) one.send(std::string(1000, 'b'));

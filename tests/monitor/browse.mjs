@@ -1,6 +1,6 @@
 // Opens a page in headless Chromium over its debugging protocol:
 //   node --experimental-websocket browse.mjs URL PICTURE.png WIDTH EXPRESSION...
-// Waits until each expression is true (at most ten seconds), then takes the picture.
+// Waits until each expression is true (at most half a minute), then takes the picture.
 import { spawn } from "node:child_process";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -24,7 +24,7 @@ async function within(seconds, what, f) {
 
 let status = 1;
 try {
-  const port = await within(20, "the browser", async () =>
+  const port = await within(30, "the browser", async () =>
     (await readFile(join(profile, "DevToolsActivePort"), "utf8")).split("\n")[0]);
   const target = await within(10, "a page", async () =>
     (await (await fetch(`http://127.0.0.1:${port}/json/list`)).json()).find((t) => t.type === "page"));
@@ -46,7 +46,7 @@ try {
   await call("Page.enable");
   await call("Page.navigate", { url });
   for (const expression of expressions)
-    await within(10, expression, async () =>
+    await within(30, expression, async () =>
       (await call("Runtime.evaluate", { expression, awaitPromise: true })).result.value);
   await pause(300);
   const shot = await call("Page.captureScreenshot", { captureBeyondViewport: true });
