@@ -1,5 +1,5 @@
 // A recording, or captures of devices, as if it were happening now: into pseudo-terminals in the
-// place of the devices, or into the library's own dead reckoning.
+// place of the devices, or into the library's own systems.
 
 #include <algorithm>
 #include <atomic>
@@ -17,11 +17,11 @@
 
 #include <CLI/CLI.hpp>
 
-#include <wayfare/estimate/pedestrian.hpp>
 #include <wayfare/io/mcap_reader.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/logger/read_recording.hpp>
 #include <wayfare/logger/stream_player.hpp>
+
+#include "live_systems.hpp"
 
 namespace {
 
@@ -31,9 +31,10 @@ namespace fs = std::filesystem;
 std::atomic<bool> stopped{false};
 
 struct Arguments {
-  std::string recording, ptys, topic;
+  std::string recording, ptys;
   std::vector<std::string> captures;
-  double speed = 1.0, seconds = 0.0, wait_s = 0.0;
+  examples::LiveOptions live;
+  double seconds = 0.0, wait_s = 0.0;
 };
 
 /// A device's bytes and their times.
@@ -120,8 +121,9 @@ Result<void> into_terminals(const Arguments& a,
   std::vector<std::thread> threads;
   std::vector<std::optional<Result<std::uint64_t>>> done(devices.size());
   for (std::size_t i = 0; i < devices.size(); ++i)
-    threads.emplace_back(
-        [&, i] { done[i] = logger::play(terminals[i], devices[i]->stream, a.speed, stopped); });
+    threads.emplace_back([&, i] {
+      done[i] = logger::play(terminals[i], devices[i]->stream, a.live.speed, stopped);
+    });
   for (std::thread& thread : threads) thread.join();
   for (std::size_t i = 0; i < devices.size(); ++i) {
     if (!*done[i]) return done[i]->error();
@@ -135,30 +137,10 @@ Result<void> into_terminals(const Arguments& a,
   return {};
 }
 
-/// Dead reckoning by steps, each told when it would have been.
-Result<void> into_pedestrian(const Arguments& a) {
-  const auto logged = logger::read_marg_recording(a.recording, a.topic);
-  if (!logged) return logged.error();
-  Pedestrian pedestrian{PedestrianParameters{}};
-  const auto begin = std::chrono::steady_clock::now();
-  for (const MargSample& sample : logged->samples) {
-    if (stopped) break;
-    const Duration since = sample.time - logged->samples.front().time;
-    std::this_thread::sleep_until(begin + from_seconds(to_seconds(since) / a.speed));
-    pedestrian.add(sample, [&](const PedestrianPose& p) {
-      std::printf("%10.3f s  x %8.2f m  y %8.2f m  heading %7.1f deg\n", to_seconds(since),
-                  p.position_m.x(), p.position_m.y(), p.heading.degrees());
-    });
-  }
-  std::printf("%zu samples, %zu steps\n", logged->samples.size(),
-              static_cast<std::size_t>(pedestrian.report().steps));
-  return {};
-}
-
 Result<void> run(const Arguments& a) {
   if (a.ptys.empty() && a.recording.empty())
     return Error{ErrorCode::invalid, "needs a recording, or --capture and --ptys"};
-  if (a.ptys.empty()) return into_pedestrian(a);
+  if (a.ptys.empty()) return examples::replay_live(a.recording, a.live, stopped);
   std::vector<std::unique_ptr<Device>> devices;
   if (!a.recording.empty()) {
     auto found = recorded(a.recording);
@@ -180,7 +162,7 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Replay a logger's recording as if it were happening now: with --ptys what the devices sent, "
       "into pseudo-terminals a logger can open in their place; else its inertial unit through "
-      "pedestrian dead reckoning.");
+      "pedestrian dead reckoning, or its scans through graph SLAM.");
   Arguments a;
   app.add_option("RECORDING", a.recording, "a logger's recording (.mcap)")
       ->check(CLI::ExistingFile);
@@ -190,12 +172,14 @@ int main(int argc, char** argv) {
                  "given several times");
   app.add_option("--seconds", a.seconds, "repeat the captures to last as long, at real speed")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--speed", a.speed, "times real time")
+  app.add_option("--speed", a.live.speed, "times real time")
       ->check(CLI::Range(1e-3, 1e6))
       ->capture_default_str();
   app.add_option("--wait", a.wait_s, "seconds before the first byte")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--topic", a.topic, "of the inertial unit, in a recording of several");
+  app.add_option("--system", a.live.system, "what it is fed to; else what it has the sensor for")
+      ->check(CLI::IsMember({"pedestrian", "graph_slam"}));
+  app.add_option("--topic", a.live.topic, "of the inertial unit, in a recording of several");
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGINT, [](int) { stopped = true; });
   std::signal(SIGTERM, [](int) { stopped = true; });
