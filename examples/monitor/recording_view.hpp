@@ -2,20 +2,21 @@
 
 // What the monitor's page asks of a recording, as JSON, CSV or MCAP.
 
+#include <chrono>
 #include <cstddef>
-#include <functional>
+#include <cstdint>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
-#include <string_view>
+#include <utility>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/io/mcap_reader.hpp>
 
-namespace wayfare::examples {
+#include "exports.hpp"
 
-/// Takes pieces of a long answer; false ends it.
-using PieceSink = std::function<bool(std::string_view)>;
+namespace wayfare::examples {
 
 /// One recording. Asked from several threads; a file that grows is looked at anew now and then.
 class RecordingView {
@@ -25,7 +26,8 @@ class RecordingView {
   [[nodiscard]] const std::string& path() const { return path_; }
   /// Size, times, topics with their numbers of messages, and what is wrong with the file.
   [[nodiscard]] Result<std::string> contents() const;
-  /// Columns t and acceleration and rate of an inertial unit, at most about `most` rows evenly.
+  /// Columns t and acceleration and rate of an inertial unit, at most about `most` rows: where
+  /// there are more samples, in turn the least and the greatest values of each stretch of them.
   [[nodiscard]] Result<std::string> inertial(const std::string& topic, std::size_t most) const;
   /// The message of `topic` that was logged last at `t_s` after the recording's start.
   [[nodiscard]] Result<std::string> message(const std::string& topic, double t_s) const;
@@ -35,9 +37,7 @@ class RecordingView {
   /// and the pose at each scan.
   [[nodiscard]] Result<std::string> map_png(double most_s) const;
 
-  /// A line a message; of scans and point clouds a line a beam or point.
   [[nodiscard]] Result<void> csv(const std::string& topic, const PieceSink& sink) const;
-  /// The messages of `topics` (empty: all), as a recording of their own.
   [[nodiscard]] Result<void> mcap(const std::set<std::string>& topics, const PieceSink& sink) const;
 
  private:
@@ -48,7 +48,7 @@ class RecordingView {
   mutable std::mutex mutex_;
   mutable Reader reader_;
   mutable std::uint64_t size_ = 0;
-  mutable std::int64_t opened_ns_ = 0;
+  mutable std::chrono::steady_clock::time_point reopen_;  ///< not read through again before
 };
 
 }  // namespace wayfare::examples

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstdlib>
 #include <mutex>
-#include <random>
 #include <set>
 #include <thread>
 #include <utility>
@@ -14,6 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "access.hpp"
 #include "live_link.hpp"
 #include "page.hpp"
 #include "recording_view.hpp"
@@ -24,48 +24,6 @@ namespace {
 using httplib::Request;
 using httplib::Response;
 using nlohmann::json;
-
-bool is_loopback(const std::string& host) {
-  return host == "localhost" || host == "::1" || host == "[::1]" || host.rfind("127.", 0) == 0;
-}
-
-std::string made_up_token() {
-  std::random_device random;
-  std::string token;
-  for (int i = 0; i < 32; ++i) token += "0123456789abcdef"[random() % 16U];
-  return token;
-}
-
-/// Takes as long whatever the difference is.
-bool same(const std::string& a, const std::string& b) {
-  unsigned difference = a.size() == b.size() ? 0 : 1;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    difference |= static_cast<unsigned char>(a[i]) ^
-                  static_cast<unsigned char>(b.empty() ? 0 : b[i % b.size()]);
-  return difference == 0;
-}
-
-/// So many a second, and twice as many at once after a pause.
-class RateLimit {
- public:
-  explicit RateLimit(double per_s) : per_s_(per_s), left_(2.0 * per_s) {}
-  [[nodiscard]] bool take() {
-    const std::lock_guard lock(mutex_);
-    const auto now = std::chrono::steady_clock::now();
-    const std::chrono::duration<double> since = now - last_;
-    last_ = now;
-    left_ = std::min(2.0 * per_s_, left_ + per_s_ * since.count());
-    if (left_ < 1.0) return false;
-    left_ -= 1.0;
-    return true;
-  }
-
- private:
-  const double per_s_;
-  double left_;
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-  std::mutex mutex_;
-};
 
 /// One of a few places, while it lives; false where all are taken.
 class Place {
@@ -114,37 +72,20 @@ std::string file_name(std::string topic, const char* end) {
 }  // namespace
 
 struct MonitorServer::Impl {
-  explicit Impl(MonitorOptions given) : options(std::move(given)), limit(options.requests_per_s) {}
+  explicit Impl(MonitorOptions given)
+      : options(std::move(given)), access(options.token, options.host, options.requests_per_s) {}
   ~Impl() {
     quit = true;
     server.stop();
     if (thread.joinable()) thread.join();
   }
 
-  // --- who may ask, and how much -----------------------------------------------------------------
-
-  [[nodiscard]] bool knows_token(const Request& request) const {
-    if (options.token.empty()) return true;
-    const std::string given = request.get_header_value("Authorization");
-    constexpr std::size_t kBearer = 7;
-    if (given.rfind("Bearer ", 0) == 0 && same(given.substr(kBearer), options.token)) return true;
-    return request.has_param("token") && same(request.get_param_value("token"), options.token);
-  }
-
-  /// Without a token a page of another site must not speak to this one by a name of its own.
-  [[nodiscard]] bool names_this_host(const Request& request) const {
-    if (!options.token.empty()) return true;
-    std::string host = request.get_header_value("Host");
-    const auto colon = host.rfind(':');
-    if (colon != host.npos && host.find(']', colon) == host.npos) host.resize(colon);
-    return is_loopback(host) || host == options.host;
-  }
-
   bool admit(const Request& request, Response& response) {
-    if (!limit.take()) return refuse(response, 429, "too many requests"), false;
-    if (!names_this_host(request)) return refuse(response, 403, "this is another host"), false;
-    if (!knows_token(request)) return refuse(response, 401, "the token is missing or wrong"), false;
-    return true;
+    const Refusal refusal =
+        access.judge({request.get_header_value("Host"), request.get_header_value("Authorization"),
+                      request.get_param_value("token")});
+    if (refusal.status != 0) refuse(response, refusal.status, refusal.why);
+    return refusal.status == 0;
   }
 
   // --- answers -----------------------------------------------------------------------------------
@@ -288,7 +229,7 @@ struct MonitorServer::Impl {
   }
 
   MonitorOptions options;
-  RateLimit limit;
+  Access access;
   std::atomic<bool> quit{false};
   std::atomic<std::size_t> queries{0}, listeners{0};
   std::shared_ptr<LiveLink> live;

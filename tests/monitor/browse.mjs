@@ -1,8 +1,9 @@
 // Opens a page in headless Chromium over its debugging protocol:
-//   node --experimental-websocket browse.mjs URL PICTURE.png WIDTH EXPRESSION...
-// Waits until each expression is true (at most half a minute), then takes the picture.
+//   node browse.mjs URL PICTURE.png WIDTH EXPRESSION...
+// Waits until each expression is true (at most half a minute), then takes the picture. Questions
+// the page asks are answered with yes.
 import { spawn } from "node:child_process";
-import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
@@ -11,12 +12,35 @@ const profile = await mkdtemp(join(tmpdir(), "wayfare-browser-"));
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 const browser = spawn("chromium", [
   "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
-  "--remote-debugging-port=0", `--user-data-dir=${profile}`, `--window-size=${width},1400`, "about:blank",
-], { stdio: "ignore" });
+  "--remote-debugging-pipe", `--user-data-dir=${profile}`, `--window-size=${width},1400`, "about:blank",
+], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+const gone = new Promise((done) => { browser.once("exit", done); browser.once("error", done); });
+
+// The pipe carries JSON with a zero byte behind each message.
+const answers = new Map(), outside = [];
+let last = 0, session, held = "";
+function take(message) {
+  answers.get(message.id)?.(message.result ?? {});
+  if (message.method === "Page.javascriptDialogOpening") call("Page.handleJavaScriptDialog", { accept: true });
+  const asked = message.params?.request?.url;
+  if (asked && !/^(data|blob):/.test(asked) && new URL(asked).host !== new URL(url).host) outside.push(asked);
+}
+browser.stdio[4].setEncoding("utf8").on("data", (text) => {
+  const messages = (held + text).split("\0");
+  held = messages.pop();
+  messages.forEach((m) => take(JSON.parse(m)));
+});
+browser.stdio[3].on("error", () => {});
+function call(method, params = {}) {
+  return new Promise((done) => {
+    answers.set(++last, done);
+    browser.stdio[3].write(JSON.stringify({ id: last, method, params, sessionId: session }) + "\0");
+  });
+}
 
 async function within(seconds, what, f) {
   for (const end = Date.now() + seconds * 1000; Date.now() < end; await pause(100)) {
-    const value = await f().catch(() => undefined);
+    const value = await Promise.race([f(), pause(seconds * 1000), gone]).catch(() => undefined);
     if (value) return value;
   }
   throw new Error(`not within ${seconds} s: ${what}`);
@@ -24,24 +48,9 @@ async function within(seconds, what, f) {
 
 let status = 1;
 try {
-  const port = await within(30, "the browser", async () =>
-    (await readFile(join(profile, "DevToolsActivePort"), "utf8")).split("\n")[0]);
-  const target = await within(10, "a page", async () =>
-    (await (await fetch(`http://127.0.0.1:${port}/json/list`)).json()).find((t) => t.type === "page"));
-  const socket = new WebSocket(target.webSocketDebuggerUrl);
-  await new Promise((done, fail) => { socket.onopen = done; socket.onerror = fail; });
-  const answers = new Map(), outside = [];
-  let last = 0;
-  socket.onmessage = ({ data }) => {
-    const message = JSON.parse(data);
-    answers.get(message.id)?.(message.result);
-    const asked = message.params?.request?.url;
-    if (asked && !asked.startsWith("data:") && !asked.startsWith("blob:") && new URL(asked).host !== new URL(url).host) outside.push(asked);
-  };
-  const call = (method, params = {}) => new Promise((done) => {
-    answers.set(++last, done);
-    socket.send(JSON.stringify({ id: last, method, params }));
-  });
+  const targetId = await within(60, "the browser", async () =>
+    (await call("Target.createTarget", { url: "about:blank" })).targetId);
+  session = (await call("Target.attachToTarget", { targetId, flatten: true })).sessionId;
   await call("Network.enable");
   await call("Page.enable");
   await call("Page.navigate", { url });
@@ -58,6 +67,6 @@ try {
   console.log(String(error));
 }
 browser.kill();
-await new Promise((done) => (browser.exitCode === null ? browser.once("exit", done) : done()));
+await gone;
 await rm(profile, { recursive: true, force: true }).catch(() => {});
 process.exit(status);

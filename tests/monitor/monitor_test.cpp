@@ -91,8 +91,8 @@ TEST(Monitor, AnswersWhatItsPageAsks) {
   EXPECT_THAT(contents, HasSubstr(R"("messages":2200)"));
   EXPECT_THAT(contents,
               HasSubstr(R"({"messages":100,"schema":"foxglove.LaserScan","topic":"/lidar/scan"})"));
-  // 2000 samples thinned to 500: every fourth.
-  EXPECT_THAT(client.Get("/api/inertial?topic=/unit/imu&n=500")->body, HasSubstr(R"("stride":4)"));
+  // 2000 samples in 500 rows: the least and the greatest of every eight.
+  EXPECT_THAT(client.Get("/api/inertial?topic=/unit/imu&n=500")->body, HasSubstr(R"("stride":8)"));
   const auto scan =
       logger::parse_laser_scan(client.Get("/api/message?topic=/lidar/scan&t=7.3")->body);
   ASSERT_TRUE(scan);
@@ -175,7 +175,7 @@ TEST(Monitor, BoundsRequestsInSizeAndRate) {
   int refused = 0;
   for (int i = 0; i < 100; ++i) refused += client_of(*server).Get("/")->status == 429 ? 1 : 0;
   EXPECT_GT(refused, 20);
-  EXPECT_TRUE(wait_for(5s, [&] { return client_of(*server).Get("/")->status == 200; }));
+  EXPECT_TRUE(wait_for(20s, [&] { return client_of(*server).Get("/")->status == 200; }));
 }
 
 /// A connection that sends `text` and no more.
@@ -202,7 +202,7 @@ TEST(Monitor, SlowClientsHoldNobodyUp) {
   auto client = client_of(*server);
   EXPECT_EQ(client.Get("/")->status, 200);
   // What nobody finishes to ask is dropped in the end.
-  EXPECT_TRUE(wait_for(10s, [&] {
+  EXPECT_TRUE(wait_for(20s, [&] {
     char byte = 0;
     return ::recv(slow[0], &byte, 1, MSG_DONTWAIT) == 0 || (errno != EAGAIN);
   }));
@@ -226,7 +226,8 @@ TEST(Monitor, AHundredClientsDoNoHarm) {
   EXPECT_EQ(odd, 0);
   EXPECT_GE(answered, 100);
   EXPECT_EQ(answered + refused, 300);
-  EXPECT_TRUE(wait_for(5s, [&] { return client_of(*server).Get("/api/contents")->status == 200; }));
+  EXPECT_TRUE(
+      wait_for(20s, [&] { return client_of(*server).Get("/api/contents")->status == 200; }));
 }
 
 // --- with a live logger --------------------------------------------------------------------------
@@ -244,7 +245,7 @@ struct Live {
     running = std::move(*logger::Logger::start(options));
   }
   [[nodiscard]] bool is(logger::LoggerState state) const {
-    return wait_for(5s, [&] { return running->status().state == state; });
+    return wait_for(20s, [&] { return running->status().state == state; });
   }
   TemporaryFolder folder;
   logger::PseudoTerminal terminal = std::move(*logger::PseudoTerminal::open());
@@ -261,7 +262,7 @@ TEST(Monitor, ShowsAndControlsALiveLogger) {
   };
   EXPECT_EQ(command("X"), 400);
   EXPECT_EQ(command("BS"), 400);
-  EXPECT_TRUE(wait_for(5s, [&] { return command("B") == 200; }));
+  EXPECT_TRUE(wait_for(20s, [&] { return command("B") == 200; }));
   EXPECT_TRUE(live.is(logger::LoggerState::recording));
   std::string events;
   client.Get("/api/events", [&](const char* data, std::size_t n) {
@@ -270,7 +271,7 @@ TEST(Monitor, ShowsAndControlsALiveLogger) {
   });
   EXPECT_THAT(events, HasSubstr("data: {\"state\":\"recording\""));
   // Its recording can be looked at while it grows.
-  EXPECT_TRUE(wait_for(5s, [&] { return client.Get("/api/contents")->status == 200; }));
+  EXPECT_TRUE(wait_for(20s, [&] { return client.Get("/api/contents")->status == 200; }));
   EXPECT_EQ(command("S"), 200);
   EXPECT_TRUE(live.is(logger::LoggerState::idle));
 
@@ -286,7 +287,7 @@ TEST(Monitor, ShowsAndControlsALiveLogger) {
         return !enough;
       });
     });
-  EXPECT_TRUE(wait_for(5s, [&] { return listening == 2; }));
+  EXPECT_TRUE(wait_for(20s, [&] { return listening == 2; }));
   EXPECT_EQ(client_of(*server).Get("/api/events")->status, 503);
   enough = true;
   for (std::thread& listener : listeners) listener.join();
@@ -301,9 +302,9 @@ TEST(Monitor, OutlastsTheLogger) {
   const auto check = [&] {
     return client.Post("/api/command", {{"X-Wayfare", "1"}}, "C", "text/plain")->status;
   };
-  EXPECT_TRUE(wait_for(5s, [&] { return check() == 200; }));
+  EXPECT_TRUE(wait_for(20s, [&] { return check() == 200; }));
   live->running.reset();
-  EXPECT_TRUE(wait_for(5s, [&] { return check() == 502; }));
+  EXPECT_TRUE(wait_for(20s, [&] { return check() == 502; }));
   EXPECT_EQ(client.Get("/api/contents")->status, 404);
 }
 
@@ -316,9 +317,7 @@ TEST(Monitor, SaysWhatItCannotShow) {
 // --- in a browser --------------------------------------------------------------------------------
 
 bool has_browser() {
-  return std::system(
-             "command -v chromium >/dev/null && node --experimental-websocket -e "
-             "'process.exit(typeof WebSocket === \"function\" ? 0 : 1)' 2>/dev/null") == 0;
+  return std::system("command -v chromium >/dev/null && command -v node >/dev/null") == 0;
 }
 
 /// Opens `url`; gives what the browser's script said.
@@ -326,8 +325,7 @@ std::string browse(const std::string& url, const std::string& picture,
                    const std::vector<std::string>& expressions) {
   const char* folder = std::getenv("WAYFARE_PICTURES");
   const std::string shot = folder == nullptr ? "/dev/null" : std::string(folder) + "/" + picture;
-  std::string command = "node --experimental-websocket --no-warnings '" WAYFARE_BROWSE "' '" + url +
-                        "' '" + shot + "' 1100";
+  std::string command = "node '" WAYFARE_BROWSE "' '" + url + "' '" + shot + "' 1100";
   for (const std::string& expression : expressions) command += " '" + expression + "'";
   std::string out;
   FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
@@ -345,7 +343,7 @@ std::string drawn(const std::string& id) {
 }
 
 TEST(MonitorInABrowser, ShowsARecording) {
-  if (!has_browser()) GTEST_SKIP() << "needs chromium and node 20.10 or newer";
+  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
   const Recorded recorded;
   const auto server = serve({.recording = recorded.path, .token = "sesame"});
   EXPECT_EQ(
@@ -358,7 +356,7 @@ TEST(MonitorInABrowser, ShowsARecording) {
 }
 
 TEST(MonitorInABrowser, StartsAndStopsALiveLogger) {
-  if (!has_browser()) GTEST_SKIP() << "needs chromium and node 20.10 or newer";
+  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
   const Live live;
   const auto server = serve({.live = live.folder / "control"});
   const auto click = [](const std::string& command) {
