@@ -52,7 +52,7 @@ struct OneDevice {
 };
 
 bool has_read(const Logger& logger, std::uint64_t bytes) {
-  return wait_for(5s, [&] { return logger.status().sensors[0].bytes == bytes; });
+  return wait_for(20s, [&] { return logger.status().sensors[0].bytes == bytes; });
 }
 
 TEST(Logger, LosesNothingWhenTheDiskStandsStill) {
@@ -79,7 +79,7 @@ TEST(Logger, LosesNothingWhenTheDiskStandsStill) {
     disk.stall_ms = stall_ms;
   }
   for (auto& device : devices) device->finish();
-  EXPECT_TRUE(wait_for(5s, [&] {
+  EXPECT_TRUE(wait_for(20s, [&] {
     const LoggerStatus s = (*logger)->status();
     for (std::size_t i = 0; i < 4; ++i)
       if (s.sensors[i].bytes != devices[i]->bytes().size()) return false;
@@ -118,20 +118,19 @@ TEST(Logger, CountsWhatItMustDrop) {
   one.options.flush_every = 10ms;
   auto logger = Logger::start(one.options);
   ASSERT_TRUE((*logger)->begin());
-  disk.stall_ms = 1000;
-  one.send(std::string(1000, 'a'));
-  std::this_thread::sleep_for(50ms);
+  disk.stuck = true;
   for (int i = 0; i < 60; ++i) one.send(std::string(1000, 'b'));
-  ASSERT_TRUE(has_read(**logger, 61'000));
+  EXPECT_TRUE(has_read(**logger, 60'000));
+  disk.stuck = false;
   (*logger)->stop();
-  ASSERT_TRUE((*logger)->wait_until_stopped(5s));
+  ASSERT_TRUE((*logger)->wait_until_stopped(20s));
   const LoggerStatus status = (*logger)->status();
   EXPECT_GT(status.dropped, 0U);
   EXPECT_LE(status.queue_peak, 20'000U);
   // What was not dropped is there.
   const auto raw = raw_channel(*io::McapReader::open(status.file), "/unit/raw");
   EXPECT_EQ(raw.bytes.size(), status.sensors[0].recorded_bytes);
-  EXPECT_LT(raw.bytes.size(), 61'000U);
+  EXPECT_LT(raw.bytes.size(), 60'000U);
 }
 
 TEST(Logger, AFullDiskEndsTheRecordingAndKeepsIt) {
@@ -149,8 +148,8 @@ TEST(Logger, AFullDiskEndsTheRecordingAndKeepsIt) {
     sent += piece;
     std::this_thread::sleep_for(5ms);
   }
-  LoggerStatus status = (*logger)->status();
-  EXPECT_EQ(status.state, LoggerState::failed);
+  EXPECT_TRUE(wait_for(20s, [&] { return (*logger)->status().state == LoggerState::failed; }));
+  const LoggerStatus status = (*logger)->status();
   EXPECT_THAT(status.error, HasSubstr("no space left"));
   const auto reader = io::McapReader::open(status.file);
   ASSERT_TRUE(reader);
@@ -161,7 +160,7 @@ TEST(Logger, AFullDiskEndsTheRecordingAndKeepsIt) {
   disk.room = UINT64_MAX;
   EXPECT_TRUE((*logger)->begin());
   (*logger)->stop();
-  ASSERT_TRUE((*logger)->wait_until_stopped(5s));
+  ASSERT_TRUE((*logger)->wait_until_stopped(20s));
   EXPECT_NE((*logger)->status().file, status.file);
   EXPECT_EQ((*logger)->status().error, "");
 }
@@ -189,9 +188,9 @@ TEST(Logger, OutlastsADeviceThatIsPulledOut) {
   other.options.sensors[0].port = link;
   auto second = Logger::start(other.options);
   ASSERT_TRUE(
-      wait_for(5s, [&] { return (*second)->status().sensors[0].state != SensorState::waiting; }));
+      wait_for(20s, [&] { return (*second)->status().sensors[0].state != SensorState::waiting; }));
   { const PseudoTerminal gone = std::move(one.terminal); }
-  EXPECT_TRUE(wait_for(5s, [&] {
+  EXPECT_TRUE(wait_for(20s, [&] {
     return (*logger)->status().sensors[0].state == SensorState::waiting &&
            (*second)->status().sensors[0].state == SensorState::waiting;
   }));
@@ -222,9 +221,9 @@ class Remote {
     const auto* data = reinterpret_cast<const std::uint8_t*>(commands.data());
     EXPECT_TRUE(terminal_.write({data, commands.size()}, 1s));
   }
-  /// Whether a status of that state comes within five seconds.
+  /// Whether a status of that state comes within twenty seconds.
   bool sees(const std::string& state) {
-    return wait_for(5s, [&] {
+    return wait_for(20s, [&] {
       std::uint8_t buffer[4096];
       const auto n = terminal_.read(buffer, 20ms);
       if (n) text_.append(reinterpret_cast<const char*>(buffer), *n);
@@ -290,9 +289,9 @@ TEST(Logger, ObeysASocketAsWell) {
   const int deaf = connect(), leaving = connect(), fd = connect();
   ::close(leaving);
   ASSERT_EQ(::send(fd, "B", 1, 0), 1);
-  EXPECT_TRUE(wait_for(5s, [&] { return (*logger)->status().state == LoggerState::recording; }));
+  EXPECT_TRUE(wait_for(20s, [&] { return (*logger)->status().state == LoggerState::recording; }));
   std::string text;
-  EXPECT_TRUE(wait_for(5s, [&] {
+  EXPECT_TRUE(wait_for(20s, [&] {
     char buffer[4096];
     const ssize_t n = ::recv(fd, buffer, sizeof buffer, MSG_DONTWAIT);
     if (n > 0) text.append(buffer, static_cast<std::size_t>(n));
@@ -317,9 +316,12 @@ TEST(Logger, RecordsItsStatusAndWhatWasDecoded) {
   const std::string bytes = io::read_file(path)->bytes.substr(0, 100'000);
   one.send(bytes);
   ASSERT_TRUE(has_read(**logger, bytes.size()));
-  std::this_thread::sleep_for(100ms);
+  // Rates are of the time since the status before: with the second, the first was recorded.
+  const auto rate = [&] { return (*logger)->status().sensors[0].bytes_per_s; };
+  EXPECT_TRUE(wait_for(20s, [&] { return rate() > 0.0; }));
+  EXPECT_TRUE(wait_for(20s, [&] { return rate() == 0.0; }));
   (*logger)->stop();
-  ASSERT_TRUE((*logger)->wait_until_stopped(5s));
+  ASSERT_TRUE((*logger)->wait_until_stopped(20s));
   const LoggerStatus status = (*logger)->status();
   const auto reader = io::McapReader::open(status.file);
   std::map<std::string, std::size_t> count;

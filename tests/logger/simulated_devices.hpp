@@ -85,10 +85,12 @@ class Played {
   std::thread thread_;
 };
 
-/// A file on a disk that stands still when it is told to, or is full from some size on.
+/// A file on a disk that stands still when and as long as it is told to, or is full from some size
+/// on.
 class IllDisk {
  public:
   std::atomic<int> stall_ms{0};  ///< of the next write
+  std::atomic<bool> stuck{false};
   std::atomic<std::uint64_t> room{UINT64_MAX};
 
   /// What a logger opens its recordings with.
@@ -106,6 +108,7 @@ class IllDisk {
     Sink(IllDisk& disk, std::unique_ptr<io::ByteSink> file) : disk_(disk), file_(std::move(file)) {}
     Result<void> write(std::string_view bytes) override {
       std::this_thread::sleep_for(std::chrono::milliseconds(disk_.stall_ms.exchange(0)));
+      while (disk_.stuck) std::this_thread::sleep_for(std::chrono::milliseconds(1));
       if (bytes.size() > disk_.room) return Error{ErrorCode::io, "no space left on the disk"};
       disk_.room -= bytes.size();
       return file_->write(bytes);
