@@ -68,9 +68,9 @@ class PoseProposal::LogDensity {
 
 namespace {
 
-int half_cells(double reach_m, double resolution_m) {
-  const double cells = std::ceil(reach_m / resolution_m);
-  return static_cast<int>(std::clamp(cells, 2.0, static_cast<double>(PoseProposal::kMaxHalf)));
+int nodes_over(double reach_m, double cell_m) {
+  constexpr double kMost = 2.0 * PoseProposal::kMaxHalf + 1.0;
+  return static_cast<int>(std::clamp(std::ceil(2.0 * reach_m / cell_m), 1.0, kMost));
 }
 
 Result<void> check(const MatchGrid& grid, const PointSet& points, const PoseProposalOptions& o) {
@@ -91,11 +91,13 @@ Error not_a_density(const char* which) {
 }  // namespace
 
 /// Where the samples are: at each heading a rectangle of whole cells, about the proposal's mean
-/// given that heading.
+/// given that heading. Where the proposal is narrower than a cell there is one node, thrown no
+/// farther than the proposal reaches.
 struct PoseProposal::Lattice {
   SE2d mean;
   Eigen::Vector2d drift;  // of the mean per radian, along the map's axes
   double cell_m;
+  Eigen::Vector2d throw_m;
   int columns, rows, headings;
   double first_rad, step_rad;
 
@@ -108,8 +110,9 @@ struct PoseProposal::Lattice {
     const Eigen::Matrix2d rest = s.topLeftCorner<2, 2>() - cross * cross.transpose() / s(2, 2);
     const Eigen::Vector2d reach =
         o.reach_sigmas * (r * rest * r.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
-    columns = 2 * half_cells(reach.x(), cell_m) + 1;
-    rows = 2 * half_cells(reach.y(), cell_m) + 1;
+    columns = nodes_over(reach.x(), cell_m);
+    rows = nodes_over(reach.y(), cell_m);
+    throw_m = (2.0 * reach).cwiseMin(cell_m).cwiseMax(1e-6 * cell_m);
     headings = std::max(o.headings, (o.samples + columns * rows - 1) / (columns * rows));
     const double reach_rad = std::min(M_PI, o.reach_sigmas * std::sqrt(s(2, 2)));
     first_rad = -reach_rad;
@@ -121,15 +124,17 @@ struct PoseProposal::Lattice {
     return SE2d(Eigen::Vector2d(mean.translation() + d.head<2>()),
                 mean.rotation() * SO2d(Angle::radians(d[2])));
   }
-  [[nodiscard]] double log_volume() const { return std::log(step_rad * cell_m * cell_m); }
+  [[nodiscard]] double log_volume() const { return std::log(step_rad * throw_m.prod()); }
 };
 
 PoseProposal::Slice PoseProposal::thrown(const Lattice& lattice, int k, Rng& rng) {
   const double turn = lattice.first_rad + (k + rng.uniform()) * lattice.step_rad;
-  const double x = rng.uniform() - 0.5 * lattice.columns, y = rng.uniform() - 0.5 * lattice.rows;
-  return {
-      lattice.mean.rotation() * SO2d(Angle::radians(turn)), turn,
-      lattice.mean.translation() + lattice.drift * turn + lattice.cell_m * Eigen::Vector2d(x, y)};
+  const double x = (rng.uniform() - 0.5) * lattice.throw_m.x();
+  const double y = (rng.uniform() - 0.5) * lattice.throw_m.y();
+  const Eigen::Vector2d middle(0.5 * (lattice.columns - 1), 0.5 * (lattice.rows - 1));
+  return {lattice.mean.rotation() * SO2d(Angle::radians(turn)), turn,
+          lattice.mean.translation() + lattice.drift * turn + Eigen::Vector2d(x, y) -
+              lattice.cell_m * middle};
 }
 
 /// Σ value at every node of a slice.

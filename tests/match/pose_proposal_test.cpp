@@ -141,6 +141,46 @@ TEST(PoseProposal, IsTheProductOfGaussiansWhereTheMapSaysNothing) {
             0.03 * q.motion.covariance.norm());
 }
 
+// Far below a cell, where a matched scan and good wheels leave a pose, the samples must still be
+// many: a few of them would make every particle's weight a lottery. A box of ±3σ holds a Gaussian's
+// mass in a fifth of itself, so that 500 samples are worth a hundred: a tenth of a nat.
+TEST(PoseProposal, IsAsGoodForAProposalNarrowerThanACell) {
+  Rng rng(13);
+  Question q(rng);
+  q.proposal = gaussian(q.truth.plus({0.003, -0.002, 0.001}), 0.006, 0.004, 0.003, 0.5);
+  q.motion = gaussian(q.truth, 0.007, 0.005, 0.004);
+  PoseProposalOptions options;
+  options.samples = 500;
+  options.headings = 20;
+  options.independent_points = kIndependent;
+  for (const bool divide : {false, true}) {
+    options.divide_by_proposal = divide;
+    PoseProposal proposal;
+    double sum = 0, squares = 0;
+    constexpr int kTimes = 200;
+    for (int i = 0; i < kTimes; ++i) {
+      const double e =
+          proposal.draw(q.grid, q.points, q.proposal, q.motion, rng, options)->log_evidence;
+      sum += e;
+      squares += e * e;
+    }
+    const double mean = sum / kTimes;
+    EXPECT_LT(std::sqrt(squares / kTimes - mean * mean), 0.2) << divide;
+  }
+  options.divide_by_proposal = false;
+  options.reach_sigmas = 3.5;
+  Draws naive;
+  for (int i = 0; i < kDraws; ++i) {
+    const auto d = naive_draw(q.grid, q.points, q.proposal, q.motion, rng, 500, kIndependent);
+    naive.add(q.truth.inverse() * d.pose, d.log_evidence);
+  }
+  naive.end();
+  const Draws lattice = by_lattice(q, rng, options);
+  const double bound = 1.95 * std::sqrt(2.0 / kDraws);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    EXPECT_LT(kolmogorov_smirnov(naive.offsets[axis], lattice.offsets[axis]), bound) << axis;
+}
+
 TEST(PoseProposal, SameSeedSameDraw) {
   Rng rng(7);
   const Question q(rng);

@@ -47,8 +47,9 @@ struct PoseDraw {
 ///
 /// The samples are the nodes of a lattice with whole cells between them, thrown about the match
 /// anew at every heading and weighted by the proposal's density: the same distribution as of
-/// independent draws, with less noise, and one load of a row of the map scores sixteen of them.
-/// Keeps its scratch memory between calls: one object a thread.
+/// independent draws, with less noise, and one load of a row of the map scores sixteen of them. Of
+/// a proposal narrower than a cell every sample is thrown by itself, which costs a load each. Keeps
+/// its scratch memory between calls: one object a thread.
 class PoseProposal {
  public:
   /// The lattice reaches this many cells at most.
