@@ -176,6 +176,8 @@ Result<std::string> RecordingView::map_png(double most_s) const {
   return io::encode_png(map_picture(slam->map, slam->trajectory));
 }
 
+double RecordingView::map_cell_m() { return OccupancyGridOptions{}.resolution_m; }
+
 Result<void> RecordingView::csv(const std::string& topic, const PieceSink& sink) const {
   const auto file = reader();
   return file ? export_csv(**file, topic, sink) : Result<void>(file.error());

@@ -36,6 +36,8 @@ class RecordingView {
   /// A map of the laser scans of at most `most_s` seconds as a PNG, by graph SLAM without odometry,
   /// and the pose at each scan.
   [[nodiscard]] Result<std::string> map_png(double most_s) const;
+  /// Side of the map's pixels.
+  [[nodiscard]] static double map_cell_m();
 
   [[nodiscard]] Result<void> csv(const std::string& topic, const PieceSink& sink) const;
   [[nodiscard]] Result<void> mcap(const std::set<std::string>& topics, const PieceSink& sink) const;

@@ -222,7 +222,9 @@ struct MonitorServer::Impl {
       response.set_content(monitor_page(), "text/html; charset=utf-8");
     });
     server.Get("/api/about", [this](const Request&, Response& response) {
-      response.set_content(json({{"live", live != nullptr}}).dump(), "application/json");
+      response.set_content(
+          json({{"live", live != nullptr}, {"cell_m", RecordingView::map_cell_m()}}).dump(),
+          "application/json");
     });
     route_recording();
     route_live();

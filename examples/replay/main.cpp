@@ -98,6 +98,17 @@ Result<std::vector<std::unique_ptr<Device>>> recorded(const std::string& path) {
   return devices;
 }
 
+/// What was written last is lost where it was not read when its terminal goes: until half a second
+/// after it was read, five at most.
+void wait_until_read(const std::vector<logger::PseudoTerminal>& terminals) {
+  for (int i = 0, read = 0; i < 100 && read < 10 && !stopped; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const bool all = std::all_of(terminals.begin(), terminals.end(),
+                                 [](const auto& t) { return t.unread() == 0; });
+    read = all ? read + 1 : 0;
+  }
+}
+
 Result<void> into_terminals(const Arguments& a,
                             const std::vector<std::unique_ptr<Device>>& devices) {
   std::error_code code;
@@ -130,9 +141,8 @@ Result<void> into_terminals(const Arguments& a,
     std::printf("%s: %llu of %zu bytes\n", devices[i]->name.c_str(),
                 static_cast<unsigned long long>(**done[i]), devices[i]->bytes.size());
   }
-  // What was written last may not have been read yet.
   std::fflush(stdout);
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  wait_until_read(terminals);
   for (const auto& device : devices) fs::remove(fs::path(a.ptys) / device->name, code);
   return {};
 }

@@ -157,4 +157,9 @@ Result<std::size_t> PseudoTerminal::read(std::span<std::uint8_t> buffer,
   return read_some(master_, buffer, timeout, path_);
 }
 
+std::size_t PseudoTerminal::unread() const {
+  int waiting = 0;
+  return ::ioctl(slave_, FIONREAD, &waiting) == 0 ? static_cast<std::size_t>(waiting) : 0;
+}
+
 }  // namespace wayfare::logger

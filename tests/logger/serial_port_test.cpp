@@ -9,7 +9,7 @@
 
 #include <wayfare/logger/serial_port.hpp>
 #include <wayfare/logger/stream_player.hpp>
-#include "io/support.hpp"
+#include "logger/simulated_devices.hpp"
 
 namespace wayfare::logger {
 namespace {
@@ -70,8 +70,11 @@ TEST(SerialPort, KeepsWhatCameBeforeItWasOpened) {
   auto terminal = PseudoTerminal::open();
   const auto bytes = all_bytes(2);
   ASSERT_EQ(terminal->write(bytes, 1s).value(), bytes.size());
+  EXPECT_TRUE(
+      ::wayfare::testing::wait_for(20s, [&] { return terminal->unread() == bytes.size(); }));
   auto port = SerialPort::open(terminal->path());
   EXPECT_EQ(read_up_to(*port, bytes.size()), bytes);
+  EXPECT_EQ(terminal->unread(), 0U);
 }
 
 TEST(SerialPort, SaysWhatIsNoLineAndWhenOneIsGone) {

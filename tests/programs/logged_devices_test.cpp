@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <random>
 #include <string>
@@ -25,6 +26,7 @@
 namespace wayfare {
 namespace {
 
+using ::wayfare::testing::raw_channel;
 using ::wayfare::testing::TemporaryFolder;
 using ::wayfare::testing::wait_for;
 
@@ -219,6 +221,23 @@ class Device {
   std::thread thread_;
 };
 
+/// Records while `devices` sends; gives the file once so many bytes have come from each.
+std::string record_with(const logger::LoggerOptions& options, const std::vector<std::size_t>& bytes,
+                        const std::function<void()>& devices) {
+  auto logger = logger::Logger::start(options);
+  EXPECT_TRUE(logger && (*logger)->begin());
+  devices();
+  EXPECT_TRUE(wait_for(std::chrono::seconds(20), [&] {
+    const auto sensors = (*logger)->status().sensors;
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+      if (sensors[i].bytes != bytes[i]) return false;
+    return true;
+  }));
+  (*logger)->stop();
+  EXPECT_TRUE((*logger)->wait_until_stopped(std::chrono::seconds(20)));
+  return (*logger)->status().file;
+}
+
 TEST(LoggedDevices, ALoggersRecordingGoesThroughTheSystems) {
   const TemporaryFolder folder;
   auto walk = io::read_marg(WAYFARE_WALK);
@@ -233,18 +252,10 @@ TEST(LoggedDevices, ALoggersRecordingGoesThroughTheSystems) {
   options.sensors[0].port = unit.path();
   options.sensors[1].device = {"lidar", "rplidar", 115200, ""};
   options.sensors[1].port = lidar.path();
-  auto logger = logger::Logger::start(options);
-  ASSERT_TRUE(logger);
-  ASSERT_TRUE((*logger)->begin());
-  unit.start(), lidar.start();
-  unit.finish(), lidar.finish();
-  EXPECT_TRUE(wait_for(std::chrono::seconds(20), [&] {
-    const auto s = (*logger)->status().sensors;
-    return s[0].bytes == unit.size() && s[1].bytes == lidar.size();
-  }));
-  (*logger)->stop();
-  ASSERT_TRUE((*logger)->wait_until_stopped(std::chrono::seconds(20)));
-  const std::string path = (*logger)->status().file;
+  const std::string path = record_with(options, {unit.size(), lidar.size()}, [&] {
+    unit.start(), lidar.start();
+    unit.finish(), lidar.finish();
+  });
 
   const auto pedestrian = [&](const std::string& file, const std::string& out) {
     return output_of(WAYFARE_PEDESTRIAN " '" + file + "' --out '" + (folder / out) + "'");
@@ -261,10 +272,24 @@ TEST(LoggedDevices, ALoggersRecordingGoesThroughTheSystems) {
     ASSERT_GE(poses.size(), 78U);
     if (program == WAYFARE_GRAPH_SLAM) expect_the_way(poses);
   }
-  // And as it happened, twenty times as fast.
-  const std::string live = WAYFARE_REPLAY " '" + path + "' --speed 20 --system ";
-  EXPECT_THAT(output_of(live + "pedestrian"), ::testing::HasSubstr("350 samples"));
-  EXPECT_THAT(output_of(live + "graph_slam"), ::testing::HasSubstr("scans, 0 loop closures"));
+  // As it happened, twenty times as fast: to the systems, and to another logger.
+  const std::string live = WAYFARE_REPLAY " '" + path + "' --speed 20 ";
+  EXPECT_THAT(output_of(live + "--system pedestrian"), ::testing::HasSubstr("350 samples"));
+  EXPECT_THAT(output_of(live + "--system graph_slam"),
+              ::testing::HasSubstr("scans, 0 loop closures"));
+  const std::string ptys = folder / "ptys";
+  std::thread replay([&] { output_of(live + "--wait 2 --ptys '" + ptys + "'"); });
+  EXPECT_TRUE(wait_for(std::chrono::seconds(20), [&] {
+    return std::filesystem::exists(ptys + "/unit") && std::filesystem::exists(ptys + "/lidar");
+  }));
+  options.sensors[0].port = ptys + "/unit";
+  options.sensors[1].port = ptys + "/lidar";
+  const std::string again =
+      record_with(options, {unit.size(), lidar.size()}, [&] { replay.join(); });
+  for (const char* topic : {"/unit/raw", "/lidar/raw"})
+    EXPECT_TRUE(raw_channel(*io::McapReader::open(again), topic).bytes ==
+                raw_channel(*io::McapReader::open(path), topic).bytes)
+        << topic;
 }
 
 }  // namespace

@@ -62,6 +62,8 @@ class PseudoTerminal {
   /// What the other side wrote; waits up to `timeout`.
   [[nodiscard]] Result<std::size_t> read(std::span<std::uint8_t> buffer,
                                          std::chrono::milliseconds timeout);
+  /// Bytes written that were not read at the other end yet.
+  [[nodiscard]] std::size_t unread() const;
 
  private:
   PseudoTerminal() = default;
