@@ -91,6 +91,7 @@ class IllDisk {
  public:
   std::atomic<int> stall_ms{0};  ///< of the next write
   std::atomic<bool> stuck{false};
+  std::atomic<int> waiting{0};  ///< writes, while it is stuck
   std::atomic<std::uint64_t> room{UINT64_MAX};
 
   /// What a logger opens its recordings with.
@@ -108,7 +109,9 @@ class IllDisk {
     Sink(IllDisk& disk, std::unique_ptr<io::ByteSink> file) : disk_(disk), file_(std::move(file)) {}
     Result<void> write(std::string_view bytes) override {
       std::this_thread::sleep_for(std::chrono::milliseconds(disk_.stall_ms.exchange(0)));
+      ++disk_.waiting;
       while (disk_.stuck) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      --disk_.waiting;
       if (bytes.size() > disk_.room) return Error{ErrorCode::io, "no space left on the disk"};
       disk_.room -= bytes.size();
       return file_->write(bytes);

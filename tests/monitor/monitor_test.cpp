@@ -78,7 +78,7 @@ std::unique_ptr<MonitorServer> serve(MonitorOptions options) {
 
 httplib::Client client_of(const MonitorServer& server) {
   httplib::Client client("127.0.0.1", server.port());
-  client.set_read_timeout(10);
+  client.set_read_timeout(120);
   return client;
 }
 
