@@ -321,6 +321,7 @@ Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const MaxPyramid
                                    {reach, reach, Angle::radians(8 * s.heading_step_rad)}, local);
     if (!near) return near.error();
     if (*near) result.covariance = (*near)->covariance;
+    result.constraint = detail::constraint_at(map.grid(), points, result.T_map_points);
   }
   return std::optional<MatchResult>(result);
 }

@@ -92,4 +92,8 @@ void place(const CandidateSpace& space, const MatchGrid& grid, const PointSet& p
 [[nodiscard]] MatchResult result_of(const CandidateSpace& space, const MatchGrid& grid,
                                     const Best& best);
 
+/// By the points that the match puts near walls.
+[[nodiscard]] SceneConstraint constraint_at(const MatchGrid& grid, const PointSet& points,
+                                            const SE2d& T_map_points);
+
 }  // namespace wayfare::detail

@@ -8,6 +8,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "candidates.hpp"
+#include "climb.hpp"
 #include "kernels/kernels.hpp"
 
 namespace wayfare {
@@ -169,6 +170,15 @@ MatchResult result_of(const CandidateSpace& s, const MatchGrid& grid, const Best
   return r;
 }
 
+SceneConstraint constraint_at(const MatchGrid& grid, const PointSet& points,
+                              const SE2d& T_map_points) {
+  const auto near_a_wall = [&](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
+    return grid.value(cell_of(p, grid.resolution_m())) > MatchGrid::kMaxValue / 2 ? 1.0 : 0.0;
+  };
+  return SceneConstraint::of(normals_outer(points, T_map_points, near_a_wall),
+                             rms_distance_m(points));
+}
+
 }  // namespace detail
 
 namespace {
@@ -263,7 +273,10 @@ Result<std::optional<MatchResult>> CorrelativeMatcher::match(const MatchGrid& gr
   });
   if (!best.found) return std::optional<MatchResult>();
   MatchResult result = detail::result_of(s, grid, best);
-  if (options.covariance) result.covariance = covariance_of(s, surface_, best);
+  if (options.covariance) {
+    result.covariance = covariance_of(s, surface_, best);
+    result.constraint = detail::constraint_at(grid, points, result.T_map_points);
+  }
   return std::optional<MatchResult>(result);
 }
 

@@ -3,12 +3,21 @@
 target_sources(wayfare_slam PRIVATE
   correlative.cpp
   branch_and_bound.cpp
+  climb.cpp
+  gauss_newton.cpp
+  icp.cpp
   likelihood_field.cpp
   match_grid.cpp
+  ndt.cpp
+  ndt_map.cpp
   occupancy_field.cpp
   max_pyramid.cpp
   pose_proposal.cpp
+  probability_grid.cpp
   refine.cpp
+  scene_constraint.cpp
+  surface_map.cpp
+  voxel_filter.cpp
   kernels/dispatch.cpp
   kernels/kernels_baseline.cpp)
 set_source_files_properties(kernels/kernels_baseline.cpp PROPERTIES

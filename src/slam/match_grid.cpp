@@ -6,24 +6,30 @@
 
 namespace wayfare {
 
-Result<void> MatchGrid::reset(double resolution_m, const CellBox& box, double floor_probability) {
+Result<void> PaddedTable::reset(double resolution_m, const CellBox& box, std::uint16_t fill) {
   width_ = height_ = 0;
   if (!(resolution_m > 0) || !std::isfinite(resolution_m))
-    return Error{ErrorCode::invalid, "MatchGrid: the resolution must be positive"};
-  if (!(floor_probability > 0 && floor_probability < 1))
-    return Error{ErrorCode::invalid, "MatchGrid: the floor probability must lie within (0, 1)"};
+    return Error{ErrorCode::invalid, "a map's table: the resolution must be positive"};
   const std::int64_t w = box.width() + 2 * kBorder, h = box.height() + 2 * kBorder;
   if (box.width() < 1 || box.height() < 1 || w > kMaxCells / h)
-    return Error{ErrorCode::invalid, "MatchGrid: " + std::to_string(box.width()) + " x " +
+    return Error{ErrorCode::invalid, "a map's table: " + std::to_string(box.width()) + " x " +
                                          std::to_string(box.height()) + " cells cannot be held"};
-  table_.assign(static_cast<std::size_t>(w * h), 0);
+  table_.assign(static_cast<std::size_t>(w * h), fill);
   resolution_m_ = resolution_m;
   origin_ = box.min;
   width_ = static_cast<int>(box.width());
   height_ = static_cast<int>(box.height());
+  return {};
+}
+
+Result<void> MatchGrid::reset(double resolution_m, const CellBox& box, double floor_probability) {
+  if (!(floor_probability > 0 && floor_probability < 1)) {
+    *this = {};
+    return Error{ErrorCode::invalid, "MatchGrid: the floor probability must lie within (0, 1)"};
+  }
   log_floor_ = std::log(floor_probability);
   log_step_ = -log_floor_ / kMaxValue;
-  return {};
+  return PaddedTable::reset(resolution_m, box, 0);
 }
 
 namespace {

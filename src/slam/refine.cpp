@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include "kernels/kernels.hpp"
+#include "table_view.hpp"
 
 namespace wayfare {
 namespace {
@@ -21,19 +22,11 @@ struct Sum {
 Sum linearise(const MatchGrid& grid, const PointSet& points, const SE2d& pose) {
   constexpr double kEpsilon = 0.05;
   const double inverse = 1 / grid.resolution_m(), step = grid.log_step();
-  const kernels::Turn turn{static_cast<float>(pose.rotation().cos() * inverse),
-                           static_cast<float>(pose.rotation().sin() * inverse),
-                           static_cast<float>(pose.x() * inverse - grid.origin().x - 0.5),
-                           static_cast<float>(pose.y() * inverse - grid.origin().y - 0.5),
-                           0,
-                           0,
-                           0};
-  const kernels::Field field{grid.data(), grid.stride(), grid.width(), grid.height()};
   double sums[10];
-  kernels::best_kernels().linearise(points.padded_x_m().data(), points.padded_y_m().data(),
-                                    static_cast<int>(points.size()), turn, field,
-                                    static_cast<float>(-2 * grid.log_floor() + kEpsilon),
-                                    static_cast<float>(-2 * step), sums);
+  kernels::best_kernels().linearise(
+      points.padded_x_m().data(), points.padded_y_m().data(), static_cast<int>(points.size()),
+      detail::turn_into(grid, pose), detail::field_of(grid),
+      static_cast<float>(-2 * grid.log_floor() + kEpsilon), static_cast<float>(-2 * step), sums);
   Sum sum;
   const double per_metre = step * inverse;
   sum.log_likelihood = grid.log_floor() * static_cast<double>(points.size()) + step * sums[0];

@@ -9,63 +9,34 @@
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/cell.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
+#include <wayfare/map/padded_table.hpp>
 #include <wayfare/measure/point_set.hpp>
 
 namespace wayfare {
 
 /// The map as matchers read it: for every cell the log-likelihood of a scan point falling into it,
-/// quantised to `ln p = floor + step · value`, value in [0, kMaxValue]. One row-major table with a
-/// border of zeros, so that kernels that clamp a point's cell into the border need no further
-/// checks. Outside the table the value is 0. Not changed once made, but by the makers below.
-class MatchGrid {
+/// quantised to `ln p = floor + step · value`, value in [0, kMaxValue], 0 outside. Not changed once
+/// made, but by the makers below.
+class MatchGrid : public PaddedTable {
  public:
   /// 255·16: fits a byte as a ceiling of sixteenths, and 16 of them fit 16 bits.
   static constexpr int kMaxValue = 4080;
-  static constexpr int kBorder = 32;
-  /// No table is made larger than this (128 MiB).
-  static constexpr std::int64_t kMaxCells = std::int64_t{1} << 26;
 
   MatchGrid() = default;
 
-  [[nodiscard]] double resolution_m() const { return resolution_m_; }
-  /// The map cell at column 0, row 0.
-  [[nodiscard]] Cell origin() const { return origin_; }
-  [[nodiscard]] int width() const { return width_; }
-  [[nodiscard]] int height() const { return height_; }
-  [[nodiscard]] bool empty() const { return width_ == 0; }
   /// ln p of value 0, and of one unit of value.
   [[nodiscard]] double log_floor() const { return log_floor_; }
   [[nodiscard]] double log_step() const { return log_step_; }
-
-  [[nodiscard]] int value(const Cell& map_cell) const {
-    const Cell c = map_cell - origin_;
-    if (c.x < 0 || c.y < 0 || c.x >= width_ || c.y >= height_) return 0;
-    return data()[static_cast<std::ptrdiff_t>(c.y) * stride() + c.x];
-  }
   [[nodiscard]] double log_likelihood(const Cell& map_cell) const {
     return log_floor_ + log_step_ * value(map_cell);
   }
-
-  /// Column 0 of row 0; rows are stride() apart, and kBorder cells on every side may be read.
-  [[nodiscard]] const std::uint16_t* data() const { return table_.data() + first(); }
-  [[nodiscard]] std::uint16_t* data() { return table_.data() + first(); }
-  [[nodiscard]] int stride() const { return width_ + 2 * kBorder; }
 
   /// A table of zeros over `box` (map cells), reusing memory. Refused: a resolution or floor out of
   /// range, more than kMaxCells.
   Result<void> reset(double resolution_m, const CellBox& box, double floor_probability);
 
  private:
-  [[nodiscard]] std::ptrdiff_t first() const {
-    return static_cast<std::ptrdiff_t>(stride()) * kBorder + kBorder;
-  }
-
-  double resolution_m_ = 0.05;
-  Cell origin_;
-  int width_ = 0, height_ = 0;
   double log_floor_ = 0.0, log_step_ = 0.0;
-  std::vector<std::uint16_t> table_ =
-      std::vector<std::uint16_t>(static_cast<std::size_t>(4 * kBorder) * kBorder, std::uint16_t{0});
 };
 
 struct OccupancyViewOptions {

@@ -10,6 +10,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/cell.hpp>
+#include <wayfare/match/scene_constraint.hpp>
 #include <wayfare/measure/point_set.hpp>
 
 namespace wayfare {
@@ -27,11 +28,12 @@ struct MatchOptions {
   double min_score = 0.0;
   /// Information matrix of a Gaussian prior on (Rᵀ(t − t₀), θ − θ₀), the offset from the prior pose
   /// in its own axes; its log density (without constant) is added to each candidate.
-  std::optional<Eigen::Matrix3d> prior_information;
+  std::optional<Eigen::Matrix3d> prior_information{};
   /// Neighbouring beams err together: Σ ln p is scaled as if only this many points were
   /// independent, against the prior and in the covariance. 0: every point counts.
   double independent_points = 0.0;
-  /// Whether to compute the covariance (from every candidate's score; slower).
+  /// Whether to compute the covariance and what the scene constrains (slower where it takes every
+  /// candidate's score).
   bool covariance = false;
 };
 
@@ -48,16 +50,19 @@ struct MatchResult {
   double mean_log_likelihood = 0.0;
   /// The same between 0 (every point at the map's floor) and 1 (every point at probability 1).
   double score = 0.0;
-  /// The candidate, and how many the search stood for.
+  /// The candidate, and how many the search stood for; matchers that climb have none.
   Candidate candidate;
   std::int64_t candidates = 0;
-  /// Of (x, y, θ) in the matched pose's own axes; what the scores' distribution over the window
-  /// says (Olson 2009), so never wider than the window.
+  /// Of (x, y, θ) in the matched pose's own axes, never wider than the window: what the scores'
+  /// distribution over the window says (Olson 2009), or the inverse of the information at the match.
   std::optional<Eigen::Matrix3d> covariance;
+  /// Given with the covariance.
+  std::optional<SceneConstraint> constraint;
 };
 
-/// Finds the pose of points in a map near a prior: none where nothing reaches the minimum score, an
-/// Error for input no search can be made for (no points, NaN, a window beyond all measure).
+/// Finds the pose of points in a map near a prior: none where nothing in the window reaches the
+/// minimum score, an Error for input no search can be made for (no points, NaN, a window beyond all
+/// measure).
 template <class M>
 concept ScanMatcher = requires(M matcher, const typename M::Map& map, const PointSet& points,
                                const SE2d& prior, const SearchWindow& window,

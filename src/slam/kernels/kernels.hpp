@@ -58,6 +58,13 @@ struct Kernels {
   /// x·g₁ − y·g₀: sums[10] = {f, g₀, g₁, g₂, 00, 01, 02, 11, 12, 22}.
   void (*linearise)(const float* x, const float* y, int n, const Turn& turn, const Field& field,
                     float a, float b, double* sums);
+  /// Likewise with r = one − f, f bilinear or by Catmull and Rom's cubics between 4×4 cells:
+  /// sums[10] = {r², r g₀, r g₁, r g₂, g gᵀ as above}; f outside the table is what its border
+  /// holds.
+  void (*bilinear_squares)(const float* x, const float* y, int n, const Turn& turn,
+                           const Field& field, float one, double* sums);
+  void (*bicubic_squares)(const float* x, const float* y, int n, const Turn& turn,
+                          const Field& field, float one, double* sums);
   /// Each target row r < rows: target[c] = max(target[c], kernel[r·width + c]); width % 16 = 0.
   void (*stamp)(std::uint16_t* target, int stride, const std::uint16_t* kernel, int width,
                 int rows);

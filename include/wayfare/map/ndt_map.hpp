@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/map/cell.hpp>
+#include <wayfare/map/match_grid.hpp>
+
+namespace wayfare {
+
+struct NdtMapOptions {
+  /// Sides of the squares, coarse to fine, m.
+  std::vector<double> cells_m{2.0, 1.0, 0.5};
+  /// Squares with fewer points say nothing.
+  int fewest_points = 5;
+  /// No distribution is thinner than this, m: the noise of a point.
+  double least_sigma_m = 0.03;
+};
+
+/// How the points of one square are distributed.
+struct NdtCell {
+  Eigen::Vector2d mean;
+  Eigen::Matrix2d information;  ///< inverse covariance
+  bool known = false;
+};
+
+/// The normal distributions transform of what scans saw (Biber and Straßer 2003): for each side
+/// four tilings, shifted by half a square, so that every place lies well within one of them.
+class NdtMap {
+ public:
+  NdtMap() = default;
+
+  /// Refused: no point, points or poses that are not finite, points too far apart to be held, sides
+  /// that are not positive.
+  [[nodiscard]] static Result<NdtMap> make(std::span<const PlacedPoints> scans,
+                                           const NdtMapOptions& options = {});
+
+  /// Tilings of one side.
+  class Level {
+   public:
+    Level(const PointSet& points_map, double cell_m, const NdtMapOptions& options);
+    static constexpr int kTilings = 4;
+    /// Null where the square of tiling `t` about the place has no distribution.
+    [[nodiscard]] const NdtCell* at(const Eigen::Vector2d& p_map, int t) const {
+      const Cell c = cell_of(p_map + shift(t), cell_m_);
+      if (!box_.contains(c)) return nullptr;
+      const NdtCell& cell = tilings_[static_cast<std::size_t>(t)][index_of(c)];
+      return cell.known ? &cell : nullptr;
+    }
+
+   private:
+    [[nodiscard]] Eigen::Vector2d shift(int t) const {
+      return 0.5 * cell_m_ * Eigen::Vector2d(t & 1, t >> 1);
+    }
+    [[nodiscard]] std::size_t index_of(const Cell& c) const {
+      return static_cast<std::size_t>((c.y - box_.min.y) * box_.width() + c.x - box_.min.x);
+    }
+    double cell_m_;
+    CellBox box_;
+    std::vector<std::vector<NdtCell>> tilings_;
+  };
+
+  [[nodiscard]] bool empty() const { return levels_.empty(); }
+  [[nodiscard]] std::span<const Level> levels() const { return levels_; }
+
+ private:
+  std::vector<Level> levels_;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,58 @@
+#pragma once
+
+// What the tables that kernels read have in common: row-major cells with a border all round, so
+// that a kernel that clamps a place into the border needs no further checks.
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/map/cell.hpp>
+
+namespace wayfare {
+
+class PaddedTable {
+ public:
+  static constexpr int kBorder = 32;
+  /// No table is made larger than this (128 MiB).
+  static constexpr std::int64_t kMaxCells = std::int64_t{1} << 26;
+
+  [[nodiscard]] double resolution_m() const { return resolution_m_; }
+  /// The map cell at column 0, row 0.
+  [[nodiscard]] Cell origin() const { return origin_; }
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] bool empty() const { return width_ == 0; }
+
+  /// What lies outside the table counts as the border.
+  [[nodiscard]] int value(const Cell& map_cell) const {
+    const Cell c = map_cell - origin_;
+    if (c.x < 0 || c.y < 0 || c.x >= width_ || c.y >= height_) return table_.front();
+    return data()[static_cast<std::ptrdiff_t>(c.y) * stride() + c.x];
+  }
+
+  /// Column 0 of row 0; rows are stride() apart, and kBorder cells on every side may be read.
+  [[nodiscard]] const std::uint16_t* data() const { return table_.data() + first(); }
+  [[nodiscard]] std::uint16_t* data() { return table_.data() + first(); }
+  [[nodiscard]] int stride() const { return width_ + 2 * kBorder; }
+
+ protected:
+  PaddedTable() = default;
+  /// A table over `box` (map cells) with `fill` in it and around it, reusing memory. Refused, and
+  /// left empty: a resolution that is not positive, more than kMaxCells.
+  Result<void> reset(double resolution_m, const CellBox& box, std::uint16_t fill);
+
+ private:
+  [[nodiscard]] std::ptrdiff_t first() const {
+    return static_cast<std::ptrdiff_t>(stride()) * kBorder + kBorder;
+  }
+
+  double resolution_m_ = 0.05;
+  Cell origin_;
+  int width_ = 0, height_ = 0;
+  std::vector<std::uint16_t> table_ =
+      std::vector<std::uint16_t>(static_cast<std::size_t>(4 * kBorder) * kBorder, std::uint16_t{0});
+};
+
+}  // namespace wayfare

@@ -1,0 +1,92 @@
+#include <wayfare/match/gauss_newton.hpp>
+
+#include <cmath>
+
+#include "climb.hpp"
+#include "kernels/kernels.hpp"
+#include "table_view.hpp"
+
+namespace wayfare {
+namespace {
+
+using detail::Cost;
+
+/// Σr² and Σr·g over the points, r = 1 − p, g = ∂p/∂ξ.
+struct Squares {
+  double squares = 0.0;
+  Eigen::Vector3d downhill = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
+};
+
+Squares squares_at(const ProbabilityGrid& grid, Interpolation interpolation, const PointSet& points,
+                   const SE2d& pose) {
+  constexpr double kOne = ProbabilityGrid::kOne;
+  const double inverse = 1 / grid.resolution_m();
+  const kernels::Kernels& k = kernels::best_kernels();
+  double sums[10];
+  (interpolation == Interpolation::bilinear ? k.bilinear_squares : k.bicubic_squares)(
+      points.padded_x_m().data(), points.padded_y_m().data(), static_cast<int>(points.size()),
+      detail::turn_into(grid, pose), detail::field_of(grid), static_cast<float>(kOne), sums);
+  const double per_metre = inverse / kOne;
+  Squares s;
+  s.squares = sums[0] / (kOne * kOne);
+  s.downhill = per_metre / kOne * Eigen::Vector3d(sums[1], sums[2], sums[3]);
+  s.outer << sums[4], sums[5], sums[6], sums[5], sums[7], sums[8], sums[6], sums[8], sums[9];
+  s.outer *= per_metre * per_metre;
+  return s;
+}
+
+Result<void> check_map(const ProbabilityPyramid& map) {
+  if (map.empty()) return Error{ErrorCode::invalid, "Gauss-Newton matching: no table"};
+  for (const ProbabilityGrid& table : map)
+    if (table.empty()) return Error{ErrorCode::invalid, "Gauss-Newton matching: an empty table"};
+  return {};
+}
+
+}  // namespace
+
+Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPyramid& map,
+                                                             const PointSet& points,
+                                                             const SE2d& prior,
+                                                             const SearchWindow& window,
+                                                             const MatchOptions& options) const {
+  if (auto ok = check_map(map); !ok) return ok.error();
+  if (auto ok = detail::check_climb("Gauss-Newton matching", points, prior, window, options); !ok)
+    return ok.error();
+  const detail::Prior beside(prior, window, options, points.size());
+  const double variance = options_.residual_sigma * options_.residual_sigma;
+  const double weight = beside.weight() / variance;
+  SE2d pose = prior;
+  Squares end;
+  for (const ProbabilityGrid& table : map) {
+    const auto cost_at = [&](const SE2d& at) {
+      const Squares s = squares_at(table, options_.interpolation, points, at);
+      Cost cost{0.5 * weight * s.squares, weight * s.downhill, weight * s.outer};
+      beside.add(at, cost);
+      return cost;
+    };
+    detail::climb(pose, cost_at, options_.max_iterations, options_.tolerance);
+  }
+  end = squares_at(map.back(), options_.interpolation, points, pose);
+  const double n = static_cast<double>(points.size());
+  MatchResult result;
+  result.T_map_points = pose;
+  result.mean_log_likelihood = -end.squares / (2 * n * variance);
+  result.score = 1 - std::sqrt(end.squares / n);
+  if (!beside.in_window(pose) || result.score < options.min_score)
+    return std::optional<MatchResult>();
+  if (options.covariance) {
+    const ProbabilityGrid& finest = map.back();
+    const auto on_a_wall = [&](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
+      return 2 * finest.value(cell_of(p, finest.resolution_m())) > ProbabilityGrid::kOne ? 1.0
+                                                                                         : 0.0;
+    };
+    const Eigen::Matrix3d outer = detail::normals_outer(points, pose, on_a_wall);
+    const double point_variance = options_.point_sigma_m * options_.point_sigma_m;
+    result.covariance = beside.covariance(beside.weight() / point_variance * outer);
+    result.constraint = SceneConstraint::of(outer, detail::rms_distance_m(points));
+  }
+  return std::optional<MatchResult>(result);
+}
+
+}  // namespace wayfare

@@ -1,0 +1,163 @@
+#include <wayfare/map/surface_map.hpp>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/map/ndt_map.hpp>
+#include <wayfare/map/voxel_filter.hpp>
+
+namespace wayfare {
+namespace {
+
+PointSet strewn(Rng& rng, int n, double half) {
+  PointSet points;
+  for (int i = 0; i < n; ++i)
+    points.push_back(
+        Eigen::Vector2d(rng.uniform(-half, half), rng.uniform(-half, half)).cast<float>());
+  return points;
+}
+
+TEST(VoxelFilter, GivesTheMeanOfEverySquareInTheOrderTheyWereMet) {
+  Rng rng(4);
+  const PointSet points = strewn(rng, 3000, 2.0);
+  std::map<std::pair<int, int>, std::pair<Eigen::Vector2d, int>> sums;
+  std::vector<std::pair<int, int>> order;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d p = points[i].cast<double>();
+    const std::pair square(static_cast<int>(std::floor(p.x() / 0.1)),
+                           static_cast<int>(std::floor(p.y() / 0.1)));
+    const auto [at, first] = sums.try_emplace(square, Eigen::Vector2d::Zero(), 0);
+    if (first) order.push_back(square);
+    at->second.first += p;
+    ++at->second.second;
+  }
+  const auto filtered = voxel_filter(points, 0.1);
+  ASSERT_TRUE(filtered);
+  ASSERT_EQ(filtered->size(), order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto& [sum, n] = sums[order[i]];
+    EXPECT_LT(((*filtered)[i].cast<double>() - sum / n).norm(), 1e-6);
+  }
+}
+
+TEST(VoxelFilter, RefusesWhatHasNoSquare) {
+  PointSet nan, far;
+  nan.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0F});
+  far.push_back({1e30F, 0.0F});
+  EXPECT_FALSE(voxel_filter(nan, 0.1));
+  EXPECT_FALSE(voxel_filter(far, 0.1));
+  EXPECT_FALSE(voxel_filter(PointSet(), 0.0));
+  EXPECT_FALSE(voxel_filter(PointSet(), std::numeric_limits<double>::quiet_NaN()));
+  ASSERT_TRUE(voxel_filter(PointSet(), 0.1));
+  EXPECT_TRUE(voxel_filter(PointSet(), 0.1)->empty());
+}
+
+TEST(SurfaceMap, FindsTheNearestPoint) {
+  Rng rng(5);
+  const PointSet points = strewn(rng, 400, 4.0);
+  const PlacedPoints placed{&points, SE2d(0.3, -7, Angle::degrees(40))};
+  const auto map = SurfaceMap::make({&placed, 1});
+  ASSERT_TRUE(map);
+  int none = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector2f p =
+        Eigen::Vector2d(rng.uniform(-6, 6), rng.uniform(-13, -1)).cast<float>();
+    const float reach = static_cast<float>(rng.uniform(0, 1.2));
+    float best = std::numeric_limits<float>::infinity();
+    for (const SurfacePoint& s : map->points()) best = std::min(best, (s.point - p).squaredNorm());
+    const SurfacePoint* found = map->nearest(p, reach);
+    if (best <= reach * reach) {
+      ASSERT_NE(found, nullptr);
+      ASSERT_EQ((found->point - p).squaredNorm(), best);
+    } else {
+      ASSERT_EQ(found, nullptr);
+      ++none;
+    }
+  }
+  EXPECT_GT(none, 100);
+}
+
+TEST(SurfaceMap, NormalsAreSquareToLinesAndNoneIsGivenToClutter) {
+  Rng rng(6);
+  PointSet line, clutter;
+  const Eigen::Vector2d way(std::cos(0.7), std::sin(0.7)), normal(-way.y(), way.x());
+  for (int i = 0; i < 300; ++i)
+    line.push_back(Eigen::Vector2d(0.02 * i * way + rng.normal(0, 0.003) * normal).cast<float>());
+  for (int i = 0; i < 300; ++i)
+    clutter.push_back(Eigen::Vector2d(20 + rng.normal(0, 0.3), rng.normal(0, 0.3)).cast<float>());
+  const PlacedPoints placed[] = {{&line, SE2d()}, {&clutter, SE2d()}};
+  const auto map = SurfaceMap::make(placed);
+  ASSERT_TRUE(map);
+  int without = 0, of_clutter = 0;
+  for (const SurfacePoint& s : map->points()) {
+    const Eigen::Vector2d n = s.normal.cast<double>();
+    if (s.point.x() > 10.0F) {
+      ++of_clutter;
+      without += n.isZero(0);
+      continue;
+    }
+    ASSERT_NEAR(n.norm(), 1, 1e-5);
+    ASSERT_GT(std::abs(n.dot(normal)), std::cos(0.1));
+  }
+  EXPECT_GT(without, of_clutter / 2);
+}
+
+TEST(NdtMap, HoldsMeanAndCovarianceOfEverySquare) {
+  Rng rng(7);
+  const PointSet points = strewn(rng, 4000, 1.9);
+  const PlacedPoints placed{&points, SE2d()};
+  const auto map = NdtMap::make({&placed, 1}, {{1.0}, 5, 0.03});
+  ASSERT_TRUE(map);
+  for (int t = 0; t < NdtMap::Level::kTilings; ++t) {
+    const Eigen::Vector2d shift = 0.5 * Eigen::Vector2d(t & 1, t >> 1);
+    const Eigen::Vector2d place(0.3, -0.8);
+    const NdtCell* cell = map->levels()[0].at(place, t);
+    ASSERT_NE(cell, nullptr);
+    const auto square = [&](const Eigen::Vector2d& p) {
+      return Eigen::Vector2d((p + shift).array().floor());
+    };
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+    double n = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector2d p = points[i].cast<double>();
+      if (square(p) != square(place)) continue;
+      sum += p;
+      squares += p * p.transpose();
+      n += 1;
+    }
+    const Eigen::Matrix2d covariance = squares / n - sum * sum.transpose() / (n * n);
+    EXPECT_LT((cell->mean - sum / n).norm(), 1e-9);
+    EXPECT_LT((cell->information * covariance - Eigen::Matrix2d::Identity()).norm(), 1e-6);
+  }
+  EXPECT_EQ(map->levels()[0].at({300, 0}, 0), nullptr);
+}
+
+TEST(SurfaceAndNdtMaps, RefuseWhatTheyCannotHold) {
+  PointSet nan, far, good;
+  nan.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0F});
+  good.push_back({1.0F, 1.0F});
+  far.push_back({-9e6F, -9e6F});
+  far.push_back({9e6F, 9e6F});
+  const auto refused = [](const PointSet& p, const SE2d& pose) {
+    const PlacedPoints placed{&p, pose};
+    return !SurfaceMap::make({&placed, 1}) && !NdtMap::make({&placed, 1});
+  };
+  EXPECT_TRUE(refused(nan, SE2d()));
+  EXPECT_TRUE(refused(PointSet(), SE2d()));
+  EXPECT_TRUE(refused(good, SE2d(std::numeric_limits<double>::infinity(), 0, Angle())));
+  EXPECT_TRUE(refused(far, SE2d()));
+  EXPECT_FALSE(refused(good, SE2d()));
+  const PlacedPoints placed{&good, SE2d()};
+  EXPECT_FALSE(SurfaceMap::make({&placed, 1}, {.normal_radius_m = 0}));
+  EXPECT_FALSE(NdtMap::make({&placed, 1}, {{}, 5, 0.03}));
+  EXPECT_FALSE(NdtMap::make({&placed, 1}, {{-1.0}, 5, 0.03}));
+}
+
+}  // namespace
+}  // namespace wayfare
