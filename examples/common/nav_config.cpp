@@ -242,21 +242,38 @@ Result<NavConfig> read_nav_config(const std::string& path) {
   return parse_nav_config(file->bytes, path);
 }
 
+namespace {
+
+void fill(Json& to, const std::vector<Key>& keys) {
+  for (const Key& k : keys) to[k.name] = k.get();
+}
+
+void fill_filter(Json& json, NavConfig& c) {
+  fill(json, general_keys(c));
+  fill(json["imu_noise"], imu_noise_keys(c.filter.imu));
+  fill(json["filter"], filter_keys(c.filter));
+}
+
+}  // namespace
+
+std::string format_nav_config(const NavConfig& config) {
+  NavConfig c = config;
+  Json json;
+  if (!c.note.empty()) json["note"] = c.note;
+  fill_filter(json, c);
+  return json.dump(2) + "\n";
+}
+
 std::string default_nav_config() {
   NavConfig c;
   Json json;
-  const auto fill = [](Json& to, const std::vector<Key>& keys) {
-    for (const Key& k : keys) to[k.name] = k.get();
-  };
   json["imu"] = {{"columns", Json::array()}, {"skip_lines", 0}};
   for (const char* name : {"imu_clock", "ranges", "fixes", "truth"})
     json[name] = {{"columns", Json::array()},
                   {"skip_lines", 0},
                   {"leap_seconds", 18},
                   {"velocity_late_s", 0.0}};
-  fill(json, general_keys(c));
-  fill(json["imu_noise"], imu_noise_keys(c.filter.imu));
-  fill(json["filter"], filter_keys(c.filter));
+  fill_filter(json, c);
   return json.dump(2) + "\n";
 }
 

@@ -40,6 +40,9 @@ struct NavConfig {
 [[nodiscard]] Result<NavConfig> parse_nav_config(const std::string& text,
                                                  const std::string& source);
 
+/// Mounting, noise and filter of `config` as such a file; what describes columns is left out.
+[[nodiscard]] std::string format_nav_config(const NavConfig& config);
+
 /// Every key with its default, as such a file.
 [[nodiscard]] std::string default_nav_config();
 

@@ -88,6 +88,13 @@ class InsModel {
 
   InsModel(const NavChart& chart, const InsNoise<T>& noise) : chart_(chart), noise_(noise) {}
 
+  /// Works out what steps of exactly this length share, for a model that is kept: no result
+  /// changes, each comes sooner.
+  void prepare(double dt_s) {
+    prepared_ = error_steps(T(dt_s));
+    prepared_dt_s_ = dt_s;
+  }
+
   [[nodiscard]] InsStep<T, Offsets> operator()(const State& x, const ImuInterval& u) const {
     const T dt = T(u.dt_s);
     const EarthAt<T> at = chart_.earth(x.position_m);
@@ -95,7 +102,7 @@ class InsModel {
     const InertialIncrement<T> felt =
         integrate(imu.begin_rate, imu.end_rate, imu.begin_force, imu.end_force, dt);
     const Navigation<T> next = strapdown_step({x.position_m, x.velocity_mps, x.q_nu}, at, felt, dt);
-    InsStep<T, Offsets> step{x, transition(x, at, imu, felt, dt)};
+    InsStep<T, Offsets> step{x, transition(x, at, imu, felt, u.dt_s)};
     step.state.position_m = next.position_m;
     step.state.velocity_mps = next.velocity_mps;
     step.state.q_nu = next.q_nu;
@@ -114,7 +121,8 @@ class InsModel {
 
   InsTransition<T, Offsets> transition(const State& x, const EarthAt<T>& at,
                                        const CorrectedImu<T>& imu, const InertialIncrement<T>& felt,
-                                       const T& dt) const {
+                                       double dt_s) const {
+    const T dt = T(dt_s);
     InsTransition<T, Offsets> f;
     f.dt_s = dt;
     f.half_dt = T(0.5) * dt * Vector3(at.north_scale, at.east_scale, T(1));
@@ -131,7 +139,7 @@ class InsModel {
     f.attitude_gyro_bias = -dt * imu.inverse_gyro_scale;
     f.attitude_gyro_scale = f.attitude_gyro_bias.cwiseProduct(
         beyond_noise(felt.mean_rate_radps, noise_.gyro_white, 0, dt));
-    noise(f, c, dt);
+    noise(f, c, dt_s);
     return f;
   }
 
@@ -150,21 +158,39 @@ class InsModel {
     return beyond;
   }
 
-  void noise(InsTransition<T, Offsets>& f, const Matrix3& c, const T& dt) const {
+  /// The unit's twelve errors and the receiver's clock over a step.
+  struct ErrorSteps {
+    Eigen::Matrix<T, 12, 1> kept = Eigen::Matrix<T, 12, 1>::Zero();
+    Eigen::Matrix<T, 12, 1> noise = Eigen::Matrix<T, 12, 1>::Zero();
+    ClockStep<T> clock{};
+  };
+  ErrorSteps error_steps(const T& dt) const {
+    ErrorSteps steps;
+    for (int i = 0; i < 12; ++i) {
+      const ProcessStep1<T> step = discretise_gauss_markov(noise_.sigma[i], noise_.tau_s[i], dt);
+      steps.kept[i] = step.phi;
+      steps.noise[i] = step.q;
+    }
+    steps.clock = discretise_clock(noise_.clock_bias_walk, noise_.clock_drift_walk, dt);
+    return steps;
+  }
+
+  void noise(InsTransition<T, Offsets>& f, const Matrix3& c, double dt_s) const {
+    const T dt = T(dt_s);
     const Vector3 accel = dt * noise_.accel_white.cwiseAbs2();
     f.velocity_noise = c * accel.asDiagonal() * c.transpose();
     f.attitude_noise = dt * noise_.gyro_white.cwiseAbs2();
-    for (int i = 0; i < 12; ++i) {
-      const ProcessStep1<T> step = discretise_gauss_markov(noise_.sigma[i], noise_.tau_s[i], dt);
-      f.kept[i] = step.phi;
-      f.error_noise[i] = step.q;
-    }
-    f.clock_noise = discretise_clock(noise_.clock_bias_walk, noise_.clock_drift_walk, dt);
+    const ErrorSteps steps = dt_s == prepared_dt_s_ ? prepared_ : error_steps(dt);
+    f.kept = steps.kept;
+    f.error_noise = steps.noise;
+    f.clock_noise = steps.clock;
     f.clock_offset_noise = noise_.clock_offset_walk * noise_.clock_offset_walk * dt;
   }
 
   NavChart chart_;
   InsNoise<T> noise_;
+  double prepared_dt_s_ = 0.0;
+  ErrorSteps prepared_;
 };
 
 }  // namespace wayfare

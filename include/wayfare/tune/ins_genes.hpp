@@ -1,0 +1,35 @@
+#pragma once
+
+// The 33 parameters of the navigation filter that are tuned, in the order of Zhang 2020, table 2:
+// σ and τ of gyro bias, gyro scale, accelerometer bias and accelerometer scale (three axes each),
+// white noise of gyros and accelerometers, random walks of the clock's bias and drift, scale of the
+// ranges' standard deviations.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <wayfare/estimate/genetic.hpp>
+#include <wayfare/system/gnss_ins.hpp>
+
+namespace wayfare {
+
+inline constexpr std::size_t kInsGenes = 33;
+
+/// By how many times a parameter may be larger or smaller than the nominal one.
+struct InsGeneSpans {
+  double noise = 30.0;  ///< standard deviations and white noises
+  double tau = 30.0;
+  double clock = 30.0;
+  double range_scale = 10.0;
+};
+
+[[nodiscard]] std::vector<double> ins_genes(const GnssInsOptions& options);
+/// `options` with these 33; the rest as it was.
+[[nodiscard]] GnssInsOptions with_ins_genes(const GnssInsOptions& options,
+                                            std::span<const double> genes);
+/// Bounds about the nominal parameters, all on a logarithmic scale.
+[[nodiscard]] std::vector<Gene> ins_gene_bounds(const GnssInsOptions& nominal,
+                                                const InsGeneSpans& spans = {});
+
+}  // namespace wayfare

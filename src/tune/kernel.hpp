@@ -1,0 +1,66 @@
+#pragma once
+
+// What the fitness kernels are given: plain numbers only, so that a kernel compiled for another
+// instruction set shares no inline function with the rest of the program. The kernels see Eigen and
+// this library under names of their own (kernel.inl); this header belongs to both sides.
+
+namespace wf_tune_kernel {
+
+inline constexpr int kGenes = 33;
+inline constexpr int kScores = 6;  ///< north, east, down (m), roll, pitch, yaw (rad)
+
+struct Satellite {
+  double position_ecef_m[3], velocity_ecef_mps[3];
+  double range_m, range_rate_mps, range_sigma_m, range_rate_sigma_mps;
+  bool has_range, has_rate;
+};
+
+/// Where the unit truly is at the end of a step.
+struct Truth {
+  double offset_m[3];  ///< on the step's chart
+  double q_nb[4];      ///< w x y z
+  bool has_level, has_heading;
+};
+
+/// A prediction, the epoch measured at its end, and the truth there.
+struct Step {
+  double begin_rate[3], end_rate[3], begin_force[3], end_force[3];
+  double dt_s;
+  double shake[3];  ///< variance of the gyros from reading to reading, (rad/s)²
+  int first_satellite, satellites;
+  int truth;  ///< index; −1: not scored here
+  int chart;  ///< index of the anchor its positions are on
+};
+
+struct Anchor {
+  double latitude_rad, longitude_rad, height_m;
+};
+
+struct Problem {
+  const Step* steps;
+  int step_count;
+  double usual_dt_s;
+  const Satellite* satellites;
+  const Truth* truths;
+  const Anchor* anchors;
+  double start_offset_m[3], start_velocity_mps[3], start_q_nb[4];
+  double q_body_imu[4];  ///< w x y z
+  double position_sigma_m, velocity_sigma_mps, level_sigma_rad, heading_sigma_rad;
+  double clock_bias_m, clock_drift_mps, clock_sigma_m, clock_drift_sigma_mps;
+  double lever_imu_m[3];
+  double gate_sigma, vibration_share;
+};
+
+/// `genes` are kGenes rows and `rmse` kScores rows of as many columns as the kernel has lanes; a
+/// lane that diverges scores infinity.
+using Evaluate = void(const Problem& problem, const double* genes, double* rmse);
+
+struct Kernel {
+  const char* name;
+  int lanes;
+  Evaluate* evaluate;
+};
+
+Evaluate evaluate_baseline, evaluate_avx2, evaluate_avx512;
+
+}  // namespace wf_tune_kernel

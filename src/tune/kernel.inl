@@ -1,0 +1,228 @@
+// The navigation filter over a whole drive, once a lane. Included by kernel_*.cpp, which say how
+// many lanes (WF_LANES), the function's name (WF_EVALUATE) and an instruction set's own names for
+// the two namespaces: functions of the same name compiled with different flags must not be merged.
+
+#define Eigen WF_EIGEN
+#define wayfare WF_WAYFARE
+
+#include <cmath>
+
+#include <wayfare/core/pack.hpp>
+#include <wayfare/estimate/ekf.hpp>
+#include <wayfare/model/ins_model.hpp>
+#include <wayfare/model/range_model.hpp>
+
+#include "kernel.hpp"
+
+namespace wayfare {
+namespace {
+
+using T = Pack<double, WF_LANES>;
+using State = InsState<T, 0>;
+using Filter = Ekf<State>;
+using Vector3 = Eigen::Matrix<T, 3, 1>;
+using wf_tune_kernel::Problem;
+using wf_tune_kernel::Satellite;
+using wf_tune_kernel::Step;
+using wf_tune_kernel::Truth;
+
+Eigen::Vector3d vector(const double* v) { return {v[0], v[1], v[2]}; }
+SO3d rotation(const double* q) { return SO3d(Eigen::Quaterniond(q[0], q[1], q[2], q[3])); }
+
+/// Genes in the order of Zhang 2020, table 2: gyro bias σ τ, gyro scale σ τ, accelerometer bias σ
+/// τ, accelerometer scale σ τ, white noises, clock, range scale.
+class Individuals {
+ public:
+  explicit Individuals(const double* genes) {
+    for (int g = 0; g < wf_tune_kernel::kGenes; ++g)
+      for (int i = 0; i < WF_LANES; ++i) value_[g].set(i, genes[g * WF_LANES + i]);
+  }
+  [[nodiscard]] InsNoise<T> noise() const {
+    constexpr int kBlocks[] = {0, 12, 6, 18};  // where the filter's four triples stand
+    InsNoise<T> n;
+    for (int b = 0; b < 4; ++b) {
+      for (int i = 0; i < 3; ++i) {
+        n.sigma[3 * b + i] = value_[kBlocks[b] + i];
+        n.tau_s[3 * b + i] = value_[kBlocks[b] + 3 + i];
+      }
+    }
+    for (int i = 0; i < 3; ++i) {
+      n.gyro_white[i] = value_[24 + i];
+      n.accel_white[i] = value_[27 + i];
+    }
+    n.clock_bias_walk = value_[30];
+    n.clock_drift_walk = value_[31];
+    return n;
+  }
+  [[nodiscard]] const T& range_scale() const { return value_[32]; }
+
+ private:
+  T value_[wf_tune_kernel::kGenes];
+};
+
+NavChart chart_of(const wf_tune_kernel::Anchor& a) {
+  return NavChart({Angle::radians(a.latitude_rad), Angle::radians(a.longitude_rad), a.height_m});
+}
+
+class Drive {
+ public:
+  Drive(const Problem& problem, const Individuals& who)
+      : problem_(problem),
+        noise_(who.noise()),
+        range_scale_(who.range_scale()),
+        lever_(vector(problem.lever_imu_m).cast<T>()),
+        imu_body_(rotation(problem.q_body_imu).inverse().cast<T>()),
+        chart_(chart_of(problem.anchors[0])),
+        model_(chart_, noise_),
+        filter_(start(), covariance()) {
+    model_.prepare(problem.usual_dt_s);
+    for (T& s : squares_) s = T(0);
+  }
+
+  void run(double* rmse) {
+    for (int i = 0; i < problem_.step_count; ++i) step(problem_.steps[i]);
+    for (int k = 0; k < wf_tune_kernel::kScores; ++k) {
+      const T mean = squares_[k] / T(counts_[k] > 0 ? counts_[k] : 1);
+      const T score = select(is_finite(mean), sqrt(mean), T(HUGE_VAL));
+      for (int i = 0; i < WF_LANES; ++i) rmse[k * WF_LANES + i] = score[i];
+    }
+  }
+
+ private:
+  [[nodiscard]] State start() const {
+    State x;
+    x.position_m = vector(problem_.start_offset_m).cast<T>();
+    x.velocity_mps = vector(problem_.start_velocity_mps).cast<T>();
+    x.q_nu = (rotation(problem_.start_q_nb) * rotation(problem_.q_body_imu)).cast<T>();
+    x.clock[0] = T(problem_.clock_bias_m);
+    x.clock[1] = T(problem_.clock_drift_mps);
+    return x;
+  }
+  [[nodiscard]] Filter::Square covariance() const {
+    using namespace ins_state;
+    Filter::Square p = Filter::Square::Constant(T(0));
+    const auto square = [](double s) { return T(s * s); };
+    for (int i = 0; i < 3; ++i) {
+      p(kPosition + i, kPosition + i) = square(problem_.position_sigma_m);
+      p(kVelocity + i, kVelocity + i) = square(problem_.velocity_sigma_mps);
+    }
+    const Eigen::Matrix3d c =
+        (rotation(problem_.start_q_nb) * rotation(problem_.q_body_imu)).matrix();
+    const double level = problem_.level_sigma_rad, heading = problem_.heading_sigma_rad;
+    const Eigen::Vector3d v(level * level, level * level, heading * heading);
+    p.block<3, 3>(kAttitude, kAttitude) =
+        Eigen::Matrix3d(c.transpose() * v.asDiagonal() * c).cast<T>();
+    for (int i = 0; i < 12; ++i)
+      p(kGyroBias + i, kGyroBias + i) = noise_.sigma[i] * noise_.sigma[i];
+    p(kClock, kClock) = square(problem_.clock_sigma_m);
+    p(kClock + 1, kClock + 1) = square(problem_.clock_drift_sigma_mps);
+    return p;
+  }
+
+  void step(const Step& s) {
+    if (s.chart != at_chart_) move_to(s.chart);
+    const ImuInterval imu{vector(s.begin_rate), vector(s.end_rate), vector(s.begin_force),
+                          vector(s.end_force), s.dt_s};
+    filter_.predict(model_, imu);
+    add_vibration(s);
+    if (s.truth >= 0) score(problem_.truths[s.truth]);
+    if (s.satellites > 0) take_in(s, imu);
+  }
+
+  /// As the navigation system does: the share of the vehicle's vibration that sampling folds to low
+  /// frequencies is an error of each reading.
+  void add_vibration(const Step& s) {
+    const double share = problem_.vibration_share * s.dt_s;
+    if (share == 0.0) return;
+    for (int i = 0; i < 3; ++i) {
+      const T white = noise_.gyro_white[i];
+      const T more = T(s.shake[i]) - T(2.0 / s.dt_s) * white * white;
+      filter_.add_variance(ins_state::kAttitude + i,
+                           T(share * share) * select(more > T(0), more, T(0)));
+    }
+  }
+
+  void take_in(const Step& s, const ImuInterval& imu) {
+    const Vector3 rate = imu.end_rate_radps.cast<T>();
+    const T gate = T(problem_.gate_sigma);
+    for (int k = s.first_satellite; k < s.first_satellite + s.satellites; ++k) {
+      const Satellite& from = problem_.satellites[k];
+      CorrectedRange r;
+      r.position_ecef_m = vector(from.position_ecef_m);
+      r.velocity_ecef_mps = vector(from.velocity_ecef_mps);
+      const SatelliteView view(r, chart_);
+      if (from.has_range) {
+        const T sigma = range_scale_ * T(from.range_sigma_m);
+        (void)filter_.update(RangeModel<T, 0>{chart_, view, from.range_m - view.anchor_range_m,
+                                              sigma * sigma, lever_},
+                             gate);
+      }
+      if (from.has_rate) {
+        const T sigma = range_scale_ * T(from.range_rate_sigma_mps);
+        (void)filter_.update(
+            RangeRateModel<T, 0>{chart_, view, from.range_rate_mps, sigma * sigma, lever_, rate},
+            gate);
+      }
+    }
+  }
+
+  void score(const Truth& truth) {
+    const State& x = filter_.state();
+    for (int i = 0; i < 3; ++i) {
+      const T e = x.position_m[i] - T(truth.offset_m[i]);
+      squares_[i] += e * e;
+      counts_[i] += 1.0;
+    }
+    if (!truth.has_level && !truth.has_heading) return;
+    const SO3<T> apart = rotation(truth.q_nb).inverse().cast<T>() * (x.q_nu * imu_body_);
+    const Eigen::Matrix<T, 3, 3> r = apart.matrix();
+    if (truth.has_level) {
+      add(3, atan2(r(2, 1), r(2, 2)));
+      add(4, atan2(-r(2, 0), sqrt(r(0, 0) * r(0, 0) + r(1, 0) * r(1, 0))));
+    }
+    if (truth.has_heading) add(5, atan2(r(1, 0), r(0, 0)));
+  }
+  void add(int k, const T& e) {
+    squares_[k] += e * e;
+    counts_[k] += 1.0;
+  }
+
+  void move_to(int anchor) {
+    const NavChart next = chart_of(problem_.anchors[anchor]);
+    State x = filter_.state();
+    for (int i = 0; i < WF_LANES; ++i) {
+      Eigen::Vector3d p;
+      for (int k = 0; k < 3; ++k) p[k] = x.position_m[k][i];
+      const Eigen::Vector3d moved = next.offset(chart_.geodetic(p));
+      for (int k = 0; k < 3; ++k) x.position_m[k].set(i, moved[k]);
+    }
+    filter_.set_state(x);
+    chart_ = next;
+    at_chart_ = anchor;
+    model_ = InsModel<T, 0>(chart_, noise_);
+    model_.prepare(problem_.usual_dt_s);
+  }
+
+  const Problem& problem_;
+  InsNoise<T> noise_;
+  T range_scale_;
+  Vector3 lever_;
+  SO3<T> imu_body_;
+  NavChart chart_;
+  int at_chart_ = 0;
+  InsModel<T, 0> model_;
+  Filter filter_;
+  T squares_[wf_tune_kernel::kScores];
+  double counts_[wf_tune_kernel::kScores] = {};
+};
+
+}  // namespace
+}  // namespace wayfare
+
+namespace wf_tune_kernel {
+
+void WF_EVALUATE(const Problem& problem, const double* genes, double* rmse) {
+  WF_WAYFARE::Drive(problem, WF_WAYFARE::Individuals(genes)).run(rmse);
+}
+
+}  // namespace wf_tune_kernel
