@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include <wayfare/sim/ranges.hpp>
 
 #include "exit_code.hpp"
+#include "nav_config.hpp"
 
 namespace {
 
@@ -21,7 +23,8 @@ using namespace wayfare;
 constexpr const char* kFiles[] = {"imu.txt", "ranges.txt", "truth.txt"};
 
 struct Options {
-  std::string out, track;
+  std::string out, track, config;
+  std::string route = "demo";
   double velocity_late_s = 0.0;
   std::uint64_t seed = 1;
   double imu_rate_hz = 100.0, range_rate_hz = 1.0, elevation_mask_deg = 10.0;
@@ -40,6 +43,14 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--track", o.track,
                  "follow this recorded solution (navigation text or RTKLIB's .pos) instead of the "
                  "built-in drive of 310 s and 4.5 km");
+  app.add_option("--route", o.route,
+                 "which built-in drive: demo (310 s, 4.5 km), town (many turns), ring (fast)")
+      ->check(CLI::IsMember({"demo", "town", "ring"}))
+      ->capture_default_str();
+  app.add_option("--config", o.config,
+                 "how the unit and the receiver's clock truly err: imu_noise and filter of a "
+                 "description for gnss_ins")
+      ->check(CLI::ExistingFile);
   app.add_option("--velocity-late", o.velocity_late_s,
                  "the track's velocities hold this much before their stamp, s")
       ->capture_default_str();
@@ -75,8 +86,24 @@ void add_sensor_options(CLI::App& app, Options& o) {
       ->expected(3);
 }
 
+sim::VehicleTrajectory built_in(const Options& o) {
+  const LogTime start = LogTime::from_seconds(o.start_s);
+  if (o.route == "demo") return sim::demo_drive(start);
+  constexpr sim::Waypoint kTown[] = {{0, 0, 0, 6},     {0, 250, 2, 0},   {180, 250, 3, 5},
+                                     {180, 480, 1, 0}, {420, 480, 0, 0}, {420, 120, 4, 6},
+                                     {650, 120, 6, 0}, {650, 520, 2, 0}, {900, 520, 0, 3}};
+  constexpr sim::Waypoint kRing[] = {{0, 0, 0, 6},      {-400, 300, 5, 0}, {-300, 900, 12, 0},
+                                     {250, 1150, 8, 0}, {800, 900, 3, 5},  {750, 350, 0, 3}};
+  sim::VehicleLimits limits;
+  limits.speed_mps = o.route == "town" ? 14.0 : 25.0;
+  const std::span<const sim::Waypoint> route =
+      o.route == "town" ? std::span<const sim::Waypoint>(kTown) : kRing;
+  const Geodetic origin{Angle::degrees(51.0797), Angle::degrees(-114.1314), 1100.0};
+  return sim::drive_waypoints(origin, route, limits, start).value();
+}
+
 Result<sim::VehicleTrajectory> load_trajectory(const Options& o) {
-  if (o.track.empty()) return sim::demo_drive(LogTime::from_seconds(o.start_s));
+  if (o.track.empty()) return built_in(o);
   const auto track = io::read_nav(o.track);
   if (!track) return track.error();
   sim::TrackFit fit;
@@ -102,6 +129,12 @@ Result<sim::SatelliteOutage> parse_outage(const std::string& text, LogTime start
 }
 
 Result<void> complete(Options& o, LogTime start) {
+  if (!o.config.empty()) {
+    const auto config = examples::read_nav_config(o.config);
+    if (!config) return config.error();
+    o.imu.noise = config->filter.imu;
+    o.ranges.clock = config->filter.clock;
+  }
   o.imu.period = from_seconds(1.0 / o.imu_rate_hz);
   if (o.perfect_unit) o.imu.noise = sim::perfect_imu();
   o.ranges.period = from_seconds(1.0 / o.range_rate_hz);
