@@ -14,30 +14,26 @@ std::string significant(double v) {
   return text;
 }
 
+std::string pair(double nominal, double tuned) {
+  return eval::fixed(nominal, 3) + " → " + eval::fixed(tuned, 3);
+}
+
 eval::Table error_table(const DriveFinding& d) {
-  eval::Table table({{"RMSE"},
-                     {"position, nominal", "m"},
-                     {"tuned", "m"},
-                     {"velocity, nominal", "m/s"},
-                     {"tuned", "m/s"},
-                     {"attitude, nominal", "°"},
-                     {"tuned", "°"}});
+  eval::Table table({{"RMSE"}, {"position", "m"}, {"velocity", "m/s"}, {"attitude", "°"}});
   struct Row {
     const char* name;
     Eigen::Index axis, angle;
   };
+  const SystemErrors &n = d.nominal, &t = d.tuned;
   for (const Row& r :
        {Row{"east / roll", 1, 0}, Row{"north / pitch", 0, 1}, Row{"altitude / yaw", 2, 2}}) {
-    table.add_row({r.name, eval::fixed(d.nominal.position_ned_m[r.axis], 3),
-                   eval::fixed(d.tuned.position_ned_m[r.axis], 3),
-                   eval::fixed(d.nominal.velocity_ned_mps[r.axis], 3),
-                   eval::fixed(d.tuned.velocity_ned_mps[r.axis], 3),
-                   eval::fixed(d.nominal.attitude_deg[r.angle], 3),
-                   eval::fixed(d.tuned.attitude_deg[r.angle], 3)});
+    table.add_row({r.name, pair(n.position_ned_m[r.axis], t.position_ned_m[r.axis]),
+                   pair(n.velocity_ned_mps[r.axis], t.velocity_ned_mps[r.axis]),
+                   pair(n.attitude_deg[r.angle], t.attitude_deg[r.angle])});
   }
-  table.add_row({"position / yaw, nominal over tuned",
-                 eval::fixed(d.nominal.position_m() / d.tuned.position_m(), 2), "", "", "",
-                 eval::fixed(d.nominal.attitude_deg[2] / d.tuned.attitude_deg[2], 2), ""});
+  table.add_row({"times better (of attitude: yaw)", eval::fixed(n.position_m() / t.position_m(), 2),
+                 eval::fixed(n.velocity_ned_mps.norm() / t.velocity_ned_mps.norm(), 2),
+                 eval::fixed(n.attitude_deg[2] / t.attitude_deg[2], 2)});
   return table;
 }
 
@@ -93,7 +89,9 @@ io::Series series_of(const std::string& name, const GeneticState& state,
 TitledTables tables_of(const TuneFindings& f) {
   TitledTables tables;
   for (const DriveFinding& d : f.drives)
-    tables.emplace_back((d.training ? "Training drive " : "Test drive ") + d.name, error_table(d));
+    tables.emplace_back(
+        (d.training ? "Training drive " : "Test drive ") + d.name + ", nominal → tuned",
+        error_table(d));
   for (const DriveFinding& d : f.drives) {
     if (!d.nominal_outages || !d.tuned_outages) continue;
     std::string remark;
@@ -116,9 +114,10 @@ io::Report report_of(const TuneFindings& f, const std::string& title) {
   io::Plot one = convergence("Best run");
   one.series = {series_of("best", f.search.runs[best], &GenerationSummary::best, io::Mark::line),
                 series_of("mean", f.search.runs[best], &GenerationSummary::mean, io::Mark::dashed)};
-  // The first generations' means are far above what matters.
-  for (double& y : one.series[1].y)
-    if (y > 20.0 * f.search.runs[best].history.front().best) y = std::nan("");
+  // The first generations' means are thousands of times what the best comes to.
+  one.y_label = "log10 of the " + one.y_label;
+  for (io::Series& series : one.series)
+    for (double& y : series.y) y = std::log10(y);
   report.plot(one);
   io::Plot all = convergence("Best of each run");
   for (std::size_t r = 0; r < f.search.runs.size(); ++r)

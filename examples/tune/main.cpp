@@ -197,7 +197,7 @@ Result<void> run(const Options& o, const examples::Ranks& ranks) {
   std::snprintf(text, sizeof text, "%.1f s, %d threads, %d processes, %s", took.count(),
                 o.fitness.threads, ranks.count(), kernel.c_str());
   f.facts.emplace_back("time of the search", text);
-  std::snprintf(text, sizeof text, "%.6f nominal, %.6f tuned", f.nominal_score,
+  std::snprintf(text, sizeof text, "%.4f nominal, %.4f tuned", f.nominal_score,
                 found->runs[best].scores.front());
   f.facts.emplace_back("fitness", text);
   for (const auto& d : *training) f.drives.push_back(find(o, d, true, nominal_genes, tuned));
