@@ -2,19 +2,14 @@
 
 #include <cstdio>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include <CLI/CLI.hpp>
 
-#include <wayfare/eval/interpolation.hpp>
-#include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/table.hpp>
-#include <wayfare/io/relations.hpp>
 
 #include "config.hpp"
 #include "exit_code.hpp"
-#include "program_files.hpp"
+#include "relations_table.hpp"
 #include "slam_program.hpp"
 
 namespace {
@@ -32,30 +27,8 @@ void print_refused(const GraphSlamRun& slam) {
                slam.first_refusal.c_str());
 }
 
-eval::Table relations_table(const Recording& recording, const Trajectory& trajectory,
-                            const std::vector<eval::Relation>& relations) {
-  eval::Table table({{"relations"}, {"used"}, {"translation", "m"}, {"rotation", "deg"}});
-  const auto row = [&](const std::string& name, const Trajectory& estimated) {
-    const auto e = eval::relations_error(estimated, relations);
-    table.add_row({name, std::to_string(e.used) + " of " + std::to_string(relations.size()),
-                   eval::mean_std(e.translation_m.mean, e.translation_m.std, 4),
-                   eval::mean_std(e.rotation_deg.mean, e.rotation_deg.std, 3)});
-  };
-  if (!recording.odometry.empty()) row("odometry", eval::as_trajectory(recording.odometry));
-  row("graph SLAM", trajectory);
-  return table;
-}
-
 Result<GraphSlamOptions> read_options(const Options& o) {
   return o.config.empty() ? GraphSlamOptions() : examples::read_config(o.config);
-}
-
-Result<std::vector<eval::Relation>> read_relations(const Options& o) {
-  if (o.relations.empty()) return std::vector<eval::Relation>();
-  auto file = io::read_relations(o.relations);
-  if (!file) return file.error();
-  examples::print_problems(file->problems);
-  return std::move(file->relations);
 }
 
 Result<Recording> read_recording(const Options& o) {
@@ -92,7 +65,7 @@ void print(const examples::SlamOutputs& outputs, const std::string& report) {
 Result<void> run(const Options& o) {
   const auto options = read_options(o);
   if (!options) return options.error();
-  const auto relations = read_relations(o);
+  const auto relations = examples::read_relations_or_none(o.relations);
   if (!relations) return relations.error();
   const auto recording = read_recording(o);
   if (!recording) return recording.error();
@@ -103,7 +76,8 @@ Result<void> run(const Options& o) {
   examples::SlamOutputs outputs = outputs_of(o.log, *recording, *run);
   if (!relations->empty()) {
     outputs.tables.push_back(
-        {"Error over relations", relations_table(*recording, run->slam.trajectory, *relations)});
+        {"Error over relations",
+         examples::relations_table("graph SLAM", *recording, run->slam.trajectory, *relations)});
   }
   const auto report = examples::write_slam_outputs(o.out, outputs, o.write());
   if (!report) return report.error();

@@ -1,6 +1,8 @@
 #include <wayfare/match/gauss_newton.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "climb.hpp"
 #include "kernels/kernels.hpp"
@@ -43,6 +45,18 @@ Result<void> check_map(const ProbabilityPyramid& map) {
   return {};
 }
 
+/// The prior turned by up to the window's half, either way, nearest first.
+std::vector<SE2d> turned_starts(const SE2d& prior, const SearchWindow& window, Angle step) {
+  constexpr double kMost = 36;
+  std::vector<SE2d> starts;
+  if (!(step.radians() > 0)) return starts;
+  const int n = static_cast<int>(std::min(kMost, window.half_heading.radians() / step.radians()));
+  for (int k = 1; k <= n; ++k)
+    for (const double side : {-1.0, 1.0})
+      starts.emplace_back(prior.translation(), prior.rotation() * SO2d(step * (side * k)));
+  return starts;
+}
+
 }  // namespace
 
 Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPyramid& map,
@@ -56,18 +70,26 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
   const detail::Prior beside(prior, window, options, points.size());
   const double variance = options_.residual_sigma * options_.residual_sigma;
   const double weight = beside.weight() / variance;
-  SE2d pose = prior;
-  Squares end;
-  for (const ProbabilityGrid& table : map) {
+  const auto climb_on = [&](const ProbabilityGrid& table, SE2d& pose) {
     const auto cost_at = [&](const SE2d& at) {
       const Squares s = squares_at(table, options_.interpolation, points, at);
       Cost cost{0.5 * weight * s.squares, weight * s.downhill, weight * s.outer};
       beside.add(at, cost);
       return cost;
     };
-    detail::climb(pose, cost_at, options_.max_iterations, options_.tolerance);
+    return detail::climb(pose, cost_at, options_.max_iterations, options_.tolerance).value;
+  };
+  SE2d pose = prior;
+  double least = climb_on(map.front(), pose);
+  for (const SE2d& start : turned_starts(prior, window, options_.start_step)) {
+    SE2d other = start;
+    const double cost = climb_on(map.front(), other);
+    if (cost >= least) continue;
+    least = cost;
+    pose = other;
   }
-  end = squares_at(map.back(), options_.interpolation, points, pose);
+  for (std::size_t level = 1; level < map.size(); ++level) climb_on(map[level], pose);
+  const Squares end = squares_at(map.back(), options_.interpolation, points, pose);
   const double n = static_cast<double>(points.size());
   MatchResult result;
   result.T_map_points = pose;

@@ -5,7 +5,7 @@
 #include <wayfare/core/se2.hpp>
 
 #include "local_map.hpp"
-#include "motion.hpp"
+#include "../motion.hpp"
 
 namespace wayfare {
 

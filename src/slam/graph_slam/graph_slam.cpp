@@ -7,7 +7,8 @@
 #include <wayfare/graph/optimise.hpp>
 
 #include "loop_closer.hpp"
-#include "motion.hpp"
+#include "../motion.hpp"
+#include "../scan_check.hpp"
 #include "node_maker.hpp"
 #include "node_map.hpp"
 #include "tracker.hpp"
@@ -34,7 +35,8 @@ class GraphSlam::Engine {
         loop_closer_(options) {}
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<SE2d>& odometry) {
-    if (auto ok = check(scan, odometry); !ok) return ok.error();
+    const auto last = scans_.empty() ? std::nullopt : std::optional(scans_.back().time);
+    if (auto ok = detail::check_scan(scan, odometry, last); !ok) return ok.error();
     const PointSet points = points_of(scan);
     ScanOutcome outcome = nodes_.size() == 0
                               ? begin(points, odometry)
@@ -80,22 +82,6 @@ class GraphSlam::Engine {
   [[nodiscard]] const GraphSlamStatistics& statistics() const { return statistics_; }
 
  private:
-  Result<void> check(const LaserScan& scan, const std::optional<SE2d>& odometry) const {
-    const auto is_finite = [](Angle angle) { return std::isfinite(angle.radians()); };
-    const auto fault = [](const char* what) { return Error{ErrorCode::invalid, what}; };
-    if (scan.ranges_m.empty()) return fault("the scan has no beams");
-    if (!is_finite(scan.first_bearing) || !is_finite(scan.bearing_step)) {
-      return fault("the scan's bearings are not finite");
-    }
-    if (!scans_.empty() && scan.time < scans_.back().time) {
-      return fault("the scan is earlier than the one before it");
-    }
-    if (odometry && !(odometry->translation().allFinite() && is_finite(odometry->heading()))) {
-      return fault("the odometry pose is not finite");
-    }
-    return {};
-  }
-
   [[nodiscard]] PointSet points_of(const LaserScan& scan) const {
     return thin(end_points(scan, options_.T_base_laser.raw()),
                 static_cast<float>(options_.point_spacing_m),

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "local_map.hpp"
-#include "motion.hpp"
+#include "../motion.hpp"
 #include "node_map.hpp"
 
 namespace wayfare {

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <wayfare/core/angle.hpp>
+#include <wayfare/core/result.hpp>
+
+namespace wayfare::examples {
+
+/// An option by its name in a JSON file. Values are positive numbers; angles are in degrees.
+struct OptionField {
+  std::string name;
+  std::function<void(double)> set;
+  std::function<double()> get;
+  bool whole = false;  ///< written without a fraction
+};
+
+[[nodiscard]] OptionField option_field(const char* name, double& value);
+[[nodiscard]] OptionField option_field(const char* name, int& value);
+[[nodiscard]] OptionField option_field(const char* name, Angle& value);
+
+/// Sets what the JSON object in the file names; the rest stays. Errors: not JSON, an unknown key, a
+/// value out of range.
+Result<void> read_option_fields(const std::string& path, const std::vector<OptionField>& known);
+
+/// All of them with their values, as such a file.
+[[nodiscard]] std::string option_fields_text(const std::vector<OptionField>& fields);
+
+}  // namespace wayfare::examples

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <vector>
+
+#include <wayfare/map/inverse_lidar.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
+#include <wayfare/map/probability_grid.hpp>
+#include <wayfare/map/scan_raster.hpp>
+
+namespace wayfare {
+
+struct MultiResolutionOptions {
+  OccupancyGridOptions finest{};
+  int levels = 3;  ///< each with cells twice as wide as the next
+  InverseLidarModel model{.p_free = 0.4, .p_hit = 0.9};
+  double unknown_probability = 0.5;  ///< what a scan point is worth where nobody looked yet
+};
+
+/// Occupancy at several resolutions, every scan put into all of them (Kohlbrecher et al. 2011), and
+/// beside them the tables that matchers climb.
+class MultiResolutionGrid {
+ public:
+  explicit MultiResolutionGrid(const MultiResolutionOptions& options = {});
+
+  /// Puts a scan into every grid, and the tables up to date. Refused as by `insert_scan`, or where
+  /// a table would grow too large; then nothing has changed.
+  Result<void> insert(const SE2d& T_map_laser, const LaserScan& scan);
+
+  [[nodiscard]] bool empty() const { return tables_.empty(); }
+  [[nodiscard]] const OccupancyGrid& finest() const { return grids_.back(); }
+  /// Coarse to fine; empty before the first scan.
+  [[nodiscard]] const ProbabilityPyramid& tables() const { return tables_; }
+
+ private:
+  Result<void> follow(std::size_t level, const CellBox& changed);
+
+  MultiResolutionOptions options_;
+  std::vector<OccupancyGrid> grids_;  // coarse to fine
+  ProbabilityPyramid tables_;
+  ScanRaster raster_;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,57 @@
+#include <wayfare/map/multi_resolution_grid.hpp>
+
+#include <algorithm>
+
+namespace wayfare {
+namespace {
+
+/// Of everything a scan from there can change.
+CellBox box_of(const SE2d& T_map_laser, const LaserScan& scan, const InverseLidarModel& model,
+               double resolution_m) {
+  const Cell from = cell_of(T_map_laser.translation(), resolution_m);
+  CellBox box{from, from};
+  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+    const double range = scan.returned(i) ? static_cast<double>(scan.ranges_m[i])
+                                          : model.free_range_without_return_m;
+    const double length = std::min(range, model.max_usable_range_m);
+    const double bearing = scan.bearing(i).radians();
+    const Eigen::Vector2d end(length * std::cos(bearing), length * std::sin(bearing));
+    box.extend(cell_of(T_map_laser * end, resolution_m));
+  }
+  return box;
+}
+
+}  // namespace
+
+MultiResolutionGrid::MultiResolutionGrid(const MultiResolutionOptions& options)
+    : options_(options) {
+  WAYFARE_EXPECTS(options.levels >= 1 && options.levels <= 8, "one to eight levels");
+  for (int level = options.levels - 1; level >= 0; --level) {
+    OccupancyGridOptions shape = options.finest;
+    shape.resolution_m *= 1 << level;
+    grids_.emplace_back(shape);
+  }
+}
+
+Result<void> MultiResolutionGrid::insert(const SE2d& T_map_laser, const LaserScan& scan) {
+  for (std::size_t i = 0; i < grids_.size(); ++i)
+    if (auto ok = insert_scan(grids_[i], T_map_laser, scan, options_.model, raster_); !ok)
+      return ok;
+  tables_.resize(grids_.size());
+  for (std::size_t i = 0; i < grids_.size(); ++i) {
+    const CellBox changed = box_of(T_map_laser, scan, options_.model, grids_[i].resolution_m());
+    if (auto ok = follow(i, changed); !ok) return ok;
+  }
+  return {};
+}
+
+/// A table that is too small is made anew with room to spare, so that this is seldom.
+Result<void> MultiResolutionGrid::follow(std::size_t level, const CellBox& changed) {
+  constexpr double kSpare_m = 5.0;
+  const OccupancyGrid& grid = grids_[level];
+  if (!grid.bounds() || tables_[level].update(grid, changed)) return {};
+  return tables_[level].make(grid, options_.unknown_probability,
+                             static_cast<int>(kSpare_m / grid.resolution_m()));
+}
+
+}  // namespace wayfare
