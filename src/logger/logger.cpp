@@ -1,8 +1,7 @@
-#include <array>
 #include <atomic>
-#include <cmath>
-#include <mutex>
+#include <filesystem>
 #include <set>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -11,140 +10,12 @@
 
 #include "control_line.hpp"
 #include "recorder.hpp"
+#include "sensor.hpp"
 
 namespace wayfare::logger {
 namespace {
 
 using std::chrono::milliseconds;
-
-std::string number(double value) {
-  std::string text = std::to_string(std::isfinite(value) ? value : 0.0);
-  return text.substr(0, text.find('.') + 2);
-}
-
-std::shared_ptr<const Stream> raw_stream(const SensorOptions& sensor) {
-  const DeviceDescription& d = sensor.device;
-  return std::make_shared<const Stream>(Stream{"/" + d.name + "/raw",
-                                               "application/octet-stream",
-                                               "",
-                                               "",
-                                               {{"kind", d.kind},
-                                                {"port", sensor.port},
-                                                {"baud", std::to_string(d.baud)},
-                                                {"configuration", d.configuration}}});
-}
-
-/// One device: a thread that reads its line, stamps and decodes what came and hands it over.
-class Sensor {
- public:
-  Sensor(SensorOptions options, std::unique_ptr<DeviceDecoder> decoder, Recorder& recorder,
-         const LoggerClock& clock)
-      : options_(std::move(options)),
-        raw_(raw_stream(options_)),
-        decoder_(std::move(decoder)),
-        recorder_(recorder),
-        clock_(clock) {
-    status_.name = options_.device.name;
-    thread_ = std::thread([this] { run(); });
-  }
-  Sensor(const Sensor&) = delete;
-  Sensor& operator=(const Sensor&) = delete;
-  ~Sensor() {
-    quit_ = true;
-    thread_.join();
-  }
-
-  [[nodiscard]] SensorStatus status() const {
-    const std::lock_guard lock(mutex_);
-    SensorStatus status = status_;
-    if (status.state == SensorState::receiving && clock_.now() - last_bytes_ > kSilence)
-      status.state = SensorState::silent;
-    return status;
-  }
-
-  /// Rates since the call before, `interval` ago.
-  void measure_rates(Duration interval) {
-    const std::lock_guard lock(mutex_);
-    const double s = std::max(to_seconds(interval), 1e-3);
-    status_.bytes_per_s = static_cast<double>(status_.bytes - bytes_before_) / s;
-    status_.messages_per_s = static_cast<double>(status_.decoding.messages - messages_before_) / s;
-    bytes_before_ = status_.bytes;
-    messages_before_ = status_.decoding.messages;
-  }
-
- private:
-  static constexpr Duration kSilence = std::chrono::seconds(2);
-
-  void run() {
-    while (!quit_) {
-      if (auto port = open()) read(*port);
-      for (int i = 0; i < 10 && !quit_; ++i) std::this_thread::sleep_for(milliseconds(50));
-    }
-  }
-
-  std::optional<SerialPort> open() {
-    auto port = SerialPort::open(options_.port, {options_.device.baud, options_.dtr});
-    const std::lock_guard lock(mutex_);
-    status_.state = port ? SensorState::silent : SensorState::waiting;
-    status_.note = port ? port->note() : port.error().to_string();
-    if (!port) return std::nullopt;
-    if (!options_.request.empty() && !port->write(options_.request)) return std::nullopt;
-    return std::move(*port);
-  }
-
-  void read(SerialPort& port) {
-    std::array<std::uint8_t, 16384> buffer;
-    while (!quit_) {
-      const auto n = port.read(buffer, milliseconds(100));
-      if (!n) {
-        const std::lock_guard lock(mutex_);
-        status_.state = SensorState::waiting;
-        status_.note = n.error().to_string();
-        return;
-      }
-      if (*n != 0) take({buffer.data(), *n}, clock_.now());
-    }
-  }
-
-  void take(decode::Bytes bytes, LogTime now) {
-    const std::uint32_t session = recorder_.session();
-    std::uint64_t dropped = 0;
-    const bool kept =
-        session != 0 && recorder_.add(session, raw_, now, now, {bytes.begin(), bytes.end()});
-    if (session != 0 && !kept) ++dropped;
-    decoder_->feed(bytes, now, [&](DecodedMessage message) {
-      if (session != 0 &&
-          !recorder_.add(session, message.stream, now, message.time, std::move(message.json)))
-        ++dropped;
-    });
-    const std::lock_guard lock(mutex_);
-    if (session != 0 && session != session_) {
-      session_ = session;
-      status_.dropped = status_.recorded_bytes = 0;
-    }
-    status_.state = SensorState::receiving;
-    status_.bytes += bytes.size();
-    status_.recorded_bytes += kept ? bytes.size() : 0;
-    status_.dropped += dropped;
-    status_.decoding = decoder_->status();
-    last_bytes_ = now;
-  }
-
-  const SensorOptions options_;
-  const std::shared_ptr<const Stream> raw_;
-  const std::unique_ptr<DeviceDecoder> decoder_;  ///< of the thread
-  Recorder& recorder_;
-  const LoggerClock& clock_;
-  std::atomic<bool> quit_{false};
-
-  mutable std::mutex mutex_;
-  SensorStatus status_;
-  std::uint32_t session_ = 0;
-  LogTime last_bytes_;
-  std::uint64_t bytes_before_ = 0, messages_before_ = 0;
-
-  std::thread thread_;
-};
 
 Result<void> check(const LoggerOptions& options) {
   std::set<std::string> names = {"logger"};
@@ -167,61 +38,6 @@ constexpr std::string_view kStatusSchema =
     R"("dropped":{"type":"integer"},"error":{"type":"string"},"sensors":{"type":"array"}}})";
 
 }  // namespace
-
-const char* name_of(LoggerState state) {
-  switch (state) {
-    case LoggerState::idle:
-      return "idle";
-    case LoggerState::recording:
-      return "recording";
-    case LoggerState::stopping:
-      return "stopping";
-    case LoggerState::failed:
-      return "failed";
-    default:
-      return "terminated";
-  }
-}
-
-const char* name_of(SensorState state) {
-  switch (state) {
-    case SensorState::waiting:
-      return "waiting";
-    case SensorState::silent:
-      return "silent";
-    default:
-      return "receiving";
-  }
-}
-
-std::string to_json(const LoggerStatus& status) {
-  const auto text = [](const std::string& s) { return '"' + json_escaped(s) + '"'; };
-  const std::int64_t ns = status.time.nanoseconds();
-  std::string out = "{\"state\":" + text(name_of(status.state));
-  out += ",\"timestamp\":{\"sec\":" + std::to_string(ns / 1'000'000'000) +
-         ",\"nsec\":" + std::to_string(ns % 1'000'000'000) + '}';
-  out += ",\"file\":" + text(status.file) + ",\"seconds\":" + number(status.seconds);
-  out += ",\"written\":" + std::to_string(status.written);
-  out += ",\"disk_free\":" + std::to_string(status.disk_free);
-  out += ",\"queued\":" + std::to_string(status.queued);
-  out += ",\"queue_peak\":" + std::to_string(status.queue_peak);
-  out += ",\"dropped\":" + std::to_string(status.dropped);
-  out += ",\"error\":" + text(status.error) + ",\"sensors\":[";
-  for (const SensorStatus& s : status.sensors) {
-    if (&s != &status.sensors.front()) out += ',';
-    out += "{\"name\":" + text(s.name) + ",\"state\":" + text(name_of(s.state));
-    out += ",\"bytes\":" + std::to_string(s.bytes);
-    out += ",\"recorded\":" + std::to_string(s.recorded_bytes);
-    out += ",\"dropped\":" + std::to_string(s.dropped);
-    out += ",\"bytes_per_s\":" + number(s.bytes_per_s);
-    out += ",\"messages_per_s\":" + number(s.messages_per_s);
-    out += ",\"messages\":" + std::to_string(s.decoding.messages);
-    out += ",\"skipped_bytes\":" + std::to_string(s.decoding.skipped_bytes);
-    out += ",\"damaged\":" + std::to_string(s.decoding.damaged);
-    out += ",\"sample\":" + text(s.decoding.sample) + ",\"note\":" + text(s.note) + '}';
-  }
-  return out + "]}";
-}
 
 struct Logger::Impl {
   explicit Impl(LoggerOptions given, ControlLine control_line)
@@ -298,6 +114,10 @@ Logger::~Logger() = default;
 
 Result<std::unique_ptr<Logger>> Logger::start(LoggerOptions options) {
   if (auto sound = check(options); !sound) return sound.error();
+  // Whoever reads of it in the status may be in another folder.
+  std::error_code code;
+  const auto folder = std::filesystem::absolute(options.folder, code);
+  if (!code) options.folder = folder.lexically_normal().string();
   std::vector<std::unique_ptr<DeviceDecoder>> decoders;
   for (const SensorOptions& s : options.sensors) {
     auto decoder = make_decoder(s.device);

@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include <wayfare/io/time_text.hpp>
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
 #include "logger/simulated_devices.hpp"
@@ -127,6 +128,24 @@ TEST(Monitor, ExportsWhatWasDecoded) {
   EXPECT_THAT(client.Get("/export.csv?topic=/radar/points")->body,
               HasSubstr("1700000000.000000000,1.5,0.5,0,0.4,20\n"));
   const auto original = io::McapReader::open(recorded.path);
+  std::istringstream beams(client.Get("/export.csv?topic=/lidar/scan")->body);
+  std::getline(beams, line);
+  EXPECT_EQ(line, "t_s,bearing_rad,range_m");
+  original->read({io::McapOrder::file, {"/lidar/scan"}}, [&](const io::McapMessage& m) {
+    const auto scan = logger::parse_laser_scan(m.data);
+    bool same = scan.has_value();
+    for (std::size_t i = 0; same && i < scan->ranges_m.size(); ++i) {
+      std::string t, bearing, range;
+      std::getline(std::getline(beams, t, ','), bearing, ',');
+      std::getline(beams, range);
+      same = t == io::format_nanoseconds(scan->time.nanoseconds()) &&
+             std::stod(bearing) == scan->bearing(i).radians() &&
+             std::stof(range) == scan->ranges_m[i];
+    }
+    EXPECT_TRUE(same) << m.sequence;
+    return same;
+  });
+  EXPECT_FALSE(std::getline(beams, line));
   for (const std::string topic : {"", "/lidar/scan"}) {
     const auto copy =
         io::McapReader::parse(client.Get("/export.mcap?topic=" + topic)->body, "export");
@@ -371,6 +390,26 @@ TEST(MonitorInABrowser, StartsAndStopsALiveLogger) {
               state("recording"), "document.querySelectorAll(\"#sensors tr\").length === 1"}),
       "all true\n");
   EXPECT_EQ(live.running->status().state, logger::LoggerState::recording);
+}
+
+TEST(MonitorInABrowser, SaysWhenTheLoggerIsGone) {
+  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
+  Live live;
+  const auto server = serve({.live = live.folder / "control"});
+  std::thread end([&] {
+    if (!wait_for(120s,
+                  [&] { return live.running->status().state == logger::LoggerState::terminated; }))
+      return;
+    live.running.reset();
+  });
+  EXPECT_EQ(browse(server->url(), "gone.png",
+                   {"document.getElementById(\"state\").textContent === \"idle\"",
+                    "document.querySelector(\"[data-command=T]\").click() || true",
+                    "document.getElementById(\"state\").className === \"lost\"",
+                    "document.querySelectorAll(\"[data-command]:disabled\").length === 3"}),
+            "all true\n");
+  end.join();
+  EXPECT_EQ(live.running, nullptr);
 }
 
 }  // namespace

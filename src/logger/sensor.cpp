@@ -1,0 +1,117 @@
+#include "sensor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+namespace wayfare::logger {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr Duration kSilence = std::chrono::seconds(2);
+
+std::shared_ptr<const Stream> raw_stream(const SensorOptions& sensor) {
+  const DeviceDescription& d = sensor.device;
+  return std::make_shared<const Stream>(Stream{"/" + d.name + "/raw",
+                                               "application/octet-stream",
+                                               "",
+                                               "",
+                                               {{"kind", d.kind},
+                                                {"port", sensor.port},
+                                                {"baud", std::to_string(d.baud)},
+                                                {"configuration", d.configuration}}});
+}
+
+}  // namespace
+
+Sensor::Sensor(SensorOptions options, std::unique_ptr<DeviceDecoder> decoder, Recorder& recorder,
+               const LoggerClock& clock)
+    : options_(std::move(options)),
+      raw_(raw_stream(options_)),
+      decoder_(std::move(decoder)),
+      recorder_(recorder),
+      clock_(clock) {
+  status_.name = options_.device.name;
+  thread_ = std::thread([this] { run(); });
+}
+
+Sensor::~Sensor() {
+  quit_ = true;
+  thread_.join();
+}
+
+SensorStatus Sensor::status() const {
+  const std::lock_guard lock(mutex_);
+  SensorStatus status = status_;
+  if (status.state == SensorState::receiving && clock_.now() - last_bytes_ > kSilence)
+    status.state = SensorState::silent;
+  return status;
+}
+
+void Sensor::measure_rates(Duration interval) {
+  const std::lock_guard lock(mutex_);
+  const double s = std::max(to_seconds(interval), 1e-3);
+  status_.bytes_per_s = static_cast<double>(status_.bytes - bytes_before_) / s;
+  status_.messages_per_s = static_cast<double>(status_.decoding.messages - messages_before_) / s;
+  bytes_before_ = status_.bytes;
+  messages_before_ = status_.decoding.messages;
+}
+
+void Sensor::run() {
+  while (!quit_) {
+    if (auto port = open()) read(*port);
+    for (int i = 0; i < 10 && !quit_; ++i) std::this_thread::sleep_for(milliseconds(50));
+  }
+}
+
+std::optional<SerialPort> Sensor::open() {
+  auto port = SerialPort::open(options_.port, {options_.device.baud, options_.dtr});
+  const std::lock_guard lock(mutex_);
+  status_.state = port ? SensorState::silent : SensorState::waiting;
+  status_.note = port ? port->note() : port.error().to_string();
+  if (!port) return std::nullopt;
+  if (!options_.request.empty() && !port->write(options_.request)) return std::nullopt;
+  return std::move(*port);
+}
+
+void Sensor::read(SerialPort& port) {
+  std::array<std::uint8_t, 16384> buffer;
+  while (!quit_) {
+    const auto n = port.read(buffer, milliseconds(100));
+    if (!n) {
+      const std::lock_guard lock(mutex_);
+      status_.state = SensorState::waiting;
+      status_.note = n.error().to_string();
+      return;
+    }
+    if (*n != 0) take({buffer.data(), *n}, clock_.now());
+  }
+}
+
+void Sensor::take(decode::Bytes bytes, LogTime now) {
+  const std::uint32_t session = recorder_.session();
+  std::uint64_t dropped = 0;
+  const bool kept =
+      session != 0 && recorder_.add(session, raw_, now, now, {bytes.begin(), bytes.end()});
+  if (session != 0 && !kept) ++dropped;
+  decoder_->feed(bytes, now, [&](DecodedMessage message) {
+    if (session != 0 &&
+        !recorder_.add(session, message.stream, now, message.time, std::move(message.json)))
+      ++dropped;
+  });
+  const std::lock_guard lock(mutex_);
+  if (session != 0 && session != session_) {
+    session_ = session;
+    status_.dropped = status_.recorded_bytes = 0;
+  }
+  status_.state = SensorState::receiving;
+  status_.bytes += bytes.size();
+  status_.recorded_bytes += kept ? bytes.size() : 0;
+  status_.dropped += dropped;
+  status_.decoding = decoder_->status();
+  last_bytes_ = now;
+}
+
+}  // namespace wayfare::logger

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include <wayfare/logger/logger.hpp>
+#include <wayfare/logger/serial_port.hpp>
+
+#include "recorder.hpp"
+
+namespace wayfare::logger {
+
+/// One device: a thread that reads its line, stamps and decodes what came and hands it over.
+class Sensor {
+ public:
+  Sensor(SensorOptions options, std::unique_ptr<DeviceDecoder> decoder, Recorder& recorder,
+         const LoggerClock& clock);
+  Sensor(const Sensor&) = delete;
+  Sensor& operator=(const Sensor&) = delete;
+  ~Sensor();
+
+  [[nodiscard]] SensorStatus status() const;
+  /// Rates since the call before, `interval` ago.
+  void measure_rates(Duration interval);
+
+ private:
+  void run();
+  [[nodiscard]] std::optional<SerialPort> open();
+  void read(SerialPort& port);
+  void take(decode::Bytes bytes, LogTime now);
+
+  const SensorOptions options_;
+  const std::shared_ptr<const Stream> raw_;
+  const std::unique_ptr<DeviceDecoder> decoder_;  ///< of the thread
+  Recorder& recorder_;
+  const LoggerClock& clock_;
+  std::atomic<bool> quit_{false};
+
+  mutable std::mutex mutex_;
+  SensorStatus status_;
+  std::uint32_t session_ = 0;
+  LogTime last_bytes_;
+  std::uint64_t bytes_before_ = 0, messages_before_ = 0;
+
+  std::thread thread_;
+};
+
+}  // namespace wayfare::logger
