@@ -13,6 +13,7 @@
 
 #include <wayfare/tune/ins_genes.hpp>
 
+#include "cmaes.hpp"
 #include "exit_code.hpp"
 #include "findings.hpp"
 #include "program_files.hpp"
@@ -33,7 +34,7 @@ struct Options {
   GeneticOptions genetic;
   InsFitnessOptions fitness;
   InsGeneSpans spans;
-  std::size_t runs = 1;
+  std::size_t runs = 1, cmaes = 0;
   bool resume = false, force = false, quiet = false, no_outages = false;
 };
 
@@ -177,6 +178,9 @@ Result<void> run(const Options& o, const examples::Ranks& ranks) {
   if (!found) return found.error();
   const std::chrono::duration<double> took = Clock::now() - begin;
   watch.finish();
+  // What is left can be cut short: all generations are saved.
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
   if (!ranks.first()) return {};
   if (!found->complete) {
     std::printf("stopped; everything so far is in %s, --resume goes on\n", o.out.c_str());
@@ -185,12 +189,20 @@ Result<void> run(const Options& o, const examples::Ranks& ranks) {
 
   examples::TuneFindings f;
   f.nominal = *nominal;
-  const std::size_t best = found->best();
-  const std::vector<double> tuned = found->searches[best].best(found->runs[best]);
-  f.tuned = with_ins_genes(*nominal, tuned);
-  drives.progress = {};
-  alone(nominal_genes, {&f.nominal_score, 1});
   char text[160];
+  drives.progress = {};
+  const std::size_t best = found->best();
+  std::vector<double> tuned = found->searches[best].best(found->runs[best]);
+  if (o.cmaes > 0) {
+    const auto further = examples::cmaes(found->searches[best], found->runs[best], o.cmaes, alone);
+    if (!further) return further.error();
+    tuned = further->best;
+    std::snprintf(text, sizeof text, "%.4f after %zu evaluations more", further->score,
+                  further->evaluations);
+    f.facts.emplace_back("fitness by CMA-ES", text);
+  }
+  f.tuned = with_ins_genes(*nominal, tuned);
+  alone(nominal_genes, {&f.nominal_score, 1});
   std::snprintf(text, sizeof text, "%zu individuals, %zu generations, %zu runs",
                 o.genetic.population, o.genetic.generations, o.runs);
   f.facts.emplace_back("search", text);
@@ -233,6 +245,8 @@ void add_options(CLI::App& app, Options& o) {
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--kernel", o.fitness.kernel, "avx512, avx2 or baseline; by default the widest");
+  count("--cmaes", o.cmaes, 0,
+        "so many evaluations of CMA-ES from the best of the search (needs pagmo; one at a time)");
   app.add_flag("--resume", o.resume, "go on from the checkpoints in --out");
   app.add_flag("--no-outages", o.no_outages, "leave the outage tables out");
   app.add_flag("--force", o.force, "replace files of an earlier run");
