@@ -82,6 +82,11 @@ class TuneProgram : public ::testing::Test {
     return words;
   }
   static fs::path checkpoint(const std::string& out) { return folder_ / out / "run_01.checkpoint"; }
+  /// The first generation is judged; several are still to come.
+  static void wait_for_checkpoint(const std::string& out) {
+    for (int i = 0; i < 10'000 && !fs::exists(checkpoint(out)); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
   static void expect_same_as_whole(const std::string& out) {
     for (const char* file : {"run_01.checkpoint", "tuned.json"})
       EXPECT_EQ(content(folder_ / out / file), content(folder_ / "whole" / file)) << file;
@@ -118,7 +123,7 @@ TEST_F(TuneProgram, EndsAsIfItHadNeverBeenKilled) {
 
 TEST_F(TuneProgram, EndsAfterTheRunningGenerationWhenAsked) {
   const pid_t child = start(tune("asked"));
-  std::this_thread::sleep_for(0.4 * took_);
+  wait_for_checkpoint("asked");
   ::kill(child, SIGINT);
   EXPECT_EQ(finish(child), 0);
   EXPECT_THAT(content(checkpoint("asked")), ::testing::EndsWith("end\n"));
@@ -173,8 +178,7 @@ std::vector<pid_t> children_of(pid_t parent) {
 TEST_F(TuneProgram, ALostProcessEndsTheRunAndLosesNoGeneration) {
   const std::string errors = (folder_ / "errors").string();
   const pid_t launcher = start(launched(tune("lost")), errors);
-  for (int i = 0; i < 1000 && !fs::exists(checkpoint("lost")); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  wait_for_checkpoint("lost");
   const auto ranks = children_of(launcher);
   ASSERT_FALSE(ranks.empty());
   ::kill(ranks.back(), SIGKILL);
