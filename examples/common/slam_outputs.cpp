@@ -209,9 +209,14 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
 
   io::MapImageOptions map_options;
   map_options.file = options;
-  const std::array<Result<void>, 5> written = {
+  io::MapImageOptions radar_options = map_options;
+  // One detection is likely clutter: three of them in one cell are something.
+  radar_options.occupied_threshold = 0.9;
+  const std::array<Result<void>, 6> written = {
       io::write_tum(path("trajectory.tum"), run.trajectory, options),
       io::write_map(path("map"), grid, map_options),
+      run.radar_map ? io::write_map(path("radar_map"), grid_image(*run.radar_map), radar_options)
+                    : Result<void>(),
       io::write_png(path("map.png"), io::to_picture(grid), options),
       run.graph.poses.empty() ? Result<void>()
                               : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),

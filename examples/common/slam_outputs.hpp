@@ -34,6 +34,7 @@ struct SlamOutputs {
   const Trajectory* reference = nullptr;  ///< in any frame, at any times around the scans'
   std::vector<std::pair<std::string, std::string>> facts = {};  ///< ("scans", "4791") …
   std::vector<TitledTable> tables = {};                         ///< shown after the errors
+  const OccupancyGrid* radar_map = nullptr;  ///< where it is another map than `map`
 };
 
 /// How far a trajectory is from the reference.

@@ -48,7 +48,7 @@ Errors errors_of(const LocalisationOutputs& o) {
 std::string table_of_poses(const LocalisationOutputs& o) {
   std::string text =
       "t_s,x_m,y_m,heading_rad,sigma_x_m,sigma_y_m,sigma_heading_rad,believed,mass,places,"
-      "particles,agreement,weighed,searched,moved,odometry_refused,error_m,error_deg\n";
+      "particles,agreement,weighed,searched,moved,odometry_refused,error_m,error_deg,sensor\n";
   const Errors errors = errors_of(o);
   for (std::size_t i = 0; i < o.run.outcomes.size(); ++i) {
     const LocalisationOutcome& s = o.run.outcomes[i];
@@ -69,7 +69,8 @@ std::string table_of_poses(const LocalisationOutputs& o) {
     flag(s.moved);
     flag(s.odometry_refused);
     const auto error = [](double v) { return std::isnan(v) ? "" : eval::fixed(v, 4); };
-    text += error(errors.m[i]) + "," + error(errors.deg[i]) + "\n";
+    text += error(errors.m[i]) + "," + error(errors.deg[i]) +
+            (s.sensor == RangeSensor::radar ? ",radar\n" : ",lidar\n");
   }
   return text;
 }

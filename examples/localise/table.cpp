@@ -24,13 +24,14 @@ struct Options {
   int seeds = 10;
   double way_m = examples::kWay_m;
   std::uint64_t first_seed = 1;
+  std::string sensors = "lidar";
   bool beam = false, verbose = false, quiet = false;
   LocalisationOptions localisation;
 };
 
 struct Searches {
   int tried = 0, found = 0, wrong = 0, mirrored = 0, narrowed = 0;
-  std::vector<double> ways_m;
+  std::vector<double> ways_m, shares_wrong;
 
   void add(const examples::Search& s) {
     ++tried;
@@ -38,6 +39,7 @@ struct Searches {
     wrong += s.wrongly_believed ? 1 : 0;
     narrowed += s.narrowed ? 1 : 0;
     mirrored += s.mirrored ? 1 : 0;
+    shares_wrong.push_back(s.share_wrong);
     if (s.found) ways_m.push_back(s.way_m);
   }
   [[nodiscard]] std::string count() const {
@@ -45,7 +47,8 @@ struct Searches {
            " of " + std::to_string(tried);
   }
   [[nodiscard]] std::string wrong_count() const {
-    return std::to_string(wrong) + (mirrored > 0 ? " (" + std::to_string(mirrored) + ")" : "");
+    return std::to_string(wrong) + (mirrored > 0 ? " (" + std::to_string(mirrored) + ")" : "") +
+           ", " + eval::fixed(100.0 * eval::summarise(shares_wrong).mean, 1) + " %";
   }
   [[nodiscard]] std::string way() const {
     const eval::Summary s = eval::summarise(ways_m);
@@ -60,13 +63,14 @@ struct Row {
 
 void print(const std::string& world, std::uint64_t seed, const char* what,
            const examples::Search& s) {
-  std::printf("%s seed %d %s: %s after %.1f m%s, %zu places\n", world.c_str(),
-              static_cast<int>(seed), what, s.found ? "found" : "not found", s.way_m,
-              s.wrongly_believed ? ", wrongly believed" : "", s.clusters);
+  std::printf("%s seed %d %s: %s after %.1f m%s, %zu places, %.1f %% of the scans wrong\n",
+              world.c_str(), static_cast<int>(seed), what, s.found ? "found" : "not found", s.way_m,
+              s.wrongly_believed ? ", wrongly believed" : "", s.clusters, 100.0 * s.share_wrong);
 }
 
 Result<void> run_seed(const Options& o, const std::string& world, std::uint64_t seed, Row& row) {
-  const auto course = examples::make_course({world, seed});
+  const auto course =
+      examples::make_course({.world = world, .seed = seed, .radar = o.sensors != "lidar"});
   if (!course) return course.error();
   const auto global = examples::try_global(*course, o.localisation, seed, o.way_m);
   if (!global) return global.error();
@@ -130,7 +134,8 @@ Result<void> run(const Options& o) {
   std::puts(
       "found (with those whose heaviest place is right, or right but for the symmetry of the "
       "world, "
-      "and not believed)\nwrongly believed (of these: right but for the symmetry)");
+      "and not believed)\nwrongly believed at the end (of these: right but for the symmetry), and "
+      "of all scans on the way");
   return {};
 }
 
@@ -148,12 +153,17 @@ int main(int argc, char** argv) {
   app.add_option("--way", o.way_m, "metres within which the robot is to be found")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--sensors", o.sensors, "lidar, radar or both")
+      ->check(CLI::IsMember({"lidar", "radar", "both"}))
+      ->capture_default_str();
   app.add_flag("--beam", o.beam, "beam model instead of the likelihood field");
   app.add_option("--threads", o.localisation.threads, "the results do not depend on them");
   app.add_option("--beams", o.localisation.beams, "beams of a scan looked at");
   app.add_flag("--verbose", o.verbose, "every trial");
   app.add_flag("--quiet", o.quiet, "no progress");
   CLI11_PARSE(app, argc, argv);
+  o.localisation.use_lidar = o.sensors != "radar";
+  o.localisation.use_radar = o.sensors != "lidar";
   if (o.beam) o.localisation.model = ScanLikelihood::beam;
   return examples::exit_code("localisation_table", run(o));
 }

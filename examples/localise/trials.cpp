@@ -13,6 +13,7 @@
 #include <wayfare/sim/plan_map.hpp>
 #include <wayfare/sim/plan_text.hpp>
 #include <wayfare/sim/worlds.hpp>
+#include <wayfare/system/radar_slam.hpp>
 
 namespace wayfare::examples {
 namespace {
@@ -20,9 +21,8 @@ namespace {
 constexpr LogTime kEnd = LogTime::from_nanoseconds(std::numeric_limits<std::int64_t>::max());
 
 struct Scene {
-  sim::FloorPlan plan;
-  std::vector<Eigen::Vector2d> route_m;
-  sim::RobotParams robot;
+  sim::World world;
+  sim::WorldRobot robot;
 };
 
 Result<sim::World> world_of(const std::string& name, const Rng& rng) {
@@ -40,15 +40,42 @@ Result<Scene> scene_of(const CourseOptions& options) {
   if (options.world == "building") {
     auto planned = sim::read_plan(sim::demo_building());
     if (!planned) return planned.error();
-    sim::RobotParams robot;
-    robot.wheels.right_scale = 1.001;
-    robot.T_base_laser = Transform2<frame::Base, frame::Laser>(SE2d(0.15, 0.0, Angle{}));
-    return Scene{std::move(planned->plan), std::move(planned->route_m), robot};
+    sim::WorldRobot robot;
+    robot.robot.wheels.right_scale = 1.001;
+    robot.robot.T_base_laser = Transform2<frame::Base, frame::Laser>(SE2d(0.15, 0.0, Angle{}));
+    return Scene{sim::furnished_world(std::move(planned->plan), std::move(planned->route_m), {}, {},
+                                      rng.stream(1)),
+                 robot};
   }
   auto world = world_of(options.world, rng.stream(1));
   if (!world) return world.error();
-  return Scene{std::move(world->plan), std::move(world->route_m),
-               sim::turtlebot(rng.stream(2)).robot};
+  return Scene{std::move(*world), sim::turtlebot(rng.stream(2))};
+}
+
+/// What radar saw of the world from another robot's known places on the same way.
+Result<OccupancyGrid> survey(const Scene& scene, double cell_m, const Rng& rng) {
+  auto robot = scene.robot;
+  robot.robot.lidar = sim::full_circle(8);  // nobody looks at it
+  const auto recording = sim::simulate_world(scene.world, robot, rng);
+  if (!recording) return recording.error();
+  OccupancyGrid grid({.resolution_m = cell_m});
+  const LogOdds hit = LogOdds::from_probability(RadarSlamOptions{}.radar_hit_probability);
+  for (const RadarScan& frame : recording->radar) {
+    const auto pose = eval::pose_at(recording->truth, frame.time);
+    if (!pose) continue;
+    const SE2d T_map_radar = *pose * recording->T_base_radar.raw();
+    for (const RadarPoint& p : frame.points)
+      grid.update(cell_of(T_map_radar * Eigen::Vector2d(p.x_m, p.y_m), cell_m), hit);
+  }
+  return grid;
+}
+
+Result<Recording> drive(const Scene& scene, bool with_radar, const Rng& rng) {
+  if (with_radar) return sim::simulate_world(scene.world, scene.robot, rng);
+  auto run = sim::simulate_recording(scene.world.plan, scene.world.route_m, scene.robot.robot, rng);
+  if (!run) return run.error();
+  run->recording.truth = std::move(run->truth);
+  return std::move(run->recording);
 }
 
 /// Metres driven up to each pose of the truth.
@@ -78,6 +105,7 @@ Search judge(const LocalisationRun& run, const Course& course, const Trajectory&
   const double start = way_at(from);
   Search search;
   search.way_m = std::numeric_limits<double>::quiet_NaN();
+  double scans = 0.0, wrong = 0.0;
   for (const LocalisationOutcome& o : run.outcomes) {
     const auto pose = eval::pose_at(truth, o.time);
     const double driven = way_at(o.time) - start;
@@ -89,9 +117,12 @@ Search judge(const LocalisationRun& run, const Course& course, const Trajectory&
         course.symmetry && pose_error(o.T_map_base.mean, *course.symmetry * *pose).right();
     search.narrowed = mirrored || pose_error(o.T_map_base.mean, *pose).right();
     search.wrongly_believed = o.converged && !right;
+    scans += 1.0;
+    wrong += search.wrongly_believed ? 1.0 : 0.0;
     search.mirrored = search.wrongly_believed && mirrored;
     search.clusters = o.clusters;
   }
+  search.share_wrong = scans > 0.0 ? wrong / scans : 0.0;
   if (!search.found) search.way_m = std::numeric_limits<double>::quiet_NaN();
   return search;
 }
@@ -113,17 +144,22 @@ PoseError pose_error(const SE2d& estimate, const SE2d& truth) {
 Result<Course> make_course(const CourseOptions& options) {
   auto scene = scene_of(options);
   if (!scene) return scene.error();
-  auto run = sim::simulate_recording(scene->plan, scene->route_m, scene->robot,
-                                     Rng(options.seed).stream(3));
-  if (!run) return run.error();
-  const auto grid =
-      sim::map_of_plan(scene->plan, scene->route_m.front(), {.resolution_m = options.cell_m});
+  const Rng rng(options.seed);
+  auto recording = drive(*scene, options.radar, rng.stream(3));
+  if (!recording) return recording.error();
+  const auto grid = sim::map_of_plan(scene->world.plan, scene->world.route_m.front(),
+                                     {.resolution_m = options.cell_m});
   if (!grid) return grid.error();
-  auto map = LocalisationMap::make(*grid, options.map);
+  std::optional<OccupancyGrid> seen;
+  if (options.radar) {
+    auto surveyed = survey(*scene, options.cell_m, rng.stream(6));
+    if (!surveyed) return surveyed.error();
+    seen = *std::move(surveyed);
+  }
+  auto map = LocalisationMap::make(*grid, options.map, seen ? &*seen : nullptr);
   if (!map) return map.error();
-  run->recording.truth = std::move(run->truth);
   const std::string file = options.world.substr(0, options.world.find(','));
-  Course course{std::filesystem::path(file).filename().string(), std::move(run->recording), *map};
+  Course course{std::filesystem::path(file).filename().string(), *std::move(recording), *map};
   // Half a turn about the middle of its 18 m x 30 m.
   if (options.world == "corridor_loop") course.symmetry = SE2d(18.0, 30.0, 180.0_deg);
   return course;

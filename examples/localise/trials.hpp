@@ -34,6 +34,9 @@ struct Course {
 struct CourseOptions {
   std::string world;
   std::uint64_t seed = 1;
+  /// With an AWR1843 at its front as well, and a map of what that saw from another robot's known
+  /// places on the same way.
+  bool radar = false;
   double cell_m = 0.05;
   LocalisationMapOptions map{};
 };
@@ -48,6 +51,7 @@ struct Search {
   bool narrowed = false;
   double way_m = 0.0;        ///< to where it was right and stayed so; NaN where it was not found
   std::size_t clusters = 0;  ///< places still possible then
+  double share_wrong = 0.0;  ///< of all scans on the way, those where it was believed and wrong
 };
 /// From nowhere, at a place along the course that `seed` decides.
 [[nodiscard]] Result<Search> try_global(const Course& course, const LocalisationOptions& options,

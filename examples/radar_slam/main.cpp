@@ -133,6 +133,7 @@ examples::SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, c
   for (const SensorFault& f : slam.faults)
     outputs.facts.emplace_back("fault", f.what + " from " + eval::fixed(f.from.seconds(), 1) +
                                             " to " + eval::fixed(f.until.seconds(), 1) + " s");
+  if (slam.lidar_map.bounds() && slam.radar_map.bounds()) outputs.radar_map = &slam.radar_map;
   if (!inputs.relations.empty())
     outputs.tables.push_back({"Error over relations", relations_table(inputs, slam.trajectory)});
   return outputs;
@@ -171,7 +172,7 @@ int main(int argc, char** argv) {
       "wheels "
       "and gyro where it has them, or a logger's recording (.mcap). Writes trajectory.tum, "
       "map.pgm, map.yaml, map.png and "
-      "report.html.");
+      "report.html; of both sensors also radar_map.pgm and radar_map.yaml, for localise.");
   Options o;
   app.add_option("LOG", o.log, "the recorded log")->required()->check(CLI::ExistingFile);
   examples::add_out(app, o, "folder for the results, made where needed");

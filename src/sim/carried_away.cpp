@@ -28,8 +28,13 @@ void append(std::vector<Sample>& to, std::vector<Sample> more, Duration earlier_
 Recording part_of(const Recording& recording, LogTime from, LogTime to) {
   Recording part;
   part.T_base_laser = recording.T_base_laser;
+  part.T_base_radar = recording.T_base_radar;
+  part.wheel_base_m = recording.wheel_base_m;
   part.scans = between(recording.scans, from, to);
   part.odometry = between(recording.odometry, from, to);
+  part.radar = between(recording.radar, from, to);
+  part.wheels = between(recording.wheels, from, to);
+  part.gyro = between(recording.gyro, from, to);
   part.truth = between(recording.truth, from, to);
   return part;
 }
@@ -47,6 +52,9 @@ Recording carried_away(const Recording& recording, LogTime from, LogTime to) {
   }
   append(result.scans, std::move(rest.scans), to - from);
   append(result.odometry, std::move(rest.odometry), to - from);
+  append(result.radar, std::move(rest.radar), to - from);
+  append(result.wheels, std::move(rest.wheels), to - from);
+  append(result.gyro, std::move(rest.gyro), to - from);
   append(result.truth, std::move(rest.truth), to - from);
   return result;
 }

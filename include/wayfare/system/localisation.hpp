@@ -1,7 +1,9 @@
 #pragma once
 
 // Monte-Carlo localisation on a known map (Dellaert et al. 1999): scans and odometry in, the pose
-// of the robot, its covariance and whether it is to be believed out.
+// of the robot, its covariance and whether it is to be believed out. Scans are a LiDAR's, a radar's
+// on a map of what radar sees, or both: along a smooth corridor LiDAR cannot tell one place from
+// the next, where radar sees the metal in the walls.
 //
 // Particles move by odometry and are weighed by how well each scan fits the map; their number
 // follows how far they spread (KLD sampling, Fox 2003). Where the scans of late fit badly, a second
@@ -18,10 +20,10 @@
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/map/distance_field.hpp>
-#include <wayfare/map/occupancy_grid.hpp>
+#include <wayfare/measure/point_set.hpp>
 #include <wayfare/measure/recording.hpp>
 #include <wayfare/model/motion_noise.hpp>
+#include <wayfare/system/localisation_map.hpp>
 
 namespace wayfare {
 
@@ -29,41 +31,6 @@ namespace wayfare {
 enum class ScanLikelihood {
   likelihood_field,  ///< how near to a wall each beam ends: smooth, fast, blind to what is between
   beam,  ///< the range each beam should have: knows walls from free space, no returns too
-};
-
-struct LocalisationMapOptions {
-  double occupied_probability = 0.65;  ///< a cell is a wall from here on …
-  double free_probability = 0.35;      ///< … and somewhere to be up to here
-  double clearance_m = 0.1;            ///< the robot's place keeps this far from walls
-  /// Of a beam's end about its wall, m: while the robot is tracked, and while it is searched for,
-  /// when particles are farther apart.
-  double sigma_m = 0.08;
-  double search_sigma_m = 0.25;
-  /// Likelihood of a beam that fits nothing, against one that fits: larger bears more strangers.
-  double floor_probability = 0.05;
-};
-
-/// The map as localisation reads it. Not changed once made; shared by localisers and threads.
-class LocalisationMap {
- public:
-  /// An Error where the grid is empty, too large, or has no wall or nowhere to be.
-  [[nodiscard]] static Result<std::shared_ptr<const LocalisationMap>> make(
-      const OccupancyGrid& grid, const LocalisationMapOptions& options = {});
-
-  [[nodiscard]] const LocalisationMapOptions& options() const { return options_; }
-  [[nodiscard]] double resolution_m() const { return sharp_.resolution_m(); }
-  /// ln p of a beam's end, by sigma_m and by search_sigma_m.
-  [[nodiscard]] const MatchGrid& sharp() const { return sharp_; }
-  [[nodiscard]] const MatchGrid& broad() const { return broad_; }
-  [[nodiscard]] const RayCaster& rays() const { return rays_; }
-  /// Where the robot may be.
-  [[nodiscard]] const std::vector<Cell>& places() const { return places_; }
-
- private:
-  LocalisationMapOptions options_;
-  MatchGrid sharp_, broad_;
-  RayCaster rays_;
-  std::vector<Cell> places_;
 };
 
 /// The densities of the beam model (Thrun, Burgard and Fox 2005, 6.3), against that of a beam that
@@ -74,8 +41,24 @@ struct BeamModel {
   double p_missed = 0.10;   ///< does not return though there is a wall in reach
 };
 
+/// How a radar's scans are weighed, of many frames each.
+struct RadarWeighing {
+  int points = 128;     ///< of a scan that are looked at
+  int min_points = 15;  ///< a scan with fewer says nothing
+  /// What a radar sees of one thing comes again and again: a scan counts as so many independent
+  /// points, fewer while it is open where the robot is.
+  double independent_points = 16.0;
+  double independent_undecided = 8.0;
+  /// Of the recording's frames that make one scan, and the longest time they may take.
+  std::size_t frames = 20;
+  double longest_s = 1.5;
+};
+
 struct LocalisationOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};
+  RadarWeighing radar{};
+  /// Which of a recording's sensors are listened to; radar where the map knows what it sees.
+  bool use_lidar = true, use_radar = true;
 
   // Scans.
   ScanLikelihood model = ScanLikelihood::likelihood_field;
@@ -118,15 +101,17 @@ struct LocalisationOptions {
 
   // Belief.
   double converged_mass = 0.9;  ///< of the weight in one cluster, for the pose to be believed …
-  double converged_sigma_m = 0.5;  ///< … and the largest standard deviation of its place
-  int threads = 1;                 ///< results are the same for any number
+  double converged_sigma_m = 0.5;  ///< … the largest standard deviation of its place …
+  double disbelief = 0.75;  ///< … and the least share of what agreement with the map used to be
+  int threads = 1;          ///< results are the same for any number
 };
 
 /// What became of one scan.
 struct LocalisationOutcome {
   LogTime time;
+  RangeSensor sensor = RangeSensor::lidar;
   Gaussian<SE2d> T_map_base;  ///< of the heaviest cluster of particles
-  bool converged = false;     ///< whether that is where the robot is, as far as particles tell
+  bool converged = false;     ///< whether that is where the robot is, as far as one can tell
   double mass = 0.0;          ///< of the weight in that cluster
   std::size_t clusters = 0;   ///< places that hold a hundredth of the weight or more
   std::size_t particles = 0;
@@ -171,6 +156,12 @@ class Localiser {
   Result<LocalisationOutcome> add_scan(
       const LaserScan& scan, const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 
+  /// The same with a radar's detections, in the robot's own frame at `time`; not earlier than the
+  /// last scan. Refused: points that are not finite, a map that knows nothing of radar.
+  Result<LocalisationOutcome> add_radar(
+      LogTime time, const PointSet& points_base,
+      const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
+
   [[nodiscard]] std::vector<PoseParticle> particles() const;
 
  private:
@@ -185,7 +176,7 @@ struct ParticleSnapshot {
 };
 
 struct LocalisationRun {
-  std::vector<LocalisationOutcome> outcomes;  ///< one a scan taken
+  std::vector<LocalisationOutcome> outcomes;  ///< one a scan taken, of two at a time the later one
   std::vector<ParticleSnapshot> snapshots;    ///< where asked for
   std::size_t refused_scans = 0;
   std::string first_refusal;  ///< why the first of them was
@@ -203,8 +194,8 @@ struct LocalisationControl {
   std::vector<double> snapshots_at = {};
 };
 
-/// Localises a whole recording (odometry interpolated at the scans' times) from `start`, or from
-/// nowhere. An Error where no scan could be used.
+/// Localises a whole recording (odometry interpolated at the scans' times; a radar's frames
+/// gathered by it into scans) from `start`, or from nowhere. An Error where no scan could be used.
 Result<LocalisationRun> run_localisation(const Recording& recording,
                                          std::shared_ptr<const LocalisationMap> map,
                                          LocalisationOptions options, std::uint64_t seed,

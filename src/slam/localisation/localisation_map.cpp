@@ -1,21 +1,35 @@
-#include <wayfare/system/localisation.hpp>
+#include <wayfare/system/localisation_map.hpp>
 
 namespace wayfare {
+namespace {
+
+Result<LocalisationMap::Fields> fields_of(const DistanceField& distances, const FieldShape& shape) {
+  auto sharp = likelihood_field(distances, {shape.sigma_m, shape.floor_probability});
+  if (!sharp) return sharp.error();
+  auto broad = likelihood_field(distances, {shape.search_sigma_m, shape.floor_probability});
+  if (!broad) return broad.error();
+  return LocalisationMap::Fields{*std::move(sharp), *std::move(broad)};
+}
+
+}  // namespace
 
 Result<std::shared_ptr<const LocalisationMap>> LocalisationMap::make(
-    const OccupancyGrid& grid, const LocalisationMapOptions& options) {
+    const OccupancyGrid& grid, const LocalisationMapOptions& options, const OccupancyGrid* radar) {
   const auto distances = DistanceField::of_grid(grid, options.occupied_probability);
   if (!distances) return distances.error();
-  const double floor = options.floor_probability;
-  auto sharp = likelihood_field(*distances, {options.sigma_m, floor});
-  if (!sharp) return sharp.error();
-  auto broad = likelihood_field(*distances, {options.search_sigma_m, floor});
-  if (!broad) return broad.error();
+  auto walls = fields_of(*distances, options.lidar);
+  if (!walls) return walls.error();
 
   auto map = std::make_shared<LocalisationMap>();
   map->options_ = options;
-  map->sharp_ = *std::move(sharp);
-  map->broad_ = *std::move(broad);
+  map->fields_[0] = *std::move(walls);
+  if (radar) {
+    const auto seen = DistanceField::of_grid(*radar, options.seen_probability);
+    if (!seen) return seen.error();
+    auto fields = fields_of(*seen, options.radar);
+    if (!fields) return fields.error();
+    map->fields_[1] = *std::move(fields);
+  }
   map->rays_ = RayCaster(*distances);
   const CellBox box = *grid.bounds();
   bool wall = false;

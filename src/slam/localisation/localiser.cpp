@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -28,13 +30,57 @@ Result<void> check(const LaserScan& scan) {
 /// A second set of particles, begun from nowhere where the first is in doubt, and the odds of it.
 struct Challenger {
   PoseFilter filter;
-  double log_odds;  ///< that it, and not the first, is right
-  int scans = 0;
+  double log_odds;             // that it, and not the first, is right
+  bool in_doubt = false;       // begun because scans fit badly, not to make sure
+  std::array<int, 2> scans{};  // of lidar and radar
+
+  /// Of the sensor that had most: a second sensor must not shorten the way both are given.
+  [[nodiscard]] int age() const { return std::max(scans[0], scans[1]); }
 };
 
 bool same_place(const SE2d& a, const SE2d& b, const LocalisationOptions& options) {
   return (a.translation() - b.translation()).norm() < options.bin_m &&
          std::abs((a.heading() - b.heading()).wrapped().radians()) < options.bin_turn.radians();
+}
+
+/// What a sensor saw last, and how well it used to agree with the map.
+struct SensorMemory {
+  SE2d since_weighed;  // motion since the last scan that was weighed
+  std::optional<LogTime> weighed_at;
+  double recent = 0.0, last = 0.0;  // agreement of late, and of the last scan
+  double usual = 0.0;               // while converged, and since a search that found no better
+  double best = 0.0;  // while converged: what a place that fits no better than others is known by
+
+  /// Elsewhere: what is usual on this map stays, for a wrong place to be known by.
+  void begin_anew() { recent = last = 0.0; }
+  void remember(double agreement, bool converged, double suspicion);
+  [[nodiscard]] bool says_something_new(LogTime time, const LocalisationOptions& options) const;
+  [[nodiscard]] bool fits_worse_than_usual(double share) const {
+    return recent > 0.0 && recent < share * usual;
+  }
+  [[nodiscard]] bool fits_worse_than_best(double share) const {
+    return recent > 0.0 && recent < share * best;
+  }
+};
+
+void SensorMemory::remember(double agreement, bool converged, double suspicion) {
+  constexpr double kFast = 0.3, kSlow = 0.02;
+  last = agreement;
+  recent += (recent == 0.0 ? 1.0 : kFast) * (agreement - recent);
+  if (!converged) return;
+  // Slower still while in doubt, or what was usual would follow the robot that was carried away.
+  const auto follow = [&](double& value) {
+    const double rate = recent < suspicion * value ? 0.1 * kSlow : kSlow;
+    value += (value == 0.0 ? 1.0 : rate) * (agreement - value);
+  };
+  follow(usual);
+  follow(best);
+}
+
+bool SensorMemory::says_something_new(LogTime time, const LocalisationOptions& options) const {
+  return !weighed_at || since_weighed.translation().norm() >= options.between_m ||
+         std::abs(since_weighed.heading().radians()) >= options.between_turn.radians() ||
+         to_seconds(time - *weighed_at) >= options.between_s;
 }
 
 class Localiser::Engine {
@@ -47,6 +93,8 @@ class Localiser::Engine {
   void start_anywhere();
   Result<void> add_motion(LogTime time, const std::optional<SE2d>& odometry);
   Result<LocalisationOutcome> add_scan(const LaserScan& scan, const std::optional<SE2d>& odometry);
+  Result<LocalisationOutcome> add_radar(LogTime time, const PointSet& points,
+                                        const std::optional<SE2d>& odometry);
 
   [[nodiscard]] const ParticleSet& particles() const {
     static const ParticleSet none;
@@ -55,13 +103,25 @@ class Localiser::Engine {
 
  private:
   bool move_to(LogTime time, const std::optional<SE2d>& odometry);
-  [[nodiscard]] bool says_something_new(LogTime time) const;
+  LocalisationOutcome add(LogTime time, const ScanWeigher& scan,
+                          const std::optional<SE2d>& odometry);
   void take(const ScanWeigher& scan, LocalisationOutcome& outcome);
   void challenge(const ScanWeigher& scan);
   void settle(LocalisationOutcome& outcome);
-  void remember(double agreement);
   [[nodiscard]] bool in_doubt() const;
-  [[nodiscard]] bool fits_badly() const { return recent_ < options_.suspicion * usual_; }
+  [[nodiscard]] bool fits_badly() const {
+    return std::any_of(memories_.begin(), memories_.end(), [&](const SensorMemory& m) {
+      return m.fits_worse_than_usual(options_.suspicion);
+    });
+  }
+  [[nodiscard]] bool unbelievable() const {
+    return std::any_of(memories_.begin(), memories_.end(), [&](const SensorMemory& m) {
+      return m.fits_worse_than_best(options_.disbelief);
+    });
+  }
+  [[nodiscard]] SensorMemory& memory_of(const ScanWeigher& scan) {
+    return memories_[static_cast<std::size_t>(scan.sensor())];
+  }
   [[nodiscard]] PoseFilter new_filter() { return {map_, options_, rng_.stream(filters_++)}; }
 
   std::shared_ptr<const LocalisationMap> map_;
@@ -71,11 +131,10 @@ class Localiser::Engine {
   MotionGuard motion_{options_};
   std::optional<PoseFilter> filter_;  // none where nothing is known
   std::optional<Challenger> challenger_;
-  SE2d since_weighed_;  // motion since the last scan that was weighed
-  std::optional<LogTime> weighed_at_;
-  double usual_ = 0.0, recent_ = 0.0, last_ = 0.0;  // agreement while converged, of late, last
-  bool confirmed_ = false;                          // a search from nowhere came to the same pose
-  int since_search_ = 0;                            // scans weighed
+  std::array<SensorMemory, 2> memories_;  // of lidar and radar
+  bool confirmed_ = false;                // a search from nowhere came to the same pose
+  bool given_ = false;    // the pose was told: one search that finds no better is enough
+  int since_search_ = 0;  // scans weighed
 };
 
 Result<void> Localiser::Engine::start_at(const Gaussian<SE2d>& pose) {
@@ -87,17 +146,16 @@ Result<void> Localiser::Engine::start_at(const Gaussian<SE2d>& pose) {
   start_anywhere();
   filter_ = new_filter();
   filter_->start_at(pose);
-  confirmed_ = true;  // by whoever gave it
+  given_ = true;
   return {};
 }
 
 void Localiser::Engine::start_anywhere() {
   filter_.reset();
   challenger_.reset();
-  usual_ = recent_ = 0.0;
-  confirmed_ = false;
+  memories_ = {};
+  confirmed_ = given_ = false;
   since_search_ = 0;
-  weighed_at_.reset();
 }
 
 // True where odometry could not be used.
@@ -107,7 +165,7 @@ bool Localiser::Engine::move_to(LogTime time, const std::optional<SE2d>& odometr
   if (first) return step.refused;
   if (filter_) filter_->move(step.motion);
   if (challenger_) challenger_->filter.move(step.motion);
-  since_weighed_ = since_weighed_ * step.motion.mean;
+  for (SensorMemory& m : memories_) m.since_weighed = m.since_weighed * step.motion.mean;
   return step.refused;
 }
 
@@ -118,42 +176,54 @@ Result<void> Localiser::Engine::add_motion(LogTime time, const std::optional<SE2
   return {};
 }
 
-bool Localiser::Engine::says_something_new(LogTime time) const {
-  return !weighed_at_ || since_weighed_.translation().norm() >= options_.between_m ||
-         std::abs(since_weighed_.heading().radians()) >= options_.between_turn.radians() ||
-         to_seconds(time - *weighed_at_) >= options_.between_s;
-}
-
 Result<LocalisationOutcome> Localiser::Engine::add_scan(const LaserScan& scan,
                                                         const std::optional<SE2d>& odometry) {
   if (auto ok = check(scan); !ok) return ok.error();
   if (motion_.time() && scan.time <= *motion_.time())
     return Error{ErrorCode::invalid, "a scan not later than the last: late or doubled"};
+  return add(scan.time, ScanWeigher(scan, options_), odometry);
+}
+
+Result<LocalisationOutcome> Localiser::Engine::add_radar(LogTime time, const PointSet& points,
+                                                         const std::optional<SE2d>& odometry) {
+  if (!map_->has(RangeSensor::radar))
+    return Error{ErrorCode::invalid, "the map knows nothing of what radar sees"};
+  if (motion_.time() && time < *motion_.time())
+    return Error{ErrorCode::invalid, "a radar scan earlier than the last scan"};
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (!points[i].allFinite())
+      return Error{ErrorCode::invalid, "a radar scan whose points are not finite"};
+  return add(time, ScanWeigher(points, options_), odometry);
+}
+
+LocalisationOutcome Localiser::Engine::add(LogTime time, const ScanWeigher& scan,
+                                           const std::optional<SE2d>& odometry) {
   LocalisationOutcome outcome;
-  outcome.time = scan.time;
-  outcome.odometry_refused = move_to(scan.time, odometry);
-  const ScanWeigher weigher(scan, options_);
-  outcome.weighed = weigher.enough() && says_something_new(scan.time);
-  if (outcome.weighed) take(weigher, outcome);
+  outcome.time = time;
+  outcome.sensor = scan.sensor();
+  if (!motion_.time() || time > *motion_.time()) outcome.odometry_refused = move_to(time, odometry);
+  outcome.weighed = scan.enough() && memory_of(scan).says_something_new(time, options_);
+  if (outcome.weighed) take(scan, outcome);
   outcome.T_map_base.covariance = Eigen::Matrix3d::Constant(INFINITY);
   if (!filter_) return outcome;
   const PoseBelief& belief = filter_->believe();
   motion_.tell(belief.pose.mean);
   outcome.T_map_base = belief.pose;
-  outcome.converged = belief.converged;
   outcome.mass = belief.mass;
   outcome.clusters = belief.clusters;
   outcome.particles = filter_->particles().size();
   if (outcome.weighed) {
-    outcome.agreement = weigher.agreement(*map_, belief.pose.mean);
-    remember(outcome.agreement);
+    outcome.agreement = scan.agreement(*map_, belief.pose.mean);
+    memory_of(scan).remember(outcome.agreement, belief.converged, options_.suspicion);
   }
+  outcome.converged = belief.converged && !unbelievable();
   return outcome;
 }
 
 void Localiser::Engine::take(const ScanWeigher& scan, LocalisationOutcome& outcome) {
-  weighed_at_ = outcome.time;
-  since_weighed_ = SE2d();
+  SensorMemory& memory = memory_of(scan);
+  memory.weighed_at = outcome.time;
+  memory.since_weighed = SE2d();
   ++since_search_;
   if (!filter_) {
     filter_ = new_filter();
@@ -162,22 +232,27 @@ void Localiser::Engine::take(const ScanWeigher& scan, LocalisationOutcome& outco
     outcome.searched = true;
     return;
   }
+  // One begun to make sure has the odds of its time against it: doubts begin anew.
+  if (challenger_ && !challenger_->in_doubt && filter_->belief().converged && fits_badly())
+    challenger_.reset();
   if (challenger_ || in_doubt()) {
     outcome.searched = !challenger_;
     challenge(scan);
   }
-  if (filter_->belief().converged && last_ < options_.suspicion * usual_) filter_->scatter();
+  if (filter_->belief().converged && memory.last < options_.suspicion * memory.usual)
+    filter_->scatter();
   filter_->weigh(scan);
   filter_->resample_if_due();
   if (challenger_) settle(outcome);
 }
 
-// Scans fit worse than they used to; or the pose was found from nowhere and by one search only.
+// Scans fit worse than they used to; or the pose was told, or found from nowhere by one search
+// only.
 bool Localiser::Engine::in_doubt() const {
   const int wait = std::max(options_.scans_between_searches, 1);
   const PoseBelief& belief = filter_->belief();
-  if (!belief.converged || !confirmed_) return since_search_ >= 4 * wait;
-  return since_search_ >= wait && fits_badly();
+  if (belief.converged && fits_badly()) return since_search_ >= wait;
+  return (!belief.converged || !confirmed_) && since_search_ >= 4 * wait;
 }
 
 // Odds that the robot was carried away: prior odds, times what each scan since said of poses
@@ -185,7 +260,7 @@ bool Localiser::Engine::in_doubt() const {
 void Localiser::Engine::challenge(const ScanWeigher& scan) {
   if (!challenger_) {
     const double prior = options_.kidnap_probability;
-    challenger_ = Challenger{new_filter(), std::log(prior / (1.0 - prior))};
+    challenger_ = Challenger{new_filter(), std::log(prior / (1.0 - prior)), fits_badly()};
     challenger_->log_odds +=
         challenger_->filter.start_anywhere(scan) - filter_->log_evidence(scan, true);
   } else {
@@ -196,7 +271,7 @@ void Localiser::Engine::challenge(const ScanWeigher& scan) {
     other.resample_if_due();
   }
   challenger_->filter.believe();
-  ++challenger_->scans;
+  ++challenger_->scans[static_cast<std::size_t>(scan.sensor())];
 }
 
 void Localiser::Engine::settle(LocalisationOutcome& outcome) {
@@ -208,26 +283,18 @@ void Localiser::Engine::settle(LocalisationOutcome& outcome) {
   if (challenger_->log_odds > kDecided && !same) {
     filter_ = std::move(challenger_->filter);
     outcome.moved = true;
-    usual_ = recent_ = 0.0;
-    confirmed_ = false;
+    for (SensorMemory& m : memories_) m.begin_anew();
+    confirmed_ = given_ = false;
   } else if (same && ours.converged) {
     confirmed_ = true;
-    usual_ = recent_;  // it fits no better anywhere
-  } else if (challenger_->scans < (challenger_->log_odds < 0.0 ? kFair : kLongest)) {
+    for (SensorMemory& m : memories_) m.usual = m.recent;  // it fits no better anywhere
+  } else if (challenger_->age() < (challenger_->log_odds < 0.0 ? kFair : kLongest)) {
     return;
+  } else if (given_) {
+    confirmed_ = true;
   }
   challenger_.reset();
   since_search_ = 0;
-}
-
-void Localiser::Engine::remember(double agreement) {
-  constexpr double kFast = 0.3, kSlow = 0.02;
-  last_ = agreement;
-  recent_ += (recent_ == 0.0 ? 1.0 : kFast) * (agreement - recent_);
-  if (!filter_->belief().converged) return;
-  // Slower still while in doubt, or what was usual would follow the robot that was carried away.
-  const double rate = fits_badly() ? 0.1 * kSlow : kSlow;
-  usual_ += (usual_ == 0.0 ? 1.0 : rate) * (agreement - usual_);
 }
 
 Localiser::Localiser(std::shared_ptr<const LocalisationMap> map, const LocalisationOptions& options,
@@ -252,6 +319,12 @@ Result<void> Localiser::add_motion(
 Result<LocalisationOutcome> Localiser::add_scan(
     const LaserScan& scan, const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
   return engine_->add_scan(scan, raw(odometry));
+}
+
+Result<LocalisationOutcome> Localiser::add_radar(
+    LogTime time, const PointSet& points_base,
+    const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
+  return engine_->add_radar(time, points_base, raw(odometry));
 }
 
 std::vector<PoseParticle> Localiser::particles() const {

@@ -1,8 +1,12 @@
 #include <algorithm>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include <wayfare/sync/odometry_track.hpp>
 #include <wayfare/system/localisation.hpp>
+
+#include "localisation/gather_radar.hpp"
 
 namespace wayfare {
 namespace {
@@ -18,6 +22,31 @@ void drive_through_gap(Localiser& localiser, const OdometryTrack& odometry, LogT
     // Refused only where time does not advance, which the next step makes good.
     static_cast<void>(localiser.add_motion(time, odometry.at(time)).has_value());
   }
+}
+
+/// One sensor's scan, when its time comes.
+struct Turn {
+  LogTime time;
+  std::size_t index = 0;  // among its sensor's
+  const LaserScan* lidar = nullptr;
+  const GatheredRadar* radar = nullptr;
+};
+
+// Each sensor's scans in their own order, late ones too, LiDAR first of two at a time.
+std::vector<Turn> turns_of(std::span<const LaserScan> scans, std::span<const GatheredRadar> radar) {
+  std::vector<Turn> turns;
+  turns.reserve(scans.size() + radar.size());
+  std::size_t r = 0;
+  const auto take_radar = [&] {
+    turns.push_back({radar[r].time, r, nullptr, &radar[r]});
+    ++r;
+  };
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    while (r < radar.size() && radar[r].time < scans[i].time) take_radar();
+    turns.push_back({scans[i].time, i, &scans[i], nullptr});
+  }
+  while (r < radar.size()) take_radar();
+  return turns;
 }
 
 }  // namespace
@@ -36,34 +65,47 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
                                          const std::optional<Gaussian<SE2d>>& start,
                                          const LocalisationControl& control) {
   options.T_base_laser = recording.T_base_laser;
+  const OdometryTrack odometry(recording.odometry);
+  std::vector<GatheredRadar> radar;
+  if (options.use_radar && map->has(RangeSensor::radar))
+    radar = gather_radar(recording, odometry, options.radar);
+  const std::size_t lidar_scans = options.use_lidar ? recording.scans.size() : 0;
+  const auto turns = turns_of(std::span(recording.scans).first(lidar_scans), radar);
   Localiser localiser(std::move(map), options, seed);
   if (start)
     if (auto ok = localiser.start_at(*start); !ok) return ok.error();
-  const OdometryTrack odometry(recording.odometry);
+  const std::size_t n = turns.size();
   std::vector<std::size_t> snapshots;
-  const std::size_t n = recording.scans.size();
   for (const double u : control.snapshots_at)
     snapshots.push_back(
         static_cast<std::size_t>(std::clamp(u, 0.0, 1.0) * static_cast<double>(n > 0 ? n - 1 : 0)));
   LocalisationRun run;
   for (std::size_t i = 0; i < n; ++i) {
-    const LaserScan& scan = recording.scans[i];
+    const Turn& turn = turns[i];
     if (control.before_scan) control.before_scan(i, localiser);
     if (!run.outcomes.empty())
-      drive_through_gap(localiser, odometry, run.outcomes.back().time, scan.time);
-    auto outcome = localiser.add_scan(scan, odometry.at(scan.time));
-    if (outcome) {
+      drive_through_gap(localiser, odometry, run.outcomes.back().time, turn.time);
+    const auto odometry_now = odometry.at(turn.time);
+    auto outcome = turn.radar ? localiser.add_radar(turn.time, turn.radar->points, odometry_now)
+                              : localiser.add_scan(*turn.lidar, odometry_now);
+    if (!outcome) {
+      if (run.refused_scans++ == 0)
+        run.first_refusal = (turn.radar ? "radar scan " : "scan ") + std::to_string(turn.index) +
+                            ": " + outcome.error().message;
+    } else if (!run.outcomes.empty() && run.outcomes.back().time == outcome->time) {
+      run.outcomes.back() = *outcome;
+    } else {
       run.outcomes.push_back(*outcome);
-    } else if (run.refused_scans++ == 0) {
-      run.first_refusal = "scan " + std::to_string(i) + ": " + outcome.error().message;
     }
     if (std::find(snapshots.begin(), snapshots.end(), i) != snapshots.end())
-      run.snapshots.push_back({scan.time, localiser.particles()});
+      run.snapshots.push_back({turn.time, localiser.particles()});
     if (control.progress && !control.progress(static_cast<double>(i + 1) / static_cast<double>(n)))
       break;
   }
   if (run.outcomes.empty())
-    return Error{ErrorCode::invalid, n == 0 ? "the recording has no scan" : run.first_refusal};
+    return Error{
+        ErrorCode::invalid,
+        n == 0 ? "the recording has no scan of a sensor that is listened to" : run.first_refusal};
   return run;
 }
 

@@ -21,6 +21,18 @@ ScanWeigher::ScanWeigher(const LaserScan& scan, const LocalisationOptions& optio
   enough_ = ends_ >= static_cast<std::size_t>(std::max(options.min_beams, 1));
 }
 
+ScanWeigher::ScanWeigher(const PointSet& points, const LocalisationOptions& options)
+    : options_(options), sensor_(RangeSensor::radar) {
+  ends_ = std::min(points.size(), static_cast<std::size_t>(std::max(options.radar.points, 1)));
+  for (std::size_t k = 0; k < ends_; ++k) {
+    const Eigen::Vector2f p = points[k * points.size() / ends_];
+    end_x_.push_back(p.x());
+    end_y_.push_back(p.y());
+  }
+  pad_ends();
+  enough_ = ends_ >= static_cast<std::size_t>(std::max(options.radar.min_points, 1));
+}
+
 void ScanWeigher::pick_ends(const LaserScan& scan) {
   const SE2d& T_base_laser = options_.T_base_laser.raw();
   std::vector<std::size_t> usable;
@@ -37,7 +49,11 @@ void ScanWeigher::pick_ends(const LaserScan& scan) {
     end_x_.push_back(static_cast<float>(p.x()));
     end_y_.push_back(static_cast<float>(p.y()));
   }
-  // Padding lies outside every map, where points count nothing.
+  pad_ends();
+}
+
+// Padding lies outside every map, where points count nothing.
+void ScanWeigher::pad_ends() {
   while (end_x_.size() % 16 != 0) {
     end_x_.push_back(1e30F);
     end_y_.push_back(1e30F);
@@ -81,7 +97,8 @@ void ScanWeigher::field_sums(const MatchGrid& field, const ParticleSet& particle
 void ScanWeigher::weigh_by_field(const LocalisationMap& map, bool broad,
                                  const ParticleSet& particles,
                                  std::span<double> log_likelihood) const {
-  const MatchGrid& field = broad ? map.broad() : map.sharp();
+  const LocalisationMap::Fields& fields = map.fields(sensor_);
+  const MatchGrid& field = broad ? fields.broad : fields.sharp;
   const double share = independent(broad) / static_cast<double>(std::max<std::size_t>(ends_, 1));
   const std::size_t blocks = (particles.size() + kBlock - 1) / kBlock;
   parallel_for(blocks, options_.threads, [&](std::size_t b) {
@@ -99,7 +116,7 @@ void ScanWeigher::weigh_by_beams(const LocalisationMap& map, bool broad,
                                  std::span<double> log_likelihood) const {
   const std::size_t n = ranges_.size();
   const double share = independent(broad) / static_cast<double>(std::max<std::size_t>(n, 1));
-  const LocalisationMapOptions& shape = map.options();
+  const FieldShape& shape = map.options().lidar;
   const auto sigma = static_cast<float>(broad ? shape.search_sigma_m : shape.sigma_m);
   const BeamModel& beam = options_.beam;
   const auto log_of = [&](float measured, float expected) {
@@ -126,7 +143,7 @@ void ScanWeigher::weigh_by_beams(const LocalisationMap& map, bool broad,
 
 void ScanWeigher::weigh(const LocalisationMap& map, bool broad, const ParticleSet& particles,
                         std::span<double> log_likelihood) const {
-  if (options_.model == ScanLikelihood::beam) {
+  if (options_.model == ScanLikelihood::beam && sensor_ == RangeSensor::lidar) {
     weigh_by_beams(map, broad, particles, log_likelihood);
   } else {
     weigh_by_field(map, broad, particles, log_likelihood);
@@ -138,7 +155,7 @@ double ScanWeigher::agreement(const LocalisationMap& map, const SE2d& T_map_base
   ParticleSet one;
   one.push_back(T_map_base);
   std::uint32_t sum = 0;
-  field_sums(map.sharp(), one, 0, 1, &sum);
+  field_sums(map.fields(sensor_).sharp, one, 0, 1, &sum);
   return static_cast<double>(sum) / (MatchGrid::kMaxValue * static_cast<double>(ends_));
 }
 

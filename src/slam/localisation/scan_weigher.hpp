@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <wayfare/measure/laser_scan.hpp>
+#include <wayfare/measure/point_set.hpp>
 #include <wayfare/system/localisation.hpp>
 
 #include "localisation/particle_set.hpp"
@@ -15,6 +16,10 @@ namespace wayfare {
 class ScanWeigher {
  public:
   ScanWeigher(const LaserScan& scan, const LocalisationOptions& options);
+  /// Of a radar's points in the robot's frame.
+  ScanWeigher(const PointSet& points, const LocalisationOptions& options);
+
+  [[nodiscard]] RangeSensor sensor() const { return sensor_; }
 
   /// Whether there are enough beams to say anything.
   [[nodiscard]] bool enough() const { return enough_; }
@@ -31,16 +36,20 @@ class ScanWeigher {
 
  private:
   [[nodiscard]] double independent(bool broad) const {
+    if (sensor_ == RangeSensor::radar)
+      return broad ? options_.radar.independent_undecided : options_.radar.independent_points;
     return broad ? options_.independent_undecided : options_.independent_beams;
   }
   void weigh_by_beams(const LocalisationMap& map, bool broad, const ParticleSet& particles,
                       std::span<double> log_likelihood) const;
   void pick_ends(const LaserScan& scan);
   void pick_beams(const LaserScan& scan);
+  void pad_ends();
   void field_sums(const MatchGrid& field, const ParticleSet& particles, std::size_t begin,
                   std::size_t count, std::uint32_t* sums) const;
 
   const LocalisationOptions& options_;
+  RangeSensor sensor_ = RangeSensor::lidar;
   bool enough_ = false;
   std::size_t ends_ = 0;              // without padding
   std::vector<float> end_x_, end_y_;  // of the picked returns in the robot's frame, padded to 16
