@@ -1,10 +1,12 @@
 #include "outputs.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
 #include <wayfare/eval/table.hpp>
+#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/io/tum.hpp>
@@ -73,6 +75,27 @@ io::Series curve(const WalkRun& run, std::string name, bool events_only, Value v
   return s;
 }
 
+/// The resultant acceleration, and where in it steps were found.
+io::Plot found_steps(const WalkRun& run) {
+  io::Plot plot{"detected steps", "time [s]", "specific force [m/s^2]", {}, false};
+  io::Series strength{"strength", {}, {}, io::Mark::line};
+  io::Series steps{"steps", {}, {}, io::Mark::points};
+  const auto& all = run.strength;
+  for (const auto& [time, value] : all) {
+    strength.x.push_back(to_seconds(time - run.rows.front().time));
+    strength.y.push_back(value);
+  }
+  for (const WalkRow& r : run.rows) {
+    const auto at = std::lower_bound(all.begin(), all.end(), r.time,
+                                     [](const auto& s, LogTime t) { return s.first < t; });
+    if (at == all.end()) continue;
+    steps.x.push_back(seconds_of(run, r));
+    steps.y.push_back(at->second);
+  }
+  plot.series = {strength, steps};
+  return plot;
+}
+
 io::Plot way(const WalkRun& run) {
   io::Plot plot{"way", "x [m]", "y [m]", {}, true};
   io::Series line{"walked", {}, {}, io::Mark::line};
@@ -86,15 +109,52 @@ io::Plot way(const WalkRun& run) {
   return plot;
 }
 
+eval::AbsoluteError error_of(const WalkRun& run, const Trajectory& truth) {
+  return eval::absolute_error(io::planar(trajectory(run)), truth);
+}
+
+eval::Table errors(const WalkRun& run, const Trajectory& truth) {
+  const auto e = error_of(run, truth);
+  eval::Table table({{"against the truth"}, {""}});
+  table.add_row({"compared", std::to_string(e.times.size()) + " of " +
+                                 std::to_string(run.rows.size()) + " positions"});
+  if (e.times.empty()) return table;
+  table.add_row({"root mean square, best rigid fit", eval::fixed(e.translation_m.rmse, 2) + " m"});
+  table.add_row({"largest", eval::fixed(e.translation_m.max, 2) + " m"});
+  table.add_row({"of the true length", eval::fixed(e.percent_of_path, 2) + " % of " +
+                                           eval::fixed(e.path_length_m, 1) + " m"});
+  return table;
+}
+
+/// The walk where it fits the truth best, and the truth.
+io::Plot way_and_truth(const WalkRun& run, const Trajectory& truth) {
+  const SE2d fit = error_of(run, truth).alignment;
+  io::Plot plot{"way and truth", "x [m]", "y [m]", {}, true};
+  io::Series walked{"walked", {}, {}, io::Mark::line}, known{"truth", {}, {}, io::Mark::dashed};
+  for (const WalkRow& r : run.rows) {
+    const Eigen::Vector2d p = fit * Eigen::Vector2d(r.position_m.head<2>());
+    walked.x.push_back(p.x());
+    walked.y.push_back(p.y());
+  }
+  for (const StampedPose& t : truth) {
+    known.x.push_back(t.T_map_base.raw().translation().x());
+    known.y.push_back(t.T_map_base.raw().translation().y());
+  }
+  plot.series = {walked, known};
+  return plot;
+}
+
 io::Plot over_time(std::string title, std::string label, std::vector<io::Series> series) {
   return {std::move(title), "time [s]", std::move(label), std::move(series), false};
 }
 
-std::string report_html(const std::string& title, const WalkRun& run) {
+std::string report_html(const std::string& title, const WalkRun& run, const Trajectory& truth) {
   io::Report report(title, run.foot ? "dead reckoning by a unit on the foot"
                                     : "dead reckoning by steps, their lengths and the heading");
   report.table(summary(run), "The walk, and what became of the readings");
-  report.plot(way(run));
+  if (!truth.empty()) report.table(errors(run, truth), "How far off it was");
+  report.plot(truth.empty() ? way(run) : way_and_truth(run, truth));
+  if (!run.foot) report.plot(found_steps(run));
   report.plot(over_time("heading", "angle [deg]",
                         {broken_at_wraps(curve(run, "walking", false, [](const WalkRow& r) {
                           return r.heading.degrees();
@@ -118,7 +178,9 @@ std::string report_html(const std::string& title, const WalkRun& run) {
 
 }  // namespace
 
-std::string walk_text(const WalkRun& run) { return summary(run).to_text(); }
+std::string walk_text(const WalkRun& run, const Trajectory& truth) {
+  return summary(run).to_text() + (truth.empty() ? "" : errors(run, truth).to_text());
+}
 
 Result<void> prepare_walk_folder(const std::string& folder, const io::WriteOptions& options) {
   std::error_code failed;
@@ -132,11 +194,13 @@ Result<void> prepare_walk_folder(const std::string& folder, const io::WriteOptio
 }
 
 Result<std::string> write_walk_outputs(const std::string& folder, const std::string& title,
-                                       const WalkRun& run, const io::WriteOptions& options) {
+                                       const WalkRun& run, const Trajectory& truth,
+                                       const io::WriteOptions& options) {
   if (auto done = io::write_file(path_of(folder, 0), csv(run), options); !done) return done.error();
   if (auto done = io::write_tum(path_of(folder, 1), trajectory(run), options); !done)
     return done.error();
-  if (auto done = io::write_file(path_of(folder, 2), report_html(title, run), options); !done)
+  if (auto done = io::write_file(path_of(folder, 2), report_html(title, run, truth), options);
+      !done)
     return done.error();
   return path_of(folder, 2);
 }

@@ -1,11 +1,14 @@
 // Where somebody walked, from a recorded unit on the body or on a foot.
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 #include <string>
 
 #include <CLI/CLI.hpp>
+
+#include <wayfare/io/tum.hpp>
 
 #include "exit_code.hpp"
 #include "outputs.hpp"
@@ -18,9 +21,9 @@ namespace {
 using namespace wayfare;
 
 struct Arguments {
-  std::string file, out, length = "kim", forward = "y";
+  std::string file, out, truth, length = "kim", forward = "y";
   bool foot = false, force = false, quiet = false, no_magnetometer = false, any_way_round = false;
-  bool ared = false;
+  bool ared = false, uncalibrated = false;
   double factor = 0.0, height_m = 1.75, declination_deg = 0.0, straight_degps = 0.0;
   double gyro_range_degps = 2000.0;
   examples::RecordingOptions recording;
@@ -48,6 +51,7 @@ examples::WalkRun walk(const Arguments& a, const io::MargFile& file) {
     PedestrianParameters p;
     p.length = length_model(a);
     p.straight.bias_sigma_radps = Angle::degrees(a.straight_degps).radians();
+    p.field_drift.offset_sigma_uT = a.uncalibrated ? 50.0 : 0.0;
     p.ahrs.use_magnetometer = !a.no_magnetometer && file.has_magnetometer;
     p.ahrs.declination = Angle::degrees(a.declination_deg);
     p.axis = a.any_way_round ? WalkingAxis::principal : WalkingAxis::sensor;
@@ -63,6 +67,14 @@ Result<void> run(const Arguments& a) {
   if (auto free = examples::prepare_walk_folder(a.out, write); !free) return free;
   const auto file = a.recording.read(a.file);
   if (!file) return file.error();
+  Trajectory truth;
+  if (!a.truth.empty()) {
+    const auto known = io::read_tum(a.truth);
+    if (!known) return known.error();
+    truth = io::planar(known->trajectory);
+    std::stable_sort(truth.begin(), truth.end(),
+                     [](const auto& x, const auto& y) { return x.time < y.time; });
+  }
   const examples::WalkRun done = walk(a, *file);
   if (done.rows.empty())
     return Error{ErrorCode::degenerate,
@@ -70,10 +82,10 @@ Result<void> run(const Arguments& a) {
                         : "holds no walk: no row of steps with an attitude",
                  a.file};
   const auto title = "Walk: " + std::filesystem::path(a.file).filename().string();
-  const auto report = examples::write_walk_outputs(a.out, title, done, write);
+  const auto report = examples::write_walk_outputs(a.out, title, done, truth, write);
   if (!report) return report.error();
   if (a.quiet) return {};
-  std::printf("%sreport: %s\n", examples::walk_text(done).c_str(), report->c_str());
+  std::printf("%sreport: %s\n", examples::walk_text(done, truth).c_str(), report->c_str());
   return {};
 }
 
@@ -82,6 +94,9 @@ void describe(CLI::App& app, Arguments& a) {
       ->required()
       ->check(CLI::ExistingFile);
   app.add_option("--out", a.out, "folder for the results, made where needed")->required();
+  app.add_option("--truth", a.truth,
+                 "true positions by the same clock, TUM text: drawn beside, and compared")
+      ->check(CLI::ExistingFile);
   app.add_flag("--foot", a.foot, "the unit is on a foot: velocity is zero where it stands");
   app.add_flag("--ared", a.ared, "stances by the gyro alone (with --foot)");
   app.add_option("--gyro-range", a.gyro_range_degps, "degrees a second (with --foot)")
@@ -100,6 +115,9 @@ void describe(CLI::App& app, Arguments& a) {
       ->capture_default_str();
   app.add_flag("--any-way-round", a.any_way_round, "find it from how the body sways");
   app.add_flag("--no-magnetometer", a.no_magnetometer, "gyro and accelerometer alone");
+  app.add_flag("--uncalibrated", a.uncalibrated,
+               "the magnetometer was never calibrated: its iron is found on the way, and headings "
+               "count from the start");
   app.add_option("--declination", a.declination_deg, "of magnetic north, degrees east")
       ->check(CLI::Range(-180.0, 180.0))
       ->capture_default_str();

@@ -29,6 +29,8 @@ struct WalkRow {
 
 struct WalkRun {
   std::vector<WalkRow> rows;
+  /// Strength of the specific force, m/s², in which steps show.
+  std::vector<std::pair<LogTime, double>> strength;
   std::vector<std::pair<std::string, std::string>> facts;  ///< what was found, and what went wrong
   double walked_m = 0.0;
   std::size_t events = 0;

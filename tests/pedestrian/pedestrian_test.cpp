@@ -186,6 +186,18 @@ TEST(Pedestrian, CovarianceCoversTheErrorAndStaysPositive) {
   EXPECT_GE(inside, 17);
 }
 
+// Five steps are no walk to a counter of steps, but to who walks.
+TEST(Pedestrian, FollowsAFewSteps) {
+  PhoneWalkOptions o;
+  o.steps = 5;
+  const PhoneWalk walk = walk_phone(o);
+  ASSERT_TRUE(steps_of(walk.samples).empty());
+  Pedestrian pedestrian(metre_steps());
+  for (const auto& s : walk.samples) pedestrian.add(s);
+  EXPECT_NEAR(pedestrian.report().walked_m, 5.0, 1.0);
+  EXPECT_LT((pedestrian.pose().position_m - walk.end).norm(), 1.2);
+}
+
 // In a pocket, any way round: the axis it sways along is found.
 TEST(Pedestrian, FindsTheWayOfWalkingFromTheSway) {
   for (const double turned : {-2.5, -0.9, 0.6, 1.6, 3.0}) {

@@ -177,7 +177,7 @@ TEST(WalkRecordings, PhoneInHand) {
       std::printf("%s, %s: %zu walks, end error, median: %.2f %% turned, %.2f %% absolute\n",
                   trial.name, site.c_str(), errors.size(), median(turned[site]), median(errors));
     EXPECT_LE(median(turned["all"]), 4.1);
-    EXPECT_LE(median(absolute["all"]), 8.0);
+    EXPECT_LE(median(absolute["all"]), 7.5);
   }
 }
 
@@ -187,27 +187,31 @@ TEST(WalkRecordings, OnTheHead) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/rocip_head/w34.f32.gz");
   constexpr double kReach_s = 0.5;
   struct Way : Trial {
-    bool magnetometer = false, straight = false;
+    bool magnetometer = false, straight = false, drift = false;
   };
   const auto as_it_is = [](Steps s, const WalkRecording&) { return s; };
-  const Way ways[] = {{{"gyro alone", as_it_is}},
-                      {{"magnetometer", as_it_is}, true},
-                      {{"gyro alone, straight pieces", as_it_is}, false, true},
-                      {{"gyro alone, its length known",
-                        [](Steps s, const WalkRecording& w) {
-                          return testing::with_true_length(std::move(s), w);
-                        }}},
-                      {{"gyro alone, without linear drift",
-                        [](Steps s, const WalkRecording& w) {
-                          return testing::without_drift(std::move(s), w, kReach_s);
-                        }}},
-                      {{"every step's direction known", [](Steps s, const WalkRecording& w) {
-                          return testing::with_true_directions(std::move(s), w, kReach_s);
-                        }}}};
+  const Way ways[] = {
+      {{"gyro alone", as_it_is}},
+      {{"magnetometer", as_it_is}, true},
+      {{"gyro alone, straight pieces", as_it_is}, false, true},
+      {{"gyro, drift by the uncalibrated magnetometer", as_it_is}, true, false, true},
+      {{"the same, straight pieces", as_it_is}, true, true, true},
+      {{"gyro alone, its length known",
+        [](Steps s, const WalkRecording& w) {
+          return testing::with_true_length(std::move(s), w);
+        }}},
+      {{"gyro alone, without linear drift",
+        [](Steps s, const WalkRecording& w) {
+          return testing::without_drift(std::move(s), w, kReach_s);
+        }}},
+      {{"every step's direction known", [](Steps s, const WalkRecording& w) {
+          return testing::with_true_directions(std::move(s), w, kReach_s);
+        }}}};
   for (const Way& w : ways) {
     auto p = testing::head_parameters();
     p.ahrs.use_magnetometer = w.magnetometer;
     p.straight.bias_sigma_radps = w.straight ? 0.0035 : 0.0;  // 0.2 °/s
+    p.field_drift.offset_sigma_uT = w.drift ? 50.0 : 0.0;
     std::vector<double> errors, chosen, others;
     std::printf("%s:", w.name);
     for (const auto& path : testing::files_in(folder_of(file))) {
@@ -224,7 +228,8 @@ TEST(WalkRecordings, OnTheHead) {
     for (const double e : errors) mean += e / double(errors.size());
     std::printf("; median %.1f m, of those chosen on %.1f, of the others %.1f; mean %.1f\n",
                 median(errors), median(chosen), median(others), mean);
-    EXPECT_LE(median(errors), w.straight || w.magnetometer ? 9.5 : 11.0);
+    const double bound = w.drift && !w.straight ? 8.0 : w.magnetometer || w.straight ? 9.5 : 11.0;
+    EXPECT_LE(median(errors), bound);
   }
 }
 

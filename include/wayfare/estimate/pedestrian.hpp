@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/estimate/ahrs.hpp>
+#include <wayfare/estimate/field_drift.hpp>
 #include <wayfare/estimate/pedestrian_parameters.hpp>
 #include <wayfare/estimate/pedestrian_pose.hpp>
 #include <wayfare/estimate/step_detector.hpp>
@@ -23,16 +24,18 @@ class Pedestrian {
  public:
   explicit Pedestrian(const PedestrianParameters& parameters = {})
       : p_(parameters),
-        ahrs_(parameters.ahrs),
+        ahrs_(attitude_parameters(parameters)),
         detector_(parameters.steps),
         heading_(parameters.heading_time_s),
         straight_(parameters.straight),
+        field_drift_(parameters.field_drift),
         covariance_(parameters) {}
 
   /// Hands the pose after each step to `sink(const PedestrianPose&)`.
   template <class Sink>
   MargIntake add(const MargSample& s, Sink&& sink) {
-    const MargIntake intake = ahrs_.add(s);
+    MargIntake intake = ahrs_.add(s);
+    if (field_drift_.on()) intake.magnetometer = take_field(s);
     if (intake.gyro == Intake::used || intake.gyro == Intake::saturated) follow(s);
     if (intake.accelerometer != Intake::missing && intake.accelerometer != Intake::late)
       detector_.add(s.time, s.specific_force_mps2, [&](const Step& step) { walk(step, sink); });
@@ -45,22 +48,38 @@ class Pedestrian {
   [[nodiscard]] const PedestrianPose& pose() const { return pose_; }
   [[nodiscard]] const Ahrs<frame::Enu>& ahrs() const { return ahrs_; }
   [[nodiscard]] const WalkingDirection& direction() const { return direction_; }
+  [[nodiscard]] const FieldDrift& field_drift() const { return field_drift_; }
   [[nodiscard]] PedestrianReport report() const {
     PedestrianReport r = report_;
     r.ahrs = ahrs_.report();
+    if (field_drift_.on()) r.ahrs.magnetometer = field_drift_.report();
     return r;
   }
 
  private:
+  static AhrsParameters attitude_parameters(const PedestrianParameters& p) {
+    AhrsParameters ahrs = p.ahrs;
+    if (p.field_drift.offset_sigma_uT > 0.0) ahrs.use_magnetometer = false;
+    return ahrs;
+  }
+
+  Intake take_field(const MargSample& s) {
+    return ahrs_.ready() ? field_drift_.add(s.time, ahrs_.q_world_body(), s.magnetic_field_uT)
+                         : Intake::waiting;
+  }
+
   /// The heading of the sensor's axis, kept until the steps of its time are known.
   void follow(const MargSample& s) {
     if (!ahrs_.ready()) return;
     const auto q = ahrs_.q_world_body();
     const Eigen::Vector3d axis = q * p_.forward;
+    const double heading = std::atan2(axis.y(), axis.x()) + field_drift_.correction();
     const double dt =
-        heading_.add(s.time, std::atan2(axis.y(), axis.x()), ahrs_.world_covariance()(2, 2));
+        heading_.add(s.time, heading,
+                     field_drift_.on() ? field_drift_.variance() : ahrs_.world_covariance()(2, 2));
     if (s.specific_force_mps2.allFinite())
-      direction_.add(q * s.specific_force_mps2, Angle::radians(heading_.now()), dt);
+      direction_.add(q * s.specific_force_mps2,
+                     Angle::radians(heading_.now() - field_drift_.correction()), dt);
   }
 
   template <class Sink>
@@ -91,6 +110,7 @@ class Pedestrian {
   WalkingHeading heading_;
   WalkingDirection direction_;
   StraightWalk straight_;
+  FieldDrift field_drift_;
   WalkCovariance covariance_;
   PedestrianPose pose_;
   PedestrianReport report_;

@@ -4,6 +4,7 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/estimate/ahrs_parameters.hpp>
+#include <wayfare/estimate/field_drift.hpp>
 #include <wayfare/estimate/step.hpp>
 #include <wayfare/estimate/step_length.hpp>
 #include <wayfare/estimate/straight_walk.hpp>
@@ -27,8 +28,16 @@ enum class WalkingAxis {
   return p;
 }
 
+/// For who is known to walk, if only a few steps before the next pause; what counts steps all day
+/// asks for more in a row.
+[[nodiscard]] inline StepParameters walking_step_parameters() {
+  StepParameters p;
+  p.least_steps = 4;
+  return p;
+}
+
 struct PedestrianParameters {
-  StepParameters steps;
+  StepParameters steps = walking_step_parameters();
   StepLength length = KimStep{};
   AhrsParameters ahrs = indoor_ahrs_parameters();
   WalkingAxis axis = WalkingAxis::sensor;
@@ -45,6 +54,9 @@ struct PedestrianParameters {
   /// Drift of the heading taken away by what ways have in common. Helps along straight pieces,
   /// harms on long bends; for units without a magnetometer whose bias nobody took off.
   StraightWalkParameters straight;
+  /// Drift taken away by a magnetometer that was never calibrated; headings then count from the
+  /// start, by gyro and accelerometer.
+  FieldDriftParameters field_drift;
 };
 
 }  // namespace wayfare
