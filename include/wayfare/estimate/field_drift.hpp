@@ -44,7 +44,8 @@ struct FieldDriftParameters {
 /// An extended Kalman filter of eight states: drift of the heading and its rate, the Earth's field
 /// in world axes, the offset in the unit's. World axes are those of the gyro's first heading, from
 /// which the drift is counted: what the offset takes long to be told from the field for does the
-/// heading no harm.
+/// heading no harm. It takes turns to tell them apart: after minutes of going straight ahead its
+/// variances are too small.
 class FieldDrift {
  public:
   explicit FieldDrift(const FieldDriftParameters& p) : p_(p) {
