@@ -3,8 +3,10 @@
 #include <cmath>
 #include <utility>
 
+#include <wayfare/map/detection_grid.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/scan_raster.hpp>
+#include <wayfare/match/refine.hpp>
 
 namespace wayfare::examples {
 namespace {
@@ -14,7 +16,8 @@ class Localiser {
   Localiser(const Recording& recording, Sensor sensor, const SE2d& start,
             const MatchingOptions& options)
       : recording_(recording), sensor_(sensor), options_(options), pose_(start), last_(start) {
-    run_.map = OccupancyGrid({.resolution_m = options.resolution_m});
+    run_.map = sensor == Sensor::radar ? OccupancyGrid(detection_map(options.resolution_m))
+                                       : OccupancyGrid({.resolution_m = options.resolution_m});
   }
 
   Result<void> take(const SyncedStep& step) {
@@ -54,9 +57,7 @@ class Localiser {
   }
 
   Result<void> match(LogTime time, const PointSet& points) {
-    OccupancyViewOptions view;
-    view.blur_sigma_m = sensor_ == Sensor::lidar ? options_.lidar_blur_m : options_.radar_blur_m;
-    const auto grid = match_grid(run_.map, view);
+    const auto grid = view();
     if (!grid) return grid.error();
     const SE2d prior = pose_;
     MatchOptions match;
@@ -68,10 +69,20 @@ class Localiser {
       return {};
     }
     ++run_.matched;
-    pose_ = (*found)->T_map_points;
+    // Between the cells: whole ones would add their half to every step of the way.
+    const auto refined = refine(*grid, points, (*found)->T_map_points);
+    if (!refined) return refined.error();
+    pose_ = refined->T_map_points;
     if (!run_.surface && time >= options_.surface_at && options_.surface_at > LogTime{})
       return keep_surface(*grid, points);
     return {};
+  }
+
+  [[nodiscard]] Result<MatchGrid> view() const {
+    if (sensor_ == Sensor::lidar)
+      return match_grid(run_.map, {.blur_sigma_m = options_.lidar_blur_m});
+    return detection_grid(run_.map, {.hit_probability = options_.radar_hit_probability,
+                                     .blur_sigma_m = options_.radar_blur_m});
   }
 
   // About the match itself, at its heading.

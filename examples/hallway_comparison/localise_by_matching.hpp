@@ -23,12 +23,13 @@ struct MatchingOptions {
   double resolution_m = 0.03;
   /// Standard deviations of the blur of each map before matching: a radar's bearings are wide.
   double lidar_blur_m = 0.05;
-  double radar_blur_m = 0.1;
-  double match_every_m = 0.2;  ///< a scan is matched once the robot has moved this far …
+  double radar_blur_m = 0.03;
+  double match_every_m = 0.15;  ///< a scan is matched once the robot has moved this far …
   Angle match_every = Angle::degrees(10);  ///< … or turned this much
   double min_score = 0.05;                 ///< a match below it is none: odometry stands
   std::size_t fewest_points = 60;          ///< scans with fewer are passed over
-  double radar_hit_probability = 0.7;
+  /// Of one detection: little, so that cells seen hundreds of times still differ.
+  double radar_hit_probability = 0.52;
   LogTime surface_at;  ///< the scan after this time has its scores kept
 };
 

@@ -94,6 +94,7 @@ class CarmenReader {
     to.gyro = values_of(lines.gyro);
     to.truth = values_of(lines.truth);
     to.T_base_radar = Transform2<frame::Base, frame::Radar>(carmen::radar_mounting(parameters_));
+    to.radar_max_speed_m_s = std::max(0.0, parameters_["robot_radar_max_speed"]);
     to.wheel_base_m = std::max(0.0, parameters_["robot_wheelbase"]);
     count_robot(to);
   }

@@ -78,6 +78,7 @@ class Writer {
     write_parameter("robot_radar_offset", T_base_radar.x());
     write_parameter("robot_radar_side_offset", T_base_radar.y());
     write_parameter("robot_radar_angular_offset", T_base_radar.heading().radians());
+    write_parameter("robot_radar_max_speed", recording_.radar_max_speed_m_s);
     write_parameter("robot_wheelbase", recording_.wheel_base_m);
     float max_range_m = 0.0F;
     for (const LaserScan& scan : recording_.scans)

@@ -296,6 +296,9 @@ Result<Recording> simulate_world(const World& world, const WorldRobot& robot, co
   Recording recording = std::move(run->recording);
   recording.T_base_radar = robot.radar.T_base_radar;
   recording.radar = std::move(radar).value();
+  const RadarParams& signal = robot.radar.radar;
+  recording.radar_max_speed_m_s =
+      0.5 * signal.doppler_bin_m_s * static_cast<double>(signal.doppler_bins);
   recording.wheel_base_m = params.wheels.wheel_base_m;
   recording.wheels = std::move(run->wheels);
   recording.gyro = std::move(run->gyro);

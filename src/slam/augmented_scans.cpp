@@ -226,9 +226,23 @@ class RobotSynchroniser::Impl {
       const auto now = wheels_.at(radar_[i].time);
       T_first_now = T_first_now.plus(twist(now[0] - rolled[0], now[1] - rolled[1]));
       rolled = now;
-      add_points(radar_[i], T_first_now * params_.T_base_radar.raw(), scan.points);
+      add_points(radar_[i], T_first_now * params_.T_base_radar.raw(), velocity(i, count),
+                 scan.points);
     }
     return scan;
+  }
+
+  // Of the radar in its own axes, over the frames on either side; none where the wheels are silent.
+  [[nodiscard]] std::optional<Eigen::Vector2d> velocity(std::size_t i, std::size_t count) const {
+    const LogTime from = radar_[i > 0 ? i - 1 : 0].time,
+                  to = radar_[std::min(i + 1, count - 1)].time;
+    if (to == from || !wheels_.known(from, to)) return std::nullopt;
+    const auto a = wheels_.at(from), b = wheels_.at(to);
+    const Eigen::Vector3d base = twist(b[0] - a[0], b[1] - a[1]) / to_seconds(to - from);
+    const SE2d& T_base_radar = params_.T_base_radar.raw();
+    const Eigen::Vector2d& arm = T_base_radar.translation();
+    const Eigen::Vector2d at_radar(base.x() - base.z() * arm.y(), base.y() + base.z() * arm.x());
+    return Eigen::Vector2d(T_base_radar.rotation().inverse() * at_radar);
   }
 
   [[nodiscard]] Eigen::Vector3d twist(double left_m, double right_m) const {
@@ -237,8 +251,11 @@ class RobotSynchroniser::Impl {
     return {0.5 * (left_m + right_m), 0.0, turn};
   }
 
-  void add_points(const RadarScan& scan, const SE2d& T_first_radar, PointSet& to) const {
-    for (const RadarPoint& p : scan.points) {
+  void add_points(const RadarScan& scan, const SE2d& T_first_radar,
+                  const std::optional<Eigen::Vector2d>& velocity_m_s, PointSet& to) const {
+    for (const RadarPoint& seen : scan.points) {
+      const RadarPoint p =
+          velocity_m_s ? bearing_set_right(seen, *velocity_m_s, params_.array) : seen;
       const Eigen::Vector2d at(p.x_m, p.y_m);
       const double range = at.norm();
       // Not finite fails the comparison.
@@ -279,6 +296,7 @@ const SyncStatistics& RobotSynchroniser::statistics() const { return impl_->stat
 SyncParams sync_params(const Recording& recording, SyncParams params) {
   params.wheel_base_m = recording.wheel_base_m;
   params.T_base_radar = recording.T_base_radar;
+  params.array.max_speed_m_s = recording.radar_max_speed_m_s;
   return params;
 }
 

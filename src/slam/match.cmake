@@ -1,9 +1,11 @@
 # Sources of map/ and match/, and the kernels compiled for several instruction sets. The flags stay
 # on these files alone; contraction is off so that every variant rounds alike.
 target_sources(wayfare_slam PRIVATE
+  blur.cpp
   correlative.cpp
   branch_and_bound.cpp
   climb.cpp
+  detection_grid.cpp
   gauss_newton.cpp
   icp.cpp
   likelihood_field.cpp

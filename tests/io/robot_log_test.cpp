@@ -28,6 +28,7 @@ Recording robot_recording() {
   Rng rng(5);
   Recording run;
   run.wheel_base_m = 0.16;
+  run.radar_max_speed_m_s = 0.9736;
   run.T_base_radar = Transform2<frame::Base, frame::Radar>(SE2d(0.07, -0.01, Angle::degrees(1.5)));
   for (int i = 0; i < 40; ++i) {
     const LogTime time = LogTime::from_nanoseconds(1'000'000'001 + i * 333'333'333LL);
@@ -71,6 +72,7 @@ TEST(RobotLog, ReadsBackToTheSameBits) {
     EXPECT_EQ(read.scans[i].ranges_m, run.scans[i].ranges_m);
   }
   EXPECT_EQ(read.wheel_base_m, run.wheel_base_m);
+  EXPECT_EQ(read.radar_max_speed_m_s, run.radar_max_speed_m_s);
   EXPECT_LT(read.T_base_radar.raw().minus(run.T_base_radar.raw()).norm(), 1e-12);
   EXPECT_EQ(log->statistics.radar_points, 40U / 4U * (0 + 1 + 2 + 3));
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
+#include <wayfare/map/detection_grid.hpp>
 #include <wayfare/match/refine.hpp>
 
 #include "scenes.hpp"
@@ -61,6 +62,52 @@ TEST(MatchGridOfOccupancy, GivesTheLogOfTheProbability) {
   EXPECT_NEAR(view->log_likelihood({0, 3}), std::log(0.3), 1e-3);
   EXPECT_NEAR(view->log_likelihood({6, 4}), std::log(0.05), 1e-9);
   EXPECT_FALSE(match_grid(OccupancyGrid()));
+}
+
+TEST(DetectionGrid, GivesTheLogOfTheDensityRelativeToTheDensest) {
+  OccupancyGrid map(detection_map(0.05));
+  const auto detect = [&](const Cell& c, int times) {
+    for (int i = 0; i < times; ++i) map.update(c, LogOdds::from_probability(0.7));
+  };
+  detect({-70, 3}, 20);
+  detect({5, 4}, 5);
+  const auto view = detection_grid(map, {.hit_probability = 0.7, .blur_sigma_m = 0.0});
+  ASSERT_TRUE(view);
+  const double most = 20.0 + 0.02;
+  EXPECT_NEAR(view->log_likelihood({-70, 3}), 0.0, 1e-3);
+  EXPECT_NEAR(view->log_likelihood({5, 4}), std::log(5.02 / most), 1e-3);
+  EXPECT_NEAR(view->log_likelihood({0, 3}), std::log(0.02 / most), 1e-3);
+  EXPECT_DOUBLE_EQ(view->log_likelihood({0, 3}), view->log_likelihood({6, 40})) << "outside";
+}
+
+// A Gaussian by its formula, far from the map's edges.
+TEST(DetectionGrid, BlursDetections) {
+  OccupancyGrid map(detection_map(0.05));
+  for (const Cell& c : {Cell{-15, -15}, Cell{15, 15}})  // the map's corners
+    map.update(c, LogOdds::from_probability(0.7));
+  for (int i = 0; i < 30; ++i) map.update({0, 0}, LogOdds::from_probability(0.7));
+  const double sigma_cells = 2.0;
+  const auto view = detection_grid(map, {.hit_probability = 0.7, .blur_sigma_m = 0.1});
+  ASSERT_TRUE(view);
+  const auto density = [&](int x, int y) {
+    return 30.0 * std::exp(-0.5 * (x * x + y * y) / (sigma_cells * sigma_cells)) /
+           (2.0 * 3.14159265358979 * sigma_cells * sigma_cells);
+  };
+  for (const Cell& c : {Cell{1, 0}, Cell{2, 3}, Cell{0, -4}})
+    EXPECT_NEAR(view->log_likelihood(c),
+                std::log((density(c.x, c.y) + 0.02) / (density(0, 0) + 0.02)), 0.02);
+}
+
+TEST(DetectionGrid, RefusesWhatMakesNoDensity) {
+  OccupancyGrid map(detection_map());
+  EXPECT_FALSE(detection_grid(map));
+  map.update({0, 0}, LogOdds::from_probability(0.7));
+  EXPECT_TRUE(detection_grid(map));
+  EXPECT_FALSE(detection_grid(map, {.hit_probability = 0.5}));
+  EXPECT_FALSE(detection_grid(map, {.blur_sigma_m = NAN}));
+  EXPECT_FALSE(detection_grid(map, {.background = 0.0}));
+  map.update({1 << 20, 1 << 20}, LogOdds::from_probability(0.7));
+  EXPECT_FALSE(detection_grid(map)) << "a million cells square";
 }
 
 TEST(Interpolate, GradientIsTheDerivative) {

@@ -11,6 +11,8 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/sync/radar_bearing.hpp>
+
 namespace wayfare::sim {
 namespace {
 
@@ -77,6 +79,49 @@ TEST(Radar, AReflectorIsFoundWhereItIs) {
 // The mean of the logarithms of eight exponential powers is 4.34 * 1.64 / sqrt(8) = 2.0 dB wide and
 // has lighter tails than a normal one above its mean: 9 dB is beyond 4.5 sigma, 4e-6 a cell. Two
 // hundred frames have 4e5 cells, so that a handful of points may come, not more.
+// The transmitters take turns, so that motion turns bearings: by what is left between the true
+// speed and the Doppler bin's. Means over many reflectors, whose own bins of bearing average out.
+TEST(Radar, MotionTurnsBearingsByWhatTheDopplerBinLeavesAndCanBeSetRight) {
+  const RadarArray array{.max_speed_m_s = 8 * 0.1217};
+  for (const double bins_off : {-0.4, 0.4}) {
+    Rng rng(17);
+    double raw = 0.0, right = 0.0;
+    constexpr int kReflectors = 400;
+    for (int i = 0; i < kReflectors; ++i) {
+      const double range = rng.uniform(0.8, 3.0), sine = rng.uniform(-0.5, 0.5);
+      const Vector2d at(range * std::sqrt(1.0 - sine * sine), range * sine);
+      // Straight at the reflector: two bins and a bit towards the radar.
+      const Vector2d velocity = (2.0 - bins_off) * 0.1217 * at / range;
+      const RadarScan scan = frame(far_box(), {reflector(at.x(), at.y(), 70.0)}, velocity,
+                                   static_cast<std::uint64_t>(i) + 1);
+      // Its own Doppler bin's; the window spreads it over the neighbours, too.
+      const auto own = std::find_if(
+          scan.points.begin(), scan.points.end(),
+          [](const RadarPoint& p) { return std::abs(p.doppler_m_s + 2.0F * 0.1217F) < 1e-4F; });
+      ASSERT_NE(own, scan.points.end());
+      const auto sine_of = [](const RadarPoint& p) { return p.y_m / std::hypot(p.x_m, p.y_m); };
+      raw += (static_cast<double>(sine_of(*own)) - sine) / kReflectors;
+      right += (static_cast<double>(sine_of(bearing_set_right(*own, velocity, array))) - sine) /
+               kReflectors;
+    }
+    // 4/21 of the stair of π · bins_off / 16, over π. One bin of bearing is 1/32, its mean over 400
+    // uniform deviates known to 1/32/√12/20 = 4.5e-4.
+    EXPECT_NEAR(raw, 4.0 / 21.0 * bins_off / 16.0, 1.5e-3);
+    EXPECT_NEAR(right, 0.0, 1.5e-3);
+  }
+}
+
+TEST(Radar, WhatMovesByItselfKeepsItsBearing) {
+  const RadarArray array{.max_speed_m_s = 0.97};
+  const RadarPoint walker{2.0F, 1.0F, 0.0F, 0.6F, 20.0F};
+  EXPECT_EQ(bearing_set_right(walker, {0.2, 0.0}, array), walker);
+  // Nothing known of the array, or one transmitter alone: nothing to set right.
+  const RadarPoint wall{2.0F, 1.0F, 0.0F, -0.1F, 20.0F};
+  EXPECT_FALSE(bearing_set_right(wall, {0.2, 0.0}, array) == wall);
+  EXPECT_EQ(bearing_set_right(wall, {0.2, 0.0}, {}), wall);
+  EXPECT_EQ(bearing_set_right(wall, {0.2, 0.0}, {.max_speed_m_s = 0.97, .transmitters = 1}), wall);
+}
+
 TEST(Radar, NoiseAloneHardlyEverMakesPoints) {
   std::size_t points = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed)
@@ -189,6 +234,40 @@ TEST(Reflectors, GhostsAreMirrorImages) {
     EXPECT_NEAR(one.at_m.y(), one.mirror == 0 ? -2.0 : 4.0, 1e-9);
   }
   EXPECT_GT(ghosts, 0U);
+}
+
+// Bumps lie evenly, and twenty times as densely in patches of 1 m; none is seen from far.
+TEST(Reflectors, FloorClutterComesEvenlyAndInPatches) {
+  const FloorPlan plan = far_box();  // 104 m x 104 m of ground
+  FurnishParams params;
+  params.ghost_from_db = 1e9;
+  params.hidden_per_m2 = params.diffuse_per_m2 = 0.0;
+  params.plaster.spacing_m = params.panel.spacing_m = params.strut.spacing_m = 0.0;
+  params.corner.strength_db = -99.0;
+  const auto bumps = [&](double patches_per_m2) {
+    params.floor_patches_per_m2 = patches_per_m2;
+    std::size_t count = 0;
+    for (const Reflector& r : furnish(plan, {}, params, Rng(3))) {
+      if (!std::isfinite(r.farthest_m)) continue;
+      ++count;
+      EXPECT_EQ(r.farthest_m, params.floor_farthest_m);
+    }
+    return count;
+  };
+  // 0.8 · 104² evenly; 0.004 · 104² patches of 20 · 0.8 · π each.
+  EXPECT_EQ(bumps(0.0), 8653U);
+  EXPECT_EQ(bumps(0.004), 8653U + 43U * 50U);
+}
+
+TEST(Radar, FloorIsSeenNearbyAlone) {
+  std::vector<Reflector> bumps;
+  for (double x = 0.8; x < 6.0; x += 0.4) {
+    bumps.push_back(reflector(x, 0.3, 60.0));
+    bumps.back().farthest_m = 2.5;
+  }
+  const RadarScan scan = frame(far_box(), bumps);
+  EXPECT_GE(scan.points.size(), 3U);
+  for (const RadarPoint& p : scan.points) EXPECT_LT(std::hypot(p.x_m, p.y_m), 2.6F);
 }
 
 TEST(Reflectors, NothingHiddenStandsInTheOpen) {

@@ -1,5 +1,6 @@
 #include <wayfare/sim/worlds.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -7,6 +8,9 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/voxel_text.hpp>
+
+#include "io/support.hpp"
 
 namespace wayfare::sim {
 namespace {
@@ -97,6 +101,34 @@ TEST(Worlds, VoxelsBecomeAWorldThatCanBeDriven) {
   // Walls 0.9 m to either side, whose near faces the cells put 0.825 m away.
   const LaserScan& scan = recording->scans[recording->scans.size() / 2];
   for (const std::size_t beam : {90U, 270U}) EXPECT_NEAR(scan.ranges_m[beam], 0.82F, 0.15F);
+}
+
+// The way its carrier went is free, has walls within sight, and can be driven.
+TEST(Worlds, ARealBuildingCanBeDriven) {
+  WAYFARE_NEEDS_RECORDING(map,
+                          "radar/coloradar_rmap/data/maps/ec_hallways_run0_lidar_filtered.txt.gz");
+  WAYFARE_NEEDS_RECORDING(poses, "radar/coloradar_rmap/data/poses/ec_hallways_run0.txt");
+  const auto voxels = io::read_points(map), way = io::read_points(poses);
+  ASSERT_TRUE(voxels.has_value() && way.has_value());
+  auto world = world_of_voxels(voxels->points_m, way->points_m, {}, Rng(1));
+  ASSERT_TRUE(world.has_value()) << world.error().to_string();
+  ASSERT_GT(world->route_m.size(), 50U);
+  std::size_t in_sight = 0;
+  for (const Eigen::Vector2d& place : world->route_m) {
+    double nearest = 1e9;
+    for (int k = 0; k < 36; ++k) {
+      const double a = 0.1745 * k;
+      nearest = std::min(nearest, world->plan.cast(place, {std::cos(a), std::sin(a)}, 6.0));
+    }
+    EXPECT_GT(nearest, 0.3) << place.transpose();
+    in_sight += nearest < 3.0 ? 1 : 0;
+  }
+  EXPECT_GT(in_sight, world->route_m.size() * 9 / 10);
+  world->route_m.resize(4);
+  const Recording recording = run(*world, 1);
+  std::size_t points = 0;
+  for (const RadarScan& scan : recording.radar) points += scan.points.size();
+  EXPECT_GT(points, 30 * recording.radar.size());
 }
 
 TEST(Worlds, VoxelsWithoutAWayAreRefused) {

@@ -33,6 +33,8 @@ struct Recording {
   std::vector<OdometrySample> odometry = {};
 
   Transform2<frame::Base, frame::Radar> T_base_radar = {};
+  /// Radial speeds wrap beyond ± this; 0 where it is not known.
+  double radar_max_speed_m_s = 0.0;
   std::vector<RadarScan> radar = {};
   double wheel_base_m = 0.0;  ///< distance of the wheels' tracks; 0 where it is not known
   std::vector<WheelSample> wheels = {};

@@ -17,6 +17,7 @@
 #include <wayfare/measure/radar_scan.hpp>
 #include <wayfare/measure/recording.hpp>
 #include <wayfare/measure/wheels.hpp>
+#include <wayfare/sync/radar_bearing.hpp>
 
 namespace wayfare {
 
@@ -34,6 +35,8 @@ struct SyncParams {
   Duration largest_gap{300'000'000};
   double wheel_base_m = 0.0;  ///< as in the recording
   Transform2<frame::Base, frame::Radar> T_base_radar = {};
+  /// Bearings are set right for the robot's own motion where the array's largest speed is known.
+  RadarArray array = {};
 };
 
 /// Consecutive radar frames as one: their points where the robot stood at the first one's time.
