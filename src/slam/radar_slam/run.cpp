@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -120,6 +121,9 @@ Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions
                                     SlamSensors sensors, const SlamProgress& progress,
                                     const DeadReckoningOptions& reckoning) {
   options.T_base_laser = recording.T_base_laser;
+  // Where nothing says how far the robot went, what it sees must, and often.
+  if (recording.wheels.empty() && recording.odometry.empty())
+    options.update_time_s = std::min(options.update_time_s, 1.0);
   RadarSlam slam(options);
   Feed feed(slam, sensors);
   if (recording.wheels.empty())
