@@ -1,10 +1,11 @@
+#include <wayfare/core/angle.hpp>
+
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
-#include <wayfare/core/angle.hpp>
 #include <wayfare/core/bare_number.hpp>
 
 namespace wayfare {

@@ -1,3 +1,5 @@
+#include <wayfare/core/gaussian.hpp>
+
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -6,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
-#include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/testing/gaussian_checks.hpp>

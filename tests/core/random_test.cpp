@@ -1,3 +1,5 @@
+#include <wayfare/core/random.hpp>
+
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -5,8 +7,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-
-#include <wayfare/core/random.hpp>
 
 namespace wayfare {
 namespace {

@@ -1,3 +1,5 @@
+#include <wayfare/estimate/particles.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -5,8 +7,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-
-#include <wayfare/estimate/particles.hpp>
 
 namespace wayfare {
 namespace {

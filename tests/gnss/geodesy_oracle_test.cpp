@@ -1,4 +1,5 @@
 // Geodesy against GeographicLib, from the Earth's centre to the satellites.
+#include <wayfare/core/geodesy.hpp>
 
 #include <cmath>
 #include <random>
@@ -7,8 +8,6 @@
 #include <GeographicLib/Geocentric.hpp>
 #include <GeographicLib/LocalCartesian.hpp>
 #include <GeographicLib/NormalGravity.hpp>
-
-#include <wayfare/core/geodesy.hpp>
 
 namespace wayfare {
 namespace {

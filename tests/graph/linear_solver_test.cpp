@@ -1,3 +1,5 @@
+#include <wayfare/graph/linear_solver.hpp>
+
 #include <algorithm>
 
 #include <gtest/gtest.h>
@@ -5,7 +7,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 
-#include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/scalar_solver.hpp>
 
 #include "graph/patterns.hpp"

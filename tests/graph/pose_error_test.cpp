@@ -1,7 +1,8 @@
+#include <wayfare/graph/pose_error.hpp>
+
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/graph/pose_error.hpp>
 
 namespace wayfare {
 namespace {

@@ -1,6 +1,6 @@
-#include <gtest/gtest.h>
-
 #include <wayfare/graph/robust_kernel.hpp>
+
+#include <gtest/gtest.h>
 
 namespace wayfare {
 namespace {

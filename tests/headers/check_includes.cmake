@@ -1,5 +1,6 @@
 # A public header includes the standard library, Eigen and wayfare, nothing else (testing/ may
-# include GoogleTest), and within wayfare only its own family or one further up this list.
+# include GoogleTest), and within wayfare only its own family or one further up this list; and it
+# begins with its guard.
 set(families core measure decode sync model gnss estimate map match graph system eval io logger sim tune testing)
 
 set(faults "")
@@ -9,6 +10,10 @@ foreach(header IN LISTS headers)
   list(FIND families "${family}" rank)
   if(rank EQUAL -1)
     string(APPEND faults "${header}: family '${family}' is not in the list of check_includes.cmake\n")
+  endif()
+  file(STRINGS "${INCLUDE_DIR}/wayfare/${header}" guard LIMIT_COUNT 1)
+  if(NOT guard STREQUAL "#pragma once")
+    string(APPEND faults "${header}: the first line is not '#pragma once'\n")
   endif()
   file(STRINGS "${INCLUDE_DIR}/wayfare/${header}" lines REGEX "^[ \t]*#[ \t]*include")
   foreach(line IN LISTS lines)

@@ -1,5 +1,6 @@
 // Columns of inertial samples, ranges, fixes and reference trajectories. Expected values are worked
 // out by hand from the units' definitions.
+#include <wayfare/io/nav_text.hpp>
 
 #include <cmath>
 #include <limits>
@@ -8,7 +9,6 @@
 #include <vector>
 
 #include <wayfare/core/roll_pitch_yaw.hpp>
-#include <wayfare/io/nav_text.hpp>
 #include "io/support.hpp"
 
 namespace wayfare::io {

@@ -1,10 +1,10 @@
 // From a device's bytes to stamped messages.
+#include <wayfare/logger/device_decoder.hpp>
 
 #include <string>
 #include <vector>
 
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/logger/messages.hpp>
 #include "io/support.hpp"
 

@@ -1,5 +1,6 @@
 // The logger with devices on pseudo-terminals and disks that stand still or are full.
 // WAYFARE_LOGGER_TRIAL=long makes LosesNothingWhenTheDiskStandsStill take two minutes.
+#include <wayfare/logger/logger.hpp>
 
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -12,7 +13,6 @@
 #include <thread>
 #include <vector>
 
-#include <wayfare/logger/logger.hpp>
 #include "logger/simulated_devices.hpp"
 
 namespace wayfare::logger {

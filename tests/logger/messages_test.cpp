@@ -1,11 +1,11 @@
 // Measurements to JSON and back, to the same bits.
+#include <wayfare/logger/messages.hpp>
 
 #include <cmath>
 #include <limits>
 #include <random>
 #include <string>
 
-#include <wayfare/logger/messages.hpp>
 #include "io/support.hpp"
 
 namespace wayfare::logger {

@@ -1,6 +1,7 @@
+#include <wayfare/logger/remote_control.hpp>
+
 #include <string>
 
-#include <wayfare/logger/remote_control.hpp>
 #include "io/support.hpp"
 
 namespace wayfare::logger {

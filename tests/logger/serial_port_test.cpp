@@ -1,4 +1,5 @@
 // Serial lines, seen from both ends of a pseudo-terminal.
+#include <wayfare/logger/serial_port.hpp>
 
 #include <atomic>
 #include <fstream>
@@ -7,7 +8,6 @@
 #include <thread>
 #include <vector>
 
-#include <wayfare/logger/serial_port.hpp>
 #include <wayfare/logger/stream_player.hpp>
 #include "logger/simulated_devices.hpp"
 

@@ -1,3 +1,5 @@
+#include <wayfare/map/occupancy_grid.hpp>
+
 #include <cmath>
 #include <map>
 
@@ -5,7 +7,6 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
-#include <wayfare/map/occupancy_grid.hpp>
 
 namespace wayfare {
 namespace {

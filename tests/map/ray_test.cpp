@@ -1,3 +1,5 @@
+#include <wayfare/map/ray.hpp>
+
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -6,7 +8,6 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/raster_walk.hpp>
-#include <wayfare/map/ray.hpp>
 
 namespace wayfare {
 namespace {

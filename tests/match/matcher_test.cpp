@@ -1,3 +1,5 @@
+#include <wayfare/match/scan_matcher.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -6,7 +8,6 @@
 
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
-#include <wayfare/match/scan_matcher.hpp>
 
 #include "reference.hpp"
 #include "scenes.hpp"

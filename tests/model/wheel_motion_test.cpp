@@ -1,3 +1,5 @@
+#include <wayfare/model/wheel_motion.hpp>
+
 #include <numbers>
 #include <vector>
 
@@ -5,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/model/wheel_motion.hpp>
 #include <wayfare/testing/gaussian_checks.hpp>
 
 namespace wayfare {

@@ -1,4 +1,5 @@
 // The drift of a gyro's heading by a magnetometer with iron about it that nobody told.
+#include <wayfare/estimate/field_drift.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -7,7 +8,6 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/estimate/field_drift.hpp>
 #include <wayfare/estimate/pedestrian.hpp>
 #include "pedestrian/phone_walk.hpp"
 

@@ -1,4 +1,5 @@
 // The foot-mounted tracker on simulated walks, and on what should not happen.
+#include <wayfare/estimate/foot_tracker.hpp>
 
 #include <cmath>
 #include <limits>
@@ -7,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
-#include <wayfare/estimate/foot_tracker.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 #include "pedestrian/foot_recordings.hpp"
 #include "pedestrian/foot_walk.hpp"

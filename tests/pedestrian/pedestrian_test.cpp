@@ -1,4 +1,5 @@
 // Steps, their lengths and the way they go, on simulated walks and on what should not happen.
+#include <wayfare/estimate/pedestrian.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -8,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/estimate/pedestrian.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 #include "pedestrian/phone_walk.hpp"
 

@@ -1,4 +1,5 @@
 // Two feet on simulated walks: what the bound on their distance brings.
+#include <wayfare/estimate/two_feet.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/estimate/two_feet.hpp>
 #include <wayfare/sim/feet.hpp>
 #include <wayfare/sim/imu.hpp>
 

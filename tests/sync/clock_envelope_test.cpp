@@ -1,11 +1,10 @@
 // A device's clock found from arrivals that are late by chance.
+#include <wayfare/sync/clock_envelope.hpp>
 
 #include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
-
-#include <wayfare/sync/clock_envelope.hpp>
 
 namespace wayfare {
 namespace {

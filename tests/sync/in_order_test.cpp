@@ -1,10 +1,11 @@
+#include <wayfare/sync/in_order.hpp>
+
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <wayfare/measure/imu.hpp>
-#include <wayfare/sync/in_order.hpp>
 
 namespace wayfare {
 namespace {

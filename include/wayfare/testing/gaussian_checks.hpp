@@ -4,6 +4,7 @@
 // samples, not from what a run happened to give.
 
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -15,15 +16,37 @@
 namespace wayfare::testing {
 
 /// Finite, symmetric, and no eigenvalue below −`tolerance` times the largest element.
-template <class Derived>
-void expect_covariance(const Eigen::MatrixBase<Derived>& p, double tolerance = 1e-12) {
-  const Eigen::MatrixXd matrix = p.template cast<double>();
+inline void expect_covariance(const Eigen::MatrixXd& matrix, double tolerance = 1e-12) {
   ASSERT_TRUE(matrix.allFinite()) << matrix;
   const double size = matrix.cwiseAbs().maxCoeff();
   EXPECT_LE((matrix - matrix.transpose()).cwiseAbs().maxCoeff(), tolerance * size) << matrix;
   const Eigen::MatrixXd raised =
       matrix + tolerance * size * Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols());
   EXPECT_GT(least_pivot(raised), 0.0) << matrix;
+}
+
+/// As expect_samples_follow below; `differences`: sample ⊖ mean, a column each.
+inline void expect_differences_follow(const Eigen::MatrixXd& covariance,
+                                      const Eigen::MatrixXd& differences, double sigmas,
+                                      double curvature) {
+  const Eigen::LLT<Eigen::MatrixXd> llt(covariance);
+  ASSERT_EQ(llt.info(), Eigen::Success) << "not positive definite:\n" << covariance;
+  const Eigen::MatrixXd z = llt.matrixL().solve(differences);
+  const auto n = static_cast<double>(z.cols());
+  const auto dof = static_cast<double>(z.rows());
+  const Eigen::VectorXd mean = z.rowwise().mean();
+  const Eigen::MatrixXd second = z * z.transpose() / n;
+  const double one = sigmas / std::sqrt(n);
+  EXPECT_LE(mean.cwiseAbs().maxCoeff(), one + curvature) << "mean of the whitened samples " << mean;
+  Eigen::MatrixXd excess = second;
+  excess.diagonal().array() -= 1.0;
+  EXPECT_LE(std::abs(excess.trace()), std::sqrt(2.0 * dof) * one + dof * curvature)
+      << "normalised error squared";
+  EXPECT_LE(excess.diagonal().cwiseAbs().maxCoeff(), std::sqrt(2.0) * one + curvature)
+      << "variances of the whitened samples\n"
+      << second;
+  excess.diagonal().setZero();
+  EXPECT_LE(excess.cwiseAbs().maxCoeff(), one + curvature) << "correlations\n" << second;
 }
 
 /// Tests `samples` against `g` (positive definite) by their first two moments. With z the whitened
@@ -37,32 +60,12 @@ void expect_covariance(const Eigen::MatrixBase<Derived>& p, double tolerance = 1
 template <Manifold M>
 void expect_samples_follow(const Gaussian<M>& g, const std::vector<M>& samples, double sigmas = 6.0,
                            double curvature = 0.0) {
-  constexpr int kDof = ManifoldTraits<M>::kDof;
-  using Vector = Eigen::Matrix<double, kDof, 1>;
-  using Square = Eigen::Matrix<double, kDof, kDof>;
-  const Eigen::LLT<Square> llt(g.covariance.template cast<double>());
-  ASSERT_EQ(llt.info(), Eigen::Success) << "not positive definite:\n" << g.covariance;
-  Vector mean = Vector::Zero();
-  Square second = Square::Zero();
-  for (const M& x : samples) {
-    const Vector z =
-        llt.matrixL().solve(ManifoldTraits<M>::minus(x, g.mean).template cast<double>());
-    mean += z;
-    second += z * z.transpose();
+  Eigen::MatrixXd differences(ManifoldTraits<M>::kDof, static_cast<Eigen::Index>(samples.size()));
+  for (Eigen::Index i = 0; i < differences.cols(); ++i) {
+    const auto d = ManifoldTraits<M>::minus(samples[static_cast<std::size_t>(i)], g.mean);
+    for (int k = 0; k < ManifoldTraits<M>::kDof; ++k) differences(k, i) = d[k];
   }
-  const auto n = static_cast<double>(samples.size());
-  mean /= n;
-  second /= n;
-  const double one = sigmas / std::sqrt(n);
-  EXPECT_LE(mean.cwiseAbs().maxCoeff(), one + curvature) << "mean of the whitened samples " << mean;
-  const Square excess = second - Square::Identity();
-  EXPECT_LE(excess.diagonal().cwiseAbs().maxCoeff(), std::sqrt(2.0) * one + curvature)
-      << "variances of the whitened samples\n"
-      << second;
-  const Square off = excess - Square(excess.diagonal().asDiagonal());
-  EXPECT_LE(off.cwiseAbs().maxCoeff(), one + curvature) << "correlations\n" << second;
-  EXPECT_LE(std::abs(excess.trace()), std::sqrt(2.0 * kDof) * one + kDof * curvature)
-      << "normalised error squared";
+  expect_differences_follow(g.covariance.template cast<double>(), differences, sigmas, curvature);
 }
 
 }  // namespace wayfare::testing
