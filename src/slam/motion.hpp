@@ -36,6 +36,8 @@ class MotionModel {
   }
 
  private:
+  friend struct SubmapState;  // saves and restores it
+
   struct Seen {
     LogTime time;
     SE2d pose;

@@ -33,16 +33,51 @@ MultiResolutionGrid::MultiResolutionGrid(const MultiResolutionOptions& options)
   }
 }
 
-Result<void> MultiResolutionGrid::insert(const SE2d& T_map_laser, const LaserScan& scan) {
-  for (std::size_t i = 0; i < grids_.size(); ++i)
-    if (auto ok = insert_scan(grids_[i], T_map_laser, scan, options_.model, raster_); !ok)
-      return ok;
+template <class InsertInto, class BoxAt>
+Result<void> MultiResolutionGrid::insert_everywhere(const InsertInto& insert_into,
+                                                    const BoxAt& box_at) {
+  for (OccupancyGrid& grid : grids_)
+    if (auto ok = insert_into(grid); !ok) return ok;
   tables_.resize(grids_.size());
-  for (std::size_t i = 0; i < grids_.size(); ++i) {
-    const CellBox changed = box_of(T_map_laser, scan, options_.model, grids_[i].resolution_m());
-    if (auto ok = follow(i, changed); !ok) return ok;
-  }
+  for (std::size_t i = 0; i < grids_.size(); ++i)
+    if (auto ok = follow(i, box_at(grids_[i].resolution_m())); !ok) return ok;
   return {};
+}
+
+Result<void> MultiResolutionGrid::insert(const SE2d& T_map_laser, const LaserScan& scan) {
+  return insert_everywhere(
+      [&](OccupancyGrid& grid) {
+        return insert_scan(grid, T_map_laser, scan, options_.model, raster_);
+      },
+      [&](double resolution_m) { return box_of(T_map_laser, scan, options_.model, resolution_m); });
+}
+
+Result<void> MultiResolutionGrid::insert(const SE2d& T_map_points, const PointSet& points,
+                                         const Eigen::Vector2d& origin) {
+  return insert_everywhere(
+      [&](OccupancyGrid& grid) {
+        return insert_points(grid, T_map_points, points, options_.model, raster_, origin);
+      },
+      [&](double resolution_m) {
+        const Cell from = cell_of(T_map_points * origin, resolution_m);
+        CellBox box{from, from};
+        for (std::size_t i = 0; i < points.size(); ++i)
+          box.extend(
+              cell_of(T_map_points * Eigen::Vector2d(points[i].cast<double>()), resolution_m));
+        // Rounding may put an end into the cell beside it.
+        return CellBox{box.min - Cell{1, 1}, box.max + Cell{1, 1}};
+      });
+}
+
+std::size_t MultiResolutionGrid::memory_bytes() const {
+  std::size_t sum = 0;
+  for (const OccupancyGrid& grid : grids_)
+    grid.for_each_tile(
+        [&](const Cell&, std::span<const std::int16_t> cells) { sum += cells.size_bytes(); });
+  for (const ProbabilityGrid& table : tables_)
+    sum += sizeof(std::uint16_t) * static_cast<std::size_t>(table.stride()) *
+           static_cast<std::size_t>(table.height() + 2 * PaddedTable::kBorder);
+  return sum;
 }
 
 /// A table that is too small is made anew with room to spare, so that this is seldom.

@@ -66,6 +66,19 @@ TEST(Relations, AcrossALargeGapAreLeftOut) {
   EXPECT_EQ(result.used, 1U);
 }
 
+TEST(Relations, MayEndAtTheNearestPose) {
+  const Trajectory trajectory = {sample(0, 0, 0, 0), sample(1, 1, 0, 30), sample(2, 3, 0, 50)};
+  // From x = 0 to x = 1, and from there to the last: 2 m at 30 degrees.
+  const std::vector<Relation> relations = {
+      {at(0.4), at(1.4), SE2d(1, 0, Angle::degrees(30))},
+      {at(1), at(1.6), SE2d(2 * std::cos(M_PI / 6), -1, Angle::degrees(20))}};
+  const RelationsResult result = relations_error(trajectory, relations, {.nearest_pose = true});
+  EXPECT_EQ(result.used, 2U);
+  EXPECT_NEAR(result.translation_m.max, 0.0, 1e-12);
+  EXPECT_NEAR(result.rotation_deg.max, 0.0, 1e-9);
+  EXPECT_GT(relations_error(trajectory, relations).rotation_deg.max, 1.0);
+}
+
 TEST(Relations, NothingToCompare) {
   const RelationsResult result = relations_error({}, std::vector<Relation>(3));
   EXPECT_EQ(result.outside, 3U);

@@ -5,6 +5,7 @@
 // poses a person verified, so that an error early in the run does not count again in all that
 // follows.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -45,7 +46,26 @@ struct RelationsOptions {
   /// A relation that starts or ends in a gap of the trajectory would judge the interpolation more
   /// than the trajectory. With this limit 2945 of the 2984 relations of a reduced Intel log count.
   GapLimit gaps = {.largest_gap = from_seconds(2.5), .near = from_seconds(0.015)};
+  /// Takes the pose nearest in time instead of one between two: relations are between scans, and a
+  /// log whose time stamps jitter has a scan's time wrong, not its pose.
+  bool nearest_pose = false;
 };
+
+namespace detail {
+
+/// pose_at, or the pose nearest to where there would be one.
+[[nodiscard]] inline std::optional<SE2d> end_of_relation(std::span<const StampedPose> trajectory,
+                                                         LogTime time,
+                                                         const RelationsOptions& options) {
+  const std::optional<SE2d> between = pose_at(trajectory, time, options.gaps);
+  if (!between || !options.nearest_pose) return between;
+  auto at = std::partition_point(trajectory.begin(), trajectory.end(),
+                                 [&](const StampedPose& s) { return s.time < time; });
+  if (at != trajectory.begin() && time - (at - 1)->time < at->time - time) --at;
+  return at->T_map_base.raw();
+}
+
+}  // namespace detail
 
 /// ε(δ) of eq. (4) there, translation and rotation apart as in its section 4: for each relation
 /// δ*ᵢⱼ the error (δ*ᵢⱼ)⁻¹ ∘ xᵢ⁻¹ ∘ xⱼ with xᵢ, xⱼ interpolated on SE(2) at the two times.
@@ -57,8 +77,8 @@ struct RelationsOptions {
   std::vector<double> translations, rotations;
   for (std::size_t i = 0; i < relations.size(); ++i) {
     const Relation& r = relations[i];
-    const std::optional<SE2d> a = pose_at(trajectory, r.first, options.gaps);
-    const std::optional<SE2d> b = pose_at(trajectory, r.second, options.gaps);
+    const std::optional<SE2d> a = detail::end_of_relation(trajectory, r.first, options);
+    const std::optional<SE2d> b = detail::end_of_relation(trajectory, r.second, options);
     if (!a || !b) {
       ++result.outside;
       continue;

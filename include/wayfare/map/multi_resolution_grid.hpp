@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <wayfare/map/inverse_lidar.hpp>
@@ -25,13 +26,20 @@ class MultiResolutionGrid {
   /// Puts a scan into every grid, and the tables up to date. Refused as by `insert_scan`, or where
   /// a table would grow too large; then nothing has changed.
   Result<void> insert(const SE2d& T_map_laser, const LaserScan& scan);
+  /// The same for end points of rays that begin at `origin`, as `insert_points` takes them.
+  Result<void> insert(const SE2d& T_map_points, const PointSet& points,
+                      const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
 
   [[nodiscard]] bool empty() const { return tables_.empty(); }
   [[nodiscard]] const OccupancyGrid& finest() const { return grids_.back(); }
   /// Coarse to fine; empty before the first scan.
   [[nodiscard]] const ProbabilityPyramid& tables() const { return tables_; }
+  /// What grids and tables take.
+  [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
+  template <class InsertInto, class BoxAt>
+  Result<void> insert_everywhere(const InsertInto& insert_into, const BoxAt& box_at);
   Result<void> follow(std::size_t level, const CellBox& changed);
 
   MultiResolutionOptions options_;

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <vector>
+
+#include <wayfare/system/submap_slam.hpp>
+
+#include "option_fields.hpp"
+
+namespace wayfare::examples {
+
+/// Every option a JSON file may set, by name.
+[[nodiscard]] std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& options);
+
+}  // namespace wayfare::examples

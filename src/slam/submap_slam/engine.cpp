@@ -1,0 +1,252 @@
+#include "engine.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/LU>
+
+#include <wayfare/map/voxel_filter.hpp>
+
+#include "../scan_check.hpp"
+
+namespace wayfare {
+
+SubmapSlam::Engine::Engine(const SubmapSlamOptions& options)
+    : options_(options),
+      motion_model_(options.odometry, options.constant_velocity),
+      tracker_(options),
+      search_(options) {}
+
+Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const MotionHint& hint) {
+  const auto odometry = hint.odometry ? std::optional(hint.odometry->raw()) : std::nullopt;
+  const auto last = scans_.empty() ? std::nullopt : std::optional(scans_.back().time);
+  if (auto ok = detail::check_scan(scan, odometry, last); !ok) return ok.error();
+  if (hint.turn && !std::isfinite(hint.turn->radians()))
+    return Error{ErrorCode::invalid, "the gyroscope's turn is not finite"};
+  const auto points = points_of(scan);
+  if (!points) return points.error();
+  ScanOutcome outcome;
+  if (join_at_ && statistics_.scans >= *join_at_) outcome.loop_closures = join_loops();
+  const std::size_t before = map_.nodes.size();
+  Placed placed{0.0, true, Eigen::Matrix3d::Zero()};
+  if (before == 0)
+    T_local_base_ = odometry.value_or(SE2d());
+  else
+    placed = place(*points, predict(scan.time, odometry, hint.turn));
+  outcome.score = placed.score;
+  outcome.matched = placed.matched;
+  if (is_due(placed.matched))
+    if (auto ok = add_node(*points, placed); !ok) return ok.error();
+  motion_model_.tell(scan.time, T_local_base_, odometry);
+  outcome.became_node = map_.nodes.size() > before;
+  scans_.push_back(
+      {scan.time, map_.latest(), map_.nodes.back().T_local_node.inverse() * T_local_base_});
+  outcome.T_map_base =
+      Transform2<frame::Map, frame::Base>(map_.pose(map_.latest()) * scans_.back().T_node_base);
+  ++statistics_.scans;
+  statistics_.unmatched_scans += outcome.matched ? 0 : 1;
+  if (outcome.became_node) begin_search();
+  return outcome;
+}
+
+/// Within range, one a voxel, finite by LaserScan::returned.
+Result<PointSet> SubmapSlam::Engine::points_of(const LaserScan& scan) const {
+  const double range = std::min(options_.max_range_m, PackedPoints::kMaxRange_m);
+  return voxel_filter(
+      thin(end_points(scan, options_.T_base_laser.raw()), 0.0F, static_cast<float>(range)),
+      options_.voxel_m);
+}
+
+Motion SubmapSlam::Engine::predict(LogTime time, const std::optional<SE2d>& odometry,
+                                   const std::optional<Angle>& turn) const {
+  Motion motion = motion_model_.predict(time, odometry);
+  if (!turn) return motion;
+  motion.increment = SE2d(motion.increment.translation(), SO2d(*turn));
+  motion.sigma[2] =
+      options_.gyro_floor.radians() + options_.gyro_per_rad * std::abs(turn->radians());
+  return motion;
+}
+
+SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, const Motion& motion) {
+  const SE2d expected = T_local_base_ * motion.increment;
+  const Eigen::Matrix3d turn = motion.increment.inverse().adjoint();
+  for (Eigen::Matrix3d* since : {&since_node_, &since_match_})
+    *since = turn * *since * turn.transpose() + motion.covariance();
+  // After scans that were not placed the robot may be farther off than one motion's error.
+  const Eigen::Vector3d most(1.0, 1.0, Angle::degrees(60).radians());
+  const Eigen::Vector3d sigma = since_match_.diagonal().cwiseSqrt().cwiseMin(most);
+  const auto found = tracker_.place(map_, points, expected, {motion.increment, sigma});
+  if (found) since_match_.setZero();
+  T_local_base_ = found ? found->T_local_points : expected;
+  lost_ = found ? 0 : lost_ + 1;
+  return found ? Placed{found->score, true, found->covariance} : Placed{};
+}
+
+/// A scan nothing agrees with is kept once it is clear that this is no passing trouble.
+bool SubmapSlam::Engine::is_due(bool matched) const {
+  if (map_.nodes.empty()) return true;
+  if (!matched) return lost_ >= options_.lost_scans;
+  const SE2d moved = map_.nodes.back().T_local_node.inverse() * T_local_base_;
+  return moved.translation().norm() >= options_.node_distance_m ||
+         std::abs(moved.heading().radians()) >= options_.node_turn.radians();
+}
+
+/// What a match says of a step of such a length: the place it was matched at errs as well, the more
+/// the farther away that is.
+Eigen::Matrix3d SubmapSlam::Engine::match_information(const Eigen::Matrix3d& matched,
+                                                      double length_m, double turn_rad) const {
+  const double sigma_m = 0.02 + 0.02 * length_m;
+  const double sigma_rad =
+      Angle::degrees(0.4).radians() + 0.02 * turn_rad + Angle::degrees(0.2).radians() * length_m;
+  Eigen::Matrix3d covariance = matched;
+  covariance.diagonal() += Eigen::Vector3d(sigma_m, sigma_m, sigma_rad).cwiseAbs2();
+  return covariance.inverse();
+}
+
+Result<void> SubmapSlam::Engine::add_node(const PointSet& points, const Placed& placed) {
+  constexpr std::size_t kFewestPoints = 10;
+  if (!map_.nodes.empty() && !placed.matched && points.size() < kFewestPoints) return {};
+  const auto packed = std::make_shared<const PackedPoints>(points);
+  if (map_.nodes.empty()) {
+    map_.add_node(T_local_base_, packed, Eigen::Matrix3d::Identity());
+  } else {
+    join_node(packed, placed);
+  }
+  since_node_.setZero();
+  since_match_.setZero();
+  lost_ = 0;
+  ++statistics_.nodes;
+  return end_submaps(!placed.matched);
+}
+
+/// To the node before by match and motion, to the submap by the match alone; where that agreed
+/// badly, to the node before alone and loosely.
+void SubmapSlam::Engine::join_node(const std::shared_ptr<const PackedPoints>& points,
+                                   const Placed& placed) {
+  const SubmapNode& before = map_.nodes.back();
+  const SE2d step = before.T_local_node.inverse() * T_local_base_;
+  const double d = step.translation().norm(), turn = std::abs(step.heading().radians());
+  const Eigen::Matrix3d by_motion = since_node_.inverse();
+  if (placed.score < options_.tracked_score) {
+    const double sigma_m = 0.1 + 0.3 * d, sigma_rad = Angle::degrees(10).radians() + 0.5 * turn;
+    const Eigen::Matrix3d loose =
+        Eigen::Vector3d(sigma_m, sigma_m, sigma_rad).cwiseAbs2().cwiseInverse().asDiagonal();
+    map_.add_node(T_local_base_, points, placed.matched ? loose : by_motion);
+    return;
+  }
+  const Submap& submap = matched_submap(map_);
+  const double since_first = before.travel_m + d - map_.node(submap.first).travel_m;
+  map_.add_node(T_local_base_, points, by_motion + match_information(placed.covariance, d, turn));
+  map_.join_latest(submap, match_information(placed.covariance, since_first, 0.0));
+}
+
+/// The latest node goes into the unfinished submaps; a full one ends, at half of it another begins.
+/// Where the robot was lost both end: what comes is not where they are.
+Result<void> SubmapSlam::Engine::end_submaps(bool lost) {
+  int unfinished = 0;
+  for (Submap& s : map_.submaps) {
+    if (s.finished) continue;
+    if (lost) {
+      s.finished = true;
+      continue;
+    }
+    s.last = map_.latest();
+    ++unfinished;
+    s.finished = s.last - s.first + 1 >= options_.submap_nodes;
+  }
+  const bool half = unfinished > 0 && map_.submaps.back().last - map_.submaps.back().first + 1 >=
+                                          std::max(options_.submap_nodes / 2, 1);
+  if (unfinished == 0 || half) {
+    map_.begin_submap();
+    ++statistics_.submaps;
+  }
+  return tracker_.follow(map_);
+}
+
+void SubmapSlam::Engine::begin_search() {
+  if (join_at_ || ++nodes_since_search_ < options_.nodes_between_loops) return;
+  nodes_since_search_ = 0;
+  forget();
+  if (search_.begin(map_))
+    join_at_ =
+        statistics_.scans + static_cast<std::uint64_t>(std::max(options_.loop_latency_scans, 0));
+}
+
+int SubmapSlam::Engine::join_loops() {
+  join_at_.reset();
+  const FoundLoops& found = search_.result();
+  map_.graph.edges.insert(map_.graph.edges.end(), found.edges.begin(), found.edges.end());
+  statistics_.loop_closures += found.edges.size();
+  statistics_.loops_refused += found.refused;
+  if (!found.edges.empty()) (void)optimise(5, 1e-4);  // where it fails the poses stay as they were
+  return static_cast<int>(found.edges.size());
+}
+
+/// Only while no search is under way: its edges name poses.
+void SubmapSlam::Engine::forget() {
+  const auto finished = [&] {
+    return std::count_if(map_.submaps.begin(), map_.submaps.end(),
+                         [](const Submap& s) { return s.finished; });
+  };
+  while (options_.max_submaps > 0 && finished() > options_.max_submaps) {
+    const int gone = map_.submaps[1].first;
+    const auto kept = std::find_if(scans_.begin(), scans_.end(),
+                                   [&](const SubmapScan& s) { return s.node >= gone; });
+    for (auto s = scans_.begin(); s != kept; ++s)
+      forgotten_.push_back(
+          {s->time, Transform2<frame::Map, frame::Base>(map_.pose(s->node) * s->T_node_base)});
+    scans_.erase(scans_.begin(), kept);
+    for (SubmapScan& s : scans_) s.node -= gone;
+    map_.forget_oldest();
+    search_.graph_was_cut();
+    ++statistics_.forgotten_submaps;
+  }
+}
+
+Result<void> SubmapSlam::Engine::optimise(int iterations, double min_gain) {
+  OptimiseOptions options;
+  options.kernel = search_.kernel();
+  options.max_iterations = iterations;
+  options.min_relative_gain = min_gain;
+  const auto report = optimiser_.optimise(map_.graph, options);
+  if (!report) return report.error();
+  ++statistics_.optimisations;
+  return {};
+}
+
+Result<void> SubmapSlam::Engine::finish() {
+  if (join_at_) join_loops();
+  if (map_.nodes.size() < 2) return {};
+  return optimise(50, 1e-6);
+}
+
+Trajectory SubmapSlam::Engine::trajectory() const {
+  Trajectory result = forgotten_;
+  result.reserve(forgotten_.size() + scans_.size());
+  for (const SubmapScan& s : scans_)
+    result.push_back(
+        {s.time, Transform2<frame::Map, frame::Base>(map_.pose(s.node) * s.T_node_base)});
+  return result;
+}
+
+OccupancyGrid SubmapSlam::Engine::map(const OccupancyGridOptions& shape,
+                                      const InverseLidarModel& model) const {
+  OccupancyGrid grid(shape);
+  ScanRaster raster;
+  const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
+  for (int k = 0; k <= map_.latest(); ++k) {
+    // A scan too wide for the raster leaves the map as it is: the others still make one.
+    (void)insert_points(grid, map_.pose(k), map_.node(k).points->unpacked(), model, raster, laser);
+  }
+  return grid;
+}
+
+std::size_t SubmapSlam::Engine::memory_bytes() {
+  std::size_t sum = tracker_.memory_bytes() + search_.memory_bytes();
+  for (const SubmapNode& n : map_.nodes) sum += n.points->xy().size() * sizeof(std::int16_t);
+  sum += map_.graph.edges.size() * sizeof(PoseEdge<SE2d>);
+  return sum + scans_.size() * sizeof(SubmapScan) + forgotten_.size() * sizeof(StampedPose);
+}
+
+}  // namespace wayfare

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <wayfare/graph/optimise.hpp>
+#include <wayfare/system/submap_slam.hpp>
+
+#include "../motion.hpp"
+#include "local_tracker.hpp"
+#include "loop_search.hpp"
+#include "submap_graph.hpp"
+
+namespace wayfare {
+
+/// Where a scan was, relative to the node it hangs on.
+struct SubmapScan {
+  LogTime time;
+  int node = 0;
+  SE2d T_node_base;
+};
+
+class SubmapSlam::Engine {
+ public:
+  explicit Engine(const SubmapSlamOptions& options);
+
+  Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint);
+  Result<void> finish();
+  [[nodiscard]] Trajectory trajectory() const;
+  [[nodiscard]] const PoseGraph2& graph() const { return map_.graph; }
+  [[nodiscard]] const SubmapSlamStatistics& statistics() const { return statistics_; }
+  [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape,
+                                  const InverseLidarModel& model) const;
+  [[nodiscard]] std::size_t memory_bytes();
+  [[nodiscard]] std::vector<std::uint8_t> save();
+  Result<void> restore(std::span<const std::uint8_t> bytes);
+
+ private:
+  /// What came of placing a scan.
+  struct Placed {
+    double score = 0.0;
+    bool matched = false;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  };
+
+  [[nodiscard]] Result<PointSet> points_of(const LaserScan& scan) const;
+  [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry,
+                               const std::optional<Angle>& turn) const;
+  [[nodiscard]] Placed place(const PointSet& points, const Motion& motion);
+  [[nodiscard]] bool is_due(bool matched) const;
+  Result<void> add_node(const PointSet& points, const Placed& placed);
+  void join_node(const std::shared_ptr<const PackedPoints>& points, const Placed& placed);
+  [[nodiscard]] Eigen::Matrix3d match_information(const Eigen::Matrix3d& matched, double length_m,
+                                                  double turn_rad) const;
+  Result<void> end_submaps(bool lost);
+  int join_loops();
+  void begin_search();
+  void forget();
+  Result<void> optimise(int iterations, double min_gain);
+
+  friend struct SubmapState;
+
+  SubmapSlamOptions options_;
+  MotionModel motion_model_;
+  LocalTracker tracker_;
+  LoopSearch search_;
+  PoseGraphOptimiser<SE2d> optimiser_;
+
+  SubmapGraph map_;
+  SE2d T_local_base_;                                     // of the latest scan
+  Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // the motions' covariance since then
+  Eigen::Matrix3d since_match_ = Eigen::Matrix3d::Zero();
+  int lost_ = 0;  // scans in a row without agreement
+  int nodes_since_search_ = 0;
+  std::optional<std::uint64_t> join_at_;  // scans taken when the search under way is joined
+  Trajectory forgotten_;                  // of scans whose nodes were
+  std::vector<SubmapScan> scans_;
+  SubmapSlamStatistics statistics_;
+};
+
+}  // namespace wayfare

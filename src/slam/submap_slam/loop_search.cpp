@@ -1,0 +1,211 @@
+#include "loop_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/LU>
+
+#include <wayfare/map/voxel_filter.hpp>
+#include <wayfare/match/branch_and_bound.hpp>
+#include <wayfare/match/gauss_newton.hpp>
+
+#include "../climb.hpp"
+#include "../graph_slam/parallel_for.hpp"
+#include "open_direction.hpp"
+
+namespace wayfare {
+namespace {
+
+/// Three standard deviations of the place, along the axis that is known less.
+double reach_m(const Eigen::Matrix3d& covariance) {
+  return 3.0 * std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+}
+
+/// From the latest node to the nearest of a submap's.
+double distance_m(const SubmapGraph& map, const Submap& s) {
+  double nearest = std::numeric_limits<double>::infinity();
+  const Eigen::Vector2d here = map.pose(map.latest()).translation();
+  for (int k = s.first; k <= s.last; ++k)
+    nearest = std::min(nearest, (map.pose(k).translation() - here).norm());
+  return nearest;
+}
+
+void append(PointSet& all, const SE2d& pose, const PointSet& points) {
+  for (std::size_t i = 0; i < points.size(); ++i)
+    all.push_back((pose * Eigen::Vector2d(points[i].cast<double>())).cast<float>());
+}
+
+}  // namespace
+
+bool LoopSearch::begin(const SubmapGraph& map) {
+  auto query = std::make_shared<Query>();
+  query->candidates = candidates(map);
+  if (query->candidates.empty()) return false;
+  query->context = context(map);
+  query->points = map.nodes.back().points->unpacked();
+  query->pose = map.nodes.back().pose;
+  const auto policy =
+      options_.threads > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred;
+  running_ = std::async(policy, [this, query] { return search(*query); });
+  return true;
+}
+
+const FoundLoops& LoopSearch::result() {
+  if (running_.valid()) found_ = running_.get();
+  return found_;
+}
+
+/// The nearest of the submaps that may share a view with the latest node.
+std::vector<LoopSearch::Candidate> LoopSearch::candidates(const SubmapGraph& map) {
+  const SubmapNode& latest = map.nodes.back();
+  const auto usable = [&](const PoseEdge<SE2d>& edge) {
+    return !edge.robust || kernel()(squared_error(map.graph, edge)).weight > 0.3;
+  };
+  const PathUncertainty& known = uncertainty_.find(map.graph, latest.pose, usable);
+  std::vector<std::pair<double, const Submap*>> near;
+  for (const Submap& s : map.submaps) {
+    if (!s.finished || !known.reached(s.pose)) continue;
+    if (latest.travel_m - map.node(s.last).travel_m < options_.loop_gap_travel_m) continue;
+    const double away = distance_m(map, s);
+    const double reach = std::min(reach_m(known.covariance[static_cast<std::size_t>(s.pose)]),
+                                  options_.loop_reach_m);
+    if (away - reach < options_.loop_overlap_m) near.emplace_back(away, &s);
+  }
+  std::stable_sort(near.begin(), near.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  near.resize(std::min(near.size(), static_cast<std::size_t>(options_.loops_per_search)));
+  std::vector<Candidate> result;
+  for (const auto& [away, s] : near) {
+    const SE2d T_submap_node = map.graph_pose(s->pose).inverse() * map.pose(map.latest());
+    // The finder's covariance is of the submap seen from the node.
+    const Eigen::Matrix3d move = T_submap_node.adjoint();
+    Candidate c{*s, {}, T_submap_node, {}, nullptr};
+    c.covariance = move.inverse() * known.covariance[static_cast<std::size_t>(s->pose)] *
+                   move.inverse().transpose();
+    for (int k = s->first; k <= s->last; ++k)
+      c.scans.push_back({map.node(k).pose, s->T_local_submap.inverse() * map.node(k).T_local_node,
+                         map.node(k).points});
+    result.push_back(std::move(c));
+  }
+  return result;
+}
+
+/// The latest nodes' points together, in the latest node's frame, one a 10 cm cell: a wider and
+/// less ambiguous view than a single scan.
+PointSet LoopSearch::context(const SubmapGraph& map) const {
+  constexpr double kCell_m = 0.1;
+  const SE2d T_node_local = map.nodes.back().T_local_node.inverse();
+  PointSet all;
+  for (int k = map.latest(); k >= std::max(0, map.latest() - options_.loop_context_nodes); --k)
+    append(all, T_node_local * map.node(k).T_local_node, map.node(k).points->unpacked());
+  auto thinned = voxel_filter(all, kCell_m);
+  return thinned ? *std::move(thinned) : all;
+}
+
+FoundLoops LoopSearch::search(Query& query) {
+  for (Candidate& c : query.candidates) c.tables = tables(c);
+  std::vector<std::optional<PoseEdge<SE2d>>> matches(query.candidates.size());
+  parallel_for(matches.size(), options_.threads - 1,
+               [&](std::size_t i) { matches[i] = match(query, query.candidates[i]); });
+  FoundLoops found;
+  for (const auto& edge : matches)
+    if (edge) found.edges.push_back(*edge);
+  found.refused = matches.size() - found.edges.size();
+  return found;
+}
+
+std::shared_ptr<const LoopSearch::Tables> LoopSearch::tables(const Candidate& c) {
+  const auto have = std::find_if(kept_.begin(), kept_.end(),
+                                 [&](const auto& entry) { return entry.first == c.submap.id; });
+  if (have != kept_.end()) {
+    kept_.splice(kept_.begin(), kept_, have);
+  } else {
+    kept_.emplace_front(c.submap.id, make_tables(c));
+    const auto most = static_cast<std::size_t>(std::max(options_.tables_kept, 1));
+    if (kept_.size() > most) kept_.pop_back();
+  }
+  return kept_.front().second;
+}
+
+std::shared_ptr<const LoopSearch::Tables> LoopSearch::make_tables(const Candidate& c) const {
+  constexpr double kOutlierProbability = 0.2;  // of a point that fits nothing
+  const auto made = std::make_shared<Tables>();
+  std::vector<PointSet> points;
+  std::vector<PlacedPoints> placed;
+  points.reserve(c.scans.size());
+  OccupancyGrid grid(options_.grid.finest);
+  ScanRaster raster;
+  const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
+  for (const auto& [index, pose, packed] : c.scans) {
+    points.push_back(packed->unpacked());
+    placed.push_back({&points.back(), pose});
+    // A scan too wide for the raster is left out: the others still make a grid.
+    (void)insert_points(grid, pose, points.back(), options_.grid.model, raster, laser);
+  }
+  if (auto field = likelihood_field(
+          placed, {options_.grid.finest.resolution_m, options_.loop_sigma_m, kOutlierProbability}))
+    made->field.build(*std::move(field));
+  made->grid.resize(1);
+  if (!made->grid[0].make(grid, options_.grid.unknown_probability)) made->grid.clear();
+  return made;
+}
+
+/// Searched coarsely for the latest nodes together, then placed exactly by the last of them.
+std::optional<PoseEdge<SE2d>> LoopSearch::match(const Query& query, const Candidate& c) const {
+  if (c.tables->field.grid().empty() || c.tables->grid.empty()) return std::nullopt;
+  const double reach = std::clamp(reach_m(c.covariance), 0.3, options_.loop_reach_m);
+  const double turn = std::clamp(3.0 * std::sqrt(c.covariance(2, 2)), Angle::degrees(4).radians(),
+                                 Angle::degrees(90).radians());
+  MatchOptions options;
+  options.min_score = reach > 1.0 ? options_.wide_loop_score : options_.loop_score;
+  BranchAndBoundMatcher far;
+  const auto found = far.match(c.tables->field, query.context, c.T_submap_node,
+                               {reach, reach, Angle::radians(turn)}, options);
+  if (!found || !*found) return std::nullopt;
+  GaussNewtonOptions smooth;
+  smooth.interpolation = Interpolation::bicubic;
+  smooth.max_iterations = 30;
+  options = {};
+  options.independent_points = options_.independent_points;
+  options.covariance = true;
+  options.min_score = options_.least_score;
+  const auto near = GaussNewtonMatcher(smooth).match(
+      c.tables->grid, query.points, (*found)->T_map_points, {0.3, 0.3, Angle::degrees(6)}, options);
+  if (!near || !*near) return std::nullopt;
+  const Eigen::Vector3d floor(0.04, 0.04, Angle::degrees(0.6).radians());
+  const OpenDirection open(*(*near)->constraint, detail::rms_distance_m(query.points));
+  const Eigen::Matrix3d covariance =
+      open.widen(*(*near)->covariance) + Eigen::Matrix3d(floor.cwiseAbs2().asDiagonal());
+  // Tied to the submap's scan nearest by: the loop says most of that.
+  const SE2d& T_submap_found = (*near)->T_map_points;
+  const auto away = [&](const Candidate::Scan& s) {
+    return (s.T_submap_node.translation() - T_submap_found.translation()).squaredNorm();
+  };
+  const auto nearest =
+      std::min_element(c.scans.begin(), c.scans.end(),
+                       [&](const auto& a, const auto& b) { return away(a) < away(b); });
+  return PoseEdge<SE2d>{nearest->pose, query.pose,
+                        nearest->T_submap_node.inverse() * T_submap_found, covariance.inverse(),
+                        true};
+}
+
+std::size_t LoopSearch::Tables::bytes() const {
+  const auto table = [](const PaddedTable& t) {
+    return static_cast<std::size_t>(t.stride()) *
+           static_cast<std::size_t>(t.height() + 2 * PaddedTable::kBorder);
+  };
+  std::size_t sum = 3 * table(field.grid());  // itself, and the maxima of pairs
+  for (int l = 0; l < MaxPyramid::kLevels; ++l) sum += field.level(l).table.size();
+  for (const ProbabilityGrid& g : grid) sum += 2 * table(g);
+  return sum;
+}
+
+std::size_t LoopSearch::memory_bytes() {
+  (void)result();
+  std::size_t sum = 0;
+  for (const auto& entry : kept_) sum += entry.second->bytes();
+  return sum;
+}
+
+}  // namespace wayfare
