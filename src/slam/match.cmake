@@ -9,6 +9,11 @@ target_sources(wayfare_slam PRIVATE
   gauss_newton.cpp
   icp.cpp
   likelihood_field.cpp
+  lines/beams.cpp
+  lines/candidates.cpp
+  lines/lines.cpp
+  lines/segments.cpp
+  lines/wall_fit.cpp
   match_grid.cpp
   ndt.cpp
   ndt_map.cpp

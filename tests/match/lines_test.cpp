@@ -1,0 +1,203 @@
+// Corridor walls in simulated scans: right however the laser stands, whatever else is in view.
+
+#include <wayfare/match/lines.hpp>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/sim/corridors.hpp>
+
+namespace wayfare {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+struct Scene {
+  LaserScan scan;
+  Angle direction;  ///< of the corridor, in the laser's axes
+  double left_m, right_m;
+};
+
+/// A furnished corridor of 30 m along x, some heading of the laser in it.
+Scene random_scene(std::size_t beams, const sim::CorridorFurniture& furniture, Rng& rng,
+                   double heading) {
+  const double half = rng.uniform(0.75, 1.6);
+  std::vector<sim::Segment> walls;
+  sim::append_furnished_wall({-15, -half}, {15, -half}, half - 0.6, furniture, rng, walls);
+  sim::append_furnished_wall({15, half}, {-15, half}, half - 0.6, furniture, rng, walls);
+  const auto plan = sim::FloorPlan::from_segments(walls);
+  const double y = rng.uniform(-0.3, 0.3);
+  const SE2d pose(rng.uniform(-5.0, 5.0), y, Angle::radians(heading));
+  sim::Lidar2dParams lidar = sim::CorridorDriveParams::lms200();
+  lidar.beams = beams;
+  const double span = beams > 400 ? 270.0 : 180.0;  // a LMS-111 sees three quarters of a turn
+  lidar.first_bearing = Angle::degrees(-0.5 * span);
+  lidar.bearing_step = Angle::degrees(span / static_cast<double>(beams - 1));
+  return {sim::simulate_scan(
+              *plan, [&](LogTime) { return pose; }, {}, lidar, rng),
+          Angle::radians(-heading), half - y, -half - y};
+}
+
+const sim::CorridorFurniture kDoorsAndClutter{.door_spacing_m = 3.0,
+                                              .open_share = 0.4,
+                                              .recess_m = 0.06,
+                                              .boxes_per_m = 0.1,
+                                              .people_per_m = 0.05};
+
+struct Errors {
+  double angle2 = 0, offset2 = 0, normalised = 0;
+  int scans = 0, walls = 0, failures = 0;
+
+  void add(const Scene& s, const std::optional<CorridorWalls>& found) {
+    ++scans;
+    if (!found) {
+      ++failures;
+      return;
+    }
+    const double turn = std::remainder((found->direction - s.direction).radians(), kPi);
+    const bool same_way =
+        std::abs(wrap_to_pi((found->direction - s.direction).radians())) < 0.5 * kPi;
+    const CorridorWalls w = same_way ? *found : turned_round(*found);
+    angle2 += turn * turn;
+    normalised += turn * turn / w.covariance(0, 0);
+    bool good = std::abs(turn) < 0.02;
+    for (const auto& [wall, truth] : {std::pair{w.left, s.left_m}, std::pair{w.right, s.right_m}}) {
+      if (!wall) continue;
+      offset2 += (wall->offset_m - truth) * (wall->offset_m - truth);
+      good = good && std::abs(wall->offset_m - truth) < 0.05;
+      ++walls;
+    }
+    failures += good ? 0 : 1;
+  }
+  [[nodiscard]] double angle_rms_deg() const { return std::sqrt(angle2 / scans) * 180.0 / kPi; }
+  [[nodiscard]] double offset_rms_m() const { return std::sqrt(offset2 / walls); }
+};
+
+class LinesInScans : public testing::TestWithParam<std::size_t> {};
+INSTANTIATE_TEST_SUITE_P(Beams, LinesInScans, testing::Values(181, 361, 541));
+
+TEST_P(LinesInScans, AreFoundAmongDoorsAndClutterInEveryOneOfAThousand) {
+  Rng rng(7);
+  WallDetector detector;
+  Errors acquired, searched, tracked;
+  for (int i = 0; i < 1000; ++i) {
+    const Scene s = random_scene(GetParam(), kDoorsAndClutter, rng, rng.uniform(-0.6, 0.6));
+    acquired.add(s, detector.acquire(s.scan));
+    searched.add(s, detector.search(s.scan));
+    CorridorWalls predicted;
+    const double turn_sigma = 0.2 * kPi / 180.0, offset_sigma = 0.01;
+    predicted.direction = s.direction + Angle::radians(rng.normal(0.0, turn_sigma));
+    predicted.covariance.diagonal() << turn_sigma * turn_sigma, offset_sigma * offset_sigma,
+        offset_sigma * offset_sigma;
+    predicted.left = Wall{s.left_m + rng.normal(0.0, offset_sigma)};
+    predicted.right = Wall{s.right_m + rng.normal(0.0, offset_sigma)};
+    tracked.add(s, detector.track(s.scan, predicted));
+  }
+  for (const Errors* e : {&acquired, &tracked}) {
+    EXPECT_EQ(e->failures, 0);
+    EXPECT_LE(e->angle_rms_deg(), 0.1);
+    EXPECT_LE(e->offset_rms_m(), 0.01);
+  }
+  // The source's own search tries whole degrees and is the slower way to the same walls.
+  EXPECT_LE(searched.failures, 3);
+  EXPECT_LE(searched.angle_rms_deg(), 0.1);
+  EXPECT_LE(searched.offset_rms_m(), 0.01);
+}
+
+TEST(Lines, KnowNoSingularDirectionAndSayHowSureTheyAre) {
+  Rng rng(2);
+  WallDetector detector({.flatness_m = 0.0003});  // simulated walls are flat, ranges whole mm
+  Errors errors;
+  for (int degrees = -180; degrees < 180; ++degrees) {
+    const double heading = degrees * kPi / 180.0;
+    const Scene s = random_scene(361, {.door_spacing_m = 0.0}, rng, heading);
+    errors.add(s, detector.acquire(s.scan));
+  }
+  EXPECT_EQ(errors.failures, 0);
+  // 360 values of χ² with one degree of freedom: their mean lies within 1 ± 0.15 by 95 %.
+  EXPECT_NEAR(errors.normalised / errors.scans, 1.0, 0.25);
+}
+
+/// Looking along a corridor of two walls of one's own.
+LaserScan scan_between(const std::vector<sim::Segment>& walls, const SE2d& pose = {}) {
+  const auto plan = sim::FloorPlan::from_segments(walls);
+  Rng rng(4);
+  return sim::simulate_scan(
+      *plan, [&](LogTime) { return pose; }, {}, sim::CorridorDriveParams::lms200(), rng);
+}
+
+TEST(Lines, GiveNormalPointsOfBothWallsAndTheWallAcross) {
+  WallDetector detector;
+  const LaserScan scan =
+      scan_between({{{-5, 1}, {9, 1}}, {{9, -1.5}, {-5, -1.5}}, {{6, -1.5}, {6, 1}}});
+  const auto walls = detector.acquire(scan);
+  ASSERT_TRUE(walls && walls->left && walls->right && walls->end);
+  EXPECT_NEAR(walls->left_point().rho_m, 1.0, 0.005);
+  EXPECT_NEAR(walls->left_point().alpha.degrees(), 90.0, 0.1);
+  EXPECT_NEAR(walls->right_point().rho_m, 1.5, 0.005);
+  EXPECT_NEAR(walls->right_point().alpha.degrees(), -90.0, 0.1);
+  EXPECT_NEAR(walls->width_m(), 2.5, 0.005);
+  EXPECT_NEAR(walls->end->rho_m, 6.0, 0.01);
+  EXPECT_NEAR(walls->end->alpha.degrees(), 0.0, 0.3);
+  // (6) and (7): what is seen after a motion is what the motion says.
+  const SE2d motion(0.4, 0.1, Angle::degrees(5));
+  const auto after = detector.track(
+      scan_between({{{-5, 1}, {9, 1}}, {{9, -1.5}, {-5, -1.5}}, {{6, -1.5}, {6, 1}}}, motion),
+      moved(*walls, motion));
+  ASSERT_TRUE(after && after->left && after->right && after->end);
+  EXPECT_NEAR(after->left_point().rho_m, 0.9, 0.005);
+  EXPECT_NEAR(after->right_point().alpha.degrees(), -95.0, 0.1);
+  EXPECT_NEAR(after->end->rho_m, 5.6, 0.01);
+}
+
+TEST(Lines, GiveOneWallWhereThereIsOneAndNoneWhereThereIsNone) {
+  WallDetector detector;
+  const auto one = detector.acquire(scan_between({{{-5, 1}, {9, 1}}}));
+  ASSERT_TRUE(one && one->left);
+  EXPECT_FALSE(one->right);
+  EXPECT_EQ(one->covariance(2, 2), 0.0);
+  // A round room has no straight wall of the length asked for.
+  std::vector<sim::Segment> round;
+  for (int k = 0; k < 60; ++k) {
+    const double a = k * kPi / 30, b = (k + 1) * kPi / 30;
+    round.push_back({{3 * std::cos(a), 3 * std::sin(a)}, {3 * std::cos(b), 3 * std::sin(b)}});
+  }
+  EXPECT_FALSE(detector.acquire(scan_between(round)));
+  LaserScan empty = scan_between(round);
+  for (float& r : empty.ranges_m) r = std::nanf("");
+  EXPECT_FALSE(detector.acquire(empty));
+  EXPECT_FALSE(detector.search(empty));
+  EXPECT_FALSE(detector.track(empty, *one));
+  empty.ranges_m.clear();
+  EXPECT_FALSE(detector.acquire(empty));
+}
+
+TEST(Lines, KeepTheLongerOfTwoWallsThatAreNotParallel) {
+  WallDetector detector;
+  // 1.5° apart, within what pieces of one wall may differ by.
+  const auto walls = detector.acquire(scan_between({{{-1, 1}, {9, 1}}, {{5, -1.35}, {-1, -1.51}}}));
+  ASSERT_TRUE(walls && walls->left);
+  EXPECT_FALSE(walls->parallel);
+  EXPECT_FALSE(walls->right);
+  EXPECT_NEAR(walls->direction.degrees(), 0.0, 0.1);
+  // Of a wall that leans by more, too little lies along the other to be taken for its partner.
+  const auto leaning =
+      detector.acquire(scan_between({{{-1, 1}, {9, 1}}, {{5, -1.2}, {-1, -1.51}}}));
+  ASSERT_TRUE(leaning && leaning->left);
+  EXPECT_FALSE(leaning->right);
+  EXPECT_NEAR(leaning->direction.degrees(), 0.0, 0.1);
+}
+
+TEST(Lines, StopTrackingWherePredictionAndScanDisagree) {
+  WallDetector detector;
+  const LaserScan scan = scan_between({{{-5, 1}, {9, 1}}, {{9, -1.5}, {-5, -1.5}}});
+  auto predicted = *detector.acquire(scan);
+  predicted.direction += Angle::degrees(20);
+  EXPECT_FALSE(detector.track(scan, predicted));
+}
+
+}  // namespace
+}  // namespace wayfare
