@@ -77,4 +77,10 @@ void print_facts(const SlamOutputs& outputs) {
     std::printf("%-14s %s\n", name.c_str(), value.c_str());
 }
 
+void print_report(const SlamOutputs& outputs, const std::string& report) {
+  print_facts(outputs);
+  for (const auto& titled : outputs.tables) std::printf("\n%s", titled.table.to_text().c_str());
+  std::printf("\nreport: %s\n", report.c_str());
+}
+
 }  // namespace wayfare::examples

@@ -56,4 +56,7 @@ struct TimedRun {
 /// Prints the facts of a run, a line each.
 void print_facts(const SlamOutputs& outputs);
 
+/// Prints the facts, the tables and where the report is.
+void print_report(const SlamOutputs& outputs, const std::string& report);
+
 }  // namespace wayfare::examples

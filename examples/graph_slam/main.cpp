@@ -1,120 +1,71 @@
 // LiDAR graph SLAM on a recorded log: a corrected trajectory, a map and a report out.
 
-#include <cstdio>
 #include <string>
+#include <vector>
 
-#include <CLI/CLI.hpp>
-
-#include <wayfare/eval/table.hpp>
-
-#include "config.hpp"
-#include "exit_code.hpp"
-#include "relations_table.hpp"
-#include "slam_program.hpp"
+#include "log_program.hpp"
 
 namespace {
 
 using namespace wayfare;
 
-struct Options : examples::SlamArguments {
-  std::string log, relations, config;
-  bool no_odometry = false;
-};
-
-void print_refused(const GraphSlamRun& slam) {
-  if (slam.refused_scans == 0) return;
-  std::fprintf(stderr, "%zu scans refused, the first: %s\n", slam.refused_scans,
-               slam.first_refusal.c_str());
+std::vector<examples::OptionField> fields(GraphSlamOptions& o) {
+  using examples::option_field;
+  return {option_field("max_range_m", o.max_range_m),
+          option_field("point_spacing_m", o.point_spacing_m),
+          option_field("odometry_translation_floor_m", o.odometry.translation_floor_m),
+          option_field("odometry_translation_per_m", o.odometry.translation_per_m),
+          option_field("odometry_heading_floor_deg", o.odometry.heading_floor),
+          option_field("odometry_heading_per_rad", o.odometry.heading_per_rad),
+          option_field("node_distance_m", o.node_distance_m),
+          option_field("node_turn_deg", o.node_turn),
+          option_field("cell_m", o.cell_m),
+          option_field("local_nodes", o.local_nodes),
+          option_field("sharp_nodes", o.sharp_nodes),
+          option_field("local_radius_m", o.local_radius_m),
+          option_field("search_sigma_m", o.search_sigma_m),
+          option_field("sharp_sigma_m", o.sharp_sigma_m),
+          option_field("tracked_score", o.tracked_score),
+          option_field("lost_score", o.lost_score),
+          option_field("nodes_between_loops", o.nodes_between_loops),
+          option_field("loop_gap_nodes", o.loop_gap_nodes),
+          option_field("loop_gap_travel_m", o.loop_gap_travel_m),
+          option_field("loop_overlap_m", o.loop_overlap_m),
+          option_field("loop_reach_m", o.loop_reach_m),
+          option_field("loop_context_nodes", o.loop_context_nodes),
+          option_field("loop_map_nodes", o.loop_map_nodes),
+          option_field("loops_per_search", o.loops_per_search),
+          option_field("loop_score", o.loop_score),
+          option_field("wide_loop_score", o.wide_loop_score),
+          option_field("loop_kernel_sigmas", o.loop_kernel_sigmas)};
 }
 
-Result<GraphSlamOptions> read_options(const Options& o) {
-  return o.config.empty() ? GraphSlamOptions() : examples::read_config(o.config);
-}
-
-Result<Recording> read_recording(const Options& o) {
-  auto recording = examples::read_robot_log(o.log);
-  if (recording && o.no_odometry) recording->odometry.clear();
-  return recording;
-}
-
-examples::SlamOutputs outputs_of(const std::string& log, const Recording& recording,
-                                 const examples::TimedRun& run) {
-  const double lasts_s = to_seconds(recording.scans.back().time - recording.scans.front().time);
-  const GraphSlamStatistics& statistics = run.slam.statistics;
-  return {"Graph SLAM of " + log,
-          recording,
-          run.slam.trajectory,
-          run.slam.map,
-          run.slam.graph,
-          nullptr,
-          {{"scans", std::to_string(statistics.scans)},
-           {"not matched", std::to_string(statistics.unmatched_scans)},
-           {"recording", eval::fixed(lasts_s, 1) + " s"},
-           {"took", examples::speed(run.took_s, lasts_s, 2)},
-           {"graph", examples::size_of(run.slam.graph)},
-           {"loop closures", std::to_string(statistics.loop_closures) + " accepted, " +
-                                 std::to_string(statistics.loops_refused) + " refused"}}};
-}
-
-void print(const examples::SlamOutputs& outputs, const std::string& report) {
-  examples::print_facts(outputs);
-  for (const auto& titled : outputs.tables) std::printf("\n%s", titled.table.to_text().c_str());
-  std::printf("\nreport: %s\n", report.c_str());
-}
-
-Result<void> run(const Options& o) {
-  const auto options = read_options(o);
-  if (!options) return options.error();
-  const auto relations = examples::read_relations_or_none(o.relations);
-  if (!relations) return relations.error();
-  const auto recording = read_recording(o);
-  if (!recording) return recording.error();
-  if (auto ready = examples::prepare_folder(o.out, o.write()); !ready) return ready;
-  const auto run = examples::run_with_progress(*recording, *options, o);
-  if (!run) return run.error();
-  print_refused(run->slam);
-  examples::SlamOutputs outputs = outputs_of(o.log, *recording, *run);
-  if (!relations->empty()) {
-    outputs.tables.push_back(
-        {"Error over relations",
-         examples::relations_table("graph SLAM", *recording, run->slam.trajectory, *relations)});
-  }
-  const auto report = examples::write_slam_outputs(o.out, outputs, o.write());
-  if (!report) return report.error();
-  if (!o.quiet) print(outputs, *report);
-  return {};
-}
-
-void add_options(CLI::App& app, Options& o) {
-  app.add_option("LOG", o.log, "the recorded log")->required()->check(CLI::ExistingFile);
-  examples::add_out(app, o, "folder for the results, made where needed");
-  app.add_option("--relations", o.relations, "true relative poses to measure the result by")
-      ->check(CLI::ExistingFile);
-  app.add_option("--config", o.config, "JSON file of options; see --print-config")
-      ->check(CLI::ExistingFile);
-  examples::add_threads(app, o);
-  examples::add_seed(app, o, "accepted for uniformity: graph SLAM draws no random numbers");
-  app.add_flag("--no-odometry", o.no_odometry, "use the scans alone");
-  examples::add_manners(app, o);
-  app.add_flag_callback(
-      "--print-config",
-      [] {
-        std::fputs(examples::default_config().c_str(), stdout);
-        throw CLI::Success();
-      },
-      "print every option of --config with its default, and end");
+Result<examples::LogRun> run(const Recording& recording, const GraphSlamOptions& options,
+                             const SlamProgress& progress) {
+  auto slam = run_graph_slam(recording, options, progress);
+  if (!slam) return slam.error();
+  const GraphSlamStatistics& s = slam->statistics;
+  const std::string loops = std::to_string(s.loop_closures) + " accepted, " +
+                            std::to_string(s.loops_refused) + " refused";
+  const std::string size = examples::size_of(slam->graph);
+  return examples::LogRun{std::move(slam->trajectory), std::move(slam->map),
+                          std::move(slam->graph),      s.scans,
+                          s.unmatched_scans,           {{"graph", size}, {"loop closures", loops}},
+                          slam->refused_scans,         slam->first_refusal};
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
-      "Correct the trajectory of a recorded robot log by LiDAR graph SLAM and draw the map.\n"
-      "LOG is a CARMEN text log, plain or gzip, or a logger's recording (.mcap). Writes "
-      "trajectory.tum, map.pgm, map.yaml, map.png, "
-      "graph.g2o and report.html.");
-  Options options;
-  add_options(app, options);
-  CLI11_PARSE(app, argc, argv);
-  return examples::exit_code("graph_slam", run(options));
+  GraphSlamOptions options;
+  return examples::run_log_program(
+      argc, argv,
+      {"graph_slam", "graph SLAM",
+       "Correct the trajectory of a recorded robot log by LiDAR graph SLAM and draw the map.",
+       fields(options),
+       [&](const Recording& recording, const examples::SlamArguments& o,
+           const SlamProgress& progress) {
+         options.threads = o.threads;
+         return run(recording, options, progress);
+       }});
 }

@@ -59,21 +59,27 @@ struct Correlative {
   }
 };
 
+/// A matcher of the library with the options given.
 template <class Matcher>
-std::optional<SE2d> pose_of(const Matcher& matcher, const typename Matcher::Map& map,
-                            const PointSet& points, const SE2d& prior, const SearchWindow& window) {
-  const auto found = matcher.match(map, points, prior, window);
-  if (!found || !*found) return std::nullopt;
-  return (*found)->T_map_points;
-}
+struct Climbing {
+  using Map = typename Matcher::Map;
+  Matcher matcher;
+
+  std::optional<SE2d> match(const Map& map, const PointSet& points, const SE2d& prior,
+                            const SearchWindow& window) {
+    const auto found = matcher.match(map, points, prior, window);
+    if (!found || !*found) return std::nullopt;
+    return (*found)->T_map_points;
+  }
+};
 
 template <Interpolation kInterpolation, int kLevels>
-struct GaussNewton {
+struct GaussNewton : Climbing<GaussNewtonMatcher> {
   static constexpr const char* kName = kInterpolation == Interpolation::bilinear
                                            ? "Gauss-Newton, bilinear, three grids"
                                            : "least squares, bicubic, one grid";
-  using Map = ProbabilityPyramid;
-  GaussNewtonMatcher matcher{{.interpolation = kInterpolation, .max_iterations = 20}};
+  GaussNewton()
+      : Climbing{GaussNewtonMatcher({.interpolation = kInterpolation, .max_iterations = 20})} {}
 
   static Result<Map> map(const Reference& r) {
     Map pyramid;
@@ -85,32 +91,16 @@ struct GaussNewton {
     }
     return pyramid;
   }
-  std::optional<SE2d> match(const Map& map, const PointSet& points, const SE2d& prior,
-                            const SearchWindow& window) {
-    return pose_of(matcher, map, points, prior, window);
-  }
 };
 
-struct Icp {
+struct Icp : Climbing<IcpMatcher> {
   static constexpr const char* kName = "ICP, point to line";
-  using Map = SurfaceMap;
-  IcpMatcher matcher;
   static Result<Map> map(const Reference& r) { return SurfaceMap::make({&r.placed, 1}); }
-  std::optional<SE2d> match(const Map& map, const PointSet& points, const SE2d& prior,
-                            const SearchWindow& window) {
-    return pose_of(matcher, map, points, prior, window);
-  }
 };
 
-struct Ndt {
+struct Ndt : Climbing<NdtMatcher> {
   static constexpr const char* kName = "NDT";
-  using Map = NdtMap;
-  NdtMatcher matcher;
   static Result<Map> map(const Reference& r) { return NdtMap::make({&r.placed, 1}); }
-  std::optional<SE2d> match(const Map& map, const PointSet& points, const SE2d& prior,
-                            const SearchWindow& window) {
-    return pose_of(matcher, map, points, prior, window);
-  }
 };
 
 /// The same start for every matcher: it depends on the pair and the error alone.

@@ -11,7 +11,6 @@
 #include <wayfare/map/surface_map.hpp>
 
 namespace wayfare::detail {
-
 Result<void> check_climb(std::string_view who, const PointSet& points, const SE2d& prior,
                          const SearchWindow& window, const MatchOptions& options) {
   const auto refused = [&](const char* why) {
@@ -32,25 +31,41 @@ Result<void> check_climb(std::string_view who, const PointSet& points, const SE2
 }
 
 Prior::Prior(const SE2d& prior, const SearchWindow& window, const MatchOptions& options,
-             std::size_t points)
+             const PointSet& points)
     : prior_(prior),
       window_(window),
-      information_(options.prior_information),
+      options_(options),
+      points_(points),
       weight_(options.independent_points > 0
-                  ? std::min(1.0, options.independent_points / static_cast<double>(points))
+                  ? std::min(1.0, options.independent_points / static_cast<double>(points.size()))
                   : 1.0) {}
+
+std::optional<MatchResult> Prior::match(const Ending& ending) const {
+  if (!in_window(ending.pose) || ending.score < options_.min_score) return std::nullopt;
+  MatchResult result;
+  result.T_map_points = ending.pose;
+  result.mean_log_likelihood = ending.mean_log_likelihood;
+  result.score = ending.score;
+  if (options_.covariance) {
+    const Eigen::Matrix3d outer = ending.outer();
+    result.covariance = covariance(weight_ * ending.information * outer);
+    result.constraint = SceneConstraint::of(outer, rms_distance_m(points_));
+  }
+  return result;
+}
 
 /// The offset is d = (R₀ᵀ(t − t₀), θ − θ₀); a step ξ in the pose's own axes moves it by A ξ.
 void Prior::add(const SE2d& pose, Cost& cost) const {
-  if (!information_) return;
+  if (!options_.prior_information) return;
+  const Eigen::Matrix3d& information = *options_.prior_information;
   const SO2d turn = prior_.rotation().inverse() * pose.rotation();
   Eigen::Vector3d d;
   d << prior_.rotation().inverse() * Eigen::Vector2d(pose.translation() - prior_.translation()),
       turn.angle().radians();
   Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
   A.topLeftCorner<2, 2>() = turn.matrix();
-  const Eigen::Matrix3d weighted = A.transpose() * *information_;
-  cost.value += 0.5 * d.dot(*information_ * d);
+  const Eigen::Matrix3d weighted = A.transpose() * information;
+  cost.value += 0.5 * d.dot(information * d);
   cost.downhill -= weighted * d;
   cost.hessian += weighted * A;
 }

@@ -23,24 +23,37 @@ struct Cost {
 Result<void> check_climb(std::string_view who, const PointSet& points, const SE2d& prior,
                          const SearchWindow& window, const MatchOptions& options);
 
-/// What MatchOptions ask for beside the points.
+/// Where a climb ended.
+struct Ending {
+  SE2d pose;
+  double mean_log_likelihood = 0.0;
+  double score = 0.0;
+  double information = 1.0;  ///< of one residual: 1/σ²
+  /// Σ g gᵀ of the residuals' gradients there; asked for only where a covariance is.
+  std::function<Eigen::Matrix3d()> outer;
+};
+
+/// What MatchOptions ask for beside the points. Refers to all it is given.
 class Prior {
  public:
   Prior(const SE2d& prior, const SearchWindow& window, const MatchOptions& options,
-        std::size_t points);
+        const PointSet& points);
 
   /// Of one point's squared residual, so that as many count as are independent.
   [[nodiscard]] double weight() const { return weight_; }
   void add(const SE2d& pose, Cost& cost) const;
-  /// Whether a match may lie there.
+  /// The match a climb ended in; nothing outside the window or below the least score.
+  [[nodiscard]] std::optional<MatchResult> match(const Ending& ending) const;
+
+ private:
   [[nodiscard]] bool in_window(const SE2d& pose) const;
   /// The inverse of `information`, no wider than the window.
   [[nodiscard]] Eigen::Matrix3d covariance(const Eigen::Matrix3d& information) const;
 
- private:
-  SE2d prior_;
-  SearchWindow window_;
-  std::optional<Eigen::Matrix3d> information_;
+  const SE2d& prior_;
+  const SearchWindow& window_;
+  const MatchOptions& options_;
+  const PointSet& points_;
   double weight_;
 };
 

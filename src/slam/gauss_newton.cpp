@@ -67,7 +67,7 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
   if (auto ok = check_map(map); !ok) return ok.error();
   if (auto ok = detail::check_climb("Gauss-Newton matching", points, prior, window, options); !ok)
     return ok.error();
-  const detail::Prior beside(prior, window, options, points.size());
+  const detail::Prior beside(prior, window, options, points);
   const double variance = options_.residual_sigma * options_.residual_sigma;
   const double weight = beside.weight() / variance;
   const auto climb_on = [&](const ProbabilityGrid& table, SE2d& pose) {
@@ -91,24 +91,12 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
   for (std::size_t level = 1; level < map.size(); ++level) climb_on(map[level], pose);
   const Squares end = squares_at(map.back(), options_.interpolation, points, pose);
   const double n = static_cast<double>(points.size());
-  MatchResult result;
-  result.T_map_points = pose;
-  result.mean_log_likelihood = -end.squares / (2 * n * variance);
-  result.score = 1 - std::sqrt(end.squares / n);
-  if (!beside.in_window(pose) || result.score < options.min_score)
-    return std::optional<MatchResult>();
-  if (options.covariance) {
-    const ProbabilityGrid& finest = map.back();
-    const auto on_a_wall = [&](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
-      return 2 * finest.value(cell_of(p, finest.resolution_m())) > ProbabilityGrid::kOne ? 1.0
-                                                                                         : 0.0;
-    };
-    const Eigen::Matrix3d outer = detail::normals_outer(points, pose, on_a_wall);
-    const double point_variance = options_.point_sigma_m * options_.point_sigma_m;
-    result.covariance = beside.covariance(beside.weight() / point_variance * outer);
-    result.constraint = SceneConstraint::of(outer, detail::rms_distance_m(points));
-  }
-  return std::optional<MatchResult>(result);
+  const auto on_a_wall = [&finest = map.back()](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
+    return 2 * finest.value(cell_of(p, finest.resolution_m())) > ProbabilityGrid::kOne ? 1.0 : 0.0;
+  };
+  return beside.match({pose, -end.squares / (2 * n * variance), 1 - std::sqrt(end.squares / n),
+                       1 / (options_.point_sigma_m * options_.point_sigma_m),
+                       [&] { return detail::normals_outer(points, pose, on_a_wall); }});
 }
 
 }  // namespace wayfare

@@ -96,7 +96,7 @@ Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, cons
                                                      const MatchOptions& options) const {
   if (map.empty()) return Error{ErrorCode::invalid, "ICP: the map is empty"};
   if (auto ok = detail::check_climb("ICP", points, prior, window, options); !ok) return ok.error();
-  const detail::Prior beside(prior, window, options, points.size());
+  const detail::Prior beside(prior, window, options, points);
   const double least_reach = 5 * options_.sigma_m;
   SE2d pose = prior;
   double reach = options_.reach_m;
@@ -122,18 +122,9 @@ Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, cons
     if (settled) break;
   }
   const Fit fit = fit_at(map, points, pose, options_);
-  MatchResult result;
-  result.T_map_points = pose;
-  result.mean_log_likelihood = fit.mean_log_likelihood;
-  result.score = 1 - fit.mean_log_likelihood / std::log(options_.floor_probability);
-  if (!beside.in_window(pose) || result.score < options.min_score)
-    return std::optional<MatchResult>();
-  if (options.covariance) {
-    result.covariance =
-        beside.covariance(beside.weight() / (options_.sigma_m * options_.sigma_m) * fit.outer);
-    result.constraint = SceneConstraint::of(fit.outer, detail::rms_distance_m(points));
-  }
-  return std::optional<MatchResult>(result);
+  return beside.match({pose, fit.mean_log_likelihood,
+                       1 - fit.mean_log_likelihood / std::log(options_.floor_probability),
+                       1 / (options_.sigma_m * options_.sigma_m), [&] { return fit.outer; }});
 }
 
 }  // namespace wayfare

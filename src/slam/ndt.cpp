@@ -95,7 +95,7 @@ Result<std::optional<MatchResult>> NdtMatcher::match(const NdtMap& map, const Po
                                                      const MatchOptions& options) const {
   if (map.empty()) return Error{ErrorCode::invalid, "NDT: the map is empty"};
   if (auto ok = detail::check_climb("NDT", points, prior, window, options); !ok) return ok.error();
-  const detail::Prior beside(prior, window, options, points.size());
+  const detail::Prior beside(prior, window, options, points);
   SE2d pose = prior;
   for (const Level& level : map.levels()) {
     const auto cost_at = [&](const SE2d& at) {
@@ -107,18 +107,8 @@ Result<std::optional<MatchResult>> NdtMatcher::match(const NdtMap& map, const Po
   }
   const Level& finest = map.levels().back();
   const Fit fit = fit_at(finest, points, pose, options_.floor_probability);
-  MatchResult result;
-  result.T_map_points = pose;
-  result.mean_log_likelihood = fit.mean_log_likelihood;
-  result.score = fit.score;
-  if (!beside.in_window(pose) || result.score < options.min_score)
-    return std::optional<MatchResult>();
-  if (options.covariance) {
-    const Eigen::Matrix3d information = information_at(finest, points, pose);
-    result.covariance = beside.covariance(beside.weight() * information);
-    result.constraint = SceneConstraint::of(information, detail::rms_distance_m(points));
-  }
-  return std::optional<MatchResult>(result);
+  return beside.match({pose, fit.mean_log_likelihood, fit.score, 1.0,
+                       [&] { return information_at(finest, points, pose); }});
 }
 
 }  // namespace wayfare

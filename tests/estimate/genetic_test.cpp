@@ -1,10 +1,10 @@
+#include <wayfare/estimate/genetic.hpp>
+
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
-
-#include <wayfare/estimate/genetic.hpp>
 
 namespace wayfare {
 namespace {
@@ -54,10 +54,7 @@ TEST(Gene, GoesFromUnitToValueAndBack) {
 }
 
 TEST(Genetic, FindsTheBottomOfABowl) {
-  GeneticOptions o;
-  o.population = 200;
-  o.generations = 60;
-  o.elite = 4;
+  const GeneticOptions o{.population = 200, .generations = 60, .elite = 4};
   const GeneticSearch search(genes(8), o);
   const GeneticState s = run(search, bowl_of(8));
   // A draw of the first generation is 12 away in the mean: 8·(range²/12 + offset²).
@@ -68,12 +65,8 @@ TEST(Genetic, FindsTheBottomOfABowl) {
 }
 
 TEST(Genetic, NeverLosesTheBestAndStaysInBounds) {
-  GeneticOptions o;
-  o.population = 40;
-  o.generations = 15;
-  o.elite = 1;
-  o.mutation_rate = 0.9;
-  o.mutation_sigma = 2.0;
+  const GeneticOptions o{
+      .population = 40, .generations = 15, .elite = 1, .mutation_rate = 0.9, .mutation_sigma = 2.0};
   const GeneticSearch search(genes(5), o);
   GeneticState s = search.start(bowl_of(5));
   while (!search.finished(s)) {
@@ -87,10 +80,7 @@ TEST(Genetic, NeverLosesTheBestAndStaysInBounds) {
 }
 
 TEST(Genetic, WorstScoresDoNotEndTheRun) {
-  GeneticOptions o;
-  o.population = 60;
-  o.generations = 10;
-  o.elite = 2;
+  const GeneticOptions o{.population = 60, .generations = 10, .elite = 2};
   const GeneticSearch search(genes(4), o);
   const BatchFitness half = [](auto x, auto scores) {
     bowl(4, x, scores);
@@ -106,9 +96,7 @@ TEST(Genetic, WorstScoresDoNotEndTheRun) {
 }
 
 TEST(Genetic, PutsKnownIndividualsFirst) {
-  GeneticOptions o;
-  o.population = 10;
-  o.elite = 1;
+  const GeneticOptions o{.population = 10, .elite = 1};
   const GeneticSearch search(genes(2), o);
   const std::vector<double> known = {1.0, 10.0};
   const GeneticState s = search.start(bowl_of(2), known);
@@ -116,10 +104,7 @@ TEST(Genetic, PutsKnownIndividualsFirst) {
 }
 
 TEST(Genetic, ResumesFromTextToTheLastBit) {
-  GeneticOptions o;
-  o.population = 30;
-  o.generations = 8;
-  o.elite = 2;
+  const GeneticOptions o{.population = 30, .generations = 8, .elite = 2};
   const GeneticSearch search(genes(6), o);
   const GeneticState whole = run(search, bowl_of(6));
   GeneticState s = search.start(bowl_of(6));
@@ -133,9 +118,7 @@ TEST(Genetic, ResumesFromTextToTheLastBit) {
 }
 
 TEST(Genetic, RefusesWhatIsNotItsCheckpoint) {
-  GeneticOptions o;
-  o.population = 12;
-  o.elite = 2;
+  const GeneticOptions o{.population = 12, .elite = 2};
   const GeneticSearch search(genes(3), o);
   const GeneticState s = search.start(bowl_of(3));
   const std::string text = search.format(s);
@@ -151,12 +134,11 @@ TEST(Genetic, RefusesWhatIsNotItsCheckpoint) {
 
 TEST(Genetic, RanksChooseParents) {
   // Without crossover and mutation children are copies: the better half must give more of them.
-  GeneticOptions o;
-  o.population = 400;
-  o.elite = 1;
-  o.crossover_rate = 0.0;
-  o.mutation_rate = 0.0;
-  o.selection_pressure = 2.0;
+  const GeneticOptions o{.population = 400,
+                         .elite = 1,
+                         .crossover_rate = 0.0,
+                         .mutation_rate = 0.0,
+                         .selection_pressure = 2.0};
   const GeneticSearch search(genes(1), o);
   const GeneticState first = search.start(bowl_of(1));
   const GeneticState second = search.next(first, bowl_of(1));

@@ -99,6 +99,15 @@ std::vector<SE2d> places_in_the_room(Rng& rng) {
   return poses;
 }
 
+/// On the middle of a corridor that leads that way.
+std::vector<SE2d> places_along(Angle way) {
+  const SO2d turn(way);
+  std::vector<SE2d> along;
+  for (int i = -4; i <= 4; ++i)
+    along.emplace_back(Eigen::Vector2d(turn * Eigen::Vector2d(0.37 * i, 0)), SO2d());
+  return along;
+}
+
 TYPED_TEST(EveryMatcher, FindsAKnownMotion) {
   using Case = Setup<TypeParam>;
   Rng rng(31);
@@ -139,10 +148,7 @@ TYPED_TEST(EveryMatcher, SaysWhatTheSceneLeavesOpen) {
   for (const double degrees : {0.0, 33.0}) {
     const Angle way = Angle::degrees(degrees);
     const SO2d turn(way);
-    std::vector<SE2d> along;
-    for (int i = -4; i <= 4; ++i)
-      along.emplace_back(Eigen::Vector2d(turn * Eigen::Vector2d(0.37 * i, 0)), SO2d());
-    const SceneConstraint c = constraint(Walls::corridor(way), along);
+    const SceneConstraint c = constraint(Walls::corridor(way), places_along(way));
     EXPECT_FALSE(c.complete());
     EXPECT_LT(c.share, 0.01);
     EXPECT_GT(std::abs(c.weakest.head<2>().dot(turn * Eigen::Vector2d(1, 0))), 0.95)
@@ -157,10 +163,8 @@ TYPED_TEST(EveryMatcher, CovarianceIsWideWhereTheSceneIsOpen) {
   using Case = Setup<TypeParam>;
   Rng rng(33);
   auto matcher = Case::matcher();
-  std::vector<SE2d> along;
-  for (int i = -4; i <= 4; ++i) along.emplace_back(0.37 * i, 0, Angle());
   const Walls corridor = Walls::corridor(Angle());
-  const auto map = Case::map(Views(corridor, along, rng));
+  const auto map = Case::map(Views(corridor, places_along(Angle()), rng));
   const auto match = matcher.match(map, end_points(corridor.scan(SE2d(), rng)), SE2d(), kWindow,
                                    {.independent_points = 40, .covariance = true});
   ASSERT_TRUE(match && *match && (*match)->covariance);
@@ -174,10 +178,8 @@ TYPED_TEST(EveryMatcher, KeepsToItsPriorWhereTheSceneIsOpen) {
   using Case = Setup<TypeParam>;
   Rng rng(34);
   auto matcher = Case::matcher();
-  std::vector<SE2d> along;
-  for (int i = -4; i <= 4; ++i) along.emplace_back(0.37 * i, 0, Angle());
   const Walls corridor = Walls::corridor(Angle());
-  const auto map = Case::map(Views(corridor, along, rng));
+  const auto map = Case::map(Views(corridor, places_along(Angle()), rng));
   MatchOptions options;
   options.independent_points = 40;
   options.prior_information = Eigen::Vector3d(1e5, 1.0, 1.0).asDiagonal();

@@ -22,7 +22,7 @@ struct Ends {
   std::uint64_t drawn = 0;
 };
 
-Ends walk(const sim::FeetTruth& truth, const TwoFeetParameters& p) {
+TwoFeet walked(const sim::FeetTruth& truth, const TwoFeetParameters& p) {
   TwoFeet feet(p);
   const auto none = [](Side, const FootPose&) {};
   for (std::size_t i = 0; i < truth.left.samples.size(); ++i) {
@@ -30,6 +30,11 @@ Ends walk(const sim::FeetTruth& truth, const TwoFeetParameters& p) {
     feet.add(Side::right, truth.right.samples[i], none);
   }
   feet.finish(none);
+  return feet;
+}
+
+Ends walk(const sim::FeetTruth& truth, const TwoFeetParameters& p) {
+  const TwoFeet feet = walked(truth, p);
   const Eigen::Vector3d l = feet.position(Side::left), r = feet.position(Side::right);
   const Eigen::Vector3d lt = truth.left.position.back();
   const Eigen::Vector3d rt = truth.right_from_left + truth.right.position.back();
@@ -120,13 +125,7 @@ TEST(TwoFeet, AreTurnedAsTheyAreMounted) {
   TwoFeetParameters p;
   p.right_from_left = Angle::radians(0.7);
   EXPECT_LT(walk(truth, p).right_m, 1.0);
-  TwoFeet feet(p);
-  const auto none = [](Side, const FootPose&) {};
-  for (std::size_t i = 0; i < truth.left.samples.size(); ++i) {
-    feet.add(Side::left, truth.left.samples[i], none);
-    feet.add(Side::right, truth.right.samples[i], none);
-  }
-  feet.finish(none);
+  const TwoFeet feet = walked(truth, p);
   EXPECT_NEAR(feet.odometry().T_odom_base.raw().x(), truth.length_m, 0.5);
 }
 
