@@ -34,7 +34,8 @@ namespace wayfare {
 
 /// What a sensor's scans are to the filter.
 struct RbpfSensorOptions {
-  OccupancyGridOptions grid{};
+  /// Cells remember a few scans: walls of one round outlast what the next adds beside them.
+  OccupancyGridOptions grid{.min_probability = 0.002, .max_probability = 0.999};
   OccupancyFieldOptions field{};
   /// A scan's points err together: this many count, against the motion and in the weights. More:
   /// surer of its matches, and sooner of one particle.
@@ -43,13 +44,14 @@ struct RbpfSensorOptions {
   std::size_t fewest_points = 10;
   /// Agreement with the map in [0, 1] below which a match is refused.
   double least_score = 0.4;
-  /// Agreement below which the search is widened, to these; a match found there must agree better
-  /// by the margin. Zero metres: never.
+  /// Agreement below which a scan is also looked for where the best particle's matches say the
+  /// robot is, by that particle as far about as this, the motion believed half as much; a match
+  /// found there must explain scan and motion better by so many nats. Zero metres: never.
   double tracked_score = 0.65;
   double wide_m = 0.8;
   Angle wide_turn = Angle::degrees(50);
-  double wide_margin = 0.1;
-  /// A correction of more than these is refused, as is one of more than `max_sigmas`.
+  double wide_nats = 5.0;
+  /// A correction of more than these is refused.
   double max_correction_m = 1.2;
   Angle max_turn_correction = Angle::degrees(60);
   /// The search reaches this many standard deviations of the motion.
@@ -57,13 +59,14 @@ struct RbpfSensorOptions {
   /// Farther points are not matched, m.
   double max_range_m = 20.0;
   /// Between neighbouring points, m.
-  double point_spacing_m = 0.03;
+  double point_spacing_m = 0.1;
 };
 
 /// Few points, half of them ghosts or clutter, and bearings of a degree or two: a wider kernel, and
 /// a floor far below the walls, so that what stays decides.
 [[nodiscard]] inline RbpfSensorOptions radar_sensor_options() {
   RbpfSensorOptions o;
+  o.grid = {};
   o.field = {0.10, 0.1, 0.55};
   o.independent_points = 20.0;
   o.fewest_points = 15;
@@ -82,7 +85,7 @@ struct RadarSlamOptions {
   RbpfSensorOptions lidar{};
   RbpfSensorOptions radar = radar_sensor_options();
   /// Beams that graze a wall free it; a hit outweighs many of them.
-  InverseLidarModel lidar_model{.p_free = 0.4};
+  InverseLidarModel lidar_model{.p_free = 0.4, .p_hit = 0.8};
   /// Occupancy a single radar detection gives its cell; no cell is freed, radar sees through
   /// things.
   double radar_hit_probability = 0.7;
@@ -92,6 +95,9 @@ struct RadarSlamOptions {
   double update_travel_m = 0.02;
   Angle update_turn = Angle::degrees(0.5);
   double update_time_s = 5.0;
+  /// LiDAR scans in between are matched with the best particle's map: that places them, and says
+  /// where the robot has moved more than motion knows.
+  bool match_between = false;
 
   /// Travel and turn since its sensor's last after which a scan goes into the maps too. Scans less
   /// than a cell apart would hold the robot to the cells of the one before.
@@ -169,6 +175,10 @@ struct DeadReckoningOptions {
                   .bias_rad_s = 0.004};
   /// For recordings that give poses instead of wheels.
   MotionNoise odometry{0.03, 0.25, 0.02, Angle::degrees(3.0), 0.2, 0.1};
+  /// With such recordings scans in between are matched, and taken up after this travel and turn,
+  /// whatever the filter's options say: every update draws some noise into the maps.
+  double odometry_update_travel_m = 0.7;
+  Angle odometry_update_turn = Angle::degrees(20);
   /// A wheel counts as stuck when it counts nothing while the other rolls this far, and the gyro
   /// does not see the turn that would mean.
   double stuck_after_m = 0.05;

@@ -6,15 +6,17 @@
 
 #include "../graph_slam/parallel_for.hpp"
 #include "sensor_step.hpp"
+#include "wall_points.hpp"
 
 namespace wayfare {
 namespace {
 
-/// A scan that was placed by the motion since the update before it.
+/// A scan that was placed by the motion since the update before it, or by a match.
 struct PlacedScan {
   LogTime time;
   std::size_t update;
   SE2d since;
+  bool matched = false;
 };
 
 enum Sensor { kLidar, kRadar };
@@ -37,7 +39,10 @@ class RadarSlam::Engine {
   Result<void> move(const Gaussian<SE2d>& increment) {
     if (!usable(increment))
       return Error{ErrorCode::invalid, "the motion is not finite, or a variance negative"};
-    if (filter_) moved_ = compose(moved_, increment);
+    if (filter_) {
+      moved_ = compose(moved_, increment);
+      tracked_ = tracked_ * increment.mean;
+    }
     return {};
   }
 
@@ -97,8 +102,17 @@ class RadarSlam::Engine {
     statistics_.without_points += enough ? 0 : 1;
     if (!filter_) begin(time);
     RbpfOutcome outcome;
-    if (enough && due(time, sensor)) outcome = update(time, sensor, points, scan);
-    scans_.push_back({time, increments_.size(), moved_.mean});
+    std::optional<SE2d> seen;  // the way since the last update, by a match
+    bool now = due(time, sensor, moved_.mean);
+    if (enough && !now && sensor == kLidar && options_.match_between) {
+      seen = way_by_match(points);
+      now = seen && due(time, sensor, *seen);
+    }
+    if (enough && now) {
+      outcome = update(time, sensor, points, scan);
+      seen.reset();
+    }
+    scans_.push_back({time, increments_.size(), seen.value_or(moved_.mean), seen.has_value()});
     return outcome;
   }
 
@@ -115,23 +129,42 @@ class RadarSlam::Engine {
     return !begun_[sensor] || since.translation().norm() >= options_.map_travel_m ||
            std::abs(since.heading().radians()) >= options_.map_turn.radians();
   }
-  [[nodiscard]] bool due(LogTime time, Sensor sensor) const {
-    const SE2d since = at_update_[sensor].inverse() * moved_.mean;
+  [[nodiscard]] bool due(LogTime time, Sensor sensor, const SE2d& way) const {
+    const SE2d since = at_update_[sensor].inverse() * way;
     return !begun_[sensor] || since.translation().norm() >= options_.update_travel_m ||
            std::abs(since.heading().radians()) >= options_.update_turn.radians() ||
            to_seconds(time - updated_) >= options_.update_time_s;
   }
 
+  /// Since the last update, by the best particle's map. No motion for the next update: it would
+  /// tell it twice what the same walls say, and a robot creeping along a corridor would never seem
+  /// to have moved.
+  std::optional<SE2d> way_by_match(const PointSet& points) {
+    const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
+    Gaussian<SE2d> expected{best.pose * moved_.mean, moved_.covariance};
+    expected.covariance += 1e-10 * Eigen::Matrix3d::Identity();
+    const auto found =
+        workers_.front().lidar.track(best.map.lidar, points, expected, best.pose * tracked_);
+    if (!found) return std::nullopt;
+    tracked_ = best.pose.inverse() * found->pose.mean;
+    return tracked_;
+  }
+
   /// Steps 4 to 8.
   RbpfOutcome update(LogTime time, Sensor sensor, const PointSet& points, const LaserScan* scan);
   void map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
-           const LaserScan* scan, ScanRaster& raster) const;
+           ScanRaster& raster) const;
+  [[nodiscard]] PointSet walls_of(const LaserScan& scan) const {
+    return with_walls(end_points(scan, options_.T_base_laser.raw()),
+                      {.spacing_m = options_.lidar.grid.resolution_m});
+  }
 
   /// Along the motion, bent so that it ends where the update after it says.
   [[nodiscard]] Transform2<frame::Map, frame::Base> place(const Trajectory& way,
                                                           const PlacedScan& s) const {
     const SE2d start = way[s.update].T_map_base.raw();
-    if (s.update + 1 >= way.size()) return Transform2<frame::Map, frame::Base>(start * s.since);
+    if (s.matched || s.update + 1 >= way.size())
+      return Transform2<frame::Map, frame::Base>(start * s.since);
     const SE2d end = way[s.update + 1].T_map_base.raw();
     const double whole = to_seconds(way[s.update + 1].time - way[s.update].time);
     const double part = whole > 0 ? to_seconds(s.time - way[s.update].time) / whole : 0.0;
@@ -144,6 +177,7 @@ class RadarSlam::Engine {
   RbpfMaps blank_{OccupancyGrid(options_.lidar.grid), OccupancyGrid(options_.radar.grid)};
   std::optional<Rbpf<RbpfMaps>> filter_;
   Gaussian<SE2d> moved_{SE2d(), Eigen::Matrix3d::Zero()};  // since the last update
+  SE2d tracked_;                     // the same by the best particle's matches, then motion
   std::array<SE2d, 2> at_map_{};     // where each sensor last went into the maps, and
   std::array<SE2d, 2> at_update_{};  // where each sensor was last taken up, seen from there
   std::array<bool, 2> begun_{};
@@ -159,16 +193,18 @@ RbpfOutcome RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSe
   Gaussian<SE2d> motion = moved_;
   motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
   const bool first = !begun_[sensor], maps_grow = map_due(sensor);
+  if (!first && sensor == kLidar) (void)way_by_match(points);
+  const PointSet seen = maps_grow && scan != nullptr ? walls_of(*scan) : points;
   std::vector<Settled> settled(options_.particles);
   const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
     Worker& worker = workers_[w];
     const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
     SensorStep& match = sensor == kLidar ? worker.lidar : worker.radar;
     const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
-    const Settled s =
-        first ? Settled{sample(expected, rng)} : match.settle(grid, points, expected, rng);
+    const Settled s = first ? Settled{sample(expected, rng)}
+                            : match.settle(grid, points, expected, particle.pose * tracked_, rng);
     particle.pose = s.pose;
-    if (maps_grow) map(particle, sensor, points, scan, worker.raster);
+    if (maps_grow) map(particle, sensor, seen, worker.raster);
     settled[static_cast<std::size_t>(&particle - filter_->particles().data())] = s;
     return s.log_factor;
   };
@@ -195,18 +231,19 @@ RbpfOutcome RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSe
   if (maps_grow) at_map_[sensor] = SE2d();
   at_update_[sensor] = SE2d();
   moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
+  tracked_ = SE2d();
   begun_[sensor] = true;
   updated_ = time;
   return outcome;
 }
 
 void RadarSlam::Engine::map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
-                            const LaserScan* scan, ScanRaster& raster) const {
+                            ScanRaster& raster) const {
   if (sensor == kLidar) {
     // A scan too wide for the raster leaves the map as it is.
-    (void)insert_scan<FillBetweenBeams>(particle.map.lidar,
-                                        particle.pose * options_.T_base_laser.raw(), *scan,
-                                        options_.lidar_model, raster);
+    (void)insert_points<FillBetweenBeams>(particle.map.lidar, particle.pose, points,
+                                          options_.lidar_model, raster,
+                                          options_.T_base_laser.raw().translation());
     return;
   }
   OccupancyGrid& grid = particle.map.radar;

@@ -121,9 +121,14 @@ Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions
                                     SlamSensors sensors, const SlamProgress& progress,
                                     const DeadReckoningOptions& reckoning) {
   options.T_base_laser = recording.T_base_laser;
-  // Where nothing says how far the robot went, what it sees must, and often.
-  if (recording.wheels.empty() && recording.odometry.empty())
+  if (recording.wheels.empty() && recording.odometry.empty()) {
+    // Where nothing says how far the robot went, what it sees must, and often.
     options.update_time_s = std::min(options.update_time_s, 1.0);
+  } else if (recording.wheels.empty()) {
+    options.update_travel_m = reckoning.odometry_update_travel_m;
+    options.update_turn = reckoning.odometry_update_turn;
+    options.match_between = true;
+  }
   RadarSlam slam(options);
   Feed feed(slam, sensors);
   if (recording.wheels.empty())

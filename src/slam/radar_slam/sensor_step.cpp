@@ -8,20 +8,21 @@
 
 namespace wayfare {
 
+namespace {
+
+Gaussian<SE2d> half_believed(const SE2d& mean, const Gaussian<SE2d>& motion) {
+  return {mean, 4.0 * motion.covariance};
+}
+
+}  // namespace
+
 Settled SensorStep::settle(const OccupancyGrid& map, const PointSet& points,
-                           const Gaussian<SE2d>& expected, Rng& rng) {
-  Gaussian<SE2d> prior = expected;
-  auto found = look(map, points, prior, window_of(prior));
-  if (options_.wide_m > 0 && (!found || found->score < options_.tracked_score)) {
-    const Gaussian<SE2d> loose{expected.mean, 4.0 * expected.covariance};
-    const auto wide = look_wider(map, points, loose);
-    if (wide && wide->score > (found ? found->score : 0.0) + options_.wide_margin) {
-      found = wide;
-      prior = loose;
-      std::swap(view_, wide_view_);
-    }
-  }
-  if (found) {
+                           const Gaussian<SE2d>& expected, const SE2d& tracked, Rng& rng) {
+  const auto about_tracked = [&](const Gaussian<SE2d>& loose) {
+    return look(map, points, loose, {kNear_m, kNear_m, kNearTurn}, wide_view_);
+  };
+  if (const auto found = find(map, points, expected, tracked, about_tracked)) {
+    const auto prior = found->widened ? half_believed(tracked, expected) : expected;
     const auto drawn = proposal_.draw(view_, points, found->pose, prior, rng, proposal_options_);
     if (drawn) return {drawn->T_map_points, drawn->log_evidence, found->score, true};
   }
@@ -29,17 +30,52 @@ Settled SensorStep::settle(const OccupancyGrid& map, const PointSet& points,
   return {pose, log_likelihood(points, pose)};
 }
 
+std::optional<ScanMatch> SensorStep::track(const OccupancyGrid& map, const PointSet& points,
+                                           const Gaussian<SE2d>& expected, const SE2d& tracked) {
+  const auto far_about = [&](const Gaussian<SE2d>& loose) {
+    return look_wider(map, points, loose);
+  };
+  return find(map, points, expected, tracked, far_about);
+}
+
+/// `elsewhere(motion)` looks again, where the walls do not agree with `expected`.
+template <class Elsewhere>
+std::optional<ScanMatch> SensorStep::find(const OccupancyGrid& map, const PointSet& points,
+                                          const Gaussian<SE2d>& expected, const SE2d& tracked,
+                                          const Elsewhere& elsewhere) {
+  auto found = look(map, points, expected, window_of(expected), view_);
+  if (options_.wide_m <= 0 || (found && found->score >= options_.tracked_score)) return found;
+  const Gaussian<SE2d> loose = half_believed(tracked, expected);
+  auto other = elsewhere(loose);
+  const ScanMatch stay = found.value_or(ScanMatch{expected, options_.least_score});
+  if (!other ||
+      explained(*other, loose, points) < explained(stay, loose, points) + options_.wide_nats)
+    return found;
+  std::swap(view_, wide_view_);
+  other->widened = true;
+  return other;
+}
+
+/// ln of what the scan and the motion say of a match, but for a constant.
+double SensorStep::explained(const ScanMatch& match, const Gaussian<SE2d>& motion,
+                             const PointSet& points) const {
+  const double n = independent(points) * static_cast<double>(points.size());
+  const Eigen::Vector3d off = match.pose.mean.minus(motion.mean);
+  return n * (1.0 - match.score) * std::log(options_.field.floor_probability) -
+         0.5 * off.dot(motion.covariance.ldlt().solve(off));
+}
+
 std::optional<ScanMatch> SensorStep::look(const OccupancyGrid& map, const PointSet& points,
                                           const Gaussian<SE2d>& expected,
-                                          const SearchWindow& window) {
+                                          const SearchWindow& window, MatchGrid& view) {
   const FieldReach reach{std::max(window.half_x_m, window.half_y_m) + map.resolution_m(),
                          window.half_heading.radians()};
-  if (!maker_.make(map, points, expected.mean, reach, options_.field, view_)) return std::nullopt;
+  if (!maker_.make(map, points, expected.mean, reach, options_.field, view)) return std::nullopt;
   const Eigen::Matrix3d information = expected.covariance.inverse();
   const auto coarse =
-      matcher_.match(view_, points, expected.mean, window, match_options(information));
+      matcher_.match(view, points, expected.mean, window, match_options(information));
   if (!coarse || !*coarse) return std::nullopt;
-  return sharpened(view_, points, **coarse, expected, information);
+  return sharpened(view, points, **coarse, expected, information);
 }
 
 /// Farther about, by branch and bound.

@@ -18,6 +18,7 @@ namespace wayfare {
 struct ScanMatch {
   Gaussian<SE2d> pose;
   double score = 0.0;
+  bool widened = false;  ///< found where the motion was believed half as much
 };
 
 /// Where a particle comes to be, and what that says of it.
@@ -36,15 +37,27 @@ class SensorStep {
     proposal_options_.independent_points = options.independent_points;
   }
 
-  /// `expected`: where motion leads to.
+  /// `expected`: where motion leads to; `tracked`: where the best particle's matches do. Where the
+  /// walls agree with the first too little, they are asked about the second.
   [[nodiscard]] Settled settle(const OccupancyGrid& map, const PointSet& points,
-                               const Gaussian<SE2d>& expected, Rng& rng);
+                               const Gaussian<SE2d>& expected, const SE2d& tracked, Rng& rng);
+  /// The match alone, sought farther about `tracked` where need be.
+  [[nodiscard]] std::optional<ScanMatch> track(const OccupancyGrid& map, const PointSet& points,
+                                               const Gaussian<SE2d>& expected, const SE2d& tracked);
 
  private:
+  /// Particles differ by less than this in what they make of a motion.
+  static constexpr double kNear_m = 0.2;
+  static constexpr Angle kNearTurn = Angle::degrees(8.0);
+
+  template <class Elsewhere>
+  [[nodiscard]] std::optional<ScanMatch> find(const OccupancyGrid& map, const PointSet& points,
+                                              const Gaussian<SE2d>& expected, const SE2d& tracked,
+                                              const Elsewhere& elsewhere);
   [[nodiscard]] SearchWindow window_of(const Gaussian<SE2d>& expected) const;
   [[nodiscard]] std::optional<ScanMatch> look(const OccupancyGrid& map, const PointSet& points,
                                               const Gaussian<SE2d>& expected,
-                                              const SearchWindow& window);
+                                              const SearchWindow& window, MatchGrid& view);
   [[nodiscard]] std::optional<ScanMatch> look_wider(const OccupancyGrid& map,
                                                     const PointSet& points,
                                                     const Gaussian<SE2d>& expected);
@@ -53,6 +66,8 @@ class SensorStep {
                                                    const MatchResult& coarse,
                                                    const Gaussian<SE2d>& expected,
                                                    const Eigen::Matrix3d& information) const;
+  [[nodiscard]] double explained(const ScanMatch& match, const Gaussian<SE2d>& motion,
+                                 const PointSet& points) const;
   [[nodiscard]] double independent(const PointSet& points) const;
   [[nodiscard]] double log_likelihood(const PointSet& points, const SE2d& pose) const;
 
