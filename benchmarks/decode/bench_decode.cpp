@@ -17,6 +17,8 @@
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/xbus.hpp>
 
+#include "decode/makers_nodes.hpp"
+
 namespace {
 
 using namespace wayfare;
@@ -250,22 +252,8 @@ void plain_xbus(benchmark::State& state) {
 void plain_nodes(benchmark::State& state) {
   std::uint64_t sum = 0;
   const Stream stream = node_stream();
-  for (auto _ : state) {
-    std::uint8_t held[5];
-    std::size_t n = 0;
-    for (const std::uint8_t byte : stream) {
-      if (n == 0 && ((byte >> 1 ^ byte) & 1) == 0) continue;
-      if (n == 1 && (byte & 1) == 0) {
-        n = 0;
-        continue;
-      }
-      held[n++] = byte;
-      if (n < 5) continue;
-      const RplidarPoint p = rplidar_node(held);
-      sum += p.angle_q6 + p.distance_q2;
-      n = 0;
-    }
-  }
+  for (auto _ : state)
+    makers_nodes(stream, [&](const RplidarPoint& p) { sum += p.angle_q6 + p.distance_q2; });
   benchmark::DoNotOptimize(sum);
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(stream.size()));
 }

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include <wayfare/core/random.hpp>
+#include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/xbus.hpp>
 #include "decode/captures.hpp"
 

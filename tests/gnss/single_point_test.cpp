@@ -8,6 +8,8 @@
 
 #include "gnss/sky.hpp"
 
+#include <wayfare/measure/gnss.hpp>
+
 namespace wayfare {
 namespace {
 

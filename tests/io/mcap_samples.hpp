@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <wayfare/io/byte_sink.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/io/mcap_reader.hpp>
 #include <wayfare/io/mcap_writer.hpp>
 

@@ -247,7 +247,6 @@ TEST(Mcap, AFullDiskKeepsWhatWasFlushed) {
 }
 
 TEST(Mcap, AFileThatIsFullSaysSo) {
-  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
   const auto writer = McapWriter::create("/dev/full", {}, {.existing = Existing::replace});
   ASSERT_FALSE(writer);
   EXPECT_THAT(writer.error().to_string(), HasSubstr("/dev/full: cannot be written"));

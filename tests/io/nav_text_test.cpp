@@ -1,5 +1,6 @@
 // Columns of inertial samples, ranges, fixes and reference trajectories. Expected values are worked
 // out by hand from the units' definitions.
+#include <wayfare/io/columns.hpp>
 #include <wayfare/io/nav_text.hpp>
 
 #include <cmath>

@@ -5,6 +5,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/estimate/ekf.hpp>
 #include <wayfare/model/ins_state.hpp>
+#include <wayfare/model/ins_transition.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 #include <wayfare/testing/manifold_laws.hpp>
 

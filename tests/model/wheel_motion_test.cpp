@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/model/motion_noise.hpp>
 #include <wayfare/testing/gaussian_checks.hpp>
 
 namespace wayfare {

@@ -1,4 +1,10 @@
 // The foot-mounted tracker on simulated walks, and on what should not happen.
+#include <wayfare/estimate/foot_filter.hpp>
+#include <wayfare/estimate/foot_noise.hpp>
+#include <wayfare/estimate/foot_parameters.hpp>
+#include <wayfare/estimate/foot_pose.hpp>
+#include <wayfare/estimate/foot_readings.hpp>
+#include <wayfare/estimate/foot_rest.hpp>
 #include <wayfare/estimate/foot_tracker.hpp>
 
 #include <cmath>

@@ -1,5 +1,16 @@
 // Steps, their lengths and the way they go, on simulated walks and on what should not happen.
 #include <wayfare/estimate/pedestrian.hpp>
+#include <wayfare/estimate/pedestrian_parameters.hpp>
+#include <wayfare/estimate/pedestrian_pose.hpp>
+#include <wayfare/estimate/step.hpp>
+#include <wayfare/estimate/step_band.hpp>
+#include <wayfare/estimate/step_detector.hpp>
+#include <wayfare/estimate/step_length.hpp>
+#include <wayfare/estimate/step_onset.hpp>
+#include <wayfare/estimate/straight_walk.hpp>
+#include <wayfare/estimate/walk_covariance.hpp>
+#include <wayfare/estimate/walking_direction.hpp>
+#include <wayfare/estimate/walking_heading.hpp>
 
 #include <cmath>
 #include <cstdint>

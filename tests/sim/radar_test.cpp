@@ -1,6 +1,8 @@
 // A radar's frames against what its signal processing must give for known reflectors.
 
+#include <wayfare/measure/radar_scan.hpp>
 #include <wayfare/sim/radar.hpp>
+#include <wayfare/sim/reflectors.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
+#include <wayfare/measure/wheels.hpp>
 #include <wayfare/sim/differential_drive.hpp>
 
 namespace wayfare {

@@ -7,6 +7,7 @@
 
 #include <wayfare/eval/chi_square.hpp>
 #include <wayfare/sim/carried_away.hpp>
+#include <wayfare/system/localisation_map.hpp>
 #include <wayfare/testing/gaussian_checks.hpp>
 
 #include "localisation/draws.hpp"

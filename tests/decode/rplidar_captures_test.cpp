@@ -1,0 +1,100 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <sstream>
+
+#include <wayfare/decode/rplidar_decoder.hpp>
+
+#include "decode/captures.hpp"
+#include "decode/makers_nodes.hpp"
+#include "decode/rplidar_streams.hpp"
+
+namespace wayfare::decode {
+namespace {
+
+std::vector<std::string> legacy_captures() {
+  std::vector<std::string> paths;
+  const std::string folder = testing::recording("devices/rplidar/legacy_scan_bin");
+  if (folder.empty()) return paths;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) paths.push_back(entry.path().string());
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+TEST(RplidarCaptures, EveryNodeADriverWouldGive) {
+  const auto paths = legacy_captures();
+  if (paths.empty()) GTEST_SKIP() << "needs devices/rplidar/legacy_scan_bin in WAYFARE_DATA_DIR";
+  EXPECT_EQ(paths.size(), 60U);
+  const Stream scan_begins = descriptor(RplidarAnswer::node, 5, true);
+  std::size_t nodes = 0;
+  for (const std::string& path : paths) {
+    const Stream bytes = testing::file_bytes(path);
+    const auto at = std::search(bytes.begin(), bytes.end(), scan_begins.begin(), scan_begins.end());
+    Points expected;
+    makers_nodes(
+        Bytes(bytes).subspan(static_cast<std::size_t>(at - bytes.begin()) + scan_begins.size()),
+        [&](const RplidarPoint& p) { expected.push_back(p); });
+    const Points points = points_of(bytes);
+    EXPECT_TRUE(points == expected) << path << ": " << points.size() << ", " << expected.size();
+    nodes += points.size();
+  }
+  EXPECT_EQ(nodes, 121399U);
+}
+
+TEST(RplidarCaptures, StopsAndRestartsAreFollowed) {
+  const auto paths = legacy_captures();
+  if (paths.empty()) GTEST_SKIP() << "needs devices/rplidar/legacy_scan_bin in WAYFARE_DATA_DIR";
+  // Played one after the other as one stream that begins inside a scan: every file begins with the
+  // rest of an old one, a stop, and the answers to two requests.
+  Stream all;
+  for (const std::string& path : paths) append(all, testing::file_bytes(path));
+  RplidarDecoder decoder{RplidarFraming(RplidarAnswer::node)};
+  std::size_t healthy = 0, scans = 0, nodes = 0;
+  const auto sink = [&](const RplidarPacket& p) {
+    if (p.is_descriptor()) {
+      scans += p.answer() == RplidarAnswer::node ? 1 : 0;
+    } else if (p.answer() == RplidarAnswer::health) {
+      const auto health = rplidar_health(p.bytes());
+      healthy += health && health->status == RplidarHealth::Status::good ? 1 : 0;
+    } else {
+      ++nodes;
+    }
+  };
+  decoder.feed(all, sink);
+  decoder.finish(sink);
+  EXPECT_EQ(scans, 60U);
+  EXPECT_EQ(healthy, 60U);
+  EXPECT_GE(nodes, 121399U);
+}
+
+std::vector<std::array<unsigned, 4>> expected_rows(const std::string& path) {
+  std::istringstream table(testing::file_text(path));
+  std::vector<std::array<unsigned, 4>> rows;
+  std::array<unsigned, 4> row{};
+  while (table >> row[0] >> row[1] >> row[2] >> row[3]) rows.push_back(row);
+  return rows;
+}
+
+void expect_makers_points(const char* name, RplidarAnswer answer) {
+  const std::string base = "devices/rplidar/pyrplidar_capsule" + std::string(name);
+  WAYFARE_NEEDS_RECORDING(path, base + ".bin");
+  WAYFARE_NEEDS_RECORDING(expected_path, base + "_expected.txt");
+  const auto expected = expected_rows(expected_path);
+  const Points points = points_of(testing::file_bytes(path), answer);
+  ASSERT_EQ(points.size(), expected.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const RplidarPoint& p = points[i];
+    const std::array<unsigned, 4> row = {p.angle_z_q14(), p.distance_q2, unsigned{p.quality} << 2,
+                                         p.start_of_turn ? 1U : 2U};
+    EXPECT_EQ(row, expected[i]) << i;
+  }
+}
+
+TEST(RplidarCaptures, ExpressBitExact) {
+  expect_makers_points("82_legacy", RplidarAnswer::express);
+}
+TEST(RplidarCaptures, UltraBitExact) { expect_makers_points("84_ultra", RplidarAnswer::ultra); }
+
+}  // namespace
+}  // namespace wayfare::decode

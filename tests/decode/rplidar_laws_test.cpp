@@ -1,0 +1,76 @@
+#include <memory>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/decode/rplidar_decoder.hpp>
+#include <wayfare/testing/decoder_damage.hpp>
+#include <wayfare/testing/decoder_laws.hpp>
+
+#include "decode/rplidar_streams.hpp"
+
+namespace wayfare::decode {
+namespace {
+
+testing::DecoderLaws<RplidarDecoder> laws_of(const Stream& stream, RplidarAnswer inside) {
+  testing::DecoderLaws<RplidarDecoder> laws{stream, text_of};
+  laws.make = [inside] { return std::make_unique<RplidarDecoder>(RplidarFraming(inside)); };
+  laws.work_per_byte = 2.0 * RplidarFraming::kCapacity;
+  return laws;
+}
+
+Stream random_capsules(RplidarAnswer answer, int count) {
+  Rng rng(5);
+  Stream stream;
+  for (int i = 0; i < count; ++i) {
+    Stream contents(answer == RplidarAnswer::ultra ? 128 : 80);
+    for (auto& byte : contents) byte = static_cast<std::uint8_t>(rng());
+    append(stream, capsule(i * 700 % (360 * 64), contents, i == 0));
+  }
+  return stream;
+}
+
+TEST(RplidarLaws, Capsules) {
+  for (const auto answer : {RplidarAnswer::express, RplidarAnswer::ultra, RplidarAnswer::dense}) {
+    const auto laws = laws_of(random_capsules(answer, 20), answer);
+    laws.check();
+    const testing::DamageReport report = laws.damage(10000);
+    report.record("capsules_" + std::to_string(static_cast<int>(answer)));
+    EXPECT_EQ(report.lost, 0U);
+    // Eight bits of XOR, so one damaged capsule in 256 passes, and may hide its neighbour.
+    EXPECT_LE(static_cast<double>(report.false_frames), report.most_false(256.0));
+    EXPECT_LE(report.hidden, 2 * report.false_frames);
+    EXPECT_GT(report.undamaged, 100'000U);
+  }
+}
+
+TEST(RplidarLaws, SingleAnswers) {
+  Stream stream;
+  for (int i = 0; i < 10; ++i) {
+    append(stream, descriptor(RplidarAnswer::health, 3, false));
+    append(stream, {0, 0, 0});
+  }
+  laws_of(stream, RplidarAnswer::none).any_split_gives_the_same();
+  laws_of(stream, RplidarAnswer::none).work_is_bounded();
+}
+
+TEST(RplidarLaws, Nodes) {
+  Rng rng(6);
+  Stream nodes;
+  for (int i = 0; i < 200; ++i) {
+    const int angle_q6 = i * 76 % (360 * 64);
+    append(nodes, node(angle_q6, static_cast<int>(rng.below(20000)),
+                       static_cast<int>(rng.below(48)), angle_q6 < 76));
+  }
+  const auto laws = laws_of(nodes, RplidarAnswer::node);
+  laws.any_split_gives_the_same();
+  laws.work_is_bounded();
+  const testing::DamageReport report = laws.damage(10000);
+  report.record("nodes");
+  // Three check bits and no checksum: damage gives at most one node that is none, and in one case
+  // of fifty hides a neighbour or leaves it without others to be believed by.
+  EXPECT_LE(report.false_frames, report.edits);
+  EXPECT_LE(report.lost + report.hidden, report.edits / 50);
+  EXPECT_GT(report.undamaged, 1'900'000U);
+}
+
+}  // namespace
+}  // namespace wayfare::decode

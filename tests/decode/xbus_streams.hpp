@@ -1,0 +1,46 @@
+#pragma once
+
+// Messages of the Xbus built by the manual, and what a decoder makes of them.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <wayfare/decode/xbus.hpp>
+
+#include "decode/captures.hpp"
+
+namespace wayfare::decode {
+
+using Stream = std::vector<std::uint8_t>;
+
+inline Stream message(XbusId id, const Stream& data, std::uint8_t bus = 0xFF) {
+  Stream out(data.size() + 7);
+  out.resize(write_xbus(bus, id, data, out));
+  return out;
+}
+
+inline void append(Stream& to, const Stream& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+template <class T>
+void put(Stream& out, T value) {
+  out.resize(out.size() + sizeof(T));
+  store_be(value, &out[out.size() - sizeof(T)]);
+}
+
+inline std::string text_of(const XbusMessage& m) {
+  return std::to_string(static_cast<int>(m.id())) + ":" + testing::fingerprint(m.bytes());
+}
+
+template <class F>
+DecoderStatistics each_message(const Stream& bytes, F&& f) {
+  const auto decoder = std::make_unique<XbusDecoder>();
+  decoder->feed(bytes, f);
+  decoder->finish(f);
+  return decoder->statistics();
+}
+
+}  // namespace wayfare::decode
