@@ -9,15 +9,12 @@
 
 #include <CLI/CLI.hpp>
 
-#include <wayfare/eval/interpolation.hpp>
-#include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/table.hpp>
-#include <wayfare/io/relations.hpp>
 #include <wayfare/system/radar_slam.hpp>
 
 #include "exit_code.hpp"
-#include "program_files.hpp"
 #include "progress_line.hpp"
+#include "relations_table.hpp"
 #include "slam_program.hpp"
 
 namespace {
@@ -53,12 +50,9 @@ Result<Inputs> read_inputs(const Options& o) {
   auto recording = examples::read_robot_log(o.log);
   if (!recording) return recording.error();
   inputs.recording = *std::move(recording);
-  if (!o.relations.empty()) {
-    auto file = io::read_relations(o.relations);
-    if (!file) return file.error();
-    examples::print_problems(file->problems);
-    inputs.relations = std::move(file->relations);
-  }
+  auto relations = examples::read_relations_or_none(o.relations);
+  if (!relations) return relations.error();
+  inputs.relations = *std::move(relations);
   const auto sensors = sensors_of(o, inputs.recording);
   if (!sensors) return sensors.error();
   inputs.sensors = *sensors;
@@ -82,20 +76,6 @@ Result<Timed> run_timed(const Inputs& inputs, const Options& o) {
   progress.finish();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   return Timed{*std::move(slam), took.count()};
-}
-
-eval::Table relations_table(const Inputs& inputs, const Trajectory& trajectory) {
-  eval::Table table({{"relations"}, {"used"}, {"translation", "m"}, {"rotation", "deg"}});
-  const auto row = [&](const std::string& name, const Trajectory& estimated) {
-    const auto e = eval::relations_error(estimated, inputs.relations);
-    table.add_row({name, std::to_string(e.used) + " of " + std::to_string(inputs.relations.size()),
-                   eval::mean_std(e.translation_m.mean, e.translation_m.std, 4),
-                   eval::mean_std(e.rotation_deg.mean, e.rotation_deg.std, 3)});
-  };
-  if (!inputs.recording.odometry.empty())
-    row("odometry", eval::as_trajectory(inputs.recording.odometry));
-  row("particle filter", trajectory);
-  return table;
 }
 
 eval::Table particles_table(const RadarSlamRun& slam) {
@@ -135,7 +115,9 @@ examples::SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, c
                                             " to " + eval::fixed(f.until.seconds(), 1) + " s");
   if (slam.lidar_map.bounds() && slam.radar_map.bounds()) outputs.radar_map = &slam.radar_map;
   if (!inputs.relations.empty())
-    outputs.tables.push_back({"Error over relations", relations_table(inputs, slam.trajectory)});
+    outputs.tables.push_back(
+        {"Error over relations", examples::relations_table("particle filter", inputs.recording,
+                                                           slam.trajectory, inputs.relations)});
   return outputs;
 }
 

@@ -1,9 +1,7 @@
 // Radar, LiDAR and both in a simulated world, over many seeds: world, robot and filter draw anew
 // with each.
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -17,6 +15,7 @@
 #include <wayfare/system/radar_slam.hpp>
 
 #include "exit_code.hpp"
+#include "start_errors.hpp"
 
 namespace {
 
@@ -31,52 +30,17 @@ struct Options {
   int threads = 1;
 };
 
-struct Errors {
-  double x_m = 0, y_m = 0, heading_deg = 0, end_m = 0, worst_m = 0;
-};
-
-/// In the frame of the first pose: no correction after the fact.
-Result<Errors> errors_of(const Trajectory& estimate, const Trajectory& truth) {
-  Errors e;
-  const auto end = eval::pose_at(truth, estimate.front().time);
-  if (!end) return Error{ErrorCode::not_found, "the truth does not cover the run"};
-  const SE2d T_map_truth = estimate.front().T_map_base.raw() * end->inverse();
-  std::size_t n = 0;
-  for (const StampedPose& p : estimate) {
-    const auto at = eval::pose_at(truth, p.time);
-    if (!at) continue;
-    const SE2d is = T_map_truth * *at;
-    const Eigen::Vector2d d = p.T_map_base.raw().translation() - is.translation();
-    const double turn = (is.rotation().inverse() * p.T_map_base.raw().rotation()).angle().degrees();
-    e.x_m += d.x() * d.x();
-    e.y_m += d.y() * d.y();
-    e.heading_deg += turn * turn;
-    e.end_m = d.norm();
-    e.worst_m = std::max(e.worst_m, d.norm());
-    ++n;
-  }
-  for (double* v : {&e.x_m, &e.y_m, &e.heading_deg}) *v = std::sqrt(*v / static_cast<double>(n));
-  return e;
-}
-
 SlamSensors sensors_of(const std::string& name) {
   return name == "radar"   ? SlamSensors::radar
          : name == "lidar" ? SlamSensors::lidar
                            : SlamSensors::both;
 }
 
-Trajectory odometry_of(const Recording& recording) {
-  Trajectory t;
-  for (const OdometrySample& s : recording.odometry)
-    t.push_back({s.time, Transform2<frame::Map, frame::Base>(s.T_odom_base.raw())});
-  return t;
-}
-
 struct Series {
   std::string name;
   std::vector<double> x, y, heading, end, worst, took;
 
-  void add(const Errors& e, double took_s) {
+  void add(const examples::StartErrors& e, double took_s) {
     x.push_back(e.x_m);
     y.push_back(e.y_m);
     heading.push_back(e.heading_deg);
@@ -104,7 +68,8 @@ Result<void> run(const Options& o) {
     if (!world) return world.error();
     const auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng);
     if (!recording) return recording.error();
-    const auto by_odometry = errors_of(odometry_of(*recording), recording->truth);
+    const auto by_odometry =
+        examples::start_errors(eval::as_trajectory(recording->odometry), recording->truth);
     if (!by_odometry) return by_odometry.error();
     all[0].add(*by_odometry, 0.0);
     for (std::size_t k = 1; k < all.size(); ++k) {
@@ -116,7 +81,7 @@ Result<void> run(const Options& o) {
       const auto slam = run_radar_slam(*recording, options, sensors_of(all[k].name));
       if (!slam) return slam.error();
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-      const auto e = errors_of(slam->trajectory, recording->truth);
+      const auto e = examples::start_errors(slam->trajectory, recording->truth);
       if (!e) return e.error();
       all[k].add(*e, took.count());
       std::fprintf(stderr, "seed %d %s: %.3f %.3f m %.2f deg, at the end %.3f m\n",

@@ -300,7 +300,8 @@ SyncParams sync_params(const Recording& recording, SyncParams params) {
   return params;
 }
 
-std::vector<SyncedStep> synchronise(const Recording& recording, const SyncParams& params) {
+std::vector<SyncedStep> synchronise(const Recording& recording, const SyncParams& params,
+                                    SyncStatistics* statistics) {
   RobotSynchroniser synchroniser(params);
   for (const WheelSample& sample : recording.wheels) synchroniser.push(sample);
   for (const GyroSample& sample : recording.gyro) synchroniser.push(sample);
@@ -309,6 +310,7 @@ std::vector<SyncedStep> synchronise(const Recording& recording, const SyncParams
   synchroniser.finish();
   std::vector<SyncedStep> steps;
   while (std::optional<SyncedStep> step = synchroniser.next()) steps.push_back(std::move(*step));
+  if (statistics != nullptr) *statistics = synchroniser.statistics();
   return steps;
 }
 

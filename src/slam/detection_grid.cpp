@@ -20,8 +20,9 @@ std::vector<float> detections(const OccupancyGrid& grid, const CellBox& box, dou
 }
 
 bool usable(const DetectionViewOptions& o, double sigma_cells) {
-  return o.hit_probability > 0.5 && o.hit_probability < 1.0 && sigma_cells >= 0.0 &&
-         sigma_cells <= 100.0 && o.background > 0.0 && std::isfinite(o.background);
+  return o.most >= 0.0 && std::isfinite(o.most) && o.hit_probability > 0.5 &&
+         o.hit_probability < 1.0 && sigma_cells >= 0.0 && sigma_cells <= 100.0 &&
+         o.background > 0.0 && std::isfinite(o.background);
 }
 
 }  // namespace
@@ -42,7 +43,9 @@ Result<MatchGrid> detection_grid(const OccupancyGrid& grid, const DetectionViewO
   if (sigma_cells > 0.0)
     blur(n, static_cast<int>(box.width()), static_cast<int>(box.height()), sigma_cells, 0.0F);
   const double most =
-      static_cast<double>(*std::max_element(n.begin(), n.end())) + options.background;
+      (options.most > 0.0 ? options.most
+                          : static_cast<double>(*std::max_element(n.begin(), n.end()))) +
+      options.background;
   // Where nothing was detected is worth the same within the map and outside.
   if (auto ok = view.reset(grid.resolution_m(), box, options.background / most); !ok)
     return ok.error();

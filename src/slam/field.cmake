@@ -6,7 +6,6 @@ target_sources(wayfare_slam PRIVATE
   field/kernels_baseline.cpp
   localisation/clusters.cpp
   localisation/draws.cpp
-  localisation/gather_radar.cpp
   localisation/localisation_map.cpp
   localisation/localiser.cpp
   localisation/motion_guard.cpp

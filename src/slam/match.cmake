@@ -5,6 +5,7 @@ target_sources(wayfare_slam PRIVATE
   correlative.cpp
   branch_and_bound.cpp
   climb.cpp
+  detection_field.cpp
   detection_grid.cpp
   gauss_newton.cpp
   icp.cpp

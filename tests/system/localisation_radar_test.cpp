@@ -9,8 +9,9 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/eval/interpolation.hpp>
 #include <wayfare/sim/carried_away.hpp>
+#include <wayfare/sync/radar_bearing.hpp>
 
-#include "localisation/gather_radar.hpp"
+#include "gather_radar.hpp"
 #include "localisation_support.hpp"
 
 namespace wayfare {
@@ -188,7 +189,7 @@ TEST(GatherRadar, PlacesFramesWhereTheRobotStoodAtTheLast) {
     if (i == 5) frame.points[0].x_m = std::nanf("");
     recording.radar.push_back(frame);
   }
-  RadarWeighing options;
+  GatherOptions options;
   options.longest_s = 5.0;
   const OdometryTrack track(recording.odometry);
   const auto one = gather_radar(recording, track, options);
@@ -204,6 +205,32 @@ TEST(GatherRadar, PlacesFramesWhereTheRobotStoodAtTheLast) {
   options.frames = 20;
   options.longest_s = 0.35;
   EXPECT_EQ(gather_radar(recording, track, options).size(), 3U);  // 0 … 0.3, 0.4 … 0.7, the rest
+}
+
+// Straight ahead at 0.25 m/s past a post seen 30° to the left, whose Doppler fell into the bin of
+// speed 0: the sine of its bearing is off by what the radial speed, v cos 30° towards it, adds.
+TEST(GatherRadar, SetsBearingsRightForTheMotionOdometryTellsOf) {
+  Recording recording;
+  recording.radar_max_speed_m_s = 2.0;
+  constexpr double kSpeed = 0.25;
+  const RadarArray array{.max_speed_m_s = recording.radar_max_speed_m_s};
+  const double seen = 0.5, cosine = std::sqrt(1.0 - seen * seen);
+  const double sine = seen + array.sine_per_m_s() * kSpeed * cosine;
+  for (int i = 0; i < 3; ++i) {
+    const LogTime time = LogTime::from_seconds(0.1 * i);
+    recording.odometry.push_back(
+        {time, Transform2<frame::Odom, frame::Base>(SE2d(0.1 * i * kSpeed, 0.0, Angle{}))});
+    recording.radar.push_back(
+        {time, {{.x_m = static_cast<float>(3.0 * cosine), .y_m = static_cast<float>(3.0 * seen)}}});
+  }
+  ASSERT_GT(std::abs(seen - sine), 0.003);
+  const auto scans = gather_radar(recording, OdometryTrack(recording.odometry), {1, 1.0});
+  ASSERT_EQ(scans.size(), 3U);
+  const auto gathered = gather_radar(recording, OdometryTrack(recording.odometry));
+  ASSERT_EQ(gathered.size(), 1U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(gathered[0].points[i].y(), 3.0 * sine, 1e-5);
+  // A frame alone says nothing of how fast it moved.
+  EXPECT_NEAR(scans[0].points[0].y(), 3.0 * seen, 1e-5);
 }
 
 TEST(CarriedAway, TakesTheRadarAlong) {

@@ -104,8 +104,9 @@ class RobotSynchroniser {
 /// What the recording says of how its sensors are mounted, filled in.
 [[nodiscard]] SyncParams sync_params(const Recording& recording, SyncParams params = {});
 
-/// All steps of a recording.
+/// All steps of a recording, and what had to be refused where that is asked for.
 [[nodiscard]] std::vector<SyncedStep> synchronise(const Recording& recording,
-                                                  const SyncParams& params);
+                                                  const SyncParams& params,
+                                                  SyncStatistics* statistics = nullptr);
 
 }  // namespace wayfare

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/estimate/rbpf.hpp>
+#include <wayfare/map/detection_grid.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/occupancy_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
@@ -37,6 +39,9 @@ struct RbpfSensorOptions {
   /// Cells remember a few scans: walls of one round outlast what the next adds beside them.
   OccupancyGridOptions grid{.min_probability = 0.002, .max_probability = 0.999};
   OccupancyFieldOptions field{};
+  /// Where given, scans are matched in the density of detections instead: for a sensor that frees
+  /// no cell. What one detection counts is what it was mapped with.
+  std::optional<DetectionViewOptions> density{};
   /// A scan's points err together: this many count, against the motion and in the weights. More:
   /// surer of its matches, and sooner of one particle.
   double independent_points = 60.0;
@@ -60,19 +65,24 @@ struct RbpfSensorOptions {
   double max_range_m = 20.0;
   /// Between neighbouring points, m.
   double point_spacing_m = 0.1;
+  /// Travel and turn since its sensor's last after which a scan goes into the maps too. A map of
+  /// walls that grows with every scan draws each to where the one before it was believed.
+  double map_travel_m = 0.2;
+  Angle map_turn = Angle::degrees(8);
 };
 
-/// Few points, half of them ghosts or clutter, and bearings of a degree or two: a wider kernel, and
-/// a floor far below the walls, so that what stays decides.
+/// Few points, half of them ghosts or clutter, and bearings of a degree or two: what stays decides,
+/// and to tell it a map must go on counting, every scan that was moved for.
 [[nodiscard]] inline RbpfSensorOptions radar_sensor_options() {
   RbpfSensorOptions o;
-  o.grid = {};
-  o.field = {0.10, 0.1, 0.55};
-  o.independent_points = 20.0;
+  o.grid = detection_map();
+  o.density = DetectionViewOptions{.most = 30.0};
+  o.independent_points = 60.0;
   o.fewest_points = 15;
-  o.least_score = 0.25;
+  o.least_score = 0.05;
   o.wide_m = 0.0;
   o.point_spacing_m = 0.0;
+  o.map_travel_m = 0.05;
   return o;
 }
 
@@ -87,8 +97,9 @@ struct RadarSlamOptions {
   /// Beams that graze a wall free it; a hit outweighs many of them.
   InverseLidarModel lidar_model{.p_free = 0.4, .p_hit = 0.8};
   /// Occupancy a single radar detection gives its cell; no cell is freed, radar sees through
-  /// things.
-  double radar_hit_probability = 0.7;
+  /// things. Little, because an augmented scan holds many frames of the same reflector: a place
+  /// must be seen again and again before it counts.
+  double radar_hit_probability = 0.52;
 
   /// Travel, turn and time since its sensor's last after which a scan is taken up; those in between
   /// are placed by motion.
@@ -98,11 +109,6 @@ struct RadarSlamOptions {
   /// LiDAR scans in between are matched with the best particle's map: that places them, and says
   /// where the robot has moved more than motion knows.
   bool match_between = false;
-
-  /// Travel and turn since its sensor's last after which a scan goes into the maps too. Scans less
-  /// than a cell apart would hold the robot to the cells of the one before.
-  double map_travel_m = 0.05;
-  Angle map_turn = Angle::degrees(1.5);
 
   PoseProposalOptions proposal{.samples = 500, .headings = 20, .divide_by_proposal = true};
   double resample_below = 0.5;  ///< of the number of particles, for 1/Σw²
@@ -118,6 +124,8 @@ struct RbpfOutcome {
   bool taken_up = false;    ///< else placed by the motion since the one before
   std::size_t matched = 0;  ///< particles whose match was believed
   double mean_score = 0.0;  ///< of the matches, [0, 1]
+  /// By how much they turned the robot further than motion did; the particles' weighted mean.
+  Angle turn_correction{};
   double effective_particles = 0.0;
   bool resampled = false;
 };
@@ -166,13 +174,34 @@ class RadarSlam {
 /// Which sensors the filter listens to.
 enum class SlamSensors { radar, lidar, both };
 
+/// A gyro's bias, learnt from what scan matching has to correct all the time: a motion that always
+/// errs to the same side would bend every map it helps to make. As maps turn along with the motion
+/// they are made by, only part of it is learnt.
+struct GyroBiasOptions {
+  /// Standard deviation before anything is known, rad/s. 0: the gyro has none, nothing is learnt.
+  double prior_rad_s = 0.004;
+  /// Of one matched heading, rad.
+  double heading_rad = 0.007;
+  /// What is learnt is never believed to be surer than this, rad/s: maps that turned along with
+  /// the motion tell nothing of it.
+  double least_rad_s = 0.001;
+  /// How long what was learnt counts, s: a bias wanders.
+  double remembered_s = 300.0;
+  /// Larger corrections are finds, not drift, rad.
+  double largest_rad = 0.05;
+  /// How long the bias left over errs to the same side, s: as long as the robot sees the stretch of
+  /// map it bends, about. Longer: headings come from matches rather than from the gyro.
+  double unchecked_s = 20.0;
+};
+
 /// How far wheels, gyro and ready-made odometry are believed.
 struct DeadReckoningOptions {
   WheelMotion wheels{.slip_m_per_sqrt_m = 0.02, .scale = 0.02};
   GyroMotion gyro{.along_m_per_sqrt_m = 0.02,
                   .scale = 0.02,
-                  .angle_random_walk_rad_per_sqrt_s = 0.003,
-                  .bias_rad_s = 0.004};
+                  .angle_random_walk_rad_per_sqrt_s = 0.0015,
+                  .bias_rad_s = 0.0};
+  GyroBiasOptions gyro_bias{};
   /// For recordings that give poses instead of wheels.
   MotionNoise odometry{0.03, 0.25, 0.02, Angle::degrees(3.0), 0.2, 0.1};
   /// With such recordings scans in between are matched, and taken up after this travel and turn,
@@ -198,6 +227,7 @@ struct RadarSlamRun {
   std::vector<StampedPose> particles;  ///< where all of them ended
   std::vector<double> log_weights;     ///< theirs, normalised
   std::vector<SensorFault> faults;
+  double gyro_bias_rad_s = 0.0;  ///< as learnt at the end
   std::size_t refused_scans = 0;
   std::string first_refusal;
 

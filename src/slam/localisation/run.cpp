@@ -6,7 +6,7 @@
 #include <wayfare/sync/odometry_track.hpp>
 #include <wayfare/system/localisation.hpp>
 
-#include "localisation/gather_radar.hpp"
+#include "gather_radar.hpp"
 
 namespace wayfare {
 namespace {
@@ -68,7 +68,7 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
   const OdometryTrack odometry(recording.odometry);
   std::vector<GatheredRadar> radar;
   if (options.use_radar && map->has(RangeSensor::radar))
-    radar = gather_radar(recording, odometry, options.radar);
+    radar = gather_radar(recording, odometry, {options.radar.frames, options.radar.longest_s});
   const std::size_t lidar_scans = options.use_lidar ? recording.scans.size() : 0;
   const auto turns = turns_of(std::span(recording.scans).first(lidar_scans), radar);
   Localiser localiser(std::move(map), options, seed);

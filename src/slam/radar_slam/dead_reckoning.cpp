@@ -22,8 +22,24 @@ std::vector<SensorFault> FaultLog::faults(Duration shortest) const {
   return result;
 }
 
+GyroBias::GyroBias(const GyroBiasOptions& options, double angle_random_walk_rad_per_sqrt_s)
+    : options_(options),
+      walk_(angle_random_walk_rad_per_sqrt_s),
+      variance_(options.prior_rad_s * options.prior_rad_s) {}
+
+void GyroBias::learn(double turn_correction_rad, double over_s) {
+  const double prior = options_.prior_rad_s * options_.prior_rad_s;
+  if (!(prior > 0) || !(over_s > 0) || std::abs(turn_correction_rad) > options_.largest_rad) return;
+  const double kept = std::exp(-over_s / options_.remembered_s);
+  drift_rad_ = kept * drift_rad_ + turn_correction_rad - rad_s_ * over_s;
+  time_s_ = kept * time_s_ + over_s;
+  const double noise = walk_ * walk_ * time_s_ + 2.0 * options_.heading_rad * options_.heading_rad;
+  variance_ = 1.0 / (1.0 / prior + time_s_ * time_s_ / noise);
+  rad_s_ = -variance_ * time_s_ / noise * drift_rad_;
+}
+
 DeadReckoner::DeadReckoner(const DeadReckoningOptions& options, double wheel_base_m)
-    : options_(options) {
+    : options_(options), bias_(options.gyro_bias, options.gyro.angle_random_walk_rad_per_sqrt_s) {
   options_.wheels.wheel_base_m = wheel_base_m > 0 ? wheel_base_m : options.wheels.wheel_base_m;
 }
 
@@ -38,7 +54,7 @@ DeadReckoner::Stuck DeadReckoner::stuck(const SyncedStep& step) {
   }
   left_m_ += step.wheels.left_m;
   right_m_ += step.wheels.right_m;
-  turned_rad_ += step.gyro.turn_rate_rad_s * dt;
+  turned_rad_ += turn_rate(step) * dt;
   const double implied = (right_m_ - left_m_) / options_.wheels.wheel_base_m;
   if (std::max(std::abs(left_m_), std::abs(right_m_)) < options_.stuck_after_m ||
       std::abs(turned_rad_ - implied) < 0.5 * std::abs(implied))
@@ -50,19 +66,42 @@ DeadReckoner::Stuck DeadReckoner::stuck(const SyncedStep& step) {
 /// As fast as before, believed less and less.
 Gaussian<SE2d> DeadReckoner::coasting(const SyncedStep& step, double dt) const {
   constexpr double kAcceleration = 0.3;  // m/s² a robot may brake or start with
-  GyroMotion gyro = options_.gyro;
   const double along = speed_m_s_ * dt;
   const double spread = 0.5 * std::abs(speed_m_s_) * dt + kAcceleration * dt * dt;
-  Gaussian<SE2d> g = gyro(along, step.gyro_known ? step.gyro.turn_rate_rad_s : 0.0, dt);
+  Gaussian<SE2d> g = by_gyro(along, step, dt);
   g.covariance(0, 0) += spread * spread;
   g.covariance(1, 1) += 0.01 * spread * spread;
   if (!step.gyro_known) g.covariance(2, 2) += 0.25 * dt * dt;
   return g;
 }
 
+/// 0 where the gyro is silent.
+double DeadReckoner::turn_rate(const SyncedStep& step) const {
+  return step.gyro_known ? step.gyro.turn_rate_rad_s - bias_.rad_s() : 0.0;
+}
+
+Gaussian<SE2d> DeadReckoner::by_gyro(double along_m, const SyncedStep& step, double dt) const {
+  Gaussian<SE2d> g = options_.gyro(along_m, turn_rate(step), dt);
+  const GyroBiasOptions& bias = options_.gyro_bias;
+  if (bias.prior_rad_s > 0)
+    g.covariance(2, 2) +=
+        std::max(bias_.variance(), bias.least_rad_s * bias.least_rad_s) * bias.unchecked_s * dt;
+  return g;
+}
+
+void DeadReckoner::learn(const RbpfOutcome& outcome) {
+  if (!outcome.taken_up) return;
+  if (outcome.matched > 0 && gyro_throughout_)
+    bias_.learn(outcome.turn_correction.radians(), since_match_s_);
+  since_match_s_ = 0.0;
+  gyro_throughout_ = true;
+}
+
 Gaussian<SE2d> DeadReckoner::increment(const SyncedStep& step, FaultLog& faults) {
   const double dt = to_seconds(step.since);
   const Stuck which = stuck(step);
+  since_match_s_ += dt;
+  gyro_throughout_ = gyro_throughout_ && (step.gyro_known || !(dt > 0));
   if (dt > 0) {
     faults.tell("wheels silent", !step.wheels_known, step.time);
     faults.tell("gyro silent or not finite", !step.gyro_known, step.time);
@@ -75,15 +114,15 @@ Gaussian<SE2d> DeadReckoner::increment(const SyncedStep& step, FaultLog& faults)
     speed_m_s_ = dt > 0 ? 0.5 * (left + right) / dt : 0.0;
     return options_.wheels(left, right);
   }
-  const double turn = step.gyro.turn_rate_rad_s * dt, base = options_.wheels.wheel_base_m;
+  const double turn = turn_rate(step) * dt, base = options_.wheels.wheel_base_m;
   if (which == Stuck::left) left = right - turn * base;
   if (which == Stuck::right) right = left + turn * base;
   const double along = 0.5 * (left + right);
   speed_m_s_ = dt > 0 ? along / dt : 0.0;
-  const Gaussian<SE2d> by_gyro = options_.gyro(along, step.gyro.turn_rate_rad_s, dt);
-  if (which != Stuck::none) return by_gyro;
-  const auto both = fuse(options_.wheels(left, right), by_gyro);
-  return both ? *both : by_gyro;
+  const Gaussian<SE2d> turned = by_gyro(along, step, dt);
+  if (which != Stuck::none) return turned;
+  const auto both = fuse(options_.wheels(left, right), turned);
+  return both ? *both : turned;
 }
 
 }  // namespace wayfare

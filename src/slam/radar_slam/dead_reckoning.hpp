@@ -24,19 +24,45 @@ class FaultLog {
   std::map<std::string, std::size_t> open_;
 };
 
+/// Σ of what matches turned the robot by further than the gyro said is −b T and noise of variance
+/// q T + 2 R: q the gyro's random walk, R a matched heading's.
+class GyroBias {
+ public:
+  GyroBias(const GyroBiasOptions& options, double angle_random_walk_rad_per_sqrt_s);
+
+  /// A match corrected the heading after `over_s` seconds of motion less bias.
+  void learn(double turn_correction_rad, double over_s);
+  [[nodiscard]] double rad_s() const { return rad_s_; }
+  [[nodiscard]] double variance() const { return variance_; }
+
+ private:
+  GyroBiasOptions options_;
+  double walk_;
+  double drift_rad_ = 0.0, time_s_ = 0.0;
+  double rad_s_ = 0.0, variance_;
+};
+
 /// Step 4: the product of wheel and gyro model, with what is left of them when one fails.
 class DeadReckoner {
  public:
   DeadReckoner(const DeadReckoningOptions& options, double wheel_base_m);
 
   [[nodiscard]] Gaussian<SE2d> increment(const SyncedStep& step, FaultLog& faults);
+  /// What became of a scan after it.
+  void learn(const RbpfOutcome& outcome);
+  [[nodiscard]] double gyro_bias_rad_s() const { return bias_.rad_s(); }
 
  private:
   enum class Stuck { none, left, right };
   [[nodiscard]] Stuck stuck(const SyncedStep& step);
   [[nodiscard]] Gaussian<SE2d> coasting(const SyncedStep& step, double dt) const;
+  [[nodiscard]] double turn_rate(const SyncedStep& step) const;
+  [[nodiscard]] Gaussian<SE2d> by_gyro(double along_m, const SyncedStep& step, double dt) const;
 
   DeadReckoningOptions options_;
+  GyroBias bias_;
+  double since_match_s_ = 0.0;
+  bool gyro_throughout_ = true;
   double left_m_ = 0.0, right_m_ = 0.0, turned_rad_ = 0.0;  // since both wheels last rolled
   double speed_m_s_ = 0.0;
 };

@@ -31,9 +31,11 @@ bool usable(const Gaussian<SE2d>& g) {
 class RadarSlam::Engine {
  public:
   explicit Engine(const RadarSlamOptions& options) : options_(options) {
+    if (options_.radar.density)
+      options_.radar.density->hit_probability = options.radar_hit_probability;
     for (int k = 0; k < std::max(1, options.threads); ++k)
-      workers_.push_back({SensorStep(options.lidar, options.proposal),
-                          SensorStep(options.radar, options.proposal), ScanRaster()});
+      workers_.push_back({SensorStep(options_.lidar, options.proposal),
+                          SensorStep(options_.radar, options.proposal), ScanRaster()});
   }
 
   Result<void> move(const Gaussian<SE2d>& increment) {
@@ -97,7 +99,7 @@ class RadarSlam::Engine {
                            const LaserScan* scan) {
     last_[sensor] = time;
     ++statistics_.scans;
-    const RbpfSensorOptions& options = sensor == kLidar ? options_.lidar : options_.radar;
+    const RbpfSensorOptions& options = of(sensor);
     const bool enough = points.size() >= options.fewest_points;
     statistics_.without_points += enough ? 0 : 1;
     if (!filter_) begin(time);
@@ -124,10 +126,14 @@ class RadarSlam::Engine {
     updated_ = time;
   }
 
+  [[nodiscard]] const RbpfSensorOptions& of(Sensor sensor) const {
+    return sensor == kLidar ? options_.lidar : options_.radar;
+  }
   [[nodiscard]] bool map_due(Sensor sensor) const {
     const SE2d since = at_map_[sensor].inverse() * moved_.mean;
-    return !begun_[sensor] || since.translation().norm() >= options_.map_travel_m ||
-           std::abs(since.heading().radians()) >= options_.map_turn.radians();
+    const RbpfSensorOptions& options = of(sensor);
+    return !begun_[sensor] || since.translation().norm() >= options.map_travel_m ||
+           std::abs(since.heading().radians()) >= options.map_turn.radians();
   }
   [[nodiscard]] bool due(LogTime time, Sensor sensor, const SE2d& way) const {
     const SE2d since = at_update_[sensor].inverse() * way;
@@ -196,6 +202,7 @@ RbpfOutcome RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSe
   if (!first && sensor == kLidar) (void)way_by_match(points);
   const PointSet seen = maps_grow && scan != nullptr ? walls_of(*scan) : points;
   std::vector<Settled> settled(options_.particles);
+  std::vector<double> turned(options_.particles, 0.0);
   const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
     Worker& worker = workers_[w];
     const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
@@ -205,7 +212,9 @@ RbpfOutcome RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSe
                             : match.settle(grid, points, expected, particle.pose * tracked_, rng);
     particle.pose = s.pose;
     if (maps_grow) map(particle, sensor, seen, worker.raster);
-    settled[static_cast<std::size_t>(&particle - filter_->particles().data())] = s;
+    const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
+    settled[index] = s;
+    turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
     return s.log_factor;
   };
   filter_->update(time, step, [&](std::size_t n, const auto& f) {
@@ -213,11 +222,17 @@ RbpfOutcome RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSe
   });
   RbpfOutcome outcome;
   outcome.taken_up = true;
-  for (const Settled& s : settled) {
-    outcome.matched += s.matched ? 1 : 0;
-    outcome.mean_score += s.score;
+  double weight = 0.0, turn = 0.0;
+  for (std::size_t i = 0; i < settled.size(); ++i) {
+    if (!settled[i].matched) continue;
+    ++outcome.matched;
+    outcome.mean_score += settled[i].score;
+    const double w = std::exp(filter_->log_weights()[i]);
+    weight += w;
+    turn += w * turned[i];
   }
   if (outcome.matched > 0) outcome.mean_score /= static_cast<double>(outcome.matched);
+  if (weight > 0) outcome.turn_correction = Angle::radians(turn / weight);
   outcome.effective_particles = filter_->effective_particles();
   outcome.resampled = filter_->resample_below(options_.resample_below);
   ++statistics_.taken_up;

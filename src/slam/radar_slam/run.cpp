@@ -2,11 +2,13 @@
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include <wayfare/sync/augmented_scans.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 #include <wayfare/system/radar_slam.hpp>
 
+#include "../gather_radar.hpp"
 #include "dead_reckoning.hpp"
 
 namespace wayfare {
@@ -22,6 +24,11 @@ struct Refusals {
     if (outcome || count++ > 0) return;
     first = std::string(sensor) + " scan at " + std::to_string(time.seconds()) +
             " s: " + outcome.error().message;
+  }
+  void add_late(std::size_t measurements) {
+    if (measurements == 0) return;
+    if (count == 0) first = std::to_string(measurements) + " measurements late or doubled";
+    count += measurements;
   }
 };
 
@@ -48,18 +55,23 @@ struct Feed {
   FaultLog faults;
   Refusals refusals;
   Watch laser{"no LiDAR returns"}, radar{"no radar points"};
+  double gyro_bias_rad_s = 0.0;
 
-  void lidar_scan(const LaserScan& scan) {
-    if (sensors == SlamSensors::radar) return;
+  RbpfOutcome lidar_scan(const LaserScan& scan) {
+    if (sensors == SlamSensors::radar) return {};
     bool returned = false;
     for (std::size_t i = 0; i < scan.ranges_m.size() && !returned; ++i) returned = scan.returned(i);
     if (returned) laser.saw(scan.time);
-    refusals.add(slam.add_lidar(scan), "LiDAR", scan.time);
+    return taken(slam.add_lidar(scan), "LiDAR", scan.time);
   }
-  void radar_scan(LogTime time, const PointSet& points) {
-    if (sensors == SlamSensors::lidar) return;
+  RbpfOutcome radar_scan(LogTime time, const PointSet& points) {
+    if (sensors == SlamSensors::lidar) return {};
     if (!points.empty()) radar.saw(time);
-    refusals.add(slam.add_radar(time, points), "radar", time);
+    return taken(slam.add_radar(time, points), "radar", time);
+  }
+  RbpfOutcome taken(const Result<RbpfOutcome>& outcome, const char* sensor, LogTime time) {
+    refusals.add(outcome, sensor, time);
+    return outcome ? *outcome : RbpfOutcome{};
   }
   void watch(LogTime now) {
     laser.tell(now, faults);
@@ -70,17 +82,20 @@ struct Feed {
 /// From wheels and gyro, on the common time base (steps 1 and 2).
 void feed_steps(const Recording& recording, const DeadReckoningOptions& reckoning, Feed& feed,
                 const SlamProgress& progress) {
-  const auto steps = synchronise(recording, sync_params(recording));
+  SyncStatistics refused;
+  const auto steps = synchronise(recording, sync_params(recording), &refused);
+  feed.refusals.add_late(refused.refused_late);
   DeadReckoner reckoner(reckoning, recording.wheel_base_m);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const SyncedStep& step = steps[i];
     (void)feed.slam.move(reckoner.increment(step, feed.faults));
-    if (step.laser) feed.lidar_scan(*step.laser);
-    if (step.radar) feed.radar_scan(step.radar->time, step.radar->points);
+    if (step.laser) reckoner.learn(feed.lidar_scan(*step.laser));
+    if (step.radar) reckoner.learn(feed.radar_scan(step.radar->time, step.radar->points));
     feed.watch(step.time);
     if (progress && !progress(static_cast<double>(i + 1) / static_cast<double>(steps.size())))
       break;
   }
+  feed.gyro_bias_rad_s = reckoner.gyro_bias_rad_s();
 }
 
 Gaussian<SE2d> believed(const SE2d& increment, const MotionNoise& noise) {
@@ -100,17 +115,29 @@ void feed_odometry(const Recording& recording, const DeadReckoningOptions& recko
   const OdometryTrack track(recording.odometry);
   const MotionNoise blind{0.15, 0.0, 0.0, Angle::degrees(8.0), 0.0, 0.0};
   std::optional<SE2d> last;
-  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-    const LaserScan& scan = recording.scans[i];
-    const auto now = track.at(scan.time);
+  const auto move_to = [&](LogTime time, const char* sensor) {
+    const auto now = track.at(time);
     const SE2d pose = now ? now->raw() : SE2d();
     if (last)
       feed.refusals.add(
           feed.slam.move(believed(last->inverse() * pose, now ? reckoning.odometry : blind)),
-          "motion to LiDAR", scan.time);
+          sensor, time);
     last = pose;
-    feed.lidar_scan(scan);
-    const double done = static_cast<double>(i + 1) / static_cast<double>(recording.scans.size());
+  };
+  const auto radar = feed.sensors == SlamSensors::lidar ? std::vector<GatheredRadar>()
+                                                        : gather_radar(recording, track);
+  const auto& scans = recording.scans;
+  const std::size_t lidar = feed.sensors == SlamSensors::radar ? 0 : scans.size();
+  for (std::size_t i = 0, r = 0; i < lidar || r < radar.size();) {
+    const bool by_radar = i == lidar || (r < radar.size() && radar[r].time < scans[i].time);
+    const LogTime time = by_radar ? radar[r].time : scans[i].time;
+    move_to(time, by_radar ? "motion to radar" : "motion to LiDAR");
+    if (by_radar)
+      (void)feed.radar_scan(time, radar[r++].points);
+    else
+      (void)feed.lidar_scan(scans[i++]);
+    feed.watch(time);
+    const double done = static_cast<double>(i + r) / static_cast<double>(lidar + radar.size());
     if (progress && !progress(done)) break;
   }
 }
@@ -146,6 +173,7 @@ Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions
                    {},
                    {},
                    feed.faults.faults(Duration(500'000'000)),
+                   feed.gyro_bias_rad_s,
                    feed.refusals.count,
                    std::move(feed.refusals.first)};
   for (const auto& particle : slam.particles())

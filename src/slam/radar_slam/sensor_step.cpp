@@ -70,7 +70,7 @@ std::optional<ScanMatch> SensorStep::look(const OccupancyGrid& map, const PointS
                                           const SearchWindow& window, MatchGrid& view) {
   const FieldReach reach{std::max(window.half_x_m, window.half_y_m) + map.resolution_m(),
                          window.half_heading.radians()};
-  if (!maker_.make(map, points, expected.mean, reach, options_.field, view)) return std::nullopt;
+  if (!make_view(map, points, expected.mean, reach, view)) return std::nullopt;
   const Eigen::Matrix3d information = expected.covariance.inverse();
   const auto coarse =
       matcher_.match(view, points, expected.mean, window, match_options(information));
@@ -78,13 +78,19 @@ std::optional<ScanMatch> SensorStep::look(const OccupancyGrid& map, const PointS
   return sharpened(view, points, **coarse, expected, information);
 }
 
+bool SensorStep::make_view(const OccupancyGrid& map, const PointSet& points, const SE2d& expected,
+                           const FieldReach& reach, MatchGrid& view) {
+  return options_.density
+             ? densities_.make(map, points, expected, reach, *options_.density, view).has_value()
+             : fields_.make(map, points, expected, reach, options_.field, view).has_value();
+}
+
 /// Farther about, by branch and bound.
 std::optional<ScanMatch> SensorStep::look_wider(const OccupancyGrid& map, const PointSet& points,
                                                 const Gaussian<SE2d>& expected) {
   const SearchWindow window{options_.wide_m, options_.wide_m, options_.wide_turn};
   const FieldReach reach{options_.wide_m + map.resolution_m(), options_.wide_turn.radians()};
-  if (!maker_.make(map, points, expected.mean, reach, options_.field, wide_view_))
-    return std::nullopt;
+  if (!make_view(map, points, expected.mean, reach, wide_view_)) return std::nullopt;
   pyramid_.build(wide_view_);
   const Eigen::Matrix3d information = expected.covariance.inverse();
   const auto coarse =

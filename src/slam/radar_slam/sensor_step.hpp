@@ -5,6 +5,7 @@
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/random.hpp>
+#include <wayfare/map/detection_grid.hpp>
 #include <wayfare/map/occupancy_field.hpp>
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
@@ -61,6 +62,8 @@ class SensorStep {
   [[nodiscard]] std::optional<ScanMatch> look_wider(const OccupancyGrid& map,
                                                     const PointSet& points,
                                                     const Gaussian<SE2d>& expected);
+  [[nodiscard]] bool make_view(const OccupancyGrid& map, const PointSet& points,
+                               const SE2d& expected, const FieldReach& reach, MatchGrid& view);
   [[nodiscard]] MatchOptions match_options(const Eigen::Matrix3d& information) const;
   [[nodiscard]] std::optional<ScanMatch> sharpened(const MatchGrid& view, const PointSet& points,
                                                    const MatchResult& coarse,
@@ -73,7 +76,8 @@ class SensorStep {
 
   RbpfSensorOptions options_;
   PoseProposalOptions proposal_options_;
-  OccupancyFieldMaker maker_;
+  OccupancyFieldMaker fields_;
+  DetectionFieldMaker densities_;
   MatchGrid view_, wide_view_;
   MaxPyramid pyramid_;
   CorrelativeMatcher matcher_;

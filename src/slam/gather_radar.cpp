@@ -1,0 +1,63 @@
+#include "gather_radar.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+
+#include <wayfare/sync/radar_bearing.hpp>
+
+namespace wayfare {
+namespace {
+
+/// Of the radar in its own axes, over the frames on either side; none where odometry does not tell.
+std::optional<Eigen::Vector2d> velocity_at(std::span<const RadarScan> frames, std::size_t i,
+                                           const SE2d& T_base_radar,
+                                           const OdometryTrack& odometry) {
+  const LogTime from = frames[i > 0 ? i - 1 : 0].time,
+                to = frames[std::min(i + 1, frames.size() - 1)].time;
+  const auto a = odometry.at(from), b = odometry.at(to);
+  if (!(to > from) || !a || !b) return std::nullopt;
+  const SE2d moved = (a->raw() * T_base_radar).inverse() * (b->raw() * T_base_radar);
+  return Eigen::Vector2d(moved.log().head<2>() / to_seconds(to - from));
+}
+
+GatheredRadar gather(std::span<const RadarScan> frames, const Recording& recording,
+                     const OdometryTrack& odometry) {
+  const SE2d T_base_radar = recording.T_base_radar.raw();
+  const RadarArray array{.max_speed_m_s = recording.radar_max_speed_m_s};
+  GatheredRadar scan{frames.back().time, {}};
+  const auto last = odometry.at(scan.time);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto here = odometry.at(frames[i].time);
+    const SE2d T_last_radar =
+        last && here ? last->raw().inverse() * here->raw() * T_base_radar : T_base_radar;
+    const auto velocity = velocity_at(frames, i, T_base_radar, odometry);
+    for (const RadarPoint& seen : frames[i].points) {
+      const RadarPoint p = velocity ? bearing_set_right(seen, *velocity, array) : seen;
+      const Eigen::Vector2d at = T_last_radar * Eigen::Vector2d(p.x_m, p.y_m);
+      if (at.allFinite()) scan.points.push_back(at.cast<float>());
+    }
+  }
+  return scan;
+}
+
+}  // namespace
+
+std::vector<GatheredRadar> gather_radar(const Recording& recording, const OdometryTrack& odometry,
+                                        const GatherOptions& options) {
+  const std::span<const RadarScan> frames = recording.radar;
+  const std::size_t most = std::max<std::size_t>(options.frames, 1);
+  std::vector<GatheredRadar> scans;
+  for (std::size_t first = 0; first < frames.size();) {
+    std::size_t n = 1;
+    while (n < most && first + n < frames.size() &&
+           to_seconds(frames[first + n].time - frames[first].time) <= options.longest_s)
+      ++n;
+    scans.push_back(gather(frames.subspan(first, n), recording, odometry));
+    first += n;
+  }
+  return scans;
+}
+
+}  // namespace wayfare

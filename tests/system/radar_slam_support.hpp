@@ -1,0 +1,64 @@
+#pragma once
+
+// What the particle filter's tests share: a recording in the room, runs over it and their errors.
+
+#include <algorithm>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/eval/interpolation.hpp>
+#include <wayfare/sim/worlds.hpp>
+#include <wayfare/system/radar_slam.hpp>
+
+namespace wayfare {
+
+/// The first 40 s of a round in the room at 0.25 m/s, every sensor on.
+inline const Recording& room() {
+  static const Recording recording = [] {
+    const Rng rng(1);
+    const auto world = sim::make_world("room", rng);
+    Recording r = sim::simulate_world(*world, sim::turtlebot(rng), rng).value();
+    const LogTime end = r.truth.front().time + Duration(40'000'000'000);
+    const auto cut = [&](auto& stream) {
+      std::erase_if(stream, [&](const auto& sample) { return sample.time > end; });
+    };
+    cut(r.scans), cut(r.radar), cut(r.wheels), cut(r.gyro), cut(r.odometry), cut(r.truth);
+    return r;
+  }();
+  return recording;
+}
+
+inline RadarSlamOptions few() {
+  RadarSlamOptions options;
+  options.particles = 8;
+  return options;
+}
+
+inline RadarSlamRun run(const Recording& recording, SlamSensors sensors) {
+  auto slam = run_radar_slam(recording, few(), sensors);
+  EXPECT_TRUE(slam) << slam.error().to_string();
+  return *std::move(slam);
+}
+
+/// Largest distance from the truth, both begun at the same pose.
+inline double largest_error_m(const Trajectory& estimate, const Recording& recording) {
+  double largest = 0;
+  const SE2d start = *eval::pose_at(recording.truth, estimate.front().time);
+  const SE2d T_map_truth = estimate.front().T_map_base.raw() * start.inverse();
+  for (const StampedPose& p : estimate) {
+    const auto truth = eval::pose_at(recording.truth, p.time);
+    if (truth)
+      largest = std::max(
+          largest,
+          (p.T_map_base.raw().translation() - (T_map_truth * *truth).translation()).norm());
+  }
+  return largest;
+}
+
+inline bool says(const RadarSlamRun& slam, const std::string& what) {
+  return std::any_of(slam.faults.begin(), slam.faults.end(),
+                     [&](const SensorFault& f) { return f.what.find(what) != std::string::npos; });
+}
+
+}  // namespace wayfare
