@@ -193,12 +193,14 @@ Result<void> run(const Options& o, const examples::Ranks& ranks) {
   drives.progress = {};
   const std::size_t best = found->best();
   std::vector<double> tuned = found->searches[best].best(found->runs[best]);
+  double tuned_score = found->runs[best].scores.front();
   if (o.cmaes > 0) {
     const auto further = examples::cmaes(found->searches[best], found->runs[best], o.cmaes, alone);
     if (!further) return further.error();
-    tuned = further->best;
     std::snprintf(text, sizeof text, "%.4f after %zu evaluations more", further->score,
                   further->evaluations);
+    tuned = further->best;
+    tuned_score = further->score;
     f.facts.emplace_back("fitness by CMA-ES", text);
   }
   f.tuned = with_ins_genes(*nominal, tuned);
@@ -209,8 +211,7 @@ Result<void> run(const Options& o, const examples::Ranks& ranks) {
   std::snprintf(text, sizeof text, "%.1f s, %d threads, %d processes, %s", took.count(),
                 o.fitness.threads, ranks.count(), kernel.c_str());
   f.facts.emplace_back("time of the search", text);
-  std::snprintf(text, sizeof text, "%.4f nominal, %.4f tuned", f.nominal_score,
-                found->runs[best].scores.front());
+  std::snprintf(text, sizeof text, "%.4f nominal, %.4f tuned", f.nominal_score, tuned_score);
   f.facts.emplace_back("fitness", text);
   for (const auto& d : *training) f.drives.push_back(find(o, d, true, nominal_genes, tuned));
   for (const auto& d : *test) f.drives.push_back(find(o, d, false, nominal_genes, tuned));
