@@ -44,6 +44,13 @@ CorridorInsOptions options_for(const sim::CorridorDriveParams& p, Aiding aiding)
   return o;
 }
 
+SE2d start_of(const CorridorInsOptions& options, const Rng& rng) {
+  Rng own = rng.stream(9);
+  const double x = own.normal(0.0, options.start_position_m);
+  const double y = own.normal(0.0, options.start_position_m);
+  return {x, y, Angle::radians(own.normal(0.0, options.start_heading_rad))};
+}
+
 double true_bias_at(const sim::CorridorDrive& drive, LogTime time) {
   const auto& gyro = drive.recording.gyro;
   const auto next = std::upper_bound(gyro.begin(), gyro.end(), time,

@@ -19,6 +19,9 @@ enum class Aiding { none, scan_to_scan, side_walls, end_walls };
 /// For a simulated drive: the filter's noise is the simulator's.
 [[nodiscard]] CorridorInsOptions options_for(const sim::CorridorDriveParams& params, Aiding aiding);
 
+/// Where the filter is told it starts: off the truth, the origin, by as much as it believes.
+[[nodiscard]] SE2d start_of(const CorridorInsOptions& options, const Rng& rng);
+
 /// Errors of one run; sections in the order of sim::CorridorSection, the last entry is the total.
 struct CorridorErrors {
   std::array<double, 6> position_rmse_m{};

@@ -60,8 +60,9 @@ Runs run_all(const Options& o, const sim::CorridorDriveParams& params) {
         const auto drive = sim::simulate_corridors(params, Rng(o.first_seed + i));
         for (std::size_t a = 0; drive && a < kAidings.size(); ++a) {
           const auto motion = motion_of(drive->recording);
-          const auto run = run_corridor_ins(drive->recording, motion,
-                                            examples::options_for(params, kAidings[a]));
+          const auto options = examples::options_for(params, kAidings[a]);
+          const auto run = run_corridor_ins(drive->recording, motion, options,
+                                            examples::start_of(options, Rng(o.first_seed + i)));
           if (run) all.of[a][i] = examples::errors_of(*run, *drive, params.rest_s);
         }
         const std::lock_guard lock(mutex);

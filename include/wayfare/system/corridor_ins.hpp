@@ -44,14 +44,23 @@ struct CorridorInsOptions {
   Duration rest_after{500'000'000};  ///< of standing wheels
   /// Standard deviations at the start.
   double start_position_m = 1e-3, start_heading_rad = 1e-4;
+  double start_bias_value_rad_s = 0.0;  ///< what is known of the bias beforehand
   double start_bias_rad_s = 0.035, start_drift_rad_s2 = 6e-6, start_scale = 0.005;
   double latitude_rad = 0.0;        ///< where the Earth's turn is to be taken out; 0: nowhere
   double gyro_range_rad_s = 1.745;  ///< a reading from here on is no measure of a turn
   double greatest_acceleration_m_s2 = 5.0;  ///< wheels that tell more slip
   Duration longest_slip{3'000'000'000};     ///< then the wheels are believed again
-  double gate_probability = 1e-4;           ///< that a good measurement is refused
-  int rejections_to_reacquire = 5;          ///< scans in a row; the walls are then others
-  Duration lost_after{600'000'000};         ///< without walls: the next ones are new
+  /// What real walls add to each measurement, the same for many scans on end: they are neither
+  /// straight nor one surface. 0 for walls that are.
+  double wall_offset_sigma_m = 0.0;
+  double wall_direction_sigma_rad = 0.0;
+  /// Where corridors meet at right angles: by how much they miss them. 0 where nothing is known.
+  double square_sigma_rad = 0.0;
+  /// Relative error of a turn, for turn rates that come from wheels.
+  double turn_error = 0.0;
+  double gate_probability = 1e-4;    ///< that a good measurement is refused
+  int rejections_to_reacquire = 5;   ///< scans in a row; the walls are then others
+  Duration lost_after{600'000'000};  ///< without walls: the next ones are new
 };
 
 enum class WallOutcome { used, none, refused, reacquired };

@@ -1,6 +1,8 @@
 #include <wayfare/system/corridor_ins.hpp>
 
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <wayfare/eval/chi_square.hpp>
@@ -18,6 +20,7 @@ using Row = Eigen::Matrix<double, 1, kSize>;
 Filter start_filter(const CorridorInsOptions& o, const SE2d& start) {
   CorridorVector x = CorridorVector::Zero(), sigma = CorridorVector::Constant(1.0);
   x[kX] = start.x(), x[kY] = start.y(), x[kHeading] = start.heading().radians();
+  x[kBiasConstant] = o.start_bias_value_rad_s;
   sigma[kX] = sigma[kY] = o.start_position_m;
   sigma[kHeading] = o.start_heading_rad;
   sigma[kSpeed] = sigma[kSpeedX] = sigma[kSpeedY] = 1e-6;
@@ -135,8 +138,16 @@ class CorridorIns::Engine {
       if (update.walls && walls_.has_walls())
         update.walls = corridor::facing(*update.walls, predicted.walls.direction);
     }
+    if (update.walls) roughen(*update.walls);
     report_.scans_with_walls += update.walls ? 1 : 0;
     report_.not_parallel += update.walls && !update.walls->parallel ? 1 : 0;
+  }
+
+  void roughen(CorridorWalls& walls) const {
+    const double turn2 = options_.wall_direction_sigma_rad * options_.wall_direction_sigma_rad;
+    const double offset2 = options_.wall_offset_sigma_m * options_.wall_offset_sigma_m;
+    walls.covariance.diagonal() += Eigen::Vector3d(turn2, offset2, offset2);
+    if (walls.end) walls.end->covariance.diagonal() += Eigen::Vector2d(offset2, turn2);
   }
 
   /// From time to time: the other wall, or one across, may have come into view.
@@ -184,6 +195,26 @@ class CorridorIns::Engine {
     update.outcome = WallOutcome::reacquired;
     walls_.enter(seen, filter_);
     if (options_.memory == WallMemory::corridor) say(*scan_time_, "walls acquired");
+    if (options_.square_sigma_rad > 0.0) set_square(seen);
+  }
+
+  /// New walls at right angles to the first ones, or along them, where they nearly are.
+  void set_square(const CorridorWalls& seen) {
+    constexpr double kNearly_rad = 0.2, kLong_m = 2.0;
+    const auto is_long = [](const auto& wall) {
+      return wall && wall->end_m - wall->begin_m > kLong_m;
+    };
+    if (!is_long(seen.left) && !is_long(seen.right)) return;
+    const double direction = filter_.state()[kDirection];
+    if (!first_direction_rad_) first_direction_rad_ = direction;
+    const double off = std::remainder(direction - *first_direction_rad_, 0.5 * std::numbers::pi);
+    if (std::abs(off) > kNearly_rad) return;
+    Row row = Row::Zero();
+    row[kDirection] = 1.0;
+    filter_.update([&](const CorridorVector&) {
+      return ScalarMeasurement<double, Row>{-off, row,
+                                            options_.square_sigma_rad * options_.square_sigma_rad};
+    });
   }
 
   void remember_this_scan(const CorridorWalls& seen) {
@@ -220,9 +251,19 @@ class CorridorIns::Engine {
     return filter_.update_block<Eigen::Dynamic>(innovation, h, r, gates_[n]);
   }
 
+  /// Behind a corner the wall that stood across stands beside, one of the two: the same points must
+  /// not count twice.
+  static bool stands_along(const corridor::Predicted& p, const CorridorWalls& seen) {
+    constexpr double kAcross_rad = 0.5;
+    if (!p.walls.end) return false;
+    const double off = (p.walls.end->alpha - seen.direction).radians();
+    return std::abs(std::remainder(off, std::numbers::pi)) > kAcross_rad;
+  }
+
   bool take_end(const corridor::Predicted& p, const CorridorWalls& seen,
                 const CorridorScanUpdate& update) {
-    if (!seen.end || update.outcome == WallOutcome::refused) return false;
+    if (stands_along(p, seen)) walls_.forget_end();
+    if (!seen.end || update.outcome == WallOutcome::refused || stands_along(p, seen)) return false;
     if (p.walls.end) {
       const Eigen::Vector2d innovation(wrap_to_pi((seen.end->alpha - p.walls.end->alpha).radians()),
                                        seen.end->rho_m - p.walls.end->rho_m);
@@ -251,6 +292,7 @@ class CorridorIns::Engine {
   CorridorReport report_;
   double gates_[4] = {};
   std::optional<LogTime> time_, scan_time_;
+  std::optional<double> first_direction_rad_;
   LogTime walls_time_;
   int rejections_ = 0, end_rejections_ = 0;
   bool saturated_ = false;

@@ -32,6 +32,7 @@ MotionWatch::Judged MotionWatch::judge(const MotionSample& sample, Duration step
   input.turn_rate_rad_s = sample.turn_rate_rad_s - earth;
   input.speed_m_s = sample.speed_m_s;
   input.speed_before_m_s = speed_m_s_;
+  input.extra_turn_rad = options_.turn_error * std::abs(input.turn_rate_rad_s) * input.dt_s;
   judged.saturated = std::abs(sample.turn_rate_rad_s) >= 0.999 * options_.gyro_range_rad_s;
   // Beyond its range the gyro tells a least turn, not which.
   if (judged.saturated) input.extra_turn_rad = 0.5 * options_.gyro_range_rad_s * input.dt_s;

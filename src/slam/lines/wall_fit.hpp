@@ -3,6 +3,7 @@
 // Total least squares on the points near one or two parallel lines.
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
@@ -46,8 +47,9 @@ struct Window {
 
 /// A point near a guessed line, for many looks at it: places to first order in a turn of the line.
 struct NearPoint {
-  float along_m, across_m, length;
-  int side;
+  float along_m, across_m;
+  std::int16_t length;  ///< of wall it stands for, in units of its own
+  std::int16_t side;
 };
 
 /// Moves a guess to where most length of wall near the laser lies: of two surfaces, a wall and the
