@@ -88,6 +88,13 @@ struct SubmapSlamStatistics {
   std::size_t loop_closures = 0, loops_refused = 0, optimisations = 0;
 };
 
+/// Where the latest scan was placed, in a frame no loop closure bends.
+struct LocalPlacement {
+  Transform2<frame::Odom, frame::Base> T_local_base;
+  bool matched = false;  ///< false: by motion alone
+  double openness = 1;   ///< 0: the scene holds every direction, 1: not at all along one of them
+};
+
 /// The system, fed scan by scan. Not thread-safe; results depend neither on timing nor on threads.
 class SubmapSlam {
  public:
@@ -107,6 +114,7 @@ class SubmapSlam {
   /// Poses of submaps and nodes; loop closures are the edges marked `robust`.
   [[nodiscard]] const PoseGraph2& graph() const;
   [[nodiscard]] const SubmapSlamStatistics& statistics() const;
+  [[nodiscard]] const LocalPlacement& local() const;
   /// Of all nodes not forgotten, at the poses they have now.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
                                   const InverseLidarModel& model = {}) const;

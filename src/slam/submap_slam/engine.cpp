@@ -29,7 +29,7 @@ Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const Mo
   ScanOutcome outcome;
   if (join_at_ && statistics_.scans >= *join_at_) outcome.loop_closures = join_loops();
   const std::size_t before = map_.nodes.size();
-  Placed placed{0.0, true, Eigen::Matrix3d::Zero()};
+  Placed placed{0.0, true};
   if (before == 0)
     T_local_base_ = odometry.value_or(SE2d());
   else
@@ -38,6 +38,7 @@ Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const Mo
   outcome.matched = placed.matched;
   if (is_due(placed.matched))
     if (auto ok = add_node(*points, placed); !ok) return ok.error();
+  local_ = {Transform2<frame::Odom, frame::Base>(T_local_base_), placed.matched, placed.openness};
   motion_model_.tell(scan.time, T_local_base_, odometry);
   outcome.became_node = map_.nodes.size() > before;
   scans_.push_back(
@@ -80,7 +81,7 @@ SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, con
   if (found) since_match_.setZero();
   T_local_base_ = found ? found->T_local_points : expected;
   lost_ = found ? 0 : lost_ + 1;
-  return found ? Placed{found->score, true, found->covariance} : Placed{};
+  return found ? Placed{found->score, true, found->covariance, found->openness} : Placed{};
 }
 
 /// A scan nothing agrees with is kept once it is clear that this is no passing trouble.

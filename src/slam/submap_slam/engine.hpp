@@ -31,6 +31,7 @@ class SubmapSlam::Engine {
   [[nodiscard]] Trajectory trajectory() const;
   [[nodiscard]] const PoseGraph2& graph() const { return map_.graph; }
   [[nodiscard]] const SubmapSlamStatistics& statistics() const { return statistics_; }
+  [[nodiscard]] const LocalPlacement& local() const { return local_; }
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape,
                                   const InverseLidarModel& model) const;
   [[nodiscard]] std::size_t memory_bytes();
@@ -43,6 +44,7 @@ class SubmapSlam::Engine {
     double score = 0.0;
     bool matched = false;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    double openness = 1.0;
   };
 
   [[nodiscard]] Result<PointSet> points_of(const LaserScan& scan) const;
@@ -69,6 +71,7 @@ class SubmapSlam::Engine {
   PoseGraphOptimiser<SE2d> optimiser_;
 
   SubmapGraph map_;
+  LocalPlacement local_;
   SE2d T_local_base_;                                     // of the latest scan
   Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // the motions' covariance since then
   Eigen::Matrix3d since_match_ = Eigen::Matrix3d::Zero();

@@ -50,7 +50,7 @@ std::optional<LocalTracker::Placement> LocalTracker::place(const SubmapGraph& ma
   if (!best) return std::nullopt;
   const OpenDirection open(*best->constraint, detail::rms_distance_m(points));
   return Placement{open.settle(best->T_map_points, T_local_expected), best->score,
-                   open.widen(*best->covariance)};
+                   open.widen(*best->covariance), open.openness()};
 }
 
 /// Every place and heading about where motion led, in a field that attracts from afar.

@@ -26,6 +26,7 @@ class LocalTracker {
     SE2d T_local_points;
     double score = 0.0;
     Eigen::Matrix3d covariance;
+    double openness = 0.0;  ///< as LocalPlacement's
   };
   /// None where nothing near agrees.
   [[nodiscard]] std::optional<Placement> place(const SubmapGraph& map, const PointSet& points,

@@ -13,6 +13,7 @@ class OpenDirection {
   /// Of a match with covariance, of points at this root mean square distance.
   OpenDirection(const SceneConstraint& scene, double rms_distance_m);
 
+  [[nodiscard]] double openness() const { return openness_; }
   /// The match, moved to where motion led along the open direction.
   [[nodiscard]] SE2d settle(const SE2d& matched, const SE2d& expected) const;
   /// The match's covariance, a metre wider along the open direction.

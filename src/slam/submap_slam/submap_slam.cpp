@@ -20,6 +20,7 @@ Result<void> SubmapSlam::finish() { return engine_->finish(); }
 Trajectory SubmapSlam::trajectory() const { return engine_->trajectory(); }
 const PoseGraph2& SubmapSlam::graph() const { return engine_->graph(); }
 const SubmapSlamStatistics& SubmapSlam::statistics() const { return engine_->statistics(); }
+const LocalPlacement& SubmapSlam::local() const { return engine_->local(); }
 OccupancyGrid SubmapSlam::map(const OccupancyGridOptions& shape,
                               const InverseLidarModel& model) const {
   return engine_->map(shape, model);

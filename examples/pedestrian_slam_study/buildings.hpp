@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/sim/floor_plan.hpp>
+
+namespace wayfare::examples {
+
+struct Walk {
+  std::string name;
+  std::vector<Eigen::Vector2d> route_m;
+  sim::FloorPlan plan;  ///< bare corridors of 2 m along the route
+};
+
+/// A rectangle of 42 m, an eight of 86 m, and a hallway of 42 m there and back with a ring of
+/// corridors at its end, 122 m.
+[[nodiscard]] std::vector<Walk> study_walks();
+/// 20 m straight on, in a hall.
+[[nodiscard]] std::vector<Eigen::Vector2d> calibration_route();
+
+}  // namespace wayfare::examples

@@ -1,0 +1,58 @@
+// A walker with range finder and inertial unit on the head, through simulated buildings: five ways
+// to follow the walk beside each other (after Sadruddin 2020, 5.2 and 5.3).
+
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <wayfare/eval/statistics.hpp>
+#include <wayfare/eval/table.hpp>
+
+#include "progress_line.hpp"
+#include "walks.hpp"
+
+int main(int argc, char** argv) {
+  using namespace wayfare;
+  CLI::App app("Errors of five ways to follow a walker through simulated corridors.");
+  int seeds = 10;
+  std::uint64_t first = 1;
+  bool quiet = false, each = false;
+  app.add_option("--seeds", seeds, "walks a building")->check(CLI::PositiveNumber);
+  app.add_option("--seed", first, "of the first walk");
+  app.add_flag("--each", each, "print every walk");
+  app.add_flag("--quiet", quiet, "no progress");
+  CLI11_PARSE(app, argc, argv);
+  const auto walks = examples::study_walks();
+  examples::ProgressLine progress("walks", quiet);
+  eval::Table table(
+      {{"walk"}, {"followed by"}, {"mean error", "m"}, {"worst", "m"}, {"of the way", "%"}});
+  for (std::size_t w = 0; w < walks.size(); ++w) {
+    std::vector<std::vector<double>> errors(examples::methods().size());
+    double way_m = 0.0;
+    for (int k = 0; k < seeds; ++k) {
+      const auto seed = first + static_cast<std::uint64_t>(k);
+      const examples::WalkErrors e = examples::follow_walk(walks[w], seed);
+      way_m = e.way_m;
+      for (std::size_t m = 0; m < errors.size(); ++m) errors[m].push_back(e.rmse_m[m]);
+      if (each) {
+        std::printf("%s %d:", walks[w].name.c_str(), static_cast<int>(seed));
+        for (const double r : e.rmse_m) std::printf(" %.3f", r);
+        std::printf("  scale %.3f of %.3f\n", e.scale, e.true_scale);
+      }
+      progress.update((static_cast<double>(w) + (k + 1.0) / seeds) /
+                      static_cast<double>(walks.size()));
+    }
+    for (std::size_t m = 0; m < errors.size(); ++m) {
+      const eval::Summary s = eval::summarise(errors[m]);
+      table.add_row({walks[w].name + ", " + eval::fixed(way_m, 0) + " m", examples::methods()[m],
+                     eval::mean_std(s.mean, s.std, 3), eval::fixed(s.max, 3),
+                     eval::fixed(100 * s.mean / way_m, 2)});
+    }
+  }
+  progress.finish();
+  std::fputs(table.to_text().c_str(), stdout);
+  return 0;
+}

@@ -1,0 +1,86 @@
+#pragma once
+
+// Somebody who walks through a building with a range finder and an inertial unit on the head: bob,
+// sway, tilt and glances.
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/so3.hpp>
+#include <wayfare/measure/laser_scan.hpp>
+#include <wayfare/measure/marg.hpp>
+#include <wayfare/sim/floor_plan.hpp>
+
+namespace wayfare::sim {
+
+/// The motion's sizes are those of ten walks recorded by a unit on the head: |a| varies by 1.9 to
+/// 2.9 m/s² at 1.6 to 1.95 steps a second, pitch by 1.7 to 3.9°, roll by 1.1 to 2.3°, glances by 10
+/// to 20°; the unit sits 2 to 5° askew.
+struct HeadWalkParams {
+  double speed_m_s = 1.2;
+  double step_m = 0.66;
+  double height_m = 1.7;
+  double bob_m = 0.027;  ///< amplitude, once a step
+  double sway_m = 0.02;  ///< amplitude, once in two steps
+  Angle glance = Angle::degrees(10), pitch = Angle::degrees(2.3), roll = Angle::degrees(1.4);
+  Angle nod = Angle::degrees(0.9);    ///< amplitude of the pitch once a step
+  Angle askew = Angle::degrees(3.5);  ///< of the unit's seat, standard deviation an axis
+  double corner_m = 0.8;              ///< the way is rounded over so much before and after a corner
+  double rest_s = 4.0;                ///< standing before and after
+};
+
+/// Where the head is at any time from 0 to `lasts_s`; axes x forward, y left, z up.
+class HeadWalk {
+ public:
+  struct Pose {
+    SO3d q_world_head;
+    Eigen::Vector3d position_m;
+  };
+
+  /// Along the places `route_m`, two or more; what differs from walk to walk is drawn.
+  HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& params, Rng rng);
+
+  [[nodiscard]] double lasts_s() const { return lasts_s_; }
+  [[nodiscard]] double way_m() const { return along_.back(); }
+  [[nodiscard]] Pose at(double time_s) const;
+
+  struct UnitNoise {
+    double gyro_radps = 0.002, accel_mps2 = 0.05;     ///< white, a reading
+    Angle gyro_bias_a_second = Angle::degrees(0.05);  ///< standard deviation, constant
+  };
+  /// Nine-axis readings without a field, from the pose's derivatives.
+  [[nodiscard]] MargRecording unit(double rate_hz, const UnitNoise& noise, Rng& rng) const;
+
+ private:
+  struct Wave {
+    double amplitude, rate, phase;
+  };
+  static std::vector<Wave> waves(double sigma, Rng& rng);
+  static double sum(const std::vector<Wave>& waves, double time_s);
+  [[nodiscard]] double travelled(double time_s) const;
+  [[nodiscard]] Eigen::Vector2d on_route(double s) const;
+  [[nodiscard]] Eigen::Vector2d rounded(double s) const;
+
+  HeadWalkParams p_;
+  std::vector<Eigen::Vector2d> route_m_;
+  std::vector<double> along_;  // way up to each place
+  std::vector<Wave> yaw_, pitch_, roll_;
+  SO3d q_head_unit_;
+  double lasts_s_ = 0.0, phase_ = 0.0;
+};
+
+/// A range finder that turns in the head's x-y plane: walls upright from floor to ceiling.
+struct HeadLidarParams {
+  int beams = 360;
+  double max_range_m = 12.0, min_range_m = 0.15;
+  double noise_m = 0.01, noise_per_m = 0.004;
+  double ceiling_m = 2.7;
+};
+/// All beams at one instant.
+[[nodiscard]] LaserScan scan_from_head(const FloorPlan& plan, const HeadWalk::Pose& head,
+                                       LogTime time, const HeadLidarParams& params, Rng& rng);
+
+}  // namespace wayfare::sim

@@ -1,0 +1,57 @@
+#pragma once
+
+// Submap SLAM on a walker, with pedestrian dead reckoning as its odometry and what the map says fed
+// back to it (after Sadruddin 2020, 3.5 and chapter 5): scans are levelled by the unit's attitude.
+
+#include <memory>
+#include <optional>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/so3.hpp>
+#include <wayfare/estimate/pedestrian_parameters.hpp>
+#include <wayfare/estimate/pedestrian_pose.hpp>
+#include <wayfare/estimate/walk_feedback.hpp>
+#include <wayfare/measure/level_scan.hpp>
+#include <wayfare/measure/marg.hpp>
+#include <wayfare/system/submap_slam.hpp>
+
+namespace wayfare {
+
+struct PedestrianSlamOptions {
+  SubmapSlamOptions slam{};
+  PedestrianParameters pedestrian{};
+  LevelScanOptions level{};
+  SO3d q_unit_laser{};   ///< rotates the laser's axes (z up) to the inertial unit's
+  bool steps = true;     ///< whether steps are the odometry; else the gyroscope's turn alone
+  bool feedback = true;  ///< whether the map corrects the steps' length and direction …
+  WalkFeedbackParameters walk{};  ///< … by this
+};
+
+/// Fed in order of time, readings and scans. Not thread-safe.
+class PedestrianSlam {
+ public:
+  explicit PedestrianSlam(const PedestrianSlamOptions& options = {});
+  ~PedestrianSlam();
+  PedestrianSlam(PedestrianSlam&&) noexcept;
+  PedestrianSlam& operator=(PedestrianSlam&&) noexcept;
+
+  /// A reading of the unit on the same carrier as the laser.
+  MargIntake add(const MargSample& sample);
+  /// Before there is an attitude a scan is taken for level.
+  Result<ScanOutcome> add_scan(const LaserScan& scan);
+  Result<void> finish() { return slam().finish(); }
+
+  /// The walker by steps alone, as corrected so far: what SLAM took for odometry.
+  [[nodiscard]] const Trajectory& dead_reckoning() const;
+  [[nodiscard]] const WalkFeedback& feedback() const;
+  /// The scan as it was matched, and the map behind.
+  [[nodiscard]] const LaserScan& levelled() const;
+  [[nodiscard]] const SubmapSlam& slam() const;
+  [[nodiscard]] SubmapSlam& slam();
+
+ private:
+  class Engine;
+  std::unique_ptr<Engine> engine_;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,155 @@
+#include <wayfare/sim/head_walk.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace wayfare::sim {
+namespace {
+
+constexpr double kStart_s = 1.5;  // from standing to walking
+constexpr double kGravity = 9.80665;
+constexpr double kPi = std::numbers::pi;
+
+SO3d about(const Eigen::Vector3d& axis, double angle) { return SO3d::exp(axis * angle); }
+
+}  // namespace
+
+HeadWalk::HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& params, Rng rng)
+    : p_(params), route_m_(std::move(route_m)) {
+  along_.push_back(0.0);
+  for (std::size_t i = 1; i < route_m_.size(); ++i)
+    along_.push_back(along_.back() + (route_m_[i] - route_m_[i - 1]).norm());
+  yaw_ = waves(p_.glance.radians(), rng);
+  pitch_ = waves(p_.pitch.radians(), rng);
+  roll_ = waves(p_.roll.radians(), rng);
+  q_head_unit_ = SO3d::exp(p_.askew.radians() * Eigen::Vector3d(rng.normal(), rng.normal(), 0.0));
+  phase_ = 2 * kPi * rng.uniform();
+  lasts_s_ = 2 * p_.rest_s + kStart_s + along_.back() / p_.speed_m_s;
+}
+
+/// Five waves of 2.5 to 12 s.
+std::vector<HeadWalk::Wave> HeadWalk::waves(double sigma, Rng& rng) {
+  std::vector<Wave> result;
+  for (int k = 0; k < 5; ++k) {
+    const double period = 2.5 + 9.5 * rng.uniform();
+    result.push_back({sigma * std::sqrt(2.0 / 5), 2 * kPi / period, 2 * kPi * rng.uniform()});
+  }
+  return result;
+}
+
+double HeadWalk::sum(const std::vector<Wave>& waves, double time_s) {
+  double total = 0.0;
+  for (const Wave& w : waves) total += w.amplitude * std::sin(w.rate * time_s + w.phase);
+  return total;
+}
+
+/// Standing, up to speed along a cosine, down again.
+double HeadWalk::travelled(double time_s) const {
+  const auto ramp = [&](double t) {  // the integral of (1 - cos) / 2 over the start
+    if (t <= 0) return 0.0;
+    if (t >= kStart_s) return t - kStart_s / 2;
+    return t / 2 - kStart_s / (2 * kPi) * std::sin(kPi * t / kStart_s);
+  };
+  const double walking = along_.back() / p_.speed_m_s;
+  const double t = time_s - p_.rest_s;
+  return p_.speed_m_s * (ramp(t) - ramp(t - walking));
+}
+
+Eigen::Vector2d HeadWalk::on_route(double s) const {
+  const auto after = std::upper_bound(along_.begin() + 1, along_.end() - 1, s);
+  const auto i = static_cast<std::size_t>(after - along_.begin());
+  const double u = (s - along_[i - 1]) / (along_[i] - along_[i - 1]);
+  return route_m_[i - 1] + u * (route_m_[i] - route_m_[i - 1]);
+}
+
+/// The route under a triangular window: its second derivative is continuous.
+Eigen::Vector2d HeadWalk::rounded(double s) const {
+  constexpr int kHalf = 40;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double weights = 0.0;
+  for (int k = -kHalf; k <= kHalf; ++k) {
+    const double w = kHalf + 1 - std::abs(k);
+    mean += w * on_route(s + p_.corner_m * k / kHalf);
+    weights += w;
+  }
+  return mean / weights;
+}
+
+HeadWalk::Pose HeadWalk::at(double time_s) const {
+  const double s = travelled(time_s);
+  const double pace = (travelled(time_s + 0.05) - travelled(time_s - 0.05)) / (0.1 * p_.speed_m_s);
+  const double step = 2 * kPi * s / p_.step_m + 0.4 * std::sin(s / 2.3 + phase_);
+  // Who walks looks where the way goes a little later.
+  const Eigen::Vector2d ahead = rounded(s + 0.7) - rounded(s - 0.1);
+  const double way = std::atan2(ahead.y(), ahead.x());
+  const Eigen::Vector2d left(-std::sin(way), std::cos(way));
+  const double moved = std::min(1.0, time_s / p_.rest_s);  // stands still at first
+  Pose pose;
+  const Eigen::Vector2d place = rounded(s) + pace * p_.sway_m * std::sin(step / 2) * left;
+  pose.position_m << place, p_.height_m + pace * p_.bob_m * std::sin(step);
+  const double yaw = way + moved * pace * sum(yaw_, time_s);
+  const double pitch =
+      moved * sum(pitch_, time_s) * (0.2 + 0.8 * pace) + pace * p_.nod.radians() * std::cos(step);
+  const double roll = moved * sum(roll_, time_s) * (0.2 + 0.8 * pace);
+  pose.q_world_head = about(Eigen::Vector3d::UnitZ(), yaw) *
+                      about(Eigen::Vector3d::UnitY(), pitch) *
+                      about(Eigen::Vector3d::UnitX(), roll) * q_head_unit_;
+  return pose;
+}
+
+MargRecording HeadWalk::unit(double rate_hz, const UnitNoise& noise, Rng& rng) const {
+  constexpr double kStep_s = 0.004;
+  MargRecording readings;
+  const auto white = [&](double sigma) {
+    return Eigen::Vector3d(sigma * Eigen::Vector3d(rng.normal(), rng.normal(), rng.normal()));
+  };
+  const Eigen::Vector3d bias = white(noise.gyro_bias_a_second.radians());
+  const auto count = static_cast<int>(lasts_s_ * rate_hz);
+  for (int i = 0; i < count; ++i) {
+    const double t = i / rate_hz;
+    const Pose before = at(t - kStep_s), here = at(t), after = at(t + kStep_s);
+    MargSample sample;
+    sample.time = LogTime::from_seconds(t);
+    sample.angular_rate_radps =
+        (before.q_world_head.inverse() * after.q_world_head).log() / (2 * kStep_s) + bias +
+        white(noise.gyro_radps);
+    const Eigen::Vector3d acceleration =
+        (after.position_m - 2 * here.position_m + before.position_m) / (kStep_s * kStep_s);
+    sample.specific_force_mps2 =
+        here.q_world_head.inverse() * (acceleration + kGravity * Eigen::Vector3d::UnitZ()) +
+        white(noise.accel_mps2);
+    readings.push_back(sample);
+  }
+  return readings;
+}
+
+LaserScan scan_from_head(const FloorPlan& plan, const HeadWalk::Pose& head, LogTime time,
+                         const HeadLidarParams& params, Rng& rng) {
+  LaserScan scan{time,
+                 Angle::degrees(-180),
+                 Angle::degrees(360.0 / params.beams),
+                 static_cast<float>(params.min_range_m),
+                 static_cast<float>(params.max_range_m),
+                 {}};
+  for (int i = 0; i < params.beams; ++i) {
+    const double bearing = scan.first_bearing.radians() + i * scan.bearing_step.radians();
+    const Eigen::Vector3d beam =
+        head.q_world_head * Eigen::Vector3d(std::cos(bearing), std::sin(bearing), 0.0);
+    const double flat = beam.head<2>().norm(), up = beam.z(), z = head.position_m.z();
+    double range =
+        plan.cast(head.position_m.head<2>(), beam.head<2>() / flat, params.max_range_m * flat) /
+        flat;
+    if (up < 0) range = std::min(range, -z / up);
+    if (up > 0) range = std::min(range, (params.ceiling_m - z) / up);
+    range +=
+        (params.noise_m + params.noise_per_m * std::min(range, params.max_range_m)) * rng.normal();
+    scan.ranges_m.push_back(range < params.max_range_m ? static_cast<float>(range)
+                                                       : std::numeric_limits<float>::quiet_NaN());
+  }
+  return scan;
+}
+
+}  // namespace wayfare::sim
