@@ -11,6 +11,7 @@
 #include <wayfare/eval/statistics.hpp>
 #include <wayfare/eval/table.hpp>
 
+#include "exit_code.hpp"
 #include "progress_line.hpp"
 #include "walks.hpp"
 
@@ -22,10 +23,16 @@ int main(int argc, char** argv) {
   bool quiet = false, each = false;
   app.add_option("--seeds", seeds, "walks a building")->check(CLI::PositiveNumber);
   app.add_option("--seed", first, "of the first walk");
+  std::string folder;
+  app.add_option("--write", folder,
+                 "write the first rectangle's scans and readings into this folder, and end");
   app.add_flag("--each", each, "print every walk");
   app.add_flag("--quiet", quiet, "no progress");
   CLI11_PARSE(app, argc, argv);
   const auto walks = examples::study_walks();
+  if (!folder.empty())
+    return examples::exit_code("pedestrian_slam_study",
+                               examples::write_walk(walks.front(), first, folder));
   examples::ProgressLine progress("walks", quiet);
   eval::Table table(
       {{"walk"}, {"followed by"}, {"mean error", "m"}, {"worst", "m"}, {"of the way", "%"}});
@@ -40,7 +47,7 @@ int main(int argc, char** argv) {
       if (each) {
         std::printf("%s %d:", walks[w].name.c_str(), static_cast<int>(seed));
         for (const double r : e.rmse_m) std::printf(" %.3f", r);
-        std::printf("  scale %.3f of %.3f\n", e.scale, e.true_scale);
+        std::printf("  scale %.3f\n", e.scale);
       }
       progress.update((static_cast<double>(w) + (k + 1.0) / seeds) /
                       static_cast<double>(walks.size()));

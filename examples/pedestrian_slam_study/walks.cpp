@@ -1,8 +1,12 @@
 #include "walks.hpp"
 
 #include <cmath>
+#include <filesystem>
+#include <system_error>
 
 #include <wayfare/estimate/pedestrian.hpp>
+#include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/marg_text.hpp>
 #include <wayfare/sim/head_walk.hpp>
 #include <wayfare/system/hector_slam.hpp>
 #include <wayfare/system/pedestrian_slam.hpp>
@@ -88,6 +92,22 @@ Trajectory follow_by_hector(const std::vector<LaserScan>& levelled) {
   return hector.trajectory();
 }
 
+struct Simulated {
+  Recorded recorded;
+  double step_m;  // as calibrated
+  double way_m;
+};
+
+Simulated simulate(const Walk& walk, std::uint64_t seed) {
+  Rng rng = Rng(seed).stream(7);
+  sim::HeadWalkParams walker;
+  walker.step_m *= 1 + 0.05 * rng.normal();
+  const double step_m = calibrated_step_m(walker, rng.stream(2));
+  walker.step_m *= 1 + 0.03 * rng.normal();  // nobody's stride is that of the day of calibration
+  const sim::HeadWalk head(walk.route_m, walker, rng.stream(3));
+  return {record(walk, head, rng), step_m, head.way_m()};
+}
+
 }  // namespace
 
 const std::vector<std::string>& methods() {
@@ -97,28 +117,33 @@ const std::vector<std::string>& methods() {
 }
 
 WalkErrors follow_walk(const Walk& walk, std::uint64_t seed) {
-  Rng rng = Rng(seed).stream(7);
-  sim::HeadWalkParams walker;
-  walker.step_m *= 1 + 0.05 * rng.normal();
-  const double step_m = calibrated_step_m(walker, rng.stream(2));
-  // Nobody's stride is that of the day of calibration.
-  const double change = 1 + 0.03 * rng.normal();
-  walker.step_m *= change;
-  const sim::HeadWalk head(walk.route_m, walker, rng.stream(3));
-  const Recorded recorded = record(walk, head, rng);
+  const Simulated simulated = simulate(walk, seed);
+  const Recorded& recorded = simulated.recorded;
   PedestrianSlamOptions options;
-  options.pedestrian = pedestrian(step_m);
+  options.pedestrian = pedestrian(simulated.step_m);
   options.feedback = false;
   const Followed with_steps = follow(recorded, options);
   options.steps = false;
   const Followed alone = follow(recorded, options);
   options.steps = options.feedback = true;
   const Followed fed_back = follow(recorded, options);
-  WalkErrors errors{head.way_m(), {}, fed_back.scale, change};
+  WalkErrors errors{simulated.way_m, {}, fed_back.scale};
   for (const Trajectory& t : {with_steps.steps, follow_by_hector(with_steps.levelled), alone.slam,
                               with_steps.slam, fed_back.slam})
     errors.rmse_m.push_back(rmse_m(t, recorded.truth));
   return errors;
+}
+
+Result<void> write_walk(const Walk& walk, std::uint64_t seed, const std::string& folder) {
+  const Simulated simulated = simulate(walk, seed);
+  Recording recording;
+  recording.scans = simulated.recorded.scans;
+  recording.truth = simulated.recorded.truth;
+  const io::WriteOptions replace{io::Existing::replace};
+  std::error_code code;
+  std::filesystem::create_directories(folder, code);  // where it cannot be, writing says so
+  if (auto ok = io::write_carmen(folder + "/walk.log", recording, replace); !ok) return ok;
+  return io::write_marg(folder + "/unit.csv", simulated.recorded.unit, replace);
 }
 
 }  // namespace wayfare::examples

@@ -2,9 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
+
+#include <wayfare/core/result.hpp>
 
 #include "buildings.hpp"
 
@@ -19,10 +20,13 @@ struct WalkErrors {
   /// (Sadruddin 2020, (5.1)); one a method.
   std::vector<double> rmse_m;
   double scale = 1.0;  ///< what feedback made of the steps' length at the end
-  double true_scale = 1.0;
 };
 
 /// One walk, simulated and followed by every method.
 [[nodiscard]] WalkErrors follow_walk(const Walk& walk, std::uint64_t seed);
+
+/// Writes what such a walk records: scans and truth as walk.log, the unit's readings as unit.csv.
+[[nodiscard]] Result<void> write_walk(const Walk& walk, std::uint64_t seed,
+                                      const std::string& folder);
 
 }  // namespace wayfare::examples

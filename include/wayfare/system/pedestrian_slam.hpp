@@ -54,4 +54,16 @@ class PedestrianSlam {
   std::unique_ptr<Engine> engine_;
 };
 
+/// A whole walk at once.
+struct PedestrianSlamRun {
+  SubmapSlamRun slam;
+  Trajectory dead_reckoning;
+  double step_scale = 1.0;  ///< what feedback made of the steps' length
+};
+
+/// Scans and readings of one clock, each in order of time. An Error where no scan could be used.
+Result<PedestrianSlamRun> run_pedestrian_slam(const Recording& recording, const MargRecording& unit,
+                                              PedestrianSlamOptions options = {},
+                                              const SlamProgress& progress = {});
+
 }  // namespace wayfare

@@ -1,4 +1,4 @@
-#include "config.hpp"
+#include "submap_slam_fields.hpp"
 
 namespace wayfare::examples {
 
@@ -40,6 +40,14 @@ std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& o) {
           option_field("loop_kernel_sigmas", o.loop_kernel_sigmas),
           option_field("tables_kept", o.tables_kept),
           option_field("max_submaps", o.max_submaps)};
+}
+
+Result<void> check_submap_slam(const SubmapSlamOptions& o) {
+  const auto probability = [](double p) { return p > 0 && p < 1; };
+  if (o.grid.levels <= 8 && probability(o.grid.model.p_free) && probability(o.grid.model.p_hit) &&
+      o.grid.unknown_probability <= 1)
+    return {};
+  return Error{ErrorCode::parse, "levels are at most 8, probabilities below 1"};
 }
 
 }  // namespace wayfare::examples

@@ -1,0 +1,95 @@
+// Submap SLAM on a walker: steps by an inertial unit are the odometry, and the map corrects them.
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include <wayfare/eval/table.hpp>
+#include <wayfare/system/pedestrian_slam.hpp>
+
+#include "log_program.hpp"
+#include "recording.hpp"
+#include "submap_slam_fields.hpp"
+
+namespace {
+
+using namespace wayfare;
+
+struct Unit {
+  std::string path, forward = "x";
+  examples::RecordingOptions recording;
+  double step_m = 0.0;
+  bool no_magnetometer = false, no_steps = false, no_feedback = false;
+
+  void describe(CLI::App& app) {
+    app.add_option("--unit", path, "the recording of the inertial unit, on the same clock as LOG")
+        ->required()
+        ->check(CLI::ExistingFile);
+    recording.describe(app);
+    app.add_option("--forward", forward, "the unit's axis along which the laser's x points")
+        ->check(CLI::IsMember({"x", "y", "-x", "-y"}))
+        ->capture_default_str();
+    app.add_option("--step", step_m, "length of every step, m; else by the steps' strength")
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--no-magnetometer", no_magnetometer, "heading by the gyroscope alone");
+    app.add_flag("--no-steps", no_steps, "take the unit's turns and tilt only");
+    app.add_flag("--no-feedback", no_feedback, "leave the steps as they are");
+  }
+
+  void apply(PedestrianSlamOptions& o, bool has_magnetometer) const {
+    const Eigen::Vector3d axis =
+        (forward[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(forward.back() - 'x');
+    o.pedestrian.forward = axis;
+    o.q_unit_laser = SO3d::exp(Eigen::Vector3d(0, 0, std::atan2(axis.y(), axis.x())));
+    if (step_m > 0) o.pedestrian.length = ConstantStep{step_m};
+    o.pedestrian.ahrs.use_magnetometer = !no_magnetometer && has_magnetometer;
+    o.steps = !no_steps;
+    o.feedback = !no_feedback;
+  }
+};
+
+Result<examples::LogRun> run(const Recording& recording, PedestrianSlamOptions options,
+                             const Unit& unit, const examples::SlamArguments& arguments,
+                             const SlamProgress& progress) {
+  const auto readings = unit.recording.read(unit.path);
+  if (!readings) return readings.error();
+  unit.apply(options, readings->has_magnetometer);
+  options.slam.threads = arguments.threads;
+  auto walk = run_pedestrian_slam(recording, readings->samples, options, progress);
+  if (!walk) return walk.error();
+  SubmapSlamRun& slam = walk->slam;
+  const SubmapSlamStatistics& s = slam.statistics;
+  return examples::LogRun{
+      std::move(slam.trajectory),
+      std::move(slam.map),
+      slam.graph,
+      s.scans,
+      s.unmatched_scans,
+      {{"submaps", std::to_string(s.submaps) + " of " + std::to_string(s.nodes) + " scans"},
+       {"loop closures", std::to_string(s.loop_closures) + " accepted, " +
+                             std::to_string(s.loops_refused) + " refused"},
+       {"steps' scale", eval::fixed(walk->step_scale, 3)}},
+      slam.refused_scans,
+      slam.first_refusal};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  PedestrianSlamOptions options;
+  Unit unit;
+  return examples::run_log_program(
+      argc, argv,
+      {"pedestrian_slam", "pedestrian SLAM",
+       "Follow a walker who carries a range finder and an inertial unit: submap SLAM with steps "
+       "for odometry, corrected by the map; scans are levelled by the unit's attitude.",
+       examples::submap_slam_fields(options.slam),
+       [&](const Recording& recording, const examples::SlamArguments& arguments,
+           const SlamProgress& progress) {
+         return run(recording, options, unit, arguments, progress);
+       },
+       [&] { return examples::check_submap_slam(options.slam); },
+       [&](CLI::App& app) { unit.describe(app); }});
+}
