@@ -1,5 +1,6 @@
 // One log of a loop of corridors, put in order in four ways.
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -113,12 +114,11 @@ eval::Table table_of(const std::vector<Method>& all) {
                      {"heading", "deg"},
                      {"at the end", "m"},
                      {"largest", "m"},
-                     {"took", "s"},
-                     {"remark"}});
+                     {"took", "s"}});
   for (const Method& m : all)
     table.add_row({m.name, eval::fixed(m.errors.x_m, 3), eval::fixed(m.errors.y_m, 3),
                    eval::fixed(m.errors.heading_deg, 2), eval::fixed(m.errors.end_m, 3),
-                   eval::fixed(m.errors.worst_m, 3), eval::fixed(m.took_s, 1), m.remark});
+                   eval::fixed(m.errors.worst_m, 3), eval::fixed(m.took_s, 1)});
   return table;
 }
 
@@ -133,15 +133,21 @@ io::Series path_series(const std::string& name, const Trajectory& trajectory, co
   return series;
 }
 
+/// So that every method has one colour in all plots, those without odometry too.
+std::vector<Method> odometry_last(std::vector<Method> all) {
+  std::rotate(all.begin(), all.begin() + 1, all.end());
+  return all;
+}
+
 /// Every run moved to begin where the truth does.
 io::Plot paths(const std::vector<Method>& all, const Trajectory& truth) {
   io::Plot plot{"Ways, begun at the same pose", "x [m]", "y [m]", {}, true};
-  plot.series.push_back(path_series("truth", truth, {}, io::Mark::dashed));
-  for (const Method& m : all) {
+  for (const Method& m : odometry_last(all)) {
     const auto start = eval::pose_at(truth, m.trajectory.front().time);
     const SE2d moved = *start * m.trajectory.front().T_map_base.raw().inverse();
     plot.series.push_back(path_series(m.name, m.trajectory, moved));
   }
+  plot.series.push_back(path_series("truth", truth, {}, io::Mark::dashed));
   return plot;
 }
 
@@ -151,7 +157,7 @@ io::Plot distances(const std::vector<Method>& all, bool with_odometry) {
                 "error [m]",
                 {},
                 false};
-  for (const Method& m : all)
+  for (const Method& m : odometry_last(all))
     if (with_odometry || m.file != "odometry")
       plot.series.push_back({m.name, m.errors.times_s, m.errors.distances_m, io::Mark::line});
   return plot;
@@ -175,13 +181,15 @@ io::Report report_of(const std::vector<Method>& all, const Recording& recording,
   report.heading("Errors against the truth")
       .paragraph(
           "Both begun at the same pose; nothing is aligned afterwards. The LiDAR reaches 3.5 m: it "
-          "sees two walls and slides along them. The radar sees door frames and what is in the "
-          "walls, and so its place along the corridor, but its bearings are coarse.")
+          "sees two walls, and little of how far it went along them. The radar sees door frames "
+          "and "
+          "what is in the walls, and so its place along the corridor, but its bearings are coarse.")
       .table(table_of(all));
   report.plot(paths(all, recording.truth)).plot(distances(all, true)).plot(distances(all, false));
   report.heading("Maps");
   for (const Method& m : all)
-    if (m.file != "odometry") report.image(map_picture(m.map, m.trajectory), m.name + ".");
+    if (m.file != "odometry")
+      report.image(map_picture(m.map, m.trajectory), m.name + ": " + m.remark + ".");
   return report;
 }
 
