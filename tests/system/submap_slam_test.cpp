@@ -91,6 +91,18 @@ TEST(SubmapSlam, SameBytesForAnyNumberOfThreads) {
   }
 }
 
+// A search under way is waited for before what it reads goes.
+TEST(SubmapSlam, MayEndWhileASearchIsUnderWay) {
+  const auto run = simulate(kRing, slipping_robot(), 1);
+  SubmapSlamOptions options = small_submaps();
+  options.threads = 2;
+  options.loop_latency_scans = 1000000;
+  options.T_base_laser = run.recording.T_base_laser;
+  SubmapSlam slam(options);
+  ASSERT_TRUE(feed(slam, run.recording, 0, run.recording.scans.size()));
+  EXPECT_EQ(slam.statistics().loop_closures, 0U);
+}
+
 // Wherever the break is: between searches, and while one is under way.
 TEST(SubmapSlam, GoesOnFromSavedBytesAsIfThereHadBeenNoBreak) {
   const auto run = simulate(kRing, slipping_robot(), 2);

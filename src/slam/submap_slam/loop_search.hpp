@@ -81,9 +81,9 @@ class LoopSearch {
 
   SubmapSlamOptions options_;
   PathUncertaintyFinder uncertainty_;
-  std::future<FoundLoops> running_;
   FoundLoops found_;
   std::list<std::pair<std::int64_t, std::shared_ptr<const Tables>>> kept_;  // latest used first
+  std::future<FoundLoops> running_;  // last: waited for before what it uses goes
 };
 
 }  // namespace wayfare
