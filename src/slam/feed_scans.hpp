@@ -16,15 +16,14 @@ struct Refusals {
   std::string first;
 };
 
-/// Gives `slam` every scan with the odometry at its time, until the progress callback ends it. An
-/// Error where none could be used.
-template <class Slam>
-Result<Refusals> feed_scans(Slam& slam, const Recording& recording, const SlamProgress& progress) {
-  const OdometryTrack odometry(recording.odometry);
+/// Gives `slam` every scan with what `motion_at(i)` says of the motion up to it, until the progress
+/// callback ends it. An Error where none could be used.
+template <class Slam, class MotionAt>
+Result<Refusals> feed_scans(Slam& slam, const Recording& recording, const SlamProgress& progress,
+                            const MotionAt& motion_at) {
   Refusals refused;
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-    const LaserScan& scan = recording.scans[i];
-    const auto outcome = slam.add_scan(scan, odometry.at(scan.time));
+    const auto outcome = slam.add_scan(recording.scans[i], motion_at(i));
     if (!outcome && refused.count++ == 0)
       refused.first = "scan " + std::to_string(i) + ": " + outcome.error().message;
     const double done = static_cast<double>(i + 1) / static_cast<double>(recording.scans.size());
@@ -34,6 +33,14 @@ Result<Refusals> feed_scans(Slam& slam, const Recording& recording, const SlamPr
   return Error{ErrorCode::invalid, recording.scans.empty()
                                        ? "the recording has no scans"
                                        : "no scan could be used; " + refused.first};
+}
+
+/// The same with the odometry at the scans' times.
+template <class Slam>
+Result<Refusals> feed_scans(Slam& slam, const Recording& recording, const SlamProgress& progress) {
+  const OdometryTrack odometry(recording.odometry);
+  return feed_scans(slam, recording, progress,
+                    [&](std::size_t i) { return odometry.at(recording.scans[i].time); });
 }
 
 }  // namespace wayfare::detail

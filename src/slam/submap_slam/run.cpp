@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include <wayfare/sync/odometry_track.hpp>
 #include <wayfare/system/submap_slam.hpp>
+
+#include "../feed_scans.hpp"
 
 namespace wayfare {
 namespace {
@@ -35,22 +36,6 @@ class GyroTurn {
   const std::vector<GyroSample>& samples_;
 };
 
-void feed(SubmapSlam& slam, const Recording& recording, const SlamProgress& progress,
-          SubmapSlamRun& run) {
-  const OdometryTrack odometry(recording.odometry);
-  const GyroTurn gyro(recording.gyro);
-  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-    const LaserScan& scan = recording.scans[i];
-    MotionHint hint{odometry.at(scan.time), {}};
-    if (!hint.odometry && i > 0) hint.turn = gyro.between(recording.scans[i - 1].time, scan.time);
-    const auto outcome = slam.add_scan(scan, hint);
-    if (!outcome && run.refused_scans++ == 0)
-      run.first_refusal = "scan " + std::to_string(i) + ": " + outcome.error().message;
-    const double done = static_cast<double>(i + 1) / static_cast<double>(recording.scans.size());
-    if (progress && !progress(done)) break;
-  }
-}
-
 }  // namespace
 
 Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOptions options,
@@ -63,12 +48,18 @@ Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOpti
     if (!restored) return restored.error();
     slam = *std::move(restored);
   }
+  const OdometryTrack odometry(recording.odometry);
+  const GyroTurn gyro(recording.gyro);
+  auto refused = detail::feed_scans(slam, recording, progress, [&](std::size_t i) {
+    const LogTime time = recording.scans[i].time;
+    MotionHint hint{odometry.at(time), {}};
+    if (!hint.odometry && i > 0) hint.turn = gyro.between(recording.scans[i - 1].time, time);
+    return hint;
+  });
+  if (!refused) return refused.error();
   SubmapSlamRun run;
-  feed(slam, recording, progress, run);
-  if (slam.statistics().scans == 0)
-    return Error{ErrorCode::invalid, recording.scans.empty()
-                                         ? "the recording has no scans"
-                                         : "no scan could be used; " + run.first_refusal};
+  run.refused_scans = refused->count;
+  run.first_refusal = std::move(refused->first);
   run.state = slam.save();
   if (auto ok = slam.finish(); !ok) return ok.error();
   run.trajectory = slam.trajectory();
