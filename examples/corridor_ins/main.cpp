@@ -1,6 +1,5 @@
 // Dead reckoning by gyro and wheels, held by the walls of corridors, on a log or in simulation.
 
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -8,255 +7,17 @@
 
 #include <CLI/CLI.hpp>
 
-#include <wayfare/eval/table.hpp>
-#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/carmen_writer.hpp>
-#include <wayfare/io/tum.hpp>
 
-#include "evaluate.hpp"
 #include "exit_code.hpp"
-#include "option_fields.hpp"
+#include "job.hpp"
 #include "outputs.hpp"
 #include "program_files.hpp"
-#include "progress_line.hpp"
-#include "slam_program.hpp"
 
 namespace {
 
 using namespace wayfare;
-using examples::Aiding;
-
-struct Options : examples::SlamArguments {
-  std::string log, reference, config;
-  int simulated = 0, passes = 4;
-  double added_bias_deg_s = 0.0;
-  std::vector<double> origin;
-  bool no_walls_across = false, rest = false;
-};
-
-/// For a robot's log whose turn rate is that of its odometry: laser and wheels of unknown make.
-CorridorInsOptions log_defaults(bool has_gyro) {
-  CorridorInsOptions o;
-  o.walls.range_noise_m = 0.015;
-  o.walls.flatness_m = 0.01;
-  o.walls.split_m = 0.05;
-  o.square_sigma_rad = 0.01;
-  o.wall_offset_sigma_m = 0.02;
-  o.wall_direction_sigma_rad = 0.01;
-  o.noise.slip_m_per_sqrt_m = 0.02;
-  o.noise.acceleration_sigma_m_s2 = 1e-6;
-  o.start_scale = 0.03;
-  o.start_bias_rad_s = 0.06;
-  o.start_drift_rad_s2 = has_gyro ? 6e-6 : 1e-9;
-  o.greatest_acceleration_m_s2 = 20.0;  // odometry's times are not exact
-  o.rest_calibrates = has_gyro;         // odometry at rest turns by nothing at all
-  if (!has_gyro) {
-    o.noise.angle_random_walk_rad_per_sqrt_s = 0.01;
-    o.noise.bias_sigma_rad_s = 1e-5;
-    o.gyro_range_rad_s = 20.0;
-    o.turn_error = 0.1;
-  }
-  return o;
-}
-
-std::vector<examples::OptionField> fields(CorridorInsOptions& o) {
-  using examples::option_field;
-  return {
-      option_field("range_noise_m", o.walls.range_noise_m),
-      option_field("flatness_m", o.walls.flatness_m),
-      option_field("reach_m", o.walls.reach_m),
-      option_field("split_m", o.walls.split_m),
-      option_field("least_support_m", o.walls.least_support_m),
-      option_field("least_correlation", o.walls.least_correlation),
-      option_field("angle_random_walk_rad_per_sqrt_s", o.noise.angle_random_walk_rad_per_sqrt_s),
-      option_field("bias_sigma_rad_s", o.noise.bias_sigma_rad_s),
-      option_field("bias_tau_s", o.noise.bias_tau_s),
-      option_field("slip_m_per_sqrt_m", o.noise.slip_m_per_sqrt_m),
-      option_field("start_bias_rad_s", o.start_bias_rad_s),
-      option_field("start_drift_rad_s2", o.start_drift_rad_s2),
-      option_field("start_scale", o.start_scale),
-      option_field("greatest_acceleration_m_s2", o.greatest_acceleration_m_s2),
-      option_field("wall_offset_sigma_m", o.wall_offset_sigma_m),
-      option_field("wall_direction_sigma_rad", o.wall_direction_sigma_rad),
-      option_field("turn_error", o.turn_error),
-      option_field("square_sigma_rad", o.square_sigma_rad),
-      option_field("tracking_m", o.walls.tracking_m),
-      option_field("gate_probability", o.gate_probability)};
-}
-
-/// A recording, how it is to be taken, and what is known of the truth.
-struct Job {
-  Recording recording;
-  CorridorInsOptions options;
-  Trajectory reference;
-  std::optional<sim::CorridorDrive> drive;
-  double rest_s = 0.0;
-};
-
-Result<Job> simulated_job(const Options& o) {
-  sim::CorridorDriveParams p;
-  p.pattern = o.simulated == 1 ? sim::MotionPattern::straight : sim::MotionPattern::curved;
-  auto drive = sim::simulate_corridors(p, Rng(o.seed));
-  if (!drive) return drive.error();
-  Job job{drive->recording, examples::options_for(p, Aiding::end_walls), drive->recording.truth,
-          *std::move(drive), p.rest_s};
-  return job;
-}
-
-Result<Job> log_job(const Options& o) {
-  auto recording = examples::read_robot_log(o.log);
-  if (!recording) return recording.error();
-  const bool has_gyro = !recording->gyro.empty() && !recording->wheels.empty();
-  Job job{*std::move(recording), log_defaults(has_gyro), {}, {}, 0.0};
-  job.options.T_base_laser = job.recording.T_base_laser;
-  job.reference = job.recording.truth;
-  if (o.reference.empty()) return job;
-  const auto file = io::read_tum(o.reference);
-  if (!file) return file.error();
-  job.reference = io::planar(file->trajectory);
-  return job;
-}
-
-Result<Job> make_job(const Options& o) {
-  auto job = o.simulated > 0 ? simulated_job(o) : log_job(o);
-  if (!job) return job;
-  if (!o.config.empty()) {
-    if (auto ok = examples::read_option_fields(o.config, fields(job->options)); !ok)
-      return ok.error();
-  }
-  if (o.no_walls_across) job->options.use_end_walls = false;
-  if (o.rest) job->options.rest_calibrates = true;
-  if (o.origin.size() == 3) job->options.latitude_rad = Angle::degrees(o.origin[0]).radians();
-  return job;
-}
-
-/// The mean turn rate that motion tells beyond the reference's, rad/s: what a bias comes to.
-double shown_bias(std::span<const MotionSample> motion, const Trajectory& reference) {
-  double told = 0.0, turned = 0.0, seconds = 0.0;
-  for (std::size_t i = 1; i < motion.size(); ++i) {
-    const auto a = eval::pose_at(reference, motion[i - 1].time);
-    const auto b = eval::pose_at(reference, motion[i].time);
-    if (!a || !b) continue;
-    const double dt = to_seconds(motion[i].time - motion[i - 1].time);
-    told += motion[i].turn_rate_rad_s * dt;
-    turned += (a->inverse() * *b).heading().radians();
-    seconds += dt;
-  }
-  return (told - turned) / seconds;
-}
-
-struct Runs {
-  CorridorRun aided, unaided;
-  std::optional<CorridorRun> without_added;  ///< aided, no bias added
-};
-
-/// Over the log again with the bias found: what is seen then depends no more on how far off the
-/// gyro was before anything was known of it.
-Result<CorridorRun> run_passes(const Job& job, const Options& o, double added_rad_s) {
-  const auto motion = motion_of(job.recording, added_rad_s);
-  CorridorInsOptions options = job.options;
-  const int passes = job.drive ? 1 : o.passes;
-  examples::ProgressLine progress("corridors", o.quiet);
-  for (int pass = 0;; ++pass) {
-    auto run = run_corridor_ins(job.recording, motion, options, {}, [&](double fraction) {
-      progress.update((pass + fraction) / passes);
-    });
-    if (!run || pass + 1 >= passes) {
-      if (run) progress.finish();
-      return run;
-    }
-    options.start_bias_value_rad_s = run->epochs.back().gyro_bias.value;
-  }
-}
-
-Result<Runs> run_all(const Job& job, const Options& o) {
-  const double added = Angle::degrees(o.added_bias_deg_s).radians();
-  auto aided = run_passes(job, o, added);
-  if (!aided) return aided.error();
-  CorridorInsOptions alone = job.options;
-  alone.use_walls = false;
-  auto unaided = run_corridor_ins(job.recording, motion_of(job.recording, added), alone);
-  if (!unaided) return unaided.error();
-  Runs runs{*std::move(aided), *std::move(unaided), {}};
-  if (added == 0.0) return runs;
-  auto plain = run_passes(job, o, 0.0);
-  if (!plain) return plain.error();
-  runs.without_added = *std::move(plain);
-  return runs;
-}
-
-using Facts = std::vector<std::pair<std::string, std::string>>;
-
-std::string rate(double rad_s) {
-  return eval::fixed(Angle::radians(rad_s).degrees(), 4) + " deg/s";
-}
-
-void add_bias_facts(const Job& job, const Runs& runs, const Options& o, Facts& facts) {
-  const CorridorEpoch& last = runs.aided.epochs.back();
-  facts.emplace_back("gyro bias", rate(last.gyro_bias.value) + " +- " + rate(last.gyro_bias.sigma));
-  if (job.drive)
-    facts.emplace_back("its truth", rate(examples::true_bias_at(*job.drive, last.time) +
-                                         Angle::degrees(o.added_bias_deg_s).radians()));
-  const auto motion = motion_of(job.recording, Angle::degrees(o.added_bias_deg_s).radians());
-  if (!job.drive && !job.reference.empty())
-    facts.emplace_back("shown by reference", rate(shown_bias(motion, job.reference)));
-  if (!runs.without_added) return;
-  const double plain = runs.without_added->epochs.back().gyro_bias.value;
-  const double found = Angle::radians(last.gyro_bias.value - plain).degrees();
-  facts.emplace_back("without the added", rate(plain));
-  facts.emplace_back("added bias found", eval::fixed(100.0 * found / o.added_bias_deg_s, 2) +
-                                             " % of " + eval::fixed(o.added_bias_deg_s, 3) +
-                                             " deg/s");
-}
-
-void add_report_facts(const CorridorReport& r, Facts& facts) {
-  const auto share = [&](std::size_t n) {
-    return std::to_string(n) + " (" +
-           eval::fixed(100.0 * static_cast<double>(n) / static_cast<double>(r.scans), 1) + " %)";
-  };
-  facts.emplace_back("scans", std::to_string(r.scans));
-  facts.emplace_back("with walls", share(r.scans_with_walls));
-  facts.emplace_back("walls used", share(r.scans_used));
-  facts.emplace_back("by tracking", share(r.tracked));
-  facts.emplace_back("walls across", share(r.end_walls_used));
-  facts.emplace_back("corridors", std::to_string(r.corridors));
-  facts.emplace_back("longest outage", eval::fixed(to_seconds(r.longest_outage), 1) + " s");
-  facts.emplace_back("refused", std::to_string(r.refused_walls) + " scans, " +
-                                    std::to_string(r.refused_sides) + " sides, " +
-                                    std::to_string(r.refused_end_walls) + " across, " +
-                                    std::to_string(r.not_parallel) + " not parallel, " +
-                                    std::to_string(r.slipping_samples) + " slipping, " +
-                                    std::to_string(r.saturated_samples) + " saturated");
-}
-
-eval::Table section_table(const Job& job, const Runs& runs) {
-  std::vector<eval::Table::Column> columns{{""}};
-  for (int s = 0; s < 5; ++s)
-    columns.push_back({std::string(sim::name_of(static_cast<sim::CorridorSection>(s))), "m"});
-  columns.push_back({"Total", "m"});
-  eval::Table table(columns);
-  const std::array<std::pair<const char*, const CorridorRun*>, 2> rows = {
-      {{"with walls", &runs.aided}, {"without", &runs.unaided}}};
-  for (const auto& [name, run] : rows) {
-    std::vector<std::string> row{name};
-    for (const double e : examples::errors_of(*run, *job.drive, job.rest_s).position_rmse_m)
-      row.push_back(eval::fixed(e, 3));
-    table.add_row(std::move(row));
-  }
-  return table;
-}
-
-eval::Table reference_table(const Job& job, const Runs& runs) {
-  eval::Table table({{""}, {"RMSE", "m"}, {"heading", "deg"}, {"largest", "m"}});
-  const std::array<std::pair<const char*, const CorridorRun*>, 2> rows = {
-      {{"with walls", &runs.aided}, {"without", &runs.unaided}}};
-  for (const auto& [name, run] : rows) {
-    const auto e = eval::absolute_error(examples::trajectory_of(*run), job.reference);
-    table.add_row({name, eval::fixed(e.translation_m.rmse, 3), eval::fixed(e.rmse_heading_deg, 2),
-                   eval::fixed(e.translation_m.max, 3)});
-  }
-  return table;
-}
+using Options = examples::CorridorArguments;
 
 std::optional<LocalPlane> plane_of(const Options& o) {
   if (o.origin.size() != 3) return {};
@@ -270,9 +31,9 @@ Result<void> run(const Options& o) {
   std::vector<std::string> files = examples::corridor_files();
   if (o.simulated > 0) files.emplace_back("log.carmen");
   if (auto ready = examples::prepare_files(o.out, files, o.write()); !ready) return ready;
-  const auto job = make_job(o);
+  const auto job = examples::make_job(o);
   if (!job) return job.error();
-  const auto runs = run_all(*job, o);
+  const auto runs = examples::run_all(*job, o);
   if (!runs) return runs.error();
   examples::CorridorOutputs outputs{"Corridors: " + (o.log.empty() ? "simulated" : o.log),
                                     job->recording,
@@ -281,16 +42,15 @@ Result<void> run(const Options& o) {
                                     job->reference,
                                     job->drive.has_value(),
                                     plane_of(o)};
-  add_bias_facts(*job, *runs, o, outputs.facts);
-  add_report_facts(runs->aided.report, outputs.facts);
+  outputs.facts = examples::facts_of(*job, *runs, o);
   if (job->drive) {
-    outputs.tables.emplace_back("Position RMSE by sections", section_table(*job, *runs));
+    outputs.tables.emplace_back("Position RMSE by sections", examples::section_table(*job, *runs));
     for (const CorridorEpoch& e : runs->aided.epochs)
       outputs.bias.push_back(examples::true_bias_at(*job->drive, e.time) +
                              Angle::degrees(o.added_bias_deg_s).radians());
   } else if (!job->reference.empty()) {
     outputs.tables.emplace_back("Against the reference, both aligned",
-                                reference_table(*job, *runs));
+                                examples::reference_table(*job, *runs));
   }
   const auto report = examples::write_corridor_outputs(o.out, outputs, o.write());
   if (!report) return report.error();
@@ -333,8 +93,7 @@ void add_options(CLI::App& app, Options& o) {
   app.add_flag_callback(
       "--print-config",
       [] {
-        CorridorInsOptions defaults = log_defaults(false);
-        std::fputs(examples::option_fields_text(fields(defaults)).c_str(), stdout);
+        std::fputs(examples::corridor_options_text().c_str(), stdout);
         throw CLI::Success();
       },
       "print every option of --config with its default for logs, and end");
