@@ -147,30 +147,21 @@ void particle_scan(benchmark::State& state, const std::string& name,
                            static_cast<double>(particles));
   }
 }
+void once(benchmark::internal::Benchmark* b) {
+  b->Arg(10)->UseManualTime()->Iterations(1)->Unit(benchmark::kMicrosecond);
+}
 BENCHMARK_CAPTURE(particle_scan, Fr079Icp, "fr079", icp_on_points)
     ->Name("particle_scan_fr079/mrpt_icp_points")
-    ->Arg(10)
-    ->UseManualTime()
-    ->Iterations(1)
-    ->Unit(benchmark::kMicrosecond);
+    ->Apply(once);
 BENCHMARK_CAPTURE(particle_scan, Fr079Grid, "fr079", optimal_on_grid)
     ->Name("particle_scan_fr079/mrpt_optimal_grid")
-    ->Arg(10)
-    ->UseManualTime()
-    ->Iterations(1)
-    ->Unit(benchmark::kMicrosecond);
+    ->Apply(once);
 BENCHMARK_CAPTURE(particle_scan, IntelIcp, "intel", icp_on_points)
     ->Name("particle_scan_intel/mrpt_icp_points")
-    ->Arg(10)
-    ->UseManualTime()
-    ->Iterations(1)
-    ->Unit(benchmark::kMicrosecond);
+    ->Apply(once);
 BENCHMARK_CAPTURE(particle_scan, IntelGrid, "intel", optimal_on_grid)
     ->Name("particle_scan_intel/mrpt_optimal_grid")
-    ->Arg(10)
-    ->UseManualTime()
-    ->Iterations(1)
-    ->Unit(benchmark::kMicrosecond);
+    ->Apply(once);
 
 }  // namespace
 }  // namespace wayfare

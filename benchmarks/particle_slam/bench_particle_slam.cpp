@@ -1,10 +1,10 @@
 // The particle filter on the beginning of real drives: time for one scan and particle, with 1000
 // particles too, and what it costs to draw 30 particles anew.
 
-#include <unistd.h>
+#include <sys/resource.h>
 
+#include <chrono>
 #include <cmath>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -25,9 +25,10 @@ Gaussian<SE2d> believed(const SE2d& increment) {
   return {increment, Eigen::Vector3d(along * along, along * along, turn * turn).asDiagonal()};
 }
 
-RadarSlam run(const Drive& drive, std::size_t particles) {
+RadarSlam run(const Drive& drive, std::size_t particles, int threads = 1) {
   RadarSlamOptions options;
   options.particles = particles;
+  options.threads = threads;
   options.T_base_laser = Transform2<frame::Base, frame::Laser>(drive.T_base_laser);
   RadarSlam slam(options);
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
@@ -37,46 +38,38 @@ RadarSlam run(const Drive& drive, std::size_t particles) {
   return slam;
 }
 
-double resident_mb() {
-  std::ifstream file("/proc/self/statm");
-  double all = 0, resident = 0;
-  file >> all >> resident;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+double peak_mb() {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  return static_cast<double>(used.ru_maxrss) / 1e3;
 }
 
-/// The CPU time reported is that of one particle and scan; everything is in it.
+/// Particles and threads. The CPU time reported is that of one particle and scan; everything is in
+/// it. Updates a second are by the clock on the wall, the peak is the whole process's.
 void particle_scan(benchmark::State& state, const std::string& name) {
   const Drive& drive = drive_of(name);
   if (drive.scans.empty()) return state.SkipWithError("no such recording in WAYFARE_DATA_DIR");
   const auto particles = static_cast<std::size_t>(state.range(0));
   for (auto _ : state) {
-    const double before_mb = resident_mb();
+    const auto begun = std::chrono::steady_clock::now();
     const double start = cpu_seconds();
-    const RadarSlam slam = run(drive, particles);
+    const RadarSlam slam = run(drive, particles, static_cast<int>(state.range(1)));
     const double took = cpu_seconds() - start;
+    const std::chrono::duration<double> lasted = std::chrono::steady_clock::now() - begun;
     if (slam.statistics().taken_up != drive.scans.size()) state.SkipWithError("scans left out");
     const double scans = static_cast<double>(drive.scans.size());
     state.SetIterationTime(took / scans / static_cast<double>(particles));
-    state.counters["updates_per_s"] = scans / took;
-    state.counters["resident_MB"] = resident_mb() - before_mb;
+    state.counters["updates_per_s"] = scans / lasted.count();
+    state.counters["peak_MB"] = peak_mb();
   }
 }
-BENCHMARK_CAPTURE(particle_scan, Fr079, "fr079")
-    ->Name("particle_scan_fr079/wayfare")
-    ->Arg(10)
-    ->Arg(30)
-    ->Arg(1000)
-    ->UseManualTime()
-    ->Iterations(1)
-    ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(particle_scan, Intel, "intel")
-    ->Name("particle_scan_intel/wayfare")
-    ->Arg(10)
-    ->Arg(30)
-    ->Arg(1000)
-    ->UseManualTime()
-    ->Iterations(1)
-    ->Unit(benchmark::kMicrosecond);
+
+void sizes(benchmark::internal::Benchmark* b) {
+  b->ArgNames({"particles", "threads"})->Args({10, 1})->Args({30, 1})->Args({1000, 2});
+  b->UseManualTime()->Iterations(1)->Unit(benchmark::kMicrosecond);
+}
+BENCHMARK_CAPTURE(particle_scan, Fr079, "fr079")->Name("particle_scan_fr079/wayfare")->Apply(sizes);
+BENCHMARK_CAPTURE(particle_scan, Intel, "intel")->Name("particle_scan_intel/wayfare")->Apply(sizes);
 
 /// Maps of a whole drive, one particle in three surviving.
 void resample_thirty(benchmark::State& state) {

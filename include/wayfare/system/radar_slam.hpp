@@ -69,6 +69,9 @@ struct RbpfSensorOptions {
   /// walls that grows with every scan draws each to where the one before it was believed.
   double map_travel_m = 0.2;
   Angle map_turn = Angle::degrees(8);
+  /// A match is first sought with every second point, third, and so on, where there are more than
+  /// this many; all place it then. Zero: with all.
+  std::size_t search_points = 60;
 };
 
 /// Few points, half of them ghosts or clutter, and bearings of a degree or two: what stays decides,
@@ -83,6 +86,7 @@ struct RbpfSensorOptions {
   o.wide_m = 0.0;
   o.point_spacing_m = 0.0;
   o.map_travel_m = 0.05;
+  o.search_points = 0;
   return o;
 }
 

@@ -14,6 +14,15 @@ Gaussian<SE2d> half_believed(const SE2d& mean, const Gaussian<SE2d>& motion) {
   return {mean, 4.0 * motion.covariance};
 }
 
+/// Every k-th, so that no more are left.
+PointSet some_of(const PointSet& points, std::size_t most) {
+  const std::size_t k = most > 0 ? (points.size() + most - 1) / most : 1;
+  PointSet some;
+  some.reserve(points.size() / k + 1);
+  for (std::size_t i = 0; i < points.size(); i += k) some.push_back(points[i]);
+  return some;
+}
+
 }  // namespace
 
 Settled SensorStep::settle(const OccupancyGrid& map, const PointSet& points,
@@ -72,8 +81,8 @@ std::optional<ScanMatch> SensorStep::look(const OccupancyGrid& map, const PointS
                          window.half_heading.radians()};
   if (!make_view(map, points, expected.mean, reach, view)) return std::nullopt;
   const Eigen::Matrix3d information = expected.covariance.inverse();
-  const auto coarse =
-      matcher_.match(view, points, expected.mean, window, match_options(information));
+  const auto coarse = matcher_.match(view, some_of(points, options_.search_points), expected.mean,
+                                     window, match_options(information));
   if (!coarse || !*coarse) return std::nullopt;
   return sharpened(view, points, **coarse, expected, information);
 }
