@@ -19,12 +19,11 @@ std::optional<MatchResult> LocalTracker::match(const SubmapGraph& map, const Poi
                                                const SearchWindow& window,
                                                const MatchOptions& options) const {
   const SE2d& T_local_submap = matched_submap(map).T_local_submap;
-  const auto found = matcher_.match(active_.front().grid.tables(), points,
+  auto found = matcher_.match(active_.front().grid.tables(), points,
                                     T_local_submap.inverse() * T_local_prior, window, options);
   if (!found || !*found) return std::nullopt;
-  MatchResult result = **found;
-  result.T_map_points = T_local_submap * result.T_map_points;
-  return result;
+  (*found)->T_map_points = T_local_submap * (*found)->T_map_points;
+  return *std::move(found);
 }
 
 std::optional<LocalTracker::Placement> LocalTracker::place(const SubmapGraph& map,
