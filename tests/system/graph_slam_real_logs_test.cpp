@@ -2,14 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
-
-#include <wayfare/eval/relations.hpp>
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/relations.hpp>
 #include <wayfare/system/graph_slam.hpp>
 
 #include "io/support.hpp"
+#include "log_relations.hpp"
 
 namespace wayfare {
 namespace {
@@ -17,23 +14,14 @@ namespace {
 constexpr std::size_t kScans = WAYFARE_TEST_SCANS;
 constexpr bool kWholeLogs = kScans == 0;
 
-void keep_first_scans(Recording& recording) {
-  if (kWholeLogs || recording.scans.size() <= kScans) return;
-  recording.scans.resize(kScans);
-  std::printf("the first %zu scans only (WAYFARE_TEST_SCANS)\n", kScans);
-}
-
 eval::RelationsResult relations_of(const std::string& log_path, const std::string& relations_path,
                                    bool with_odometry = true) {
-  auto log = io::read_carmen(log_path);
-  const auto relations = io::read_relations(relations_path);
-  if (!log || !relations) return {};
-  if (!with_odometry) log->recording.odometry.clear();
-  keep_first_scans(log->recording);
+  const auto log = testing::read_log_with_relations(log_path, relations_path, with_odometry);
+  if (!log) return {};
   const auto slam = run_graph_slam(log->recording);
   if (!slam) return {};
   EXPECT_EQ(slam->trajectory.size(), log->recording.scans.size());
-  return eval::relations_error(slam->trajectory, relations->relations);
+  return eval::relations_error(slam->trajectory, log->relations);
 }
 
 /// What a log must reach: its bounds are ours to keep.

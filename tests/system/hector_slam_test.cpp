@@ -4,12 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <wayfare/eval/relations.hpp>
-#include <wayfare/io/carmen.hpp>
-#include <wayfare/io/relations.hpp>
 #include <wayfare/system/hector_slam.hpp>
 
 #include "io/support.hpp"
+#include "log_relations.hpp"
 #include "match/walls.hpp"
 #include "support.hpp"
 
@@ -94,15 +92,10 @@ TEST(HectorSlam, RefusesAScanAndKeepsWhatIsGood) {
 
 eval::RelationsResult freiburg_079(const std::string& log_path, const std::string& relations_path,
                                    bool with_odometry) {
-  auto log = io::read_carmen(log_path);
-  const auto relations = io::read_relations(relations_path);
-  if (!log || !relations) return {};
-  if (!with_odometry) log->recording.odometry.clear();
-  constexpr std::size_t kScans = WAYFARE_TEST_SCANS;
-  if (kScans > 0 && kScans < log->recording.scans.size()) log->recording.scans.resize(kScans);
+  const auto log = testing::read_log_with_relations(log_path, relations_path, with_odometry);
+  if (!log) return {};
   const auto run = run_hector_slam(log->recording);
-  return run ? eval::relations_error(run->trajectory, relations->relations)
-             : eval::RelationsResult{};
+  return run ? eval::relations_error(run->trajectory, log->relations) : eval::RelationsResult{};
 }
 
 // Hector itself, started by odometry, has 0.0402 m and 0.754 deg here, and without it 8.5 m. The

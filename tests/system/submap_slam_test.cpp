@@ -6,13 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
-#include <wayfare/io/carmen.hpp>
-#include <wayfare/io/relations.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
 #include "io/support.hpp"
+#include "log_relations.hpp"
 #include "support.hpp"
 
 namespace wayfare {
@@ -147,16 +145,12 @@ struct Reached {
 
 Reached relations_of(const std::string& log_path, const std::string& relations_path,
                      bool with_odometry) {
-  auto log = io::read_carmen(log_path);
-  const auto relations = io::read_relations(relations_path);
-  if (!log || !relations) return {};
-  if (!with_odometry) log->recording.odometry.clear();
-  constexpr std::size_t kScans = WAYFARE_TEST_SCANS;
-  if (kScans > 0 && kScans < log->recording.scans.size()) log->recording.scans.resize(kScans);
+  const auto log = testing::read_log_with_relations(log_path, relations_path, with_odometry);
+  if (!log) return {};
   const auto run = run_submap_slam(log->recording);
   if (!run) return {};
-  return {eval::relations_error(run->trajectory, relations->relations),
-          eval::relations_error(run->trajectory, relations->relations, {.nearest_pose = true})};
+  return {eval::relations_error(run->trajectory, log->relations),
+          eval::relations_error(run->trajectory, log->relations, {.nearest_pose = true})};
 }
 
 // Published for Cartographer: 0.0452 m, 0.538 deg. The file's time stamps jitter by tens of
