@@ -15,6 +15,31 @@ namespace wayfare {
 using detail::Best;
 using detail::CandidateSpace;
 
+namespace {
+
+/// A smaller sum cannot be better than the best: the log prior is never positive.
+std::int64_t least_sum(const CandidateSpace& s, const Best& best) {
+  if (best.objective <= 0) return 0;
+  return static_cast<std::int64_t>(std::floor(best.objective / s.weight * (1 - 1e-12)));
+}
+
+constexpr int kFirst = 48;
+
+/// The points in an order in which the first come from all over the scan, as those tell most.
+void interleave(const PointSet& points, std::vector<float>& x, std::vector<float>& y) {
+  const std::size_t n = points.size(), stride = (n + kFirst - 1) / kFirst;
+  x.assign(points.padded_x_m().size(), 0.0F);
+  y.assign(points.padded_x_m().size(), 0.0F);
+  std::size_t out = 0;
+  for (std::size_t first = 0; first < stride; ++first)
+    for (std::size_t i = first; i < n; i += stride, ++out) {
+      x[out] = points.x_m()[i];
+      y[out] = points.y_m()[i];
+    }
+}
+
+}  // namespace
+
 /// Nodes of level l are squares of 4^(l+1) offsets bounded by level l of the pyramid.
 struct BranchAndBoundMatcher::Search {
   BranchAndBoundMatcher& scratch;
@@ -23,6 +48,7 @@ struct BranchAndBoundMatcher::Search {
   std::size_t padded;
   const kernels::Kernels& kernel = kernels::best_kernels();
   Best best = {};
+  std::int64_t least = s.min_sum;  ///< a smaller sum cannot win
 
   static int side(int level) { return 4 << (2 * level); }
   [[nodiscard]] const std::int32_t* u(int k) const { return at(scratch.u_, k); }
@@ -42,18 +68,36 @@ struct BranchAndBoundMatcher::Search {
     return a.corner < b.corner;
   }
 
+  /// Of the sixteen nodes of `level` in the group at `corner`; false as soon as the points seen
+  /// leave none of them worth a look, however well the others fit.
+  bool bound(const Candidate& corner, int level, std::uint32_t* sums) {
+    constexpr int kMore = 64;
+    const MaxPyramid::Level& l = map.level(level);
+    const std::int32_t *x = u(corner.heading_step), *y = v(corner.heading_step);
+    for (int seen = 0; seen < s.points; seen += kMore) {
+      const int n = std::min(kMore, s.points - seen);
+      kernel.bound_index(x + seen, y + seen, std::min(kMore, static_cast<int>(padded) - seen),
+                         corner.offset.x, corner.offset.y, 2 * level, l.width, l.height, l.columns,
+                         l.rows, scratch.index_.data());
+      std::uint32_t some[16];
+      kernel.bound_scores(l.table.data(), scratch.index_.data(), n, some);
+      std::uint32_t top = 0;
+      for (int i = 0; i < 16; ++i) top = std::max(top, sums[i] += some[i]);
+      const std::int64_t rest = std::int64_t{255} * (s.points - seen - n);
+      if (16 * (top + rest) < least) return false;
+    }
+    return true;
+  }
+
   /// Bounds the sixteen nodes of `level` in the group at `corner` and appends those worth a look.
   void branch(const Candidate& corner, int level, std::vector<Node>& out) {
-    const MaxPyramid::Level& l = map.level(level);
-    const int n = s.points, k = corner.heading_step;
-    kernel.bound_index(u(k), v(k), static_cast<int>(padded), corner.offset.x, corner.offset.y,
-                       2 * level, l.width, l.height, l.columns, l.rows, scratch.index_.data());
-    std::uint32_t sums[16];
-    kernel.bound_scores(l.table.data(), scratch.index_.data(), n, sums);
+    const int k = corner.heading_step;
+    std::uint32_t sums[16] = {};
+    if (!bound(corner, level, sums)) return;
     const int step = side(level);
     for (int i = 0; i < 16; ++i) {
       const std::int64_t sum = std::int64_t{16} * sums[i];
-      if (sum < s.min_sum) continue;
+      if (sum < least) continue;
       Node node{0, 0, {corner.offset + Cell{(i / 4) * step, (i % 4) * step}, k}, level};
       if (node.corner.offset.x > s.half_x || node.corner.offset.y > s.half_y) continue;
       node.bound = s.weight * static_cast<double>(sum) + s.log_prior_bound(node.corner, step);
@@ -73,14 +117,22 @@ struct BranchAndBoundMatcher::Search {
     const int k = node.corner.heading_step;
     kernel.index(u(k), v(k), static_cast<int>(padded), node.corner.offset.x, node.corner.offset.y,
                  grid.width(), grid.height(), grid.stride(), scratch.index_.data());
-    std::uint32_t sums[4 * kernels::kBlock];
-    kernel.block_scores(grid.data(), grid.stride(), scratch.index_.data(), s.points, 4, sums);
-    for (int i = 0; i < 16; ++i) {
-      const Candidate c{node.corner.offset + Cell{i % 4, i / 4}, k};
-      if (c.offset.x > s.half_x || c.offset.y > s.half_y) continue;
-      const std::uint32_t sum = sums[(i / 4) * kernels::kBlock + i % 4];
-      if (sum >= s.min_sum) best.offer(s.objective(sum, c), sum, c);
+    // First bounds over 2×2, then the rows in which one is worth it.
+    std::uint32_t pairs[16], sums[2 * kernels::kBlock];
+    kernel.pair_scores(map.pairs(), grid.stride(), scratch.index_.data(), s.points, pairs);
+    for (int row = 0; row < 4; row += 2) {
+      const std::uint32_t* pair = pairs + std::ptrdiff_t{4} * row;
+      if (16 * std::int64_t{*std::max_element(pair, pair + 8)} < least) continue;
+      kernel.block_scores(grid.data() + std::ptrdiff_t{row} * grid.stride(), grid.stride(),
+                          scratch.index_.data(), s.points, 2, sums);
+      for (int i = 0; i < 8; ++i) {
+        const Candidate c{node.corner.offset + Cell{i % 4, row + i / 4}, k};
+        if (c.offset.x > s.half_x || c.offset.y > s.half_y) continue;
+        const std::uint32_t sum = sums[(i / 4) * kernels::kBlock + i % 4];
+        if (sum >= s.min_sum) best.offer(s.objective(sum, c), sum, c);
+      }
     }
+    if (best.found) least = std::max(least, least_sum(s, best));
   }
 
   /// Depth first, the most promising child first.
@@ -126,7 +178,7 @@ struct BranchAndBoundMatcher::Search {
 /// over the scan come first, as they tell most; once a good candidate is known, those that fit it
 /// worst: they fit no other either, and the rest can then be taken to fit without much loss.
 struct BranchAndBoundMatcher::SmallSearch {
-  static constexpr int kFirst = 48, kMore = 64, kDives = 4, kStrip = kernels::kBlock;
+  static constexpr int kMore = 64, kDives = 4, kStrip = kernels::kBlock;
 
   BranchAndBoundMatcher& scratch;
   const MaxPyramid& map;
@@ -139,19 +191,6 @@ struct BranchAndBoundMatcher::SmallSearch {
 
   static kernels::BoundTable table_of(const MaxPyramid::Level& l) {
     return {l.table.data(), 0, l.width, l.height, l.columns, l.rows};
-  }
-
-  void interleave(const PointSet& points) {
-    const auto n = static_cast<std::size_t>(s.points);
-    const std::size_t stride = (n + kFirst - 1) / kFirst, padded = points.padded_x_m().size();
-    scratch.x_.assign(padded, 0.0F);
-    scratch.y_.assign(padded, 0.0F);
-    std::size_t out = 0;
-    for (std::size_t first = 0; first < stride; ++first)
-      for (std::size_t i = first; i < n; i += stride, ++out) {
-        scratch.x_[out] = points.x_m()[i];
-        scratch.y_[out] = points.y_m()[i];
-      }
   }
 
   /// Of the points after the first, those that fit the best candidate worst come next.
@@ -243,10 +282,7 @@ struct BranchAndBoundMatcher::SmallSearch {
   void offer(std::uint32_t sum, const Candidate& c) {
     if (sum < least) return;
     best.offer(s.objective(sum, c), sum, c);
-    if (best.objective <= 0) return;
-    // The log prior is never positive.
-    const double needed = std::floor(best.objective / s.weight * (1 - 1e-12));
-    least = std::max(least, static_cast<std::uint32_t>(needed));
+    least = std::max(least, static_cast<std::uint32_t>(least_sum(s, best)));
   }
 
   void run() {
@@ -287,7 +323,7 @@ Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const MaxPyramid
   const bool small = std::max(s.half_x, s.half_y) <= 15;
   const std::size_t headings = small ? 1 : static_cast<std::size_t>(2 * s.half_k + 1);
   const int widest = 2 * std::max(s.half_x, s.half_y) + 1;
-  const int level = widest <= 1024 ? 1 : 2;
+  const int level = widest <= 128 ? 1 : 2;
   const double groups = (widest / (4.0 * Search::side(level)) + 1);
   if (headings * padded > (std::size_t{1} << 26) ||
       groups * groups * static_cast<double>(headings) > 1 << 22)
@@ -295,16 +331,18 @@ Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const MaxPyramid
   u_.resize(headings * padded);
   v_.resize(headings * padded);
   index_.resize(padded);
+  interleave(points, x_, y_);
   Best best;
   if (small) {
     SmallSearch search{*this, map, s};
-    search.interleave(points);
     search.run();
     best = search.best;
   } else {
     for (int k = -s.half_k; k <= s.half_k; ++k) {
       const std::size_t first = static_cast<std::size_t>(k + s.half_k) * padded;
-      detail::place(s, map.grid(), points, k, u_.data() + first, v_.data() + first);
+      const kernels::Turn t = detail::turn_of(s, map.grid(), k);
+      kernels::best_kernels().place(x_.data(), y_.data(), static_cast<int>(padded), t.c, t.s, t.ox,
+                                    t.oy, t.limit, u_.data() + first, v_.data() + first);
     }
     Search search{*this, map, s, padded};
     search.run(level);
