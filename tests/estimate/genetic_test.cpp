@@ -136,9 +136,9 @@ TEST(Genetic, RanksChooseParents) {
   // Without crossover and mutation children are copies: the better half must give more of them.
   const GeneticOptions o{.population = 400,
                          .elite = 1,
+                         .selection_pressure = 2.0,
                          .crossover_rate = 0.0,
-                         .mutation_rate = 0.0,
-                         .selection_pressure = 2.0};
+                         .mutation_rate = 0.0};
   const GeneticSearch search(genes(1), o);
   const GeneticState first = search.start(bowl_of(1));
   const GeneticState second = search.next(first, bowl_of(1));
