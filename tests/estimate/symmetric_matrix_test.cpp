@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/random.hpp>
+#include <wayfare/testing/positive_definite.hpp>
 
 namespace wayfare {
 namespace {
@@ -76,6 +77,16 @@ TEST(SymmetricMatrix, TellsOfEveryElementThatIsNoNumber) {
         m(i, j) = bad;
         EXPECT_FALSE(m.all_finite());
       }
+}
+
+// [4 2; 2 3] = L diag(4, 2) Lᵀ, [1 2; 2 1] = L diag(1, −3) Lᵀ.
+TEST(LeastPivot, IsAboveZeroExactlyWhereAMatrixIsPositiveDefinite) {
+  using testing::least_pivot;
+  EXPECT_DOUBLE_EQ(least_pivot((Eigen::Matrix2d() << 4, 2, 2, 3).finished()), 2.0);
+  EXPECT_DOUBLE_EQ(least_pivot((Eigen::Matrix2d() << 1, 2, 2, 1).finished()), -3.0);
+  EXPECT_EQ(least_pivot((Eigen::Matrix2d() << 1, 1, 1, 1).finished()), 0.0);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(least_pivot((Eigen::Matrix2d() << 1, nan, nan, 1).finished()) > 0.0);
 }
 
 }  // namespace
