@@ -10,6 +10,7 @@
 
 #include <wayfare/graph/eigen_solver.hpp>
 #include <wayfare/graph/optimise.hpp>
+#include <wayfare/graph/start.hpp>
 #include <wayfare/io/pose_graph_file.hpp>
 #ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
 #include <wayfare/graph/cholmod_solver.hpp>
@@ -27,6 +28,8 @@ struct Arguments {
   std::string input;
   std::string output;
   bool force = false;
+  io::IndefiniteInformation indefinite = io::IndefiniteInformation::refuse;
+  StartMethod start = StartMethod::given;
   bool robust_odometry = false;
   SolverChoice solver = SolverChoice::block;
   OptimiseOptions options;
@@ -39,6 +42,12 @@ const std::map<std::string, SolverChoice> kSolvers{
     {"cholmod", SolverChoice::cholmod},
 #endif
 };
+const std::map<std::string, io::IndefiniteInformation> kIndefinite{
+    {"refuse", io::IndefiniteInformation::refuse}, {"project", io::IndefiniteInformation::project}};
+const std::map<std::string, StartMethod> kStarts{{"file", StartMethod::given},
+                                                 {"odometry", StartMethod::odometry},
+                                                 {"tree", StartMethod::tree},
+                                                 {"chordal", StartMethod::chordal}};
 const std::map<std::string, OptimiseMethod> kMethods{{"gn", OptimiseMethod::gauss_newton},
                                                      {"lm", OptimiseMethod::levenberg_marquardt}};
 const std::map<std::string, RobustKernelKind> kKernels{
@@ -52,6 +61,14 @@ void describe(CLI::App& app, Arguments& a) {
   app.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip")->required();
   app.add_option("--out", a.output, "where the optimised graph is written")->required();
   app.add_flag("--force", a.force, "overwrite the output where it exists");
+  app.add_option("--indefinite", a.indefinite,
+                 "information matrices that are not positive semi-definite: refuse the file "
+                 "(default) or project onto the nearest that is")
+      ->transform(CLI::CheckedTransformer(kIndefinite));
+  app.add_option("--init", a.start,
+                 "poses to start from: the file's (default), the chain of edges between "
+                 "neighbours, a spanning tree of least depth, or chordal relaxation")
+      ->transform(CLI::CheckedTransformer(kStarts));
   app.add_option("--solver", a.solver, "sparse Cholesky (default block: our own)")
       ->transform(CLI::CheckedTransformer(kSolvers));
   app.add_option("--method", a.options.method,
@@ -109,6 +126,12 @@ Result<void> run(io::GraphFile<G>& file, const Arguments& a) {
     for (auto& edge : graph.edges) edge.robust = true;
   }
   std::printf("vertices   %zu\nedges      %zu\n", graph.poses.size(), graph.edges.size());
+  double start_s = 0.0;
+  {
+    const PhaseTimer timer(start_s);
+    if (auto done = start_from(graph, a.start); !done) return done;
+  }
+  if (a.start != StartMethod::given) std::printf("start      %.1f ms\n", 1e3 * start_s);
   const auto report = optimise_with(graph, a);
   if (!report) return report.error();
   print(*report);
@@ -120,7 +143,7 @@ Result<void> run(const Arguments& a) {
   if (!a.force && std::filesystem::exists(a.output)) {
     return Error{ErrorCode::io, "exists already; --force overwrites it", a.output};
   }
-  auto file = io::read_g2o(a.input);
+  auto file = io::read_g2o(a.input, {.indefinite = a.indefinite});
   if (!file) return file.error();
   return std::visit([&](auto& graph) { return run(graph, a); }, *file);
 }

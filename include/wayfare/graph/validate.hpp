@@ -94,20 +94,29 @@ template <LieGroup G>
   return {};
 }
 
-/// Every pose must hang together with a fixed one.
-template <LieGroup G>
-[[nodiscard]] Result<void> validate_connection(const PoseGraph<G>& graph) {
+/// Every pose must hang together with a fixed one by edges for which `counts(edge)`; `how` says in
+/// the message which those are.
+template <LieGroup G, class Counts>
+[[nodiscard]] Result<void> validate_connection(const PoseGraph<G>& graph, Counts counts,
+                                               const std::string& how) {
   detail::Components parts(graph.size());
-  for (const auto& edge : graph.edges) parts.join(edge.from, edge.to);
+  for (const auto& edge : graph.edges)
+    if (counts(edge)) parts.join(edge.from, edge.to);
   const int anchor = graph.fixed.empty() ? 0 : graph.fixed.front();
   for (const int pose : graph.fixed) parts.join(pose, anchor);
   for (int pose = 0; pose < graph.size(); ++pose) {
     if (parts.root(pose) == parts.root(anchor)) continue;
     return Error{ErrorCode::degenerate,
                  "pose " + graph.label(pose) + " is not connected to pose " + graph.label(anchor) +
-                     (graph.fixed.size() > 1 ? " or any other fixed pose" : "")};
+                     (graph.fixed.size() > 1 ? " or any other fixed pose" : "") + how};
   }
   return {};
+}
+
+template <LieGroup G>
+[[nodiscard]] Result<void> validate_connection(const PoseGraph<G>& graph) {
+  return validate_connection(
+      graph, [](const auto&) { return true; }, "");
 }
 
 /// Names the edge that makes the cost of a valid graph more than a number holds.

@@ -1,0 +1,204 @@
+#include <wayfare/graph/start.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "graph/tangle.hpp"
+
+namespace wayfare {
+namespace {
+
+using testing::HasSubstr;
+using tests::random_tangent;
+
+constexpr StartMethod kComputed[] = {StartMethod::odometry, StartMethod::tree,
+                                     StartMethod::chordal};
+
+template <class G>
+class StartTest : public testing::Test {
+ protected:
+  static constexpr int kDof = G::kDof;
+  Rng rng_{21};
+
+  SquareOf<G> random_information() {
+    SquareOf<G> information = 0.1 * SquareOf<G>::Identity();
+    for (int k = 0; k < kDof; ++k) {
+      const TangentOf<G> v = random_tangent<G>(rng_, 3.0);
+      information += v * v.transpose();
+    }
+    return information;
+  }
+
+  /// A chain and as many loops, edges either way round, measured exactly.
+  PoseGraph<G> exact_graph(int poses) {
+    PoseGraph<G> graph;
+    for (int i = 0; i < poses; ++i) graph.add_pose(G::exp(random_tangent<G>(rng_, 3.0)));
+    for (int i = 1; i < poses; ++i) join(graph, i - 1, i, false);
+    for (int i = 0; i < poses; ++i) join(graph, i, (7 * i + 3) % poses, true);
+    return graph;
+  }
+
+  void join(PoseGraph<G>& graph, int a, int b, bool robust) {
+    if (a == b) return;
+    if (rng_.uniform(0, 1) < 0.5) std::swap(a, b);
+    const G z = graph.poses[static_cast<std::size_t>(a)].inverse() *
+                graph.poses[static_cast<std::size_t>(b)];
+    graph.edges.push_back({a, b, z, random_information(), robust});
+  }
+
+  /// The free poses anywhere.
+  void scatter(PoseGraph<G>& graph) {
+    for (int i = 0; i < graph.size(); ++i) {
+      const bool held = graph.fixed.empty() ? i == 0 : std::ranges::count(graph.fixed, i) > 0;
+      if (!held) graph.poses[static_cast<std::size_t>(i)] = G::exp(random_tangent<G>(rng_, 3.0));
+    }
+  }
+
+  static double furthest(const PoseGraph<G>& graph, const std::vector<G>& truth) {
+    double worst = 0.0;
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      worst = std::max(worst, graph.poses[i].minus(truth[i]).norm());
+    return worst;
+  }
+};
+using Groups = testing::Types<SE2d, SE3d>;
+TYPED_TEST_SUITE(StartTest, Groups);
+
+TYPED_TEST(StartTest, ExactMeasurementsGiveTheTruthByEveryMethod) {
+  for (const auto& fixed : {std::vector<int>{}, {17}, {40, 3, 9}}) {
+    auto graph = this->exact_graph(41);
+    graph.fixed = fixed;
+    const auto truth = graph.poses;
+    for (const StartMethod method : kComputed) {
+      this->scatter(graph);
+      ASSERT_GT(this->furthest(graph, truth), 1.0);
+      ASSERT_TRUE(start_from(graph, method));
+      EXPECT_LT(this->furthest(graph, truth), 1e-9) << static_cast<int>(method);
+    }
+    this->scatter(graph);
+    const auto scattered = graph.poses;
+    ASSERT_TRUE(start_from(graph, StartMethod::given));
+    EXPECT_EQ(this->furthest(graph, scattered), 0.0);
+  }
+}
+
+TYPED_TEST(StartTest, TrustedEdgesSpareTheTreeTheFalseOnes) {
+  auto graph = this->exact_graph(41);
+  const auto truth = graph.poses;
+  for (auto& edge : graph.edges)
+    if (edge.robust) edge.measurement = TypeParam::exp(random_tangent<TypeParam>(this->rng_, 3.0));
+  ASSERT_TRUE(start_from_tree(graph, TreeEdges::trusted_first));
+  EXPECT_LT(this->furthest(graph, truth), 1e-9);
+  ASSERT_TRUE(start_from_tree(graph, TreeEdges::any));
+  EXPECT_GT(this->furthest(graph, truth), 0.1);
+  // Where there is no other way, one not trusted will do.
+  graph.poses = truth;
+  std::erase_if(graph.edges, [](const auto& e) { return std::max(e.from, e.to) == 40; });
+  this->join(graph, 40, 2, true);
+  std::swap(graph.edges.back(), graph.edges.front());
+  this->scatter(graph);
+  ASSERT_TRUE(start_from_tree(graph, TreeEdges::trusted_first));
+  EXPECT_LT(this->furthest(graph, truth), 1e-9);
+}
+
+// A ring of n equal steps that turn by α each, where nα is not a full turn. With w_k = z_k e^(−ikα)
+// for headings z_k the relaxation asks for Σ|w_(k+1) − w_k|² to be least between w_0 = 1 and
+// w_n = e^(−inα): a straight line. Equal weights spread the translation's gap evenly likewise.
+TYPED_TEST(StartTest, ChordalIsTheClosedFormOnARing) {
+  using G = TypeParam;
+  using Complex = std::complex<double>;
+  constexpr int kPoses = 12;
+  constexpr double kTurn = 2.0 * M_PI / kPoses + 0.04;
+  TangentOf<G> twist = TangentOf<G>::Zero();
+  twist[G::kDof - 1] = kTurn;
+  typename G::Vector ahead = G::Vector::Unit(0);
+  const G step(ahead, G::exp(twist).rotation());
+  PoseGraph<G> graph;
+  for (int i = 0; i < kPoses; ++i) {
+    graph.add_pose(G());
+    graph.edges.push_back({i, (i + 1) % kPoses, step, 3.0 * SquareOf<G>::Identity()});
+  }
+  ASSERT_TRUE(start_from_chordal(graph));
+  std::array<Complex, kPoses + 1> heading, place{};
+  for (int k = 0; k <= kPoses; ++k) {
+    const Complex line = 1.0 + (std::polar(1.0, -kPoses * kTurn) - 1.0) * (double(k) / kPoses);
+    heading[std::size_t(k)] = std::polar(1.0, k * kTurn) * line / std::abs(line);
+    if (k > 0) place[std::size_t(k)] = place[std::size_t(k - 1)] + heading[std::size_t(k - 1)];
+  }
+  for (int k = 0; k < kPoses; ++k) {
+    const Complex want = place[std::size_t(k)] - place[kPoses] * (double(k) / kPoses);
+    const auto& x = graph.poses[std::size_t(k)];
+    EXPECT_NEAR(std::abs(Complex(x.translation()[0], x.translation()[1]) - want), 0.0, 1e-12);
+    const auto forward = (x.rotation() * ahead).eval();
+    EXPECT_NEAR(std::abs(Complex(forward[0], forward[1]) - heading[std::size_t(k)]), 0.0, 1e-12);
+  }
+}
+
+// Given the rotations, no other translations cost less.
+TYPED_TEST(StartTest, ChordalTranslationsAreTheBestForTheirRotations) {
+  using G = TypeParam;
+  auto graph = this->exact_graph(12);
+  for (auto& e : graph.edges)
+    e.measurement = e.measurement.plus(random_tangent<G>(this->rng_, 0.2));
+  ASSERT_TRUE(start_from_chordal(graph));
+  const double best = chi2(graph);
+  for (int trial = 0; trial < 200; ++trial) {
+    auto moved = graph;
+    auto& x = moved.poses[1 + this->rng_.below(11)];
+    TangentOf<G> shift = random_tangent<G>(this->rng_, 1e-3);
+    shift.template tail<G::kDof - G::Vector::RowsAtCompileTime>().setZero();
+    x = x * G::exp(shift);
+    EXPECT_GT(chi2(moved), best);
+  }
+}
+
+TYPED_TEST(StartTest, WhatIsNotJoinedIsNamedAndThePosesLeft) {
+  using G = TypeParam;
+  constexpr int N = static_cast<int>(G::Vector::RowsAtCompileTime);
+  auto graph = this->exact_graph(6);
+  this->scatter(graph);
+  const auto before = graph.poses;
+  const auto fault = [&](StartMethod method) {
+    const auto done = start_from(graph, method);
+    EXPECT_EQ(this->furthest(graph, before), 0.0);
+    return done ? "" : done.error().message;
+  };
+  const auto edges = graph.edges;
+  // Pose 5 stays joined by loops, not by odometry.
+  std::erase_if(graph.edges, [](const auto& e) { return e.from + e.to == 9; });
+  EXPECT_THAT(fault(StartMethod::odometry), HasSubstr("no odometry edge joins poses 4 and 5"));
+  graph.edges = edges;
+  for (auto& e : graph.edges)
+    if (std::max(e.from, e.to) == 5)
+      e.information.template rightCols<G::kDof - N>().setZero(),
+          e.information.template bottomRows<G::kDof - N>().setZero();
+  EXPECT_THAT(fault(StartMethod::chordal),
+              HasSubstr("pose 5 is not connected to pose 0 by edges that measure rotation"));
+  graph.edges = edges;
+  for (auto& e : graph.edges)
+    if (std::max(e.from, e.to) == 5)
+      e.information.template leftCols<N>().setZero(), e.information.template topRows<N>().setZero();
+  EXPECT_THAT(fault(StartMethod::chordal),
+              HasSubstr("pose 5 is not connected to pose 0 by edges that measure translation"));
+  // A new pose, of whose place nothing but x is known.
+  graph.edges = edges;
+  SquareOf<G> across = SquareOf<G>::Identity();
+  across(1, 1) = 0.0;
+  auto more = graph;
+  more.poses[0] = G();
+  more.edges.push_back({0, more.add_pose(G()), G(), across});
+  EXPECT_THAT(start_from_chordal(more).error().message,
+              HasSubstr("the translation of pose 6 is not determined by the edges"));
+  graph.edges.clear();
+  for (const StartMethod method : kComputed)
+    EXPECT_THAT(fault(method), HasSubstr("pose 1 is not connected to pose 0"));
+}
+
+}  // namespace
+}  // namespace wayfare
