@@ -1,0 +1,187 @@
+#pragma once
+
+// Archives over the fields of a message: one that writes, one that reads. How a layout aligns and
+// ends its texts is all that tells CDR and ROS 1 apart.
+
+#include <array>
+#include <bit>
+#include <concepts>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include <wayfare/ros/geometry_messages.hpp>
+
+namespace wayfare::ros {
+
+struct Layout {
+  bool big_endian = false;
+  std::size_t max_align = 1;         ///< 1: packed
+  bool texts_end_with_zero = false;  ///< counted in their length
+  bool has_seq = true;               ///< of headers
+};
+
+template <class T>
+concept Number = std::is_arithmetic_v<T>;
+
+template <Number T>
+[[nodiscard]] std::array<char, sizeof(T)> wire_bytes(T value, bool big_endian) {
+  auto bytes = std::bit_cast<std::array<char, sizeof(T)>>(value);
+  if (big_endian != (std::endian::native == std::endian::big))
+    for (std::size_t i = 0; i < sizeof(T) / 2; ++i) std::swap(bytes[i], bytes[sizeof(T) - 1 - i]);
+  return bytes;
+}
+
+/// Bytes to skip at `at` so that a number of `size` bytes stands where the layout wants it.
+[[nodiscard]] inline std::size_t padding(const Layout& layout, std::size_t at, std::size_t size) {
+  const std::size_t align = size < layout.max_align ? size : layout.max_align;
+  return (align - at % align) % align;
+}
+
+class Writer {
+ public:
+  explicit Writer(Layout layout) : layout_(layout) {}
+
+  template <class T>
+  void operator()(const char*, const T& value) {
+    put(value);
+  }
+  void ros1_only(const char*, std::uint32_t value) {
+    if (layout_.has_seq) put(value);
+  }
+  [[nodiscard]] std::string take() { return std::move(out_); }
+
+ private:
+  template <Number T>
+  void put(T value) {
+    out_.append(padding(layout_, out_.size(), sizeof(T)), '\0');
+    const auto bytes = wire_bytes(value, layout_.big_endian);
+    out_.append(bytes.data(), bytes.size());
+  }
+  void put(bool value) { put(static_cast<std::uint8_t>(value ? 1 : 0)); }
+  void put(const Stamp& stamp) {
+    put(static_cast<std::uint32_t>(stamp.sec));
+    put(stamp.nanosec);
+  }
+  void put(const std::string& text) {
+    const std::size_t zero = layout_.texts_end_with_zero ? 1 : 0;
+    put(static_cast<std::uint32_t>(text.size() + zero));
+    out_ += text;
+    out_.append(zero, '\0');
+  }
+  template <class T>
+  void put(const std::vector<T>& list) {
+    put(static_cast<std::uint32_t>(list.size()));
+    if constexpr (sizeof(T) == 1 && Number<T>) {
+      out_.append(reinterpret_cast<const char*>(list.data()), list.size());
+    } else {
+      for (const T& item : list) put(item);
+    }
+  }
+  template <class T, std::size_t N>
+  void put(const std::array<T, N>& list) {
+    for (const T& item : list) put(item);
+  }
+  template <class M>
+  requires requires { M::kType; }
+  void put(const M& message) { M::fields(message, *this); }
+
+  Layout layout_;
+  std::string out_;
+};
+
+/// Past the end everything is left as it was and `ok` is false.
+class Reader {
+ public:
+  Reader(std::string_view bytes, Layout layout) : bytes_(bytes), layout_(layout) {}
+
+  template <class T>
+  void operator()(const char* name, T& value) {
+    if (!ok_) return;
+    get(value);
+    if (!ok_ && failed_at_ == nullptr) failed_at_ = name;
+  }
+  void ros1_only(const char* name, std::uint32_t& value) {
+    if (layout_.has_seq) (*this)(name, value);
+  }
+  [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
+  /// The field at which the bytes ended.
+  [[nodiscard]] const char* failed_at() const { return failed_at_; }
+
+ private:
+  [[nodiscard]] std::string_view take(std::size_t n) {
+    if (n > left()) {
+      ok_ = false;
+      return {};
+    }
+    at_ += n;
+    return bytes_.substr(at_ - n, n);
+  }
+  template <Number T>
+  void get(T& value) {
+    static_cast<void>(take(padding(layout_, at_, sizeof(T))));
+    const std::string_view from = take(sizeof(T));
+    if (!ok_) return;
+    T raw;
+    std::memcpy(&raw, from.data(), sizeof(T));
+    value = std::bit_cast<T>(wire_bytes(raw, layout_.big_endian));
+  }
+  void get(bool& value) {
+    std::uint8_t byte = 0;
+    get(byte);
+    value = byte != 0;
+  }
+  void get(Stamp& stamp) {
+    std::uint32_t sec = 0;
+    get(sec);
+    get(stamp.nanosec);
+    // ROS 2 counts up to 2038 and down to 1901; ROS 1 from 1970 on.
+    stamp.sec = layout_.has_seq ? std::int64_t{sec} : std::int64_t{static_cast<std::int32_t>(sec)};
+  }
+  void get(std::string& text) {
+    std::uint32_t size = 0;
+    get(size);
+    std::string_view from = take(size);
+    if (layout_.texts_end_with_zero && !from.empty()) {
+      if (from.back() != '\0') ok_ = false;
+      from.remove_suffix(1);
+    }
+    text = from;
+  }
+  template <class T>
+  void get(std::vector<T>& list) {
+    std::uint32_t size = 0;
+    get(size);
+    if (!ok_) return;
+    if constexpr (Number<T>) {
+      // No more room than bytes there are to fill it with.
+      if (size > left() / sizeof(T)) {
+        ok_ = false;
+        return;
+      }
+      list.resize(size);
+      for (T& item : list) get(item);
+    } else {
+      for (std::uint32_t i = 0; i < size && ok_; ++i) get(list.emplace_back());
+    }
+  }
+  template <class T, std::size_t N>
+  void get(std::array<T, N>& list) {
+    for (T& item : list) get(item);
+  }
+  template <class M>
+  requires requires { M::kType; }
+  void get(M& message) { M::fields(message, *this); }
+
+  std::string_view bytes_;
+  Layout layout_;
+  std::size_t at_ = 0;
+  bool ok_ = true;
+  const char* failed_at_ = nullptr;
+};
+
+}  // namespace wayfare::ros

@@ -1,0 +1,171 @@
+// Stamps, frames and poses in the plane.
+
+#include <cmath>
+#include <limits>
+
+#include <wayfare/ros/convert.hpp>
+
+namespace wayfare::ros {
+namespace {
+
+constexpr std::uint32_t kSecond = 1'000'000'000;
+
+/// The rotation of (0, 0, z, w), by way of its angle: it alone has the last bits of a heading that
+/// was read from text.
+SO2d half_angle(double z, double w) { return SO2d(Angle::radians(2.0 * std::atan2(z, w))); }
+
+bool same_bits(const SO2d& a, const SO2d& b) { return a.cos() == b.cos() && a.sin() == b.sin(); }
+
+double next(double value, int steps) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  for (; steps > 0; --steps) value = std::nextafter(value, kFar);
+  for (; steps < 0; ++steps) value = std::nextafter(value, -kFar);
+  return value;
+}
+
+bool is_unit(const Quaternion& q) {
+  const double norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+  return std::abs(norm - 1.0) < 1e-2;  // false for NaN
+}
+
+bool is_finite(const Point& p) { return std::isfinite(p.x) && std::isfinite(p.y); }
+
+}  // namespace
+
+Result<LogTime> time_of(const Stamp& stamp) {
+  const auto wrong = [](const char* what) { return Error{ErrorCode::invalid, what, "stamp"}; };
+  if (stamp == Stamp{}) return wrong("is zero: the sender set no time");
+  if (stamp.sec < 0) return wrong("lies before 1970");
+  if (stamp.nanosec >= kSecond) return wrong("has a second or more of nanoseconds");
+  return LogTime::from_nanoseconds(stamp.sec * std::int64_t{kSecond} + stamp.nanosec);
+}
+
+Stamp stamp_of(LogTime time) {
+  WAYFARE_EXPECTS(time >= LogTime(), "ROS knows no time before 1970");
+  return {time.nanoseconds() / kSecond, static_cast<std::uint32_t>(time.nanoseconds() % kSecond)};
+}
+
+Header header_of(LogTime time, std::string_view frame) {
+  return {0, stamp_of(time), std::string(frame)};
+}
+
+std::string_view frame_of(const Header& header) {
+  std::string_view frame = header.frame_id;
+  if (frame.starts_with('/')) frame.remove_prefix(1);
+  return frame;
+}
+
+Result<void> check_frame(const Header& header, std::string_view wanted) {
+  const std::string_view frame = frame_of(header);
+  if (frame == wanted) return {};
+  return Error{ErrorCode::invalid,
+               (frame.empty() ? "names no frame" : "is of frame '" + std::string(frame) + "'") +
+                   ", not of '" + std::string(wanted) + "'",
+               "frame_id"};
+}
+
+Result<void> check_clock(LogTime time, LogTime now, Duration tolerance) {
+  const Duration off = time - now;
+  if (off <= tolerance && off >= -tolerance) return {};
+  const std::string seconds = std::to_string(std::abs(to_seconds(off)));
+  return Error{ErrorCode::invalid,
+               "is " + seconds + " s " + (off > Duration(0) ? "ahead of" : "behind") +
+                   " the receiver's clock: another clock, or a recording played without its own",
+               "stamp"};
+}
+
+Quaternion quaternion_of(const SO2d& rotation) {
+  const double half = 0.5 * rotation.angle().radians();
+  const Quaternion first{0.0, 0.0, std::sin(half), std::cos(half)};
+  constexpr int kReach = 6;  // steps of the last bit, the nearest first
+  for (int reach = 0; reach <= kReach; ++reach)
+    for (int dz = -reach; dz <= reach; ++dz)
+      for (int dw = -reach; dw <= reach; ++dw) {
+        if (std::max(std::abs(dz), std::abs(dw)) != reach) continue;
+        const double z = next(first.z, dz), w = next(first.w, dw);
+        if (same_bits(half_angle(z, w), rotation)) return {0.0, 0.0, z, w};
+      }
+  return first;
+}
+
+Result<SO2d> yaw_of(const Quaternion& q) {
+  if (!is_unit(q))
+    return Error{ErrorCode::invalid, "is no unit quaternion: nobody set it?", "orientation"};
+  if (q.x == 0.0 && q.y == 0.0) return half_angle(q.z, q.w);
+  return SO2d(Angle::radians(
+      std::atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)));
+}
+
+Pose pose_of(const SE2d& pose) {
+  return {{pose.x(), pose.y(), 0.0}, quaternion_of(pose.rotation())};
+}
+
+Result<SE2d> plane_pose_of(const Pose& pose) {
+  if (!is_finite(pose.position)) return Error{ErrorCode::invalid, "is not finite", "position"};
+  const auto yaw = yaw_of(pose.orientation);
+  if (!yaw) return yaw.error();
+  return SE2d(Eigen::Vector2d(pose.position.x, pose.position.y), *yaw);
+}
+
+TransformStamped transform_of(const SE2d& T_parent_child, LogTime time, std::string_view parent,
+                              std::string_view child) {
+  return {
+      header_of(time, parent),
+      std::string(child),
+      {{T_parent_child.x(), T_parent_child.y(), 0.0}, quaternion_of(T_parent_child.rotation())}};
+}
+
+Result<LaserMounting> laser_mounting_of(const TransformParts& T_base_laser, double most_tilt_rad) {
+  const Quaternion& q = T_base_laser.rotation;
+  const auto yaw = yaw_of(q);
+  if (!yaw) return yaw.error();
+  // Where the laser's z axis points: up, down, or to the side.
+  const double up = q.w * q.w - q.x * q.x - q.y * q.y + q.z * q.z;
+  if (!(std::abs(up) >= std::cos(most_tilt_rad)))
+    return Error{ErrorCode::unsupported,
+                 "tilts the laser by " +
+                     std::to_string(std::acos(std::abs(up)) * 180.0 / 3.14159265) +
+                     " degrees: its scans are not of a level plane",
+                 "rotation"};
+  const Eigen::Vector2d at(T_base_laser.translation.x, T_base_laser.translation.y);
+  if (!at.allFinite()) return Error{ErrorCode::invalid, "is not finite", "translation"};
+  return LaserMounting{Transform2<frame::Base, frame::Laser>(SE2d(at, *yaw)), up < 0.0};
+}
+
+wayfare::LaserScan turned_over(wayfare::LaserScan scan) {
+  const auto last = static_cast<double>(scan.ranges_m.empty() ? 0 : scan.ranges_m.size() - 1);
+  scan.first_bearing = -(scan.first_bearing + scan.bearing_step * last);
+  scan.ranges_m = {scan.ranges_m.rbegin(), scan.ranges_m.rend()};
+  return scan;
+}
+
+Result<OdometrySample> odometry_of(const Odometry& message, LogTime time) {
+  const auto pose = plane_pose_of(message.pose.pose);
+  if (!pose) return pose.error();
+  return OdometrySample{time, Transform2<frame::Odom, frame::Base>(*pose)};
+}
+
+Odometry message_of(const OdometrySample& sample, std::string_view odom_frame,
+                    std::string_view base_frame) {
+  Odometry message;
+  message.header = header_of(sample.time, odom_frame);
+  message.child_frame_id = base_frame;
+  message.pose.pose = pose_of(sample.T_odom_base.raw());
+  return message;
+}
+
+OccupancyGrid message_of(const io::GridImage& map, LogTime time, std::string_view frame) {
+  OccupancyGrid message;
+  message.header = header_of(time, frame);
+  message.info = {message.header.stamp, static_cast<float>(map.resolution_m),
+                  static_cast<std::uint32_t>(map.width), static_cast<std::uint32_t>(map.height),
+                  pose_of(map.origin)};
+  message.data.reserve(map.occupancy.size());
+  for (const float p : map.occupancy)
+    message.data.push_back(p >= 0.0F && p <= 1.0F
+                               ? static_cast<std::int8_t>(std::lround(100.0F * p))
+                               : std::int8_t{-1});
+  return message;
+}
+
+}  // namespace wayfare::ros

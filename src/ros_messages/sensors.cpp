@@ -1,0 +1,284 @@
+// Scans, points, inertial units and receivers.
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numbers>
+
+#include <wayfare/ros/convert.hpp>
+
+#include "archive.hpp"
+
+namespace wayfare::ros {
+namespace {
+
+Error invalid(std::string what, std::string where) {
+  return {ErrorCode::invalid, std::move(what), std::move(where)};
+}
+
+/// The angle a single-precision number of radians was rounded from, as far as that can be told.
+Angle bearing_of(float radians) {
+  const double degrees = Angle::radians(static_cast<double>(radians)).degrees();
+  double scale = 1.0;
+  for (int decimals = 0; decimals <= 7; ++decimals, scale *= 10.0) {
+    const Angle shortest = Angle::degrees(std::round(degrees * scale) / scale);
+    if (static_cast<float>(shortest.radians()) == radians) return shortest;
+  }
+  return Angle::radians(static_cast<double>(radians));
+}
+
+/// Where a number stands in each point, and how it is written.
+struct Field {
+  std::size_t offset = 0;
+  std::uint8_t datatype = 0;
+};
+
+constexpr std::size_t kSizes[] = {0, 1, 1, 2, 2, 4, 4, 4, 8};
+
+template <class T>
+double number_at(const std::uint8_t* bytes, bool big_endian) {
+  T raw;
+  std::memcpy(&raw, bytes, sizeof(T));
+  return static_cast<double>(std::bit_cast<T>(wire_bytes(raw, big_endian)));
+}
+
+double value_of(const Field& field, const std::uint8_t* point, bool big) {
+  const std::uint8_t* at = point + field.offset;
+  switch (field.datatype) {
+    case 1:
+      return number_at<std::int8_t>(at, big);
+    case 2:
+      return number_at<std::uint8_t>(at, big);
+    case 3:
+      return number_at<std::int16_t>(at, big);
+    case 4:
+      return number_at<std::uint16_t>(at, big);
+    case 5:
+      return number_at<std::int32_t>(at, big);
+    case 6:
+      return number_at<std::uint32_t>(at, big);
+    case 7:
+      return number_at<float>(at, big);
+    case 8:
+      return number_at<double>(at, big);
+    default:
+      return 0.0;
+  }
+}
+
+/// The first of `names` among the fields; a field that reaches past the point is none.
+std::optional<Field> field_of(const PointCloud2& cloud,
+                              std::initializer_list<std::string_view> names) {
+  for (const std::string_view name : names)
+    for (const PointField& f : cloud.fields_of_point) {
+      if (f.name != name || f.datatype < 1 || f.datatype > 8) continue;
+      const std::size_t size = kSizes[f.datatype];
+      if (cloud.point_step >= size && f.offset <= cloud.point_step - size)
+        return Field{f.offset, f.datatype};
+    }
+  return std::nullopt;
+}
+
+Result<void> check_sizes(const PointCloud2& c) {
+  const std::uint64_t row = std::uint64_t{c.width} * c.point_step;
+  if (c.width == 0 || c.height == 0) return {};
+  const std::uint64_t step = c.height == 1 ? row : c.row_step;
+  if (c.point_step == 0 || step < row || c.data.size() < row ||
+      (c.height > 1 && (c.data.size() - row) / step < c.height - 1))
+    return invalid("holds " + std::to_string(c.data.size()) + " bytes for " +
+                       std::to_string(c.width) + " x " + std::to_string(c.height) + " points of " +
+                       std::to_string(c.point_step),
+                   "data");
+  return {};
+}
+
+bool is_finite(const RadarPoint& p) {
+  return std::isfinite(p.x_m) && std::isfinite(p.y_m) && std::isfinite(p.z_m) &&
+         std::isfinite(p.doppler_m_s) && std::isfinite(p.snr_db);
+}
+
+Eigen::Vector3d vector_of(const Vector3& v) { return {v.x, v.y, v.z}; }
+Vector3 message_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// ROS counts east, north, up; the same in north, east, down, and back.
+Eigen::Matrix3d turned(const Eigen::Matrix3d& covariance) {
+  const Eigen::Matrix3d turn{{0.0, 1.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 0.0, -1.0}};
+  return turn * covariance * turn.transpose();
+}
+
+}  // namespace
+
+Result<wayfare::LaserScan> laser_scan_of(const LaserScan& m, LogTime time) {
+  if (!std::isfinite(m.angle_min) || !std::isfinite(m.angle_increment))
+    return invalid("is not finite", "angle_min, angle_increment");
+  if (!(m.range_min >= 0.0F && m.range_max > m.range_min))
+    return invalid("do not enclose a range: " + std::to_string(m.range_min) + " to " +
+                       std::to_string(m.range_max),
+                   "range_min, range_max");
+  const std::size_t beams = m.ranges.size();
+  const double steps = beams == 0 ? 0.0 : static_cast<double>(beams - 1);
+  if (std::abs(static_cast<double>(m.angle_increment)) * steps > 2.01 * std::numbers::pi ||
+      (beams > 1 && m.angle_increment == 0.0F))
+    return invalid("makes " + std::to_string(beams) + " beams no scan of at most a turn",
+                   "angle_increment");
+  wayfare::LaserScan scan;
+  scan.time = time;
+  if (m.time_increment > 0.0F && static_cast<double>(m.time_increment) * steps < 10.0)
+    scan.time += from_seconds(0.5 * static_cast<double>(m.time_increment) * steps);
+  scan.first_bearing = bearing_of(m.angle_min);
+  scan.bearing_step = bearing_of(m.angle_increment);
+  scan.min_range_m = m.range_min;
+  scan.max_range_m = std::nextafter(m.range_max, std::numeric_limits<float>::infinity());
+  scan.ranges_m = m.ranges;
+  if (m.angle_increment < 0.0F) {
+    scan.first_bearing += scan.bearing_step * steps;
+    scan.bearing_step = -scan.bearing_step;
+    std::reverse(scan.ranges_m.begin(), scan.ranges_m.end());
+  }
+  return scan;
+}
+
+LaserScan message_of(const wayfare::LaserScan& scan, std::string_view frame) {
+  const std::size_t beams = scan.ranges_m.size();
+  LaserScan m;
+  m.header = header_of(scan.time, frame);
+  m.angle_min = static_cast<float>(scan.first_bearing.radians());
+  m.angle_max = static_cast<float>(scan.bearing(beams == 0 ? 0 : beams - 1).radians());
+  m.angle_increment = static_cast<float>(scan.bearing_step.radians());
+  m.range_min = scan.min_range_m;
+  m.range_max = std::nextafter(scan.max_range_m, 0.0F);
+  m.ranges = scan.ranges_m;
+  return m;
+}
+
+Result<wayfare::RadarScan> radar_scan_of(const PointCloud2& cloud, LogTime time) {
+  const auto x = field_of(cloud, {"x"}), y = field_of(cloud, {"y"}), z = field_of(cloud, {"z"});
+  if (!x || !y || !z) return invalid("have no x, y and z within a point", "fields");
+  const auto speed = field_of(cloud, {"velocity", "doppler", "v_doppler_mps"});
+  const auto strength = field_of(cloud, {"intensity", "snr", "snr_db"});
+  if (auto ok = check_sizes(cloud); !ok) return ok.error();
+  wayfare::RadarScan scan{time, {}};
+  for (std::uint64_t row = 0; row < cloud.height; ++row)
+    for (std::uint64_t column = 0; column < cloud.width; ++column) {
+      const std::uint8_t* point =
+          cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
+      const auto get = [&](const std::optional<Field>& f) {
+        return f ? static_cast<float>(value_of(*f, point, cloud.is_bigendian)) : 0.0F;
+      };
+      const RadarPoint p{get(x), get(y), get(z), get(speed), get(strength)};
+      if (is_finite(p)) scan.points.push_back(p);
+    }
+  return scan;
+}
+
+Result<wayfare::RadarScan> radar_scan_of(const RadarScan& m, LogTime time) {
+  for (const auto* list : {&m.x, &m.y, &m.z, &m.intensities, &m.velocities})
+    if (list->size() != m.width)
+      return invalid("has an array of " + std::to_string(list->size()) + " for a width of " +
+                         std::to_string(m.width),
+                     "width");
+  wayfare::RadarScan scan{time, {}};
+  for (std::size_t i = 0; i < m.width; ++i) {
+    const RadarPoint p{m.x[i], m.y[i], m.z[i], m.velocities[i], m.intensities[i]};
+    if (is_finite(p)) scan.points.push_back(p);
+  }
+  return scan;
+}
+
+RadarScan message_of(const wayfare::RadarScan& scan, std::string_view frame) {
+  RadarScan m;
+  m.header = header_of(scan.time, frame);
+  m.width = static_cast<std::uint32_t>(scan.points.size());
+  for (const RadarPoint& p : scan.points) {
+    m.x.push_back(p.x_m);
+    m.y.push_back(p.y_m);
+    m.z.push_back(p.z_m);
+    m.intensities.push_back(p.snr_db);
+    m.velocities.push_back(p.doppler_m_s);
+  }
+  return m;
+}
+
+PointCloud2 cloud_of(const wayfare::RadarScan& scan, std::string_view frame) {
+  PointCloud2 cloud;
+  cloud.header = header_of(scan.time, frame);
+  cloud.height = 1;
+  cloud.width = static_cast<std::uint32_t>(scan.points.size());
+  for (const char* name : {"x", "y", "z", "intensity", "velocity"}) {
+    cloud.fields_of_point.push_back({name, cloud.point_step, 7, 1});
+    cloud.point_step += 4;
+  }
+  cloud.row_step = cloud.point_step * cloud.width;
+  for (const RadarPoint& p : scan.points)
+    for (const float v : {p.x_m, p.y_m, p.z_m, p.snr_db, p.doppler_m_s})
+      for (const char byte : wire_bytes(v, false))
+        cloud.data.push_back(static_cast<std::uint8_t>(byte));
+  cloud.is_dense = true;
+  return cloud;
+}
+
+Result<ImuSample> imu_of(const Imu& m, LogTime time) {
+  if (m.angular_velocity_covariance[0] == -1.0 || m.linear_acceleration_covariance[0] == -1.0)
+    return invalid("says that turn rate or specific force is not measured", "covariance");
+  const ImuSample sample{time, vector_of(m.angular_velocity), vector_of(m.linear_acceleration)};
+  if (!sample.angular_rate_radps.allFinite() || !sample.specific_force_mps2.allFinite())
+    return invalid("is not finite", "angular_velocity, linear_acceleration");
+  return sample;
+}
+
+Imu message_of(const ImuSample& sample, std::string_view frame) {
+  Imu m;
+  m.header = header_of(sample.time, frame);
+  m.orientation.w = 1.0;
+  m.orientation_covariance[0] = -1.0;
+  m.angular_velocity = message_of(sample.angular_rate_radps);
+  m.linear_acceleration = message_of(sample.specific_force_mps2);
+  return m;
+}
+
+Eigen::Vector3d field_uT_of(const MagneticField& message) {
+  return vector_of(message.magnetic_field) * 1e6;
+}
+
+MagneticField magnetic_message_of(const Eigen::Vector3d& field_uT, LogTime time,
+                                  std::string_view frame) {
+  MagneticField m;
+  m.header = header_of(time, frame);
+  m.magnetic_field = message_of(Eigen::Vector3d(field_uT * 1e-6));
+  return m;
+}
+
+Result<GnssFix> fix_of(const NavSatFix& m, LogTime time) {
+  if (m.status.status < 0) return invalid("says that there is no fix", "status");
+  if (!(std::abs(m.latitude) <= 90.0 && std::abs(m.longitude) <= 360.0 &&
+        std::isfinite(m.altitude)))
+    return invalid("is no place on the Earth", "latitude, longitude, altitude");
+  GnssFix fix;
+  fix.time = time;
+  fix.position = {Angle::degrees(m.latitude), Angle::degrees(m.longitude), m.altitude};
+  const Eigen::Matrix3d covariance =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.position_covariance.data());
+  if (m.position_covariance_type != 0) {
+    if (!covariance.allFinite() || !(covariance.diagonal().minCoeff() > 0.0))
+      return invalid("has no positive variances", "position_covariance");
+    fix.position_covariance_ned_m2 = turned(covariance);
+  }
+  return fix;
+}
+
+NavSatFix message_of(const GnssFix& fix, std::string_view frame) {
+  NavSatFix m;
+  m.header = header_of(fix.time, frame);
+  m.status.service = 1;
+  m.latitude = fix.position.latitude.degrees();
+  m.longitude = fix.position.longitude.degrees();
+  m.altitude = fix.position.height_m;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(m.position_covariance.data()) =
+      turned(fix.position_covariance_ned_m2);
+  m.position_covariance_type = 3;
+  return m;
+}
+
+}  // namespace wayfare::ros
