@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <pagmo/algorithm.hpp>
 #include <pagmo/algorithms/cmaes.hpp>
 #include <pagmo/algorithms/sga.hpp>
@@ -18,6 +17,7 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/tune/ins_genes.hpp>
 
+#include "command_line.hpp"
 #include "drives.hpp"
 #include "exit_code.hpp"
 
@@ -124,15 +124,14 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Compare the genetic search with pagmo's on the fitness of one drive.");
+  examples::CommandLine app("Compare the genetic search with pagmo's on the fitness of one drive.");
   Options o;
-  app.add_option("--training", o.training, "a drive as tune reads it")->required();
+  app.add_option("--training", o.training, "a drive as tune reads it").required();
   app.add_option("--nominal", o.nominal, "parameters the bounds are about");
-  app.add_option("--population", o.population, "of the genetic searches")->capture_default_str();
-  app.add_option("--generations", o.generations, "of the genetic searches")->capture_default_str();
-  app.add_option("--seeds", o.seeds, "how often each search is run")->capture_default_str();
-  app.add_option("--threads", o.threads, "of a fitness that gets many at once")
-      ->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+  app.add_option("--population", o.population, "of the genetic searches").show_default();
+  app.add_option("--generations", o.generations, "of the genetic searches").show_default();
+  app.add_option("--seeds", o.seeds, "how often each search is run").show_default();
+  app.add_option("--threads", o.threads, "of a fitness that gets many at once").show_default();
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("tune_against_pagmo", run(o));
 }

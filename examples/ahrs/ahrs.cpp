@@ -6,9 +6,8 @@
 #include <filesystem>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include "calibration_file.hpp"
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "outputs.hpp"
 #include "progress_line.hpp"
@@ -67,19 +66,19 @@ Result<void> run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Estimate attitude and heading from a recorded unit with gyro, accelerometer and (where it "
       "has one) magnetometer. Writes attitude.csv and report.html.");
   Arguments arguments;
   examples::RecordingOptions::add_path(app, "FILE", arguments.file);
-  app.add_option("--out", arguments.out, "folder for the results, made where needed")->required();
+  app.add_option("--out", arguments.out, "folder for the results, made where needed").required();
   app.add_option("--calibration", arguments.calibration,
                  "the magnetometer's, from calibrate_magnetometer")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_flag("--force", arguments.force, "replace files of an earlier run");
   app.add_flag("--quiet", arguments.quiet, "no progress and no tables");
   arguments.recording.describe(app);
   arguments.filter.describe(app);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("ahrs", run(arguments));
 }

@@ -7,12 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/estimate/ahrs.hpp>
 #include <wayfare/estimate/basic_ahrs.hpp>
 #include <wayfare/eval/table.hpp>
 
+#include "command_line.hpp"
 #include "errors.hpp"
 #include "exit_code.hpp"
 #include "progress_line.hpp"
@@ -88,20 +87,19 @@ Result<void> run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Print the attitude errors of our filter beside Madgwick's and Mahony's on nine-axis "
       "recordings with a reference: root mean squares over the moving samples, as Laidig et al. "
       "2021 define them.");
   Arguments arguments;
   examples::RecordingOptions::add_path(app, "FILES", arguments.files);
   app.add_flag("--quiet", arguments.quiet, "no progress");
-  app.add_option("--madgwick", arguments.madgwick_gain, "Madgwick's beta")->capture_default_str();
-  app.add_option("--mahony", arguments.mahony_gain, "Mahony's proportional gain")
-      ->capture_default_str();
+  app.add_option("--madgwick", arguments.madgwick_gain, "Madgwick's beta").show_default();
+  app.add_option("--mahony", arguments.mahony_gain, "Mahony's proportional gain").show_default();
   app.add_option("--mahony-integral", arguments.mahony_integral, "Mahony's integral gain")
-      ->capture_default_str();
+      .show_default();
   arguments.recording.describe(app);
   arguments.filter.describe(app);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("attitude_table", run(arguments));
 }

@@ -5,11 +5,10 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/estimate/magnetometer_calibration.hpp>
 
 #include "calibration_file.hpp"
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "recording.hpp"
 
@@ -59,7 +58,7 @@ Result<void> run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Find offset and correction of a magnetometer from a recording in which it is turned through "
       "all orientations: calibrated = correction (raw - offset). Standard deviations stand behind "
       "the figures.");
@@ -69,8 +68,8 @@ int main(int argc, char** argv) {
   app.add_flag("--force", arguments.force, "overwrite the output where it exists");
   app.add_option("--field", arguments.options.field_uT,
                  "strength of the Earth's field here, uT (default: keep the mean strength)")
-      ->check(CLI::PositiveNumber);
+      .positive();
   arguments.recording.describe(app);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("calibrate_magnetometer", run(arguments));
 }

@@ -4,38 +4,38 @@
 #include <cstdio>
 #include <utility>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/logger/read_recording.hpp>
+
+#include "command_line.hpp"
 
 namespace wayfare::examples {
 namespace {
 
 template <class Path>
-void add_existing(CLI::App& app, const std::string& name, Path& path) {
+void add_existing(CommandLine& app, const std::string& name, Path& path) {
   app.add_option(name, path, "columns of text, a binary table, or a logger's recording (.mcap)")
-      ->required()
-      ->check(CLI::ExistingFile);
+      .required()
+      .existing_file();
 }
 
 }  // namespace
 
-void RecordingOptions::add_path(CLI::App& app, const std::string& name, std::string& path) {
+void RecordingOptions::add_path(CommandLine& app, const std::string& name, std::string& path) {
   add_existing(app, name, path);
 }
-void RecordingOptions::add_path(CLI::App& app, const std::string& name,
+void RecordingOptions::add_path(CommandLine& app, const std::string& name,
                                 std::vector<std::string>& paths) {
   add_existing(app, name, paths);
 }
 
-void RecordingOptions::describe(CLI::App& app) {
+void RecordingOptions::describe(CommandLine& app) {
   app.add_option("--columns", columns,
                  "names of the columns, set apart by commas, for a file that does not name them: "
                  "t_s, gx_radps.., ax_mps2.., mx_uT.., qw qx qy qz (reference), moving; - passes "
                  "one over")
-      ->delimiter(',');
+      .delimiter(',');
   app.add_option("--period", period_s, "seconds from row to row, for a binary table without a time")
-      ->check(CLI::PositiveNumber);
+      .positive();
   app.add_option("--topic", topic, "of the unit in a logger's recording (.mcap) of several");
 }
 
@@ -71,17 +71,17 @@ Result<io::MargFile> RecordingOptions::read(const std::string& path) const {
   return file;
 }
 
-void FilterOptions::describe(CLI::App& app) {
+void FilterOptions::describe(CommandLine& app) {
   app.add_flag("--enu", enu, "attitude in east-north-up instead of north-east-down");
   app.add_flag("--no-magnetometer", no_magnetometer, "gyro and accelerometer alone");
   app.add_option("--declination", declination_deg,
                  "of magnetic from true north, degrees, east positive")
-      ->check(CLI::Range(-180.0, 180.0))
-      ->capture_default_str();
+      .range(-180.0, 180.0)
+      .show_default();
   app.add_option("--magnetometer-delay", delay_s,
                  "how long after the field its reading is stamped, seconds; found by the filter "
                  "where not given")
-      ->check(CLI::Range(-0.1, 0.1));
+      .range(-0.1, 0.1);
 }
 
 AhrsParameters FilterOptions::parameters() const {

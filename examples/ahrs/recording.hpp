@@ -10,9 +10,7 @@
 #include <wayfare/estimate/ahrs_parameters.hpp>
 #include <wayfare/io/marg_text.hpp>
 
-namespace CLI {
-class App;
-}
+#include "command_line.hpp"
 
 namespace wayfare::examples {
 
@@ -21,10 +19,10 @@ struct RecordingOptions {
   double period_s = 0.0;
   std::string topic;
 
-  void describe(CLI::App& app);
+  void describe(CommandLine& app);
   /// The argument `name`: the path of a recording, or of several.
-  static void add_path(CLI::App& app, const std::string& name, std::string& path);
-  static void add_path(CLI::App& app, const std::string& name, std::vector<std::string>& paths);
+  static void add_path(CommandLine& app, const std::string& name, std::string& path);
+  static void add_path(CommandLine& app, const std::string& name, std::vector<std::string>& paths);
   /// Says on standard error what had to be skipped.
   [[nodiscard]] Result<io::MargFile> read(const std::string& path) const;
 };
@@ -35,7 +33,7 @@ struct FilterOptions {
   double declination_deg = 0.0;
   std::optional<double> delay_s;
 
-  void describe(CLI::App& app);
+  void describe(CommandLine& app);
   [[nodiscard]] AhrsParameters parameters() const;
 };
 

@@ -4,10 +4,9 @@
 #include <filesystem>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/table.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "findings.hpp"
 #include "nav_config.hpp"
@@ -75,23 +74,23 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Find how an inertial unit errs from a long record of it at rest: Allan deviation and "
       "Gauss-Markov\nfits, axis by axis. With --out a report with the curves, and parameters.json "
       "for gnss_ins --config.");
   Options o;
   app.add_option("FILE", o.file, "columns of text, a float table, or raw float32; gzip or not")
-      ->required()
-      ->check(CLI::ExistingFile);
+      .required()
+      .existing_file();
   app.add_option("--rate", o.format.rate_hz, "readings a second; 0: by the file's times")
-      ->check(CLI::Range(0.0, 1e6))
-      ->capture_default_str();
+      .range(0.0, 1e6)
+      .show_default();
   app.add_flag("--raw", o.format.raw,
                "rows of six float32: gx gy gz in degrees a second, ax ay az in g");
   app.add_option("--out", o.out, "folder for the results, made where needed");
   app.add_option("--config", o.config, "mounting and filter options for parameters.json")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_flag("--force", o.force, "replace files of an earlier run");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("allan", run(o));
 }

@@ -5,10 +5,9 @@
 #include <chrono>
 #include <cstdio>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/table.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "progress_line.hpp"
 #include "relations_table.hpp"
@@ -21,23 +20,18 @@ struct Arguments : SlamArguments {
   bool no_odometry = false;
 };
 
-void add_options(CLI::App& app, Arguments& o, const LogProgram& program) {
-  app.add_option("LOG", o.log, "the recorded log")->required()->check(CLI::ExistingFile);
+void add_options(CommandLine& app, Arguments& o, const LogProgram& program) {
+  app.add_option("LOG", o.log, "the recorded log").required().existing_file();
   add_out(app, o, "folder for the results, made where needed");
   app.add_option("--relations", o.relations, "true relative poses to measure the result by")
-      ->check(CLI::ExistingFile);
-  app.add_option("--config", o.config, "JSON file of options; see --print-config")
-      ->check(CLI::ExistingFile);
+      .existing_file();
+  app.add_option("--config", o.config, "JSON file of options; see --print-config").existing_file();
   add_threads(app, o);
   add_seed(app, o, "accepted for uniformity: " + program.system + " draws no random numbers");
   app.add_flag("--no-odometry", o.no_odometry, "use the scans alone");
   add_manners(app, o);
-  app.add_flag_callback(
-      "--print-config",
-      [&program] {
-        std::fputs(option_fields_text(program.options).c_str(), stdout);
-        throw CLI::Success();
-      },
+  app.add_print(
+      "--print-config", [&program] { return option_fields_text(program.options); },
       "print every option of --config with its default, and end");
   if (program.more_options) program.more_options(app);
 }
@@ -129,14 +123,14 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
 }  // namespace
 
 int run_log_program(int argc, char** argv, const LogProgram& program) {
-  CLI::App app(
+  CommandLine app(
       program.description +
       "\nLOG is a CARMEN text log, plain or gzip, or a logger's recording (.mcap). Writes "
       "trajectory.tum, map.pgm, map.yaml, map.png, report.html and, where the system keeps "
       "a graph, graph.g2o.");
   Arguments arguments;
   add_options(app, arguments, program);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code(program.name.c_str(), run(arguments, program));
 }
 

@@ -15,6 +15,7 @@
 #include <wayfare/measure/recording.hpp>
 #include <wayfare/system/graph_slam.hpp>
 
+#include "command_line.hpp"
 #include "option_fields.hpp"
 #include "slam_program.hpp"
 
@@ -40,7 +41,7 @@ struct LogProgram {
   std::function<Result<LogRun>(const Recording&, const SlamArguments&, const SlamProgress&)> run;
   std::function<Result<void>()> check_options =
       {};  ///< after --config, where fields are not enough
-  std::function<void(CLI::App&)> more_options = {};
+  std::function<void(CommandLine&)> more_options = {};
 };
 
 /// The program's main: its exit code.

@@ -4,32 +4,31 @@
 #include <cstdio>
 #include <utility>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/logger/read_recording.hpp>
 
+#include "command_line.hpp"
 #include "program_files.hpp"
 #include "progress_line.hpp"
 
 namespace wayfare::examples {
 
-void add_out(CLI::App& app, SlamArguments& arguments, const std::string& text) {
-  app.add_option("--out", arguments.out, text)->required();
+void add_out(CommandLine& app, SlamArguments& arguments, const std::string& text) {
+  app.add_option("--out", arguments.out, text).required();
 }
 
-void add_threads(CLI::App& app, SlamArguments& arguments) {
+void add_threads(CommandLine& app, SlamArguments& arguments) {
   app.add_option("--threads", arguments.threads,
                  "worker threads; the results do not depend on them")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
+      .range(1, 256)
+      .show_default();
 }
 
-void add_seed(CLI::App& app, SlamArguments& arguments, const std::string& text) {
-  app.add_option("--seed", arguments.seed, text)->capture_default_str();
+void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& text) {
+  app.add_option("--seed", arguments.seed, text).show_default();
 }
 
-void add_manners(CLI::App& app, SlamArguments& arguments) {
+void add_manners(CommandLine& app, SlamArguments& arguments) {
   app.add_flag("--force", arguments.force, "replace files of an earlier run");
   app.add_flag("--quiet", arguments.quiet, "no progress and no tables");
 }

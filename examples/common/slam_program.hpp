@@ -8,11 +8,8 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/system/graph_slam.hpp>
 
+#include "command_line.hpp"
 #include "slam_outputs.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace wayfare::examples {
 
@@ -28,11 +25,11 @@ struct SlamArguments {
   }
 };
 
-void add_out(CLI::App& app, SlamArguments& arguments, const std::string& text);
-void add_threads(CLI::App& app, SlamArguments& arguments);
-void add_seed(CLI::App& app, SlamArguments& arguments, const std::string& text);
+void add_out(CommandLine& app, SlamArguments& arguments, const std::string& text);
+void add_threads(CommandLine& app, SlamArguments& arguments);
+void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& text);
 /// --force and --quiet.
-void add_manners(CLI::App& app, SlamArguments& arguments);
+void add_manners(CommandLine& app, SlamArguments& arguments);
 
 /// A robot's log in CARMEN text, or the scans of a logger's recording (.mcap); says on standard
 /// error what had to be skipped.

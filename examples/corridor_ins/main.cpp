@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/io/carmen_writer.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "job.hpp"
 #include "outputs.hpp"
@@ -67,46 +66,41 @@ Result<void> run(const Options& o) {
   return {};
 }
 
-void add_options(CLI::App& app, Options& o) {
+void add_options(examples::CommandLine& app, Options& o) {
   app.add_option("LOG", o.log, "CARMEN text, plain or gzip: GYRO and WHEELS lines, else odometry")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--simulated", o.simulated,
                  "instead of a log: three corridors driven straight (1) or in curves (2)")
-      ->check(CLI::Range(1, 2));
+      .range(1, 2);
   examples::add_out(app, o, "folder for the results, made where needed");
   app.add_option("--reference", o.reference, "where the robot was, as a TUM trajectory")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--add-bias", o.added_bias_deg_s, "added to the turn rate, to be found, deg/s");
   app.add_option("--origin", o.origin,
                  "latitude, longitude and azimuth of the start's x axis, degrees: the solution in "
                  "latitude and longitude too, and the Earth's turn taken out")
-      ->expected(3);
-  app.add_option("--config", o.config, "JSON file of options; see --print-config")
-      ->check(CLI::ExistingFile);
+      .expected(3);
+  app.add_option("--config", o.config, "JSON file of options; see --print-config").existing_file();
   app.add_option("--passes", o.passes, "times a log is gone through, each from the bias found last")
-      ->check(CLI::Range(1, 20))
-      ->capture_default_str();
+      .range(1, 20)
+      .show_default();
   app.add_flag("--no-walls-across", o.no_walls_across, "use side walls alone");
   app.add_flag("--rest", o.rest, "take the bias from odometry at rest too");
   examples::add_seed(app, o, "of the simulation");
   examples::add_manners(app, o);
-  app.add_flag_callback(
-      "--print-config",
-      [] {
-        std::fputs(examples::corridor_options_text().c_str(), stdout);
-        throw CLI::Success();
-      },
+  app.add_print(
+      "--print-config", [] { return examples::corridor_options_text(); },
       "print every option of --config with its default for logs, and end");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Dead reckoning by one gyro and wheels, held by corridor walls in laser scans.\nWrites "
       "navigation.txt, trajectory.tum, unaided.tum, walls.png and report.html.");
   Options options;
   add_options(app, options);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("corridor_ins", run(options));
 }

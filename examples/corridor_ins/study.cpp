@@ -7,13 +7,12 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/runs.hpp>
 #include <wayfare/eval/statistics.hpp>
 #include <wayfare/eval/table.hpp>
 
+#include "command_line.hpp"
 #include "evaluate.hpp"
 #include "exit_code.hpp"
 #include "progress_line.hpp"
@@ -194,19 +193,20 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Three corridors and two corners, driven through many times in simulation.");
+  examples::CommandLine app(
+      "Three corridors and two corners, driven through many times in simulation.");
   Options o;
-  app.add_option("--pattern", o.pattern, "1 straight, 2 curved")->check(CLI::Range(1, 2));
-  app.add_option("--runs", o.runs, "drives, a seed each")->check(CLI::Range(1, 100000));
+  app.add_option("--pattern", o.pattern, "1 straight, 2 curved").range(1, 2);
+  app.add_option("--runs", o.runs, "drives, a seed each").range(1, 100000);
   app.add_option("--seed", o.first_seed, "of the first drive");
-  app.add_option("--threads", o.threads)->check(CLI::Range(1, 256));
+  app.add_option("--threads", o.threads, "worker threads; the results do not depend on them")
+      .range(1, 256);
   app.add_option("--doors", o.doors, "m from door to door along each wall; 0: none")
-      ->check(CLI::Range(0.0, 1000.0));
-  app.add_option("--open", o.open_share, "share of the doors that stand open")
-      ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--boxes", o.boxes, "a metre of wall")->check(CLI::Range(0.0, 10.0));
-  app.add_option("--people", o.people, "a metre of wall")->check(CLI::Range(0.0, 10.0));
+      .range(0.0, 1000.0);
+  app.add_option("--open", o.open_share, "share of the doors that stand open").range(0.0, 1.0);
+  app.add_option("--boxes", o.boxes, "a metre of wall").range(0.0, 10.0);
+  app.add_option("--people", o.people, "a metre of wall").range(0.0, 10.0);
   app.add_flag("--quiet", o.quiet, "no progress");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("corridor_study", run(o));
 }

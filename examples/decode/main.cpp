@@ -4,11 +4,10 @@
 #include <map>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/decode/ti_config.hpp>
 #include <wayfare/io/text_file.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "tables.hpp"
 
@@ -30,24 +29,24 @@ const std::map<std::string, decode::RplidarAnswer> kAnswers = {
     {"ultra", decode::RplidarAnswer::ultra},
     {"dense", decode::RplidarAnswer::dense}};
 
-void describe(CLI::App& app, Arguments& a) {
+void describe(examples::CommandLine& app, Arguments& a) {
   app.add_option("device", a.device, "ti (AWR1843 and its family), rplidar or xsens")
-      ->required()
-      ->check(CLI::IsMember({"ti", "awr1843", "rplidar", "xsens"}));
-  app.add_option("file", a.capture, "the capture, plain or gzip")->required();
+      .required()
+      .one_of({"ti", "awr1843", "rplidar", "xsens"});
+  app.add_option("file", a.capture, "the capture, plain or gzip").required();
   app.add_flag("--csv", a.csv, "comma-separated values, the only form there is so far");
   app.add_option("--out", a.out, "file to write; left out: standard output");
   app.add_flag("--force", a.force, "replace the file of an earlier run");
   app.add_flag("--quiet", a.quiet, "no summary");
   app.add_option("--config", a.config, "ti: chirp configuration (.cfg), for speeds before SDK 3");
-  app.add_option("--inside", a.rplidar.inside, "rplidar: what the capture begins in the middle of")
-      ->transform(CLI::CheckedTransformer(kAnswers));
+  app.add_choice("--inside", a.rplidar.inside, kAnswers,
+                 "rplidar: what the capture begins in the middle of");
   app.add_option("--baud", a.rplidar.baud, "rplidar: rate of the line, which times follow from")
-      ->check(CLI::Range(1200.0, 1e8))
-      ->capture_default_str();
+      .range(1200.0, 1e8)
+      .show_default();
   app.add_option("--sample-us", a.rplidar.sample_us,
                  "rplidar: time of one sample; left out: what the capture says, else 500 or 250")
-      ->check(CLI::Range(1.0, 1e5));
+      .range(1.0, 1e5);
   app.add_option("--output-mode", a.layout.mode, "xsens: of MTData messages, as set on the device");
   app.add_option("--output-settings", a.layout.settings, "xsens: likewise");
 }
@@ -101,11 +100,11 @@ Result<void> run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Decodes a capture of a device's port to a table, one line a measurement, the first line\n"
       "naming columns and units. What was decoded and what was not is said on standard error.");
   Arguments arguments;
   describe(app, arguments);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("decode", run(arguments));
 }

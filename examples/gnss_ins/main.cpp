@@ -7,8 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "nav_config.hpp"
 #include "nav_outputs.hpp"
@@ -78,19 +77,19 @@ Result<void> run(const Options& o) {
   return {};
 }
 
-void add_files(CLI::App& app, examples::NavFiles& files) {
+void add_files(examples::CommandLine& app, examples::NavFiles& files) {
   const auto file = [&](const char* name, auto& path, const char* text) {
-    return app.add_option(name, path, text)->check(CLI::ExistingFile);
+    return app.add_option(name, path, text).existing_file();
   };
   file("--imu", files.imu, "inertial samples; given twice: gyro and accelerometer apart")
-      ->required()
-      ->expected(1, 2);
+      .required()
+      .expected(1, 2);
   file("--imu-tags", files.imu_tags, "RTKLIB's time tags of the inertial file");
   file("--imu-clock", files.imu_clock, "pairs of the unit's times and GPS times")
-      ->excludes("--imu-tags");
+      .excludes("--imu-tags");
   file("--obs", files.observations, "raw observations, RINEX 2.1 or 3");
-  file("--nav", files.navigation, "broadcast messages, RINEX; may be given again")->expected(1, 64);
-  file("--ranges", files.ranges, "corrected ranges instead of --obs and --nav")->excludes("--obs");
+  file("--nav", files.navigation, "broadcast messages, RINEX; may be given again").expected(1, 64);
+  file("--ranges", files.ranges, "corrected ranges instead of --obs and --nav").excludes("--obs");
   file("--fixes", files.fixes, "positions and velocities, for loose coupling");
   file("--truth", files.truth, "reference to measure the errors by");
 }
@@ -98,33 +97,29 @@ void add_files(CLI::App& app, examples::NavFiles& files) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Navigate by an inertial unit and a GNSS receiver, tightly coupled by ranges or loosely by "
       "fixes.\nFiles of columns name them in a line of their own or by --config. Writes "
       "trajectory.txt, trajectory.tum, states.txt and report.html.");
   Options o;
   add_files(app, o.files);
   app.add_option("--config", o.config, "JSON description of the recording; see --print-config")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--outage", o.outages,
                  "take satellites away: START:LENGTH[:SATELLITES LEFT],... in seconds since the "
                  "first inertial sample");
-  app.add_option("--out", o.out, "folder for the results, made where needed")->required();
+  app.add_option("--out", o.out, "folder for the results, made where needed").required();
   app.add_option("--rate", o.rate_hz, "lines a second of trajectory.txt; 0: the unit's")
-      ->check(CLI::Range(0.0, 1e4))
-      ->capture_default_str();
+      .range(0.0, 1e4)
+      .show_default();
   app.add_flag(
       "--no-constraints", o.no_constraints,
       "the vehicle may slide sideways and vertically in outages; standstill is still seen");
   app.add_flag("--force", o.force, "replace files of an earlier run");
   app.add_flag("--quiet", o.quiet, "no progress and no tables");
-  app.add_flag_callback(
-      "--print-config",
-      [] {
-        std::fputs(examples::default_nav_config().c_str(), stdout);
-        throw CLI::Success();
-      },
+  app.add_print(
+      "--print-config", [] { return examples::default_nav_config(); },
       "print every option of --config with its default, and end");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("gnss_ins", run(o));
 }

@@ -6,8 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
+#include "command_line.hpp"
 #include "comparison_report.hpp"
 #include "drives.hpp"
 #include "exit_code.hpp"
@@ -57,24 +56,24 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Drive a Turtlebot round a loop of simulated corridors and localise it by scan matching, "
       "once "
       "with its LiDAR and once with its radar; odometry only starts each search.");
   Options o;
-  app.add_option("--out", o.out, "folder for report.html and the score pictures")->required();
+  app.add_option("--out", o.out, "folder for report.html and the score pictures").required();
   app.add_option("--seeds", o.seeds, "drives, each in a building of its own")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  app.add_option("--first-seed", o.first_seed)->capture_default_str();
+      .range(1, 1000)
+      .show_default();
+  app.add_option("--first-seed", o.first_seed, "of the first drive").show_default();
   app.add_option("--frames", o.drive.frames, "radar frames gathered into one scan")
-      ->check(CLI::Range(3, 100))
-      ->capture_default_str();
+      .range(3, 100)
+      .show_default();
   app.add_option("--window", o.drive.window_m, "half the search's width, m")
-      ->check(CLI::Range(0.05, 2.0))
-      ->capture_default_str();
+      .range(0.05, 2.0)
+      .show_default();
   app.add_flag("--force", o.force, "replace files that are there already");
   app.add_flag("--quiet", o.quiet, "no progress, no tables");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("hallway_comparison", run(o));
 }

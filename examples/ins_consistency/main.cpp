@@ -7,12 +7,11 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/sim/ins_monte_carlo.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "progress_line.hpp"
 
@@ -29,20 +28,20 @@ struct Options {
   std::string out;
 };
 
-void add_options(CLI::App& app, Options& o) {
-  app.add_option("--runs", o.runs, "drives")->check(CLI::Range(1, 100000))->capture_default_str();
-  app.add_option("--seed", o.seed, "the same seed gives the same figures")->capture_default_str();
-  app.add_option("--satellites", o.satellites, "seen at most")->capture_default_str();
+void add_options(examples::CommandLine& app, Options& o) {
+  app.add_option("--runs", o.runs, "drives").range(1, 100000).show_default();
+  app.add_option("--seed", o.seed, "the same seed gives the same figures").show_default();
+  app.add_option("--satellites", o.satellites, "seen at most").show_default();
   app.add_option("--rounds", o.rounds,
                  "in place of the drive of 310 s, rounds of five minutes (280 are a day; take "
                  "--imu-rate 10 for such)")
-      ->check(CLI::Range(1, 3000));
+      .range(1, 3000);
   app.add_option("--imu-rate", o.imu_rate_hz, "readings of the unit a second")
-      ->check(CLI::Range(10.0, 2000.0))
-      ->capture_default_str();
+      .range(10.0, 2000.0)
+      .show_default();
   app.add_option("--threads", o.threads, "the figures are the same for any number")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+      .range(1, 1024)
+      .show_default();
   app.add_flag("--constraints", o.constraints,
                "hold standstill and wheels, as the filter does by "
                "default");
@@ -204,10 +203,10 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Run the navigation filter on many simulated drives and judge what it says of itself.");
   Options options;
   add_options(app, options);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("ins_consistency", run(options));
 }

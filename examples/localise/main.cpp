@@ -10,12 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/system/localisation.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "outputs.hpp"
 #include "program_files.hpp"
@@ -189,44 +188,44 @@ Result<void> run(const Options& o) {
   return {};
 }
 
-void add_options(CLI::App& app, Options& o) {
+void add_options(examples::CommandLine& app, Options& o) {
   app.add_option("LOG", o.log,
                  "the recorded log: CARMEN text, plain or gzip, or a logger's recording (.mcap)")
-      ->required()
-      ->check(CLI::ExistingFile);
+      .required()
+      .existing_file();
   app.add_option("MAP", o.map, "the .yaml file of a map, as map_server and graph_slam write it")
-      ->required()
-      ->check(CLI::ExistingFile);
+      .required()
+      .existing_file();
   examples::add_out(app, o, "folder for the results, made where needed");
   app.add_option("--radar-map", o.radar_map,
                  "the .yaml file of a map of what radar sees, as radar_slam writes it beside MAP: "
                  "the log's radar is then listened to as well")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--sensors", o.sensors, "lidar, radar or both; else what there are maps for")
-      ->check(CLI::IsMember({"lidar", "radar", "both"}));
-  auto* initial = app.add_option("--initial", o.initial,
-                                 "x,y,heading in the map, m and rad: where the robot starts, give "
-                                 "or take half a metre and 15 degrees")
-                      ->delimiter(',')
-                      ->expected(3);
+      .one_of({"lidar", "radar", "both"});
+  app.add_option("--initial", o.initial,
+                 "x,y,heading in the map, m and rad: where the robot starts, give or take half a "
+                 "metre and 15 degrees")
+      .delimiter(',')
+      .expected(3);
   app.add_flag("--global", o.global, "look for it all over the map (so too without --initial)")
-      ->excludes(initial);
+      .excludes("--initial");
   app.add_option("--truth", o.truth,
                  "TUM trajectory in the map's frame to measure by; without it the log's own truth")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_flag("--beam", o.beam, "the beam model instead of the likelihood field");
   app.add_option("--beams", o.localisation.beams, "beams of a scan that are looked at")
-      ->check(CLI::Range(4, 10000))
-      ->capture_default_str();
+      .range(4, 10000)
+      .show_default();
   app.add_option("--max-range", o.localisation.max_range_m, "farther returns are left out, m")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .positive()
+      .show_default();
   app.add_option("--particles", o.localisation.max_particles, "at most so many")
-      ->check(CLI::Range(100, 10000000))
-      ->capture_default_str();
+      .range(100, 10000000)
+      .show_default();
   app.add_option("--sigma", o.map_options.lidar.sigma_m, "of a range about the wall it measures, m")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .positive()
+      .show_default();
   examples::add_seed(app, o, "the same seed gives the same results");
   examples::add_threads(app, o);
   examples::add_manners(app, o);
@@ -235,14 +234,14 @@ void add_options(CLI::App& app, Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Find a robot on a known map from its log of scans and odometry, by Monte-Carlo "
       "localisation on LiDAR, radar or both.\nWrites trajectory.tum (the poses believed), "
       "poses.csv (every scan) and "
       "report.html.");
   Options o;
   add_options(app, o);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   if (o.beam) o.localisation.model = ScanLikelihood::beam;
   o.localisation.use_lidar = o.sensors != "radar";
   o.localisation.threads = o.threads;

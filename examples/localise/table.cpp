@@ -6,11 +6,10 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/statistics.hpp>
 #include <wayfare/eval/table.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "progress_line.hpp"
 #include "trials.hpp"
@@ -142,26 +141,27 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Localise simulated robots on known maps, over seeds, and print how it went.");
+  examples::CommandLine app(
+      "Localise simulated robots on known maps, over seeds, and print how it went.");
   Options o;
   app.add_option("--world", o.worlds,
                  "building, corridor_loop, room, cluttered_room, or VOXELS,WAY: files of a "
                  "real building's map and of a way through it")
-      ->capture_default_str();
-  app.add_option("--seeds", o.seeds, "runs of each")->check(CLI::Range(1, 1000));
+      .show_default();
+  app.add_option("--seeds", o.seeds, "runs of each").range(1, 1000);
   app.add_option("--first-seed", o.first_seed, "the first of them");
   app.add_option("--way", o.way_m, "metres within which the robot is to be found")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .positive()
+      .show_default();
   app.add_option("--sensors", o.sensors, "lidar, radar or both")
-      ->check(CLI::IsMember({"lidar", "radar", "both"}))
-      ->capture_default_str();
+      .one_of({"lidar", "radar", "both"})
+      .show_default();
   app.add_flag("--beam", o.beam, "beam model instead of the likelihood field");
   app.add_option("--threads", o.localisation.threads, "the results do not depend on them");
   app.add_option("--beams", o.localisation.beams, "beams of a scan looked at");
   app.add_flag("--verbose", o.verbose, "every trial");
   app.add_flag("--quiet", o.quiet, "no progress");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   o.localisation.use_lidar = o.sensors != "radar";
   o.localisation.use_radar = o.sensors != "lidar";
   if (o.beam) o.localisation.model = ScanLikelihood::beam;

@@ -8,8 +8,7 @@
 #include <system_error>
 #include <thread>
 
-#include <CLI/CLI.hpp>
-
+#include "command_line.hpp"
 #include "config.hpp"
 
 namespace {
@@ -65,23 +64,19 @@ int run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Record several devices at once into one MCAP file: what they sent, byte for byte, and what "
       "it says. Begins on the remote control's B, or at once with --record.");
   Arguments a;
   app.add_option("--config", a.config, "JSON file of sensors and options; see --print-config")
-      ->required()
-      ->check(CLI::ExistingFile);
+      .required()
+      .existing_file();
   app.add_flag("--record", a.record, "begin to record at once");
   app.add_flag("--quiet", a.quiet, "no status on the terminal");
-  app.add_flag_callback(
-      "--print-config",
-      [] {
-        std::fputs(examples::example_logger_config().c_str(), stdout);
-        throw CLI::Success();
-      },
+  app.add_print(
+      "--print-config", [] { return examples::example_logger_config(); },
       "print an example of --config, and end");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   const auto end = [](int) { asked_to_end = 1; };
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);

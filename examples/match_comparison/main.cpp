@@ -5,11 +5,10 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/report.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "program_files.hpp"
 #include "progress_line.hpp"
@@ -110,21 +109,21 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{
+  examples::CommandLine app{
       "Compares scan matchers on pairs of scans of a recorded log: how often each finds the way "
       "between two scans from a start that is off, how exactly, and how fast. The poses of graph "
       "SLAM are taken for the truth."};
   Options o;
-  app.add_option("LOG", o.log, "the recorded log")->required()->check(CLI::ExistingFile);
+  app.add_option("LOG", o.log, "the recorded log").required().existing_file();
   examples::add_out(app, o, "folder for the report, made where needed");
   app.add_option("--pairs", o.pairs, "pairs of scans, from all over the log")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
+      .range(1, 100000)
+      .show_default();
   app.add_option("--apart", o.apart_m, "travel between the scans of a pair, m")
-      ->check(CLI::Range(0.01, 10.0))
-      ->capture_default_str();
+      .range(0.01, 10.0)
+      .show_default();
   examples::add_seed(app, o, "of the starts' directions");
   examples::add_manners(app, o);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("match_comparison", run(o));
 }

@@ -5,8 +5,7 @@
 #include <string>
 #include <thread>
 
-#include <CLI/CLI.hpp>
-
+#include "command_line.hpp"
 #include "server.hpp"
 
 namespace {
@@ -17,21 +16,20 @@ volatile std::sig_atomic_t asked_to_end = 0;
 
 int main(int argc, char** argv) {
   using namespace wayfare;
-  CLI::App app(
+  examples::CommandLine app(
       "Serve a page on this computer that shows a logger's recording (contents, inertial plots, "
       "scans, radar points, the way and the map, CSV and MCAP export), and a running logger's "
       "status with buttons to start and stop it.");
   examples::MonitorOptions o;
-  app.add_option("RECORDING", o.recording, "a logger's recording (.mcap)")
-      ->check(CLI::ExistingFile);
+  app.add_option("RECORDING", o.recording, "a logger's recording (.mcap)").existing_file();
   app.add_option("--live", o.live, "control socket, or serial control line, of a running logger");
   app.add_option("--host", o.host, "address to listen on; any but a loopback one demands a token")
-      ->capture_default_str();
+      .show_default();
   app.add_option("--port", o.port, "port to listen on; 0: any that is free")
-      ->check(CLI::Range(0, 65535))
-      ->capture_default_str();
+      .range(0, 65535)
+      .show_default();
   app.add_option("--token", o.token, "what every request must carry; made up where needed");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   const auto end = [](int) { asked_to_end = 1; };
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);

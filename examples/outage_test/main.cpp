@@ -11,12 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/outage.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/io/report.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "nav_drives.hpp"
 #include "nav_outputs.hpp"
@@ -208,7 +207,7 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Take satellites away from a drive for 10 to 30 s, with none to four of them left, and see "
       "how far\ninertial navigation drifts. Real inertial readings with ranges simulated along the "
       "recording's\nreference, or a drive simulated altogether. Writes outages.txt and "
@@ -216,40 +215,36 @@ int main(int argc, char** argv) {
   Options o;
   app.add_flag("--simulated", o.simulated, "a simulated drive of 310 s and 4.5 km");
   app.add_option("--imu", o.files.imu, "inertial samples; given twice: gyro and accelerometer")
-      ->check(CLI::ExistingFile)
-      ->expected(1, 2);
+      .existing_file()
+      .expected(1, 2);
   app.add_option("--imu-tags", o.files.imu_tags, "RTKLIB's time tags of the inertial file")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--imu-clock", o.files.imu_clock, "pairs of the unit's times and GPS times")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--truth", o.files.truth, "the reference the ranges are simulated along")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--config", o.config, "JSON description of the recording; see gnss_ins")
-      ->check(CLI::ExistingFile);
-  app.add_option("--out", o.out, "folder for the results, made where needed")->required();
-  app.add_option("--seed", o.ranges.seed, "of all that is simulated")->capture_default_str();
-  app.add_option("--satellites", o.ranges.satellites, "in view")->capture_default_str();
-  app.add_option("--range-sigma", o.ranges.range_sigma_m, "m")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--rate-sigma", o.ranges.rate_sigma_mps, "m/s")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .existing_file();
+  app.add_option("--out", o.out, "folder for the results, made where needed").required();
+  app.add_option("--seed", o.ranges.seed, "of all that is simulated").show_default();
+  app.add_option("--satellites", o.ranges.satellites, "in view").show_default();
+  app.add_option("--range-sigma", o.ranges.range_sigma_m, "m").positive().show_default();
+  app.add_option("--rate-sigma", o.ranges.rate_sigma_mps, "m/s").positive().show_default();
   app.add_option("--period", o.ranges.period_s, "between range epochs, s")
-      ->check(CLI::Range(0.05, 60.0))
-      ->capture_default_str();
+      .range(0.05, 60.0)
+      .show_default();
   app.add_option("--places", o.places, "where outages begin, spread over the drive")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+      .range(1, 1000)
+      .show_default();
   o.first_s = 100.0;
   app.add_option("--first", o.first_s, "the first of them, s after the first sample")
-      ->check(CLI::Range(0.0, 1e6))
-      ->capture_default_str();
+      .range(0.0, 1e6)
+      .show_default();
   app.add_option("--threads", o.threads, "worker threads; the results do not depend on them")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
+      .range(1, 256)
+      .show_default();
   app.add_flag("--force", o.force, "replace files of an earlier run");
   app.add_flag("--quiet", o.quiet, "no progress and no tables");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("outage_test", run(o));
 }

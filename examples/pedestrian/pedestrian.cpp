@@ -6,10 +6,9 @@
 #include <map>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/io/tum.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "outputs.hpp"
 #include "progress_line.hpp"
@@ -89,43 +88,43 @@ Result<void> run(const Arguments& a) {
   return {};
 }
 
-void describe(CLI::App& app, Arguments& a) {
+void describe(examples::CommandLine& app, Arguments& a) {
   app.add_option("FILE", a.file, "columns of text, a binary table, or a logger's recording (.mcap)")
-      ->required()
-      ->check(CLI::ExistingFile);
-  app.add_option("--out", a.out, "folder for the results, made where needed")->required();
+      .required()
+      .existing_file();
+  app.add_option("--out", a.out, "folder for the results, made where needed").required();
   app.add_option("--truth", a.truth,
                  "true positions by the same clock, TUM text: drawn beside, and compared")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_flag("--foot", a.foot, "the unit is on a foot: velocity is zero where it stands");
   app.add_flag("--ared", a.ared, "stances by the gyro alone (with --foot)");
   app.add_option("--gyro-range", a.gyro_range_degps, "degrees a second (with --foot)")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .positive()
+      .show_default();
   app.add_option("--length", a.length, "model of the step's length")
-      ->check(CLI::IsMember({"kim", "constant", "weinberg", "frequency"}))
-      ->capture_default_str();
+      .one_of({"kim", "constant", "weinberg", "frequency"})
+      .show_default();
   app.add_option("--factor", a.factor, "the model's factor, from a walk of known length")
-      ->check(CLI::PositiveNumber);
+      .positive();
   app.add_option("--height", a.height_m, "of the walker, metres (with --length frequency)")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .positive()
+      .show_default();
   app.add_option("--forward", a.forward, "the unit's axis that points where one walks")
-      ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}))
-      ->capture_default_str();
+      .one_of({"x", "y", "z", "-x", "-y", "-z"})
+      .show_default();
   app.add_flag("--any-way-round", a.any_way_round, "find it from how the body sways");
   app.add_flag("--no-magnetometer", a.no_magnetometer, "gyro and accelerometer alone");
   app.add_flag("--uncalibrated", a.uncalibrated,
                "the magnetometer was never calibrated: its iron is found on the way, and headings "
                "count from the start");
   app.add_option("--declination", a.declination_deg, "of magnetic north, degrees east")
-      ->check(CLI::Range(-180.0, 180.0))
-      ->capture_default_str();
+      .range(-180.0, 180.0)
+      .show_default();
   app.add_option("--straight", a.straight_degps,
                  "take the rate of turning that returns most often for the gyro's bias, of this "
                  "size, degrees a second: 0.2 for ways of straight pieces")
-      ->check(CLI::Range(0.0, 5.0))
-      ->capture_default_str();
+      .range(0.0, 5.0)
+      .show_default();
   app.add_flag("--force", a.force, "replace files of an earlier run");
   app.add_flag("--quiet", a.quiet, "no progress and no tables");
   a.recording.describe(app);
@@ -134,12 +133,12 @@ void describe(CLI::App& app, Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Find out where somebody walked from a recorded unit with gyro and accelerometer, on the "
       "body "
       "or (--foot) on a foot. Writes track.csv, trajectory.tum and report.html.");
   Arguments arguments;
   describe(app, arguments);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("pedestrian", run(arguments));
 }

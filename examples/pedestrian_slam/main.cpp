@@ -4,11 +4,10 @@
 #include <string>
 #include <utility>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/table.hpp>
 #include <wayfare/system/pedestrian_slam.hpp>
 
+#include "command_line.hpp"
 #include "log_program.hpp"
 #include "recording.hpp"
 #include "submap_slam_fields.hpp"
@@ -23,16 +22,16 @@ struct Unit {
   double step_m = 0.0;
   bool no_magnetometer = false, no_steps = false, no_feedback = false;
 
-  void describe(CLI::App& app) {
+  void describe(examples::CommandLine& app) {
     app.add_option("--unit", path, "the recording of the inertial unit, on the same clock as LOG")
-        ->required()
-        ->check(CLI::ExistingFile);
+        .required()
+        .existing_file();
     recording.describe(app);
     app.add_option("--forward", forward, "the unit's axis along which the laser's x points")
-        ->check(CLI::IsMember({"x", "y", "-x", "-y"}))
-        ->capture_default_str();
+        .one_of({"x", "y", "-x", "-y"})
+        .show_default();
     app.add_option("--step", step_m, "length of every step, m; else by the steps' strength")
-        ->check(CLI::PositiveNumber);
+        .positive();
     app.add_flag("--no-magnetometer", no_magnetometer, "heading by the gyroscope alone");
     app.add_flag("--no-steps", no_steps, "take the unit's turns and tilt only");
     app.add_flag("--no-feedback", no_feedback, "leave the steps as they are");
@@ -91,5 +90,5 @@ int main(int argc, char** argv) {
          return run(recording, options, unit, arguments, progress);
        },
        [&] { return examples::check_submap_slam(options.slam); },
-       [&](CLI::App& app) { unit.describe(app); }});
+       [&](examples::CommandLine& app) { unit.describe(app); }});
 }

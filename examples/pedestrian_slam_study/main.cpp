@@ -6,29 +6,28 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/statistics.hpp>
 #include <wayfare/eval/table.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "progress_line.hpp"
 #include "walks.hpp"
 
 int main(int argc, char** argv) {
   using namespace wayfare;
-  CLI::App app("Errors of five ways to follow a walker through simulated corridors.");
+  examples::CommandLine app("Errors of five ways to follow a walker through simulated corridors.");
   int seeds = 10;
   std::uint64_t first = 1;
   bool quiet = false, each = false;
-  app.add_option("--seeds", seeds, "walks a building")->check(CLI::PositiveNumber);
+  app.add_option("--seeds", seeds, "walks a building").positive();
   app.add_option("--seed", first, "of the first walk");
   std::string folder;
   app.add_option("--write", folder,
                  "write the first rectangle's scans and readings into this folder, and end");
   app.add_flag("--each", each, "print every walk");
   app.add_flag("--quiet", quiet, "no progress");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   const auto walks = examples::study_walks();
   if (!folder.empty())
     return examples::exit_code("pedestrian_slam_study",

@@ -7,11 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/table.hpp>
 #include <wayfare/system/radar_slam.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "progress_line.hpp"
 #include "relations_table.hpp"
@@ -148,7 +147,7 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "SLAM of a recorded robot log by a Rao-Blackwellised particle filter on radar, LiDAR or "
       "both.\nLOG is a CARMEN text log, plain or gzip, with the robot's own lines for radar, "
       "wheels "
@@ -156,17 +155,17 @@ int main(int argc, char** argv) {
       "map.pgm, map.yaml, map.png and "
       "report.html; of both sensors also radar_map.pgm and radar_map.yaml, for localise.");
   Options o;
-  app.add_option("LOG", o.log, "the recorded log")->required()->check(CLI::ExistingFile);
+  app.add_option("LOG", o.log, "the recorded log").required().existing_file();
   examples::add_out(app, o, "folder for the results, made where needed");
   app.add_option("--sensors", o.sensors, "radar, lidar or both; else what the log has")
-      ->check(CLI::IsMember({"radar", "lidar", "both"}));
+      .one_of({"radar", "lidar", "both"});
   app.add_option("--particles", o.particles, "of the filter; else 30, for radar alone 10")
-      ->check(CLI::Range(1, 100000));
+      .range(1, 100000);
   app.add_option("--relations", o.relations, "true relative poses to measure the result by")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   examples::add_threads(app, o);
   examples::add_seed(app, o, "of the random numbers: the same seed gives the same result");
   examples::add_manners(app, o);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("radar_slam", run(o));
 }

@@ -6,14 +6,13 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/interpolation.hpp>
 #include <wayfare/eval/statistics.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/system/radar_slam.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "start_errors.hpp"
 
@@ -104,21 +103,18 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Run radar SLAM in a simulated world over many seeds and print mean and spread of its "
       "errors, both trajectories begun at the same pose and nothing aligned afterwards.");
   Options o;
-  app.add_option("WORLD", o.world, "corridor_loop, room or cluttered_room")->required();
-  app.add_option("--sensors", o.sensors, "radar, lidar, both")
-      ->check(CLI::IsMember({"radar", "lidar", "both"}));
-  app.add_option("--runs", o.runs, "seeds")->check(CLI::Range(1, 1000))->capture_default_str();
-  app.add_option("--seed", o.first_seed, "the first of them")->capture_default_str();
-  app.add_option("--particles", o.particles, "of the filter")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
+  app.add_option("WORLD", o.world, "corridor_loop, room or cluttered_room").required();
+  app.add_option("--sensors", o.sensors, "radar, lidar, both").one_of({"radar", "lidar", "both"});
+  app.add_option("--runs", o.runs, "seeds").range(1, 1000).show_default();
+  app.add_option("--seed", o.first_seed, "the first of them").show_default();
+  app.add_option("--particles", o.particles, "of the filter").range(1, 100000).show_default();
   app.add_option("--threads", o.threads, "worker threads; the results do not depend on them")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+      .range(1, 256)
+      .show_default();
+  if (const auto code = app.parse(argc, argv)) return *code;
   return wayfare::examples::exit_code("radar_slam_study", run(o));
 }

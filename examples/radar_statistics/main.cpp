@@ -13,14 +13,13 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_radar_scan.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/sim/worlds.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "progress_line.hpp"
 
@@ -237,7 +236,7 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Compare an AWR1843's recorded frames with simulated ones: points a frame and their spread "
       "at "
       "one place, range bins with points and points a bin, share of the range-azimuth cells that "
@@ -246,22 +245,14 @@ int main(int argc, char** argv) {
       "points a frame by range, share of the points by azimuth.");
   Options o;
   app.add_option("--captures", o.captures, "folder of recorded data ports (*.dat, *.dat.gz)");
-  app.add_option("--seed", o.seed, "of the worlds and the noise")->capture_default_str();
-  app.add_option("--views", o.views, "simulated places")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
-  app.add_option("--frames", o.frames, "at each")
-      ->check(CLI::Range(2, 10000))
-      ->capture_default_str();
-  app.add_option("--min-range", o.min_range_m, "m")
-      ->check(CLI::Range(0.1, 100.0))
-      ->capture_default_str();
-  app.add_option("--max-range", o.max_range_m, "m")
-      ->check(CLI::Range(0.5, 9.0))
-      ->capture_default_str();
+  app.add_option("--seed", o.seed, "of the worlds and the noise").show_default();
+  app.add_option("--views", o.views, "simulated places").range(1, 10000).show_default();
+  app.add_option("--frames", o.frames, "at each").range(2, 10000).show_default();
+  app.add_option("--min-range", o.min_range_m, "m").range(0.1, 100.0).show_default();
+  app.add_option("--max-range", o.max_range_m, "m").range(0.5, 9.0).show_default();
   app.add_option("--speed", o.speed_m_s, "of the simulated radar, straight ahead, m/s")
-      ->check(CLI::Range(0.0, 0.9));
+      .range(0.0, 0.9);
   app.add_flag("--all-points", o.all_points, "do not stop at the frame's room of 100 points");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("radar_statistics", run(o));
 }

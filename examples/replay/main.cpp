@@ -15,12 +15,11 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/io/mcap_reader.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/stream_player.hpp>
 
+#include "command_line.hpp"
 #include "live_systems.hpp"
 
 namespace {
@@ -169,28 +168,24 @@ Result<void> run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Replay a logger's recording as if it were happening now: with --ptys what the devices sent, "
       "into pseudo-terminals a logger can open in their place; else its inertial unit through "
       "pedestrian dead reckoning, or its scans through graph SLAM.");
   Arguments a;
-  app.add_option("RECORDING", a.recording, "a logger's recording (.mcap)")
-      ->check(CLI::ExistingFile);
+  app.add_option("RECORDING", a.recording, "a logger's recording (.mcap)").existing_file();
   app.add_option("--ptys", a.ptys, "folder for links to the pseudo-terminals, one a device");
   app.add_option("--capture", a.captures,
                  "NAME:BYTES_PER_SECOND:FILE, a device's bytes instead of a recording's; may be "
                  "given several times");
   app.add_option("--seconds", a.seconds, "repeat the captures to last as long, at real speed")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--speed", a.live.speed, "times real time")
-      ->check(CLI::Range(1e-3, 1e6))
-      ->capture_default_str();
-  app.add_option("--wait", a.wait_s, "seconds before the first byte")
-      ->check(CLI::NonNegativeNumber);
+      .not_negative();
+  app.add_option("--speed", a.live.speed, "times real time").range(1e-3, 1e6).show_default();
+  app.add_option("--wait", a.wait_s, "seconds before the first byte").not_negative();
   app.add_option("--system", a.live.system, "what it is fed to; else what it has the sensor for")
-      ->check(CLI::IsMember({"pedestrian", "graph_slam"}));
+      .one_of({"pedestrian", "graph_slam"});
   app.add_option("--topic", a.live.topic, "of the inertial unit, in a recording of several");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   std::signal(SIGINT, [](int) { stopped = true; });
   std::signal(SIGTERM, [](int) { stopped = true; });
   const auto done = run(a);

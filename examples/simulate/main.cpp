@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/io/carmen_writer.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/text_file.hpp>
@@ -19,6 +17,7 @@
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/worlds.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "progress_line.hpp"
 
@@ -43,7 +42,7 @@ struct Options {
   sim::RobotParams robot;
 };
 
-void add_options(CLI::App& app, Options& o) {
+void add_options(examples::CommandLine& app, Options& o) {
   app.add_option(
       "PLAN", o.plan,
       "a world's name, a floor plan as text, or the .yaml file of a map picture; without "
@@ -51,30 +50,28 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--waypoint", o.waypoints,
                  "X Y in metres, once for every place to drive through; replaces the plan's route "
                  "(not a world's)")
-      ->take_all();
-  auto* voxels =
+      .take_all();
+  examples::Option voxels =
       app.add_option("--voxels", o.voxels,
                      "a real building as a world: the voxels of its map, one 'x y z' a line");
-  auto* way = app.add_option("--way", o.way, "places its carrier went through, one 'x,y,z' a line");
-  way->needs(voxels);
-  voxels->needs(way);
+  app.add_option("--way", o.way, "places its carrier went through, one 'x,y,z' a line")
+      .needs("--voxels");
+  voxels.needs("--way");
   app.add_option("--out", o.log, "the CARMEN log to write");
   app.add_option("--truth", o.truth, "where the robot really was, as a TUM trajectory");
-  app.add_option("--seed", o.seed, "the same seed gives the same log")->capture_default_str();
+  app.add_option("--seed", o.seed, "the same seed gives the same log").show_default();
   app.add_flag("--print-plan", o.print_plan, "print the built-in building's plan and end");
   app.add_flag("--force", o.force, "replace files that are there already");
   app.add_flag("--quiet", o.quiet, "no progress, no summary");
 }
 
-void add_robot_options(CLI::App& app, Options& o) {
+void add_robot_options(examples::CommandLine& app, Options& o) {
   const auto number = [&](const char* name, double& value, double low, double high,
                           const char* text) {
-    app.add_option(name, value, text)->check(CLI::Range(low, high))->capture_default_str();
+    app.add_option(name, value, text).range(low, high).show_default();
   };
   number("--speed", o.robot.drive.max_speed_m_s, 0.01, 20.0, "largest speed, m/s");
-  app.add_option("--beams", o.beams, "beams of a scan")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
+  app.add_option("--beams", o.beams, "beams of a scan").range(1, 100000).show_default();
   app.add_flag("--full-circle", o.full_circle, "beams all around (else 180 deg ahead)");
   number("--scan-rate", o.scan_rate_hz, 0.01, 1000.0, "scans a second");
   number("--max-range", o.robot.lidar.max_range_m, 0.5, 1000.0, "m");
@@ -230,12 +227,12 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Simulate a robot with wheels, gyro and a 2D LiDAR in a floor plan.");
+  examples::CommandLine app("Simulate a robot with wheels, gyro and a 2D LiDAR in a floor plan.");
   app.footer(footer());
   Options options;
   add_options(app, options);
   add_robot_options(app, options);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   if (options.print_plan) {
     std::fputs(std::string(sim::demo_building()).c_str(), stdout);
     return 0;

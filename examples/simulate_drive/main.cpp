@@ -7,12 +7,11 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/sim/imu.hpp>
 #include <wayfare/sim/ranges.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "nav_config.hpp"
 
@@ -38,41 +37,41 @@ struct Options {
   sim::RangeParams ranges;
 };
 
-void add_options(CLI::App& app, Options& o) {
-  app.add_option("--out", o.out, "folder for imu.txt, ranges.txt and truth.txt")->required();
+void add_options(examples::CommandLine& app, Options& o) {
+  app.add_option("--out", o.out, "folder for imu.txt, ranges.txt and truth.txt").required();
   app.add_option("--track", o.track,
                  "follow this recorded solution (navigation text or RTKLIB's .pos) instead of the "
                  "built-in drive of 310 s and 4.5 km");
   app.add_option("--route", o.route,
                  "which built-in drive: demo (310 s, 4.5 km), town (many turns), ring (fast)")
-      ->check(CLI::IsMember({"demo", "town", "ring"}))
-      ->capture_default_str();
+      .one_of({"demo", "town", "ring"})
+      .show_default();
   app.add_option("--config", o.config,
                  "how the unit and the receiver's clock truly err: imu_noise and filter of a "
                  "description for gnss_ins")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--velocity-late", o.velocity_late_s,
                  "the track's velocities hold this much before their stamp, s")
-      ->capture_default_str();
-  app.add_option("--seed", o.seed, "the same seed gives the same files")->capture_default_str();
+      .show_default();
+  app.add_option("--seed", o.seed, "the same seed gives the same files").show_default();
   app.add_option("--start", o.start_s,
                  "of the built-in drive: seconds of GPS time since 1980-01-06")
-      ->check(CLI::Range(0.0, 4e9))
-      ->capture_default_str();
+      .range(0.0, 4e9)
+      .show_default();
   app.add_flag("--force", o.force, "replace files that are there already");
   app.add_flag("--quiet", o.quiet, "no summary");
 }
 
-void add_sensor_options(CLI::App& app, Options& o) {
+void add_sensor_options(examples::CommandLine& app, Options& o) {
   const auto number = [&](const char* name, double& value, double low, double high,
                           const char* text) {
-    app.add_option(name, value, text)->check(CLI::Range(low, high))->capture_default_str();
+    app.add_option(name, value, text).range(low, high).show_default();
   };
   number("--imu-rate", o.imu_rate_hz, 1.0, 10000.0, "readings of the inertial unit a second");
   app.add_flag("--perfect-imu", o.perfect_unit, "the unit does not err");
   number("--range-rate", o.range_rate_hz, 0.01, 100.0, "epochs of the receiver a second");
   app.add_option("--satellites", o.satellites, "at most so many, chosen for their geometry")
-      ->capture_default_str();
+      .show_default();
   number("--mask", o.elevation_mask_deg, -10.0, 90.0, "least elevation, degrees");
   number("--range-sigma", o.ranges.range_sigma_m, 0.0, 1000.0, "noise of a range, m");
   number("--rate-sigma", o.ranges.range_rate_sigma_mps, 0.0, 1000.0, "of a range rate, m/s");
@@ -80,10 +79,10 @@ void add_sensor_options(CLI::App& app, Options& o) {
          "bursts of reflections a satellite has in an hour, 20 m and 10 s on average");
   app.add_option("--outage", o.outages,
                  "BEGIN:LENGTH[:SATELLITES], seconds since the start: only so many (0) are left")
-      ->take_all();
+      .take_all();
   app.add_option("--lever-arm", o.lever_arm_m,
                  "from the unit to the antenna: forward, right, down, m")
-      ->expected(3);
+      .expected(3);
 }
 
 sim::VehicleTrajectory built_in(const Options& o) {
@@ -189,10 +188,10 @@ Result<void> run(Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Simulate a car with an inertial unit and a satellite receiver.");
+  examples::CommandLine app("Simulate a car with an inertial unit and a satellite receiver.");
   Options options;
   add_options(app, options);
   add_sensor_options(app, options);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("simulate_drive", run(options));
 }

@@ -12,14 +12,13 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/gnss/signal.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/rinex.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "outputs.hpp"
 #include "progress_line.hpp"
@@ -158,7 +157,7 @@ void print_refusals(const Refusals& refusals) {
   for (const auto& [why, count] : refusals.satellites)
     std::printf("not used       %zu observations: %s\n", count, why.c_str());
   std::string names;
-  for (const SatelliteId s : refusals.without_message) names += " " + to_string(s);
+  for (const SatelliteId s : refusals.without_message) names.append(" ").append(to_string(s));
   if (!names.empty()) std::printf("no message for%s\n", names.c_str());
 }
 
@@ -224,38 +223,36 @@ Result<void> run_spp(const Arguments& a) {
   return {};
 }
 
-void describe(CLI::App& app, Arguments& a) {
+void describe(examples::CommandLine& app, Arguments& a) {
   app.add_option("--obs", a.obs, "RINEX 2 or 3 observations, plain or gzip")
-      ->required()
-      ->check(CLI::ExistingFile);
+      .required()
+      .existing_file();
   app.add_option("--nav", a.nav, "RINEX navigation files; several are taken together")
-      ->required()
-      ->check(CLI::ExistingFile);
+      .required()
+      .existing_file();
   app.add_option("--system", a.systems, "systems to use: G GPS, R GLONASS, E Galileo, C BeiDou")
-      ->capture_default_str();
+      .show_default();
   app.add_option("--out", a.out,
                  "folder for positions.txt, ranges.txt, track.tum and report.html, made where "
                  "needed");
   app.add_option("--truth", a.truth,
                  "reference track to measure by: named columns or RTKLIB's .pos; the antenna's "
                  "position")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--truth-columns", a.truth_columns,
                  "names of its columns, apart by commas, where it has none: "
                  "week,tow_s,lat_deg,lon_deg,h_m");
-  app.add_option("--truth-skip", a.truth_skip, "lines before its data")->capture_default_str();
-  app.add_option("--truth-shift", a.truth_shift_s, "seconds added to its times")
-      ->capture_default_str();
+  app.add_option("--truth-skip", a.truth_skip, "lines before its data").show_default();
+  app.add_option("--truth-shift", a.truth_shift_s, "seconds added to its times").show_default();
   app.add_option("--peer", a.peer,
                  "another program's solution (RTKLIB's .pos): errors on the epochs it answers")
-      ->check(CLI::ExistingFile)
-      ->needs("--truth");
+      .existing_file()
+      .needs("--truth");
   app.add_option("--elevation-mask", a.elevation_mask_deg,
                  "satellites lower than this are out, deg")
-      ->check(CLI::Range(0.0, 90.0))
-      ->capture_default_str();
-  app.add_option("--min-cn0", a.min_cn0, "signals weaker than this are out, dB-Hz")
-      ->capture_default_str();
+      .range(0.0, 90.0)
+      .show_default();
+  app.add_option("--min-cn0", a.min_cn0, "signals weaker than this are out, dB-Hz").show_default();
   app.add_flag("--no-ionosphere", a.no_ionosphere, "do not correct for the ionosphere");
   app.add_flag("--no-troposphere", a.no_troposphere, "do not correct for the troposphere");
   app.add_flag("--no-exclusion", a.no_exclusion, "plain least squares, faults and all");
@@ -270,12 +267,12 @@ void describe(CLI::App& app, Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Position, velocity and time from each epoch of a receiver's code and Doppler measurements\n"
       "by broadcast orbits and clocks, with faulty satellites left out. No carrier phase, no\n"
       "differential corrections, one frequency: metres, not centimetres.");
   Arguments arguments;
   describe(app, arguments);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("spp", run_spp(arguments));
 }

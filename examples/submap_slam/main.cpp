@@ -8,11 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/eval/table.hpp>
 #include <wayfare/system/submap_slam.hpp>
 
+#include "command_line.hpp"
 #include "log_program.hpp"
 #include "submap_slam_fields.hpp"
 
@@ -85,11 +84,11 @@ int main(int argc, char** argv) {
          return run(recording, options, files, arguments, progress);
        },
        [&] { return examples::check_submap_slam(options); },
-       [&](CLI::App& app) {
+       [&](examples::CommandLine& app) {
          app.add_option("--continue", files.from,
                         "a map saved by an earlier run with the same options, to go on from; LOG "
                         "is what came after it")
-             ->check(CLI::ExistingFile);
+             .existing_file();
          app.add_option("--save", files.to, "file to save the map to, to go on from later");
        }});
 }

@@ -5,10 +5,9 @@
 #include <filesystem>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/io/nav_text.hpp>
 
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "nav_drives.hpp"
 #include "nav_errors.hpp"
@@ -80,24 +79,24 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  examples::CommandLine app(
       "Cut a stretch out of a recorded drive for tune: the unit's readings are real, the ranges "
       "simulated\nalong the recording's reference, whose attitude is the course.");
   Options o;
-  app.add_option("--imu", o.files.imu, "inertial samples")->required()->check(CLI::ExistingFile);
+  app.add_option("--imu", o.files.imu, "inertial samples").required().existing_file();
   app.add_option("--imu-tags", o.files.imu_tags, "RTKLIB's time tags of the inertial file")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--truth", o.files.truth, "the reference the ranges are simulated along")
-      ->required()
-      ->check(CLI::ExistingFile);
+      .required()
+      .existing_file();
   app.add_option("--config", o.config, "JSON description of the recording; see gnss_ins")
-      ->check(CLI::ExistingFile);
-  app.add_option("--from", o.from_s, "seconds after the first sample")->capture_default_str();
+      .existing_file();
+  app.add_option("--from", o.from_s, "seconds after the first sample").show_default();
   app.add_option("--to", o.to_s, "seconds after the first sample");
-  app.add_option("--seed", o.ranges.seed, "of the ranges")->capture_default_str();
-  app.add_option("--satellites", o.ranges.satellites, "in view")->capture_default_str();
-  app.add_option("--out", o.out, "folder for the results, made where needed")->required();
+  app.add_option("--seed", o.ranges.seed, "of the ranges").show_default();
+  app.add_option("--satellites", o.ranges.satellites, "in view").show_default();
+  app.add_option("--out", o.out, "folder for the results, made where needed").required();
   app.add_flag("--force", o.force, "replace files of an earlier run");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("cut_drive", run(o));
 }

@@ -9,11 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include <wayfare/tune/ins_genes.hpp>
 
 #include "cmaes.hpp"
+#include "command_line.hpp"
 #include "exit_code.hpp"
 #include "findings.hpp"
 #include "program_files.hpp"
@@ -219,18 +218,17 @@ Result<void> run(const Options& o, const examples::Ranks& ranks) {
   return write(o, f, training->front().config);
 }
 
-void add_options(CLI::App& app, Options& o) {
+void add_options(examples::CommandLine& app, Options& o) {
   const auto folders = [&](const char* name, auto& value, const char* text) {
-    return app.add_option(name, value, text)->check(CLI::ExistingDirectory)->expected(1, 64);
+    return app.add_option(name, value, text).existing_folder().expected(1, 64);
   };
-  folders("--training", o.training, "drives to tune on: imu.txt, ranges.txt, truth.txt")
-      ->required();
+  folders("--training", o.training, "drives to tune on: imu.txt, ranges.txt, truth.txt").required();
   folders("--test", o.test, "drives to try the outcome on");
-  app.add_option("--out", o.out, "folder for the results, made where needed")->required();
+  app.add_option("--out", o.out, "folder for the results, made where needed").required();
   app.add_option("--nominal", o.nominal, "parameters to start from, as allan writes them")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   const auto count = [&](const char* name, auto& value, double least, const char* text) {
-    app.add_option(name, value, text)->check(CLI::Range(least, 1e7))->capture_default_str();
+    app.add_option(name, value, text).range(least, 1e7).show_default();
   };
   count("--population", o.genetic.population, 4, "individuals");
   count("--generations", o.genetic.generations, 1, "generations");
@@ -241,10 +239,10 @@ void add_options(CLI::App& app, Options& o) {
   count("--threads", o.fitness.threads, 1, "worker threads; the results do not depend on them");
   InsFitnessWeights& w = o.fitness.weights;
   for (const auto& [name, value] : {std::pair("--weight-position", &w.north)})
-    app.add_option(name, *value, "weight of each metre")->check(CLI::NonNegativeNumber);
+    app.add_option(name, *value, "weight of each metre").not_negative();
   app.add_option("--weight-heading", w.heading, "weight of each degree of heading")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+      .not_negative()
+      .show_default();
   app.add_option("--kernel", o.fitness.kernel, "avx512, avx2 or baseline; by default the widest");
   count("--cmaes", o.cmaes, 0,
         "so many evaluations of CMA-ES from the best of the search (needs pagmo; one at a time)");
@@ -258,7 +256,7 @@ void add_options(CLI::App& app, Options& o) {
 
 int main(int argc, char** argv) {
   const examples::Ranks ranks(&argc, &argv);
-  CLI::App app(
+  examples::CommandLine app(
       "Tune the navigation filter on drives with known truth by a genetic algorithm.\nEvery "
       "generation is saved: Ctrl-C ends after the one that runs, --resume goes on. mpirun -n N "
       "shares\nthe work among N processes. Writes tuned.json, tables.txt and report.html.");
@@ -266,7 +264,7 @@ int main(int argc, char** argv) {
   o.genetic.elite = 0;  // 0: a fiftieth of the population
   o.fitness.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   add_options(app, o);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto code = app.parse(argc, argv)) return *code;
   o.genetic.elite = std::max<std::size_t>(1, o.genetic.population / 50);
   o.fitness.weights.east = o.fitness.weights.down = o.fitness.weights.north;
   const int code = examples::exit_code("tune", run(o, ranks));
