@@ -39,10 +39,12 @@ foreach(_component IN LISTS _components)
   _wayfare_requirements(${_component} _needs _packages)
   string(APPEND _requirements "set(_wayfare_${_component}_components ${_needs})\n"
                               "set(_wayfare_${_component}_packages ${_packages})\n")
-  if("CHOLMOD" IN_LIST _packages)
-    install(FILES "${PROJECT_SOURCE_DIR}/cmake/FindCHOLMOD.cmake"
-            DESTINATION "${_wayfare_package_dir}")
-  endif()
+  foreach(_package IN LISTS _packages)
+    if(EXISTS "${PROJECT_SOURCE_DIR}/cmake/Find${_package}.cmake")
+      install(FILES "${PROJECT_SOURCE_DIR}/cmake/Find${_package}.cmake"
+              DESTINATION "${_wayfare_package_dir}")
+    endif()
+  endforeach()
 endforeach()
 list(JOIN _components " " WAYFARE_INSTALLED_COMPONENTS)
 set(WAYFARE_COMPONENT_REQUIREMENTS "${_requirements}")

@@ -153,7 +153,7 @@ class Indexer {
 
   /// Reads all of the data; gives how many messages were left out for want of a description.
   std::size_t scan() {
-    Messages messages(index_.known, name_, index_.contents.problems);
+    Messages messages(index_.known, name_, options_, index_.contents.problems);
     Walk walk(source_, name_, options_, index_.contents.problems);
     walk.run([&](const Record& record) {
       std::optional<Place> place;

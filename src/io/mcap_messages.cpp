@@ -61,14 +61,22 @@ bool Messages::take(const Record& record, const Sink& sink) {
 
 bool Messages::take_chunk(const Record& record, const Sink& sink) {
   const ChunkHead chunk = read_chunk_head(record.content);
-  if (auto wrong = fault_of(chunk, name_, record.at)) {
-    problems_.add(std::move(*wrong));
+  auto buffer = std::make_shared<std::string>();
+  const auto records = records_of(chunk, options_.max_record_bytes, *buffer);
+  if (!records) {
+    Error wrong = records.error();
+    wrong.source = name_;
+    wrong.byte = static_cast<std::size_t>(record.at);
+    problems_.add(std::move(wrong));
     return true;
   }
+  const bool packed = !chunk.compression.empty();
+  unpacked_ = packed ? std::move(buffer) : nullptr;
+  // Within a compressed chunk every place is that of the chunk.
   const std::uint64_t begin = record.at + record.bytes() - chunk.records.size();
-  std::string_view rest = chunk.records;
+  std::string_view rest = *records;
   while (!rest.empty()) {
-    const std::uint64_t at = begin + (chunk.records.size() - rest.size());
+    const std::uint64_t at = packed ? record.at : begin + (records->size() - rest.size());
     const auto inner = take_record(rest, at);
     if (!inner || inner->opcode == Opcode::chunk) {
       fault(at, "the rest of a chunk is malformed; left out");

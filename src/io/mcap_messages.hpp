@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -26,8 +27,12 @@ class Messages {
  public:
   using Sink = std::function<bool(const McapMessage&)>;
 
-  Messages(Description& known, const std::string& name, Problems& problems)
-      : known_(known), name_(name), problems_(problems) {}
+  Messages(Description& known, const std::string& name, const McapReadOptions& options,
+           Problems& problems)
+      : known_(known), name_(name), options_(options), problems_(problems) {}
+
+  /// What the messages of the last chunk refer to, where it was compressed; else nothing.
+  [[nodiscard]] const std::shared_ptr<const std::string>& unpacked() const { return unpacked_; }
 
   /// Messages left out because their channel was not described before them.
   [[nodiscard]] std::size_t undescribed() const { return undescribed_; }
@@ -44,7 +49,9 @@ class Messages {
 
   Description& known_;
   const std::string& name_;
+  const McapReadOptions& options_;
   Problems& problems_;
+  std::shared_ptr<const std::string> unpacked_;
   std::size_t undescribed_ = 0;
 };
 

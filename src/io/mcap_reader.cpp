@@ -44,7 +44,7 @@ struct McapReader::Impl {
   void read_through(const McapQuery& query, const mcap::Messages::Sink& sink,
                     Problems& problems) const {
     mcap::Description description = index.known;
-    mcap::Messages messages(description, name, problems);
+    mcap::Messages messages(description, name, options, problems);
     mcap::Walk walk(*source, name, options, problems);
     walk.run([&](const Record& record) {
       return messages.take(record,
@@ -55,7 +55,7 @@ struct McapReader::Impl {
   void read_by_time(const McapQuery& query, const mcap::Messages::Sink& sink,
                     Problems& problems) const {
     mcap::Description description = index.known;
-    mcap::Messages messages(description, name, problems);
+    mcap::Messages messages(description, name, options, problems);
     std::priority_queue<Waiting> waiting;
     const auto deliver_before = [&](const LogTime* limit) {
       while (!waiting.empty() && (limit == nullptr || waiting.top().message.log_time < *limit)) {
@@ -76,7 +76,8 @@ struct McapReader::Impl {
       }
       std::uint64_t order = place.at;
       messages.take(*record, [&](const McapMessage& m) {
-        if (asked_for(query, m)) waiting.push({m, order, bytes});
+        const auto& holder = messages.unpacked();
+        if (asked_for(query, m)) waiting.push({m, order, holder ? holder : bytes});
         ++order;
         return true;
       });

@@ -1,6 +1,9 @@
 #include "mcap_walk.hpp"
 
 #include <algorithm>
+#include <utility>
+
+#include "block_compression.hpp"
 
 namespace wayfare::io::mcap {
 namespace {
@@ -36,21 +39,23 @@ ChunkHead read_chunk_head(std::string_view content) {
   return head;
 }
 
-std::optional<Error> fault_of(const ChunkHead& chunk, const std::string& source, std::uint64_t at) {
-  const auto fault = [&](ErrorCode code, std::string message) {
-    return Error{code, std::move(message), source, 0, static_cast<std::size_t>(at)};
-  };
-  if (!chunk.whole) return fault(ErrorCode::parse, "a chunk contradicts its own length; left out");
+Result<std::string_view> records_of(const ChunkHead& chunk, std::size_t max_bytes,
+                                    std::string& buffer) {
+  if (!chunk.whole) return Error{ErrorCode::parse, "a chunk contradicts its own length; left out"};
+  std::string_view records = chunk.records;
   if (!chunk.compression.empty()) {
-    const std::string name(chunk.compression.substr(0, kLongestCompression));
-    return fault(ErrorCode::unsupported, "a chunk is compressed by '" + name +
-                                             "', which is not read; write it again without "
-                                             "compression");
+    if (chunk.size > max_bytes)
+      return Error{ErrorCode::unsupported,
+                   "a chunk would need " + std::to_string(chunk.size) + " bytes; left out"};
+    auto unpacked = decompress_block(chunk.compression, records, chunk.size);
+    if (!unpacked) return Error{unpacked.error().code, "a chunk " + unpacked.error().message};
+    buffer = *std::move(unpacked);
+    records = buffer;
   }
-  if (chunk.size != chunk.records.size() || (chunk.crc != 0 && crc(chunk.records) != chunk.crc))
-    return fault(ErrorCode::parse, "a chunk of " + std::to_string(chunk.records.size()) +
-                                       " bytes has a wrong checksum; left out");
-  return std::nullopt;
+  if (chunk.size != records.size() || (chunk.crc != 0 && crc(records) != chunk.crc))
+    return Error{ErrorCode::parse, "a chunk of " + std::to_string(records.size()) +
+                                       " bytes has a wrong checksum; left out"};
+  return records;
 }
 
 std::optional<Record> Walk::record_at(std::uint64_t at) {
@@ -81,9 +86,8 @@ bool Walk::is_chunk(std::uint64_t at, std::string_view head) {
   const auto content = source_.fetch(at + kRecordHead, length, probe_);
   if (!content) return false;
   const ChunkHead chunk = read_chunk_head(*content);
-  effort_ += length;
-  return chunk.whole && chunk.crc != 0 &&
-         (!chunk.compression.empty() || crc(chunk.records) == chunk.crc);
+  effort_ += length + (name == 0 ? 0 : std::min<std::uint64_t>(size, options_.max_record_bytes));
+  return chunk.crc != 0 && records_of(chunk, options_.max_record_bytes, unpacked_).has_value();
 }
 
 std::uint64_t Walk::next_chunk(std::uint64_t from) {

@@ -38,9 +38,10 @@ struct ChunkHead {
 
 [[nodiscard]] ChunkHead read_chunk_head(std::string_view content);
 
-/// What is wrong with a chunk, if anything: its records must not be used then.
-[[nodiscard]] std::optional<Error> fault_of(const ChunkHead& chunk, const std::string& source,
-                                            std::uint64_t at);
+/// A chunk's records, put into `buffer` where they are compressed. Errors: what is wrong with it,
+/// without a place; larger than `max_bytes`.
+[[nodiscard]] Result<std::string_view> records_of(const ChunkHead& chunk, std::size_t max_bytes,
+                                                  std::string& buffer);
 
 class Walk {
  public:
@@ -61,7 +62,7 @@ class Walk {
   const std::string& name_;
   const McapReadOptions& options_;
   Problems& problems_;
-  std::string buffer_, probe_;
+  std::string buffer_, probe_, unpacked_;
   std::uint64_t effort_ = 0;  ///< bytes whose checksum was tried in vain
 };
 

@@ -175,10 +175,10 @@ TEST(Mcap, SaysWhereAChunkIsDamaged) {
 TEST(Mcap, NamesACompressionItDoesNotRead) {
   const Sample s = sample(1, 3, false);
   std::string bytes = s.bytes;
-  // The chunk begins behind the header; "lz4" goes where its compression's empty name is.
+  // The chunk begins behind the header; "br4" goes where its compression's empty name is.
   const std::size_t chunk = bytes.find('\x06', 8 + 9 + 4 + 4 + 7);
   const std::size_t name = chunk + 9 + 8 + 8 + 8 + 4;
-  bytes.insert(name + 4, "lz4");
+  bytes.insert(name + 4, "br4");
   bytes[name] = 3;
   bytes[chunk + 1] = static_cast<char>(bytes[chunk + 1] + 3);
   const auto reader = McapReader::parse(bytes, "m");
@@ -187,7 +187,7 @@ TEST(Mcap, NamesACompressionItDoesNotRead) {
   EXPECT_TRUE(read_all(*reader, {}, &problems).empty());
   ASSERT_FALSE(problems.empty());
   EXPECT_EQ(problems.first()[0].code, ErrorCode::unsupported);
-  EXPECT_THAT(problems.first()[0].message, HasSubstr("'lz4'"));
+  EXPECT_THAT(problems.first()[0].message, HasSubstr("'br4'"));
 }
 
 TEST(Mcap, SurvivesAnyDamage) {

@@ -65,7 +65,8 @@ class McapReader {
 
   /// Calls `sink` with the messages asked for until it returns false. What was met on the way:
   /// chunks whose checksum is wrong are left out, as are messages of channels never described.
-  /// Compressed chunks are left out and their compression is named.
+  /// Chunks compressed by LZ4 or Zstandard are read where wayfare was built with their libraries;
+  /// others are left out and their compression is named.
   Problems read(const McapQuery& query, const std::function<bool(const McapMessage&)>& sink) const;
 
  private:
