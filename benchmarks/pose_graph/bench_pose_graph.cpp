@@ -163,7 +163,7 @@ const bool kRegistered = [] {
         run(s, name, solve);
       })->Unit(benchmark::kMillisecond);
     };
-    add("wayfare", [](const auto& g) { return solve_with<BlockCholesky>(g); });
+    add("wayfare", [](const auto& g) { return solve_with<MultifrontalCholesky>(g); });
     add("wayfare_eigen", [](const auto& g) { return solve_with<EigenSolver>(g); });
 #ifdef WAYFARE_BENCH_CHOLMOD
     add("wayfare_cholmod", [](const auto& g) { return solve_with<CholmodSolver>(g); });

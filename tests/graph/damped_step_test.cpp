@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
-#include <wayfare/graph/block_cholesky.hpp>
 #include <wayfare/graph/joint_covariance.hpp>
+#include <wayfare/graph/multifrontal_cholesky.hpp>
 
 #include "graph/tangle.hpp"
 
@@ -16,7 +16,7 @@ using tests::DenseEquations;
 using tests::tangle;
 
 template <class G>
-using Step = DampedStep<G, BlockCholesky<ManifoldTraits<G>::kDof>>;
+using Step = DampedStep<G, MultifrontalCholesky<ManifoldTraits<G>::kDof>>;
 
 template <class G>
 class DampedStepTest : public testing::Test {

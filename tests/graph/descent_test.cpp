@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/graph/block_cholesky.hpp>
+#include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/optimise_control.hpp>
 #include <wayfare/graph/phase_timer.hpp>
 #include <wayfare/graph/report.hpp>
@@ -86,7 +86,7 @@ TEST(PhaseTimer, AddsToWhatWasThere) {
   EXPECT_GE(seconds, once);
 }
 
-using Step = DampedStep<SE2d, BlockCholesky<3>>;
+using Step = DampedStep<SE2d, MultifrontalCholesky<3>>;
 
 struct Descent {
   PoseGraph2 graph;

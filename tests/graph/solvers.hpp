@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/graph/block_cholesky.hpp>
 #include <wayfare/graph/eigen_solver.hpp>
+#include <wayfare/graph/multifrontal_cholesky.hpp>
 #ifdef WAYFARE_TEST_CHOLMOD
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif
@@ -13,11 +13,11 @@
 namespace wayfare {
 
 #ifdef WAYFARE_TEST_CHOLMOD
-using AllSolvers = testing::Types<BlockCholesky<3>, BlockCholesky<6>, EigenSolver<3>,
+using AllSolvers = testing::Types<MultifrontalCholesky<3>, MultifrontalCholesky<6>, EigenSolver<3>,
                                   EigenSolver<6>, CholmodSolver<3>, CholmodSolver<6>>;
 #else
-using AllSolvers =
-    testing::Types<BlockCholesky<3>, BlockCholesky<6>, EigenSolver<3>, EigenSolver<6>>;
+using AllSolvers = testing::Types<MultifrontalCholesky<3>, MultifrontalCholesky<6>, EigenSolver<3>,
+                                  EigenSolver<6>>;
 #endif
 
 }  // namespace wayfare

@@ -5,16 +5,16 @@
 #include <cmath>
 #include <vector>
 
-#include <wayfare/graph/block_cholesky.hpp>
 #include <wayfare/graph/damped_step.hpp>
 #include <wayfare/graph/descent.hpp>
 #include <wayfare/graph/joint_covariance.hpp>
+#include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/validate.hpp>
 
 namespace wayfare {
 
 template <int N>
-using DefaultSolver = BlockCholesky<N>;
+using DefaultSolver = MultifrontalCholesky<N>;
 
 /// Optimises pose graphs, keeping pattern, symbolic factorisation and memory from one call to the
 /// next while the structure stays the same: keep one for a graph that grows.

@@ -2,15 +2,16 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/graph/block_cholesky.hpp>
 #include <wayfare/graph/linear_solver.hpp>
+#include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/scalar_expansion.hpp>
 
 namespace wayfare {
 
 /// LinearSolver on a decomposition of Eigen's interface that knows no blocks (of the upper triangle
-/// of a ScalarExpansion<N>::Matrix, without an ordering of its own), in the block ordering all
-/// solvers here share. Such decompositions do not say where they failed; BlockCholesky then does.
+/// of a ScalarExpansion<N>::Matrix, without an ordering of its own), in the block ordering
+/// all solvers here share. Such decompositions do not say where they failed; MultifrontalCholesky
+/// then does.
 template <int N, class Decomposition>
 class ScalarSolver {
  public:
@@ -25,7 +26,7 @@ class ScalarSolver {
     expansion_.fill(h);
     decomposition_.factorize(expansion_.matrix());
     if (decomposition_.info() == Eigen::Success) return {};
-    BlockCholesky<N> blocks;
+    MultifrontalCholesky<N> blocks;
     blocks.analyse(h);
     return {false, blocks.factorise(h).block};
   }

@@ -1,0 +1,61 @@
+#pragma once
+
+// Sparse Cholesky H = L Lᵀ on fixed-size blocks, in dense fronts: columns of L that look alike are
+// eliminated together in one dense matrix, and what that leaves for later columns is added to the
+// front that eliminates the next of them (Duff, Reid 1983, "The multifrontal solution of indefinite
+// sparse symmetric linear systems"; Liu 1992, "The multifrontal method for sparse matrix
+// solution"). Ordering and elimination tree are found on the graph of blocks, N² times smaller than
+// that of scalars.
+
+#include <memory>
+#include <span>
+
+#include <Eigen/Core>
+
+#include <wayfare/graph/linear_solver.hpp>
+
+namespace wayfare {
+
+/// The work of MultifrontalCholesky, compiled once for all block sizes and for the instruction sets
+/// of this machine. A pattern is that of BlockSparse; values are its blocks, one after another.
+class MultifrontalFactor {
+ public:
+  MultifrontalFactor();
+  MultifrontalFactor(MultifrontalFactor&&) noexcept;
+  MultifrontalFactor& operator=(MultifrontalFactor&&) noexcept;
+  ~MultifrontalFactor();
+
+  void analyse(std::span<const int> starts, std::span<const int> rows, int block);
+  /// The block column at which the matrix stops being positive definite, −1 where it is.
+  int factorise(const double* values);
+  void solve_in_place(double* x);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// LinearSolver of our own. Everything found in `analyse` is kept while only values change, and
+/// nothing is allocated after the first `factorise`.
+template <int N>
+class MultifrontalCholesky {
+ public:
+  static_assert(N == 2 || N == 3 || N == 6, "the kernels are compiled for these");
+  static constexpr int kBlock = N;
+
+  void analyse(const BlockSparse<N>& h) { factor_.analyse(h.starts(), h.rows(), N); }
+
+  FactorOutcome factorise(const BlockSparse<N>& h) {
+    const int failed = factor_.factorise(h.blocks() > 0 ? h.data(0) : nullptr);
+    return {failed < 0, failed};
+  }
+
+  void solve_in_place(Eigen::VectorXd& x) { factor_.solve_in_place(x.data()); }
+
+ private:
+  MultifrontalFactor factor_;
+};
+
+static_assert(LinearSolver<MultifrontalCholesky<3>> && LinearSolver<MultifrontalCholesky<6>>);
+
+}  // namespace wayfare

@@ -1,0 +1,125 @@
+#include "cholesky/factor.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace wayfare::cholesky {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+Factor::Factor(FrontPlan plan) : plan_(std::move(plan)), kernels_(best_kernels(plan_.block)) {
+  place_fronts();
+  place_updates();
+  permuted_.resize(plan_.order.size() * at(plan_.block));
+}
+
+void Factor::place_fronts() {
+  places_.resize(plan_.fronts.size());
+  for (std::size_t s = 0; s < places_.size(); ++s) {
+    const Front& f = plan_.fronts[s];
+    Place& place = places_[s];
+    const int p = f.columns * plan_.block, m = f.rows * plan_.block;
+    // What is factorised in one go needs no room for tiles that reach past it.
+    place.ld11 = p == plan_.block || p == 6 ? p : padded(p);
+    place.ld21 = padded(m);
+    place.l11 = factor_size_;
+    place.l21 = factor_size_ + at(padded(place.ld11 * p));
+    factor_size_ = place.l21 + at(place.ld21) * at(p);
+    most_rows_ = std::max(most_rows_, place.ld21);
+  }
+}
+
+void Factor::place_updates() {
+  std::vector<int> depth(places_.size(), 0);
+  for (std::size_t s = places_.size(); s-- > 0;)
+    if (const int p = plan_.fronts[s].parent; p >= 0) depth[s] = depth[at(p)] + 1;
+  std::size_t top[2] = {0, 0}, highest[2] = {0, 0};
+  for (std::size_t s = 0; s < places_.size(); ++s) {
+    const Front& f = plan_.fronts[s];
+    std::size_t& own = top[depth[s] % 2];
+    std::size_t& children = top[1 - depth[s] % 2];
+    for (int k = f.children_begin; k < f.children_end; ++k)
+      children = std::min(children, places_[at(plan_.children[at(k)])].update);
+    places_[s].update = own;
+    own += at(places_[s].ld21) * at(f.rows * plan_.block);
+    highest[depth[s] % 2] = std::max(highest[depth[s] % 2], own);
+  }
+  for (std::size_t s = 0; s < places_.size(); ++s)
+    if (depth[s] % 2 == 1) places_[s].update += highest[0];
+  stack_size_ = highest[0] + highest[1];
+}
+
+Panel Factor::panel(std::size_t s) {
+  const Front& f = plan_.fronts[s];
+  const Place& place = places_[s];
+  return {values_.data() + place.l11,
+          values_.data() + place.l21,
+          f.columns * plan_.block,
+          f.rows * plan_.block,
+          place.ld11,
+          place.ld21};
+}
+
+Update Factor::update_of(int child) const {
+  const Front& f = plan_.fronts[at(child)];
+  const Place& place = places_[at(child)];
+  return {stack_.data() + place.update, place.ld21, plan_.runs.data() + f.runs_begin, f.pivot_runs,
+          f.runs};
+}
+
+int Factor::factorise_front(std::size_t s, const double* h) {
+  const Front& f = plan_.fronts[s];
+  const Panel front = panel(s);
+  std::fill(front.l11, front.l21 + at(front.ld21) * at(front.pivots), 0.0);
+  kernels_.scatter(plan_.placements.data() + f.placements_begin,
+                   f.placements_end - f.placements_begin, h, front);
+  for (int k = f.children_begin; k < f.children_end; ++k)
+    kernels_.add_to_panel(update_of(plan_.children[at(k)]), front);
+  if (const int failed = kernels_.factorise(front); failed >= 0)
+    return plan_.order[at(f.first + failed / plan_.block)];
+  if (f.rows == 0) return -1;
+  double* const update = stack_.data() + places_[s].update;
+  kernels_.update(front, update, front.ld21);
+  for (int k = f.children_begin; k < f.children_end; ++k)
+    kernels_.add_to_update(update_of(plan_.children[at(k)]), update, front.ld21);
+  return -1;
+}
+
+int Factor::factorise(const double* h) {
+  values_.reserve(factor_size_);
+  stack_.reserve(stack_size_);
+  below_.reserve(at(most_rows_));
+  for (std::size_t s = 0; s < places_.size(); ++s)
+    if (const int failed = factorise_front(s, h); failed >= 0) return failed;
+  return -1;
+}
+
+void Factor::solve_in_place(double* x) {
+  const std::size_t n = at(plan_.block);
+  double* const y = permuted_.data();
+  double* const t = below_.data();
+  for (std::size_t c = 0; c < plan_.number.size(); ++c)
+    std::copy_n(x + c * n, n, y + at(plan_.number[c]) * n);
+  for (std::size_t s = 0; s < places_.size(); ++s) {
+    const Front& f = plan_.fronts[s];
+    kernels_.forward(panel(s), y + at(f.first) * n, t);
+    const int* const rows = plan_.rows.data() + f.rows_begin;
+    for (int i = 0; i < f.rows; ++i)
+      for (std::size_t k = 0; k < n; ++k) y[at(rows[i]) * n + k] -= t[at(i) * n + k];
+  }
+  for (std::size_t s = places_.size(); s-- > 0;) {
+    const Front& f = plan_.fronts[s];
+    const int* const rows = plan_.rows.data() + f.rows_begin;
+    for (int i = 0; i < f.rows; ++i)
+      for (std::size_t k = 0; k < n; ++k) t[at(i) * n + k] = y[at(rows[i]) * n + k];
+    std::fill(t + at(f.rows) * n, t + places_[s].ld21, 0.0);
+    kernels_.backward(panel(s), y + at(f.first) * n, t);
+  }
+  for (std::size_t c = 0; c < plan_.number.size(); ++c)
+    std::copy_n(y + at(plan_.number[c]) * n, n, x + c * n);
+}
+
+}  // namespace wayfare::cholesky

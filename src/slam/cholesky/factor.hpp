@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "cholesky/aligned.hpp"
+#include "cholesky/fronts.hpp"
+
+namespace wayfare::cholesky {
+
+/// The numbers of a multifrontal factorisation and where they lie. Updates lie on two stacks, those
+/// of fronts at even and at odd depth, so that a front's own never lies in the way of its
+/// children's.
+class Factor {
+ public:
+  explicit Factor(FrontPlan plan);
+
+  /// `h`: the values of the pattern's blocks. The original column at which H stops being positive
+  /// definite, −1 where it is.
+  int factorise(const double* h);
+
+  /// L y = x, then Lᵀ z = y, in the original order of columns.
+  void solve_in_place(double* x);
+
+  [[nodiscard]] const FrontPlan& plan() const { return plan_; }
+
+ private:
+  struct Place {
+    std::size_t l11, l21, update;
+    int ld11, ld21;
+  };
+
+  void place_fronts();
+  void place_updates();
+  int factorise_front(std::size_t s, const double* h);
+  [[nodiscard]] Panel panel(std::size_t s);
+  [[nodiscard]] Update update_of(int child) const;
+
+  FrontPlan plan_;
+  const FrontKernels& kernels_;
+  std::vector<Place> places_;
+  std::size_t factor_size_ = 0, stack_size_ = 0;
+  int most_rows_ = 0;
+  AlignedDoubles values_, stack_;
+  std::vector<double> permuted_;
+  AlignedDoubles below_;
+};
+
+}  // namespace wayfare::cholesky

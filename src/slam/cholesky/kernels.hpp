@@ -1,0 +1,63 @@
+#pragma once
+
+// The dense work of a multifrontal factorisation, compiled for several instruction sets from one
+// portable source. All matrices are column-major. Of a front with p pivots and m rows below them
+// L₁₁ is p×p (its diagonal kept as reciprocals) and L₂₁ m×p; leading dimensions of L₂₁ and of
+// updates are multiples of kPad, rows past m hold nothing of meaning.
+
+#include "kernels/kernels.hpp"
+
+namespace wayfare::cholesky {
+
+inline constexpr int kPad = 8;
+constexpr int padded(int n) { return (n + kPad - 1) / kPad * kPad; }
+
+/// Block `block` of H is added to a front: at block (row, column) of L₁₁ or L₂₁.
+struct Placement {
+  int block;
+  int row, column;
+  bool transposed, below;
+};
+
+/// Block rows [from, from + length) of a front's update go to [to, to + length) of its parent: of
+/// L₁₁ in a pivot run, else of L₂₁ and of the parent's update.
+struct Run {
+  int from, to, length;
+};
+
+struct Panel {
+  double *l11, *l21;
+  int pivots, rows;  // scalars
+  int ld11, ld21;
+};
+
+/// A front's update on its way into the parent's.
+struct Update {
+  const double* values;
+  int ld;
+  const Run* runs;
+  int pivot_runs, all_runs;
+};
+
+struct FrontKernels {
+  void (*scatter)(const Placement* placements, int count, const double* h, const Panel& front);
+  /// Adds the columns of pivot runs, then the others (the lower triangle alone).
+  void (*add_to_panel)(const Update& child, const Panel& front);
+  void (*add_to_update)(const Update& child, double* update, int ld);
+  /// The pivot at which L₁₁ is not positive definite or not finite, −1 where it is both.
+  int (*factorise)(const Panel& front);
+  /// update = −L₂₁ L₂₁ᵀ, lower triangle.
+  void (*update)(const Panel& front, double* update, int ld);
+  /// One right-hand side: y (p numbers) := L₁₁⁻¹ y, t (m, padded) := L₂₁ y.
+  void (*forward)(const Panel& front, double* y, double* t);
+  /// y := L₁₁⁻ᵀ (y − L₂₁ᵀ t); t is zero past m.
+  void (*backward)(const Panel& front, double* y, const double* t);
+};
+
+/// `block` is 2, 3 or 6.
+[[nodiscard]] const FrontKernels& kernels_for(kernels::Isa isa, int block);
+[[nodiscard]] const FrontKernels& best_kernels(int block);
+/// Whether this machine has what the kernels of that set are compiled for.
+[[nodiscard]] bool supported(kernels::Isa isa);
+
+}  // namespace wayfare::cholesky

@@ -1,0 +1,32 @@
+#include <wayfare/graph/multifrontal_cholesky.hpp>
+
+#include <optional>
+
+#include <wayfare/core/contract.hpp>
+
+#include "cholesky/factor.hpp"
+
+namespace wayfare {
+
+struct MultifrontalFactor::State {
+  std::optional<cholesky::Factor> factor;
+};
+
+MultifrontalFactor::MultifrontalFactor() : state_(std::make_unique<State>()) {}
+MultifrontalFactor::MultifrontalFactor(MultifrontalFactor&&) noexcept = default;
+MultifrontalFactor& MultifrontalFactor::operator=(MultifrontalFactor&&) noexcept = default;
+MultifrontalFactor::~MultifrontalFactor() = default;
+
+void MultifrontalFactor::analyse(std::span<const int> starts, std::span<const int> rows,
+                                 int block) {
+  state_->factor.emplace(cholesky::plan_fronts({starts, rows}, block));
+}
+
+int MultifrontalFactor::factorise(const double* values) {
+  WAYFARE_EXPECTS(state_->factor, "the pattern has been analysed");
+  return state_->factor->factorise(values);
+}
+
+void MultifrontalFactor::solve_in_place(double* x) { state_->factor->solve_in_place(x); }
+
+}  // namespace wayfare

@@ -1,0 +1,65 @@
+#include <wayfare/graph/multifrontal_cholesky.hpp>
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "graph/shapes.hpp"
+
+namespace wayfare {
+namespace {
+
+using tests::all_shapes;
+using tests::fill;
+
+template <class Solver>
+class MultifrontalCholeskyTest : public testing::Test {};
+using BlockSizes =
+    testing::Types<MultifrontalCholesky<2>, MultifrontalCholesky<3>, MultifrontalCholesky<6>>;
+TYPED_TEST_SUITE(MultifrontalCholeskyTest, BlockSizes);
+
+TYPED_TEST(MultifrontalCholeskyTest, AgreesWithADenseFactorisationOnEveryShape) {
+  Rng rng(31);
+  TypeParam solver;  // one for all: another pattern leaves nothing of the one before
+  for (const auto& shape : all_shapes(rng)) {
+    SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
+    BlockSparse<TypeParam::kBlock> h(shape.columns, shape.pairs);
+    solver.analyse(h);
+    for (int again = 0; again < 2; ++again) {  // other values on the kept pattern
+      const Eigen::MatrixXd dense = fill(h, rng);
+      ASSERT_TRUE(solver.factorise(h).ok);
+      const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(dense.rows(), -1.0, 2.0);
+      Eigen::VectorXd x = b;
+      solver.solve_in_place(x);
+      EXPECT_LT((dense.llt().solve(b) - x).norm(), 1e-12 * b.norm());
+    }
+  }
+}
+
+// Each block column in turn; all others are diagonally dominant, so none fails before it.
+TYPED_TEST(MultifrontalCholeskyTest, NamesTheBlockColumnThatIsNotPositive) {
+  constexpr int kBlock = TypeParam::kBlock;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Rng rng(32);
+  const auto shape = tests::grid(5, 4);
+  BlockSparse<kBlock> h(shape.columns, shape.pairs);
+  TypeParam solver;
+  solver.analyse(h);
+  for (int column = 0; column < shape.columns; ++column) {
+    for (const double bad :
+         {-1.0, 0.0, kInfinity, -kInfinity, std::numeric_limits<double>::quiet_NaN()}) {
+      fill(h, rng);
+      h.block(h.diagonal_index(column))(kBlock - 1, kBlock - 1) = bad;
+      const FactorOutcome outcome = solver.factorise(h);
+      EXPECT_FALSE(outcome.ok);
+      EXPECT_EQ(outcome.block, column) << bad;
+    }
+  }
+  fill(h, rng);
+  EXPECT_TRUE(solver.factorise(h).ok);
+}
+
+}  // namespace
+}  // namespace wayfare
