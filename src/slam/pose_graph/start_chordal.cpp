@@ -5,7 +5,7 @@
 
 #include <Eigen/SVD>
 
-#include <wayfare/graph/block_cholesky.hpp>
+#include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/pose_columns.hpp>
 #include <wayfare/graph/start.hpp>
 #include <wayfare/graph/validate.hpp>
@@ -85,7 +85,7 @@ class PairwiseSystem {
   PoseColumns columns_;
   BlockSparse<N> matrix_;
   std::vector<int> coupling_;  // of each edge, −1 where an end is fixed
-  BlockCholesky<N> solver_;
+  MultifrontalCholesky<N> solver_;
 };
 
 template <LieGroup G>
