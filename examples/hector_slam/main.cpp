@@ -1,11 +1,14 @@
-// Hector-class SLAM on a recorded log: every scan matched to one map at several resolutions.
+// Hector-class SLAM on a recorded log: every scan matched to one map at several resolutions, with
+// an inertial unit's readings levelled and fused with its navigation.
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <wayfare/system/hector_slam.hpp>
 
 #include "log_program.hpp"
+#include "unit_options.hpp"
 
 namespace {
 
@@ -26,7 +29,15 @@ std::vector<examples::OptionField> fields(HectorSlamOptions& o) {
           option_field("map_turn_deg", o.map_turn),
           option_field("search_sigmas", o.search_sigmas),
           option_field("independent_points", o.independent_points),
-          option_field("least_score", o.least_score)};
+          option_field("least_score", o.least_score),
+          option_field("lowest_m", o.level.lowest_m),
+          option_field("highest_m", o.level.highest_m),
+          option_field("height_sigma_m", o.carrier.height_sigma_m),
+          option_field("speed_sigma_mps", o.carrier.speed_sigma_mps),
+          option_field("gyro_white", o.carrier.noise.gyro_white),
+          option_field("accel_white", o.carrier.noise.accel_white),
+          option_field("gyro_bias_radps", o.carrier.noise.gyro_bias_radps),
+          option_field("accel_bias_mps2", o.carrier.noise.accel_bias_mps2)};
 }
 
 Result<void> check(const HectorSlamOptions& o) {
@@ -36,17 +47,33 @@ Result<void> check(const HectorSlamOptions& o) {
   return Error{ErrorCode::parse, "levels are at most 8, probabilities below 1"};
 }
 
-Result<examples::LogRun> run(const Recording& recording, const HectorSlamOptions& options,
-                             const SlamProgress& progress) {
-  auto slam = run_hector_slam(recording, options, progress);
+Result<examples::LogRun> run(const Recording& recording, HectorSlamOptions options,
+                             const examples::UnitOptions& unit, const SlamProgress& progress) {
+  io::MargFile readings;
+  if (!unit.path.empty()) {
+    auto read = unit.recording.read(unit.path);
+    if (!read) return read.error();
+    readings = std::move(*read);
+    options.q_base_unit =
+        SO3d::exp(Eigen::Vector3d(0, 0, recording.T_base_laser.raw().heading().radians())) *
+        unit.q_unit_laser().inverse();
+  }
+  auto slam = run_hector_slam(recording, readings.samples, options, progress);
   if (!slam) return slam.error();
   const HectorStatistics& s = slam->statistics;
+  std::vector<std::pair<std::string, std::string>> facts = {
+      {"in the map", std::to_string(s.scans_in_map)}};
+  if (!unit.path.empty()) {
+    facts.emplace_back("put level", std::to_string(s.levelled_scans));
+    facts.emplace_back("fused", std::to_string(s.fused_scans));
+    facts.emplace_back("starts of the filter", std::to_string(s.carrier_starts));
+  }
   return examples::LogRun{std::move(slam->trajectory),
                           std::move(slam->map),
                           {},
                           s.scans,
                           s.unmatched_scans,
-                          {{"in the map", std::to_string(s.scans_in_map)}},
+                          std::move(facts),
                           slam->refused_scans,
                           slam->first_refusal};
 }
@@ -55,13 +82,16 @@ Result<examples::LogRun> run(const Recording& recording, const HectorSlamOptions
 
 int main(int argc, char** argv) {
   HectorSlamOptions options;
+  examples::UnitOptions unit;
   return examples::run_log_program(
       argc, argv,
       {"hector_slam", "Hector SLAM",
        "Follow a robot by matching each scan of a recorded log to one map at several resolutions; "
-       "no loop closures.",
+       "no loop closures. With an inertial unit beside the range finder (--unit) scans are put "
+       "level "
+       "and its navigation leads from one to the next.",
        fields(options),
        [&](const Recording& recording, const examples::SlamArguments&,
-           const SlamProgress& progress) { return run(recording, options, progress); },
-       [&] { return check(options); }});
+           const SlamProgress& progress) { return run(recording, options, unit, progress); },
+       [&] { return check(options); }, [&](examples::CommandLine& app) { unit.describe(app); }});
 }

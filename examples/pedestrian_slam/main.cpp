@@ -1,6 +1,5 @@
 // Submap SLAM on a walker: steps by an inertial unit are the odometry, and the map corrects them.
 
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -9,27 +8,19 @@
 
 #include "command_line.hpp"
 #include "log_program.hpp"
-#include "recording.hpp"
 #include "submap_slam_fields.hpp"
+#include "unit_options.hpp"
 
 namespace {
 
 using namespace wayfare;
 
-struct Unit {
-  std::string path, forward = "x";
-  examples::RecordingOptions recording;
+struct Unit : examples::UnitOptions {
   double step_m = 0.0;
   bool no_magnetometer = false, no_steps = false, no_feedback = false;
 
   void describe(examples::CommandLine& app) {
-    app.add_option("--unit", path, "the recording of the inertial unit, on the same clock as LOG")
-        .required()
-        .existing_file();
-    recording.describe(app);
-    app.add_option("--forward", forward, "the unit's axis along which the laser's x points")
-        .one_of({"x", "y", "-x", "-y"})
-        .show_default();
+    UnitOptions::describe(app).required();
     app.add_option("--step", step_m, "length of every step, m; else by the steps' strength")
         .positive();
     app.add_flag("--no-magnetometer", no_magnetometer, "heading by the gyroscope alone");
@@ -38,10 +29,8 @@ struct Unit {
   }
 
   void apply(PedestrianSlamOptions& o, bool has_magnetometer) const {
-    const Eigen::Vector3d axis =
-        (forward[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(forward.back() - 'x');
-    o.pedestrian.forward = axis;
-    o.q_unit_laser = SO3d::exp(Eigen::Vector3d(0, 0, std::atan2(axis.y(), axis.x())));
+    o.pedestrian.forward = forward_axis();
+    o.q_unit_laser = q_unit_laser();
     if (step_m > 0) o.pedestrian.length = ConstantStep{step_m};
     o.pedestrian.ahrs.use_magnetometer = !no_magnetometer && has_magnetometer;
     o.steps = !no_steps;

@@ -107,6 +107,9 @@ MargRecording HeadWalk::unit(double rate_hz, const UnitNoise& noise, Rng& rng) c
     return Eigen::Vector3d(sigma * Eigen::Vector3d(rng.normal(), rng.normal(), rng.normal()));
   };
   const Eigen::Vector3d bias = white(noise.gyro_bias_a_second.radians());
+  const bool biased = noise.accel_bias_mps2 > 0;
+  const Eigen::Vector3d accel_bias =
+      biased ? white(noise.accel_bias_mps2) : Eigen::Vector3d(Eigen::Vector3d::Zero());
   const auto count = static_cast<int>(lasts_s_ * rate_hz);
   for (int i = 0; i < count; ++i) {
     const double t = i / rate_hz;
@@ -120,7 +123,7 @@ MargRecording HeadWalk::unit(double rate_hz, const UnitNoise& noise, Rng& rng) c
         (after.position_m - 2 * here.position_m + before.position_m) / (kStep_s * kStep_s);
     sample.specific_force_mps2 =
         here.q_world_head.inverse() * (acceleration + kGravity * Eigen::Vector3d::UnitZ()) +
-        white(noise.accel_mps2);
+        accel_bias + white(noise.accel_mps2);
     readings.push_back(sample);
   }
   return readings;

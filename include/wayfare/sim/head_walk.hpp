@@ -50,6 +50,7 @@ class HeadWalk {
   struct UnitNoise {
     double gyro_radps = 0.002, accel_mps2 = 0.05;     ///< white, a reading
     Angle gyro_bias_a_second = Angle::degrees(0.05);  ///< standard deviation, constant
+    double accel_bias_mps2 = 0.0;                     ///< the same
   };
   /// Nine-axis readings without a field, from the pose's derivatives.
   [[nodiscard]] MargRecording unit(double rate_hz, const UnitNoise& noise, Rng& rng) const;

@@ -1,7 +1,9 @@
 #pragma once
 
 // SLAM by matching every scan to one map at several resolutions (Kohlbrecher et al. 2011): no loop
-// closures, no odometry needed where scans follow each other closely.
+// closures, no odometry needed where scans follow each other closely. Where there are readings of
+// an inertial unit a navigation filter of six degrees of freedom runs beside it: it levels the
+// scans and starts each match, and each match enters it by covariance intersection.
 
 #include <memory>
 #include <optional>
@@ -10,10 +12,14 @@
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/map/multi_resolution_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
+#include <wayfare/measure/level_scan.hpp>
+#include <wayfare/measure/marg.hpp>
 #include <wayfare/measure/recording.hpp>
 #include <wayfare/model/motion_noise.hpp>
+#include <wayfare/system/carrier_filter.hpp>
 #include <wayfare/system/graph_slam.hpp>
 
 namespace wayfare {
@@ -40,10 +46,24 @@ struct HectorSlamOptions {
   /// A scan's points err together: this many count against the motion.
   double independent_points = 100.0;
   double least_score = 0.1;  ///< agreement in [0, 1] below which the motion stands
+
+  /// With an inertial unit: rotates its axes to the base's (x forward, y left, z up) …
+  SO3d q_base_unit{};
+  CarrierFilterParameters carrier{};
+  /// … what of a tilted scan is floor and ceiling …
+  LevelScanOptions level{};
+  /// … and how far off the filter's pose may be at least, by the match: m and angle, σ.
+  double least_sigma_m = 0.03;
+  Angle least_sigma = Angle::degrees(1);
+  /// A level less known than this, σ, is none: the scan is taken as it is.
+  Angle level_sigma = Angle::degrees(5);
 };
 
 struct HectorStatistics {
   std::size_t scans = 0, unmatched_scans = 0, scans_in_map = 0;
+  /// With an inertial unit: scans put level by it, matches that entered its filter, and how often
+  /// that began anew (pauses, a level that was lost).
+  std::size_t levelled_scans = 0, fused_scans = 0, carrier_starts = 0;
 };
 
 /// The system, fed scan by scan. Not thread-safe.
@@ -54,6 +74,9 @@ class HectorSlam {
   HectorSlam(HectorSlam&&) noexcept;
   HectorSlam& operator=(HectorSlam&&) noexcept;
 
+  /// A reading of an inertial unit on the same carrier, before the scans that follow it.
+  Intake add(const ImuSample& sample);
+
   /// Takes the next scan and, where there is any, the odometry at its time. Refused as by
   /// GraphSlam::add_scan.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
@@ -63,6 +86,9 @@ class HectorSlam {
   [[nodiscard]] const Trajectory& trajectory() const;
   [[nodiscard]] const OccupancyGrid& map() const;
   [[nodiscard]] const HectorStatistics& statistics() const;
+  /// After a scan the filter is at the scan's time, the match taken in. It knows nothing where
+  /// `tells_of` that time is false.
+  [[nodiscard]] const CarrierFilter& carrier() const;
 
  private:
   class Engine;
@@ -79,6 +105,10 @@ struct HectorRun {
 };
 
 Result<HectorRun> run_hector_slam(const Recording& recording, HectorSlamOptions options = {},
+                                  const SlamProgress& progress = {});
+/// With the readings of an inertial unit of the same clock, in order of time.
+Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecording& unit,
+                                  HectorSlamOptions options = {},
                                   const SlamProgress& progress = {});
 
 }  // namespace wayfare

@@ -5,7 +5,7 @@
 #include <wayfare/match/correlative.hpp>
 
 #include "../climb.hpp"
-#include "open_direction.hpp"
+#include "../open_direction.hpp"
 
 namespace wayfare {
 

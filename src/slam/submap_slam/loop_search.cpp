@@ -12,7 +12,7 @@
 
 #include "../climb.hpp"
 #include "../graph_slam/parallel_for.hpp"
-#include "open_direction.hpp"
+#include "../open_direction.hpp"
 
 namespace wayfare {
 namespace {

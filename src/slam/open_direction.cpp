@@ -16,9 +16,9 @@ SE2d OpenDirection::settle(const SE2d& matched, const SE2d& expected) const {
   return matched.plus(Eigen::Vector3d(move.cwiseQuotient(scale_)));
 }
 
-Eigen::Matrix3d OpenDirection::widen(const Eigen::Matrix3d& covariance) const {
+Eigen::Matrix3d OpenDirection::widen(const Eigen::Matrix3d& covariance, double by_m) const {
   const Eigen::Vector3d u = direction_.cwiseQuotient(scale_);
-  return covariance + openness_ * u * u.transpose();
+  return covariance + by_m * by_m * openness_ * u * u.transpose();
 }
 
 }  // namespace wayfare

@@ -16,8 +16,8 @@ class OpenDirection {
   [[nodiscard]] double openness() const { return openness_; }
   /// The match, moved to where motion led along the open direction.
   [[nodiscard]] SE2d settle(const SE2d& matched, const SE2d& expected) const;
-  /// The match's covariance, a metre wider along the open direction.
-  [[nodiscard]] Eigen::Matrix3d widen(const Eigen::Matrix3d& covariance) const;
+  /// The match's covariance, so much wider along the open direction.
+  [[nodiscard]] Eigen::Matrix3d widen(const Eigen::Matrix3d& covariance, double by_m = 1.0) const;
 
  private:
   double openness_;            // 0: the scene holds it, 1: not at all
