@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 
@@ -48,9 +49,16 @@ Result<void> read_config(const std::string& path, const LogProgram& program) {
   return error;
 }
 
+/// Logs of carriers without wheels hold one pose, over and over.
+bool never_moves(const std::vector<OdometrySample>& odometry) {
+  return std::all_of(odometry.begin(), odometry.end(), [&](const OdometrySample& s) {
+    return s.T_odom_base.raw().minus(odometry.front().T_odom_base.raw()).isZero(0);
+  });
+}
+
 Result<Recording> read_recording(const Arguments& o) {
   auto recording = read_robot_log(o.log);
-  if (recording && o.no_odometry) recording->odometry.clear();
+  if (recording && (o.no_odometry || never_moves(recording->odometry))) recording->odometry.clear();
   return recording;
 }
 
