@@ -3,5 +3,8 @@
 /// A bad graph is refused with its line, a good one read.
 bool reads_graphs();
 
+/// A bad radar configuration is refused with its line.
+bool reads_chirps();
+
 /// There is nothing to match without points.
 bool matches_scans();

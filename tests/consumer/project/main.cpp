@@ -11,6 +11,9 @@ int main() {
 #ifdef STRANGER_LINKS_IO
   if (!reads_graphs()) return 1;
 #endif
+#ifdef STRANGER_LINKS_DECODE
+  if (!reads_chirps()) return 1;
+#endif
 #ifdef STRANGER_LINKS_SLAM
   if (!matches_scans()) return 1;
 #endif
