@@ -3,25 +3,30 @@
 namespace wayfare::cholesky::WAYFARE_ISA {
 namespace {
 
-constexpr double kLargest = 1.7976931348623157e308;
+// What has a finite reciprocal.
+constexpr double kSmallest = 2.2250738585072014e-308, kLargest = 1.7976931348623157e308;
 
 /// Cholesky of C×C in place, the diagonal left as reciprocals. The pivot that is not positive or
-/// not finite, −1 where all are.
+/// not finite, −1 where all are. Eliminates without roots, which then wait for nothing and nothing
+/// for them: a_rc a_dc / a_cc is all that the next pivot needs.
 template <int C>
 inline int factorise_corner(double* __restrict l, int ld) {
-  double a[C][C];
+  double a[C][C], inverse[C];
   for (int c = 0; c < C; ++c)
     for (int r = c; r < C; ++r) a[c][r] = l[c * ld + r];
   for (int c = 0; c < C; ++c) {
-    if (!(a[c][c] > 0.0 && a[c][c] <= kLargest)) return c;
-    const double inverse = 1.0 / __builtin_sqrt(a[c][c]);
-    a[c][c] = inverse;
-    for (int r = c + 1; r < C; ++r) a[c][r] *= inverse;
-    for (int d = c + 1; d < C; ++d)
-      for (int r = d; r < C; ++r) a[d][r] -= a[c][d] * a[c][r];
+    if (!(a[c][c] >= kSmallest && a[c][c] <= kLargest)) return c;
+    inverse[c] = 1.0 / a[c][c];
+    for (int d = c + 1; d < C; ++d) {
+      const double s = a[c][d] * inverse[c];
+      for (int r = d; r < C; ++r) a[d][r] -= s * a[c][r];
+    }
   }
-  for (int c = 0; c < C; ++c)
-    for (int r = c; r < C; ++r) l[c * ld + r] = a[c][r];
+  for (int c = 0; c < C; ++c) {
+    const double root = __builtin_sqrt(inverse[c]);
+    l[c * ld + c] = root;
+    for (int r = c + 1; r < C; ++r) l[c * ld + r] = a[c][r] * root;
+  }
   return -1;
 }
 

@@ -28,7 +28,7 @@ void Factor::place_fronts() {
     place.l11 = factor_size_;
     place.l21 = factor_size_ + at(padded(place.ld11 * p));
     factor_size_ = place.l21 + at(place.ld21) * at(p);
-    most_rows_ = std::max(most_rows_, place.ld21);
+    most_scratch_ = std::max(most_scratch_, place.ld11 + place.ld21);
   }
 }
 
@@ -91,35 +91,23 @@ int Factor::factorise_front(std::size_t s, const double* h) {
 int Factor::factorise(const double* h) {
   values_.reserve(factor_size_);
   stack_.reserve(stack_size_);
-  below_.reserve(at(most_rows_));
+  scratch_.reserve(at(most_scratch_));
   for (std::size_t s = 0; s < places_.size(); ++s)
     if (const int failed = factorise_front(s, h); failed >= 0) return failed;
   return -1;
 }
 
 void Factor::solve_in_place(double* x) {
-  const std::size_t n = at(plan_.block);
   double* const y = permuted_.data();
-  double* const t = below_.data();
-  for (std::size_t c = 0; c < plan_.number.size(); ++c)
-    std::copy_n(x + c * n, n, y + at(plan_.number[c]) * n);
-  for (std::size_t s = 0; s < places_.size(); ++s) {
+  const int columns = static_cast<int>(plan_.order.size());
+  kernels_.gather(plan_.order.data(), columns, x, y);
+  const auto substitute = [&](std::size_t s, auto kernel) {
     const Front& f = plan_.fronts[s];
-    kernels_.forward(panel(s), y + at(f.first) * n, t);
-    const int* const rows = plan_.rows.data() + f.rows_begin;
-    for (int i = 0; i < f.rows; ++i)
-      for (std::size_t k = 0; k < n; ++k) y[at(rows[i]) * n + k] -= t[at(i) * n + k];
-  }
-  for (std::size_t s = places_.size(); s-- > 0;) {
-    const Front& f = plan_.fronts[s];
-    const int* const rows = plan_.rows.data() + f.rows_begin;
-    for (int i = 0; i < f.rows; ++i)
-      for (std::size_t k = 0; k < n; ++k) t[at(i) * n + k] = y[at(rows[i]) * n + k];
-    std::fill(t + at(f.rows) * n, t + places_[s].ld21, 0.0);
-    kernels_.backward(panel(s), y + at(f.first) * n, t);
-  }
-  for (std::size_t c = 0; c < plan_.number.size(); ++c)
-    std::copy_n(y + at(plan_.number[c]) * n, n, x + c * n);
+    kernel(panel(s), f.first, plan_.rows.data() + f.rows_begin, y, scratch_.data());
+  };
+  for (std::size_t s = 0; s < places_.size(); ++s) substitute(s, kernels_.forward);
+  for (std::size_t s = places_.size(); s-- > 0;) substitute(s, kernels_.backward);
+  kernels_.gather(plan_.number.data(), columns, y, x);
 }
 
 }  // namespace wayfare::cholesky

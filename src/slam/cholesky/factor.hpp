@@ -41,10 +41,10 @@ class Factor {
   const FrontKernels& kernels_;
   std::vector<Place> places_;
   std::size_t factor_size_ = 0, stack_size_ = 0;
-  int most_rows_ = 0;
+  int most_scratch_ = 0;
   AlignedDoubles values_, stack_;
   std::vector<double> permuted_;
-  AlignedDoubles below_;
+  AlignedDoubles scratch_;
 };
 
 }  // namespace wayfare::cholesky

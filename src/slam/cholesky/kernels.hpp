@@ -48,10 +48,13 @@ struct FrontKernels {
   int (*factorise)(const Panel& front);
   /// update = −L₂₁ L₂₁ᵀ, lower triangle.
   void (*update)(const Panel& front, double* update, int ld);
-  /// One right-hand side: y (p numbers) := L₁₁⁻¹ y, t (m, padded) := L₂₁ y.
-  void (*forward)(const Panel& front, double* y, double* t);
-  /// y := L₁₁⁻ᵀ (y − L₂₁ᵀ t); t is zero past m.
-  void (*backward)(const Panel& front, double* y, const double* t);
+  /// to_i := from_index(i), blocks.
+  void (*gather)(const int* index, int count, const double* from, double* to);
+  /// One right-hand side y, of which the front's pivots begin at block `first` and `rows` names the
+  /// blocks below: y₁ := L₁₁⁻¹ y₁, y₂ −= L₂₁ y₁. `scratch` has room for ld11 + ld21.
+  void (*forward)(const Panel& front, int first, const int* rows, double* y, double* scratch);
+  /// y₁ := L₁₁⁻ᵀ (y₁ − L₂₁ᵀ y₂).
+  void (*backward)(const Panel& front, int first, const int* rows, double* y, double* scratch);
 };
 
 /// `block` is 2, 3 or 6.

@@ -18,7 +18,7 @@ namespace {
 
 template <int N>
 constexpr FrontKernels kTable = {scatter<N>, add_to_panel<N>, add_to_update<N>, factorise<N>,
-                                 update<N>,  forward<N>,      backward<N>};
+                                 update<N>,  gather<N>,       forward<N>,       backward<N>};
 
 }  // namespace
 

@@ -19,7 +19,7 @@ struct Node {
 /// Nanoseconds a front takes, about: to set up, to write its update and add it to the parent's, and
 /// to compute.
 double cost(int columns, int rows, int block) {
-  constexpr double kFront = 150.0, kEntry = 0.5, kFlop = 1.0 / 30.0;
+  constexpr double kFront = 100.0, kEntry = 0.5, kFlop = 1.0 / 12.0;
   const double p = static_cast<double>(columns) * block, m = static_cast<double>(rows) * block;
   return kFront + kEntry * (m * m + p * m) + kFlop * (p * p * p / 3.0 + p * p * m + p * m * m);
 }

@@ -18,9 +18,11 @@ inline Lanes load(const double* p) { return *reinterpret_cast<const LooseLanes*>
 inline void store(double* p, Lanes v) { *reinterpret_cast<LooseLanes*>(p) = v; }
 inline Lanes all(double v) { return Lanes{} + v; }
 inline double sum(Lanes v) {
-  double s = v[0];
-  for (int i = 1; i < kLanes; ++i) s += v[i];
-  return s;
+  double part[kLanes];
+  for (int i = 0; i < kLanes; ++i) part[i] = v[i];
+  for (int half = kLanes / 2; half > 0; half /= 2)
+    for (int i = 0; i < half; ++i) part[i] += part[i + half];
+  return part[0];
 }
 
 template <int R>
