@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <wayfare/graph/linear_solver.hpp>
@@ -24,7 +25,7 @@ class DampedStep {
   bool prepare(const PoseGraph<G>& graph) {
     const PhaseTimer timer(times_.analyse_s);
     const bool changed = equations_.set_structure(graph);
-    if (changed) solver_.analyse(equations_.hessian());
+    if (changed && !equations_.free_poses().empty()) solver_.analyse(equations_.hessian());
     return !changed;
   }
 
@@ -33,6 +34,13 @@ class DampedStep {
     const PhaseTimer timer(times_.linearise_s);
     return equations_.linearise(graph, kernel);
   }
+
+  /// What `linearise` returns.
+  double cost(const PoseGraph<G>& graph, const RobustKernel& kernel) {
+    const PhaseTimer timer(times_.linearise_s);
+    return equations_.cost(graph, kernel);
+  }
+  void set_weights(std::vector<double> weights) { equations_.set_weights(std::move(weights)); }
 
   /// Factorises and solves; false where the poses are not determined.
   bool compute(double damping);

@@ -56,7 +56,7 @@ Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
     }
     if (solved) step.apply(graph);
     const double after =
-        solved ? robust_cost(graph, options.kernel) : std::numeric_limits<double>::infinity();
+        solved ? step.cost(graph, options.kernel) : std::numeric_limits<double>::infinity();
     if (solved && after <= before) {
       report.final_cost = step.linearise(graph, options.kernel);
       if (control.taken(before, {after, damping.value(), step.largest(), true})) {

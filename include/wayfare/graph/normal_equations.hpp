@@ -36,16 +36,34 @@ class NormalEquations {
     return true;
   }
 
-  /// Fills H and g at the graph's poses; returns Σ ρ(eᵀΩe).
+  /// The factor by which each edge counts besides the kernel; none given: one each.
+  void set_weights(std::vector<double> weights) { weights_ = std::move(weights); }
+
+  /// Fills H and g at the graph's poses; returns Σ w ρ(eᵀΩe).
   double linearise(const PoseGraph<G>& graph, const RobustKernel& kernel) {
     hessian_.set_zero();
     gradient_.setZero();
+    squared_errors_.resize(graph.edges.size());
     double cost = 0.0;
     for (std::size_t k = 0; k < graph.edges.size(); ++k) {
-      cost += add_edge(graph, graph.edges[k], slots_[k], kernel);
+      cost += add_edge(graph, k, kernel);
     }
     return cost;
   }
+
+  /// Σ w ρ(eᵀΩe) alone.
+  [[nodiscard]] double cost(const PoseGraph<G>& graph, const RobustKernel& kernel) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+      const PoseEdge<G>& edge = graph.edges[k];
+      const double s = squared_error(graph, edge);
+      sum += weight(k) * (edge.robust ? kernel(s).cost : s);
+    }
+    return sum;
+  }
+
+  /// eᵀΩe of every edge as it was last linearised.
+  [[nodiscard]] const std::vector<double>& squared_errors() const { return squared_errors_; }
 
   [[nodiscard]] Matrix& hessian() { return hessian_; }
   [[nodiscard]] const Matrix& hessian() const { return hessian_; }
@@ -101,15 +119,22 @@ class NormalEquations {
     }
   }
 
-  double add_edge(const PoseGraph<G>& graph, const PoseEdge<G>& edge, const Slot& slot,
-                  const RobustKernel& kernel) {
+  [[nodiscard]] double weight(std::size_t edge) const {
+    return weights_.empty() ? 1.0 : weights_[edge];
+  }
+
+  double add_edge(const PoseGraph<G>& graph, std::size_t k, const RobustKernel& kernel) {
+    const PoseEdge<G>& edge = graph.edges[k];
+    const Slot& slot = slots_[k];
     const auto l =
         PoseError<G>::linearise(edge.measurement, graph.poses[static_cast<std::size_t>(edge.from)],
                                 graph.poses[static_cast<std::size_t>(edge.to)]);
     TangentOf<G> we;
     we.noalias() = edge.information * l.error;
     const double s = l.error.dot(we);
-    const KernelValue rho = edge.robust ? kernel(s) : KernelValue{s, 1.0};
+    squared_errors_[k] = s;
+    KernelValue rho = edge.robust ? kernel(s) : KernelValue{s, 1.0};
+    rho.cost *= weight(k), rho.weight *= weight(k);
     we *= rho.weight;
     Square wa, wb;  // the weighted information times each Jacobian
     wa.noalias() = edge.information * l.by_from;
@@ -137,6 +162,7 @@ class NormalEquations {
   std::vector<int> column_;
   std::vector<int> free_;
   std::vector<Slot> slots_;
+  std::vector<double> weights_, squared_errors_;
   Matrix hessian_;
   Eigen::VectorXd gradient_;
 };
