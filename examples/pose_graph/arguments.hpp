@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <wayfare/graph/gnc.hpp>
+#include <wayfare/graph/report.hpp>
+#include <wayfare/graph/start.hpp>
+#include <wayfare/io/g2o.hpp>
+
+namespace wayfare::examples {
+
+enum class SolverChoice { block, eigen, cholmod };
+
+enum class Robust { none, huber, cauchy, geman_mcclure, dcs, gnc, gnc_geman_mcclure };
+
+struct Arguments {
+  std::string input;
+  std::string output;
+  std::string svg, marginals, rejected;  ///< empty: not written
+  bool force = false;
+  io::IndefiniteInformation indefinite = io::IndefiniteInformation::refuse;
+  StartMethod start = StartMethod::given;
+  bool start_from_trusted = false;  ///< GNC's own start, where --init does not name another
+  SolverChoice solver = SolverChoice::block;
+  Robust robust = Robust::none;
+  bool robust_odometry = false;
+  double inlier_probability = GncOptions{}.inlier_probability;
+  OptimiseOptions options;
+
+  [[nodiscard]] bool graduated() const {
+    return robust == Robust::gnc || robust == Robust::gnc_geman_mcclure;
+  }
+};
+
+/// The exit code where the program is to end.
+[[nodiscard]] std::optional<int> parse(int argc, char** argv, Arguments& a);
+
+}  // namespace wayfare::examples

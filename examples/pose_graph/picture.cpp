@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+
+#include "outputs.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+constexpr double kPanel_px = 560.0, kMargin_px = 24.0, kTitle_px = 30.0;
+
+/// Where metres come to lie in a panel.
+struct Frame {
+  double left = std::numeric_limits<double>::infinity(), right = -left, low = left, high = -left;
+
+  template <class G>
+  explicit Frame(const std::vector<G>& poses) {
+    for (const G& x : poses) {
+      left = std::min(left, x.translation()[0]), right = std::max(right, x.translation()[0]);
+      low = std::min(low, x.translation()[1]), high = std::max(high, x.translation()[1]);
+    }
+  }
+  [[nodiscard]] double scale() const {
+    return (kPanel_px - 2.0 * kMargin_px) / std::max({right - left, high - low, 1e-9});
+  }
+  [[nodiscard]] double px(double x) const {
+    return 0.5 * kPanel_px + scale() * (x - 0.5 * (left + right));
+  }
+  [[nodiscard]] double py(double y) const {
+    return kTitle_px + 0.5 * kPanel_px - scale() * (y - 0.5 * (low + high));
+  }
+};
+
+void append(std::string& out, const char* format, auto... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, values...);
+  out += text;
+}
+
+template <class G>
+class Panel {
+ public:
+  Panel(std::string& out, const PoseGraph<G>& graph, const std::vector<G>& poses)
+      : out_(out), graph_(graph), poses_(poses), frame_(poses) {}
+
+  void draw(const char* title, const std::vector<char>& rejected) {
+    append(out_, "<text x=\"%.0f\" y=\"20\" text-anchor=\"middle\">%s: sum of e'We %.6g</text>\n",
+           0.5 * kPanel_px, title, sum_of_errors(rejected));
+    const auto is_path = [](const PoseEdge<G>& e) { return std::abs(e.from - e.to) == 1; };
+    lines("loop", [&](std::size_t k) { return rejected[k] == 0 && !is_path(graph_.edges[k]); });
+    lines("path", [&](std::size_t k) { return rejected[k] == 0 && is_path(graph_.edges[k]); });
+    lines("false", [&](std::size_t k) { return rejected[k] != 0; });
+  }
+
+ private:
+  const auto& place(int pose) const { return poses_[static_cast<std::size_t>(pose)].translation(); }
+
+  double sum_of_errors(const std::vector<char>& rejected) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < rejected.size(); ++k) {
+      const auto& edge = graph_.edges[k];
+      const auto e =
+          PoseError<G>::error(edge.measurement, poses_[static_cast<std::size_t>(edge.from)],
+                              poses_[static_cast<std::size_t>(edge.to)]);
+      if (rejected[k] == 0) sum += e.dot(edge.information * e);
+    }
+    return sum;
+  }
+
+  void lines(const char* kind, auto wanted) {
+    append(out_, "<path class=\"%s\" d=\"", kind);
+    int last = -1;
+    for (std::size_t k = 0; k < graph_.edges.size(); ++k) {
+      if (!wanted(k)) continue;
+      const auto& edge = graph_.edges[k];
+      if (edge.from != last) point('M', edge.from);
+      point('L', last = edge.to);
+    }
+    out_ += "\"/>\n";
+  }
+
+  void point(char command, int pose) {
+    append(out_, "%c%.1f %.1f", command, frame_.px(place(pose)[0]), frame_.py(place(pose)[1]));
+  }
+
+  std::string& out_;
+  const PoseGraph<G>& graph_;
+  const std::vector<G>& poses_;
+  Frame frame_;
+};
+
+}  // namespace
+
+template <LieGroup G>
+std::string draw(const PoseGraph<G>& graph, const std::vector<G>& before,
+                 const std::vector<int>& rejected) {
+  std::vector<char> is_rejected(graph.edges.size(), 0);
+  for (const int k : rejected) is_rejected[static_cast<std::size_t>(k)] = 1;
+  std::string out;
+  append(out,
+         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" "
+         "font-family=\"sans-serif\" font-size=\"14\">\n",
+         2.0 * kPanel_px, kPanel_px + kTitle_px);
+  out +=
+      "<style>path{fill:none;stroke-linejoin:round}.path{stroke:#1f4e79;stroke-width:1}"
+      ".loop{stroke:#e0a030;stroke-width:.6;stroke-opacity:.7}"
+      ".false{stroke:#d02020;stroke-width:.6;stroke-opacity:.6}</style>\n"
+      "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n";
+  Panel<G>(out, graph, before).draw("before", is_rejected);
+  append(out, "<g transform=\"translate(%.0f 0)\">\n", kPanel_px);
+  Panel<G>(out, graph, graph.poses).draw("after", is_rejected);
+  out +=
+      "</g>\n<text x=\"12\" y=\"20\"><tspan fill=\"#1f4e79\">path</tspan> <tspan "
+      "fill=\"#c08010\">loops</tspan>";
+  if (!rejected.empty()) out += " <tspan fill=\"#d02020\">rejected, not in the sum</tspan>";
+  out += "</text>\n</svg>\n";
+  return out;
+}
+
+template std::string draw(const PoseGraph2&, const std::vector<SE2d>&, const std::vector<int>&);
+template std::string draw(const PoseGraph3&, const std::vector<SE3d>&, const std::vector<int>&);
+
+}  // namespace wayfare::examples
