@@ -1,0 +1,56 @@
+#pragma once
+
+// An elimination order for the part of a sparse system that is factorised again. What is kept of
+// the rest appears as cliques: everything a kept part couples is joined to everything else of it.
+
+#include <span>
+#include <vector>
+
+namespace wayfare {
+
+/// Approximate minimum degree on a quotient graph (Amestoy, Davis, Duff 1996, without
+/// supervariables) that can start from cliques, and that can leave chosen nodes for last (as Davis,
+/// Gilbert, Larimore, Ng 2004, constrain a column ordering): what changed a moment ago changes
+/// again soon, and changes less the later it is eliminated. Keeps its memory between orderings.
+class IncrementalOrder {
+ public:
+  /// Forgets the last graph; `nodes` of the new one, not joined yet.
+  void start(int nodes);
+  /// Two different nodes are coupled; repeats are allowed.
+  void join(int a, int b);
+  /// All of `nodes`, different from each other, are coupled.
+  void join_all(std::span<const int> nodes);
+  /// Eliminated after all others; among such in ascending order.
+  void keep_last(int node) { at(is_last_, node) = 1; }
+
+  /// The nodes as they are best eliminated. Ends what `start` began.
+  [[nodiscard]] const std::vector<int>& find();
+
+ private:
+  template <class T>
+  static T& at(std::vector<T>& v, int i) {
+    return v[static_cast<std::size_t>(i)];
+  }
+
+  void find_first_degrees();
+  int take_least();
+  void gather_pivot(int pivot);
+  void count_outside();
+  void update_neighbour(int node, int pivot);
+  void list(int node, int degree);
+  void unlist(int node);
+  void append_rest();
+
+  int nodes_ = 0, remaining_ = 0, least_ = 0, stamp_ = 0;
+  std::vector<std::vector<int>> neighbours_;  // of each node, those joined to it one by one
+  std::vector<std::vector<int>> elements_of_;
+  std::vector<std::vector<int>> elements_;  // an eliminated node's, then those of join_all
+  std::vector<char> is_last_, eliminated_, absorbed_;
+  std::vector<int> degree_, first_, next_, previous_;  // lists of nodes by degree
+  std::vector<int> seen_, outside_, counted_;
+  std::vector<int> clique_;  // of the pivot at work: what it couples
+  std::vector<int> order_;
+  int extra_elements_ = 0;
+};
+
+}  // namespace wayfare
