@@ -7,13 +7,17 @@
 #include <wayfare/logger/read_recording.hpp>
 
 #include "command_line.hpp"
+#include "ros_topics.hpp"
 
 namespace wayfare::examples {
 namespace {
 
 template <class Path>
 void add_existing(CommandLine& app, const std::string& name, Path& path) {
-  app.add_option(name, path, "columns of text, a binary table, or a logger's recording (.mcap)")
+  app.add_option(
+         name, path,
+         "columns of text, a binary table, a ROS recording (ROS 2's .mcap, ROS 1's .bag), or a "
+         "logger's recording (.mcap)")
       .required()
       .existing_file();
 }
@@ -36,22 +40,36 @@ void RecordingOptions::describe(CommandLine& app) {
       .delimiter(',');
   app.add_option("--period", period_s, "seconds from row to row, for a binary table without a time")
       .positive();
-  app.add_option("--topic", topic, "of the unit in a logger's recording (.mcap) of several");
+  app.add_option("--topic", topic, "of the unit in a recording (.mcap, .bag) of several");
+  add_unit_topics(app, topics);
 }
 
 namespace {
+
+io::MargFile file_of(MargRecording samples, io::Problems problems) {
+  io::MargFile file;
+  file.samples = std::move(samples);
+  file.moving.assign(file.samples.size(), true);
+  file.problems = std::move(problems);
+  for (const MargSample& s : file.samples)
+    file.has_magnetometer = file.has_magnetometer || s.magnetic_field_uT.allFinite();
+  return file;
+}
 
 /// A unit in a logger's recording.
 Result<io::MargFile> read_logged(const std::string& path, const std::string& topic) {
   auto logged = logger::read_marg_recording(path, topic);
   if (!logged) return logged.error();
-  io::MargFile file;
-  file.samples = std::move(logged->samples);
-  file.moving.assign(file.samples.size(), true);
-  file.problems = std::move(logged->problems);
-  for (const MargSample& s : file.samples)
-    file.has_magnetometer = file.has_magnetometer || s.magnetic_field_uT.allFinite();
-  return file;
+  return file_of(std::move(logged->samples), std::move(logged->problems));
+}
+
+/// A unit in a ROS recording.
+Result<io::MargFile> read_ros(const std::string& path, const ros::TopicNames& names) {
+  const auto recording = ros::RecordingFile::open(path);
+  if (!recording) return recording.error();
+  auto run = ros::read_marg(*recording, names);
+  if (!run) return run.error();
+  return file_of(std::move(run->samples), std::move(run->problems));
 }
 
 }  // namespace
@@ -60,7 +78,11 @@ Result<io::MargFile> RecordingOptions::read(const std::string& path) const {
   io::MargFormat format;
   format.columns.columns = columns;
   format.period_s = period_s;
-  auto file = logger::is_recording(path) ? read_logged(path, topic) : io::read_marg(path, format);
+  ros::TopicNames names = topics;
+  names.imu = topic;
+  auto file = ros::RecordingFile::is_one(path) ? read_ros(path, names)
+              : logger::is_recording(path)     ? read_logged(path, topic)
+                                               : io::read_marg(path, format);
   if (!file) return file;
   constexpr std::size_t kShown = 5;
   const io::Problems& problems = file->problems;

@@ -9,6 +9,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/estimate/ahrs_parameters.hpp>
 #include <wayfare/io/marg_text.hpp>
+#include <wayfare/ros/recording.hpp>
 
 #include "command_line.hpp"
 
@@ -17,7 +18,8 @@ namespace wayfare::examples {
 struct RecordingOptions {
   std::vector<std::string> columns;
   double period_s = 0.0;
-  std::string topic;
+  std::string topic;       ///< of the unit
+  ros::TopicNames topics;  ///< the rest, of a ROS recording
 
   void describe(CommandLine& app);
   /// The argument `name`: the path of a recording, or of several.

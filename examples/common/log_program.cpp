@@ -30,6 +30,7 @@ void add_options(CommandLine& app, Arguments& o, const LogProgram& program) {
   add_threads(app, o);
   add_seed(app, o, "accepted for uniformity: " + program.system + " draws no random numbers");
   app.add_flag("--no-odometry", o.no_odometry, "use the scans alone");
+  add_robot_topics(app, o.topics);
   add_manners(app, o);
   app.add_print(
       "--print-config", [&program] { return option_fields_text(program.options); },
@@ -57,7 +58,7 @@ bool never_moves(const std::vector<OdometrySample>& odometry) {
 }
 
 Result<Recording> read_recording(const Arguments& o) {
-  auto recording = read_robot_log(o.log);
+  auto recording = read_robot_log(o.log, o.topics);
   if (recording && (o.no_odometry || never_moves(recording->odometry))) recording->odometry.clear();
   return recording;
 }
@@ -132,8 +133,8 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
 
 int run_log_program(int argc, char** argv, const LogProgram& program) {
   CommandLine app(
-      program.description +
-      "\nLOG is a CARMEN text log, plain or gzip, or a logger's recording (.mcap). Writes "
+      program.description + "\nLOG is " + kRobotLogs +
+      ". Writes "
       "trajectory.tum, map.pgm, map.yaml, map.png, report.html and, where the system keeps "
       "a graph, graph.g2o.");
   Arguments arguments;

@@ -33,7 +33,15 @@ void add_manners(CommandLine& app, SlamArguments& arguments) {
   app.add_flag("--quiet", arguments.quiet, "no progress and no tables");
 }
 
-Result<Recording> read_robot_log(const std::string& path) {
+Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames& topics) {
+  if (ros::RecordingFile::is_one(path)) {
+    const auto file = ros::RecordingFile::open(path);
+    if (!file) return file.error();
+    auto run = ros::read_robot(*file, topics);
+    if (!run) return run.error();
+    print_problems(run->problems);
+    return std::move(run->recording);
+  }
   if (logger::is_recording(path)) {
     auto logged = logger::read_robot_recording(path);
     if (!logged) return logged.error();

@@ -9,6 +9,7 @@
 #include <wayfare/system/graph_slam.hpp>
 
 #include "command_line.hpp"
+#include "ros_topics.hpp"
 #include "slam_outputs.hpp"
 
 namespace wayfare::examples {
@@ -19,6 +20,7 @@ struct SlamArguments {
   std::uint64_t seed = 1;
   bool force = false;
   bool quiet = false;
+  ros::TopicNames topics;
 
   [[nodiscard]] io::WriteOptions write() const {
     return {force ? io::Existing::replace : io::Existing::refuse};
@@ -31,9 +33,13 @@ void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& tex
 /// --force and --quiet.
 void add_manners(CommandLine& app, SlamArguments& arguments);
 
-/// A robot's log in CARMEN text, or the scans of a logger's recording (.mcap); says on standard
-/// error what had to be skipped.
-[[nodiscard]] Result<Recording> read_robot_log(const std::string& path);
+/// What `read_robot_log` takes, for --help.
+inline constexpr const char* kRobotLogs =
+    "CARMEN text, plain or gzip, a ROS recording (ROS 2's .mcap, ROS 1's .bag) or a logger's "
+    "recording (.mcap)";
+/// The robot's run in a file of these kinds; says on standard error what had to be skipped.
+[[nodiscard]] Result<Recording> read_robot_log(const std::string& path,
+                                               const ros::TopicNames& topics = {});
 
 struct TimedRun {
   GraphSlamRun slam;

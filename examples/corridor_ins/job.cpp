@@ -68,7 +68,7 @@ Result<Job> simulated_job(const CorridorArguments& o) {
 }
 
 Result<Job> log_job(const CorridorArguments& o) {
-  auto recording = read_robot_log(o.log);
+  auto recording = read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   const bool has_gyro = !recording->gyro.empty() && !recording->wheels.empty();
   Job job{*std::move(recording), log_defaults(has_gyro), {}, {}, 0.0};

@@ -67,7 +67,9 @@ Result<void> run(const Options& o) {
 }
 
 void add_options(examples::CommandLine& app, Options& o) {
-  app.add_option("LOG", o.log, "CARMEN text, plain or gzip: GYRO and WHEELS lines, else odometry")
+  app.add_option("LOG", o.log,
+                 std::string(examples::kRobotLogs) +
+                     "; GYRO and WHEELS lines of CARMEN text, else odometry")
       .existing_file();
   app.add_option("--simulated", o.simulated,
                  "instead of a log: three corridors driven straight (1) or in curves (2)")
@@ -87,6 +89,7 @@ void add_options(examples::CommandLine& app, Options& o) {
   app.add_flag("--no-walls-across", o.no_walls_across, "use side walls alone");
   app.add_flag("--rest", o.rest, "take the bias from odometry at rest too");
   examples::add_seed(app, o, "of the simulation");
+  examples::add_robot_topics(app, o.topics);
   examples::add_manners(app, o);
   app.add_print(
       "--print-config", [] { return examples::corridor_options_text(); },

@@ -163,7 +163,7 @@ Result<void> run(const Options& o) {
     return Error{ErrorCode::invalid, "listening to radar takes a --radar-map"};
   const auto maps = read_maps(o);
   if (!maps) return maps.error();
-  const auto recording = examples::read_robot_log(o.log);
+  const auto recording = examples::read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   const auto truth = truth_of(o, *recording);
   if (!truth) return truth.error();
@@ -189,8 +189,7 @@ Result<void> run(const Options& o) {
 }
 
 void add_options(examples::CommandLine& app, Options& o) {
-  app.add_option("LOG", o.log,
-                 "the recorded log: CARMEN text, plain or gzip, or a logger's recording (.mcap)")
+  app.add_option("LOG", o.log, std::string("the recorded log: ") + examples::kRobotLogs)
       .required()
       .existing_file();
   app.add_option("MAP", o.map, "the .yaml file of a map, as map_server and graph_slam write it")
@@ -228,6 +227,7 @@ void add_options(examples::CommandLine& app, Options& o) {
       .show_default();
   examples::add_seed(app, o, "the same seed gives the same results");
   examples::add_threads(app, o);
+  examples::add_robot_topics(app, o.topics);
   examples::add_manners(app, o);
 }
 

@@ -88,7 +88,7 @@ Result<void> write_report(const Options& o, const std::vector<examples::ScanPair
 
 Result<void> run(const Options& o) {
   if (auto ready = examples::prepare_files(o.out, {"report.html"}, o.write()); !ready) return ready;
-  const auto recording = examples::read_robot_log(o.log);
+  const auto recording = examples::read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   examples::ProgressLine truth("graph SLAM", o.quiet);
   const auto pairs = examples::pairs_of(*recording, o.pairs, o.apart_m, [&](double fraction) {
@@ -123,6 +123,7 @@ int main(int argc, char** argv) {
       .range(0.01, 10.0)
       .show_default();
   examples::add_seed(app, o, "of the starts' directions");
+  examples::add_robot_topics(app, o.topics);
   examples::add_manners(app, o);
   if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("match_comparison", run(o));

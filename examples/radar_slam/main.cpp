@@ -46,7 +46,7 @@ Result<SlamSensors> sensors_of(const Options& o, const Recording& recording) {
 
 Result<Inputs> read_inputs(const Options& o) {
   Inputs inputs;
-  auto recording = examples::read_robot_log(o.log);
+  auto recording = examples::read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   inputs.recording = *std::move(recording);
   auto relations = examples::read_relations_or_none(o.relations);
@@ -149,11 +149,11 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   examples::CommandLine app(
       "SLAM of a recorded robot log by a Rao-Blackwellised particle filter on radar, LiDAR or "
-      "both.\nLOG is a CARMEN text log, plain or gzip, with the robot's own lines for radar, "
-      "wheels "
-      "and gyro where it has them, or a logger's recording (.mcap). Writes trajectory.tum, "
-      "map.pgm, map.yaml, map.png and "
-      "report.html; of both sensors also radar_map.pgm and radar_map.yaml, for localise.");
+      "both.\nLOG is " +
+      std::string(examples::kRobotLogs) +
+      "; CARMEN text with the robot's own lines for radar, wheels and gyro where it has them. "
+      "Writes trajectory.tum, map.pgm, map.yaml, map.png and report.html; of both sensors also "
+      "radar_map.pgm and radar_map.yaml, for localise.");
   Options o;
   app.add_option("LOG", o.log, "the recorded log").required().existing_file();
   examples::add_out(app, o, "folder for the results, made where needed");
@@ -165,6 +165,7 @@ int main(int argc, char** argv) {
       .existing_file();
   examples::add_threads(app, o);
   examples::add_seed(app, o, "of the random numbers: the same seed gives the same result");
+  examples::add_robot_topics(app, o.topics);
   examples::add_manners(app, o);
   if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("radar_slam", run(o));

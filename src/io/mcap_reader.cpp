@@ -30,7 +30,7 @@ struct Waiting {
 }  // namespace
 
 struct McapReader::Impl {
-  std::unique_ptr<mcap::Source> source;
+  std::unique_ptr<Source> source;
   std::string name;
   McapReadOptions options;
   mcap::Index index;
@@ -107,7 +107,7 @@ Result<McapReader> McapReader::from(std::unique_ptr<Impl> impl) {
 }
 
 Result<McapReader> McapReader::open(const std::string& path, const McapReadOptions& options) {
-  auto source = mcap::Source::open(path);
+  auto source = Source::open(path);
   if (!source) return source.error();
   auto impl = std::make_unique<Impl>();
   impl->source = std::move(*source);
@@ -119,7 +119,7 @@ Result<McapReader> McapReader::open(const std::string& path, const McapReadOptio
 Result<McapReader> McapReader::parse(std::string bytes, const std::string& source,
                                      const McapReadOptions& options) {
   auto impl = std::make_unique<Impl>();
-  impl->source = std::make_unique<mcap::Source>(std::move(bytes));
+  impl->source = std::make_unique<Source>(std::move(bytes));
   impl->name = source;
   impl->options = options;
   return from(std::move(impl));

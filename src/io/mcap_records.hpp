@@ -1,11 +1,10 @@
 #pragma once
 
-// The bytes MCAP's records are made of: little-endian numbers, texts and maps behind their length.
+// The bytes MCAP's records are made of: numbers, texts and maps behind their length.
 
 #include <zlib.h>
 
 #include <algorithm>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -13,6 +12,8 @@
 #include <string_view>
 
 #include <wayfare/io/mcap.hpp>
+
+#include "byte_cursor.hpp"
 
 namespace wayfare::io::mcap {
 
@@ -45,17 +46,6 @@ enum class Opcode : std::uint8_t {
   return static_cast<std::uint32_t>(sum);
 }
 
-template <std::unsigned_integral T>
-void put(std::string& out, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    out += static_cast<char>(static_cast<std::uint8_t>(std::uint64_t{value} >> (8 * i)));
-}
-
-inline void put_text(std::string& out, std::string_view text) {
-  put(out, static_cast<std::uint32_t>(text.size()));
-  out += text;
-}
-
 inline void put_map(std::string& out, const McapMetadata& map) {
   std::string pairs;
   for (const auto& [key, value] : map) put_text(pairs, key), put_text(pairs, value);
@@ -69,32 +59,10 @@ inline void put_record(std::string& out, Opcode opcode, std::string_view content
   out += content;
 }
 
-/// Reads what the functions above write. Past the end everything is zero or empty and `ok` false.
-class Cursor {
+/// Reads what the functions above write.
+class Cursor : public ByteCursor {
  public:
-  explicit Cursor(std::string_view bytes) : rest_(bytes) {}
-
-  template <std::unsigned_integral T>
-  T number() {
-    const std::string_view b = bytes(sizeof(T));
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < b.size(); ++i)
-      value |= std::uint64_t{static_cast<std::uint8_t>(b[i])} << (8 * i);
-    return static_cast<T>(value);
-  }
-
-  std::string_view bytes(std::uint64_t n) {
-    if (n > rest_.size()) {
-      ok_ = false;
-      rest_ = {};
-      return {};
-    }
-    const std::string_view taken = rest_.substr(0, static_cast<std::size_t>(n));
-    rest_.remove_prefix(taken.size());
-    return taken;
-  }
-
-  std::string_view text() { return bytes(number<std::uint32_t>()); }
+  using ByteCursor::ByteCursor;
 
   McapMetadata map() {
     McapMetadata pairs;
@@ -103,7 +71,7 @@ class Cursor {
       const std::string key(inner.text());
       pairs[key] = std::string(inner.text());
     }
-    ok_ = ok_ && inner.ok();
+    if (!inner.ok()) fail();
     return pairs;
   }
 
@@ -111,17 +79,9 @@ class Cursor {
   LogTime time() {
     const auto ns = number<std::uint64_t>();
     constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-    if (ns > kMax) ok_ = false;
+    if (ns > kMax) fail();
     return LogTime::from_nanoseconds(static_cast<std::int64_t>(std::min(ns, kMax)));
   }
-
-  [[nodiscard]] bool ok() const { return ok_; }
-  [[nodiscard]] bool at_end() const { return rest_.empty(); }
-  [[nodiscard]] std::string_view rest() const { return rest_; }
-
- private:
-  std::string_view rest_;
-  bool ok_ = true;
 };
 
 }  // namespace wayfare::io::mcap

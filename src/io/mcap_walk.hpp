@@ -10,8 +10,8 @@
 
 #include <wayfare/io/mcap_reader.hpp>
 
+#include "byte_source.hpp"
 #include "mcap_records.hpp"
-#include "mcap_source.hpp"
 
 namespace wayfare::io::mcap {
 

@@ -11,10 +11,8 @@
 namespace wayfare::io {
 
 using mcap::Opcode;
-using mcap::put;
 using mcap::put_map;
 using mcap::put_record;
-using mcap::put_text;
 
 namespace {
 

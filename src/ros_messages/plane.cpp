@@ -115,21 +115,21 @@ TransformStamped transform_of(const SE2d& T_parent_child, LogTime time, std::str
       {{T_parent_child.x(), T_parent_child.y(), 0.0}, quaternion_of(T_parent_child.rotation())}};
 }
 
-Result<LaserMounting> laser_mounting_of(const TransformParts& T_base_laser, double most_tilt_rad) {
-  const Quaternion& q = T_base_laser.rotation;
+Result<LevelMounting> level_mounting_of(const TransformParts& T_base_sensor, double most_tilt_rad) {
+  const Quaternion& q = T_base_sensor.rotation;
   const auto yaw = yaw_of(q);
   if (!yaw) return yaw.error();
   // Where the laser's z axis points: up, down, or to the side.
   const double up = q.w * q.w - q.x * q.x - q.y * q.y + q.z * q.z;
   if (!(std::abs(up) >= std::cos(most_tilt_rad)))
     return Error{ErrorCode::unsupported,
-                 "tilts the laser by " +
+                 "tilts the sensor by " +
                      std::to_string(std::acos(std::abs(up)) * 180.0 / 3.14159265) +
                      " degrees: its scans are not of a level plane",
                  "rotation"};
-  const Eigen::Vector2d at(T_base_laser.translation.x, T_base_laser.translation.y);
+  const Eigen::Vector2d at(T_base_sensor.translation.x, T_base_sensor.translation.y);
   if (!at.allFinite()) return Error{ErrorCode::invalid, "is not finite", "translation"};
-  return LaserMounting{Transform2<frame::Base, frame::Laser>(SE2d(at, *yaw)), up < 0.0};
+  return LevelMounting{Transform2<frame::Base, Sensor>(SE2d(at, *yaw)), up < 0.0};
 }
 
 wayfare::LaserScan turned_over(wayfare::LaserScan scan) {

@@ -137,7 +137,7 @@ TEST(Convert, ALaserUpsideDownSeesTheSamePlaces) {
   // Rolled by half a turn, then turned by 0.4 rad: bearing b of the laser points to 0.4 - b.
   const Eigen::Quaterniond q(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()) *
                              Eigen::AngleAxisd(kPi, Eigen::Vector3d::UnitX()));
-  const auto mounting = laser_mounting_of({{0.2, -0.1, 0.5}, {q.x(), q.y(), q.z(), q.w()}});
+  const auto mounting = level_mounting_of({{0.2, -0.1, 0.5}, {q.x(), q.y(), q.z(), q.w()}});
   ASSERT_TRUE(mounting);
   EXPECT_TRUE(mounting->upside_down);
   const wayfare::LaserScan scan{kTime, Angle::radians(-0.3), Angle::radians(0.1), 0.1F,
@@ -151,13 +151,13 @@ TEST(Convert, ALaserUpsideDownSeesTheSamePlaces) {
     const std::size_t j = 1 - i;
     const double t = turned.bearing(j).radians();
     const Eigen::Vector2d got =
-        mounting->T_base_laser.raw() * Eigen::Vector2d(double(turned.ranges_m[j]) * std::cos(t),
-                                                       double(turned.ranges_m[j]) * std::sin(t));
+        mounting->T_base_sensor.raw() * Eigen::Vector2d(double(turned.ranges_m[j]) * std::cos(t),
+                                                        double(turned.ranges_m[j]) * std::sin(t));
     EXPECT_NEAR((got - wanted.head<2>()).norm(), 0.0, 1e-6);
   }
-  EXPECT_FALSE(laser_mounting_of({{}, {0, 0, 0, 1}})->upside_down);
-  EXPECT_THAT(why(laser_mounting_of({{}, {std::sin(0.25), 0, 0, std::cos(0.25)}})),
-              HasSubstr("tilts the laser by 28.6"));
+  EXPECT_FALSE(level_mounting_of({{}, {0, 0, 0, 1}})->upside_down);
+  EXPECT_THAT(why(level_mounting_of({{}, {std::sin(0.25), 0, 0, std::cos(0.25)}})),
+              HasSubstr("tilts the sensor by 28.6"));
 }
 
 wayfare::RadarScan radar_scan() {

@@ -48,15 +48,16 @@ namespace wayfare::ros {
 [[nodiscard]] TransformStamped transform_of(const SE2d& T_parent_child, LogTime time,
                                             std::string_view parent, std::string_view child);
 
-/// How a planar range finder sits on the robot.
-struct LaserMounting {
-  Transform2<frame::Base, frame::Laser> T_base_laser = {};
-  bool upside_down = false;  ///< its bearings count clockwise; T_base_laser is that of the scan
-                             ///< `turned_over` gives
+/// A sensor that measures in its own level plane.
+struct Sensor {};
+/// How such a sensor sits on the robot, upside down perhaps: its bearings count clockwise then, and
+/// the mounting is that of the scan `turned_over` gives.
+struct LevelMounting {
+  Transform2<frame::Base, Sensor> T_base_sensor = {};
+  bool upside_down = false;
 };
-/// Errors: no unit quaternion; tilted by more than `most_tilt_rad` off the level, upside down or
-/// not.
-[[nodiscard]] Result<LaserMounting> laser_mounting_of(const TransformParts& T_base_laser,
+/// Errors: no unit quaternion; tilted by more than `most_tilt_rad` off the level.
+[[nodiscard]] Result<LevelMounting> level_mounting_of(const TransformParts& T_base_sensor,
                                                       double most_tilt_rad = 0.1);
 /// The scan of a laser upside down as one of a laser upright in the same place.
 [[nodiscard]] wayfare::LaserScan turned_over(wayfare::LaserScan scan);

@@ -15,7 +15,7 @@
 
 #include <wayfare/core/result.hpp>
 
-namespace wayfare::io::mcap {
+namespace wayfare::io {
 
 /// Bytes by their place: of a file as long as it was when it was opened, or in memory.
 class Source {
@@ -67,4 +67,4 @@ class Source {
   std::uint64_t size_ = 0;
 };
 
-}  // namespace wayfare::io::mcap
+}  // namespace wayfare::io

@@ -1,0 +1,32 @@
+#include "ros_topics.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+void add_stamps(CommandLine& app, ros::TopicNames& names) {
+  app.add_choice<ros::StampSource>(
+      "--stamps", names.stamps,
+      {{"header", ros::StampSource::header}, {"received", ros::StampSource::received}},
+      "times of a ROS recording: the senders' stamps (header, the default), or when the recorder "
+      "received each message");
+}
+
+}  // namespace
+
+void add_robot_topics(CommandLine& app, ros::TopicNames& names) {
+  app.add_option("--scan-topic", names.scan, "of a ROS recording: sensor_msgs/LaserScan");
+  app.add_option("--odometry-topic", names.odometry, "of a ROS recording: nav_msgs/Odometry");
+  app.add_option("--radar-topic", names.radar,
+                 "of a ROS recording: wayfare_msgs/RadarScan or sensor_msgs/PointCloud2");
+  app.add_option("--base-frame", names.base_frame,
+                 "the robot's frame in a ROS recording; else that of its odometry");
+  add_stamps(app, names);
+}
+
+void add_unit_topics(CommandLine& app, ros::TopicNames& names) {
+  app.add_option("--magnetometer-topic", names.magnetometer,
+                 "of a ROS recording: sensor_msgs/MagneticField");
+  add_stamps(app, names);
+}
+
+}  // namespace wayfare::examples

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <wayfare/ros/recording.hpp>
+
+#include "command_line.hpp"
+
+namespace wayfare::examples {
+
+/// Which topics of a ROS recording (.mcap, .bag) a program takes, for those that read robots' logs.
+void add_robot_topics(CommandLine& app, ros::TopicNames& names);
+/// The same for programs that read an inertial unit, with a magnetometer.
+void add_unit_topics(CommandLine& app, ros::TopicNames& names);
+
+}  // namespace wayfare::examples

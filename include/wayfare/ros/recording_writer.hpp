@@ -1,0 +1,65 @@
+#pragma once
+
+// Recordings of ROS messages out, without ROS: as ROS 2 keeps them (MCAP with CDR) or as a ROS 1
+// bag.
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/io/text_file.hpp>
+#include <wayfare/measure/recording.hpp>
+#include <wayfare/ros/serialise.hpp>
+
+namespace wayfare::ros {
+
+class RecordingWriter {
+ public:
+  /// By the name's end: `.mcap` or `.bag`. Errors: another end; the file is there already (see
+  /// `options`), or cannot be written.
+  [[nodiscard]] static Result<RecordingWriter> create(const std::string& path,
+                                                      const io::WriteOptions& options = {});
+  RecordingWriter(RecordingWriter&&) noexcept;
+  RecordingWriter& operator=(RecordingWriter&&) noexcept;
+  ~RecordingWriter();
+
+  /// Errors: a time before 1970, or the disk's.
+  template <Message M>
+  [[nodiscard]] Result<void> write(const std::string& topic, LogTime received, const M& message) {
+    if (!knows(topic))
+      if (auto added = add(topic, M::kType, definition<M>(dialect())); !added) return added;
+    return write_bytes(topic, received, to_bytes(message, dialect()));
+  }
+
+  /// Ends the file. No more can be written; a bag is on the disk only now.
+  [[nodiscard]] Result<void> close();
+
+ private:
+  struct Impl;
+  explicit RecordingWriter(std::unique_ptr<Impl> impl);
+  [[nodiscard]] Dialect dialect() const;
+  [[nodiscard]] bool knows(const std::string& topic) const;
+  [[nodiscard]] Result<void> add(const std::string& topic, const MessageType& type,
+                                 const std::string& definition);
+  [[nodiscard]] Result<void> write_bytes(const std::string& topic, LogTime received,
+                                         std::string_view data);
+
+  std::unique_ptr<Impl> impl_;
+};
+
+struct RobotTopics {
+  std::string scan = "/scan", odometry = "/odom", radar = "/radar";
+  std::string odom_frame = "odom", base_frame = "base_link";
+  std::string laser_frame = "laser", radar_frame = "radar";
+};
+
+/// Scans, odometry (with its transforms on /tf), radar frames (as wayfare_msgs/RadarScan) and how
+/// the sensors are mounted (on /tf_static), in order of time; what `read_robot` gives again to the
+/// bit. Wheels, gyro and truth have no message of ROS's own and are left out. Errors: as of
+/// `RecordingWriter::write`; a time of zero, which ROS takes for none.
+[[nodiscard]] Result<void> write_robot(RecordingWriter& writer, const Recording& recording,
+                                       const RobotTopics& topics = {});
+
+}  // namespace wayfare::ros

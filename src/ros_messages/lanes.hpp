@@ -1,0 +1,92 @@
+#pragma once
+
+// Topics of a recording taken in together: each message read, stamped and made a measurement, in
+// one pass over the file.
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <wayfare/ros/convert.hpp>
+#include <wayfare/ros/recording.hpp>
+
+namespace wayfare::ros {
+
+/// The one topic of `type` to take: `named`, which must be there, or else the only one; empty where
+/// there is none. Errors: not there, or several of them.
+[[nodiscard]] Result<std::string> choose_topic(const RecordingFile& file, std::string_view type,
+                                               const std::string& named, const char* what);
+
+class Lanes {
+ public:
+  Lanes(const RecordingFile& file, const TopicNames& names) : file_(file), names_(names) {}
+
+  /// Messages M of `topic` go to `out` as `convert` makes them of a message and its time, in order
+  /// of time. Nothing where `topic` is empty.
+  template <class M, class Value, class Convert>
+  void add(const std::string& topic, std::vector<Value>& out, Convert convert) {
+    if (topic.empty()) return;
+    add_raw<M>(topic, [&out, convert](const M& message, LogTime time) -> Result<void> {
+      Result<Value> value = convert(message, time);
+      if (!value) return value.error();
+      out.push_back(*std::move(value));
+      return {};
+    });
+    sort_.push_back([&out] {
+      std::stable_sort(out.begin(), out.end(),
+                       [](const Value& a, const Value& b) { return a.time < b.time; });
+    });
+  }
+
+  /// Every message of `topic` whatever its stamp.
+  template <class M>
+  void visit(const std::string& topic, std::function<void(const M&)> visit) {
+    lanes_[topic].take = [visit](const RecordedMessage& raw, Lane&) -> Result<void> {
+      const auto message = from_bytes<M>(raw.data, raw.topic.dialect);
+      if (!message) return message.error();
+      visit(*message);
+      return {};
+    };
+  }
+
+  /// Reads the file. Errors: a topic of which nothing can be used; topics on different clocks.
+  [[nodiscard]] Result<void> run(io::Problems& problems);
+
+ private:
+  struct Lane {
+    std::function<Result<void>(const RecordedMessage&, Lane&)> take;
+    bool stamped = false;
+    std::size_t messages = 0;
+    std::vector<Duration> late;  ///< stamp after receipt, of each that was used
+    std::optional<Error> first_fault;
+  };
+
+  template <class M>
+  void add_raw(const std::string& topic, std::function<Result<void>(const M&, LogTime)> use) {
+    lanes_[topic].stamped = true;
+    lanes_[topic].take = [this, use](const RecordedMessage& raw, Lane& lane) -> Result<void> {
+      const auto message = from_bytes<M>(raw.data, raw.topic.dialect);
+      if (!message) return message.error();
+      const bool by_receipt = names_.stamps == StampSource::received;
+      const auto time = by_receipt ? Result<LogTime>(raw.received) : time_of(message->header.stamp);
+      if (!time) return time.error();
+      if (auto used = use(*message, *time); !used) return used;
+      lane.late.push_back(*time - raw.received);
+      return {};
+    };
+  }
+
+  [[nodiscard]] Result<void> check_clocks();
+
+  const RecordingFile& file_;
+  const TopicNames& names_;
+  std::map<std::string, Lane> lanes_;
+  std::vector<std::function<void()>> sort_;
+};
+
+}  // namespace wayfare::ros

@@ -1,0 +1,154 @@
+#include <wayfare/ros/recording_writer.hpp>
+
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <wayfare/io/bag_writer.hpp>
+#include <wayfare/io/mcap_writer.hpp>
+#include <wayfare/ros/convert.hpp>
+
+namespace wayfare::ros {
+
+/// One of the two is there.
+struct RecordingWriter::Impl {
+  std::string path;
+  io::WriteOptions options;
+  std::optional<io::BagWriter> bag;
+  std::optional<io::McapWriter> mcap;
+  std::map<std::string, std::uint32_t> channels;
+};
+
+RecordingWriter::RecordingWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
+RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
+RecordingWriter::~RecordingWriter() = default;
+
+Result<RecordingWriter> RecordingWriter::create(const std::string& path,
+                                                const io::WriteOptions& options) {
+  auto impl = std::make_unique<Impl>();
+  impl->path = path;
+  impl->options = options;
+  if (path.ends_with(".bag")) {
+    impl->bag.emplace();
+  } else if (path.ends_with(".mcap")) {
+    io::McapWriterOptions mcap;
+    mcap.profile = "ros2";
+    auto writer = io::McapWriter::create(path, mcap, options);
+    if (!writer) return writer.error();
+    impl->mcap = *std::move(writer);
+  } else {
+    return Error{ErrorCode::invalid, "ends neither in .mcap nor in .bag", path};
+  }
+  return RecordingWriter(std::move(impl));
+}
+
+Dialect RecordingWriter::dialect() const { return impl_->bag ? Dialect::ros1 : Dialect::ros2; }
+
+bool RecordingWriter::knows(const std::string& topic) const {
+  return impl_->channels.count(topic) != 0;
+}
+
+Result<void> RecordingWriter::add(const std::string& topic, const MessageType& type,
+                                  const std::string& definition) {
+  if (impl_->bag) {
+    impl_->channels[topic] =
+        impl_->bag->add_connection({0, topic, std::string(type.name), std::string(type.md5),
+                                    definition, topic == "/tf_static"});
+    return {};
+  }
+  const auto schema = impl_->mcap->add_schema(ros2_name(type.name), "ros2msg", definition);
+  if (!schema) return schema.error();
+  const auto channel = impl_->mcap->add_channel(topic, "cdr", *schema);
+  if (!channel) return channel.error();
+  impl_->channels[topic] = *channel;
+  return {};
+}
+
+Result<void> RecordingWriter::write_bytes(const std::string& topic, LogTime received,
+                                          std::string_view data) {
+  const std::uint32_t channel = impl_->channels[topic];
+  if (impl_->bag) return impl_->bag->write(channel, received, data);
+  return impl_->mcap->write(static_cast<std::uint16_t>(channel), received, received, data);
+}
+
+Result<void> RecordingWriter::close() {
+  if (impl_->mcap) return impl_->mcap->close();
+  return io::write_file(impl_->path, impl_->bag->finish(), impl_->options);
+}
+
+namespace {
+
+/// The streams of a recording as messages, the earliest next.
+class RobotWriter {
+ public:
+  RobotWriter(RecordingWriter& writer, const Recording& recording, const RobotTopics& topics)
+      : writer_(writer), recording_(recording), topics_(topics) {}
+
+  Result<void> run() {
+    for (std::size_t odometry = 0, scan = 0, radar = 0;;) {
+      const LogTime* const times[] = {time_of(recording_.odometry, odometry),
+                                      time_of(recording_.scans, scan),
+                                      time_of(recording_.radar, radar)};
+      const LogTime* next = nullptr;
+      for (const LogTime* time : times)
+        if (time != nullptr && (next == nullptr || *time < *next)) next = time;
+      if (next == nullptr) return {};
+      if (*next <= LogTime())
+        return Error{ErrorCode::invalid, "has a time of zero or before: ROS takes it for none"};
+      auto done = write_mountings(*next);
+      if (done)
+        done = next == times[0]   ? write(recording_.odometry[odometry++])
+               : next == times[1] ? write(recording_.scans[scan++])
+                                  : write(recording_.radar[radar++]);
+      if (!done) return done;
+    }
+  }
+
+ private:
+  template <class Stream>
+  static const LogTime* time_of(const Stream& stream, std::size_t i) {
+    return i < stream.size() ? &stream[i].time : nullptr;
+  }
+
+  /// Once, before all else.
+  Result<void> write_mountings(LogTime time) {
+    if (std::exchange(mounted_, true)) return {};
+    TfMessage message;
+    const auto add = [&](const SE2d& pose, const std::string& frame) {
+      message.transforms.push_back(transform_of(pose, time, topics_.base_frame, frame));
+    };
+    if (!recording_.scans.empty()) add(recording_.T_base_laser.raw(), topics_.laser_frame);
+    if (!recording_.radar.empty()) add(recording_.T_base_radar.raw(), topics_.radar_frame);
+    return writer_.write("/tf_static", time, message);
+  }
+  Result<void> write(const OdometrySample& sample) {
+    const SE2d pose = sample.T_odom_base.raw();
+    const Odometry message = message_of(sample, topics_.odom_frame, topics_.base_frame);
+    if (auto done = writer_.write(topics_.odometry, sample.time, message); !done) return done;
+    return writer_.write(
+        "/tf", sample.time,
+        TfMessage{{transform_of(pose, sample.time, topics_.odom_frame, topics_.base_frame)}});
+  }
+  Result<void> write(const wayfare::LaserScan& scan) {
+    return writer_.write(topics_.scan, scan.time, message_of(scan, topics_.laser_frame));
+  }
+  Result<void> write(const wayfare::RadarScan& scan) {
+    return writer_.write(topics_.radar, scan.time, message_of(scan, topics_.radar_frame));
+  }
+
+  RecordingWriter& writer_;
+  const Recording& recording_;
+  const RobotTopics& topics_;
+  bool mounted_ = false;
+};
+
+}  // namespace
+
+Result<void> write_robot(RecordingWriter& writer, const Recording& recording,
+                         const RobotTopics& topics) {
+  return RobotWriter(writer, recording, topics).run();
+}
+
+}  // namespace wayfare::ros
