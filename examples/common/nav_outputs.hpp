@@ -14,6 +14,7 @@
 
 #include "nav_config.hpp"
 #include "nav_errors.hpp"
+#include "nav_outages.hpp"
 #include "nav_recording.hpp"
 
 namespace wayfare::examples {

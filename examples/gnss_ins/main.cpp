@@ -10,6 +10,7 @@
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "nav_config.hpp"
+#include "nav_outages.hpp"
 #include "nav_outputs.hpp"
 #include "nav_recording.hpp"
 #include "program_files.hpp"
