@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
 
 #include <wayfare/graph/incremental_cholesky.hpp>
 
@@ -70,6 +71,19 @@ void IncrementalCholesky<N>::add_terms(Clique& clique, int variable) {
   }
 }
 
+/// The clique's right-hand side without gaps, as the kernels take it: separators follow frontals.
+template <int N>
+void IncrementalCholesky<N>::gather(Clique& clique) {
+  const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
+  const cholesky::Panel& panel = front.panel();
+  gathered_.resize(index(panel.pivots + panel.rows));
+  std::copy_n(front.right_of_frontals(), panel.pivots, gathered_.data());
+  std::copy_n(front.right_of_separators(), panel.rows, gathered_.data() + panel.pivots);
+  scratch_.resize(index(panel.ld11 + panel.ld21));
+  slots_.resize(index(front.separators()));
+  std::iota(slots_.begin(), slots_.end(), front.frontals());
+}
+
 /// The first number that is not positive definite, −1 where all are.
 template <int N>
 int IncrementalCholesky<N>::eliminate(Clique& clique) {
@@ -94,10 +108,11 @@ int IncrementalCholesky<N>::eliminate(Clique& clique) {
   if (failed >= 0) return failed;
   kernels.update(front.panel(), front.update(), front.panel().ld21);
   add_children(false);
-  gathered_.assign(index(front.panel().ld21), 0.0);
-  kernels.forward(front.panel(), front.right_of_frontals(), gathered_.data());
-  for (int i = 0; i < front.panel().rows; ++i)
-    front.right_of_separators()[i] -= gathered_[index(i)];
+  gather(clique);
+  kernels.forward(front.panel(), 0, slots_.data(), gathered_.data(), scratch_.data());
+  std::copy_n(gathered_.data(), front.panel().pivots, front.right_of_frontals());
+  std::copy_n(gathered_.data() + front.panel().pivots, front.panel().rows,
+              front.right_of_separators());
   return -1;
 }
 
@@ -132,14 +147,12 @@ bool IncrementalCholesky<N>::separator_changed(const Clique& clique) const {
 template <int N>
 void IncrementalCholesky<N>::substitute(Clique& clique, double threshold) {
   const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
-  const cholesky::Panel& panel = front.panel();
-  gathered_.assign(index(panel.ld11 + panel.ld21), 0.0);
+  gather(clique);
   double* const found = gathered_.data();
-  double* const given = found + panel.ld11;
-  std::copy_n(front.right_of_frontals(), panel.pivots, found);
+  double* const given = found + front.panel().pivots;
   for (int i = 0; i < front.separators(); ++i)
     Eigen::Map<Vector>(given + N * i) = x(clique.rows[index(clique.frontals + i)]);
-  cholesky::best_kernels(N).backward(panel, found, given);
+  cholesky::best_kernels(N).backward(front.panel(), 0, slots_.data(), found, scratch_.data());
   for (int i = 0; i < clique.frontals; ++i) {
     const int v = clique.rows[index(i)];
     Eigen::Map<Vector> x(x_.data() + offset(v));
