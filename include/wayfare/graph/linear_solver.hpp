@@ -33,6 +33,16 @@ concept LinearSolver = std::default_initializable<S> &&
   solver.solve_in_place(x);
 };
 
+/// A LinearSolver that finds chosen blocks of H⁻¹ together for much less than a solution each:
+/// after `invert()`, `inverse_block(row, column, block)` gives at least those of the diagonal and
+/// of H's pattern, and false for others and before it.
+template <class S>
+concept SelectedInverse = LinearSolver<S> &&
+    requires(S& solver, const S& found, Eigen::Matrix<double, S::kBlock, S::kBlock>& block) {
+  solver.invert();
+  { found.inverse_block(0, 0, block) } -> std::same_as<bool>;
+};
+
 /// position[i] = the place of block column i in an elimination order of little fill: approximate
 /// minimum degree on the graph of blocks, N² times smaller than that of scalars.
 template <int N>

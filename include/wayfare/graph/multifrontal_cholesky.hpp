@@ -29,6 +29,8 @@ class MultifrontalFactor {
   /// The block column at which the matrix stops being positive definite, −1 where it is.
   int factorise(const double* values);
   void solve_in_place(double* x);
+  void invert();
+  bool inverse_block(int row, int column, double* out) const;
 
  private:
   struct State;
@@ -52,10 +54,18 @@ class MultifrontalCholesky {
 
   void solve_in_place(Eigen::VectorXd& x) { factor_.solve_in_place(x.data()); }
 
+  /// Finds the blocks of H⁻¹ wherever L has a block: on the diagonal, wherever H has one, and more.
+  /// After a successful `factorise`; costs about twice as much and as much memory again.
+  void invert() { factor_.invert(); }
+  /// Block (row, column) of H⁻¹; false where it was not found, or not since the last `factorise`.
+  bool inverse_block(int row, int column, Eigen::Matrix<double, N, N>& block) const {
+    return factor_.inverse_block(row, column, block.data());
+  }
+
  private:
   MultifrontalFactor factor_;
 };
 
-static_assert(LinearSolver<MultifrontalCholesky<3>> && LinearSolver<MultifrontalCholesky<6>>);
+static_assert(SelectedInverse<MultifrontalCholesky<3>> && SelectedInverse<MultifrontalCholesky<6>>);
 
 }  // namespace wayfare

@@ -38,6 +38,12 @@ class PoseGraphOptimiser {
         .template topLeftCorner<kDof, kDof>();
   }
 
+  /// prepare_covariances and the covariances of all poses at once, for the price of two or three
+  /// factorisations where the solver can (SelectedInverse). After this `covariance`, and
+  /// `relative_covariance` of poses that an edge joins, are looked up.
+  Result<std::vector<SquareOf<G>>> covariances(const PoseGraph<G>& graph,
+                                               const RobustKernel& kernel = {});
+
   /// The covariance of X_from⁻¹ X_to, as a right perturbation of it.
   [[nodiscard]] SquareOf<G> relative_covariance(const PoseGraph<G>& graph, int from, int to);
 
@@ -104,6 +110,19 @@ Result<void> PoseGraphOptimiser<G, S>::prepare_covariances(const PoseGraph<G>& g
   step_.linearise(graph, kernel);
   if (step_.equations().free_poses().empty() || step_.factorise()) return {};
   return step_.undetermined(graph);
+}
+
+template <LieGroup G, LinearSolver S>
+Result<std::vector<SquareOf<G>>> PoseGraphOptimiser<G, S>::covariances(const PoseGraph<G>& graph,
+                                                                       const RobustKernel& kernel) {
+  if (auto prepared = prepare_covariances(graph, kernel); !prepared) return prepared.error();
+  if constexpr (SelectedInverse<S>) {
+    if (!step_.equations().free_poses().empty()) step_.solver().invert();
+  }
+  std::vector<SquareOf<G>> all;
+  all.reserve(graph.poses.size());
+  for (int pose = 0; pose < graph.size(); ++pose) all.push_back(covariance(pose));
+  return all;
 }
 
 template <LieGroup G, LinearSolver S>

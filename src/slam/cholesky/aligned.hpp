@@ -7,6 +7,7 @@
 namespace wayfare::cholesky {
 
 /// Numbers on a cache line's border, not initialised, with room to read a vector past their end.
+/// A handle: who may look may write.
 class AlignedDoubles {
  public:
   /// Keeps what it has where that is enough.
@@ -17,8 +18,7 @@ class AlignedDoubles {
         ::operator new ((size + kSlack) * sizeof(double), std::align_val_t{kAlignment})));
     size_ = size;
   }
-  [[nodiscard]] double* data() { return data_.get(); }
-  [[nodiscard]] const double* data() const { return data_.get(); }
+  [[nodiscard]] double* data() const { return data_.get(); }
   [[nodiscard]] std::size_t size() const { return size_; }
 
  private:

@@ -28,6 +28,7 @@ void Factor::place_fronts() {
     place.l11 = factor_size_;
     place.l21 = factor_size_ + at(padded(place.ld11 * p));
     factor_size_ = place.l21 + at(place.ld21) * at(p);
+    inverse_scratch_ = std::max(inverse_scratch_, at(padded(p)) * at(2 * p + m));
     most_scratch_ = std::max(most_scratch_, place.ld11 + place.ld21);
   }
 }
@@ -52,11 +53,11 @@ void Factor::place_updates() {
   stack_size_ = highest[0] + highest[1];
 }
 
-Panel Factor::panel(std::size_t s) {
+Panel Factor::panel(std::size_t s, const AlignedDoubles& values) const {
   const Front& f = plan_.fronts[s];
   const Place& place = places_[s];
-  return {values_.data() + place.l11,
-          values_.data() + place.l21,
+  return {values.data() + place.l11,
+          values.data() + place.l21,
           f.columns * plan_.block,
           f.rows * plan_.block,
           place.ld11,
@@ -72,7 +73,7 @@ Update Factor::update_of(int child) const {
 
 int Factor::factorise_front(std::size_t s, const double* h) {
   const Front& f = plan_.fronts[s];
-  const Panel front = panel(s);
+  const Panel front = panel(s, values_);
   std::fill(front.l11, front.l21 + at(front.ld21) * at(front.pivots), 0.0);
   kernels_.scatter(plan_.placements.data() + f.placements_begin,
                    f.placements_end - f.placements_begin, h, front);
@@ -92,6 +93,7 @@ int Factor::factorise(const double* h) {
   values_.reserve(factor_size_);
   stack_.reserve(stack_size_);
   scratch_.reserve(at(most_scratch_));
+  inverted_ = false;
   for (std::size_t s = 0; s < places_.size(); ++s)
     if (const int failed = factorise_front(s, h); failed >= 0) return failed;
   return -1;
@@ -103,7 +105,7 @@ void Factor::solve_in_place(double* x) {
   kernels_.gather(plan_.order.data(), columns, x, y);
   const auto substitute = [&](std::size_t s, auto kernel) {
     const Front& f = plan_.fronts[s];
-    kernel(panel(s), f.first, plan_.rows.data() + f.rows_begin, y, scratch_.data());
+    kernel(panel(s, values_), f.first, plan_.rows.data() + f.rows_begin, y, scratch_.data());
   };
   for (std::size_t s = 0; s < places_.size(); ++s) substitute(s, kernels_.forward);
   for (std::size_t s = places_.size(); s-- > 0;) substitute(s, kernels_.backward);

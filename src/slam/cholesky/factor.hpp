@@ -23,6 +23,12 @@ class Factor {
   /// L y = x, then Lᵀ z = y, in the original order of columns.
   void solve_in_place(double* x);
 
+  /// The blocks of H⁻¹ in the pattern of L, of the last factorisation that came out.
+  void invert();
+  /// Block (row, column) of H⁻¹, in the original order, column-major; false where it is not in the
+  /// pattern or `invert` was not called since the last factorisation.
+  bool inverse_block(int row, int column, double* out) const;
+
   [[nodiscard]] const FrontPlan& plan() const { return plan_; }
 
  private:
@@ -34,15 +40,16 @@ class Factor {
   void place_fronts();
   void place_updates();
   int factorise_front(std::size_t s, const double* h);
-  [[nodiscard]] Panel panel(std::size_t s);
+  [[nodiscard]] Panel panel(std::size_t s, const AlignedDoubles& values) const;
   [[nodiscard]] Update update_of(int child) const;
 
   FrontPlan plan_;
   const FrontKernels& kernels_;
   std::vector<Place> places_;
-  std::size_t factor_size_ = 0, stack_size_ = 0;
+  std::size_t factor_size_ = 0, stack_size_ = 0, inverse_scratch_ = 0;
   int most_scratch_ = 0;
-  AlignedDoubles values_, stack_;
+  AlignedDoubles values_, stack_, inverse_;
+  bool inverted_ = false;
   std::vector<double> permuted_;
   AlignedDoubles scratch_;
 };

@@ -55,6 +55,11 @@ struct FrontKernels {
   void (*forward)(const Panel& front, int first, const int* rows, double* y, double* scratch);
   /// y₁ := L₁₁⁻ᵀ (y₁ − L₂₁ᵀ y₂).
   void (*backward)(const Panel& front, int first, const int* rows, double* y, double* scratch);
+  /// With Z = H⁻¹: Z₁₁ and Z₂₁ (in z's l11, whole, and l21) from L and Z₂₂ (m×m, whole, ld21). The
+  /// scratch has room for padded(p) · (2p + m).
+  void (*invert)(const Panel& front, const Panel& z, const double* z22, double* scratch);
+  /// A child's Z₂₂ from its parent's Z; of `child` all but its values.
+  void (*gather_inverse)(const Update& child, const Panel& z, const double* z22, double* child_z22);
 };
 
 /// `block` is 2, 3 or 6.

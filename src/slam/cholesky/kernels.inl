@@ -11,14 +11,16 @@
 // In this order.
 #include "cholesky/assembly.inl"
 #include "cholesky/dense.inl"
+#include "cholesky/inverse.inl"
 #include "cholesky/substitution.inl"
 
 namespace wayfare::cholesky::WAYFARE_ISA {
 namespace {
 
 template <int N>
-constexpr FrontKernels kTable = {scatter<N>, add_to_panel<N>, add_to_update<N>, factorise<N>,
-                                 update<N>,  gather<N>,       forward<N>,       backward<N>};
+constexpr FrontKernels kTable = {scatter<N>, add_to_panel<N>,  add_to_update<N>, factorise<N>,
+                                 update<N>,  gather<N>,        forward<N>,       backward<N>,
+                                 invert<N>,  gather_inverse<N>};
 
 }  // namespace
 

@@ -29,4 +29,10 @@ int MultifrontalFactor::factorise(const double* values) {
 
 void MultifrontalFactor::solve_in_place(double* x) { state_->factor->solve_in_place(x); }
 
+void MultifrontalFactor::invert() { state_->factor->invert(); }
+
+bool MultifrontalFactor::inverse_block(int row, int column, double* out) const {
+  return state_->factor && state_->factor->inverse_block(row, column, out);
+}
+
 }  // namespace wayfare

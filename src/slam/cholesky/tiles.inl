@@ -71,6 +71,18 @@ struct Tile {
       }
     }
   }
+  /// this += A Bᵀ, b[c * across + k * along] the coefficient of column c.
+  void add_product(const double* a, long lda, const double* b, long across, long along,
+                   long depth) {
+    for (const double* const end = a + depth * lda; a != end; a += lda, b += along) {
+      Lanes x[R];
+      for (int r = 0; r < R; ++r) x[r] = load(a + r * kLanes);
+      for (int c = 0; c < C; ++c) {
+        const Lanes s = all(b[c * across]);
+        for (int r = 0; r < R; ++r) v[r][c] += x[r] * s;
+      }
+    }
+  }
   /// this := this L⁻ᵀ with a lower triangle of C columns, its diagonal kept as reciprocals.
   void divide_by(const double* l, long ld) {
     for (int c = 0; c < C; ++c) {
