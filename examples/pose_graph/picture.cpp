@@ -109,8 +109,9 @@ std::string draw(const PoseGraph<G>& graph, const std::vector<G>& before,
   Panel<G>(out, graph, before).draw("before", is_rejected);
   append(out, "<g transform=\"translate(%.0f 0)\">\n", kPanel_px);
   Panel<G>(out, graph, graph.poses).draw("after", is_rejected);
+  append(out, "</g>\n<text x=\"12\" y=\"%.0f\">", kPanel_px + kTitle_px - 6.0);
   out +=
-      "</g>\n<text x=\"12\" y=\"20\"><tspan fill=\"#1f4e79\">path</tspan> <tspan "
+      "<tspan fill=\"#1f4e79\">path</tspan> <tspan "
       "fill=\"#c08010\">loops</tspan>";
   if (!rejected.empty()) out += " <tspan fill=\"#d02020\">rejected, not in the sum</tspan>";
   out += "</text>\n</svg>\n";

@@ -1,7 +1,11 @@
 #include <wayfare/graph/normal_equations.hpp>
 
-#include <gtest/gtest.h>
+#include <vector>
 
+#include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
+
+#include "graph/patterns.hpp"
 #include "graph/tangle.hpp"
 
 namespace wayfare {
@@ -52,16 +56,54 @@ TYPED_TEST(NormalEquationsTest, AreThoseOfNumericJacobians) {
     equations.set_structure(graph);
     equations.linearise(graph, {});
     const tests::DenseEquations<TypeParam> want(graph, equations.free_poses());
-    const auto& h = equations.hessian();
-    Eigen::MatrixXd got = Eigen::MatrixXd::Zero(want.hessian.rows(), want.hessian.cols());
-    constexpr int kDof = TypeParam::kDof;
-    for (int c = 0; c < h.columns(); ++c)
-      for (int b = h.starts()[static_cast<std::size_t>(c)]; b <= h.diagonal_index(c); ++b)
-        got.block<kDof, kDof>(h.rows()[static_cast<std::size_t>(b)] * kDof, c * kDof) = h.block(b);
-    const Eigen::MatrixXd whole = got.selfadjointView<Eigen::Upper>();
+    const Eigen::MatrixXd whole = tests::dense(equations.hessian());
     EXPECT_LT((whole - want.hessian).norm(), 1e-8 * want.hessian.norm());
     EXPECT_LT((equations.gradient() - want.gradient).norm(), 1e-8 * want.gradient.norm());
   }
+}
+
+// The second derivative of a kernel that bends downwards is negative: of dynamic covariance scaling
+// beyond Φ, of Cauchy and Geman-McClure beyond c. H leaves it out.
+TYPED_TEST(NormalEquationsTest, HessianStaysPositiveHoweverLargeTheErrors) {
+  Rng rng(14);
+  for (const auto kind : {RobustKernelKind::cauchy, RobustKernelKind::geman_mcclure,
+                          RobustKernelKind::dynamic_covariance_scaling}) {
+    for (const double size : {0.1, 1.0, 10.0, 1000.0}) {
+      auto graph = tangle<TypeParam>(rng);
+      for (auto& edge : graph.edges) {
+        edge.robust = true;
+        edge.measurement = TypeParam::exp(tests::random_tangent<TypeParam>(rng, size));
+      }
+      NormalEquations<TypeParam> equations;
+      equations.set_structure(graph);
+      equations.linearise(graph, {kind, 0.5});
+      const Eigen::MatrixXd whole = tests::dense(equations.hessian());
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(whole, Eigen::EigenvaluesOnly);
+      EXPECT_GT(eigen.eigenvalues()[0], 0.0) << static_cast<int>(kind) << " at " << size;
+    }
+  }
+}
+
+TYPED_TEST(NormalEquationsTest, WeightsCountAsManyEdges) {
+  Rng rng(15);
+  auto graph = tangle<TypeParam>(rng);
+  std::vector<double> weights(graph.edges.size(), 1.0);
+  weights[2] = 0.0, weights[4] = 2.0;
+  NormalEquations<TypeParam> weighted, plain;
+  weighted.set_structure(graph);
+  weighted.set_weights(weights);
+  const double cost = weighted.linearise(graph, {});
+  EXPECT_NEAR(weighted.cost(graph, {}), cost, 1e-12 * cost);
+  EXPECT_NEAR(weighted.chi2(), chi2(graph), 1e-12 * cost) << "knows no weights";
+  auto other = graph;
+  other.edges.push_back(other.edges[4]);
+  other.edges.erase(other.edges.begin() + 2);
+  plain.set_structure(other);
+  EXPECT_NEAR(plain.linearise(other, {}), cost, 1e-12 * cost);
+  const Eigen::MatrixXd want = tests::dense(plain.hessian());
+  // The pattern of an edge that counts nothing is still there.
+  EXPECT_LT((tests::dense(weighted.hessian()) - want).norm(), 1e-12 * want.norm());
+  EXPECT_LT((weighted.gradient() - plain.gradient()).norm(), 1e-12 * plain.gradient().norm());
 }
 
 TYPED_TEST(NormalEquationsTest, StructureIsLaidOutAnewOnlyWhereItChanged) {

@@ -24,6 +24,16 @@ inline std::vector<std::pair<int, int>> random_pairs(Rng& rng, int columns, int 
   return pairs;
 }
 
+/// Both triangles of what the blocks of the upper one say.
+template <int N>
+Eigen::MatrixXd dense(const BlockSparse<N>& h) {
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(h.columns() * N, h.columns() * N);
+  for (int c = 0; c < h.columns(); ++c)
+    for (int i = h.starts()[static_cast<std::size_t>(c)]; i <= h.diagonal_index(c); ++i)
+      all.block<N, N>(h.rows()[static_cast<std::size_t>(i)] * N, c * N) = h.block(i);
+  return all.selfadjointView<Eigen::Upper>();
+}
+
 /// Fills the pattern with a diagonally dominant matrix; returns it dense.
 template <int N>
 Eigen::MatrixXd fill(BlockSparse<N>& h, Rng& rng) {

@@ -25,23 +25,31 @@ class BlockSparse {
 
   /// `pairs` lists (row, column) of off-diagonal blocks, in any order, repeats allowed; (r, c) and
   /// (c, r) name the same block. All values are zero.
-  BlockSparse(int columns, std::span<const std::pair<int, int>> pairs) : starts_(1, 0) {
-    std::vector<std::pair<int, int>> upper;  // (column, row)
-    upper.reserve(pairs.size() + static_cast<std::size_t>(columns));
+  BlockSparse(int columns, std::span<const std::pair<int, int>> pairs) {
+    // Sorted by column in one counting pass; a column's few rows then by themselves.
+    std::vector<int> ends(static_cast<std::size_t>(columns) + 1, 0);
     for (const auto& [r, c] : pairs) {
       WAYFARE_EXPECTS(r != c && r >= 0 && c >= 0 && r < columns && c < columns,
                       "an off-diagonal block lies inside the matrix");
-      upper.emplace_back(std::max(r, c), std::min(r, c));
+      ++ends[static_cast<std::size_t>(std::max(r, c)) + 1];
     }
-    for (int i = 0; i < columns; ++i) upper.emplace_back(i, i);
-    std::sort(upper.begin(), upper.end());
-    upper.erase(std::unique(upper.begin(), upper.end()), upper.end());
-    rows_.reserve(upper.size());
-    for (const auto& [c, r] : upper) {
-      rows_.push_back(r);
-      if (c == r) starts_.push_back(static_cast<int>(rows_.size()));
+    for (std::size_t c = 1; c < ends.size(); ++c) ends[c] += ends[c - 1];
+    std::vector<int> rows(pairs.size());
+    std::vector<int> next(ends.begin(), ends.end() - 1);
+    for (const auto& [r, c] : pairs)
+      rows[static_cast<std::size_t>(next[static_cast<std::size_t>(std::max(r, c))]++)] =
+          std::min(r, c);
+    starts_.reserve(ends.size());
+    rows_.reserve(pairs.size() + static_cast<std::size_t>(columns));
+    for (int c = 0; c < columns; ++c) {
+      const auto first = rows.begin() + ends[static_cast<std::size_t>(c)];
+      const auto last = rows.begin() + ends[static_cast<std::size_t>(c) + 1];
+      std::sort(first, last);
+      rows_.insert(rows_.end(), first, std::unique(first, last));
+      rows_.push_back(c);
+      starts_.push_back(static_cast<int>(rows_.size()));
     }
-    values_.assign(upper.size() * kStride, 0.0);
+    values_.assign(rows_.size() * kStride, 0.0);
   }
 
   [[nodiscard]] int columns() const { return static_cast<int>(starts_.size()) - 1; }

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include <wayfare/graph/block_sparse.hpp>
+#include <wayfare/graph/edge_terms.hpp>
+#include <wayfare/graph/pose_columns.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
 namespace wayfare {
@@ -22,16 +26,18 @@ class NormalEquations {
   bool set_structure(const PoseGraph<G>& graph) {
     if (same_structure(graph)) return false;
     fixed_ = graph.fixed;
-    number_free_poses(graph);
+    columns_.number(graph);
     std::vector<std::pair<int, int>> pairs;
+    pairs.reserve(graph.edges.size());
     ends_.clear();
+    ends_.reserve(graph.edges.size());
     for (const auto& edge : graph.edges) {
       ends_.emplace_back(edge.from, edge.to);
       const int i = free_index(edge.from), j = free_index(edge.to);
       if (i >= 0 && j >= 0) pairs.emplace_back(i, j);
     }
-    hessian_ = Matrix(static_cast<int>(free_.size()), pairs);
-    gradient_.setZero(static_cast<Eigen::Index>(free_.size()) * kDof);
+    hessian_ = Matrix(static_cast<int>(free_poses().size()), pairs);
+    gradient_.setZero(static_cast<Eigen::Index>(free_poses().size()) * kDof);
     find_addresses();
     return true;
   }
@@ -41,7 +47,8 @@ class NormalEquations {
 
   /// Fills H and g at the graph's poses; returns Σ w ρ(eᵀΩe).
   double linearise(const PoseGraph<G>& graph, const RobustKernel& kernel) {
-    hessian_.set_zero();
+    for (int c = 0; c < hessian_.columns(); ++c)
+      hessian_.block(hessian_.diagonal_index(c)).setZero();
     gradient_.setZero();
     squared_errors_.resize(graph.edges.size());
     double cost = 0.0;
@@ -62,6 +69,10 @@ class NormalEquations {
     return sum;
   }
 
+  /// Σ eᵀΩe over all edges, no kernel and no weights, as they were last linearised.
+  [[nodiscard]] double chi2() const {
+    return std::accumulate(squared_errors_.begin(), squared_errors_.end(), 0.0);
+  }
   /// eᵀΩe of every edge as it was last linearised.
   [[nodiscard]] const std::vector<double>& squared_errors() const { return squared_errors_; }
 
@@ -70,9 +81,9 @@ class NormalEquations {
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
 
   /// The poses that are free, in the order of the block columns.
-  [[nodiscard]] const std::vector<int>& free_poses() const { return free_; }
+  [[nodiscard]] const std::vector<int>& free_poses() const { return columns_.free(); }
   /// The block column of a pose, −1 when it is fixed.
-  [[nodiscard]] int free_index(int pose) const { return column_[static_cast<std::size_t>(pose)]; }
+  [[nodiscard]] int free_index(int pose) const { return columns_.of(pose); }
 
  private:
   using Square = SquareOf<G>;
@@ -80,10 +91,11 @@ class NormalEquations {
   struct Slot {
     int from = -1, to = -1;  // block columns, −1 when fixed
     int from_diagonal = -1, to_diagonal = -1, coupling = -1;
+    bool first = false;  // of the edges with this coupling
   };
 
   bool same_structure(const PoseGraph<G>& graph) const {
-    if (column_.size() != graph.poses.size() || ends_.size() != graph.edges.size()) return false;
+    if (columns_.poses() != graph.poses.size() || ends_.size() != graph.edges.size()) return false;
     if (fixed_ != graph.fixed) return false;
     for (std::size_t k = 0; k < ends_.size(); ++k) {
       if (ends_[k] != std::pair(graph.edges[k].from, graph.edges[k].to)) return false;
@@ -91,21 +103,10 @@ class NormalEquations {
     return true;
   }
 
-  void number_free_poses(const PoseGraph<G>& graph) {
-    column_.assign(graph.poses.size(), 0);
-    if (graph.fixed.empty()) column_[0] = -1;
-    for (const int pose : graph.fixed) column_[static_cast<std::size_t>(pose)] = -1;
-    free_.clear();
-    for (int pose = 0; pose < graph.size(); ++pose) {
-      int& column = column_[static_cast<std::size_t>(pose)];
-      if (column < 0) continue;
-      column = static_cast<int>(free_.size());
-      free_.push_back(pose);
-    }
-  }
-
   void find_addresses() {
+    std::vector<char> coupled(static_cast<std::size_t>(hessian_.blocks()), 0);
     slots_.clear();
+    slots_.reserve(ends_.size());
     for (const auto& [from, to] : ends_) {
       Slot s;
       s.from = free_index(from);
@@ -114,6 +115,8 @@ class NormalEquations {
       if (s.to >= 0) s.to_diagonal = hessian_.diagonal_index(s.to);
       if (s.from >= 0 && s.to >= 0) {
         s.coupling = hessian_.find(std::min(s.from, s.to), std::max(s.from, s.to));
+        s.first = coupled[static_cast<std::size_t>(s.coupling)] == 0;
+        coupled[static_cast<std::size_t>(s.coupling)] = 1;
       }
       slots_.push_back(s);
     }
@@ -126,41 +129,43 @@ class NormalEquations {
   double add_edge(const PoseGraph<G>& graph, std::size_t k, const RobustKernel& kernel) {
     const PoseEdge<G>& edge = graph.edges[k];
     const Slot& slot = slots_[k];
-    const auto l =
-        PoseError<G>::linearise(edge.measurement, graph.poses[static_cast<std::size_t>(edge.from)],
-                                graph.poses[static_cast<std::size_t>(edge.to)]);
-    TangentOf<G> we;
-    we.noalias() = edge.information * l.error;
-    const double s = l.error.dot(we);
-    squared_errors_[k] = s;
-    KernelValue rho = edge.robust ? kernel(s) : KernelValue{s, 1.0};
-    rho.cost *= weight(k), rho.weight *= weight(k);
-    we *= rho.weight;
-    Square wa, wb;  // the weighted information times each Jacobian
-    wa.noalias() = edge.information * l.by_from;
-    wb.noalias() = edge.information * l.by_to;
-    if (rho.weight != 1.0) wa *= rho.weight, wb *= rho.weight;
+    EdgeTerms<G> terms;
+    edge_terms(edge, graph.poses[static_cast<std::size_t>(edge.from)],
+               graph.poses[static_cast<std::size_t>(edge.to)], terms);
+    squared_errors_[k] = terms.squared_error;
+    const KernelValue rho =
+        edge.robust ? kernel(terms.squared_error) : KernelValue{terms.squared_error, 1.0};
+    const double w = rho.weight * weight(k);
     if (slot.from >= 0) {
-      hessian_.block(slot.from_diagonal).noalias() += l.by_from.transpose() * wa;
-      gradient_.template segment<kDof>(slot.from * kDof).noalias() += l.by_from.transpose() * we;
+      hessian_.block(slot.from_diagonal) += w * terms.from;
+      gradient_.template segment<kDof>(slot.from * kDof) += w * terms.from_gradient;
     }
     if (slot.to >= 0) {
-      hessian_.block(slot.to_diagonal).noalias() += l.by_to.transpose() * wb;
-      gradient_.template segment<kDof>(slot.to * kDof).noalias() += l.by_to.transpose() * we;
+      hessian_.block(slot.to_diagonal) += w * terms.to;
+      gradient_.template segment<kDof>(slot.to * kDof) += w * terms.to_gradient;
     }
-    if (slot.coupling < 0) return rho.cost;
-    if (slot.from < slot.to) {
-      hessian_.block(slot.coupling).noalias() += l.by_from.transpose() * wb;
+    if (slot.coupling >= 0) couple(slot, w, terms.between);
+    return weight(k) * rho.cost;
+  }
+
+  /// The first edge of a coupling sets it, so that none needs to be cleared before.
+  void couple(const Slot& slot, double w, const Square& between) {
+    auto block = hessian_.block(slot.coupling);
+    const bool upright = slot.from < slot.to;
+    if (slot.first && upright) {
+      block = w * between;
+    } else if (slot.first) {
+      block = w * between.transpose();
+    } else if (upright) {
+      block += w * between;
     } else {
-      hessian_.block(slot.coupling).noalias() += l.by_to.transpose() * wa;
+      block += w * between.transpose();
     }
-    return rho.cost;
   }
 
   std::vector<int> fixed_;
   std::vector<std::pair<int, int>> ends_;
-  std::vector<int> column_;
-  std::vector<int> free_;
+  PoseColumns columns_;
   std::vector<Slot> slots_;
   std::vector<double> weights_, squared_errors_;
   Matrix hessian_;

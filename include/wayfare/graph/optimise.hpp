@@ -80,13 +80,13 @@ Result<void> PoseGraphOptimiser<G, S>::run(PoseGraph<G>& graph, const OptimiseOp
     if (auto valid = validate(graph); !valid) return valid;
   }
   report.structure_reused = step_.prepare(graph);
-  report.initial_chi2 = chi2(graph);
   report.initial_cost = report.final_cost = step_.linearise(graph, options.kernel);
+  report.initial_chi2 = step_.equations().chi2();
   if (!std::isfinite(report.initial_cost)) return cost_overflow(graph);
   if (!step_.equations().free_poses().empty()) {
     if (auto done = minimise(graph, options, report); !done) return done;
   }
-  report.final_chi2 = chi2(graph);
+  report.final_chi2 = step_.equations().chi2();
   return {};
 }
 

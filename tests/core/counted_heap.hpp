@@ -1,0 +1,58 @@
+#pragma once
+
+// Counts what a program takes from the heap. To be included by one source file of a test alone.
+
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+
+#include <gtest/gtest.h>
+#include <Eigen/Core>
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define WAYFARE_OWN_MALLOC 0
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__GLIBC__)
+#define WAYFARE_OWN_MALLOC 0
+#endif
+#ifndef WAYFARE_OWN_MALLOC
+#define WAYFARE_OWN_MALLOC 1
+#endif
+
+namespace wayfare::tests {
+inline std::size_t allocations = 0;
+inline std::unique_ptr<Eigen::VectorXd> taken_vector;  // out of the optimiser's sight
+}  // namespace wayfare::tests
+
+#if WAYFARE_OWN_MALLOC
+// What Eigen and operator new take their memory from.
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* malloc(std::size_t size) noexcept {
+  ++wayfare::tests::allocations;
+  return __libc_malloc(size);
+}
+}
+#endif
+
+namespace wayfare::tests {
+
+/// Whether this build's heap can be counted: checked on a vector, one allocation by `new` and one
+/// by Eigen.
+inline bool heap_is_counted() {
+  const std::size_t before = allocations;
+  taken_vector = std::make_unique<Eigen::VectorXd>(7);
+  if (WAYFARE_OWN_MALLOC) {
+    EXPECT_EQ(allocations, before + 2) << "both kinds are counted";
+  }
+  return WAYFARE_OWN_MALLOC;
+}
+
+}  // namespace wayfare::tests
+
+/// Skips the test where a sanitizer brings its own malloc.
+#define WAYFARE_NEEDS_COUNTED_HEAP()        \
+  if (!::wayfare::tests::heap_is_counted()) \
+  GTEST_SKIP() << "the sanitizer of this build brings its own malloc, which cannot be counted"
