@@ -33,6 +33,11 @@ void RecordingOptions::add_path(CommandLine& app, const std::string& name,
 }
 
 void RecordingOptions::describe(CommandLine& app) {
+  describe_beside_log(app);
+  add_stamps(app, topics);
+}
+
+void RecordingOptions::describe_beside_log(CommandLine& app) {
   app.add_option("--columns", columns,
                  "names of the columns, set apart by commas, for a file that does not name them: "
                  "t_s, gx_radps.., ax_mps2.., mx_uT.., qw qx qy qz (reference), moving; - passes "

@@ -22,6 +22,8 @@ struct RecordingOptions {
   ros::TopicNames topics;  ///< the rest, of a ROS recording
 
   void describe(CommandLine& app);
+  /// Where the program reads a log as well, whose choice of stamps holds for both.
+  void describe_beside_log(CommandLine& app);
   /// The argument `name`: the path of a recording, or of several.
   static void add_path(CommandLine& app, const std::string& name, std::string& path);
   static void add_path(CommandLine& app, const std::string& name, std::vector<std::string>& paths);

@@ -8,11 +8,17 @@ Option UnitOptions::describe(CommandLine& app) {
   Option unit =
       app.add_option("--unit", path, "the recording of the inertial unit, on the same clock as LOG")
           .existing_file();
-  recording.describe(app);
+  recording.describe_beside_log(app);
   app.add_option("--forward", forward, "the unit's axis along which the laser's x points")
       .one_of({"x", "y", "-x", "-y"})
       .show_default();
   return unit;
+}
+
+Result<io::MargFile> UnitOptions::read(const ros::TopicNames& log) const {
+  RecordingOptions as_log = recording;
+  as_log.topics.stamps = log.stamps;
+  return as_log.read(path);
 }
 
 Eigen::Vector3d UnitOptions::forward_axis() const {

@@ -17,6 +17,8 @@ struct UnitOptions {
 
   /// The option --unit, for who requires it.
   Option describe(CommandLine& app);
+  /// Its recording, stamped as the log is.
+  [[nodiscard]] Result<io::MargFile> read(const ros::TopicNames& log) const;
   /// The unit's axis along which the laser's x points; z of both points up.
   [[nodiscard]] Eigen::Vector3d forward_axis() const;
   /// Rotates the laser's axes to the unit's.

@@ -1,7 +1,6 @@
 #include "ros_topics.hpp"
 
 namespace wayfare::examples {
-namespace {
 
 void add_stamps(CommandLine& app, ros::TopicNames& names) {
   app.add_choice<ros::StampSource>(
@@ -10,8 +9,6 @@ void add_stamps(CommandLine& app, ros::TopicNames& names) {
       "times of a ROS recording: the senders' stamps (header, the default), or when the recorder "
       "received each message");
 }
-
-}  // namespace
 
 void add_robot_topics(CommandLine& app, ros::TopicNames& names) {
   app.add_option("--scan-topic", names.scan, "of a ROS recording: sensor_msgs/LaserScan");
@@ -26,7 +23,6 @@ void add_robot_topics(CommandLine& app, ros::TopicNames& names) {
 void add_unit_topics(CommandLine& app, ros::TopicNames& names) {
   app.add_option("--magnetometer-topic", names.magnetometer,
                  "of a ROS recording: sensor_msgs/MagneticField");
-  add_stamps(app, names);
 }
 
 }  // namespace wayfare::examples

@@ -48,10 +48,12 @@ Result<void> check(const HectorSlamOptions& o) {
 }
 
 Result<examples::LogRun> run(const Recording& recording, HectorSlamOptions options,
-                             const examples::UnitOptions& unit, const SlamProgress& progress) {
+                             const examples::UnitOptions& unit,
+                             const examples::SlamArguments& arguments,
+                             const SlamProgress& progress) {
   io::MargFile readings;
   if (!unit.path.empty()) {
-    auto read = unit.recording.read(unit.path);
+    auto read = unit.read(arguments.topics);
     if (!read) return read.error();
     readings = std::move(*read);
     options.q_base_unit =
@@ -88,10 +90,11 @@ int main(int argc, char** argv) {
       {"hector_slam", "Hector SLAM",
        "Follow a robot by matching each scan of a recorded log to one map at several resolutions; "
        "no loop closures. With an inertial unit beside the range finder (--unit) scans are put "
-       "level "
-       "and its navigation leads from one to the next.",
+       "level and its navigation leads from one to the next.",
        fields(options),
-       [&](const Recording& recording, const examples::SlamArguments&,
-           const SlamProgress& progress) { return run(recording, options, unit, progress); },
+       [&](const Recording& recording, const examples::SlamArguments& arguments,
+           const SlamProgress& progress) {
+         return run(recording, options, unit, arguments, progress);
+       },
        [&] { return check(options); }, [&](examples::CommandLine& app) { unit.describe(app); }});
 }

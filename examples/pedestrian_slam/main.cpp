@@ -41,7 +41,7 @@ struct Unit : examples::UnitOptions {
 Result<examples::LogRun> run(const Recording& recording, PedestrianSlamOptions options,
                              const Unit& unit, const examples::SlamArguments& arguments,
                              const SlamProgress& progress) {
-  const auto readings = unit.recording.read(unit.path);
+  const auto readings = unit.read(arguments.topics);
   if (!readings) return readings.error();
   unit.apply(options, readings->has_magnetometer);
   options.slam.threads = arguments.threads;
