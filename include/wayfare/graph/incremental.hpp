@@ -26,7 +26,7 @@ struct IncrementalOptions {
   /// changes are.
   double solve_change = 1e-3;
   /// Linear systems solved at most; a further one follows while some pose is past relinearise_step.
-  int max_rounds = 1;
+  int max_rounds = 2;
   /// Once this many times the work of one whole factorisation has been spent on parts, all is
   /// linearised and ordered anew. Larger: rarer. Counted, not timed: the same on every machine.
   double reorder_work = 20.0;

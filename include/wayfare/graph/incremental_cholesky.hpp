@@ -117,8 +117,8 @@ class IncrementalCholesky {
 
   void assemble(Clique& clique);
   void add_terms(Clique& clique, int variable);
+  const int* later_slots(const Clique& clique);
   int eliminate(Clique& clique);
-  void gather(Clique& clique);
   static double flops(const Clique& clique);
   void substitute(Clique& clique, double threshold);
   bool separator_changed(const Clique& clique) const;
@@ -145,6 +145,7 @@ class IncrementalCholesky {
   std::vector<Supernode> supernodes_;
   std::vector<int> seen_, local_, clique_at_;
   std::vector<int> slot_, slots_;
+  std::vector<int> ascending_;
   std::vector<double> gathered_, scratch_;
   std::vector<int> changed_, stack_;
   int last_columns_ = 0, last_solved_ = 0, constrained_ = 0;

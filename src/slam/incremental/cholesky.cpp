@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
 
 #include <wayfare/graph/incremental_cholesky.hpp>
 
@@ -71,17 +70,12 @@ void IncrementalCholesky<N>::add_terms(Clique& clique, int variable) {
   }
 }
 
-/// The clique's right-hand side without gaps, as the kernels take it: separators follow frontals.
+/// The slots of the separators: frontals, frontals + 1, …
 template <int N>
-void IncrementalCholesky<N>::gather(Clique& clique) {
-  const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
-  const cholesky::Panel& panel = front.panel();
-  gathered_.resize(index(panel.pivots + panel.rows));
-  std::copy_n(front.right_of_frontals(), panel.pivots, gathered_.data());
-  std::copy_n(front.right_of_separators(), panel.rows, gathered_.data() + panel.pivots);
-  scratch_.resize(index(panel.ld11 + panel.ld21));
-  slots_.resize(index(front.separators()));
-  std::iota(slots_.begin(), slots_.end(), front.frontals());
+const int* IncrementalCholesky<N>::later_slots(const Clique& clique) {
+  while (ascending_.size() < clique.rows.size())
+    ascending_.push_back(static_cast<int>(ascending_.size()));
+  return ascending_.data() + clique.frontals;
 }
 
 /// The first number that is not positive definite, −1 where all are.
@@ -100,7 +94,7 @@ int IncrementalCholesky<N>::eliminate(Clique& clique) {
       if (!eliminated) continue;
       for (std::size_t i = 0; i < slots_.size(); ++i)
         Eigen::Map<Vector>(front.right(slots_[i])) +=
-            Eigen::Map<const Vector>(from.right_of_separators() + N * i);
+            Eigen::Map<const Vector>(from.right(child.frontals + static_cast<int>(i)));
     }
   };
   add_children(true);
@@ -108,11 +102,8 @@ int IncrementalCholesky<N>::eliminate(Clique& clique) {
   if (failed >= 0) return failed;
   kernels.update(front.panel(), front.update(), front.panel().ld21);
   add_children(false);
-  gather(clique);
-  kernels.forward(front.panel(), 0, slots_.data(), gathered_.data(), scratch_.data());
-  std::copy_n(gathered_.data(), front.panel().pivots, front.right_of_frontals());
-  std::copy_n(gathered_.data() + front.panel().pivots, front.panel().rows,
-              front.right_of_separators());
+  scratch_.resize(index(front.panel().ld11 + front.panel().ld21));
+  kernels.forward(front.panel(), 0, later_slots(clique), front.right(), scratch_.data());
   return -1;
 }
 
@@ -147,12 +138,13 @@ bool IncrementalCholesky<N>::separator_changed(const Clique& clique) const {
 template <int N>
 void IncrementalCholesky<N>::substitute(Clique& clique, double threshold) {
   const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
-  gather(clique);
+  gathered_.resize(N * clique.rows.size());
   double* const found = gathered_.data();
-  double* const given = found + front.panel().pivots;
-  for (int i = 0; i < front.separators(); ++i)
-    Eigen::Map<Vector>(given + N * i) = x(clique.rows[index(clique.frontals + i)]);
-  cholesky::best_kernels(N).backward(front.panel(), 0, slots_.data(), found, scratch_.data());
+  std::copy_n(front.right(), N * clique.frontals, found);
+  for (std::size_t i = index(clique.frontals); i < clique.rows.size(); ++i)
+    Eigen::Map<Vector>(found + N * i) = x(clique.rows[i]);
+  scratch_.resize(index(front.panel().ld11 + front.panel().ld21));
+  cholesky::best_kernels(N).backward(front.panel(), 0, later_slots(clique), found, scratch_.data());
   for (int i = 0; i < clique.frontals; ++i) {
     const int v = clique.rows[index(i)];
     Eigen::Map<Vector> x(x_.data() + offset(v));

@@ -27,8 +27,7 @@ class CliqueFront {
     panel_.l21 = panel_.l11 + static_cast<std::ptrdiff_t>(panel_.ld11) * pivots;
     update_ = panel_.l21 + static_cast<std::ptrdiff_t>(panel_.ld21) * pivots;
     right_ = update_ + static_cast<std::ptrdiff_t>(panel_.ld21) * rows;
-    size_ = static_cast<std::size_t>(right_ - numbers) +
-            static_cast<std::size_t>(panel_.ld11 + panel_.ld21);
+    size_ = static_cast<std::size_t>(right_ - numbers) + static_cast<std::size_t>(pivots + rows);
   }
   /// How many numbers a clique has.
   static std::size_t size(int frontals, int separators) {
@@ -40,12 +39,8 @@ class CliqueFront {
   [[nodiscard]] double* update() const { return update_; }
   [[nodiscard]] int frontals() const { return frontals_; }
   [[nodiscard]] int separators() const { return separators_; }
-  [[nodiscard]] double* right_of_frontals() const { return right_; }
-  [[nodiscard]] double* right_of_separators() const { return right_ + panel_.ld11; }
   /// Of frontals, then separators.
-  [[nodiscard]] double* right(int slot) const {
-    return slot < frontals_ ? right_ + N * slot : right_of_separators() + N * (slot - frontals_);
-  }
+  [[nodiscard]] double* right(int slot = 0) const { return right_ + N * slot; }
 
   /// The first number of block (row, column), row ≥ column, and how far its columns lie apart.
   [[nodiscard]] double* at(int row, int column, std::ptrdiff_t& stride) const {
