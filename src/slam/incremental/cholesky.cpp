@@ -66,7 +66,7 @@ void IncrementalCholesky<N>::add_terms(Clique& clique, int variable) {
     if (first)
       detail::add_transposed<N>(to, stride, term.ab.data(), N);
     else
-      detail::add_block<N>(to, stride, term.ab.data(), N);
+      detail::add_rows<N>(to, stride, term.ab.data(), N, N);
   }
 }
 

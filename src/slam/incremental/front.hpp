@@ -61,12 +61,12 @@ class CliqueFront {
   std::size_t size_;
 };
 
-/// to += from, N×N blocks with their columns `to_stride` and `from_stride` apart.
+/// to += from, so many rows of N columns that lie `to_stride` and `from_stride` apart.
 template <int N>
-inline void add_block(double* to, std::ptrdiff_t to_stride, const double* from,
-                      std::ptrdiff_t from_stride) {
+inline void add_rows(double* to, std::ptrdiff_t to_stride, const double* from,
+                     std::ptrdiff_t from_stride, int rows) {
   for (int j = 0; j < N; ++j, to += to_stride, from += from_stride)
-    for (int i = 0; i < N; ++i) to[i] += from[i];
+    for (int i = 0; i < rows; ++i) to[i] += from[i];
 }
 /// to += fromᵀ.
 template <int N>
@@ -96,19 +96,22 @@ void extend_add(const CliqueFront<N>& parent, const CliqueFront<N>& child, const
     const int b = slots[j];
     const bool all = b < parent.frontals();
     if (eliminated ? j >= past : all) continue;
-    for (int i = j; i < (eliminated && !all ? past : size); ++i) {
+    const int end = eliminated && !all ? past : size;
+    for (int i = j, run = 1; i < end; i += run, run = 1) {
       const int a = slots[i];
       const bool here = all || a < parent.frontals();
       if (here != eliminated) continue;
       const double* const from = child.update() + N * (i + j * from_stride);
       std::ptrdiff_t stride;
       double* const to = a < b ? parent.at(b, a, stride) : parent.at(a, b, stride);
-      if (a == b)
+      if (a == b) {
         add_triangle<N>(to, stride, from, from_stride);
-      else if (a > b)
-        add_block<N>(to, stride, from, from_stride);
-      else
+      } else if (a < b) {
         add_transposed<N>(to, stride, from, from_stride);
+      } else {
+        while (i + run < end && slots[i + run] == a + run && a + run != parent.frontals()) ++run;
+        add_rows<N>(to, stride, from, from_stride, N * run);
+      }
     }
   }
 }
