@@ -3,7 +3,6 @@
 
 #include <zlib.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <random>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "io/mcap_samples.hpp"
+#include "io/node_peer.hpp"
 #include "io/support.hpp"
 
 namespace wayfare::io {
@@ -287,31 +287,8 @@ TEST(Mcap, AFileReadsAsMemoryDoes) {
 
 // --- read by another library ---------------------------------------------------------------------
 
-std::string output_of(const std::string& command, int& status) {
-  std::string out;
-  FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) return status = -1, out;
-  char buffer[4096];
-  for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;)
-    out.append(buffer, n);
-  status = ::pclose(pipe);
-  return out;
-}
-
-/// Empty where the other library is ready in its folder; else why not.
-std::string peer_missing() {
-  int status = 0;
-  output_of("node --version 2>/dev/null", status);
-  if (status != 0) return "needs node (package nodejs)";
-  const std::string in = "cd '" WAYFARE_MCAP_PEER "' && ";
-  output_of(in + "node -e 'import(\"@mcap/core\")' 2>/dev/null", status);
-  if (status == 0) return {};
-  output_of(in + "timeout 60 npm install --no-audit --no-fund --loglevel=error 2>&1", status);
-  return status == 0 ? "" : "needs @mcap/core, which `npm install` could not bring";
-}
-
 TEST(Mcap, AnotherLibraryReadsTheSame) {
-  const std::string missing = peer_missing();
+  const std::string missing = wayfare::testing::peer_missing(WAYFARE_MCAP_PEER, "@mcap/core");
   if (!missing.empty()) GTEST_SKIP() << missing;
   const Sample s = sample(5, 40);
   const TemporaryFolder folder;
@@ -331,7 +308,7 @@ TEST(Mcap, AnotherLibraryReadsTheSame) {
     int status = 0;
     const std::string command =
         "node '" WAYFARE_MCAP_PEER "/read.js' '" + folder / "a.mcap" + "' " + how + " 2>&1";
-    EXPECT_EQ(output_of(command, status), wanted.str());
+    EXPECT_EQ(wayfare::testing::output_of(command, status), wanted.str());
     EXPECT_EQ(status, 0);
   }
 }

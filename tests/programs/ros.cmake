@@ -1,0 +1,39 @@
+# Logs as ROS keeps them: what was converted gives the same trajectory to the byte.
+set(_convert "$<TARGET_FILE:convert_log>")
+foreach(_kind IN ITEMS bag mcap)
+  program_test(convert_log_${_kind} zero "scans +[1-9]"
+    COMMAND "${_convert};${_out}/room.log;--out;${_out}/room.${_kind};--force"
+    FILES "${_out}/room.${_kind}" NEEDS room_log GIVES room_${_kind})
+  program_test(graph_slam_of_${_kind} zero "loop closures"
+    COMMAND "${_slam};${_out}/room.${_kind};--out;${_out}/room_${_kind};--force"
+    NEEDS room_${_kind} GIVES room_${_kind}_run)
+  add_test(NAME programs.same_trajectory_of_${_kind}
+           COMMAND "${CMAKE_COMMAND}" -E compare_files
+                   "${_out}/room/trajectory.tum" "${_out}/room_${_kind}/trajectory.tum")
+  set_tests_properties(programs.same_trajectory_of_${_kind} PROPERTIES
+    FIXTURES_REQUIRED "room_log;room_run;room_${_kind};room_${_kind}_run")
+endforeach()
+program_test(convert_log_keeps_what_is_there nonzero "room.bag"
+  COMMAND "${_convert};${_out}/room.log;--out;${_out}/room.bag" NEEDS room_log room_bag)
+program_test(convert_log_to_nothing_it_knows nonzero "neither in .mcap nor in .bag"
+  COMMAND "${_convert};${_out}/room.log;--out;${_out}/room.csv" NEEDS room_log)
+program_test(graph_slam_topic_that_is_not_there nonzero "no topic /rear .*there is /scan"
+  COMMAND "${_slam};${_out}/room.bag;--scan-topic;/rear;--out;${_out}/x" NEEDS room_bag)
+
+add_test(NAME programs.rosbag_info
+         COMMAND "${CMAKE_COMMAND}" "-DBAG=${_out}/room.bag"
+                 -P "${CMAKE_CURRENT_SOURCE_DIR}/rosbag_info.cmake")
+set_tests_properties(programs.rosbag_info PROPERTIES
+  FIXTURES_REQUIRED "room_bag" SKIP_REGULAR_EXPRESSION "skipped: needs rosbag")
+
+set(_rio "${WAYFARE_DATA_DIR}/radar/rio_demo/ti_mmwave_rospkg_demo.bag.gz")
+if(EXISTS "${_rio}")
+  program_test(radar_velocity zero "frames +412.*velocity found +[34]"
+    COMMAND "$<TARGET_FILE:radar_velocity>;${_rio};--stamps;received;--out;${_out}/rio;--force"
+    FILES "${_out}/rio/velocity.csv;${_out}/rio/report.html")
+  program_test(radar_velocity_without_stamps nonzero "stamp is zero"
+    COMMAND "$<TARGET_FILE:radar_velocity>;${_rio};--out;${_out}/x")
+  program_test(ahrs_of_a_bag zero ""
+    COMMAND "$<TARGET_FILE:ahrs>;${_rio};--out;${_out}/rio_ahrs;--force"
+    FILES "${_out}/rio_ahrs/attitude.csv")
+endif()
