@@ -15,6 +15,7 @@
 #include <wayfare/io/time_tags.hpp>
 #include <wayfare/sync/in_order.hpp>
 
+#include "nav_ros.hpp"
 #include "program_files.hpp"
 
 namespace wayfare::examples {
@@ -42,7 +43,7 @@ void order(NavRecording& out, const char* what, std::vector<Measurement>& all) {
 Result<io::ImuFile> read_part(const NavFiles& files, const NavConfig& config, std::size_t i,
                               NavRecording& out) {
   const FileDescription description = i < config.imu.size() ? config.imu[i] : FileDescription{};
-  auto file = io::read_imu(files.imu[i], description.format);
+  auto file = read_unit(files.imu[i], description.format, files.topics);
   if (file) remark(out, files.imu[i], file->problems);
   return file;
 }
@@ -193,7 +194,7 @@ std::optional<Eigen::Vector3d> velocity_at(LogTime time, const std::vector<Stamp
 }
 
 Result<void> load_fixes(const NavFiles& files, const NavConfig& config, NavRecording& out) {
-  auto file = io::read_fixes(files.fixes, config.fixes.format);
+  auto file = read_receiver(files.fixes, config.fixes.format, files.topics);
   if (!file) return file.error();
   remark(out, files.fixes, file->problems);
   out.recording.fixes = std::move(file->fixes);

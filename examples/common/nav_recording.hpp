@@ -8,6 +8,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/measure/nav_state.hpp>
+#include <wayfare/ros/recording.hpp>
 #include <wayfare/system/gnss_ins.hpp>
 
 #include "nav_config.hpp"
@@ -24,6 +25,7 @@ struct NavFiles {
   std::string ranges;
   std::string fixes;
   std::string truth;
+  ros::TopicNames topics;  ///< of ROS recordings among them
 };
 
 struct NavRecording {

@@ -20,6 +20,12 @@ void add_robot_topics(CommandLine& app, ros::TopicNames& names) {
   add_stamps(app, names);
 }
 
+void add_vehicle_topics(CommandLine& app, ros::TopicNames& names) {
+  app.add_option("--imu-topic", names.imu, "of a ROS recording: sensor_msgs/Imu");
+  app.add_option("--fix-topic", names.fix, "of a ROS recording: sensor_msgs/NavSatFix");
+  add_stamps(app, names);
+}
+
 void add_unit_topics(CommandLine& app, ros::TopicNames& names) {
   app.add_option("--magnetometer-topic", names.magnetometer,
                  "of a ROS recording: sensor_msgs/MagneticField");

@@ -15,6 +15,7 @@
 #include "nav_recording.hpp"
 #include "program_files.hpp"
 #include "progress_line.hpp"
+#include "ros_topics.hpp"
 
 namespace {
 
@@ -93,6 +94,7 @@ void add_files(examples::CommandLine& app, examples::NavFiles& files) {
   file("--ranges", files.ranges, "corrected ranges instead of --obs and --nav").excludes("--obs");
   file("--fixes", files.fixes, "positions and velocities, for loose coupling");
   file("--truth", files.truth, "reference to measure the errors by");
+  examples::add_vehicle_topics(app, files.topics);
 }
 
 }  // namespace
@@ -100,7 +102,9 @@ void add_files(examples::CommandLine& app, examples::NavFiles& files) {
 int main(int argc, char** argv) {
   examples::CommandLine app(
       "Navigate by an inertial unit and a GNSS receiver, tightly coupled by ranges or loosely by "
-      "fixes.\nFiles of columns name them in a line of their own or by --config. Writes "
+      "fixes.\nThe unit and the fixes may be those of one ROS recording (.mcap, .bag), which is "
+      "then given for both. Files of columns name them in a line of their own or by --config. "
+      "Writes "
       "trajectory.txt, trajectory.tum, states.txt and report.html.");
   Options o;
   add_files(app, o.files);

@@ -76,10 +76,20 @@ std::string quantile(const Findings& f, double part, int decimals, Value value) 
   return eval::fixed(all[at], decimals);
 }
 
+/// The frames in which the radar moved, beside those in which everything stood still.
+Findings moving(const Findings& all) {
+  constexpr double kMoves_m_s = 0.2;
+  Findings some;
+  for (const RadarVelocity& v : all.found)
+    if (v.velocity_m_s.norm() > kMoves_m_s) some.found.push_back(v);
+  return some;
+}
+
 std::vector<std::pair<std::string, std::string>> facts_of(const Findings& f) {
   const auto speed = [](const RadarVelocity& v) { return v.velocity_m_s.norm(); };
   const auto residual = [](const RadarVelocity& v) { return v.residual_m_s; };
   const auto sigma = [](const RadarVelocity& v) { return std::sqrt(v.covariance.trace()); };
+  const Findings m = moving(f);
   std::size_t used = 0, inliers = 0;
   for (const RadarVelocity& v : f.found) used += v.points, inliers += v.inliers;
   return {{"frames", std::to_string(f.frames) + ", " + std::to_string(f.points) + " points"},
@@ -94,7 +104,11 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Findings& f) {
           {"residual", "median " + quantile(f, 0.5, 3, residual) + " m/s"},
           {"sigma", "median " + quantile(f, 0.5, 3, sigma) + " m/s"},
           {"speed", "median " + quantile(f, 0.5, 3, speed) + ", largest " +
-                        quantile(f, 1.0, 3, speed) + " m/s"}};
+                        quantile(f, 1.0, 3, speed) + " m/s"},
+          {"above 0.2 m/s", std::to_string(m.found.size()) + " frames: share of inliers " +
+                                quantile(m, 0.5, 3, share) + ", residual " +
+                                quantile(m, 0.5, 3, residual) + ", sigma " +
+                                quantile(m, 0.5, 3, sigma) + " m/s"}};
 }
 
 Result<void> write_report(const Options& o, const Findings& f,
