@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <filesystem>
 #include <limits>
 
 #include <wayfare/eval/interpolation.hpp>
+#include <wayfare/io/grid_image.hpp>
 #include <wayfare/io/image.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/pose_graph_file.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
-#include <wayfare/map/cell.hpp>
 
 #include "map_painter.hpp"
 #include "program_files.hpp"
@@ -60,26 +59,6 @@ NamedErrors errors_of(std::string name, const Trajectory& estimate, const Trajec
   result.final_error_m = error.translation().norm();
   result.final_percent = 100.0 * result.final_error_m / result.absolute.path_length_m;
   return result;
-}
-
-io::GridImage grid_image(const OccupancyGrid& map) {
-  const CellBox box = map.bounds().value_or(CellBox{});
-  io::GridImage image;
-  image.width = static_cast<std::size_t>(box.width());
-  image.height = static_cast<std::size_t>(box.height());
-  image.resolution_m = map.resolution_m();
-  // To the nanometre: the last bit of the product would make -1.4 a -1.4000000000000001.
-  const auto metres = [&](int cells) { return std::round(cells * map.resolution_m() * 1e9) / 1e9; };
-  image.origin = SE2d(metres(box.min.x), metres(box.min.y), Angle{});
-  image.occupancy.reserve(image.width * image.height);
-  for (int y = box.min.y; y <= box.max.y; ++y) {
-    for (int x = box.min.x; x <= box.max.x; ++x) {
-      const Cell cell{x, y};
-      image.occupancy.push_back(map.observed(cell) ? static_cast<float>(map.probability(cell))
-                                                   : std::nanf(""));
-    }
-  }
-  return image;
 }
 
 io::Series path_series(std::string name, const Points& points, io::Mark mark = io::Mark::line) {
@@ -197,7 +176,7 @@ eval::Table error_table(const std::vector<NamedErrors>& errors) {
 }
 
 io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
-  return MapPainter(grid_image(map)).path(points_of(trajectory), kBlue).picture();
+  return MapPainter(io::grid_image(map)).path(points_of(trajectory), kBlue).picture();
 }
 
 Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,
@@ -205,7 +184,7 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
   const fs::path folder(folder_name);
   if (auto ready = prepare_folder(folder_name, options); !ready) return ready.error();
   const auto path = [&](const char* name) { return (folder / name).string(); };
-  const io::GridImage grid = grid_image(run.map);
+  const io::GridImage grid = io::grid_image(run.map);
 
   io::MapImageOptions map_options;
   map_options.file = options;
@@ -215,8 +194,9 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
   const std::array<Result<void>, 6> written = {
       io::write_tum(path("trajectory.tum"), run.trajectory, options),
       io::write_map(path("map"), grid, map_options),
-      run.radar_map ? io::write_map(path("radar_map"), grid_image(*run.radar_map), radar_options)
-                    : Result<void>(),
+      run.radar_map
+          ? io::write_map(path("radar_map"), io::grid_image(*run.radar_map), radar_options)
+          : Result<void>(),
       io::write_png(path("map.png"), io::to_picture(grid), options),
       run.graph.poses.empty() ? Result<void>()
                               : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),

@@ -20,9 +20,4 @@ inline std::shared_ptr<const Stream> json_stream(std::string topic, const Messag
       Stream{std::move(topic), "json", std::string(schema.name), std::string(schema.json), {}});
 }
 
-/// Time that `bytes` take on a line of `baud`: start bit, eight bits, stop bit each.
-inline Duration line_time(std::uint64_t bytes, int baud) {
-  return from_seconds(10.0 * static_cast<double>(bytes) / static_cast<double>(baud));
-}
-
 }  // namespace wayfare::logger

@@ -1,5 +1,6 @@
 #include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/awinda_order.hpp>
+#include <wayfare/decode/line_time.hpp>
 #include <wayfare/decode/mt_measure.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/xbus.hpp>
@@ -27,7 +28,7 @@ class XsensDevice final : public DeviceDecoder {
     fed_ += bytes.size();
     decoder_.feed(bytes, [&](const decode::XbusMessage& message) {
       const std::uint64_t end = message.position() + message.bytes().size();
-      const LogTime sent = arrived - line_time(fed_ - end + message.bytes().size(), baud_);
+      const LogTime sent = arrived - decode::line_time(fed_ - end + message.bytes().size(), baud_);
       take(message, sent, sink);
     });
   }

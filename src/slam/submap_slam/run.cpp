@@ -1,42 +1,12 @@
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
+#include <wayfare/sync/gyro_turn.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 #include <wayfare/system/submap_slam.hpp>
 
 #include "../feed_scans.hpp"
 
 namespace wayfare {
-namespace {
-
-/// The turn between two times by a gyroscope's mean rates; none where it is silent.
-class GyroTurn {
- public:
-  explicit GyroTurn(const std::vector<GyroSample>& samples) : samples_(samples) {}
-
-  [[nodiscard]] std::optional<Angle> between(LogTime from, LogTime to) const {
-    constexpr double kSilence_s = 0.5;
-    auto s = std::partition_point(samples_.begin(), samples_.end(),
-                                  [&](const GyroSample& g) { return g.time <= from; });
-    double turn = 0.0;
-    LogTime at = from;
-    for (; s != samples_.end() && at < to; ++s) {
-      const LogTime end = std::min(s->time, to);
-      if (!(to_seconds(s->time - at) < kSilence_s) || !std::isfinite(s->turn_rate_rad_s))
-        return std::nullopt;
-      turn += s->turn_rate_rad_s * to_seconds(end - at);
-      at = end;
-    }
-    if (at < to) return std::nullopt;
-    return Angle::radians(turn);
-  }
-
- private:
-  const std::vector<GyroSample>& samples_;
-};
-
-}  // namespace
 
 Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOptions options,
                                       const SlamProgress& progress,

@@ -1,0 +1,43 @@
+// An RPLIDAR as a ROS 1 node.
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include <wayfare/decode/rplidar_stream.hpp>
+#include <wayfare/ros/convert.hpp>
+
+#include "device.hpp"
+
+int main(int argc, char** argv) {
+  using namespace wayfare;
+  examples::DeviceArguments device{"", "laser", {115200, logger::ModemLine::keep}};
+  decode::RplidarScanOptions scan;
+  bool start = false;
+  examples::CommandLine app(
+      "Publish the turns of a SLAMTEC RPLIDAR as sensor_msgs/LaserScan on 'scan', each once.");
+  examples::add_device_options(app, device);
+  app.add_flag("--start", start, "ask the device to scan once the line is open");
+  app.add_choice<logger::ModemLine>("--dtr", device.line.dtr,
+                                    {{"keep", logger::ModemLine::keep},
+                                     {"on", logger::ModemLine::on},
+                                     {"off", logger::ModemLine::off}},
+                                    "the modem line; off lets an A1's motor turn");
+  app.add_option("--beams", scan.beams, "of a scan, evenly around").range(8, 100000).show_default();
+  const auto started = examples::start_node(argc, argv, "lidar_driver_node", app);
+  if (!started.node) return started.exit_code;
+  ros::Node& node = *started.node;
+  auto scans = node.publisher<ros::LaserScan>("scan");
+  decode::RplidarStream stream(device.line.baud);
+  std::uint64_t messages = 0;
+  const std::vector<std::uint8_t> request =
+      start ? std::vector<std::uint8_t>{0xA5, 0x20} : std::vector<std::uint8_t>{};
+  examples::read_device(node, device, request, [&](decode::Bytes bytes, LogTime arrived) {
+    stream.feed(bytes, arrived, [&](const decode::RplidarTurn& turn) {
+      scans.publish(ros::message_of(decode::to_laser_scan(turn, scan), device.frame));
+      ++messages;
+    });
+  });
+  examples::say_statistics(node, messages, stream.statistics());
+  return 0;
+}

@@ -1,0 +1,149 @@
+// A recording of ROS messages onto live topics, as if it were happening now, or faster.
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <wayfare/ros/recording.hpp>
+
+#include "node_program.hpp"
+
+namespace {
+
+using namespace wayfare;
+using examples::steady_s;
+
+struct Arguments {
+  std::string recording;
+  double speed = 1.0, from_s = 0.0, seconds = 1e9, wait_s = 30.0;
+  std::vector<std::string> leave_out, wait_for;
+};
+
+/// How messages of one kind get from a recording to a topic.
+struct Kind {
+  ros::TopicType type;
+  std::function<Result<std::string>(std::string_view, ros::Dialect)> to_ros1;
+};
+
+template <class M>
+Result<std::string> converted(std::string_view bytes, ros::Dialect dialect) {
+  if (dialect == ros::Dialect::ros1) return std::string(bytes);
+  const auto message = ros::from_bytes<M>(bytes, dialect);
+  if (!message) return message.error();
+  return ros::to_ros1(*message);
+}
+
+template <class... M>
+std::map<std::string, Kind> kinds(std::tuple<M...>*) {
+  return {{std::string(M::kType.name), Kind{ros::topic_type<M>(), converted<M>}}...};
+}
+
+using Known =
+    std::tuple<ros::LaserScan, ros::Odometry, ros::Imu, ros::MagneticField, ros::NavSatFix,
+               ros::PointCloud2, ros::RadarScan, ros::TfMessage, ros::PoseStamped>;
+
+struct Channel {
+  Kind kind;
+  std::unique_ptr<ros::RawPublisher> publisher;
+};
+
+std::map<std::string, Channel> advertise(ros::Node& node, const ros::RecordingFile& file,
+                                         const Arguments& a) {
+  const auto known = kinds(static_cast<Known*>(nullptr));
+  const std::set<std::string> left_out(a.leave_out.begin(), a.leave_out.end());
+  std::map<std::string, Channel> channels;
+  for (const ros::Topic& topic : file.topics()) {
+    const auto kind = known.find(topic.type);
+    if (left_out.contains(topic.name)) continue;
+    if (kind == known.end()) {
+      node.say(ros::Severity::warning,
+               "left out '" + topic.name + "': its type " + topic.type + " is not known");
+      continue;
+    }
+    channels[topic.name] = {kind->second, node.advertise(topic.name, kind->second.type,
+                                                         topic.name.ends_with("tf_static"))};
+  }
+  return channels;
+}
+
+/// Until somebody listens to every topic that is to be waited for.
+Result<void> wait_for_listeners(ros::Node& node, const std::map<std::string, Channel>& channels,
+                                const Arguments& a) {
+  const double until_s = steady_s() + a.wait_s;
+  for (const std::string& topic : a.wait_for) {
+    const auto channel = channels.find(topic);
+    if (channel == channels.end())
+      return Error{ErrorCode::not_found, "is not a topic that is played", topic};
+    while (node.ok() && channel->second.publisher->subscribers() == 0) {
+      if (steady_s() > until_s) return Error{ErrorCode::not_found, "nobody listens", topic};
+      node.spin(0.02);
+    }
+  }
+  return {};
+}
+
+Result<std::size_t> play(ros::Node& node, const ros::RecordingFile& file, const Arguments& a) {
+  const auto channels = advertise(node, file, a);
+  if (auto ok = wait_for_listeners(node, channels, a); !ok) return ok.error();
+  std::set<std::string> topics;
+  for (const auto& channel : channels) topics.insert(channel.first);
+  std::size_t sent = 0;
+  std::optional<LogTime> first;
+  std::optional<Error> damaged;
+  const double begin_s = steady_s();
+  file.read(topics, [&](const ros::RecordedMessage& m) {
+    if (!first) first = m.received;
+    const double since_s = to_seconds(m.received - *first);
+    const Channel& channel = channels.at(m.topic.name);
+    // How the sensors are mounted is said at the beginning alone.
+    if (since_s < a.from_s && !m.topic.name.ends_with("tf_static")) return true;
+    if (since_s > a.from_s + a.seconds) return false;
+    const double due_s = begin_s + (since_s - a.from_s) / a.speed;
+    while (node.ok() && steady_s() < due_s) node.spin(std::min(0.05, due_s - steady_s()));
+    auto bytes = channel.kind.to_ros1(m.data, m.topic.dialect);
+    if (!bytes) return damaged = bytes.error(), true;
+    channel.publisher->publish(*bytes);
+    ++sent;
+    return node.ok();
+  });
+  if (damaged) node.say(ros::Severity::warning, "left out messages: " + damaged->to_string());
+  // What waits to be sent is lost when the node ends.
+  for (int i = 0; i < 20 && node.ok(); ++i) node.spin(0.05);
+  return sent;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments a;
+  examples::CommandLine app(
+      "Play a recording of ROS messages (.bag, or .mcap of ROS 2) onto the topics it was made of. "
+      "Transforms on tf_static are latched.");
+  app.add_option("RECORDING", a.recording, "the recording").required().existing_file();
+  app.add_option("--speed", a.speed, "times real time").range(1e-3, 1e6).show_default();
+  app.add_option("--from-s", a.from_s, "seconds to leave out at the beginning").not_negative();
+  app.add_option("--seconds", a.seconds, "of the recording to play, at most").positive();
+  app.add_option("--leave-out", a.leave_out, "a topic not to play; may be given several times")
+      .take_all();
+  app.add_option("--wait-for", a.wait_for,
+                 "a topic somebody must listen to before the first message; may be given several "
+                 "times")
+      .take_all();
+  app.add_option("--wait-s", a.wait_s, "for listeners, at most").not_negative().show_default();
+  const auto started = examples::start_node(argc, argv, "play_recording", app);
+  if (!started.node) return started.exit_code;
+  const auto file = ros::RecordingFile::open(a.recording);
+  const auto sent = file ? play(*started.node, *file, a) : Result<std::size_t>(file.error());
+  if (sent) {
+    started.node->say(ros::Severity::info, std::to_string(*sent) + " messages sent");
+    return 0;
+  }
+  started.node->say(ros::Severity::error, sent.error().to_string());
+  return 1;
+}

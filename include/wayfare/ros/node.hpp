@@ -1,0 +1,61 @@
+#pragma once
+
+// A ROS 1 node with messages as plain values. Needs roscpp; only its compiled part knows it.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <wayfare/ros/raw_node.hpp>
+#include <wayfare/ros/serialise.hpp>
+
+namespace wayfare::ros {
+
+template <Message M>
+[[nodiscard]] TopicType topic_type() {
+  return {std::string(M::kType.name), std::string(M::kType.md5), definition<M>(Dialect::ros1)};
+}
+
+/// Sends messages of one kind.
+template <Message M>
+class Publisher {
+ public:
+  explicit Publisher(std::unique_ptr<RawPublisher> raw) : raw_(std::move(raw)) {}
+  void publish(const M& message) { raw_->publish(to_ros1(message)); }
+  [[nodiscard]] std::size_t subscribers() const { return raw_->subscribers(); }
+
+ private:
+  std::unique_ptr<RawPublisher> raw_;
+};
+
+class Node : public RawNode {
+ public:
+  using RawNode::RawNode;
+
+  template <Message M>
+  [[nodiscard]] Publisher<M> publisher(const std::string& topic) {
+    return Publisher<M>(advertise(topic, topic_type<M>(), false));
+  }
+  /// The last message is kept for who subscribes later.
+  template <Message M>
+  [[nodiscard]] Publisher<M> latched_publisher(const std::string& topic) {
+    return Publisher<M>(advertise(topic, topic_type<M>(), true));
+  }
+
+  /// A message that contradicts its definition is said and left out.
+  template <Message M>
+  void subscribe(const std::string& topic, std::uint32_t queue,
+                 std::function<void(const M&)> callback) {
+    RawNode::subscribe(topic, topic_type<M>(), queue,
+                       [this, topic, callback = std::move(callback)](const std::string& bytes) {
+                         const auto message = from_ros1<M>(bytes);
+                         if (message) return callback(*message);
+                         say(Severity::error, "left out a message on '" + topic +
+                                                  "': " + message.error().to_string());
+                       });
+  }
+};
+
+}  // namespace wayfare::ros

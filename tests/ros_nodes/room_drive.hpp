@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include <wayfare/measure/recording.hpp>
+#include <wayfare/ros/convert.hpp>
+#include <wayfare/sim/plan_text.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
+
+namespace wayfare::testing {
+
+inline constexpr const char* kOdomFrame = "odom";
+
+/// Round a simulated room, from second 1000 of the clock on; built once.
+const Recording& room_drive();
+
+/// What a robot's own transforms say.
+ros::TfMessage mounting(const Recording& recording);
+
+}  // namespace wayfare::testing
