@@ -4,6 +4,9 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/decode/line_time.hpp>
+#include <wayfare/decode/rplidar_stream.hpp>
+#include <wayfare/decode/ti_stream.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>
 #include "io/support.hpp"
@@ -27,6 +30,21 @@ std::vector<DecodedMessage> decode_at(DeviceDecoder& decoder, const std::string&
                  [&](DecodedMessage m) { messages.push_back(std::move(m)); });
   }
   return messages;
+}
+
+TEST(LineTime, TenBitsAByte) {
+  EXPECT_EQ(decode::line_time(11'520, 115'200), 1s);
+  EXPECT_EQ(decode::line_time(0, 300), 0s);
+}
+
+TEST(DeviceStreams, GiveNothingForNoise) {
+  const std::vector<std::uint8_t> noise(10'000, 0x55);
+  decode::TiStream radar(921'600);
+  decode::RplidarStream lidar(115'200);
+  radar.feed(noise, start(), [](const RadarScan&) { FAIL(); });
+  lidar.feed(noise, start(), [](const decode::RplidarTurn&) { FAIL(); });
+  EXPECT_EQ(radar.statistics().bytes, noise.size());
+  EXPECT_EQ(lidar.statistics().frames, 0U);
 }
 
 TEST(DeviceDecoder, KnowsItsKinds) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <wayfare/ros/node.hpp>
+#include <wayfare/ros/raw_node.hpp>
 #include "io/support.hpp"
 #include "ros_nodes/processes.hpp"
 

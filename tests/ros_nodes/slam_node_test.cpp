@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/io/grid_image.hpp>
+#include <wayfare/ros/node_output.hpp>
 #include <wayfare/ros/slam_node.hpp>
 #include <wayfare/sync/gyro_turn.hpp>
 #include <wayfare/sync/odometry_track.hpp>
@@ -215,6 +216,19 @@ TEST(SlamNode, LeavesOutWhatCannotBeUsed) {
   driven.wait(3.0);
   EXPECT_EQ(driven.poses.size(), room_drive().scans.size());
   EXPECT_THAT(driven.said, HasSubstr("second_laser"));
+}
+
+TEST(Notices, AreToldAgainAfterAWhile) {
+  ros::Notices notices(10.0);
+  notices.tell(ros::Severity::info, "a", "first", 0.0);
+  notices.tell(ros::Severity::info, "a", "too soon", 9.0);
+  notices.tell(ros::Severity::info, "b", "other", 9.0);
+  notices.tell(ros::Severity::info, "a", "again", 10.0);
+  const auto taken = notices.take();
+  ASSERT_EQ(taken.size(), 3U);
+  EXPECT_EQ(taken[1].text, "other");
+  EXPECT_EQ(taken[2].text, "again");
+  EXPECT_THAT(notices.take(), IsEmpty());
 }
 
 TEST(GyroTurn, IsTheSumOfRatesBetweenTheTimes) {
