@@ -1,6 +1,8 @@
 // Whole cold optimisations of public graphs from their files' own start, ours beside Ceres: one
 // thread, the same error and Jacobians, the same stop (relative gain below 1e-6). The counter
-// `chi2` is what was reached.
+// `chi2` is what was reached. Beside them, at the file's poses with everything kept from a call
+// before: GRAPH_system, factorising H and solving once; GRAPH_linearise; GRAPH_marginals, the
+// covariances of all poses from a factorised H, and GRAPH_factorise to hold it against.
 
 #include <array>
 #include <filesystem>
@@ -133,6 +135,60 @@ double solve_with_ceres(const PoseGraph<G>& graph) {
   return 2.0 * summary.final_cost;
 }
 
+/// work(equations) over and over, on a graph that is linearised.
+template <class Work>
+void run_kept(benchmark::State& state, const std::string& name, const Work& work) {
+  const std::string path = std::string(WAYFARE_DATA_DIR) + "/posegraph/" + name + ".g2o.gz";
+  const auto file = io::read_g2o(path);
+  if (!file) return state.SkipWithError(file.error().to_string().c_str());
+  std::visit(
+      [&](const auto& any) {
+        const auto graph = io::to_pose_graph(any);
+        using G = typename std::remove_cvref_t<decltype(graph.poses)>::value_type;
+        NormalEquations<G> equations;
+        equations.set_structure(graph);
+        equations.linearise(graph, {});
+        work(state, graph, equations);
+      },
+      *file);
+}
+
+template <template <int> class Solver>
+void solve_system(benchmark::State& state, const auto&, auto& equations) {
+  Solver<std::remove_cvref_t<decltype(equations)>::kDof> solver;
+  solver.analyse(equations.hessian());
+  solver.factorise(equations.hessian());
+  for (auto _ : state) {
+    Eigen::VectorXd step = -equations.gradient();
+    solver.factorise(equations.hessian());
+    solver.solve_in_place(step);
+    benchmark::DoNotOptimize(step.data());
+  }
+}
+
+template <bool kInvert>
+void factorise_or_invert(benchmark::State& state, const auto&, auto& equations) {
+  constexpr int kDof = std::remove_cvref_t<decltype(equations)>::kDof;
+  MultifrontalCholesky<kDof> solver;
+  solver.analyse(equations.hessian());
+  solver.factorise(equations.hessian());
+  std::vector<Eigen::Matrix<double, kDof, kDof>> all(equations.free_poses().size());
+  for (auto _ : state) {
+    if constexpr (kInvert) {
+      solver.invert();
+      for (std::size_t c = 0; c < all.size(); ++c)
+        solver.inverse_block(static_cast<int>(c), static_cast<int>(c), all[c]);
+    } else {
+      solver.factorise(equations.hessian());
+    }
+    benchmark::DoNotOptimize(all.data());
+  }
+}
+
+void linearise(benchmark::State& state, const auto& graph, auto& equations) {
+  for (auto _ : state) equations.linearise(graph, {});
+}
+
 template <class Solve>
 void run(benchmark::State& state, const std::string& name, const Solve& solve) {
   const std::string path = std::string(WAYFARE_DATA_DIR) + "/posegraph/" + name + ".g2o.gz";
@@ -157,7 +213,25 @@ double solve_with(const auto& start) {
 }
 
 const bool kRegistered = [] {
-  for (const std::string name : {"intel", "M3500", "city10000", "parking-garage", "sphere2500"}) {
+  for (const std::string name :
+       {"MIT", "intel", "M3500", "city10000", "parking-garage", "sphere2500"}) {
+    const auto add_kept = [&](const std::string& what, auto work) {
+      benchmark::RegisterBenchmark((name + "_" + what).c_str(), [=](benchmark::State& s) {
+        run_kept(s, name, work);
+      })->Unit(benchmark::kMillisecond);
+    };
+    using S = benchmark::State;
+    add_kept("system/wayfare",
+             [](S& s, const auto& g, auto& e) { solve_system<MultifrontalCholesky>(s, g, e); });
+#ifdef WAYFARE_BENCH_CHOLMOD
+    add_kept("system/wayfare_cholmod",
+             [](S& s, const auto& g, auto& e) { solve_system<CholmodSolver>(s, g, e); });
+#endif
+    add_kept("linearise/wayfare", [](S& s, const auto& g, auto& e) { linearise(s, g, e); });
+    add_kept("factorise/wayfare",
+             [](S& s, const auto& g, auto& e) { factorise_or_invert<false>(s, g, e); });
+    add_kept("marginals/wayfare",
+             [](S& s, const auto& g, auto& e) { factorise_or_invert<true>(s, g, e); });
     const auto add = [&](const std::string& who, auto solve) {
       benchmark::RegisterBenchmark((name + "/" + who).c_str(), [=](benchmark::State& s) {
         run(s, name, solve);

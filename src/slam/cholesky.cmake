@@ -1,5 +1,5 @@
 # The multifrontal Cholesky, with its own kernels for several instruction sets. Products and sums may
-# be contracted here: every variant that has fused operations rounds alike, the baseline by itself.
+# be contracted here: results differ in the last bits between instruction sets, not between runs.
 target_sources(wayfare_slam PRIVATE
   cholesky/dispatch.cpp
   cholesky/elimination_tree.cpp

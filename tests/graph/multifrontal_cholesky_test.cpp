@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/counted_heap.hpp"
 #include "graph/shapes.hpp"
 
 namespace wayfare {
@@ -59,6 +60,28 @@ TYPED_TEST(MultifrontalCholeskyTest, NamesTheBlockColumnThatIsNotPositive) {
   }
   fill(h, rng);
   EXPECT_TRUE(solver.factorise(h).ok);
+}
+
+TYPED_TEST(MultifrontalCholeskyTest, GivesTheSameBitsAndTakesNoMemoryAgain) {
+  WAYFARE_NEEDS_COUNTED_HEAP();
+  Rng rng(33);
+  const auto shape = tests::grid(9, 9);
+  BlockSparse<TypeParam::kBlock> h(shape.columns, shape.pairs);
+  const Eigen::VectorXd b = fill(h, rng).col(3);
+  TypeParam solver, other;
+  solver.analyse(h);
+  ASSERT_TRUE(solver.factorise(h).ok);
+  Eigen::VectorXd first = b, again = b, elsewhere = b;
+  solver.solve_in_place(first);
+  const std::size_t before = tests::allocations;
+  ASSERT_TRUE(solver.factorise(h).ok);
+  solver.solve_in_place(again);
+  EXPECT_EQ(tests::allocations, before);
+  EXPECT_EQ(first, again);
+  other.analyse(h);
+  ASSERT_TRUE(other.factorise(h).ok);
+  other.solve_in_place(elsewhere);
+  EXPECT_EQ(first, elsewhere);
 }
 
 }  // namespace

@@ -28,6 +28,8 @@ class Planner {
     make_fronts();
     sort_blocks();
     place_.assign(plan_.order.size(), -1);
+    plan_.rows.reserve(2 * entries_.size());
+    plan_.runs.reserve(entries_.size());
     for (int s = 0; s < static_cast<int>(plan_.fronts.size()); ++s) lay_out(s);
     return std::move(plan_);
   }

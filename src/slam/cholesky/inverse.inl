@@ -63,8 +63,8 @@ void invert(const Panel& f, const Panel& z, const double* z22, double* scratch) 
     over_rows(k / kPad * kPad, padded(p), [&](auto height, int i) {
       Tile<decltype(height)::value, decltype(width)::value> tile;
       tile.zero();
-      // Rows of L₁₁⁻ᵀ begin at its diagonal.
-      const int from = i > k ? i : k;
+      // Rows of L₁₁⁻ᵀ begin at its diagonal; those past the last pivot are of no meaning.
+      const int diagonal = i > k ? i : k, from = diagonal < p ? diagonal : p;
       tile.add_product(w + i + from * ld, ld, w + k + from * ld, 1, ld, p - from);
       tile.add_product(vt + i, ld, z.l21 + static_cast<long>(k) * z.ld21, z.ld21, 1, f.rows);
       tile.write(z11 + i + k * ld, ld);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "cholesky/elimination_tree.hpp"
 
@@ -10,10 +11,15 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+constexpr int kTaken = -2;  // for a parent: part of another node
+
 struct Node {
   int columns = 0, rows = 0;  // rows below the eliminated columns
   int parent = -1;
-  std::vector<int> parts;  // others taken into this, their columns before its own
+  int first = 0, own_columns = 0;  // before others were taken in
+  // Chains: children that stay, and parts taken in, whose columns come before its own, each by its
+  // latest; `next` is the one before it in whichever chain a node is in.
+  int child = -1, part = -1, next = -1;
 };
 
 /// Nanoseconds a front takes, about: to set up, to write its update and add it to the parent's, and
@@ -34,10 +40,14 @@ class Merger {
   void find_child_order();
   void append_columns(int s, std::vector<int>& order) const;
 
+  void attach(int child, int parent) {
+    nodes_[at(child)].next = nodes_[at(parent)].child;
+    nodes_[at(parent)].child = child;
+  }
+
   int block_;
   std::vector<Node> nodes_;
-  std::vector<int> own_first_, own_columns_;  // before merging
-  std::vector<std::vector<int>> children_;
+  std::vector<int> open_;
 };
 
 Merger::Merger(std::span<const int> parent, std::span<const int> counts, int block)
@@ -48,51 +58,53 @@ Merger::Merger(std::span<const int> parent, std::span<const int> counts, int blo
         j > 0 && parent[j - 1] == static_cast<int>(j) && counts[j - 1] == counts[j] + 1;
     if (!goes_on) {
       nodes_.emplace_back();
-      own_first_.push_back(static_cast<int>(j));
+      nodes_.back().first = static_cast<int>(j);
     }
     of_column[j] = static_cast<int>(nodes_.size()) - 1;
     ++nodes_.back().columns;
     nodes_.back().rows = counts[j] - 1;
     nodes_.back().parent = parent[j];
   }
-  children_.resize(nodes_.size());
   for (std::size_t s = 0; s < nodes_.size(); ++s) {
     Node& node = nodes_[s];
-    own_columns_.push_back(node.columns);
+    node.own_columns = node.columns;
     if (node.parent < 0) continue;
     node.parent = of_column[at(node.parent)];
-    children_[at(node.parent)].push_back(static_cast<int>(s));
+    attach(static_cast<int>(s), node.parent);
   }
   for (std::size_t s = 0; s < nodes_.size(); ++s) merge_children(static_cast<int>(s));
 }
 
 void Merger::merge_children(int s) {
   Node& node = nodes_[at(s)];
-  std::vector<int> kept, open = std::move(children_[at(s)]);
-  while (!open.empty()) {
-    const int c = open.back();
-    open.pop_back();
-    const Node& child = nodes_[at(c)];
-    const double apart =
-        cost(child.columns, child.rows, block_) + cost(node.columns, node.rows, block_);
-    if (cost(child.columns + node.columns, node.rows, block_) > apart) {
-      kept.push_back(c);
+  open_.clear();
+  for (int c = node.child; c >= 0; c = nodes_[at(c)].next) open_.push_back(c);
+  node.child = -1;
+  double own = cost(node.columns, node.rows, block_);
+  while (!open_.empty()) {
+    const int c = open_.back();
+    open_.pop_back();
+    Node& child = nodes_[at(c)];
+    const double together = cost(child.columns + node.columns, node.rows, block_);
+    if (together > cost(child.columns, child.rows, block_) + own) {
+      attach(c, s);
       continue;
     }
+    own = together;
     node.columns += child.columns;
-    node.parts.push_back(c);
-    open.insert(open.end(), children_[at(c)].begin(), children_[at(c)].end());
-    children_[at(c)].clear();
+    for (int i = child.child; i >= 0; i = nodes_[at(i)].next) open_.push_back(i);
+    child.child = -1;
+    child.parent = kTaken;
+    child.next = node.part;
+    node.part = c;
   }
-  children_[at(s)] = std::move(kept);
 }
 
+// Latest first: a part may be a child of one taken in before it, whose columns then come after.
 void Merger::append_columns(int s, std::vector<int>& order) const {
-  // The parts of a part come before it; a part taken in later may be a child of an earlier one.
   const Node& node = nodes_[at(s)];
-  for (auto part = node.parts.rbegin(); part != node.parts.rend(); ++part)
-    append_columns(*part, order);
-  for (int k = 0; k < own_columns_[at(s)]; ++k) order.push_back(own_first_[at(s)] + k);
+  for (int part = node.part; part >= 0; part = nodes_[at(part)].next) append_columns(part, order);
+  for (int k = 0; k < node.own_columns; ++k) order.push_back(node.first + k);
 }
 
 void Merger::find_child_order() {
@@ -100,14 +112,20 @@ void Merger::find_child_order() {
   const auto left = [&](int s) {
     return static_cast<double>(nodes_[at(s)].rows) * nodes_[at(s)].rows;
   };
+  const auto needs_less = [&](int a, int b) {
+    const double x = peak[at(a)] - left(a), y = peak[at(b)] - left(b);
+    return x != y ? x < y : a > b;
+  };
   for (std::size_t s = 0; s < nodes_.size(); ++s) {
-    auto& children = children_[s];
-    std::sort(children.begin(), children.end(), [&](int a, int b) {
-      const double x = peak[at(a)] - left(a), y = peak[at(b)] - left(b);
-      return x != y ? x > y : a < b;
-    });
+    Node& node = nodes_[s];
+    if (node.parent == kTaken) continue;
+    open_.clear();
+    for (int c = node.child; c >= 0; c = nodes_[at(c)].next) open_.push_back(c);
+    std::sort(open_.begin(), open_.end(), needs_less);
+    node.child = -1;
+    for (const int c : open_) attach(c, static_cast<int>(s));
     double held = 0.0;
-    for (const int c : children) {
+    for (int c = node.child; c >= 0; c = nodes_[at(c)].next) {
       peak[s] = std::max(peak[s], held + peak[at(c)]);
       held += left(c);
     }
@@ -117,35 +135,31 @@ void Merger::find_child_order() {
 
 Supernodes Merger::result() {
   find_child_order();
-  std::vector<char> taken(nodes_.size(), 0);
-  for (const Node& node : nodes_)
-    for (const int part : node.parts) taken[at(part)] = 1;
-  std::vector<int> place(nodes_.size(), -1), parent_of(nodes_.size(), -1);
+  std::vector<int> place(nodes_.size(), -1);
   Supernodes result;
-  std::vector<std::pair<int, std::size_t>> stack;
   const auto emit = [&](int s) {
     place[at(s)] = static_cast<int>(result.first.size());
     result.first.push_back(static_cast<int>(result.order.size()));
     append_columns(s, result.order);
-    result.parent.push_back(parent_of[at(s)]);
+    result.parent.push_back(-1);
+    for (int c = nodes_[at(s)].child; c >= 0; c = nodes_[at(c)].next)
+      result.parent[at(place[at(c)])] = place[at(s)];
   };
+  std::vector<std::pair<int, int>> stack;  // a node and the next child to go to
   for (std::size_t root = 0; root < nodes_.size(); ++root) {
-    if (taken[root] || nodes_[root].parent >= 0) continue;
-    stack.assign(1, {static_cast<int>(root), 0});
+    if (nodes_[root].parent != -1) continue;
+    stack.assign(1, {static_cast<int>(root), nodes_[root].child});
     while (!stack.empty()) {
-      auto& [s, next] = stack.back();
-      if (next < children_[at(s)].size()) {
-        const int c = children_[at(s)][next++];
-        parent_of[at(c)] = s;
-        stack.emplace_back(c, 0);
+      const auto [s, child] = stack.back();
+      if (child >= 0) {
+        stack.back().second = nodes_[at(child)].next;
+        stack.emplace_back(child, nodes_[at(child)].child);
       } else {
         emit(s);
         stack.pop_back();
       }
     }
   }
-  for (int& p : result.parent)
-    if (p >= 0) p = place[at(p)];
   result.first.push_back(static_cast<int>(result.order.size()));
   return result;
 }
