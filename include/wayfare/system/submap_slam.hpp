@@ -106,7 +106,8 @@ class SubmapSlam {
   /// Takes the next scan and what is known of the way there. Refused as by GraphSlam::add_scan.
   Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint = {});
 
-  /// Joins the search under way and optimises to the end; more scans may follow.
+  /// Joins the search under way, looks for loops from the latest scans once more and optimises to
+  /// the end; more scans may follow.
   Result<void> finish();
 
   /// One pose a scan taken, at the scan's own time, by the graph as it is now.

@@ -218,6 +218,8 @@ Result<void> SubmapSlam::Engine::optimise(int iterations, double min_gain) {
 
 Result<void> SubmapSlam::Engine::finish() {
   if (join_at_) join_loops();
+  // Who comes round at the very end has places not yet looked for.
+  if (nodes_since_search_ > 0 && search_.begin(map_)) join_loops();
   if (map_.nodes.size() < 2) return {};
   return optimise(50, 1e-6);
 }
