@@ -1,26 +1,21 @@
 // One edge of a graph that is kept solved, as a term of its linear system.
 
+#include <wayfare/graph/edge_terms.hpp>
 #include <wayfare/graph/incremental.hpp>
 
 namespace wayfare {
 
 template <LieGroup G>
 auto IncrementalOptimiser<G>::linearise(const PoseEdge<G>& edge) const -> IncrementalTerm<kDof> {
-  const auto l = PoseError<G>::linearise(edge.measurement, origins_[index(edge.from)],
-                                         origins_[index(edge.to)]);
-  TangentOf<G> we = edge.information * l.error;
-  const double s = l.error.dot(we);
-  const double weight = edge.robust ? kernel_(s).weight : 1.0;
-  SquareOf<G> wa = edge.information * l.by_from, wb = edge.information * l.by_to;
-  we *= weight;
-  wa *= weight;
-  wb *= weight;
+  EdgeTerms<G> terms;
+  edge_terms(edge, origins_[index(edge.from)], origins_[index(edge.to)], terms);
+  const double weight = edge.robust ? kernel_(terms.squared_error).weight : 1.0;
   IncrementalTerm<kDof> term;
-  term.aa.noalias() = l.by_from.transpose() * wa;
-  term.ab.noalias() = l.by_from.transpose() * wb;
-  term.bb.noalias() = l.by_to.transpose() * wb;
-  term.ra.noalias() = -l.by_from.transpose() * we;
-  term.rb.noalias() = -l.by_to.transpose() * we;
+  term.aa = weight * terms.from;
+  term.ab = weight * terms.between;
+  term.bb = weight * terms.to;
+  term.ra = -weight * terms.from_gradient;
+  term.rb = -weight * terms.to_gradient;
   return term;
 }
 
