@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include <wayfare/io/carmen.hpp>
 #include <wayfare/io/grid_image.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/recording_writer.hpp>
@@ -30,17 +32,21 @@ Process slam_node(const std::string& patience_s) {
                            "--map-period-s",  "0.5",          "_settle_s:=1.5"};
   return Process(Live::in_its_own_topics(command), Live::path("slam_node.txt"));
 }
-/// The room's drive as a bag, played twenty times as fast as it was.
-Process play(const Command& options) {
-  static const std::string bag = [] {
-    auto writer = ros::RecordingWriter::create(Live::path("room.bag"));
-    EXPECT_TRUE(writer && ros::write_robot(*writer, room_drive()) && writer->close());
-    return Live::path("room.bag");
-  }();
+std::string bag_of(const Recording& recording, const std::string& name) {
+  auto writer = ros::RecordingWriter::create(Live::path(name));
+  EXPECT_TRUE(writer && ros::write_robot(*writer, recording) && writer->close());
+  return Live::path(name);
+}
+/// A bag, twenty times as fast as it was.
+Process play_bag(const std::string& bag, const Command& options) {
   Command command = {WAYFARE_PLAY_RECORDING, bag,     "--speed",       "20", "--wait-for", "/scan",
                      "--wait-for",           "/odom", "__name:=player"};
   command.insert(command.end(), options.begin(), options.end());
   return Process(Live::in_its_own_topics(command), Live::path("player.txt"));
+}
+Process play(const Command& options) {
+  static const std::string room = bag_of(room_drive(), "room.bag");
+  return play_bag(room, options);
 }
 
 /// Whether every occupied cell of `a` has one of `b` within a cell of it.
@@ -69,9 +75,11 @@ bool same_within_a_cell(const ros::OccupancyGrid& a, const ros::OccupancyGrid& b
   return has_all(a, b) && has_all(b, a);
 }
 
+ros::OccupancyGrid made_offline(const Recording& r) {
+  return ros::message_of(io::grid_image(run_submap_slam(r)->map), r.scans.back().time, "map");
+}
 const ros::OccupancyGrid& offline_map() {
-  static const ros::OccupancyGrid map = ros::message_of(
-      io::grid_image(run_submap_slam(room_drive())->map), room_drive().scans.back().time, "map");
+  static const ros::OccupancyGrid map = made_offline(room_drive());
   return map;
 }
 
@@ -89,6 +97,29 @@ TEST_F(Live, ABagAtTwentyTimesItsSpeedMakesTheMapThatIsMadeOffline) {
   EXPECT_EQ(paths->back().poses.size(), room_drive().scans.size());
   EXPECT_EQ(maps->back().header.stamp, offline_map().header.stamp);
   EXPECT_EQ(slam.end(SIGTERM), 0) << slam.output();
+}
+
+TEST_F(Live, ARealLogAtTwentyTimesItsSpeedMakesTheMapThatIsMadeOffline) {
+  WAYFARE_NEEDS_RECORDING(log, "slam2d/intel.clf.gz");
+  auto intel = io::read_carmen(log);
+  ASSERT_TRUE(intel);
+  Recording& r = intel->recording;
+  const LogTime end = r.scans.front().time + from_seconds(400.0);
+  const auto later = [&](const auto& item) { return item.time > end; };
+  std::erase_if(r.scans, later);
+  std::erase_if(r.odometry, later);
+  const auto offline = made_offline(r);
+  Process slam = slam_node("20");
+  const auto maps = listen<ros::OccupancyGrid>("map");
+  const auto poses = listen<ros::PoseStamped>("pose");
+  ASSERT_EQ(play_bag(bag_of(r, "intel.bag"), {}).wait(120.0), 0) << slam.output();
+  ASSERT_TRUE(spin_until(30.0, [&] {
+    return !maps->empty() && same_within_a_cell(maps->back(), offline);
+  })) << slam.output();
+  EXPECT_EQ(poses->size(), r.scans.size());
+  std::printf("%zu scans, %zu cells, the same to the bit: %s\n", poses->size(), offline.data.size(),
+              maps->back().data == offline.data ? "yes" : "no");
+  EXPECT_EQ(slam.end(SIGTERM), 0);
 }
 
 TEST_F(Live, SurvivesARestartedPublisherAndTimeGoingBack) {
