@@ -82,6 +82,9 @@ void describe_solution(CommandLine& app, Arguments& a, MaybeStart& start) {
                  "share of true edges gnc is to keep where informations are honest")
       .range(0.5, 1.0 - 1e-12)
       .show_default();
+  app.add_flag("--incremental", a.incremental,
+               "replay the graph edge by edge, solved after each, each pose placed by the first "
+               "edge that reaches it");
   app.add_choice("--method", a.options.method, kMethods,
                  "gn: Gauss-Newton, falling back to lm where a step fails (default); lm: "
                  "Levenberg-Marquardt");

@@ -25,6 +25,7 @@ struct Arguments {
   SolverChoice solver = SolverChoice::block;
   Robust robust = Robust::none;
   bool robust_odometry = false;
+  bool incremental = false;
   double inlier_probability = GncOptions{}.inlier_probability;
   OptimiseOptions options;
 

@@ -30,11 +30,12 @@ void print(const Outcome& outcome, const Arguments& a) {
   if (r.final_cost != r.final_chi2) {
     std::printf("robust     %.8g before, %.8g after\n", r.initial_cost, r.final_cost);
   }
-  std::printf("iterations %d (%s%s)\n", r.iterations, std::string(to_string(r.reason)).c_str(),
+  const std::string reason(a.incremental ? "edge by edge" : to_string(r.reason));
+  std::printf("iterations %d (%s%s)\n", r.iterations, reason.c_str(),
               r.fell_back ? ", fell back to Levenberg-Marquardt" : "");
   const PhaseTimes& t = r.times;
   std::printf("time       %.1f ms", 1e3 * outcome.total_s);
-  if (!a.graduated()) {
+  if (!a.graduated() && !a.incremental) {
     std::printf(" (check %.1f, analyse %.1f, linearise %.1f, factorise %.1f, solve %.1f)",
                 1e3 * t.validate_s, 1e3 * t.analyse_s, 1e3 * t.linearise_s, 1e3 * t.factorise_s,
                 1e3 * t.solve_s);

@@ -51,6 +51,7 @@ Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& s
   if (!done) return done.error();
   started = graph.poses;
   done = timed(outcome.total_s, [&]() -> Result<void> {
+    if (a.incremental) return replay(graph, a, outcome);
     if (a.graduated()) return set_outliers_aside(graph, a, outcome);
     auto report = optimise_with(graph, a);
     if (!report) return report.error();

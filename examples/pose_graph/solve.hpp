@@ -22,6 +22,10 @@ struct Outcome {
 template <LieGroup G>
 Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& started);
 
+/// Solves the graph again and again as it grows edge by edge.
+template <LieGroup G>
+Result<void> replay(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome);
+
 /// With solvers that are not our own.
 template <LieGroup G>
 Result<OptimiseReport> solve_by_eigen(PoseGraph<G>& graph, const OptimiseOptions& options);

@@ -40,14 +40,14 @@ Result<std::string> marginals_table(const PoseGraph<G>& graph, const std::vector
                                     const RobustKernel& kernel) {
   constexpr int kDof = ManifoldTraits<G>::kDof;
   PoseGraphOptimiser<G> optimiser;
-  auto done = optimiser.prepare_covariances(without(graph, rejected), kernel);
-  if (!done) return done.error();
+  const auto covariances = optimiser.covariances(without(graph, rejected), kernel);
+  if (!covariances) return covariances.error();
   std::string out = "vertex";
   for (int i = 0; i < kDof; ++i)
     for (int j = i; j < kDof; ++j) out.append(1, ',').append(heading_of(kDof, i, j));
   out += '\n';
   for (int pose = 0; pose < graph.size(); ++pose) {
-    const SquareOf<G> covariance = optimiser.covariance(pose);
+    const SquareOf<G>& covariance = (*covariances)[static_cast<std::size_t>(pose)];
     out += graph.label(pose);
     for (int i = 0; i < kDof; ++i) {
       for (int j = i; j < kDof; ++j) {
