@@ -4,8 +4,8 @@
 #include <string>
 
 #include <wayfare/decode/ti_config.hpp>
-#include <wayfare/decode/ti_stream.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/logger/ti_stream.hpp>
 #include <wayfare/ros/convert.hpp>
 
 #include "device.hpp"
@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
   }
   auto scans = node.publisher<ros::RadarScan>("radar");
   auto clouds = node.publisher<ros::PointCloud2>("radar_points");
-  decode::TiStream stream(device.line.baud, *step);
+  logger::TiStream stream(device.line.baud, *step);
   std::uint64_t messages = 0;
   examples::read_device(node, device, {}, [&](decode::Bytes bytes, LogTime arrived) {
     stream.feed(bytes, arrived, [&](const RadarScan& scan) {

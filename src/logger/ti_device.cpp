@@ -1,5 +1,5 @@
 #include <wayfare/decode/ti_config.hpp>
-#include <wayfare/decode/ti_stream.hpp>
+#include <wayfare/logger/ti_stream.hpp>
 
 #include "device_decoders.hpp"
 
@@ -29,7 +29,7 @@ class TiDevice final : public DeviceDecoder {
 
  private:
   std::string name_;
-  decode::TiStream stream_;
+  TiStream stream_;
   std::shared_ptr<const Stream> points_;
   std::uint64_t messages_ = 0;
   std::size_t last_points_ = 0;

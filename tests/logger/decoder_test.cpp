@@ -6,9 +6,9 @@
 
 #include <wayfare/decode/line_time.hpp>
 #include <wayfare/decode/rplidar_stream.hpp>
-#include <wayfare/decode/ti_stream.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>
+#include <wayfare/logger/ti_stream.hpp>
 #include "io/support.hpp"
 
 namespace wayfare::logger {
@@ -39,7 +39,7 @@ TEST(LineTime, TenBitsAByte) {
 
 TEST(DeviceStreams, GiveNothingForNoise) {
   const std::vector<std::uint8_t> noise(10'000, 0x55);
-  decode::TiStream radar(921'600);
+  TiStream radar(921'600);
   decode::RplidarStream lidar(115'200);
   radar.feed(noise, start(), [](const RadarScan&) { FAIL(); });
   lidar.feed(noise, start(), [](const decode::RplidarTurn&) { FAIL(); });

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include <wayfare/decode/rplidar_stream.hpp>
-#include <wayfare/decode/ti_stream.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/stream_player.hpp>
+#include <wayfare/logger/ti_stream.hpp>
 #include <wayfare/ros/convert.hpp>
 #include "decode/rplidar_streams.hpp"
 #include "decode/ti_streams.hpp"
@@ -71,7 +71,7 @@ std::string drive(const std::string& program, const decode::Stream& bytes, const
 TEST_F(Live, EveryFrameOfARadarArrivesOnce) {
   const auto bytes = capture("devices/ti_mmwave/awr1843_sdk3.6/mer1.dat.gz", radar_frames());
   std::vector<RadarScan> frames;
-  decode::TiStream stream(921600);
+  logger::TiStream stream(921600);
   stream.feed(bytes, LogTime(), [&](const RadarScan& scan) { frames.push_back(scan); });
   ASSERT_GE(frames.size(), 60U);
   const auto heard = listen<ros::RadarScan>("radar");

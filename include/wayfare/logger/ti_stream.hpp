@@ -7,37 +7,40 @@
 #include <wayfare/decode/ti_radar_scan.hpp>
 #include <wayfare/sync/clock_envelope.hpp>
 
-namespace wayfare::decode {
+namespace wayfare::logger {
 
 /// From a TI radar's bytes, while they come, to scans by the computer's clock.
 class TiStream {
  public:
-  /// `speed_step_mps` as of `to_radar_scan`.
+  /// `speed_step_mps` as of `decode::to_radar_scan`.
   explicit TiStream(int baud, double speed_step_mps = 0.0)
       : baud_(baud), speed_step_mps_(speed_step_mps) {}
 
   /// Takes the next bytes, the last of which arrived at `arrived`; calls `sink(const RadarScan&)`
   /// with every frame they complete, points or none.
   template <class Sink>
-  void feed(Bytes bytes, LogTime arrived, Sink&& sink) {
+  void feed(decode::Bytes bytes, LogTime arrived, Sink&& sink) {
     fed_ += bytes.size();
-    decoder_.feed(bytes, [&](const TiFrame& frame) {
+    decoder_.feed(bytes, [&](const decode::TiFrame& frame) {
       const std::uint64_t end = frame.position() + frame.bytes().size();
       // The frame was on the line from when it was built; behind its end more may have come.
-      const LogTime sent = arrived - line_time(fed_ - end + frame.bytes().size(), baud_);
-      sink(to_radar_scan(frame, envelope_.add(clock_.at(frame.header()), sent), speed_step_mps_));
+      const LogTime sent = arrived - decode::line_time(fed_ - end + frame.bytes().size(), baud_);
+      sink(decode::to_radar_scan(frame, envelope_.add(clock_.at(frame.header()), sent),
+                                 speed_step_mps_));
     });
   }
 
-  [[nodiscard]] const DecoderStatistics& statistics() const { return decoder_.statistics(); }
+  [[nodiscard]] const decode::DecoderStatistics& statistics() const {
+    return decoder_.statistics();
+  }
 
  private:
   int baud_;
   double speed_step_mps_;
-  TiDecoder decoder_;
-  TiClock clock_;
+  decode::TiDecoder decoder_;
+  decode::TiClock clock_;
   ClockEnvelope envelope_;
   std::uint64_t fed_ = 0;
 };
 
-}  // namespace wayfare::decode
+}  // namespace wayfare::logger
