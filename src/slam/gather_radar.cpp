@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <span>
-
-#include <wayfare/sync/radar_bearing.hpp>
 
 namespace wayfare {
 namespace {
@@ -22,10 +19,12 @@ std::optional<Eigen::Vector2d> velocity_at(std::span<const RadarScan> frames, st
   return Eigen::Vector2d(moved.log().head<2>() / to_seconds(to - from));
 }
 
-GatheredRadar gather(std::span<const RadarScan> frames, const Recording& recording,
+}  // namespace
+
+GatheredRadar gather(std::span<const RadarScan> frames,
+                     const Transform2<frame::Base, frame::Radar>& mounting, const RadarArray& array,
                      const OdometryTrack& odometry) {
-  const SE2d T_base_radar = recording.T_base_radar.raw();
-  const RadarArray array{.max_speed_m_s = recording.radar_max_speed_m_s};
+  const SE2d T_base_radar = mounting.raw();
   GatheredRadar scan{frames.back().time, {}};
   const auto last = odometry.at(scan.time);
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -42,20 +41,21 @@ GatheredRadar gather(std::span<const RadarScan> frames, const Recording& recordi
   return scan;
 }
 
-}  // namespace
+std::size_t frames_of_one_scan(std::span<const RadarScan> frames, const GatherOptions& options) {
+  const std::size_t most = std::min(frames.size(), std::max<std::size_t>(options.frames, 1));
+  std::size_t n = std::min<std::size_t>(most, 1);
+  while (n < most && to_seconds(frames[n].time - frames.front().time) <= options.longest_s) ++n;
+  return n;
+}
 
 std::vector<GatheredRadar> gather_radar(const Recording& recording, const OdometryTrack& odometry,
                                         const GatherOptions& options) {
-  const std::span<const RadarScan> frames = recording.radar;
-  const std::size_t most = std::max<std::size_t>(options.frames, 1);
+  const RadarArray array{.max_speed_m_s = recording.radar_max_speed_m_s};
   std::vector<GatheredRadar> scans;
-  for (std::size_t first = 0; first < frames.size();) {
-    std::size_t n = 1;
-    while (n < most && first + n < frames.size() &&
-           to_seconds(frames[first + n].time - frames[first].time) <= options.longest_s)
-      ++n;
-    scans.push_back(gather(frames.subspan(first, n), recording, odometry));
-    first += n;
+  for (std::span<const RadarScan> left = recording.radar; !left.empty();) {
+    const std::size_t n = frames_of_one_scan(left, options);
+    scans.push_back(gather(left.first(n), recording.T_base_radar, array, odometry));
+    left = left.subspan(n);
   }
   return scans;
 }

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include <wayfare/core/time.hpp>
 #include <wayfare/measure/point_set.hpp>
 #include <wayfare/measure/recording.hpp>
 #include <wayfare/sync/odometry_track.hpp>
+#include <wayfare/sync/radar_bearing.hpp>
 
 namespace wayfare {
 
@@ -21,6 +23,15 @@ struct GatherOptions {
   std::size_t frames = 20;
   double longest_s = 1.5;
 };
+
+/// How many of `frames`, from the first on, make one scan.
+[[nodiscard]] std::size_t frames_of_one_scan(std::span<const RadarScan> frames,
+                                             const GatherOptions& options = {});
+
+/// All of `frames`, of which there is one at least, as one scan.
+[[nodiscard]] GatheredRadar gather(std::span<const RadarScan> frames,
+                                   const Transform2<frame::Base, frame::Radar>& T_base_radar,
+                                   const RadarArray& array, const OdometryTrack& odometry);
 
 /// A recording's frames in order, each placed by odometry where there is some, its bearings set
 /// right for the motion odometry tells of: one frame is too sparse to be told from another. Points

@@ -1,5 +1,7 @@
 #include "ros_nodes/room_drive.hpp"
 
+#include <wayfare/sim/worlds.hpp>
+
 namespace wayfare::testing {
 namespace {
 
@@ -36,9 +38,28 @@ const Recording& room_drive() {
   return recording;
 }
 
+const Recording& radar_drive() {
+  static const Recording recording = [] {
+    const Rng rng(1);
+    Recording r = *sim::simulate_world(*sim::make_world("room", rng), sim::turtlebot(rng), rng);
+    r.wheels.clear(), r.gyro.clear();
+    r.radar_max_speed_m_s = 0.0;  // no message says it
+    // Ending one after the other, so that nothing is waited for in vain.
+    const auto cut_and_shift = [begin = r.truth.front().time](auto& stream, double end_s) {
+      const LogTime end = begin + from_seconds(end_s);
+      std::erase_if(stream, [&](const auto& sample) { return sample.time > end; });
+      shift(stream, from_seconds(1000.0));
+    };
+    cut_and_shift(r.scans, 9.8), cut_and_shift(r.radar, 9.9), cut_and_shift(r.odometry, 10.0);
+    return r;
+  }();
+  return recording;
+}
+
 ros::TfMessage mounting(const Recording& recording) {
-  return {{ros::transform_of(recording.T_base_laser.raw(), recording.scans.front().time,
-                             "base_link", "laser")}};
+  const LogTime time = recording.scans.front().time;
+  return {{ros::transform_of(recording.T_base_laser.raw(), time, "base_link", "laser"),
+           ros::transform_of(recording.T_base_radar.raw(), time, "base_link", "radar")}};
 }
 
 }  // namespace wayfare::testing

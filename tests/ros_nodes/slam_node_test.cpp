@@ -13,55 +13,17 @@
 #include <wayfare/ros/slam_node.hpp>
 #include <wayfare/sync/gyro_turn.hpp>
 #include <wayfare/sync/odometry_track.hpp>
+#include "ros_nodes/driven.hpp"
 #include "ros_nodes/room_drive.hpp"
 
 namespace wayfare {
 namespace {
 
+using testing::Driven;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using testing::kOdomFrame;
 using ::testing::Not;
 using testing::room_drive;
-
-/// A node with all it gave, and a clock of its own.
-class Driven {
- public:
-  explicit Driven(ros::SlamNodeOptions options = {}) : node(std::move(options)) {}
-
-  void transforms() { node.add(testing::mounting(room_drive())); }
-  void odometry(const OdometrySample& sample) {
-    node.add(ros::message_of(sample, kOdomFrame, "base_link"), now_s);
-    work();
-  }
-  void scan(const LaserScan& scan) {
-    node.add(ros::message_of(scan, "laser"), now_s);
-    work();
-  }
-  void wait(double seconds) {
-    for (double waited = 0.0; waited < seconds; waited += 0.05) work();
-  }
-  void work() {
-    now_s += 0.05;
-    do take(node.work(now_s));
-    while (node.busy());
-  }
-  void take(const ros::SlamNodeOutput& out) {
-    poses.insert(poses.end(), out.poses.begin(), out.poses.end());
-    transforms_out.insert(transforms_out.end(), out.transforms.begin(), out.transforms.end());
-    if (out.map) map = out.map;
-    if (out.path) path = out.path;
-    for (const ros::Notice& n : out.notices) said += n.text + "\n";
-  }
-
-  ros::SlamNode node;
-  double now_s = 100.0;
-  std::vector<ros::PoseStamped> poses;
-  std::vector<ros::TransformStamped> transforms_out;
-  std::optional<ros::OccupancyGrid> map;
-  std::optional<ros::Path> path;
-  std::string said;
-};
 
 void drive(Driven& to, const Recording& r, Duration shift = Duration(0)) {
   std::size_t o = 0;

@@ -3,7 +3,10 @@
 // What the particle filter's tests share: a recording in the room, runs over it and their errors.
 
 #include <algorithm>
+#include <cstdint>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -27,6 +30,33 @@ inline const Recording& room() {
     return r;
   }();
   return recording;
+}
+
+/// Everything a run gives, as numbers without rounding.
+struct RunBytes {
+  std::vector<double> poses, log_weights;
+  std::vector<std::int16_t> lidar, radar;
+  bool operator==(const RunBytes&) const = default;
+};
+
+inline std::vector<std::int16_t> bytes_of(const OccupancyGrid& map) {
+  std::vector<std::int16_t> bytes;
+  map.for_each_tile([&](const Cell& corner, std::span<const std::int16_t> cells) {
+    bytes.push_back(static_cast<std::int16_t>(corner.x));
+    bytes.push_back(static_cast<std::int16_t>(corner.y));
+    bytes.insert(bytes.end(), cells.begin(), cells.end());
+  });
+  return bytes;
+}
+
+inline RunBytes bytes_of(const RadarSlamRun& slam) {
+  RunBytes bytes{{}, slam.log_weights, bytes_of(slam.lidar_map), bytes_of(slam.radar_map)};
+  for (const Trajectory* poses : {&slam.trajectory, &slam.particles})
+    for (const StampedPose& p : *poses) {
+      const SE2d T = p.T_map_base.raw();
+      bytes.poses.insert(bytes.poses.end(), {T.x(), T.y(), T.rotation().cos(), T.rotation().sin()});
+    }
+  return bytes;
 }
 
 inline RadarSlamOptions few() {

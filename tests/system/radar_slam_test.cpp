@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <span>
-#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -30,33 +28,6 @@ TEST(RadarSlam, FollowsTheRobotWithEitherSensorAndBoth) {
     EXPECT_GT(slam.statistics.matches, 10 * slam.statistics.matches_refused);
     EXPECT_EQ(slam.particles.size(), 8U);
   }
-}
-
-/// Everything a run gives, as numbers without rounding.
-struct RunBytes {
-  std::vector<double> poses, log_weights;
-  std::vector<std::int16_t> lidar, radar;
-  bool operator==(const RunBytes&) const = default;
-};
-
-std::vector<std::int16_t> bytes_of(const OccupancyGrid& map) {
-  std::vector<std::int16_t> bytes;
-  map.for_each_tile([&](const Cell& corner, std::span<const std::int16_t> cells) {
-    bytes.push_back(static_cast<std::int16_t>(corner.x));
-    bytes.push_back(static_cast<std::int16_t>(corner.y));
-    bytes.insert(bytes.end(), cells.begin(), cells.end());
-  });
-  return bytes;
-}
-
-RunBytes bytes_of(const RadarSlamRun& slam) {
-  RunBytes bytes{{}, slam.log_weights, bytes_of(slam.lidar_map), bytes_of(slam.radar_map)};
-  for (const Trajectory* poses : {&slam.trajectory, &slam.particles})
-    for (const StampedPose& p : *poses) {
-      const SE2d T = p.T_map_base.raw();
-      bytes.poses.insert(bytes.poses.end(), {T.x(), T.y(), T.rotation().cos(), T.rotation().sin()});
-    }
-  return bytes;
 }
 
 TEST(RadarSlam, GivesTheSameBytesForAnyNumberOfThreads) {

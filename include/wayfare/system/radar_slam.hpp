@@ -163,6 +163,8 @@ class RadarSlam {
 
   /// One pose a scan taken, along the best particle's way.
   [[nodiscard]] Trajectory trajectory() const;
+  /// The last of them; nothing before the first scan.
+  [[nodiscard]] std::optional<StampedPose> pose() const;
   [[nodiscard]] const OccupancyGrid& lidar_map() const;
   [[nodiscard]] const OccupancyGrid& radar_map() const;
   /// Empty before the first scan.

@@ -69,6 +69,12 @@ class RadarSlam::Engine {
     for (const PlacedScan& s : scans_) poses.push_back({s.time, place(way, s)});
     return poses;
   }
+  [[nodiscard]] std::optional<StampedPose> pose() const {
+    if (scans_.empty()) return std::nullopt;
+    const SE2d& updated = filter_->particles()[filter_->best()].pose;
+    return StampedPose{scans_.back().time,
+                       Transform2<frame::Map, frame::Base>(updated * scans_.back().since)};
+  }
   [[nodiscard]] const Rbpf<RbpfMaps>* filter() const { return filter_ ? &*filter_ : nullptr; }
   [[nodiscard]] const RbpfMaps& maps() const {
     return filter_ ? filter_->particles()[filter_->best()].map : blank_;
@@ -281,6 +287,7 @@ Result<RbpfOutcome> RadarSlam::add_radar(LogTime time, const PointSet& points_ba
   return engine_->add_radar(time, points_base);
 }
 Trajectory RadarSlam::trajectory() const { return engine_->trajectory(); }
+std::optional<StampedPose> RadarSlam::pose() const { return engine_->pose(); }
 const OccupancyGrid& RadarSlam::lidar_map() const { return engine_->maps().lidar; }
 const OccupancyGrid& RadarSlam::radar_map() const { return engine_->maps().radar; }
 std::span<const RbpfParticle<RbpfMaps>> RadarSlam::particles() const {

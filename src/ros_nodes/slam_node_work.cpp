@@ -1,0 +1,261 @@
+// What the node does with messages taken: when it can work on a scan, and what it gives.
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include <wayfare/io/grid_image.hpp>
+#include <wayfare/ros/slam_node.hpp>
+#include <wayfare/sync/gyro_turn.hpp>
+#include <wayfare/sync/odometry_track.hpp>
+
+namespace wayfare::ros {
+namespace {
+
+/// Samples no scan to come can need.
+template <class Sample>
+void forget_before(std::vector<Sample>& samples, LogTime time) {
+  constexpr std::ptrdiff_t kWorthIt = 1000;
+  const auto first =
+      std::find_if(samples.begin(), samples.end(), [&](const Sample& s) { return s.time >= time; });
+  if (first - samples.begin() > kWorthIt) samples.erase(samples.begin(), first - 1);
+}
+
+Path path_of(const Trajectory& trajectory, std::string_view frame) {
+  Path path;
+  if (!trajectory.empty()) path.header = header_of(trajectory.back().time, frame);
+  path.poses.reserve(trajectory.size());
+  for (const StampedPose& p : trajectory)
+    path.poses.push_back({header_of(p.time, frame), pose_of(p.T_map_base.raw())});
+  return path;
+}
+
+/// The frame of a radar upside down as one of a radar upright in the same place.
+void turn_over(wayfare::RadarScan& scan) {
+  for (RadarPoint& p : scan.points) p.y_m = -p.y_m, p.z_m = -p.z_m;
+}
+
+}  // namespace
+
+SlamNodeOutput SlamNode::work(double now_s) {
+  SlamNodeOutput out;
+  worked_ = false;
+  if (options_.sensors != SlamSensors::lidar) {
+    work_on_stream(now_s, out);
+  } else if (!lasers_.scans.empty()) {
+    work_on_scan(now_s, out);
+  } else if (!lasers_.last_heard) {
+    wait_for("laser scans", now_s);
+  } else if (!settled_ && now_s >= *last_placed_s_ + options_.settle_s) {
+    out = settle(now_s);
+  }
+  const auto notices = notices_.take();
+  out.notices.insert(out.notices.end(), notices.begin(), notices.end());
+  return out;
+}
+
+SlamNodeOutput SlamNode::settle(double now_s) {
+  SlamNodeOutput out;
+  if (settled_) return out;
+  if (stream_) {
+    hand_over();
+    stream_->finish();
+    while (step(now_s, out)) continue;
+  } else if (const auto done = slam_->finish(); !done) {
+    out.notices.push_back(
+        {Severity::error, "the graph could not be optimised: " + done.error().to_string()});
+  }
+  settled_ = true;
+  give_map(now_s, out);
+  return out;
+}
+
+template <class Scan, class Given>
+bool SlamNode::is_mounted(Sensed<Scan>& sensed, const Given& T_base_sensor, double now_s) {
+  if (sensed.mounting) return true;
+  if (T_base_sensor) {
+    sensed.mounting = LevelMounting{Transform2<frame::Base, Sensor>(T_base_sensor->raw())};
+    return true;
+  }
+  const std::string from_to = "transform from '" + options_.base_frame + "' to '" + sensed.frame;
+  const auto found = frames_.find(options_.base_frame, sensed.frame);
+  if (!found) {
+    wait_for("the " + from_to + "' (on /tf or /tf_static)", now_s);
+    return false;
+  }
+  const auto level = level_mounting_of(*found);
+  if (!level) {
+    wait_for("another " + from_to + "': the one there is " + level.error().to_string(), now_s);
+    return false;
+  }
+  sensed.mounting = *level;
+  return true;
+}
+
+bool SlamNode::laser_is_known(double now_s) {
+  if (lasers_.mounting) return true;
+  if (!is_mounted(lasers_, options_.T_base_laser, now_s)) return false;
+  options_.slam.T_base_laser =
+      Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw());
+  slam_ = std::make_unique<SubmapSlam>(options_.slam);
+  return true;
+}
+
+bool SlamNode::motion_is_known(LogTime time, double now_s) {
+  if ((!options_.odometry && !options_.imu) || motion_silent_) return true;
+  const bool there = options_.odometry ? !odometry_.empty() && odometry_.back().time >= time
+                                       : !gyro_.empty() && gyro_.back().time >= time;
+  if (there) return true;
+  const std::string what = options_.odometry ? "odometry" : "inertial readings";
+  wait_for(what + " of the scan's time", now_s);
+  if (now_s < *blocked_s_ + options_.patience_s) return false;
+  motion_silent_ = true;
+  notices_.tell(Severity::warning, "silent",
+                "no " + what + " of the scan's time: goes on by scans alone until there is", now_s);
+  return true;
+}
+
+MotionHint SlamNode::hint(LogTime time) const {
+  const Duration gap = from_seconds(options_.odometry_gap_s);
+  if (!odometry_.empty() && odometry_.front().time - gap < time &&
+      time < odometry_.back().time + gap)
+    return {OdometryTrack(odometry_).at(time), {}};
+  if (last_scan_ && !gyro_.empty()) return {{}, GyroTurn(gyro_).between(*last_scan_, time)};
+  return {};
+}
+
+void SlamNode::work_on_scan(double now_s, SlamNodeOutput& out) {
+  if (!laser_is_known(now_s) || !motion_is_known(lasers_.scans.front().time, now_s)) return;
+  wayfare::LaserScan scan = std::move(lasers_.scans.front());
+  lasers_.scans.pop_front();
+  blocked_s_.reset();
+  waits_for_.clear();
+  worked_ = true;
+  const LogTime time = scan.time;
+  if (lasers_.mounting->upside_down) scan = turned_over(std::move(scan));
+  const auto outcome = slam_->add_scan(scan, hint(time));
+  if (!outcome)
+    return notices_.tell(Severity::error, "refused",
+                         "left out a scan: " + outcome.error().to_string(), now_s);
+  if (!outcome->matched)
+    notices_.tell(Severity::info, "unmatched",
+                  "a scan did not fit the map: the robot is placed by motion alone", now_s);
+  placed(time, outcome->T_map_base.raw(), now_s, out);
+}
+
+void SlamNode::placed(LogTime time, const SE2d& T_map_base, double now_s, SlamNodeOutput& out) {
+  const MotionHint motion = hint(time);
+  last_scan_ = time;
+  last_placed_s_ = now_s;
+  settled_ = false;
+  give_pose(time, T_map_base, motion, out);
+  if (now_s >= last_map_s_ + options_.map_period_s) give_map(now_s, out);
+  const LogTime needed = time - from_seconds(1.0);
+  forget_before(odometry_, needed);
+  forget_before(gyro_, needed);
+}
+
+bool SlamNode::stream_is_there(double now_s) {
+  if (stream_) return true;
+  const bool lasers = options_.sensors == SlamSensors::both;
+  if (lasers && lasers_.frame.empty() && lasers_.scans.empty()) {
+    wait_for("laser scans", now_s);
+    return false;
+  }
+  if (radar_.frame.empty() && radar_.scans.empty()) {
+    wait_for("radar scans", now_s);
+    return false;
+  }
+  if (lasers && !is_mounted(lasers_, options_.T_base_laser, now_s)) return false;
+  if (!is_mounted(radar_, options_.T_base_radar, now_s)) return false;
+  RadarSlamStreamOptions o{.slam = options_.filter, .sensors = options_.sensors};
+  if (lasers)
+    o.slam.T_base_laser =
+        Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw());
+  o.sync.T_base_radar = Transform2<frame::Base, frame::Radar>(radar_.mounting->T_base_sensor.raw());
+  // By the clock of who calls alone.
+  o.sync.patience = std::chrono::hours(24 * 365);
+  stream_.emplace(o);
+  return true;
+}
+
+void SlamNode::hand_over() {
+  for (const OdometrySample& sample : odometry_)
+    if (!odometry_given_ || sample.time > *odometry_given_) stream_->add(sample);
+  if (!odometry_.empty()) odometry_given_ = odometry_.back().time;
+  for (wayfare::LaserScan& scan : lasers_.scans)
+    stream_->add(lasers_.mounting->upside_down ? turned_over(std::move(scan)) : std::move(scan));
+  for (wayfare::RadarScan& scan : radar_.scans) {
+    if (radar_.mounting->upside_down) turn_over(scan);
+    stream_->add(scan);
+  }
+  lasers_.scans.clear();
+  radar_.scans.clear();
+}
+
+void SlamNode::work_on_stream(double now_s, SlamNodeOutput& out) {
+  if (!stream_is_there(now_s)) return;
+  // What waits stays in the queues, which are bounded, until there is nothing else to do.
+  worked_ = step(now_s, out);
+  if (worked_) return;
+  hand_over();
+  worked_ = step(now_s, out);
+  if (worked_) return;
+  const std::string what(stream_->waits_for());
+  if (!what.empty()) {
+    wait_for(what + " of the scan's time", now_s);
+    if (now_s < *blocked_s_ + options_.patience_s) return;
+    notices_.tell(Severity::warning, "silent",
+                  "no " + what + " of the scan's time: goes on without until there is", now_s);
+    stream_->finish();
+    worked_ = step(now_s, out);
+  } else if (!settled_ && now_s >= *last_placed_s_ + options_.settle_s) {
+    out = settle(now_s);
+  }
+}
+
+bool SlamNode::step(double now_s, SlamNodeOutput& out) {
+  const auto time = stream_->step();
+  if (!time) return false;
+  blocked_s_.reset();
+  waits_for_.clear();
+  const auto pose = stream_->slam().pose();
+  if (pose && pose->time == *time) placed(*time, pose->T_map_base.raw(), now_s, out);
+  return true;
+}
+
+void SlamNode::give_pose(LogTime time, const SE2d& T_map_base, const MotionHint& motion,
+                         SlamNodeOutput& out) const {
+  out.poses.push_back({header_of(time, options_.map_frame), pose_of(T_map_base)});
+  const LogTime dated = time + from_seconds(options_.post_date_s);
+  const auto give = [&](const SE2d& T_odom_base) {
+    out.transforms.push_back(transform_of(T_map_base * T_odom_base.inverse(), dated,
+                                          options_.map_frame, options_.odom_frame));
+  };
+  if (options_.odometry && motion.odometry) {
+    const SE2d joined = motion.odometry->raw();
+    give(T_joined_odom_ ? T_joined_odom_->inverse() * joined : joined);
+  } else if (!options_.odometry) {
+    const SE2d T_odom_base = slam_->local().T_local_base.raw();
+    give(T_odom_base);
+    out.transforms.push_back(
+        transform_of(T_odom_base, time, options_.odom_frame, options_.base_frame));
+  }
+}
+
+void SlamNode::give_map(double now_s, SlamNodeOutput& out) {
+  last_map_s_ = now_s;
+  const auto way = stream_ ? stream_->slam().trajectory() : slam_->trajectory();
+  out.path = path_of(way, options_.map_frame);
+  out.map = message_of(io::grid_image(stream_ ? stream_->map() : slam_->map(options_.map)),
+                       *last_scan_, options_.map_frame);
+}
+
+void SlamNode::wait_for(std::string what, double now_s) {
+  if (!blocked_s_ || what != waits_for_) blocked_s_ = now_s;
+  waits_for_ = std::move(what);
+  if (now_s >= *blocked_s_ + options_.patience_s)
+    notices_.tell(Severity::info, waits_for_, "waits for " + waits_for_, now_s);
+}
+
+}  // namespace wayfare::ros

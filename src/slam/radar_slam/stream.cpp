@@ -1,0 +1,343 @@
+#include <wayfare/system/radar_slam_stream.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <wayfare/sync/odometry_track.hpp>
+
+#include "../gather_radar.hpp"
+#include "dead_reckoning.hpp"
+
+namespace wayfare {
+namespace {
+
+/// What goes wrong is counted, and the first of it kept.
+struct Refusals {
+  std::size_t count = 0;
+  std::string first = {};
+
+  template <class T>
+  void add(const Result<T>& outcome, const char* sensor, LogTime time) {
+    if (outcome || count++ > 0) return;
+    first = std::string(sensor) + " scan at " + std::to_string(time.seconds()) +
+            " s: " + outcome.error().message;
+  }
+  void add_late(std::size_t measurements) {
+    if (measurements == 0) return;
+    first = std::to_string(measurements) + " measurements late or doubled";
+    count += measurements;
+  }
+};
+
+/// A sensor that has fallen silent, or sees nothing.
+class Watch {
+ public:
+  explicit Watch(std::string what) : what_(std::move(what)) {}
+  void saw(LogTime time) { last_ = time; }
+  void tell(LogTime now, FaultLog& faults) const {
+    constexpr double kLongest_s = 3.0;
+    if (last_) faults.tell(what_, to_seconds(now - *last_) > kLongest_s, now);
+  }
+
+ private:
+  std::string what_;
+  std::optional<LogTime> last_;
+};
+
+/// Measurements that wait, in one piece of memory.
+template <class Measurement>
+class Waiting {
+ public:
+  void push(const Measurement& m) { all_.push_back(m); }
+  void pop(std::size_t n) {
+    gone_ += n;
+    if (2 * gone_ < all_.size()) return;
+    all_.erase(all_.begin(), all_.begin() + static_cast<std::ptrdiff_t>(gone_));
+    gone_ = 0;
+  }
+  [[nodiscard]] bool empty() const { return gone_ == all_.size(); }
+  [[nodiscard]] const Measurement& front() const { return all_[gone_]; }
+  [[nodiscard]] std::span<const Measurement> span() const {
+    return std::span<const Measurement>(all_).subspan(gone_);
+  }
+
+ private:
+  std::vector<Measurement> all_;
+  std::size_t gone_ = 0;
+};
+
+Gaussian<SE2d> believed(const SE2d& increment, const MotionNoise& noise) {
+  const double d = increment.translation().norm();
+  const double turn = std::abs(increment.heading().radians());
+  const auto square = [](double x) { return x * x; };
+  const double along = square(noise.translation_floor_m) + square(noise.translation_per_m * d) +
+                       square(noise.translation_per_rad_m * turn);
+  const double heading = square(noise.heading_floor.radians()) +
+                         square(noise.heading_per_rad * turn + noise.heading_per_m_rad * d);
+  return {increment, Eigen::Vector3d(along, along, heading).asDiagonal()};
+}
+
+RadarSlamOptions slam_options(const RadarSlamStreamOptions& o) {
+  RadarSlamOptions slam = o.slam;
+  if (o.motion == MotionFrom::nothing) {
+    // Where nothing says how far the robot went, what it sees must, and often.
+    slam.update_time_s = std::min(slam.update_time_s, 1.0);
+  } else if (o.motion == MotionFrom::odometry) {
+    slam.update_travel_m = o.reckoning.odometry_update_travel_m;
+    slam.update_turn = o.reckoning.odometry_update_turn;
+    slam.match_between = true;
+  }
+  return slam;
+}
+
+enum Stream : std::size_t { kOdometry, kRadar, kLaser, kStreams };
+
+}  // namespace
+
+class RadarSlamStream::Impl {
+ public:
+  explicit Impl(const RadarSlamStreamOptions& options)
+      : options_(options),
+        slam_(slam_options(options)),
+        synchroniser_(options.sync),
+        reckoner_(options.reckoning, options.sync.wheel_base_m) {}
+
+  void add(const WheelSample& sample) {
+    if (by_wheels()) synchroniser_.push(sample);
+  }
+  void add(const GyroSample& sample) {
+    if (by_wheels()) synchroniser_.push(sample);
+  }
+  void add(const OdometrySample& sample) {
+    if (take_time(kOdometry, sample.time)) odometry_.push(sample);
+  }
+  void add(const RadarScan& scan) {
+    if (by_wheels()) {
+      synchroniser_.push(scan);
+    } else if (take_time(kRadar, scan.time)) {
+      radar_.push(scan);
+    }
+  }
+  void add(const LaserScan& scan) {
+    if (by_wheels()) {
+      synchroniser_.push(scan);
+    } else if (take_time(kLaser, scan.time)) {
+      lasers_.push(scan);
+    }
+  }
+  void finish() {
+    finished_ = true;
+    if (by_wheels()) synchroniser_.finish();
+  }
+
+  std::optional<LogTime> step() { return by_wheels() ? step_by_wheels() : step_by_poses(); }
+  [[nodiscard]] std::string_view waits_for() const { return waits_for_; }
+  [[nodiscard]] const RadarSlam& slam() const { return slam_; }
+  [[nodiscard]] RadarSlamRun result() const;
+
+ private:
+  [[nodiscard]] bool by_wheels() const { return options_.motion == MotionFrom::wheels; }
+  [[nodiscard]] bool listens_to(Stream stream) const {
+    if (stream == kOdometry) return options_.motion == MotionFrom::odometry;
+    return options_.sensors != (stream == kRadar ? SlamSensors::lidar : SlamSensors::radar);
+  }
+
+  bool take_time(Stream stream, LogTime time) {
+    if (!listens_to(stream)) return false;
+    if ((marks_[stream] && time <= *marks_[stream]) || (last_ && time < *last_)) {
+      ++late_;
+      return false;
+    }
+    marks_[stream] = time;
+    now_ = now_ ? std::max(*now_, time) : time;
+    finished_ = false;
+    return true;
+  }
+  /// Whether the stream has come as far as `time`, or is not waited for any longer.
+  [[nodiscard]] bool has_come(Stream stream, LogTime time) const {
+    return !listens_to(stream) || finished_ || (marks_[stream] && *marks_[stream] >= time) ||
+           *now_ >= time + options_.sync.patience;
+  }
+
+  /// From wheels and gyro, on the common time base (steps 1 and 2).
+  std::optional<LogTime> step_by_wheels();
+  /// From poses of odometry at the scans' times; without them the robot stays about where it was.
+  std::optional<LogTime> step_by_poses();
+  /// The frames that make the next scan of the radar, which can end no sooner than they do; of how
+  /// many more belong to it nothing is known where it is not whole.
+  struct Group {
+    std::span<const RadarScan> frames;
+    bool whole = false;
+  };
+  [[nodiscard]] Group group() const;
+  LogTime place_radar(std::span<const RadarScan> frames);
+  LogTime place_laser();
+  void move_to(LogTime time, const char* sensor);
+  std::nullopt_t wait_for(std::string_view what) {
+    waits_for_ = what;
+    return std::nullopt;
+  }
+
+  RbpfOutcome lidar_scan(const LaserScan& scan);
+  RbpfOutcome radar_scan(LogTime time, const PointSet& points);
+  RbpfOutcome taken(const Result<RbpfOutcome>& outcome, const char* sensor, LogTime time) {
+    refusals_.add(outcome, sensor, time);
+    return outcome ? *outcome : RbpfOutcome{};
+  }
+  LogTime done(LogTime time) {
+    laser_watch_.tell(time, faults_);
+    radar_watch_.tell(time, faults_);
+    waits_for_ = {};
+    return time;
+  }
+
+  RadarSlamStreamOptions options_;
+  RadarSlam slam_;
+  RobotSynchroniser synchroniser_;
+  DeadReckoner reckoner_;
+  Waiting<OdometrySample> odometry_;
+  Waiting<RadarScan> radar_;
+  Waiting<LaserScan> lasers_;
+  std::array<std::optional<LogTime>, kStreams> marks_{};  // how far each stream has come
+  std::optional<LogTime> now_, last_;                     // the latest of all; of what was placed
+  std::optional<SE2d> T_odom_last_;
+  bool finished_ = false, begun_ = false;
+  std::string_view waits_for_;
+  std::size_t late_ = 0;
+  FaultLog faults_;
+  Refusals refusals_;
+  Watch laser_watch_{"no LiDAR returns"}, radar_watch_{"no radar points"};
+};
+
+RbpfOutcome RadarSlamStream::Impl::lidar_scan(const LaserScan& scan) {
+  if (!listens_to(kLaser)) return {};
+  bool returned = false;
+  for (std::size_t i = 0; i < scan.ranges_m.size() && !returned; ++i) returned = scan.returned(i);
+  if (returned) laser_watch_.saw(scan.time);
+  return taken(slam_.add_lidar(scan), "LiDAR", scan.time);
+}
+
+RbpfOutcome RadarSlamStream::Impl::radar_scan(LogTime time, const PointSet& points) {
+  if (!listens_to(kRadar)) return {};
+  if (!points.empty()) radar_watch_.saw(time);
+  return taken(slam_.add_radar(time, points), "radar", time);
+}
+
+std::optional<LogTime> RadarSlamStream::Impl::step_by_wheels() {
+  const std::optional<SyncedStep> step = synchroniser_.next();
+  if (!step) return std::nullopt;
+  (void)slam_.move(reckoner_.increment(*step, faults_));
+  if (step->laser) reckoner_.learn(lidar_scan(*step->laser));
+  if (step->radar) reckoner_.learn(radar_scan(step->radar->time, step->radar->points));
+  return done(step->time);
+}
+
+std::optional<LogTime> RadarSlamStream::Impl::step_by_poses() {
+  const auto [frames, whole] = group();
+  if (lasers_.empty() && !whole) return wait_for({});
+  if (!lasers_.empty()) {
+    const LogTime time = lasers_.front().time;
+    if (frames.empty() ? has_come(kRadar, time) : frames.back().time >= time)
+      return has_come(kOdometry, time) ? std::optional(place_laser()) : wait_for("odometry");
+    if (!whole) return wait_for("radar scans");
+  }
+  const LogTime time = frames.back().time;
+  if (lasers_.empty() && !has_come(kLaser, time)) return wait_for("laser scans");
+  return has_come(kOdometry, time) ? std::optional(place_radar(frames)) : wait_for("odometry");
+}
+
+RadarSlamStream::Impl::Group RadarSlamStream::Impl::group() const {
+  const GatherOptions options;
+  const auto frames = radar_.span();
+  const std::size_t n = frames_of_one_scan(frames, options);
+  if (n == 0) return {};
+  const bool silent =
+      *now_ > frames.front().time + from_seconds(options.longest_s) + options_.sync.patience;
+  return {frames.first(n), n == options.frames || n < frames.size() || finished_ || silent};
+}
+
+LogTime RadarSlamStream::Impl::place_radar(std::span<const RadarScan> frames) {
+  const GatheredRadar scan = gather(frames, options_.sync.T_base_radar, options_.sync.array,
+                                    OdometryTrack(odometry_.span()));
+  radar_.pop(frames.size());
+  move_to(scan.time, "motion to radar");
+  (void)radar_scan(scan.time, scan.points);
+  return done(scan.time);
+}
+
+LogTime RadarSlamStream::Impl::place_laser() {
+  const LaserScan scan = lasers_.front();
+  lasers_.pop(1);
+  move_to(scan.time, "motion to LiDAR");
+  (void)lidar_scan(scan);
+  return done(scan.time);
+}
+
+void RadarSlamStream::Impl::move_to(LogTime time, const char* sensor) {
+  constexpr MotionNoise kBlind{0.15, 0.0, 0.0, Angle::degrees(8.0), 0.0, 0.0};
+  const auto samples = odometry_.span();
+  const auto told = OdometryTrack(samples).at(time);
+  const std::optional<SE2d> now = told ? std::optional(told->raw()) : std::nullopt;
+  if (std::exchange(begun_, true))
+    refusals_.add(slam_.move(now && T_odom_last_ ? believed(T_odom_last_->inverse() * *now,
+                                                            options_.reckoning.odometry)
+                                                 : believed(SE2d(), kBlind)),
+                  sensor, time);
+  T_odom_last_ = now;
+  last_ = time;
+  // Frames of the radar that wait are no older than this.
+  const LogTime needed =
+      std::min(time, radar_.empty() ? time : radar_.front().time) - from_seconds(1.0);
+  const auto first = std::partition_point(samples.begin(), samples.end(),
+                                          [&](const auto& s) { return s.time <= needed; });
+  if (first - samples.begin() > 1)
+    odometry_.pop(static_cast<std::size_t>(first - samples.begin()) - 1);
+}
+
+RadarSlamRun RadarSlamStream::Impl::result() const {
+  Refusals all = refusals_;
+  all.add_late(late_ + synchroniser_.statistics().refused_late);
+  RadarSlamRun run{slam_.trajectory(),
+                   slam_.lidar_map(),
+                   slam_.radar_map(),
+                   slam_.statistics(),
+                   {},
+                   {},
+                   faults_.faults(Duration(500'000'000)),
+                   reckoner_.gyro_bias_rad_s(),
+                   all.count,
+                   std::move(all.first)};
+  for (const auto& particle : slam_.particles())
+    run.particles.push_back(
+        {run.trajectory.back().time, Transform2<frame::Map, frame::Base>(particle.pose)});
+  run.log_weights.assign(slam_.log_weights().begin(), slam_.log_weights().end());
+  return run;
+}
+
+RadarSlamStream::RadarSlamStream(const RadarSlamStreamOptions& options)
+    : impl_(std::make_unique<Impl>(options)) {}
+RadarSlamStream::~RadarSlamStream() = default;
+RadarSlamStream::RadarSlamStream(RadarSlamStream&&) noexcept = default;
+RadarSlamStream& RadarSlamStream::operator=(RadarSlamStream&&) noexcept = default;
+
+void RadarSlamStream::add(const WheelSample& sample) { impl_->add(sample); }
+void RadarSlamStream::add(const GyroSample& sample) { impl_->add(sample); }
+void RadarSlamStream::add(const OdometrySample& sample) { impl_->add(sample); }
+void RadarSlamStream::add(const RadarScan& scan) { impl_->add(scan); }
+void RadarSlamStream::add(const LaserScan& scan) { impl_->add(scan); }
+void RadarSlamStream::finish() { impl_->finish(); }
+std::optional<LogTime> RadarSlamStream::step() { return impl_->step(); }
+std::string_view RadarSlamStream::waits_for() const { return impl_->waits_for(); }
+const RadarSlam& RadarSlamStream::slam() const { return impl_->slam(); }
+const OccupancyGrid& RadarSlamStream::map() const {
+  return slam().lidar_map().bounds() ? slam().lidar_map() : slam().radar_map();
+}
+RadarSlamRun RadarSlamStream::result() const { return impl_->result(); }
+
+}  // namespace wayfare
