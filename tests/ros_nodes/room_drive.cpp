@@ -41,7 +41,9 @@ const Recording& room_drive() {
 const Recording& radar_drive() {
   static const Recording recording = [] {
     const Rng rng(1);
-    Recording r = *sim::simulate_world(*sim::make_world("room", rng), sim::turtlebot(rng), rng);
+    auto world = *sim::make_world("room", rng);
+    world.route_m.resize(3);
+    Recording r = *sim::simulate_world(world, sim::turtlebot(rng), rng);
     r.wheels.clear(), r.gyro.clear();
     r.radar_max_speed_m_s = 0.0;  // no message says it
     // Ending one after the other, so that nothing is waited for in vain.
