@@ -8,7 +8,10 @@
 namespace wayfare {
 namespace {
 
-constexpr int kMargin = 20;  // units kept on the low side; see bound_index
+using kernels::kBoundMarginX;
+using kernels::kBoundMarginY;
+
+constexpr std::size_t kPastEnd = 64;  // zeros for what reads past the last row
 
 std::size_t at(int x, int y, int width) {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
@@ -32,20 +35,22 @@ void widen(std::vector<std::uint8_t>& a, int width, int height, int shift,
     max_into(a.data() + at(0, y, width), a.data() + at(0, y + shift, width), width);
 }
 
-/// Entry (R, Q) of plane (q, p) holds units (4Q + p, 4(R + j) + q), j < 4, as four bytes.
+/// Row 4y + p holds for each Q units (4Q + p, y + 4j), j < 4, as four bytes: what neighbours read
+/// lies in few pages.
 void interleave(const std::vector<std::uint8_t>& windows, int width, MaxPyramid::Level& level) {
   const auto interleave_rows = kernels::best_kernels().interleave;
-  level.table.resize(at(0, 16 * level.rows, level.columns));
-  for (int q = 0; q < 4; ++q)
-    for (int r = 0; r < level.rows; ++r) {
-      const std::uint8_t* in[4];
-      std::uint8_t* out[4];
-      for (int j = 0; j < 4; ++j) {
-        in[j] = windows.data() + at(0, 4 * (r + j) + q, width);
-        out[j] = level.table.data() + at(0, (q * 4 + j) * level.rows + r, level.columns);
-      }
-      interleave_rows(in, level.columns / 4, out);
+  const std::size_t size = at(0, 16 * level.rows, level.columns);
+  level.table.resize(size + kPastEnd);
+  std::fill_n(level.table.data() + size, kPastEnd, std::uint8_t{0});
+  for (int y = 0; y < 4 * level.rows; ++y) {
+    const std::uint8_t* in[4];
+    std::uint8_t* out[4];
+    for (int j = 0; j < 4; ++j) {
+      in[j] = windows.data() + at(0, y + 4 * j, width);
+      out[j] = level.table.data() + at(0, 4 * y + j, level.columns);
     }
+    interleave_rows(in, level.columns / 4, out);
+  }
 }
 
 }  // namespace
@@ -54,8 +59,8 @@ void MaxPyramid::keep_pairs(int stride) {
   const int border = MatchGrid::kBorder;
   pairs_.assign(at(0, grid_.height() + 2 * border, grid_.stride()), 0);
   for (int y = -1; y < grid_.height(); ++y)
-    std::copy_n(windows_.data() + at(kMargin - 1, y + kMargin, stride), grid_.width() + 1,
-                pairs_.data() + at(border - 1, y + border, grid_.stride()));
+    std::copy_n(windows_.data() + at(kBoundMarginX - 1, y + kBoundMarginY, stride),
+                grid_.width() + 1, pairs_.data() + at(border - 1, y + border, grid_.stride()));
 }
 
 void MaxPyramid::build(MatchGrid grid) {
@@ -66,12 +71,13 @@ void MaxPyramid::build(MatchGrid grid) {
     Level& level = levels_[static_cast<std::size_t>(l)];
     level.width = width;
     level.height = height;
-    level.columns = 4 * ((width + kMargin) / 4 + 5);
-    level.rows = (height + kMargin) / 4 + 2;
+    // Past the end of a row lies the margin of the next.
+    level.columns = 4 * ((width + kBoundMarginX) / 4 + 1);
+    level.rows = (height + kBoundMarginY) / 4 + 2;
     const int stride = level.columns, padded_height = 4 * (level.rows + 3) + 4;
     windows_.assign(at(0, padded_height, stride), 0);
     for (int y = 0; y < height; ++y) {
-      std::uint8_t* line = windows_.data() + at(kMargin, y + kMargin, stride);
+      std::uint8_t* line = windows_.data() + at(kBoundMarginX, y + kBoundMarginY, stride);
       if (l == 0)
         sixteenths(grid_.data() + std::ptrdiff_t{y} * grid_.stride(), width, line);
       else
@@ -85,7 +91,8 @@ void MaxPyramid::build(MatchGrid grid) {
     units_.resize(at(0, next_height, next_width));
     for (int y = 0; y < next_height; ++y)
       for (int x = 0; x < next_width; ++x)
-        units_[at(x, y, next_width)] = windows_[at(4 * x + kMargin, 4 * y + kMargin, stride)];
+        units_[at(x, y, next_width)] =
+            windows_[at(4 * x + kBoundMarginX, 4 * y + kBoundMarginY, stride)];
     if (l > 0) widen(windows_, stride, padded_height, 1, row_);
     interleave(windows_, stride, level);
     width = next_width;

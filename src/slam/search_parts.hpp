@@ -2,6 +2,7 @@
 
 // What branch and bound in wide and in small windows have in common.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +16,11 @@ namespace wayfare::detail {
 inline std::int64_t least_sum(const CandidateSpace& s, const Best& best) {
   if (best.objective <= 0) return 0;
   return static_cast<std::int64_t>(std::floor(best.objective / s.weight * (1 - 1e-12)));
+}
+
+/// Of the numbers from `first` on, `count` of them.
+inline int nearest_to_zero(int first, int count) {
+  return first > 0 ? first : std::min(0, first + count - 1);
 }
 
 /// Points looked at before any other.

@@ -29,7 +29,7 @@ struct BranchAndBoundMatcher::SmallSearch {
   std::uint32_t least = static_cast<std::uint32_t>(s.min_sum);  ///< a smaller sum cannot win
 
   static kernels::BoundTable table_of(const MaxPyramid::Level& l) {
-    return {l.table.data(), 0, l.width, l.height, l.columns, l.rows};
+    return {l.table.data(), 0, l.width, l.height, l.columns};
   }
 
   /// Of the points after the first, those that fit the best candidate worst come next.

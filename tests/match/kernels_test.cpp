@@ -58,16 +58,20 @@ struct Case {
   }
   [[nodiscard]] kernels::BoundTable bounds(int level) const {
     const auto& l = pyramid.level(level);
-    return {l.table.data(), 2 * level, l.width, l.height, l.columns, l.rows};
+    return {l.table.data(), 2 * level, l.width, l.height, l.columns};
   }
-  [[nodiscard]] Sums bound_scores(const Kernels& k, int level) const {
+  /// Of the group `group` places along x from the turn's.
+  [[nodiscard]] Ints bound_index(const Kernels& k, int level, int group) const {
     Ints u, v, at(x.size());
     place(k, u, v);
     const auto b = bounds(level);
-    k.bound_index(u.data(), v.data(), padded, turn.du, turn.dv, b.shift, b.width, b.height,
-                  b.columns, b.rows, at.data());
-    Sums sums(16);
-    k.bound_scores(b.table, at.data(), n, sums.data());
+    k.bound_index(u.data(), v.data(), padded, turn.du + group * (16 << b.shift), turn.dv, b.shift,
+                  b.width, b.height, b.columns, at.data());
+    return at;
+  }
+  [[nodiscard]] Sums bound_scores(const Kernels& k, int level, int group = 0) const {
+    Sums sums(16, 0);
+    k.bound_scores(bounds(level).table, bound_index(k, level, group).data(), n, sums.data());
     return sums;
   }
   [[nodiscard]] Sums turned_bounds(const Kernels& k, int level) const {
@@ -217,6 +221,31 @@ TEST(Kernels, FusedBoundsEqualTheStepwiseOnes) {
       const Case test(rng);
       const int level = i % MaxPyramid::kLevels;
       ASSERT_EQ(test.turned_bounds(variant, level), test.bound_scores(portable, level));
+    }
+  });
+}
+
+/// In two parts, as they add to what is there.
+TEST(Kernels, RowsOfGroupsAreFourOfThem) {
+  for_each_variant([](const Kernels& variant, const Kernels& portable) {
+    Rng rng(27);
+    for (int i = 0; i < 200; ++i) {
+      const Case test(rng);
+      const int level = i % MaxPyramid::kLevels, first = test.n / 3;
+      const Ints at = test.bound_index(variant, level, 0);
+      const std::uint8_t* table = test.bounds(level).table;
+      Sums row(64, 0), top(4);
+      variant.row_bound_scores(table, at.data(), first, row.data(), top.data());
+      variant.row_bound_scores(table, at.data() + first, test.n - first, row.data(), top.data());
+      for (std::ptrdiff_t g = 0; g < 4; ++g) {
+        const Sums want = test.bound_scores(portable, level, static_cast<int>(g));
+        ASSERT_EQ(Sums(row.begin() + 16 * g, row.begin() + 16 * (g + 1)), want);
+        ASSERT_EQ(top[static_cast<std::size_t>(g)], *std::max_element(want.begin(), want.end()));
+        Sums alone(16, 0);
+        ASSERT_EQ(variant.bound_scores(table + 16 * g, at.data(), test.n, alone.data()),
+                  top[static_cast<std::size_t>(g)]);
+        ASSERT_EQ(alone, want);
+      }
     }
   });
 }

@@ -10,6 +10,9 @@ namespace wayfare::kernels {
 /// Rows and columns of candidate offsets a block of scores covers.
 inline constexpr int kBlock = 16;
 
+/// Units of zeros before the grid in a bound table: a row of four groups may begin 64 before it.
+inline constexpr int kBoundMarginX = 68, kBoundMarginY = 20;
+
 /// A turn and shift in cells; the offsets are added to whole cells.
 struct Turn {
   float c, s, ox, oy, limit;
@@ -25,7 +28,7 @@ struct Field {
 /// A level of a MaxPyramid, as bound_index reads it.
 struct BoundTable {
   const std::uint8_t* table;
-  int shift, width, height, columns, rows;
+  int shift, width, height, columns;
 };
 
 struct Kernels {
@@ -44,10 +47,13 @@ struct Kernels {
                       std::uint32_t* sums);
   /// Positions in an interleaved bound table of the group whose corner is (u + du, v + dv).
   void (*bound_index)(const std::int32_t* u, const std::int32_t* v, int n, int du, int dv,
-                      int shift, int width, int height, int columns, int rows, std::int32_t* index);
-  /// sums[k] = Σ table[index + k], k < 16.
-  void (*bound_scores)(const std::uint8_t* table, const std::int32_t* index, int n,
-                       std::uint32_t* sums);
+                      int shift, int width, int height, int columns, std::int32_t* index);
+  /// sums[k] += Σ table[index + k], k < 16. The largest of the sums.
+  std::uint32_t (*bound_scores)(const std::uint8_t* table, const std::int32_t* index, int n,
+                                std::uint32_t* sums);
+  /// Likewise for k < 64, four groups beside each other along x, and top[g] the largest of each.
+  void (*row_bound_scores)(const std::uint8_t* table, const std::int32_t* index, int n,
+                           std::uint32_t* sums, std::uint32_t* top);
   /// Turns n ≤ 256 points like `place`, then like `bound_index` with Turn::du and dv, and adds what
   /// the bound table holds for them: sums[k] += Σ, k < 16. The largest of the sums. May read up to
   /// 15 points past n.

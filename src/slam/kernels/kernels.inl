@@ -123,20 +123,25 @@ void pair_scores(const uint8_t* __restrict table, int stride, const int32_t* __r
 }
 
 void bound_index(const int32_t* __restrict u, const int32_t* __restrict v, int n, int du, int dv,
-                 int shift, int width, int height, int columns, int rows, int32_t* __restrict out) {
+                 int shift, int width, int height, int columns, int32_t* __restrict out) {
   for (int i = 0; i < n; ++i) {
-    const int32_t x = clamped((u[i] + du) >> shift, -20, width) + 20;
-    const int32_t y = clamped((v[i] + dv) >> shift, -20, height) + 20;
-    out[i] = (((y & 3) * 4 + (x & 3)) * rows + (y >> 2)) * columns + (x >> 2) * 4;
+    const int32_t x = clamped((u[i] + du) >> shift, -kBoundMarginX, width) + kBoundMarginX;
+    const int32_t y = clamped((v[i] + dv) >> shift, -kBoundMarginY, height) + kBoundMarginY;
+    out[i] = (4 * y + (x & 3)) * columns + (x & ~3);
   }
 }
 
+inline uint32_t largest(const uint32_t* sums) {
+  uint32_t top = 0;
+  for (int k = 0; k < 16; ++k) top = top > sums[k] ? top : sums[k];
+  return top;
+}
+
 // 256 bytes fit 16 bits.
-void bound_scores(const uint8_t* __restrict table, const int32_t* __restrict at, int n,
-                  uint32_t* __restrict sums) {
+uint32_t bound_scores(const uint8_t* __restrict table, const int32_t* __restrict at, int n,
+                      uint32_t* __restrict sums) {
   typedef uint8_t Bytes __attribute__((vector_size(16), aligned(1), may_alias));
   typedef uint16_t Lanes __attribute__((vector_size(32)));
-  for (int k = 0; k < 16; ++k) sums[k] = 0;
   for (int begin = 0; begin < n; begin += 256) {
     const int end = begin + 256 < n ? begin + 256 : n;
     Lanes even = {}, odd = {};
@@ -150,6 +155,29 @@ void bound_scores(const uint8_t* __restrict table, const int32_t* __restrict at,
     for (int k = 0; k < 16; ++k)
       sums[k] += static_cast<uint32_t>(even[k]) + static_cast<uint32_t>(odd[k]);
   }
+  return largest(sums);
+}
+
+// Pairs of bytes as 16-bit lanes: the high ones apart, and out of the sum of both at the end.
+void row_bound_scores(const uint8_t* __restrict table, const int32_t* __restrict at, int n,
+                      uint32_t* __restrict sums, uint32_t* __restrict top) {
+  typedef uint16_t Lanes __attribute__((vector_size(64)));
+  typedef Lanes Bytes __attribute__((aligned(1), may_alias));
+  for (int begin = 0; begin < n; begin += 256) {
+    const int end = begin + 256 < n ? begin + 256 : n;
+    Lanes both = {}, high = {};
+    for (int i = begin; i < end; ++i) {
+      const Lanes pairs = *reinterpret_cast<const Bytes*>(table + at[i]);
+      both += pairs;
+      high += pairs >> 8;
+    }
+    both -= high << 8;
+    for (int k = 0; k < 32; ++k) {
+      sums[2 * k] += both[k];
+      sums[2 * k + 1] += high[k];
+    }
+  }
+  for (int g = 0; g < 4; ++g) top[g] = largest(sums + 16 * g);
 }
 
 // Blocks of 64 points stay in registers and the nearest cache; four sums hide the adder's latency.
@@ -164,7 +192,7 @@ uint32_t turned_bounds(const float* __restrict x, const float* __restrict y, int
     const int count = n - begin < kChunk ? n - begin : kChunk;
     const int whole = (count + 15) / 16 * 16;
     place(x + begin, y + begin, whole, turn.c, turn.s, turn.ox, turn.oy, turn.limit, u, v);
-    bound_index(u, v, whole, turn.du, turn.dv, b.shift, b.width, b.height, b.columns, b.rows, at);
+    bound_index(u, v, whole, turn.du, turn.dv, b.shift, b.width, b.height, b.columns, at);
     int i = 0;
     for (; i + 3 < count; i += 4)
       for (int j = 0; j < 4; ++j)
@@ -174,12 +202,8 @@ uint32_t turned_bounds(const float* __restrict x, const float* __restrict y, int
       a[0] += __builtin_convertvector(*reinterpret_cast<const Bytes*>(b.table + at[i]), Lanes);
   }
   const Lanes all = (a[0] + a[1]) + (a[2] + a[3]);  // 256 bytes fit 16 bits
-  uint32_t top = 0;
-  for (int k = 0; k < 16; ++k) {
-    sums[k] += all[k];
-    top = top > sums[k] ? top : sums[k];
-  }
-  return top;
+  for (int k = 0; k < 16; ++k) sums[k] += all[k];
+  return largest(sums);
 }
 
 // Lanes of sixteen in every variant, so that the sums round alike; lanes past the end read zeros.
@@ -399,8 +423,9 @@ void min_max(const int32_t* __restrict values, int n, int32_t* __restrict low,
 }  // namespace
 
 extern const Kernels table;
-const Kernels table = {place,        index,         block_scores, pair_scores,      bound_index,
-                       bound_scores, turned_bounds, linearise,    bilinear_squares, bicubic_squares,
-                       stamp,        interleave,    sixteenths,   max_into,         min_max};
+const Kernels table = {place,       index,            block_scores,     pair_scores,
+                       bound_index, bound_scores,     row_bound_scores, turned_bounds,
+                       linearise,   bilinear_squares, bicubic_squares,  stamp,
+                       interleave,  sixteenths,       max_into,         min_max};
 
 }  // namespace wayfare::kernels::WAYFARE_ISA
