@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 
 #include <wayfare/graph/scalar_solver.hpp>
@@ -28,15 +27,7 @@ TYPED_TEST(LinearSolverTest, AgreesWithADenseFactorisationOnAnyPattern) {
   for (const auto& [columns, couplings] : {std::pair{1, 0}, {2, 1}, {9, 0}, {30, 60}, {40, 400}}) {
     BlockSparse<kBlock> h(columns, random_pairs(rng, columns, couplings));
     TypeParam solver;
-    solver.analyse(h);
-    for (int again = 0; again < 2; ++again) {  // other values on the kept pattern
-      const Eigen::MatrixXd dense = fill(h, rng);
-      ASSERT_TRUE(solver.factorise(h).ok);
-      const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(dense.rows(), -1.0, 2.0);
-      Eigen::VectorXd x = b;
-      solver.solve_in_place(x);
-      EXPECT_LT((dense.llt().solve(b) - x).norm(), 1e-12 * b.norm());
-    }
+    tests::expect_solves(solver, h, rng);
   }
 }
 

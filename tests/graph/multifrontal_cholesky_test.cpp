@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-
 #include "core/counted_heap.hpp"
 #include "graph/shapes.hpp"
 
@@ -27,15 +25,7 @@ TYPED_TEST(MultifrontalCholeskyTest, AgreesWithADenseFactorisationOnEveryShape) 
   for (const auto& shape : all_shapes(rng)) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
     BlockSparse<TypeParam::kBlock> h(shape.columns, shape.pairs);
-    solver.analyse(h);
-    for (int again = 0; again < 2; ++again) {  // other values on the kept pattern
-      const Eigen::MatrixXd dense = fill(h, rng);
-      ASSERT_TRUE(solver.factorise(h).ok);
-      const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(dense.rows(), -1.0, 2.0);
-      Eigen::VectorXd x = b;
-      solver.solve_in_place(x);
-      EXPECT_LT((dense.llt().solve(b) - x).norm(), 1e-12 * b.norm());
-    }
+    tests::expect_solves(solver, h, rng);
   }
 }
 

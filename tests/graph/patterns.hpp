@@ -6,6 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include <wayfare/core/random.hpp>
@@ -52,6 +55,21 @@ Eigen::MatrixXd fill(BlockSparse<N>& h, Rng& rng) {
     h.block(h.diagonal_index(c)) = dense.block<N, N>(c * N, c * N);
   }
   return dense;
+}
+
+/// That the solver's solutions are those of a dense factorisation, twice on one pattern with other
+/// values.
+template <class Solver>
+void expect_solves(Solver& solver, BlockSparse<Solver::kBlock>& h, Rng& rng) {
+  solver.analyse(h);
+  for (int again = 0; again < 2; ++again) {
+    const Eigen::MatrixXd dense = fill(h, rng);
+    ASSERT_TRUE(solver.factorise(h).ok);
+    const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(dense.rows(), -1.0, 2.0);
+    Eigen::VectorXd x = b;
+    solver.solve_in_place(x);
+    EXPECT_LT((dense.llt().solve(b) - x).norm(), 1e-12 * b.norm());
+  }
 }
 
 }  // namespace wayfare::tests
