@@ -57,10 +57,18 @@ class Live : public ::testing::Test {
     return full.append("/").append(name);
   }
   static Command in_its_own_topics(Command command) {
-    for (const char* name :
-         {"scan", "odom", "map", "path", "pose", "tf", "tf_static", "radar", "radar_points"})
+    for (const char* name : {"scan", "odom", "map", "path", "pose", "tf", "tf_static", "radar",
+                             "radar_points", "imu", "magnetic_field"})
       command.push_back(std::string("/").append(name).append(":=").append(topic(name)));
     return command;
+  }
+  /// A recording, twenty times as fast as it was, once every topic of `heard` has a listener.
+  static Process play(const std::string& recording, const Command& heard,
+                      const Command& options = {}) {
+    Command command = {WAYFARE_PLAY_RECORDING, recording, "--speed", "20", "__name:=player"};
+    for (const std::string& topic : heard) command.insert(command.end(), {"--wait-for", topic});
+    command.insert(command.end(), options.begin(), options.end());
+    return Process(in_its_own_topics(command), path("player.txt"));
   }
   /// What is heard on a topic from now on.
   template <class M>

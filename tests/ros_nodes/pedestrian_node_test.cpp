@@ -1,7 +1,5 @@
 // Steps out of inertial messages, without ROS.
 
-#include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -9,23 +7,13 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/ros/pedestrian_node.hpp>
+#include "ros_nodes/walk.hpp"
 
 namespace wayfare {
 namespace {
 
 using ::testing::HasSubstr;
-
-/// Readings of a unit that bobs up and down twice a second, as a walking body does.
-std::vector<ImuSample> walk(double seconds) {
-  std::vector<ImuSample> samples;
-  for (int i = 0; i < static_cast<int>(100.0 * seconds); ++i) {
-    const double t = 0.01 * i;
-    const double bob = t < 2.0 ? 0.0 : 3.0 * std::sin(2.0 * std::numbers::pi * 2.0 * t);
-    samples.push_back({LogTime::from_seconds(1000.0 + t), Eigen::Vector3d::Zero(),
-                       Eigen::Vector3d(0.0, 0.0, 9.81 + bob)});
-  }
-  return samples;
-}
+using testing::walk;
 
 struct Given {
   std::vector<ros::Odometry> odometry;

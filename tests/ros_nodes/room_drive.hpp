@@ -4,8 +4,6 @@
 
 #include <wayfare/measure/recording.hpp>
 #include <wayfare/ros/convert.hpp>
-#include <wayfare/sim/plan_text.hpp>
-#include <wayfare/sim/simulate_recording.hpp>
 
 namespace wayfare::testing {
 

@@ -3,6 +3,7 @@
 // Simulated runs that several families test on.
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include <wayfare/sim/plan_text.hpp>
@@ -30,19 +31,22 @@ inline sim::SimulatedRun simulate(std::string_view plan_text, const sim::RobotPa
   return sim::simulate_recording(way.plan, way.route_m, robot, Rng(seed)).value();
 }
 
-/// Two rooms with two gaps in the wall between them, 10 m × 4 m.
-inline constexpr std::string_view kOffice = R"(metres_per_character 0.5
-route a b c
+/// Two rooms with two gaps in the wall between them, 10 m × 4 m, driven through along the marks a
+/// to d.
+inline std::string office_plan(const std::string& route) {
+  return "metres_per_character 0.5\nroute " + route + R"(
 picture
 ####################
 #        #         #
 # a                #
 #           b      #
 #        #         #
-#        #  c      #
+#   d    #  c      #
 #                  #
 ####################
 )";
+}
+inline const std::string kOffice = office_plan("a b c");
 
 /// A ring of corridors, 18 m × 11 m, driven round twice.
 inline constexpr std::string_view kRing = R"(metres_per_character 0.5
