@@ -89,6 +89,10 @@ void describe_solution(CommandLine& app, Arguments& a, MaybeStart& start) {
                  "gn: Gauss-Newton, falling back to lm where a step fails (default); lm: "
                  "Levenberg-Marquardt");
   app.add_choice("--solver", a.solver, kSolvers, "sparse Cholesky (default block: our own)");
+  app.add_option("--threads", a.options.threads,
+                 "that factorise with the block solver; the results do not depend on them")
+      .range(1, 256)
+      .show_default();
   app.add_option("--max-iterations", a.options.max_iterations, "linear systems solved at most")
       .range(1, 1'000'000)
       .show_default();

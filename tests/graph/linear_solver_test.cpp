@@ -54,6 +54,7 @@ struct SaysNothing {
   void solve_in_place(Eigen::VectorXd&) {}
 };
 static_assert(!LinearSolver<SaysNothing>);
+static_assert(!ThreadedSolver<EigenSolver<3>>);
 static_assert(
     LinearSolver<ScalarSolver<3, Eigen::SimplicialLLT<ScalarExpansion<3>::Matrix, Eigen::Upper>>>);
 

@@ -74,5 +74,22 @@ TYPED_TEST(MultifrontalCholeskyTest, GivesTheSameBitsAndTakesNoMemoryAgain) {
   EXPECT_EQ(first, elsewhere);
 }
 
+TYPED_TEST(MultifrontalCholeskyTest, TakesNoMemoryAgainOnTwoThreads) {
+  WAYFARE_NEEDS_COUNTED_HEAP();
+  Rng rng(34);
+  const auto shape = tests::grid(60, 60);
+  BlockSparse<TypeParam::kBlock> h(shape.columns, shape.pairs);
+  tests::fill_dominant(h, rng);
+  TypeParam solver;
+  solver.set_threads(2);
+  solver.analyse(h);
+  ASSERT_TRUE(solver.factorise(h).ok);
+  Eigen::VectorXd x = Eigen::VectorXd::Ones(shape.columns * TypeParam::kBlock);
+  const std::size_t before = tests::allocations;
+  ASSERT_TRUE(solver.factorise(h).ok);
+  solver.solve_in_place(x);
+  EXPECT_EQ(tests::allocations, before);
+}
+
 }  // namespace
 }  // namespace wayfare

@@ -72,4 +72,21 @@ void expect_solves(Solver& solver, BlockSparse<Solver::kBlock>& h, Rng& rng) {
   }
 }
 
+/// Fills a pattern too large for a dense matrix, diagonally dominant as well.
+template <int N>
+void fill_dominant(BlockSparse<N>& h, Rng& rng) {
+  std::vector<int> met(static_cast<std::size_t>(h.columns()), 1);
+  for (int c = 0; c < h.columns(); ++c) {
+    for (int i = h.starts()[static_cast<std::size_t>(c)]; i < h.diagonal_index(c); ++i) {
+      for (double& v : h.block(i).reshaped()) v = rng.uniform(-1, 1);
+      ++met[static_cast<std::size_t>(c)];
+      ++met[static_cast<std::size_t>(h.rows()[static_cast<std::size_t>(i)])];
+    }
+  }
+  for (int c = 0; c < h.columns(); ++c) {
+    h.block(h.diagonal_index(c)).setIdentity();
+    h.block(h.diagonal_index(c)) *= static_cast<double>(N * met[static_cast<std::size_t>(c)]);
+  }
+}
+
 }  // namespace wayfare::tests

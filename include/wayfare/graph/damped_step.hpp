@@ -21,6 +21,11 @@ class DampedStep {
  public:
   static constexpr int kDof = ManifoldTraits<G>::kDof;
 
+  /// For factorisations, where the solver can.
+  void set_threads(int threads) {
+    if constexpr (ThreadedSolver<Solver>) solver_.set_threads(threads);
+  }
+
   /// Lays out the equations of a validated graph; returns whether the layout could be kept.
   bool prepare(const PoseGraph<G>& graph) {
     const PhaseTimer timer(times_.analyse_s);

@@ -33,6 +33,12 @@ concept LinearSolver = std::default_initializable<S> &&
   solver.solve_in_place(x);
 };
 
+/// A LinearSolver that factorises on several threads where it is told to, with the same result.
+template <class S>
+concept ThreadedSolver = LinearSolver<S> && requires(S& solver) {
+  solver.set_threads(2);
+};
+
 /// A LinearSolver that finds chosen blocks of H⁻¹ together for much less than a solution each:
 /// after `invert()`, `inverse_block(row, column, block)` gives at least those of the diagonal and
 /// of H's pattern, and false for others and before it.

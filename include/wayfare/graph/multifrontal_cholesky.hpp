@@ -26,6 +26,7 @@ class MultifrontalFactor {
   ~MultifrontalFactor();
 
   void analyse(std::span<const int> starts, std::span<const int> rows, int block);
+  void set_threads(int threads);
   /// The block column at which the matrix stops being positive definite, −1 where it is.
   int factorise(const double* values);
   void solve_in_place(double* x);
@@ -44,6 +45,10 @@ class MultifrontalCholesky {
  public:
   static_assert(N == 2 || N == 3 || N == 6, "the kernels are compiled for these");
   static constexpr int kBlock = N;
+
+  /// Threads that further factorisations may use, at least one (the default), of which all but the
+  /// caller's are kept waiting; a small matrix stays with one. Results are the same bits for any.
+  void set_threads(int threads) { factor_.set_threads(threads); }
 
   void analyse(const BlockSparse<N>& h) { factor_.analyse(h.starts(), h.rows(), N); }
 
@@ -66,6 +71,7 @@ class MultifrontalCholesky {
   MultifrontalFactor factor_;
 };
 
+static_assert(ThreadedSolver<MultifrontalCholesky<3>>);
 static_assert(SelectedInverse<MultifrontalCholesky<3>> && SelectedInverse<MultifrontalCholesky<6>>);
 
 }  // namespace wayfare

@@ -79,6 +79,7 @@ Result<void> PoseGraphOptimiser<G, S>::run(PoseGraph<G>& graph, const OptimiseOp
     const PhaseTimer timer(step_.times().validate_s);
     if (auto valid = validate(graph); !valid) return valid;
   }
+  step_.set_threads(options.threads);
   report.structure_reused = step_.prepare(graph);
   report.initial_cost = report.final_cost = step_.linearise(graph, options.kernel);
   report.initial_chi2 = step_.equations().chi2();

@@ -31,6 +31,9 @@ struct OptimiseOptions {
   double min_absolute_gain = 1e-9;
   double initial_damping = 1e-4;  ///< λ₀, relative to H's diagonal; larger: more careful start
   double max_damping = 1e12;      ///< gives up when λ would pass this
+  /// That factorise, where the solver can (ThreadedSolver) and the graph is large; the result is
+  /// the same for any number. More: large graphs sooner, while nothing else needs the cores.
+  int threads = 1;
   /// Called after every iteration with its number (from 1); return false to stop with the best
   /// poses so far.
   std::function<bool(int, const IterationRecord&)> progress{};

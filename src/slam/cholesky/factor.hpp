@@ -2,23 +2,25 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "cholesky/aligned.hpp"
 #include "cholesky/fronts.hpp"
+#include "cholesky/parallel.hpp"
 
 namespace wayfare::cholesky {
 
-/// The numbers of a multifrontal factorisation and where they lie. Updates lie on two stacks, those
-/// of fronts at even and at odd depth, so that a front's own never lies in the way of its
-/// children's.
+/// The numbers of a multifrontal factorisation and where they lie. Updates of a
+/// task lie on two stacks, those of fronts at even and at odd depth, so that a front's own never
+/// lies in the way of its children's.
 class Factor {
  public:
   explicit Factor(FrontPlan plan);
 
   /// `h`: the values of the pattern's blocks. The original column at which H stops being positive
-  /// definite, −1 where it is.
-  int factorise(const double* h);
+  /// definite, −1 where it is. The same for any number of threads, to the last bit.
+  int factorise(const double* h, int threads = 1);
 
   /// L y = x, then Lᵀ z = y, in the original order of columns.
   void solve_in_place(double* x);
@@ -38,7 +40,9 @@ class Factor {
   };
 
   void place_fronts();
+  void set_threads(int threads);
   void place_updates();
+  void place_updates(std::size_t begin, std::size_t end, const std::vector<int>& depth);
   int factorise_front(std::size_t s, const double* h);
   [[nodiscard]] Panel panel(std::size_t s, const AlignedDoubles& values) const;
   [[nodiscard]] Update update_of(int child) const;
@@ -46,6 +50,9 @@ class Factor {
   FrontPlan plan_;
   const FrontKernels& kernels_;
   std::vector<Place> places_;
+  TaskTree tasks_;
+  int threads_ = 0;
+  std::unique_ptr<Crew> crew_;  // none for one task
   std::size_t factor_size_ = 0, stack_size_ = 0, inverse_scratch_ = 0;
   int most_scratch_ = 0;
   AlignedDoubles values_, stack_, inverse_;

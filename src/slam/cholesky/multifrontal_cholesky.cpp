@@ -10,6 +10,7 @@ namespace wayfare {
 
 struct MultifrontalFactor::State {
   std::optional<cholesky::Factor> factor;
+  int threads = 1;
 };
 
 MultifrontalFactor::MultifrontalFactor() : state_(std::make_unique<State>()) {}
@@ -22,9 +23,14 @@ void MultifrontalFactor::analyse(std::span<const int> starts, std::span<const in
   state_->factor.emplace(cholesky::plan_fronts({starts, rows}, block));
 }
 
+void MultifrontalFactor::set_threads(int threads) {
+  WAYFARE_EXPECTS(threads > 0, "there is a thread to factorise");
+  state_->threads = threads;
+}
+
 int MultifrontalFactor::factorise(const double* values) {
   WAYFARE_EXPECTS(state_->factor, "the pattern has been analysed");
-  return state_->factor->factorise(values);
+  return state_->factor->factorise(values, state_->threads);
 }
 
 void MultifrontalFactor::solve_in_place(double* x) { state_->factor->solve_in_place(x); }

@@ -22,14 +22,6 @@ struct Node {
   int child = -1, part = -1, next = -1;
 };
 
-/// Nanoseconds a front takes, about: to set up, to write its update and add it to the parent's, and
-/// to compute.
-double cost(int columns, int rows, int block) {
-  constexpr double kFront = 100.0, kEntry = 0.5, kFlop = 1.0 / 12.0;
-  const double p = static_cast<double>(columns) * block, m = static_cast<double>(rows) * block;
-  return kFront + kEntry * (m * m + p * m) + kFlop * (p * p * p / 3.0 + p * p * m + p * m * m);
-}
-
 class Merger {
  public:
   Merger(std::span<const int> parent, std::span<const int> counts, int block);
@@ -80,13 +72,13 @@ void Merger::merge_children(int s) {
   open_.clear();
   for (int c = node.child; c >= 0; c = nodes_[at(c)].next) open_.push_back(c);
   node.child = -1;
-  double own = cost(node.columns, node.rows, block_);
+  double own = front_cost_ns(node.columns, node.rows, block_);
   while (!open_.empty()) {
     const int c = open_.back();
     open_.pop_back();
     Node& child = nodes_[at(c)];
-    const double together = cost(child.columns + node.columns, node.rows, block_);
-    if (together > cost(child.columns, child.rows, block_) + own) {
+    const double together = front_cost_ns(child.columns + node.columns, node.rows, block_);
+    if (together > front_cost_ns(child.columns, child.rows, block_) + own) {
       attach(c, s);
       continue;
     }
@@ -165,6 +157,12 @@ Supernodes Merger::result() {
 }
 
 }  // namespace
+
+double front_cost_ns(int columns, int rows, int block) {
+  constexpr double kFront = 100.0, kEntry = 0.5, kFlop = 1.0 / 12.0;
+  const double p = static_cast<double>(columns) * block, m = static_cast<double>(rows) * block;
+  return kFront + kEntry * (m * m + p * m) + kFlop * (p * p * p / 3.0 + p * p * m + p * m * m);
+}
 
 Supernodes find_supernodes(std::span<const int> parent, std::span<const int> counts, int block) {
   return Merger(parent, counts, block).result();

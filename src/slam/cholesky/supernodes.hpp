@@ -5,6 +5,10 @@
 
 namespace wayfare::cholesky {
 
+/// Nanoseconds a front of so many columns, and rows below them, takes, about: to set up, to write
+/// its update and add it to the parent's, and to compute.
+[[nodiscard]] double front_cost_ns(int columns, int rows, int block);
+
 /// A forest of supernodes: columns eliminated together in one dense front.
 struct Supernodes {
   std::vector<int> order;   ///< old column of each new one; a supernode's columns follow each other

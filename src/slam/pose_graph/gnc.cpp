@@ -48,7 +48,9 @@ class Gnc {
         report_(report),
         c2_(thresholds(graph, options.inlier_probability)),
         weights_(graph.edges.size(), 1.0),
-        u_(graph.edges.size(), 0.0) {}
+        u_(graph.edges.size(), 0.0) {
+    step_.set_threads(options.optimise.threads);
+  }
 
   Result<void> run() {
     auto done = graduate();
