@@ -11,6 +11,7 @@
 
 #include "command_line.hpp"
 #include "exit_code.hpp"
+#include "heading_walks.hpp"
 #include "hector_walks.hpp"
 #include "progress_line.hpp"
 #include "recorded_walk.hpp"
@@ -23,7 +24,8 @@ using namespace wayfare;
 struct Arguments {
   int seeds = 10;
   std::uint64_t first = 1;
-  bool quiet = false, each = false, hector = false;
+  bool quiet = false, each = false, hector = false, heading = false;
+  double gyro_bias_deg = 0.05;
   std::string folder;
 };
 
@@ -116,6 +118,45 @@ eval::Table hector_with_and_without(const Arguments& o, const std::vector<exampl
   return table;
 }
 
+eval::Table headings(const Arguments& o, const std::vector<examples::Walk>& walks) {
+  eval::Table table({{"walk"},
+                     {"the map's heading corrects"},
+                     {"position", "m"},
+                     {"worst", "m"},
+                     {"filter's heading", "deg"},
+                     {"worst", "deg"},
+                     {"NEES"}});
+  std::vector<std::vector<examples::HeadingErrors>> errors(examples::heading_ways().size());
+  for_each_walk(
+      o, walks,
+      [&](const examples::Walk& walk, std::uint64_t seed) {
+        const auto e = examples::follow_headings(walk, seed, Angle::degrees(o.gyro_bias_deg));
+        for (std::size_t way = 0; way < errors.size(); ++way) errors[way].push_back(e[way]);
+        if (!o.each) return;
+        std::printf("%s %d:", walk.name.c_str(), static_cast<int>(seed));
+        for (const auto& r : e)
+          std::printf("  %.3f/%.2f/%.2f", r.position_m, r.heading_deg, r.nees);
+        std::printf("\n");
+      },
+      [&](const examples::Walk& walk) {
+        for (std::size_t way = 0; way < errors.size(); ++way) {
+          using E = examples::HeadingErrors;
+          const auto of = [&](double E::*member) {
+            std::vector<double> values;
+            for (const E& e : errors[way]) values.push_back(e.*member);
+            return eval::summarise(values);
+          };
+          const eval::Summary position = of(&E::position_m), heading = of(&E::heading_deg);
+          table.add_row({walk.name, examples::heading_ways()[way],
+                         eval::mean_std(position.mean, position.std, 3),
+                         eval::fixed(position.max, 3), eval::mean_std(heading.mean, heading.std, 2),
+                         eval::fixed(heading.max, 2), eval::fixed(of(&E::nees).mean, 2)});
+          errors[way].clear();
+        }
+      });
+  return table;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -126,6 +167,11 @@ int main(int argc, char** argv) {
   app.add_option("--write", o.folder,
                  "write the first rectangle's scans and readings into this folder, and end");
   app.add_flag("--hector", o.hector, "Hector SLAM alone, with and without its navigation filter");
+  app.add_flag("--heading", o.heading,
+               "submaps + steps, fed back, alone: the map's heading outside and inside the filter");
+  app.add_option("--gyro-bias", o.gyro_bias_deg,
+                 "with --heading: of the gyro, standard deviation, deg/s")
+      .positive();
   app.add_flag("--each", o.each, "print every walk");
   app.add_flag("--quiet", o.quiet, "no progress");
   if (const auto code = app.parse(argc, argv)) return *code;
@@ -133,7 +179,9 @@ int main(int argc, char** argv) {
   if (!o.folder.empty())
     return examples::exit_code("pedestrian_slam_study",
                                examples::write_walk(walks.front(), o.first, o.folder));
-  const eval::Table table = o.hector ? hector_with_and_without(o, walks) : five_ways(o, walks);
+  const eval::Table table = o.hector    ? hector_with_and_without(o, walks)
+                            : o.heading ? headings(o, walks)
+                                        : five_ways(o, walks);
   std::fputs(table.to_text().c_str(), stdout);
   return 0;
 }

@@ -31,6 +31,7 @@ TEST(NoHeap, AttitudeAndWalkTakeNone) {
   Ahrs<frame::Enu, float> quick;
   PedestrianParameters p;
   p.field_drift.offset_sigma_uT = 50.0;
+  p.ahrs.heading_history_s = 1.0;
   Pedestrian pedestrian(p);
   EXPECT_EQ(allocations_of(exact, motion.samples), 0u);
   EXPECT_EQ(allocations_of(quick, motion.samples), 0u);

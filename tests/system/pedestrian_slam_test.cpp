@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/estimate/map_heading.hpp>
+#include <wayfare/estimate/pedestrian.hpp>
 #include <wayfare/estimate/walk_feedback.hpp>
 #include <wayfare/measure/level_scan.hpp>
 #include <wayfare/sim/head_walk.hpp>
@@ -108,6 +110,37 @@ TEST(PedestrianSlam, GoesOnWhereTheUnitStopsOrTheLaserIsCovered) {
     if (scan.time.seconds() > 8.0 && scan.time.seconds() < 13.0)
       for (float& range : scan.ranges_m) range = std::numeric_limits<float>::quiet_NaN();
   EXPECT_LT(worst_m(follow(walked, on_the_head()), walked, 18.0), 0.3);
+}
+
+/// Of the unit's forward axis, from the first scan on, at the walk's end.
+double heading_drift_deg(const Walked& walked, const PedestrianSlamOptions& options) {
+  const PedestrianSlam slam = follow(walked, options);
+  const Eigen::Vector3d axis = slam.pedestrian().ahrs().q_world_body() * Eigen::Vector3d::UnitX();
+  const SE2d& T = slam.slam().local().T_local_base.raw();
+  return Angle::radians(std::atan2(axis.y(), axis.x()) - T.heading().radians()).wrapped().degrees();
+}
+
+// A gyro off by 0.5 °/s about the vertical turns 15° in half a minute; the map tells the filter so,
+// a disturbed magnetometer is not asked, and the filter finds the bias.
+TEST(PedestrianSlam, TellsTheFilterItsHeading) {
+  Walked walked = walk_through_the_office(1);
+  for (MargSample& s : walked.unit) {
+    s.angular_rate_radps.z() += 0.00873;
+    s.magnetic_field_uT = {20.0 * std::sin(s.time.seconds()), 0.0, -40.0};
+  }
+  PedestrianSlamOptions options = on_the_head();
+  options.pedestrian.ahrs.use_magnetometer = true;
+  options.pedestrian.ahrs.bias_sigma = 0.00873;
+  EXPECT_LT(std::abs(heading_drift_deg(walked, options)), 1.5);
+  const PedestrianSlam told = follow(walked, options);
+  EXPECT_NEAR(told.pedestrian().ahrs().gyro_bias_radps().z(), 0.00873, 0.002);
+  EXPECT_GT(told.pedestrian().report().ahrs.outside.used, 15U);
+  EXPECT_EQ(told.pedestrian().report().ahrs.outside.disturbed, 0U);
+  EXPECT_EQ(told.pedestrian().report().ahrs.magnetometer.used, 0U);
+  options.pedestrian.ahrs.use_magnetometer = false;
+  options.pedestrian.ahrs.bias_sigma = 1e-4;  // so that rest does not tell it either
+  options.heading = false;
+  EXPECT_GT(std::abs(heading_drift_deg(walked, options)), 5.0);
 }
 
 // Steps of 0.66 m taken for 0.8 m, the axis 20° off the way.

@@ -71,11 +71,20 @@ class Ahrs {
   /// Gives the heading from outside: the direction of the body's x axis, clockwise from north.
   void set_compass(Angle x_axis, Angle sigma) { readings_.set_compass(x_axis, sigma); }
 
+  /// Where AhrsParameters::heading_axis pointed, told from outside and as late as
+  /// AhrsParameters::heading_history_s: corrects attitude and gyro bias. Where nothing gave the
+  /// heading before it is taken as it is. `waiting` without an attitude of that time yet, `late`
+  /// beyond what is kept or not after the fix before, `missing` where it is no number or the
+  /// variance not positive, `disturbed` where it is too far off.
+  Intake add_heading(const HeadingFix& fix) { return readings_.add_heading(fix); }
+  /// What the gyro alone turned that axis, counter-clockwise seen from above.
+  [[nodiscard]] const HeadingTrack& heading_track() const { return readings_.outside().track(); }
+
   [[nodiscard]] const AhrsReport& report() const { return readings_.report(); }
   /// Squared innovations of the last readings over their variances, one degree of freedom each.
   [[nodiscard]] AhrsNis<T> nis() const {
     const auto& level = readings_.level().nis();
-    return {level[0], level[1], readings_.heading().nis()};
+    return {level[0], level[1], readings_.heading().nis(), readings_.outside().nis()};
   }
 
  private:

@@ -89,13 +89,21 @@ class AhrsFilter {
   template <int... Index>
   T observe(const IndexedRow<T, Index...>& h, T innovation, T r) {
     const typename Covariance::Vector ph = p_.times(h);
-    const auto of = [](const auto& v) { return [&](int i) { return v[std::size_t(i)]; }; };
-    // Rounding must not make a variance negative, after which nothing would hold.
-    const T weight = T(1) / (std::max(h.sum(of(ph)), T(0)) + r);
-    const T rest = innovation - h.sum(of(pending_));
-    for (std::size_t i = 0; i < kSize; ++i) pending_[i] += ph[i] * (rest * weight);
-    p_.subtract_outer(ph, weight);
-    return rest * rest * weight;
+    return take(h, ph, h.sum(element_of(ph)), innovation, r);
+  }
+  /// The same where the measurement's error has −`shared`, rad², in common with that of the
+  /// heading; `h` takes the heading as it is.
+  template <int... Index>
+  T observe_shared(const IndexedRow<T, Index...>& h, T innovation, T r, T shared) {
+    typename Covariance::Vector ph = p_.times(h);
+    const T expected = h.sum(element_of(ph)) - T(2) * shared;
+    ph[kAttitude + 2] -= shared;
+    return take(h, ph, expected, innovation, r);
+  }
+  /// Of what the row gives of the state's error.
+  template <int... Index>
+  [[nodiscard]] T variance_of(const IndexedRow<T, Index...>& h) const {
+    return h.sum(element_of(p_.times(h)));
   }
 
   /// Moves the estimate by what the measurements since the last call say.
@@ -111,6 +119,22 @@ class AhrsFilter {
   }
 
  private:
+  static auto element_of(const typename Covariance::Vector& v) {
+    return [&v](int i) { return v[std::size_t(i)]; };
+  }
+
+  /// `ph`: what state and innovation have in common.
+  template <int... Index>
+  T take(const IndexedRow<T, Index...>& h, const typename Covariance::Vector& ph, T expected,
+         T innovation, T r) {
+    // Rounding must not make a variance negative, after which nothing would hold.
+    const T weight = T(1) / (std::max(expected, T(0)) + r);
+    const T rest = innovation - h.sum(element_of(pending_));
+    for (std::size_t i = 0; i < kSize; ++i) pending_[i] += ph[i] * (rest * weight);
+    p_.subtract_outer(ph, weight);
+    return rest * rest * weight;
+  }
+
   /// exp(v) to 1e-15 from a short series, as nearly every turn allows.
   [[nodiscard]] static SO3<T> small_turn(const Vector& v) {
     const T x = T(0.25) * v.squaredNorm();

@@ -41,6 +41,13 @@ class AhrsHeading {
     const Angle now = compass_of_x<frame::Enu>(filter.q_enu_body());
     turn(filter, T((now - x_axis).radians()), T(sigma.radians()));
   }
+  /// Counter-clockwise, to a heading that is then known to `sigma`.
+  void turn(Filter& filter, T angle, T sigma) {
+    align::turn_heading(filter, angle, sigma);
+    gate_.forget_average();
+    lost_s_ = T(0);
+    known_ = true;
+  }
 
   /// `field` in world axes as the filter sees it, `rate` of the body with its bias taken off.
   Outcome take(Filter& filter, const Vector& field, const Vector& rate, T dt) {
@@ -72,13 +79,6 @@ class AhrsHeading {
   static constexpr T kSigma = T(0.17);  // of a heading taken from one reading
   static constexpr T kLevel = T(0.07);  // 4°: well enough known for a dip
   static constexpr T kLargestDelay = T(0.1);
-
-  void turn(Filter& filter, T angle, T sigma) {
-    align::turn_heading(filter, angle, sigma);
-    gate_.forget_average();
-    lost_s_ = T(0);
-    known_ = true;
-  }
 
   void take_as_it_is(Filter& filter, T off, T level_part2) {
     // A level that is off by an angle tilts the field into the horizontal by its dip.

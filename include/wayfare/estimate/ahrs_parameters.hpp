@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include <Eigen/Core>
+
 #include <wayfare/core/angle.hpp>
 
 namespace wayfare {
@@ -49,6 +51,14 @@ struct AhrsParameters {
   /// The Earth's field, µT, and its dip below the horizon; NaN: learned from the first readings.
   double field_norm_uT = std::numeric_limits<double>::quiet_NaN();
   Angle field_dip;
+
+  /// Headings told from outside are of this axis of the body …
+  Eigen::Vector3d heading_axis = Eigen::Vector3d::UnitX();
+  /// … and may come so late, s; zero: none are taken, and nothing is kept for them.
+  double heading_history_s = 0.0;
+  /// Those off by more standard deviations than this are refused, unless they are off alike for
+  /// `lost_heading_s`.
+  double heading_gate_sigmas = 4.0;
 
   /// At rest is who keeps rate (rad/s) and specific force (m/s²) this near to their averages for
   /// this long, s, and whose average rate could be a bias (rad/s).

@@ -15,6 +15,7 @@
 #include <wayfare/estimate/ahrs_parameters.hpp>
 #include <wayfare/estimate/ahrs_report.hpp>
 #include <wayfare/estimate/gyro_noise.hpp>
+#include <wayfare/estimate/outside_heading.hpp>
 #include <wayfare/estimate/sample_clock.hpp>
 
 namespace wayfare {
@@ -25,7 +26,8 @@ class AhrsReadings {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
 
-  explicit AhrsReadings(const AhrsParameters& p) : p_(p), gyro_noise_(p), level_(p), heading_(p) {
+  explicit AhrsReadings(const AhrsParameters& p)
+      : p_(p), gyro_noise_(p), level_(p), heading_(p), outside_(p) {
     align::forget_bias(filter_, p_);
   }
 
@@ -36,7 +38,7 @@ class AhrsReadings {
     if (j.first || dt > T(p_.restart_gap_s)) {
       restart();
     } else {
-      turn(rate, dt, j.intake == Intake::saturated);
+      turn(time, rate, dt, j.intake == Intake::saturated);
     }
     last_rate_ = rate;
     return report_.gyro.note(j.intake);
@@ -67,15 +69,30 @@ class AhrsReadings {
     const Vector world = in_world(field, after_gyro(time) - filter_.delay());
     const auto outcome = heading_.take(filter_, world, last_rate_ - filter_.bias(), dt);
     report_.headings_taken += outcome.taken_anew ? 1 : 0;
+    if (outcome.taken_anew) outside_.settle();
     return report_.magnetometer.note(outcome.intake);
   }
 
-  void set_compass(Angle x_axis, Angle sigma) { heading_.set(filter_, x_axis, sigma); }
+  Intake add_heading(const HeadingFix& fix) {
+    if (!ready_ || !outside_.on()) return report_.outside.note(Intake::waiting);
+    const auto outcome = outside_.take(filter_, fix, heading_.known());
+    if (outcome.take_as_it_is) {
+      report_.headings_taken += heading_.known() ? 1 : 0;
+      heading_.turn(filter_, outcome.off, outcome.sigma);
+    }
+    return report_.outside.note(outcome.intake);
+  }
+
+  void set_compass(Angle x_axis, Angle sigma) {
+    heading_.set(filter_, x_axis, sigma);
+    outside_.settle();
+  }
 
   [[nodiscard]] bool ready() const { return ready_; }
   [[nodiscard]] const AhrsFilter<T>& filter() const { return filter_; }
   [[nodiscard]] const AhrsLevel<T>& level() const { return level_; }
   [[nodiscard]] const AhrsHeading<T>& heading() const { return heading_; }
+  [[nodiscard]] const OutsideHeading<T>& outside() const { return outside_; }
   [[nodiscard]] const AhrsReport& report() const { return report_; }
 
  private:
@@ -120,6 +137,7 @@ class AhrsReadings {
     force_clock_.forget();
     field_clock_.forget();
     level_.forget_rest();
+    outside_.forget();
   }
 
   bool start(const Vector& force) {
@@ -129,13 +147,17 @@ class AhrsReadings {
     return ready_;
   }
 
-  void turn(const Vector& rate, T dt, bool saturated) {
+  void turn(LogTime time, const Vector& rate, T dt, bool saturated) {
     level_.add_rate(rate, dt);
     if (!ready_) return;
     const bool coarse = dt > T(p_.coarse_gap_s);
     const Vector mean = coarse ? Vector(T(0.5) * (rate + last_rate_)) : rate;
     const T variance = gyro_noise_.angle_variance(mean, last_rate_, dt, coarse, saturated);
-    filter_.turn(mean - filter_.bias(), dt, variance, gyro_noise_.bias_variance(dt));
+    const Vector turning = mean - filter_.bias();
+    if (!outside_.on()) return filter_.turn(turning, dt, variance, gyro_noise_.bias_variance(dt));
+    const auto begun = outside_.begin_turn(filter_, dt, variance);
+    filter_.turn(turning, dt, variance, gyro_noise_.bias_variance(dt));
+    outside_.end_turn(time, begun, filter_);
   }
 
   void move(LogTime time, const Vector& force, T dt, bool saturated) {
@@ -151,6 +173,7 @@ class AhrsReadings {
   GyroNoise<T> gyro_noise_;
   AhrsLevel<T> level_;
   AhrsHeading<T> heading_;
+  OutsideHeading<T> outside_;
   SampleClock rate_clock_{p_.restart_gap_s}, force_clock_{p_.restart_gap_s},
       field_clock_{p_.restart_gap_s};
   Vector last_rate_ = Vector::Zero();

@@ -46,9 +46,10 @@ struct AhrsReport {
   SensorReport gyro;
   SensorReport accelerometer;
   SensorReport magnetometer;
+  SensorReport outside;  ///< headings told from outside
   std::uint64_t restarts = 0;        ///< after a gap of the gyro, or its clock set back
   std::uint64_t levelled_anew = 0;   ///< the attitude did not fit gravity any more
-  std::uint64_t headings_taken = 0;  ///< the heading did not fit the field any more
+  std::uint64_t headings_taken = 0;  ///< the heading did not fit the field, or what was told, any more
 };
 
 /// Squares of innovations over their variances; NaN before the first.
@@ -57,6 +58,7 @@ struct AhrsNis {
   T velocity_east;
   T velocity_north;
   T heading;
+  T outside;  ///< of a heading told from outside
 };
 
 }  // namespace wayfare

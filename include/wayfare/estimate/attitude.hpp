@@ -43,7 +43,7 @@ enum class Intake {
   missing,    ///< not a number: the sensor gave nothing
   late,       ///< not after the one before it
   saturated,  ///< at the end of the sensor's range, or beyond what it can measure
-  disturbed,  ///< a magnetic field that is not the Earth's as known here
+  disturbed,  ///< a magnetic field that is not the Earth's as known here, a heading that is not ours
 };
 
 /// What became of one sensor's reading at each.

@@ -45,6 +45,17 @@ class Pedestrian {
     return add(s, [](const PedestrianPose&) {});
   }
 
+  /// Where the forward axis pointed, told from outside as by Ahrs::add_heading(): counter-clockwise
+  /// from x, rad² of an error that is another at each. Needs PedestrianParameters::ahrs's history.
+  /// Steps that come out from now on go by it. Not beside the field's drift.
+  Intake add_heading(LogTime time, Angle heading, double variance) {
+    if (field_drift_.on()) return Intake::waiting;
+    const double before = forward_radians();
+    const Intake intake = ahrs_.add_heading({time, Angle::degrees(90) - heading, variance});
+    if (intake == Intake::used) heading_.turn(wrap_to_pi(forward_radians() - before));
+    return intake;
+  }
+
   [[nodiscard]] const PedestrianPose& pose() const { return pose_; }
   [[nodiscard]] const Ahrs<frame::Enu>& ahrs() const { return ahrs_; }
   [[nodiscard]] const WalkingDirection& direction() const { return direction_; }
@@ -59,6 +70,7 @@ class Pedestrian {
  private:
   static AhrsParameters attitude_parameters(const PedestrianParameters& p) {
     AhrsParameters ahrs = p.ahrs;
+    ahrs.heading_axis = p.forward;
     if (p.field_drift.offset_sigma_uT > 0.0) ahrs.use_magnetometer = false;
     return ahrs;
   }
@@ -68,12 +80,16 @@ class Pedestrian {
                          : Intake::waiting;
   }
 
+  [[nodiscard]] double forward_radians() const {
+    const Eigen::Vector3d axis = ahrs_.q_world_body() * p_.forward;
+    return std::atan2(axis.y(), axis.x());
+  }
+
   /// The heading of the sensor's axis, kept until the steps of its time are known.
   void follow(const MargSample& s) {
     if (!ahrs_.ready()) return;
     const auto q = ahrs_.q_world_body();
-    const Eigen::Vector3d axis = q * p_.forward;
-    const double heading = std::atan2(axis.y(), axis.x()) + field_drift_.correction();
+    const double heading = forward_radians() + field_drift_.correction();
     const double dt =
         heading_.add(s.time, heading,
                      field_drift_.on() ? field_drift_.variance() : ahrs_.world_covariance()(2, 2));

@@ -38,6 +38,13 @@ class WalkingHeading {
     return dt;
   }
 
+  /// The heading was wrong by so much, for a while.
+  void turn(double radians) {
+    unwrapped_ += radians;
+    average_ += radians;
+    for (Entry& e : entries_) e.radians += radians;
+  }
+
   /// As it is now, not averaged.
   [[nodiscard]] double now() const { return unwrapped_; }
   /// The last one kept that is not after `time`, or the oldest; null before the first.

@@ -8,6 +8,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
+#include <wayfare/estimate/map_heading.hpp>
 #include <wayfare/estimate/pedestrian_parameters.hpp>
 #include <wayfare/estimate/pedestrian_pose.hpp>
 #include <wayfare/estimate/walk_feedback.hpp>
@@ -25,7 +26,13 @@ struct PedestrianSlamOptions {
   bool steps = true;     ///< whether steps are the odometry; else the gyroscope's turn alone
   bool feedback = true;  ///< whether the map corrects the steps' length and direction …
   WalkFeedbackParameters walk{};  ///< … by this
+  /// And whether it tells the unit's heading, by which the gyro's bias is found. The magnetometer
+  /// is then not used.
+  bool heading = true;
+  MapHeadingParameters map_heading{};
 };
+
+class Pedestrian;
 
 /// Fed in order of time, readings and scans. Not thread-safe.
 class PedestrianSlam {
@@ -44,6 +51,8 @@ class PedestrianSlam {
   /// The walker by steps alone, as corrected so far: what SLAM took for odometry.
   [[nodiscard]] const Trajectory& dead_reckoning() const;
   [[nodiscard]] const WalkFeedback& feedback() const;
+  /// The filter of attitude and steps (estimate/pedestrian.hpp).
+  [[nodiscard]] const Pedestrian& pedestrian() const;
   /// The scan as it was matched, and the map behind.
   [[nodiscard]] const LaserScan& levelled() const;
   [[nodiscard]] const SubmapSlam& slam() const;

@@ -93,6 +93,9 @@ struct LocalPlacement {
   Transform2<frame::Odom, frame::Base> T_local_base;
   bool matched = false;  ///< false: by motion alone
   double openness = 1;   ///< 0: the scene holds every direction, 1: not at all along one of them
+  /// Of the match by the scan's points alone: x, y along the base's axes, m, heading, rad.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d expected_sigma = Eigen::Vector3d::Zero();  ///< of the pose it was sought about
 };
 
 /// The system, fed scan by scan. Not thread-safe; results depend neither on timing nor on threads.

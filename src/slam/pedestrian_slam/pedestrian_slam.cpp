@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <deque>
 #include <utility>
 
@@ -64,8 +65,9 @@ class PedestrianSlam::Engine {
  public:
   explicit Engine(const PedestrianSlamOptions& options)
       : options_(options),
-        pedestrian_(options.pedestrian),
+        pedestrian_(pedestrian_parameters(options)),
         feedback_(options.walk),
+        map_heading_(options.map_heading),
         slam_(options.slam) {}
 
   MargIntake add(const MargSample& sample) {
@@ -75,10 +77,7 @@ class PedestrianSlam::Engine {
                    Eigen::Vector2d(std::cos(p.heading.radians()), std::sin(p.heading.radians())));
     });
     if (intake.gyro == Intake::used) reading_ = sample.time;
-    if (pedestrian_.ahrs().ready()) {
-      const Eigen::Vector3d axis = pedestrian_.ahrs().q_world_body() * options_.pedestrian.forward;
-      heading_ = std::atan2(axis.y(), axis.x());
-    }
+    take_heading();
     return intake;
   }
 
@@ -88,31 +87,79 @@ class PedestrianSlam::Engine {
     auto outcome = slam_.add_scan(levelled_, hint);
     if (!outcome) return outcome;
     dead_reckoning_.push_back({scan.time, Transform2<frame::Map, frame::Base>(walker_)});
-    if (reading_ && to_seconds(scan.time - *reading_) <= kSilence_s)
-      before_ = Before{scan.time, heading_};
-    const LocalPlacement& local = slam_.local();
-    if (options_.feedback && options_.steps) {
-      // The steps' axes turn with the unit's heading, the map's by what heading it found.
-      const SE2d& T = local.T_local_base.raw();
-      const SO2d to_map = T.rotation() * SO2d(Angle::radians(heading_)).inverse();
-      by_steps_ += to_map * increment_;
-      if (local.matched)
-        feedback_.tell(scan.time, T.translation(), by_steps_, local.openness == 0.0);
-    }
+    if (options_.feedback) tell_heading(scan.time);
+    before_.reset();
+    if (hears_unit(scan.time))
+      before_ = Before{scan.time, heading_at(scan.time), turned_at(scan.time)};
+    if (options_.feedback && options_.steps && before_) tell_steps(scan.time);
     return outcome;
   }
 
   [[nodiscard]] const Trajectory& dead_reckoning() const { return dead_reckoning_; }
   [[nodiscard]] const WalkFeedback& feedback() const { return feedback_; }
+  [[nodiscard]] const Pedestrian& pedestrian() const { return pedestrian_; }
   [[nodiscard]] const LaserScan& levelled() const { return levelled_; }
   [[nodiscard]] SubmapSlam& slam() { return slam_; }
 
  private:
+  static constexpr double kHistory_s = 1.0;  // how late a scan may be placed
   static constexpr double kSilence_s = 0.3;  // after which the unit tells nothing of a scan
   struct Before {
     LogTime time;
     double heading;
+    HeadingTrack::Sum turned;
   };
+
+  /// Where the map tells the heading no magnetometer is to: it knows north, and the map does not.
+  static PedestrianParameters pedestrian_parameters(const PedestrianSlamOptions& o) {
+    PedestrianParameters p = o.pedestrian;
+    p.ahrs.heading_history_s = kHistory_s;
+    if (!o.feedback || !o.heading) return p;
+    p.ahrs.use_magnetometer = false;
+    p.field_drift.offset_sigma_uT = 0.0;
+    return p;
+  }
+
+  [[nodiscard]] bool hears_unit(LogTime time) const {
+    return reading_ && to_seconds(time - *reading_) <= kSilence_s;
+  }
+  [[nodiscard]] HeadingTrack::Sum turned_at(LogTime time) const {
+    const HeadingTrack& track = pedestrian_.ahrs().heading_track();
+    return track.at(time).value_or(track.now());
+  }
+  [[nodiscard]] double turn_since(const HeadingTrack::Sum& then, LogTime time) const {
+    return (turned_at(time) - then).turn(pedestrian_.ahrs().gyro_bias_radps());
+  }
+  /// By what is known now.
+  [[nodiscard]] double heading_at(LogTime time) const {
+    return heading_ + turn_since(pedestrian_.ahrs().heading_track().now(), time);
+  }
+
+  /// The map's heading, which turns with no gyro, to the filter that expected it.
+  void tell_heading(LogTime time) {
+    const LocalPlacement& local = slam_.local();
+    if (!options_.heading || !local.matched) return;
+    const double prior = local.expected_sigma[2];
+    const auto variance = map_heading_.tell(time, local.covariance(2, 2), prior * prior);
+    if (!variance) return;
+    pedestrian_.add_heading(time, local.T_local_base.raw().heading(), *variance);
+    take_heading();
+  }
+
+  /// The steps' axes turn with the unit's heading, the map's by what heading it found.
+  void tell_steps(LogTime time) {
+    const LocalPlacement& local = slam_.local();
+    const SE2d& T = local.T_local_base.raw();
+    const SO2d to_map = T.rotation() * SO2d(Angle::radians(before_->heading)).inverse();
+    by_steps_ += to_map * increment_;
+    if (local.matched) feedback_.tell(time, T.translation(), by_steps_, local.openness == 0.0);
+  }
+
+  void take_heading() {
+    if (!pedestrian_.ahrs().ready()) return;
+    const Eigen::Vector3d axis = pedestrian_.ahrs().q_world_body() * options_.pedestrian.forward;
+    heading_ = std::atan2(axis.y(), axis.x());
+  }
 
   /// From the laser to level axes whose x is the unit's forward axis, levelled.
   [[nodiscard]] SO3d q_level_laser() const {
@@ -124,9 +171,10 @@ class PedestrianSlam::Engine {
   /// What is known of the motion since the scan before; moves the walker along it.
   MotionHint hint_at(LogTime time) {
     increment_.setZero();
-    if (!reading_ || to_seconds(time - *reading_) > kSilence_s) before_.reset();
+    const std::uint64_t restarts = pedestrian_.report().ahrs.restarts;
+    if (!hears_unit(time) || std::exchange(restarts_, restarts) != restarts) before_.reset();
     if (!pedestrian_.ahrs().ready() || !before_) return {};
-    const Angle turn = Angle::radians(heading_ - before_->heading).wrapped();
+    const Angle turn = Angle::radians(turn_since(before_->turned, time));
     const bool rests = pedestrian_.ahrs().at_rest();
     const bool steps_tell = options_.steps && (rests || way_.walks(time));
     if (steps_tell) increment_ = way_.at(time) - way_.at(before_->time);
@@ -140,11 +188,13 @@ class PedestrianSlam::Engine {
   PedestrianSlamOptions options_;
   Pedestrian pedestrian_;
   WalkFeedback feedback_;
+  MapHeading map_heading_;
   SubmapSlam slam_;
   StepWay way_;
   double heading_ = 0.0;          // of the unit's forward axis, rad
   std::optional<Before> before_;  // the scan before, where the unit told of it
   std::optional<LogTime> reading_;
+  std::uint64_t restarts_ = 0;
   SE2d walker_;
   Eigen::Vector2d increment_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d by_steps_ = Eigen::Vector2d::Zero();  // in the map's axes
@@ -164,6 +214,7 @@ Result<ScanOutcome> PedestrianSlam::add_scan(const LaserScan& scan) {
 }
 const Trajectory& PedestrianSlam::dead_reckoning() const { return engine_->dead_reckoning(); }
 const WalkFeedback& PedestrianSlam::feedback() const { return engine_->feedback(); }
+const Pedestrian& PedestrianSlam::pedestrian() const { return engine_->pedestrian(); }
 const LaserScan& PedestrianSlam::levelled() const { return engine_->levelled(); }
 const SubmapSlam& PedestrianSlam::slam() const { return engine_->slam(); }
 SubmapSlam& PedestrianSlam::slam() { return engine_->slam(); }

@@ -38,7 +38,8 @@ Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const Mo
   outcome.matched = placed.matched;
   if (is_due(placed.matched))
     if (auto ok = add_node(*points, placed); !ok) return ok.error();
-  local_ = {Transform2<frame::Odom, frame::Base>(T_local_base_), placed.matched, placed.openness};
+  local_ = {Transform2<frame::Odom, frame::Base>(T_local_base_), placed.matched, placed.openness,
+            placed.covariance, placed.expected_sigma};
   motion_model_.tell(scan.time, T_local_base_, odometry);
   outcome.became_node = map_.nodes.size() > before;
   scans_.push_back(
@@ -81,7 +82,7 @@ SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, con
   if (found) since_match_.setZero();
   T_local_base_ = found ? found->T_local_points : expected;
   lost_ = found ? 0 : lost_ + 1;
-  return found ? Placed{found->score, true, found->covariance, found->openness} : Placed{};
+  return found ? Placed{found->score, true, found->covariance, found->openness, sigma} : Placed{};
 }
 
 /// A scan nothing agrees with is kept once it is clear that this is no passing trouble.

@@ -45,6 +45,7 @@ class SubmapSlam::Engine {
     bool matched = false;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     double openness = 1.0;
+    Eigen::Vector3d expected_sigma = Eigen::Vector3d::Zero();
   };
 
   [[nodiscard]] Result<PointSet> points_of(const LaserScan& scan) const;
