@@ -9,6 +9,7 @@
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "slam_program.hpp"
+#include "thin_recording.hpp"
 
 namespace {
 
@@ -16,6 +17,7 @@ using namespace wayfare;
 
 struct Options : examples::SlamArguments {
   std::string log;
+  examples::Thinning thinning;
 };
 
 template <class Stream>
@@ -40,6 +42,7 @@ Result<void> convert(const Options& o) {
   auto recording = examples::read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   const Recording& r = *recording;
+  examples::thin(*recording, o.thinning);
   const bool shifted = set_clock(*recording);
   auto writer = ros::RecordingWriter::create(o.out, o.write());
   if (!writer) return writer.error();
@@ -62,11 +65,13 @@ int main(int argc, char** argv) {
       "Writes a robot's log as ROS messages: /scan, /odom, /tf, /tf_static and, of a radar, "
       "/radar.\nLOG is " +
       std::string(examples::kRobotLogs) +
-      ". No ROS is needed. Reading what was written gives the same numbers to the bit.");
+      ". No ROS is needed. Reading what was written gives the same numbers to the bit. Thinned "
+      "out, it is what a lesser sensor would have recorded.");
   Options o;
   app.add_option("LOG", o.log, "the recorded log").required().existing_file();
   examples::add_out(app, o, "the file to write: ROS 2's .mcap (CDR) or ROS 1's .bag");
   examples::add_robot_topics(app, o.topics);
+  examples::add_thinning(app, o.thinning);
   examples::add_manners(app, o);
   if (const auto code = app.parse(argc, argv)) return *code;
   return examples::exit_code("convert_log", convert(o));

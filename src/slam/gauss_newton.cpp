@@ -57,6 +57,33 @@ std::vector<SE2d> turned_starts(const SE2d& prior, const SearchWindow& window, A
   return starts;
 }
 
+/// Σr² at `moved` less that at `pose`, over the points that fall into cells seen before at both.
+double rise(const ProbabilityGrid& grid, const PointSet& points, const SE2d& pose,
+            const SE2d& moved) {
+  constexpr double kOne = ProbabilityGrid::kOne;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d p = points[i].cast<double>();
+    const int here = grid.value(cell_of(pose * p, grid.resolution_m()));
+    const int there = grid.value(cell_of(moved * p, grid.resolution_m()));
+    if (here == grid.unknown() || there == grid.unknown()) continue;
+    sum += (here - there) * (2 * kOne - here - there);
+  }
+  return sum / (kOne * kOne);
+}
+
+/// SceneConstraint::held_nats, as if so many of the points were independent.
+double held_nats(const ProbabilityGrid& grid, const PointSet& points, const SE2d& pose,
+                 const Eigen::Vector3d& weakest, double variance) {
+  constexpr double kStep_m = 0.25, kIndependent = 20.0;
+  const double rms_m = detail::rms_distance_m(points);
+  if (!(rms_m > 0)) return 0.0;
+  const Eigen::Vector3d step = kStep_m * weakest.cwiseQuotient(Eigen::Vector3d(1, 1, rms_m));
+  return 0.5 * kIndependent / (static_cast<double>(points.size()) * variance) *
+         std::min(rise(grid, points, pose, pose.plus(step)),
+                  rise(grid, points, pose, pose.plus(Eigen::Vector3d(-step))));
+}
+
 }  // namespace
 
 Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPyramid& map,
@@ -94,9 +121,14 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
   const auto on_a_wall = [&finest = map.back()](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
     return 2 * finest.value(cell_of(p, finest.resolution_m())) > ProbabilityGrid::kOne ? 1.0 : 0.0;
   };
-  return beside.match({pose, -end.squares / (2 * n * variance), 1 - std::sqrt(end.squares / n),
-                       1 / (options_.point_sigma_m * options_.point_sigma_m),
-                       [&] { return detail::normals_outer(points, pose, on_a_wall); }});
+  auto result =
+      beside.match({pose, -end.squares / (2 * n * variance), 1 - std::sqrt(end.squares / n),
+                    1 / (options_.point_sigma_m * options_.point_sigma_m),
+                    [&] { return detail::normals_outer(points, pose, on_a_wall); }});
+  if (result && result->constraint)
+    result->constraint->held_nats =
+        held_nats(map.back(), points, pose, result->constraint->weakest, variance);
+  return result;
 }
 
 }  // namespace wayfare

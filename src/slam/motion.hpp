@@ -32,7 +32,9 @@ class MotionModel {
   void tell(LogTime time, const SE2d& pose, const std::optional<SE2d>& odometry);
   /// The scan last told of turned out to be at `pose`: that was no motion.
   void correct(const SE2d& pose) {
-    if (last_) last_->pose = pose;
+    if (!last_) return;
+    from_.pose = pose * last_->pose.inverse() * from_.pose;
+    last_->pose = pose;
   }
 
  private:
@@ -44,9 +46,23 @@ class MotionModel {
     std::optional<SE2d> odometry;
   };
 
+  struct Start {
+    LogTime time;
+    SE2d pose;
+  };
+
   MotionNoise odometry_noise_, velocity_noise_;
   std::optional<Seen> last_;
+  Start from_;                                          // where the latest velocity was measured to
+  double usual_s_ = 0.0;                                // from scan to scan
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();  // body frame, per second
 };
+
+/// Whether odometry leads farther from where the robot gets by going on than that should err. (What
+/// odometry itself should err grows with a jump of it.)
+[[nodiscard]] bool contradicts(const Motion& odometry, const Motion& going_on, double sigmas);
+
+/// Whether it leads so far from there that even a fair match where it leads is worth a doubt.
+[[nodiscard]] bool leaps(const Motion& odometry, const Motion& going_on);
 
 }  // namespace wayfare

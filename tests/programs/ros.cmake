@@ -14,6 +14,11 @@ foreach(_kind IN ITEMS bag mcap)
   set_tests_properties(programs.same_graph_of_${_kind} PROPERTIES
     FIXTURES_REQUIRED "room_log;room_run;room_${_kind};room_${_kind}_run")
 endforeach()
+program_test(convert_log_thins_out zero "scans +[1-9]"
+  COMMAND "${_convert};${_out}/room.log;--out;${_out}/thinned.mcap;--every;2;--beams;2;--max-range;8;--field-of-view;120;--force"
+  FILES "${_out}/thinned.mcap" NEEDS room_log GIVES room_thinned)
+program_test(graph_slam_of_a_thinned_log zero "loop closures"
+  COMMAND "${_slam};${_out}/thinned.mcap;--out;${_out}/room_thinned;--force" NEEDS room_thinned)
 program_test(convert_log_keeps_what_is_there nonzero "room.bag"
   COMMAND "${_convert};${_out}/room.log;--out;${_out}/room.bag" NEEDS room_log room_bag)
 program_test(convert_log_to_nothing_it_knows nonzero "neither in .mcap nor in .bag"

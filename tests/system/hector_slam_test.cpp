@@ -69,6 +69,43 @@ TEST(HectorSlam, GoesOnByMotionWhereItSeesNothing) {
   EXPECT_LT(run->trajectory[59].T_map_base.raw().minus(want).head<2>().norm(), 0.04);
 }
 
+// Wheels that say nothing of a turn of 40° on the spot, then counters that begin anew.
+TEST(HectorSlam, OdometryThatIsNotSo) {
+  Recording recording = round_the_room(80);
+  SE2d counted;
+  for (std::size_t i = 0; i < recording.truth.size(); ++i) {
+    if (i > 0 && i != 30) {
+      const SE2d step =
+          recording.truth[i - 1].T_map_base.raw().inverse() * recording.truth[i].T_map_base.raw();
+      counted = i == 60 ? SE2d(4.0, -3.0, Angle::degrees(120)) : counted * step;
+    }
+    recording.odometry.push_back(
+        {recording.scans[i].time, Transform2<frame::Odom, frame::Base>(counted)});
+    if (i != 29) continue;
+    Rng rng(12);
+    const SE2d turn(0.0, 0.0, Angle::degrees(40));
+    const SE2d from = recording.truth[i].T_map_base.raw();
+    SE2d pose = from * turn;
+    for (std::size_t k = i + 1; k < recording.truth.size(); ++k) {
+      recording.truth[k].T_map_base = Transform2<frame::Map, frame::Base>(pose);
+      const LogTime time = recording.scans[k].time;
+      recording.scans[k] = Walls::room().scan(pose, rng);
+      recording.scans[k].time = time;
+      pose = pose.plus({-0.02, 0, 2 * M_PI / 180});
+    }
+  }
+  const auto run = run_hector_slam(recording);
+  ASSERT_TRUE(run);
+  EXPECT_EQ(run->statistics.unmatched_scans, 0U);
+  const SE2d start = recording.truth[0].T_map_base.raw();
+  for (const std::size_t i : {30U, 59U, 60U, 79U}) {
+    const SE2d want = start.inverse() * recording.truth[i].T_map_base.raw();
+    const Eigen::Vector3d off = run->trajectory[i].T_map_base.raw().minus(want);
+    EXPECT_LT(off.head<2>().norm(), 0.06) << i;
+    EXPECT_LT(std::abs(off[2]), 0.02) << i;
+  }
+}
+
 TEST(HectorSlam, RefusesAScanAndKeepsWhatIsGood) {
   HectorSlam slam;
   ASSERT_TRUE(slam.add_scan(room_scan(1.0, 3.0, 2.0), std::nullopt));

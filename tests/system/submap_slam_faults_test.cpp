@@ -91,6 +91,37 @@ TEST(SubmapSlamFaults, ScansAtIrregularTimesDoubledAndWithHoles) {
             0.15);
 }
 
+// Counters that begin anew: 7 m and a right angle off from one scan to the next.
+TEST(SubmapSlamFaults, OdometryBeginsAnewOnTheWay) {
+  EXPECT_LT(rmse_after([](Recording& r) {
+              const LogTime from = r.scans[r.scans.size() / 2].time;
+              const SE2d leap(5.0, -5.0, Angle::degrees(90));
+              for (OdometrySample& o : r.odometry)
+                if (o.time >= from)
+                  o.T_odom_base = Transform2<frame::Odom, frame::Base>(leap * o.T_odom_base.raw());
+            }),
+            0.15);
+}
+
+// Scans 0.2 s apart, every seventh stamped a millisecond after the one before: what moved in
+// 0.2 s is no velocity over one.
+TEST(SubmapSlamFaults, StampsThatJitterWithoutOdometry) {
+  auto run = simulate(kRing, slipping_robot(), 1);
+  run.recording.odometry.clear();
+  std::vector<LogTime> when;
+  for (std::size_t i = 0; i < run.recording.scans.size(); ++i) {
+    LaserScan& s = run.recording.scans[i];
+    when.push_back(s.time);
+    if (i % 7 == 6) s.time = run.recording.scans[i - 1].time + from_seconds(0.001);
+  }
+  SubmapSlamOptions options;
+  options.submap_nodes = 20;
+  auto slam = run_submap_slam(run.recording, options);
+  ASSERT_TRUE(slam && slam->trajectory.size() == when.size());
+  for (std::size_t i = 0; i < when.size(); ++i) slam->trajectory[i].time = when[i];
+  EXPECT_LT(eval::absolute_error(slam->trajectory, run.truth).translation_m.rmse, 0.15);
+}
+
 /// The ring without odometry, by a gyroscope that is silent from a third of the way on.
 TEST(SubmapSlamFaults, GyroscopeStops) {
   EXPECT_LT(rmse_after([](Recording& r) {

@@ -21,6 +21,9 @@ class ProbabilityGrid : public PaddedTable {
     return static_cast<double>(value(map_cell)) / kOne;
   }
 
+  /// The value of a cell nobody observed.
+  [[nodiscard]] int unknown() const { return unknown_; }
+
   /// The table of `grid` with room for `margin` cells about what was observed, made anew in its own
   /// memory. Refused, and left empty: a grid without an observed cell, an unknown probability
   /// outside [0, 1], more cells than a table may have.

@@ -45,7 +45,9 @@ struct HectorSlamOptions {
   double search_sigmas = 4.0;
   /// A scan's points err together: this many count against the motion.
   double independent_points = 100.0;
-  double least_score = 0.1;  ///< agreement in [0, 1] below which the motion stands
+  double least_score = 0.1;     ///< agreement in [0, 1] below which the motion stands
+  double tracked_score = 0.55;  ///< agreement below which headings farther off are tried as well …
+  double lost_score = 0.50;     ///< … and believed from here
 
   /// With an inertial unit: rotates its axes to the base's (x forward, y left, z up) …
   SO3d q_base_unit{};

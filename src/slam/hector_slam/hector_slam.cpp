@@ -44,7 +44,7 @@ class HectorSlam::Engine {
       pose_ = odometry.value_or(SE2d());
       outcome.matched = true;
     } else {
-      outcome = place(sight, expect(scan.time, odometry));
+      outcome = place(sight, expect(scan.time, odometry), beside_odometry(scan.time, odometry));
     }
     if (carried_ && !carrier_.placed())
       carrier_.place(pose_, options_.least_sigma_m, options_.least_sigma);
@@ -103,7 +103,22 @@ class HectorSlam::Engine {
     return {carrier_.planar(), p.diagonal().cwiseSqrt(), p.inverse()};
   }
 
-  ScanOutcome place(const Sight& sight, const Expected& expected) {
+  /// Where the robot gets by going on as it did, where odometry has it elsewhere.
+  struct Beside {
+    SE2d pose;
+    bool leaps;  ///< far elsewhere
+  };
+  [[nodiscard]] std::optional<Beside> beside_odometry(LogTime time,
+                                                      const std::optional<SE2d>& odometry) const {
+    if (!odometry) return std::nullopt;
+    const Motion by_odometry = motion_model_.predict(time, odometry);
+    const Motion going_on = motion_model_.predict(time, {});
+    if (!contradicts(by_odometry, going_on, options_.search_sigmas)) return std::nullopt;
+    return Beside{pose_ * going_on.increment, leaps(by_odometry, going_on)};
+  }
+
+  ScanOutcome place(const Sight& sight, const Expected& expected,
+                    const std::optional<Beside>& beside) {
     const PointSet points = thin(end_points(*sight.scan, sight.T_base_laser),
                                  static_cast<float>(options_.point_spacing_m),
                                  static_cast<float>(options_.max_range_m));
@@ -120,12 +135,31 @@ class HectorSlam::Engine {
     if (points.empty()) return outcome;
     auto found = matcher_.match(map_.tables(), points, expected.pose, window, match);
     if (in_the_dark_) look_about(points, expected, match, found);
+    const bool poor = score_of(found) < options_.tracked_score;
+    if (poor) look_wider(points, expected.pose, half_m, match, found);
+    if (beside && (poor || beside->leaps)) look_wider(points, beside->pose, 0.0, match, found);
     if (!found || !*found) return outcome;
     pose_ = (*found)->T_map_points;
     if ((*found)->covariance) settle(**found, points, expected.pose);
     outcome.score = (*found)->score;
     outcome.matched = true;
     return outcome;
+  }
+
+  static double score_of(const Result<std::optional<MatchResult>>& found) {
+    return found && *found ? (*found)->score : 0.0;
+  }
+
+  /// A robot that turned farther than motion should err, or whose wheels said nothing of it.
+  void look_wider(const PointSet& points, const SE2d& start, double half_m, MatchOptions match,
+                  Result<std::optional<MatchResult>>& best) const {
+    constexpr double kClearly = 0.05, kLooser = 0.25, kLeast_m = 0.8;
+    const double half = std::max(half_m, kLeast_m);
+    *match.prior_information *= kLooser;
+    auto found =
+        matcher_.match(map_.tables(), points, start, {half, half, Angle::degrees(60)}, match);
+    const double score = score_of(found);
+    if (score >= options_.lost_score && score > score_of(best) + kClearly) best = std::move(found);
   }
 
   /// After scans that saw nothing the filter may be farther off than a climb leads back: climbs

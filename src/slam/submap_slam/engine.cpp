@@ -33,7 +33,8 @@ Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const Mo
   if (before == 0)
     T_local_base_ = odometry.value_or(SE2d());
   else
-    placed = place(*points, predict(scan.time, odometry, hint.turn));
+    placed = place(*points, predict(scan.time, odometry, hint.turn),
+                   odometry ? std::optional(predict(scan.time, {}, hint.turn)) : std::nullopt);
   outcome.score = placed.score;
   outcome.matched = placed.matched;
   if (is_due(placed.matched))
@@ -70,7 +71,10 @@ Motion SubmapSlam::Engine::predict(LogTime time, const std::optional<SE2d>& odom
   return motion;
 }
 
-SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, const Motion& motion) {
+/// By `motion`; where that is odometry, and has the robot where little agrees and it would not get
+/// by `going_on`, by the latter if more agrees there: counters are reset, wheels lifted.
+SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, const Motion& motion,
+                                                     const std::optional<Motion>& going_on) {
   const SE2d expected = T_local_base_ * motion.increment;
   const Eigen::Matrix3d turn = motion.increment.inverse().adjoint();
   for (Eigen::Matrix3d* since : {&since_node_, &since_match_})
@@ -78,7 +82,14 @@ SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, con
   // After scans that were not placed the robot may be farther off than one motion's error.
   const Eigen::Vector3d most(1.0, 1.0, Angle::degrees(60).radians());
   const Eigen::Vector3d sigma = since_match_.diagonal().cwiseSqrt().cwiseMin(most);
-  const auto found = tracker_.place(map_, points, expected, {motion.increment, sigma});
+  auto found = tracker_.place(map_, points, expected, {motion.increment, sigma});
+  const bool poor = !found || found->score < options_.tracked_score;
+  if (going_on && (poor || leaps(motion, *going_on)) &&
+      contradicts(motion, *going_on, options_.search_sigmas)) {
+    constexpr double kClearly = 0.05;
+    const auto other = tracker_.place(map_, points, T_local_base_ * going_on->increment, *going_on);
+    if (other && other->score > (found ? found->score : 0.0) + kClearly) found = other;
+  }
   if (found) since_match_.setZero();
   T_local_base_ = found ? found->T_local_points : expected;
   lost_ = found ? 0 : lost_ + 1;

@@ -51,7 +51,8 @@ class SubmapSlam::Engine {
   [[nodiscard]] Result<PointSet> points_of(const LaserScan& scan) const;
   [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry,
                                const std::optional<Angle>& turn) const;
-  [[nodiscard]] Placed place(const PointSet& points, const Motion& motion);
+  [[nodiscard]] Placed place(const PointSet& points, const Motion& motion,
+                             const std::optional<Motion>& going_on);
   [[nodiscard]] bool is_due(bool matched) const;
   Result<void> add_node(const PointSet& points, const Placed& placed);
   void join_node(const std::shared_ptr<const PackedPoints>& points, const Placed& placed);

@@ -7,7 +7,7 @@
 namespace wayfare {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x31'50'41'4d'42'55'53'57;  // "WSUBMAP1", least byte first
+constexpr std::uint64_t kMagic = 0x32'50'41'4d'42'55'53'57;  // "WSUBMAP2", least byte first
 
 /// FNV-1a: a damaged file is told from a good one.
 std::uint64_t digest(std::span<const std::uint8_t> bytes) {
@@ -66,6 +66,9 @@ struct SubmapState {
       field(a, last.pose);
       perhaps(a, last.odometry, [&](SE2d& pose) { field(a, pose); });
     });
+    field(a, model.from_.time);
+    field(a, model.from_.pose);
+    field(a, model.usual_s_);
     field(a, model.velocity_);
   }
 

@@ -1,0 +1,67 @@
+// Whether a map holds a scan where the scan's own normals say nothing.
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/map/multi_resolution_grid.hpp>
+#include <wayfare/match/gauss_newton.hpp>
+#include <wayfare/match/scene_constraint.hpp>
+
+#include "walls.hpp"
+
+namespace wayfare {
+namespace {
+
+/// Of a scan amid places a quarter of a metre apart.
+SceneConstraint constraint_amid(const Walls& walls) {
+  Rng rng(35);
+  MultiResolutionGrid map;
+  for (int i = -12; i <= 12; ++i) {
+    const SE2d place(0.25 * i, 0.0, Angle());
+    EXPECT_TRUE(map.insert(place, walls.scan(place, rng)));
+  }
+  const auto match =
+      GaussNewtonMatcher().match(map.tables(), end_points(walls.scan(SE2d(), rng)), SE2d(),
+                                 {0.5, 0.5, Angle::degrees(20)}, {.covariance = true});
+  EXPECT_TRUE(match && *match && (*match)->constraint);
+  return match && *match ? (*match)->constraint.value_or(SceneConstraint{}) : SceneConstraint{};
+}
+
+TEST(HeldScan, SlidesAlongABareCorridor) {
+  const SceneConstraint bare = constraint_amid(Walls::corridor(Angle()));
+  EXPECT_GT(std::abs(bare.weakest.x()), 0.95);
+  EXPECT_LT(bare.held_nats, 1.0);
+}
+
+// Normals over 0.6 m hardly feel niches of 0.3 m. A quarter of a metre along, the points in them,
+// each its residual changed by about one, fall into cells seen free: ten of a hundred points are
+// 0.5 · 20 · 0.1 / 0.4² = 6 nats.
+TEST(HeldScan, IsHeldByNiches) {
+  Walls niches;
+  for (const double side : {-1.0, 1.0})
+    for (double x = -20; x < 20; x += 2.5) {
+      const double in = 1.2 * side, out = 1.35 * side;
+      niches.walls.push_back({{x, in}, {x + 2.2, in}});
+      niches.walls.push_back({{x + 2.2, in}, {x + 2.2, out}});
+      niches.walls.push_back({{x + 2.2, out}, {x + 2.5, out}});
+      niches.walls.push_back({{x + 2.5, out}, {x + 2.5, in}});
+    }
+  EXPECT_GT(constraint_amid(niches).held_nats, 2.5);
+}
+
+TEST(HeldScan, IsNotHeldByWhatWasNeverSeen) {
+  Rng rng(36);
+  MultiResolutionGrid map;
+  const Walls room = Walls::room();
+  ASSERT_TRUE(map.insert(SE2d(), room.scan(SE2d(), rng)));
+  const SE2d outside(30, 30, Angle());
+  const auto match = GaussNewtonMatcher({.max_iterations = 0})
+                         .match(map.tables(), end_points(room.scan(SE2d(), rng)), outside,
+                                {0.5, 0.5, Angle::degrees(20)}, {.covariance = true});
+  ASSERT_TRUE(match && *match && (*match)->constraint);
+  EXPECT_EQ((*match)->constraint->held_nats, 0.0);
+}
+
+}  // namespace
+}  // namespace wayfare
