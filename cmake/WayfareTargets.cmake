@@ -44,6 +44,11 @@ function(wayfare_test name)
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests")
   target_compile_definitions(test_${name} PRIVATE WAYFARE_DATA_DIR="${WAYFARE_DATA_DIR}")
   wayfare_warnings(test_${name})
+  # Tests spend their time in the compiler, most of it on templates of Eigen and gtest.
+  target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(WAYFARE_UNITY_TESTS)
+    set_target_properties(test_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  endif()
   gtest_discover_tests(test_${name} DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES)
 endfunction()
 

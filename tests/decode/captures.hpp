@@ -31,3 +31,16 @@ inline std::string fingerprint(decode::Bytes bytes) {
 }
 
 }  // namespace wayfare::testing
+
+namespace wayfare::decode {
+
+using Stream = std::vector<std::uint8_t>;
+
+inline void append(Stream& to, const Stream& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+/// A decoded message as text: text_of() of its type, whichever that is.
+inline constexpr auto kAsText = [](const auto& message) { return text_of(message); };
+
+}  // namespace wayfare::decode

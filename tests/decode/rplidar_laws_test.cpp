@@ -11,7 +11,7 @@ namespace wayfare::decode {
 namespace {
 
 testing::DecoderLaws<RplidarDecoder> laws_of(const Stream& stream, RplidarAnswer inside) {
-  testing::DecoderLaws<RplidarDecoder> laws{stream, text_of};
+  testing::DecoderLaws<RplidarDecoder> laws{stream, kAsText};
   laws.make = [inside] { return std::make_unique<RplidarDecoder>(RplidarFraming(inside)); };
   laws.work_per_byte = 2.0 * RplidarFraming::kCapacity;
   return laws;

@@ -10,9 +10,10 @@
 #include <wayfare/decode/rplidar_packet.hpp>
 #include <wayfare/decode/rplidar_points.hpp>
 
+#include "decode/captures.hpp"
+
 namespace wayfare::decode {
 
-using Stream = std::vector<std::uint8_t>;
 using Points = std::vector<RplidarPoint>;
 
 inline std::string hex(Bytes bytes) {
@@ -52,10 +53,6 @@ inline Stream capsule(int start_q6, const Stream& contents, bool first = false) 
   out[0] = static_cast<std::uint8_t>(0xA0 | (sum & 0xF));
   out[1] = static_cast<std::uint8_t>(0x50 | sum >> 4);
   return out;
-}
-
-inline void append(Stream& to, const Stream& more) {
-  to.insert(to.end(), more.begin(), more.end());
 }
 
 inline Points points_of(const Stream& stream, RplidarAnswer inside = RplidarAnswer::none) {

@@ -142,7 +142,7 @@ TEST(TiCaptures, KeepTheLawsUnderDamage) {
   std::vector<std::uint64_t> starts;
   each_frame(bytes, [&](const TiFrame& f) { starts.push_back(f.position()); });
   bytes.resize(starts.at(4));
-  const testing::DecoderLaws<TiDecoder> laws{bytes, text_of};
+  const testing::DecoderLaws<TiDecoder> laws{bytes, kAsText};
   laws.check();
   const testing::DamageReport report = laws.damage(10000);
   report.record("ti");

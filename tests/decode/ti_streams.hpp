@@ -14,8 +14,6 @@
 
 namespace wayfare::decode {
 
-using Stream = std::vector<std::uint8_t>;
-
 template <class T>
 void append(Stream& out, T value) {
   out.resize(out.size() + sizeof(T));

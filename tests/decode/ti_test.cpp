@@ -154,7 +154,7 @@ TEST(Ti, KeepsTheLaws) {
   for (int i = 0; i < 12; ++i)
     frames.push_back(frame(static_cast<std::uint32_t>(i + 1), static_cast<std::uint32_t>(i),
                            {float_points(i), side_info(i), {2, Stream(512, 3)}, {6, Stream(24)}}));
-  testing::DecoderLaws<TiDecoder>{joined(frames), text_of}.check();
+  testing::DecoderLaws<TiDecoder>{joined(frames), kAsText}.check();
 }
 
 }  // namespace

@@ -13,16 +13,10 @@
 
 namespace wayfare::decode {
 
-using Stream = std::vector<std::uint8_t>;
-
 inline Stream message(XbusId id, const Stream& data, std::uint8_t bus = 0xFF) {
   Stream out(data.size() + 7);
   out.resize(write_xbus(bus, id, data, out));
   return out;
-}
-
-inline void append(Stream& to, const Stream& more) {
-  to.insert(to.end(), more.begin(), more.end());
 }
 
 template <class T>

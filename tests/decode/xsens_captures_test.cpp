@@ -199,7 +199,7 @@ TEST(XsensCaptures, KeepTheLawsUnderDamage) {
   std::vector<std::uint64_t> starts;
   each_message(bytes, [&](const XbusMessage& m) { starts.push_back(m.position()); });
   bytes.resize(starts.at(40));
-  const testing::DecoderLaws<XbusDecoder> laws{bytes, text_of};
+  const testing::DecoderLaws<XbusDecoder> laws{bytes, kAsText};
   laws.check();
   const testing::DamageReport report = laws.damage(10000);
   report.record("xbus");

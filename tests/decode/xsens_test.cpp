@@ -64,7 +64,7 @@ TEST(Xbus, KeepsTheLaws) {
     for (auto& byte : data) byte = rng.below(8) == 0 ? 0xFA : static_cast<std::uint8_t>(rng());
     append(bytes, message(XbusId::mt_data2, data));
   }
-  const testing::DecoderLaws<XbusDecoder> laws{bytes, text_of};
+  const testing::DecoderLaws<XbusDecoder> laws{bytes, kAsText};
   laws.check();
   const testing::DamageReport report = laws.damage(3000);
   EXPECT_EQ(report.lost, 0U);

@@ -14,16 +14,17 @@
 #include <wayfare/estimate/ahrs_report.hpp>
 #include <wayfare/estimate/attitude.hpp>
 
+#include "core/at.hpp"
+
 namespace wayfare {
 namespace {
 
 using Eigen::Vector3d;
 using Filter = AhrsFilter<double>;
+using tests::at;
 
 constexpr double kGravity = 9.80665;
 constexpr double kDegree = std::numbers::pi / 180.0;
-
-LogTime at(double s) { return LogTime::from_seconds(s); }
 
 TEST(Attitude, EastNorthUpToNorthEastDown) {
   const SO3d ned = rotation_from_enu<frame::Ned, double>();

@@ -12,13 +12,14 @@
 #include <wayfare/estimate/rest_detector.hpp>
 #include <wayfare/estimate/sample_clock.hpp>
 
+#include "core/at.hpp"
+
 namespace wayfare {
 namespace {
 
 using Eigen::Vector3d;
 using Verdict = SampleClock::Verdict;
 
-LogTime at(double s) { return LogTime::from_seconds(s); }
 Vector3d noise(Rng& rng, double sigma) {
   const double x = rng.normal(), y = rng.normal();
   return sigma * Vector3d(x, y, rng.normal());
@@ -138,6 +139,7 @@ TEST(GyroNoise, OfACoarseStepIsHalfTheChangeOfRate) {
 }
 
 using Gate = MagneticGate<double>;
+using tests::at;
 
 /// `dip_deg` below the horizon, towards `heading_deg` east of north.
 Vector3d field(double norm_uT, double dip_deg, double heading_deg = 0.0) {

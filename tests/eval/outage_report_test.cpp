@@ -5,14 +5,15 @@
 
 #include <gtest/gtest.h>
 
+#include "core/at.hpp"
+
 namespace wayfare::eval {
 namespace {
 
 using std::chrono::seconds;
+using tests::at;
 
 const Geodetic kCentre{Angle::degrees(48.0), Angle::degrees(9.0), 250.0};
-
-LogTime at(double s) { return LogTime::from_seconds(s); }
 
 /// Round a circle of 50 m in 20 s.
 NavState on_circle(LogTime t) {

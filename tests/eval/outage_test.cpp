@@ -5,14 +5,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/at.hpp"
+
 namespace wayfare::eval {
 namespace {
 
 using std::chrono::seconds;
+using tests::at;
 
 const Geodetic kOrigin{Angle::degrees(50.0), Angle::degrees(10.0), 100.0};
-
-LogTime at(double s) { return LogTime::from_seconds(s); }
 
 // North at 10 m/s.
 NavState truth(LogTime t) {

@@ -5,12 +5,13 @@
 
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/relations.hpp>
+#include "core/at.hpp"
 #include "io/support.hpp"
 
 namespace wayfare::eval {
 namespace {
 
-LogTime at(double s) { return LogTime::from_seconds(s); }
+using tests::at;
 
 StampedPose sample(double t, double x, double y, double degrees) {
   return {at(t), Transform2<frame::Map, frame::Base>(SE2d(x, y, Angle::degrees(degrees)))};

@@ -19,13 +19,13 @@ template <class G>
 using Step = DampedStep<G, MultifrontalCholesky<ManifoldTraits<G>::kDof>>;
 
 template <class G>
-class DampedStepTest : public testing::Test {
+class DampedStepTest : public ::testing::Test {
  protected:
   Rng rng_{21};
   PoseGraph<G> graph_ = tangle<G>(rng_);
   Step<G> step_;
 };
-using Groups = testing::Types<SE2d, SE3d>;
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(DampedStepTest, Groups);
 
 // The oracle solves (H + λ diag H) Δ = −g with dense matrices from numeric Jacobians.
@@ -70,7 +70,7 @@ TYPED_TEST(DampedStepTest, NamesThePoseThatNothingHolds) {
   EXPECT_FALSE(this->step_.compute(0.0));
   EXPECT_FALSE(this->step_.solved());
   EXPECT_THAT(this->step_.undetermined(this->graph_).message,
-              testing::HasSubstr("pose e is not fully determined"));
+              ::testing::HasSubstr("pose e is not fully determined"));
 }
 
 TYPED_TEST(DampedStepTest, NamesThePoseWhoseSumsOverflow) {
@@ -81,7 +81,7 @@ TYPED_TEST(DampedStepTest, NamesThePoseWhoseSumsOverflow) {
   EXPECT_FALSE(this->step_.compute(0.0));
   const Error error = this->step_.undetermined(this->graph_);
   EXPECT_THAT(error.message,
-              testing::AnyOf(testing::HasSubstr("pose 1"), testing::HasSubstr("pose 2")));
+              testing::AnyOf(::testing::HasSubstr("pose 1"), ::testing::HasSubstr("pose 2")));
 }
 
 // Rows and columns of the dense inverse; zero for fixed poses.

@@ -86,13 +86,13 @@ TEST(PhaseTimer, AddsToWhatWasThere) {
   EXPECT_GE(seconds, once);
 }
 
-using Step = DampedStep<SE2d, MultifrontalCholesky<3>>;
+using PlaneStep = DampedStep<SE2d, MultifrontalCholesky<3>>;
 
 struct Descent {
   PoseGraph2 graph;
   OptimiseOptions options;
   OptimiseReport report;
-  Step step;
+  PlaneStep step;
 
   explicit Descent(PoseGraph2 start, OptimiseOptions o = {})
       : graph(std::move(start)), options(std::move(o)) {
@@ -141,7 +141,7 @@ TEST(Descent, NeverGoesUp) {
       EXPECT_LE(d.report.final_cost, d.report.initial_cost);
       if (damped) {
         // At a minimum the gradient is nothing beside what it was.
-        Step end;
+        PlaneStep end;
         end.prepare(d.graph);
         end.linearise(d.graph, {});
         EXPECT_LT(end.equations().gradient().norm(), 1e-2 * std::sqrt(d.report.final_cost));

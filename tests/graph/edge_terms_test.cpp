@@ -8,8 +8,8 @@ namespace wayfare {
 namespace {
 
 template <class G>
-class EdgeTermsTest : public testing::Test {};
-using Groups = testing::Types<SE2d, SE3d>;
+class EdgeTermsTest : public ::testing::Test {};
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(EdgeTermsTest, Groups);
 
 // What the closed form says is what PoseError's Jacobians give, multiplied out; with and without

@@ -69,8 +69,8 @@ void on_every_front(const Check& check) {
                                           {7, 13},
                                           {11, 6},
                                           {16, 0}}) {
-        SCOPED_TRACE(testing::Message() << "set " << static_cast<int>(isa) << ", blocks of "
-                                        << block << ", " << columns << " and " << rows);
+        SCOPED_TRACE(::testing::Message() << "set " << static_cast<int>(isa) << ", blocks of "
+                                          << block << ", " << columns << " and " << rows);
         Case c(rng, block, columns, rows);
         check(kernels_for(isa, block), c, block);
       }

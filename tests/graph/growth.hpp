@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <wayfare/core/random.hpp>
+#include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/incremental_replay.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
@@ -42,6 +43,10 @@ PoseGraph<G> random_walk(Rng& rng, int poses, bool false_loops = false) {
   }
   return graph;
 }
+
+/// A whole Gauss-Newton step an update: every pose that moved is relinearised, no change is left out.
+inline constexpr IncrementalOptions kExact{
+    .relinearise_step = 0.0, .solve_change = 0.0, .max_rounds = 1};
 
 /// Largest difference of two lists of poses.
 template <class G>

@@ -63,12 +63,12 @@ double distance_to(const IncrementalCholesky<N>& system, const Eigen::VectorXd& 
 }
 
 template <class Size>
-class IncrementalCholeskyTest : public testing::Test {};
+class IncrementalCholeskyTest : public ::testing::Test {};
 template <int N>
 struct Size {
   static constexpr int value = N;
 };
-using Sizes = testing::Types<Size<3>, Size<6>>;
+using Sizes = ::testing::Types<Size<3>, Size<6>>;
 TYPED_TEST_SUITE(IncrementalCholeskyTest, Sizes);
 
 // Variables, terms, changed values, voided x and orders anew in any mixture: after each the

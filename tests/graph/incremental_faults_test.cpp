@@ -16,9 +16,9 @@ namespace {
 
 using ::testing::HasSubstr;
 using tests::apart;
+using tests::kExact;
 using tests::random_walk;
 
-constexpr IncrementalOptions kExact{.relinearise_step = 0.0, .solve_change = 0.0, .max_rounds = 1};
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 struct BadEdge {

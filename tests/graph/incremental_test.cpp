@@ -14,9 +14,8 @@ namespace wayfare {
 namespace {
 
 using tests::apart;
+using tests::kExact;
 using tests::random_walk;
-
-constexpr IncrementalOptions kExact{.relinearise_step = 0.0, .solve_change = 0.0, .max_rounds = 1};
 
 /// Takes one edge, and the pose it brings in where the last estimate has it.
 template <class G>
@@ -28,8 +27,8 @@ void take(IncrementalOptimiser<G>& growing, const ReplayStep<G>& step) {
 }
 
 template <class G>
-class IncrementalTest : public testing::Test {};
-using Groups = testing::Types<SE2d, SE3d>;
+class IncrementalTest : public ::testing::Test {};
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(IncrementalTest, Groups);
 
 // The promise for zero thresholds, at every step, with and without a kernel that bends.

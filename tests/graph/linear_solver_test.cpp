@@ -18,7 +18,7 @@ using tests::fill;
 using tests::random_pairs;
 
 template <class Solver>
-class LinearSolverTest : public testing::Test {};
+class LinearSolverTest : public ::testing::Test {};
 TYPED_TEST_SUITE(LinearSolverTest, AllSolvers);
 
 TYPED_TEST(LinearSolverTest, AgreesWithADenseFactorisationOnAnyPattern) {

@@ -12,8 +12,8 @@ namespace wayfare {
 namespace {
 
 template <class G>
-class IterationHeap : public testing::Test {};
-using Groups = testing::Types<SE2d, SE3d>;
+class IterationHeap : public ::testing::Test {};
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(IterationHeap, Groups);
 
 TYPED_TEST(IterationHeap, NothingIsTakenAfterTheFirstIteration) {

@@ -14,9 +14,9 @@ using tests::all_shapes;
 using tests::fill;
 
 template <class Solver>
-class MultifrontalCholeskyTest : public testing::Test {};
+class MultifrontalCholeskyTest : public ::testing::Test {};
 using BlockSizes =
-    testing::Types<MultifrontalCholesky<2>, MultifrontalCholesky<3>, MultifrontalCholesky<6>>;
+    ::testing::Types<MultifrontalCholesky<2>, MultifrontalCholesky<3>, MultifrontalCholesky<6>>;
 TYPED_TEST_SUITE(MultifrontalCholeskyTest, BlockSizes);
 
 TYPED_TEST(MultifrontalCholeskyTest, AgreesWithADenseFactorisationOnEveryShape) {

@@ -14,8 +14,8 @@ namespace {
 using tests::tangle;
 
 template <class G>
-class NormalEquationsTest : public testing::Test {};
-using Groups = testing::Types<SE2d, SE3d>;
+class NormalEquationsTest : public ::testing::Test {};
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(NormalEquationsTest, Groups);
 
 // The gradient of ½ Σ ρ(eᵀΩe) is g, whatever the kernel.

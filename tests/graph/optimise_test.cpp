@@ -15,7 +15,7 @@
 namespace wayfare {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 /// A square walked twice, exactly measured, started from wrong poses.
 template <class G>
@@ -45,8 +45,8 @@ PoseGraph<G> square_walk(Rng& rng, double disturbance) {
 }
 
 template <class G>
-class OptimiseTest : public testing::Test {};
-using Groups = testing::Types<SE2d, SE3d>;
+class OptimiseTest : public ::testing::Test {};
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(OptimiseTest, Groups);
 
 TYPED_TEST(OptimiseTest, FindsExactMeasurementsByBothMethods) {
@@ -158,7 +158,7 @@ std::string letters_of(std::string_view message) {
     if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
   return name;
 }
-class FaultyGraph : public testing::TestWithParam<Fault> {};
+class FaultyGraph : public ::testing::TestWithParam<Fault> {};
 
 TEST_P(FaultyGraph, IsRefusedByNameAndLeftAsItWas) {
   Rng rng(3);
@@ -176,7 +176,7 @@ TEST_P(FaultyGraph, IsRefusedByNameAndLeftAsItWas) {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 INSTANTIATE_TEST_SUITE_P(
     Faults, FaultyGraph,
-    testing::Values(
+    ::testing::Values(
         Fault{"no poses", [](PoseGraph2& g) { g = {}; }},
         Fault{"pose 8 is not connected to pose 0", [](PoseGraph2& g) { g.add_pose({}); }},
         Fault{"pose 0 is not connected to pose 8",
@@ -200,7 +200,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& instance) { return letters_of(instance.param.message); });
 
 template <class Solver>
-class UndeterminedPose : public testing::Test {};
+class UndeterminedPose : public ::testing::Test {};
 TYPED_TEST_SUITE(UndeterminedPose, AllSolvers);
 
 // A chain whose last link says nothing of the heading.

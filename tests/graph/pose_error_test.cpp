@@ -15,8 +15,8 @@ G random_pose(Rng& rng, double turn) {
 }
 
 template <class G>
-class PoseErrorTest : public testing::Test {};
-using Groups = testing::Types<SE2d, SE3d>;
+class PoseErrorTest : public ::testing::Test {};
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(PoseErrorTest, Groups);
 
 TYPED_TEST(PoseErrorTest, IsZeroWhereTheMeasurementHolds) {

@@ -25,9 +25,9 @@ using tests::all_shapes;
 using tests::fill;
 
 template <class Solver>
-class SelectedInverseTest : public testing::Test {};
+class SelectedInverseTest : public ::testing::Test {};
 using BlockSizes =
-    testing::Types<MultifrontalCholesky<2>, MultifrontalCholesky<3>, MultifrontalCholesky<6>>;
+    ::testing::Types<MultifrontalCholesky<2>, MultifrontalCholesky<3>, MultifrontalCholesky<6>>;
 TYPED_TEST_SUITE(SelectedInverseTest, BlockSizes);
 
 TYPED_TEST(SelectedInverseTest, IsThatOfTheDenseInverseWhereverHHasABlock) {
@@ -61,8 +61,8 @@ TYPED_TEST(SelectedInverseTest, IsThatOfTheDenseInverseWhereverHHasABlock) {
 }
 
 template <class G>
-class CovariancesTest : public testing::Test {};
-using Groups = testing::Types<SE2d, SE3d>;
+class CovariancesTest : public ::testing::Test {};
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(CovariancesTest, Groups);
 
 // The oracle inverts dense equations from numeric Jacobians.

@@ -13,11 +13,12 @@
 namespace wayfare {
 
 #ifdef WAYFARE_TEST_CHOLMOD
-using AllSolvers = testing::Types<MultifrontalCholesky<3>, MultifrontalCholesky<6>, EigenSolver<3>,
-                                  EigenSolver<6>, CholmodSolver<3>, CholmodSolver<6>>;
+using AllSolvers =
+    ::testing::Types<MultifrontalCholesky<3>, MultifrontalCholesky<6>, EigenSolver<3>,
+                     EigenSolver<6>, CholmodSolver<3>, CholmodSolver<6>>;
 #else
-using AllSolvers = testing::Types<MultifrontalCholesky<3>, MultifrontalCholesky<6>, EigenSolver<3>,
-                                  EigenSolver<6>>;
+using AllSolvers = ::testing::Types<MultifrontalCholesky<3>, MultifrontalCholesky<6>,
+                                    EigenSolver<3>, EigenSolver<6>>;
 #endif
 
 }  // namespace wayfare

@@ -14,14 +14,14 @@
 namespace wayfare {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using tests::random_tangent;
 
 constexpr StartMethod kComputed[] = {StartMethod::odometry, StartMethod::tree,
                                      StartMethod::chordal};
 
 template <class G>
-class StartTest : public testing::Test {
+class StartTest : public ::testing::Test {
  protected:
   static constexpr int kDof = G::kDof;
   Rng rng_{21};
@@ -67,7 +67,7 @@ class StartTest : public testing::Test {
     return worst;
   }
 };
-using Groups = testing::Types<SE2d, SE3d>;
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(StartTest, Groups);
 
 TYPED_TEST(StartTest, ExactMeasurementsGiveTheTruthByEveryMethod) {

@@ -10,11 +10,11 @@
 namespace wayfare {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using tests::tangle;
 
 template <class G>
-class ValidateTest : public testing::Test {
+class ValidateTest : public ::testing::Test {
  protected:
   Rng rng_{5};
   PoseGraph<G> graph_ = tangle<G>(rng_);
@@ -24,7 +24,7 @@ class ValidateTest : public testing::Test {
     return checked ? "" : checked.error().message;
   }
 };
-using Groups = testing::Types<SE2d, SE3d>;
+using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(ValidateTest, Groups);
 
 TYPED_TEST(ValidateTest, NamesTheFirstOfSeveralFaultyEdges) {

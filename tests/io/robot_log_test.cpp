@@ -11,12 +11,13 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/io/carmen_writer.hpp>
 
+#include "core/at.hpp"
+
 namespace wayfare::io {
 namespace {
 
 using ::testing::HasSubstr;
-
-LogTime at(double s) { return LogTime::from_seconds(s); }
+using tests::at;
 
 RadarPoint random_point(Rng& rng) {
   const auto number = [&] { return static_cast<float>(rng.normal(0.0, 4.0)); };

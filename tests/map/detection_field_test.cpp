@@ -13,7 +13,7 @@ constexpr double kHit = 0.52;
 
 /// Up to 60 detections a cell, on both sides of the origin and of the tiles' borders; the map is a
 /// little larger, as a view of the whole does not blur beyond it.
-OccupancyGrid strewn(Rng& rng) {
+OccupancyGrid strewn_detections(Rng& rng) {
   OccupancyGrid grid(detection_map());
   const double nats = LogOdds::from_probability(kHit).nats();
   for (int i = 0; i < 3000; ++i)
@@ -36,7 +36,7 @@ PointSet points_about(Rng& rng, double reach_m) {
 // view's values is 0.002 nats.
 TEST(DetectionField, IsTheViewOfTheWholeMapWherePointsCanComeToLie) {
   Rng rng(1);
-  const OccupancyGrid grid = strewn(rng);
+  const OccupancyGrid grid = strewn_detections(rng);
   const SE2d pose(0.4, -0.3, 0.7_rad);
   const FieldReach reach{0.2, 0.1};
   DetectionFieldMaker maker;
@@ -75,7 +75,7 @@ TEST(DetectionField, IsTheLogarithmOfTheCount) {
 
 TEST(DetectionField, RefusesWhatItCannotHold) {
   Rng rng(2);
-  const OccupancyGrid grid = strewn(rng);
+  const OccupancyGrid grid = strewn_detections(rng);
   const PointSet points = points_about(rng, 2.0);
   const DetectionViewOptions good{kHit, 0.03, 0.02, 30.0};
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -21,14 +21,14 @@ using kernels::Kernels;
 using Ints = std::vector<std::int32_t>;
 using Sums = std::vector<std::uint32_t>;
 
-struct Case {
+struct Setting {
   MatchGrid grid;
   MaxPyramid pyramid;
   std::vector<float> x, y;
   int n = 0, padded = 0;
   kernels::Turn turn{};
 
-  explicit Case(Rng& rng)
+  explicit Setting(Rng& rng)
       : grid(random_grid(rng, 1 + static_cast<int>(rng.below(90)),
                          1 + static_cast<int>(rng.below(90)), {0, 0})),
         pyramid(grid),
@@ -129,7 +129,7 @@ TEST(Kernels, VariantsGiveTheSameBits) {
   for_each_variant([](const Kernels& variant, const Kernels& portable) {
     Rng rng(21);
     for (int i = 0; i < 200; ++i) {
-      const Case test(rng);
+      const Setting test(rng);
       Ints u, v, pu, pv;
       test.place(variant, u, v);
       test.place(portable, pu, pv);
@@ -177,7 +177,7 @@ TEST(Kernels, SquaresAreThoseOfTheInterpolatedField) {
   Rng rng(26);
   const Kernels& k = kernels::best_kernels();
   for (int i = 0; i < 40; ++i) {
-    Case test(rng);
+    Setting test(rng);
     test.x[0] = test.y[0] = 0;  // none so far off that the table's edge is clamped
     const double scale =
         std::hypot(static_cast<double>(test.turn.c), static_cast<double>(test.turn.s));
@@ -218,7 +218,7 @@ TEST(Kernels, FusedBoundsEqualTheStepwiseOnes) {
   for_each_variant([](const Kernels& variant, const Kernels& portable) {
     Rng rng(22);
     for (int i = 0; i < 200; ++i) {
-      const Case test(rng);
+      const Setting test(rng);
       const int level = i % MaxPyramid::kLevels;
       ASSERT_EQ(test.turned_bounds(variant, level), test.bound_scores(portable, level));
     }
@@ -230,7 +230,7 @@ TEST(Kernels, RowsOfGroupsAreFourOfThem) {
   for_each_variant([](const Kernels& variant, const Kernels& portable) {
     Rng rng(27);
     for (int i = 0; i < 200; ++i) {
-      const Case test(rng);
+      const Setting test(rng);
       const int level = i % MaxPyramid::kLevels, first = test.n / 3;
       const Ints at = test.bound_index(variant, level, 0);
       const std::uint8_t* table = test.bounds(level).table;
@@ -254,7 +254,7 @@ TEST(Kernels, PairsAndSquaresBoundWhatTheyHold) {
   for_each_variant([](const Kernels& variant, const Kernels& portable) {
     Rng rng(24);
     for (int i = 0; i < 200; ++i) {
-      const Case test(rng);
+      const Setting test(rng);
       const Sums exact = test.block_scores(portable, 16), pairs = test.pair_scores(variant);
       const Sums squares = test.bound_scores(variant, 0);
       ASSERT_EQ(pairs, test.pair_scores(portable));

@@ -38,6 +38,10 @@ inline Result<FootRecording> read_foot(const std::string& path, double rate_hz) 
   return r;
 }
 
+inline std::string folder_of(const std::string& file) {
+  return std::filesystem::path(file).parent_path().string();
+}
+
 inline std::vector<std::string> files_in(const std::string& folder) {
   std::vector<std::string> files;
   for (const auto& e : std::filesystem::directory_iterator(folder))

@@ -27,10 +27,6 @@ Spread spread(std::vector<double> x) {
   return s;
 }
 
-std::string folder_of(const std::string& file) {
-  return std::filesystem::path(file).parent_path().string();
-}
-
 // A zero-velocity filter with one threshold has 0.37 m mean and 0.145 m median on these; one with a
 // threshold for each trial, chosen with the truth, 0.059 m. The gyros of this unit end at ±500 °/s.
 TEST(FootRecordings, PyShoeWithOneSetting) {
@@ -40,7 +36,7 @@ TEST(FootRecordings, PyShoeWithOneSetting) {
     p.rate_range = 8.7;
     p.statistic = statistic;
     std::vector<double> ends, horizontal;
-    for (const auto& path : testing::files_in(folder_of(file))) {
+    for (const auto& path : testing::files_in(testing::folder_of(file))) {
       const auto r = testing::read_foot(path, 200.0);
       ASSERT_TRUE(r) << path;
       const auto e = testing::end_error(testing::run_foot(r->samples, p), *r);
@@ -62,7 +58,7 @@ TEST(FootRecordings, PyShoeWithOneSetting) {
 TEST(FootRecordings, OpenShoeLoops) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/openshoe2010/Measurement_100521_33.f32.gz");
   std::vector<double> ends;
-  for (const auto& path : testing::files_in(folder_of(file))) {
+  for (const auto& path : testing::files_in(testing::folder_of(file))) {
     const auto r = testing::read_foot(path, 250.0);
     ASSERT_TRUE(r) << path;
     ends.push_back(testing::run_foot(r->samples, {}).back().position_m.norm());
@@ -78,7 +74,7 @@ TEST(FootRecordings, OpenShoeLoops) {
 // Never seen while the parameters were chosen: two loops of 25 m and 60 m.
 TEST(FootRecordings, XioLoops) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/xio_gait/short_walk.f32.gz");
-  for (const auto& path : testing::files_in(folder_of(file))) {
+  for (const auto& path : testing::files_in(testing::folder_of(file))) {
     const auto table = io::read_float_table(path);
     ASSERT_TRUE(table) << path;
     ASSERT_EQ(table->columns, 7u);

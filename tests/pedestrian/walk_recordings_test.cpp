@@ -23,9 +23,6 @@ std::string text_of(const std::string& path) {
   std::ifstream in(path);
   return {std::istreambuf_iterator<char>(in), {}};
 }
-std::string folder_of(const std::string& file) {
-  return std::filesystem::path(file).parent_path().string();
-}
 std::string stem_of(const std::string& file) {
   const auto name = std::filesystem::path(file).filename().string();
   return name.substr(0, name.find(".f32"));
@@ -86,7 +83,7 @@ TEST(StepRecordings, OxfordPhones) {
   const std::string json = text_of(truth);
   double sums[2] = {0.0, 0.0};
   int n = 0;
-  for (const auto& path : testing::files_in(folder_of(truth) + "/optimisation_100hz")) {
+  for (const auto& path : testing::files_in(testing::folder_of(truth) + "/optimisation_100hz")) {
     const auto at = json.find('"' + stem_of(path) + "\":");
     ASSERT_NE(at, std::string::npos) << path;
     const double steps = std::strtod(json.c_str() + json.find(':', at) + 1, nullptr);
@@ -112,8 +109,8 @@ TEST(StepRecordings, LowerBack) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/ipol_gait/1-3.f32.gz");
   double sums[2] = {0.0, 0.0};
   int n = 0;
-  for (const auto& path : testing::files_in(folder_of(file))) {
-    const auto json = text_of(folder_of(file) + "/" + stem_of(path) + ".json");
+  for (const auto& path : testing::files_in(testing::folder_of(file))) {
+    const auto json = text_of(testing::folder_of(file) + "/" + stem_of(path) + ".json");
     const auto bounds = numbers(json, "TrialBoundaries");
     ASSERT_EQ(bounds.size(), 2u) << path;
     int steps = 0;
@@ -162,7 +159,7 @@ TEST(WalkRecordings, PhoneInHand) {
        }}};
   for (const Trial& trial : trials) {
     std::map<std::string, std::vector<double>> absolute, turned;
-    for (const auto& path : testing::files_in(folder_of(file))) {
+    for (const auto& path : testing::files_in(testing::folder_of(file))) {
       const auto walk = testing::read_phone_walk(path);
       ASSERT_TRUE(walk) << path;
       const auto e =
@@ -214,7 +211,7 @@ TEST(WalkRecordings, OnTheHead) {
     p.field_drift.offset_sigma_uT = w.drift ? 50.0 : 0.0;
     std::vector<double> errors, chosen, others;
     std::printf("%s:", w.name);
-    for (const auto& path : testing::files_in(folder_of(file))) {
+    for (const auto& path : testing::files_in(testing::folder_of(file))) {
       if (stem_of(path)[0] != 'w') continue;
       const auto walk = testing::read_head_walk(path);
       ASSERT_TRUE(walk) << path;

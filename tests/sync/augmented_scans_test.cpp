@@ -11,10 +11,12 @@
 #include <wayfare/measure/wheels.hpp>
 #include <wayfare/sim/differential_drive.hpp>
 
+#include "core/at.hpp"
+
 namespace wayfare {
 namespace {
 
-LogTime at(double s) { return LogTime::from_seconds(s); }
+using tests::at;
 
 // A robot on a circle of 2 m at 0.5 m/s; its radar sees one fixed point, its wheels are exact.
 struct Drive {

@@ -29,7 +29,7 @@ const Recording& lame() {
 
 // What the sensors make of it; by wheels and gyro alone it is 0.90 m. Measured: 0.10 to 0.17 m with
 // LiDAR, 0.05 to 0.12 m with radar alone.
-constexpr double kClose_m = 0.22;
+constexpr double kRecovered_m = 0.22;
 
 /// From the tenth to the twentieth second.
 bool in_the_middle(LogTime t) {
@@ -44,14 +44,14 @@ TEST(RadarSlamFaults, WheelsAndGyroAloneLoseTheWay) {
   Recording r = lame();
   for (std::size_t i = 1; i < r.radar.size(); ++i) r.radar[i].points.clear();
   const RadarSlamRun slam = run(r, SlamSensors::radar);
-  EXPECT_GT(error_m(slam), 3 * kClose_m);
+  EXPECT_GT(error_m(slam), 3 * kRecovered_m);
   EXPECT_TRUE(says(slam, "no radar points"));
 }
 
 TEST(RadarSlamFaults, NothingFails) {
   const RadarSlamRun radar = run(lame(), SlamSensors::radar), both = run(lame(), SlamSensors::both);
-  EXPECT_LT(error_m(radar), kClose_m);
-  EXPECT_LT(error_m(both), kClose_m);
+  EXPECT_LT(error_m(radar), kRecovered_m);
+  EXPECT_LT(error_m(both), kRecovered_m);
   EXPECT_TRUE(both.faults.empty()) << both.faults.front().what;
   // Of 0.006 rad/s and what the robot's gyro had before, -0.0013, more than half is learnt in 40 s.
   EXPECT_GT(both.gyro_bias_rad_s, 0.5 * 0.0047);
@@ -63,7 +63,7 @@ TEST(RadarSlamFaults, NoRadarPoints) {
   for (RadarScan& scan : r.radar)
     if (in_the_middle(scan.time)) scan.points.clear();
   const RadarSlamRun slam = run(r, SlamSensors::radar);
-  EXPECT_LT(error_m(slam), kClose_m);
+  EXPECT_LT(error_m(slam), kRecovered_m);
   EXPECT_TRUE(says(slam, "no radar points"));
   EXPECT_FALSE(says(slam, "LiDAR"));
 }
@@ -72,7 +72,7 @@ TEST(RadarSlamFaults, NoRadarFrames) {
   Recording r = lame();
   std::erase_if(r.radar, [](const RadarScan& scan) { return in_the_middle(scan.time); });
   const RadarSlamRun slam = run(r, SlamSensors::radar);
-  EXPECT_LT(error_m(slam), kClose_m);
+  EXPECT_LT(error_m(slam), kRecovered_m);
   EXPECT_TRUE(says(slam, "no radar points"));
 }
 
@@ -80,7 +80,7 @@ TEST(RadarSlamFaults, LidarOff) {
   Recording r = lame();
   std::erase_if(r.scans, [](const LaserScan& scan) { return in_the_middle(scan.time); });
   const RadarSlamRun slam = run(r, SlamSensors::both);
-  EXPECT_LT(error_m(slam), kClose_m);
+  EXPECT_LT(error_m(slam), kRecovered_m);
   EXPECT_TRUE(says(slam, "no LiDAR returns"));
 }
 
@@ -91,7 +91,7 @@ TEST(RadarSlamFaults, LidarOffForGood) {
     return to_seconds(scan.time - lame().truth.front().time) >= 10;
   });
   const RadarSlamRun slam = run(r, SlamSensors::both);
-  EXPECT_LT(error_m(slam), kClose_m);
+  EXPECT_LT(error_m(slam), kRecovered_m);
   EXPECT_TRUE(says(slam, "no LiDAR returns"));
 }
 
@@ -100,7 +100,7 @@ TEST(RadarSlamFaults, WheelStuck) {
   for (WheelSample& w : r.wheels)
     if (in_the_middle(w.time)) w.left_m = 0.0;
   const RadarSlamRun slam = run(r, SlamSensors::both);
-  EXPECT_LT(error_m(slam), kClose_m);
+  EXPECT_LT(error_m(slam), kRecovered_m);
   EXPECT_TRUE(says(slam, "left wheel stuck"));
   EXPECT_FALSE(says(slam, "right wheel"));
 }
@@ -109,7 +109,7 @@ TEST(RadarSlamFaults, WheelsSilent) {
   Recording r = lame();
   std::erase_if(r.wheels, [](const WheelSample& w) { return in_the_middle(w.time); });
   const RadarSlamRun slam = run(r, SlamSensors::both);
-  EXPECT_LT(error_m(slam), kClose_m);
+  EXPECT_LT(error_m(slam), kRecovered_m);
   EXPECT_TRUE(says(slam, "wheels silent"));
 }
 
@@ -118,7 +118,7 @@ TEST(RadarSlamFaults, GyroNotANumber) {
   for (GyroSample& g : r.gyro)
     if (in_the_middle(g.time)) g.turn_rate_rad_s = std::numeric_limits<double>::quiet_NaN();
   const RadarSlamRun slam = run(r, SlamSensors::both);
-  EXPECT_LT(error_m(slam), kClose_m);
+  EXPECT_LT(error_m(slam), kRecovered_m);
   EXPECT_TRUE(says(slam, "gyro"));
 }
 
@@ -176,11 +176,11 @@ TEST(RadarSlamFaults, NoWheelsAtAll) {
   r.gyro.clear();
   for (const SlamSensors sensors : {SlamSensors::radar, SlamSensors::both}) {
     const RadarSlamRun slam = run(r, sensors);
-    EXPECT_LT(error_m(slam), kClose_m);
+    EXPECT_LT(error_m(slam), kRecovered_m);
     EXPECT_TRUE(slam.radar_map.bounds().has_value());
   }
   r.scans.clear();
-  EXPECT_LT(error_m(run(r, SlamSensors::radar)), kClose_m);
+  EXPECT_LT(error_m(run(r, SlamSensors::radar)), kRecovered_m);
 }
 
 }  // namespace
