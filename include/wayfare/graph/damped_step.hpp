@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <wayfare/graph/linear_solver.hpp>
+#include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/normal_equations.hpp>
 #include <wayfare/graph/phase_timer.hpp>
 #include <wayfare/graph/report.hpp>
@@ -27,12 +28,7 @@ class DampedStep {
   }
 
   /// Lays out the equations of a validated graph; returns whether the layout could be kept.
-  bool prepare(const PoseGraph<G>& graph) {
-    const PhaseTimer timer(times_.analyse_s);
-    const bool changed = equations_.set_structure(graph);
-    if (changed && !equations_.free_poses().empty()) solver_.analyse(equations_.hessian());
-    return !changed;
-  }
+  bool prepare(const PoseGraph<G>& graph);
 
   /// H and g at the graph's poses; returns Σ ρ(eᵀΩe).
   double linearise(const PoseGraph<G>& graph, const RobustKernel& kernel) {
@@ -53,14 +49,7 @@ class DampedStep {
   bool factorise(double damping = 0.0);
 
   /// Moves the free poses along the step.
-  void apply(PoseGraph<G>& graph) {
-    saved_ = graph.poses;
-    int column = 0;
-    for (const int pose : equations_.free_poses()) {
-      G& x = graph.poses[static_cast<std::size_t>(pose)];
-      x = ManifoldTraits<G>::plus(x, step_.template segment<kDof>(kDof * column++));
-    }
-  }
+  void apply(PoseGraph<G>& graph);
   void undo(PoseGraph<G>& graph) const { graph.poses = saved_; }
 
   /// Whether the last factorisation, and the step from it, came out.
@@ -88,6 +77,14 @@ class DampedStep {
   std::vector<G> saved_;
   Eigen::VectorXd step_, diagonal_;
 };
+
+template <LieGroup G, LinearSolver S>
+bool DampedStep<G, S>::prepare(const PoseGraph<G>& graph) {
+  const PhaseTimer timer(times_.analyse_s);
+  const bool changed = equations_.set_structure(graph);
+  if (changed && !equations_.free_poses().empty()) solver_.analyse(equations_.hessian());
+  return !changed;
+}
 
 template <LieGroup G, LinearSolver S>
 bool DampedStep<G, S>::compute(double damping) {
@@ -131,6 +128,16 @@ void DampedStep<G, S>::restore() {
 }
 
 template <LieGroup G, LinearSolver S>
+void DampedStep<G, S>::apply(PoseGraph<G>& graph) {
+  saved_ = graph.poses;
+  int column = 0;
+  for (const int pose : equations_.free_poses()) {
+    G& x = graph.poses[static_cast<std::size_t>(pose)];
+    x = ManifoldTraits<G>::plus(x, step_.template segment<kDof>(kDof * column++));
+  }
+}
+
+template <LieGroup G, LinearSolver S>
 Error DampedStep<G, S>::undetermined(const PoseGraph<G>& graph) const {
   const int block = outcome_.block >= 0 ? outcome_.block : first_overflow();
   if (block < 0) return {ErrorCode::degenerate, "the edges do not determine every pose"};
@@ -147,5 +154,9 @@ int DampedStep<G, S>::first_overflow() const {
     if (!h.block(h.diagonal_index(c)).allFinite()) return c;
   return -1;
 }
+
+// Compiled once in wayfare::slam.
+extern template class DampedStep<SE2d, MultifrontalCholesky<3>>;
+extern template class DampedStep<SE3d, MultifrontalCholesky<6>>;
 
 }  // namespace wayfare

@@ -78,4 +78,16 @@ Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
   return {};
 }
 
+// Compiled once in wayfare::slam.
+extern template bool gauss_newton(DampedStep<SE2d, MultifrontalCholesky<3>>&, PoseGraph<SE2d>&,
+                                  const OptimiseOptions&, OptimiseReport&);
+extern template Result<void> levenberg_marquardt(DampedStep<SE2d, MultifrontalCholesky<3>>&,
+                                                 PoseGraph<SE2d>&, const OptimiseOptions&,
+                                                 OptimiseReport&);
+extern template bool gauss_newton(DampedStep<SE3d, MultifrontalCholesky<6>>&, PoseGraph<SE3d>&,
+                                  const OptimiseOptions&, OptimiseReport&);
+extern template Result<void> levenberg_marquardt(DampedStep<SE3d, MultifrontalCholesky<6>>&,
+                                                 PoseGraph<SE3d>&, const OptimiseOptions&,
+                                                 OptimiseReport&);
+
 }  // namespace wayfare

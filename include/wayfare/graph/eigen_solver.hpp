@@ -15,4 +15,10 @@ using EigenSolver =
 
 static_assert(LinearSolver<EigenSolver<3>> && LinearSolver<EigenSolver<6>>);
 
+// Compiled once in wayfare::slam.
+extern template class ScalarSolver<
+    3, Eigen::SimplicialLLT<ScalarExpansion<3>::Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>>>;
+extern template class ScalarSolver<
+    6, Eigen::SimplicialLLT<ScalarExpansion<6>::Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>>>;
+
 }  // namespace wayfare

@@ -33,10 +33,7 @@ class PoseGraphOptimiser {
 
   /// The covariance of a pose, as a right perturbation of it, given that the fixed poses are exact;
   /// zero for those. Needs prepare_covariances on this graph.
-  [[nodiscard]] SquareOf<G> covariance(int pose) {
-    return joint_covariance(step_.equations(), step_.solver(), pose, pose)
-        .template topLeftCorner<kDof, kDof>();
-  }
+  [[nodiscard]] SquareOf<G> covariance(int pose);
 
   /// prepare_covariances and the covariances of all poses at once, for the price of two or three
   /// factorisations where the solver can (SelectedInverse). After this `covariance`, and
@@ -111,6 +108,12 @@ Result<void> PoseGraphOptimiser<G, S>::prepare_covariances(const PoseGraph<G>& g
   step_.linearise(graph, kernel);
   if (step_.equations().free_poses().empty() || step_.factorise()) return {};
   return step_.undetermined(graph);
+}
+
+template <LieGroup G, LinearSolver S>
+SquareOf<G> PoseGraphOptimiser<G, S>::covariance(int pose) {
+  return joint_covariance(step_.equations(), step_.solver(), pose, pose)
+      .template topLeftCorner<kDof, kDof>();
 }
 
 template <LieGroup G, LinearSolver S>

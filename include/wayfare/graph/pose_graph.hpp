@@ -77,4 +77,12 @@ template <LieGroup G>
   return sum;
 }
 
+// Compiled once in wayfare::slam.
+extern template double squared_error(const PoseGraph<SE2d>&, const PoseEdge<SE2d>&);
+extern template double squared_error(const PoseGraph<SE3d>&, const PoseEdge<SE3d>&);
+extern template double chi2(const PoseGraph<SE2d>&);
+extern template double chi2(const PoseGraph<SE3d>&);
+extern template double robust_cost(const PoseGraph<SE2d>&, const RobustKernel&);
+extern template double robust_cost(const PoseGraph<SE3d>&, const RobustKernel&);
+
 }  // namespace wayfare

@@ -176,4 +176,20 @@ template <LieGroup G>
   return validate_connection(graph);
 }
 
+// Compiled once in wayfare::slam.
+extern template Result<void> validate_ends(const PoseGraph<SE2d>&, std::size_t);
+extern template Result<void> validate_information(const PoseGraph<SE2d>&, std::size_t);
+extern template Result<void> validate_edge(const PoseGraph<SE2d>&, std::size_t);
+extern template Result<void> validate_edges(const PoseGraph<SE2d>&);
+extern template Result<void> validate_connection(const PoseGraph<SE2d>&);
+extern template Error cost_overflow(const PoseGraph<SE2d>&);
+extern template Result<void> validate(const PoseGraph<SE2d>&);
+extern template Result<void> validate_ends(const PoseGraph<SE3d>&, std::size_t);
+extern template Result<void> validate_information(const PoseGraph<SE3d>&, std::size_t);
+extern template Result<void> validate_edge(const PoseGraph<SE3d>&, std::size_t);
+extern template Result<void> validate_edges(const PoseGraph<SE3d>&);
+extern template Result<void> validate_connection(const PoseGraph<SE3d>&);
+extern template Error cost_overflow(const PoseGraph<SE3d>&);
+extern template Result<void> validate(const PoseGraph<SE3d>&);
+
 }  // namespace wayfare
