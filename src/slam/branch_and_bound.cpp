@@ -17,30 +17,23 @@ Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const MaxPyramid
   const detail::CandidateSpace& s = *space;
   const std::size_t padded = points.padded_x_m().size();
   const bool small = std::max(s.half_x, s.half_y) <= 15;
-  const std::size_t headings = small ? 1 : static_cast<std::size_t>(2 * s.half_k + 1);
+  const std::size_t headings = small ? 1 : s.headings.size();
   const int widest = 2 * std::max(s.half_x, s.half_y) + 1;
   const int level = widest <= 128 ? 1 : 2;
   const double groups = (widest / (4.0 * Search::side(level)) + 1);
   if (headings * padded > (std::size_t{1} << 26) ||
       groups * groups * static_cast<double>(headings) > 1 << 22)
     return Error{ErrorCode::invalid, "match: the search window is too large for these points"};
-  u_.resize(headings * padded);
-  v_.resize(headings * padded);
-  index_.resize(padded);
-  detail::interleave(points, x_, y_);
+  for (auto* scratch : {&u_, &v_}) scratch->resize(padded);
+  index_.resize(padded + 16);
   detail::Best best;
   if (small) {
+    detail::interleave(points, x_, y_);
     SmallSearch search{*this, map, s};
     search.run();
     best = search.best;
   } else {
-    for (int k = -s.half_k; k <= s.half_k; ++k) {
-      const std::size_t first = static_cast<std::size_t>(k + s.half_k) * padded;
-      const kernels::Turn t = detail::turn_of(s, map.grid(), k);
-      kernels::best_kernels().place(x_.data(), y_.data(), static_cast<int>(padded), t.c, t.s, t.ox,
-                                    t.oy, t.limit, u_.data() + first, v_.data() + first);
-    }
-    Search search{*this, map, s, padded};
+    Search search{*this, map, s, points};
     search.run(level);
     best = search.best;
   }

@@ -2,116 +2,148 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <vector>
 
 #include <wayfare/match/branch_and_bound.hpp>
 
 #include "candidates.hpp"
 #include "kernels/kernels.hpp"
+#include "merged_points.hpp"
 #include "search_parts.hpp"
 
 namespace wayfare {
 
-/// Nodes of level l are squares of 4^(l+1) offsets bounded by level l of the pyramid.
+/// Nodes of level l are squares of 4^(l+1) offsets bounded by level l of the pyramid, four of them
+/// beside each other along x a row. Of each level's rows the most promising are taken together, a
+/// few at first, and parted in the order they lie in: neighbours, and neighbouring headings, read
+/// the same parts of the tables.
 struct BranchAndBoundMatcher::Search {
+  static constexpr std::size_t kGrowth = 4, kMostRows = 4096;
+
   BranchAndBoundMatcher& scratch;
   const MaxPyramid& map;
   const detail::CandidateSpace& s;
-  std::size_t padded;
+  const PointSet& all;
   const kernels::Kernels& kernel = kernels::best_kernels();
   detail::Best best = {};
   std::int64_t least = s.min_sum;  ///< a smaller sum cannot win
 
-  /// Up to four nodes beside each other along x, a bit each.
-  struct Row {
-    Candidate corner;  ///< of the first, wanted or not
-    unsigned members;
-  };
-
   static int side(int level) { return 4 << (2 * level); }
-  [[nodiscard]] const std::int32_t* u(int k) const { return at(scratch.u_, k); }
-  [[nodiscard]] const std::int32_t* v(int k) const { return at(scratch.v_, k); }
-  [[nodiscard]] const std::int32_t* at(const std::vector<std::int32_t>& a, int k) const {
-    return a.data() + static_cast<std::size_t>(k + s.half_k) * padded;
-  }
+  static auto at(int level) { return static_cast<std::size_t>(level); }
 
-  [[nodiscard]] bool hopeless(const Node& n) const {
-    return best.found &&
-           (n.bound < best.objective ||
-            (n.bound == best.objective && n.nearest > detail::distance_key(best.candidate)));
+  kernels::Merged points(int level, int heading_step) {
+    return detail::merged(scratch.merged_[at(level)], s, level, heading_step, [&](int k) {
+      const kernels::Turn t = detail::turn_of(s, map.grid(), k);
+      kernel.place(all.padded_x_m().data(), all.padded_y_m().data(),
+                   static_cast<int>(all.padded_x_m().size()), t.c, t.s, t.ox, t.oy, t.limit,
+                   scratch.u_.data(), scratch.v_.data());
+      return detail::Placed{scratch.u_.data(), scratch.v_.data()};
+    });
   }
-  static bool before(const Node& a, const Node& b) {
-    if (a.bound != b.bound) return a.bound > b.bound;
-    if (a.nearest != b.nearest) return a.nearest < b.nearest;
-    return a.corner < b.corner;
+  [[nodiscard]] std::int64_t nearest(const Row& row) const {
+    std::int64_t key = INT64_MAX;
+    for (int i = 0; i < 4; ++i) {
+      if ((row.members >> i & 1) == 0) continue;
+      const int step = side(row.level);
+      const std::int64_t x = detail::nearest_to_zero(row.corner.offset.x + i * step, step);
+      key = std::min(key, x * x);
+    }
+    const std::int64_t y = detail::nearest_to_zero(row.corner.offset.y, side(row.level));
+    const std::int64_t k = row.corner.heading_step;
+    return key + y * y + k * k;
+  }
+  [[nodiscard]] bool hopeless(const Row& row) const {
+    return best.found &&
+           (row.bound < best.objective ||
+            (row.bound == best.objective && nearest(row) > detail::distance_key(best.candidate)));
   }
 
   /// Of the nodes of `level` in the groups `wanted` (a bit each) of the row from `corner` on. Those
   /// left: a group is given up once the points seen leave no node worth a look, if all others fit.
   unsigned bound(const Candidate& corner, int level, unsigned wanted, std::uint32_t* sums) {
-    constexpr int kMore = 64;
     const MaxPyramid::Level& l = map.level(level);
-    const std::int32_t *x = u(corner.heading_step), *y = v(corner.heading_step);
-    for (int seen = 0; seen < s.points && wanted != 0; seen += kMore) {
-      const int n = std::min(kMore, s.points - seen);
-      std::int32_t* index = scratch.index_.data();
-      kernel.bound_index(x + seen, y + seen, std::min(kMore, static_cast<int>(padded) - seen),
-                         corner.offset.x, corner.offset.y, 2 * level, l.width, l.height, l.columns,
-                         index);
-      std::uint32_t top[4] = {};
-      if (const auto only = std::countr_zero(wanted); std::has_single_bit(wanted))
-        top[only] = kernel.bound_scores(l.table.data() + std::ptrdiff_t{16} * only, index, n,
-                                        sums + std::ptrdiff_t{16} * only);
-      else
-        kernel.row_bound_scores(l.table.data(), index, n, sums, top);
-      const std::int64_t rest = std::int64_t{255} * (s.points - seen - n);
-      for (int g = 0; g < 4; ++g)
-        if (16 * (top[g] + rest) < least) wanted &= ~(1U << g);
+    const kernels::Merged merged = points(level, corner.heading_step);
+    const int dx = (corner.offset.x + s.half_x) >> (2 * level);
+    const int dy = (corner.offset.y + s.half_y) >> (2 * level);
+    kernels::BoundTable table{l.table.data(), 0, l.width, l.height, l.columns};
+    for (int part = 0, rest = s.points; rest > 0 && wanted != 0; ++part) {
+      rest = std::max(0, rest - kernels::kMergedPart);
+      // Groups beside each other are looked up together.
+      const int low = std::countr_zero(wanted), span = std::bit_width(wanted) - low;
+      const int groups = span > 2 ? 4 : span, first = span > 2 ? 0 : low;
+      table.table = l.table.data() + std::ptrdiff_t{16} * first;
+      kernel.merged_bounds(merged, part, table, dx, dy, groups, sums + std::ptrdiff_t{16} * first);
+      for (int g = 0; g < 4 && rest > 0; ++g) {
+        const std::uint32_t* sum = sums + std::ptrdiff_t{16} * g;
+        if (16 * (*std::max_element(sum, sum + 16) + std::int64_t{255} * rest) < least)
+          wanted &= ~(1U << g);
+      }
     }
     return wanted;
   }
 
-  /// Bounds the nodes of `level` in groups of the row and appends those worth a look.
-  void branch(const Row& row, int level, std::vector<Node>& out) {
-    const Candidate& corner = row.corner;
-    const int k = corner.heading_step, step = side(level);
+  /// Bounds the nodes of `level` in groups of the row and appends the rows of those worth a look.
+  void branch(const Candidate& corner, unsigned groups, int level) {
     std::uint32_t sums[64] = {};
-    const unsigned left = bound(corner, level, row.members, sums);
-    if (left == 0) return;
-    for (int i = 0; i < 64; ++i) {
-      const std::int64_t sum = std::int64_t{16} * sums[i];
-      if (sum < least || (left >> (i / 16) & 1) == 0) continue;
-      Node node{0, 0, {corner.offset + Cell{(i / 4) * step, (i % 4) * step}, k}, level};
-      if (node.corner.offset.x > s.half_x || node.corner.offset.y > s.half_y) continue;
-      node.bound = s.weight * static_cast<double>(sum) + s.log_prior_bound(node.corner, step);
-      const std::int64_t x = detail::nearest_to_zero(node.corner.offset.x, step);
-      const std::int64_t y = detail::nearest_to_zero(node.corner.offset.y, step);
-      node.nearest = x * x + y * y + std::int64_t{k} * k;
-      if (!hopeless(node)) out.push_back(node);
+    const unsigned left = bound(corner, level, groups, sums);
+    const int step = side(level), rows = std::min(4, (s.half_y - corner.offset.y) / step + 1);
+    for (int g = 0; g < 4; ++g) {
+      const Cell first = corner.offset + Cell{4 * g * step, 0};
+      if ((left >> g & 1) == 0 || first.x > s.half_x) continue;
+      for (int j = 0; j < rows; ++j) {
+        const std::uint32_t* sum = sums + std::ptrdiff_t{16} * g + j;
+        const Candidate of_row{first + Cell{0, j * step}, corner.heading_step};
+        append({0, of_row, {sum[0], sum[4], sum[8], sum[12]}, 0, level});
+      }
     }
+  }
+  /// The nodes of a row that can still win.
+  [[nodiscard]] unsigned members(const Row& row) const {
+    const int columns = (s.half_x - row.corner.offset.x) / side(row.level) + 1;
+    unsigned found = 0;
+    for (int i = 0; i < std::min(4, columns); ++i)
+      found |= static_cast<unsigned>(16 * std::int64_t{row.sums[at(i)]} >= least) << i;
+    return found;
+  }
+  void append(Row row) {
+    if (16 * std::int64_t{*std::max_element(row.sums.begin(), row.sums.end())} < least) return;
+    row.members = members(row);
+    if (row.members == 0) return;
+    row.bound = -1e300;
+    for (int i = 0; i < 4; ++i) {
+      if ((row.members >> i & 1) == 0) continue;
+      double bound = s.weight * 16 * row.sums[at(i)];
+      if (s.has_prior) {
+        const Cell offset = row.corner.offset + Cell{i * side(row.level), 0};
+        bound += s.log_prior_bound({offset, row.corner.heading_step}, side(row.level));
+      }
+      row.bound = std::max(row.bound, bound);
+    }
+    if (!hopeless(row)) scratch.rows_[at(row.level)].push_back(row);
   }
 
   /// Scores the candidates of a row of nodes of level 0.
-  void score(const Row& row) {
+  void score(const Candidate& corner) {
     const MatchGrid& grid = map.grid();
-    const Cell& corner = row.corner.offset;
-    const int k = row.corner.heading_step;
-    kernel.index(u(k), v(k), static_cast<int>(padded), corner.x, corner.y, grid.width(),
-                 grid.height(), grid.stride(), scratch.index_.data());
+    const kernels::Merged merged = points(0, corner.heading_step);
+    const int parts = scratch.merged_[0].parts;
+    std::int32_t* index = scratch.index_.data();
+    kernel.index(merged.x, merged.y, (merged.ends[parts - 1] + 15) / 16 * 16,
+                 corner.offset.x + s.half_x, corner.offset.y + s.half_y, grid.width(),
+                 grid.height(), grid.stride(), index);
     // First bounds over 2×2, then the rows in which one is worth it.
     std::uint32_t pairs[16], sums[2 * kernels::kBlock];
-    kernel.pair_scores(map.pairs(), grid.stride(), scratch.index_.data(), s.points, pairs);
+    kernel.merged_pairs(merged, parts, map.pairs(), grid.stride(), index, pairs);
     for (int r = 0; r < 4; r += 2) {
-      std::int64_t top = 0;
-      for (int i = 0; i < 8; ++i)
-        if ((row.members >> (i / 2) & 1) != 0) top = std::max<std::int64_t>(top, pairs[4 * r + i]);
-      if (16 * top < least) continue;
-      kernel.block_scores(grid.data() + std::ptrdiff_t{r} * grid.stride(), grid.stride(),
-                          scratch.index_.data(), s.points, 2, sums);
+      const std::uint32_t* pair = pairs + std::ptrdiff_t{4} * r;
+      if (16 * std::int64_t{*std::max_element(pair, pair + 8)} < least) continue;
+      kernel.merged_rows(merged, parts, grid.data() + std::ptrdiff_t{r} * grid.stride(),
+                         grid.stride(), index, sums);
       for (int i = 0; i < 2 * kernels::kBlock; ++i) {
-        const Candidate c{corner + Cell{i % kernels::kBlock, r + i / kernels::kBlock}, k};
+        const Candidate c{corner.offset + Cell{i % kernels::kBlock, r + i / kernels::kBlock},
+                          corner.heading_step};
         if (sums[i] < least || c.offset.x > s.half_x || c.offset.y > s.half_y) continue;
         best.offer(s.objective(sums[i], c), sums[i], c);
       }
@@ -119,61 +151,57 @@ struct BranchAndBoundMatcher::Search {
     }
   }
 
-  /// Where the row begins that the node is of.
-  [[nodiscard]] Candidate row_of(const Node& n) const {
-    const int x = n.corner.offset.x, within = (x + s.half_x) & (4 * side(n.level) - 1);
-    return {{x - within, n.corner.offset.y}, n.corner.heading_step};
+  /// Moves the most promising rows of a level, about `count`, to the level's batch, both in the
+  /// order they were in.
+  void take(int level, std::size_t count) {
+    auto& rows = scratch.rows_[at(level)];
+    auto& batch = scratch.batch_[at(level)];
+    batch.clear();
+    std::erase_if(rows, [&](const Row& row) { return hopeless(row); });
+    if (rows.size() <= count) return batch.swap(rows);
+    constexpr int kBins = 64;
+    const auto [low, high] = std::minmax_element(
+        rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.bound < b.bound; });
+    const double from = low->bound, bins = (kBins - 1) / std::max(high->bound - from, 1e-300);
+    const auto bin = [&](const Row& row) { return static_cast<int>((row.bound - from) * bins); };
+    std::size_t held[kBins] = {};
+    for (const Row& row : rows) ++held[bin(row)];
+    int lowest = kBins;
+    for (std::size_t sum = 0; sum < count;) sum += held[--lowest];
+    auto left = rows.begin();
+    for (const Row& row : rows) {
+      if (bin(row) >= lowest && batch.size() < 2 * count)
+        batch.push_back(row);
+      else
+        *left++ = row;
+    }
+    rows.erase(left, rows.end());
   }
 
-  /// Off the stack, the last node and those of its level beside it: what bounds or scores them lies
-  /// side by side in memory.
-  Row take_row() {
-    auto& stack = scratch.stack_;
-    const int level = stack.back().level;
-    Row row{row_of(stack.back()), 0};
-    auto first = stack.end();
-    while (first != stack.begin() && std::prev(first)->level == level) --first;
-    const auto beside = [&](const Node& n) {
-      if (row_of(n) != row.corner) return false;
-      const int place = (n.corner.offset.x - row.corner.offset.x) / side(level);
-      if (!hopeless(n)) row.members |= 1U << place;
-      return true;
-    };
-    stack.erase(std::remove_if(first, stack.end(), beside), stack.end());
-    return row;
-  }
-
-  /// Depth first, the most promising child first.
-  void descend(const Node& root) {
-    auto& stack = scratch.stack_;
-    stack.assign(1, root);
-    while (!stack.empty()) {
-      const int level = stack.back().level;
-      const Row row = take_row();
-      if (row.members == 0) continue;
-      const auto first = static_cast<std::ptrdiff_t>(stack.size());
-      level == 0 ? score(row) : branch(row, level - 1, stack);
-      std::sort(stack.rbegin(), std::reverse_iterator(stack.begin() + first), before);
+  void part(int level) {
+    for (std::size_t count = 1; !scratch.rows_[at(level)].empty();
+         count = level > 0 ? std::min(kGrowth * count, kMostRows) : kGrowth * count) {
+      take(level, count);
+      for (const Row& row : scratch.batch_[at(level)]) {
+        if (hopeless(row)) continue;
+        level == 0 ? score(row.corner) : branch(row.corner, members(row), level - 1);
+      }
+      if (level > 0) part(level - 1);
     }
   }
 
   void run(int level) {
-    auto& roots = scratch.roots_;
-    roots.clear();
-    const int span = 4 * side(level);
-    for (int k = -s.half_k; k <= s.half_k; ++k)
-      for (int y = -s.half_y; y <= s.half_y; y += span)
-        for (int x = -s.half_x; x <= s.half_x; x += 4 * span)
-          branch({{{x, y}, k}, (1U << std::min(4, (s.half_x - x) / span + 1)) - 1}, level, roots);
-    if (roots.empty()) return;
-    // One dive gives a bound that rids the sort below of most nodes.
-    descend(*std::min_element(roots.begin(), roots.end(), before));
-    std::erase_if(roots, [&](const Node& n) { return hopeless(n); });
-    std::sort(roots.begin(), roots.end(), before);
-    for (const Node& root : roots) {
-      if (best.found && root.bound < best.objective) break;
-      descend(root);
+    for (int l = 0; l <= level; ++l) {
+      detail::forget(scratch.merged_[at(l)], s);
+      scratch.rows_[at(l)].clear();
     }
+    score({{-(s.half_x & 15), -(s.half_y & 3)}, 0});  // holds the prior
+    const int span = 4 * side(level);
+    for (int y = -s.half_y; y <= s.half_y; y += span)
+      for (int x = -s.half_x; x <= s.half_x; x += 4 * span)
+        for (int k = -s.half_k; k <= s.half_k; ++k)
+          branch({{x, y}, k}, (1U << std::min(4, (s.half_x - x) / span + 1)) - 1, level);
+    part(level);
   }
 };
 

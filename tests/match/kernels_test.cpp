@@ -8,136 +8,23 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/map/max_pyramid.hpp>
-
-#include "kernels/kernels.hpp"
-#include "scenes.hpp"
+#include "kernel_case.hpp"
 
 namespace wayfare {
 namespace {
-
-using kernels::Isa;
-using kernels::Kernels;
-using Ints = std::vector<std::int32_t>;
-using Sums = std::vector<std::uint32_t>;
-
-struct Setting {
-  MatchGrid grid;
-  MaxPyramid pyramid;
-  std::vector<float> x, y;
-  int n = 0, padded = 0;
-  kernels::Turn turn{};
-
-  explicit Setting(Rng& rng)
-      : grid(random_grid(rng, 1 + static_cast<int>(rng.below(90)),
-                         1 + static_cast<int>(rng.below(90)), {0, 0})),
-        pyramid(grid),
-        n(1 + static_cast<int>(rng.below(700))),
-        padded((n + 15) / 16 * 16) {
-    const double reach = rng.uniform(0.1, 5);
-    for (int i = 0; i < padded; ++i) {
-      x.push_back(static_cast<float>(rng.uniform(-reach, reach)));
-      y.push_back(static_cast<float>(rng.uniform(-reach, reach)));
-    }
-    x[0] = 1e30F;  // saturates
-    const double heading = rng.uniform(-4, 4);
-    turn = {static_cast<float>(20 * std::cos(heading)),
-            static_cast<float>(20 * std::sin(heading)),
-            static_cast<float>(rng.uniform(-20, 60)),
-            static_cast<float>(rng.uniform(-20, 60)),
-            1048576.0F,
-            static_cast<int>(rng.below(40)) - 20,
-            static_cast<int>(rng.below(40)) - 20};
-  }
-
-  void place(const Kernels& k, Ints& u, Ints& v) const {
-    u.resize(x.size());
-    v.resize(x.size());
-    k.place(x.data(), y.data(), padded, turn.c, turn.s, turn.ox, turn.oy, turn.limit, u.data(),
-            v.data());
-  }
-  [[nodiscard]] kernels::BoundTable bounds(int level) const {
-    const auto& l = pyramid.level(level);
-    return {l.table.data(), 2 * level, l.width, l.height, l.columns};
-  }
-  /// Of the group `group` places along x from the turn's.
-  [[nodiscard]] Ints bound_index(const Kernels& k, int level, int group) const {
-    Ints u, v, at(x.size());
-    place(k, u, v);
-    const auto b = bounds(level);
-    k.bound_index(u.data(), v.data(), padded, turn.du + group * (16 << b.shift), turn.dv, b.shift,
-                  b.width, b.height, b.columns, at.data());
-    return at;
-  }
-  [[nodiscard]] Sums bound_scores(const Kernels& k, int level, int group = 0) const {
-    Sums sums(16, 0);
-    k.bound_scores(bounds(level).table, bound_index(k, level, group).data(), n, sums.data());
-    return sums;
-  }
-  [[nodiscard]] Sums turned_bounds(const Kernels& k, int level) const {
-    Sums sums(16, 0);
-    for (int first = 0; first < n; first += 64)
-      k.turned_bounds(x.data() + first, y.data() + first, std::min(64, n - first), turn,
-                      bounds(level), sums.data());
-    return sums;
-  }
-  [[nodiscard]] Sums block_scores(const Kernels& k, int rows) const {
-    Ints u, v, at(x.size());
-    place(k, u, v);
-    k.index(u.data(), v.data(), padded, turn.du, turn.dv, grid.width(), grid.height(),
-            grid.stride(), at.data());
-    Sums sums(static_cast<std::size_t>(rows * kernels::kBlock));
-    k.block_scores(grid.data(), grid.stride(), at.data(), n, rows, sums.data());
-    return sums;
-  }
-  [[nodiscard]] Sums pair_scores(const Kernels& k) const {
-    Ints u, v, at(x.size());
-    place(k, u, v);
-    k.index(u.data(), v.data(), padded, turn.du, turn.dv, grid.width(), grid.height(),
-            grid.stride(), at.data());
-    Sums sums(16);
-    k.pair_scores(pyramid.pairs(), grid.stride(), at.data(), n, sums.data());
-    return sums;
-  }
-  [[nodiscard]] std::vector<double> linearise(const Kernels& k) const {
-    std::vector<double> sums(10);
-    k.linearise(x.data(), y.data(), n, turn,
-                {grid.data(), grid.stride(), grid.width(), grid.height()}, 9.26F, -0.0022F,
-                sums.data());
-    return sums;
-  }
-  template <class Squares>
-  [[nodiscard]] std::vector<double> squares(Squares kernel) const {
-    std::vector<double> sums(10);
-    kernel(x.data(), y.data(), n, turn, {grid.data(), grid.stride(), grid.width(), grid.height()},
-           4080.0F, sums.data());
-    return sums;
-  }
-};
-
-/// Calls `body(variant, portable)` for every variant this machine runs.
-template <class Body>
-void for_each_variant(Body&& body) {
-  for (const Isa isa : {Isa::baseline, Isa::avx2, Isa::avx512}) {
-    if (!kernels::runs_here(isa)) continue;
-    SCOPED_TRACE(static_cast<int>(isa));
-    body(kernels::kernels_for(isa), kernels::kernels_for(Isa::baseline));
-  }
-}
 
 TEST(Kernels, VariantsGiveTheSameBits) {
   for_each_variant([](const Kernels& variant, const Kernels& portable) {
     Rng rng(21);
     for (int i = 0; i < 200; ++i) {
-      const Setting test(rng);
+      const KernelCase test(rng);
       Ints u, v, pu, pv;
       test.place(variant, u, v);
       test.place(portable, pu, pv);
       ASSERT_EQ(u, pu);
       ASSERT_EQ(v, pv);
-      const int rows = 1 + i % 16, level = i % MaxPyramid::kLevels;
+      const int rows = 1 + i % 16;
       ASSERT_EQ(test.block_scores(variant, rows), test.block_scores(portable, rows));
-      ASSERT_EQ(test.bound_scores(variant, level), test.bound_scores(portable, level));
       const auto a = test.linearise(variant), b = test.linearise(portable);
       ASSERT_EQ(std::memcmp(a.data(), b.data(), sizeof(double) * a.size()), 0);
       ASSERT_EQ(test.squares(variant.bilinear_squares), test.squares(portable.bilinear_squares));
@@ -177,7 +64,7 @@ TEST(Kernels, SquaresAreThoseOfTheInterpolatedField) {
   Rng rng(26);
   const Kernels& k = kernels::best_kernels();
   for (int i = 0; i < 40; ++i) {
-    Setting test(rng);
+    KernelCase test(rng);
     test.x[0] = test.y[0] = 0;  // none so far off that the table's edge is clamped
     const double scale =
         std::hypot(static_cast<double>(test.turn.c), static_cast<double>(test.turn.s));
@@ -212,61 +99,6 @@ TEST(Kernels, SquaresAreThoseOfTheInterpolatedField) {
       for (std::size_t m = 0; m < 10; ++m) EXPECT_NEAR(got[m], want[m], 2e-3 * size) << m;
     }
   }
-}
-
-TEST(Kernels, FusedBoundsEqualTheStepwiseOnes) {
-  for_each_variant([](const Kernels& variant, const Kernels& portable) {
-    Rng rng(22);
-    for (int i = 0; i < 200; ++i) {
-      const Setting test(rng);
-      const int level = i % MaxPyramid::kLevels;
-      ASSERT_EQ(test.turned_bounds(variant, level), test.bound_scores(portable, level));
-    }
-  });
-}
-
-/// In two parts, as they add to what is there.
-TEST(Kernels, RowsOfGroupsAreFourOfThem) {
-  for_each_variant([](const Kernels& variant, const Kernels& portable) {
-    Rng rng(27);
-    for (int i = 0; i < 200; ++i) {
-      const Setting test(rng);
-      const int level = i % MaxPyramid::kLevels, first = test.n / 3;
-      const Ints at = test.bound_index(variant, level, 0);
-      const std::uint8_t* table = test.bounds(level).table;
-      Sums row(64, 0), top(4);
-      variant.row_bound_scores(table, at.data(), first, row.data(), top.data());
-      variant.row_bound_scores(table, at.data() + first, test.n - first, row.data(), top.data());
-      for (std::ptrdiff_t g = 0; g < 4; ++g) {
-        const Sums want = test.bound_scores(portable, level, static_cast<int>(g));
-        ASSERT_EQ(Sums(row.begin() + 16 * g, row.begin() + 16 * (g + 1)), want);
-        ASSERT_EQ(top[static_cast<std::size_t>(g)], *std::max_element(want.begin(), want.end()));
-        Sums alone(16, 0);
-        ASSERT_EQ(variant.bound_scores(table + 16 * g, at.data(), test.n, alone.data()),
-                  top[static_cast<std::size_t>(g)]);
-        ASSERT_EQ(alone, want);
-      }
-    }
-  });
-}
-
-TEST(Kernels, PairsAndSquaresBoundWhatTheyHold) {
-  for_each_variant([](const Kernels& variant, const Kernels& portable) {
-    Rng rng(24);
-    for (int i = 0; i < 200; ++i) {
-      const Setting test(rng);
-      const Sums exact = test.block_scores(portable, 16), pairs = test.pair_scores(variant);
-      const Sums squares = test.bound_scores(variant, 0);
-      ASSERT_EQ(pairs, test.pair_scores(portable));
-      for (unsigned y = 0; y < 16; ++y)
-        for (unsigned x = 0; x < 16; ++x) {
-          ASSERT_LE(exact[y * 16 + x], 16 * squares[4 * (x / 4) + y / 4]);
-          if (y < 4) {
-            ASSERT_LE(exact[y * 16 + x], 16 * pairs[8 * (y / 2) + x / 2]);
-          }
-        }
-    }
-  });
 }
 
 TEST(Kernels, InterleaveAndSixteenthsEqualTheirDefinition) {

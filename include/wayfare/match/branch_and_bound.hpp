@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -9,6 +11,19 @@
 #include <wayfare/match/correlative.hpp>
 
 namespace wayfare {
+
+namespace detail {
+
+/// The points as a level of the pyramid sees them, heading by heading: those of one unit together.
+struct MergedPoints {
+  int parts = 0;                   // of each heading's entries
+  std::size_t used = 0;            // of the entries' memory
+  std::vector<std::size_t> first;  // entry of each heading
+  std::vector<std::int32_t> x, y, ends;
+  std::vector<std::uint16_t> weight;
+};
+
+}  // namespace detail
 
 /// The optimum CorrelativeMatcher finds, without looking at most of the candidates: bounds over
 /// blocks of offsets, best first, refined down to single cells (after Hess et al. 2016). For large
@@ -25,10 +40,12 @@ class BranchAndBoundMatcher {
                                            const MatchOptions& options = {});
 
  private:
-  struct Node {
+  /// Up to four nodes beside each other along x, a bit each.
+  struct Row {
     double bound;
-    std::int64_t nearest;  // least distance key of a candidate in it
-    Candidate corner;
+    Candidate corner;                   // of the first, wanted or not
+    std::array<std::uint32_t, 4> sums;  // what the points can have, in sixteenths
+    unsigned members;
     int level;
   };
   /// Sixteen squares of 4×4 offsets at one heading, bounded from the first `seen` points.
@@ -44,7 +61,8 @@ class BranchAndBoundMatcher {
 
   std::vector<std::int32_t> u_, v_, index_;
   std::vector<float> x_, y_, copy_;  // the points in the order they are looked at
-  std::vector<Node> roots_, stack_;
+  std::array<detail::MergedPoints, MaxPyramid::kLevels> merged_;
+  std::array<std::vector<Row>, MaxPyramid::kLevels> rows_, batch_;
   std::vector<Group> groups_;
   std::vector<std::int32_t> order_;
   std::vector<std::pair<int, int>> fit_;

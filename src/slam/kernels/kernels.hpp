@@ -31,6 +31,21 @@ struct BoundTable {
   int shift, width, height, columns;
 };
 
+/// The points of a part of merged ones; the last has fewer. Times a byte they fit 16 bits.
+inline constexpr int kMergedPart = 256;
+
+/// Entries of one or more points in the same unit of a bound table, in parts.
+struct Merged {
+  const std::int32_t *x, *y;
+  const std::uint16_t* weight;
+  const std::int32_t* ends;  ///< of the parts
+};
+
+/// Units of 2^shift cells, counted from −(du, dv).
+struct MergedUnit {
+  int du, dv, shift;
+};
+
 struct Kernels {
   /// u = floor(c·x − s·y + ox), v = floor(s·x + c·y + oy), saturated at ±limit; n a multiple of 16.
   void (*place)(const float* x, const float* y, int n, float c, float s, float ox, float oy,
@@ -45,20 +60,27 @@ struct Kernels {
   /// < 8.
   void (*pair_scores)(const std::uint8_t* table, int stride, const std::int32_t* index, int n,
                       std::uint32_t* sums);
-  /// Positions in an interleaved bound table of the group whose corner is (u + du, v + dv).
-  void (*bound_index)(const std::int32_t* u, const std::int32_t* v, int n, int du, int dv,
-                      int shift, int width, int height, int columns, std::int32_t* index);
-  /// sums[k] += Σ table[index + k], k < 16. The largest of the sums.
-  std::uint32_t (*bound_scores)(const std::uint8_t* table, const std::int32_t* index, int n,
-                                std::uint32_t* sums);
-  /// Likewise for k < 64, four groups beside each other along x, and top[g] the largest of each.
-  void (*row_bound_scores)(const std::uint8_t* table, const std::int32_t* index, int n,
-                           std::uint32_t* sums, std::uint32_t* top);
-  /// Turns n ≤ 256 points like `place`, then like `bound_index` with Turn::du and dv, and adds what
-  /// the bound table holds for them: sums[k] += Σ, k < 16. The largest of the sums. May read up to
-  /// 15 points past n.
+  /// Turns n ≤ 256 points like `place`, moves them by Turn::du and dv, and adds what the bound
+  /// table holds for the group there: sums[k] += Σ, k < 16, column by column. The largest of the
+  /// sums. May read up to 15 points past n.
   std::uint32_t (*turned_bounds)(const float* x, const float* y, int n, const Turn& turn,
                                  const BoundTable& bounds, std::uint32_t* sums);
+  /// Points in the same unit, next to each other in the order, as one entry with their number;
+  /// never of two parts. x, y and weight hold as many as the points, and 15 more that are read;
+  /// ends[p] is how many there are up to part p. How many there are.
+  int (*merge)(const std::int32_t* u, const std::int32_t* v, int n, const MergedUnit& unit,
+               std::int32_t* x, std::int32_t* y, std::uint16_t* weight, std::int32_t* ends);
+  /// Adds what the bound table holds for a part of the entries, (dx, dy) units on
+  /// (BoundTable::shift is of no account), each as often as it weighs: sums[16·g + k] += Σ for 1, 2
+  /// or 4 groups g beside each other along x.
+  void (*merged_bounds)(const Merged& points, int part, const BoundTable& bounds, int dx, int dy,
+                        int groups, std::uint32_t* sums);
+  /// As `pair_scores`, of the entries of the first `parts`, each as often as it weighs.
+  void (*merged_pairs)(const Merged& points, int parts, const std::uint8_t* table, int stride,
+                       const std::int32_t* index, std::uint32_t* sums);
+  /// Likewise as `block_scores` of two rows.
+  void (*merged_rows)(const Merged& points, int parts, const std::uint16_t* table, int stride,
+                      const std::int32_t* index, std::uint32_t* sums);
   /// Turns n points (arrays padded to 16) to (u, v), cell centres at whole numbers, and sums over
   /// them f, g and the upper triangle of g gᵀ / (a + b·f), g = (∂f/∂u, ∂f/∂v) turned back, and
   /// x·g₁ − y·g₀: sums[10] = {f, g₀, g₁, g₂, 00, 01, 02, 11, 12, 22}.

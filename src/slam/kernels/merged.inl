@@ -1,0 +1,113 @@
+// Part of kernels.inl: points of one cell looked up together.
+
+// First where entries begin, without a branch to mispredict, then the entries themselves.
+int merge(const int32_t* __restrict u, const int32_t* __restrict v, int n, const MergedUnit& unit,
+          int32_t* __restrict x, int32_t* __restrict y, uint16_t* __restrict weight,
+          int32_t* __restrict ends) {
+  int32_t a[kMergedPart + 1], b[kMergedPart + 1], fresh[kMergedPart];
+  int32_t begins[kMergedPart + 1];
+  int out = 0;
+  for (int begin = 0; begin < n; begin += kMergedPart) {
+    const int count = n - begin < kMergedPart ? n - begin : kMergedPart;
+    a[0] = b[0] = 0;
+    for (int i = 0; i < count; ++i) {
+      a[i + 1] = (u[begin + i] + unit.du) >> unit.shift;
+      b[i + 1] = (v[begin + i] + unit.dv) >> unit.shift;
+    }
+    for (int i = 0; i < count; ++i)
+      fresh[i] = static_cast<int32_t>(a[i + 1] != a[i]) | static_cast<int32_t>(b[i + 1] != b[i]);
+    fresh[0] = 1;
+    int entries = 0;
+    for (int i = 0; i < count; ++i) {
+      begins[entries] = i;  // stays where the point is fresh
+      entries += fresh[i];
+    }
+    begins[entries] = count;
+    for (int j = 0; j < entries; ++j) {
+      x[out + j] = a[begins[j] + 1];
+      y[out + j] = b[begins[j] + 1];
+      weight[out + j] = static_cast<uint16_t>(begins[j + 1] - begins[j]);
+    }
+    out += entries;
+    *ends++ = out;
+  }
+  return out;
+}
+
+// What a part's points weigh times a byte fits 16 bits.
+inline void add_bounds(const uint8_t* __restrict table, const int32_t* __restrict at,
+                       const uint16_t* __restrict weight, int n, uint32_t* __restrict sums) {
+  typedef uint8_t Bytes __attribute__((vector_size(16), aligned(1), may_alias));
+  typedef uint16_t Lanes __attribute__((vector_size(32)));
+  Lanes acc = {};
+  for (int i = 0; i < n; ++i)
+    acc +=
+        weight[i] * __builtin_convertvector(*reinterpret_cast<const Bytes*>(table + at[i]), Lanes);
+  for (int k = 0; k < 16; ++k) sums[k] += acc[k];
+}
+
+template <int kPairs>
+inline void add_pairs_of_bounds(const uint8_t* __restrict table, const int32_t* __restrict at,
+                                const uint16_t* __restrict weight, int n,
+                                uint32_t* __restrict sums) {
+  typedef uint8_t Bytes __attribute__((vector_size(32), aligned(1), may_alias));
+  typedef uint16_t Lanes __attribute__((vector_size(64)));
+  Lanes acc[kPairs] = {};
+  for (int i = 0; i < n; ++i) {
+    const Bytes* p = reinterpret_cast<const Bytes*>(table + at[i]);
+    for (int k = 0; k < kPairs; ++k) acc[k] += weight[i] * __builtin_convertvector(p[k], Lanes);
+  }
+  for (int k = 0; k < kPairs; ++k)
+    for (int j = 0; j < 32; ++j) sums[k * 32 + j] += acc[k][j];
+}
+
+void merged_bounds(const Merged& m, int part, const BoundTable& b, int dx, int dy, int groups,
+                   uint32_t* sums) {
+  const int first = part == 0 ? 0 : m.ends[part - 1], n = m.ends[part] - first;
+  const uint16_t* weight = m.weight + first;
+  int32_t at[kMergedPart];
+  bound_index(m.x + first, m.y + first, (n + 15) / 16 * 16, dx, dy, 0, b.width, b.height, b.columns,
+              at);
+  if (groups == 1)
+    add_bounds(b.table, at, weight, n, sums);
+  else if (groups == 2)
+    add_pairs_of_bounds<1>(b.table, at, weight, n, sums);
+  else
+    add_pairs_of_bounds<2>(b.table, at, weight, n, sums);
+}
+
+void merged_pairs(const Merged& m, int parts, const uint8_t* __restrict table, int stride,
+                  const int32_t* __restrict at, uint32_t* __restrict sums) {
+  typedef uint16_t Lanes __attribute__((vector_size(16)));
+  typedef Lanes Bytes __attribute__((aligned(1), may_alias));
+  for (int k = 0; k < 16; ++k) sums[k] = 0;
+  int i = 0;
+  for (int part = 0; part < parts; ++part) {
+    Lanes low = {}, high = {};
+    for (; i < m.ends[part]; ++i) {
+      const uint8_t* p = table + at[i];
+      low += m.weight[i] * (*reinterpret_cast<const Bytes*>(p) & 0xff);
+      high += m.weight[i] * (*reinterpret_cast<const Bytes*>(p + 2L * stride) & 0xff);
+    }
+    for (int c = 0; c < 8; ++c) {
+      sums[c] += low[c];
+      sums[8 + c] += high[c];
+    }
+  }
+}
+
+void merged_rows(const Merged& m, int parts, const uint16_t* __restrict table, int stride,
+                 const int32_t* __restrict at, uint32_t* __restrict sums) {
+  typedef uint16_t Values __attribute__((vector_size(2 * kBlock), aligned(2), may_alias));
+  typedef uint32_t Lanes __attribute__((vector_size(4 * kBlock)));
+  Lanes row[2] = {};
+  for (int i = 0; i < m.ends[parts - 1]; ++i) {
+    const uint32_t weight = m.weight[i];
+    for (int r = 0; r < 2; ++r)
+      row[r] += weight * __builtin_convertvector(*reinterpret_cast<const Values*>(
+                                                     table + at[i] + static_cast<long>(r) * stride),
+                                                 Lanes);
+  }
+  for (int r = 0; r < 2; ++r)
+    for (int c = 0; c < kBlock; ++c) sums[r * kBlock + c] = row[r][c];
+}

@@ -1,0 +1,55 @@
+// Part of kernels.inl: what tables are made by.
+
+void stamp(uint16_t* __restrict target, int stride, const uint16_t* __restrict kernel, int width,
+           int rows) {
+  for (int r = 0; r < rows; ++r) {
+    for (int b = 0; b < width; b += 16) {
+      for (int c = b; c < b + 16; ++c) target[c] = target[c] > kernel[c] ? target[c] : kernel[c];
+    }
+    target += stride;
+    kernel += width;
+  }
+}
+
+// A 4×4 transposition of bytes in every four 32-bit words, little end first.
+void interleave(const uint8_t* const* rows, int entries, uint8_t* const* out) {
+  typedef uint32_t Word __attribute__((aligned(1), may_alias));
+  const Word* in[4];
+  Word* to[4];
+  for (int j = 0; j < 4; ++j) {
+    in[j] = reinterpret_cast<const Word*>(rows[j]);
+    to[j] = reinterpret_cast<Word*>(out[j]);
+  }
+  const Word* __restrict a = in[0], * __restrict b = in[1], * __restrict c = in[2], * __restrict d = in[3];
+  Word* __restrict o = to[0], * __restrict p = to[1], * __restrict q = to[2], * __restrict r = to[3];
+  for (int e = 0; e < entries; ++e) {
+    const uint32_t ab = (a[e] & 0x00ff00ff) | ((b[e] & 0x00ff00ff) << 8);
+    const uint32_t cd = (c[e] & 0x00ff00ff) | ((d[e] & 0x00ff00ff) << 8);
+    const uint32_t ba = ((a[e] >> 8) & 0x00ff00ff) | (b[e] & 0xff00ff00);
+    const uint32_t dc = ((c[e] >> 8) & 0x00ff00ff) | (d[e] & 0xff00ff00);
+    o[e] = (ab & 0xffff) | (cd << 16);
+    q[e] = (ab >> 16) | (cd & 0xffff0000);
+    p[e] = (ba & 0xffff) | (dc << 16);
+    r[e] = (ba >> 16) | (dc & 0xffff0000);
+  }
+}
+
+void sixteenths(const uint16_t* __restrict values, int n, uint8_t* __restrict out) {
+  for (int i = 0; i < n; ++i)
+    out[i] = static_cast<uint8_t>(static_cast<uint16_t>(values[i] + 15) >> 4);
+}
+
+void max_into(uint8_t* __restrict target, const uint8_t* __restrict other, int n) {
+  for (int i = 0; i < n; ++i) target[i] = target[i] > other[i] ? target[i] : other[i];
+}
+
+void min_max(const int32_t* __restrict values, int n, int32_t* __restrict low,
+             int32_t* __restrict high) {
+  int32_t l = values[0], h = values[0];
+  for (int i = 1; i < n; ++i) {
+    l = values[i] < l ? values[i] : l;
+    h = values[i] > h ? values[i] : h;
+  }
+  *low = l;
+  *high = h;
+}

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/map/max_pyramid.hpp>
+
+#include "kernels/kernels.hpp"
+#include "scenes.hpp"
+
+namespace wayfare {
+
+using kernels::Isa;
+using kernels::Kernels;
+using Ints = std::vector<std::int32_t>;
+using Sums = std::vector<std::uint32_t>;
+
+/// A grid with its tables, points, and a turn that puts some of them outside.
+struct KernelCase {
+  MatchGrid grid;
+  MaxPyramid pyramid;
+  std::vector<float> x, y;
+  int n = 0, padded = 0;
+  kernels::Turn turn{};
+
+  explicit KernelCase(Rng& rng)
+      : grid(random_grid(rng, 1 + static_cast<int>(rng.below(90)),
+                         1 + static_cast<int>(rng.below(90)), {0, 0})),
+        pyramid(grid),
+        n(1 + static_cast<int>(rng.below(700))),
+        padded((n + 15) / 16 * 16) {
+    const double reach = rng.uniform(0.1, 5);
+    for (int i = 0; i < padded; ++i) {
+      x.push_back(static_cast<float>(rng.uniform(-reach, reach)));
+      y.push_back(static_cast<float>(rng.uniform(-reach, reach)));
+    }
+    x[0] = 1e30F;  // saturates
+    const double heading = rng.uniform(-4, 4);
+    turn = {static_cast<float>(20 * std::cos(heading)),
+            static_cast<float>(20 * std::sin(heading)),
+            static_cast<float>(rng.uniform(-20, 60)),
+            static_cast<float>(rng.uniform(-20, 60)),
+            1048576.0F,
+            static_cast<int>(rng.below(40)) - 20,
+            static_cast<int>(rng.below(40)) - 20};
+  }
+
+  void place(const Kernels& k, Ints& u, Ints& v) const {
+    u.resize(x.size());
+    v.resize(x.size());
+    k.place(x.data(), y.data(), padded, turn.c, turn.s, turn.ox, turn.oy, turn.limit, u.data(),
+            v.data());
+  }
+  [[nodiscard]] kernels::BoundTable bounds(int level) const {
+    const auto& l = pyramid.level(level);
+    return {l.table.data(), 2 * level, l.width, l.height, l.columns};
+  }
+  /// What the table of a level holds for the node that begins at a unit.
+  [[nodiscard]] std::uint32_t bound_at(int level, Cell unit) const {
+    const auto& l = pyramid.level(level);
+    unit.x = std::clamp(unit.x, -kernels::kBoundMarginX, l.width) + kernels::kBoundMarginX;
+    unit.y = std::clamp(unit.y, -kernels::kBoundMarginY, l.height) + kernels::kBoundMarginY;
+    return l
+        .table[static_cast<std::size_t>((4 * unit.y + unit.x % 4) * l.columns + unit.x / 4 * 4)];
+  }
+  /// Sixteen nodes four units apart, column by column, of the group `group` places along x from the
+  /// turn's, by their definition.
+  [[nodiscard]] Sums bounds_of(int level, int group = 0) const {
+    Ints u, v;
+    place(kernels::kernels_for(Isa::baseline), u, v);
+    Sums sums(16, 0);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
+      for (int k = 0; k < 16; ++k)
+        sums[static_cast<std::size_t>(k)] +=
+            bound_at(level, {((u[i] + turn.du) >> (2 * level)) + 4 * (k / 4) + 16 * group,
+                             ((v[i] + turn.dv) >> (2 * level)) + 4 * (k % 4)});
+    return sums;
+  }
+  [[nodiscard]] Sums turned_bounds(const Kernels& k, int level) const {
+    Sums sums(16, 0);
+    for (int first = 0; first < n; first += 64)
+      k.turned_bounds(x.data() + first, y.data() + first, std::min(64, n - first), turn,
+                      bounds(level), sums.data());
+    return sums;
+  }
+  [[nodiscard]] Sums block_scores(const Kernels& k, int rows) const {
+    Ints u, v, at(x.size());
+    place(k, u, v);
+    k.index(u.data(), v.data(), padded, turn.du, turn.dv, grid.width(), grid.height(),
+            grid.stride(), at.data());
+    Sums sums(static_cast<std::size_t>(rows * kernels::kBlock));
+    k.block_scores(grid.data(), grid.stride(), at.data(), n, rows, sums.data());
+    return sums;
+  }
+  [[nodiscard]] Sums pair_scores(const Kernels& k) const {
+    Ints u, v, at(x.size());
+    place(k, u, v);
+    k.index(u.data(), v.data(), padded, turn.du, turn.dv, grid.width(), grid.height(),
+            grid.stride(), at.data());
+    Sums sums(16);
+    k.pair_scores(pyramid.pairs(), grid.stride(), at.data(), n, sums.data());
+    return sums;
+  }
+  [[nodiscard]] std::vector<double> linearise(const Kernels& k) const {
+    std::vector<double> sums(10);
+    k.linearise(x.data(), y.data(), n, turn,
+                {grid.data(), grid.stride(), grid.width(), grid.height()}, 9.26F, -0.0022F,
+                sums.data());
+    return sums;
+  }
+  template <class Squares>
+  [[nodiscard]] std::vector<double> squares(Squares kernel) const {
+    std::vector<double> sums(10);
+    kernel(x.data(), y.data(), n, turn, {grid.data(), grid.stride(), grid.width(), grid.height()},
+           4080.0F, sums.data());
+    return sums;
+  }
+};
+
+/// Calls `body(variant, portable)` for every variant this machine runs.
+template <class Body>
+void for_each_variant(Body&& body) {
+  for (const Isa isa : {Isa::baseline, Isa::avx2, Isa::avx512}) {
+    if (!kernels::runs_here(isa)) continue;
+    SCOPED_TRACE(static_cast<int>(isa));
+    body(kernels::kernels_for(isa), kernels::kernels_for(Isa::baseline));
+  }
+}
+
+}  // namespace wayfare
