@@ -69,23 +69,26 @@ Result<io::MargFile> read_logged(const std::string& path, const std::string& top
 }
 
 /// A unit in a ROS recording.
-Result<io::MargFile> read_ros(const std::string& path, const ros::TopicNames& names) {
+Result<io::MargFile> read_ros(const std::string& path, const ros::TopicNames& names,
+                              std::optional<SO3d>* q_base_unit) {
   const auto recording = ros::RecordingFile::open(path);
   if (!recording) return recording.error();
   auto run = ros::read_marg(*recording, names);
   if (!run) return run.error();
+  if (q_base_unit != nullptr) *q_base_unit = run->q_base_unit;
   return file_of(std::move(run->samples), std::move(run->problems));
 }
 
 }  // namespace
 
-Result<io::MargFile> RecordingOptions::read(const std::string& path) const {
+Result<io::MargFile> RecordingOptions::read(const std::string& path,
+                                            std::optional<SO3d>* q_base_unit) const {
   io::MargFormat format;
   format.columns.columns = columns;
   format.period_s = period_s;
   ros::TopicNames names = topics;
   names.imu = topic;
-  auto file = ros::RecordingFile::is_one(path) ? read_ros(path, names)
+  auto file = ros::RecordingFile::is_one(path) ? read_ros(path, names, q_base_unit)
               : logger::is_recording(path)     ? read_logged(path, topic)
                                                : io::read_marg(path, format);
   if (!file) return file;

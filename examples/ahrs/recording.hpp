@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/estimate/ahrs_parameters.hpp>
 #include <wayfare/io/marg_text.hpp>
 #include <wayfare/ros/recording.hpp>
@@ -27,8 +28,10 @@ struct RecordingOptions {
   /// The argument `name`: the path of a recording, or of several.
   static void add_path(CommandLine& app, const std::string& name, std::string& path);
   static void add_path(CommandLine& app, const std::string& name, std::vector<std::string>& paths);
-  /// Says on standard error what had to be skipped.
-  [[nodiscard]] Result<io::MargFile> read(const std::string& path) const;
+  /// Says on standard error what had to be skipped. Where transforms of a ROS recording say how the
+  /// unit sits on the robot, they go to `q_base_unit`.
+  [[nodiscard]] Result<io::MargFile> read(const std::string& path,
+                                          std::optional<SO3d>* q_base_unit = nullptr) const;
 };
 
 struct FilterOptions {

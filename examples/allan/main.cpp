@@ -11,6 +11,7 @@
 #include "findings.hpp"
 #include "nav_config.hpp"
 #include "program_files.hpp"
+#include "ros_topics.hpp"
 
 namespace {
 
@@ -79,7 +80,9 @@ int main(int argc, char** argv) {
       "Gauss-Markov\nfits, axis by axis. With --out a report with the curves, and parameters.json "
       "for gnss_ins --config.");
   Options o;
-  app.add_option("FILE", o.file, "columns of text, a float table, or raw float32; gzip or not")
+  app.add_option("FILE", o.file,
+                 "columns of text, a float table, or raw float32, gzip or not; or a ROS recording "
+                 "(ROS 2's .mcap, ROS 1's .bag)")
       .required()
       .existing_file();
   app.add_option("--rate", o.format.rate_hz, "readings a second; 0: by the file's times")
@@ -87,6 +90,7 @@ int main(int argc, char** argv) {
       .show_default();
   app.add_flag("--raw", o.format.raw,
                "rows of six float32: gx gy gz in degrees a second, ax ay az in g");
+  examples::add_imu_topic(app, o.format.topics);
   app.add_option("--out", o.out, "folder for the results, made where needed");
   app.add_option("--config", o.config, "mounting and filter options for parameters.json")
       .existing_file();

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include <wayfare/io/float_table.hpp>
-#include <wayfare/io/nav_text.hpp>
 
+#include "nav_ros.hpp"
 #include "program_files.hpp"
 
 namespace wayfare::examples {
@@ -50,8 +50,8 @@ Result<RestRecord> from_rows(const char* bytes, std::size_t rows, const std::str
   return record;
 }
 
-Result<RestRecord> from_text(const std::string& path, const RecordFormat& format) {
-  const auto file = io::read_imu(path);
+Result<RestRecord> from_samples(const std::string& path, const RecordFormat& format) {
+  const auto file = read_unit(path, {}, format.topics);
   if (!file) return file.error();
   print_problems(file->problems);
   if (!file->has_gyro || !file->has_accelerometer || file->samples.size() < 2)
@@ -74,6 +74,7 @@ Result<RestRecord> from_text(const std::string& path, const RecordFormat& format
 }  // namespace
 
 Result<RestRecord> read_rest_record(const std::string& path, const RecordFormat& format) {
+  if (ros::RecordingFile::is_one(path)) return from_samples(path, format);
   const auto file = io::read_file(path);
   if (!file) return file.error();
   constexpr std::size_t kRow = kAxes * sizeof(float);
@@ -85,7 +86,7 @@ Result<RestRecord> read_rest_record(const std::string& path, const RecordFormat&
     return from_rows(reinterpret_cast<const char*>(table->values.data()), table->rows(), path,
                      format);
   }
-  if (!format.raw) return from_text(path, format);
+  if (!format.raw) return from_samples(path, format);
   if (file->bytes.size() < kRow || file->bytes.size() % kRow != 0)
     return Error{ErrorCode::parse, "is not a whole number of rows of six float32", path};
   return from_rows(file->bytes.data(), file->bytes.size() / kRow, path, format);

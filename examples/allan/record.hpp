@@ -9,6 +9,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/estimate/allan.hpp>
 #include <wayfare/estimate/gauss_markov_fit.hpp>
+#include <wayfare/ros/recording.hpp>
 
 namespace wayfare::examples {
 
@@ -16,6 +17,7 @@ struct RecordFormat {
   double rate_hz = 0.0;  ///< 0: from the file's times
   /// Of a table of float32 without a text heading: gx gy gz in degrees a second, ax ay az in g.
   bool raw = false;
+  ros::TopicNames topics = {};  ///< of a ROS recording
 };
 
 /// What is kept of one axis.
@@ -31,7 +33,7 @@ struct RestRecord {
   [[nodiscard]] double length_s() const { return static_cast<double>(readings) / rate_hz; }
 };
 
-/// Columns of text as for gnss_ins, a float table, or raw float32.
+/// Columns of text as for gnss_ins, a ROS recording, a float table, or raw float32.
 [[nodiscard]] Result<RestRecord> read_rest_record(const std::string& path,
                                                   const RecordFormat& format);
 

@@ -17,7 +17,7 @@ namespace wayfare::examples {
 namespace {
 
 struct Arguments : SlamArguments {
-  std::string log, relations, config;
+  std::string relations, config;
   bool no_odometry = false;
 };
 

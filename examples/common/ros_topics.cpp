@@ -15,15 +15,23 @@ void add_robot_topics(CommandLine& app, ros::TopicNames& names) {
   app.add_option("--odometry-topic", names.odometry, "of a ROS recording: nav_msgs/Odometry");
   app.add_option("--radar-topic", names.radar,
                  "of a ROS recording: wayfare_msgs/RadarScan or sensor_msgs/PointCloud2");
+  app.add_option("--imu-topic", names.imu, "of a ROS recording: sensor_msgs/Imu, the robot's gyro");
+  app.add_option("--truth-topic", names.truth,
+                 "of a ROS recording, where the robot really was: geometry_msgs/PoseStamped or "
+                 "nav_msgs/Odometry; else /truth, where it is there");
   app.add_option("--base-frame", names.base_frame,
                  "the robot's frame in a ROS recording; else that of its odometry");
   add_stamps(app, names);
 }
 
-void add_vehicle_topics(CommandLine& app, ros::TopicNames& names) {
+void add_imu_topic(CommandLine& app, ros::TopicNames& names) {
   app.add_option("--imu-topic", names.imu, "of a ROS recording: sensor_msgs/Imu");
-  app.add_option("--fix-topic", names.fix, "of a ROS recording: sensor_msgs/NavSatFix");
   add_stamps(app, names);
+}
+
+void add_vehicle_topics(CommandLine& app, ros::TopicNames& names) {
+  add_imu_topic(app, names);
+  app.add_option("--fix-topic", names.fix, "of a ROS recording: sensor_msgs/NavSatFix");
 }
 
 void add_unit_topics(CommandLine& app, ros::TopicNames& names) {

@@ -8,6 +8,8 @@ namespace wayfare::examples {
 
 /// Which topics of a ROS recording (.mcap, .bag) a program takes, for those that read robots' logs.
 void add_robot_topics(CommandLine& app, ros::TopicNames& names);
+/// The same for programs that read an inertial unit.
+void add_imu_topic(CommandLine& app, ros::TopicNames& names);
 /// The same for programs that read an inertial unit and a satellite receiver.
 void add_vehicle_topics(CommandLine& app, ros::TopicNames& names);
 /// The same for programs that read an inertial unit, with a magnetometer; without the choice of

@@ -15,6 +15,7 @@
 namespace wayfare::examples {
 
 struct SlamArguments {
+  std::string log;
   std::string out;  ///< folder of the results
   int threads = 1;
   std::uint64_t seed = 1;

@@ -16,7 +16,7 @@
 namespace wayfare::examples {
 
 struct CorridorArguments : SlamArguments {
-  std::string log, reference, config;
+  std::string reference, config;
   int simulated = 0, passes = 4;
   double added_bias_deg_s = 0.0;
   std::vector<double> origin;

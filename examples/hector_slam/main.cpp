@@ -53,21 +53,17 @@ Result<examples::LogRun> run(const Recording& recording, HectorSlamOptions optio
                              const examples::UnitOptions& unit,
                              const examples::SlamArguments& arguments,
                              const SlamProgress& progress) {
-  io::MargFile readings;
-  if (!unit.path.empty()) {
-    auto read = unit.read(arguments.topics);
-    if (!read) return read.error();
-    readings = std::move(*read);
-    options.q_base_unit =
-        SO3d::exp(Eigen::Vector3d(0, 0, recording.T_base_laser.raw().heading().radians())) *
-        unit.q_unit_laser().inverse();
-  }
-  auto slam = run_hector_slam(recording, readings.samples, options, progress);
+  const auto readings = unit.read(arguments.log, arguments.topics);
+  if (!readings) return readings.error();
+  const bool fuses = readings->has_value();
+  if (fuses) options.q_base_unit = unit.q_base_unit(**readings, recording);
+  auto slam = run_hector_slam(recording, fuses ? (*readings)->file.samples : MargRecording(),
+                              options, progress);
   if (!slam) return slam.error();
   const HectorStatistics& s = slam->statistics;
   std::vector<std::pair<std::string, std::string>> facts = {
       {"in the map", std::to_string(s.scans_in_map)}};
-  if (!unit.path.empty()) {
+  if (fuses) {
     facts.emplace_back("put level", std::to_string(s.levelled_scans));
     facts.emplace_back("fused", std::to_string(s.fused_scans));
     facts.emplace_back("starts of the filter", std::to_string(s.carrier_starts));
@@ -91,12 +87,17 @@ int main(int argc, char** argv) {
       argc, argv,
       {"hector_slam", "Hector SLAM",
        "Follow a robot by matching each scan of a recorded log to one map at several resolutions; "
-       "no loop closures. With an inertial unit beside the range finder (--unit) scans are put "
+       "no loop closures. With an inertial unit beside the range finder (--unit, or in LOG itself) "
+       "scans are put "
        "level and its navigation leads from one to the next.",
        fields(options),
        [&](const Recording& recording, const examples::SlamArguments& arguments,
            const SlamProgress& progress) {
          return run(recording, options, unit, arguments, progress);
        },
-       [&] { return check(options); }, [&](examples::CommandLine& app) { unit.describe(app); }});
+       [&] { return check(options); },
+       [&](examples::CommandLine& app) {
+         unit.describe(app);
+         app.add_flag("--no-unit", unit.none, "by scans alone, though LOG has a unit");
+       }});
 }

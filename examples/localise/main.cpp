@@ -26,7 +26,7 @@ namespace {
 using namespace wayfare;
 
 struct Options : examples::SlamArguments {
-  std::string log, map, radar_map, truth, sensors;
+  std::string map, radar_map, truth, sensors;
   std::vector<double> initial;  // x, y, heading
   bool global = false, beam = false;
   LocalisationOptions localisation;

@@ -20,7 +20,6 @@ namespace {
 using namespace wayfare;
 
 struct Options : examples::SlamArguments {
-  std::string log;
   std::size_t pairs = 300;
   double apart_m = 0.5;
 };

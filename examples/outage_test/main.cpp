@@ -22,6 +22,7 @@
 #include "outage_results.hpp"
 #include "program_files.hpp"
 #include "progress_line.hpp"
+#include "ros_topics.hpp"
 
 namespace {
 
@@ -225,6 +226,7 @@ int main(int argc, char** argv) {
       .existing_file();
   app.add_option("--config", o.config, "JSON description of the recording; see gnss_ins")
       .existing_file();
+  examples::add_imu_topic(app, o.files.topics);
   app.add_option("--out", o.out, "folder for the results, made where needed").required();
   app.add_option("--seed", o.ranges.seed, "of all that is simulated").show_default();
   app.add_option("--satellites", o.ranges.satellites, "in view").show_default();

@@ -89,9 +89,7 @@ Result<void> run(const Arguments& a) {
 }
 
 void describe(examples::CommandLine& app, Arguments& a) {
-  app.add_option("FILE", a.file, "columns of text, a binary table, or a logger's recording (.mcap)")
-      .required()
-      .existing_file();
+  examples::RecordingOptions::add_path(app, "FILE", a.file);
   app.add_option("--out", a.out, "folder for the results, made where needed").required();
   app.add_option("--truth", a.truth,
                  "true positions by the same clock, TUM text: drawn beside, and compared")

@@ -20,7 +20,7 @@ struct Unit : examples::UnitOptions {
   bool no_magnetometer = false, no_steps = false, no_feedback = false;
 
   void describe(examples::CommandLine& app) {
-    UnitOptions::describe(app).required();
+    UnitOptions::describe(app);
     app.add_option("--step", step_m, "length of every step, m; else by the steps' strength")
         .positive();
     app.add_flag("--no-magnetometer", no_magnetometer, "heading by the gyroscope alone");
@@ -28,11 +28,17 @@ struct Unit : examples::UnitOptions {
     app.add_flag("--no-feedback", no_feedback, "leave the steps as they are");
   }
 
-  void apply(PedestrianSlamOptions& o, bool has_magnetometer) const {
-    o.pedestrian.forward = forward_axis();
+  void apply(PedestrianSlamOptions& o, const examples::UnitReadings& readings,
+             const Recording& log) const {
     o.q_unit_laser = q_unit_laser();
+    o.pedestrian.forward = forward_axis();
+    if (readings.q_base_unit) {
+      const double heading = log.T_base_laser.raw().heading().radians();
+      o.q_unit_laser = readings.q_base_unit->inverse() * SO3d::exp({0, 0, heading});
+      o.pedestrian.forward = o.q_unit_laser * Eigen::Vector3d::UnitX();
+    }
     if (step_m > 0) o.pedestrian.length = ConstantStep{step_m};
-    o.pedestrian.ahrs.use_magnetometer = !no_magnetometer && has_magnetometer;
+    o.pedestrian.ahrs.use_magnetometer = !no_magnetometer && readings.file.has_magnetometer;
     o.steps = !no_steps;
     o.feedback = !no_feedback;
   }
@@ -41,11 +47,14 @@ struct Unit : examples::UnitOptions {
 Result<examples::LogRun> run(const Recording& recording, PedestrianSlamOptions options,
                              const Unit& unit, const examples::SlamArguments& arguments,
                              const SlamProgress& progress) {
-  const auto readings = unit.read(arguments.topics);
+  const auto readings = unit.read(arguments.log, arguments.topics);
   if (!readings) return readings.error();
-  unit.apply(options, readings->has_magnetometer);
+  if (!*readings)
+    return Error{ErrorCode::not_found, "holds no inertial unit: --unit must name one's recording",
+                 arguments.log};
+  unit.apply(options, **readings, recording);
   options.slam.threads = arguments.threads;
-  auto walk = run_pedestrian_slam(recording, readings->samples, options, progress);
+  auto walk = run_pedestrian_slam(recording, (*readings)->file.samples, options, progress);
   if (!walk) return walk.error();
   SubmapSlamRun& slam = walk->slam;
   const SubmapSlamStatistics& s = slam.statistics;

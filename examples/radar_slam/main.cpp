@@ -21,7 +21,7 @@ namespace {
 using namespace wayfare;
 
 struct Options : examples::SlamArguments {
-  std::string log, relations, sensors;
+  std::string relations, sensors;
   std::size_t particles = 0;
 };
 

@@ -19,7 +19,6 @@ namespace {
 using namespace wayfare;
 
 struct Options : examples::SlamArguments {
-  std::string log;
   RadarVelocityOptions velocity;
 };
 

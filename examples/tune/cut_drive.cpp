@@ -12,6 +12,7 @@
 #include "nav_drives.hpp"
 #include "nav_errors.hpp"
 #include "program_files.hpp"
+#include "ros_topics.hpp"
 
 namespace {
 
@@ -95,6 +96,7 @@ int main(int argc, char** argv) {
   app.add_option("--to", o.to_s, "seconds after the first sample");
   app.add_option("--seed", o.ranges.seed, "of the ranges").show_default();
   app.add_option("--satellites", o.ranges.satellites, "in view").show_default();
+  examples::add_imu_topic(app, o.files.topics);
   app.add_option("--out", o.out, "folder for the results, made where needed").required();
   app.add_flag("--force", o.force, "replace files of an earlier run");
   if (const auto code = app.parse(argc, argv)) return *code;

@@ -3,11 +3,12 @@
 namespace wayfare::ros {
 
 Result<std::string> choose_topic(const RecordingFile& file, std::string_view type,
-                                 const std::string& named, const char* what) {
+                                 const std::string& named, const char* what,
+                                 const std::string& except) {
   std::vector<std::string> fitting;
   std::string list;
   for (const Topic& topic : file.topics())
-    if (topic.type == type) {
+    if (topic.type == type && (topic.name != except || topic.name == named)) {
       fitting.push_back(topic.name);
       list += (list.empty() ? "" : ", ") + topic.name;
     }
@@ -44,15 +45,29 @@ Result<void> Lanes::run(io::Problems& problems) {
     if (lane.stamped && lane.late.empty() && lane.first_fault) {
       Error fault = *lane.first_fault;
       fault.message += " (and so it is with all " + std::to_string(lane.messages) + " messages)";
-      return fault;
+      if (auto done = refuse(lane, std::move(fault), problems); !done) return done;
     }
-  return check_clocks();
+  return check_clocks(problems);
 }
 
-Result<void> Lanes::check_clocks() {
+Result<void> Lanes::refuse(const Lane& lane, Error fault, io::Problems& problems) {
+  if (!lane.leave_out) return fault;
+  lane.leave_out();
+  fault.message += "; left out";
+  problems.add(std::move(fault));
+  return {};
+}
+
+Result<void> Lanes::check_clocks(io::Problems& problems) {
   const std::string* first = nullptr;
   Duration reference{0};
-  for (auto& [topic, lane] : lanes_) {
+  std::vector<std::pair<const std::string, Lane>*> all;
+  for (auto& lane : lanes_) all.push_back(&lane);
+  // Those that are needed say what the clock is.
+  std::stable_partition(all.begin(), all.end(),
+                        [](const auto* lane) { return !lane->second.leave_out; });
+  for (auto* named : all) {
+    auto& [topic, lane] = *named;
     if (lane.late.empty()) continue;
     const auto middle = lane.late.begin() + static_cast<long>(lane.late.size() / 2);
     std::nth_element(lane.late.begin(), middle, lane.late.end());
@@ -61,11 +76,12 @@ Result<void> Lanes::check_clocks() {
       reference = *middle;
     } else if (const Duration apart = *middle - reference;
                apart > names_.clock_tolerance || apart < -names_.clock_tolerance) {
-      return Error{ErrorCode::invalid,
-                   "is stamped " + std::to_string(to_seconds(apart)) + " s from " + *first +
-                       ", counted from when both were received: their clocks differ; take the "
-                       "times of receipt instead",
-                   topic};
+      Error fault{ErrorCode::invalid,
+                  "is stamped " + std::to_string(to_seconds(apart)) + " s from " + *first +
+                      ", counted from when both were received: their clocks differ; take the "
+                      "times of receipt instead",
+                  topic};
+      if (auto done = refuse(lane, std::move(fault), problems); !done) return done;
     }
   }
   return {};

@@ -18,19 +18,26 @@
 namespace wayfare::ros {
 
 /// The one topic of `type` to take: `named`, which must be there, or else the only one; empty where
-/// there is none. Errors: not there, or several of them.
+/// there is none. `except` is another's, unless named. Errors: not there, or several of them.
 [[nodiscard]] Result<std::string> choose_topic(const RecordingFile& file, std::string_view type,
-                                               const std::string& named, const char* what);
+                                               const std::string& named, const char* what,
+                                               const std::string& except = {});
+
+/// Whether what was read is of use without a topic.
+enum class Need { all, none };
 
 class Lanes {
  public:
   Lanes(const RecordingFile& file, const TopicNames& names) : file_(file), names_(names) {}
 
   /// Messages M of `topic` go to `out` as `convert` makes them of a message and its time, in order
-  /// of time. Nothing where `topic` is empty.
+  /// of time. Nothing where `topic` is empty. A topic without need that cannot be used is left
+  /// out, and that is said.
   template <class M, class Value, class Convert>
-  void add(const std::string& topic, std::vector<Value>& out, Convert convert) {
+  void add(const std::string& topic, std::vector<Value>& out, Convert convert,
+           Need need = Need::all) {
     if (topic.empty()) return;
+    if (need == Need::none) lanes_[topic].leave_out = [&out] { out.clear(); };
     add_raw<M>(topic, [&out, convert](const M& message, LogTime time) -> Result<void> {
       Result<Value> value = convert(message, time);
       if (!value) return value.error();
@@ -60,6 +67,7 @@ class Lanes {
  private:
   struct Lane {
     std::function<Result<void>(const RecordedMessage&, Lane&)> take;
+    std::function<void()> leave_out;  ///< where there is no need of it
     bool stamped = false;
     std::size_t messages = 0;
     std::vector<Duration> late;  ///< stamp after receipt, of each that was used
@@ -81,7 +89,8 @@ class Lanes {
     };
   }
 
-  [[nodiscard]] Result<void> check_clocks();
+  [[nodiscard]] Result<void> check_clocks(io::Problems& problems);
+  [[nodiscard]] static Result<void> refuse(const Lane& lane, Error fault, io::Problems& problems);
 
   const RecordingFile& file_;
   const TopicNames& names_;

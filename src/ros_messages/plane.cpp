@@ -154,6 +154,10 @@ Odometry message_of(const OdometrySample& sample, std::string_view odom_frame,
   return message;
 }
 
+PoseStamped message_of(const StampedPose& pose, std::string_view frame) {
+  return {header_of(pose.time, frame), pose_of(pose.T_map_base.raw())};
+}
+
 OccupancyGrid message_of(const io::GridImage& map, LogTime time, std::string_view frame) {
   OccupancyGrid message;
   message.header = header_of(time, frame);

@@ -83,14 +83,24 @@ namespace {
 /// The streams of a recording as messages, the earliest next.
 class RobotWriter {
  public:
-  RobotWriter(RecordingWriter& writer, const Recording& recording, const RobotTopics& topics)
-      : writer_(writer), recording_(recording), topics_(topics) {}
+  RobotWriter(RecordingWriter& writer, const Recording& recording, const RobotTopics& topics,
+              const UnitRun& unit)
+      : writer_(writer),
+        recording_(recording),
+        topics_(topics),
+        unit_(unit),
+        gyro_(unit.samples.empty() ? std::span(recording.gyro) : std::span<const GyroSample>()) {}
 
+  /// Of equal times in the order of the streams here.
   Result<void> run() {
-    for (std::size_t odometry = 0, scan = 0, radar = 0;;) {
-      const LogTime* const times[] = {time_of(recording_.odometry, odometry),
-                                      time_of(recording_.scans, scan),
-                                      time_of(recording_.radar, radar)};
+    const Recording& r = recording_;
+    const auto next_of = [](const auto& stream, std::size_t i) {
+      return i < stream.size() ? &stream[i].time : nullptr;
+    };
+    for (std::size_t odometry = 0, scan = 0, radar = 0, gyro = 0, truth = 0, unit = 0;;) {
+      const LogTime* const times[] = {next_of(r.odometry, odometry), next_of(r.scans, scan),
+                                      next_of(r.radar, radar),       next_of(gyro_, gyro),
+                                      next_of(r.truth, truth),       next_of(unit_.samples, unit)};
       const LogTime* next = nullptr;
       for (const LogTime* time : times)
         if (time != nullptr && (next == nullptr || *time < *next)) next = time;
@@ -99,19 +109,17 @@ class RobotWriter {
         return Error{ErrorCode::invalid, "has a time of zero or before: ROS takes it for none"};
       auto done = write_mountings(*next);
       if (done)
-        done = next == times[0]   ? write(recording_.odometry[odometry++])
-               : next == times[1] ? write(recording_.scans[scan++])
-                                  : write(recording_.radar[radar++]);
+        done = next == times[0]   ? write(r.odometry[odometry++])
+               : next == times[1] ? write(r.scans[scan++], topics_.scan, topics_.laser_frame)
+               : next == times[2] ? write(r.radar[radar++], topics_.radar, topics_.radar_frame)
+               : next == times[3] ? write(gyro_[gyro++], topics_.imu, topics_.imu_frame)
+               : next == times[4] ? write(r.truth[truth++], topics_.truth, topics_.map_frame)
+                                  : write(unit_.samples[unit++]);
       if (!done) return done;
     }
   }
 
  private:
-  template <class Stream>
-  static const LogTime* time_of(const Stream& stream, std::size_t i) {
-    return i < stream.size() ? &stream[i].time : nullptr;
-  }
-
   /// Once, before all else.
   Result<void> write_mountings(LogTime time) {
     if (std::exchange(mounted_, true)) return {};
@@ -121,6 +129,7 @@ class RobotWriter {
     };
     if (!recording_.scans.empty()) add(recording_.T_base_laser.raw(), topics_.laser_frame);
     if (!recording_.radar.empty()) add(recording_.T_base_radar.raw(), topics_.radar_frame);
+    if (!gyro_.empty() || !unit_.samples.empty()) add(unit_.T_base_unit, topics_.imu_frame);
     return writer_.write("/tf_static", time, message);
   }
   Result<void> write(const OdometrySample& sample) {
@@ -131,24 +140,33 @@ class RobotWriter {
         "/tf", sample.time,
         TfMessage{{transform_of(pose, sample.time, topics_.odom_frame, topics_.base_frame)}});
   }
-  Result<void> write(const wayfare::LaserScan& scan) {
-    return writer_.write(topics_.scan, scan.time, message_of(scan, topics_.laser_frame));
+  Result<void> write(const MargSample& s) {
+    if (s.angular_rate_radps.allFinite() && s.specific_force_mps2.allFinite()) {
+      const ImuSample sample{s.time, s.angular_rate_radps, s.specific_force_mps2};
+      if (auto done = write(sample, topics_.imu, topics_.imu_frame); !done) return done;
+    }
+    if (!s.magnetic_field_uT.allFinite()) return {};
+    return writer_.write(topics_.magnetometer, s.time,
+                         magnetic_message_of(s.magnetic_field_uT, s.time, topics_.imu_frame));
   }
-  Result<void> write(const wayfare::RadarScan& scan) {
-    return writer_.write(topics_.radar, scan.time, message_of(scan, topics_.radar_frame));
+  template <class Measurement>
+  Result<void> write(const Measurement& m, const std::string& topic, const std::string& frame) {
+    return writer_.write(topic, m.time, message_of(m, frame));
   }
 
   RecordingWriter& writer_;
   const Recording& recording_;
   const RobotTopics& topics_;
+  const UnitRun& unit_;
+  std::span<const GyroSample> gyro_;
   bool mounted_ = false;
 };
 
 }  // namespace
 
 Result<void> write_robot(RecordingWriter& writer, const Recording& recording,
-                         const RobotTopics& topics) {
-  return RobotWriter(writer, recording, topics).run();
+                         const RobotTopics& topics, const UnitRun& unit) {
+  return RobotWriter(writer, recording, topics, unit).run();
 }
 
 }  // namespace wayfare::ros

@@ -79,12 +79,22 @@ LaserScan message_of(const wayfare::LaserScan& scan, std::string_view frame) {
   return m;
 }
 
+Result<Eigen::Vector3d> turn_rate_of(const Imu& m) {
+  if (m.angular_velocity_covariance[0] == -1.0)
+    return invalid("says that turn rate is not measured", "covariance");
+  const Eigen::Vector3d rate = vector_of(m.angular_velocity);
+  if (!rate.allFinite()) return invalid("is not finite", "angular_velocity");
+  return rate;
+}
+
 Result<ImuSample> imu_of(const Imu& m, LogTime time) {
-  if (m.angular_velocity_covariance[0] == -1.0 || m.linear_acceleration_covariance[0] == -1.0)
-    return invalid("says that turn rate or specific force is not measured", "covariance");
-  const ImuSample sample{time, vector_of(m.angular_velocity), vector_of(m.linear_acceleration)};
-  if (!sample.angular_rate_radps.allFinite() || !sample.specific_force_mps2.allFinite())
-    return invalid("is not finite", "angular_velocity, linear_acceleration");
+  const auto rate = turn_rate_of(m);
+  if (!rate) return rate.error();
+  if (m.linear_acceleration_covariance[0] == -1.0)
+    return invalid("says that specific force is not measured", "covariance");
+  const ImuSample sample{time, *rate, vector_of(m.linear_acceleration)};
+  if (!sample.specific_force_mps2.allFinite())
+    return invalid("is not finite", "linear_acceleration");
   return sample;
 }
 
@@ -95,6 +105,13 @@ Imu message_of(const ImuSample& sample, std::string_view frame) {
   m.orientation_covariance[0] = -1.0;
   m.angular_velocity = message_of(sample.angular_rate_radps);
   m.linear_acceleration = message_of(sample.specific_force_mps2);
+  return m;
+}
+
+Imu message_of(const GyroSample& sample, std::string_view frame) {
+  Imu m = message_of(ImuSample{sample.time, {0.0, 0.0, sample.turn_rate_rad_s}, {0.0, 0.0, 0.0}},
+                     frame);
+  m.linear_acceleration_covariance[0] = -1.0;
   return m;
 }
 

@@ -118,14 +118,14 @@ void SlamNode::add(const Odometry& message, double now_s) {
 void SlamNode::add(const Imu& message, double now_s) {
   if (options_.odometry || !options_.imu) return;
   const auto time = time_of(message.header.stamp);
-  const auto sample = time ? imu_of(message, *time) : Result<ImuSample>(time.error());
-  if (!sample)
+  const auto rate = time ? turn_rate_of(message) : Result<Eigen::Vector3d>(time.error());
+  if (!rate)
     return notices_.tell(Severity::error, "bad reading",
-                         "left out an inertial reading: " + sample.error().to_string(), now_s);
+                         "left out an inertial reading: " + rate.error().to_string(), now_s);
   if (!gyro_.empty() && *time + from_seconds(options_.jump_back_s) < gyro_.back().time)
     gyro_.clear();
   if (!gyro_.empty() && *time <= gyro_.back().time) return;
-  gyro_.push_back({*time, sample->angular_rate_radps.z()});
+  gyro_.push_back({*time, rate->z()});
   motion_silent_ = false;
 }
 

@@ -26,6 +26,36 @@ program_test(convert_log_to_nothing_it_knows nonzero "neither in .mcap nor in .b
 program_test(graph_slam_topic_that_is_not_there nonzero "no topic /rear .*there is /scan"
   COMMAND "${_slam};${_out}/room.bag;--scan-topic;/rear;--out;${_out}/x" NEEDS room_bag)
 
+# The inertial unit of a recording is taken as one beside the log is. (The log's times begin at zero,
+# the recording's at 1 s: the maps are compared.)
+program_test(convert_log_with_a_unit zero "gyro +0.*unit +[1-9]"
+  COMMAND "${_convert};${_out}/head_walk/walk.log;--unit;${_out}/head_walk/unit.csv;--out;${_out}/head.bag;--force"
+  FILES "${_out}/head.bag" NEEDS head_walk GIVES head_bag)
+program_test(hector_slam_of_a_bag zero "fused +[1-9]"
+  COMMAND "$<TARGET_FILE:hector_slam>;${_out}/head.bag;--out;${_out}/head_bag_hector;--force"
+  NEEDS head_bag GIVES head_bag_hector)
+add_test(NAME programs.same_hector_map_of_bag
+         COMMAND "${CMAKE_COMMAND}" -E compare_files
+                 "${_out}/head_hector/map.pgm" "${_out}/head_bag_hector/map.pgm")
+set_tests_properties(programs.same_hector_map_of_bag PROPERTIES
+  FIXTURES_REQUIRED "head_walk;head_bag;head_hector;head_bag_hector")
+program_test(pedestrian_slam_of_a_bag zero "steps' scale +[01][.]"
+  COMMAND "$<TARGET_FILE:pedestrian_slam>;${_out}/head.bag;--out;${_out}/head_bag_slam;--force"
+  NEEDS head_bag)
+program_test(pedestrian_slam_without_a_unit nonzero "walk.log: holds no inertial unit"
+  COMMAND "$<TARGET_FILE:pedestrian_slam>;${_out}/head_walk/walk.log;--out;${_out}/x" NEEDS head_walk)
+program_test(pedestrian_of_a_bag zero "steps +[1-9]"
+  COMMAND "$<TARGET_FILE:pedestrian>;${_out}/head.bag;--out;${_out}/head_bag_walk;--force"
+  NEEDS head_bag)
+program_test(allan_of_a_bag zero "readings, 100[.]"
+  COMMAND "$<TARGET_FILE:allan>;${_out}/head.bag" NEEDS head_bag)
+program_test(convert_log_gyro_and_truth zero "gyro +[1-9].*truth +[1-9].*Left out.*of wheels"
+  COMMAND "${_convert};${_out}/corridors/log.carmen;--out;${_out}/corridors.bag;--force"
+  NEEDS corridors GIVES corridors_bag)
+program_test(corridor_ins_of_a_bag zero "added bias found"
+  COMMAND "$<TARGET_FILE:corridor_ins>;${_out}/corridors.bag;--add-bias;0.5;--out;${_out}/corridors_bag;--force"
+  NEEDS corridors_bag)
+
 add_test(NAME programs.rosbag_info
          COMMAND "${CMAKE_COMMAND}" "-DBAG=${_out}/room.bag"
                  -P "${CMAKE_CURRENT_SOURCE_DIR}/rosbag_info.cmake")

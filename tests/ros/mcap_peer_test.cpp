@@ -52,7 +52,7 @@ TEST(RosMcap, IsReadByTheViewersLibraries) {
   ASSERT_EQ(status, 0) << out.str();
   std::vector<std::string> lines;
   for (std::string line; std::getline(out, line);) lines.push_back(line);
-  ASSERT_EQ(lines.size(), 1 + 1 + 5 * 3 + 3U) << out.str();
+  ASSERT_EQ(lines.size(), 1 + 1 + 5 * 5 + 3U) << out.str();
   EXPECT_EQ(lines[0], "profile ros2");
   std::ostringstream wanted;
   wanted.precision(17);
@@ -60,10 +60,10 @@ TEST(RosMcap, IsReadByTheViewersLibraries) {
     expect_line(got, wanted.str());
     wanted.str("");
   };
-  wanted << "/tf_static tf2_msgs/msg/TFMessage 2 " << stamp(run.scans[0].time, "base_link")
+  wanted << "/tf_static tf2_msgs/msg/TFMessage 3 " << stamp(run.scans[0].time, "base_link")
          << " laser 0.21";
   expect(lines[1]);
-  std::size_t scan = 0, odometry = 0, radar = 0;
+  std::size_t scan = 0, odometry = 0, radar = 0, gyro = 0, truth = 0;
   for (std::size_t i = 2; i < lines.size(); ++i) {
     if (lines[i].starts_with("/scan")) {
       const LaserScan& s = run.scans[scan++];
@@ -76,6 +76,15 @@ TEST(RosMcap, IsReadByTheViewersLibraries) {
       wanted << "/odom nav_msgs/msg/Odometry " << stamp(o.time, "odom") << " base_link "
              << pose.position.x << ' ' << pose.position.y << ' ' << pose.orientation.z << ' '
              << pose.orientation.w;
+    } else if (lines[i].starts_with("/imu")) {
+      const GyroSample& s = run.gyro[gyro++];
+      wanted << "/imu sensor_msgs/msg/Imu " << stamp(s.time, "imu") << ' ' << s.turn_rate_rad_s
+             << " -1";
+    } else if (lines[i].starts_with("/truth")) {
+      const StampedPose& s = run.truth[truth++];
+      const ros::Pose pose = ros::pose_of(s.T_map_base.raw());
+      wanted << "/truth geometry_msgs/msg/PoseStamped " << stamp(s.time, "map") << ' '
+             << pose.position.x << ' ' << pose.position.y << ' ' << pose.orientation.z;
     } else if (lines[i].starts_with("/radar")) {
       const RadarScan& s = run.radar[radar++];
       wanted << "/radar wayfare_msgs/msg/RadarScan " << stamp(s.time, "radar") << ' '
@@ -89,7 +98,7 @@ TEST(RosMcap, IsReadByTheViewersLibraries) {
     }
     expect(lines[i]);
   }
-  EXPECT_EQ(scan + odometry + radar, 5 + 5 + 3U);
+  EXPECT_EQ(scan + odometry + gyro + truth + radar, 4 * 5 + 3U);
 }
 
 }  // namespace

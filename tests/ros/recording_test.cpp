@@ -49,6 +49,16 @@ void expect_same(const Recording& read, const Recording& wanted) {
     ASSERT_TRUE(same(read.odometry[i].T_odom_base.raw(), wanted.odometry[i].T_odom_base.raw()))
         << i;
   }
+  ASSERT_EQ(read.gyro.size(), wanted.gyro.size());
+  for (std::size_t i = 0; i < read.gyro.size(); ++i) {
+    ASSERT_EQ(read.gyro[i].time, wanted.gyro[i].time) << i;
+    ASSERT_EQ(read.gyro[i].turn_rate_rad_s, wanted.gyro[i].turn_rate_rad_s) << i;
+  }
+  ASSERT_EQ(read.truth.size(), wanted.truth.size());
+  for (std::size_t i = 0; i < read.truth.size(); ++i) {
+    ASSERT_EQ(read.truth[i].time, wanted.truth[i].time) << i;
+    ASSERT_TRUE(same(read.truth[i].T_map_base.raw(), wanted.truth[i].T_map_base.raw())) << i;
+  }
   ASSERT_EQ(read.radar.size(), wanted.radar.size());
   for (std::size_t i = 0; i < read.radar.size(); ++i) {
     ASSERT_EQ(read.radar[i].time, wanted.radar[i].time) << i;

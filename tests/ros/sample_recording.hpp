@@ -12,7 +12,8 @@
 
 namespace wayfare::testing {
 
-/// `scans` scans and odometry at 10 Hz, radar frames at half of that; numbers of any bits.
+/// `scans` scans, odometry, gyro and true poses at 10 Hz, radar frames at half of that; numbers of
+/// any bits.
 inline Recording sample_run(int scans) {
   Rng rng(5);
   Recording r;
@@ -26,6 +27,9 @@ inline Recording sample_run(int scans) {
     const Angle heading = Angle::radians(3.1 * std::sin(0.01 * i));
     r.odometry.push_back({time, Transform2<frame::Odom, frame::Base>(
                                     SE2d(rng.uniform(), 0.1 * i + rng.uniform(), heading))});
+    r.gyro.push_back({time, rng.uniform() - 0.5});
+    r.truth.push_back({time + Duration(3), Transform2<frame::Map, frame::Base>(
+                                               SE2d(rng.uniform(), rng.uniform(), heading))});
     if (i % 2 != 0) continue;
     RadarScan radar{time + Duration(7), {}};
     for (int k = i % 5; k > 0; --k)

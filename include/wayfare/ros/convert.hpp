@@ -82,8 +82,14 @@ struct LevelMounting {
 
 /// Errors: a unit that says it does not measure turn rate or specific force, or gives no number.
 [[nodiscard]] Result<ImuSample> imu_of(const Imu& message, LogTime time);
+/// rad/s about the unit's axes, of one that may measure nothing else. Errors: as above.
+[[nodiscard]] Result<Eigen::Vector3d> turn_rate_of(const Imu& message);
 /// The orientation is marked as not measured.
 [[nodiscard]] Imu message_of(const ImuSample& sample, std::string_view frame);
+/// The same about a level frame's z axis; of specific force nothing is measured.
+[[nodiscard]] Imu message_of(const GyroSample& sample, std::string_view frame);
+/// Of a true or an estimated pose.
+[[nodiscard]] PoseStamped message_of(const StampedPose& pose, std::string_view frame);
 
 /// Microtesla; NaN where the message has it.
 [[nodiscard]] Eigen::Vector3d field_uT_of(const MagneticField& message);

@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/measure/gnss.hpp>
@@ -65,9 +67,11 @@ enum class StampSource { header, received };
 
 /// Empty topics are found by their type, where one topic alone has it.
 struct TopicNames {
-  std::string scan;          ///< sensor_msgs/LaserScan
-  std::string odometry;      ///< nav_msgs/Odometry
-  std::string radar;         ///< wayfare_msgs/RadarScan, or sensor_msgs/PointCloud2
+  std::string scan;      ///< sensor_msgs/LaserScan
+  std::string odometry;  ///< nav_msgs/Odometry
+  std::string radar;     ///< wayfare_msgs/RadarScan, or sensor_msgs/PointCloud2
+  /// Where the robot really was: geometry_msgs/PoseStamped or nav_msgs/Odometry; empty: `/truth`.
+  std::string truth;
   std::string imu;           ///< sensor_msgs/Imu
   std::string magnetometer;  ///< sensor_msgs/MagneticField
   std::string fix;           ///< sensor_msgs/NavSatFix
@@ -78,21 +82,26 @@ struct TopicNames {
   Duration clock_tolerance = from_seconds(1.0);
 };
 
-/// A robot's run: scans, odometry and radar frames, and how laser and radar are mounted, as the
-/// transforms say. Without a topic of odometry, the transforms from `odom` are taken for it.
+/// A robot's run: scans, odometry and radar frames, turn rates of an inertial unit about the
+/// robot's z axis, true poses, and how laser and radar are mounted, as the transforms say. Without
+/// a topic of odometry, the transforms from `odom` are taken for it.
 struct RobotRun {
   Recording recording;
-  std::string scan_topic, odometry_topic, radar_topic;  ///< empty: there is none
+  /// Empty: there is none.
+  std::string scan_topic, odometry_topic, radar_topic, imu_topic, truth_topic;
   io::Problems problems;
 };
 /// Errors: neither scans nor radar; a topic that is named but not there, or one of several and not
 /// named; no message of a topic that can be used (the first one's fault is said); streams on
-/// different clocks; a laser that is not level.
+/// different clocks; a laser that is not level. A unit or truths that were not named are left out
+/// instead, which `problems` say.
 [[nodiscard]] Result<RobotRun> read_robot(const RecordingFile& file, const TopicNames& names = {});
 
 struct MargRun {
   MargRecording samples;  ///< in order of time; a magnetometer's own readings stand by themselves
   std::string topic;
+  /// Rotates the unit's axes to the robot's; nothing where no transform says.
+  std::optional<SO3d> q_base_unit{};
   io::Problems problems;
 };
 /// An inertial unit, with a magnetometer where there is one. Errors as above.

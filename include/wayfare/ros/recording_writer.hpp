@@ -4,12 +4,14 @@
 // bag.
 
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/measure/marg.hpp>
 #include <wayfare/measure/recording.hpp>
 #include <wayfare/ros/serialise.hpp>
 
@@ -49,17 +51,27 @@ class RecordingWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-struct RobotTopics {
-  std::string scan = "/scan", odometry = "/odom", radar = "/radar";
-  std::string odom_frame = "odom", base_frame = "base_link";
-  std::string laser_frame = "laser", radar_frame = "radar";
+/// An inertial unit that was recorded beside a robot's run.
+struct UnitRun {
+  std::span<const MargSample> samples = {};  ///< in order of time
+  SE2d T_base_unit = {};
 };
 
-/// Scans, odometry (with its transforms on /tf), radar frames (as wayfare_msgs/RadarScan) and how
+struct RobotTopics {
+  std::string scan = "/scan", odometry = "/odom", radar = "/radar", imu = "/imu";
+  std::string truth = "/truth", magnetometer = "/magnetic_field";
+  std::string map_frame = "map", odom_frame = "odom", base_frame = "base_link";
+  std::string laser_frame = "laser", radar_frame = "radar", imu_frame = "imu";
+};
+
+/// Scans, odometry (with its transforms on /tf), radar frames (as wayfare_msgs/RadarScan), the gyro
+/// (as sensor_msgs/Imu without specific force), true poses (as geometry_msgs/PoseStamped) and how
 /// the sensors are mounted (on /tf_static), in order of time; what `read_robot` gives again to the
-/// bit. Wheels, gyro and truth have no message of ROS's own and are left out. Errors: as of
-/// `RecordingWriter::write`; a time of zero, which ROS takes for none.
+/// bit. Of a `unit` what turns and forces it felt together goes to the gyro's topic, and that of
+/// the recording is left out; its field has a topic of its own. Wheels have no message of ROS's own
+/// and are left out. Errors: as of `RecordingWriter::write`; a time of zero, which ROS takes for
+/// none.
 [[nodiscard]] Result<void> write_robot(RecordingWriter& writer, const Recording& recording,
-                                       const RobotTopics& topics = {});
+                                       const RobotTopics& topics = {}, const UnitRun& unit = {});
 
 }  // namespace wayfare::ros

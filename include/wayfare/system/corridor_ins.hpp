@@ -140,8 +140,8 @@ struct CorridorRun {
   std::string first_refusal;
 };
 
-/// Motion from gyro and wheels where the recording has both, else from its odometry, to whose turn
-/// rate `added_bias_rad_s` is added: a bias to be found again.
+/// Motion from gyro and wheels, or gyro and odometry, where the recording has them; else from
+/// odometry alone. `added_bias_rad_s` is added to the turn rate: a bias to be found again.
 [[nodiscard]] std::vector<MotionSample> motion_of(const Recording& recording,
                                                   double added_bias_rad_s = 0.0);
 

@@ -6,16 +6,20 @@
 namespace wayfare {
 namespace {
 
-/// The way the wheels had rolled by a time, between samples in proportion.
+/// What the odometry moved from one sample to the next.
+Eigen::Vector3d step_between(const OdometrySample& before, const OdometrySample& after) {
+  return (before.T_odom_base.raw().inverse() * after.T_odom_base.raw()).log();
+}
+
+/// The way the robot had rolled by a time as its wheels say, else its odometry; between samples in
+/// proportion.
 class RolledWay {
  public:
-  explicit RolledWay(std::span<const WheelSample> wheels) {
-    double way = 0.0;
-    for (const WheelSample& w : wheels) {
-      way += 0.5 * (w.left_m + w.right_m);
-      times_.push_back(w.time);
-      way_m_.push_back(way);
-    }
+  explicit RolledWay(const Recording& r) {
+    for (const WheelSample& w : r.wheels) roll(w.time, 0.5 * (w.left_m + w.right_m));
+    if (!r.wheels.empty()) return;
+    for (std::size_t i = 0; i < r.odometry.size(); ++i)
+      roll(r.odometry[i].time, i > 0 ? step_between(r.odometry[i - 1], r.odometry[i]).x() : 0.0);
   }
   [[nodiscard]] double at(LogTime time) const {
     const auto next = std::upper_bound(times_.begin(), times_.end(), time);
@@ -27,12 +31,17 @@ class RolledWay {
   }
 
  private:
+  void roll(LogTime time, double by_m) {
+    way_m_.push_back(by_m + (way_m_.empty() ? 0.0 : way_m_.back()));
+    times_.push_back(time);
+  }
+
   std::vector<LogTime> times_;
   std::vector<double> way_m_;
 };
 
 std::vector<MotionSample> from_gyro(const Recording& r) {
-  const RolledWay rolled(r.wheels);
+  const RolledWay rolled(r);
   std::vector<MotionSample> motion;
   for (std::size_t i = 0; i < r.gyro.size(); ++i) {
     const LogTime time = r.gyro[i].time;
@@ -52,8 +61,7 @@ std::vector<MotionSample> from_odometry(const Recording& r) {
     MotionSample sample{o.time};
     if (before != nullptr) {
       const double dt = to_seconds(o.time - before->time);
-      const Eigen::Vector3d twist =
-          (before->T_odom_base.raw().inverse() * o.T_odom_base.raw()).log();
+      const Eigen::Vector3d twist = step_between(*before, o);
       sample.speed_m_s = twist.x() / dt;
       sample.turn_rate_rad_s = twist.z() / dt;
     }
@@ -66,7 +74,8 @@ std::vector<MotionSample> from_odometry(const Recording& r) {
 }  // namespace
 
 std::vector<MotionSample> motion_of(const Recording& recording, double added_bias_rad_s) {
-  const bool has_gyro = !recording.gyro.empty() && !recording.wheels.empty();
+  const bool rolls = !recording.wheels.empty() || !recording.odometry.empty();
+  const bool has_gyro = !recording.gyro.empty() && rolls;
   auto motion = has_gyro ? from_gyro(recording) : from_odometry(recording);
   for (MotionSample& sample : motion) sample.turn_rate_rad_s += added_bias_rad_s;
   return motion;

@@ -33,6 +33,10 @@ function words(topic, m) {
     return [stamp(m.header), m.child_frame_id, position.x, position.y, orientation.z, orientation.w];
   }
   if (topic === "/radar") return [stamp(m.header), m.width, ...m.x, ...m.velocities];
+  if (topic === "/imu")
+    return [stamp(m.header), m.angular_velocity.z, m.linear_acceleration_covariance[0]];
+  if (topic === "/truth")
+    return [stamp(m.header), m.pose.position.x, m.pose.position.y, m.pose.orientation.z];
   const { header, child_frame_id, transform } = m.transforms[0];
   return [m.transforms.length, stamp(header), child_frame_id, transform.translation.x];
 }
