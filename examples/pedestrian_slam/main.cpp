@@ -17,15 +17,17 @@ using namespace wayfare;
 
 struct Unit : examples::UnitOptions {
   double step_m = 0.0;
-  bool no_magnetometer = false, no_steps = false, no_feedback = false;
+  bool no_magnetometer = false, no_steps = false, no_feedback = false, no_heading = false;
 
   void describe(examples::CommandLine& app) {
     UnitOptions::describe(app);
     app.add_option("--step", step_m, "length of every step, m; else by the steps' strength")
         .positive();
-    app.add_flag("--no-magnetometer", no_magnetometer, "heading by the gyroscope alone");
+    app.add_flag("--no-magnetometer", no_magnetometer, "no heading by it where the map tells none");
     app.add_flag("--no-steps", no_steps, "take the unit's turns and tilt only");
-    app.add_flag("--no-feedback", no_feedback, "leave the steps as they are");
+    app.add_flag("--no-feedback", no_feedback, "leave steps and heading as they are");
+    app.add_flag("--no-heading", no_heading,
+                 "let the map correct the steps, and not the unit's own heading");
   }
 
   void apply(PedestrianSlamOptions& o, const examples::UnitReadings& readings,
@@ -41,6 +43,7 @@ struct Unit : examples::UnitOptions {
     o.pedestrian.ahrs.use_magnetometer = !no_magnetometer && readings.file.has_magnetometer;
     o.steps = !no_steps;
     o.feedback = !no_feedback;
+    o.heading = !no_heading;
   }
 };
 

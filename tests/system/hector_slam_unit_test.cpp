@@ -73,6 +73,30 @@ TEST(HectorSlamWithUnit, GoesOnWhereTheUnitStopsAndComesBack) {
   EXPECT_LT(worst_m(run->trajectory, w.recording.truth), 0.5);
 }
 
+// Every fourth scan never comes, others come twice; readings have holes of 0.15 s.
+TEST(HectorSlamWithUnit, GoesOnWithScansAndReadingsAtIrregularTimes) {
+  Walked w = walk_through_the_office(2);
+  Rng rng(4);
+  std::vector<LaserScan> scans;
+  Trajectory truth;
+  for (std::size_t i = 0; i < w.recording.scans.size(); ++i) {
+    if (i > 0 && rng.below(4) == 0) continue;
+    scans.push_back(w.recording.scans[i]);
+    truth.push_back(w.recording.truth[i]);
+    if (i % 10 != 9) continue;
+    scans.push_back(scans.back());
+    truth.push_back(truth.back());
+  }
+  w.recording.scans = scans;
+  std::erase_if(w.unit,
+                [](const MargSample& s) { return std::fmod(s.time.seconds(), 3.0) < 0.15; });
+  const auto run = run_hector_slam(w.recording, w.unit);
+  ASSERT_TRUE(run);
+  EXPECT_EQ(run->refused_scans, 0U);
+  ASSERT_EQ(run->trajectory.size(), truth.size());
+  EXPECT_LT(worst_m(run->trajectory, truth), 0.3);
+}
+
 // Five seconds in the dark and round a corner by the filter alone, which ends a metre off; then the
 // walls are found again.
 TEST(HectorSlamWithUnit, GoesOnInTheDark) {

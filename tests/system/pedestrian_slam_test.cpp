@@ -112,6 +112,34 @@ TEST(PedestrianSlam, GoesOnWhereTheUnitStopsOrTheLaserIsCovered) {
   EXPECT_LT(worst_m(follow(walked, on_the_head()), walked, 18.0), 0.3);
 }
 
+// Every fourth scan never comes, others come twice, each out of its turn again; readings have holes
+// of 0.4 s, longer than the unit may be silent.
+TEST(PedestrianSlam, GoesOnWithScansAndReadingsAtIrregularTimes) {
+  const Walked walked = walk_through_the_office(2);
+  Rng rng(4);
+  PedestrianSlam slam(on_the_head());
+  Walked taken;
+  auto reading = walked.unit.begin();
+  for (std::size_t i = 0; i < walked.scans.size(); ++i) {
+    if (i > 0 && rng.below(4) == 0) continue;
+    const LaserScan& scan = walked.scans[i];
+    for (; reading != walked.unit.end() && reading->time <= scan.time; ++reading)
+      if (std::fmod(reading->time.seconds(), 6.0) > 0.4) slam.add(*reading);
+    ASSERT_TRUE(slam.add_scan(scan)) << i;
+    taken.truth_m.push_back(walked.truth_m[i]);
+    if (i % 10 == 9) {
+      ASSERT_TRUE(slam.add_scan(scan)) << "twice";
+      taken.truth_m.push_back(walked.truth_m[i]);
+    }
+    if (i > 20) {
+      EXPECT_FALSE(slam.add_scan(walked.scans[i - 15])) << "out of its turn";
+    }
+  }
+  ASSERT_TRUE(slam.finish());
+  ASSERT_EQ(slam.slam().trajectory().size(), taken.truth_m.size());
+  EXPECT_LT(worst_m(slam, taken), 0.3);
+}
+
 /// Of the unit's forward axis, from the first scan on, at the walk's end.
 double heading_drift_deg(const Walked& walked, const PedestrianSlamOptions& options) {
   const PedestrianSlam slam = follow(walked, options);

@@ -83,9 +83,13 @@ class PedestrianSlam::Engine {
 
   Result<ScanOutcome> add_scan(const LaserScan& scan) {
     levelled_ = level_scan(scan, q_level_laser(), options_.level);
+    const SE2d walker = walker_;
     const MotionHint hint = hint_at(scan.time);
     auto outcome = slam_.add_scan(levelled_, hint);
-    if (!outcome) return outcome;
+    if (!outcome) {
+      walker_ = walker;  // the way there is gone once, with the next scan that is taken
+      return outcome;
+    }
     dead_reckoning_.push_back({scan.time, Transform2<frame::Map, frame::Base>(walker_)});
     if (options_.feedback) tell_heading(scan.time);
     before_.reset();
