@@ -12,14 +12,14 @@
 #include <wayfare/estimate/heading_track.hpp>
 #include <wayfare/estimate/map_heading.hpp>
 #include "ahrs/motion.hpp"
+#include "core/at.hpp"
 
 namespace wayfare {
 namespace {
 
 using testing::kDegree;
 using testing::Motion;
-
-LogTime at(double s) { return LogTime::from_seconds(s); }
+using tests::at;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();

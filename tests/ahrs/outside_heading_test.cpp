@@ -11,6 +11,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/estimate/ahrs.hpp>
 #include "ahrs/motion.hpp"
+#include "core/at.hpp"
 
 namespace wayfare {
 namespace {
@@ -18,9 +19,8 @@ namespace {
 using testing::kDegree;
 using testing::Motion;
 using testing::MotionOptions;
+using tests::at;
 using Filter = AhrsFilter<double>;
-
-LogTime at(double s) { return LogTime::from_seconds(s); }
 
 TEST(AxisHeading, RowIsTheNumericDerivative) {
   Rng rng(1);

@@ -22,13 +22,13 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-const LogTime kTime = LogTime::from_seconds(1'600'000'000.0);
+const LogTime kStart = LogTime::from_seconds(1'600'000'000.0);
 
 class RobotsUnit : public ::testing::Test {
  protected:
   RobotsUnit() : writer_(std::move(*ros::RecordingWriter::create(path_))) {
     for (int i = 0; i < 3; ++i) {
-      const LogTime time = kTime + from_seconds(0.1 * i);
+      const LogTime time = kStart + from_seconds(0.1 * i);
       const LaserScan scan{time, Angle(), Angle::degrees(1.0), 0.1F, 9.0F, {1.0F, 2.0F}};
       write("/scan", time, ros::message_of(scan, "base_link"));
       const OdometrySample odometry{time, {}};
@@ -41,17 +41,17 @@ class RobotsUnit : public ::testing::Test {
   }
   void write_unit(const std::string& topic, Duration off = Duration(0)) {
     for (int i = 0; i < 3; ++i) {
-      const LogTime time = kTime + from_seconds(0.1 * i);
+      const LogTime time = kStart + from_seconds(0.1 * i);
       const ImuSample sample{time + off, {0.1, 0.2, 0.3 + i}, {0.0, 0.0, 9.81}};
       write(topic, time, ros::message_of(sample, "unit"));
     }
   }
   /// By a quarter turn about the robot's x axis: the unit's y points up, its z to the right.
   void mount_on_its_side() {
-    ros::TransformStamped t = ros::transform_of(SE2d(), kTime, "base_link", "unit");
+    ros::TransformStamped t = ros::transform_of(SE2d(), kStart, "base_link", "unit");
     const auto q = SO3d::exp({std::acos(0.0), 0.0, 0.0}).quaternion();
     t.transform.rotation = {q.x(), q.y(), q.z(), q.w()};
-    write("/tf_static", kTime, ros::TfMessage{{t}});
+    write("/tf_static", kStart, ros::TfMessage{{t}});
   }
   Result<ros::RobotRun> read(const ros::TopicNames& names = {}) {
     EXPECT_TRUE(writer_.close());
@@ -123,9 +123,9 @@ TEST_F(RobotsUnit, OnAnotherClockIsLeftOutUnlessNamed) {
 }
 
 TEST_F(RobotsUnit, ThatMeasuresNoTurnsIsLeftOut) {
-  ros::Imu level = ros::message_of(ImuSample{kTime, {}, {0.0, 0.0, 9.81}}, "unit");
+  ros::Imu level = ros::message_of(ImuSample{kStart, {}, {0.0, 0.0, 9.81}}, "unit");
   level.angular_velocity_covariance[0] = -1.0;
-  write("/inclinometer", kTime, level);
+  write("/inclinometer", kStart, level);
   const auto run = read();
   ASSERT_TRUE(run) << run.error().to_string();
   EXPECT_THAT(run->recording.gyro, IsEmpty());
@@ -133,8 +133,8 @@ TEST_F(RobotsUnit, ThatMeasuresNoTurnsIsLeftOut) {
 }
 
 TEST_F(RobotsUnit, TruthMayBeOdometryOfItsOwn) {
-  const OdometrySample truth{kTime, Transform2<frame::Odom, frame::Base>(SE2d(1.0, 2.0, Angle()))};
-  write("/ground_truth", kTime, ros::message_of(truth, "world", "base_link"));
+  const OdometrySample truth{kStart, Transform2<frame::Odom, frame::Base>(SE2d(1.0, 2.0, Angle()))};
+  write("/ground_truth", kStart, ros::message_of(truth, "world", "base_link"));
   const auto ambiguous = read();
   ASSERT_FALSE(ambiguous);
   EXPECT_THAT(ambiguous.error().to_string(), HasSubstr("name the odometry"));
@@ -150,8 +150,8 @@ TEST_F(RobotsUnit, TruthMayBeOdometryOfItsOwn) {
 
 TEST_F(RobotsUnit, ThatWasRecordedBesideALogIsWrittenWithIt) {
   const std::vector<MargSample> readings = {
-      {kTime, {0.1, 0.2, 0.3}, {0.0, 0.0, 9.81}, {20.0, 0.0, 40.0}},
-      {kTime + Duration(5), {0.4, 0.5, 0.6}, {0.0, 1.0, 9.81}}};
+      {kStart, {0.1, 0.2, 0.3}, {0.0, 0.0, 9.81}, {20.0, 0.0, 40.0}},
+      {kStart + Duration(5), {0.4, 0.5, 0.6}, {0.0, 1.0, 9.81}}};
   Recording robot = testing::sample_run(2);
   auto beside = ros::RecordingWriter::create(folder_ / "unit.mcap");
   const ros::UnitRun unit{readings, SE2d(0.0, 0.0, Angle::degrees(90.0))};
