@@ -37,7 +37,10 @@ Process slam_node(const std::string& patience_s,
 }
 std::string bag_of(const Recording& recording, const std::string& name) {
   auto writer = ros::RecordingWriter::create(Live::path(name));
-  EXPECT_TRUE(writer && ros::write_robot(*writer, recording) && writer->close());
+  EXPECT_TRUE(writer) << name;
+  const auto written = ros::write_robot(*writer, recording);
+  EXPECT_TRUE(written) << written.error().to_string();
+  EXPECT_TRUE(writer->close()) << name;
   return Live::path(name);
 }
 Process play_room(const Command& options) {

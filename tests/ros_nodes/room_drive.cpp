@@ -19,7 +19,7 @@ const Recording& room_drive() {
     robot.T_base_laser = Transform2<frame::Base, frame::Laser>(SE2d(0.2, 0.0, Angle{}));
     Recording r = simulate(office_plan("a b c b a d a b"), robot, 1).recording;
     const Duration by = from_seconds(1000.0);
-    shift(r.scans, by), shift(r.odometry, by);
+    shift(r.scans, by), shift(r.odometry, by), shift(r.truth, by);
     return r;
   }();
   return recording;
@@ -40,6 +40,7 @@ const Recording& radar_drive() {
       shift(stream, from_seconds(1000.0));
     };
     cut_and_shift(r.scans, 9.8), cut_and_shift(r.radar, 9.9), cut_and_shift(r.odometry, 10.0);
+    cut_and_shift(r.truth, 10.0);
     return r;
   }();
   return recording;
