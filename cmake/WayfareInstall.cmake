@@ -1,5 +1,5 @@
 # Install and export rules, one export set a component, following the global property
-# WAYFARE_COMPONENTS that wayfare_component() fills.
+# WAYFARE_BUILT_COMPONENTS that wayfare_component() fills.
 include(CMakePackageConfigHelpers)
 
 set(_wayfare_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/wayfare")
@@ -27,7 +27,7 @@ function(_wayfare_requirements component components_out packages_out)
   set(${packages_out} "${packages}" PARENT_SCOPE)
 endfunction()
 
-get_property(_components GLOBAL PROPERTY WAYFARE_COMPONENTS)
+get_property(_components GLOBAL PROPERTY WAYFARE_BUILT_COMPONENTS)
 set(_requirements "")
 foreach(_component IN LISTS _components)
   install(TARGETS wayfare_${_component} EXPORT wayfare-${_component}

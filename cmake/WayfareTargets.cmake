@@ -1,24 +1,47 @@
 # Helpers for our own tree; nothing here reaches a consumer.
 
-# wayfare_component(NAME [INTERFACE]): target wayfare_NAME, alias wayfare::NAME.
+# wayfare_component(NAME [INTERFACE] [SOURCES ...] [PUBLIC ...] [PRIVATE ...]): target wayfare_NAME,
+# alias wayfare::NAME, linked to WAYFARE_USES, the components src/CMakeLists.txt says it uses. PUBLIC
+# and PRIVATE are foreign libraries; a header-only component is INTERFACE.
 function(wayfare_component name)
+  cmake_parse_arguments(ARG "INTERFACE" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target wayfare_${name})
-  if("INTERFACE" IN_LIST ARGN)
+  if(ARG_INTERFACE)
     add_library(${target} INTERFACE)
     set(scope INTERFACE)
   else()
-    add_library(${target} STATIC)
+    add_library(${target} STATIC ${ARG_SOURCES})
     set(scope PUBLIC)
     wayfare_warnings(${target})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/src")
+    target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
   endif()
+  target_link_libraries(${target} ${scope} ${WAYFARE_USES} ${ARG_PUBLIC})
   add_library(wayfare::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
   target_compile_features(${target} ${scope} cxx_std_20)
   target_include_directories(${target} ${scope}
     "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>"
     "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
-  set_property(GLOBAL APPEND PROPERTY WAYFARE_COMPONENTS ${name})
+  set_property(GLOBAL APPEND PROPERTY WAYFARE_BUILT_COMPONENTS ${name})
+endfunction()
+
+# wayfare_kernels(NAME FOLDER OPTION...): one portable source of inner loops, FOLDER/kernels_ISA.cpp,
+# compiled for several instruction sets. The flags stay on these files alone.
+function(wayfare_kernels name folder)
+  target_sources(wayfare_${name} PRIVATE ${folder}/dispatch.cpp ${folder}/kernels_baseline.cpp)
+  set_source_files_properties(${folder}/kernels_baseline.cpp PROPERTIES
+                              COMPILE_OPTIONS "-O3;${ARGN}")
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    target_sources(wayfare_${name} PRIVATE ${folder}/kernels_avx2.cpp ${folder}/kernels_avx512.cpp)
+    set_source_files_properties(${folder}/kernels_avx2.cpp PROPERTIES
+      COMPILE_OPTIONS "-O3;${ARGN};-mavx2;-mfma")
+    set_source_files_properties(${folder}/kernels_avx512.cpp PROPERTIES
+      COMPILE_OPTIONS "-O3;${ARGN};-mfma;-mavx512f;-mavx512bw;-mavx512vl;-mavx512dq")
+    set_source_files_properties(${folder}/dispatch.cpp PROPERTIES
+      COMPILE_DEFINITIONS WAYFARE_X86_KERNELS)
+  endif()
 endfunction()
 
 # Warnings are errors in our own build only.
@@ -28,7 +51,17 @@ function(wayfare_warnings target)
   endif()
 endfunction()
 
-# wayfare_program(NAME SOURCES... LIBS ...): an example program.
+# wayfare_library(NAME SOURCES ... PUBLIC ... PRIVATE ...): code shared by programs, not installed.
+function(wayfare_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  target_include_directories(${name} PUBLIC "${PROJECT_SOURCE_DIR}/examples/programs")
+  target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  wayfare_warnings(${name})
+endfunction()
+
+# wayfare_program(NAME SOURCES... LIBS ...): a program.
 function(wayfare_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
@@ -41,7 +74,9 @@ function(wayfare_test name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(test_${name} ${ARG_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main)
-  target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests")
+  # What has no public header is tested too.
+  target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests"
+                                                  "${PROJECT_SOURCE_DIR}/src")
   target_compile_definitions(test_${name} PRIVATE WAYFARE_DATA_DIR="${WAYFARE_DATA_DIR}")
   wayfare_warnings(test_${name})
   # Tests spend their time in the compiler, most of it on templates of Eigen and gtest.
@@ -54,8 +89,9 @@ endfunction()
 
 # wayfare_benchmark(NAME SOURCES ... LIBS ...): bench_NAME, with Google Benchmark's main.
 function(wayfare_benchmark name)
-  find_package(benchmark REQUIRED)
   wayfare_program(bench_${name} ${ARGN})
   target_link_libraries(bench_${name} PRIVATE benchmark::benchmark_main)
+  target_include_directories(bench_${name} PRIVATE "${PROJECT_SOURCE_DIR}/tests"
+                                                   "${PROJECT_SOURCE_DIR}/src")
   target_compile_definitions(bench_${name} PRIVATE WAYFARE_DATA_DIR="${WAYFARE_DATA_DIR}")
 endfunction()

@@ -15,7 +15,7 @@ import pathlib
 import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-OURS = ("include/", "src/", "examples/")
+OURS = ("include/", "src/", "examples/", "benchmarks/accuracy/")
 
 
 def read_counts(build):

@@ -1,4 +1,4 @@
-#include "robust_solve.hpp"
+#include "gnss/robust_solve.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/gnss/signal.hpp>
 
-#include "robust_solve.hpp"
+#include "gnss/robust_solve.hpp"
 
 namespace wayfare {
 namespace {

@@ -8,9 +8,9 @@
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
 
-#include "control_line.hpp"
-#include "recorder.hpp"
-#include "sensor.hpp"
+#include "logger/control/control_line.hpp"
+#include "logger/recorder.hpp"
+#include "logger/sensor.hpp"
 
 namespace wayfare::logger {
 namespace {

@@ -1,4 +1,4 @@
-#include "message_text.hpp"
+#include "logger/message_text.hpp"
 
 #include <limits>
 

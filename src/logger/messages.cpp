@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 
-#include "message_text.hpp"
+#include "logger/message_text.hpp"
 
 namespace wayfare::logger {
 

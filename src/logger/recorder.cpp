@@ -1,4 +1,4 @@
-#include "recorder.hpp"
+#include "logger/recorder.hpp"
 
 #include <sys/statvfs.h>
 

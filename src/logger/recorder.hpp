@@ -12,7 +12,7 @@
 #include <thread>
 
 #include <wayfare/io/mcap_writer.hpp>
-#include <wayfare/logger/bounded_queue.hpp>
+#include <wayfare/logger/detail/bounded_queue.hpp>
 #include <wayfare/logger/logger.hpp>
 
 namespace wayfare::logger {

@@ -1,4 +1,4 @@
-#include "sensor.hpp"
+#include "logger/sensor.hpp"
 
 #include <algorithm>
 #include <array>

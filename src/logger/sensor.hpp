@@ -9,7 +9,7 @@
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/serial_port.hpp>
 
-#include "recorder.hpp"
+#include "logger/recorder.hpp"
 
 namespace wayfare::logger {
 

@@ -4,9 +4,9 @@
 #include <string>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/measure/recording.hpp>
+#include <wayfare/sensors/recording.hpp>
 #include <wayfare/sync/odometry_track.hpp>
-#include <wayfare/system/graph_slam.hpp>
+#include <wayfare/slam/graph_slam.hpp>
 
 namespace wayfare::detail {
 

@@ -1,4 +1,4 @@
-#include "motion.hpp"
+#include "slam/motion.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/system/graph_slam.hpp>
+#include <wayfare/slam/graph_slam.hpp>
 
 namespace wayfare {
 

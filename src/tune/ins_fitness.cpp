@@ -6,11 +6,11 @@
 #include <numbers>
 
 #include <wayfare/core/contract.hpp>
-#include <wayfare/eval/runs.hpp>
-#include <wayfare/model/nav_chart.hpp>
+#include <wayfare/core/parallel_runs.hpp>
+#include <wayfare/core/local_tangent_plane.hpp>
 #include <wayfare/tune/ins_genes.hpp>
 
-#include "kernel.hpp"
+#include "tune/kernel.hpp"
 
 namespace wayfare {
 namespace {

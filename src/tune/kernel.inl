@@ -8,11 +8,11 @@
 #include <cmath>
 
 #include <wayfare/core/pack.hpp>
-#include <wayfare/estimate/ekf.hpp>
-#include <wayfare/model/ins_model.hpp>
-#include <wayfare/model/range_model.hpp>
+#include <wayfare/filter/ekf.hpp>
+#include <wayfare/inertial/ins_model.hpp>
+#include <wayfare/gnss/range_model.hpp>
 
-#include "kernel.hpp"
+#include "tune/kernel.hpp"
 
 namespace wayfare {
 namespace {

@@ -2,4 +2,4 @@
 #define WF_EVALUATE evaluate_baseline
 #define WF_EIGEN Eigen_tune_baseline
 #define WF_WAYFARE wayfare_tune_baseline
-#include "kernel.inl"
+#include "tune/kernel.inl"

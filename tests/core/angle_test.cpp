@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/core/bare_number.hpp>
+#include <wayfare/core/detail/bare_number.hpp>
 
 namespace wayfare {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
-#include <wayfare/testing/law_inputs.hpp>
+#include <wayfare/testing/detail/law_inputs.hpp>
 
 namespace wayfare {
 namespace {

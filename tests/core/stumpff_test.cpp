@@ -1,4 +1,4 @@
-#include <wayfare/core/stumpff.hpp>
+#include <wayfare/core/detail/stumpff.hpp>
 
 #include <cmath>
 #include <limits>

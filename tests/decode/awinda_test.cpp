@@ -11,7 +11,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/xbus.hpp>
-#include "decode/captures.hpp"
+#include "captures.hpp"
 
 namespace wayfare::decode {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/io/text_file.hpp>
 #include "io/support.hpp"
 

@@ -5,9 +5,9 @@
 
 #include <wayfare/decode/rplidar_decoder.hpp>
 
-#include "decode/captures.hpp"
-#include "decode/makers_nodes.hpp"
-#include "decode/rplidar_streams.hpp"
+#include "captures.hpp"
+#include "makers_nodes.hpp"
+#include "rplidar_streams.hpp"
 
 namespace wayfare::decode {
 namespace {

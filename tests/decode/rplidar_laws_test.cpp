@@ -2,10 +2,10 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
-#include <wayfare/testing/decoder_damage.hpp>
+#include <wayfare/testing/detail/decoder_damage.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 
-#include "decode/rplidar_streams.hpp"
+#include "rplidar_streams.hpp"
 
 namespace wayfare::decode {
 namespace {

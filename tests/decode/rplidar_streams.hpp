@@ -7,10 +7,10 @@
 #include <vector>
 
 #include <wayfare/decode/rplidar_decoder.hpp>
-#include <wayfare/decode/rplidar_packet.hpp>
+#include <wayfare/decode/detail/rplidar_packet.hpp>
 #include <wayfare/decode/rplidar_points.hpp>
 
-#include "decode/captures.hpp"
+#include "captures.hpp"
 
 namespace wayfare::decode {
 

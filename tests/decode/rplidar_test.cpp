@@ -5,8 +5,8 @@
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
 
-#include "decode/captures.hpp"
-#include "decode/rplidar_streams.hpp"
+#include "captures.hpp"
+#include "rplidar_streams.hpp"
 
 namespace wayfare::decode {
 namespace {

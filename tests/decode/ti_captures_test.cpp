@@ -6,7 +6,7 @@
 #include <wayfare/decode/ti_radar_scan.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 
-#include "decode/ti_streams.hpp"
+#include "ti_streams.hpp"
 
 namespace wayfare::decode {
 namespace {

@@ -1,6 +1,6 @@
 #include <wayfare/decode/ti_config.hpp>
 
-#include "decode/captures.hpp"
+#include "captures.hpp"
 
 namespace wayfare::decode {
 namespace {

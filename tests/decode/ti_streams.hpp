@@ -10,7 +10,7 @@
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 
-#include "decode/captures.hpp"
+#include "captures.hpp"
 
 namespace wayfare::decode {
 

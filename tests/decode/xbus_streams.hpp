@@ -9,7 +9,7 @@
 
 #include <wayfare/decode/xbus.hpp>
 
-#include "decode/captures.hpp"
+#include "captures.hpp"
 
 namespace wayfare::decode {
 

@@ -3,12 +3,12 @@
 #include <map>
 #include <sstream>
 
-#include <wayfare/decode/mt_gnss.hpp>
+#include <wayfare/decode/detail/mt_gnss.hpp>
 #include <wayfare/decode/mt_measure.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 
-#include "decode/xbus_streams.hpp"
+#include "xbus_streams.hpp"
 
 namespace wayfare::decode {
 namespace {

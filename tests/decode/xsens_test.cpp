@@ -6,10 +6,10 @@
 #include <wayfare/decode/mt_legacy.hpp>
 #include <wayfare/decode/mt_measure.hpp>
 #include <wayfare/decode/mt_sample.hpp>
-#include <wayfare/decode/mt_values.hpp>
+#include <wayfare/decode/detail/mt_values.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 
-#include "decode/xbus_streams.hpp"
+#include "xbus_streams.hpp"
 
 namespace wayfare::decode {
 namespace {

@@ -10,7 +10,7 @@
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/serialise.hpp>
 
-#include "../ros/sample_messages.hpp"
+#include "ros/sample_messages.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "gnss/sky.hpp"
+#include "sky.hpp"
 
 namespace wayfare {
 namespace {

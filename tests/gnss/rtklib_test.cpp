@@ -12,7 +12,7 @@
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/gnss/signal.hpp>
 #include <wayfare/io/rinex.hpp>
-#include "gnss/rtklib.hpp"
+#include "rtklib.hpp"
 #include "io/support.hpp"
 
 // What the library calls back in the program that shows its progress.

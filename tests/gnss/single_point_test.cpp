@@ -6,9 +6,9 @@
 
 #include <gmock/gmock.h>
 
-#include "gnss/sky.hpp"
+#include "sky.hpp"
 
-#include <wayfare/measure/gnss.hpp>
+#include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare {
 namespace {

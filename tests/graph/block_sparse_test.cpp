@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/graph/scalar_expansion.hpp>
+#include <wayfare/graph/detail/scalar_expansion.hpp>
 
-#include "graph/patterns.hpp"
+#include "patterns.hpp"
 
 namespace wayfare {
 namespace {

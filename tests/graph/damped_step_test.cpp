@@ -1,13 +1,13 @@
-#include <wayfare/graph/damped_step.hpp>
+#include <wayfare/graph/detail/damped_step.hpp>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
-#include <wayfare/graph/joint_covariance.hpp>
+#include <wayfare/graph/detail/joint_covariance.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
 
-#include "graph/tangle.hpp"
+#include "tangle.hpp"
 
 namespace wayfare {
 namespace {

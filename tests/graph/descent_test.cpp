@@ -1,4 +1,4 @@
-#include <wayfare/graph/descent.hpp>
+#include <wayfare/graph/detail/descent.hpp>
 
 #include <cmath>
 #include <set>
@@ -7,11 +7,11 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/graph/multifrontal_cholesky.hpp>
-#include <wayfare/graph/optimise_control.hpp>
-#include <wayfare/graph/phase_timer.hpp>
+#include <wayfare/graph/detail/optimise_control.hpp>
+#include <wayfare/graph/detail/phase_timer.hpp>
 #include <wayfare/graph/report.hpp>
 
-#include "graph/tangle.hpp"
+#include "tangle.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,8 +1,8 @@
-#include <wayfare/graph/edge_terms.hpp>
+#include <wayfare/graph/detail/edge_terms.hpp>
 
 #include <gtest/gtest.h>
 
-#include "graph/tangle.hpp"
+#include "tangle.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,6 +1,6 @@
 // The dense kernels of every instruction set this machine has against dense matrices.
 
-#include "cholesky/kernels.hpp"
+#include "graph/cholesky/kernels.hpp"
 
 #include <numeric>
 #include <vector>

@@ -1,6 +1,6 @@
 // Ordering and plan against what follows from eliminating column by column.
 
-#include "cholesky/fronts.hpp"
+#include "graph/cholesky/fronts.hpp"
 
 #include <algorithm>
 #include <set>
@@ -9,8 +9,8 @@
 
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "cholesky/elimination_tree.hpp"
-#include "graph/shapes.hpp"
+#include "graph/cholesky/elimination_tree.hpp"
+#include "shapes.hpp"
 
 namespace wayfare::cholesky {
 namespace {

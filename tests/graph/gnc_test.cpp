@@ -10,7 +10,7 @@
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/pose_graph_file.hpp>
 
-#include "graph/tangle.hpp"
+#include "tangle.hpp"
 #include "io/support.hpp"
 
 namespace wayfare {

@@ -12,7 +12,7 @@
 #include <wayfare/graph/incremental_replay.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
-#include "graph/tangle.hpp"
+#include "tangle.hpp"
 
 namespace wayfare::tests {
 

@@ -1,4 +1,4 @@
-#include <wayfare/graph/incremental_cholesky.hpp>
+#include <wayfare/graph/detail/incremental_cholesky.hpp>
 
 #include <algorithm>
 #include <array>

@@ -9,7 +9,7 @@
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
 
-#include "graph/growth.hpp"
+#include "growth.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/graph/incremental_order.hpp>
+#include <wayfare/graph/detail/incremental_order.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -10,7 +10,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "graph/patterns.hpp"
+#include "patterns.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/graph/incremental_sum.hpp>
+#include <wayfare/graph/detail/incremental_sum.hpp>
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 
 #include <wayfare/graph/optimise.hpp>
 
-#include "graph/growth.hpp"
+#include "growth.hpp"
 
 namespace wayfare {
 namespace {

@@ -6,10 +6,10 @@
 
 #include <Eigen/SparseCholesky>
 
-#include <wayfare/graph/scalar_solver.hpp>
+#include <wayfare/graph/detail/scalar_solver.hpp>
 
-#include "graph/patterns.hpp"
-#include "graph/solvers.hpp"
+#include "patterns.hpp"
+#include "solvers.hpp"
 
 namespace wayfare {
 namespace {

@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/graph/damped_step.hpp>
+#include <wayfare/graph/detail/damped_step.hpp>
 #include <wayfare/graph/optimise.hpp>
 
 #include "core/counted_heap.hpp"
-#include "graph/tangle.hpp"
+#include "tangle.hpp"
 
 namespace wayfare {
 namespace {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/counted_heap.hpp"
-#include "graph/shapes.hpp"
+#include "shapes.hpp"
 
 namespace wayfare {
 namespace {

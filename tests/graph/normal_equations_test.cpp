@@ -1,12 +1,12 @@
-#include <wayfare/graph/normal_equations.hpp>
+#include <wayfare/graph/detail/normal_equations.hpp>
 
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
-#include "graph/patterns.hpp"
-#include "graph/tangle.hpp"
+#include "patterns.hpp"
+#include "tangle.hpp"
 
 namespace wayfare {
 namespace {

@@ -10,7 +10,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/graph/optimise.hpp>
 
-#include "graph/solvers.hpp"
+#include "solvers.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,6 +1,6 @@
 // Threads must not be seen in the result, in no bit of it.
 
-#include "cholesky/parallel.hpp"
+#include "graph/cholesky/parallel.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -15,8 +15,8 @@
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/pose_graph_file.hpp>
 
-#include "cholesky/fronts.hpp"
-#include "graph/shapes.hpp"
+#include "graph/cholesky/fronts.hpp"
+#include "shapes.hpp"
 #include "io/support.hpp"
 
 namespace wayfare {

@@ -15,8 +15,8 @@
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif
 
-#include "graph/shapes.hpp"
-#include "graph/tangle.hpp"
+#include "shapes.hpp"
+#include "tangle.hpp"
 
 namespace wayfare {
 namespace {

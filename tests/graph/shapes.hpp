@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "graph/patterns.hpp"
+#include "patterns.hpp"
 
 namespace wayfare::tests {
 

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "graph/tangle.hpp"
+#include "tangle.hpp"
 
 namespace wayfare {
 namespace {

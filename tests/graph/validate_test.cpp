@@ -1,11 +1,11 @@
-#include <wayfare/graph/validate.hpp>
+#include <wayfare/graph/detail/validate.hpp>
 
 #include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "graph/tangle.hpp"
+#include "tangle.hpp"
 
 namespace wayfare {
 namespace {

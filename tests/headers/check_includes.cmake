@@ -1,7 +1,7 @@
 # A public header includes the standard library, Eigen and wayfare, nothing else (testing/ may
 # include GoogleTest), and within wayfare only its own family or one further up this list; and it
 # begins with its guard.
-set(families core measure decode sync model gnss estimate map match graph system eval io ros logger sim tune testing)
+set(families core sensors decode filter motion sync inertial pedestrian gnss map match graph slam nav tune eval io sim logger ros testing)
 
 set(faults "")
 file(GLOB_RECURSE headers RELATIVE "${INCLUDE_DIR}/wayfare" "${INCLUDE_DIR}/wayfare/*.hpp")

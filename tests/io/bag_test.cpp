@@ -7,7 +7,7 @@
 
 #include <random>
 
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string>
 
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

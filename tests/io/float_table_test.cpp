@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

@@ -4,7 +4,7 @@
 #include <tuple>
 #include <variant>
 
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include <wayfare/io/float_table.hpp>
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

@@ -3,8 +3,8 @@
 #include <functional>
 #include <optional>
 
-#include "io/mcap_samples.hpp"
-#include "io/support.hpp"
+#include "mcap_samples.hpp"
+#include "support.hpp"
 #if WAYFARE_HAS_LZ4
 #include <lz4frame.h>
 #endif

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "io/mcap_samples.hpp"
-#include "io/node_peer.hpp"
-#include "io/support.hpp"
+#include "mcap_samples.hpp"
+#include "node_peer.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

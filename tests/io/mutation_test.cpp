@@ -17,8 +17,8 @@
 #include <wayfare/io/rinex.hpp>
 #include <wayfare/io/time_tags.hpp>
 #include <wayfare/io/tum.hpp>
-#include "io/rinex_samples.hpp"
-#include "io/support.hpp"
+#include "rinex_samples.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

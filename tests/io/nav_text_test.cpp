@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <wayfare/core/roll_pitch_yaw.hpp>
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

@@ -5,8 +5,8 @@
 #include <variant>
 
 #include <wayfare/gnss/signal.hpp>
-#include "io/rinex_samples.hpp"
-#include "io/support.hpp"
+#include "rinex_samples.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

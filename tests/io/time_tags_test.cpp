@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <wayfare/io/time_tags.hpp>
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

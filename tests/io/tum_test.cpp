@@ -5,7 +5,7 @@
 #include <utility>
 
 #include <wayfare/io/relations.hpp>
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

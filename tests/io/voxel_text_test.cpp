@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "io/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::io {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/logger/bounded_queue.hpp>
+#include <wayfare/logger/detail/bounded_queue.hpp>
 
 #include <thread>
 #include <vector>

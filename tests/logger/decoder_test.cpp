@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/decode/line_time.hpp>
+#include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/rplidar_stream.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "logger/simulated_devices.hpp"
+#include "simulated_devices.hpp"
 
 namespace wayfare::logger {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <wayfare/logger/stream_player.hpp>
-#include "logger/simulated_devices.hpp"
+#include "simulated_devices.hpp"
 
 namespace wayfare::logger {
 namespace {

@@ -9,7 +9,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/distance_field.hpp>
 
-#include "field/kernels.hpp"
+#include "map/distance_field/kernels.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/map/padded_table.hpp>
+#include <wayfare/map/detail/padded_table.hpp>
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/map/raster_walk.hpp>
+#include <wayfare/map/detail/raster_walk.hpp>
 
 namespace wayfare {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/map/scan_raster.hpp>
+#include <wayfare/map/detail/scan_raster.hpp>
 
 #include <map>
 

@@ -6,7 +6,7 @@
 
 #include <wayfare/map/multi_resolution_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-#include <wayfare/match/scene_constraint.hpp>
+#include <wayfare/match/detail/scene_constraint.hpp>
 
 #include "walls.hpp"
 

@@ -8,9 +8,9 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/map/max_pyramid.hpp>
+#include <wayfare/map/detail/precomputation_grids.hpp>
 
-#include "kernels/kernels.hpp"
+#include "map/kernels/kernels.hpp"
 #include "scenes.hpp"
 
 namespace wayfare {

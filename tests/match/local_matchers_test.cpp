@@ -13,7 +13,7 @@
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/match/icp.hpp>
 #include <wayfare/match/ndt.hpp>
-#include <wayfare/match/scene_constraint.hpp>
+#include <wayfare/match/detail/scene_constraint.hpp>
 
 #include "walls.hpp"
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include <wayfare/core/gaussian.hpp>
-#include <wayfare/map/match_grid.hpp>
-#include <wayfare/measure/point_set.hpp>
+#include <wayfare/map/likelihood_field.hpp>
+#include <wayfare/sensors/point_set.hpp>
 
 namespace wayfare {
 

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "match/naive_pose_proposal.hpp"
-#include "match/scenes.hpp"
+#include "naive_pose_proposal.hpp"
+#include "scenes.hpp"
 
 namespace wayfare {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/map/match_grid.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 
 namespace wayfare {
 

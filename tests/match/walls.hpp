@@ -7,7 +7,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/measure/laser_scan.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
 
 namespace wayfare {
 

@@ -10,9 +10,9 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/estimate/foot_tracker.hpp>
+#include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/io/float_table.hpp>
-#include <wayfare/measure/imu.hpp>
+#include <wayfare/sensors/imu.hpp>
 
 namespace wayfare::testing {
 

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "io/support.hpp"
-#include "pedestrian/foot_recordings.hpp"
+#include "foot_recordings.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,11 +1,11 @@
 // The foot-mounted tracker on simulated walks, and on what should not happen.
-#include <wayfare/estimate/foot_filter.hpp>
-#include <wayfare/estimate/foot_noise.hpp>
-#include <wayfare/estimate/foot_parameters.hpp>
-#include <wayfare/estimate/foot_pose.hpp>
-#include <wayfare/estimate/foot_readings.hpp>
-#include <wayfare/estimate/foot_rest.hpp>
-#include <wayfare/estimate/foot_tracker.hpp>
+#include <wayfare/pedestrian/detail/foot_filter.hpp>
+#include <wayfare/pedestrian/detail/foot_noise.hpp>
+#include <wayfare/pedestrian/foot_parameters.hpp>
+#include <wayfare/pedestrian/foot_pose.hpp>
+#include <wayfare/pedestrian/detail/foot_readings.hpp>
+#include <wayfare/pedestrian/detail/foot_rest.hpp>
+#include <wayfare/pedestrian/foot_tracker.hpp>
 
 #include <cmath>
 #include <limits>
@@ -15,8 +15,8 @@
 #include <Eigen/Eigenvalues>
 
 #include <wayfare/sync/odometry_track.hpp>
-#include "pedestrian/foot_recordings.hpp"
-#include "pedestrian/foot_walk.hpp"
+#include "foot_recordings.hpp"
+#include "foot_walk.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,16 +1,16 @@
 // Steps, their lengths and the way they go, on simulated walks and on what should not happen.
-#include <wayfare/estimate/pedestrian.hpp>
-#include <wayfare/estimate/pedestrian_parameters.hpp>
-#include <wayfare/estimate/pedestrian_pose.hpp>
-#include <wayfare/estimate/step.hpp>
-#include <wayfare/estimate/step_band.hpp>
-#include <wayfare/estimate/step_detector.hpp>
-#include <wayfare/estimate/step_length.hpp>
-#include <wayfare/estimate/step_onset.hpp>
-#include <wayfare/estimate/straight_walk.hpp>
-#include <wayfare/estimate/walk_covariance.hpp>
-#include <wayfare/estimate/walking_direction.hpp>
-#include <wayfare/estimate/walking_heading.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
+#include <wayfare/pedestrian/pedestrian_parameters.hpp>
+#include <wayfare/pedestrian/pedestrian_pose.hpp>
+#include <wayfare/pedestrian/step.hpp>
+#include <wayfare/pedestrian/detail/band_pass_filter.hpp>
+#include <wayfare/pedestrian/step_detector.hpp>
+#include <wayfare/pedestrian/step_length.hpp>
+#include <wayfare/pedestrian/detail/gait_start_detector.hpp>
+#include <wayfare/pedestrian/detail/straight_walk.hpp>
+#include <wayfare/pedestrian/detail/walk_covariance.hpp>
+#include <wayfare/pedestrian/detail/walking_direction.hpp>
+#include <wayfare/pedestrian/detail/walking_heading.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -21,7 +21,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/sync/odometry_track.hpp>
-#include "pedestrian/phone_walk.hpp"
+#include "phone_walk.hpp"
 
 namespace wayfare {
 namespace {

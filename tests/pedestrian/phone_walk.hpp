@@ -11,7 +11,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/so3.hpp>
-#include <wayfare/measure/marg.hpp>
+#include <wayfare/sensors/marg.hpp>
 
 namespace wayfare::testing {
 

@@ -1,5 +1,5 @@
 // Two feet on simulated walks: what the bound on their distance brings.
-#include <wayfare/estimate/two_feet.hpp>
+#include <wayfare/pedestrian/two_feet.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <wayfare/estimate/pedestrian.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/io/float_table.hpp>
 
 namespace wayfare::testing {

@@ -13,8 +13,8 @@
 #include <gtest/gtest.h>
 
 #include "io/support.hpp"
-#include "pedestrian/foot_recordings.hpp"
-#include "pedestrian/walk_recordings.hpp"
+#include "foot_recordings.hpp"
+#include "walk_recordings.hpp"
 
 namespace wayfare {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "io/node_peer.hpp"
 #include "io/support.hpp"
-#include "ros/sample_recording.hpp"
+#include "sample_recording.hpp"
 
 namespace wayfare {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "ros/sample_messages.hpp"
+#include "sample_messages.hpp"
 
 namespace wayfare::ros {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <wayfare/ros/serialise.hpp>
 
-#include "ros/sample_messages.hpp"
+#include "sample_messages.hpp"
 
 namespace wayfare {
 namespace {

@@ -11,7 +11,7 @@
 #include <wayfare/ros/recording_writer.hpp>
 
 #include "io/support.hpp"
-#include "ros/sample_recording.hpp"
+#include "sample_recording.hpp"
 
 namespace wayfare {
 namespace {

@@ -14,7 +14,7 @@
 #include <wayfare/ros/recording_writer.hpp>
 
 #include "io/support.hpp"
-#include "ros/sample_recording.hpp"
+#include "sample_recording.hpp"
 
 namespace wayfare {
 namespace {

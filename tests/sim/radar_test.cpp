@@ -1,6 +1,6 @@
 // A radar's frames against what its signal processing must give for known reflectors.
 
-#include <wayfare/measure/radar_scan.hpp>
+#include <wayfare/sensors/radar_scan.hpp>
 #include <wayfare/sim/radar.hpp>
 #include <wayfare/sim/reflectors.hpp>
 
@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/sync/radar_bearing.hpp>
+#include <wayfare/sync/detail/radar_bearing.hpp>
 
 namespace wayfare::sim {
 namespace {

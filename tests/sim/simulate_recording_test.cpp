@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/support.hpp"
+#include "support.hpp"
 
 namespace wayfare::sim {
 namespace {

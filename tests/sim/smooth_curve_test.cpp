@@ -1,4 +1,4 @@
-#include <wayfare/sim/smooth_curve.hpp>
+#include <wayfare/sim/detail/smooth_curve.hpp>
 
 #include <cmath>
 

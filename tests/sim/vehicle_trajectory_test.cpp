@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/measure/nav_state.hpp>
+#include <wayfare/sensors/nav_state.hpp>
 
 namespace wayfare::sim {
 namespace {

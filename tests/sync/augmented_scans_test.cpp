@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/measure/wheels.hpp>
+#include <wayfare/sensors/wheels.hpp>
 #include <wayfare/sim/differential_drive.hpp>
 
 #include "core/at.hpp"

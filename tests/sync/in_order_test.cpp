@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <wayfare/measure/imu.hpp>
+#include <wayfare/sensors/imu.hpp>
 
 namespace wayfare {
 namespace {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <type_traits>
 
-#include <wayfare/core/bare_number.hpp>
+#include <wayfare/core/detail/bare_number.hpp>
 
 namespace wayfare {
 

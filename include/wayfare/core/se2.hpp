@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/so2.hpp>
-#include <wayfare/core/stumpff.hpp>
+#include <wayfare/core/detail/stumpff.hpp>
 
 namespace wayfare {
 

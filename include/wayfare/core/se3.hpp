@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/so3.hpp>
-#include <wayfare/core/stumpff.hpp>
+#include <wayfare/core/detail/stumpff.hpp>
 
 namespace wayfare {
 

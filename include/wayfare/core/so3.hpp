@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 
 #include <wayfare/core/manifold.hpp>
-#include <wayfare/core/stumpff.hpp>
+#include <wayfare/core/detail/stumpff.hpp>
 
 namespace wayfare {
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <type_traits>
 
-#include <wayfare/core/bare_number.hpp>
+#include <wayfare/core/detail/bare_number.hpp>
 #include <wayfare/core/contract.hpp>
 
 namespace wayfare {

@@ -17,8 +17,8 @@
 #include <Eigen/Geometry>
 
 #include <wayfare/core/so3.hpp>
-#include <wayfare/decode/bytes.hpp>
-#include <wayfare/decode/mt_values.hpp>
+#include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/decode/detail/mt_values.hpp>
 
 namespace wayfare::decode {
 

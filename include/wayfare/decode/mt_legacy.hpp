@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 
 namespace wayfare::decode {

@@ -7,8 +7,8 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/mt_sample.hpp>
-#include <wayfare/measure/imu.hpp>
-#include <wayfare/measure/marg.hpp>
+#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/marg.hpp>
 
 namespace wayfare::decode {
 

@@ -9,9 +9,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <wayfare/decode/bytes.hpp>
-#include <wayfare/decode/mt_gnss.hpp>
-#include <wayfare/decode/mt_values.hpp>
+#include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/decode/detail/mt_gnss.hpp>
+#include <wayfare/decode/detail/mt_values.hpp>
 
 namespace wayfare::decode {
 

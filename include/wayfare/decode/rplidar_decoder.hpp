@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <wayfare/decode/bytes.hpp>
-#include <wayfare/decode/rplidar_packet.hpp>
+#include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/decode/detail/rplidar_packet.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 

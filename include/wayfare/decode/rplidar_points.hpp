@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 

@@ -9,7 +9,7 @@
 #include <initializer_list>
 #include <optional>
 
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 
 namespace wayfare::decode {
 

@@ -13,7 +13,7 @@
 
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/rplidar_points.hpp>
-#include <wayfare/measure/laser_scan.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
 
 namespace wayfare::decode {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include <wayfare/decode/line_time.hpp>
+#include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_points.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>

@@ -19,7 +19,7 @@
 #include <cstring>
 #include <utility>
 
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 
 namespace wayfare::decode {
 

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 

@@ -9,7 +9,7 @@
 #include <limits>
 #include <optional>
 
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 
 namespace wayfare::decode {
 

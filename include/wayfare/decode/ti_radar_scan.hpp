@@ -8,7 +8,7 @@
 
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/ti_frame.hpp>
-#include <wayfare/measure/radar_scan.hpp>
+#include <wayfare/sensors/radar_scan.hpp>
 
 namespace wayfare::decode {
 

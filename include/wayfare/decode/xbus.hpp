@@ -12,7 +12,7 @@
 #include <cstring>
 #include <span>
 
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 
 namespace wayfare::decode {

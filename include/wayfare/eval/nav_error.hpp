@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/measure/nav_state.hpp>
+#include <wayfare/sensors/nav_state.hpp>
 
 namespace wayfare::eval {
 

@@ -16,8 +16,8 @@
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/eval/alignment.hpp>
-#include <wayfare/eval/interpolation.hpp>
-#include <wayfare/eval/statistics.hpp>
+#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/core/statistics.hpp>
 
 namespace wayfare::eval {
 

@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/gnss/ephemerides.hpp>
-#include <wayfare/measure/gnss.hpp>
+#include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare {
 

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/time.hpp>
-#include <wayfare/measure/gnss.hpp>
+#include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare {
 

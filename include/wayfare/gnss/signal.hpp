@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include <wayfare/measure/gnss.hpp>
+#include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare {
 

@@ -12,7 +12,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/gnss/correct_ranges.hpp>
-#include <wayfare/measure/gnss.hpp>
+#include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare {
 

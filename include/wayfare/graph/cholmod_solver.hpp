@@ -5,7 +5,7 @@
 
 #include <Eigen/CholmodSupport>
 
-#include <wayfare/graph/scalar_solver.hpp>
+#include <wayfare/graph/detail/scalar_solver.hpp>
 
 namespace wayfare {
 

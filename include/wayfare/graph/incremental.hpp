@@ -11,8 +11,8 @@
 #include <cstddef>
 #include <vector>
 
-#include <wayfare/graph/incremental_cholesky.hpp>
-#include <wayfare/graph/incremental_sum.hpp>
+#include <wayfare/graph/detail/incremental_cholesky.hpp>
+#include <wayfare/graph/detail/incremental_sum.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/graph/report.hpp>
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <vector>
 
-#include <wayfare/graph/damped_step.hpp>
-#include <wayfare/graph/descent.hpp>
-#include <wayfare/graph/joint_covariance.hpp>
+#include <wayfare/graph/detail/damped_step.hpp>
+#include <wayfare/graph/detail/descent.hpp>
+#include <wayfare/graph/detail/joint_covariance.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
-#include <wayfare/graph/validate.hpp>
+#include <wayfare/graph/detail/validate.hpp>
 
 namespace wayfare {
 

@@ -30,7 +30,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/measure/recording.hpp>
+#include <wayfare/sensors/recording.hpp>
 
 namespace wayfare::io {
 

@@ -12,7 +12,7 @@
 #include <wayfare/core/so3.hpp>
 #include <wayfare/io/columns.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/measure/marg.hpp>
+#include <wayfare/sensors/marg.hpp>
 
 namespace wayfare::io {
 

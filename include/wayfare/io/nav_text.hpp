@@ -13,9 +13,9 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/io/columns.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/measure/gnss.hpp>
-#include <wayfare/measure/imu.hpp>
-#include <wayfare/measure/nav_state.hpp>
+#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/nav_state.hpp>
 #include <wayfare/sync/clock_fit.hpp>
 
 namespace wayfare::io {

@@ -11,7 +11,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 
 namespace wayfare::logger {
 

@@ -7,9 +7,9 @@
 #include <string_view>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/measure/laser_scan.hpp>
-#include <wayfare/measure/marg.hpp>
-#include <wayfare/measure/radar_scan.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/marg.hpp>
+#include <wayfare/sensors/radar_scan.hpp>
 
 namespace wayfare::logger {
 

@@ -8,8 +8,8 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/measure/marg.hpp>
-#include <wayfare/measure/recording.hpp>
+#include <wayfare/sensors/marg.hpp>
+#include <wayfare/sensors/recording.hpp>
 
 namespace wayfare::logger {
 

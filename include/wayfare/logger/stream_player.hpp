@@ -8,7 +8,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/decode/bytes.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/logger/serial_port.hpp>
 
 namespace wayfare::logger {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include <wayfare/decode/line_time.hpp>
+#include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_radar_scan.hpp>
 #include <wayfare/sync/clock_envelope.hpp>

@@ -12,7 +12,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/cell.hpp>
-#include <wayfare/map/match_grid.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 
 namespace wayfare {

@@ -6,7 +6,7 @@
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/map/probability_grid.hpp>
-#include <wayfare/map/scan_raster.hpp>
+#include <wayfare/map/detail/scan_raster.hpp>
 
 namespace wayfare {
 

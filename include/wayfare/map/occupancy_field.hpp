@@ -5,9 +5,9 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/map/match_grid.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/measure/point_set.hpp>
+#include <wayfare/sensors/point_set.hpp>
 
 namespace wayfare {
 

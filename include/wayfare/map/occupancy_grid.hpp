@@ -11,7 +11,7 @@
 
 #include <wayfare/core/contract.hpp>
 #include <wayfare/map/cell.hpp>
-#include <wayfare/map/cow_tiles.hpp>
+#include <wayfare/map/detail/copy_on_write_tiles.hpp>
 
 namespace wayfare {
 

@@ -5,7 +5,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/map/padded_table.hpp>
+#include <wayfare/map/detail/padded_table.hpp>
 
 namespace wayfare {
 

@@ -8,7 +8,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/map/cell.hpp>
-#include <wayfare/map/match_grid.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 
 namespace wayfare {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/measure/point_set.hpp>
+#include <wayfare/sensors/point_set.hpp>
 
 namespace wayfare {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/map/max_pyramid.hpp>
+#include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/match/correlative.hpp>
 
 namespace wayfare {

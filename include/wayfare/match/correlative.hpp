@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include <wayfare/map/match_grid.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
 namespace wayfare {

@@ -10,7 +10,7 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/measure/laser_scan.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
 
 namespace wayfare {
 

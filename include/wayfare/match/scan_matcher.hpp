@@ -10,8 +10,8 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/cell.hpp>
-#include <wayfare/match/scene_constraint.hpp>
-#include <wayfare/measure/point_set.hpp>
+#include <wayfare/match/detail/scene_constraint.hpp>
+#include <wayfare/sensors/point_set.hpp>
 
 namespace wayfare {
 

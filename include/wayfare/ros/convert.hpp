@@ -14,11 +14,11 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/map_image.hpp>
-#include <wayfare/measure/gnss.hpp>
-#include <wayfare/measure/imu.hpp>
-#include <wayfare/measure/laser_scan.hpp>
-#include <wayfare/measure/radar_scan.hpp>
-#include <wayfare/measure/recording.hpp>
+#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/recording.hpp>
 #include <wayfare/ros/messages.hpp>
 
 namespace wayfare::ros {

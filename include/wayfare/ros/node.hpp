@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include <wayfare/ros/raw_node.hpp>
+#include <wayfare/ros/detail/raw_node.hpp>
 #include <wayfare/ros/serialise.hpp>
 
 namespace wayfare::ros {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/estimate/pedestrian.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/messages.hpp>
-#include <wayfare/ros/node_output.hpp>
+#include <wayfare/ros/detail/node_output.hpp>
 
 namespace wayfare::ros {
 

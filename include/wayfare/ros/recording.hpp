@@ -16,10 +16,10 @@
 #include <wayfare/core/so3.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/measure/gnss.hpp>
-#include <wayfare/measure/imu.hpp>
-#include <wayfare/measure/marg.hpp>
-#include <wayfare/measure/recording.hpp>
+#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/marg.hpp>
+#include <wayfare/sensors/recording.hpp>
 #include <wayfare/ros/serialise.hpp>
 
 namespace wayfare::ros {

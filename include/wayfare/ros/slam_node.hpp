@@ -18,9 +18,9 @@
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/frame_tree.hpp>
 #include <wayfare/ros/messages.hpp>
-#include <wayfare/ros/node_output.hpp>
-#include <wayfare/system/radar_slam_stream.hpp>
-#include <wayfare/system/submap_slam.hpp>
+#include <wayfare/ros/detail/node_output.hpp>
+#include <wayfare/slam/radar_slam_stream.hpp>
+#include <wayfare/slam/submap_slam.hpp>
 
 namespace wayfare::ros {
 

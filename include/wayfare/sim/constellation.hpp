@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/measure/gnss.hpp>
+#include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare::sim {
 

@@ -10,7 +10,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/measure/recording.hpp>
+#include <wayfare/sensors/recording.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/lidar_2d.hpp>
 

@@ -9,8 +9,8 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/measure/recording.hpp>
-#include <wayfare/measure/wheels.hpp>
+#include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/wheels.hpp>
 
 namespace wayfare::sim {
 

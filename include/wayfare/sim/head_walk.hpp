@@ -10,8 +10,8 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
-#include <wayfare/measure/laser_scan.hpp>
-#include <wayfare/measure/marg.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/marg.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 
 namespace wayfare::sim {

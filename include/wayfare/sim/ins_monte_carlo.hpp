@@ -14,10 +14,10 @@
 
 #include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/nav_error.hpp>
-#include <wayfare/eval/runs.hpp>
+#include <wayfare/core/parallel_runs.hpp>
 #include <wayfare/sim/imu.hpp>
 #include <wayfare/sim/ranges.hpp>
-#include <wayfare/system/gnss_ins.hpp>
+#include <wayfare/nav/gnss_ins.hpp>
 
 namespace wayfare::sim {
 

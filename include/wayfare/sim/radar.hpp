@@ -12,7 +12,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/measure/radar_scan.hpp>
+#include <wayfare/sensors/radar_scan.hpp>
 #include <wayfare/sim/reflectors.hpp>
 
 namespace wayfare::sim {

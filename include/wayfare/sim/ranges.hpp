@@ -7,8 +7,8 @@
 #include <vector>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/measure/gnss.hpp>
-#include <wayfare/model/imu_noise.hpp>
+#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/sim/constellation.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 

@@ -7,7 +7,7 @@
 #include <stop_token>
 #include <vector>
 
-#include <wayfare/measure/recording.hpp>
+#include <wayfare/sensors/recording.hpp>
 #include <wayfare/sim/differential_drive.hpp>
 #include <wayfare/sim/lidar_2d.hpp>
 

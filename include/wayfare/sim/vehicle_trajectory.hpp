@@ -10,9 +10,9 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/measure/imu.hpp>
-#include <wayfare/measure/nav_state.hpp>
-#include <wayfare/sim/smooth_curve.hpp>
+#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/nav_state.hpp>
+#include <wayfare/sim/detail/smooth_curve.hpp>
 
 namespace wayfare::sim {
 

@@ -12,12 +12,12 @@
 
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/measure/laser_scan.hpp>
-#include <wayfare/measure/point_set.hpp>
-#include <wayfare/measure/radar_scan.hpp>
-#include <wayfare/measure/recording.hpp>
-#include <wayfare/measure/wheels.hpp>
-#include <wayfare/sync/radar_bearing.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/point_set.hpp>
+#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/wheels.hpp>
+#include <wayfare/sync/detail/radar_bearing.hpp>
 
 namespace wayfare {
 

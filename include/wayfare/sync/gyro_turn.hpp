@@ -6,7 +6,7 @@
 #include <span>
 
 #include <wayfare/core/angle.hpp>
-#include <wayfare/measure/wheels.hpp>
+#include <wayfare/sensors/wheels.hpp>
 
 namespace wayfare {
 

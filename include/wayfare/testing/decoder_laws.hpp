@@ -21,7 +21,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
-#include <wayfare/testing/decoder_damage.hpp>
+#include <wayfare/testing/detail/decoder_damage.hpp>
 
 namespace wayfare::testing {
 

@@ -12,8 +12,8 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
-#include <wayfare/estimate/ekf.hpp>
-#include <wayfare/testing/positive_definite.hpp>
+#include <wayfare/filter/ekf.hpp>
+#include <wayfare/testing/detail/positive_definite.hpp>
 
 namespace wayfare::testing {
 

@@ -11,7 +11,7 @@
 #include <Eigen/Cholesky>
 
 #include <wayfare/core/gaussian.hpp>
-#include <wayfare/testing/positive_definite.hpp>
+#include <wayfare/testing/detail/positive_definite.hpp>
 
 namespace wayfare::testing {
 

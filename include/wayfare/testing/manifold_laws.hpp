@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/testing/law_inputs.hpp>
+#include <wayfare/testing/detail/law_inputs.hpp>
 
 namespace wayfare::testing {
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/system/gnss_ins.hpp>
+#include <wayfare/nav/gnss_ins.hpp>
 
 namespace wayfare {
 

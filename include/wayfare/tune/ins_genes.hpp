@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include <wayfare/estimate/genetic.hpp>
-#include <wayfare/system/gnss_ins.hpp>
+#include <wayfare/tune/genetic.hpp>
+#include <wayfare/nav/gnss_ins.hpp>
 
 namespace wayfare {
 

@@ -1,4 +1,4 @@
-#include "ambiguity.hpp"
+#include "slam/graph_slam/ambiguity.hpp"
 
 #include <Eigen/Eigenvalues>
 

@@ -4,8 +4,8 @@
 
 #include <wayfare/core/se2.hpp>
 
-#include "local_map.hpp"
-#include "../motion.hpp"
+#include "slam/graph_slam/local_map.hpp"
+#include "slam/motion.hpp"
 
 namespace wayfare {
 

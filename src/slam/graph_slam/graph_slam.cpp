@@ -1,4 +1,4 @@
-#include <wayfare/system/graph_slam.hpp>
+#include <wayfare/slam/graph_slam.hpp>
 
 #include <cmath>
 #include <utility>
@@ -6,12 +6,12 @@
 
 #include <wayfare/graph/optimise.hpp>
 
-#include "loop_closer.hpp"
-#include "../motion.hpp"
-#include "../scan_check.hpp"
-#include "node_maker.hpp"
-#include "node_map.hpp"
-#include "tracker.hpp"
+#include "slam/graph_slam/loop_closer.hpp"
+#include "slam/motion.hpp"
+#include "slam/scan_check.hpp"
+#include "slam/graph_slam/node_maker.hpp"
+#include "slam/graph_slam/node_map.hpp"
+#include "slam/graph_slam/tracker.hpp"
 
 namespace wayfare {
 namespace {

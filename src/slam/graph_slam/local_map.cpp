@@ -1,4 +1,4 @@
-#include "local_map.hpp"
+#include "slam/graph_slam/local_map.hpp"
 
 #include <algorithm>
 

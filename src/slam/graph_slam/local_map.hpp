@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/map/match_grid.hpp>
-#include <wayfare/map/max_pyramid.hpp>
+#include <wayfare/map/likelihood_field.hpp>
+#include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/refine.hpp>

@@ -1,13 +1,13 @@
-#include "loop_closer.hpp"
+#include "slam/graph_slam/loop_closer.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <unordered_set>
 
-#include "ambiguity.hpp"
-#include "local_map.hpp"
-#include "parallel_for.hpp"
+#include "slam/graph_slam/ambiguity.hpp"
+#include "slam/graph_slam/local_map.hpp"
+#include <wayfare/core/parallel_for.hpp>
 
 namespace wayfare {
 namespace {

@@ -10,9 +10,9 @@
 #include <wayfare/graph/path_uncertainty.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
 #include <wayfare/match/scan_matcher.hpp>
-#include <wayfare/system/graph_slam.hpp>
+#include <wayfare/slam/graph_slam.hpp>
 
-#include "node_map.hpp"
+#include "slam/graph_slam/node_map.hpp"
 
 namespace wayfare {
 

@@ -1,10 +1,10 @@
-#include "node_maker.hpp"
+#include "slam/graph_slam/node_maker.hpp"
 
 #include <cmath>
 
 #include <Eigen/LU>
 
-#include "ambiguity.hpp"
+#include "slam/graph_slam/ambiguity.hpp"
 
 namespace wayfare {
 

@@ -1,4 +1,4 @@
-#include "node_map.hpp"
+#include "slam/graph_slam/node_map.hpp"
 
 #include <algorithm>
 #include <utility>

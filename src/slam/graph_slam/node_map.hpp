@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 
 #include <wayfare/graph/pose_graph.hpp>
-#include <wayfare/map/match_grid.hpp>
-#include <wayfare/measure/point_set.hpp>
+#include <wayfare/map/likelihood_field.hpp>
+#include <wayfare/sensors/point_set.hpp>
 
 namespace wayfare {
 

@@ -1,8 +1,8 @@
 #include <utility>
 
-#include <wayfare/system/graph_slam.hpp>
+#include <wayfare/slam/graph_slam.hpp>
 
-#include "../feed_scans.hpp"
+#include "slam/feed_scans.hpp"
 
 namespace wayfare {
 

@@ -1,8 +1,8 @@
-#include "tracker.hpp"
+#include "slam/graph_slam/tracker.hpp"
 
 #include <Eigen/LU>
 
-#include "ambiguity.hpp"
+#include "slam/graph_slam/ambiguity.hpp"
 
 namespace wayfare {
 

@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 
-#include "local_map.hpp"
-#include "../motion.hpp"
-#include "node_map.hpp"
+#include "slam/graph_slam/local_map.hpp"
+#include "slam/motion.hpp"
+#include "slam/graph_slam/node_map.hpp"
 
 namespace wayfare {
 

@@ -1,10 +1,10 @@
-#include <wayfare/system/carrier_filter.hpp>
+#include <wayfare/slam/detail/carrier_filter.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include <wayfare/estimate/covariance_intersection.hpp>
+#include <wayfare/filter/covariance_intersection.hpp>
 
 namespace wayfare {
 namespace {

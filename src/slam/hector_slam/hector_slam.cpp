@@ -1,4 +1,4 @@
-#include <wayfare/system/hector_slam.hpp>
+#include <wayfare/slam/hector_slam.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -6,13 +6,13 @@
 
 #include <Eigen/LU>
 
-#include <wayfare/measure/point_set.hpp>
+#include <wayfare/sensors/point_set.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
-#include "../climb.hpp"
-#include "../motion.hpp"
-#include "../open_direction.hpp"
-#include "../scan_check.hpp"
+#include "match/local/registration.hpp"
+#include "slam/motion.hpp"
+#include "match/open_direction.hpp"
+#include "slam/scan_check.hpp"
 
 namespace wayfare {
 

@@ -1,8 +1,8 @@
 #include <utility>
 
-#include <wayfare/system/hector_slam.hpp>
+#include <wayfare/slam/hector_slam.hpp>
 
-#include "../feed_scans.hpp"
+#include "slam/feed_scans.hpp"
 
 namespace wayfare {
 

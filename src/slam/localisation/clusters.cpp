@@ -1,7 +1,7 @@
 #include <numeric>
 #include <utility>
 
-#include "localisation/pose_bins.hpp"
+#include "slam/localisation/pose_bins.hpp"
 
 namespace wayfare {
 namespace {

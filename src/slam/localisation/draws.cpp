@@ -1,14 +1,14 @@
-#include "localisation/draws.hpp"
+#include "slam/localisation/draws.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include <wayfare/estimate/particles.hpp>
-#include <wayfare/model/wheel_motion.hpp>
+#include <wayfare/filter/particles.hpp>
+#include <wayfare/motion/differential_drive_model.hpp>
 
-#include "graph_slam/parallel_for.hpp"
+#include <wayfare/core/parallel_for.hpp>
 
 namespace wayfare {
 namespace {

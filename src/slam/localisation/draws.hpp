@@ -4,10 +4,10 @@
 #include <span>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/system/localisation.hpp>
+#include <wayfare/slam/localisation.hpp>
 
-#include "localisation/particle_set.hpp"
-#include "localisation/pose_bins.hpp"
+#include "slam/localisation/particle_set.hpp"
+#include "slam/localisation/pose_bins.hpp"
 
 namespace wayfare {
 

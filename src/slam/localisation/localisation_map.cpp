@@ -1,4 +1,4 @@
-#include <wayfare/system/localisation_map.hpp>
+#include <wayfare/slam/localisation_map.hpp>
 
 namespace wayfare {
 namespace {

@@ -5,12 +5,12 @@
 
 #include <Eigen/Cholesky>
 
-#include <wayfare/estimate/particles.hpp>
-#include <wayfare/system/localisation.hpp>
+#include <wayfare/filter/particles.hpp>
+#include <wayfare/slam/localisation.hpp>
 
-#include "localisation/motion_guard.hpp"
-#include "localisation/pose_filter.hpp"
-#include "localisation/scan_weigher.hpp"
+#include "slam/localisation/motion_guard.hpp"
+#include "slam/localisation/pose_filter.hpp"
+#include "slam/localisation/scan_weigher.hpp"
 
 namespace wayfare {
 namespace {

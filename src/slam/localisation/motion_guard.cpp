@@ -1,4 +1,4 @@
-#include "localisation/motion_guard.hpp"
+#include "slam/localisation/motion_guard.hpp"
 
 #include <algorithm>
 #include <cmath>

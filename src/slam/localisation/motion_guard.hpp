@@ -4,7 +4,7 @@
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/system/localisation.hpp>
+#include <wayfare/slam/localisation.hpp>
 
 namespace wayfare {
 

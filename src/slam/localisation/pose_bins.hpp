@@ -11,7 +11,7 @@
 
 #include <wayfare/core/angle.hpp>
 
-#include "localisation/particle_set.hpp"
+#include "slam/localisation/particle_set.hpp"
 
 namespace wayfare {
 

@@ -1,14 +1,14 @@
-#include "localisation/pose_filter.hpp"
+#include "slam/localisation/pose_filter.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
-#include <wayfare/estimate/particles.hpp>
+#include <wayfare/filter/particles.hpp>
 
-#include "localisation/draws.hpp"
-#include "localisation/pose_bins.hpp"
+#include "slam/localisation/draws.hpp"
+#include "slam/localisation/pose_bins.hpp"
 
 namespace wayfare {
 namespace {

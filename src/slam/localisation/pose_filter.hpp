@@ -6,10 +6,10 @@
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/random.hpp>
-#include <wayfare/system/localisation.hpp>
+#include <wayfare/slam/localisation.hpp>
 
-#include "localisation/particle_set.hpp"
-#include "localisation/scan_weigher.hpp"
+#include "slam/localisation/particle_set.hpp"
+#include "slam/localisation/scan_weigher.hpp"
 
 namespace wayfare {
 

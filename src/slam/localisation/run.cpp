@@ -4,9 +4,9 @@
 #include <vector>
 
 #include <wayfare/sync/odometry_track.hpp>
-#include <wayfare/system/localisation.hpp>
+#include <wayfare/slam/localisation.hpp>
 
-#include "gather_radar.hpp"
+#include "sync/gather_radar.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,11 +1,11 @@
-#include "localisation/scan_weigher.hpp"
+#include "slam/localisation/scan_weigher.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "field/kernels.hpp"
-#include "graph_slam/parallel_for.hpp"
+#include "map/distance_field/kernels.hpp"
+#include <wayfare/core/parallel_for.hpp>
 
 namespace wayfare {
 namespace {

@@ -4,11 +4,11 @@
 #include <span>
 #include <vector>
 
-#include <wayfare/measure/laser_scan.hpp>
-#include <wayfare/measure/point_set.hpp>
-#include <wayfare/system/localisation.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/point_set.hpp>
+#include <wayfare/slam/localisation.hpp>
 
-#include "localisation/particle_set.hpp"
+#include "slam/localisation/particle_set.hpp"
 
 namespace wayfare {
 

@@ -1,4 +1,4 @@
-#include <wayfare/system/pedestrian_slam.hpp>
+#include <wayfare/slam/pedestrian_slam.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <deque>
 #include <utility>
 
-#include <wayfare/estimate/pedestrian.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
 
 namespace wayfare {
 namespace {

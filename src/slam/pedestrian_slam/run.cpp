@@ -1,7 +1,7 @@
 #include <string>
 #include <utility>
 
-#include <wayfare/system/pedestrian_slam.hpp>
+#include <wayfare/slam/pedestrian_slam.hpp>
 
 namespace wayfare {
 

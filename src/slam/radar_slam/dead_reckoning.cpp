@@ -1,4 +1,4 @@
-#include "dead_reckoning.hpp"
+#include "slam/radar_slam/dead_reckoning.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/sync/augmented_scans.hpp>
-#include <wayfare/system/radar_slam.hpp>
+#include <wayfare/slam/radar_slam.hpp>
 
 namespace wayfare {
 

@@ -1,12 +1,12 @@
-#include <wayfare/system/radar_slam.hpp>
+#include <wayfare/slam/radar_slam.hpp>
 
 #include <cmath>
 #include <optional>
 #include <utility>
 
-#include "../graph_slam/parallel_for.hpp"
-#include "sensor_step.hpp"
-#include "wall_points.hpp"
+#include <wayfare/core/parallel_for.hpp>
+#include "slam/radar_slam/sensor_step.hpp"
+#include "slam/radar_slam/wall_points.hpp"
 
 namespace wayfare {
 namespace {

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <optional>
 
-#include <wayfare/system/radar_slam.hpp>
-#include <wayfare/system/radar_slam_stream.hpp>
+#include <wayfare/slam/radar_slam.hpp>
+#include <wayfare/slam/radar_slam_stream.hpp>
 
 namespace wayfare {
 namespace {

@@ -1,4 +1,4 @@
-#include "sensor_step.hpp"
+#include "slam/radar_slam/sensor_step.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,7 @@
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/pose_proposal.hpp>
 #include <wayfare/match/refine.hpp>
-#include <wayfare/system/radar_slam.hpp>
+#include <wayfare/slam/radar_slam.hpp>
 
 namespace wayfare {
 

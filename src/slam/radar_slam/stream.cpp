@@ -1,4 +1,4 @@
-#include <wayfare/system/radar_slam_stream.hpp>
+#include <wayfare/slam/radar_slam_stream.hpp>
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,8 @@
 
 #include <wayfare/sync/odometry_track.hpp>
 
-#include "../gather_radar.hpp"
-#include "dead_reckoning.hpp"
+#include "sync/gather_radar.hpp"
+#include "slam/radar_slam/dead_reckoning.hpp"
 
 namespace wayfare {
 namespace {

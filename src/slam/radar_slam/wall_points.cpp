@@ -1,4 +1,4 @@
-#include "wall_points.hpp"
+#include "slam/radar_slam/wall_points.hpp"
 
 #include <cmath>
 

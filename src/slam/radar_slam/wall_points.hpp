@@ -1,6 +1,6 @@
 #pragma once
 
-#include <wayfare/measure/point_set.hpp>
+#include <wayfare/sensors/point_set.hpp>
 
 namespace wayfare {
 

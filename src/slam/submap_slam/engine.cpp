@@ -1,4 +1,4 @@
-#include "engine.hpp"
+#include "slam/submap_slam/engine.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include <wayfare/map/voxel_filter.hpp>
 
-#include "../scan_check.hpp"
+#include "slam/scan_check.hpp"
 
 namespace wayfare {
 

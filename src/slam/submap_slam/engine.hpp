@@ -6,12 +6,12 @@
 #include <vector>
 
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/system/submap_slam.hpp>
+#include <wayfare/slam/submap_slam.hpp>
 
-#include "../motion.hpp"
-#include "local_tracker.hpp"
-#include "loop_search.hpp"
-#include "submap_graph.hpp"
+#include "slam/motion.hpp"
+#include "slam/submap_slam/local_tracker.hpp"
+#include "slam/submap_slam/loop_search.hpp"
+#include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {
 

@@ -1,11 +1,11 @@
-#include "local_tracker.hpp"
+#include "slam/submap_slam/local_tracker.hpp"
 
 #include <algorithm>
 
 #include <wayfare/match/correlative.hpp>
 
-#include "../climb.hpp"
-#include "../open_direction.hpp"
+#include "match/local/registration.hpp"
+#include "match/open_direction.hpp"
 
 namespace wayfare {
 

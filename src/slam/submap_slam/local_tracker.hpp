@@ -8,10 +8,10 @@
 
 #include <wayfare/map/multi_resolution_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-#include <wayfare/system/submap_slam.hpp>
+#include <wayfare/slam/submap_slam.hpp>
 
-#include "../motion.hpp"
-#include "submap_graph.hpp"
+#include "slam/motion.hpp"
+#include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {
 

@@ -1,4 +1,4 @@
-#include "loop_search.hpp"
+#include "slam/submap_slam/loop_search.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +10,9 @@
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 
-#include "../climb.hpp"
-#include "../graph_slam/parallel_for.hpp"
-#include "../open_direction.hpp"
+#include "match/local/registration.hpp"
+#include <wayfare/core/parallel_for.hpp>
+#include "match/open_direction.hpp"
 
 namespace wayfare {
 namespace {

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include <wayfare/graph/path_uncertainty.hpp>
-#include <wayfare/map/max_pyramid.hpp>
+#include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/map/probability_grid.hpp>
-#include <wayfare/system/submap_slam.hpp>
+#include <wayfare/slam/submap_slam.hpp>
 
-#include "submap_graph.hpp"
+#include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {
 

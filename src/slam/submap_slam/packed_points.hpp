@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include <wayfare/measure/point_set.hpp>
+#include <wayfare/sensors/point_set.hpp>
 
 namespace wayfare {
 

@@ -2,9 +2,9 @@
 
 #include <wayfare/sync/gyro_turn.hpp>
 #include <wayfare/sync/odometry_track.hpp>
-#include <wayfare/system/submap_slam.hpp>
+#include <wayfare/slam/submap_slam.hpp>
 
-#include "../feed_scans.hpp"
+#include "slam/feed_scans.hpp"
 
 namespace wayfare {
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <string>
 
-#include "engine.hpp"
-#include "state_bytes.hpp"
+#include "slam/submap_slam/engine.hpp"
+#include "slam/submap_slam/state_bytes.hpp"
 
 namespace wayfare {
 namespace {

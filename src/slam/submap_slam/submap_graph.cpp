@@ -1,4 +1,4 @@
-#include "submap_graph.hpp"
+#include "slam/submap_slam/submap_graph.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -9,7 +9,7 @@
 
 #include <wayfare/graph/pose_graph.hpp>
 
-#include "packed_points.hpp"
+#include "slam/submap_slam/packed_points.hpp"
 
 namespace wayfare {
 

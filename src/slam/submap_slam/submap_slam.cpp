@@ -1,8 +1,8 @@
-#include <wayfare/system/submap_slam.hpp>
+#include <wayfare/slam/submap_slam.hpp>
 
 #include <utility>
 
-#include "engine.hpp"
+#include "slam/submap_slam/engine.hpp"
 
 namespace wayfare {
 

@@ -1,0 +1,212 @@
+// The same simulated drive many times over: are the navigation filter's errors as large as it says?
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <wayfare/eval/table.hpp>
+#include <wayfare/io/report.hpp>
+#include <wayfare/sim/ins_monte_carlo.hpp>
+
+#include "support/command_line.hpp"
+#include "support/exit_code.hpp"
+#include "support/progress_line.hpp"
+
+namespace {
+
+using namespace wayfare;
+
+struct Options {
+  std::size_t runs = 100, satellites = 8;
+  std::uint64_t seed = 1;
+  double imu_rate_hz = 100.0;
+  int threads = 1, rounds = 0;
+  bool constraints = false, force = false, quiet = false;
+  std::string out;
+};
+
+void add_options(examples::CommandLine& app, Options& o) {
+  app.add_option("--runs", o.runs, "drives").range(1, 100000).show_default();
+  app.add_option("--seed", o.seed, "the same seed gives the same figures").show_default();
+  app.add_option("--satellites", o.satellites, "seen at most").show_default();
+  app.add_option("--rounds", o.rounds,
+                 "in place of the drive of 310 s, rounds of five minutes (280 are a day; take "
+                 "--imu-rate 10 for such)")
+      .range(1, 3000);
+  app.add_option("--imu-rate", o.imu_rate_hz, "readings of the unit a second")
+      .range(10.0, 2000.0)
+      .show_default();
+  app.add_option("--threads", o.threads, "the figures are the same for any number")
+      .range(1, 1024)
+      .show_default();
+  app.add_flag("--constraints", o.constraints,
+               "hold standstill and wheels, as the filter does by "
+               "default");
+  app.add_option("--out", o.out, "folder for report.html");
+  app.add_flag("--force", o.force, "replace a report that is there already");
+  app.add_flag("--quiet", o.quiet, "no progress");
+}
+
+constexpr const char* kNames[] = {"north [m]",
+                                  "east [m]",
+                                  "down [m]",
+                                  "velocity north [m/s]",
+                                  "velocity east",
+                                  "velocity down",
+                                  "attitude x [deg]",
+                                  "attitude y",
+                                  "attitude z",
+                                  "gyro bias x [deg/s]",
+                                  "gyro bias y",
+                                  "gyro bias z",
+                                  "accel bias x [m/s2]",
+                                  "accel bias y",
+                                  "accel bias z",
+                                  "gyro scale x [%]",
+                                  "gyro scale y",
+                                  "gyro scale z",
+                                  "accel scale x [%]",
+                                  "accel scale y",
+                                  "accel scale z",
+                                  "clock bias [m]",
+                                  "clock drift [m/s]"};
+
+double display_factor(int state) {
+  if (state >= ins_state::kAttitude && state < ins_state::kAccelBias)
+    return 180.0 / std::numbers::pi;
+  return state >= ins_state::kGyroScale && state < ins_state::kClock ? 100.0 : 1.0;
+}
+
+using Kind = InnovationRecord::Kind;
+
+struct Figures {
+  explicit Figures(std::size_t epochs)
+      : all(ins_state::kSize, epochs), navigation(9, epochs), ranges(1, epochs), rates(1, epochs) {}
+
+  void add(std::size_t epoch, const sim::InsErrorAt& at) {
+    const auto nis = [&at](Kind kind) { return at.nis[static_cast<std::size_t>(kind)]; };
+    all.add(epoch, at.nees);
+    navigation.add(epoch, at.navigation_nees);
+    ranges.add(epoch, nis(Kind::range).sum, nis(Kind::range).count);
+    rates.add(epoch, nis(Kind::range_rate).sum, nis(Kind::range_rate).count);
+    within.add(at.error, at.sigma);
+    squares += at.error.cwiseAbs2();
+  }
+
+  eval::NeesOverRuns all, navigation, ranges, rates;
+  eval::IndependentMean all_of_runs, navigation_of_runs;
+  eval::SigmaCount<ins_state::kSize> within;
+  sim::InsErrorAt::Vector squares = sim::InsErrorAt::Vector::Zero();
+};
+
+Figures figures_of(const std::vector<sim::InsErrorCourse>& courses) {
+  Figures f(courses[0].size());
+  for (const sim::InsErrorCourse& course : courses) {
+    double all = 0.0, navigation = 0.0;
+    for (std::size_t k = 0; k < std::min(course.size(), f.all.epochs()); ++k) {
+      f.add(k, course[k]);
+      all += course[k].nees, navigation += course[k].navigation_nees;
+    }
+    f.all_of_runs.add(all / static_cast<double>(course.size()));
+    f.navigation_of_runs.add(navigation / static_cast<double>(course.size()));
+  }
+  return f;
+}
+
+eval::Table error_table(const Figures& f) {
+  eval::Table table({{"state"}, {"RMSE"}, {"within 1 sigma"}, {"2 sigma"}, {"3 sigma"}});
+  for (int i = 0; i < ins_state::kSize; ++i) {
+    const double rmse = std::sqrt(f.squares[i] / static_cast<double>(f.within.count()));
+    std::vector<std::string> row = {kNames[i], eval::fixed(display_factor(i) * rmse, 4)};
+    for (int k = 1; k <= 3; ++k) row.push_back(eval::fixed(f.within.share(k)[i], 4));
+    table.add_row(row);
+  }
+  return table;
+}
+
+eval::Table nees_table(const Figures& f) {
+  eval::Table table({{"NEES"}, {"honest"}, {"mean"}, {"its error"}, {"epochs within 95 % bounds"}});
+  const auto row = [&table](const char* name, const char* honest, const eval::NeesOverRuns& nees,
+                            const eval::IndependentMean& of_runs) {
+    table.add_row({name, honest, eval::fixed(nees.mean_of_all(), 2),
+                   eval::fixed(of_runs.standard_error(), 2), eval::fixed(nees.share_within(), 3)});
+  };
+  row("23 states", "23", f.all, f.all_of_runs);
+  row("position, velocity, attitude", "9", f.navigation, f.navigation_of_runs);
+  return table;
+}
+
+eval::Table nis_table(const Figures& f) {
+  eval::Table table({{"NIS"}, {"mean"}, {"95 % bounds"}, {"epochs within 95 % bounds"}});
+  const auto row = [&table](const char* name, const eval::NeesOverRuns& nis) {
+    const eval::Interval bounds = eval::mean_nees_bounds(1, nis.count());
+    table.add_row({name, eval::fixed(nis.mean_of_all(), 4),
+                   eval::fixed(bounds.low, 4) + " to " + eval::fixed(bounds.high, 4),
+                   eval::fixed(nis.share_within(), 3)});
+  };
+  row("ranges", f.ranges);
+  row("range rates", f.rates);
+  return table;
+}
+
+Result<void> write_report(const Options& o, const Figures& f) {
+  std::error_code code;
+  std::filesystem::create_directories(o.out, code);
+  io::Plot plot{"NEES of 23 states, mean of " + std::to_string(o.runs) + " runs",
+                "epoch [s]",
+                "NEES",
+                {{"mean", {}, {}},
+                 {"95 % bounds", {}, {}, io::Mark::dashed},
+                 {"", {}, {}, io::Mark::dashed}}};
+  const eval::Interval bounds = eval::mean_nees_bounds(ins_state::kSize, o.runs);
+  for (std::size_t k = 0; k < f.all.epochs(); ++k) {
+    const double values[] = {f.all.mean(k), bounds.low, bounds.high};
+    for (std::size_t i = 0; i < 3; ++i) {
+      plot.series[i].x.push_back(static_cast<double>(k + 1));
+      plot.series[i].y.push_back(values[i]);
+    }
+  }
+  io::Report report("Is the navigation filter honest?",
+                    o.rounds > 0 ? "Simulated rounds of a block, other noise each time"
+                                 : "Simulated drives of 310 s and 4.5 km, other noise each time");
+  report.table(nees_table(f))
+      .plot(plot)
+      .table(nis_table(f))
+      .table(error_table(f), "Errors and their bounds");
+  return report.write(o.out + "/report.html",
+                      {o.force ? io::Existing::replace : io::Existing::refuse});
+}
+
+Result<void> run(const Options& o) {
+  sim::InsMonteCarloOptions options;
+  options.imu.period = from_seconds(1.0 / o.imu_rate_hz);
+  options.ranges.max_satellites = o.satellites;
+  options.filter.zero_velocity_updates = o.constraints;
+  options.filter.non_holonomic_in_outage = o.constraints;
+  options.threads = o.threads;
+  examples::ProgressLine progress("driving", o.quiet);
+  const auto courses = sim::ins_monte_carlo(
+      o.rounds > 0 ? sim::round_drive(o.rounds) : sim::demo_drive(), sim::gps_and_galileo(), o.runs,
+      options, Rng(o.seed), [&](double fraction) { progress.update(fraction); });
+  progress.finish();
+  if (courses[0].empty()) return Error{ErrorCode::degenerate, "the filter never answered"};
+  const Figures figures = figures_of(courses);
+  std::printf("%s\n%s\n%s", nees_table(figures).to_text().c_str(),
+              nis_table(figures).to_text().c_str(), error_table(figures).to_text().c_str());
+  if (o.out.empty()) return {};
+  return write_report(o, figures);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  examples::CommandLine app(
+      "Run the navigation filter on many simulated drives and judge what it says of itself.");
+  Options options;
+  add_options(app, options);
+  if (const auto code = app.parse(argc, argv)) return *code;
+  return examples::exit_code("ins_consistency", run(options));
+}

@@ -1,0 +1,173 @@
+#include "hector_walks.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <Eigen/Cholesky>
+
+#include <wayfare/inertial/ahrs.hpp>
+#include <wayfare/slam/hector_slam.hpp>
+
+#include "recorded_walk.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+constexpr double kToDegrees = 180 / std::numbers::pi;
+constexpr double kAccelBias_mps2 = 0.03;  // of a unit calibrated some time ago, standard deviation
+
+/// The mean of what is told, as far as it was told.
+struct Mean {
+  double sum = 0.0;
+  int count = 0;
+  void tell(double value) {
+    sum += value;
+    ++count;
+  }
+  [[nodiscard]] double get() const { return sum / count; }  // NaN of nothing
+};
+
+template <class Vector, class Matrix>
+double nees(const Vector& error, const Matrix& covariance) {
+  return error.dot(covariance.llt().solve(error)) / static_cast<double>(error.size());
+}
+
+/// What a way to follow the walker knows of it at a scan.
+struct Known {
+  SO3d q_level_head;  // its heading does not count
+  std::optional<CarrierState> state{};
+  CarrierFilter::Square covariance{};
+};
+
+class Comparison {
+ public:
+  explicit Comparison(const SimulatedWalk& walk) : walk_(walk) {}
+
+  void tell(std::size_t scan, const SE2d& pose, const Known& known) {
+    const StampedPose& truth = walk_.recorded.truth[scan];
+    if (!start_) start_ = truth.T_map_base.raw() * pose.inverse();
+    trajectory_.push_back({truth.time, Transform2<frame::Map, frame::Base>(pose)});
+    const SE2d want = start_->inverse() * truth.T_map_base.raw();
+    const double turned = (pose.rotation().inverse() * want.rotation()).angle().radians();
+    heading2_.tell(turned * turned);
+    const double t = truth.time.seconds();
+    const SO3d head = walk_.head.at(t).q_world_head;
+    const Eigen::Vector3d up = head.inverse() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d up_known = known.q_level_head.inverse() * Eigen::Vector3d::UnitZ();
+    const double tilt = std::atan2(up.cross(up_known).norm(), up.dot(up_known));
+    tilt2_.tell(tilt * tilt);
+    if (known.state) check(known, want, up, t);
+  }
+
+  [[nodiscard]] HectorErrors errors() const {
+    return {rmse_m(trajectory_, walk_.recorded.truth),
+            kToDegrees * std::sqrt(heading2_.get()),
+            kToDegrees * std::sqrt(tilt2_.get()),
+            pose_.get(),
+            tilt_.get(),
+            velocity_.get()};
+  }
+
+ private:
+  void check(const Known& known, const SE2d& want, const Eigen::Vector3d& up, double t) {
+    const CarrierState& x = *known.state;
+    const SE2d here = x.planar();
+    Eigen::Vector3d off;
+    off << want.translation() - here.translation(),
+        (here.rotation().inverse() * want.rotation()).angle().radians();
+    const auto c = x.planar_jacobian();
+    pose_.tell(nees(off, Eigen::Matrix3d(c * known.covariance * c.transpose())));
+
+    // Turning by τ takes the plumb line u of the state to u + [u]× τ.
+    const Eigen::Vector3d u = x.q_map_body.inverse() * Eigen::Vector3d::UnitZ();
+    Eigen::Matrix<double, 2, 3> across;
+    across.row(0) = u.unitOrthogonal();
+    across.row(1) = u.cross(across.row(0).transpose());
+    const Eigen::Matrix<double, 2, 3> moves = across * skew(u);
+    tilt_.tell(nees(
+        Eigen::Vector2d(across * (up - u)),
+        Eigen::Matrix2d(
+            moves * known.covariance.block<3, 3>(CarrierState::kAttitude, CarrierState::kAttitude) *
+            moves.transpose())));
+
+    constexpr double kStep_s = 0.004;
+    Eigen::Vector3d v =
+        (walk_.head.at(t + kStep_s).position_m - walk_.head.at(t - kStep_s).position_m) /
+        (2 * kStep_s);
+    v.head<2>() = start_->rotation().inverse() * Eigen::Vector2d(v.head<2>());
+    velocity_.tell(nees(Eigen::Vector3d(v - x.velocity_mps),
+                        Eigen::Matrix3d(known.covariance.block<3, 3>(CarrierState::kVelocity,
+                                                                     CarrierState::kVelocity))));
+  }
+
+  const SimulatedWalk& walk_;
+  std::optional<SE2d> start_;
+  Trajectory trajectory_;
+  Mean heading2_, tilt2_, pose_, tilt_, velocity_;
+};
+
+HectorErrors scans_alone(const SimulatedWalk& walk) {
+  HectorSlam slam;
+  Comparison comparison(walk);
+  for (std::size_t i = 0; i < walk.recorded.scans.size(); ++i)
+    if (const auto outcome = slam.add_scan(walk.recorded.scans[i], std::nullopt))
+      comparison.tell(i, outcome->T_map_base.raw(), {});
+  return comparison.errors();
+}
+
+/// The attitude filter alone puts the scans level.
+HectorErrors levelled(const SimulatedWalk& walk) {
+  HectorSlam slam;
+  Comparison comparison(walk);
+  Ahrs<frame::Enu> ahrs(head_pedestrian(1.0).ahrs);
+  auto reading = walk.recorded.unit.begin();
+  for (std::size_t i = 0; i < walk.recorded.scans.size(); ++i) {
+    const LaserScan& scan = walk.recorded.scans[i];
+    for (; reading != walk.recorded.unit.end() && reading->time <= scan.time; ++reading)
+      ahrs.add(*reading);
+    const SO3d q = ahrs.q_world_body();
+    const Eigen::Vector3d x = q.matrix().col(0);
+    const SO3d level = SO3d::exp(Eigen::Vector3d(0, 0, -std::atan2(x.y(), x.x()))) * q;
+    if (const auto outcome = slam.add_scan(level_scan(scan, level), std::nullopt))
+      comparison.tell(i, outcome->T_map_base.raw(), {level});
+  }
+  return comparison.errors();
+}
+
+HectorErrors filtered(const SimulatedWalk& walk, const HectorSlamOptions& options) {
+  HectorSlam slam(options);
+  Comparison comparison(walk);
+  auto reading = walk.recorded.unit.begin();
+  for (std::size_t i = 0; i < walk.recorded.scans.size(); ++i) {
+    const LaserScan& scan = walk.recorded.scans[i];
+    for (; reading != walk.recorded.unit.end() && reading->time <= scan.time; ++reading)
+      slam.add(ImuSample{reading->time, reading->angular_rate_radps, reading->specific_force_mps2});
+    const auto outcome = slam.add_scan(scan, std::nullopt);
+    if (!outcome) continue;
+    const CarrierFilter& c = slam.carrier();
+    comparison.tell(i, outcome->T_map_base.raw(), {c.q_level_body(), c.state(), c.covariance()});
+  }
+  return comparison.errors();
+}
+
+}  // namespace
+
+const std::vector<std::string>& hector_ways() {
+  static const std::vector<std::string> names = {
+      "nothing: tilted scans", "level, by the attitude filter", "six degrees, intersected",
+      "six degrees, as if independent"};
+  return names;
+}
+
+std::vector<HectorErrors> follow_by_hector(const Walk& walk, std::uint64_t seed) {
+  sim::HeadWalk::UnitNoise noise;
+  noise.accel_bias_mps2 = kAccelBias_mps2;
+  const SimulatedWalk simulated = simulate_walk(walk, seed, noise);
+  HectorSlamOptions independent;
+  independent.carrier.independent_matches = true;
+  return {scans_alone(simulated), levelled(simulated), filtered(simulated, {}),
+          filtered(simulated, independent)};
+}
+
+}  // namespace wayfare::examples

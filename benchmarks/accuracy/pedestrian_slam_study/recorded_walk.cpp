@@ -1,0 +1,83 @@
+#include "recorded_walk.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+
+#include <wayfare/pedestrian/pedestrian.hpp>
+#include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/marg_text.hpp>
+
+namespace wayfare::examples {
+namespace {
+
+constexpr double kUnitRate_hz = 100.0, kScanRate_hz = 5.5, kFirstScan_s = 1.0;
+
+RecordedWalk record(const Walk& walk, const sim::HeadWalk& head,
+                    const sim::HeadWalk::UnitNoise& noise, Rng& rng) {
+  RecordedWalk r;
+  r.unit = head.unit(kUnitRate_hz, noise, rng);
+  for (double t = kFirstScan_s; t < head.lasts_s() - 0.1; t += 1 / kScanRate_hz) {
+    const auto time = LogTime::from_seconds(t);
+    const auto pose = head.at(t);
+    r.scans.push_back(sim::scan_from_head(walk.plan, pose, time, {}, rng));
+    const Eigen::Vector3d x = pose.q_world_head * Eigen::Vector3d::UnitX();
+    r.truth.push_back({time, Transform2<frame::Map, frame::Base>(
+                                 SE2d(pose.position_m.x(), pose.position_m.y(),
+                                      Angle::radians(std::atan2(x.y(), x.x()))))});
+  }
+  return r;
+}
+
+/// The length of a known way over the steps it took.
+double calibrated_step_m(const sim::HeadWalkParams& walker, Rng rng) {
+  const sim::HeadWalk head(calibration_route(), walker, rng.stream(1));
+  Pedestrian steps(head_pedestrian(1.0));
+  for (const MargSample& s : head.unit(kUnitRate_hz, {}, rng)) steps.add(s);
+  return head.way_m() / steps.report().walked_m;
+}
+
+}  // namespace
+
+PedestrianParameters head_pedestrian(double step_m) {
+  PedestrianParameters p;
+  p.forward = Eigen::Vector3d::UnitX();
+  p.length = ConstantStep{step_m};
+  p.ahrs.use_magnetometer = false;
+  return p;
+}
+
+double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
+  const SE2d start = truth[0].T_map_base.raw() * estimate[0].T_map_base.raw().inverse();
+  double sum = 0.0;
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    sum += ((start * estimate[i].T_map_base.raw()).translation() -
+            truth[i].T_map_base.raw().translation())
+               .squaredNorm();
+  return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+SimulatedWalk simulate_walk(const Walk& walk, std::uint64_t seed,
+                            const sim::HeadWalk::UnitNoise& noise) {
+  Rng rng = Rng(seed).stream(7);
+  sim::HeadWalkParams walker;
+  walker.step_m *= 1 + 0.05 * rng.normal();
+  const double step_m = calibrated_step_m(walker, rng.stream(2));
+  walker.step_m *= 1 + 0.03 * rng.normal();  // nobody's stride is that of the day of calibration
+  const sim::HeadWalk head(walk.route_m, walker, rng.stream(3));
+  return {head, record(walk, head, noise, rng), step_m};
+}
+
+Result<void> write_walk(const Walk& walk, std::uint64_t seed, const std::string& folder) {
+  const SimulatedWalk simulated = simulate_walk(walk, seed);
+  Recording recording;
+  recording.scans = simulated.recorded.scans;
+  recording.truth = simulated.recorded.truth;
+  const io::WriteOptions replace{io::Existing::replace};
+  std::error_code code;
+  std::filesystem::create_directories(folder, code);  // where it cannot be, writing says so
+  if (auto ok = io::write_carmen(folder + "/walk.log", recording, replace); !ok) return ok;
+  return io::write_marg(folder + "/unit.csv", simulated.recorded.unit, replace);
+}
+
+}  // namespace wayfare::examples

@@ -1,0 +1,120 @@
+// Radar, LiDAR and both in a simulated world, over many seeds: world, robot and filter draw anew
+// with each.
+
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/core/statistics.hpp>
+#include <wayfare/eval/table.hpp>
+#include <wayfare/sim/worlds.hpp>
+#include <wayfare/slam/radar_slam.hpp>
+
+#include "support/command_line.hpp"
+#include "support/exit_code.hpp"
+#include "support/start_errors.hpp"
+
+namespace {
+
+using namespace wayfare;
+
+struct Options {
+  std::string world = "room";
+  std::vector<std::string> sensors{"radar", "lidar", "both"};
+  int runs = 10;
+  std::uint64_t first_seed = 1;
+  std::size_t particles = 10;
+  int threads = 1;
+};
+
+SlamSensors sensors_of(const std::string& name) {
+  return name == "radar"   ? SlamSensors::radar
+         : name == "lidar" ? SlamSensors::lidar
+                           : SlamSensors::both;
+}
+
+struct Series {
+  std::string name;
+  std::vector<double> x, y, heading, end, worst, took;
+
+  void add(const examples::StartErrors& e, double took_s) {
+    x.push_back(e.x_m);
+    y.push_back(e.y_m);
+    heading.push_back(e.heading_deg);
+    end.push_back(e.end_m);
+    worst.push_back(e.worst_m);
+    took.push_back(took_s);
+  }
+  void row(eval::Table& table) const {
+    const auto cell = [](const std::vector<double>& v, int decimals) {
+      const auto s = eval::summarise(v);
+      return eval::mean_std(s.mean, s.std, decimals);
+    };
+    table.add_row({name, cell(x, 3), cell(y, 3), cell(heading, 2), cell(end, 3), cell(worst, 3),
+                   cell(took, 1)});
+  }
+};
+
+Result<void> run(const Options& o) {
+  std::vector<Series> all{{"odometry", {}, {}, {}, {}, {}, {}}};
+  for (const std::string& s : o.sensors) all.push_back({s, {}, {}, {}, {}, {}, {}});
+  for (int i = 0; i < o.runs; ++i) {
+    const std::uint64_t seed = o.first_seed + static_cast<std::uint64_t>(i);
+    const Rng rng(seed);
+    const auto world = sim::make_world(o.world, rng);
+    if (!world) return world.error();
+    const auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng);
+    if (!recording) return recording.error();
+    const auto by_odometry =
+        examples::start_errors(eval::as_trajectory(recording->odometry), recording->truth);
+    if (!by_odometry) return by_odometry.error();
+    all[0].add(*by_odometry, 0.0);
+    for (std::size_t k = 1; k < all.size(); ++k) {
+      RadarSlamOptions options;
+      options.particles = o.particles;
+      options.seed = seed;
+      options.threads = o.threads;
+      const auto start = std::chrono::steady_clock::now();
+      const auto slam = run_radar_slam(*recording, options, sensors_of(all[k].name));
+      if (!slam) return slam.error();
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+      const auto e = examples::start_errors(slam->trajectory, recording->truth);
+      if (!e) return e.error();
+      all[k].add(*e, took.count());
+      std::fprintf(stderr, "seed %d %s: %.3f %.3f m %.2f deg, at the end %.3f m\n",
+                   static_cast<int>(seed), all[k].name.c_str(), e->x_m, e->y_m, e->heading_deg,
+                   e->end_m);
+    }
+  }
+  eval::Table table({{o.world},
+                     {"RMSE x", "m"},
+                     {"RMSE y", "m"},
+                     {"heading", "deg"},
+                     {"at the end", "m"},
+                     {"largest", "m"},
+                     {"took", "s"}});
+  for (const Series& s : all) s.row(table);
+  std::printf("%s", table.to_text().c_str());
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  examples::CommandLine app(
+      "Run radar SLAM in a simulated world over many seeds and print mean and spread of its "
+      "errors, both trajectories begun at the same pose and nothing aligned afterwards.");
+  Options o;
+  app.add_option("WORLD", o.world, "corridor_loop, room or cluttered_room").required();
+  app.add_option("--sensors", o.sensors, "radar, lidar, both").one_of({"radar", "lidar", "both"});
+  app.add_option("--runs", o.runs, "seeds").range(1, 1000).show_default();
+  app.add_option("--seed", o.first_seed, "the first of them").show_default();
+  app.add_option("--particles", o.particles, "of the filter").range(1, 100000).show_default();
+  app.add_option("--threads", o.threads, "worker threads; the results do not depend on them")
+      .range(1, 256)
+      .show_default();
+  if (const auto code = app.parse(argc, argv)) return *code;
+  return wayfare::examples::exit_code("radar_slam_study", run(o));
+}

@@ -1,0 +1,236 @@
+// A pose graph replayed edge by edge: what a step costs the incremental optimiser, beside the batch
+// optimiser started from its last estimate at every step, and how near the costs are.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <wayfare/graph/incremental.hpp>
+#include <wayfare/graph/incremental_replay.hpp>
+#include <wayfare/graph/optimise.hpp>
+#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/report.hpp>
+
+#include "support/command_line.hpp"
+#include "support/exit_code.hpp"
+
+namespace {
+
+using namespace wayfare;
+
+struct Arguments {
+  std::string input, csv, report;
+  bool force = false;
+  int batch_every = 1;
+  IncrementalOptions options;
+};
+
+struct Row {
+  double step = 0.0, poses = 0.0;
+  double incremental_ms = 0.0, batch_ms = 0.0;
+  double incremental_cost = 0.0, batch_cost = 0.0;
+  IncrementalReport report;
+};
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+template <class Call>
+double milliseconds(const Call& call) {
+  const auto start = std::chrono::steady_clock::now();
+  call();
+  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The batch optimiser on the same graph, warm: from its own last estimate.
+template <LieGroup G>
+struct Batch {
+  PoseGraph<G> graph;
+  PoseGraphOptimiser<G> optimiser;
+
+  Result<double> take(const ReplayStep<G>& step, bool solve, double& ms) {
+    if (step.new_pose >= 0) graph.add_pose(step.placed(graph.poses));
+    graph.edges.push_back(step.edge);
+    if (!solve) return kNone;
+    Result<OptimiseReport> report = OptimiseReport{};
+    ms = milliseconds([&] { report = optimiser.optimise(graph); });
+    if (!report) return report.error();
+    return report->final_cost;
+  }
+};
+
+template <LieGroup G>
+Result<std::vector<Row>> replay(const PoseGraph<G>& whole, const Arguments& a) {
+  const auto steps = replay_steps(whole);
+  IncrementalOptimiser<G> growing;
+  if (auto first = growing.add_pose(whole.poses.front()); !first) return first.error();
+  Batch<G> batch;
+  batch.graph.add_pose(whole.poses.front());
+  std::vector<Row> rows;
+  for (const auto& step : steps) {
+    Row row;
+    row.step = static_cast<double>(rows.size() + 1);
+    Result<IncrementalReport> report = IncrementalReport{};
+    Result<void> added;
+    row.incremental_ms = milliseconds([&] {
+      if (step.new_pose >= 0) (void)growing.add_pose(step.placed(growing.poses()));
+      added = growing.add_edge(step.edge);
+      report = growing.update(a.options);
+    });
+    if (!added) return added.error();
+    if (!report) return report.error();
+    row.report = *report;
+    row.poses = static_cast<double>(growing.poses().size());
+    row.incremental_cost = report->cost;
+    row.batch_ms = kNone;
+    const bool last = rows.size() + 1 == steps.size();
+    const bool solve = static_cast<int>(rows.size() + 1) % a.batch_every == 0 || last;
+    const auto cost = batch.take(step, solve, row.batch_ms);
+    if (!cost) return cost.error();
+    row.batch_cost = *cost;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// NaN where the batch optimiser has not been asked; noise of a cost near zero left out.
+double excess_percent(const Row& r) {
+  return 100.0 * (r.incremental_cost - r.batch_cost) / std::max(1.0, r.batch_cost);
+}
+
+void print(const std::vector<Row>& rows) {
+  double incremental = 0.0, batch = 0.0, worst = 0.0, slowest = 0.0, flops = 0.0, refactored = 0.0,
+         relinearised = 0.0;
+  int solved = 0, over = 0, reordered = 0, fell_back = 0;
+  for (const Row& r : rows) {
+    incremental += r.incremental_ms;
+    slowest = std::max(slowest, r.incremental_ms);
+    flops += r.report.flops;
+    refactored += r.report.refactored;
+    relinearised += r.report.relinearised;
+    reordered += r.report.reordered ? 1 : 0;
+    fell_back += r.report.fell_back ? 1 : 0;
+    if (!(r.batch_ms >= 0.0)) continue;
+    ++solved;
+    batch += r.batch_ms;
+    worst = std::max(worst, excess_percent(r));
+    over += excess_percent(r) > 1.0 ? 1 : 0;
+  }
+  std::printf("steps          %zu (%d of them solved in batch)\n", rows.size(), solved);
+  std::printf("incremental    %.1f ms in all, %.3f a step, %.1f at most\n", incremental,
+              incremental / static_cast<double>(rows.size()), slowest);
+  std::printf("batch          %.1f ms in all\n", batch);
+  std::printf("cost           %.6g, batch %.6g\n", rows.back().incremental_cost,
+              rows.back().batch_cost);
+  std::printf("excess of cost %.4g %% at most, above 1 %% in %d steps\n", worst, over);
+  std::printf(
+      "work           %.4g Gflop, %.0f columns factorised again, %.0f poses linearised "
+      "again, %d orderings anew, %d fallbacks\n",
+      1e-9 * flops, refactored, relinearised, reordered, fell_back);
+}
+
+Result<void> write_csv(const std::vector<Row>& rows, const Arguments& a) {
+  std::string text =
+      "step,poses,incremental_ms,batch_ms,incremental_cost,batch_cost,refactored,relinearised\n";
+  for (const Row& r : rows) {
+    char line[240];
+    std::snprintf(line, sizeof line, "%.0f,%.0f,%.5f,%.5f,%.8g,%.8g,%d,%d\n", r.step, r.poses,
+                  r.incremental_ms, r.batch_ms, r.incremental_cost, r.batch_cost,
+                  r.report.refactored, r.report.relinearised);
+    text += line;
+  }
+  return io::write_file(a.csv, text, {a.force ? io::Existing::replace : io::Existing::refuse});
+}
+
+io::Plot plot_over_steps(const char* title, const char* y_label) {
+  io::Plot plot;
+  plot.title = title;
+  plot.x_label = "edges taken in";
+  plot.y_label = y_label;
+  return plot;
+}
+
+/// One value of each row that has it.
+template <class Value>
+io::Series series(const char* name, const std::vector<Row>& rows, io::Mark mark,
+                  const Value& value) {
+  io::Series s{name, {}, {}, mark};
+  for (const Row& r : rows) {
+    const double y = value(r);
+    if (!std::isfinite(y)) continue;
+    s.x.push_back(r.step);
+    s.y.push_back(y);
+  }
+  return s;
+}
+
+Result<void> write_report(const std::vector<Row>& rows, const Arguments& a) {
+  io::Report report("A pose graph replayed edge by edge", a.input);
+  auto each = plot_over_steps("Time of a step", "ms");
+  each.series = {
+      series("batch, from the last estimate", rows, io::Mark::points,
+             [](const Row& r) { return r.batch_ms; }),
+      series("incremental", rows, io::Mark::points, [](const Row& r) { return r.incremental_ms; })};
+  auto all = plot_over_steps("Time of all steps so far", "s");
+  double batch = 0.0, incremental = 0.0;
+  all.series = {series("batch (of the steps it solved)", rows, io::Mark::line,
+                       [&](const Row& r) {
+                         if (std::isfinite(r.batch_ms)) batch += 1e-3 * r.batch_ms;
+                         return batch;
+                       }),
+                series("incremental", rows, io::Mark::line,
+                       [&](const Row& r) { return 1e-3 * (incremental += r.incremental_ms); })};
+  auto excess = plot_over_steps("How far the cost lies above the batch optimum", "%");
+  excess.series = {series("excess", rows, io::Mark::line, excess_percent)};
+  report.plot(each).plot(all).plot(excess);
+  return report.write(a.report, {a.force ? io::Existing::replace : io::Existing::refuse});
+}
+
+Result<void> run(const Arguments& a) {
+  const auto file = io::read_g2o(a.input);
+  if (!file) return file.error();
+  const auto rows =
+      std::visit([&](const auto& any) { return replay(io::to_pose_graph(any), a); }, *file);
+  if (!rows) return rows.error();
+  print(*rows);
+  if (!a.csv.empty())
+    if (auto written = write_csv(*rows, a); !written) return written;
+  return a.report.empty() ? Result<void>{} : write_report(*rows, a);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  examples::CommandLine line(
+      "Replays the pose graph of a g2o file edge by edge: the incremental optimiser beside the "
+      "batch one, which starts each time from its last estimate.");
+  Arguments a;
+  line.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip").required();
+  line.add_option("--csv", a.csv, "where a table of the steps is written");
+  line.add_option("--report", a.report, "where an HTML page with the curves is written");
+  line.add_flag("--force", a.force, "overwrite them where they exist");
+  line.add_option("--batch-every", a.batch_every, "steps from one batch solution to the next")
+      .positive()
+      .show_default();
+  line.add_option("--relinearise", a.options.relinearise_step,
+                  "step of a pose past which it is linearised again (m or rad)")
+      .not_negative()
+      .show_default();
+  line.add_option("--solve-change", a.options.solve_change,
+                  "change of a step that is not followed further (m or rad)")
+      .not_negative()
+      .show_default();
+  line.add_option("--rounds", a.options.max_rounds, "linear systems solved a step at most")
+      .positive()
+      .show_default();
+  line.add_option("--reorder-work", a.options.reorder_work,
+                  "whole factorisations' work on parts until all is ordered anew")
+      .not_negative()
+      .show_default();
+  if (const auto code = line.parse(argc, argv)) return *code;
+  return examples::exit_code("bench_incremental", run(a));
+}

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/inertial/magnetometer_calibration.hpp>
+#include <wayfare/io/text_file.hpp>
+
+namespace wayfare::examples {
+
+/// A magnetometer's calibration as JSON (docs/formats.md).
+[[nodiscard]] Result<MagnetometerCalibration> read_calibration(const std::string& path);
+[[nodiscard]] Result<void> write_calibration(const std::string& path,
+                                             const MagnetometerCalibration& calibration,
+                                             const io::WriteOptions& options);
+
+}  // namespace wayfare::examples

@@ -1,0 +1,243 @@
+#include "outputs.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/eval/attitude_error.hpp>
+#include <wayfare/eval/table.hpp>
+#include <wayfare/io/report.hpp>
+#include <wayfare/io/time_text.hpp>
+
+#include "support/broken_at_wraps.hpp"
+#include "support/time_plot.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTable = "attitude.csv";
+constexpr const char* kReport = "report.html";
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+const char* name_of(Intake intake) {
+  switch (intake) {
+    case Intake::used:
+      return "used";
+    case Intake::waiting:
+      return "waiting";
+    case Intake::missing:
+      return "missing";
+    case Intake::late:
+      return "late";
+    case Intake::saturated:
+      return "saturated";
+    case Intake::disturbed:
+      return "disturbed";
+  }
+  return "";
+}
+
+std::string csv(const AhrsRun& run) {
+  std::string out =
+      "t_s,roll_deg,pitch_deg,yaw_deg,qw,qx,qy,qz,sigma_x_deg,sigma_y_deg,sigma_z_deg,"
+      "bias_x_degps,bias_y_degps,bias_z_degps,bias_sigma_x_degps,bias_sigma_y_degps,"
+      "bias_sigma_z_degps,magnetometer_delay_s,at_rest,gyro,accelerometer,magnetometer\n";
+  const auto append = [&](auto&& numbers, int decimals) {
+    for (const double v : numbers) out += ',' + eval::fixed(v, decimals);
+  };
+  for (const AhrsRow& row : run.rows) {
+    if (!row.ready) continue;
+    const auto& q = row.q_world_body.quaternion();
+    out += io::format_nanoseconds(row.time.nanoseconds());
+    append(Eigen::Vector3d(kDegrees * roll_pitch_yaw_rad(row.q_world_body)), 5);
+    append(std::array{q.w(), q.x(), q.y(), q.z()}, 9);
+    append(Eigen::Vector3d(kDegrees * row.sigma_rad), 4);
+    append(Eigen::Vector3d(kDegrees * row.bias_radps), 6);
+    append(Eigen::Vector3d(kDegrees * row.bias_sigma_radps), 6);
+    append(std::array{row.delay_s}, 5);
+    out += row.at_rest ? ",1" : ",0";
+    for (const Intake i : {row.intake.gyro, row.intake.accelerometer, row.intake.magnetometer})
+      (out += ',') += name_of(i);
+    out += '\n';
+  }
+  return out;
+}
+
+double seconds_of(const AhrsRun& run, const AhrsRow& row) {
+  return to_seconds(row.time - run.rows.front().time);
+}
+
+/// A curve of `value(i)` over time, broken where the filter is not ready.
+template <class Value>
+io::Series curve(const AhrsOutputs& o, std::string name, Value value,
+                 io::Mark mark = io::Mark::line) {
+  io::Series series{std::move(name), {}, {}, mark};
+  for (std::size_t i = 0; i < o.run.rows.size(); ++i) {
+    series.x.push_back(seconds_of(o.run, o.run.rows[i]));
+    series.y.push_back(o.run.rows[i].ready ? value(i) : kNone);
+  }
+  return series;
+}
+
+bool has_reference(const AhrsOutputs& o) { return !o.file.reference.empty(); }
+
+eval::AttitudeError error_at(const AhrsOutputs& o, std::size_t i) {
+  return eval::attitude_error(o.run.rows[i].q_world_body, o.file.reference[i].q_world_body);
+}
+
+void plot_angles(io::Report& report, const AhrsOutputs& o) {
+  constexpr std::array kNames = {"roll", "pitch", "yaw"};
+  for (int axis = 0; axis < 3; ++axis) {
+    io::Plot plot = time_plot(kNames[static_cast<std::size_t>(axis)], "angle [deg]");
+    plot.series.push_back(broken_at_wraps(curve(o, "ours", [&](std::size_t i) {
+      return kDegrees * roll_pitch_yaw_rad(o.run.rows[i].q_world_body)[axis];
+    })));
+    if (has_reference(o))
+      plot.series.push_back(broken_at_wraps(curve(
+          o, "reference",
+          [&](std::size_t i) {
+            const auto& r = o.file.reference[i];
+            return r.known ? kDegrees * roll_pitch_yaw_rad(r.q_world_body)[axis] : kNone;
+          },
+          io::Mark::dashed)));
+    report.plot(plot);
+  }
+}
+
+void plot_errors(io::Report& report, const AhrsOutputs& o) {
+  io::Plot plot = time_plot("error against the reference", "angle [deg]");
+  const auto add = [&](const char* name, Angle eval::AttitudeError::*part) {
+    plot.series.push_back(curve(o, name, [&](std::size_t i) {
+      return o.file.reference[i].known ? (error_at(o, i).*part).degrees() : kNone;
+    }));
+  };
+  add("heading", &eval::AttitudeError::heading);
+  add("inclination", &eval::AttitudeError::inclination);
+  report.plot(plot);
+}
+
+void plot_insides(io::Report& report, const AhrsOutputs& o) {
+  const auto& rows = o.run.rows;
+  io::Plot sigma = time_plot("standard deviation of the attitude", "angle [deg]");
+  sigma.series.push_back(curve(
+      o, "level", [&](std::size_t i) { return kDegrees * rows[i].sigma_rad.head<2>().norm(); }));
+  sigma.series.push_back(
+      curve(o, "heading", [&](std::size_t i) { return kDegrees * rows[i].sigma_rad.z(); }));
+  report.plot(sigma);
+  io::Plot bias = time_plot("gyro bias", "rate [deg/s]");
+  for (int axis = 0; axis < 3; ++axis)
+    bias.series.push_back(curve(o, std::string(1, "xyz"[axis]), [&](std::size_t i) {
+      return kDegrees * rows[i].bias_radps[axis];
+    }));
+  report.plot(bias);
+}
+
+void plot_field(io::Report& report, const AhrsOutputs& o) {
+  if (!o.file.has_magnetometer) return;
+  const auto strength = [&](bool disturbed) {
+    return [&o, disturbed](std::size_t i) {
+      const bool is = o.run.rows[i].intake.magnetometer == Intake::disturbed;
+      return is == disturbed ? o.file.samples[i].magnetic_field_uT.norm() : kNone;
+    };
+  };
+  io::Plot field = time_plot("strength of the magnetic field", "field [uT]");
+  field.series.push_back(curve(o, "taken for the Earth's", strength(false)));
+  field.series.push_back(curve(o, "disturbed", strength(true), io::Mark::points));
+  report.plot(field);
+  io::Plot delay = time_plot("delay of the magnetometer", "delay [ms]");
+  delay.series.push_back(
+      curve(o, "estimate", [&](std::size_t i) { return 1e3 * o.run.rows[i].delay_s; }));
+  report.plot(delay);
+}
+
+eval::Table intake_table(const AhrsReport& r) {
+  eval::Table table(
+      {{"readings"}, {"used"}, {"waiting"}, {"missing"}, {"late"}, {"saturated"}, {"disturbed"}});
+  const auto row = [&](const char* name, const SensorReport& s) {
+    std::vector<std::string> cells{name};
+    for (const auto n : {s.used, s.waiting, s.missing, s.late, s.saturated, s.disturbed})
+      cells.push_back(std::to_string(n));
+    table.add_row(std::move(cells));
+  };
+  row("gyro", r.gyro);
+  row("accelerometer", r.accelerometer);
+  row("magnetometer", r.magnetometer);
+  return table;
+}
+
+eval::Table error_table(const AhrsOutputs& o) {
+  eval::AttitudeRmse rmse;
+  for (std::size_t i = 0; i < o.run.rows.size(); ++i)
+    if (o.run.rows[i].ready && o.file.moving[i] && o.file.reference[i].known)
+      rmse.add(error_at(o, i));
+  eval::Table table(
+      {{"RMS error, moving"}, {"total", "deg"}, {"heading", "deg"}, {"inclination", "deg"}});
+  const auto e = rmse.value();
+  table.add_row({std::to_string(rmse.count()) + " samples", eval::fixed(e.total.degrees(), 2),
+                 eval::fixed(e.heading.degrees(), 2), eval::fixed(e.inclination.degrees(), 2)});
+  return table;
+}
+
+std::string report_html(const AhrsOutputs& o) {
+  io::Report report(o.title, "attitude and heading from gyro, accelerometer and magnetometer");
+  const double lasts_s = seconds_of(o.run, o.run.rows.back());
+  const AhrsRow& last = o.run.rows.back();
+  const AhrsReport& r = o.run.report;
+  report.facts(
+      {{"samples", std::to_string(o.run.rows.size())},
+       {"recording", eval::fixed(lasts_s, 1) + " s"},
+       {"took", eval::fixed(o.took_s, 2) + " s"},
+       {"heading known to", eval::fixed(kDegrees * last.sigma_rad.z(), 1) + " deg at the end"},
+       {"begun anew", std::to_string(r.restarts) + " times after a gap"},
+       {"lost", "level " + std::to_string(r.levelled_anew) + ", heading " +
+                    std::to_string(r.headings_taken) + " times"}});
+  if (has_reference(o)) report.table(error_table(o), "Root mean squares (Laidig et al. 2021)");
+  report.table(intake_table(r), "What became of the readings");
+  plot_angles(report, o);
+  if (has_reference(o)) plot_errors(report, o);
+  plot_insides(report, o);
+  plot_field(report, o);
+  return report.html();
+}
+
+}  // namespace
+
+std::string intake_text(const AhrsReport& report) { return intake_table(report).to_text(); }
+
+std::string error_text(const AhrsOutputs& outputs) {
+  return has_reference(outputs) ? error_table(outputs).to_text() : std::string();
+}
+
+Result<void> prepare_ahrs_folder(const std::string& folder, const io::WriteOptions& options) {
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed) return Error{ErrorCode::io, "cannot be made: " + failed.message(), folder};
+  if (options.existing == io::Existing::replace) return {};
+  for (const char* name : {kTable, kReport}) {
+    const std::string path = (fs::path(folder) / name).string();
+    if (fs::exists(path))
+      return Error{ErrorCode::io, "is there already; --force overwrites it", path};
+  }
+  return {};
+}
+
+Result<std::string> write_ahrs_outputs(const std::string& folder, const AhrsOutputs& outputs,
+                                       const io::WriteOptions& options) {
+  const std::string table = (fs::path(folder) / kTable).string();
+  const std::string report = (fs::path(folder) / kReport).string();
+  if (auto done = io::write_file(table, csv(outputs.run), options); !done) return done.error();
+  if (auto done = io::write_file(report, report_html(outputs), options); !done) return done.error();
+  return report;
+}
+
+}  // namespace wayfare::examples

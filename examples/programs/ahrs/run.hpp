@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/so3.hpp>
+#include <wayfare/inertial/ahrs.hpp>
+#include <wayfare/sensors/marg.hpp>
+
+namespace wayfare::examples {
+
+/// What the filter says after a sample.
+struct AhrsRow {
+  LogTime time;
+  bool ready = false;
+  SO3d q_world_body;
+  Eigen::Vector3d sigma_rad = Eigen::Vector3d::Zero();  ///< about the world's axes
+  Eigen::Vector3d bias_radps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d bias_sigma_radps = Eigen::Vector3d::Zero();
+  double delay_s = 0.0;
+  bool at_rest = false;
+  MargIntake intake;
+};
+
+struct AhrsRun {
+  std::vector<AhrsRow> rows;
+  AhrsReport report;
+};
+
+/// `progress` is called now and then with the part that is done.
+[[nodiscard]] AhrsRun run_ahrs(const MargRecording& samples, const AhrsParameters& parameters,
+                               bool enu, const std::function<void(double)>& progress);
+
+}  // namespace wayfare::examples

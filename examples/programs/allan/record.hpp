@@ -1,0 +1,40 @@
+#pragma once
+
+// A record of an inertial unit at rest, taken in reading by reading.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/inertial/allan.hpp>
+#include <wayfare/inertial/gauss_markov_fit.hpp>
+#include <wayfare/ros/recording.hpp>
+
+namespace wayfare::examples {
+
+struct RecordFormat {
+  double rate_hz = 0.0;  ///< 0: from the file's times
+  /// Of a table of float32 without a text heading: gx gy gz in degrees a second, ax ay az in g.
+  bool raw = false;
+  ros::TopicNames topics = {};  ///< of a ROS recording
+};
+
+/// What is kept of one axis.
+struct AxisRecord {
+  AllanRecorder allan;
+  AutocorrelationRecorder slow;
+};
+
+struct RestRecord {
+  double rate_hz = 0.0;
+  std::size_t readings = 0;
+  std::vector<AxisRecord> axes;  ///< gyro x y z in rad/s, accelerometer x y z in m/s²
+  [[nodiscard]] double length_s() const { return static_cast<double>(readings) / rate_hz; }
+};
+
+/// Columns of text as for gnss_ins, a ROS recording, a float table, or raw float32.
+[[nodiscard]] Result<RestRecord> read_rest_record(const std::string& path,
+                                                  const RecordFormat& format);
+
+}  // namespace wayfare::examples

@@ -1,0 +1,54 @@
+#pragma once
+
+// What corridor_ins is asked to do, does, and finds.
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <wayfare/eval/table.hpp>
+
+#include "evaluate.hpp"
+#include "support/option_fields.hpp"
+#include "support/slam_program.hpp"
+
+namespace wayfare::examples {
+
+struct CorridorArguments : SlamArguments {
+  std::string reference, config;
+  int simulated = 0, passes = 4;
+  double added_bias_deg_s = 0.0;
+  std::vector<double> origin;
+  bool no_walls_across = false, rest = false;
+};
+
+/// A recording, how it is to be taken, and what is known of the truth.
+struct Job {
+  Recording recording;
+  CorridorInsOptions options;
+  Trajectory reference;
+  std::optional<sim::CorridorDrive> drive;
+  double rest_s = 0.0;
+};
+
+/// The simulated drive or the log, with the options given.
+[[nodiscard]] Result<Job> make_job(const CorridorArguments& arguments);
+/// All options a JSON file may set, with their defaults for logs.
+[[nodiscard]] std::string corridor_options_text();
+
+struct Runs {
+  CorridorRun aided, unaided;
+  std::optional<CorridorRun> without_added;  ///< aided, no bias added
+};
+
+[[nodiscard]] Result<Runs> run_all(const Job& job, const CorridorArguments& arguments);
+
+using Facts = std::vector<std::pair<std::string, std::string>>;
+[[nodiscard]] Facts facts_of(const Job& job, const Runs& runs, const CorridorArguments& arguments);
+/// Errors by sections of the simulated drive.
+[[nodiscard]] eval::Table section_table(const Job& job, const Runs& runs);
+/// Errors against the reference after a rigid alignment.
+[[nodiscard]] eval::Table reference_table(const Job& job, const Runs& runs);
+
+}  // namespace wayfare::examples

@@ -1,0 +1,202 @@
+#include "outputs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include <wayfare/eval/alignment.hpp>
+#include <wayfare/eval/trajectory_error.hpp>
+#include <wayfare/io/report.hpp>
+#include <wayfare/io/tum.hpp>
+#include <wayfare/sensors/point_set.hpp>
+
+#include "support/map_painter.hpp"
+#include "support/time_plot.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+double degrees(double radians) { return Angle::radians(radians).degrees(); }
+
+const char* name_of(WallOutcome outcome) {
+  constexpr std::array<const char*, 4> kNames = {"used", "none", "refused", "acquired"};
+  return kNames[static_cast<std::size_t>(outcome)];
+}
+
+std::string navigation_text(const CorridorOutputs& o) {
+  std::string text =
+      "# time x_m y_m heading_deg sigma_x_m sigma_y_m sigma_heading_deg bias_deg_s "
+      "sigma_bias_deg_s "
+      "speed_scale walls";
+  text += o.plane ? " lat_deg lon_deg azimuth_deg\n" : "\n";
+  for (const CorridorEpoch& e : o.run.epochs) {
+    const Eigen::Vector3d sigma = e.pose_covariance.diagonal().cwiseSqrt();
+    std::array<char, 400> line{};
+    std::snprintf(line.data(), line.size(), "%.6f %.4f %.4f %.4f %.4f %.4f %.4f %.5f %.5f %.5f %s",
+                  e.time.seconds(), e.pose.x(), e.pose.y(), e.pose.heading().degrees(), sigma[0],
+                  sigma[1], degrees(sigma[2]), degrees(e.gyro_bias.value),
+                  degrees(e.gyro_bias.sigma), e.speed_scale.value, name_of(e.update.outcome));
+    text += line.data();
+    if (o.plane) {
+      const GeodeticHeading at = o.plane->geodetic(e.pose);
+      std::snprintf(line.data(), line.size(), " %.9f %.9f %.4f", at.position.latitude.degrees(),
+                    at.position.longitude.degrees(), at.azimuth.degrees());
+      text += line.data();
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+constexpr double kPanel_m = 20.0;
+
+/// One scan around `middle`, the laser looking up; its walls in green, the one across in red.
+void draw_scan(MapPainter& painter, const LaserScan& scan, const CorridorScanUpdate& update,
+               const Eigen::Vector2d& middle) {
+  const SE2d place(middle.x(), middle.y(), Angle::degrees(90));
+  const auto inside = [&](const Eigen::Vector2d& p) { return p.cwiseAbs().maxCoeff() < 9.5; };
+  const PointSet points = end_points(scan);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d p = points[i].cast<double>();
+    if (inside(p)) painter.dot(place * p, kBlue, 3);
+  }
+  painter.dot(middle, kRed, 7);
+  if (!update.walls) return;
+  const SO2d turn(update.walls->direction);
+  for (const auto* wall : {&update.walls->left, &update.walls->right}) {
+    if (!*wall) continue;
+    const auto at = [&](double along) {
+      return place * (turn * Eigen::Vector2d(std::clamp(along, -9.0, 9.0), (*wall)->offset_m));
+    };
+    painter.path(std::array{at((*wall)->begin_m), at((*wall)->end_m)}, kGreen);
+  }
+  if (!update.walls->end || update.walls->end->rho_m > 9.0) return;
+  const SO2d normal(update.walls->end->alpha);
+  const double rho = update.walls->end->rho_m;
+  painter.path(std::array{place * (normal * Eigen::Vector2d(rho, -1.0)),
+                          place * (normal * Eigen::Vector2d(rho, 1.0))},
+               kRed);
+}
+
+/// Eight scans from all over the run.
+io::Image walls_picture(const CorridorOutputs& o) {
+  constexpr int kColumns = 4, kRows = 2;
+  io::GridImage grid;
+  grid.resolution_m = 0.05;
+  const auto panel = static_cast<std::size_t>(kPanel_m / grid.resolution_m);
+  grid.width = kColumns * panel;
+  grid.height = kRows * panel;
+  grid.occupancy.assign(grid.width * grid.height, 0.0F);
+  MapPainter painter(grid);
+  constexpr std::size_t kScans = kColumns * kRows;
+  for (std::size_t i = 0; i < kScans; ++i) {
+    const CorridorEpoch& e = o.run.epochs[(2 * i + 1) * o.run.epochs.size() / (2 * kScans)];
+    const auto scan = std::lower_bound(o.recording.scans.begin(), o.recording.scans.end(), e.time,
+                                       [](const LaserScan& s, LogTime t) { return s.time < t; });
+    const auto column = static_cast<double>(i % kColumns), row = static_cast<double>(i / kColumns);
+    draw_scan(painter, *scan, e.update,
+              {(column + 0.5) * kPanel_m, (kRows - row - 0.5) * kPanel_m});
+  }
+  return painter.picture();
+}
+
+io::Series path(std::string name, const Trajectory& t, const SE2d& moved_by, io::Mark mark) {
+  io::Series series{std::move(name), {}, {}, mark};
+  for (const StampedPose& p : t) {
+    const Eigen::Vector2d at = moved_by * p.T_map_base.raw().translation();
+    series.x.push_back(at.x());
+    series.y.push_back(at.y());
+  }
+  return series;
+}
+
+io::Plot paths_plot(const CorridorOutputs& o) {
+  io::Plot plot{"Paths", "x [m]", "y [m]", {}, true};
+  const Trajectory aided = trajectory_of(o.run);
+  SE2d T_map_reference;
+  if (!o.reference.empty() && !o.same_frame)
+    T_map_reference = eval::absolute_error(aided, o.reference).alignment.inverse();
+  plot.series.push_back(path("by walls", aided, {}, io::Mark::line));
+  plot.series.push_back(path("without", trajectory_of(o.unaided), {}, io::Mark::line));
+  if (!o.reference.empty())
+    plot.series.push_back(path("reference", o.reference, T_map_reference, io::Mark::dashed));
+  io::Series used{"walls used", {}, {}, io::Mark::points};
+  for (std::size_t i = 0; i < o.run.epochs.size(); i += 5) {
+    if (o.run.epochs[i].update.outcome != WallOutcome::used) continue;
+    used.x.push_back(o.run.epochs[i].pose.x());
+    used.y.push_back(o.run.epochs[i].pose.y());
+  }
+  plot.series.push_back(std::move(used));
+  return plot;
+}
+
+io::Plot bias_plot(const CorridorOutputs& o) {
+  io::Plot plot = time_plot("Gyro bias", "deg/s");
+  io::Series bias{"estimate", {}, {}}, low{"- 3 sigma", {}, {}, io::Mark::dashed},
+      high{"+ 3 sigma", {}, {}, io::Mark::dashed}, truth{"truth", {}, {}};
+  for (std::size_t i = 0; i < o.run.epochs.size(); ++i) {
+    const CorridorEpoch& e = o.run.epochs[i];
+    const double t = to_seconds(e.time - o.run.epochs.front().time);
+    if (e.gyro_bias.sigma > 0.003) continue;  // before anything is known the rest is too small
+    const double value = degrees(e.gyro_bias.value), sigma = degrees(e.gyro_bias.sigma);
+    const std::array<std::pair<io::Series*, double>, 3> drawn = {
+        {{&bias, value}, {&low, value - 3 * sigma}, {&high, value + 3 * sigma}}};
+    for (const auto& [series, y] : drawn) series->x.push_back(t), series->y.push_back(y);
+    if (i < o.bias.size()) truth.x.push_back(t), truth.y.push_back(degrees(o.bias[i]));
+  }
+  plot.series = {std::move(bias), std::move(low), std::move(high)};
+  if (!o.bias.empty()) plot.series.push_back(std::move(truth));
+  return plot;
+}
+
+eval::Table events_table(const CorridorOutputs& o) {
+  eval::Table table({{"what"}, {"at", "s"}});
+  for (const auto& event : o.run.report.events)
+    table.add_row({event.what, eval::fixed(to_seconds(event.time - o.run.epochs.front().time), 1)});
+  return table;
+}
+
+io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
+  io::Report report(o.title);
+  report.facts(o.facts);
+  for (const auto& [title, table] : o.tables) report.heading(title).table(table);
+  report.heading("Path").plot(paths_plot(o));
+  report.heading("Gyro bias").plot(bias_plot(o));
+  report.heading("Walls in scans")
+      .image(walls, "Eight scans, 20 m across, the laser looking up: walls green, one across red.");
+  if (!o.run.report.events.empty())
+    report.heading("What happened on the way").table(events_table(o));
+  return report;
+}
+
+}  // namespace
+
+Trajectory trajectory_of(const CorridorRun& run) {
+  Trajectory t;
+  for (const CorridorEpoch& e : run.epochs)
+    t.push_back({e.time, Transform2<frame::Map, frame::Base>(e.pose)});
+  return t;
+}
+
+std::vector<std::string> corridor_files() {
+  return {"navigation.txt", "trajectory.tum", "unaided.tum", "walls.png", "report.html"};
+}
+
+Result<std::string> write_corridor_outputs(const std::string& folder, const CorridorOutputs& o,
+                                           const io::WriteOptions& write) {
+  const auto at = [&](const char* name) { return (std::filesystem::path(folder) / name).string(); };
+  const io::Image walls = walls_picture(o);
+  const std::array<Result<void>, 5> written = {
+      io::write_file(at("navigation.txt"), navigation_text(o), write),
+      io::write_tum(at("trajectory.tum"), trajectory_of(o.run), write),
+      io::write_tum(at("unaided.tum"), trajectory_of(o.unaided), write),
+      io::write_png(at("walls.png"), walls, write),
+      report_of(o, walls).write(at("report.html"), write)};
+  for (const Result<void>& result : written)
+    if (!result) return result.error();
+  return at("report.html");
+}
+
+}  // namespace wayfare::examples

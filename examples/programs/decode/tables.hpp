@@ -1,0 +1,83 @@
+#pragma once
+
+// A capture of each kind of device as a table of text.
+
+#include <charconv>
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/decode/mt_legacy.hpp>
+#include <wayfare/decode/rplidar_protocol.hpp>
+#include <wayfare/decode/stream_decoder.hpp>
+
+namespace wayfare::examples {
+
+/// Comma-separated values, growing at the end. Numbers have as many digits as bring them back.
+class Csv {
+ public:
+  explicit Csv(std::string_view names) : text_(names) {}
+
+  Csv& row() {
+    text_ += '\n';
+    first_ = true;
+    return *this;
+  }
+  template <class T>
+  requires std::integral<T> || std::floating_point<T> Csv& field(T value) {
+    separate();
+    char digits[32];
+    const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+    text_.append(digits, end);
+    return *this;
+  }
+  Csv& field(std::string_view text) {
+    separate();
+    text_ += text;
+    return *this;
+  }
+  Csv& nothing(int fields = 1) {
+    for (int i = 0; i < fields; ++i) separate();
+    return *this;
+  }
+  /// The text, its last line ended.
+  [[nodiscard]] std::string take() && {
+    text_ += '\n';
+    return std::move(text_);
+  }
+
+ private:
+  void separate() {
+    if (!first_) text_ += ',';
+    first_ = false;
+  }
+
+  std::string text_;
+  bool first_ = true;
+};
+
+/// A decoded capture.
+struct Table {
+  std::string csv;
+  decode::DecoderStatistics statistics;
+  std::string contents;  ///< "100 frames with 15857 points"
+};
+
+struct RplidarTableOptions {
+  decode::RplidarAnswer inside = decode::RplidarAnswer::none;  ///< where the capture begins
+  double baud = 115200.0;
+  double sample_us = 0.0;  ///< 0: what the device says, else 500 for nodes and 250 for capsules
+};
+
+/// One line a point. `doppler_step_mps` is the speed of one Doppler bin, for frames before SDK 3.
+[[nodiscard]] Table ti_table(decode::Bytes capture, std::optional<double> doppler_step_mps);
+/// One line a point. A capture has no times: they follow from the bytes before and the line's rate.
+[[nodiscard]] Table rplidar_table(decode::Bytes capture, const RplidarTableOptions& options);
+/// One line a message; of an Awinda station's log one line a tracker and frame.
+[[nodiscard]] Table xsens_table(decode::Bytes capture, const decode::MtLegacyLayout& layout);
+
+}  // namespace wayfare::examples

@@ -1,0 +1,229 @@
+// One log of a loop of corridors, put in order in four ways.
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/report.hpp>
+#include <wayfare/io/tum.hpp>
+#include <wayfare/sim/worlds.hpp>
+#include <wayfare/slam/radar_slam.hpp>
+
+#include "demos.hpp"
+#include "support/program_files.hpp"
+#include "support/progress_line.hpp"
+#include "support/start_errors.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+struct Method {
+  std::string file;  ///< names its trajectory and its map
+  std::string name;
+  Trajectory trajectory = {};
+  OccupancyGrid map = OccupancyGrid{};
+  double took_s = 0.0;
+  StartErrors errors = {};
+  std::string remark = {};
+};
+
+std::vector<Method> methods() {
+  return {{"odometry", "wheel odometry"},
+          {"graph", "graph SLAM, LiDAR"},
+          {"radar", "particle filter, radar"},
+          {"both", "particle filter, radar and LiDAR"}};
+}
+
+std::vector<std::string> names_of(const std::vector<Method>& all) {
+  std::vector<std::string> names{"robot.log", "truth.tum", "report.html"};
+  for (const Method& m : all) {
+    names.push_back(m.file + ".tum");
+    if (m.file != "odometry") names.push_back(m.file + ".png");
+  }
+  return names;
+}
+
+Result<Recording> simulate(const SlamArguments& o) {
+  ProgressLine progress("simulating a robot in corridors", o.quiet);
+  const Rng rng(o.seed);
+  const auto world = sim::make_world("corridor_loop", rng);
+  if (!world) return world.error();
+  auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng,
+                                       {[&](double fraction) { progress.update(fraction); }, {}});
+  if (recording) progress.finish();
+  return recording;
+}
+
+Result<void> run_graph(const Recording& recording, const SlamArguments& o, Method& m) {
+  auto run = run_with_progress(recording, {}, o);
+  if (!run) return run.error();
+  m.trajectory = std::move(run->slam.trajectory);
+  m.map = std::move(run->slam.map);
+  m.took_s = run->took_s;
+  m.remark = std::to_string(run->slam.statistics.loop_closures) + " loop closures";
+  return {};
+}
+
+Result<void> run_filter(const Recording& recording, const SlamArguments& o, SlamSensors sensors,
+                        Method& m) {
+  RadarSlamOptions options;
+  options.particles = 10;
+  options.seed = o.seed;
+  options.threads = o.threads;
+  ProgressLine progress(m.name, o.quiet);
+  const auto start = std::chrono::steady_clock::now();
+  auto run = run_radar_slam(recording, options, sensors, [&](double fraction) {
+    progress.update(fraction);
+    return true;
+  });
+  if (!run) return run.error();
+  progress.finish();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  m.trajectory = std::move(run->trajectory);
+  m.map = run->map();
+  m.took_s = took.count();
+  m.remark = std::to_string(options.particles) + " particles, drawn anew " +
+             std::to_string(run->statistics.resampled) + " times";
+  return {};
+}
+
+Result<void> run_all(const Recording& recording, const SlamArguments& o, std::vector<Method>& all) {
+  all[0].trajectory = eval::as_trajectory(recording.odometry);
+  if (auto done = run_graph(recording, o, all[1]); !done) return done;
+  if (auto done = run_filter(recording, o, SlamSensors::radar, all[2]); !done) return done;
+  if (auto done = run_filter(recording, o, SlamSensors::both, all[3]); !done) return done;
+  for (Method& m : all) {
+    auto errors = start_errors(m.trajectory, recording.truth);
+    if (!errors) return errors.error();
+    m.errors = *std::move(errors);
+  }
+  return {};
+}
+
+eval::Table table_of(const std::vector<Method>& all) {
+  eval::Table table({{""},
+                     {"RMSE x", "m"},
+                     {"RMSE y", "m"},
+                     {"heading", "deg"},
+                     {"at the end", "m"},
+                     {"largest", "m"},
+                     {"took", "s"}});
+  for (const Method& m : all)
+    table.add_row({m.name, eval::fixed(m.errors.x_m, 3), eval::fixed(m.errors.y_m, 3),
+                   eval::fixed(m.errors.heading_deg, 2), eval::fixed(m.errors.end_m, 3),
+                   eval::fixed(m.errors.worst_m, 3), eval::fixed(m.took_s, 1)});
+  return table;
+}
+
+io::Series path_series(const std::string& name, const Trajectory& trajectory, const SE2d& moved_by,
+                       io::Mark mark = io::Mark::line) {
+  io::Series series{name, {}, {}, mark};
+  for (const StampedPose& p : trajectory) {
+    const Eigen::Vector2d at = moved_by * p.T_map_base.raw().translation();
+    series.x.push_back(at.x());
+    series.y.push_back(at.y());
+  }
+  return series;
+}
+
+/// So that every method has one colour in all plots, those without odometry too.
+std::vector<Method> odometry_last(std::vector<Method> all) {
+  std::rotate(all.begin(), all.begin() + 1, all.end());
+  return all;
+}
+
+/// Every run moved to begin where the truth does.
+io::Plot paths(const std::vector<Method>& all, const Trajectory& truth) {
+  io::Plot plot{"Ways, begun at the same pose", "x [m]", "y [m]", {}, true};
+  for (const Method& m : odometry_last(all)) {
+    const auto start = eval::pose_at(truth, m.trajectory.front().time);
+    const SE2d moved = *start * m.trajectory.front().T_map_base.raw().inverse();
+    plot.series.push_back(path_series(m.name, m.trajectory, moved));
+  }
+  plot.series.push_back(path_series("truth", truth, {}, io::Mark::dashed));
+  return plot;
+}
+
+io::Plot distances(const std::vector<Method>& all, bool with_odometry) {
+  io::Plot plot{with_odometry ? "Distance from the truth" : "The same without odometry",
+                "time [s]",
+                "error [m]",
+                {},
+                false};
+  for (const Method& m : odometry_last(all))
+    if (with_odometry || m.file != "odometry")
+      plot.series.push_back({m.name, m.errors.times_s, m.errors.distances_m, io::Mark::line});
+  return plot;
+}
+
+using Facts = std::vector<std::pair<std::string, std::string>>;
+
+Facts facts_of(const Recording& recording, const SlamArguments& o) {
+  const double lasts_s = to_seconds(recording.truth.back().time - recording.truth.front().time);
+  return {{"seed", std::to_string(o.seed)},
+          {"driven", eval::fixed(eval::path_length_m(recording.truth), 1) + " m in " +
+                         eval::fixed(lasts_s, 0) + " s"},
+          {"LiDAR scans", std::to_string(recording.scans.size())},
+          {"radar frames", std::to_string(recording.radar.size())}};
+}
+
+io::Report report_of(const std::vector<Method>& all, const Recording& recording,
+                     const SlamArguments& o) {
+  io::Report report("A robot with radar and LiDAR in a simulated loop of corridors");
+  report.facts(facts_of(recording, o));
+  report.heading("Errors against the truth")
+      .paragraph(
+          "Both begun at the same pose; nothing is aligned afterwards. The LiDAR reaches 3.5 m: it "
+          "sees two walls, and little of how far it went along them. The radar sees door frames "
+          "and "
+          "what is in the walls, and so its place along the corridor, but its bearings are coarse.")
+      .table(table_of(all));
+  report.plot(paths(all, recording.truth)).plot(distances(all, true)).plot(distances(all, false));
+  report.heading("Maps");
+  for (const Method& m : all)
+    if (m.file != "odometry")
+      report.image(map_picture(m.map, m.trajectory), m.name + ": " + m.remark + ".");
+  return report;
+}
+
+Result<void> write(const std::vector<Method>& all, const Recording& recording,
+                   const SlamArguments& o, const std::string& report) {
+  const std::filesystem::path folder(o.out);
+  const auto path = [&](const std::string& name) { return (folder / name).string(); };
+  for (const Method& m : all) {
+    if (auto done = io::write_tum(path(m.file + ".tum"), m.trajectory, o.write()); !done)
+      return done;
+    if (m.file == "odometry") continue;
+    const io::Image picture = map_picture(m.map, m.trajectory);
+    if (auto done = io::write_png(path(m.file + ".png"), picture, o.write()); !done) return done;
+  }
+  if (auto done = io::write_tum(path("truth.tum"), recording.truth, o.write()); !done) return done;
+  if (auto done = io::write_carmen(path("robot.log"), recording, o.write()); !done) return done;
+  return report_of(all, recording, o).write(report, o.write());
+}
+
+}  // namespace
+
+Result<void> run_corridors(const SlamArguments& o) {
+  std::vector<Method> all = methods();
+  if (auto ready = prepare_files(o.out, names_of(all), o.write()); !ready) return ready;
+  const auto recording = simulate(o);
+  if (!recording) return recording.error();
+  if (auto done = run_all(*recording, o, all); !done) return done;
+  const std::string report = (std::filesystem::path(o.out) / "report.html").string();
+  if (auto done = write(all, *recording, o, report); !done) return done;
+  if (o.quiet) return {};
+  for (const auto& [name, value] : facts_of(*recording, o))
+    std::printf("%-14s %s\n", name.c_str(), value.c_str());
+  std::printf("\n%s\nreport: %s\n", table_of(all).to_text().c_str(), report.c_str());
+  return {};
+}
+
+}  // namespace wayfare::examples

@@ -1,0 +1,103 @@
+// Hector-class SLAM on a recorded log: every scan matched to one map at several resolutions, with
+// an inertial unit's readings levelled and fused with its navigation.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <wayfare/slam/hector_slam.hpp>
+
+#include "support/log_program.hpp"
+#include "ahrs/unit_options.hpp"
+
+namespace {
+
+using namespace wayfare;
+
+std::vector<examples::OptionField> fields(HectorSlamOptions& o) {
+  using examples::option_field;
+  return {option_field("cell_m", o.map.finest.resolution_m),
+          option_field("levels", o.map.levels),
+          option_field("p_free", o.map.model.p_free),
+          option_field("p_hit", o.map.model.p_hit),
+          option_field("unknown_probability", o.map.unknown_probability),
+          option_field("max_iterations", o.match.max_iterations),
+          option_field("start_step_deg", o.match.start_step),
+          option_field("max_range_m", o.max_range_m),
+          option_field("point_spacing_m", o.point_spacing_m),
+          option_field("map_travel_m", o.map_travel_m),
+          option_field("map_turn_deg", o.map_turn),
+          option_field("search_sigmas", o.search_sigmas),
+          option_field("independent_points", o.independent_points),
+          option_field("least_score", o.least_score),
+          option_field("tracked_score", o.tracked_score),
+          option_field("lost_score", o.lost_score),
+          {"depth_m", [&](double v) { o.level.lowest_m = -v; }, [&] { return -o.level.lowest_m; }},
+          option_field("height_m", o.level.highest_m),
+          option_field("height_sigma_m", o.carrier.height_sigma_m),
+          option_field("speed_sigma_mps", o.carrier.speed_sigma_mps),
+          option_field("gyro_white", o.carrier.noise.gyro_white),
+          option_field("accel_white", o.carrier.noise.accel_white),
+          option_field("gyro_bias_radps", o.carrier.noise.gyro_bias_radps),
+          option_field("accel_bias_mps2", o.carrier.noise.accel_bias_mps2)};
+}
+
+Result<void> check(const HectorSlamOptions& o) {
+  if (o.map.levels <= 8 && o.map.model.p_free < 1 && o.map.model.p_hit < 1 &&
+      o.map.unknown_probability <= 1)
+    return {};
+  return Error{ErrorCode::parse, "levels are at most 8, probabilities below 1"};
+}
+
+Result<examples::LogRun> run(const Recording& recording, HectorSlamOptions options,
+                             const examples::UnitOptions& unit,
+                             const examples::SlamArguments& arguments,
+                             const SlamProgress& progress) {
+  const auto readings = unit.read(arguments.log, arguments.topics);
+  if (!readings) return readings.error();
+  const bool fuses = readings->has_value();
+  if (fuses) options.q_base_unit = unit.q_base_unit(**readings, recording);
+  auto slam = run_hector_slam(recording, fuses ? (*readings)->file.samples : MargRecording(),
+                              options, progress);
+  if (!slam) return slam.error();
+  const HectorStatistics& s = slam->statistics;
+  std::vector<std::pair<std::string, std::string>> facts = {
+      {"in the map", std::to_string(s.scans_in_map)}};
+  if (fuses) {
+    facts.emplace_back("put level", std::to_string(s.levelled_scans));
+    facts.emplace_back("fused", std::to_string(s.fused_scans));
+    facts.emplace_back("starts of the filter", std::to_string(s.carrier_starts));
+  }
+  return examples::LogRun{std::move(slam->trajectory),
+                          std::move(slam->map),
+                          {},
+                          s.scans,
+                          s.unmatched_scans,
+                          std::move(facts),
+                          slam->refused_scans,
+                          slam->first_refusal};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  HectorSlamOptions options;
+  examples::UnitOptions unit;
+  return examples::run_log_program(
+      argc, argv,
+      {"hector_slam", "Hector SLAM",
+       "Follow a robot by matching each scan of a recorded log to one map at several resolutions; "
+       "no loop closures. With an inertial unit beside the range finder (--unit, or in LOG itself) "
+       "scans are put "
+       "level and its navigation leads from one to the next.",
+       fields(options),
+       [&](const Recording& recording, const examples::SlamArguments& arguments,
+           const SlamProgress& progress) {
+         return run(recording, options, unit, arguments, progress);
+       },
+       [&] { return check(options); },
+       [&](examples::CommandLine& app) {
+         unit.describe(app);
+         app.add_flag("--no-unit", unit.none, "by scans alone, though LOG has a unit");
+       }});
+}

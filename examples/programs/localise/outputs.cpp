@@ -1,0 +1,197 @@
+#include "outputs.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <optional>
+
+#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/core/statistics.hpp>
+#include <wayfare/io/report.hpp>
+#include <wayfare/io/tum.hpp>
+
+#include "support/map_painter.hpp"
+#include "support/time_plot.hpp"
+#include "trials.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+struct Errors {
+  std::vector<double> seconds, m, deg;  // of every scan; NaN without truth or particles
+  std::vector<double> believed_m, believed_deg, all_m, all_deg;
+};
+
+Errors errors_of(const LocalisationOutputs& o) {
+  Errors e;
+  const LogTime start = o.run.outcomes.front().time;
+  for (const LocalisationOutcome& outcome : o.run.outcomes) {
+    e.seconds.push_back(to_seconds(outcome.time - start));
+    const auto truth = eval::pose_at(o.truth, outcome.time);
+    const bool known = truth && outcome.particles > 0;
+    const PoseError error =
+        known ? pose_error(outcome.T_map_base.mean, *truth) : PoseError{kNan, kNan};
+    e.m.push_back(error.m);
+    e.deg.push_back(error.deg);
+    if (!known) continue;
+    e.all_m.push_back(error.m);
+    e.all_deg.push_back(error.deg);
+    if (!outcome.converged) continue;
+    e.believed_m.push_back(error.m);
+    e.believed_deg.push_back(error.deg);
+  }
+  return e;
+}
+
+std::string table_of_poses(const LocalisationOutputs& o) {
+  std::string text =
+      "t_s,x_m,y_m,heading_rad,sigma_x_m,sigma_y_m,sigma_heading_rad,believed,mass,places,"
+      "particles,agreement,weighed,searched,moved,odometry_refused,error_m,error_deg,sensor\n";
+  const Errors errors = errors_of(o);
+  for (std::size_t i = 0; i < o.run.outcomes.size(); ++i) {
+    const LocalisationOutcome& s = o.run.outcomes[i];
+    const SE2d& pose = s.T_map_base.mean;
+    const Eigen::Vector3d sigma = s.T_map_base.covariance.diagonal().cwiseSqrt();
+    const auto figure = [&](double value) { text += eval::fixed(value, 5) + ","; };
+    const auto flag = [&](bool value) { text += value ? "1," : "0,"; };
+    text += eval::fixed(s.time.seconds(), 6) + ",";
+    for (const double v :
+         {pose.x(), pose.y(), pose.heading().radians(), sigma[0], sigma[1], sigma[2]})
+      figure(v);
+    flag(s.converged);
+    figure(s.mass);
+    text += std::to_string(s.clusters) + "," + std::to_string(s.particles) + ",";
+    figure(s.agreement);
+    flag(s.weighed);
+    flag(s.searched);
+    flag(s.moved);
+    flag(s.odometry_refused);
+    const auto error = [](double v) { return std::isnan(v) ? "" : eval::fixed(v, 4); };
+    text += error(errors.m[i]) + "," + error(errors.deg[i]) +
+            (s.sensor == RangeSensor::radar ? ",radar\n" : ",lidar\n");
+  }
+  return text;
+}
+
+io::Plot plot_of(const std::string& title, const std::string& label,
+                 const std::vector<double>& seconds, std::vector<io::Series> series) {
+  io::Plot plot = time_plot(title, label);
+  for (io::Series& s : series) {
+    s.x = seconds;
+    plot.series.push_back(std::move(s));
+  }
+  return plot;
+}
+
+template <class F>
+std::vector<double> column(const LocalisationOutputs& o, const F& f) {
+  std::vector<double> values;
+  for (const LocalisationOutcome& outcome : o.run.outcomes) values.push_back(f(outcome));
+  return values;
+}
+
+std::vector<Eigen::Vector2d> places(const Trajectory& trajectory) {
+  std::vector<Eigen::Vector2d> result;
+  for (const StampedPose& p : trajectory) result.push_back(p.T_map_base.raw().translation());
+  return result;
+}
+
+void add_pictures(io::Report& report, const LocalisationOutputs& o) {
+  const LogTime start = o.run.outcomes.front().time;
+  for (const ParticleSnapshot& shot : o.run.snapshots) {
+    MapPainter painter(o.map);
+    for (const PoseParticle& p : shot.particles) painter.dot(p.T_map_base.translation(), kRed);
+    if (const auto truth = eval::pose_at(o.truth, shot.time))
+      painter.dot(truth->translation(), kGreen, 9);
+    report.image(painter.picture(),
+                 std::to_string(shot.particles.size()) + " particles after " +
+                     eval::fixed(to_seconds(shot.time - start), 1) + " s" +
+                     (o.truth.empty() ? "." : "; the square is where the robot was."));
+  }
+  MapPainter painter(o.map);
+  painter.path(places(o.truth), kGreen);
+  for (const Eigen::Vector2d& p : places(o.run.trajectory(true))) painter.dot(p, kBlue, 3);
+  report.image(painter.picture(), o.truth.empty()
+                                      ? "The poses believed."
+                                      : "The way driven and, in blue over it, the poses "
+                                        "believed.");
+}
+
+io::Report report_of(const LocalisationOutputs& o) {
+  io::Report report(o.title);
+  report.facts(o.facts);
+  const Errors errors = errors_of(o);
+  if (!o.truth.empty()) report.heading("Errors").table(localisation_errors(o));
+  report.heading("Particles");
+  add_pictures(report, o);
+  report.heading("Over time");
+  if (!o.truth.empty()) {
+    report.plot(
+        plot_of("Distance from the truth", "error [m]", errors.seconds, {{"place", {}, errors.m}}));
+    report.plot(plot_of("Error of the heading", "error [deg]", errors.seconds,
+                        {{"heading", {}, errors.deg}}));
+  }
+  report.plot(plot_of("Number of particles", "particles", errors.seconds,
+                      {{"particles", {}, column(o, [](const LocalisationOutcome& s) {
+                          return static_cast<double>(s.particles);
+                        })}}));
+  report.plot(plot_of(
+      "Belief", "share", errors.seconds,
+      {{"weight in one place", {}, column(o, [](const LocalisationOutcome& s) { return s.mass; })},
+       {"agreement with the map",
+        {},
+        column(o, [](const LocalisationOutcome& s) { return s.weighed ? s.agreement : kNan; }),
+        io::Mark::points}}));
+  return report;
+}
+
+}  // namespace
+
+std::vector<std::string> localisation_files() {
+  return {"trajectory.tum", "poses.csv", "report.html"};
+}
+
+eval::Table localisation_errors(const LocalisationOutputs& o) {
+  eval::Table table({{""},
+                     {"scans"},
+                     {"right", "%"},
+                     {"place RMSE", "m"},
+                     {"median", "m"},
+                     {"worst", "m"},
+                     {"heading RMSE", "deg"}});
+  const Errors errors = errors_of(o);
+  const auto row = [&](const char* name, const std::vector<double>& m,
+                       const std::vector<double>& deg) {
+    const eval::Summary place = eval::summarise(m), turn = eval::summarise(deg);
+    double right = 0.0;
+    for (std::size_t i = 0; i < m.size(); ++i)
+      right += PoseError{m[i], deg[i]}.right() ? 100.0 / static_cast<double>(m.size()) : 0.0;
+    table.add_row({name, std::to_string(m.size()), eval::fixed(right, 1),
+                   eval::fixed(place.rmse, 3), eval::fixed(place.median, 3),
+                   eval::fixed(place.max, 3), eval::fixed(turn.rmse, 2)});
+  };
+  if (o.truth.empty()) return table;
+  row("poses believed", errors.believed_m, errors.believed_deg);
+  row("all", errors.all_m, errors.all_deg);
+  return table;
+}
+
+Result<std::string> write_localisation(const std::string& folder,
+                                       const LocalisationOutputs& outputs,
+                                       const io::WriteOptions& options) {
+  const auto path = [&](const char* name) {
+    return (std::filesystem::path(folder) / name).string();
+  };
+  if (auto done = io::write_tum(path("trajectory.tum"), outputs.run.trajectory(true), options);
+      !done)
+    return done.error();
+  if (auto done = io::write_file(path("poses.csv"), table_of_poses(outputs), options); !done)
+    return done.error();
+  if (auto done = report_of(outputs).write(path("report.html"), options); !done)
+    return done.error();
+  return path("report.html");
+}
+
+}  // namespace wayfare::examples

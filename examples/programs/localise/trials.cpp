@@ -1,0 +1,237 @@
+#include "trials.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/eval/trajectory_error.hpp>
+#include <wayfare/io/voxel_text.hpp>
+#include <wayfare/sim/kidnapping.hpp>
+#include <wayfare/sim/plan_map.hpp>
+#include <wayfare/sim/plan_text.hpp>
+#include <wayfare/sim/worlds.hpp>
+#include <wayfare/slam/radar_slam.hpp>
+
+namespace wayfare::examples {
+namespace {
+
+constexpr LogTime kEnd = LogTime::from_nanoseconds(std::numeric_limits<std::int64_t>::max());
+
+struct Scene {
+  sim::World world;
+  sim::WorldRobot robot;
+};
+
+Result<sim::World> world_of(const std::string& name, const Rng& rng) {
+  const std::size_t comma = name.find(',');
+  if (comma == std::string::npos) return sim::make_world(name, rng);
+  const auto voxels = io::read_points(name.substr(0, comma));
+  if (!voxels) return voxels.error();
+  const auto way = io::read_points(name.substr(comma + 1));
+  if (!way) return way.error();
+  return sim::world_of_voxels(voxels->points_m, way->points_m, {}, rng);
+}
+
+Result<Scene> scene_of(const CourseOptions& options) {
+  const Rng rng(options.seed);
+  if (options.world == "building") {
+    auto planned = sim::read_plan(sim::demo_building());
+    if (!planned) return planned.error();
+    sim::WorldRobot robot;
+    robot.robot.wheels.right_scale = 1.001;
+    robot.robot.T_base_laser = Transform2<frame::Base, frame::Laser>(SE2d(0.15, 0.0, Angle{}));
+    return Scene{sim::furnished_world(std::move(planned->plan), std::move(planned->route_m), {}, {},
+                                      rng.stream(1)),
+                 robot};
+  }
+  auto world = world_of(options.world, rng.stream(1));
+  if (!world) return world.error();
+  return Scene{std::move(*world), sim::turtlebot(rng.stream(2))};
+}
+
+/// What radar saw of the world from another robot's known places on the same way.
+Result<OccupancyGrid> survey(const Scene& scene, double cell_m, const Rng& rng) {
+  auto robot = scene.robot;
+  robot.robot.lidar = sim::full_circle(8);  // nobody looks at it
+  const auto recording = sim::simulate_world(scene.world, robot, rng);
+  if (!recording) return recording.error();
+  OccupancyGrid grid({.resolution_m = cell_m});
+  const LogOdds hit = LogOdds::from_probability(RadarSlamOptions{}.radar_hit_probability);
+  for (const RadarScan& frame : recording->radar) {
+    const auto pose = eval::pose_at(recording->truth, frame.time);
+    if (!pose) continue;
+    const SE2d T_map_radar = *pose * recording->T_base_radar.raw();
+    for (const RadarPoint& p : frame.points)
+      grid.update(cell_of(T_map_radar * Eigen::Vector2d(p.x_m, p.y_m), cell_m), hit);
+  }
+  return grid;
+}
+
+Result<Recording> drive(const Scene& scene, bool with_radar, const Rng& rng) {
+  if (with_radar) return sim::simulate_world(scene.world, scene.robot, rng);
+  auto run = sim::simulate_recording(scene.world.plan, scene.world.route_m, scene.robot.robot, rng);
+  if (!run) return run.error();
+  run->recording.truth = std::move(run->truth);
+  return std::move(run->recording);
+}
+
+/// Metres driven up to each pose of the truth.
+std::vector<double> ways(const Trajectory& truth) {
+  std::vector<double> way{0.0};
+  for (std::size_t i = 1; i < truth.size(); ++i)
+    way.push_back(way.back() + (truth[i].T_map_base.raw().translation() -
+                                truth[i - 1].T_map_base.raw().translation())
+                                   .norm());
+  return way;
+}
+
+LogTime time_at(const Trajectory& truth, const std::vector<double>& way, double metres) {
+  const auto at = std::lower_bound(way.begin(), way.end(), metres) - way.begin();
+  return truth[std::min(static_cast<std::size_t>(at), truth.size() - 1)].time;
+}
+
+/// What came of the search that began at `from`, with `longest_m` to drive.
+Search judge(const LocalisationRun& run, const Course& course, const Trajectory& truth,
+             LogTime from, double longest_m) {
+  const std::vector<double> way = ways(truth);
+  const auto way_at = [&](LogTime time) {
+    const auto at = std::lower_bound(truth.begin(), truth.end(), time,
+                                     [](const StampedPose& p, LogTime t) { return p.time < t; });
+    return way[std::min(static_cast<std::size_t>(at - truth.begin()), truth.size() - 1)];
+  };
+  const double start = way_at(from);
+  Search search;
+  search.way_m = std::numeric_limits<double>::quiet_NaN();
+  double scans = 0.0, wrong = 0.0;
+  for (const LocalisationOutcome& o : run.outcomes) {
+    const auto pose = eval::pose_at(truth, o.time);
+    const double driven = way_at(o.time) - start;
+    if (o.time < from || !pose || driven > longest_m) continue;
+    const bool right = o.converged && pose_error(o.T_map_base.mean, *pose).right();
+    if (right && !search.found) search.way_m = driven;
+    search.found = right;
+    const bool mirrored =
+        course.symmetry && pose_error(o.T_map_base.mean, *course.symmetry * *pose).right();
+    search.narrowed = mirrored || pose_error(o.T_map_base.mean, *pose).right();
+    search.wrongly_believed = o.converged && !right;
+    scans += 1.0;
+    wrong += search.wrongly_believed ? 1.0 : 0.0;
+    search.mirrored = search.wrongly_believed && mirrored;
+    search.clusters = o.clusters;
+  }
+  search.share_wrong = scans > 0.0 ? wrong / scans : 0.0;
+  if (!search.found) search.way_m = std::numeric_limits<double>::quiet_NaN();
+  return search;
+}
+
+Gaussian<SE2d> known(const SE2d& pose) {
+  Gaussian<SE2d> start{pose, Eigen::Matrix3d::Zero()};
+  start.covariance.diagonal() << 0.01, 0.01, 0.0025;
+  return start;
+}
+
+}  // namespace
+
+PoseError pose_error(const SE2d& estimate, const SE2d& truth) {
+  const double turn = estimate.heading().radians() - truth.heading().radians();
+  return {(estimate.translation() - truth.translation()).norm(),
+          std::abs(Angle::radians(wrap_to_pi(turn)).degrees())};
+}
+
+Result<Course> make_course(const CourseOptions& options) {
+  auto scene = scene_of(options);
+  if (!scene) return scene.error();
+  const Rng rng(options.seed);
+  auto recording = drive(*scene, options.radar, rng.stream(3));
+  if (!recording) return recording.error();
+  const auto grid = sim::map_of_plan(scene->world.plan, scene->world.route_m.front(),
+                                     {.resolution_m = options.cell_m});
+  if (!grid) return grid.error();
+  std::optional<OccupancyGrid> seen;
+  if (options.radar) {
+    auto surveyed = survey(*scene, options.cell_m, rng.stream(6));
+    if (!surveyed) return surveyed.error();
+    seen = *std::move(surveyed);
+  }
+  auto map = LocalisationMap::make(*grid, options.map, seen ? &*seen : nullptr);
+  if (!map) return map.error();
+  const std::string file = options.world.substr(0, options.world.find(','));
+  Course course{std::filesystem::path(file).filename().string(), *std::move(recording), *map};
+  // Half a turn about the middle of its 18 m x 30 m.
+  if (options.world == "corridor_loop") course.symmetry = SE2d(18.0, 30.0, 180.0_deg);
+  return course;
+}
+
+Result<Search> try_global(const Course& course, const LocalisationOptions& options,
+                          std::uint64_t seed, double way_m) {
+  const Trajectory& truth = course.recording.truth;
+  const std::vector<double> way = ways(truth);
+  Rng rng = Rng(seed).stream(4);
+  const double from = rng.uniform() * std::max(0.0, way.back() - way_m - 1.0);
+  const LogTime begin = time_at(truth, way, from);
+  const Recording part =
+      sim::part_of(course.recording, begin, time_at(truth, way, from + way_m + 1.0));
+  const auto run = run_localisation(part, course.map, options, seed);
+  if (!run) return run.error();
+  return judge(*run, course, part.truth, begin, way_m);
+}
+
+Result<Search> try_kidnapped(const Course& course, const LocalisationOptions& options,
+                             std::uint64_t seed, double way_m) {
+  const Trajectory& truth = course.recording.truth;
+  const std::vector<double> way = ways(truth);
+  Rng rng = Rng(seed).stream(5);
+  constexpr double kBefore_m = 5.0;
+  const LogTime lifted = time_at(truth, way, kBefore_m);
+  const SE2d there = *eval::pose_at(truth, lifted);
+  // Put down where it can be told from where it was.
+  LogTime down = lifted;
+  for (int tries = 0; tries < 100; ++tries) {
+    const double at = rng.uniform(kBefore_m, std::max(kBefore_m, way.back() - way_m - 1.0));
+    down = time_at(truth, way, at);
+    const PoseError apart = pose_error(*eval::pose_at(truth, down), there);
+    if (apart.m > 2.0 || apart.deg > 60.0) break;
+  }
+  const Recording carried = sim::carried_away(course.recording, lifted, down);
+  const std::vector<double> carried_way = ways(carried.truth);
+  const double jump = (eval::pose_at(truth, down)->translation() - there.translation()).norm();
+  const Recording part =
+      sim::part_of(carried, carried.truth.front().time,
+                   time_at(carried.truth, carried_way, kBefore_m + jump + way_m + 1.0));
+  const auto run =
+      run_localisation(part, course.map, options, seed, known(part.truth.front().T_map_base.raw()));
+  if (!run) return run.error();
+  return judge(*run, course, part.truth, lifted, way_m);
+}
+
+Result<Tracking> try_tracking(const Course& course, const LocalisationOptions& options,
+                              std::uint64_t seed) {
+  const auto started = std::chrono::steady_clock::now();
+  const auto run = run_localisation(course.recording, course.map, options, seed,
+                                    known(course.recording.truth.front().T_map_base.raw()));
+  if (!run) return run.error();
+  const std::chrono::duration<double, std::nano> took = std::chrono::steady_clock::now() - started;
+  Tracking result;
+  double square_m = 0.0, square_deg = 0.0, weighed = 0.0;
+  const auto n = static_cast<double>(run->outcomes.size());
+  for (const LocalisationOutcome& o : run->outcomes) {
+    const auto truth = eval::pose_at(course.recording.truth, o.time);
+    if (!truth) continue;
+    const PoseError e = pose_error(o.T_map_base.mean, *truth);
+    square_m += e.m * e.m / n;
+    square_deg += e.deg * e.deg / n;
+    result.worst_m = std::max(result.worst_m, e.m);
+    result.believed += o.converged ? 1.0 / n : 0.0;
+    result.particles += static_cast<double>(o.particles) / n;
+    weighed += o.weighed ? static_cast<double>(o.particles) : 0.0;
+  }
+  result.rmse_m = std::sqrt(square_m);
+  result.rmse_deg = std::sqrt(square_deg);
+  result.ns_per_beam = took.count() / (weighed * options.beams);
+  return result;
+}
+
+}  // namespace wayfare::examples

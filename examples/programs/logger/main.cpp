@@ -1,0 +1,87 @@
+// Records several devices at once. Ends on SIGINT, SIGTERM, or the remote control's T.
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <thread>
+
+#include "support/command_line.hpp"
+#include "config.hpp"
+
+namespace {
+
+using namespace wayfare;
+using namespace std::chrono_literals;
+
+volatile std::sig_atomic_t asked_to_end = 0;
+
+struct Arguments {
+  std::string config;
+  bool record = false;
+  bool quiet = false;
+};
+
+void print(const logger::LoggerStatus& s) {
+  std::printf("%-10s %8.1f s %10.3f MB  %llu dropped", logger::name_of(s.state), s.seconds,
+              static_cast<double>(s.written) * 1e-6, static_cast<unsigned long long>(s.dropped));
+  for (const logger::SensorStatus& sensor : s.sensors)
+    std::printf("  | %s %s %.1f kB/s %s", sensor.name.c_str(), logger::name_of(sensor.state),
+                sensor.bytes_per_s * 1e-3, sensor.decoding.sample.c_str());
+  if (!s.error.empty()) std::printf("  | %s", s.error.c_str());
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+int fail(const Error& error) {
+  std::fprintf(stderr, "logger: %s\n", error.to_string().c_str());
+  return 1;
+}
+
+int run(const Arguments& a) {
+  auto options = examples::read_logger_config(a.config);
+  if (!options) return fail(options.error());
+  std::error_code code;
+  std::filesystem::create_directories(options->folder, code);
+  auto started = logger::Logger::start(std::move(*options));
+  if (!started) return fail(started.error());
+  logger::Logger& logger = **started;
+  if (a.record)
+    if (const auto begun = logger.begin(); !begun) return fail(begun.error());
+  for (int tick = 1; logger.status().state != logger::LoggerState::terminated; ++tick) {
+    std::this_thread::sleep_for(50ms);
+    if (asked_to_end != 0) logger.terminate();
+    if (!a.quiet && tick % 20 == 0) print(logger.status());
+  }
+  const logger::LoggerStatus end = logger.status();
+  if (!a.quiet) print(end);
+  if (!a.quiet && !end.file.empty()) std::printf("recording: %s\n", end.file.c_str());
+  return end.error.empty() ? 0 : fail({ErrorCode::io, end.error, {}});
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  examples::CommandLine app(
+      "Record several devices at once into one MCAP file: what they sent, byte for byte, and what "
+      "it says. Begins on the remote control's B, or at once with --record.");
+  Arguments a;
+  app.add_option("--config", a.config, "JSON file of sensors and options; see --print-config")
+      .required()
+      .existing_file();
+  app.add_flag("--record", a.record, "begin to record at once");
+  app.add_flag("--quiet", a.quiet, "no status on the terminal");
+  app.add_print(
+      "--print-config", [] { return examples::example_logger_config(); },
+      "print an example of --config, and end");
+  if (const auto code = app.parse(argc, argv)) return *code;
+  const auto end = [](int) { asked_to_end = 1; };
+  std::signal(SIGINT, end);
+  std::signal(SIGTERM, end);
+  // A file that may not grow is an error of the write, and so is a listener that left.
+  std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+  return run(a);
+}

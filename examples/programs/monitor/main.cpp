@@ -1,0 +1,46 @@
+// Shows a recording, or a running logger, in a browser.
+
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <thread>
+
+#include "support/command_line.hpp"
+#include "server.hpp"
+
+namespace {
+
+volatile std::sig_atomic_t asked_to_end = 0;
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace wayfare;
+  examples::CommandLine app(
+      "Serve a page on this computer that shows a logger's recording (contents, inertial plots, "
+      "scans, radar points, the way and the map, CSV and MCAP export), and a running logger's "
+      "status with buttons to start and stop it.");
+  examples::MonitorOptions o;
+  app.add_option("RECORDING", o.recording, "a logger's recording (.mcap)").existing_file();
+  app.add_option("--live", o.live, "control socket, or serial control line, of a running logger");
+  app.add_option("--host", o.host, "address to listen on; any but a loopback one demands a token")
+      .show_default();
+  app.add_option("--port", o.port, "port to listen on; 0: any that is free")
+      .range(0, 65535)
+      .show_default();
+  app.add_option("--token", o.token, "what every request must carry; made up where needed");
+  if (const auto code = app.parse(argc, argv)) return *code;
+  const auto end = [](int) { asked_to_end = 1; };
+  std::signal(SIGINT, end);
+  std::signal(SIGTERM, end);
+  std::signal(SIGPIPE, SIG_IGN);
+  const auto server = examples::MonitorServer::start(o);
+  if (!server) {
+    std::fprintf(stderr, "monitor: %s\n", server.error().to_string().c_str());
+    return 1;
+  }
+  std::printf("%s\n", (*server)->url().c_str());
+  std::fflush(stdout);
+  while (asked_to_end == 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  return 0;
+}

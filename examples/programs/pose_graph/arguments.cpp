@@ -1,0 +1,117 @@
+#include "arguments.hpp"
+
+#include <map>
+
+#include "support/command_line.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+const std::map<std::string, SolverChoice> kSolvers{
+    {"block", SolverChoice::block},
+    {"eigen", SolverChoice::eigen},
+#ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
+    {"cholmod", SolverChoice::cholmod},
+#endif
+};
+const std::map<std::string, OptimiseMethod> kMethods{{"gn", OptimiseMethod::gauss_newton},
+                                                     {"lm", OptimiseMethod::levenberg_marquardt}};
+const std::map<std::string, io::IndefiniteInformation> kIndefinite{
+    {"refuse", io::IndefiniteInformation::refuse}, {"project", io::IndefiniteInformation::project}};
+using MaybeStart = std::optional<StartMethod>;
+const std::map<std::string, MaybeStart> kStarts{{"file", StartMethod::given},
+                                                {"odometry", StartMethod::odometry},
+                                                {"tree", StartMethod::tree},
+                                                {"chordal", StartMethod::chordal}};
+const std::map<std::string, Robust> kRobust{{"none", Robust::none},
+                                            {"huber", Robust::huber},
+                                            {"cauchy", Robust::cauchy},
+                                            {"gm", Robust::geman_mcclure},
+                                            {"dcs", Robust::dcs},
+                                            {"gnc", Robust::gnc},
+                                            {"gnc-gm", Robust::gnc_geman_mcclure}};
+
+RobustKernelKind kernel_of(Robust robust) {
+  switch (robust) {
+    case Robust::huber:
+      return RobustKernelKind::huber;
+    case Robust::cauchy:
+      return RobustKernelKind::cauchy;
+    case Robust::geman_mcclure:
+      return RobustKernelKind::geman_mcclure;
+    case Robust::dcs:
+      return RobustKernelKind::dynamic_covariance_scaling;
+    case Robust::none:
+    case Robust::gnc:
+    case Robust::gnc_geman_mcclure:
+      break;
+  }
+  return RobustKernelKind::none;
+}
+
+void describe_files(CommandLine& app, Arguments& a) {
+  app.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip").required();
+  app.add_option("--out", a.output, "where the optimised graph is written").required();
+  app.add_flag("--force", a.force, "overwrite what is there");
+  app.add_option("--svg", a.svg,
+                 "draws the graph before and after: path, loops, rejected loops in red (3D from "
+                 "above)");
+  app.add_option("--marginals", a.marginals,
+                 "CSV of every pose's covariance, in its own frame, the fixed poses being exact");
+  app.add_option("--rejected", a.rejected, "CSV of the edges that --robust gnc found false");
+  app.add_choice("--indefinite", a.indefinite, kIndefinite,
+                 "information matrices that are not positive semi-definite: refuse the file "
+                 "(default) or project onto the nearest that is");
+}
+
+void describe_solution(CommandLine& app, Arguments& a, MaybeStart& start) {
+  app.add_choice("--init", start, kStarts,
+                 "poses to start from: the file's, the chain of edges between neighbours, a "
+                 "spanning tree of least depth, or chordal relaxation (default file; with --robust "
+                 "gnc a tree over odometry)");
+  app.add_choice("--robust", a.robust, kRobust,
+                 "against false edges between vertices that are not neighbours in the file: a "
+                 "kernel, or gnc (graduated non-convexity with truncated least squares; gnc-gm: "
+                 "with Geman-McClure), which says which they are (default none)");
+  app.add_flag("--robust-all", a.robust_odometry, "edges between neighbours may be false too");
+  app.add_option("--robust-scale", a.options.kernel.scale,
+                 "residual in standard deviations where the kernel bends")
+      .positive()
+      .show_default();
+  app.add_option("--inliers", a.inlier_probability,
+                 "share of true edges gnc is to keep where informations are honest")
+      .range(0.5, 1.0 - 1e-12)
+      .show_default();
+  app.add_flag("--incremental", a.incremental,
+               "replay the graph edge by edge, solved after each, each pose placed by the first "
+               "edge that reaches it");
+  app.add_choice("--method", a.options.method, kMethods,
+                 "gn: Gauss-Newton, falling back to lm where a step fails (default); lm: "
+                 "Levenberg-Marquardt");
+  app.add_choice("--solver", a.solver, kSolvers, "sparse Cholesky (default block: our own)");
+  app.add_option("--threads", a.options.threads,
+                 "that factorise with the block solver; the results do not depend on them")
+      .range(1, 256)
+      .show_default();
+  app.add_option("--max-iterations", a.options.max_iterations, "linear systems solved at most")
+      .range(1, 1'000'000)
+      .show_default();
+}
+
+}  // namespace
+
+std::optional<int> parse(int argc, char** argv, Arguments& a) {
+  CommandLine app(
+      "Optimises the pose graph of a g2o file: prints the sum of e'We before and after (g2o's "
+      "error, no factor 1/2), iterations and milliseconds, and writes the graph.");
+  MaybeStart start;
+  describe_files(app, a);
+  describe_solution(app, a, start);
+  if (const auto code = app.parse(argc, argv)) return code;
+  a.options.kernel.kind = kernel_of(a.robust);
+  a.start_from_trusted = a.graduated() && !start;
+  a.start = start.value_or(StartMethod::given);
+  return {};
+}
+
+}  // namespace wayfare::examples

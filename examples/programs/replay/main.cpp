@@ -1,0 +1,195 @@
+// A recording, or captures of devices, as if it were happening now: into pseudo-terminals in the
+// place of the devices, or into the library's own systems.
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/text_file.hpp>
+#include <wayfare/logger/stream_player.hpp>
+
+#include "support/command_line.hpp"
+#include "live_systems.hpp"
+
+namespace {
+
+using namespace wayfare;
+namespace fs = std::filesystem;
+
+std::atomic<bool> stopped{false};
+
+struct Arguments {
+  std::string recording, ptys;
+  std::vector<std::string> captures;
+  examples::LiveOptions live;
+  double seconds = 0.0, wait_s = 0.0;
+};
+
+/// A device's bytes and their times.
+struct Device {
+  std::string name;
+  std::string bytes;
+  std::vector<logger::TimedBytes> stream;
+};
+
+decode::Bytes view(const std::string& s) {
+  return {reinterpret_cast<const std::uint8_t*>(s.data()), s.size()};
+}
+
+/// NAME:BYTES_PER_SECOND:FILE, again and again for `seconds`.
+Result<std::unique_ptr<Device>> capture(const std::string& text, double seconds) {
+  const Error wrong{ErrorCode::invalid, "is not NAME:BYTES_PER_SECOND:FILE", text};
+  const auto first = text.find(':');
+  const auto second = first == text.npos ? first : text.find(':', first + 1);
+  if (second == text.npos || first == 0) return wrong;
+  const double rate = std::atof(text.substr(first + 1, second - first - 1).c_str());
+  if (!(rate >= 1.0 && rate <= 1e9)) return wrong;
+  const auto file = io::read_file(text.substr(second + 1));
+  if (!file) return file.error();
+  if (file->bytes.empty()) return Error{ErrorCode::invalid, "is empty", text};
+  auto device = std::make_unique<Device>(Device{text.substr(0, first), file->bytes, {}});
+  if (seconds > 0.0) {
+    const auto n = static_cast<std::size_t>(rate * seconds);
+    while (device->bytes.size() < n) device->bytes += file->bytes;
+    device->bytes.resize(n);
+  }
+  device->stream = logger::at_rate(view(device->bytes), rate);
+  return device;
+}
+
+/// The raw channels of a recording.
+Result<std::vector<std::unique_ptr<Device>>> recorded(const std::string& path) {
+  const auto reader = io::McapReader::open(path);
+  if (!reader) return reader.error();
+  std::vector<std::unique_ptr<Device>> devices;
+  const LogTime begin = reader->contents().statistics.first;
+  for (const io::McapChannel& channel : reader->contents().channels) {
+    constexpr std::string_view kEnd = "/raw";
+    if (!channel.topic.ends_with(kEnd) || channel.topic.size() < kEnd.size() + 2) continue;
+    auto device = std::make_unique<Device>();
+    device->name = channel.topic.substr(1, channel.topic.size() - kEnd.size() - 1);
+    std::replace(device->name.begin(), device->name.end(), '/', '_');
+    std::vector<std::pair<Duration, std::size_t>> pieces;
+    reader->read({io::McapOrder::file, {channel.topic}}, [&](const io::McapMessage& m) {
+      device->bytes += m.data;
+      pieces.emplace_back(m.log_time - begin, m.data.size());
+      return true;
+    });
+    std::size_t at = 0;
+    for (const auto& [time, n] : pieces) {
+      device->stream.push_back({time, view(device->bytes).subspan(at, n)});
+      at += n;
+    }
+    devices.push_back(std::move(device));
+  }
+  if (devices.empty()) return Error{ErrorCode::not_found, "holds no raw channel", path};
+  return devices;
+}
+
+/// What was written last is lost where it was not read when its terminal goes: until half a second
+/// after it was read, five at most.
+void wait_until_read(const std::vector<logger::PseudoTerminal>& terminals) {
+  for (int i = 0, read = 0; i < 100 && read < 10 && !stopped; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const bool all = std::all_of(terminals.begin(), terminals.end(),
+                                 [](const auto& t) { return t.unread() == 0; });
+    read = all ? read + 1 : 0;
+  }
+}
+
+Result<void> into_terminals(const Arguments& a,
+                            const std::vector<std::unique_ptr<Device>>& devices) {
+  std::error_code code;
+  fs::create_directories(a.ptys, code);
+  if (code) return Error{ErrorCode::io, "cannot be made: " + code.message(), a.ptys};
+  std::vector<logger::PseudoTerminal> terminals;
+  for (const auto& device : devices) {
+    auto terminal = logger::PseudoTerminal::open();
+    if (!terminal) return terminal.error();
+    const fs::path link = fs::path(a.ptys) / device->name;
+    if (fs::is_symlink(link)) fs::remove(link, code);
+    fs::create_symlink(terminal->path(), link, code);
+    if (code) return Error{ErrorCode::io, "cannot be made: " + code.message(), link.string()};
+    std::printf("%s\n", link.c_str());
+    terminals.push_back(std::move(*terminal));
+  }
+  std::fflush(stdout);
+  const int waits = static_cast<int>(a.wait_s * 20.0);
+  for (int i = 0; i < waits && !stopped; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  std::vector<std::thread> threads;
+  std::vector<std::optional<Result<std::uint64_t>>> done(devices.size());
+  for (std::size_t i = 0; i < devices.size(); ++i)
+    threads.emplace_back([&, i] {
+      done[i] = logger::play(terminals[i], devices[i]->stream, a.live.speed, stopped);
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    if (!*done[i]) return done[i]->error();
+    std::printf("%s: %llu of %zu bytes\n", devices[i]->name.c_str(),
+                static_cast<unsigned long long>(**done[i]), devices[i]->bytes.size());
+  }
+  std::fflush(stdout);
+  wait_until_read(terminals);
+  for (const auto& device : devices) fs::remove(fs::path(a.ptys) / device->name, code);
+  return {};
+}
+
+Result<void> run(const Arguments& a) {
+  if (a.ptys.empty() && a.recording.empty())
+    return Error{ErrorCode::invalid, "needs a recording, or --capture and --ptys"};
+  if (a.ptys.empty()) return examples::replay_live(a.recording, a.live, stopped);
+  std::vector<std::unique_ptr<Device>> devices;
+  if (!a.recording.empty()) {
+    auto found = recorded(a.recording);
+    if (!found) return found.error();
+    devices = std::move(*found);
+  }
+  for (const std::string& text : a.captures) {
+    auto device = capture(text, a.seconds);
+    if (!device) return device.error();
+    devices.push_back(std::move(*device));
+  }
+  if (devices.empty()) return Error{ErrorCode::invalid, "needs a recording or --capture"};
+  return into_terminals(a, devices);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  examples::CommandLine app(
+      "Replay a logger's recording as if it were happening now: with --ptys what the devices sent, "
+      "into pseudo-terminals a logger can open in their place; else its inertial unit through "
+      "pedestrian dead reckoning, or its scans through graph SLAM.");
+  Arguments a;
+  app.add_option("RECORDING", a.recording, "a logger's recording (.mcap)").existing_file();
+  app.add_option("--ptys", a.ptys, "folder for links to the pseudo-terminals, one a device");
+  app.add_option("--capture", a.captures,
+                 "NAME:BYTES_PER_SECOND:FILE, a device's bytes instead of a recording's; may be "
+                 "given several times");
+  app.add_option("--seconds", a.seconds, "repeat the captures to last as long, at real speed")
+      .not_negative();
+  app.add_option("--speed", a.live.speed, "times real time").range(1e-3, 1e6).show_default();
+  app.add_option("--wait", a.wait_s, "seconds before the first byte").not_negative();
+  app.add_option("--system", a.live.system, "what it is fed to; else what it has the sensor for")
+      .one_of({"pedestrian", "graph_slam"});
+  app.add_option("--topic", a.live.topic, "of the inertial unit, in a recording of several");
+  if (const auto code = app.parse(argc, argv)) return *code;
+  std::signal(SIGINT, [](int) { stopped = true; });
+  std::signal(SIGTERM, [](int) { stopped = true; });
+  const auto done = run(a);
+  if (done) return 0;
+  std::fprintf(stderr, "replay: %s\n", done.error().to_string().c_str());
+  return 1;
+}

@@ -1,0 +1,165 @@
+// SLAM as a ROS 1 node: submap SLAM of laser scans, or the particle filter of radar or both.
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <wayfare/ros/slam_node.hpp>
+
+#include "node_program.hpp"
+#include "support/submap_slam_fields.hpp"
+
+namespace {
+
+using namespace wayfare;
+using examples::steady_s;
+
+struct Arguments {
+  ros::SlamNodeOptions slam;
+  bool no_odometry = false;
+  std::vector<double> laser, radar;  ///< x, y in m, heading in degrees
+  std::size_t particles = 0;
+  std::string config;
+};
+
+void add_options(examples::CommandLine& app, Arguments& a) {
+  auto& s = a.slam;
+  app.add_choice<SlamSensors>(
+      "--sensors", s.sensors,
+      {{"lidar", SlamSensors::lidar}, {"radar", SlamSensors::radar}, {"both", SlamSensors::both}},
+      "lidar: submap SLAM of laser scans; radar, both: the particle filter, with odometry");
+  app.add_option("--particles", a.particles, "of the filter; else 30, for radar alone 10")
+      .range(1, 100000);
+  app.add_option("--map-frame", s.map_frame, "of map, pose and path").show_default();
+  app.add_option("--odom-frame", s.odom_frame, "of the odometry").show_default();
+  app.add_option("--base-frame", s.base_frame, "of the robot").show_default();
+  app.add_option("--laser", a.laser,
+                 "where the laser is on the robot: x and y in metres, heading in degrees; else the "
+                 "transforms say")
+      .expected(3);
+  app.add_option("--radar", a.radar, "where the radar is, the same").expected(3);
+  app.add_flag("--no-odometry", a.no_odometry,
+               "do not wait for odometry; odom -> base is published by the node");
+  app.add_flag("--imu", s.imu, "with --no-odometry: turns come from the inertial unit");
+  app.add_option("--map-period-s", s.map_period_s, "between maps while scans come")
+      .positive()
+      .show_default();
+  app.add_option("--patience-s", s.patience_s, "how long a scan waits for odometry of its time")
+      .not_negative()
+      .show_default();
+  app.add_option("--settle-s", s.settle_s, "without scans, after which the graph is optimised")
+      .positive()
+      .show_default();
+  app.add_option("--resolution-m", s.map.resolution_m,
+                 "side of the published map's cells, of laser scans alone")
+      .positive()
+      .show_default();
+  app.add_option("--threads", s.slam.threads,
+                 "more than one: loops are searched beside, particles worked on at a time")
+      .range(1, 64)
+      .show_default();
+  app.add_option("--config", a.config,
+                 "JSON file of options of SLAM; see submap_slam's "
+                 "--print-config")
+      .existing_file();
+}
+
+SE2d pose_of(const std::vector<double>& told) {
+  return SE2d(told[0], told[1], Angle::degrees(told[2]));
+}
+
+Result<void> complete(Arguments& a) {
+  const bool filter = a.slam.sensors != SlamSensors::lidar;
+  if (filter && (a.no_odometry || a.slam.imu || !a.config.empty()))
+    return Error{ErrorCode::invalid,
+                 "--no-odometry, --imu and --config are for --sensors lidar alone"};
+  a.slam.odometry = !a.no_odometry;
+  a.slam.filter.threads = a.slam.slam.threads;
+  a.slam.filter.particles = a.particles > 0                        ? a.particles
+                            : a.slam.sensors == SlamSensors::radar ? 10
+                                                                   : 30;
+  if (a.laser.size() == 3)
+    a.slam.T_base_laser = Transform2<frame::Base, frame::Laser>(pose_of(a.laser));
+  if (a.radar.size() == 3)
+    a.slam.T_base_radar = Transform2<frame::Base, frame::Radar>(pose_of(a.radar));
+  if (a.config.empty()) return {};
+  if (auto ok = examples::read_option_fields(a.config, examples::submap_slam_fields(a.slam.slam));
+      !ok)
+    return ok;
+  return examples::check_submap_slam(a.slam.slam);
+}
+
+/// Topics out.
+class Outlet {
+ public:
+  explicit Outlet(ros::Node& node)
+      : node_(node),
+        map_(node.latched_publisher<ros::OccupancyGrid>("map")),
+        path_(node.latched_publisher<ros::Path>("path")),
+        pose_(node.publisher<ros::PoseStamped>("pose")),
+        tf_(node.publisher<ros::TfMessage>("/tf")) {}
+
+  void give(const ros::SlamNodeOutput& out) {
+    if (!out.transforms.empty()) tf_.publish({out.transforms});
+    for (const ros::PoseStamped& pose : out.poses) pose_.publish(pose);
+    if (out.path) path_.publish(*out.path);
+    if (out.map) map_.publish(*out.map);
+    examples::say_all(node_, out.notices);
+  }
+
+ private:
+  ros::Node& node_;
+  ros::Publisher<ros::OccupancyGrid> map_;
+  ros::Publisher<ros::Path> path_;
+  ros::Publisher<ros::PoseStamped> pose_;
+  ros::Publisher<ros::TfMessage> tf_;
+};
+
+void run(ros::Node& node, const ros::SlamNodeOptions& options) {
+  constexpr std::uint32_t kQueue = 2000;
+  ros::SlamNode slam(options);
+  Outlet outlet(node);
+  bool clock_checked = false;
+  node.subscribe<ros::TfMessage>("/tf_static", kQueue, [&](const auto& m) { slam.add(m); });
+  node.subscribe<ros::TfMessage>("/tf", kQueue, [&](const auto& m) { slam.add(m); });
+  if (options.odometry)
+    node.subscribe<ros::Odometry>("odom", kQueue, [&](const auto& m) { slam.add(m, steady_s()); });
+  if (options.imu)
+    node.subscribe<ros::Imu>("imu", kQueue, [&](const auto& m) { slam.add(m, steady_s()); });
+  const auto take = [&](const auto& m) {
+    if (!std::exchange(clock_checked, true)) examples::check_clock(node, m.header);
+    slam.add(m, steady_s());
+  };
+  if (options.sensors != SlamSensors::radar) node.subscribe<ros::LaserScan>("scan", kQueue, take);
+  if (options.sensors != SlamSensors::lidar) {
+    node.subscribe<ros::RadarScan>("radar", kQueue, take);
+    node.subscribe<ros::PointCloud2>("radar_points", kQueue, take);
+  }
+  while (node.ok()) {
+    node.spin(slam.busy() ? 0.0 : 0.05);
+    outlet.give(slam.work(steady_s()));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  examples::CommandLine app(
+      "Map by submap SLAM of laser scans, or by the particle filter of radar or both, as a ROS 1 "
+      "node. Takes sensor_msgs/LaserScan on 'scan', wayfare_msgs/RadarScan on 'radar' or "
+      "sensor_msgs/PointCloud2 on 'radar_points', whichever comes first, nav_msgs/Odometry on "
+      "'odom' or, of laser scans alone, sensor_msgs/Imu on 'imu', and transforms; gives "
+      "nav_msgs/OccupancyGrid on 'map' and nav_msgs/Path on 'path' (both latched), "
+      "geometry_msgs/PoseStamped on 'pose' and the transform from map to odom (REP-105).");
+  add_options(app, arguments);
+  const auto started = examples::start_node(argc, argv, "slam_node", app);
+  if (!started.node) return started.exit_code;
+  if (const auto ok = complete(arguments); !ok) {
+    started.node->say(ros::Severity::error, ok.error().to_string());
+    return 1;
+  }
+  run(*started.node, arguments.slam);
+  return 0;
+}

@@ -1,0 +1,197 @@
+// A car drives through streets or along a recorded track; its inertial unit and satellite receiver
+// are written as text.
+
+#include <cstdio>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <wayfare/io/nav_text.hpp>
+#include <wayfare/sim/imu.hpp>
+#include <wayfare/sim/ranges.hpp>
+
+#include "support/command_line.hpp"
+#include "support/exit_code.hpp"
+#include "support/nav_config.hpp"
+
+namespace {
+
+using namespace wayfare;
+
+constexpr const char* kFiles[] = {"imu.txt", "ranges.txt", "truth.txt"};
+
+struct Options {
+  std::string out, track, config;
+  std::string route = "demo";
+  double velocity_late_s = 0.0;
+  std::uint64_t seed = 1;
+  double imu_rate_hz = 100.0, range_rate_hz = 1.0, elevation_mask_deg = 10.0;
+  double multipath_per_hour = 0.0;
+  std::size_t satellites = 64;
+  std::vector<double> lever_arm_m = {0.0, 0.0, 0.0};
+  std::vector<std::string> outages;
+  double start_s = 0.0;
+  bool perfect_unit = false, force = false, quiet = false;
+  sim::ImuParams imu;
+  sim::RangeParams ranges;
+};
+
+void add_options(examples::CommandLine& app, Options& o) {
+  app.add_option("--out", o.out, "folder for imu.txt, ranges.txt and truth.txt").required();
+  app.add_option("--track", o.track,
+                 "follow this recorded solution (navigation text or RTKLIB's .pos) instead of the "
+                 "built-in drive of 310 s and 4.5 km");
+  app.add_option("--route", o.route,
+                 "which built-in drive: demo (310 s, 4.5 km), town (many turns), ring (fast)")
+      .one_of({"demo", "town", "ring"})
+      .show_default();
+  app.add_option("--config", o.config,
+                 "how the unit and the receiver's clock truly err: imu_noise and filter of a "
+                 "description for gnss_ins")
+      .existing_file();
+  app.add_option("--velocity-late", o.velocity_late_s,
+                 "the track's velocities hold this much before their stamp, s")
+      .show_default();
+  app.add_option("--seed", o.seed, "the same seed gives the same files").show_default();
+  app.add_option("--start", o.start_s,
+                 "of the built-in drive: seconds of GPS time since 1980-01-06")
+      .range(0.0, 4e9)
+      .show_default();
+  app.add_flag("--force", o.force, "replace files that are there already");
+  app.add_flag("--quiet", o.quiet, "no summary");
+}
+
+void add_sensor_options(examples::CommandLine& app, Options& o) {
+  const auto number = [&](const char* name, double& value, double low, double high,
+                          const char* text) {
+    app.add_option(name, value, text).range(low, high).show_default();
+  };
+  number("--imu-rate", o.imu_rate_hz, 1.0, 10000.0, "readings of the inertial unit a second");
+  app.add_flag("--perfect-imu", o.perfect_unit, "the unit does not err");
+  number("--range-rate", o.range_rate_hz, 0.01, 100.0, "epochs of the receiver a second");
+  app.add_option("--satellites", o.satellites, "at most so many, chosen for their geometry")
+      .show_default();
+  number("--mask", o.elevation_mask_deg, -10.0, 90.0, "least elevation, degrees");
+  number("--range-sigma", o.ranges.range_sigma_m, 0.0, 1000.0, "noise of a range, m");
+  number("--rate-sigma", o.ranges.range_rate_sigma_mps, 0.0, 1000.0, "of a range rate, m/s");
+  number("--multipath", o.multipath_per_hour, 0.0, 3600.0,
+         "bursts of reflections a satellite has in an hour, 20 m and 10 s on average");
+  app.add_option("--outage", o.outages,
+                 "BEGIN:LENGTH[:SATELLITES], seconds since the start: only so many (0) are left")
+      .take_all();
+  app.add_option("--lever-arm", o.lever_arm_m,
+                 "from the unit to the antenna: forward, right, down, m")
+      .expected(3);
+}
+
+sim::VehicleTrajectory built_in(const Options& o) {
+  const LogTime start = LogTime::from_seconds(o.start_s);
+  if (o.route == "demo") return sim::demo_drive(start);
+  constexpr sim::Waypoint kTown[] = {{0, 0, 0, 6},     {0, 250, 2, 0},   {180, 250, 3, 5},
+                                     {180, 480, 1, 0}, {420, 480, 0, 0}, {420, 120, 4, 6},
+                                     {650, 120, 6, 0}, {650, 520, 2, 0}, {900, 520, 0, 3}};
+  constexpr sim::Waypoint kRing[] = {{0, 0, 0, 6},      {-400, 300, 5, 0}, {-300, 900, 12, 0},
+                                     {250, 1150, 8, 0}, {800, 900, 3, 5},  {750, 350, 0, 3}};
+  sim::VehicleLimits limits;
+  limits.speed_mps = o.route == "town" ? 14.0 : 25.0;
+  const std::span<const sim::Waypoint> route =
+      o.route == "town" ? std::span<const sim::Waypoint>(kTown) : kRing;
+  const Geodetic origin{Angle::degrees(51.0797), Angle::degrees(-114.1314), 1100.0};
+  return sim::drive_waypoints(origin, route, limits, start).value();
+}
+
+Result<sim::VehicleTrajectory> load_trajectory(const Options& o) {
+  if (o.track.empty()) return built_in(o);
+  const auto track = io::read_nav(o.track);
+  if (!track) return track.error();
+  sim::TrackFit fit;
+  fit.velocity_late_s = o.velocity_late_s;
+  fit.attitude_from_course = !track->has_attitude;
+  if (!track->has_velocity) fit.velocity_sigma_mps = 1e6;
+  auto followed = sim::follow_solution(track->trajectory, fit);
+  if (!followed) return Error{followed.error().code, followed.error().message, o.track};
+  return followed;
+}
+
+Result<sim::SatelliteOutage> parse_outage(const std::string& text, LogTime start) {
+  double begin = 0.0, length = 0.0;
+  unsigned left = 0;
+  char rest = 0;
+  const int fields = std::sscanf(text.c_str(), "%lf:%lf:%u%c", &begin, &length, &left, &rest);
+  const bool two = fields == 2 && text.find(':') == text.rfind(':');
+  if ((!two && fields != 3) || !(begin >= 0.0) || !(length > 0.0) || begin + length > 1e7)
+    return Error{ErrorCode::invalid,
+                 "--outage wants BEGIN:LENGTH[:SATELLITES], not '" + text + "'"};
+  const LogTime from = start + from_seconds(begin);
+  return sim::SatelliteOutage{from, from + from_seconds(length), left};
+}
+
+Result<void> complete(Options& o, LogTime start) {
+  if (!o.config.empty()) {
+    const auto config = examples::read_nav_config(o.config);
+    if (!config) return config.error();
+    o.imu.noise = config->filter.imu;
+    o.ranges.clock = config->filter.clock;
+  }
+  o.imu.period = from_seconds(1.0 / o.imu_rate_hz);
+  if (o.perfect_unit) o.imu.noise = sim::perfect_imu();
+  o.ranges.period = from_seconds(1.0 / o.range_rate_hz);
+  o.ranges.elevation_mask = Angle::degrees(o.elevation_mask_deg);
+  o.ranges.max_satellites = o.satellites;
+  o.ranges.multipath.per_satellite_hour = o.multipath_per_hour;
+  o.ranges.antenna_lever_arm_m = {o.lever_arm_m[0], o.lever_arm_m[1], o.lever_arm_m[2]};
+  for (const std::string& text : o.outages) {
+    auto outage = parse_outage(text, start);
+    if (!outage) return outage.error();
+    o.ranges.outages.push_back(*outage);
+  }
+  return {};
+}
+
+Result<void> refuse_existing(const Options& o) {
+  std::error_code code;
+  std::filesystem::create_directories(o.out, code);
+  if (code) return Error{ErrorCode::io, "cannot be made: " + code.message(), o.out};
+  for (const char* file : kFiles) {
+    const std::string path = o.out + "/" + file;
+    if (!o.force && std::filesystem::exists(path, code))
+      return Error{ErrorCode::io, "is there already; --force overwrites it", path};
+  }
+  return {};
+}
+
+Result<void> run(Options& o) {
+  if (auto clear = refuse_existing(o); !clear) return clear;
+  const auto trajectory = load_trajectory(o);
+  if (!trajectory) return trajectory.error();
+  if (auto ok = complete(o, trajectory->begin()); !ok) return ok;
+  const Rng rng(o.seed);
+  const sim::SimulatedImu imu = sim::simulate_imu(*trajectory, o.imu, rng.stream(0));
+  const sim::SimulatedRanges ranges =
+      sim::simulate_ranges(*trajectory, sim::gps_and_galileo(), o.ranges, rng.stream(1));
+  NavTrajectory truth;
+  for (const ImuSample& s : imu.samples) truth.push_back(trajectory->state(s.time));
+
+  const io::WriteOptions write{o.force ? io::Existing::replace : io::Existing::refuse};
+  if (auto done = io::write_imu(o.out + "/imu.txt", imu.samples, write); !done) return done;
+  if (auto done = io::write_ranges(o.out + "/ranges.txt", ranges.epochs, write); !done) return done;
+  if (auto done = io::write_nav(o.out + "/truth.txt", truth, write); !done) return done;
+  if (!o.quiet) {
+    std::printf("%s: %zu inertial readings, %zu range epochs, %.1f s\n", o.out.c_str(),
+                imu.samples.size(), ranges.epochs.size(),
+                to_seconds(trajectory->end() - trajectory->begin()));
+  }
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  examples::CommandLine app("Simulate a car with an inertial unit and a satellite receiver.");
+  Options options;
+  add_options(app, options);
+  add_sensor_options(app, options);
+  if (const auto code = app.parse(argc, argv)) return *code;
+  return examples::exit_code("simulate_drive", run(options));
+}

@@ -1,0 +1,209 @@
+#include "slam_outputs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/io/grid_image.hpp>
+#include <wayfare/io/image.hpp>
+#include <wayfare/io/map_image.hpp>
+#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/report.hpp>
+#include <wayfare/io/tum.hpp>
+
+#include "map_painter.hpp"
+#include "program_files.hpp"
+
+namespace wayfare::examples {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Points = std::vector<Eigen::Vector2d>;
+
+Points points_of(const Trajectory& trajectory, const SE2d& moved_by = {}) {
+  Points points;
+  points.reserve(trajectory.size());
+  for (const StampedPose& pose : trajectory)
+    points.push_back(moved_by * pose.T_map_base.raw().translation());
+  return points;
+}
+
+// Odometry at the scans' times, moved so that it starts where SLAM's trajectory does.
+Trajectory odometry_at_scans(const SlamOutputs& run) {
+  Trajectory result;
+  const Trajectory odometry = eval::as_trajectory(run.recording.odometry);
+  if (odometry.empty()) return result;
+  SE2d T_map_odom;
+  for (const StampedPose& pose : run.trajectory) {
+    const LogTime time = std::clamp(pose.time, odometry.front().time, odometry.back().time);
+    const SE2d T_odom_base = *eval::pose_at(odometry, time);
+    if (result.empty()) T_map_odom = pose.T_map_base.raw() * T_odom_base.inverse();
+    result.push_back({pose.time, Transform2<frame::Map, frame::Base>(T_map_odom * T_odom_base)});
+  }
+  return result;
+}
+
+NamedErrors errors_of(std::string name, const Trajectory& estimate, const Trajectory& reference) {
+  NamedErrors result{std::move(name), eval::absolute_error(estimate, reference)};
+  const std::vector<eval::PosePair> pairs = eval::associate(estimate, reference);
+  if (pairs.empty()) return result;
+  const auto travelled = [&](const SE2d eval::PosePair::*pose) {
+    return (pairs.front().*pose).inverse() * (pairs.back().*pose);
+  };
+  const SE2d error =
+      travelled(&eval::PosePair::reference).inverse() * travelled(&eval::PosePair::estimate);
+  result.final_error_m = error.translation().norm();
+  result.final_percent = 100.0 * result.final_error_m / result.absolute.path_length_m;
+  return result;
+}
+
+io::Series path_series(std::string name, const Points& points, io::Mark mark = io::Mark::line) {
+  io::Series series{std::move(name), {}, {}, mark};
+  for (const Eigen::Vector2d& p : points) {
+    series.x.push_back(p.x());
+    series.y.push_back(p.y());
+  }
+  return series;
+}
+
+io::Plot top_view(std::string title) {
+  io::Plot plot;
+  plot.title = std::move(title);
+  plot.x_label = "x [m]";
+  plot.y_label = "y [m]";
+  plot.equal_aspect = true;
+  return plot;
+}
+
+io::Plot paths_plot(const SlamOutputs& run, const std::vector<NamedErrors>& errors) {
+  io::Plot plot = top_view("Trajectories");
+  plot.series.push_back(path_series("SLAM", points_of(run.trajectory)));
+  const Trajectory odometry = odometry_at_scans(run);
+  if (!odometry.empty()) plot.series.push_back(path_series("odometry", points_of(odometry)));
+  if (!errors.empty()) {
+    const SE2d T_map_reference = errors.back().absolute.alignment.inverse();
+    const Points reference = points_of(*run.reference, T_map_reference);
+    plot.series.push_back(path_series("reference", reference, io::Mark::dashed));
+  }
+  return plot;
+}
+
+io::Plot error_plot(const SlamOutputs& run, const std::vector<NamedErrors>& errors) {
+  io::Plot plot;
+  plot.title = "Distance from the reference, both aligned as a whole";
+  plot.x_label = "time [s]";
+  plot.y_label = "error [m]";
+  for (auto e = errors.rbegin(); e != errors.rend(); ++e) {  // SLAM first, as in the other plots
+    io::Series series{e->name, {}, e->absolute.translations_m};
+    for (const LogTime time : e->absolute.times)
+      series.x.push_back(to_seconds(time - run.trajectory.front().time));
+    plot.series.push_back(std::move(series));
+  }
+  return plot;
+}
+
+io::Plot graph_plot(const PoseGraph2& graph) {
+  io::Plot plot = top_view("Pose graph");
+  io::Series chain{"edges between neighbours", {}, {}}, loops{"loop closures", {}, {}};
+  constexpr double kBreak = std::numeric_limits<double>::quiet_NaN();
+  for (const PoseEdge<SE2d>& edge : graph.edges) {
+    io::Series& series = edge.robust ? loops : chain;
+    for (const int i : {edge.from, edge.to}) {
+      const SE2d& pose = graph.poses[static_cast<std::size_t>(i)];
+      series.x.push_back(pose.x());
+      series.y.push_back(pose.y());
+    }
+    series.x.push_back(kBreak);
+    series.y.push_back(kBreak);
+  }
+  plot.series = {std::move(chain), std::move(loops)};
+  return plot;
+}
+
+io::Report report_of(const SlamOutputs& run, const io::GridImage& grid) {
+  const std::vector<NamedErrors> errors = trajectory_errors(run);
+  io::Report report(run.title);
+  report.facts(run.facts);
+  if (!errors.empty()) report.heading("Errors against the reference").table(error_table(errors));
+  for (const TitledTable& table : run.tables) report.heading(table.title).table(table.table);
+  report.heading("Map").image(MapPainter(grid).path(points_of(run.trajectory), kBlue).picture(),
+                              "The map and the robot's way through it.");
+  report.heading("Trajectories").plot(paths_plot(run, errors));
+  if (!errors.empty()) report.plot(error_plot(run, errors));
+  if (!run.graph.poses.empty()) report.heading("Pose graph").plot(graph_plot(run.graph));
+  return report;
+}
+
+constexpr std::array kNames = {"trajectory.tum", "map.pgm",   "map.yaml",
+                               "map.png",        "graph.g2o", "report.html"};
+
+}  // namespace
+
+Result<void> prepare_folder(const std::string& folder, const io::WriteOptions& options,
+                            const std::vector<std::string>& more) {
+  std::vector<std::string> names(kNames.begin(), kNames.end());
+  names.insert(names.end(), more.begin(), more.end());
+  return prepare_files(folder, names, options);
+}
+
+std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run) {
+  if (run.reference == nullptr) return {};
+  std::vector<NamedErrors> errors;
+  const Trajectory odometry = odometry_at_scans(run);
+  if (!odometry.empty()) errors.push_back(errors_of("odometry", odometry, *run.reference));
+  errors.push_back(errors_of("SLAM", run.trajectory, *run.reference));
+  return errors;
+}
+
+eval::Table error_table(const std::vector<NamedErrors>& errors) {
+  eval::Table table({{""},
+                     {"ATE RMSE", "m"},
+                     {"heading RMSE", "deg"},
+                     {"largest", "m"},
+                     {"at the end", "m"},
+                     {"of the way", "%"}});
+  for (const NamedErrors& e : errors) {
+    table.add_row({e.name, eval::fixed(e.absolute.translation_m.rmse, 3),
+                   eval::fixed(e.absolute.rmse_heading_deg, 2),
+                   eval::fixed(e.absolute.translation_m.max, 3), eval::fixed(e.final_error_m, 3),
+                   eval::fixed(e.final_percent, 2)});
+  }
+  return table;
+}
+
+io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
+  return MapPainter(io::grid_image(map)).path(points_of(trajectory), kBlue).picture();
+}
+
+Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,
+                                       const io::WriteOptions& options) {
+  const fs::path folder(folder_name);
+  if (auto ready = prepare_folder(folder_name, options); !ready) return ready.error();
+  const auto path = [&](const char* name) { return (folder / name).string(); };
+  const io::GridImage grid = io::grid_image(run.map);
+
+  io::MapImageOptions map_options;
+  map_options.file = options;
+  io::MapImageOptions radar_options = map_options;
+  // One detection is likely clutter: three of them in one cell are something.
+  radar_options.occupied_threshold = 0.9;
+  const std::array<Result<void>, 6> written = {
+      io::write_tum(path("trajectory.tum"), run.trajectory, options),
+      io::write_map(path("map"), grid, map_options),
+      run.radar_map
+          ? io::write_map(path("radar_map"), io::grid_image(*run.radar_map), radar_options)
+          : Result<void>(),
+      io::write_png(path("map.png"), io::to_picture(grid), options),
+      run.graph.poses.empty() ? Result<void>()
+                              : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
+      report_of(run, grid).write(path("report.html"), options)};
+  for (const Result<void>& result : written)
+    if (!result) return result.error();
+  return path("report.html");
+}
+
+}  // namespace wayfare::examples

@@ -1,0 +1,226 @@
+#pragma once
+
+// The extended Kalman filter in error-state form, on any manifold and any scalar, a SIMD pack
+// included. Models are const objects the caller passes in; the filter holds the state and its
+// covariance, and nothing else.
+
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include <wayfare/core/manifold.hpp>
+#include <wayfare/core/pack.hpp>
+#include <wayfare/filter/scalar_measurement.hpp>
+
+namespace wayfare {
+
+/// What an update did, lane by lane for packs.
+template <class T>
+struct ScalarUpdate {
+  T innovation;        ///< before the update
+  T variance;          ///< of the innovation: h P hᵀ + R
+  MaskOf<T> accepted;  ///< false: refused by the gate (or not finite), the state is as it was
+
+  /// Normalised innovation squared; χ² with one degree of freedom when all is well.
+  [[nodiscard]] T nis() const { return innovation * innovation / variance; }
+};
+
+/// x ← f(x, u), P ← Φ P Φᵀ + Q. A process returns its step: `state`, and either `phi` and `q`
+/// (square matrices of the tangent's size) or, where it knows better than a dense product, a
+/// member `propagate(P)` that carries the covariance (symmetric, both triangles) itself.
+template <class Step, class M>
+concept DenseProcessStep = requires(const Step& s) {
+  { s.state } -> std::convertible_to<M>;
+  { s.phi } -> std::convertible_to<SquareOf<M>>;
+  { s.q } -> std::convertible_to<SquareOf<M>>;
+};
+template <class Step, class M>
+concept SparseProcessStep = requires(const Step& s, SquareOf<M>& p) {
+  { s.state } -> std::convertible_to<M>;
+  s.propagate(p);
+};
+template <class F, class M, class... Input>
+concept ProcessModel = requires(const F& f, const M& x, const Input&... u) {
+  requires DenseProcessStep<decltype(f(x, u...)), M> || SparseProcessStep<decltype(f(x, u...)), M>;
+};
+
+/// z − h(x) of one number: a const callable from a state to a ScalarMeasurement.
+template <class H, class M>
+concept MeasurementModel = requires(const H& h, const M& x) {
+  h(x).innovation;
+  h(x).row;
+  h(x).variance;
+};
+
+template <Manifold M>
+class Ekf {
+ public:
+  using State = M;
+  using Scalar = typename ManifoldTraits<M>::Scalar;
+  using Tangent = TangentOf<M>;
+  using Square = SquareOf<M>;
+  static constexpr int kDof = ManifoldTraits<M>::kDof;
+
+  Ekf() : state_(manifold_origin<M>()), covariance_(Square::Identity()) {}
+  /// `covariance` is that of the error τ in truth = state ⊞ τ, positive definite.
+  Ekf(const M& state, const Square& covariance) : state_(state), covariance_(covariance) {}
+
+  [[nodiscard]] const M& state() const { return state_; }
+  [[nodiscard]] const Square& covariance() const { return covariance_; }
+  void set_state(const M& state) { state_ = state; }
+  void set_covariance(const Square& covariance) { covariance_ = covariance; }
+
+  template <class Process, class... Input>
+  requires ProcessModel<Process, M, Input...>
+  void predict(const Process& process, const Input&... input) {
+    const auto step = process(state_, input...);
+    state_ = step.state;
+    if constexpr (SparseProcessStep<decltype(step), M>) {
+      step.propagate(covariance_);
+    } else {
+      const Square next = step.phi * covariance_ * step.phi.transpose() + step.q;
+      covariance_ = Scalar(0.5) * (next + next.transpose());
+    }
+  }
+
+  /// Takes in one number. Refused where |innovation| exceeds `gate_sigma` of its own σ, where it is
+  /// not finite, and in lanes that are not `enabled`.
+  template <class Model>
+  requires MeasurementModel<Model, M> ScalarUpdate<Scalar> update(
+      const Model& model, const Scalar& gate_sigma = std::numeric_limits<float>::max(),
+      const MaskOf<Scalar>& enabled = true) {
+    const auto measured = model(state_);
+    const Tangent g = covariance_times(measured.row);
+    const Scalar s = row_times(measured.row, g) + measured.variance;
+    const Scalar nu = measured.innovation;
+    // Written so that NaN and a variance that is not positive are refused, not let in.
+    const MaskOf<Scalar> accepted = enabled && (s > Scalar(0)) && is_finite(Scalar(nu * nu / s)) &&
+                                    (nu * nu <= gate_sigma * gate_sigma * s);
+    if (any(accepted)) correct(measured.row, g, s, measured.variance, nu, accepted);
+    return {nu, s, accepted};
+  }
+
+  /// σ of a measurement's innovation, before it is used.
+  template <class Row>
+  [[nodiscard]] Scalar predicted_sigma(const ScalarMeasurement<Scalar, Row>& m) const {
+    using std::sqrt;
+    return sqrt(row_times(m.row, covariance_times(m.row)) + m.variance);
+  }
+
+  /// Takes in a vector of any length at once: innovation z − h(x), H, and the noise's covariance
+  /// R, which may be correlated. False (and nothing changed) where HPHᵀ + R is not positive
+  /// definite or the normalised innovation squared exceeds `nis_limit`. For plain numbers only.
+  template <int Rows>
+  requires std::floating_point<Scalar>
+  bool update_block(const Eigen::Matrix<Scalar, Rows, 1>& innovation,
+                    const Eigen::Matrix<Scalar, Rows, kDof>& h,
+                    const Eigen::Matrix<Scalar, Rows, Rows>& r,
+                    Scalar nis_limit = std::numeric_limits<Scalar>::max()) {
+    const Eigen::Matrix<Scalar, kDof, Rows> g = covariance_ * h.transpose();
+    const Eigen::Matrix<Scalar, Rows, Rows> s = h * g + r;
+    const Eigen::LLT<Eigen::Matrix<Scalar, Rows, Rows>> llt(s);
+    if (llt.info() != Eigen::Success || !innovation.allFinite() || !s.allFinite()) return false;
+    if (!(innovation.dot(llt.solve(innovation)) <= nis_limit)) return false;
+    const Eigen::Matrix<Scalar, kDof, Rows> k = llt.solve(g.transpose()).transpose();
+    const Square keep = Square::Identity() - k * h;
+    const Square next = keep * covariance_ * keep.transpose() + k * r * k.transpose();
+    covariance_ = Scalar(0.5) * (next + next.transpose());
+    state_ = ManifoldTraits<M>::plus(state_, k * innovation);
+    return true;
+  }
+
+  /// Adds `variance` to error i.
+  void add_variance(int i, const Scalar& variance) { covariance_(i, i) += variance; }
+
+  /// Forgets all that is known of error i: no correlation left, and this variance.
+  void reset_variance(int i, const Scalar& variance, const MaskOf<Scalar>& where = true) {
+    for (int j = 0; j < kDof; ++j) {
+      const Scalar kept = select(where, j == i ? variance : Scalar(0), covariance_(i, j));
+      covariance_(i, j) = kept;
+      covariance_(j, i) = kept;
+    }
+  }
+
+  /// Multiplies the standard deviations of errors first … first + count − 1 by `factor`: all
+  /// correlations stay.
+  void scale_sigma(int first, int count, const Scalar& factor) {
+    covariance_.middleRows(first, count) *= factor;
+    covariance_.middleCols(first, count) *= factor;
+  }
+
+ private:
+  template <int K>
+  [[nodiscard]] Tangent covariance_times(const SparseRow<Scalar, K>& row) const {
+    Tangent g;
+    const Scalar* p = covariance_.data();
+    for (int i = 0; i < kDof; ++i) g[i] = row.value[0] * p[kDof * row.index[0] + i];
+    for (std::size_t k = 1; k < K; ++k) {
+      const Scalar* column = p + kDof * row.index[k];
+      for (int i = 0; i < kDof; ++i) g[i] += row.value[k] * column[i];
+    }
+    return g;
+  }
+  [[nodiscard]] Tangent covariance_times(const Eigen::Matrix<Scalar, 1, kDof>& row) const {
+    return covariance_ * row.transpose();
+  }
+  template <int K>
+  [[nodiscard]] static Scalar row_times(const SparseRow<Scalar, K>& row, const Tangent& g) {
+    Scalar sum = row.value[0] * g[row.index[0]];
+    for (std::size_t k = 1; k < K; ++k) sum += row.value[k] * g[row.index[k]];
+    return sum;
+  }
+  [[nodiscard]] static Scalar row_times(const Eigen::Matrix<Scalar, 1, kDof>& row,
+                                        const Tangent& g) {
+    return row.dot(g);
+  }
+
+  /// P − k s kᵀ as a product that is symmetric to the last bit. Where the measurement is so much
+  /// better than the prediction that rounding shows in what is left, the result is then made to
+  /// satisfy P hᵀ = R k, which is what Joseph's form (I − k h) P (I − k h)ᵀ + k R kᵀ is used for.
+  template <class Row>
+  void correct(const Row& row, const Tangent& g, const Scalar& s, const Scalar& r, const Scalar& nu,
+               const MaskOf<Scalar>& accepted) {
+    using std::sqrt;
+    const Scalar safe = select(accepted, s, Scalar(1)), root = Scalar(1) / sqrt(safe);
+    Tangent u, k;
+    for (int i = 0; i < kDof; ++i) {
+      const Scalar gi = select(accepted, g[i], Scalar(0));
+      u[i] = gi * root;
+      k[i] = gi / safe;
+    }
+    Scalar* p = covariance_.data();
+    for (int j = 0; j < kDof; ++j) {
+      const Scalar uj = u[j];
+      for (int i = 0; i < kDof; ++i) p[kDof * j + i] -= u[i] * uj;
+    }
+    using Lane = typename LaneOf<Scalar>::Type;
+    const Scalar digits_left = Scalar(Lane(1e-4) / std::numeric_limits<Lane>::epsilon());
+    const MaskOf<Scalar> delicate = accepted && (s > digits_left * r);
+    if (any(delicate)) restore(row, k, r, delicate);
+    state_ = ManifoldTraits<M>::plus(state_, k * select(accepted, nu, Scalar(0)));
+  }
+
+  /// Takes the rounding error e = P hᵀ − R k out: P − e kᵀ − k eᵀ + (h e) k kᵀ.
+  template <class Row>
+  void restore(const Row& row, const Tangent& k, const Scalar& r, const MaskOf<Scalar>& where) {
+    Tangent e = covariance_times(row);
+    for (int i = 0; i < kDof; ++i) e[i] = select(where, e[i] - r * k[i], Scalar(0));
+    const Tangent m = e - (Scalar(0.5) * row_times(row, e)) * k;
+    for (int j = 0; j < kDof; ++j) {
+      for (int i = 0; i <= j; ++i) {
+        const Scalar next = covariance_(i, j) - (m[i] * k[j] + k[i] * m[j]);
+        covariance_(i, j) = next;
+        covariance_(j, i) = next;
+      }
+    }
+  }
+
+  M state_;
+  Square covariance_;
+};
+
+}  // namespace wayfare

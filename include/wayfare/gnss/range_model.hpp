@@ -1,0 +1,152 @@
+#pragma once
+
+// Pseudoranges and their rates as measurements of InsState: geometry, lever arm, receiver clock.
+// Zhang 2020, (3.7)-(3.8), with the lever arm's terms (Groves 2013, section 14.3.2).
+
+#include <Eigen/Core>
+
+#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/inertial/ins_state.hpp>
+#include <wayfare/core/local_tangent_plane.hpp>
+#include <wayfare/filter/scalar_measurement.hpp>
+
+namespace wayfare {
+
+/// A satellite as seen from a chart's anchor, in the anchor's north, east and down; the anchor's
+/// range is taken off in double precision.
+struct SatelliteView {
+  Eigen::Vector3d position_m, velocity_mps;
+  double anchor_range_m = 0.0;
+
+  SatelliteView(const CorrectedRange& satellite, const NavChart& chart)
+      : position_m(chart.rotation_ecef_ned_at_anchor().transpose() *
+                   (satellite.position_ecef_m - chart.ecef_m())),
+        velocity_mps(chart.rotation_ecef_ned_at_anchor().transpose() * satellite.velocity_ecef_mps),
+        anchor_range_m(position_m.norm()) {}
+};
+
+/// The antenna of a state, in the anchor's axes, and what moves it.
+template <class T>
+struct AntennaView {
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  using Matrix3 = Eigen::Matrix<T, 3, 3>;
+  Matrix3 anchor_local;        ///< local level to the anchor's axes
+  Matrix3 anchor_unit;         ///< the unit's axes to the anchor's
+  Vector3 position_m;          ///< from the anchor
+  Vector3 velocity_mps;        ///< over the Earth
+  Vector3 chart_scale;         ///< metres of ground for a metre of chart
+  Vector3 lever_m, swing_mps;  ///< lever arm, and ω × lever arm, in the unit's axes
+
+  /// `lever_m` from the unit to the antenna and `rate_radps` the turn rate, both in its axes.
+  template <int Offsets>
+  AntennaView(const InsState<T, Offsets>& x, const NavChart& chart, const Vector3& lever,
+              const Vector3& rate_radps)
+      : anchor_local(chart.rotation_anchor_local(x.position_m)),
+        anchor_unit(anchor_local * x.q_nu.matrix()),
+        lever_m(lever),
+        swing_mps(rate_radps.cross(lever)) {
+    position_m = chart.displacement(x.position_m) + anchor_unit * lever_m;
+    velocity_mps = anchor_local * x.velocity_mps + anchor_unit * swing_mps;
+    const EarthAt<T> at = chart.earth(x.position_m);
+    chart_scale = Vector3(T(1) / at.north_scale, T(1) / at.east_scale, T(1));
+  }
+};
+
+/// What both models share: line of sight and the difference of range to the anchor's, written so
+/// that single precision keeps it: |s − x| − |s| = (|x|² − 2 s·x)/(|s − x| + |s|).
+template <class T>
+struct RangeGeometry {
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  Vector3 direction;  ///< from antenna to satellite, in the anchor's axes
+  T range_m;
+  T range_difference_m;
+
+  RangeGeometry(const SatelliteView& satellite, const AntennaView<T>& antenna) {
+    using std::sqrt;
+    const Vector3 s = satellite.position_m.cast<T>();
+    const Vector3 d = s - antenna.position_m;
+    range_m = sqrt(d.squaredNorm());
+    direction = d / range_m;
+    range_difference_m = antenna.position_m.dot(antenna.position_m - T(2) * s) /
+                         (range_m + T(satellite.anchor_range_m));
+  }
+};
+
+/// range − |s − p| − clock. `excess_m` is the measured range less the anchor's range and less the
+/// clock's own anchor; `clock_offset` names the further clock to add (−1: none).
+template <class T, int Offsets = 0>
+struct RangeModel {
+  const NavChart& chart;
+  SatelliteView satellite;
+  double excess_m;
+  T variance;
+  Eigen::Matrix<T, 3, 1> lever_m;  ///< the unit's axes
+  int clock_offset = -1;
+
+  static constexpr int kEntries = 6 + 2;
+  using Row = SparseRow<T, kEntries>;
+
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
+    using namespace ins_state;
+    using Vector3 = Eigen::Matrix<T, 3, 1>;
+    const AntennaView<T> antenna(x, chart, lever_m, Vector3::Zero());
+    const RangeGeometry<T> sight(satellite, antenna);
+    // The position's error moves p along the local level's axes; δθ turns the lever arm.
+    const Vector3 by_position =
+        -(antenna.anchor_local.transpose() * sight.direction).cwiseProduct(antenna.chart_scale);
+    const Vector3 u_unit = antenna.anchor_unit.transpose() * sight.direction;
+    const Vector3 by_attitude = u_unit.cross(lever_m);
+    const bool offset = clock_offset >= 0;
+    const int further = offset ? kClock + 2 + clock_offset : kClock;
+    const T bias = x.clock[0] + (offset ? x.clock[2 + clock_offset] : T(0));
+    return {T(excess_m) - sight.range_difference_m - bias,
+            {{0, 1, 2, 6, 7, 8, kClock, further},
+             {by_position[0], by_position[1], by_position[2], by_attitude[0], by_attitude[1],
+              by_attitude[2], T(1), offset ? T(1) : T(0)}},
+            variance};
+  }
+};
+
+/// rate − uᵀ(satellite velocity − antenna velocity) − clock drift.
+template <class T, int Offsets = 0>
+struct RangeRateModel {
+  const NavChart& chart;
+  SatelliteView satellite;
+  double range_rate_mps;
+  T variance;
+  Eigen::Matrix<T, 3, 1> lever_m;
+  /// As measured, in the unit's axes.
+  Eigen::Matrix<T, 3, 1> gyro_radps;
+
+  static constexpr int kEntries = 13;
+  using Row = SparseRow<T, kEntries>;
+
+  [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
+    using namespace ins_state;
+    using Vector3 = Eigen::Matrix<T, 3, 1>;
+    const Vector3 inverse_scale = (x.gyro_scale.array() + T(1)).inverse();
+    const Vector3 rate = (gyro_radps - x.gyro_bias_radps).cwiseProduct(inverse_scale);
+    const AntennaView<T> antenna(x, chart, lever_m, rate);
+    const RangeGeometry<T> sight(satellite, antenna);
+    const Vector3 relative = satellite.velocity_mps.cast<T>() - antenna.velocity_mps;
+    const T along = sight.direction.dot(relative);
+    // Moving the antenna turns the line of sight (small); moving changes the rate.
+    const Vector3 turn = (sight.direction * along - relative) / sight.range_m;
+    const Vector3 by_position =
+        (antenna.anchor_local.transpose() * turn).cwiseProduct(antenna.chart_scale);
+    const Vector3 by_velocity = -(antenna.anchor_local.transpose() * sight.direction);
+    const Vector3 u_unit = antenna.anchor_unit.transpose() * sight.direction;
+    const Vector3 turn_unit = antenna.anchor_unit.transpose() * turn;
+    const Vector3 by_attitude = u_unit.cross(antenna.swing_mps) - turn_unit.cross(lever_m);
+    // swing = ω × l, ∂ω/∂b = −1/(1 + s): −uᵀ(−(δb/(1+s)) × l) = (l × u)ᵀ δb/(1+s).
+    const Vector3 by_bias = lever_m.cross(u_unit).cwiseProduct(inverse_scale);
+    return {T(range_rate_mps) - along - x.clock[1],
+            {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, kClock + 1},
+             {by_position[0], by_position[1], by_position[2], by_velocity[0], by_velocity[1],
+              by_velocity[2], by_attitude[0], by_attitude[1], by_attitude[2], by_bias[0],
+              by_bias[1], by_bias[2], T(1)}},
+            variance};
+  }
+};
+
+}  // namespace wayfare

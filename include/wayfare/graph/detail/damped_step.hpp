@@ -1,0 +1,162 @@
+#pragma once
+
+// One step of an optimisation: (H + λ diag H) Δ = −g on a pose graph, with λ = 0 for Gauss-Newton.
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <wayfare/graph/linear_solver.hpp>
+#include <wayfare/graph/multifrontal_cholesky.hpp>
+#include <wayfare/graph/detail/normal_equations.hpp>
+#include <wayfare/graph/detail/phase_timer.hpp>
+#include <wayfare/graph/report.hpp>
+
+namespace wayfare {
+
+/// Linearises a graph, solves for the step and takes it or takes it back. Keeps pattern, symbolic
+/// factorisation and memory while the graph's structure stays the same.
+template <LieGroup G, LinearSolver Solver>
+class DampedStep {
+ public:
+  static constexpr int kDof = ManifoldTraits<G>::kDof;
+
+  /// For factorisations, where the solver can.
+  void set_threads(int threads) {
+    if constexpr (ThreadedSolver<Solver>) solver_.set_threads(threads);
+  }
+
+  /// Lays out the equations of a validated graph; returns whether the layout could be kept.
+  bool prepare(const PoseGraph<G>& graph);
+
+  /// H and g at the graph's poses; returns Σ ρ(eᵀΩe).
+  double linearise(const PoseGraph<G>& graph, const RobustKernel& kernel) {
+    const PhaseTimer timer(times_.linearise_s);
+    return equations_.linearise(graph, kernel);
+  }
+
+  /// What `linearise` returns.
+  double cost(const PoseGraph<G>& graph, const RobustKernel& kernel) {
+    const PhaseTimer timer(times_.linearise_s);
+    return equations_.cost(graph, kernel);
+  }
+  void set_weights(std::vector<double> weights) { equations_.set_weights(std::move(weights)); }
+
+  /// Factorises and solves; false where the poses are not determined.
+  bool compute(double damping);
+  /// The factorisation alone, without damping.
+  bool factorise(double damping = 0.0);
+
+  /// Moves the free poses along the step.
+  void apply(PoseGraph<G>& graph);
+  void undo(PoseGraph<G>& graph) const { graph.poses = saved_; }
+
+  /// Whether the last factorisation, and the step from it, came out.
+  [[nodiscard]] bool solved() const { return outcome_.ok; }
+  /// How much the quadratic model falls along the step.
+  [[nodiscard]] double model_gain() const { return model_gain_; }
+  [[nodiscard]] double largest() const { return step_.cwiseAbs().maxCoeff(); }
+  /// Names the pose at which the last factorisation failed.
+  [[nodiscard]] Error undetermined(const PoseGraph<G>& graph) const;
+
+  [[nodiscard]] const NormalEquations<G>& equations() const { return equations_; }
+  [[nodiscard]] Solver& solver() { return solver_; }
+  [[nodiscard]] PhaseTimes& times() { return times_; }
+
+ private:
+  void damp(double damping);
+  void restore();
+  [[nodiscard]] int first_overflow() const;
+
+  NormalEquations<G> equations_;
+  Solver solver_;
+  PhaseTimes times_;
+  FactorOutcome outcome_;
+  double model_gain_ = 0.0;
+  std::vector<G> saved_;
+  Eigen::VectorXd step_, diagonal_;
+};
+
+template <LieGroup G, LinearSolver S>
+bool DampedStep<G, S>::prepare(const PoseGraph<G>& graph) {
+  const PhaseTimer timer(times_.analyse_s);
+  const bool changed = equations_.set_structure(graph);
+  if (changed && !equations_.free_poses().empty()) solver_.analyse(equations_.hessian());
+  return !changed;
+}
+
+template <LieGroup G, LinearSolver S>
+bool DampedStep<G, S>::compute(double damping) {
+  if (!factorise(damping)) return false;
+  const PhaseTimer timer(times_.solve_s);
+  step_ = -equations_.gradient();
+  solver_.solve_in_place(step_);
+  // (H + λD)Δ = −g, so the model falls by −2gᵀΔ − ΔᵀHΔ = −gᵀΔ + λ ΔᵀDΔ.
+  model_gain_ = -equations_.gradient().dot(step_);
+  if (damping > 0.0) model_gain_ += damping * step_.cwiseAbs2().dot(diagonal_);
+  outcome_.ok = step_.allFinite();
+  return outcome_.ok;
+}
+
+template <LieGroup G, LinearSolver S>
+bool DampedStep<G, S>::factorise(double damping) {
+  const PhaseTimer timer(times_.factorise_s);
+  if (damping > 0.0) damp(damping);
+  outcome_ = solver_.factorise(equations_.hessian());
+  if (damping > 0.0) restore();
+  return outcome_.ok;
+}
+
+template <LieGroup G, LinearSolver S>
+void DampedStep<G, S>::damp(double damping) {
+  auto& h = equations_.hessian();
+  diagonal_.resize(equations_.gradient().size());
+  for (int c = 0; c < h.columns(); ++c) {
+    auto block = h.block(h.diagonal_index(c));
+    diagonal_.template segment<kDof>(c * kDof) = block.diagonal();
+    block.diagonal() *= 1.0 + damping;
+  }
+}
+
+template <LieGroup G, LinearSolver S>
+void DampedStep<G, S>::restore() {
+  auto& h = equations_.hessian();
+  for (int c = 0; c < h.columns(); ++c) {
+    h.block(h.diagonal_index(c)).diagonal() = diagonal_.template segment<kDof>(c * kDof);
+  }
+}
+
+template <LieGroup G, LinearSolver S>
+void DampedStep<G, S>::apply(PoseGraph<G>& graph) {
+  saved_ = graph.poses;
+  int column = 0;
+  for (const int pose : equations_.free_poses()) {
+    G& x = graph.poses[static_cast<std::size_t>(pose)];
+    x = ManifoldTraits<G>::plus(x, step_.template segment<kDof>(kDof * column++));
+  }
+}
+
+template <LieGroup G, LinearSolver S>
+Error DampedStep<G, S>::undetermined(const PoseGraph<G>& graph) const {
+  const int block = outcome_.block >= 0 ? outcome_.block : first_overflow();
+  if (block < 0) return {ErrorCode::degenerate, "the edges do not determine every pose"};
+  const int pose = equations_.free_poses()[static_cast<std::size_t>(block)];
+  return {ErrorCode::degenerate,
+          "pose " + graph.label(pose) + " is not fully determined by the edges"};
+}
+
+/// The first block column whose sums are too large for a number; −1 where there is none.
+template <LieGroup G, LinearSolver S>
+int DampedStep<G, S>::first_overflow() const {
+  const auto& h = equations_.hessian();
+  for (int c = 0; c < h.columns(); ++c)
+    if (!h.block(h.diagonal_index(c)).allFinite()) return c;
+  return -1;
+}
+
+// Compiled once in wayfare::slam.
+extern template class DampedStep<SE2d, MultifrontalCholesky<3>>;
+extern template class DampedStep<SE3d, MultifrontalCholesky<6>>;
+
+}  // namespace wayfare

@@ -1,0 +1,93 @@
+#pragma once
+
+// The two ways down Σ ρ(eᵀΩe): Gauss-Newton (H Δ = −g) and Levenberg-Marquardt
+// ((H + λ diag H) Δ = −g). Both start at poses that `step` was linearised at and end there.
+
+#include <limits>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/graph/detail/damped_step.hpp>
+#include <wayfare/graph/detail/optimise_control.hpp>
+
+namespace wayfare {
+
+/// False when a full step could not be computed or did not lower the cost: the poses are then those
+/// before it.
+template <LieGroup G, LinearSolver S>
+bool gauss_newton(DampedStep<G, S>& step, PoseGraph<G>& graph, const OptimiseOptions& options,
+                  OptimiseReport& report) {
+  OptimiseControl control(options, report);
+  while (control.may_iterate()) {
+    if (!step.compute(0.0)) return false;
+    ++report.iterations;
+    step.apply(graph);
+    const double before = report.final_cost;
+    const double after = step.linearise(graph, options.kernel);
+    if (!(after <= before)) {  // NaN too
+      step.undo(graph);
+      step.linearise(graph, options.kernel);
+      const bool at_rounding = after - before <= options.min_relative_gain * before;
+      report.reason = StopReason::converged;
+      return control.refused(0.0) || at_rounding;
+    }
+    report.final_cost = after;
+    if (control.taken(before, {after, 0.0, step.largest(), true})) return true;
+  }
+  report.reason = StopReason::max_iterations;
+  return true;
+}
+
+/// Damping is scaled by the diagonal of H so that metres and radians are damped alike. An Error
+/// where no damping makes the poses determined.
+template <LieGroup G, LinearSolver S>
+Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
+                                 const OptimiseOptions& options, OptimiseReport& report) {
+  OptimiseControl control(options, report);
+  Damping damping(options.initial_damping);
+  bool ever_solved = false;
+  report.reason = StopReason::max_iterations;
+  for (; control.may_iterate(); ++report.iterations) {
+    const bool solved = step.compute(damping.value());
+    ever_solved = ever_solved || solved;
+    const double before = report.final_cost;
+    if (solved && step.model_gain() <= options.min_relative_gain * 1e-3 * before) {
+      report.reason = StopReason::converged;
+      return {};
+    }
+    if (solved) step.apply(graph);
+    const double after =
+        solved ? step.cost(graph, options.kernel) : std::numeric_limits<double>::infinity();
+    if (solved && after <= before) {
+      report.final_cost = step.linearise(graph, options.kernel);
+      if (control.taken(before, {after, damping.value(), step.largest(), true})) {
+        ++report.iterations;
+        return {};
+      }
+      damping.step_taken((before - after) / step.model_gain());
+      continue;
+    }
+    if (solved) step.undo(graph);
+    if (control.refused(damping.value())) return {};
+    damping.step_refused();
+    if (damping.value() > options.max_damping) {
+      report.reason = StopReason::no_progress;
+      break;
+    }
+  }
+  if (!ever_solved && !step.solved()) return step.undetermined(graph);
+  return {};
+}
+
+// Compiled once in wayfare::slam.
+extern template bool gauss_newton(DampedStep<SE2d, MultifrontalCholesky<3>>&, PoseGraph<SE2d>&,
+                                  const OptimiseOptions&, OptimiseReport&);
+extern template Result<void> levenberg_marquardt(DampedStep<SE2d, MultifrontalCholesky<3>>&,
+                                                 PoseGraph<SE2d>&, const OptimiseOptions&,
+                                                 OptimiseReport&);
+extern template bool gauss_newton(DampedStep<SE3d, MultifrontalCholesky<6>>&, PoseGraph<SE3d>&,
+                                  const OptimiseOptions&, OptimiseReport&);
+extern template Result<void> levenberg_marquardt(DampedStep<SE3d, MultifrontalCholesky<6>>&,
+                                                 PoseGraph<SE3d>&, const OptimiseOptions&,
+                                                 OptimiseReport&);
+
+}  // namespace wayfare

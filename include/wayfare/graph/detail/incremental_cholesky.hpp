@@ -1,0 +1,159 @@
+#pragma once
+
+// Sparse Cholesky of a system that grows: A x = b, a sum of terms that each couple one or two
+// variables of N numbers. The factor is kept as a tree of cliques (variables eliminated together,
+// and those they couple), each with the update it hands to its parent. A term that is new or
+// changed concerns the cliques of its variables and their ancestors: these alone are ordered and
+// factorised again, from the updates the subtrees below them have kept.
+// (Kaess, Johannsson, Roberts, Ila, Leonard, Dellaert 2012, "iSAM2: Incremental smoothing and
+// mapping using the Bayes tree", there with QR; Duff, Reid 1983 for fronts and update matrices.)
+
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/graph/detail/incremental_order.hpp>
+#include <wayfare/graph/linear_solver.hpp>
+
+namespace wayfare {
+
+/// What one term adds to A and b: [aa ab; abᵀ bb] and [ra; rb].
+template <int N>
+struct IncrementalTerm {
+  using Block = Eigen::Matrix<double, N, N>;
+  using Vector = Eigen::Matrix<double, N, 1>;
+  Block aa, ab, bb;
+  Vector ra, rb;
+};
+
+template <int N>
+class IncrementalCholesky {
+ public:
+  using Term = IncrementalTerm<N>;
+  using Vector = typename Term::Vector;
+
+  /// Returns its index; x is zero there.
+  int add_variable();
+  /// Between variables `a` and `b`, either −1 where there is none. Returns the term's index.
+  int add_term(int a, int b, const Term& term);
+  void set_term(int index, const Term& term);
+  /// x of this variable counts from somewhere else now: all that is kept of it is void.
+  void reset(int variable, const Vector& x);
+  /// All is ordered and factorised anew next time.
+  void touch_all() { all_touched_ = true; }
+
+  /// Takes in what changed since the last success. On failure `block` is the variable at which A is
+  /// not positive definite, and the factor is what it was: take the changes back (roll_back,
+  /// set_term, reset), or add what is missing.
+  FactorOutcome refactor();
+  /// Drops the newest terms and variables, which no successful `refactor` has seen, and forgets
+  /// what was touched.
+  void roll_back(int variables, int terms);
+  /// Takes x along the factor from the root to where it changes by no more than `threshold` in any
+  /// component; returns the variables whose x did change.
+  const std::vector<int>& solve(double threshold);
+
+  [[nodiscard]] auto x(int variable) const {
+    return Eigen::Map<const Vector>(x_.data() + offset(variable));
+  }
+  /// The terms that hold a variable, oldest first.
+  [[nodiscard]] const std::vector<int>& terms_of(int variable) const {
+    return terms_of_[index(variable)];
+  }
+  [[nodiscard]] int variables() const { return static_cast<int>(clique_of_.size()); }
+  [[nodiscard]] int terms() const { return static_cast<int>(ends_.size()); }
+  /// Variables eliminated by the last `refactor`, and the operations on numbers that took.
+  [[nodiscard]] int last_columns() const { return last_columns_; }
+  [[nodiscard]] double last_flops() const { return last_flops_; }
+  /// What factorising everything in the order now kept would take.
+  [[nodiscard]] double total_flops() const { return total_flops_; }
+  /// Variables visited by the last `solve`.
+  [[nodiscard]] int last_solved() const { return last_solved_; }
+
+ private:
+  struct Clique {
+    int parent = -1;
+    int frontals = 0;
+    int pending = 0, made_anew = -1;  // while cliques are made again as they were
+    bool fresh = false;               // `solve` has not been here yet
+    std::vector<int> rows;            // variables: frontals in elimination order, then separator
+    std::vector<int> children;        // cliques
+    // Of the factor the frontals' triangle and the rectangle below it, then the update of the
+    // separator; and what is handed on of b: the frontals' y, the separator's update.
+    std::vector<double> numbers;
+    [[nodiscard]] int separators() const { return static_cast<int>(rows.size()) - frontals; }
+  };
+  /// Columns of the part at work that are eliminated together.
+  struct Supernode {
+    std::vector<int> frontals;
+    std::vector<int> children;  // supernodes, by their last column
+    std::vector<int> orphans;
+    bool merged = false;
+  };
+
+  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  static std::size_t offset(int variable) { return index(variable) * N; }
+
+  void collect();
+  void mark_involving();
+  void mark_ancestors(int clique);
+  void collect_variables();
+  void plan_as_before();
+  void plan_in_new_order();
+  void join_neighbours();
+  const std::vector<int>& eliminate_symbolically();
+  void find_structures();
+  void gather_structure(int place);
+  void absorb_children(int place);
+  void make_cliques();
+  int acquire();
+  void release(int clique);
+  FactorOutcome factorise_fresh();
+  void commit();
+  void forget_touched();
+
+  void assemble(Clique& clique);
+  void add_terms(Clique& clique, int variable);
+  const int* later_slots(const Clique& clique);
+  int eliminate(Clique& clique);
+  static double flops(const Clique& clique);
+  void substitute(Clique& clique, double threshold);
+  bool separator_changed(const Clique& clique) const;
+
+  std::vector<Term> terms_;
+  std::vector<std::pair<int, int>> ends_;
+  std::vector<std::vector<int>> terms_of_;
+  std::vector<double> x_;
+  std::vector<Clique> cliques_;
+  std::vector<int> free_cliques_;
+  std::vector<int> clique_of_;  // −1: not eliminated yet
+
+  std::vector<int> touched_, reset_;
+  bool all_touched_ = false, structure_changed_ = false;
+
+  int stamp_ = 0;
+  std::vector<int> clique_mark_, expanded_, variable_mark_, reset_mark_, changed_mark_;
+  std::vector<int> marked_, orphans_, affected_, fresh_, roots_;
+  std::vector<int> place_;  // of each affected variable in its order, and the other way:
+  std::vector<int> sequence_;
+  IncrementalOrder order_;
+  std::vector<std::vector<int>> structures_;
+  std::vector<std::vector<int>> child_places_;
+  std::vector<Supernode> supernodes_;
+  std::vector<int> seen_, local_, clique_at_;
+  std::vector<int> slot_, slots_;
+  std::vector<int> ascending_;
+  std::vector<double> gathered_, scratch_;
+  std::vector<int> changed_, stack_;
+  int last_columns_ = 0, last_solved_ = 0, constrained_ = 0;
+  double last_flops_ = 0.0, total_flops_ = 0.0;
+};
+
+// Compiled once in wayfare::slam.
+extern template class IncrementalCholesky<3>;
+extern template class IncrementalCholesky<6>;
+
+}  // namespace wayfare

@@ -1,0 +1,200 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include <wayfare/graph/block_sparse.hpp>
+#include <wayfare/graph/detail/edge_terms.hpp>
+#include <wayfare/graph/detail/pose_columns.hpp>
+#include <wayfare/graph/pose_graph.hpp>
+
+namespace wayfare {
+
+/// H = Σ w JᵀΩJ and g = Σ w JᵀΩe of a pose graph over its free poses, with w the robust kernel's
+/// weight. The layout is kept while the graph's structure (who is joined to whom, who is fixed)
+/// stays what it was; each edge then knows the addresses of its blocks.
+template <LieGroup G>
+class NormalEquations {
+ public:
+  static constexpr int kDof = ManifoldTraits<G>::kDof;
+  using Matrix = BlockSparse<kDof>;
+
+  /// Lays out the pattern for `graph` (validated); returns whether it changed.
+  bool set_structure(const PoseGraph<G>& graph);
+
+  /// The factor by which each edge counts besides the kernel; none given: one each.
+  void set_weights(std::vector<double> weights) { weights_ = std::move(weights); }
+
+  /// Fills H and g at the graph's poses; returns Σ w ρ(eᵀΩe).
+  double linearise(const PoseGraph<G>& graph, const RobustKernel& kernel);
+
+  /// Σ w ρ(eᵀΩe) alone.
+  [[nodiscard]] double cost(const PoseGraph<G>& graph, const RobustKernel& kernel) const;
+
+  /// Σ eᵀΩe over all edges, no kernel and no weights, as they were last linearised.
+  [[nodiscard]] double chi2() const {
+    return std::accumulate(squared_errors_.begin(), squared_errors_.end(), 0.0);
+  }
+  /// eᵀΩe of every edge as it was last linearised.
+  [[nodiscard]] const std::vector<double>& squared_errors() const { return squared_errors_; }
+
+  [[nodiscard]] Matrix& hessian() { return hessian_; }
+  [[nodiscard]] const Matrix& hessian() const { return hessian_; }
+  [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
+
+  /// The poses that are free, in the order of the block columns.
+  [[nodiscard]] const std::vector<int>& free_poses() const { return columns_.free(); }
+  /// The block column of a pose, −1 when it is fixed.
+  [[nodiscard]] int free_index(int pose) const { return columns_.of(pose); }
+
+ private:
+  using Square = SquareOf<G>;
+
+  struct Slot {
+    int from = -1, to = -1;  // block columns, −1 when fixed
+    int from_diagonal = -1, to_diagonal = -1, coupling = -1;
+    bool first = false;  // of the edges with this coupling
+  };
+
+  bool same_structure(const PoseGraph<G>& graph) const;
+
+  void find_addresses();
+
+  [[nodiscard]] double weight(std::size_t edge) const {
+    return weights_.empty() ? 1.0 : weights_[edge];
+  }
+
+  double add_edge(const PoseGraph<G>& graph, std::size_t k, const RobustKernel& kernel);
+
+  void couple(const Slot& slot, double w, const Square& between);
+
+  std::vector<int> fixed_;
+  std::vector<std::pair<int, int>> ends_;
+  PoseColumns columns_;
+  std::vector<Slot> slots_;
+  std::vector<double> weights_, squared_errors_;
+  Matrix hessian_;
+  Eigen::VectorXd gradient_;
+};
+
+template <LieGroup G>
+bool NormalEquations<G>::set_structure(const PoseGraph<G>& graph) {
+  if (same_structure(graph)) return false;
+  fixed_ = graph.fixed;
+  columns_.number(graph);
+  std::vector<std::pair<int, int>> pairs;
+  pairs.reserve(graph.edges.size());
+  ends_.clear();
+  ends_.reserve(graph.edges.size());
+  for (const auto& edge : graph.edges) {
+    ends_.emplace_back(edge.from, edge.to);
+    const int i = free_index(edge.from), j = free_index(edge.to);
+    if (i >= 0 && j >= 0) pairs.emplace_back(i, j);
+  }
+  hessian_ = Matrix(static_cast<int>(free_poses().size()), pairs);
+  gradient_.setZero(static_cast<Eigen::Index>(free_poses().size()) * kDof);
+  find_addresses();
+  return true;
+}
+
+template <LieGroup G>
+double NormalEquations<G>::linearise(const PoseGraph<G>& graph, const RobustKernel& kernel) {
+  for (int c = 0; c < hessian_.columns(); ++c) hessian_.block(hessian_.diagonal_index(c)).setZero();
+  gradient_.setZero();
+  squared_errors_.resize(graph.edges.size());
+  double cost = 0.0;
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    cost += add_edge(graph, k, kernel);
+  }
+  return cost;
+}
+
+template <LieGroup G>
+double NormalEquations<G>::cost(const PoseGraph<G>& graph, const RobustKernel& kernel) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    const PoseEdge<G>& edge = graph.edges[k];
+    const double s = squared_error(graph, edge);
+    sum += weight(k) * (edge.robust ? kernel(s).cost : s);
+  }
+  return sum;
+}
+
+template <LieGroup G>
+bool NormalEquations<G>::same_structure(const PoseGraph<G>& graph) const {
+  if (columns_.poses() != graph.poses.size() || ends_.size() != graph.edges.size()) return false;
+  if (fixed_ != graph.fixed) return false;
+  for (std::size_t k = 0; k < ends_.size(); ++k) {
+    if (ends_[k] != std::pair(graph.edges[k].from, graph.edges[k].to)) return false;
+  }
+  return true;
+}
+
+template <LieGroup G>
+void NormalEquations<G>::find_addresses() {
+  std::vector<char> coupled(static_cast<std::size_t>(hessian_.blocks()), 0);
+  slots_.clear();
+  slots_.reserve(ends_.size());
+  for (const auto& [from, to] : ends_) {
+    Slot s;
+    s.from = free_index(from);
+    s.to = free_index(to);
+    if (s.from >= 0) s.from_diagonal = hessian_.diagonal_index(s.from);
+    if (s.to >= 0) s.to_diagonal = hessian_.diagonal_index(s.to);
+    if (s.from >= 0 && s.to >= 0) {
+      s.coupling = hessian_.find(std::min(s.from, s.to), std::max(s.from, s.to));
+      s.first = coupled[static_cast<std::size_t>(s.coupling)] == 0;
+      coupled[static_cast<std::size_t>(s.coupling)] = 1;
+    }
+    slots_.push_back(s);
+  }
+}
+
+template <LieGroup G>
+double NormalEquations<G>::add_edge(const PoseGraph<G>& graph, std::size_t k,
+                                    const RobustKernel& kernel) {
+  const PoseEdge<G>& edge = graph.edges[k];
+  const Slot& slot = slots_[k];
+  EdgeTerms<G> terms;
+  edge_terms(edge, graph.poses[static_cast<std::size_t>(edge.from)],
+             graph.poses[static_cast<std::size_t>(edge.to)], terms);
+  squared_errors_[k] = terms.squared_error;
+  const KernelValue rho =
+      edge.robust ? kernel(terms.squared_error) : KernelValue{terms.squared_error, 1.0};
+  const double w = rho.weight * weight(k);
+  if (slot.from >= 0) {
+    hessian_.block(slot.from_diagonal) += w * terms.from;
+    gradient_.template segment<kDof>(slot.from * kDof) += w * terms.from_gradient;
+  }
+  if (slot.to >= 0) {
+    hessian_.block(slot.to_diagonal) += w * terms.to;
+    gradient_.template segment<kDof>(slot.to * kDof) += w * terms.to_gradient;
+  }
+  if (slot.coupling >= 0) couple(slot, w, terms.between);
+  return weight(k) * rho.cost;
+}
+
+/// The first edge of a coupling sets it, so that none needs to be cleared before.
+template <LieGroup G>
+void NormalEquations<G>::couple(const Slot& slot, double w, const Square& between) {
+  auto block = hessian_.block(slot.coupling);
+  const bool upright = slot.from < slot.to;
+  if (slot.first && upright) {
+    block = w * between;
+  } else if (slot.first) {
+    block = w * between.transpose();
+  } else if (upright) {
+    block += w * between;
+  } else {
+    block += w * between.transpose();
+  }
+}
+
+// Compiled once in wayfare::slam.
+extern template class NormalEquations<SE2d>;
+extern template class NormalEquations<SE3d>;
+
+}  // namespace wayfare

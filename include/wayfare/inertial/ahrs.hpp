@@ -1,0 +1,99 @@
+#pragma once
+
+// Attitude and heading from gyro, accelerometer and (where there is one) magnetometer.
+
+#include <concepts>
+
+#include <Eigen/Core>
+
+#include <wayfare/inertial/ahrs_parameters.hpp>
+#include <wayfare/inertial/detail/ahrs_readings.hpp>
+#include <wayfare/inertial/ahrs_report.hpp>
+#include <wayfare/inertial/attitude.hpp>
+
+namespace wayfare {
+
+/// Causal attitude of a body in `W` (frame::Ned or frame::Enu), true north where the declination is
+/// given. Readings may come at any and irregular rates, each sensor at its own; readings of
+/// gyro and accelerometer speak for the time since the one before, those of the magnetometer for
+/// their instant. Starts at rest or in motion, needs gyro and
+/// accelerometer, and no memory beyond itself. Without magnetometer the heading starts at zero and
+/// drifts with the gyro. Not for vehicles: long turns and braking look like a tilt.
+template <LevelFrame W = frame::Ned, std::floating_point T = double>
+class Ahrs {
+ public:
+  using World = W;
+  using Scalar = T;
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Covariance = Eigen::Matrix<T, 3, 3>;
+
+  explicit Ahrs(const AhrsParameters& parameters = {}) : readings_(parameters) {}
+
+  /// One sensor's reading; those of one instant in this order.
+  Intake add_rate(LogTime time, const Vector& radps) { return readings_.add_rate(time, radps); }
+  Intake add_force(LogTime time, const Vector& mps2) { return readings_.add_force(time, mps2); }
+  Intake add_field(LogTime time, const Vector& uT) { return readings_.add_field(time, uT); }
+
+  MargIntake add(const MargSample& s) {
+    return {add_rate(s.time, s.angular_rate_radps.cast<T>()),
+            add_force(s.time, s.specific_force_mps2.cast<T>()),
+            add_field(s.time, s.magnetic_field_uT.cast<T>())};
+  }
+
+  /// Whether there is an attitude, and whether its heading has a meaning beyond being its own.
+  [[nodiscard]] bool ready() const { return readings_.ready(); }
+  [[nodiscard]] bool heading_known() const { return readings_.heading().known(); }
+
+  /// At the time of the last gyro reading.
+  [[nodiscard]] SO3<T> q_world_body() const {
+    return rotation_from_enu<World, T>() * filter().q_enu_body();
+  }
+  /// Of the attitude's error as a rotation vector in world axes, rad²; its last diagonal element is
+  /// the heading's variance.
+  [[nodiscard]] Covariance world_covariance() const {
+    const Covariance c = rotation_from_enu<World, T>().matrix();
+    return c * attitude_covariance() * c.transpose();
+  }
+  /// The same in body axes, as the library's perturbations are: q ⊞ τ = q·exp(τ).
+  [[nodiscard]] Covariance body_covariance() const {
+    const Covariance& r = filter().rotation();
+    return r.transpose() * attitude_covariance() * r;
+  }
+
+  [[nodiscard]] Vector gyro_bias_radps() const { return filter().bias(); }
+  [[nodiscard]] Vector gyro_bias_sigma_radps() const {
+    const auto& p = filter().covariance();
+    return Vector(p(3, 3), p(4, 4), p(5, 5)).cwiseSqrt();
+  }
+  [[nodiscard]] T magnetometer_delay_s() const { return filter().delay(); }
+  [[nodiscard]] bool at_rest() const { return readings_.level().at_rest(); }
+
+  /// Gives the heading from outside: the direction of the body's x axis, clockwise from north.
+  void set_compass(Angle x_axis, Angle sigma) { readings_.set_compass(x_axis, sigma); }
+
+  /// Where AhrsParameters::heading_axis pointed, told from outside and as late as
+  /// AhrsParameters::heading_history_s: corrects attitude and gyro bias. Where nothing gave the
+  /// heading before it is taken as it is. `waiting` without an attitude of that time yet, `late`
+  /// beyond what is kept or not after the fix before, `missing` where it is no number or the
+  /// variance not positive, `disturbed` where it is too far off.
+  Intake add_heading(const HeadingFix& fix) { return readings_.add_heading(fix); }
+  /// What the gyro alone turned that axis, counter-clockwise seen from above.
+  [[nodiscard]] const HeadingTrack& heading_track() const { return readings_.outside().track(); }
+
+  [[nodiscard]] const AhrsReport& report() const { return readings_.report(); }
+  /// Squared innovations of the last readings over their variances, one degree of freedom each.
+  [[nodiscard]] AhrsNis<T> nis() const {
+    const auto& level = readings_.level().nis();
+    return {level[0], level[1], readings_.heading().nis(), readings_.outside().nis()};
+  }
+
+ private:
+  [[nodiscard]] const AhrsFilter<T>& filter() const { return readings_.filter(); }
+  [[nodiscard]] Covariance attitude_covariance() const {
+    return filter().covariance().dense().template topLeftCorner<3, 3>();
+  }
+
+  AhrsReadings<T> readings_;
+};
+
+}  // namespace wayfare

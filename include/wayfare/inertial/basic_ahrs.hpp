@@ -1,0 +1,128 @@
+#pragma once
+
+// The two attitude filters everybody knows, to measure others by: Madgwick's gradient descent and
+// Mahony's complementary filter, behind the interface of Ahrs.
+
+#include <cmath>
+#include <concepts>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/so3.hpp>
+#include <wayfare/inertial/attitude.hpp>
+#include <wayfare/inertial/detail/sample_clock.hpp>
+
+namespace wayfare {
+
+/// Mahony et al. 2008 (32): the gyro's rate is corrected in proportion to the error and its
+/// integral. Gains in 1/s and 1/s².
+struct MahonyRule {
+  double proportional_gain = 0.74;
+  double integral_gain = 0.0012;
+  bool use_magnetometer = true;
+
+  template <class Vector, class T>
+  Vector operator()(const Vector& error, Vector& integral, T dt) const {
+    integral += T(integral_gain) * dt * error;
+    return T(proportional_gain) * error + integral;
+  }
+};
+
+/// Madgwick et al. 2011 (33), (42): the quaternion descends along its error's gradient with a rate
+/// of `gain` (β, rad/s): a turn in the direction of Mahony's error, but of constant speed.
+struct MadgwickRule {
+  double gain = 0.12;
+  bool use_magnetometer = true;
+
+  template <class Vector, class T>
+  Vector operator()(const Vector& error, Vector& /*integral*/, T /*dt*/) const {
+    const T norm = error.norm();
+    return norm > T(0) ? Vector(T(2.0 * gain) / norm * error) : Vector(Vector::Zero());
+  }
+};
+
+/// `Rule` makes a correction of the rate from the error: the vector by which the body would have to
+/// turn for accelerometer and magnetometer to fit up and north, body axes.
+template <class Rule, LevelFrame W = frame::Ned, std::floating_point T = double>
+class BasicAhrs {
+ public:
+  using World = W;
+  using Scalar = T;
+  using Vector = Eigen::Matrix<T, 3, 1>;
+
+  explicit BasicAhrs(const Rule& rule = {}) : rule_(rule) {}
+
+  /// One sensor's reading. Force and field work until the next of their kind, through the rates.
+  Intake add_rate(LogTime time, const Vector& radps) {
+    if (!radps.allFinite()) return Intake::missing;
+    const auto verdict = rate_clock_.check(time);
+    if (verdict == SampleClock::Verdict::late) return Intake::late;
+    if (!ready_) return Intake::waiting;
+    const T dt = T(rate_clock_.step_s());
+    q_ = q_ * SO3<T>::exp((radps + rule_(error(), integral_, dt)) * dt);
+    return Intake::used;
+  }
+  Intake add_force(LogTime time, const Vector& mps2) { return hold(time, mps2, force_); }
+  Intake add_field(LogTime time, const Vector& uT) {
+    return rule_.use_magnetometer ? hold(time, uT, field_) : Intake::missing;
+  }
+  MargIntake add(const MargSample& s) {
+    const Intake force = add_force(s.time, s.specific_force_mps2.cast<T>());
+    const Intake field = add_field(s.time, s.magnetic_field_uT.cast<T>());
+    return {add_rate(s.time, s.angular_rate_radps.cast<T>()), force, field};
+  }
+
+  [[nodiscard]] bool ready() const { return ready_; }
+  [[nodiscard]] SO3<T> q_world_body() const { return rotation_from_enu<World, T>() * q_; }
+
+ private:
+  struct Held {
+    Vector direction = Vector::Zero();  // none yet
+    SampleClock clock{1.0};
+  };
+
+  Intake hold(LogTime time, const Vector& reading, Held& held) {
+    if (!reading.allFinite()) return Intake::missing;
+    if (held.clock.check(time) == SampleClock::Verdict::late) return Intake::late;
+    const T norm = reading.norm();
+    if (!(norm > T(0))) return Intake::missing;
+    held.direction = reading / norm;
+    if (!ready_) start();
+    return Intake::used;
+  }
+
+  /// Up by the accelerometer, then north by the magnetometer where there is one.
+  void start() {
+    if (force_.direction.isZero() || (rule_.use_magnetometer && field_.direction.isZero())) return;
+    q_ = SO3<T>::between(force_.direction, Vector::UnitZ());
+    const Vector m = q_ * field_.direction;
+    if (rule_.use_magnetometer) q_ = SO3<T>::exp({T(0), T(0), std::atan2(m.x(), m.y())}) * q_;
+    ready_ = true;
+  }
+
+  [[nodiscard]] Vector error() const {
+    const auto r = q_.matrix();
+    Vector e = force_.direction.cross(r.row(2).transpose());
+    if (rule_.use_magnetometer) {
+      // The Earth's field is given the dip that is measured, so that it moves the heading alone.
+      const Vector m = r * field_.direction;
+      const Vector north(T(0), std::hypot(m.x(), m.y()), m.z());
+      e += field_.direction.cross(r.transpose() * north);
+    }
+    return e;
+  }
+
+  Rule rule_;
+  SO3<T> q_;
+  bool ready_ = false;
+  Vector integral_ = Vector::Zero();
+  Held force_, field_;
+  SampleClock rate_clock_{1.0};
+};
+
+template <LevelFrame W = frame::Ned, std::floating_point T = double>
+using MadgwickAhrs = BasicAhrs<MadgwickRule, W, T>;
+template <LevelFrame W = frame::Ned, std::floating_point T = double>
+using MahonyAhrs = BasicAhrs<MahonyRule, W, T>;
+
+}  // namespace wayfare

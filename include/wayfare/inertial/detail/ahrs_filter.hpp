@@ -1,0 +1,163 @@
+#pragma once
+
+// The error-state Kalman filter inside the AHRS: nine states, their covariance, and the few
+// operations it is made of. World axes are east, north, up.
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/so3.hpp>
+#include <wayfare/filter/symmetric_matrix.hpp>
+
+namespace wayfare {
+
+/// Attitude with its error as a rotation vector in *world* axes (true = exp(θ)·q), so that a
+/// heading error stays one whichever way the body turns; gyro bias; horizontal velocity; the delay
+/// of the magnetometer. The accelerometer is not taken for a plumb line but integrated: what the
+/// velocity may not do is what levels the attitude.
+template <class T>
+class AhrsFilter {
+ public:
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Rotation = Eigen::Matrix<T, 3, 3>;
+  /// Variance of an angle of which nothing is known, rad².
+  static constexpr T kUnknown = T(10);
+  static constexpr int kAttitude = 0, kBias = 3, kVelocity = 6, kDelay = 8, kSize = 9;
+  using Covariance = SymmetricMatrix<T, kSize>;
+
+  [[nodiscard]] const SO3<T>& q_enu_body() const { return q_; }
+  [[nodiscard]] const Rotation& rotation() const { return r_; }
+  [[nodiscard]] const Vector& bias() const { return bias_; }
+  [[nodiscard]] const Eigen::Matrix<T, 2, 1>& velocity() const { return velocity_; }
+  [[nodiscard]] T delay() const { return delay_; }
+  [[nodiscard]] const Covariance& covariance() const { return p_; }
+  [[nodiscard]] Covariance& covariance() { return p_; }
+
+  void set_attitude(const SO3<T>& q) {
+    q_ = q;
+    r_ = q_.matrix();
+  }
+  void set_velocity(const Eigen::Matrix<T, 2, 1>& v) { velocity_ = v; }
+  void set_bias(const Vector& b) { bias_ = b; }
+  void set_delay(T delay) { delay_ = delay; }
+
+  /// Turns by the body's rate (bias taken off) for dt; each axis gains `angle_variance`, the bias
+  /// `bias_variance`.
+  void turn(const Vector& rate, T dt, T angle_variance, T bias_variance) {
+    // θ' = θ − R·dt·b: P_bb, then its products, then P_θθ from the old and the new P_θb.
+    const Rotation step = r_ * dt;
+    const Rotation old_cross = attitude_with_bias();
+    for (int j = kBias; j < kSize; ++j) {
+      const Vector change = step * Vector(p_(kBias, j), p_(kBias + 1, j), p_(kBias + 2, j));
+      for (int i = 0; i < 3; ++i) p_(i, j) -= change[i];
+    }
+    const Rotation change = step * old_cross.transpose() + attitude_with_bias() * step.transpose();
+    for (int j = 0; j < 3; ++j)
+      for (int i = 0; i <= j; ++i) p_(i, j) -= change(i, j);
+    for (int i = 0; i < 3; ++i) {
+      p_(i, i) += angle_variance;
+      if (p_(i, i) > kUnknown) p_.decouple(i, kUnknown);
+      p_(kBias + i, kBias + i) += bias_variance;
+    }
+    set_attitude(q_ * small_turn(rate * dt));
+  }
+
+  /// Takes up the world's acceleration (specific force in world axes) for dt.
+  void accelerate(const Vector& force, T dt, T velocity_variance) {
+    // v' = v + G·θ with G = −[a]×·dt, its first two rows.
+    velocity_ += force.template head<2>() * dt;
+    const T east = force[0] * dt, north = force[1] * dt, up = force[2] * dt;
+    const auto g = [&](int row, const T& x, const T& y, const T& z) {
+      return row == 0 ? up * y - north * z : east * z - up * x;
+    };
+    const T old[2][2] = {{g(0, p_(0, 6), p_(1, 6), p_(2, 6)), g(0, p_(0, 7), p_(1, 7), p_(2, 7))},
+                         {T(0), g(1, p_(0, 7), p_(1, 7), p_(2, 7))}};
+    const T old10 = g(1, p_(0, 6), p_(1, 6), p_(2, 6));
+    for (const int j : {0, 1, 2, 3, 4, 5, 8})
+      for (int row = 0; row < 2; ++row)
+        p_(kVelocity + row, j) += g(row, p_(0, j), p_(1, j), p_(2, j));
+    p_(6, 6) += old[0][0] + g(0, p_(0, 6), p_(1, 6), p_(2, 6)) + velocity_variance;
+    p_(7, 7) += old[1][1] + g(1, p_(0, 7), p_(1, 7), p_(2, 7)) + velocity_variance;
+    p_(6, 7) += old10 + g(0, p_(0, 7), p_(1, 7), p_(2, 7));
+  }
+
+  /// One scalar measurement with Jacobian `h` and variance `r`; `innovation` is measured minus
+  /// predicted at the estimate as apply() last left it. Gives its square over its variance.
+  template <int... Index>
+  T observe(const IndexedRow<T, Index...>& h, T innovation, T r) {
+    const typename Covariance::Vector ph = p_.times(h);
+    return take(h, ph, h.sum(element_of(ph)), innovation, r);
+  }
+  /// The same where the measurement's error has −`shared`, rad², in common with that of the
+  /// heading; `h` takes the heading as it is.
+  template <int... Index>
+  T observe_shared(const IndexedRow<T, Index...>& h, T innovation, T r, T shared) {
+    typename Covariance::Vector ph = p_.times(h);
+    const T expected = h.sum(element_of(ph)) - T(2) * shared;
+    ph[kAttitude + 2] -= shared;
+    return take(h, ph, expected, innovation, r);
+  }
+  /// Of what the row gives of the state's error.
+  template <int... Index>
+  [[nodiscard]] T variance_of(const IndexedRow<T, Index...>& h) const {
+    return h.sum(element_of(p_.times(h)));
+  }
+
+  /// Moves the estimate by what the measurements since the last call say.
+  void apply() {
+    const auto& d = pending_;
+    set_attitude(small_turn({d[0], d[1], d[2]}) * q_);
+    bias_ += Vector(d[3], d[4], d[5]);
+    velocity_ += Eigen::Matrix<T, 2, 1>(d[6], d[7]);
+    delay_ += d[8];
+    pending_.fill(T(0));
+    for (int i = 0; i < kSize; ++i)
+      if (p_(i, i) < T(0)) p_.decouple(i, T(0));
+  }
+
+ private:
+  static auto element_of(const typename Covariance::Vector& v) {
+    return [&v](int i) { return v[std::size_t(i)]; };
+  }
+
+  /// `ph`: what state and innovation have in common.
+  template <int... Index>
+  T take(const IndexedRow<T, Index...>& h, const typename Covariance::Vector& ph, T expected,
+         T innovation, T r) {
+    // Rounding must not make a variance negative, after which nothing would hold.
+    const T weight = T(1) / (std::max(expected, T(0)) + r);
+    const T rest = innovation - h.sum(element_of(pending_));
+    for (std::size_t i = 0; i < kSize; ++i) pending_[i] += ph[i] * (rest * weight);
+    p_.subtract_outer(ph, weight);
+    return rest * rest * weight;
+  }
+
+  /// exp(v) to 1e-15 from a short series, as nearly every turn allows.
+  [[nodiscard]] static SO3<T> small_turn(const Vector& v) {
+    const T x = T(0.25) * v.squaredNorm();
+    if (x > T(0.01)) return SO3<T>::exp(v);
+    const T c =
+        T(1) - x * (T(1.0 / 2) - x * (T(1.0 / 24) - x * (T(1.0 / 720) - x * T(1.0 / 40320))));
+    const T k = T(0.5) - x * (T(1.0 / 12) - x * (T(1.0 / 240) - x * T(1.0 / 10080)));
+    return SO3<T>(Eigen::Quaternion<T>(c, k * v[0], k * v[1], k * v[2]));
+  }
+
+  [[nodiscard]] Rotation attitude_with_bias() const {
+    return (Rotation() << p_(0, 3), p_(0, 4), p_(0, 5), p_(1, 3), p_(1, 4), p_(1, 5), p_(2, 3),
+            p_(2, 4), p_(2, 5))
+        .finished();
+  }
+
+  SO3<T> q_;
+  Rotation r_ = Rotation::Identity();
+  Vector bias_ = Vector::Zero();
+  Eigen::Matrix<T, 2, 1> velocity_ = Eigen::Matrix<T, 2, 1>::Zero();
+  T delay_ = T(0);
+  Covariance p_;
+  std::array<T, kSize> pending_{};
+};
+
+}  // namespace wayfare

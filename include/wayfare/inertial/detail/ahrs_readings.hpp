@@ -1,0 +1,184 @@
+#pragma once
+
+// The AHRS's way in: what is wrong with a reading, how the attitude turns with the gyro, and when
+// to begin anew.
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include <wayfare/inertial/detail/ahrs_alignment.hpp>
+#include <wayfare/inertial/detail/ahrs_filter.hpp>
+#include <wayfare/inertial/detail/ahrs_heading.hpp>
+#include <wayfare/inertial/detail/ahrs_level.hpp>
+#include <wayfare/inertial/ahrs_parameters.hpp>
+#include <wayfare/inertial/ahrs_report.hpp>
+#include <wayfare/inertial/detail/gyro_noise.hpp>
+#include <wayfare/inertial/detail/external_heading.hpp>
+#include <wayfare/inertial/detail/sample_clock.hpp>
+
+namespace wayfare {
+
+/// The inside of Ahrs, in east-north-up.
+template <class T>
+class AhrsReadings {
+ public:
+  using Vector = Eigen::Matrix<T, 3, 1>;
+
+  explicit AhrsReadings(const AhrsParameters& p)
+      : p_(p), gyro_noise_(p), level_(p), heading_(p), outside_(p) {
+    align::forget_bias(filter_, p_);
+  }
+
+  Intake add_rate(LogTime time, const Vector& rate) {
+    const Judgement j = judge(rate, p_.rate_range, rate_clock_, time);
+    if (!j.usable) return report_.gyro.note(j.intake);
+    const T dt = T(rate_clock_.step_s());
+    if (j.first || dt > T(p_.restart_gap_s)) {
+      restart();
+    } else {
+      turn(time, rate, dt, j.intake == Intake::saturated);
+    }
+    last_rate_ = rate;
+    return report_.gyro.note(j.intake);
+  }
+
+  Intake add_force(LogTime time, const Vector& force) {
+    const Judgement j = judge(force, p_.force_range, force_clock_, time);
+    if (!j.usable) return report_.accelerometer.note(j.intake);
+    if (!gyro_is_near(time) || (!ready_ && !start(force))) {
+      force_clock_.forget();
+      return report_.accelerometer.note(Intake::waiting);
+    }
+    const T dt = T(force_clock_.step_s());
+    if (j.first || dt > T(kLongestHold_s)) {
+      level_.break_off(filter_);
+    } else {
+      move(time, force, dt, j.intake == Intake::saturated);
+    }
+    return report_.accelerometer.note(j.intake);
+  }
+
+  Intake add_field(LogTime time, const Vector& field) {
+    const Judgement j = judge(field, p_.field_range, field_clock_, time);
+    if (!p_.use_magnetometer || !j.usable || j.intake == Intake::saturated)
+      return report_.magnetometer.note(p_.use_magnetometer ? j.intake : Intake::missing);
+    if (!ready_ || !gyro_is_near(time)) return report_.magnetometer.note(Intake::waiting);
+    const T dt = std::min(T(field_clock_.step_s()), T(kLongestHold_s));
+    const Vector world = in_world(field, after_gyro(time) - filter_.delay());
+    const auto outcome = heading_.take(filter_, world, last_rate_ - filter_.bias(), dt);
+    report_.headings_taken += outcome.taken_anew ? 1 : 0;
+    if (outcome.taken_anew) outside_.settle();
+    return report_.magnetometer.note(outcome.intake);
+  }
+
+  Intake add_heading(const HeadingFix& fix) {
+    if (!ready_ || !outside_.on()) return report_.outside.note(Intake::waiting);
+    const auto outcome = outside_.take(filter_, fix, heading_.known());
+    if (outcome.take_as_it_is) {
+      report_.headings_taken += heading_.known() ? 1 : 0;
+      heading_.turn(filter_, outcome.off, outcome.sigma);
+    }
+    return report_.outside.note(outcome.intake);
+  }
+
+  void set_compass(Angle x_axis, Angle sigma) {
+    heading_.set(filter_, x_axis, sigma);
+    outside_.settle();
+  }
+
+  [[nodiscard]] bool ready() const { return ready_; }
+  [[nodiscard]] const AhrsFilter<T>& filter() const { return filter_; }
+  [[nodiscard]] const AhrsLevel<T>& level() const { return level_; }
+  [[nodiscard]] const AhrsHeading<T>& heading() const { return heading_; }
+  [[nodiscard]] const OutsideHeading<T>& outside() const { return outside_; }
+  [[nodiscard]] const AhrsReport& report() const { return report_; }
+
+ private:
+  static constexpr double kLongestHold_s = 0.25;  // that the last reading speaks for what follows
+
+  struct Judgement {
+    Intake intake = Intake::used;
+    bool usable = false;
+    bool first = false;  ///< nothing is known of the time before
+  };
+
+  /// A saturated reading still says something; one of several times the range says nothing.
+  static Judgement judge(const Vector& reading, double range, SampleClock& clock, LogTime time) {
+    if (!reading.allFinite()) return {Intake::missing};
+    const T largest = reading.cwiseAbs().maxCoeff();
+    if (largest > T(4.0 * range)) return {Intake::saturated};
+    const auto verdict = clock.check(time);
+    if (verdict == SampleClock::Verdict::late) return {Intake::late};
+    return {largest >= T(range) ? Intake::saturated : Intake::used, true,
+            verdict == SampleClock::Verdict::first};
+  }
+
+  [[nodiscard]] T after_gyro(LogTime time) const {
+    return T(to_seconds(time - rate_clock_.last()));
+  }
+  [[nodiscard]] bool gyro_is_near(LogTime time) const {
+    return rate_clock_.started() && std::abs(after_gyro(time)) <= T(kLongestHold_s);
+  }
+  /// `v`, read `after_s` after the attitude's time, in world axes.
+  [[nodiscard]] Vector in_world(const Vector& v, T after_s) const {
+    Vector turn = (last_rate_ - filter_.bias()) * after_s;
+    const T angle2 = turn.squaredNorm();
+    if (angle2 > T(0.25)) turn *= T(0.5) / std::sqrt(angle2);
+    const Vector first = turn.cross(v);
+    return filter_.rotation() * (v + first + T(0.5) * turn.cross(first));
+  }
+
+  void restart() {
+    report_.restarts += ready_ ? 1 : 0;
+    ready_ = false;
+    heading_.forget();
+    force_clock_.forget();
+    field_clock_.forget();
+    level_.forget_rest();
+    outside_.forget();
+  }
+
+  bool start(const Vector& force) {
+    ready_ = level_.start(filter_, force, last_rate_);
+    // Until it is known the heading is what it is called: no error, and none that could leak.
+    if (ready_) align::turn_heading(filter_, T(0), T(0));
+    return ready_;
+  }
+
+  void turn(LogTime time, const Vector& rate, T dt, bool saturated) {
+    level_.add_rate(rate, dt);
+    if (!ready_) return;
+    const bool coarse = dt > T(p_.coarse_gap_s);
+    const Vector mean = coarse ? Vector(T(0.5) * (rate + last_rate_)) : rate;
+    const T variance = gyro_noise_.angle_variance(mean, last_rate_, dt, coarse, saturated);
+    const Vector turning = mean - filter_.bias();
+    if (!outside_.on()) return filter_.turn(turning, dt, variance, gyro_noise_.bias_variance(dt));
+    const auto begun = outside_.begin_turn(filter_, dt, variance);
+    filter_.turn(turning, dt, variance, gyro_noise_.bias_variance(dt));
+    outside_.end_turn(time, begun, filter_);
+  }
+
+  void move(LogTime time, const Vector& force, T dt, bool saturated) {
+    const Vector world = in_world(force, after_gyro(time) - T(0.5) * dt);
+    T variance = T(p_.force_noise * p_.force_noise) * dt;
+    if (saturated)
+      variance += T(p_.saturated_part * p_.saturated_part) * force.squaredNorm() * dt * dt;
+    report_.levelled_anew += level_.add_force(filter_, force, world, dt, variance) ? 1 : 0;
+  }
+
+  AhrsParameters p_;
+  AhrsFilter<T> filter_;
+  GyroNoise<T> gyro_noise_;
+  AhrsLevel<T> level_;
+  AhrsHeading<T> heading_;
+  OutsideHeading<T> outside_;
+  SampleClock rate_clock_{p_.restart_gap_s}, force_clock_{p_.restart_gap_s},
+      field_clock_{p_.restart_gap_s};
+  Vector last_rate_ = Vector::Zero();
+  bool ready_ = false;
+  AhrsReport report_;
+};
+
+}  // namespace wayfare

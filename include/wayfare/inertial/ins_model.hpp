@@ -1,0 +1,196 @@
+#pragma once
+
+// The process of the 23-state filter: strapdown navigation, Gauss-Markov errors of the unit, the
+// receiver's clock.
+
+#include <Eigen/Core>
+
+#include <wayfare/filter/gauss_markov.hpp>
+#include <wayfare/inertial/imu_noise.hpp>
+#include <wayfare/inertial/ins_state.hpp>
+#include <wayfare/inertial/detail/ins_transition.hpp>
+#include <wayfare/inertial/strapdown.hpp>
+
+namespace wayfare {
+
+/// ImuNoise and ReceiverClockNoise in the filter's scalar, so that each lane of a pack may have its
+/// own. Orders of the twelve: gyro bias, accelerometer bias, gyro scale, accelerometer scale.
+template <class T>
+struct InsNoise {
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  Eigen::Matrix<T, 12, 1> sigma, tau_s;
+  Vector3 gyro_white, accel_white;
+  T clock_bias_walk, clock_drift_walk;
+  /// Of the offsets between the clocks of satellite systems, m/√s.
+  T clock_offset_walk = T(0.01);
+
+  InsNoise() = default;
+  InsNoise(const ImuNoise& imu, const ReceiverClockNoise& clock)
+      : gyro_white(imu.gyro_white_rad_per_sqrt_s.template cast<T>()),
+        accel_white(imu.accel_white_mps_per_sqrt_s.template cast<T>()),
+        clock_bias_walk(clock.bias_walk_m_per_sqrt_s),
+        clock_drift_walk(clock.drift_walk_mps_per_sqrt_s) {
+    sigma << imu.gyro_bias_radps.sigma.template cast<T>(),
+        imu.accel_bias_mps2.sigma.template cast<T>(), imu.gyro_scale.sigma.template cast<T>(),
+        imu.accel_scale.sigma.template cast<T>();
+    tau_s << imu.gyro_bias_radps.tau_s.template cast<T>(),
+        imu.accel_bias_mps2.tau_s.template cast<T>(), imu.gyro_scale.tau_s.template cast<T>(),
+        imu.accel_scale.tau_s.template cast<T>();
+  }
+};
+
+/// What InsModel gives the filter.
+template <class T, int Offsets = 0>
+struct InsStep {
+  InsState<T, Offsets> state;
+  InsTransition<T, Offsets> transition;
+
+  template <class Square>
+  void propagate(Square& p) const {
+    transition.propagate(p);
+  }
+};
+
+/// ω = (ω̃ − b)/(1 + s), element by element (Zhang 2020, section 3.1).
+template <class T>
+struct CorrectedImu {
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  Vector3 inverse_gyro_scale, inverse_accel_scale;
+  Vector3 begin_rate, end_rate, begin_force, end_force;
+
+  template <int Offsets>
+  CorrectedImu(const InsState<T, Offsets>& x, const ImuInterval& u)
+      : inverse_gyro_scale((x.gyro_scale.array() + T(1)).inverse()),
+        inverse_accel_scale((x.accel_scale.array() + T(1)).inverse()),
+        begin_rate(rate(x, u.begin_rate_radps)),
+        end_rate(rate(x, u.end_rate_radps)),
+        begin_force(force(x, u.begin_force_mps2)),
+        end_force(force(x, u.end_force_mps2)) {}
+
+ private:
+  template <class State>
+  Vector3 rate(const State& x, const Eigen::Vector3d& measured) const {
+    return (measured.cast<T>() - x.gyro_bias_radps).cwiseProduct(inverse_gyro_scale);
+  }
+  template <class State>
+  Vector3 force(const State& x, const Eigen::Vector3d& measured) const {
+    return (measured.cast<T>() - x.accel_bias_mps2).cwiseProduct(inverse_accel_scale);
+  }
+};
+
+/// The process model (see ProcessModel): from a state over an ImuInterval.
+template <class T, int Offsets = 0>
+class InsModel {
+ public:
+  using State = InsState<T, Offsets>;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  using Matrix3 = Eigen::Matrix<T, 3, 3>;
+
+  InsModel(const NavChart& chart, const InsNoise<T>& noise) : chart_(chart), noise_(noise) {}
+
+  /// Works out what steps of exactly this length share, for a model that is kept: no result
+  /// changes, each comes sooner.
+  void prepare(double dt_s) {
+    prepared_ = error_steps(T(dt_s));
+    prepared_dt_s_ = dt_s;
+  }
+
+  [[nodiscard]] InsStep<T, Offsets> operator()(const State& x, const ImuInterval& u) const {
+    const T dt = T(u.dt_s);
+    const EarthAt<T> at = chart_.earth(x.position_m);
+    const CorrectedImu<T> imu(x, u);
+    const InertialIncrement<T> felt =
+        integrate(imu.begin_rate, imu.end_rate, imu.begin_force, imu.end_force, dt);
+    const Navigation<T> next = strapdown_step({x.position_m, x.velocity_mps, x.q_nu}, at, felt, dt);
+    InsStep<T, Offsets> step{x, transition(x, at, imu, felt, u.dt_s)};
+    step.state.position_m = next.position_m;
+    step.state.velocity_mps = next.velocity_mps;
+    step.state.q_nu = next.q_nu;
+    relax(step.state, step.transition.kept, dt);
+    return step;
+  }
+
+ private:
+  static void relax(State& x, const Eigen::Matrix<T, 12, 1>& kept, const T& dt) {
+    x.gyro_bias_radps.array() *= kept.template segment<3>(0).array();
+    x.accel_bias_mps2.array() *= kept.template segment<3>(3).array();
+    x.gyro_scale.array() *= kept.template segment<3>(6).array();
+    x.accel_scale.array() *= kept.template segment<3>(9).array();
+    x.clock[0] += dt * x.clock[1];
+  }
+
+  InsTransition<T, Offsets> transition(const State& x, const EarthAt<T>& at,
+                                       const CorrectedImu<T>& imu, const InertialIncrement<T>& felt,
+                                       double dt_s) const {
+    const T dt = T(dt_s);
+    InsTransition<T, Offsets> f;
+    f.dt_s = dt;
+    f.half_dt = T(0.5) * dt * Vector3(at.north_scale, at.east_scale, T(1));
+    const LevelRates<T> rates = level_rates(at, x.velocity_mps);
+    f.velocity_turn = -dt * (T(2) * rates.earth + rates.transport);
+    const Matrix3 c = x.q_nu.matrix();
+    f.velocity_attitude = -c * skew(felt.velocity_mps);
+    f.velocity_accel_bias = c * (-dt * imu.inverse_accel_scale).asDiagonal();
+    f.scale_force = beyond_noise(felt.mean_force_mps2, noise_.accel_white, 3, dt);
+    const Vector3 turned =
+        felt.rotation_rad - c.transpose() * Vector3(dt * (rates.earth + rates.transport));
+    const Matrix3 k = skew(turned);
+    f.attitude_attitude = Matrix3::Identity() - k + T(0.5) * k * k;
+    f.attitude_gyro_bias = -dt * imu.inverse_gyro_scale;
+    f.attitude_gyro_scale = f.attitude_gyro_bias.cwiseProduct(
+        beyond_noise(felt.mean_rate_radps, noise_.gyro_white, 0, dt));
+    noise(f, c, dt_s);
+    return f;
+  }
+
+  /// What a reading says of the scale: nothing where noise and bias alone could have made it. A
+  /// regressor that contains the very noise it is regressed on draws its coefficient to one side
+  /// (Fuller 1987, section 1.1), here the scale of an axis the vehicle seldom turns about, and in
+  /// hours by many times what the filter believes.
+  Vector3 beyond_noise(const Vector3& felt, const Vector3& white, int bias, const T& dt) const {
+    constexpr double kSigmas = 3.0;
+    Vector3 beyond;
+    for (int i = 0; i < 3; ++i) {
+      const T variance = white[i] * white[i] / dt + noise_.sigma[bias + i] * noise_.sigma[bias + i];
+      const MaskOf<T> told = felt[i] * felt[i] > T(kSigmas * kSigmas) * variance;
+      beyond[i] = select(told, felt[i], T(0));
+    }
+    return beyond;
+  }
+
+  /// The unit's twelve errors and the receiver's clock over a step.
+  struct ErrorSteps {
+    Eigen::Matrix<T, 12, 1> kept = Eigen::Matrix<T, 12, 1>::Zero();
+    Eigen::Matrix<T, 12, 1> noise = Eigen::Matrix<T, 12, 1>::Zero();
+    ClockStep<T> clock{};
+  };
+  ErrorSteps error_steps(const T& dt) const {
+    ErrorSteps steps;
+    for (int i = 0; i < 12; ++i) {
+      const ProcessStep1<T> step = discretise_gauss_markov(noise_.sigma[i], noise_.tau_s[i], dt);
+      steps.kept[i] = step.phi;
+      steps.noise[i] = step.q;
+    }
+    steps.clock = discretise_clock(noise_.clock_bias_walk, noise_.clock_drift_walk, dt);
+    return steps;
+  }
+
+  void noise(InsTransition<T, Offsets>& f, const Matrix3& c, double dt_s) const {
+    const T dt = T(dt_s);
+    const Vector3 accel = dt * noise_.accel_white.cwiseAbs2();
+    f.velocity_noise = c * accel.asDiagonal() * c.transpose();
+    f.attitude_noise = dt * noise_.gyro_white.cwiseAbs2();
+    const ErrorSteps steps = dt_s == prepared_dt_s_ ? prepared_ : error_steps(dt);
+    f.kept = steps.kept;
+    f.error_noise = steps.noise;
+    f.clock_noise = steps.clock;
+    f.clock_offset_noise = noise_.clock_offset_walk * noise_.clock_offset_walk * dt;
+  }
+
+  NavChart chart_;
+  InsNoise<T> noise_;
+  double prepared_dt_s_ = 0.0;
+  ErrorSteps prepared_;
+};
+
+}  // namespace wayfare

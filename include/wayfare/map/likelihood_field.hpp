@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/se2.hpp>
+#include <wayfare/map/cell.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
+#include <wayfare/map/detail/padded_table.hpp>
+#include <wayfare/sensors/point_set.hpp>
+
+namespace wayfare {
+
+/// The map as matchers read it: for every cell the log-likelihood of a scan point falling into it,
+/// quantised to `ln p = floor + step · value`, value in [0, kMaxValue], 0 outside. Not changed once
+/// made, but by the makers below.
+class MatchGrid : public PaddedTable {
+ public:
+  /// 255·16: fits a byte as a ceiling of sixteenths, and 16 of them fit 16 bits.
+  static constexpr int kMaxValue = 4080;
+
+  MatchGrid() = default;
+
+  /// ln p of value 0, and of one unit of value.
+  [[nodiscard]] double log_floor() const { return log_floor_; }
+  [[nodiscard]] double log_step() const { return log_step_; }
+  [[nodiscard]] double log_likelihood(const Cell& map_cell) const {
+    return log_floor_ + log_step_ * value(map_cell);
+  }
+
+  /// A table of zeros over `box` (map cells), reusing memory. Refused: a resolution or floor out of
+  /// range, more than kMaxCells.
+  Result<void> reset(double resolution_m, const CellBox& box, double floor_probability);
+
+ private:
+  double log_floor_ = 0.0, log_step_ = 0.0;
+};
+
+struct OccupancyViewOptions {
+  /// Probability given to a point in a cell that is free or outside the map; nothing falls below.
+  double floor_probability = 0.05;
+  /// Standard deviation of a Gaussian blur of the probabilities, m: widens the basin of attraction.
+  double blur_sigma_m = 0.0;
+  /// Stands for the occupancy of a cell nobody observed.
+  double unknown_probability = 0.05;
+};
+
+/// ln of the occupancy probability of every cell, as (b) below but from a log-odds grid.
+[[nodiscard]] Result<MatchGrid> match_grid(const OccupancyGrid& grid,
+                                           const OccupancyViewOptions& options = {});
+
+/// Points and the pose that places them in the map.
+struct PlacedPoints {
+  const PointSet* points = nullptr;
+  SE2d T_map_points;
+};
+
+struct LikelihoodFieldOptions {
+  double resolution_m = 0.05;
+  /// Standard deviation of a point about the surface it measures, m.
+  double sigma_m = 0.1;
+  /// Probability given to a point far from every surface; also ends the kernel, at
+  /// σ√(−2 ln floor), at most 30 cells.
+  double floor_probability = 0.01;
+};
+
+/// ln p = max over the placed points q of −|c − q|²/2σ², at cell centres c, not below the floor: a
+/// likelihood field (Thrun et al. 2005, 6.4) without an occupancy grid in between. Each point's
+/// place is rounded to a quarter of a cell.
+class LikelihoodFieldMaker {
+ public:
+  /// Rebuilds `grid` in its own memory. Points or poses that are not finite are refused, as is a
+  /// field of more than MatchGrid::kMaxCells; then `grid` is left empty.
+  Result<void> make(std::span<const PlacedPoints> scans, const LikelihoodFieldOptions& options,
+                    MatchGrid& grid);
+
+ private:
+  void prepare_kernels(const LikelihoodFieldOptions& options);
+  Result<CellBox> place(std::span<const PlacedPoints> scans, double resolution_m);
+
+  LikelihoodFieldOptions prepared_{0.0, 0.0, 0.0};
+  int radius_ = 0, kernel_width_ = 0;
+  std::vector<std::uint16_t> kernels_;  // [phase y][phase x][row][column]
+  std::vector<std::int32_t> x_, y_;     // placed points, quarter cells from base_
+  Cell base_;
+};
+
+[[nodiscard]] Result<MatchGrid> likelihood_field(std::span<const PlacedPoints> scans,
+                                                 const LikelihoodFieldOptions& options = {});
+
+}  // namespace wayfare

@@ -1,0 +1,132 @@
+#pragma once
+
+// The 23-state filter as a whole, for one vehicle or, on packs, for many at once that differ in
+// noise, start and accepted measurements but share the recording.
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include <wayfare/filter/ekf.hpp>
+#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/inertial/ins_constraints.hpp>
+#include <wayfare/inertial/ins_model.hpp>
+#include <wayfare/gnss/range_model.hpp>
+
+namespace wayfare {
+
+template <class T, int Offsets = 0>
+class InsFilter {
+ public:
+  using State = InsState<T, Offsets>;
+  using Vector3 = Eigen::Matrix<T, 3, 1>;
+  using Filter = Ekf<State>;
+  using Square = typename Filter::Square;
+  using Update = ScalarUpdate<T>;
+  static constexpr int kDof = State::kDof;
+
+  InsFilter() = default;
+  /// `lever_m` from the unit to the antenna in the unit's axes. Positions of `state` are on a chart
+  /// around `anchor`; its clock bias is relative to `clock_anchor_m`.
+  InsFilter(const Geodetic& anchor, double clock_anchor_m, const State& state,
+            const Square& covariance, const InsNoise<T>& noise, const Eigen::Vector3d& lever_m)
+      : chart_(anchor),
+        clock_anchor_m_(clock_anchor_m),
+        noise_(noise),
+        lever_m_(lever_m.cast<T>()),
+        filter_(state, covariance) {}
+
+  [[nodiscard]] const NavChart& chart() const { return chart_; }
+  [[nodiscard]] double clock_anchor_m() const { return clock_anchor_m_; }
+  [[nodiscard]] const State& state() const { return filter_.state(); }
+  [[nodiscard]] const Square& covariance() const { return filter_.covariance(); }
+  [[nodiscard]] Filter& ekf() { return filter_; }
+  [[nodiscard]] const Filter& ekf() const { return filter_; }
+  /// The unit's raw turn rate at the newest prediction.
+  [[nodiscard]] const Vector3& gyro_radps() const { return gyro_radps_; }
+
+  /// Position of lane `i`.
+  [[nodiscard]] Geodetic position(int i = 0) const {
+    Eigen::Vector3d x;
+    for (int k = 0; k < 3; ++k) x[k] = static_cast<double>(lane(state().position_m[k], i));
+    return chart_.geodetic(x);
+  }
+  [[nodiscard]] double clock_bias_m(int i = 0) const {
+    return clock_anchor_m_ + static_cast<double>(lane(state().clock[0], i));
+  }
+
+  void predict(const ImuInterval& imu) {
+    gyro_radps_ = imu.end_rate_radps.cast<T>();
+    filter_.predict(InsModel<T, Offsets>(chart_, noise_), imu);
+    if (any(state().position_m.squaredNorm() > T(kReach_m * kReach_m))) recentre();
+    const T clock = state().clock[0];
+    if (any(clock * clock > T(kReach_m * kReach_m))) recentre_clock();
+  }
+
+  /// `clock_offset`: which further clock the satellite's system has (−1: none).
+  Update update_range(const CorrectedRange& satellite, const T& sigma_m, const T& gate_sigma,
+                      int clock_offset = -1, const MaskOf<T>& enabled = true) {
+    return filter_.update(range_model(satellite, sigma_m, clock_offset), gate_sigma, enabled);
+  }
+  Update update_range_rate(const CorrectedRange& satellite, const T& sigma_mps, const T& gate_sigma,
+                           const MaskOf<T>& enabled = true) {
+    return filter_.update(range_rate_model(satellite, sigma_mps), gate_sigma, enabled);
+  }
+  [[nodiscard]] RangeModel<T, Offsets> range_model(const CorrectedRange& satellite,
+                                                   const T& sigma_m, int clock_offset = -1) const {
+    const SatelliteView view(satellite, chart_);
+    return {chart_,
+            view,
+            satellite.range_m - view.anchor_range_m - clock_anchor_m_,
+            sigma_m * sigma_m,
+            lever_m_,
+            clock_offset};
+  }
+  [[nodiscard]] RangeRateModel<T, Offsets> range_rate_model(const CorrectedRange& satellite,
+                                                            const T& sigma_mps) const {
+    return {chart_,
+            SatelliteView(satellite, chart_),
+            satellite.range_rate_mps,
+            sigma_mps * sigma_mps,
+            lever_m_,
+            gyro_radps_};
+  }
+
+  /// The receiver's clock has jumped by `jump_m`, known to `sigma_m`.
+  void jump_clock(double jump_m, const T& sigma_m) {
+    clock_anchor_m_ += jump_m;
+    filter_.add_variance(ins_state::kClock, sigma_m * sigma_m);
+  }
+
+ private:
+  static constexpr double kReach_m = 5000.0;
+
+  void recentre() {
+    const NavChart next(position());
+    State x = state();
+    for (int i = 0; i < LaneOf<T>::kLanes; ++i) {
+      const Eigen::Vector3d moved = next.offset(position(i));
+      for (int k = 0; k < 3; ++k) set_lane(x.position_m[k], i, moved[k]);
+    }
+    chart_ = next;
+    filter_.set_state(x);
+  }
+  void recentre_clock() {
+    const double shift = static_cast<double>(lane(state().clock[0], 0));
+    State x = state();
+    x.clock[0] -= T(shift);
+    clock_anchor_m_ += shift;
+    filter_.set_state(x);
+  }
+
+  NavChart chart_;
+  double clock_anchor_m_ = 0.0;
+  InsNoise<T> noise_;
+  Vector3 lever_m_ = Vector3::Zero(), gyro_radps_ = Vector3::Zero();
+  Filter filter_;
+};
+
+}  // namespace wayfare

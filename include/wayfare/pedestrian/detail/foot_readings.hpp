@@ -1,0 +1,116 @@
+#pragma once
+
+// The foot tracker's memory: the last readings, how still each was, and which are stances.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <deque>
+
+#include <Eigen/Core>
+
+#include <wayfare/pedestrian/foot_parameters.hpp>
+#include <wayfare/sensors/imu.hpp>
+
+namespace wayfare {
+
+/// Statistic of the hypothesis that a foot stands, over readings [begin, end) (Skog et al. 2010
+/// (12) for SHOE, (15) for ARED): of mean about one where it does.
+template <class Iterator>
+[[nodiscard]] double stance_statistic(Iterator begin, Iterator end, const FootParameters& p) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (auto i = begin; i != end; ++i) mean += i->specific_force_mps2;
+  const double norm = mean.norm();
+  const Eigen::Vector3d gravity =
+      norm > 0.0 ? Eigen::Vector3d(mean * (p.gravity_mps2 / norm)) : mean;
+  const double force2 = p.stance_force_sigma * p.stance_force_sigma;
+  const double rate2 = p.stance_rate_sigma * p.stance_rate_sigma;
+  double sum = 0.0;
+  int n = 0;
+  for (auto i = begin; i != end; ++i, ++n) {
+    sum += i->angular_rate_radps.squaredNorm() / rate2;
+    if (p.statistic == StanceStatistic::shoe)
+      sum += (i->specific_force_mps2 - gravity).squaredNorm() / force2;
+  }
+  return n > 0 ? sum / n : 0.0;
+}
+
+/// A queue that gives each reading back once it is known whether it is the stillest about.
+class FootReadings {
+ public:
+  struct Entry : ImuSample {
+    double statistic = 0.0;
+    bool stillest = false;
+  };
+
+  explicit FootReadings(const FootParameters& p)
+      : p_(p),
+        half_window_(from_seconds(0.5 * p.stance_window_s)),
+        apart_(from_seconds(p.stance_apart_s)) {}
+
+  void add(const ImuSample& sample) {
+    entries_.push_back({sample});
+    while (judged_ < entries_.size() && sample.time - entries_[judged_].time >= half_window_)
+      judge();
+  }
+  /// No readings come any more that belong to these.
+  void close() {
+    while (judged_ < entries_.size()) judge();
+    closed_ = true;
+  }
+  void clear() {
+    entries_.clear();
+    judged_ = next_ = 0;
+    closed_ = false;
+  }
+
+  /// Gives the next reading where it is due; the caller asks again until there is none.
+  [[nodiscard]] bool next(Entry& entry) {
+    if (next_ >= judged_) return false;
+    if (!closed_ && entries_[judged_ - 1].time - entries_[next_].time < apart_) return false;
+    entry = entries_[next_];
+    entry.stillest = is_stillest();
+    ++next_;
+    const LogTime oldest = entry.time - std::max(apart_, half_window_);
+    while (entries_.front().time < oldest) {
+      entries_.pop_front();
+      --judged_;
+      --next_;
+    }
+    return true;
+  }
+
+ private:
+  void judge() {
+    Entry& e = entries_[judged_];
+    const auto near = [&](const Entry& o) {
+      return o.time - e.time <= half_window_ && e.time - o.time <= half_window_;
+    };
+    auto first = judged_, last = judged_ + 1;
+    while (first > 0 && near(entries_[first - 1])) --first;
+    while (last < entries_.size() && near(entries_[last])) ++last;
+    const auto at = [&](std::size_t i) {
+      return entries_.begin() + static_cast<std::ptrdiff_t>(i);
+    };
+    e.statistic = stance_statistic(at(first), at(last), p_);
+    ++judged_;
+  }
+
+  [[nodiscard]] bool is_stillest() const {
+    const Entry& e = entries_[next_];
+    for (std::size_t i = 0; i < judged_; ++i) {
+      const Entry& o = entries_[i];
+      if (o.time - e.time > apart_ || e.time - o.time > apart_ || i == next_) continue;
+      if (o.statistic < e.statistic || (o.statistic == e.statistic && i < next_)) return false;
+    }
+    return true;
+  }
+
+  FootParameters p_;
+  Duration half_window_, apart_;
+  std::deque<Entry> entries_;
+  std::size_t judged_ = 0, next_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,207 @@
+#pragma once
+
+// Where a foot is, from an inertial unit on it: strapdown navigation that is told its velocity
+// whenever the foot stands.
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/so3.hpp>
+#include <wayfare/pedestrian/detail/foot_filter.hpp>
+#include <wayfare/pedestrian/detail/foot_noise.hpp>
+#include <wayfare/pedestrian/foot_parameters.hpp>
+#include <wayfare/pedestrian/foot_pose.hpp>
+#include <wayfare/pedestrian/detail/foot_readings.hpp>
+#include <wayfare/pedestrian/detail/foot_rest.hpp>
+#include <wayfare/inertial/detail/sample_clock.hpp>
+#include <wayfare/sensors/imu.hpp>
+
+namespace wayfare {
+
+/// Causal, with a delay: what add() is given comes out stance_apart_s and half the window later.
+class FootTracker {
+ public:
+  explicit FootTracker(const FootParameters& parameters = {})
+      : p_(parameters), readings_(parameters) {}
+
+  /// Takes a reading and hands those that are due to `sink(const FootPose&)`. Both sensors must
+  /// have given something; what cannot be used leaves the state as it was.
+  template <class Sink>
+  Intake add(const ImuSample& sample, Sink&& sink) {
+    const Intake intake = judge(sample);
+    if (intake != Intake::used && intake != Intake::saturated) return intake;
+    if (broken_off_) finish(sink);
+    broken_off_ = false;
+    readings_.add(sample);
+    hand_out(sink);
+    return intake;
+  }
+  Intake add(const ImuSample& sample) {
+    return add(sample, [](const FootPose&) {});
+  }
+  /// Hands out what was waiting for later readings: at the end of a recording.
+  template <class Sink>
+  void finish(Sink&& sink) {
+    readings_.close();
+    hand_out(sink);
+    readings_.clear();
+  }
+
+  [[nodiscard]] bool ready() const { return ready_; }
+  /// As handed out last.
+  [[nodiscard]] const FootPose& pose() const { return pose_; }
+  [[nodiscard]] const FootFilter& filter() const { return filter_; }
+  [[nodiscard]] FootFilter& filter() { return filter_; }
+  [[nodiscard]] const FootReport& report() const { return report_; }
+
+ private:
+  using Vector = Eigen::Vector3d;
+  static constexpr double kPatience_s = 1.0;
+
+  Intake judge(const ImuSample& s) {
+    const double rate = s.angular_rate_radps.cwiseAbs().maxCoeff();
+    const double force = s.specific_force_mps2.cwiseAbs().maxCoeff();
+    const bool has_rate = s.angular_rate_radps.allFinite();
+    const bool has_force = s.specific_force_mps2.allFinite();
+    const auto verdict = [](bool has, double reading, double range) {
+      return !has ? Intake::missing : reading >= range ? Intake::saturated : Intake::used;
+    };
+    Intake gyro = verdict(has_rate, rate, p_.rate_range);
+    Intake accelerometer = verdict(has_force, force, p_.force_range);
+    Intake both = !has_rate || !has_force ? Intake::missing
+                  : gyro != Intake::used  ? gyro
+                                          : accelerometer;
+    // What lies far outside the range was not measured.
+    const bool absurd = rate > 4.0 * p_.rate_range || force > 4.0 * p_.force_range;
+    if (both != Intake::missing && !absurd) {
+      const auto when = clock_.check(s.time);
+      if (when == SampleClock::Verdict::late) gyro = accelerometer = both = Intake::late;
+      if (when == SampleClock::Verdict::first) broken_off_ = true;
+    } else if (absurd) {
+      both = Intake::missing;
+    }
+    report_.gyro.note(gyro);
+    report_.accelerometer.note(accelerometer);
+    return both;
+  }
+
+  template <class Sink>
+  void hand_out(Sink&& sink) {
+    FootReadings::Entry entry;
+    while (readings_.next(entry)) {
+      step(entry);
+      if (!ready_) continue;
+      write_pose(entry);
+      sink(static_cast<const FootPose&>(pose_));
+    }
+  }
+
+  void step(const FootReadings::Entry& e) {
+    stands_ = 0.0;
+    const double dt = has_last_ ? to_seconds(e.time - last_.time) : 0.0;
+    if (!ready_) {
+      start(e);
+    } else if (!(dt > 0.0) || dt > p_.longest_gap_s) {
+      bridge(dt > 0.0 ? dt : kPatience_s);
+    } else {
+      filter_.predict(e.angular_rate_radps, e.specific_force_mps2, p_.gravity_mps2, dt);
+      filter_.add_noise(noise_(last_, e, filter_.q_world_foot(), dt));
+      since_stance_s_ += dt;
+      if (e.stillest) use_stance(e);
+      if (const auto bias = rest_.add(e.angular_rate_radps, e.statistic, dt))
+        filter_.observe<FootFilter::kRateBias>(bias->rate_radps,
+                                               bias->sigma_radps * bias->sigma_radps);
+    }
+    last_ = e;
+    has_last_ = true;
+  }
+
+  /// At the first stillest reading whose force could be gravity.
+  void start(const FootReadings::Entry& e) {
+    const double norm = e.specific_force_mps2.norm();
+    if (!(std::abs(norm - p_.gravity_mps2) < 0.5 * p_.gravity_mps2)) return;
+    level(e, e.statistic < p_.quiet_statistic);
+    filter_.set_position(Vector::Zero(), 0.0);
+    filter_.set_bias_variances(p_.rate_bias_sigma * p_.rate_bias_sigma,
+                               p_.force_bias_sigma * p_.force_bias_sigma);
+    q_start_ = filter_.q_world_foot();
+    ready_ = true;
+  }
+
+  /// Takes velocity and tilt from a reading; the heading stays, for it would be lost.
+  void level(const FootReadings::Entry& e, bool quiet) {
+    const SO3d& q = filter_.q_world_foot();
+    const Vector up = q * e.specific_force_mps2;
+    const SO3d upright = SO3d::between(up, Vector::UnitZ());
+    const double tilt = quiet ? p_.start_tilt_sigma : 10.0 * p_.start_tilt_sigma;
+    const double heading2 = filter_.covariance()(8, 8);
+    filter_.set_attitude(upright * q, {tilt * tilt, tilt * tilt, heading2});
+    const double speed = quiet ? p_.stance_speed : p_.stance_speed_limit;
+    filter_.set_velocity(Vector::Zero(), speed * speed);
+    since_stance_s_ = 0.0;
+    rest_.interrupt();
+  }
+
+  void bridge(double gap_s) {
+    constexpr double kSpeed_mps = 2.0;
+    ++report_.gaps;
+    filter_.set_velocity(Vector::Zero(), kSpeed_mps * kSpeed_mps);
+    filter_.add_noise(FootNoise::pause(gap_s, kSpeed_mps));
+    rest_.interrupt();
+  }
+
+  void use_stance(const FootReadings::Entry& e) {
+    const double variance = p_.stance_speed * p_.stance_speed * (1.0 + e.statistic);
+    if (!(variance < p_.stance_speed_limit * p_.stance_speed_limit)) return;
+    const double quiet = std::max(1.0, p_.quiet_statistic / std::max(e.statistic, 1e-6));
+    stands_ = filter_.stand_or_move(variance, p_.moving_speed * p_.moving_speed,
+                                    p_.quiet_power * std::log(quiet));
+    if (stands_ > 0.5) {
+      ++report_.stances;
+      since_stance_s_ = 0.0;
+      hold_height();
+      return;
+    }
+    ++report_.doubted;
+    if (since_stance_s_ < p_.lost_after_s) return;
+    ++report_.lost;
+    level(e, e.statistic < p_.rest_statistic);
+  }
+
+  void hold_height() {
+    const double z = filter_.position().z();
+    if (has_height_ && std::abs(z - height_m_) < p_.level_step_m)
+      filter_.observe_along(Vector::UnitZ(), height_m_, p_.level_sigma_m * p_.level_sigma_m);
+    height_m_ = filter_.position().z();
+    has_height_ = true;
+  }
+
+  void write_pose(const FootReadings::Entry& e) {
+    const Eigen::Quaterniond turned = (filter_.q_world_foot() * q_start_.inverse()).quaternion();
+    pose_ = {e.time,
+             filter_.position(),
+             filter_.velocity(),
+             filter_.q_world_foot(),
+             filter_.covariance().topLeftCorner<3, 3>(),
+             Angle::radians(2.0 * std::atan2(turned.z(), turned.w())).wrapped(),
+             e.statistic,
+             stands_};
+  }
+
+  FootParameters p_;
+  FootReadings readings_;
+  FootNoise noise_{p_};
+  FootRest rest_{p_};
+  FootFilter filter_;
+  SampleClock clock_{kPatience_s};
+  ImuSample last_;
+  FootPose pose_;
+  FootReport report_;
+  SO3d q_start_;
+  double since_stance_s_ = 0.0, height_m_ = 0.0, stands_ = 0.0;
+  bool ready_ = false, has_last_ = false, has_height_ = false, broken_off_ = false;
+};
+
+}  // namespace wayfare

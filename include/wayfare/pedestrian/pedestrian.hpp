@@ -1,0 +1,135 @@
+#pragma once
+
+// Pedestrian dead reckoning: steps, their lengths, and the way they go.
+
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include <wayfare/inertial/ahrs.hpp>
+#include <wayfare/pedestrian/detail/magnetic_heading_drift.hpp>
+#include <wayfare/pedestrian/pedestrian_parameters.hpp>
+#include <wayfare/pedestrian/pedestrian_pose.hpp>
+#include <wayfare/pedestrian/step_detector.hpp>
+#include <wayfare/pedestrian/step_length.hpp>
+#include <wayfare/pedestrian/detail/straight_walk.hpp>
+#include <wayfare/pedestrian/detail/walk_covariance.hpp>
+#include <wayfare/pedestrian/detail/walking_direction.hpp>
+#include <wayfare/pedestrian/detail/walking_heading.hpp>
+
+namespace wayfare {
+
+/// Causal. Steps come out shortly after they were made, the first of a walk together.
+class Pedestrian {
+ public:
+  explicit Pedestrian(const PedestrianParameters& parameters = {})
+      : p_(parameters),
+        ahrs_(attitude_parameters(parameters)),
+        detector_(parameters.steps),
+        heading_(parameters.heading_time_s),
+        straight_(parameters.straight),
+        field_drift_(parameters.field_drift),
+        covariance_(parameters) {}
+
+  /// Hands the pose after each step to `sink(const PedestrianPose&)`.
+  template <class Sink>
+  MargIntake add(const MargSample& s, Sink&& sink) {
+    MargIntake intake = ahrs_.add(s);
+    if (field_drift_.on()) intake.magnetometer = take_field(s);
+    if (intake.gyro == Intake::used || intake.gyro == Intake::saturated) follow(s);
+    if (intake.accelerometer != Intake::missing && intake.accelerometer != Intake::late)
+      detector_.add(s.time, s.specific_force_mps2, [&](const Step& step) { walk(step, sink); });
+    return intake;
+  }
+  MargIntake add(const MargSample& s) {
+    return add(s, [](const PedestrianPose&) {});
+  }
+
+  /// Where the forward axis pointed, told from outside as by Ahrs::add_heading(): counter-clockwise
+  /// from x, rad² of an error that is another at each. Needs PedestrianParameters::ahrs's history.
+  /// Steps that come out from now on go by it. Not beside the field's drift.
+  Intake add_heading(LogTime time, Angle heading, double variance) {
+    if (field_drift_.on()) return Intake::waiting;
+    const double before = forward_radians();
+    const Intake intake = ahrs_.add_heading({time, Angle::degrees(90) - heading, variance});
+    if (intake == Intake::used) heading_.turn(wrap_to_pi(forward_radians() - before));
+    return intake;
+  }
+
+  [[nodiscard]] const PedestrianPose& pose() const { return pose_; }
+  [[nodiscard]] const Ahrs<frame::Enu>& ahrs() const { return ahrs_; }
+  [[nodiscard]] const WalkingDirection& direction() const { return direction_; }
+  [[nodiscard]] const FieldDrift& field_drift() const { return field_drift_; }
+  [[nodiscard]] PedestrianReport report() const {
+    PedestrianReport r = report_;
+    r.ahrs = ahrs_.report();
+    if (field_drift_.on()) r.ahrs.magnetometer = field_drift_.report();
+    return r;
+  }
+
+ private:
+  static AhrsParameters attitude_parameters(const PedestrianParameters& p) {
+    AhrsParameters ahrs = p.ahrs;
+    ahrs.heading_axis = p.forward;
+    if (p.field_drift.offset_sigma_uT > 0.0) ahrs.use_magnetometer = false;
+    return ahrs;
+  }
+
+  Intake take_field(const MargSample& s) {
+    return ahrs_.ready() ? field_drift_.add(s.time, ahrs_.q_world_body(), s.magnetic_field_uT)
+                         : Intake::waiting;
+  }
+
+  [[nodiscard]] double forward_radians() const {
+    const Eigen::Vector3d axis = ahrs_.q_world_body() * p_.forward;
+    return std::atan2(axis.y(), axis.x());
+  }
+
+  /// The heading of the sensor's axis, kept until the steps of its time are known.
+  void follow(const MargSample& s) {
+    if (!ahrs_.ready()) return;
+    const auto q = ahrs_.q_world_body();
+    const double heading = forward_radians() + field_drift_.correction();
+    const double dt =
+        heading_.add(s.time, heading,
+                     field_drift_.on() ? field_drift_.variance() : ahrs_.world_covariance()(2, 2));
+    if (s.specific_force_mps2.allFinite())
+      direction_.add(q * s.specific_force_mps2,
+                     Angle::radians(heading_.now() - field_drift_.correction()), dt);
+  }
+
+  template <class Sink>
+  void walk(const Step& step, Sink&& sink) {
+    ++report_.steps;
+    const WalkingHeading::Entry* h = heading_.at(step.time);
+    if (h == nullptr) {
+      ++report_.without_heading;
+      return;
+    }
+    const double length = length_of(step, p_.length);
+    const double offset = p_.axis == WalkingAxis::principal ? direction_.offset().radians() : 0.0;
+    const double heading = h->radians + offset - straight_.step(step.time, h->radians);
+    const Eigen::Vector2d along(std::cos(heading), std::sin(heading));
+    pose_.position_m += length * along;
+    pose_.time = step.time;
+    pose_.heading = Angle::radians(heading).wrapped();
+    pose_.step = step;
+    pose_.length_m = length;
+    pose_.covariance = covariance_.step(length, along, pose_.position_m, h->variance);
+    report_.walked_m += length;
+    sink(static_cast<const PedestrianPose&>(pose_));
+  }
+
+  PedestrianParameters p_;
+  Ahrs<frame::Enu> ahrs_;
+  StepDetector detector_;
+  WalkingHeading heading_;
+  WalkingDirection direction_;
+  StraightWalk straight_;
+  FieldDrift field_drift_;
+  WalkCovariance covariance_;
+  PedestrianPose pose_;
+  PedestrianReport report_;
+};
+
+}  // namespace wayfare

@@ -1,0 +1,109 @@
+#pragma once
+
+// Two feet that cannot be further apart than legs allow.
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/angle.hpp>
+#include <wayfare/pedestrian/foot_tracker.hpp>
+
+namespace wayfare {
+
+struct TwoFeetParameters {
+  FootParameters foot;
+  /// The units are never further apart, m; zero leaves each foot to itself. A long step is what to
+  /// allow for.
+  double farthest_m = 1.0;
+  /// Where the right foot's unit begins and how it is turned, in the axes of the left one's, as
+  /// FootPose has them; counter-clockwise.
+  Eigen::Vector3d right_from_left_m = {0.0, -0.2, 0.0};
+  Angle right_from_left;
+};
+
+/// A tracker a foot, and an upper bound on their distance (Skog et al. 2012): where the two are
+/// further apart, their positions are projected to where they are not, each moved as far as it is
+/// uncertain. Headings and biases are each foot's own: drawing these along as well, as a joint
+/// filter does, agrees on headings that neither foot had. Both need the same clock.
+class TwoFeet {
+ public:
+  enum class Side { left, right };
+
+  explicit TwoFeet(const TwoFeetParameters& parameters = {})
+      : p_(parameters), feet_{FootTracker(parameters.foot), FootTracker(parameters.foot)} {}
+
+  /// Hands poses to `sink(Side, const FootPose&)`, each foot's in its own axes (see position()).
+  template <class Sink>
+  Intake add(Side side, const ImuSample& sample, Sink&& sink) {
+    return foot(side).add(sample, [&](const FootPose& pose) { take(side, pose, sink); });
+  }
+  template <class Sink>
+  void finish(Sink&& sink) {
+    for (const Side side : {Side::left, Side::right})
+      foot(side).finish([&](const FootPose& pose) { take(side, pose, sink); });
+  }
+
+  [[nodiscard]] const FootTracker& tracker(Side side) const {
+    return feet_[static_cast<std::size_t>(side)];
+  }
+  /// In the left foot's axes, from where it began.
+  [[nodiscard]] Eigen::Vector3d position(Side side) const {
+    const Eigen::Vector3d& p = tracker(side).filter().position();
+    return side == Side::left ? p : Eigen::Vector3d(p_.right_from_left_m + turned() * p);
+  }
+  /// Half way between the feet, turned as they are on average.
+  [[nodiscard]] OdometrySample odometry() const {
+    const FootPose &l = tracker(Side::left).pose(), &r = tracker(Side::right).pose();
+    const Eigen::Vector3d middle = 0.5 * (position(Side::left) + position(Side::right));
+    const Angle heading =
+        (l.heading + Angle::radians(0.5 * (r.heading - l.heading).wrapped().radians())).wrapped();
+    return {std::max(l.time, r.time),
+            Transform2<frame::Odom, frame::Base>(SE2d(middle.x(), middle.y(), heading))};
+  }
+  /// How often the feet were too far apart.
+  [[nodiscard]] std::uint64_t drawn() const { return drawn_; }
+
+ private:
+  FootTracker& foot(Side side) { return feet_[static_cast<std::size_t>(side)]; }
+  [[nodiscard]] SO3d turned() const { return SO3d::exp({0.0, 0.0, p_.right_from_left.radians()}); }
+
+  template <class Sink>
+  void take(Side side, const FootPose& pose, Sink&& sink) {
+    sink(side, pose);
+    if (pose.stands > 0.5) draw(side);
+  }
+
+  /// A foot stands; the other is on its way.
+  void draw(Side side) {
+    const FootTracker& other = tracker(side == Side::left ? Side::right : Side::left);
+    if (!(p_.farthest_m > 0.0) || !other.ready()) return;
+    constexpr double kTogether_s = 0.05;
+    const double apart_s = to_seconds(tracker(side).pose().time - other.pose().time);
+    if (!(std::abs(apart_s) < kTogether_s)) return;
+    const Eigen::Vector3d between = position(Side::right) - position(Side::left);
+    const double distance = between.norm();
+    if (!(distance > p_.farthest_m)) return;
+    const Eigen::Vector3d u = between / distance;
+    const Eigen::Vector3d own = turned().inverse() * u;  // in the right foot's axes
+    FootFilter &l = foot(Side::left).filter(), &r = foot(Side::right).filter();
+    const auto variance = [](const FootFilter& f, const Eigen::Vector3d& along) {
+      return along.dot(f.covariance().topLeftCorner<3, 3>() * along);
+    };
+    const double of_left = variance(l, u), of_right = variance(r, own);
+    const double excess = distance - p_.farthest_m;
+    const double part = of_left + of_right > 0.0 ? of_left / (of_left + of_right) : 0.5;
+    l.shift(part * excess * u);
+    r.shift(-(1.0 - part) * excess * own);
+    ++drawn_;
+  }
+
+  TwoFeetParameters p_;
+  std::array<FootTracker, 2> feet_;
+  std::uint64_t drawn_ = 0;
+};
+
+}  // namespace wayfare

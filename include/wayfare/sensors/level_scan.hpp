@@ -1,0 +1,51 @@
+#pragma once
+
+// A scan of a tilted range finder as one of a level plane, for carriers that sway: heads, hands,
+// small boats.
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/so3.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+
+namespace wayfare {
+
+struct LevelScanOptions {
+  /// Points lower or higher than these, m from the sensor, are floor and ceiling: no returns.
+  double lowest_m = -1.2, highest_m = 0.8;
+  /// Beams of the level scan over a full turn; more keep the bearings of a tilted plane better.
+  std::size_t beams = 3600;
+};
+
+/// The points of `scan`, turned by `q_level_laser` (z up) and put into the level plane, as a scan
+/// of beams all round. Of points that fall into one beam the nearest counts.
+[[nodiscard]] inline LaserScan level_scan(const LaserScan& scan, const SO3d& q_level_laser,
+                                          const LevelScanOptions& options = {}) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  const double step = kTurn / static_cast<double>(options.beams);
+  LaserScan level{scan.time,
+                  Angle::radians(-std::numbers::pi),
+                  Angle::radians(step),
+                  scan.min_range_m,
+                  scan.max_range_m,
+                  std::vector<float>(options.beams, std::numeric_limits<float>::quiet_NaN())};
+  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+    if (!scan.returned(i)) continue;
+    const double bearing = scan.bearing(i).radians();
+    const Eigen::Vector3d beam(std::cos(bearing), std::sin(bearing), 0.0);
+    const Eigen::Vector3d p = q_level_laser * Eigen::Vector3d(double(scan.ranges_m[i]) * beam);
+    if (!(p.z() >= options.lowest_m && p.z() <= options.highest_m)) continue;
+    const double turned = (std::atan2(p.y(), p.x()) + std::numbers::pi) / step;
+    float& range = level.ranges_m[static_cast<std::size_t>(std::lround(turned)) % options.beams];
+    const auto here = static_cast<float>(p.head<2>().norm());
+    if (!(range <= here)) range = here;
+  }
+  return level;
+}
+
+}  // namespace wayfare

@@ -1,0 +1,93 @@
+#pragma once
+
+// The points of a scan as match and map kernels want them: structure of arrays, single precision,
+// padded to whole vectors.
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/se2.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+
+namespace wayfare {
+
+/// Points of the plane, metres. The arrays are padded to a multiple of 16 with copies of the last
+/// point; `size()` does not count the padding.
+class PointSet {
+ public:
+  static constexpr std::size_t kLanes = 16;
+
+  PointSet() = default;
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] std::span<const float> x_m() const { return {x_.data(), size_}; }
+  [[nodiscard]] std::span<const float> y_m() const { return {y_.data(), size_}; }
+  /// Including the padding; a multiple of kLanes long.
+  [[nodiscard]] std::span<const float> padded_x_m() const { return x_; }
+  [[nodiscard]] std::span<const float> padded_y_m() const { return y_; }
+  [[nodiscard]] Eigen::Vector2f operator[](std::size_t i) const { return {x_[i], y_[i]}; }
+
+  void reserve(std::size_t n) {
+    x_.reserve(n + kLanes);
+    y_.reserve(n + kLanes);
+  }
+  void push_back(const Eigen::Vector2f& p) {
+    x_.resize(size_);
+    y_.resize(size_);
+    ++size_;
+    const std::size_t padded = (size_ + kLanes - 1) / kLanes * kLanes;
+    x_.resize(padded, p.x());
+    y_.resize(padded, p.y());
+  }
+
+  /// Distance of the farthest point from the origin.
+  [[nodiscard]] float max_norm_m() const {
+    float square = 0.0F;
+    for (std::size_t i = 0; i < size_; ++i) {
+      const float d = x_[i] * x_[i] + y_[i] * y_[i];
+      square = d > square ? d : square;
+    }
+    return std::sqrt(square);
+  }
+
+ private:
+  std::size_t size_ = 0;
+  std::vector<float> x_, y_;
+};
+
+/// The end points of the beams that returned, in the frame `T_frame_laser` leads to.
+[[nodiscard]] inline PointSet end_points(const LaserScan& scan, const SE2d& T_frame_laser = {}) {
+  PointSet points;
+  points.reserve(scan.ranges_m.size());
+  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+    if (!scan.returned(i)) continue;
+    const double bearing = scan.bearing(i).radians();
+    const auto range = static_cast<double>(scan.ranges_m[i]);
+    const Eigen::Vector2d p =
+        T_frame_laser * Eigen::Vector2d(range * std::cos(bearing), range * std::sin(bearing));
+    points.push_back(p.cast<float>());
+  }
+  return points;
+}
+
+/// The points nearer than `max_norm_m` to the origin of which each is at least `spacing_m` from the
+/// one kept before it: walls close by, which a scan samples densely, then weigh no more than far
+/// ones.
+[[nodiscard]] inline PointSet thin(const PointSet& points, float spacing_m, float max_norm_m) {
+  PointSet kept;
+  kept.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2f p = points[i];
+    if (!(p.norm() <= max_norm_m)) continue;
+    if (!kept.empty() && (p - kept[kept.size() - 1]).norm() < spacing_m) continue;
+    kept.push_back(p);
+  }
+  return kept;
+}
+
+}  // namespace wayfare

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <wayfare/core/frame.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/wheels.hpp>
+
+namespace wayfare {
+
+/// Where dead reckoning says the robot is.
+struct OdometrySample {
+  LogTime time;
+  Transform2<frame::Odom, frame::Base> T_odom_base;
+};
+
+/// A time-stamped pose of an estimated or reference trajectory.
+struct StampedPose {
+  LogTime time;
+  Transform2<frame::Map, frame::Base> T_map_base;
+};
+
+using Trajectory = std::vector<StampedPose>;
+
+/// A robot's recorded run in memory, whatever file it came from. Each stream is in order of time;
+/// any of them may be empty.
+struct Recording {
+  Transform2<frame::Base, frame::Laser> T_base_laser = {};
+  std::vector<LaserScan> scans = {};
+  std::vector<OdometrySample> odometry = {};
+
+  Transform2<frame::Base, frame::Radar> T_base_radar = {};
+  /// Radial speeds wrap beyond ± this; 0 where it is not known.
+  double radar_max_speed_m_s = 0.0;
+  std::vector<RadarScan> radar = {};
+  double wheel_base_m = 0.0;  ///< distance of the wheels' tracks; 0 where it is not known
+  std::vector<WheelSample> wheels = {};
+  std::vector<GyroSample> gyro = {};
+  Trajectory truth = {};  ///< where the robot really was, as a simulator knows
+};
+
+}  // namespace wayfare

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include <wayfare/core/se2.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/sensors/recording.hpp>
+
+namespace wayfare::eval {
+
+/// Where a trajectory may be interpolated.
+struct GapLimit {
+  /// Samples further apart than this leave the time between them without a pose …
+  Duration largest_gap = Duration::max();
+  /// … but for times this near one of them.
+  Duration near = Duration::zero();
+};
+
+/// The pose at `time`, along the constant-twist path between the two samples around it; nothing
+/// outside the trajectory or in a gap of it. `trajectory` is in order of time.
+[[nodiscard]] inline std::optional<SE2d> pose_at(std::span<const StampedPose> trajectory,
+                                                 LogTime time, const GapLimit& limit = {}) {
+  const auto after =
+      std::lower_bound(trajectory.begin(), trajectory.end(), time,
+                       [](const StampedPose& sample, LogTime t) { return sample.time < t; });
+  if (after == trajectory.end()) return std::nullopt;
+  if (after->time == time) return after->T_map_base.raw();
+  if (after == trajectory.begin()) return std::nullopt;
+  const StampedPose& before = *(after - 1);
+  const Duration gap = after->time - before.time;
+  const Duration nearest = std::min(time - before.time, after->time - time);
+  if (gap > limit.largest_gap && nearest > limit.near) return std::nullopt;
+  const double u = to_seconds(time - before.time) / to_seconds(gap);
+  return interpolate(before.T_map_base.raw(), after->T_map_base.raw(), u);
+}
+
+/// Odometry as a trajectory, to be judged like one.
+[[nodiscard]] inline Trajectory as_trajectory(std::span<const OdometrySample> odometry) {
+  Trajectory result;
+  result.reserve(odometry.size());
+  for (const OdometrySample& sample : odometry)
+    result.push_back({sample.time, Transform2<frame::Map, frame::Base>(sample.T_odom_base.raw())});
+  return result;
+}
+
+}  // namespace wayfare::eval

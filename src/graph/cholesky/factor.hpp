@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "graph/cholesky/aligned.hpp"
+#include "graph/cholesky/fronts.hpp"
+#include "graph/cholesky/parallel.hpp"
+
+namespace wayfare::cholesky {
+
+/// The numbers of a multifrontal factorisation and where they lie. Updates of a
+/// task lie on two stacks, those of fronts at even and at odd depth, so that a front's own never
+/// lies in the way of its children's.
+class Factor {
+ public:
+  explicit Factor(FrontPlan plan);
+
+  /// `h`: the values of the pattern's blocks. The original column at which H stops being positive
+  /// definite, −1 where it is. The same for any number of threads, to the last bit.
+  int factorise(const double* h, int threads = 1);
+
+  /// L y = x, then Lᵀ z = y, in the original order of columns.
+  void solve_in_place(double* x);
+
+  /// The blocks of H⁻¹ in the pattern of L, of the last factorisation that came out.
+  void invert();
+  /// Block (row, column) of H⁻¹, in the original order, column-major; false where it is not in the
+  /// pattern or `invert` was not called since the last factorisation.
+  bool inverse_block(int row, int column, double* out) const;
+
+  [[nodiscard]] const FrontPlan& plan() const { return plan_; }
+
+ private:
+  struct Place {
+    std::size_t l11, l21, update;
+    int ld11, ld21;
+  };
+
+  void place_fronts();
+  void set_threads(int threads);
+  void place_updates();
+  void place_updates(std::size_t begin, std::size_t end, const std::vector<int>& depth);
+  int factorise_front(std::size_t s, const double* h);
+  [[nodiscard]] Panel panel(std::size_t s, const AlignedDoubles& values) const;
+  [[nodiscard]] Update update_of(int child) const;
+
+  FrontPlan plan_;
+  const FrontKernels& kernels_;
+  std::vector<Place> places_;
+  TaskTree tasks_;
+  int threads_ = 0;
+  std::unique_ptr<Crew> crew_;  // none for one task
+  std::size_t factor_size_ = 0, stack_size_ = 0, inverse_scratch_ = 0;
+  int most_scratch_ = 0;
+  AlignedDoubles values_, stack_, inverse_;
+  bool inverted_ = false;
+  std::vector<double> permuted_;
+  AlignedDoubles scratch_;
+};
+
+}  // namespace wayfare::cholesky

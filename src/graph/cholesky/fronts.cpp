@@ -1,0 +1,185 @@
+#include "graph/cholesky/fronts.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "graph/cholesky/elimination_tree.hpp"
+#include "graph/cholesky/supernodes.hpp"
+
+namespace wayfare::cholesky {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// order[k] = inner[outer[k]]: first `inner` renumbers, then `outer`.
+std::vector<int> chained(std::span<const int> inner, std::span<const int> outer) {
+  std::vector<int> order;
+  order.reserve(outer.size());
+  for (const int i : outer) order.push_back(inner[at(i)]);
+  return order;
+}
+
+class Planner {
+ public:
+  Planner(const UpperPattern& pattern, int block) : pattern_(pattern) { plan_.block = block; }
+
+  FrontPlan plan() {
+    number_columns();
+    make_fronts();
+    sort_blocks();
+    place_.assign(plan_.order.size(), -1);
+    plan_.rows.reserve(2 * entries_.size());
+    plan_.runs.reserve(entries_.size());
+    for (int s = 0; s < static_cast<int>(plan_.fronts.size()); ++s) lay_out(s);
+    return std::move(plan_);
+  }
+
+ private:
+  struct Entry {
+    int row, column, block;
+  };
+
+  void number_columns();
+  void make_fronts();
+  void sort_blocks();
+  void lay_out(int s);
+  void find_rows(int s);
+  void place_blocks(const Front& front, int s);
+  void find_runs(Front& child, const Front& front);
+
+  UpperPattern pattern_;
+  FrontPlan plan_;
+  Supernodes supernodes_;
+  std::vector<int> entry_starts_;
+  std::vector<Entry> entries_;  // H's blocks by front
+  std::vector<int> place_;      // of each column, its block row in the front at work
+};
+
+void Planner::number_columns() {
+  std::vector<int> order = minimum_degree(pattern_);
+  {
+    const auto parent = elimination_tree(RenumberedPattern(pattern_, inverse_order(order)));
+    order = chained(order, postorder(parent));
+  }
+  const RenumberedPattern renumbered(pattern_, inverse_order(order));
+  const auto parent = elimination_tree(renumbered);
+  supernodes_ = find_supernodes(parent, column_counts(renumbered, parent), plan_.block);
+  plan_.order = chained(order, supernodes_.order);
+  plan_.number = inverse_order(plan_.order);
+}
+
+void Planner::make_fronts() {
+  const std::size_t n = supernodes_.parent.size();
+  plan_.fronts.resize(n);
+  for (std::size_t s = 0; s < n; ++s) {
+    Front& f = plan_.fronts[s];
+    f.first = supernodes_.first[s];
+    f.columns = supernodes_.first[s + 1] - f.first;
+    f.parent = supernodes_.parent[s];
+    if (f.parent >= 0) ++plan_.fronts[at(f.parent)].children_end;
+  }
+  int begin = 0;
+  for (Front& f : plan_.fronts) {
+    f.children_begin = std::exchange(begin, begin + f.children_end);
+    f.children_end = f.children_begin;
+  }
+  plan_.children.resize(at(begin));
+  for (std::size_t s = 0; s < n; ++s) {
+    const int p = plan_.fronts[s].parent;
+    if (p >= 0) plan_.children[at(plan_.fronts[at(p)].children_end++)] = static_cast<int>(s);
+  }
+}
+
+void Planner::sort_blocks() {
+  std::vector<int> front_of(plan_.order.size());
+  for (std::size_t s = 0; s < plan_.fronts.size(); ++s)
+    for (int k = 0; k < plan_.fronts[s].columns; ++k)
+      front_of[at(plan_.fronts[s].first + k)] = static_cast<int>(s);
+  const auto each = [&](const auto& visit) {
+    for (int c = 0; c < pattern_.columns(); ++c) {
+      for (int k = pattern_.starts[at(c)]; k < pattern_.starts[at(c) + 1]; ++k) {
+        const int a = plan_.number[at(pattern_.rows[at(k)])], b = plan_.number[at(c)];
+        const int column = std::min(a, b);
+        visit(front_of[at(column)], Entry{std::max(a, b), column, a > b ? k : -1 - k});
+      }
+    }
+  };
+  entry_starts_.assign(plan_.fronts.size() + 1, 0);
+  each([&](int s, const Entry&) { ++entry_starts_[at(s) + 1]; });
+  for (std::size_t s = 0; s < plan_.fronts.size(); ++s) entry_starts_[s + 1] += entry_starts_[s];
+  entries_.resize(at(entry_starts_.back()));
+  std::vector<int> next(entry_starts_.begin(), entry_starts_.end() - 1);
+  each([&](int s, const Entry& e) { entries_[at(next[at(s)]++)] = e; });
+  plan_.placements.reserve(entries_.size());
+}
+
+void Planner::lay_out(int s) {
+  find_rows(s);
+  Front& front = plan_.fronts[at(s)];
+  for (int k = 0; k < front.columns; ++k) place_[at(front.first + k)] = k;
+  int next = front.columns;
+  for (const int r : plan_.rows_of(front)) place_[at(r)] = next++;
+  place_blocks(front, s);
+  for (int k = front.children_begin; k < front.children_end; ++k)
+    find_runs(plan_.fronts[at(plan_.children[at(k)])], front);
+}
+
+// place_ holds s-marks of rows already met: −2 − s, which no block row of a front is.
+void Planner::find_rows(int s) {
+  Front& front = plan_.fronts[at(s)];
+  const int end = front.first + front.columns, mark = -2 - s;
+  front.rows_begin = static_cast<int>(plan_.rows.size());
+  const auto take = [&](int r) {
+    if (r < end || place_[at(r)] == mark) return;
+    place_[at(r)] = mark;
+    plan_.rows.push_back(r);
+  };
+  for (int k = entry_starts_[at(s)]; k < entry_starts_[at(s) + 1]; ++k) take(entries_[at(k)].row);
+  for (int k = front.children_begin; k < front.children_end; ++k) {
+    const Front& child = plan_.fronts[at(plan_.children[at(k)])];
+    for (int i = 0; i < child.rows; ++i) take(plan_.rows[at(child.rows_begin + i)]);
+  }
+  std::sort(plan_.rows.begin() + front.rows_begin, plan_.rows.end());
+  front.rows = static_cast<int>(plan_.rows.size()) - front.rows_begin;
+}
+
+void Planner::place_blocks(const Front& front, int s) {
+  Front& f = plan_.fronts[at(s)];
+  f.placements_begin = static_cast<int>(plan_.placements.size());
+  for (int k = entry_starts_[at(s)]; k < entry_starts_[at(s) + 1]; ++k) {
+    const Entry& e = entries_[at(k)];
+    const bool transposed = e.block < 0;
+    const int row = place_[at(e.row)], column = e.column - front.first;
+    const bool below = row >= front.columns;
+    plan_.placements.push_back({transposed ? -1 - e.block : e.block,
+                                below ? row - front.columns : row, column, transposed, below});
+  }
+  f.placements_end = static_cast<int>(plan_.placements.size());
+}
+
+/// Rows of the child that follow each other in the front as well are added in one run.
+void Planner::find_runs(Front& child, const Front& front) {
+  child.runs_begin = static_cast<int>(plan_.runs.size());
+  const auto rows = plan_.rows_of(child);
+  const auto pivots = std::lower_bound(rows.begin(), rows.end(), front.first + front.columns);
+  int before = -2;
+  for (auto row = rows.begin(); row != rows.end(); ++row) {
+    const int to = place_[at(*row)] - (row < pivots ? 0 : front.columns);
+    if (row != pivots && to == before + 1) {
+      ++plan_.runs.back().length;
+    } else {
+      plan_.runs.push_back({static_cast<int>(row - rows.begin()), to, 1});
+      if (row < pivots) ++child.pivot_runs;
+    }
+    before = to;
+  }
+  child.runs = static_cast<int>(plan_.runs.size()) - child.runs_begin;
+}
+
+}  // namespace
+
+FrontPlan plan_fronts(const UpperPattern& pattern, int block) {
+  return Planner(pattern, block).plan();
+}
+
+}  // namespace wayfare::cholesky

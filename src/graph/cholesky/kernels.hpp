@@ -1,0 +1,71 @@
+#pragma once
+
+// The dense work of a multifrontal factorisation, compiled for several instruction sets from one
+// portable source. All matrices are column-major. Of a front with p pivots and m rows below them
+// L₁₁ is p×p (its diagonal kept as reciprocals) and L₂₁ m×p; leading dimensions of L₂₁ and of
+// updates are multiples of kPad, rows past m hold nothing of meaning.
+
+#include "map/kernels/kernels.hpp"
+
+namespace wayfare::cholesky {
+
+inline constexpr int kPad = 8;
+constexpr int padded(int n) { return (n + kPad - 1) / kPad * kPad; }
+
+/// Block `block` of H is added to a front: at block (row, column) of L₁₁ or L₂₁.
+struct Placement {
+  int block;
+  int row, column;
+  bool transposed, below;
+};
+
+/// Block rows [from, from + length) of a front's update go to [to, to + length) of its parent: of
+/// L₁₁ in a pivot run, else of L₂₁ and of the parent's update.
+struct Run {
+  int from, to, length;
+};
+
+struct Panel {
+  double *l11, *l21;
+  int pivots, rows;  // scalars
+  int ld11, ld21;
+};
+
+/// A front's update on its way into the parent's.
+struct Update {
+  const double* values;
+  int ld;
+  const Run* runs;
+  int pivot_runs, all_runs;
+};
+
+struct FrontKernels {
+  void (*scatter)(const Placement* placements, int count, const double* h, const Panel& front);
+  /// Adds the columns of pivot runs, then the others (the lower triangle alone).
+  void (*add_to_panel)(const Update& child, const Panel& front);
+  void (*add_to_update)(const Update& child, double* update, int ld);
+  /// The pivot at which L₁₁ is not positive definite or not finite, −1 where it is both.
+  int (*factorise)(const Panel& front);
+  /// update = −L₂₁ L₂₁ᵀ, lower triangle.
+  void (*update)(const Panel& front, double* update, int ld);
+  /// to_i := from_index(i), blocks.
+  void (*gather)(const int* index, int count, const double* from, double* to);
+  /// One right-hand side y, of which the front's pivots begin at block `first` and `rows` names the
+  /// blocks below: y₁ := L₁₁⁻¹ y₁, y₂ −= L₂₁ y₁. `scratch` has room for ld11 + ld21.
+  void (*forward)(const Panel& front, int first, const int* rows, double* y, double* scratch);
+  /// y₁ := L₁₁⁻ᵀ (y₁ − L₂₁ᵀ y₂).
+  void (*backward)(const Panel& front, int first, const int* rows, double* y, double* scratch);
+  /// With Z = H⁻¹: Z₁₁ and Z₂₁ (in z's l11, whole, and l21) from L and Z₂₂ (m×m, whole, ld21). The
+  /// scratch has room for padded(p) · (2p + m).
+  void (*invert)(const Panel& front, const Panel& z, const double* z22, double* scratch);
+  /// A child's Z₂₂ from its parent's Z; of `child` all but its values.
+  void (*gather_inverse)(const Update& child, const Panel& z, const double* z22, double* child_z22);
+};
+
+/// `block` is 2, 3 or 6.
+[[nodiscard]] const FrontKernels& kernels_for(kernels::Isa isa, int block);
+[[nodiscard]] const FrontKernels& best_kernels(int block);
+/// Whether this machine has what the kernels of that set are compiled for.
+[[nodiscard]] bool supported(kernels::Isa isa);
+
+}  // namespace wayfare::cholesky

@@ -1,0 +1,2 @@
+#define WAYFARE_ISA avx2
+#include "graph/cholesky/kernels.inl"

@@ -1,0 +1,163 @@
+// The numbers: fronts assembled and eliminated, and x taken down the tree.
+
+#include <algorithm>
+#include <cstddef>
+
+#include <wayfare/graph/detail/incremental_cholesky.hpp>
+
+#include "graph/incremental/front.hpp"
+
+namespace wayfare {
+
+using detail::CliqueFront;
+
+template <int N>
+double IncrementalCholesky<N>::flops(const Clique& clique) {
+  // A column with r rows below costs r² multiplications and additions.
+  double sum = 0.0;
+  auto below = static_cast<double>(N * clique.rows.size());
+  for (int i = 0; i < N * clique.frontals; ++i, --below) sum += below * below;
+  return sum;
+}
+
+template <int N>
+FactorOutcome IncrementalCholesky<N>::factorise_fresh() {
+  for (const int c : fresh_) {
+    Clique& clique = cliques_[index(c)];
+    assemble(clique);
+    const int failed = eliminate(clique);
+    if (failed >= 0) return {false, clique.rows[index(failed / N)]};
+    last_flops_ += flops(clique);
+  }
+  return {};
+}
+
+/// The columns that are eliminated here, from the terms and from what was eliminated below.
+template <int N>
+void IncrementalCholesky<N>::assemble(Clique& clique) {
+  const int frontals = clique.frontals, separators = clique.separators();
+  clique.numbers.assign(CliqueFront<N>::size(frontals, separators), 0.0);
+  for (std::size_t i = 0; i < clique.rows.size(); ++i)
+    slot_[index(clique.rows[i])] = static_cast<int>(i);
+  for (int i = 0; i < frontals; ++i) add_terms(clique, clique.rows[index(i)]);
+}
+
+/// On the diagonal all terms of `variable`; off it those whose other end is eliminated later.
+template <int N>
+void IncrementalCholesky<N>::add_terms(Clique& clique, int variable) {
+  const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
+  const int here = slot_[index(variable)];
+  std::ptrdiff_t stride;
+  double* const diagonal = front.at(here, here, stride);
+  const std::ptrdiff_t diagonal_stride = stride;
+  Eigen::Map<Vector> right(front.right(here));
+  for (const int t : terms_of_[index(variable)]) {
+    const auto [a, b] = ends_[index(t)];
+    const Term& term = terms_[index(t)];
+    const bool first = a == variable;
+    detail::add_triangle<N>(diagonal, diagonal_stride, first ? term.aa.data() : term.bb.data(), N);
+    right += first ? term.ra : term.rb;
+    const int other = first ? b : a;
+    // What is not affected was eliminated before.
+    if (other < 0 || variable_mark_[index(other)] != stamp_ ||
+        place_[index(other)] < place_[index(variable)])
+      continue;
+    double* const to = front.at(slot_[index(other)], here, stride);
+    if (first)
+      detail::add_transposed<N>(to, stride, term.ab.data(), N);
+    else
+      detail::add_rows<N>(to, stride, term.ab.data(), N, N);
+  }
+}
+
+/// The slots of the separators: frontals, frontals + 1, …
+template <int N>
+const int* IncrementalCholesky<N>::later_slots(const Clique& clique) {
+  while (ascending_.size() < clique.rows.size())
+    ascending_.push_back(static_cast<int>(ascending_.size()));
+  return ascending_.data() + clique.frontals;
+}
+
+/// The first number that is not positive definite, −1 where all are.
+template <int N>
+int IncrementalCholesky<N>::eliminate(Clique& clique) {
+  const cholesky::FrontKernels& kernels = cholesky::best_kernels(N);
+  const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
+  const auto add_children = [&](bool eliminated) {
+    for (const int c : clique.children) {
+      Clique& child = cliques_[index(c)];
+      const CliqueFront<N> from(child.numbers.data(), child.frontals, child.separators());
+      slots_.clear();
+      for (int i = child.frontals; i < static_cast<int>(child.rows.size()); ++i)
+        slots_.push_back(slot_[index(child.rows[index(i)])]);
+      detail::extend_add<N>(front, from, slots_.data(), eliminated);
+      if (!eliminated) continue;
+      for (std::size_t i = 0; i < slots_.size(); ++i)
+        Eigen::Map<Vector>(front.right(slots_[i])) +=
+            Eigen::Map<const Vector>(from.right(child.frontals + static_cast<int>(i)));
+    }
+  };
+  add_children(true);
+  const int failed = kernels.factorise(front.panel());
+  if (failed >= 0) return failed;
+  kernels.update(front.panel(), front.update(), front.panel().ld21);
+  add_children(false);
+  scratch_.resize(index(front.panel().ld11 + front.panel().ld21));
+  kernels.forward(front.panel(), 0, later_slots(clique), front.right(), scratch_.data());
+  return -1;
+}
+
+template <int N>
+const std::vector<int>& IncrementalCholesky<N>::solve(double threshold) {
+  ++stamp_;
+  changed_.clear();
+  last_solved_ = 0;
+  stack_.clear();
+  for (const int c : roots_)
+    if (cliques_[index(c)].fresh && cliques_[index(c)].parent < 0) stack_.push_back(c);
+  roots_.clear();
+  while (!stack_.empty()) {
+    Clique& clique = cliques_[index(stack_.back())];
+    stack_.pop_back();
+    clique.fresh = false;
+    substitute(clique, threshold);
+    for (const int child : clique.children)
+      if (cliques_[index(child)].fresh || separator_changed(cliques_[index(child)]))
+        stack_.push_back(child);
+  }
+  return changed_;
+}
+
+template <int N>
+bool IncrementalCholesky<N>::separator_changed(const Clique& clique) const {
+  return std::any_of(clique.rows.begin() + clique.frontals, clique.rows.end(),
+                     [&](int row) { return changed_mark_[index(row)] == stamp_; });
+}
+
+/// Lᵀ x = y for the frontals, given the separator's x.
+template <int N>
+void IncrementalCholesky<N>::substitute(Clique& clique, double threshold) {
+  const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
+  gathered_.resize(N * clique.rows.size());
+  double* const found = gathered_.data();
+  std::copy_n(front.right(), N * clique.frontals, found);
+  for (std::size_t i = index(clique.frontals); i < clique.rows.size(); ++i)
+    Eigen::Map<Vector>(found + N * i) = x(clique.rows[i]);
+  scratch_.resize(index(front.panel().ld11 + front.panel().ld21));
+  cholesky::best_kernels(N).backward(front.panel(), 0, later_slots(clique), found, scratch_.data());
+  for (int i = 0; i < clique.frontals; ++i) {
+    const int v = clique.rows[index(i)];
+    Eigen::Map<Vector> x(x_.data() + offset(v));
+    const Eigen::Map<const Vector> now(found + N * i);
+    if (!((now - x).cwiseAbs().maxCoeff() > threshold)) continue;
+    x = now;
+    changed_.push_back(v);
+    changed_mark_[index(v)] = stamp_;
+  }
+  last_solved_ += clique.frontals;
+}
+
+template class IncrementalCholesky<3>;
+template class IncrementalCholesky<6>;
+
+}  // namespace wayfare

@@ -1,0 +1,215 @@
+#include <wayfare/graph/gnc.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+
+#include <wayfare/core/chi_square.hpp>
+#include <wayfare/graph/detail/descent.hpp>
+#include <wayfare/graph/optimise.hpp>
+#include <wayfare/graph/start.hpp>
+
+#include "graph/optimise/chordal.hpp"
+
+namespace wayfare {
+namespace {
+
+/// The directions an edge says something about.
+template <class G>
+int degrees_of_freedom(const SquareOf<G>& information) {
+  if (information.llt().info() == Eigen::Success) return ManifoldTraits<G>::kDof;
+  const Eigen::SelfAdjointEigenSolver<SquareOf<G>> eigen(information, Eigen::EigenvaluesOnly);
+  const auto& values = eigen.eigenvalues();
+  return static_cast<int>((values.array() > 1e-9 * values.maxCoeff()).count());
+}
+
+/// c² of every edge.
+template <class G>
+std::vector<double> thresholds(const PoseGraph<G>& graph, double probability) {
+  double of_dof[ManifoldTraits<G>::kDof + 1] = {};
+  for (int dof = 1; dof <= ManifoldTraits<G>::kDof; ++dof)
+    of_dof[dof] = eval::chi_square_quantile(probability, dof);
+  std::vector<double> c2(graph.edges.size());
+  for (std::size_t k = 0; k < c2.size(); ++k)
+    if (graph.edges[k].robust) c2[k] = of_dof[degrees_of_freedom<G>(graph.edges[k].information)];
+  return c2;
+}
+
+template <LieGroup G>
+class Gnc {
+ public:
+  Gnc(PoseGraph<G>& graph, const GncOptions& options, GncReport& report)
+      : graph_(graph),
+        options_(options),
+        report_(report),
+        c2_(thresholds(graph, options.inlier_probability)),
+        weights_(graph.edges.size(), 1.0),
+        u_(graph.edges.size(), 0.0) {
+    step_.set_threads(options.optimise.threads);
+  }
+
+  Result<void> run() {
+    auto done = graduate();
+    return done ? settle() : done;
+  }
+
+ private:
+  /// What a rejected edge still counts while losses grow, lest a pose it alone holds come loose.
+  static constexpr double kLeastWeight = 1e-9;
+
+  Result<void> graduate();
+  Result<void> settle();
+  Result<void> relax(const OptimiseOptions& options);
+  Result<void> solve(OptimiseOptions options);
+  void measure();
+  bool reweigh(double mu);
+  bool cut();
+
+  PoseGraph<G>& graph_;
+  const GncOptions& options_;
+  GncReport& report_;
+  std::vector<double> c2_, weights_, u_;  // of every edge; u = s/c², 0 where trusted
+  std::optional<ChordalSolver<G>> chordal_;
+  DampedStep<G, DefaultSolver<ManifoldTraits<G>::kDof>> step_;
+};
+
+/// Follows the loss from convex to what it is to be. What comes out need not be exact, only which
+/// edges agree: the relaxed problem, which has but one minimum, is solved in place of the true one.
+template <LieGroup G>
+Result<void> Gnc<G>::graduate() {
+  const bool truncated = options_.loss == GncLoss::truncated_least_squares;
+  if (ChordalSolver<G>::check(graph_)) chordal_.emplace(graph_);
+  OptimiseOptions coarse = options_.optimise;
+  coarse.min_relative_gain = std::max(coarse.min_relative_gain, 1e-2);
+  measure();
+  const double largest =
+      std::accumulate(u_.begin(), u_.end(), 0.0, [](double a, double b) { return std::max(a, b); });
+  if (!std::isfinite(largest)) return cost_overflow(graph_);
+  // The surrogates are convex below and above these (remarks 5 and 6).
+  double mu = truncated ? 1.0 / std::max(2.0 * largest - 1.0, 1e-9) : std::max(2.0 * largest, 1.0);
+  while (report_.rounds < options_.max_rounds) {
+    const bool undecided = reweigh(mu);
+    if (report_.rounds > 0 && (truncated ? !undecided : mu <= 1.0)) break;
+    if (auto done = relax(coarse); !done) return done;
+    measure();
+    ++report_.rounds;
+    mu = truncated ? mu * options_.growth : std::max(mu / options_.growth, 1.0);
+  }
+  return {};
+}
+
+/// Solves with what passes, until what passes no longer changes.
+template <LieGroup G>
+Result<void> Gnc<G>::settle() {
+  constexpr int kMostRounds = 10;
+  report_.optimisation.structure_reused = step_.prepare(graph_);
+  for (int round = 0; round < kMostRounds; ++round) {
+    const bool changed = cut();
+    if (round > 0 && !changed) break;
+    const auto passes = [&](const PoseEdge<G>& e) {
+      return weights_[static_cast<std::size_t>(&e - graph_.edges.data())] > 0.0;
+    };
+    auto done = validate_connection(graph_, passes, " by edges that agree with the others");
+    if (done) done = solve(options_.optimise);
+    if (!done) return done;
+    measure();
+  }
+  for (std::size_t k = 0; k < weights_.size(); ++k) {
+    if (weights_[k] == 0.0) report_.rejected.push_back(static_cast<int>(k));
+  }
+  return {};
+}
+
+template <LieGroup G>
+Result<void> Gnc<G>::relax(const OptimiseOptions& options) {
+  std::vector<G> x = graph_.poses;
+  if (chordal_ && chordal_->solve(x, weights_)) {
+    graph_.poses = std::move(x);
+    return {};
+  }
+  // An edge may measure half a rotation: full equations know more then than relaxed ones.
+  chordal_.reset();
+  step_.prepare(graph_);
+  return solve(options);
+}
+
+template <LieGroup G>
+Result<void> Gnc<G>::solve(OptimiseOptions options) {
+  options.kernel = {};
+  step_.set_weights(weights_);
+  OptimiseReport& report = report_.optimisation;
+  report.iterations = 0;
+  report.fell_back = false;
+  report.history.clear();
+  report.initial_cost = report.final_cost = step_.linearise(graph_, {});
+  if (!std::isfinite(report.initial_cost)) return cost_overflow(graph_);
+  Result<void> done;
+  if (step_.equations().free_poses().empty()) return done;
+  if (options.method != OptimiseMethod::gauss_newton ||
+      !gauss_newton(step_, graph_, options, report)) {
+    report.fell_back = options.method == OptimiseMethod::gauss_newton;
+    done = levenberg_marquardt(step_, graph_, options, report);
+  }
+  report_.iterations += report.iterations;
+  report.initial_chi2 = report.initial_cost;
+  report.final_chi2 = report.final_cost;
+  return done;
+}
+
+template <LieGroup G>
+void Gnc<G>::measure() {
+  for (std::size_t k = 0; k < u_.size(); ++k)
+    if (graph_.edges[k].robust) u_[k] = squared_error(graph_, graph_.edges[k]) / c2_[k];
+}
+
+/// Whether a weight is still between.
+template <LieGroup G>
+bool Gnc<G>::reweigh(double mu) {
+  bool between = false;
+  for (std::size_t k = 0; k < weights_.size(); ++k) {
+    if (!graph_.edges[k].robust) continue;
+    const double weight = gnc_weight(options_.loss, u_[k], mu);
+    between = between || (weight > 0.0 && weight < 1.0);
+    weights_[k] = std::max(weight, kLeastWeight);
+  }
+  return between;
+}
+
+/// Weights of 0 and 1; whether any changed.
+template <LieGroup G>
+bool Gnc<G>::cut() {
+  bool changed = false;
+  for (std::size_t k = 0; k < weights_.size(); ++k) {
+    const double weight = u_[k] <= 1.0 ? 1.0 : 0.0;
+    changed = changed || weight != weights_[k];
+    weights_[k] = weight;
+  }
+  return changed;
+}
+
+}  // namespace
+
+template <LieGroup G>
+Result<GncReport> optimise_gnc(PoseGraph<G>& graph, const GncOptions& options) {
+  GncReport report;
+  const std::vector<G> before = graph.poses;
+  Result<void> done;
+  {
+    const PhaseTimer timer(report.total_s);
+    done = validate(graph);
+    if (done && options.start_from_trusted) done = start_from_tree(graph, TreeEdges::trusted_first);
+    if (done) done = Gnc<G>(graph, options, report).run();
+  }
+  if (done) return report;
+  graph.poses = before;
+  return done.error();
+}
+
+template Result<GncReport> optimise_gnc(PoseGraph<SE2d>&, const GncOptions&);
+template Result<GncReport> optimise_gnc(PoseGraph<SE3d>&, const GncOptions&);
+
+}  // namespace wayfare

@@ -1,0 +1,122 @@
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <wayfare/graph/start.hpp>
+#include <wayfare/graph/detail/validate.hpp>
+
+namespace wayfare {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+std::vector<int> anchors_of(const auto& graph) {
+  return graph.fixed.empty() ? std::vector<int>{0} : graph.fixed;
+}
+
+/// Where the edge puts its other end, given the one at `pose`.
+template <class G>
+G across(const PoseEdge<G>& edge, int pose, const G& x) {
+  return edge.from == pose ? x * edge.measurement : x * edge.measurement.inverse();
+}
+
+/// For each pose k the edge that joins it to k + 1, −1 where there is none.
+template <class G>
+std::vector<int> chain_of(const PoseGraph<G>& graph) {
+  std::vector<int> chain(graph.poses.size(), -1);
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    const PoseEdge<G>& edge = graph.edges[e];
+    if (std::abs(edge.from - edge.to) != 1) continue;
+    int& link = chain[at(std::min(edge.from, edge.to))];
+    if (link < 0 || (graph.edges[at(link)].robust && !edge.robust)) link = static_cast<int>(e);
+  }
+  return chain;
+}
+
+/// The edges at each pose, in their order.
+class EdgesAt {
+ public:
+  template <class G>
+  explicit EdgesAt(const PoseGraph<G>& graph) : starts_(graph.poses.size() + 1, 0) {
+    for (const auto& e : graph.edges) ++starts_[at(e.from)], ++starts_[at(e.to)];
+    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+    edges_.resize(2 * graph.edges.size());
+    for (std::size_t e = graph.edges.size(); e-- > 0;)
+      for (const int end : {graph.edges[e].from, graph.edges[e].to})
+        edges_[--starts_[at(end)]] = static_cast<int>(e);
+  }
+  const int* begin(int pose) const { return edges_.data() + starts_[at(pose)]; }
+  const int* end(int pose) const { return edges_.data() + starts_[at(pose) + 1]; }
+
+ private:
+  std::vector<std::size_t> starts_;
+  std::vector<int> edges_;
+};
+
+}  // namespace
+
+template <LieGroup G>
+Result<void> start_from_odometry(PoseGraph<G>& graph) {
+  if (auto valid = validate(graph); !valid) return valid;
+  const std::vector<int> chain = chain_of(graph);
+  std::vector<G> x = graph.poses;
+  std::vector<char> placed(x.size(), 0);
+  int first = graph.size();
+  for (const int a : anchors_of(graph)) placed[at(a)] = 1, first = std::min(first, a);
+  const auto place = [&](int pose, int neighbour) {
+    const int link = chain[at(std::min(pose, neighbour))];
+    if (link >= 0) x[at(pose)] = across(graph.edges[at(link)], neighbour, x[at(neighbour)]);
+    return link >= 0;
+  };
+  const auto broken = [&](int a, int b) {
+    return Error{ErrorCode::degenerate,
+                 "no odometry edge joins poses " + graph.label(a) + " and " + graph.label(b)};
+  };
+  for (int k = first - 1; k >= 0; --k)
+    if (!place(k, k + 1)) return broken(k, k + 1);
+  for (int k = first + 1; k < graph.size(); ++k)
+    if (placed[at(k)] == 0 && !place(k, k - 1)) return broken(k - 1, k);
+  graph.poses = std::move(x);
+  return {};
+}
+
+template <LieGroup G>
+Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather) {
+  if (auto valid = validate(graph); !valid) return valid;
+  const EdgesAt edges_at(graph);
+  struct Step {
+    int pose, edge;  // the edge by which the pose is reached
+  };
+  // First come, first placed; ways over edges not trusted wait until no other is left.
+  std::vector<Step> open, later;
+  std::vector<char> placed(graph.poses.size(), 0);
+  for (const int a : anchors_of(graph)) open.push_back({a, -1});
+  const auto take = [&](const Step& step) {
+    if (placed[at(step.pose)] != 0) return;
+    placed[at(step.pose)] = 1;
+    if (step.edge >= 0) {
+      const PoseEdge<G>& edge = graph.edges[at(step.edge)];
+      const int parent = edge.from == step.pose ? edge.to : edge.from;
+      graph.poses[at(step.pose)] = across(edge, parent, graph.poses[at(parent)]);
+    }
+    for (const int* e = edges_at.begin(step.pose); e != edges_at.end(step.pose); ++e) {
+      const PoseEdge<G>& edge = graph.edges[at(*e)];
+      const bool waits = rather == TreeEdges::trusted_first && edge.robust;
+      (waits ? later : open).push_back({edge.from == step.pose ? edge.to : edge.from, *e});
+    }
+  };
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    take(Step(open[k]));
+    if (k + 1 == open.size()) open.insert(open.end(), later.begin(), later.end()), later.clear();
+  }
+  return {};
+}
+
+template Result<void> start_from_odometry(PoseGraph<SE2d>&);
+template Result<void> start_from_odometry(PoseGraph<SE3d>&);
+template Result<void> start_from_tree(PoseGraph<SE2d>&, TreeEdges);
+template Result<void> start_from_tree(PoseGraph<SE3d>&, TreeEdges);
+
+}  // namespace wayfare

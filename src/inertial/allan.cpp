@@ -1,0 +1,245 @@
+#include <wayfare/inertial/allan.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include <wayfare/core/contract.hpp>
+
+namespace wayfare {
+namespace {
+
+// Steps between means: all small ones, then four to the octave.
+constexpr std::array kFirstSteps = {1,  2,  3,  4,  5,  6,  7,  8,  10, 11,
+                                    13, 16, 19, 23, 27, 32, 38, 45, 54, 64};
+constexpr std::array kLaterSteps = {38, 45, 54, 64};
+
+}  // namespace
+
+AllanRecorder::AllanRecorder(double period_s) : period_s_(period_s) {
+  WAYFARE_EXPECTS(period_s > 0.0, "readings follow each other in time");
+  take(0, 0.0);
+}
+
+void AllanRecorder::add(double value) {
+  if (!std::isfinite(value)) return;
+  if (count_ == 0) first_ = value;
+  // Kahan's sum: a record of days must not lose its small differences in a large total.
+  const double term = value - first_ - lost_;
+  const double sum = sum_ + term;
+  lost_ = (sum - sum_) - term;
+  sum_ = sum;
+  ++count_;
+  std::size_t level = 0;
+  for (std::size_t n = count_;; n /= 2, ++level) {
+    take(level, sum_);
+    if (n % 2 != 0) break;
+  }
+}
+
+double AllanRecorder::mean() const {
+  return count_ == 0 ? 0.0 : first_ + sum_ / static_cast<double>(count_);
+}
+
+void AllanRecorder::take(std::size_t level, double sum) {
+  while (levels_.size() <= level) {
+    Level next;
+    const auto add_steps = [&next](const auto& all) {
+      for (const int steps : all) next.sums.push_back({steps, 0.0, 0.0, 0, 0});
+    };
+    if (levels_.empty()) {
+      add_steps(kFirstSteps);
+    } else {
+      add_steps(kLaterSteps);
+      next.count = 1;  // the sum before the first reading, zero
+    }
+    levels_.push_back(std::move(next));
+  }
+  Level& l = levels_[level];
+  l.sum[l.count % kRing] = sum;
+  const auto back = [&l](std::size_t k) { return l.sum[(l.count - k) % kRing]; };
+  for (Sums& s : l.sums) {
+    const auto m = static_cast<std::size_t>(s.steps);
+    if (l.count < 2 * m) break;
+    const double d2 = sum - 2.0 * back(m) + back(2 * m);
+    s.allan += d2 * d2;
+    ++s.allan_count;
+    if (l.count < 3 * m) continue;
+    const double d3 = sum - 3.0 * back(m) + 3.0 * back(2 * m) - back(3 * m);
+    s.hadamard += d3 * d3;
+    ++s.hadamard_count;
+  }
+  ++l.count;
+}
+
+AllanCurve AllanRecorder::curve(bool hadamard) const {
+  AllanCurve points;
+  double readings = 1.0;
+  for (const Level& level : levels_) {
+    for (const Sums& s : level.sums) {
+      const std::size_t n = hadamard ? s.hadamard_count : s.allan_count;
+      if (n == 0) break;
+      const double m = readings * s.steps;
+      const double squares = hadamard ? s.hadamard / 6.0 : s.allan / 2.0;
+      const double averages = static_cast<double>(count_) / m;
+      points.push_back({m * period_s_, std::sqrt(squares / static_cast<double>(n)) / m,
+                        1.0 / std::sqrt(2.0 * (averages - 1.0))});
+    }
+    readings *= 2.0;
+  }
+  return points;
+}
+
+namespace {
+
+constexpr int kParts = 4;
+using Parts = Eigen::Matrix<double, kParts, 1>;
+using Normal = Eigen::Matrix<double, kParts, kParts>;
+constexpr double kFlicker = 2.0 * std::numbers::ln2 / std::numbers::pi;
+
+/// What each squared coefficient adds to the variance.
+Parts parts_at(double tau) { return {3.0 / (tau * tau), 1.0 / tau, kFlicker, tau / 3.0}; }
+
+struct Solution {
+  Parts squares = Parts::Zero();
+  Parts sigma = Parts::Zero();
+};
+
+/// No sensor is made of these four parts alone: short averaging times, known to a thousandth, would
+/// otherwise bend the fit of long ones.
+constexpr double kModelError = 0.03;
+
+/// Rows of parts over the variance expected, made independent of each other and of unit variance:
+/// points at neighbouring averaging times share most of their readings, so that their errors are
+/// taken to correlate as the ratio of the times.
+struct Weighted {
+  Eigen::Matrix<double, Eigen::Dynamic, kParts> rows;
+  Eigen::VectorXd goal;
+};
+
+Weighted weighted(std::span<const AllanPoint> curve, const Eigen::VectorXd& expected) {
+  const auto n = static_cast<Eigen::Index>(curve.size());
+  Weighted w{decltype(Weighted::rows)(n, kParts), Eigen::VectorXd(n)};
+  Eigen::MatrixXd covariance(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const AllanPoint& p = curve[static_cast<std::size_t>(i)];
+    w.rows.row(i) = parts_at(p.tau_s).transpose() / expected[i];
+    w.goal[i] = p.deviation * p.deviation / expected[i];
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const AllanPoint& q = curve[static_cast<std::size_t>(j)];
+      covariance(i, j) = 4.0 * p.relative_sigma * q.relative_sigma * std::min(p.tau_s, q.tau_s) /
+                         std::max(p.tau_s, q.tau_s);
+    }
+    covariance(i, i) += 4.0 * kModelError * kModelError;
+  }
+  const Eigen::LLT<Eigen::MatrixXd> root(covariance);
+  root.matrixL().solveInPlace(w.rows);
+  root.matrixL().solveInPlace(w.goal);
+  return w;
+}
+
+/// The best of all choices of parts whose coefficients all come out positive.
+Parts not_negative(const Weighted& w) {
+  Parts best = Parts::Zero();
+  double least = w.goal.squaredNorm();
+  for (unsigned choice = 1; choice < 1U << kParts; ++choice) {
+    std::vector<int> used;
+    for (int k = 0; k < kParts; ++k)
+      if ((choice >> k & 1U) != 0) used.push_back(k);
+    const Eigen::MatrixXd a = w.rows(Eigen::all, used);
+    // The parts differ by many decades: each is scaled to one before the equations are solved.
+    const Eigen::VectorXd scale = a.colwise().norm();
+    const Eigen::MatrixXd scaled = a * scale.cwiseInverse().asDiagonal();
+    const Eigen::VectorXd x =
+        (scaled.transpose() * scaled).ldlt().solve(scaled.transpose() * w.goal);
+    if (!x.allFinite() || x.minCoeff() < 0.0) continue;
+    const double cost = (scaled * x - w.goal).squaredNorm();
+    if (cost >= least) continue;
+    least = cost;
+    best.setZero();
+    for (std::size_t k = 0; k < used.size(); ++k)
+      best[used[k]] = x[static_cast<Eigen::Index>(k)] / scale[static_cast<Eigen::Index>(k)];
+  }
+  return best;
+}
+
+Parts spread_of(const Weighted& w, const Parts& squares) {
+  std::vector<int> used;
+  for (int k = 0; k < kParts; ++k)
+    if (squares[k] > 0.0) used.push_back(k);
+  Parts sigma = Parts::Zero();
+  if (used.empty()) return sigma;
+  const Eigen::MatrixXd a = w.rows(Eigen::all, used);
+  const Eigen::VectorXd scale = a.colwise().norm();
+  const Eigen::MatrixXd scaled = a * scale.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd covariance =
+      (scaled.transpose() * scaled)
+          .ldlt()
+          .solve(Eigen::MatrixXd::Identity(scaled.cols(), scaled.cols()));
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    sigma[used[k]] = std::sqrt(std::max(0.0, covariance(i, i))) / scale[i];
+  }
+  return sigma;
+}
+
+Solution solve(std::span<const AllanPoint> curve) {
+  Eigen::VectorXd expected(static_cast<Eigen::Index>(curve.size()));
+  for (Eigen::Index i = 0; i < expected.size(); ++i) {
+    const double d = curve[static_cast<std::size_t>(i)].deviation;
+    expected[i] = d * d;
+  }
+  Solution s;
+  // Weights by the curve itself would favour points that came out low by chance.
+  for (int round = 0; round < 6; ++round) {
+    const Weighted w = weighted(curve, expected);
+    s.squares = not_negative(w);
+    s.sigma = spread_of(w, s.squares);
+    for (Eigen::Index i = 0; i < expected.size(); ++i) {
+      const double model = parts_at(curve[static_cast<std::size_t>(i)].tau_s).dot(s.squares);
+      if (model > 0.0) expected[i] = model;
+    }
+  }
+  return s;
+}
+
+AllanCoefficient coefficient(const Solution& s, int part, std::span<const AllanPoint> curve) {
+  AllanCoefficient c;
+  c.value = std::sqrt(s.squares[part]);
+  if (c.value > 0.0) c.sigma = 0.5 * s.sigma[part] / c.value;
+  for (const AllanPoint& p : curve) {
+    const Parts at = parts_at(p.tau_s).cwiseProduct(s.squares);
+    if (at[part] * 3.0 < at.sum() || at[part] == 0.0) continue;
+    if (c.from_s == 0.0) c.from_s = p.tau_s;
+    c.to_s = p.tau_s;
+  }
+  return c;
+}
+
+}  // namespace
+
+AllanFit fit_allan(std::span<const AllanPoint> curve, double least_averages) {
+  AllanCurve used;
+  for (const AllanPoint& p : curve) {
+    const double averages = 1.0 + 0.5 / (p.relative_sigma * p.relative_sigma);
+    if (averages >= least_averages && p.deviation > 0.0) used.push_back(p);
+  }
+  AllanFit fit;
+  if (used.size() < 3) return fit;
+  const Solution s = solve(used);
+  fit.quantisation = coefficient(s, 0, used);
+  fit.random_walk = coefficient(s, 1, used);
+  fit.bias_instability = coefficient(s, 2, used);
+  fit.rate_random_walk = coefficient(s, 3, used);
+  const auto lowest = std::min_element(used.begin(), used.end(), [](const auto& a, const auto& b) {
+    return a.deviation < b.deviation;
+  });
+  fit.floor = lowest->deviation / std::sqrt(kFlicker);
+  fit.floor_tau_s = lowest->tau_s;
+  return fit;
+}
+
+}  // namespace wayfare

@@ -1,0 +1,73 @@
+#pragma once
+
+// Private: a CARMEN log's lines by what they are, each as it stands.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/io/carmen.hpp>
+
+#include "io/carmen/carmen_faults.hpp"
+#include "io/carmen/carmen_lines.hpp"
+
+namespace wayfare::io::carmen {
+
+/// Kinds of scans, the preferred first: a log that has two gives the same scans twice.
+enum Kind : std::size_t { kRobotLaser, kFrontLaser, kRawLaser, kPair, kKinds };
+
+using ScansByKind = std::array<std::vector<ScanLine>, kKinds>;
+
+/// In the order of the file.
+struct LogLines {
+  ScansByKind front, rear;
+  std::vector<OdometryLine> odometry;
+  std::vector<OdometryLine> pair_odometry;  ///< of the `Odometry`/`Laser` pairs
+  std::vector<Measured<RadarScan>> radar;
+  std::vector<Measured<WheelSample>> wheels;
+  std::vector<Measured<GyroSample>> gyro;
+  std::vector<Measured<StampedPose>> truth;
+};
+
+/// Takes lines in. Parameters and counts go to the log at once.
+class Intake {
+ public:
+  Intake(const CarmenOptions& options, Faults& faults, CarmenLog& log)
+      : options_(options), faults_(faults), log_(log) {}
+
+  /// `number` from 1; `terminated`: it ended in '\n'.
+  void take(std::string_view line, std::size_t number, bool terminated);
+
+  [[nodiscard]] LogLines& lines() { return lines_; }
+
+ private:
+  void take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to);
+  void take_odometry(Result<OdometryLine> odometry);
+  void take_radar(text::Tokens tokens);
+  template <class T>
+  void take_sample(Result<T> sample, std::vector<Measured<T>>& to);
+  void take_bare_laser(text::Tokens tokens);
+  void take_bare_odometry(text::Tokens tokens);
+  void take_parameter(text::Tokens& tokens);
+  void take_other(std::string_view tag);
+  void skip(Error fault);
+  void note_invalid_ranges(std::size_t beams);
+  void note_invalid(std::size_t count, const std::string& message, std::size_t& lines);
+
+  CarmenOptions options_;
+  Faults& faults_;
+  CarmenLog& log_;
+  LineParser parser_;
+  LogLines lines_;
+  std::optional<OdometryLine> bare_pose_;  // of the pair begun
+  int pairs_ = 0;
+  std::size_t lines_with_invalid_ranges_ = 0;
+  std::size_t lines_with_invalid_points_ = 0;
+  std::size_t line_ = 0;
+  bool terminated_ = true;
+};
+
+}  // namespace wayfare::io::carmen

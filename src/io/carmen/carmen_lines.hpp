@@ -1,0 +1,78 @@
+#pragma once
+
+// Private: one line of a CARMEN log at a time. What the lines mean together is carmen.cpp's.
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/se2.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/recording.hpp>
+
+#include "io/text/text.hpp"
+
+namespace wayfare::io::carmen {
+
+/// A scan as one line gives it. Bearings are set only where the line carries them.
+struct ScanLine {
+  std::size_t line = 0;
+  LaserScan scan;
+  bool has_bearings = false;
+  std::optional<SE2d> laser_pose;
+  std::optional<SE2d> robot_pose;
+};
+
+struct OdometryLine {
+  std::size_t line = 0;
+  LogTime time;
+  SE2d pose;
+};
+
+/// A measurement and the line it stands in.
+template <class T>
+struct Measured {
+  std::size_t line = 0;
+  T value = {};
+};
+
+/// Takes lines apart; the word they begin with has been taken off. A fault's line and source are
+/// the caller's to fill in.
+class LineParser {
+ public:
+  /// FLASER and RLASER.
+  Result<ScanLine> laser(text::Tokens tokens, bool terminated);
+  /// ROBOTLASER1 and 2 (`with_poses`), RAWLASER1 and 2.
+  Result<ScanLine> robot_laser(text::Tokens tokens, bool with_poses, bool terminated);
+  /// `Laser n r1..rn`, time left at zero.
+  Result<ScanLine> bare_laser(text::Tokens tokens);
+  /// ODOM.
+  Result<OdometryLine> odom(text::Tokens tokens, bool terminated);
+  /// RADAR, WHEELS, GYRO and TRUEPOS.
+  Result<RadarScan> radar(text::Tokens tokens, bool terminated);
+  Result<WheelSample> wheels(text::Tokens tokens, bool terminated);
+  Result<GyroSample> gyro(text::Tokens tokens, bool terminated);
+  Result<StampedPose> true_pose(text::Tokens tokens, bool terminated);
+  /// `Odometry x y θ`, time left at zero.
+  static Result<OdometryLine> bare_odometry(text::Tokens tokens);
+
+  /// Ranges of the last scan that were not finite or negative; they are NaN in it.
+  [[nodiscard]] std::size_t invalid_ranges() const { return invalid_ranges_; }
+
+  /// Points of the last radar line that were not finite; they are not in its scan.
+  [[nodiscard]] std::size_t invalid_points() const { return invalid_points_; }
+
+ private:
+  Result<void> ranges(text::Tokens& tokens, std::vector<float>& values);
+  Result<void> time_and_host(text::Tokens& tokens, bool terminated, LogTime& time);
+
+  std::size_t invalid_ranges_ = 0;
+  std::size_t invalid_points_ = 0;
+  bool host_seen_ = false;
+};
+
+}  // namespace wayfare::io::carmen

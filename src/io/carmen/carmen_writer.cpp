@@ -1,0 +1,238 @@
+#include <wayfare/io/carmen_writer.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/io/time_text.hpp>
+
+#include "io/text/text.hpp"
+
+namespace wayfare::io {
+namespace {
+
+void append(std::string& out, double value) {
+  out += ' ';
+  text::append_number(out, value);
+}
+
+void append(std::string& out, const SE2d& pose) {
+  append(out, pose.x());
+  append(out, pose.y());
+  append(out, pose.heading().radians());
+}
+
+// The stamp, the host and the logger's own clock, for which the recording's is as good as any.
+void append_end(std::string& out, LogTime time) {
+  const std::string stamp = format_nanoseconds(time.nanoseconds());
+  out += ' ' + stamp + " wayfare " + stamp + '\n';
+}
+
+void append_ranges(std::string& out, const LaserScan& scan) {
+  out += ' ';
+  text::append_number(out, scan.ranges_m.size());
+  for (const float range : scan.ranges_m) {
+    out += ' ';
+    // What is not a number has no place in the format; the largest range means "no return".
+    text::append_number(out, std::isfinite(range) && range >= 0.0F ? range : scan.max_range_m);
+  }
+}
+
+bool near(double a, double b) { return std::abs(a - b) < 1e-9; }
+
+// Whether a reader knows the bearings of a FLASER line from the number of its beams.
+bool has_usual_bearings(const LaserScan& scan) {
+  const std::size_t n = scan.ranges_m.size();
+  const double step_deg = n == 180 || n == 181 ? 1.0 : n == 360 || n == 361 ? 0.5 : 0.0;
+  return step_deg > 0.0 && near(scan.first_bearing.degrees(), -90.0) &&
+         near(scan.bearing_step.degrees(), step_deg);
+}
+
+class Writer {
+ public:
+  explicit Writer(const Recording& recording)
+      : recording_(recording),
+        T_base_laser_(recording.T_base_laser.raw()),
+        odometry_(eval::as_trajectory(recording.odometry)),
+        straight_ahead_(near(T_base_laser_.y(), 0.0) &&
+                        near(T_base_laser_.heading().radians(), 0.0)) {}
+
+  std::string write() {
+    write_head();
+    for (const Entry& entry : entries()) write(entry);
+    return std::move(out_);
+  }
+
+ private:
+  void write_head() {
+    out_ = "# CARMEN log: metres, radians, seconds, decibels\n";
+    if (straight_ahead_) {  // any other mounting follows from the poses in the scans' lines
+      out_ += "PARAM robot_frontlaser_offset";
+      append(out_, T_base_laser_.x());
+      out_ += '\n';
+    }
+    const SE2d& T_base_radar = recording_.T_base_radar.raw();
+    write_parameter("robot_radar_offset", T_base_radar.x());
+    write_parameter("robot_radar_side_offset", T_base_radar.y());
+    write_parameter("robot_radar_angular_offset", T_base_radar.heading().radians());
+    write_parameter("robot_radar_max_speed", recording_.radar_max_speed_m_s);
+    write_parameter("robot_wheelbase", recording_.wheel_base_m);
+    float max_range_m = 0.0F;
+    for (const LaserScan& scan : recording_.scans)
+      max_range_m = std::max(max_range_m, scan.max_range_m);
+    if (max_range_m <= 0.0F) return;
+    out_ += "PARAM laser_frontlaser_maxrange ";
+    text::append_number(out_, max_range_m);
+    out_ += '\n';
+  }
+
+  /// In the order of lines of the same time: what a scan is to be compared with stands before it.
+  enum class Kind { odometry, wheels, gyro, truth, radar, scan };
+  struct Entry {
+    LogTime time;
+    Kind kind;
+    std::size_t index;
+  };
+
+  [[nodiscard]] std::vector<Entry> entries() const {
+    std::vector<Entry> all;
+    const auto add = [&](const auto& samples, Kind kind) {
+      for (std::size_t i = 0; i < samples.size(); ++i) all.push_back({samples[i].time, kind, i});
+    };
+    add(recording_.odometry, Kind::odometry);
+    add(recording_.wheels, Kind::wheels);
+    add(recording_.gyro, Kind::gyro);
+    add(recording_.truth, Kind::truth);
+    add(recording_.radar, Kind::radar);
+    add(recording_.scans, Kind::scan);
+    std::stable_sort(all.begin(), all.end(), [](const Entry& a, const Entry& b) {
+      return std::pair(a.time, a.kind) < std::pair(b.time, b.kind);
+    });
+    return all;
+  }
+
+  void write(const Entry& entry) {
+    const std::size_t i = entry.index;
+    if (entry.kind == Kind::odometry) return write_odometry(i);
+    if (entry.kind == Kind::wheels) return write_wheels(recording_.wheels[i]);
+    if (entry.kind == Kind::gyro) return write_gyro(recording_.gyro[i]);
+    if (entry.kind == Kind::truth) return write_truth(recording_.truth[i]);
+    if (entry.kind == Kind::radar) return write_radar(recording_.radar[i]);
+    write_scan(recording_.scans[i]);
+  }
+
+  void write_wheels(const WheelSample& sample) {
+    out_ += "WHEELS";
+    append(out_, sample.left_m);
+    append(out_, sample.right_m);
+    append_end(out_, sample.time);
+  }
+
+  void write_gyro(const GyroSample& sample) {
+    out_ += "GYRO";
+    append(out_, sample.turn_rate_rad_s);
+    append_end(out_, sample.time);
+  }
+
+  void write_truth(const StampedPose& sample) {
+    out_ += "TRUEPOS";
+    append(out_, sample.T_map_base.raw());
+    append(out_, odometry_at(sample.time));
+    append_end(out_, sample.time);
+  }
+
+  void write_radar(const RadarScan& scan) {
+    out_ += "RADAR ";
+    text::append_number(out_, scan.points.size());
+    for (const RadarPoint& p : scan.points) {
+      for (const float field : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db}) {
+        out_ += ' ';
+        text::append_number(out_, field);
+      }
+    }
+    append_end(out_, scan.time);
+  }
+
+  void write_parameter(const char* name, double value) {
+    if (value == 0.0) return;
+    out_ += "PARAM ";
+    out_ += name;
+    append(out_, value);
+    out_ += '\n';
+  }
+
+  void write_odometry(std::size_t i) {
+    const OdometrySample& sample = recording_.odometry[i];
+    double speed = 0.0, turn_rate = 0.0;
+    if (i > 0 && sample.time > recording_.odometry[i - 1].time) {
+      const OdometrySample& before = recording_.odometry[i - 1];
+      const double dt = to_seconds(sample.time - before.time);
+      const Eigen::Vector3d twist = sample.T_odom_base.raw().minus(before.T_odom_base.raw()) / dt;
+      speed = twist.x();
+      turn_rate = twist.z();
+    }
+    out_ += "ODOM";
+    append(out_, sample.T_odom_base.raw());
+    append(out_, speed);
+    append(out_, turn_rate);
+    append(out_, 0.0);
+    append_end(out_, sample.time);
+  }
+
+  // Held before the first sample and after the last.
+  [[nodiscard]] SE2d odometry_at(LogTime time) const {
+    if (odometry_.empty()) return {};
+    return *eval::pose_at(odometry_,
+                          std::clamp(time, odometry_.front().time, odometry_.back().time));
+  }
+
+  void write_scan(const LaserScan& scan) {
+    const SE2d robot = odometry_at(scan.time);
+    const SE2d laser = robot * T_base_laser_;
+    if (straight_ahead_ && has_usual_bearings(scan)) {
+      out_ += "FLASER";
+      append_ranges(out_, scan);
+      append(out_, laser);
+      append(out_, robot);
+    } else {
+      write_properties(scan);
+      append_ranges(out_, scan);
+      out_ += " 0";  // remissions
+      append(out_, laser);
+      append(out_, robot);
+      out_ += " 0 0 0 0 0";  // speed, turn rate, safety distances, turn axis
+    }
+    append_end(out_, scan.time);
+  }
+
+  void write_properties(const LaserScan& scan) {
+    const double step = scan.bearing_step.radians();
+    const auto beams = static_cast<double>(scan.ranges_m.size());
+    out_ += "ROBOTLASER1 0";
+    append(out_, scan.first_bearing.radians());
+    append(out_, step * std::max(0.0, beams - 1.0));
+    append(out_, step);
+    append(out_, static_cast<double>(scan.max_range_m));
+    out_ += " 0.01 0";  // accuracy, remission mode
+  }
+
+  const Recording& recording_;
+  SE2d T_base_laser_;
+  Trajectory odometry_;
+  bool straight_ahead_;
+  std::string out_;
+};
+
+}  // namespace
+
+std::string format_carmen(const Recording& recording) { return Writer(recording).write(); }
+
+Result<void> write_carmen(const std::string& path, const Recording& recording,
+                          const WriteOptions& options) {
+  return write_file(path, format_carmen(recording), options);
+}
+
+}  // namespace wayfare::io

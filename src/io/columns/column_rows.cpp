@@ -1,0 +1,225 @@
+#include "io/columns/column_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "io/columns/column_times.hpp"
+#include "io/columns/column_units.hpp"
+#include "io/text/stamp.hpp"
+#include "io/text/text.hpp"
+
+namespace wayfare::io {
+namespace {
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kGpsEpochUnix_s = 315964800;  // 1980-01-06
+constexpr std::int64_t kWeek_s = 604800;
+
+/// Without the mark of a comment in front.
+std::string_view uncommented(std::string_view line) {
+  line = trimmed(line);
+  while (!line.empty() && (line.front() == '#' || line.front() == '%')) line.remove_prefix(1);
+  return trimmed(line);
+}
+
+bool is_comment(std::string_view line) {
+  const std::string_view l = trimmed(line);
+  return l.empty() || l.front() == '#' || l.front() == '%';
+}
+
+bool names_a_time(std::string_view field) {
+  const std::string_view stem = split_name(field).stem;
+  return field == "week" || field == "clock" || field == "utc_clock" ||
+         ((stem == "t" || stem == "tow" || stem == "utc" || stem == "unixgps") &&
+          find_unit(split_name(field).unit, Dimension::time) != nullptr);
+}
+
+}  // namespace
+
+void split_fields(std::string_view line, std::vector<std::string_view>& fields) {
+  fields.clear();
+  if (line.find_first_of(",;") == line.npos) {
+    text::Tokens tokens(line);
+    for (std::string_view t = tokens.next(); !t.empty(); t = tokens.next()) fields.push_back(t);
+    return;
+  }
+  for (std::size_t end = 0; end != line.npos; line.remove_prefix(std::min(line.size(), end + 1))) {
+    end = line.find_first_of(",;");
+    fields.push_back(trimmed(line.substr(0, end)));
+    if (end == line.npos) break;
+  }
+  if (fields.back().empty()) fields.pop_back();
+}
+
+Result<ColumnRows> ColumnRows::open(std::string_view text, const std::string& source,
+                                    const ColumnFormat& format, std::span<const Quantity> wanted) {
+  ColumnRows rows;
+  rows.text_ = text;
+  rows.source_ = source;
+  rows.leap_seconds_ = format.leap_seconds;
+  for (const Quantity& quantity : wanted) rows.slots_.push_back({-1, 1.0, quantity});
+  if (auto named = rows.name_columns(format); !named) return named.error();
+  return rows;
+}
+
+Result<void> ColumnRows::name_columns(const ColumnFormat& format) {
+  std::vector<std::string> names = format.columns;
+  first_line_ = format.skip_lines;
+  if (names.empty()) {
+    text::Lines lines(text_);
+    std::vector<std::string_view> fields;
+    for (std::string_view line; names.empty() && lines.next(line);) {
+      if (lines.number() <= format.skip_lines) continue;
+      split_fields(uncommented(line), fields);
+      if (std::any_of(fields.begin(), fields.end(), names_a_time)) {
+        names.assign(fields.begin(), fields.end());
+        first_line_ = lines.number();
+      } else if (!is_comment(line)) {
+        return Error{ErrorCode::parse,
+                     "expected a line that names the columns, such as 't_s gx_radps ...', found '" +
+                         text::printable(line) + "'",
+                     source_, lines.number()};
+      }
+    }
+    if (names.empty()) return Error{ErrorCode::parse, "holds no line that names columns", source_};
+  }
+  column_count_ = names.size();
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (auto done = assign(names[i], static_cast<int>(i)); !done) return done;
+  return check_time();
+}
+
+Result<void> ColumnRows::assign(const std::string& name, int column) {
+  const auto fault = [&](const std::string& what) {
+    return Error{ErrorCode::parse, "column '" + text::printable(name) + "' " + what, source_,
+                 first_line_};
+  };
+  const auto time = [&](TimeKind kind, int& place, bool utc) -> Result<void> {
+    if (place >= 0) return fault("is a second time");
+    if (time_kind_ != TimeKind::none && time_kind_ != kind) return fault("is a second time");
+    time_kind_ = kind;
+    place = column;
+    time_is_utc_ = utc;
+    return {};
+  };
+  const ColumnName parts = split_name(name);
+  if (name == "week") return time(TimeKind::week_tow, time_second_column_, false);
+  if (name == "date") return time(TimeKind::calendar, time_second_column_, false);
+  if (name == "clock") return time(TimeKind::calendar, time_column_, false);
+  if (name == "utc_date") return time(TimeKind::calendar, time_second_column_, true);
+  if (name == "utc_clock") return time(TimeKind::calendar, time_column_, true);
+  if (names_a_time(name)) {
+    time_decimals_ = static_cast<int>(find_unit(parts.unit, Dimension::time)->factor);
+    if (parts.stem == "t") return time(TimeKind::log, time_column_, false);
+    if (parts.stem == "tow") return time(TimeKind::week_tow, time_column_, false);
+    return time(TimeKind::unix_like, time_column_, parts.stem == "utc");
+  }
+  for (Slot& slot : slots_) {
+    const Quantity& q = slot.quantity;
+    const bool bare = q.dimension == Dimension::none || q.dimension == Dimension::text;
+    if (bare ? name != q.stem : (parts.stem != q.stem && name != q.stem)) continue;
+    if (slot.column >= 0) return fault("is there twice");
+    if (!bare) {
+      const Unit* unit = find_unit(parts.unit, q.dimension);
+      if (unit == nullptr) return fault("needs one of the units " + units_of(q.dimension));
+      slot.factor = unit->factor;
+    }
+    slot.column = column;
+  }
+  return {};
+}
+
+Result<void> ColumnRows::check_time() const {
+  const bool two = time_kind_ == TimeKind::week_tow || time_kind_ == TimeKind::calendar;
+  if (time_column_ >= 0 && (!two || time_second_column_ >= 0)) return {};
+  return Error{ErrorCode::parse,
+               "no column gives the time: t_s, week and tow_s, date and clock, or utc_s", source_,
+               first_line_};
+}
+
+Result<void> ColumnRows::require(std::size_t first, std::size_t last) const {
+  std::string missing;
+  for (std::size_t i = first; i < last; ++i)
+    if (!has(i)) missing += (missing.empty() ? "" : ", ") + std::string(slots_[i].quantity.stem);
+  if (missing.empty()) return {};
+  return Error{ErrorCode::parse, "has no column for " + missing, source_, first_line_};
+}
+
+std::string ColumnRows::read_time(std::span<const std::string_view> fields, LogTime& time) const {
+  const std::string_view token = fields[static_cast<std::size_t>(time_column_)];
+  const auto fault = [](std::string_view t) {
+    return "not a time stamp: '" + text::printable(t) + "'";
+  };
+  std::int64_t base_s = 0;
+  std::optional<std::int64_t> ns;
+  if (time_kind_ == TimeKind::calendar) {
+    const std::string_view date = fields[static_cast<std::size_t>(time_second_column_)];
+    const std::optional<std::int64_t> day = date_seconds(date);
+    if (!day) return fault(date);
+    base_s = *day - kGpsEpochUnix_s;
+    ns = clock_ns(token);
+  } else {
+    ns = decimal_ns(token, time_decimals_);
+  }
+  if (time_kind_ == TimeKind::week_tow) {
+    const std::string_view week_token = fields[static_cast<std::size_t>(time_second_column_)];
+    int week = -1;
+    if (!text::to_number(week_token, week) || week < 0 || week > 6000) return fault(week_token);
+    base_s = week * kWeek_s;
+  }
+  if (time_kind_ == TimeKind::unix_like) base_s = -kGpsEpochUnix_s;
+  if (time_is_utc_) base_s += leap_seconds_;
+  if (!ns || std::abs(static_cast<double>(*ns)) > 4e18) return fault(token);
+  const std::int64_t total = *ns + base_s * kSecond_ns;
+  if (total > kLargestStamp_ns || total < -kLargestStamp_ns) return fault(token);
+  time = LogTime::from_nanoseconds(total);
+  return {};
+}
+
+std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow&)>& take,
+                                 Problems& problems) const {
+  std::vector<std::string_view> fields, texts(slots_.size());
+  std::vector<double> numbers(slots_.size());
+  text::Lines lines(text_);
+  const auto read_line = [&](std::string_view line) -> std::string {
+    split_fields(line, fields);
+    if (fields.size() != column_count_)
+      return "expected " + std::to_string(column_count_) + " fields, found " +
+             std::to_string(fields.size());
+    const auto end = static_cast<std::size_t>(line.data() - text_.data()) + line.size();
+    ColumnRow row{{}, lines.number(), end + (lines.terminated() ? 1 : 0), numbers, texts};
+    if (std::string wrong = read_time(fields, row.time); !wrong.empty()) return wrong;
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      const Slot& slot = slots_[i];
+      numbers[i] = std::numeric_limits<double>::quiet_NaN();
+      texts[i] =
+          slot.column < 0 ? std::string_view() : fields[static_cast<std::size_t>(slot.column)];
+      if (texts[i].empty() || slot.quantity.dimension == Dimension::text) continue;
+      if (slot.quantity.dimension == Dimension::time) {
+        const std::optional<std::int64_t> ns = decimal_ns(texts[i], static_cast<int>(slot.factor));
+        if (!ns) return "not a time: '" + text::printable(texts[i]) + "'";
+        numbers[i] = 1e-9 * static_cast<double>(*ns);
+        continue;
+      }
+      if (!text::to_number(texts[i], numbers[i]))
+        return "not a number: '" + text::printable(texts[i]) + "'";
+      numbers[i] *= slot.factor;
+    }
+    return take(row);
+  };
+  std::size_t taken = 0;
+  for (std::string_view line; lines.next(line);) {
+    if (lines.number() <= first_line_ || is_comment(line)) continue;
+    std::string wrong = read_line(line);
+    if (wrong.empty()) {
+      ++taken;
+    } else {
+      problems.add(Error{ErrorCode::parse, std::move(wrong), source_, lines.number()});
+    }
+  }
+  return taken;
+}
+
+}  // namespace wayfare::io

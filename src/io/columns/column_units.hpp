@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "io/columns/column_rows.hpp"
+
+namespace wayfare::io {
+
+struct Unit {
+  std::string_view name;
+  Dimension dimension = Dimension::none;
+  double factor = 1.0;  ///< to SI units; for times how many decimals the point moves
+};
+
+/// Null where there is none of that name.
+[[nodiscard]] const Unit* find_unit(std::string_view name, Dimension dimension);
+/// Their names, for people.
+[[nodiscard]] std::string units_of(Dimension dimension);
+
+struct ColumnName {
+  std::string_view stem;
+  std::string_view unit;
+};
+
+/// "ax_g" or "ax [m/s^2]" or "ax(m/s^2)" as stem and unit.
+[[nodiscard]] ColumnName split_name(std::string_view name);
+
+/// Without white space at either end.
+[[nodiscard]] std::string_view trimmed(std::string_view s);
+
+}  // namespace wayfare::io

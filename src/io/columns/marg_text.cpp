@@ -1,0 +1,124 @@
+#include <wayfare/io/marg_text.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include <wayfare/io/float_table.hpp>
+
+#include "io/columns/column_rows.hpp"
+#include "io/columns/nav_columns.hpp"
+#include "io/text/pose_lines.hpp"
+
+namespace wayfare::io {
+namespace {
+
+constexpr std::size_t kForce = 3, kField = 6, kAttitude = 9, kMoving = 13;
+constexpr std::array kMarg = {
+    Quantity{"gx", Dimension::angular_rate},   Quantity{"gy", Dimension::angular_rate},
+    Quantity{"gz", Dimension::angular_rate},   Quantity{"ax", Dimension::acceleration},
+    Quantity{"ay", Dimension::acceleration},   Quantity{"az", Dimension::acceleration},
+    Quantity{"mx", Dimension::magnetic_field}, Quantity{"my", Dimension::magnetic_field},
+    Quantity{"mz", Dimension::magnetic_field}, Quantity{"qw", Dimension::none},
+    Quantity{"qx", Dimension::none},           Quantity{"qy", Dimension::none},
+    Quantity{"qz", Dimension::none},           Quantity{"moving", Dimension::none}};
+
+MargReference reference_of(std::span<const double> v) {
+  const Eigen::Quaterniond q(v[kAttitude], v[kAttitude + 1], v[kAttitude + 2], v[kAttitude + 3]);
+  const bool known = std::abs(q.norm() - 1.0) < 0.01;
+  return {known ? SO3d(q) : SO3d(), known};
+}
+
+Result<MargFile> parse_rows(std::string_view text, const std::string& source,
+                            const ColumnFormat& format) {
+  const auto rows = ColumnRows::open(text, source, format, kMarg);
+  if (!rows) return rows.error();
+  if (auto there = rows->require(0, kField); !there) return there.error();
+  MargFile file;
+  file.has_magnetometer = rows->has(kField);
+  if (file.has_magnetometer)
+    if (auto there = rows->require(kField, kAttitude); !there) return there.error();
+  const bool has_reference = rows->has(kAttitude);
+  if (has_reference)
+    if (auto there = rows->require(kAttitude, kMoving); !there) return there.error();
+  const auto take = [&](const ColumnRow& row) -> std::string {
+    const std::span<const double> v = row.numbers;
+    file.samples.push_back({row.time, triple(v, 0), triple(v, kForce), triple(v, kField)});
+    if (has_reference) file.reference.push_back(reference_of(v));
+    file.moving.push_back(!rows->has(kMoving) || v[kMoving] > 0.5);
+    return {};
+  };
+  if (rows->for_each(take, file.problems) == 0)
+    return nothing_in_it("sample", source, file.problems);
+  return file;
+}
+
+/// The table as text of the same columns, a time in front where it has none.
+std::string as_text(const FloatTable& table, double period_s) {
+  std::string out;
+  out.reserve(table.values.size() * 12);
+  for (std::size_t r = 0; r < table.rows(); ++r) {
+    if (period_s > 0.0) append_time(out, LogTime::from_seconds(static_cast<double>(r) * period_s));
+    for (const float value : table.row(r)) {
+      if (!out.empty() && out.back() != '\n') out += ' ';
+      text::append_number(out, value);
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+Result<MargFile> parse_table(std::string_view bytes, const std::string& source,
+                             const MargFormat& format) {
+  const Result<FloatTable> table = parse_float_table(bytes, source);
+  if (!table) return table.error();
+  ColumnFormat columns = format.columns;
+  if (columns.columns.size() != table->columns)
+    return Error{ErrorCode::invalid,
+                 "has " + std::to_string(table->columns) + " columns without names; " +
+                     std::to_string(columns.columns.size()) + " names are given",
+                 source};
+  if (format.period_s > 0.0) columns.columns.insert(columns.columns.begin(), "t_s");
+  Result<MargFile> file = parse_rows(as_text(*table, format.period_s), source, columns);
+  if (file)
+    for (const Error& e : table->problems.first()) file->problems.add(e);
+  return file;
+}
+
+}  // namespace
+
+Result<MargFile> parse_marg(std::string_view bytes, const std::string& source,
+                            const MargFormat& format) {
+  if (bytes.starts_with("F32 ")) return parse_table(bytes, source, format);
+  return parse_rows(bytes, source, format.columns);
+}
+
+Result<MargFile> read_marg(const std::string& path, const MargFormat& format) {
+  return read_and_parse<MargFile>(path, {}, [&](std::string_view bytes, const std::string& source) {
+    return parse_marg(bytes, source, format);
+  });
+}
+
+std::string format_marg(std::span<const MargSample> samples) {
+  const bool magnetometer = std::any_of(samples.begin(), samples.end(), [](const MargSample& s) {
+    return s.magnetic_field_uT.allFinite();
+  });
+  std::string out = "t_s gx_radps gy_radps gz_radps ax_mps2 ay_mps2 az_mps2";
+  out += magnetometer ? " mx_uT my_uT mz_uT\n" : "\n";
+  for (const MargSample& s : samples) {
+    append_time(out, s.time);
+    append_numbers(out, s.angular_rate_radps);
+    append_numbers(out, s.specific_force_mps2);
+    if (magnetometer) append_numbers(out, s.magnetic_field_uT);
+    out += '\n';
+  }
+  return out;
+}
+
+Result<void> write_marg(const std::string& path, std::span<const MargSample> samples,
+                        const WriteOptions& options) {
+  return write_file(path, format_marg(samples), options);
+}
+
+}  // namespace wayfare::io

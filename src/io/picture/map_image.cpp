@@ -1,0 +1,273 @@
+#include <wayfare/io/map_image.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "io/text/text.hpp"
+
+namespace wayfare::io {
+namespace {
+
+constexpr std::uint8_t kOccupied = 0, kFree = 254, kUnknown = 205;
+
+bool sizes_agree(const GridImage& grid) {
+  return grid.width > 0 && grid.height > 0 && grid.occupancy.size() / grid.width == grid.height &&
+         grid.occupancy.size() % grid.width == 0;
+}
+
+}  // namespace
+
+Result<std::string> format_pgm(const GridImage& grid, const MapImageOptions& options) {
+  if (!sizes_agree(grid)) return Error{ErrorCode::invalid, "the map's cells do not fit its size"};
+  std::string out =
+      "P5\n" + std::to_string(grid.width) + " " + std::to_string(grid.height) + "\n255\n";
+  out.reserve(out.size() + grid.occupancy.size());
+  for (std::size_t row = grid.height; row-- > 0;) {
+    for (std::size_t column = 0; column < grid.width; ++column) {
+      const auto p = static_cast<double>(grid.occupancy[row * grid.width + column]);
+      std::uint8_t value = kUnknown;
+      if (p >= options.occupied_threshold) value = kOccupied;
+      if (p <= options.free_threshold) value = kFree;
+      out += static_cast<char>(value);
+    }
+  }
+  return out;
+}
+
+std::string format_map_yaml(const GridImage& grid, const std::string& image_name,
+                            const MapImageOptions& options) {
+  // A name in single quotes can hold anything; a quote in it is doubled.
+  std::string name;
+  for (const char c : image_name) name.append(c == '\'' ? 2 : 1, c);
+  std::string out = "image: '" + name + "'\nresolution: ";
+  text::append_number(out, grid.resolution_m);
+  out += "\norigin: [";
+  text::append_number(out, grid.origin.x());
+  out += ", ";
+  text::append_number(out, grid.origin.y());
+  out += ", ";
+  text::append_number(out, grid.origin.heading().radians());
+  out += "]\nnegate: 0\noccupied_thresh: ";
+  text::append_number(out, options.occupied_threshold);
+  out += "\nfree_thresh: ";
+  text::append_number(out, options.free_threshold);
+  return out += '\n';
+}
+
+Image to_picture(const GridImage& grid) {
+  Image image{grid.width, grid.height, 3, {}};
+  if (!sizes_agree(grid)) return Image{};
+  image.pixels.reserve(3 * grid.occupancy.size());
+  for (std::size_t row = grid.height; row-- > 0;) {
+    for (std::size_t column = 0; column < grid.width; ++column) {
+      const float p = grid.occupancy[row * grid.width + column];
+      if (std::isnan(p)) {
+        image.pixels.insert(image.pixels.end(), {206, 212, 218});
+        continue;
+      }
+      const float light = 255.0F * (1.0F - std::clamp(p, 0.0F, 1.0F));
+      image.pixels.insert(image.pixels.end(), 3, static_cast<std::uint8_t>(std::lround(light)));
+    }
+  }
+  return image;
+}
+
+Result<void> write_map(const std::string& stem, const GridImage& grid,
+                       const MapImageOptions& options) {
+  const Result<std::string> pgm = format_pgm(grid, options);
+  if (!pgm) return pgm.error();
+  Result<void> done = write_file(stem + ".pgm", *pgm, options.file);
+  if (!done) return done;
+  const std::string name = std::filesystem::path(stem + ".pgm").filename().string();
+  return write_file(stem + ".yaml", format_map_yaml(grid, name, options), options.file);
+}
+
+namespace {
+
+/// The header's next word; comments run from '#' to the end of the line.
+std::string_view pgm_word(std::string_view& rest) {
+  while (!rest.empty()) {
+    if (rest.front() == '#') {
+      rest.remove_prefix(std::min(rest.find('\n'), rest.size()));
+    } else if (std::isspace(static_cast<unsigned char>(rest.front())) != 0) {
+      rest.remove_prefix(1);
+    } else {
+      break;
+    }
+  }
+  std::size_t end = 0;
+  while (end < rest.size() && std::isspace(static_cast<unsigned char>(rest[end])) == 0) ++end;
+  const std::string_view word = rest.substr(0, end);
+  rest.remove_prefix(end);
+  return word;
+}
+
+}  // namespace
+
+Result<Image> parse_pgm(std::string_view bytes, const std::string& source) {
+  std::string_view rest = bytes;
+  const auto fault = [&](std::string message) {
+    return Error{ErrorCode::parse, std::move(message), source, 0, bytes.size() - rest.size()};
+  };
+  const std::string_view magic = pgm_word(rest);
+  if (magic != "P5" && magic != "P2")
+    return fault("not a PGM picture: begins with '" + text::printable(magic, 8) + "'");
+  std::array<std::size_t, 3> header{};  // width, height, largest value
+  for (std::size_t& value : header) {
+    const std::string_view word = pgm_word(rest);
+    if (!text::to_number(word, value) || value == 0 || value > (std::size_t{1} << 20))
+      return fault("PGM header: not a size: '" + text::printable(word) + "'");
+  }
+  const auto [width, height, largest] = header;
+  if (largest > 255) return fault("PGM pictures of more than 8 bits are not read");
+  const std::size_t count = width * height;
+  const std::size_t pixel_bytes = magic == "P5" ? count + 1 : 2 * count;
+  if (rest.size() + 1 < pixel_bytes) {
+    return fault("the picture is cut off: " + std::to_string(width) + " x " +
+                 std::to_string(height) + " pixels announced, " + std::to_string(rest.size()) +
+                 " bytes left");
+  }
+  Image image{width, height, 1, {}};
+  image.pixels.resize(count);
+  if (magic == "P5") {
+    rest.remove_prefix(1);  // one blank ends the header
+    if (rest.size() < count) return fault("the picture is cut off");
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    std::size_t value = 0;
+    if (magic == "P5") {
+      value = static_cast<unsigned char>(rest[i]);
+    } else if (const std::string_view word = pgm_word(rest); !text::to_number(word, value)) {
+      return fault("pixel " + std::to_string(i) + ": not a number: '" + text::printable(word) +
+                   "'");
+    }
+    image.pixels[i] = static_cast<std::uint8_t>(std::min(value, largest) * 255 / largest);
+  }
+  return image;
+}
+
+namespace {
+
+std::string_view trimmed(std::string_view s) {
+  while (!s.empty() && text::is_space(s.front())) s.remove_prefix(1);
+  while (!s.empty() && text::is_space(s.back())) s.remove_suffix(1);
+  return s;
+}
+
+/// A scalar without its quotes and without a comment after it.
+std::string unquoted(std::string_view value) {
+  value = trimmed(value);
+  if (!value.empty() && (value.front() == '\'' || value.front() == '"')) {
+    const char quote = value.front();
+    std::string result;
+    for (std::size_t i = 1; i < value.size(); ++i) {
+      const bool doubled = quote == '\'' && value.substr(i, 2) == "''";
+      if (value[i] == quote && !doubled) break;
+      result += value[i];
+      if (doubled) ++i;
+    }
+    return result;
+  }
+  return std::string(trimmed(value.substr(0, value.find(" #"))));
+}
+
+struct Entry {
+  std::string value;
+  std::size_t line = 0;
+};
+
+std::optional<std::array<double, 3>> three_numbers(std::string_view list) {
+  if (list.size() < 2 || list.front() != '[' || list.back() != ']') return std::nullopt;
+  list = list.substr(1, list.size() - 2);
+  std::array<double, 3> v{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t comma = list.find(',');
+    if ((comma == list.npos) != (i == 2)) return std::nullopt;
+    if (!text::to_number(trimmed(list.substr(0, comma)), v[i]) || !std::isfinite(v[i]))
+      return std::nullopt;
+    if (comma != list.npos) list.remove_prefix(comma + 1);
+  }
+  return v;
+}
+
+}  // namespace
+
+Result<MapYaml> parse_map_yaml(std::string_view all, const std::string& source) {
+  std::map<std::string, Entry, std::less<>> entries;
+  text::Lines lines(all);
+  for (std::string_view line; lines.next(line);) {
+    line = trimmed(line);
+    if (line.empty() || line.front() == '#' || line == "---") continue;
+    const std::size_t colon = line.find(':');
+    if (colon == line.npos)
+      return Error{ErrorCode::parse, "expected 'key: value'", source, lines.number()};
+    entries[std::string(trimmed(line.substr(0, colon)))] = {unquoted(line.substr(colon + 1)),
+                                                            lines.number()};
+  }
+  MapYaml yaml;
+  const auto fault = [&](const char* key, const char* wanted) {
+    const auto found = entries.find(key);
+    const std::string what = std::string("'") + key + "' ";
+    if (found == entries.end() || found->second.line == 0)
+      return Error{ErrorCode::parse, what + "is missing", source};
+    return Error{ErrorCode::parse, what + "must be " + wanted, source, found->second.line};
+  };
+  const auto number = [&](const char* key, double& value) {
+    const auto found = entries.find(key);
+    return found != entries.end() && text::to_number(found->second.value, value) &&
+           std::isfinite(value);
+  };
+  yaml.image = entries["image"].value;
+  if (yaml.image.empty()) return fault("image", "a file name");
+  if (!number("resolution", yaml.resolution_m) || yaml.resolution_m <= 0.0)
+    return fault("resolution", "a positive number");
+  const std::optional<std::array<double, 3>> origin = three_numbers(entries["origin"].value);
+  if (!origin) return fault("origin", "[x, y, heading]");
+  yaml.origin = SE2d((*origin)[0], (*origin)[1], Angle::radians((*origin)[2]));
+  for (const auto& [key, value] : {std::pair("occupied_thresh", &yaml.occupied_threshold),
+                                   std::pair("free_thresh", &yaml.free_threshold)}) {
+    if (entries.contains(key) && !number(key, *value)) return fault(key, "a number");
+  }
+  const std::string negate = entries["negate"].value;
+  yaml.negate = negate == "1" || negate == "true";
+  const std::string mode = entries["mode"].value;
+  yaml.scale = mode == "scale";
+  if (!mode.empty() && mode != "trinary" && mode != "scale")
+    return fault("mode", "trinary or scale");
+  return yaml;
+}
+
+Result<GridImage> read_map(const std::string& yaml_path, const ReadOptions& options) {
+  const Result<FileContent> text = read_file(yaml_path, options);
+  if (!text) return text.error();
+  const Result<MapYaml> yaml = parse_map_yaml(text->bytes, yaml_path);
+  if (!yaml) return yaml.error();
+  const std::filesystem::path image_path =
+      std::filesystem::path(yaml_path).parent_path() / yaml->image;
+  const Result<FileContent> bytes = read_file(image_path.string(), options);
+  if (!bytes) return bytes.error();
+  const Result<Image> image = parse_pgm(bytes->bytes, image_path.string());
+  if (!image) return image.error();
+  GridImage grid{image->width, image->height, yaml->resolution_m, yaml->origin, {}};
+  grid.occupancy.reserve(image->pixels.size());
+  for (std::size_t row = grid.height; row-- > 0;) {
+    for (std::size_t column = 0; column < grid.width; ++column) {
+      const double grey = image->pixels[row * grid.width + column];
+      const double p = (yaml->negate ? grey : 255.0 - grey) / 255.0;
+      float cell = yaml->scale ? static_cast<float>(p) : std::numeric_limits<float>::quiet_NaN();
+      if (p > yaml->occupied_threshold) cell = 1.0F;
+      if (p < yaml->free_threshold) cell = 0.0F;
+      grid.occupancy.push_back(cell);
+    }
+  }
+  return grid;
+}
+
+}  // namespace wayfare::io

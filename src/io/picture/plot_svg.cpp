@@ -1,0 +1,236 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include <wayfare/io/report.hpp>
+
+#include "io/text/text.hpp"
+
+namespace wayfare::io {
+namespace {
+
+constexpr double kWidth = 860.0, kLeft = 66.0, kRight = 18.0, kTop = 12.0, kBottom = 48.0;
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void add(double v) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  [[nodiscard]] bool empty() const { return !(low <= high); }
+  [[nodiscard]] double size() const { return high - low; }
+  [[nodiscard]] double middle() const { return low + 0.5 * (high - low); }
+  /// Room around the data; a single value gets some on either side.
+  void widen() {
+    const double room = std::max(0.03 * size(), 1e-9 * std::max(std::abs(low), std::abs(high)));
+    const double margin = room > 0.0 ? room : 1.0;
+    low -= margin;
+    high += margin;
+  }
+};
+
+bool drawable(double v) { return std::abs(v) < 1e100; }  // false for NaN and infinities
+
+/// 1, 2 or 5 times a power of ten, about `count` of them in `range`.
+double tick_step(const Range& range, double count) {
+  const double rough = range.size() / count;
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * power >= rough) return factor * power;
+  return 10.0 * power;
+}
+
+std::string tick_text(double value, double step) {
+  std::string out;
+  const double magnitude = std::max(std::abs(value), step);
+  if (magnitude >= 1e7 || magnitude < 1e-5) {
+    char buffer[40];
+    const auto end =
+        std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 4).ptr;
+    return std::string(buffer, end);
+  }
+  const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
+  text::append_fixed(out, std::abs(value) < 0.5 * step ? 0.0 : value, decimals);
+  return out;
+}
+
+/// The drawing area and how data come to lie in it.
+struct Frame {
+  Range x, y;
+  double height = 400.0;
+
+  [[nodiscard]] double inner_width() const { return kWidth - kLeft - kRight; }
+  [[nodiscard]] double inner_height() const { return height - kTop - kBottom; }
+  [[nodiscard]] double px(double v) const { return kLeft + (v - x.low) / x.size() * inner_width(); }
+  [[nodiscard]] double py(double v) const {
+    return kTop + (y.high - v) / y.size() * inner_height();
+  }
+};
+
+Frame frame_of(const Plot& plot) {
+  Frame frame;
+  for (const Series& series : plot.series) {
+    for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
+      if (!drawable(series.x[i]) || !drawable(series.y[i])) continue;
+      frame.x.add(series.x[i]);
+      frame.y.add(series.y[i]);
+    }
+  }
+  if (frame.x.empty()) return frame;
+  frame.x.widen();
+  frame.y.widen();
+  if (!plot.equal_aspect) return frame;
+  const double wanted = frame.inner_width() * frame.y.size() / frame.x.size();
+  frame.height = std::clamp(wanted, 200.0, 620.0) + kTop + kBottom;
+  const double scale =
+      std::max(frame.x.size() / frame.inner_width(), frame.y.size() / frame.inner_height());
+  for (auto [range, pixels] :
+       {std::pair(&frame.x, frame.inner_width()), std::pair(&frame.y, frame.inner_height())}) {
+    const double middle = range->middle();
+    range->low = middle - 0.5 * scale * pixels;
+    range->high = middle + 0.5 * scale * pixels;
+  }
+  return frame;
+}
+
+void append(std::string& out, double v) { text::append_fixed(out, v, 1); }
+
+void append_text(std::string& out, double x, double y, const char* attributes,
+                 const std::string& content) {
+  out += "<text x=\"";
+  append(out, x);
+  out += "\" y=\"";
+  append(out, y);
+  out += "\" ";
+  out += attributes;
+  out += '>' + escape_html(content) + "</text>\n";
+}
+
+void append_line(std::string& out, const char* kind, double x1, double y1, double x2, double y2) {
+  out += "<path class=\"";
+  out += kind;
+  out += "\" d=\"M";
+  append(out, x1);
+  out += ' ';
+  append(out, y1);
+  out += 'L';
+  append(out, x2);
+  out += ' ';
+  append(out, y2);
+  out += "\"/>\n";
+}
+
+void append_axes(std::string& out, const Frame& frame, const Plot& plot) {
+  const double bottom = frame.height - kBottom;
+  const double x_step = tick_step(frame.x, 8.0);
+  const double y_step = tick_step(frame.y, std::max(3.0, frame.inner_height() / 45.0));
+  // Counting ticks keeps the loop finite where a step is lost in the size of the numbers.
+  for (int i = 0; i < 40; ++i) {
+    const double x = (std::ceil(frame.x.low / x_step) + i) * x_step;
+    if (x > frame.x.high) break;
+    append_line(out, "grid", frame.px(x), kTop, frame.px(x), bottom);
+    append_text(out, frame.px(x), bottom + 17.0, "text-anchor=\"middle\"", tick_text(x, x_step));
+  }
+  for (int i = 0; i < 40; ++i) {
+    const double y = (std::ceil(frame.y.low / y_step) + i) * y_step;
+    if (y > frame.y.high) break;
+    append_line(out, "grid", kLeft, frame.py(y), kWidth - kRight, frame.py(y));
+    append_text(out, kLeft - 8.0, frame.py(y) + 4.0, "text-anchor=\"end\"", tick_text(y, y_step));
+  }
+  append_line(out, "axis", kLeft, bottom, kWidth - kRight, bottom);
+  append_text(out, kLeft + 0.5 * frame.inner_width(), frame.height - 8.0,
+              "text-anchor=\"middle\" class=\"label\"", plot.x_label);
+  const double middle = kTop + 0.5 * frame.inner_height();
+  std::string turn = "text-anchor=\"middle\" class=\"label\" transform=\"rotate(-90 14 ";
+  append(turn, middle);
+  append_text(out, 14.0, middle, (turn + ")\"").c_str(), plot.y_label);
+}
+
+struct Pixel {
+  double x, y;
+};
+
+/// One unbroken piece of a curve, thinned: where x only grows, each pixel column keeps its first,
+/// lowest, highest and last point; elsewhere points less than half a pixel on are left out.
+std::vector<Pixel> thinned(const std::vector<Pixel>& all) {
+  const bool grows = std::is_sorted(all.begin(), all.end(),
+                                    [](const Pixel& a, const Pixel& b) { return a.x < b.x; });
+  if (all.size() < 800) return all;
+  std::vector<Pixel> kept;
+  for (std::size_t i = 0; i < all.size();) {
+    std::size_t end = i + 1;
+    if (!grows) {
+      while (end + 1 < all.size() &&
+             std::hypot(all[end].x - all[i].x, all[end].y - all[i].y) < 0.5) {
+        ++end;
+      }
+      kept.push_back(all[i]);
+      i = end;
+      continue;
+    }
+    while (end < all.size() && std::floor(all[end].x) == std::floor(all[i].x)) ++end;
+    const auto lower = [](const Pixel& a, const Pixel& b) { return a.y < b.y; };
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i);
+    const auto stop = all.begin() + static_cast<std::ptrdiff_t>(end);
+    auto [low, high] = std::minmax_element(begin, stop, lower);
+    if (high < low) std::swap(low, high);
+    kept.push_back(*begin);
+    if (low != begin) kept.push_back(*low);
+    if (high != low) kept.push_back(*high);
+    if (stop - 1 != high) kept.push_back(*(stop - 1));
+    i = end;
+  }
+  return kept;
+}
+
+void append_pixels(std::string& out, const std::vector<Pixel>& piece, Mark mark) {
+  const std::vector<Pixel> points = thinned(piece);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    out += i == 0 || mark == Mark::points ? 'M' : 'L';
+    append(out, points[i].x);
+    out += ' ';
+    append(out, points[i].y);
+    if (mark == Mark::points || points.size() == 1) out += "h0";  // a round cap makes it a dot
+  }
+}
+
+void append_series(std::string& out, const Frame& frame, const Series& series, std::size_t index) {
+  out += "<path class=\"s" + std::to_string(index % 6);
+  out += series.mark == Mark::points ? " dots" : series.mark == Mark::dashed ? " dashed" : " line";
+  out += "\" d=\"";
+  std::vector<Pixel> piece;
+  for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
+    if (drawable(series.x[i]) && drawable(series.y[i])) {
+      piece.push_back({frame.px(series.x[i]), frame.py(series.y[i])});
+      continue;
+    }
+    append_pixels(out, piece, series.mark);
+    piece.clear();
+  }
+  append_pixels(out, piece, series.mark);
+  out += "\"/>\n";
+}
+
+}  // namespace
+
+std::string to_svg(const Plot& plot) {
+  const Frame frame = frame_of(plot);
+  std::string out = "<svg viewBox=\"0 0 ";
+  append(out, kWidth);
+  out += ' ';
+  append(out, frame.height);
+  out += "\" role=\"img\" aria-label=\"" + escape_html(plot.title) + "\">\n";
+  if (frame.x.empty()) {
+    append_text(out, 0.5 * kWidth, 0.5 * frame.height, "text-anchor=\"middle\"", "no data");
+    return out + "</svg>\n";
+  }
+  append_axes(out, frame, plot);
+  for (std::size_t i = 0; i < plot.series.size(); ++i) append_series(out, frame, plot.series[i], i);
+  return out + "</svg>\n";
+}
+
+}  // namespace wayfare::io

@@ -1,0 +1,180 @@
+#pragma once
+
+// From record to record through a ROS 1 bag, past what is damaged.
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <utility>
+
+#include <wayfare/io/bag_reader.hpp>
+
+#include "io/recording/bag_records.hpp"
+#include "io/recording/block_compression.hpp"
+#include "io/recording/byte_source.hpp"
+
+namespace wayfare::io::bag {
+
+inline constexpr std::size_t kLongestHead = 1U
+                                            << 20U;  // of a record; definitions stand in its data
+
+using Connections = std::map<std::uint32_t, BagConnection>;
+using Sink = std::function<bool(const BagMessage&)>;
+
+class Walk {
+ public:
+  Walk(const Source& source, const std::string& name, const BagReadOptions& options,
+       Connections& known, Problems& problems)
+      : source_(source), name_(name), options_(options), known_(known), problems_(problems) {}
+
+  void run(const Sink& sink) {
+    std::uint64_t at = kMagic.size();
+    while (at < source_.size()) {
+      std::uint64_t size = 0;
+      const auto record = record_at(at, size);
+      if (!record) {
+        const std::uint64_t next = next_chunk(at + 1);
+        fault(at, next == source_.size()
+                      ? "the bag is cut off or damaged here; " + std::to_string(next - at) +
+                            " bytes at its end are left out"
+                      : "is damaged here; reading goes on with the chunk at byte " +
+                            std::to_string(next));
+        at = next;
+        continue;
+      }
+      if (!take(*record, at, sink)) return;
+      at += size;
+    }
+  }
+
+  /// Messages left out because their connection was not described before them.
+  [[nodiscard]] std::size_t undescribed() const { return undescribed_; }
+
+  /// The record at `at` and its length; nothing where there is none, or too large a one.
+  std::optional<Record> record_at(std::uint64_t at, std::uint64_t& size) {
+    const auto length = number_at(at);
+    if (!length || *length > kLongestHead) return std::nullopt;
+    const auto data = number_at(at + 4 + *length);
+    if (!data || *data > options_.max_record_bytes) return std::nullopt;
+    size = 8 + std::uint64_t{*length} + *data;
+    const auto bytes = source_.fetch(at, size, buffer_);
+    if (!bytes) return std::nullopt;
+    std::string_view rest = *bytes;
+    return take_record(rest);
+  }
+
+ private:
+  std::optional<std::uint32_t> number_at(std::uint64_t at) {
+    const auto bytes = source_.fetch(at, 4, buffer_);
+    if (!bytes) return std::nullopt;
+    return ByteCursor(*bytes).number<std::uint32_t>();
+  }
+
+  /// Where the next chunk begins: at the length of a header that says so.
+  std::uint64_t next_chunk(std::uint64_t from) {
+    constexpr std::string_view kOp{"\4\0\0\0op=\5", 8};
+    constexpr std::uint64_t kWindow = 1U << 16U, kHead = 64;  // all a chunk's header may take
+    std::string window;
+    for (std::uint64_t at = from; at < source_.size(); at += kWindow) {
+      const std::uint64_t n = std::min(source_.size() - at, kWindow + kHead);
+      const auto bytes = source_.fetch(at, n, window);
+      if (!bytes) break;
+      for (std::size_t i = bytes->find(kOp); i != std::string_view::npos;
+           i = bytes->find(kOp, i + 1))
+        for (std::uint64_t back = 4; back <= kHead && back <= at + i - from; ++back)
+          if (is_chunk(at + i - back)) return at + i - back;
+    }
+    return source_.size();
+  }
+
+  bool is_chunk(std::uint64_t at) {
+    const auto length = number_at(at);
+    if (!length || *length > 64) return false;
+    const auto head = source_.fetch(at + 4, *length, buffer_);
+    const auto fields = head ? Fields::parse(*head) : std::nullopt;
+    if (!fields || fields->number<std::uint8_t>("op") != std::uint8_t{5} ||
+        !fields->number<std::uint32_t>("size") || fields->text("compression").empty())
+      return false;
+    const auto data = number_at(at + 4 + *length);
+    return data && *data <= source_.size() - at - 8 - *length;
+  }
+
+  bool take(const Record& record, std::uint64_t at, const Sink& sink) {
+    switch (record.op) {
+      case Op::chunk:
+        return take_chunk(record, at, sink);
+      case Op::message:
+        return take_message(record, at, sink);
+      case Op::connection:
+        if (auto c = connection_of(record)) {
+          known_.emplace(c->id, *std::move(c));
+        } else {
+          fault(at, "a connection is malformed; left out");
+        }
+        return true;
+      default:
+        return true;
+    }
+  }
+
+  bool take_message(const Record& record, std::uint64_t at, const Sink& sink) {
+    const auto id = record.fields.number<std::uint32_t>("conn");
+    const auto time = record.fields.time("time");
+    if (!id || !time) {
+      fault(at, "a message is malformed; left out");
+      return true;
+    }
+    const auto connection = known_.find(*id);
+    if (connection == known_.end()) {
+      ++undescribed_;
+      fault(at, "a message of connection " + std::to_string(*id) +
+                    ", which was not described; left out");
+      return true;
+    }
+    return sink({&connection->second, *time, record.data});
+  }
+
+  bool take_chunk(const Record& record, std::uint64_t at, const Sink& sink) {
+    const auto size = record.fields.number<std::uint32_t>("size");
+    const std::string_view compression = record.fields.text("compression");
+    std::string_view rest = record.data;
+    std::string unpacked;
+    if (!size || *size > options_.max_record_bytes) {
+      fault(at, "a chunk has no size, or too large a one; left out");
+      return true;
+    }
+    if (compression != "none") {
+      auto done = decompress_block(compression, rest, *size);
+      if (!done) {
+        problems_.add({done.error().code, "a chunk " + done.error().message, name_, 0,
+                       static_cast<std::size_t>(at)});
+        return true;
+      }
+      unpacked = *std::move(done);
+      rest = unpacked;
+    }
+    while (!rest.empty()) {
+      const auto inner = take_record(rest);
+      if (!inner || inner->op == Op::chunk) {
+        fault(at, "the rest of a chunk is malformed; left out");
+        return true;
+      }
+      if (!take(*inner, at, sink)) return false;
+    }
+    return true;
+  }
+
+  void fault(std::uint64_t at, std::string message) {
+    problems_.add({ErrorCode::parse, std::move(message), name_, 0, static_cast<std::size_t>(at)});
+  }
+
+  const Source& source_;
+  const std::string& name_;
+  const BagReadOptions& options_;
+  Connections& known_;
+  Problems& problems_;
+  std::string buffer_;
+  std::size_t undescribed_ = 0;
+};
+
+}  // namespace wayfare::io::bag

@@ -1,0 +1,136 @@
+#include <wayfare/io/bag_writer.hpp>
+
+#include <algorithm>
+#include <utility>
+
+#include "io/recording/bag_records.hpp"
+
+namespace wayfare::io {
+
+using bag::Op;
+
+namespace {
+
+/// The fields of a header, in the order of their names as ROS writes them.
+using Pairs = std::map<std::string_view, std::string>;
+
+template <std::unsigned_integral T>
+std::string number(T value) {
+  std::string out;
+  put(out, value);
+  return out;
+}
+
+/// Seconds, then nanoseconds.
+std::uint64_t wire_time(LogTime time) {
+  const auto ns = static_cast<std::uint64_t>(time.nanoseconds());
+  return (ns % 1'000'000'000) << 32U | ns / 1'000'000'000;
+}
+
+std::string header(Pairs pairs) {
+  std::string out;
+  for (const auto& [name, value] : pairs) put_text(out, std::string(name) + "=" + value);
+  return out;
+}
+
+void put_record(std::string& out, Op op, Pairs pairs, std::string_view data) {
+  pairs["op"] = number(static_cast<std::uint8_t>(op));
+  put_text(out, header(std::move(pairs)));
+  put_text(out, data);
+}
+
+void put_connection(std::string& out, const BagConnection& c) {
+  Pairs about{{"message_definition", c.definition},
+              {"md5sum", c.md5},
+              {"topic", c.topic},
+              {"type", c.type}};
+  if (c.latching) about.emplace("latching", "1");
+  put_record(out, Op::connection, {{"conn", number(c.id)}, {"topic", c.topic}}, header(about));
+}
+
+/// The bag's first record, as long whatever it says.
+std::string head(std::uint64_t index, std::size_t connections, std::size_t chunks) {
+  std::string fields = header({{"chunk_count", number(static_cast<std::uint32_t>(chunks))},
+                               {"conn_count", number(static_cast<std::uint32_t>(connections))},
+                               {"index_pos", number(index)},
+                               {"op", number(static_cast<std::uint8_t>(Op::head))}});
+  std::string out;
+  put_text(out, fields);
+  put_text(out, std::string(bag::kHeadBytes - fields.size(), ' '));
+  return out;
+}
+
+}  // namespace
+
+BagWriter::BagWriter(std::size_t chunk_bytes)
+    : chunk_bytes_(chunk_bytes), out_(std::string(bag::kMagic) + head(0, 0, 0)) {}
+
+std::uint32_t BagWriter::add_connection(BagConnection connection) {
+  connection.id = static_cast<std::uint32_t>(connections_.size());
+  connections_.push_back(std::move(connection));
+  described_.push_back(false);
+  return connections_.back().id;
+}
+
+Result<void> BagWriter::write(std::uint32_t connection, LogTime time, std::string_view data) {
+  if (connection >= connections_.size())
+    return Error{ErrorCode::invalid, "there is no connection " + std::to_string(connection)};
+  const BagConnection& c = connections_[connection];
+  if (time < LogTime() || time.nanoseconds() / 1'000'000'000 > 0xFFFFFFFF)
+    return Error{ErrorCode::invalid, "a time before 1970 or after 2106", c.topic};
+  if (!described_[connection]) {
+    put_connection(chunk_, c);
+    described_[connection] = true;
+  }
+  open_.first = open_.counts.empty() ? time : std::min(open_.first, time);
+  open_.last = open_.counts.empty() ? time : std::max(open_.last, time);
+  ++open_.counts[connection];
+  entries_[connection].push_back({wire_time(time), static_cast<std::uint32_t>(chunk_.size())});
+  put_record(chunk_, Op::message, {{"conn", number(connection)}, {"time", number(wire_time(time))}},
+             data);
+  if (chunk_.size() >= chunk_bytes_) close_chunk();
+  return {};
+}
+
+void BagWriter::close_chunk() {
+  if (chunk_.empty()) return;
+  open_.at = out_.size();
+  put_record(out_, Op::chunk,
+             {{"compression", "none"}, {"size", number(static_cast<std::uint32_t>(chunk_.size()))}},
+             chunk_);
+  for (const auto& [connection, list] : entries_) {
+    std::string data;
+    for (const Entry& e : list) put(data, e.time), put(data, e.offset);
+    put_record(out_, Op::index,
+               {{"conn", number(connection)},
+                {"count", number(static_cast<std::uint32_t>(list.size()))},
+                {"ver", number(bag::kIndexVersion)}},
+               data);
+  }
+  chunks_.push_back(std::exchange(open_, {}));
+  chunk_.clear();
+  entries_.clear();
+}
+
+std::string BagWriter::finish() {
+  close_chunk();
+  const std::uint64_t index = out_.size();
+  for (const BagConnection& c : connections_) put_connection(out_, c);
+  for (const Chunk& chunk : chunks_) {
+    std::string counts;
+    for (const auto& [connection, count] : chunk.counts)
+      put(counts, connection), put(counts, count);
+    put_record(out_, Op::chunk_info,
+               {{"chunk_pos", number(chunk.at)},
+                {"count", number(static_cast<std::uint32_t>(chunk.counts.size()))},
+                {"end_time", number(wire_time(chunk.last))},
+                {"start_time", number(wire_time(chunk.first))},
+                {"ver", number(bag::kIndexVersion)}},
+               counts);
+  }
+  const std::string first = head(index, connections_.size(), chunks_.size());
+  std::copy(first.begin(), first.end(), out_.begin() + bag::kMagic.size());
+  return std::exchange(out_, {});
+}
+
+}  // namespace wayfare::io

@@ -1,0 +1,206 @@
+#include "io/recording/mcap_index.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace wayfare::io::mcap {
+
+std::optional<std::string_view> content_at(const Source& source, std::uint64_t at, Opcode opcode,
+                                           const McapReadOptions& options, std::string& buffer) {
+  const auto head = source.fetch(at, kRecordHead, buffer);
+  if (!head) return std::nullopt;
+  Cursor c(*head);
+  const auto code = c.number<std::uint8_t>();
+  const auto length = c.number<std::uint64_t>();
+  if (code != static_cast<std::uint8_t>(opcode) || length > options.max_record_bytes)
+    return std::nullopt;
+  return source.fetch(at + kRecordHead, length, buffer);
+}
+
+namespace {
+
+class Indexer {
+ public:
+  Indexer(const Source& source, const std::string& name, const McapReadOptions& options)
+      : source_(source), name_(name), options_(options) {}
+
+  Index run() {
+    index_.contents.problems = Problems(options_.max_problems);
+    index_.contents.bytes = source_.size();
+    read_header();
+    std::string buffer;
+    std::uint64_t begin = 0;
+    const char* missing = find_summary(buffer, begin);
+    if (missing == nullptr && !take_summary(buffer, begin)) {
+      missing = "has a summary that does not lead to its messages";
+    }
+    index_.contents.indexed = missing == nullptr;
+    if (missing != nullptr) {
+      forget();
+      index_.contents.problems.add(
+          {ErrorCode::parse,
+           std::string("the recording ") + missing + "; read from the front instead", name_, 0,
+           static_cast<std::size_t>(source_.size())});
+      scan_all();
+    }
+    for (const auto& [id, schema] : index_.known.schemas) index_.contents.schemas.push_back(schema);
+    for (const auto& [id, channel] : index_.known.channels)
+      index_.contents.channels.push_back(channel);
+    std::stable_sort(index_.places.begin(), index_.places.end(),
+                     [](const Place& a, const Place& b) { return a.first < b.first; });
+    return std::move(index_);
+  }
+
+ private:
+  void read_header() {
+    std::string buffer;
+    if (const auto content = content_at(source_, kMagic.size(), Opcode::header, options_, buffer)) {
+      Cursor c(*content);
+      index_.contents.profile = c.text();
+      index_.contents.library = c.text();
+    }
+  }
+
+  /// The summary's bytes with the footer up to its checksum, or why there are none.
+  const char* find_summary(std::string& buffer, std::uint64_t& begin) const {
+    constexpr std::uint64_t kFooter = kRecordHead + 20;
+    const std::uint64_t tail = kFooter + kMagic.size();
+    std::string end;
+    const auto last = source_.size() >= tail + kMagic.size()
+                          ? source_.fetch(source_.size() - tail, tail, end)
+                          : std::nullopt;
+    if (!last || last->substr(kFooter) != kMagic || (*last)[0] != static_cast<char>(Opcode::footer))
+      return "was not closed, or its end is cut off";
+    Cursor c(last->substr(kRecordHead));
+    begin = c.number<std::uint64_t>();
+    c.number<std::uint64_t>();
+    const auto sum = c.number<std::uint32_t>();
+    const std::uint64_t until = source_.size() - tail + kRecordHead + 16;
+    if (begin == 0) return "has no summary";
+    if (begin < kMagic.size() || begin > until || until - begin > options_.max_record_bytes)
+      return "has a summary out of its bounds";
+    const auto bytes = source_.fetch(begin, until - begin, buffer);
+    if (!bytes) return "has a summary that cannot be read";
+    if (sum != 0 && crc(*bytes) != sum) return "has a summary with a wrong checksum";
+    // The same bytes in both cases: of memory there is no copy yet.
+    if (buffer.data() != bytes->data()) buffer = std::string(*bytes);
+    return nullptr;
+  }
+
+  bool take_statistics(Cursor c, std::uint64_t& in_chunks) {
+    McapStatistics& s = index_.contents.statistics;
+    s.messages = c.number<std::uint64_t>();
+    c.bytes(2 + 4 + 4 + 4);
+    in_chunks = s.chunks = c.number<std::uint32_t>();
+    s.first = c.time();
+    s.last = c.time();
+    Cursor counts(c.text());
+    while (!counts.at_end()) {
+      const auto id = counts.number<std::uint16_t>();
+      s.messages_of[id] = counts.number<std::uint64_t>();
+    }
+    return c.ok() && counts.ok();
+  }
+
+  void take_metadata(std::string_view content) {
+    Cursor c(content);
+    const std::string title(c.text());
+    McapMetadata pairs = c.map();
+    if (c.ok()) index_.contents.metadata[title] = std::move(pairs);
+  }
+
+  /// False where the summary does not hold together or leaves out how to find the messages.
+  bool take_summary(std::string_view rest, std::uint64_t begin) {
+    const std::size_t size = rest.size();
+    bool counted = false;
+    std::uint64_t chunks = 0;
+    while (!rest.empty()) {
+      const std::uint64_t at = begin + (size - rest.size());
+      if (rest[0] == static_cast<char>(Opcode::footer)) break;
+      const auto record = take_record(rest, at);
+      if (!record) return false;
+      Cursor c(record->content);
+      if (record->opcode == Opcode::schema || record->opcode == Opcode::channel) {
+        if (!index_.known.take(*record)) return false;
+      } else if (record->opcode == Opcode::chunk_index) {
+        Place place;
+        place.first = c.time();
+        place.last = c.time();
+        place.at = c.number<std::uint64_t>();
+        if (!c.ok() || place.at < kMagic.size() || place.at >= begin) return false;
+        index_.places.push_back(place);
+      } else if (record->opcode == Opcode::statistics) {
+        if (!take_statistics(c, chunks)) return false;
+        counted = true;
+      } else if (record->opcode == Opcode::metadata_index) {
+        std::string buffer;
+        if (const auto content =
+                content_at(source_, c.number<std::uint64_t>(), Opcode::metadata, options_, buffer))
+          take_metadata(*content);
+      }
+    }
+    // Messages outside of chunks have no index_.
+    return counted && chunks == index_.places.size() &&
+           (chunks != 0 || index_.contents.statistics.messages == 0);
+  }
+
+  void forget() {
+    index_.known = {};
+    index_.places.clear();
+    index_.contents.statistics = {};
+    index_.contents.metadata.clear();
+  }
+
+  /// Reads all of the data; gives how many messages were left out for want of a description.
+  std::size_t scan() {
+    Messages messages(index_.known, name_, options_, index_.contents.problems);
+    Walk walk(source_, name_, options_, index_.contents.problems);
+    walk.run([&](const Record& record) {
+      std::optional<Place> place;
+      messages.take(record, [&](const McapMessage& m) {
+        count(m);
+        if (!place) place = Place{record.at, m.log_time, m.log_time};
+        place->first = std::min(place->first, m.log_time);
+        place->last = std::max(place->last, m.log_time);
+        return true;
+      });
+      if (record.opcode == Opcode::metadata) take_metadata(record.content);
+      if (record.opcode == Opcode::chunk) ++index_.contents.statistics.chunks;
+      if (place) index_.places.push_back(*place);
+      return true;
+    });
+    return messages.undescribed();
+  }
+
+  void count(const McapMessage& m) {
+    McapStatistics& s = index_.contents.statistics;
+    s.first = s.messages == 0 ? m.log_time : std::min(s.first, m.log_time);
+    s.last = s.messages == 0 ? m.log_time : std::max(s.last, m.log_time);
+    ++s.messages;
+    ++s.messages_of[m.channel->id];
+  }
+
+  void scan_all() {
+    const Problems before = index_.contents.problems;
+    if (scan() == 0) return;
+    // A description that was damaged may stand in a later chunk again.
+    Description found = std::move(index_.known);
+    forget();
+    index_.known = std::move(found);
+    index_.contents.problems = before;
+    scan();
+  }
+
+  const Source& source_;
+  const std::string& name_;
+  const McapReadOptions& options_;
+  Index index_;
+};
+
+}  // namespace
+
+Index make_index(const Source& source, const std::string& name, const McapReadOptions& options) {
+  return Indexer(source, name, options).run();
+}
+
+}  // namespace wayfare::io::mcap

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <wayfare/io/mcap_reader.hpp>
+
+#include "io/recording/mcap_walk.hpp"
+
+namespace wayfare::io::mcap {
+
+/// What a recording says of its messages.
+struct Description {
+  std::map<std::uint16_t, McapSchema> schemas;
+  std::map<std::uint16_t, McapChannel> channels;
+
+  /// False where the record is malformed, or gives a known channel another topic.
+  bool take(const Record& record);
+};
+
+/// Messages out of records: schemas and channels are taken in as they come.
+class Messages {
+ public:
+  using Sink = std::function<bool(const McapMessage&)>;
+
+  Messages(Description& known, const std::string& name, const McapReadOptions& options,
+           Problems& problems)
+      : known_(known), name_(name), options_(options), problems_(problems) {}
+
+  /// What the messages of the last chunk refer to, where it was compressed; else nothing.
+  [[nodiscard]] const std::shared_ptr<const std::string>& unpacked() const { return unpacked_; }
+
+  /// Messages left out because their channel was not described before them.
+  [[nodiscard]] std::size_t undescribed() const { return undescribed_; }
+
+  /// False once `sink` has had enough.
+  bool take(const Record& record, const Sink& sink);
+
+ private:
+  bool take_chunk(const Record& record, const Sink& sink);
+
+  void fault(std::uint64_t at, std::string message) {
+    problems_.add({ErrorCode::parse, std::move(message), name_, 0, static_cast<std::size_t>(at)});
+  }
+
+  Description& known_;
+  const std::string& name_;
+  const McapReadOptions& options_;
+  Problems& problems_;
+  std::shared_ptr<const std::string> unpacked_;
+  std::size_t undescribed_ = 0;
+};
+
+}  // namespace wayfare::io::mcap

@@ -1,0 +1,141 @@
+#include <wayfare/io/mcap_reader.hpp>
+
+#include <queue>
+#include <utility>
+
+#include "io/recording/mcap_index.hpp"
+
+namespace wayfare::io {
+
+using mcap::Opcode;
+using mcap::Record;
+
+namespace {
+
+bool asked_for(const McapQuery& query, const McapMessage& m) {
+  return m.log_time >= query.from && m.log_time <= query.until &&
+         (query.topics.empty() || query.topics.count(m.channel->topic) != 0);
+}
+
+struct Waiting {
+  McapMessage message;
+  std::uint64_t order = 0;
+  std::shared_ptr<const std::string> bytes;  ///< what the message refers to
+
+  bool operator<(const Waiting& other) const {  // the first to be delivered is the largest
+    return std::pair(message.log_time, order) > std::pair(other.message.log_time, other.order);
+  }
+};
+
+}  // namespace
+
+struct McapReader::Impl {
+  std::unique_ptr<Source> source;
+  std::string name;
+  McapReadOptions options;
+  mcap::Index index;
+
+  [[nodiscard]] bool begins_well() const {
+    std::string buffer;
+    const auto magic = source->fetch(0, mcap::kMagic.size(), buffer);
+    return magic && *magic == mcap::kMagic;
+  }
+
+  void read_through(const McapQuery& query, const mcap::Messages::Sink& sink,
+                    Problems& problems) const {
+    mcap::Description description = index.known;
+    mcap::Messages messages(description, name, options, problems);
+    mcap::Walk walk(*source, name, options, problems);
+    walk.run([&](const Record& record) {
+      return messages.take(record,
+                           [&](const McapMessage& m) { return !asked_for(query, m) || sink(m); });
+    });
+  }
+
+  void read_by_time(const McapQuery& query, const mcap::Messages::Sink& sink,
+                    Problems& problems) const {
+    mcap::Description description = index.known;
+    mcap::Messages messages(description, name, options, problems);
+    std::priority_queue<Waiting> waiting;
+    const auto deliver_before = [&](const LogTime* limit) {
+      while (!waiting.empty() && (limit == nullptr || waiting.top().message.log_time < *limit)) {
+        if (!sink(waiting.top().message)) return false;
+        waiting.pop();
+      }
+      return true;
+    };
+    for (const mcap::Place& place : index.places) {
+      if (place.last < query.from || place.first > query.until) continue;
+      if (!deliver_before(&place.first)) return;
+      auto bytes = std::make_shared<std::string>();
+      const auto record = fetch_place(place, *bytes);
+      if (!record) {
+        problems.add({ErrorCode::parse, "an index leads to no chunk", name, 0,
+                      static_cast<std::size_t>(place.at)});
+        continue;
+      }
+      std::uint64_t order = place.at;
+      messages.take(*record, [&](const McapMessage& m) {
+        const auto& holder = messages.unpacked();
+        if (asked_for(query, m)) waiting.push({m, order, holder ? holder : bytes});
+        ++order;
+        return true;
+      });
+    }
+    deliver_before(nullptr);
+  }
+
+  [[nodiscard]] std::optional<Record> fetch_place(const mcap::Place& place,
+                                                  std::string& buffer) const {
+    for (const Opcode opcode : {Opcode::chunk, Opcode::message})
+      if (const auto content = mcap::content_at(*source, place.at, opcode, options, buffer))
+        return Record{opcode, place.at, *content};
+    return std::nullopt;
+  }
+};
+
+McapReader::McapReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+McapReader::McapReader(McapReader&&) noexcept = default;
+McapReader& McapReader::operator=(McapReader&&) noexcept = default;
+McapReader::~McapReader() = default;
+
+Result<McapReader> McapReader::from(std::unique_ptr<Impl> impl) {
+  if (!impl->begins_well())
+    return Error{ErrorCode::parse, "does not begin as an MCAP recording does", impl->name};
+  impl->index = mcap::make_index(*impl->source, impl->name, impl->options);
+  return McapReader(std::move(impl));
+}
+
+Result<McapReader> McapReader::open(const std::string& path, const McapReadOptions& options) {
+  auto source = Source::open(path);
+  if (!source) return source.error();
+  auto impl = std::make_unique<Impl>();
+  impl->source = std::move(*source);
+  impl->name = path;
+  impl->options = options;
+  return from(std::move(impl));
+}
+
+Result<McapReader> McapReader::parse(std::string bytes, const std::string& source,
+                                     const McapReadOptions& options) {
+  auto impl = std::make_unique<Impl>();
+  impl->source = std::make_unique<Source>(std::move(bytes));
+  impl->name = source;
+  impl->options = options;
+  return from(std::move(impl));
+}
+
+const McapContents& McapReader::contents() const { return impl_->index.contents; }
+
+Problems McapReader::read(const McapQuery& query,
+                          const std::function<bool(const McapMessage&)>& sink) const {
+  Problems problems(impl_->options.max_problems);
+  if (query.order == McapOrder::file) {
+    impl_->read_through(query, sink, problems);
+  } else {
+    impl_->read_by_time(query, sink, problems);
+  }
+  return problems;
+}
+
+}  // namespace wayfare::io

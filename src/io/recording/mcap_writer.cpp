@@ -1,0 +1,342 @@
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <wayfare/io/mcap_writer.hpp>
+
+#include "io/recording/mcap_records.hpp"
+
+namespace wayfare::io {
+
+using mcap::Opcode;
+using mcap::put_map;
+using mcap::put_record;
+
+namespace {
+
+constexpr std::size_t kMaxIds = 65535;
+
+std::uint64_t unsigned_ns(LogTime time) { return static_cast<std::uint64_t>(time.nanoseconds()); }
+
+std::string content_of(const McapSchema& s) {
+  std::string out;
+  put(out, s.id);
+  put_text(out, s.name);
+  put_text(out, s.encoding);
+  put_text(out, s.data);
+  return out;
+}
+
+std::string content_of(const McapChannel& c) {
+  std::string out;
+  put(out, c.id);
+  put(out, c.schema);
+  put_text(out, c.topic);
+  put_text(out, c.message_encoding);
+  put_map(out, c.metadata);
+  return out;
+}
+
+/// Where a message stands within its chunk's records.
+struct Entry {
+  std::uint64_t time = 0;
+  std::uint64_t offset = 0;
+};
+
+struct ChunkIndex {
+  std::uint64_t first = 0, last = 0, offset = 0, length = 0, index_length = 0, size = 0;
+  std::vector<std::pair<std::uint16_t, std::uint64_t>> index_offsets;
+};
+
+std::string content_of(const ChunkIndex& c) {
+  std::string out, offsets;
+  for (const std::uint64_t v : {c.first, c.last, c.offset, c.length}) put(out, v);
+  for (const auto& [channel, offset] : c.index_offsets) put(offsets, channel), put(offsets, offset);
+  put_text(out, offsets);
+  put(out, c.index_length);
+  put_text(out, "");
+  put(out, c.size);
+  put(out, c.size);
+  return out;
+}
+
+}  // namespace
+
+struct McapWriter::Impl {
+  std::unique_ptr<ByteSink> sink;
+  McapWriterOptions options;
+  std::optional<Error> failed;
+  bool closed = false;
+  std::uint64_t position = 0;  ///< bytes of the file
+  std::uint32_t data_crc = 0;  ///< of all of them
+  std::vector<McapSchema> schemas;
+  std::vector<McapChannel> channels;
+  std::vector<std::uint32_t> sequences;
+  std::string chunk;  ///< records of the chunk in the making
+  std::map<std::uint16_t, std::vector<Entry>> entries;
+  std::uint64_t first = 0, last = 0;  ///< times in that chunk
+  std::vector<ChunkIndex> chunks;
+  struct Metadata {
+    std::string name;
+    std::uint64_t offset, length;
+  };
+  std::vector<Metadata> metadata;
+  McapStatistics statistics;
+
+  Result<void> append(std::string_view bytes) {
+    if (failed) return *failed;
+    if (auto done = sink->write(bytes); !done) {
+      failed = done.error();
+      return done;
+    }
+    position += bytes.size();
+    data_crc = mcap::crc(bytes, data_crc);
+    return {};
+  }
+
+  [[nodiscard]] Result<void> usable() const {
+    if (failed) return *failed;
+    if (closed) return Error{ErrorCode::invalid, "the recording is closed"};
+    return {};
+  }
+
+  void note(std::uint16_t channel, std::uint64_t time) {
+    const bool empty = entries.empty();
+    first = empty ? time : std::min(first, time);
+    last = empty ? time : std::max(last, time);
+    entries[channel].push_back({time, chunk.size()});
+  }
+
+  /// The chunk, and behind it the index of each channel's messages; in one piece, so that both are
+  /// in the file or neither.
+  std::string closed_chunk(ChunkIndex& index) {
+    std::string head;
+    put(head, first);
+    put(head, last);
+    put(head, std::uint64_t{chunk.size()});
+    put(head, mcap::crc(chunk));
+    put_text(head, "");
+    put(head, std::uint64_t{chunk.size()});
+    std::string out;
+    out.reserve(chunk.size() + 1024);
+    out += static_cast<char>(Opcode::chunk);
+    put(out, std::uint64_t{head.size() + chunk.size()});
+    out += head;
+    out += chunk;
+    index = {first, last, position, out.size(), 0, chunk.size(), {}};
+    for (const auto& [channel, list] : entries) {
+      index.index_offsets.emplace_back(channel, position + out.size());
+      std::string content, pairs;
+      for (const Entry& e : list) put(pairs, e.time), put(pairs, e.offset);
+      put(content, channel);
+      put_text(content, pairs);
+      put_record(out, Opcode::message_index, content);
+    }
+    index.index_length = out.size() - index.length;
+    return out;
+  }
+
+  Result<void> flush() {
+    if (auto ok = usable(); !ok) return ok;
+    if (chunk.empty()) return {};
+    ChunkIndex index;
+    const std::string bytes = closed_chunk(index);
+    if (auto done = append(bytes); !done) return done;
+    chunks.push_back(std::move(index));
+    ++statistics.chunks;
+    if (!entries.empty()) {
+      const auto from = LogTime::from_nanoseconds(static_cast<std::int64_t>(first));
+      const auto until = LogTime::from_nanoseconds(static_cast<std::int64_t>(last));
+      statistics.first = statistics.messages == 0 ? from : std::min(statistics.first, from);
+      statistics.last = std::max(statistics.last, until);
+    }
+    for (const auto& [channel, list] : entries) {
+      statistics.messages_of[channel] += list.size();
+      statistics.messages += list.size();
+    }
+    chunk.clear();
+    entries.clear();
+    return {};
+  }
+
+  [[nodiscard]] std::string statistics_content() const {
+    std::string out, counts;
+    put(out, statistics.messages);
+    put(out, static_cast<std::uint16_t>(schemas.size()));
+    put(out, static_cast<std::uint32_t>(channels.size()));
+    put(out, std::uint32_t{0});
+    put(out, static_cast<std::uint32_t>(metadata.size()));
+    put(out, statistics.chunks);
+    put(out, unsigned_ns(statistics.first));
+    put(out, unsigned_ns(statistics.last));
+    for (const auto& [channel, count] : statistics.messages_of)
+      put(counts, channel), put(counts, count);
+    put_text(out, counts);
+    return out;
+  }
+
+  /// Groups of records of one kind and, behind them, where each group is.
+  std::string summary() {
+    const std::uint64_t begin = position;
+    std::string out, offsets;
+    const auto group = [&](Opcode opcode, const auto& items, const auto& content) {
+      const std::uint64_t at = out.size();
+      for (const auto& item : items) put_record(out, opcode, content(item));
+      if (out.size() == at) return;
+      std::string where(1, static_cast<char>(opcode));
+      put(where, begin + at);
+      put(where, out.size() - at);
+      put_record(offsets, Opcode::summary_offset, where);
+    };
+    const auto plain = [](const auto& item) { return content_of(item); };
+    group(Opcode::schema, schemas, plain);
+    group(Opcode::channel, channels, plain);
+    group(Opcode::statistics, std::vector<int>{0}, [&](int) { return statistics_content(); });
+    group(Opcode::chunk_index, chunks, plain);
+    group(Opcode::metadata_index, metadata, [](const Metadata& m) {
+      std::string content;
+      put(content, m.offset);
+      put(content, m.length);
+      put_text(content, m.name);
+      return content;
+    });
+    const std::uint64_t offsets_at = begin + out.size();
+    out += offsets;
+    // The checksum covers the summary and the footer up to itself.
+    out += static_cast<char>(Opcode::footer);
+    put(out, std::uint64_t{20});
+    put(out, begin);
+    put(out, offsets_at);
+    put(out, mcap::crc(out));
+    out += mcap::kMagic;
+    return out;
+  }
+};
+
+McapWriter::McapWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+McapWriter::McapWriter(McapWriter&&) noexcept = default;
+McapWriter& McapWriter::operator=(McapWriter&& other) noexcept {
+  if (impl_ && !impl_->closed) static_cast<void>(close());
+  impl_ = std::move(other.impl_);
+  return *this;
+}
+McapWriter::~McapWriter() {
+  if (impl_ && !impl_->closed) static_cast<void>(close());
+}
+
+Result<McapWriter> McapWriter::create(const std::string& path, const McapWriterOptions& options,
+                                      const WriteOptions& write) {
+  auto sink = FileSink::create(path, write);
+  if (!sink) return sink.error();
+  return create(std::move(*sink), options);
+}
+
+Result<McapWriter> McapWriter::create(std::unique_ptr<ByteSink> sink,
+                                      const McapWriterOptions& options) {
+  WAYFARE_EXPECTS(sink != nullptr, "a recording is written to somewhere");
+  auto impl = std::make_unique<Impl>();
+  impl->sink = std::move(sink);
+  impl->options = options;
+  std::string bytes(mcap::kMagic), content;
+  put_text(content, options.profile);
+  put_text(content, options.library);
+  put_record(bytes, Opcode::header, content);
+  if (auto done = impl->append(bytes); !done) {
+    impl->closed = true;
+    return done.error();
+  }
+  return McapWriter(std::move(impl));
+}
+
+Result<std::uint16_t> McapWriter::add_schema(const std::string& name, const std::string& encoding,
+                                             const std::string& data) {
+  if (auto ok = impl_->usable(); !ok) return ok.error();
+  if (impl_->schemas.size() >= kMaxIds) return Error{ErrorCode::invalid, "too many schemas", name};
+  if (std::max({name.size(), encoding.size(), data.size()}) >
+      std::numeric_limits<std::uint32_t>::max())
+    return Error{ErrorCode::invalid, "the schema is longer than 4 GB", name};
+  const auto id = static_cast<std::uint16_t>(impl_->schemas.size() + 1);
+  impl_->schemas.push_back({id, name, encoding, data});
+  put_record(impl_->chunk, Opcode::schema, content_of(impl_->schemas.back()));
+  return id;
+}
+
+Result<std::uint16_t> McapWriter::add_channel(const std::string& topic,
+                                              const std::string& message_encoding,
+                                              std::uint16_t schema, const McapMetadata& metadata) {
+  if (auto ok = impl_->usable(); !ok) return ok.error();
+  if (impl_->channels.size() >= kMaxIds)
+    return Error{ErrorCode::invalid, "too many channels", topic};
+  if (schema > impl_->schemas.size())
+    return Error{ErrorCode::invalid, "names schema " + std::to_string(schema) + ", which is none",
+                 topic};
+  const auto id = static_cast<std::uint16_t>(impl_->channels.size());
+  McapChannel channel{id, schema, topic, message_encoding, metadata};
+  std::string content = content_of(channel);
+  if (content.size() > std::numeric_limits<std::uint32_t>::max())
+    return Error{ErrorCode::invalid, "the channel's description is longer than 4 GB", topic};
+  impl_->channels.push_back(std::move(channel));
+  impl_->sequences.push_back(0);
+  put_record(impl_->chunk, Opcode::channel, content);
+  return id;
+}
+
+Result<void> McapWriter::write(std::uint16_t channel, LogTime log_time, LogTime publish_time,
+                               std::string_view data) {
+  if (auto ok = impl_->usable(); !ok) return ok;
+  if (channel >= impl_->channels.size())
+    return Error{ErrorCode::invalid, "there is no channel " + std::to_string(channel)};
+  if (log_time < LogTime() || publish_time < LogTime())
+    return Error{ErrorCode::invalid, "a message's time lies before the clock's epoch",
+                 impl_->channels[channel].topic};
+  impl_->note(channel, unsigned_ns(log_time));
+  std::string& out = impl_->chunk;
+  out += static_cast<char>(Opcode::message);
+  put(out, std::uint64_t{22 + data.size()});
+  put(out, channel);
+  put(out, impl_->sequences[channel]++);
+  put(out, unsigned_ns(log_time));
+  put(out, unsigned_ns(publish_time));
+  out += data;
+  if (out.size() >= impl_->options.chunk_bytes) return impl_->flush();
+  return {};
+}
+
+Result<void> McapWriter::add_metadata(const std::string& name, const McapMetadata& pairs) {
+  if (auto done = impl_->flush(); !done) return done;
+  std::string content, record;
+  put_text(content, name);
+  put_map(content, pairs);
+  put_record(record, Opcode::metadata, content);
+  const std::uint64_t at = impl_->position;
+  if (auto done = impl_->append(record); !done) return done;
+  impl_->metadata.push_back({name, at, record.size()});
+  return {};
+}
+
+Result<void> McapWriter::flush() { return impl_->flush(); }
+
+Result<void> McapWriter::sync() {
+  if (auto done = impl_->flush(); !done) return done;
+  auto done = impl_->sink->sync();
+  if (!done) impl_->failed = done.error();
+  return done;
+}
+
+Result<void> McapWriter::close() {
+  if (auto done = impl_->flush(); !done) return done;
+  std::string content, end;
+  put(content, impl_->data_crc);
+  put_record(end, Opcode::data_end, content);
+  if (auto done = impl_->append(end); !done) return done;
+  if (auto done = impl_->append(impl_->summary()); !done) return done;
+  impl_->closed = true;
+  return impl_->sink->sync();
+}
+
+const McapStatistics& McapWriter::statistics() const { return impl_->statistics; }
+std::uint64_t McapWriter::bytes_written() const { return impl_->position; }
+
+}  // namespace wayfare::io

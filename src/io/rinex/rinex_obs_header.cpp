@@ -1,0 +1,136 @@
+#include "io/rinex/rinex_obs_header.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace wayfare::io::rinex {
+namespace {
+
+/// The RINEX 3 name of a RINEX 2 observation type: C1 is C1C, P2 is C2W, L5 is L5X. RINEX 2 has one
+/// phase a band, which goes with either code.
+std::vector<std::string> names_of_version_2(std::string_view type) {
+  if (type.size() != 2 || type[1] < '1' || type[1] > '8') return {};
+  const char kind = type[0], band = type[1];
+  const std::string civil = band <= '2' ? "C" : "X";
+  if (kind == 'C') return {std::string{'C', band} + civil};
+  if (kind == 'P') return {std::string{'C', band} + "W"};
+  if (kind == 'L' || kind == 'D' || kind == 'S')
+    return {std::string{kind, band} + civil, std::string{kind, band} + "W"};
+  return {};
+}
+
+std::optional<Eigen::Vector3d> three_numbers(std::string_view line) {
+  Eigen::Vector3d values;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!field(line, 14 * i, 14, values[static_cast<Eigen::Index>(i)])) return std::nullopt;
+  return values.allFinite() ? std::optional(values) : std::nullopt;
+}
+
+}  // namespace
+
+ObservationHeader::ObservationHeader(const FirstLine& first, const std::string& source,
+                                     const RinexOptions& options, RinexObservations& file)
+    : source_(source),
+      options_(options),
+      file_(file),
+      version_2_(first.version < 3.0),
+      default_letter_(first.system == ' ' || first.system == 'M' ? 'G' : first.system) {
+  if (first.system == 'R') scale_ = TimeScale::utc;
+  if (first.system == 'C') scale_ = TimeScale::beidou;
+}
+
+void ObservationHeader::take(std::string_view line, std::size_t number) {
+  const std::string_view name = label(line);
+  if (name == "SYS / # / OBS TYPES") return types_of_system(line, number);
+  if (name == "# / TYPES OF OBSERV") return types_of_all(line, number);
+  if (name == "MARKER NAME") file_.marker = text::printable(trimmed(line.substr(0, 60)), 60);
+  if (name == "APPROX POSITION XYZ") {
+    const auto p = three_numbers(line);
+    if (p && p->norm() > 1e6) file_.approximate_position_ecef_m = *p;
+  }
+  if (name == "ANTENNA: DELTA H/E/N")
+    file_.antenna_up_east_north_m = three_numbers(line).value_or(file_.antenna_up_east_north_m);
+  if (name == "TIME OF FIRST OBS") time_system(columns(line, 48, 3), number);
+  if (name == "GLONASS SLOT / FRQ #") glonass_channels(line);
+  int leaps = 0;
+  if (name == "LEAP SECONDS" && field(line, 0, 6, leaps)) file_.leap_seconds = leaps;
+  double factor = 1.0;
+  if (name == "SYS / SCALE FACTOR" && field(line, 2, 4, factor) && factor != 1.0)
+    report(number, "scale factors are not read; the values are taken as they stand");
+}
+
+void ObservationHeader::time_system(std::string_view name, std::size_t number) {
+  if (name == "GPS" || name == "GAL" || name == "QZS") scale_ = TimeScale::gps;
+  if (name == "GLO" || name == "UTC") scale_ = TimeScale::utc;
+  if (name == "BDT") scale_ = TimeScale::beidou;
+  if (name == "IRN") report(number, "time system IRN is taken as GPS");
+}
+
+void ObservationHeader::types_of_system(std::string_view line, std::size_t number) {
+  // A continuation leaves the system blank.
+  if (columns(line, 0, 1) != " " && !line.empty()) {
+    types_letter_ = line[0];
+    types_[static_cast<unsigned char>(types_letter_)].clear();
+  }
+  Types& types = types_[static_cast<unsigned char>(types_letter_)];
+  for (std::size_t at = 7; at + 3 <= std::min<std::size_t>(line.size(), 58); at += 4) {
+    const std::string_view type = line.substr(at, 3);
+    if (is_blank(type)) break;
+    if (types.size() < kMaxTypes) types.push_back({std::string(type)});
+  }
+  if (types_letter_ == ' ') report(number, "observation types without a system");
+}
+
+void ObservationHeader::types_of_all(std::string_view line, std::size_t number) {
+  int count = 0;
+  if (field(line, 0, 6, count)) types_of_all_.clear();
+  for (std::size_t at = 10; at + 2 <= std::min<std::size_t>(line.size(), 60); at += 6) {
+    const std::string_view type = line.substr(at, 2);
+    if (is_blank(type)) break;
+    if (types_of_all_.size() < kMaxTypes) types_of_all_.push_back(names_of_version_2(type));
+  }
+  if (types_of_all_.empty()) report(number, "no observation types in this line");
+}
+
+void ObservationHeader::glonass_channels(std::string_view line) {
+  for (std::size_t at = 4; at + 6 <= std::min<std::size_t>(line.size(), 60); at += 7) {
+    const auto satellite = parse_satellite(line.substr(at, 3));
+    int channel = 0;
+    if (satellite && field(line, at + 3, 3, channel) && channel >= -7 && channel <= 13)
+      file_.glonass_channels[*satellite] = channel;
+  }
+}
+
+void ObservationHeader::finish() {
+  for (const GnssSystem system : kAllGnssSystems) {
+    const Types& types =
+        version_2_ ? types_of_all_ : types_[static_cast<unsigned char>(letter_of(system))];
+    places_[static_cast<std::size_t>(index_of(system))] = places_among(system, types);
+  }
+}
+
+std::vector<SignalPlaces> ObservationHeader::places_among(GnssSystem system,
+                                                          const Types& types) const {
+  std::vector<SignalPlaces> places;
+  for (const std::string& signal : options_.signals[static_cast<std::size_t>(index_of(system))]) {
+    if (signal.size() != 2) continue;
+    const auto find = [&](char kind) {
+      const auto here = std::find_if(types.begin(), types.end(), [&](const auto& names) {
+        return std::find(names.begin(), names.end(), kind + signal) != names.end();
+      });
+      return here == types.end() ? -1 : static_cast<int>(here - types.begin());
+    };
+    SignalPlaces place{find('C'), find('D'), find('L'), find('S'), signal[0]};
+    // BeiDou's B1I is band 1 in RINEX 3.02 alone.
+    if (system == GnssSystem::beidou && signal == "1I") place.band = '2';
+    if (place.code >= 0) places.push_back(place);
+  }
+  return places;
+}
+
+void ObservationHeader::report(std::size_t line, std::string message) {
+  file_.problems.add(Error{ErrorCode::parse, std::move(message), source_, line});
+}
+
+}  // namespace wayfare::io::rinex

@@ -1,0 +1,73 @@
+#pragma once
+
+// Private: what RINEX observation and navigation files have in common: fixed columns, header
+// labels, dates.
+
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/gnss/gps_time.hpp>
+
+#include "io/text/text.hpp"
+
+namespace wayfare::io::rinex {
+
+/// Columns from `begin`, at most `length`; what lies beyond the line is empty.
+inline std::string_view columns(std::string_view line, std::size_t begin, std::size_t length) {
+  return begin < line.size() ? line.substr(begin, length) : std::string_view();
+}
+
+inline std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && text::is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && text::is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+inline bool is_blank(std::string_view text) { return trimmed(text).empty(); }
+
+/// All of a field but its blanks.
+template <class T>
+bool field(std::string_view line, std::size_t begin, std::size_t length, T& value) {
+  return text::to_number(trimmed(columns(line, begin, length)), value);
+}
+
+/// A number with Fortran's exponent, "1.0D+02" or "-.34d-3"; nothing where it is not one.
+inline std::optional<double> fortran_number(std::string_view text) {
+  text = trimmed(text);
+  char buffer[32];
+  if (text.empty() || text.size() > sizeof buffer) return std::nullopt;
+  for (std::size_t i = 0; i < text.size(); ++i)
+    buffer[i] = text[i] == 'D' || text[i] == 'd' ? 'e' : text[i];
+  double value = 0.0;
+  if (!text::to_number(std::string_view(buffer, text.size()), value) || !std::isfinite(value))
+    return std::nullopt;
+  return value;
+}
+
+/// Years of two digits are 1980 to 2079.
+inline int full_year(int year) { return year >= 100 ? year : year + (year < 80 ? 2000 : 1900); }
+
+/// Year, month, day, hour, minute, second, apart by blanks.
+std::optional<CivilTime> civil_time(std::string_view text);
+
+/// A calendar time of a file in the scale it is written in.
+enum class TimeScale { gps, utc, beidou };
+std::optional<Time<GpsClock>> gps_from(const CivilTime& civil, TimeScale scale,
+                                       std::span<const LeapSecond> leaps);
+
+/// The first line of a file.
+struct FirstLine {
+  double version = 0.0;
+  char type = ' ';    ///< O observations, N navigation, G GLONASS navigation (version 2) …
+  char system = ' ';  ///< of the whole file; M mixed
+};
+Result<FirstLine> first_line(std::string_view line, const std::string& source);
+
+/// The label of a header line, in columns 61 to 80.
+inline std::string_view label(std::string_view line) { return trimmed(columns(line, 60, 20)); }
+
+}  // namespace wayfare::io::rinex

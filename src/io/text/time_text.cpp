@@ -1,0 +1,86 @@
+#include <wayfare/io/time_text.hpp>
+
+#include <limits>
+
+#include "io/text/text.hpp"
+
+namespace wayfare::io {
+namespace {
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Takes digits off the front of `text` and appends them to `digits`; how many there were.
+int take_digits(std::string_view& text, std::string& digits) {
+  int count = 0;
+  while (!text.empty() && is_digit(text.front())) {
+    digits += text.front();
+    text.remove_prefix(1);
+    ++count;
+  }
+  return count;
+}
+
+/// The power of ten after 'e', 0 where there is none; nothing where it is malformed.
+std::optional<int> take_exponent(std::string_view text) {
+  if (text.empty()) return 0;
+  if (text.front() != 'e' && text.front() != 'E') return std::nullopt;
+  int exponent = 0;
+  if (!text::to_number(text.substr(1), exponent)) return std::nullopt;
+  if (exponent < -1000 || exponent > 1000) return std::nullopt;
+  return exponent;
+}
+
+/// 0.d1d2d3... · 10^places rounded to a whole number.
+std::optional<std::int64_t> rounded(const std::string& digits, long places) {
+  constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
+  std::int64_t value = 0;
+  for (long i = 0; i < places; ++i) {
+    const int digit =
+        i < static_cast<long>(digits.size()) ? digits[static_cast<std::size_t>(i)] - '0' : 0;
+    if (value > (kMax - digit) / 10) return std::nullopt;
+    value = value * 10 + digit;
+  }
+  const bool up = places >= 0 && places < static_cast<long>(digits.size()) &&
+                  digits[static_cast<std::size_t>(places)] >= '5';
+  if (up && value == kMax) return std::nullopt;
+  return value + (up ? 1 : 0);
+}
+
+}  // namespace
+
+std::optional<std::int64_t> parse_nanoseconds(std::string_view seconds) {
+  constexpr std::size_t kLongest = 400;  // no honest number is longer
+  if (seconds.size() > kLongest) return std::nullopt;
+  bool negative = false;
+  if (!seconds.empty() && (seconds.front() == '-' || seconds.front() == '+')) {
+    negative = seconds.front() == '-';
+    seconds.remove_prefix(1);
+  }
+  std::string digits;
+  long places = take_digits(seconds, digits);
+  if (!seconds.empty() && seconds.front() == '.') {
+    seconds.remove_prefix(1);
+    take_digits(seconds, digits);
+  }
+  if (digits.empty()) return std::nullopt;
+  const std::optional<int> exponent = take_exponent(seconds);
+  if (!exponent) return std::nullopt;
+  const std::size_t zeros = digits.find_first_not_of('0');
+  if (zeros == digits.npos) return 0;
+  places += *exponent + 9 - static_cast<long>(zeros);
+  const std::optional<std::int64_t> value = rounded(digits.substr(zeros), places);
+  if (!value) return std::nullopt;
+  return negative ? -*value : *value;
+}
+
+std::string format_nanoseconds(std::int64_t nanoseconds) {
+  const bool negative = nanoseconds < 0;
+  // Unsigned, so that the most negative number has an absolute value too.
+  const auto bits = static_cast<std::uint64_t>(nanoseconds);
+  std::string text = std::to_string(negative ? 0 - bits : bits);
+  if (text.size() < 10) text.insert(0, 10 - text.size(), '0');
+  text.insert(text.size() - 9, 1, '.');
+  return negative ? "-" + text : text;
+}
+
+}  // namespace wayfare::io

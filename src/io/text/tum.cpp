@@ -1,0 +1,82 @@
+#include <wayfare/io/tum.hpp>
+
+#include <cmath>
+
+#include "io/text/pose_lines.hpp"
+#include "io/text/pose_text.hpp"
+
+namespace wayfare::io {
+namespace {
+
+void append_line(std::string& out, LogTime time, const Eigen::Vector3d& t,
+                 const Eigen::Quaterniond& q) {
+  out += format_nanoseconds(time.nanoseconds());
+  append_pose(out, t, q);
+  out += '\n';
+}
+
+}  // namespace
+
+Result<TumFile> parse_tum(std::string_view all, const std::string& source) {
+  TumFile file;
+  const auto take = [&](const auto& times, const auto& v) -> std::string {
+    const std::optional<SE3d> pose = pose_of(v.data());
+    if (!pose) return "the quaternion does not have unit length";
+    file.trajectory.push_back({times[0], Transform3<frame::Map, frame::Base>(*pose)});
+    return {};
+  };
+  if (for_each_pose_line<1, 7>(all, source, file.problems, take) == 0)
+    return nothing_in_it("pose", source, file.problems);
+  return file;
+}
+
+Result<TumFile> read_tum(const std::string& path, const ReadOptions& options) {
+  return read_and_parse<TumFile>(path, options, parse_tum);
+}
+
+Trajectory planar(std::span<const StampedPose3> trajectory) {
+  Trajectory result;
+  result.reserve(trajectory.size());
+  for (const StampedPose3& sample : trajectory) {
+    const SE3d& pose = sample.T_map_base.raw();
+    const Eigen::Vector3d ahead = pose.rotation() * Eigen::Vector3d(1, 0, 0);
+    const Angle heading = Angle::radians(std::atan2(ahead.y(), ahead.x()));
+    result.push_back({sample.time, Transform2<frame::Map, frame::Base>(SE2d(
+                                       pose.translation().x(), pose.translation().y(), heading))});
+  }
+  return result;
+}
+
+std::string format_tum(std::span<const StampedPose> trajectory) {
+  std::string out;
+  out.reserve(trajectory.size() * 100);
+  for (const StampedPose& sample : trajectory) {
+    const SE2d& pose = sample.T_map_base.raw();
+    const double half = 0.5 * pose.heading().radians();
+    append_line(out, sample.time, {pose.x(), pose.y(), 0.0},
+                Eigen::Quaterniond(std::cos(half), 0.0, 0.0, std::sin(half)));
+  }
+  return out;
+}
+
+std::string format_tum(std::span<const StampedPose3> trajectory) {
+  std::string out;
+  out.reserve(trajectory.size() * 140);
+  for (const StampedPose3& sample : trajectory) {
+    const SE3d& pose = sample.T_map_base.raw();
+    append_line(out, sample.time, pose.translation(), pose.rotation().quaternion());
+  }
+  return out;
+}
+
+Result<void> write_tum(const std::string& path, std::span<const StampedPose> trajectory,
+                       const WriteOptions& options) {
+  return write_file(path, format_tum(trajectory), options);
+}
+
+Result<void> write_tum(const std::string& path, std::span<const StampedPose3> trajectory,
+                       const WriteOptions& options) {
+  return write_file(path, format_tum(trajectory), options);
+}
+
+}  // namespace wayfare::io

@@ -1,0 +1,150 @@
+#include "logger/control/control_line.hpp"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+namespace wayfare::logger {
+namespace {
+
+constexpr std::size_t kMostClients = 16;
+
+Error system_error(const char* what, const std::string& path) {
+  return Error{ErrorCode::io, std::string(what) + ": " + std::generic_category().message(errno),
+               path};
+}
+
+}  // namespace
+
+Result<ControlLine> ControlLine::open(const std::string& port, int baud,
+                                      const std::string& socket) {
+  ControlLine line;
+  line.port_path_ = port;
+  line.baud_ = baud;
+  if (!port.empty()) {
+    auto opened = SerialPort::open(port, {baud, ModemLine::keep});
+    if (!opened) return opened.error();
+    line.port_.emplace(std::move(*opened));
+  }
+  if (!socket.empty())
+    if (auto done = line.listen(socket); !done) return done.error();
+  return line;
+}
+
+ControlLine::ControlLine(ControlLine&& other) noexcept
+    : port_path_(std::move(other.port_path_)),
+      socket_path_(std::exchange(other.socket_path_, {})),
+      baud_(other.baud_),
+      port_(std::move(other.port_)),
+      listener_(std::exchange(other.listener_, -1)),
+      clients_(std::exchange(other.clients_, {})) {}
+
+ControlLine::~ControlLine() {
+  for (const int client : clients_) ::close(client);
+  if (listener_ < 0) return;
+  ::close(listener_);
+  ::unlink(socket_path_.c_str());
+}
+
+Result<void> ControlLine::listen(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path)
+    return Error{ErrorCode::invalid, "is too long for a socket's name", path};
+  std::memcpy(address.sun_path, path.c_str(), path.size());
+  // What a killed logger left behind; anything that is not a socket stays.
+  struct stat there {};
+  if (::lstat(path.c_str(), &there) == 0 && S_ISSOCK(there.st_mode)) ::unlink(path.c_str());
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return system_error("no socket", path);
+  const mode_t before = ::umask(0077);  // whoever may not be this user may not control it
+  const int bound = ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  ::umask(before);
+  if (bound != 0 || ::listen(fd, 8) != 0) {
+    Error failed = system_error("cannot be listened on", path);
+    ::close(fd);
+    return failed;
+  }
+  listener_ = fd;
+  socket_path_ = path;
+  return {};
+}
+
+void ControlLine::accept() {
+  const int client = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+  if (client < 0) return;
+  if (clients_.size() < kMostClients) {
+    clients_.push_back(client);
+  } else {
+    ::close(client);
+  }
+}
+
+bool ControlLine::take(int client, const std::function<void(Command)>& sink) {
+  std::array<std::uint8_t, 64> bytes;
+  const ssize_t n = ::recv(client, bytes.data(), bytes.size(), 0);
+  if (n < 0) return errno == EAGAIN || errno == EINTR;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
+    if (const auto command = command_of(bytes[i])) sink(*command);
+  return n != 0;
+}
+
+void ControlLine::poll(std::chrono::milliseconds timeout,
+                       const std::function<void(Command)>& sink) {
+  if (!port_ && !port_path_.empty()) {
+    if (auto opened = SerialPort::open(port_path_, {baud_, ModemLine::keep}))
+      port_.emplace(std::move(*opened));
+  }
+  // Clients first: those accepted below were not polled.
+  std::vector<pollfd> fds;
+  for (const int client : clients_) fds.push_back({client, POLLIN, 0});
+  fds.push_back({listener_, POLLIN, 0});
+  fds.push_back({port_ ? port_->descriptor() : -1, POLLIN, 0});
+  if (::poll(fds.data(), fds.size(), static_cast<int>(timeout.count())) <= 0) return;
+  std::vector<int> staying;
+  for (std::size_t i = 0; i < clients_.size(); ++i) {
+    if (fds[i].revents == 0 || take(clients_[i], sink)) {
+      staying.push_back(clients_[i]);
+    } else {
+      ::close(clients_[i]);
+    }
+  }
+  clients_ = std::move(staying);
+  if (fds[fds.size() - 2].revents != 0) accept();
+  if (fds.back().revents == 0) return;
+  std::array<std::uint8_t, 64> bytes;
+  const auto n = port_->read(bytes, std::chrono::milliseconds(0));
+  if (!n) {
+    port_.reset();
+    return;
+  }
+  for (std::size_t i = 0; i < *n; ++i)
+    if (const auto command = command_of(bytes[i])) sink(*command);
+}
+
+void ControlLine::send(std::string_view line) {
+  if (port_) {
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(line.data());
+    if (!port_->write({bytes, line.size()})) port_.reset();
+  }
+  std::vector<int> staying;
+  for (const int client : clients_) {
+    const ssize_t n = ::send(client, line.data(), line.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (n == static_cast<ssize_t>(line.size())) {
+      staying.push_back(client);
+    } else {
+      ::close(client);
+    }
+  }
+  clients_ = std::move(staying);
+}
+
+}  // namespace wayfare::logger

@@ -1,0 +1,126 @@
+#include <wayfare/decode/awinda.hpp>
+#include <wayfare/decode/awinda_order.hpp>
+#include <wayfare/decode/detail/line_time.hpp>
+#include <wayfare/decode/mt_measure.hpp>
+#include <wayfare/decode/mt_sample.hpp>
+#include <wayfare/decode/xbus.hpp>
+#include <wayfare/sync/clock_envelope.hpp>
+
+#include <array>
+#include <cstdio>
+#include <map>
+#include <optional>
+
+#include "logger/devices/device_decoders.hpp"
+
+namespace wayfare::logger {
+namespace {
+
+/// An MTi on a line of its own, or a station with its trackers, each of which has a stream.
+class XsensDevice final : public DeviceDecoder {
+ public:
+  explicit XsensDevice(const DeviceDescription& device)
+      : name_(device.name),
+        baud_(device.baud),
+        lone_(json_stream("/" + device.name + "/imu", imu_schema())) {}
+
+  void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink) override {
+    fed_ += bytes.size();
+    decoder_.feed(bytes, [&](const decode::XbusMessage& message) {
+      const std::uint64_t end = message.position() + message.bytes().size();
+      const LogTime sent = arrived - decode::line_time(fed_ - end + message.bytes().size(), baud_);
+      take(message, sent, sink);
+    });
+  }
+
+  [[nodiscard]] DecodingStatus status() const override {
+    const auto& s = decoder_.statistics();
+    return {messages_, s.skipped_bytes, s.malformed + s.checksum_failures, sample_};
+  }
+
+ private:
+  void take(const decode::XbusMessage& message, LogTime sent, const Sink& sink) {
+    if (message.id() == decode::XbusId::configuration) {
+      // A station tells its rate once; until then, and where it is missed, 100 Hz.
+      if (const auto c = decode::awinda_configuration(message.data()); c && c->period_s > 0.0)
+        begin(c->period_s);
+      return;
+    }
+    if (message.id() != decode::XbusId::mt_data2) return;
+    if (const auto snapshot = decode::awinda_snapshot(message.data())) {
+      if (!station_) begin(0.01);
+      take(*snapshot, sent, sink);
+    } else if (const auto sample = decode::mt_sample(message.data())) {
+      take(*sample, sent, sink);
+    }
+  }
+
+  void begin(double period_s) {
+    period_s_ = period_s;
+    station_ = std::make_unique<decode::AwindaStation<>>(period_s);
+    frames_ = decode::RoundCounter(std::uint64_t{1} << 32);
+  }
+
+  void take(const decode::AwindaSnapshot& snapshot, LogTime sent, const Sink& sink) {
+    // One sent again is late by more than the line; its frame says when it was.
+    const auto device = [&](std::uint32_t frame) {
+      return Time<DeviceClock>() + from_seconds(static_cast<double>(frames_.at(frame)) * period_s_);
+    };
+    if (!snapshot.retransmitted) envelope_.add(device(snapshot.frame), sent);
+    station_->add(snapshot, [&](const decode::AwindaMotion& motion) {
+      const LogTime time = envelope_(device(motion.frame));
+      give(stream_of(motion.device), decode::to_marg_sample(motion, time), sink);
+    });
+  }
+
+  void take(const decode::MtSample& sample, LogTime sent, const Sink& sink) {
+    LogTime time = sent;
+    if (sample.sample_time_fine)
+      time = envelope_.add(
+          Time<DeviceClock>() + std::chrono::microseconds(100) * fine_.at(*sample.sample_time_fine),
+          sent);
+    const MargSample marg = decode::to_marg_sample(sample, time);
+    if (marg.angular_rate_radps.allFinite() || marg.specific_force_mps2.allFinite())
+      give(lone_, marg, sink);
+  }
+
+  void give(const std::shared_ptr<const Stream>& stream, const MargSample& marg, const Sink& sink) {
+    ++messages_;
+    std::array<char, 80> text{};
+    std::snprintf(text.data(), text.size(), "%.2f m/s2, %.3f rad/s",
+                  marg.specific_force_mps2.norm(), marg.angular_rate_radps.norm());
+    sample_ = text.data();
+    sink({stream, marg.time, imu_json(marg, name_)});
+  }
+
+  const std::shared_ptr<const Stream>& stream_of(std::uint32_t tracker) {
+    auto& stream = trackers_[tracker];
+    if (!stream) {
+      std::array<char, 9> id{};
+      std::snprintf(id.data(), id.size(), "%08X", tracker);
+      stream = json_stream("/" + name_ + "/" + id.data() + "/imu", imu_schema());
+    }
+    return stream;
+  }
+
+  std::string name_;
+  int baud_;
+  std::shared_ptr<const Stream> lone_;
+  std::map<std::uint32_t, std::shared_ptr<const Stream>> trackers_;
+  decode::XbusDecoder decoder_;
+  std::unique_ptr<decode::AwindaStation<>> station_;  ///< bounds how many trackers there are
+  double period_s_ = 0.01;
+  decode::RoundCounter frames_{std::uint64_t{1} << 32};
+  decode::RoundCounter fine_{std::uint64_t{1} << 32};
+  ClockEnvelope envelope_;
+  std::uint64_t fed_ = 0, messages_ = 0;
+  std::string sample_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<DeviceDecoder>> make_xsens_decoder(const DeviceDescription& device) {
+  return std::unique_ptr<DeviceDecoder>(new XsensDevice(device));
+}
+
+}  // namespace wayfare::logger

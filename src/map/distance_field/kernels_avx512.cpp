@@ -1,0 +1,2 @@
+#define WAYFARE_ISA avx512
+#include "map/distance_field/kernels.inl"

@@ -1,0 +1,2 @@
+#define WAYFARE_ISA baseline
+#include "map/distance_field/kernels.inl"

@@ -1,0 +1,2 @@
+#define WAYFARE_ISA avx2
+#include "map/kernels/kernels.inl"

@@ -1,0 +1,2 @@
+#define WAYFARE_ISA baseline
+#include "map/kernels/kernels.inl"

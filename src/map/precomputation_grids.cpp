@@ -1,0 +1,103 @@
+#include <wayfare/map/detail/precomputation_grids.hpp>
+
+#include <algorithm>
+#include <utility>
+
+#include "map/kernels/kernels.hpp"
+
+namespace wayfare {
+namespace {
+
+using kernels::kBoundMarginX;
+using kernels::kBoundMarginY;
+
+constexpr std::size_t kPastEnd = 64;  // zeros for what reads past the last row
+
+std::size_t at(int x, int y, int width) {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+         static_cast<std::size_t>(x);
+}
+
+/// The maximum of each place and those `shift` on, along rows, columns and both: windows twice as
+/// wide for a shift by their side, one wider for a shift of 1. What lies past the end counts as
+/// zero.
+void widen(std::vector<std::uint8_t>& a, int width, int height, int shift,
+           std::vector<std::uint8_t>& row) {
+  const auto max_into = kernels::best_kernels().max_into;
+  row.assign(static_cast<std::size_t>(width) + static_cast<std::size_t>(shift), 0);
+  for (int y = 0; y < height; ++y) {
+    std::uint8_t* line = a.data() + at(0, y, width);
+    std::copy(line, line + width, row.data());
+    max_into(line, row.data() + shift, width);
+  }
+  // Rows upwards: each reads only a row not yet replaced.
+  for (int y = 0; y + shift < height; ++y)
+    max_into(a.data() + at(0, y, width), a.data() + at(0, y + shift, width), width);
+}
+
+/// Row 4y + p holds for each Q units (4Q + p, y + 4j), j < 4, as four bytes: what neighbours read
+/// lies in few pages.
+void interleave(const std::vector<std::uint8_t>& windows, int width, MaxPyramid::Level& level) {
+  const auto interleave_rows = kernels::best_kernels().interleave;
+  const std::size_t size = at(0, 16 * level.rows, level.columns);
+  level.table.resize(size + kPastEnd);
+  std::fill_n(level.table.data() + size, kPastEnd, std::uint8_t{0});
+  for (int y = 0; y < 4 * level.rows; ++y) {
+    const std::uint8_t* in[4];
+    std::uint8_t* out[4];
+    for (int j = 0; j < 4; ++j) {
+      in[j] = windows.data() + at(0, y + 4 * j, width);
+      out[j] = level.table.data() + at(0, 4 * y + j, level.columns);
+    }
+    interleave_rows(in, level.columns / 4, out);
+  }
+}
+
+}  // namespace
+
+void MaxPyramid::keep_pairs(int stride) {
+  const int border = MatchGrid::kBorder;
+  pairs_.assign(at(0, grid_.height() + 2 * border, grid_.stride()), 0);
+  for (int y = -1; y < grid_.height(); ++y)
+    std::copy_n(windows_.data() + at(kBoundMarginX - 1, y + kBoundMarginY, stride),
+                grid_.width() + 1, pairs_.data() + at(border - 1, y + border, grid_.stride()));
+}
+
+void MaxPyramid::build(MatchGrid grid) {
+  const auto sixteenths = kernels::best_kernels().sixteenths;
+  grid_ = std::move(grid);
+  int width = grid_.width(), height = grid_.height();
+  for (int l = 0; l < kLevels; ++l) {
+    Level& level = levels_[static_cast<std::size_t>(l)];
+    level.width = width;
+    level.height = height;
+    // Past the end of a row lies the margin of the next.
+    level.columns = 4 * ((width + kBoundMarginX) / 4 + 1);
+    level.rows = (height + kBoundMarginY) / 4 + 2;
+    const int stride = level.columns, padded_height = 4 * (level.rows + 3) + 4;
+    windows_.assign(at(0, padded_height, stride), 0);
+    for (int y = 0; y < height; ++y) {
+      std::uint8_t* line = windows_.data() + at(kBoundMarginX, y + kBoundMarginY, stride);
+      if (l == 0)
+        sixteenths(grid_.data() + std::ptrdiff_t{y} * grid_.stride(), width, line);
+      else
+        std::copy_n(units_.data() + at(0, y, width), width, line);
+    }
+    widen(windows_, stride, padded_height, 1, row_);
+    if (l == 0) keep_pairs(stride);
+    widen(windows_, stride, padded_height, 2, row_);
+    // Disjoint blocks of 4×4 units are the units of the next level.
+    const int next_width = (width + 3) / 4, next_height = (height + 3) / 4;
+    units_.resize(at(0, next_height, next_width));
+    for (int y = 0; y < next_height; ++y)
+      for (int x = 0; x < next_width; ++x)
+        units_[at(x, y, next_width)] =
+            windows_[at(4 * x + kBoundMarginX, 4 * y + kBoundMarginY, stride)];
+    if (l > 0) widen(windows_, stride, padded_height, 1, row_);
+    interleave(windows_, stride, level);
+    width = next_width;
+    height = next_height;
+  }
+}
+
+}  // namespace wayfare

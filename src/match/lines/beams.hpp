@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <wayfare/sensors/laser_scan.hpp>
+
+namespace wayfare::lines {
+
+/// A scan as arrays, one entry a beam; a beam without a return within reach has range 0.
+struct Beams {
+  std::vector<double> cos_bearing, sin_bearing, range_m;
+  /// Of the beams that returned, in order.
+  std::vector<double> x_m, y_m;
+
+  void load(const LaserScan& scan, double reach_m);
+
+ private:
+  void learn_bearings(const LaserScan& scan);
+  double first_rad_ = 0.0, step_rad_ = 0.0;
+};
+
+}  // namespace wayfare::lines

@@ -1,0 +1,210 @@
+#include "match/lines/candidates.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace wayfare::lines {
+namespace {
+
+constexpr double kLeastOffset_m = 0.12;
+/// Surfaces farther apart are two: doors are set back by little more.
+constexpr double kLayer_m = 0.03;
+constexpr double kNear_rad = 25.0 * std::numbers::pi / 180.0;
+
+/// The representative of a line's direction within ±90° of `about`.
+double along(double direction_rad, double about_rad) {
+  return about_rad + std::remainder(direction_rad - about_rad, std::numbers::pi);
+}
+
+bool far_from(double direction_rad, std::optional<Angle> near) {
+  return near &&
+         std::abs(std::remainder(direction_rad - near->radians(), std::numbers::pi)) > kNear_rad;
+}
+
+/// Offset of the window of width `window_m` that holds most weight, on either side.
+class Offsets {
+ public:
+  void add(double offset_m, double weight) { entries_.push_back({offset_m, weight}); }
+
+  struct Best {
+    double offset_m = 0.0, weight = 0.0;
+  };
+  [[nodiscard]] std::array<Best, 2> best(double window_m) {
+    std::sort(entries_.begin(), entries_.end(),
+              [](const Entry& a, const Entry& b) { return a.offset_m < b.offset_m; });
+    std::array<Best, 2> found;
+    std::size_t first = 0;
+    double weight = 0.0, moment = 0.0;
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      weight += entries_[i].weight;
+      moment += entries_[i].weight * entries_[i].offset_m;
+      while (entries_[i].offset_m - entries_[first].offset_m > window_m) {
+        weight -= entries_[first].weight;
+        moment -= entries_[first].weight * entries_[first].offset_m;
+        ++first;
+      }
+      Best& side = found[entries_[i].offset_m > 0.0 ? 0 : 1];
+      if (weight > side.weight) side = {moment / weight, weight};
+    }
+    return found;
+  }
+  void clear() { entries_.clear(); }
+
+ private:
+  struct Entry {
+    double offset_m, weight;
+  };
+  std::vector<Entry> entries_;
+};
+
+Candidate candidate_of(double direction_rad, const std::array<Offsets::Best, 2>& best, double least,
+                       const WallOptions& options) {
+  Candidate c;
+  c.lines.direction_rad = direction_rad;
+  for (std::size_t k = 0; k < 2; ++k) {
+    c.lines.offset_m[k] = best[k].offset_m;
+    c.lines.present[k] = best[k].weight >= least;
+  }
+  const double width = best[0].offset_m - best[1].offset_m;
+  if (c.lines.present[0] && c.lines.present[1] &&
+      (width < options.least_width_m || width > options.greatest_width_m)) {
+    c.lines.present[best[0].weight > best[1].weight ? 1 : 0] = false;
+  }
+  for (std::size_t k = 0; k < 2; ++k) c.support_m += c.lines.present[k] ? best[k].weight : 0.0;
+  return c;
+}
+
+/// The walls along (ux, uy): of the pieces that run so, those whose offsets agree.
+Candidate agreeing_along(double direction_rad, std::span<const Segment> segments, double window_m,
+                         Offsets& offsets, const WallOptions& options) {
+  const double parallel = std::cos(options.parallel_within.radians());
+  const double ux = std::cos(direction_rad), uy = std::sin(direction_rad);
+  offsets.clear();
+  for (const Segment& s : segments) {
+    if (std::abs(s.ux * ux + s.uy * uy) < parallel) continue;
+    const double offset = s.y_m * ux - s.x_m * uy;
+    if (std::abs(offset) > kLeastOffset_m) offsets.add(offset, s.weight_m);
+  }
+  return candidate_of(direction_rad, offsets.best(window_m), options.least_segment_m, options);
+}
+
+/// Total least squares on the pieces of both walls, each a rod of its length.
+double direction_of(const Candidate& c, std::span<const Segment> segments, double window_m) {
+  const double ux = std::cos(c.lines.direction_rad), uy = std::sin(c.lines.direction_rad);
+  double tt = 0.0, td = 0.0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (!c.lines.present[k]) continue;
+    double n = 0.0, t = 0.0, d = 0.0, stt = 0.0, std = 0.0;
+    for (const Segment& s : segments) {
+      const double across = s.y_m * ux - s.x_m * uy - c.lines.offset_m[k];
+      const double su = s.ux * ux + s.uy * uy, sn = s.uy * ux - s.ux * uy;
+      const double along = s.x_m * ux + s.y_m * uy, l = s.length_m, own = l * l * l / 12.0;
+      if (std::abs(across) + 0.5 * l * std::abs(sn) > window_m) continue;
+      n += l, t += l * along, d += l * across;
+      stt += l * along * along + own * su * su;
+      std += l * along * across + own * su * sn;
+    }
+    if (n > 0.0) tt += stt - t * t / n, td += std - t * d / n;
+  }
+  return c.lines.direction_rad + (tt > 0.0 ? td / tt : 0.0);
+}
+
+}  // namespace
+
+std::vector<Candidate> agreed_walls(std::span<const Segment> segments, std::optional<Angle> near,
+                                    const WallOptions& options) {
+  std::vector<const Segment*> longest;
+  for (const Segment& s : segments)
+    if (!far_from(std::atan2(s.uy, s.ux), near)) longest.push_back(&s);
+  const auto tried = std::min<std::size_t>(longest.size(), 8);
+  std::partial_sort(longest.begin(), longest.begin() + static_cast<std::ptrdiff_t>(tried),
+                    longest.end(),
+                    [](const Segment* a, const Segment* b) { return a->length_m > b->length_m; });
+  Offsets offsets;
+  std::vector<Candidate> all;
+  for (std::size_t i = 0; i < tried; ++i) {
+    const double direction = std::atan2(longest[i]->uy, longest[i]->ux);
+    all.push_back(agreeing_along(direction, segments, kLayer_m, offsets, options));
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
+    return a.support_m > b.support_m;
+  });
+  std::vector<Candidate> best;
+  for (const Candidate& c : all) {
+    if (c.support_m < options.least_support_m || best.size() == 3) break;
+    if (!best.empty() && c.support_m < 0.3 * best.front().support_m) break;
+    const bool known = std::any_of(best.begin(), best.end(), [&](const Candidate& other) {
+      return std::abs(std::remainder(c.lines.direction_rad - other.lines.direction_rad,
+                                     std::numbers::pi)) < kNear_rad;
+    });
+    if (known) continue;
+    best.push_back(c);
+  }
+  for (Candidate& c : best) {
+    // Doors set back in the wall are parallel to it: they do not spoil the direction, and once it
+    // is known they stand apart.
+    const double direction = direction_of(c, segments, 0.75 * kLayer_m);
+    c = agreeing_along(direction, segments, kLayer_m, offsets, options);
+    c.lines.direction_rad = along(direction_of(c, segments, 0.75 * kLayer_m), 0.0);
+  }
+  return best;
+}
+
+std::vector<Candidate> correlated_walls(const Beams& beams, std::optional<Angle> near,
+                                        const WallOptions& options) {
+  constexpr double kStep = std::numbers::pi / 180.0;
+  constexpr double kCell_m = 0.05;
+  const auto half = static_cast<std::ptrdiff_t>(options.greatest_width_m / kCell_m);
+  std::vector<double> met(static_cast<std::size_t>(2 * half + 2));
+  Candidate best;
+  for (int h = -90; h < 90; ++h) {
+    const double direction = h * kStep;
+    if (far_from(direction, near)) continue;
+    std::fill(met.begin(), met.end(), 0.0);
+    const double ux = std::cos(direction), uy = std::sin(direction);
+    for (std::size_t i = 0; i < beams.x_m.size(); ++i) {
+      const double offset = beams.y_m[i] * ux - beams.x_m[i] * uy;
+      const auto cell = static_cast<std::ptrdiff_t>(std::floor(offset / kCell_m)) + half;
+      if (cell < 0 || cell > 2 * half || std::abs(offset) < kLeastOffset_m) continue;
+      met[static_cast<std::size_t>(cell)] += 1.0;
+    }
+    std::array<Offsets::Best, 2> sides;
+    for (std::ptrdiff_t c = 0; c <= 2 * half; ++c) {
+      const auto i = static_cast<std::size_t>(c);
+      const double weight = met[i] + met[i + 1];
+      const double offset = static_cast<double>(c - half + 1) * kCell_m;
+      Offsets::Best& side = sides[offset > 0.0 ? 0 : 1];
+      if (weight > side.weight) side = {offset, weight};
+    }
+    const Candidate c = candidate_of(direction, sides, options.least_beams, options);
+    if (c.support_m > best.support_m) best = c;
+  }
+  if (best.support_m < 2.0 * options.least_beams) return {};
+  return {best};
+}
+
+std::optional<Guess> wall_across(std::span<const Segment> segments, double direction_rad) {
+  constexpr double kLeastLength_m = 0.6;
+  const double ux = std::cos(direction_rad), uy = std::sin(direction_rad);
+  const Segment* best = nullptr;
+  for (const Segment& s : segments) {
+    const bool across = std::abs(s.ux * ux + s.uy * uy) < 0.2;
+    const bool ahead = s.x_m * ux + s.y_m * uy > kLeastOffset_m;
+    if (!across || !ahead || s.length_m < kLeastLength_m) continue;
+    if (best == nullptr || s.length_m > best->length_m) best = &s;
+  }
+  if (best == nullptr) return {};
+  Guess guess;
+  // Its direction chosen so that it lies to the left: a quarter turn clockwise from ahead.
+  guess.direction_rad =
+      along(std::atan2(best->uy, best->ux), direction_rad - 0.5 * std::numbers::pi);
+  guess.offset_m[0] =
+      best->y_m * std::cos(guess.direction_rad) - best->x_m * std::sin(guess.direction_rad);
+  guess.present[0] = true;
+  return guess;
+}
+
+}  // namespace wayfare::lines

@@ -1,0 +1,248 @@
+#include "match/lines/wall_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace wayfare::lines {
+namespace {
+
+/// Of the points of one line: t along it, d across from the guess, v the variance of d.
+struct Sums {
+  double n = 0, expected = 0, t = 0, d = 0, tt = 0, td = 0, dd = 0, v = 0, tv = 0, ttv = 0;
+  double begin = 1e300, end = -1e300;
+
+  void add(double along, double across, double variance) {
+    n += 1, t += along, d += across;
+    tt += along * along, td += along * across, dd += across * across;
+    v += variance, tv += along * variance, ttv += along * along * variance;
+    begin = std::min(begin, along), end = std::max(end, along);
+  }
+  /// About the middle: scatter, and Σ (t − t̄)² v, Σ (t − t̄) v.
+  [[nodiscard]] double ctt() const { return tt - t * t / n; }
+  [[nodiscard]] double ctd() const { return td - t * d / n; }
+  [[nodiscard]] double cdd() const { return dd - d * d / n; }
+  [[nodiscard]] double cttv() const { return ttv - 2.0 * t / n * tv + t * t / (n * n) * v; }
+  [[nodiscard]] double ctv() const { return tv - t / n * v; }
+};
+
+std::array<Sums, 2> sums_near(const Beams& b, const Guess& g, const Window& window,
+                              const WallOptions& options) {
+  std::array<Sums, 2> sums;
+  const double ux = std::cos(g.direction_rad), uy = std::sin(g.direction_rad);
+  const double along2 = options.range_noise_m * options.range_noise_m;
+  const double flat2 = options.flatness_m * options.flatness_m;
+  for (std::size_t i = 0; i < b.range_m.size(); ++i) {
+    const double q = ux * b.sin_bearing[i] - uy * b.cos_bearing[i];  // to the left
+    const int side = q > 0.0 ? 0 : 1;
+    const auto k = static_cast<std::size_t>(side);
+    if (!g.present[k]) continue;
+    Sums& s = sums[k];
+    const double c = g.offset_m[k];
+    s.expected += std::abs(c) < options.reach_m * std::abs(q) ? 1.0 : 0.0;
+    const double across = b.range_m[i] * q - c;
+    const double along = b.range_m[i] * (ux * b.cos_bearing[i] + uy * b.sin_bearing[i]);
+    const double near = window.at_foot_m + window.per_m * std::abs(along);
+    if (!(std::abs(across) < near) || b.range_m[i] == 0.0) continue;
+    if (along < window.from_m[k] || along > window.to_m[k]) continue;
+    s.add(along, across, along2 * q * q + flat2);  // a range errs along its beam
+  }
+  return sums;
+}
+
+/// Noise of the direction and of both offsets: δ = Σ (t − t̄) ε / S and c = ε̄ − t̄ δ.
+Eigen::Matrix3d covariance_of(const std::array<Sums, 2>& sums, double scatter) {
+  Eigen::Matrix3d cov = Eigen::Matrix3d::Zero();
+  std::array<double, 2> mean_t{}, with_mean{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (sums[k].n == 0) continue;
+    cov(0, 0) += sums[k].cttv() / (scatter * scatter);
+    mean_t[k] = sums[k].t / sums[k].n;
+    with_mean[k] = sums[k].ctv() / (sums[k].n * scatter);
+  }
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (sums[k].n == 0) continue;
+    const auto row = static_cast<Eigen::Index>(k + 1);
+    cov(0, row) = cov(row, 0) = with_mean[k] - mean_t[k] * cov(0, 0);
+    cov(row, row) = sums[k].v / (sums[k].n * sums[k].n) + mean_t[k] * mean_t[k] * cov(0, 0) -
+                    2.0 * mean_t[k] * with_mean[k];
+  }
+  if (sums[0].n > 0 && sums[1].n > 0)
+    cov(1, 2) = cov(2, 1) =
+        mean_t[0] * mean_t[1] * cov(0, 0) - mean_t[0] * with_mean[1] - mean_t[1] * with_mean[0];
+  return cov;
+}
+
+void describe(Fit& fit, const std::array<Sums, 2>& sums) {
+  for (std::size_t k = 0; k < 2; ++k) {
+    fit.beams[k] = static_cast<int>(sums[k].n);
+    fit.expected[k] = static_cast<int>(sums[k].expected);
+    if (!fit.lines.present[k]) continue;
+    fit.begin_m[k] = sums[k].begin;
+    fit.end_m[k] = sums[k].end;
+    fit.spread_m2[k] = sums[k].ctt();
+    fit.slope_rad[k] = fit.lines.direction_rad + sums[k].ctd() / sums[k].ctt();
+    fit.slope_sigma_rad[k] = std::sqrt(sums[k].cttv()) / sums[k].ctt();
+  }
+}
+
+}  // namespace
+
+Fit fit_once(const Beams& beams, const Guess& guess, const Window& window,
+             const WallOptions& options) {
+  std::array<Sums, 2> sums = sums_near(beams, guess, window, options);
+  Fit fit;
+  fit.lines = guess;
+  double tt = 0.0, td = 0.0, dd = 0.0, n = 0.0, v = 0.0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const bool kept = guess.present[k] && sums[k].n >= options.least_beams &&
+                      sums[k].n >= options.least_share * sums[k].expected && sums[k].ctt() > 1e-4;
+    fit.lines.present[k] = kept;
+    if (!kept) {
+      sums[k] = Sums{.expected = sums[k].expected};
+      continue;
+    }
+    tt += sums[k].ctt(), td += sums[k].ctd(), dd += sums[k].cdd(), n += sums[k].n, v += sums[k].v;
+  }
+  if (!(tt > 0.0)) return fit;
+  describe(fit, sums);
+  const double turn = 0.5 * std::atan2(2.0 * td, tt - dd);
+  fit.lines.direction_rad = guess.direction_rad + turn;
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (!fit.lines.present[k]) continue;
+    fit.lines.offset_m[k] = (guess.offset_m[k] + sums[k].d / sums[k].n) * std::cos(turn) -
+                            sums[k].t / sums[k].n * std::sin(turn);
+  }
+  const double residual = std::max(dd - 2.0 * turn * td + turn * turn * tt, 0.0);
+  // Where a wall is rougher than the options say, its points say so themselves.
+  fit.covariance =
+      covariance_of(sums, tt) * std::max(1.0, residual / std::max(n - 3.0, 1.0) * n / v);
+  return fit;
+}
+
+namespace {
+
+constexpr double kCell_m = 0.01;
+constexpr std::size_t kCells = 128;  // the first and last of which stay empty
+
+/// Length of wall at each offset from the guess, and where most of it is within three cells.
+struct Layers {
+  // Sixteen bits, so that one instruction compares eight cells; 200 points of 100 at most fit.
+  std::array<std::array<std::int16_t, kCells>, 2> length{};
+  std::array<std::size_t, 2> best{};
+
+  /// Summed over both sides.
+  int densest(std::span<const NearPoint> points, double turn_rad) {
+    length = {};
+    const auto turn = static_cast<float>(turn_rad);
+    for (const NearPoint& p : points) {
+      const float across = p.across_m - turn * p.along_m;
+      const float cell = across * static_cast<float>(1.0 / kCell_m) + kCells / 2;
+      if (cell < 1.0F || cell >= static_cast<float>(kCells - 1)) continue;
+      auto& here = length[static_cast<std::size_t>(p.side)][static_cast<std::size_t>(cell)];
+      here = static_cast<std::int16_t>(here + p.length);
+    }
+    return most(0) + most(1);
+  }
+  /// Within three cells.
+  [[nodiscard]] std::int16_t at(std::size_t k, std::size_t c) const {
+    return static_cast<std::int16_t>(length[k][c - 1] + length[k][c] + length[k][c + 1]);
+  }
+  [[nodiscard]] std::int16_t most(std::size_t k) const {
+    std::int16_t found = 0;
+    for (std::size_t c = 1; c + 1 < kCells; ++c) found = std::max(found, at(k, c));
+    return found;
+  }
+  void find_best() {
+    for (std::size_t k = 0; k < 2; ++k) {
+      const std::int16_t wanted = most(k);
+      best[k] = 1;
+      while (at(k, best[k]) != wanted) ++best[k];
+    }
+  }
+  /// Doors are set back in a wall: of two surfaces close behind each other the nearer is the wall,
+  /// even where the scan happens to show less of it.
+  void prefer_nearer() {
+    constexpr double kShare = 0.35;
+    constexpr std::size_t kLeast = 4, kMost = 10;  // cells
+    for (std::size_t k = 0; k < 2; ++k) {
+      const std::size_t from = best[k];
+      double longest = kShare * at(k, from);
+      for (std::size_t d = kLeast; d <= kMost; ++d) {
+        const std::size_t c =
+            k == 0 ? from - std::min(d, from - 1) : std::min(from + d, kCells - 2);
+        if (at(k, c) <= longest) continue;
+        longest = at(k, c);
+        best[k] = c;
+      }
+    }
+  }
+  [[nodiscard]] double offset_m(std::size_t k) const {
+    return (static_cast<double>(best[k]) + 0.5 - kCells / 2) * kCell_m;
+  }
+};
+
+}  // namespace
+
+void Settler::gather(const Beams& b, const Guess& guess, double reach_m) {
+  constexpr double kNear_m = 6.0;
+  constexpr std::size_t kEnough = 200;  // beams: a finer scan is looked at in part
+  const double half = std::min(reach_m, (kCells / 2 - 8) * kCell_m);
+  const double ux = std::cos(guess.direction_rad), uy = std::sin(guess.direction_rad);
+  points_.clear();
+  const std::size_t step = 1 + b.range_m.size() / kEnough;
+  for (std::size_t i = 0; i < b.range_m.size(); i += step) {
+    const double q = ux * b.sin_bearing[i] - uy * b.cos_bearing[i];
+    const std::size_t k = q > 0.0 ? 0 : 1;
+    const double across = b.range_m[i] * q - guess.offset_m[k];
+    const double along = b.range_m[i] * (ux * b.cos_bearing[i] + uy * b.sin_bearing[i]);
+    if (!guess.present[k] || !(std::abs(across) < half) || std::abs(along) > kNear_m) continue;
+    points_.push_back({static_cast<float>(along), static_cast<float>(across),
+                       static_cast<std::int16_t>(4.0 * std::min(b.range_m[i] / std::abs(q), 25.0)),
+                       static_cast<std::int16_t>(k)});
+  }
+}
+
+Guess Settler::settle(const Beams& beams, const Guess& guess, double reach_m, double turn_rad) {
+  constexpr double kCoarse_rad = 0.01, kFine_rad = 0.004;
+  gather(beams, guess, reach_m);
+  Layers layers;
+  int most = layers.densest(points_, 0.0);
+  double turn = 0.0;
+  const auto try_turn = [&](double tried) {
+    const int length = layers.densest(points_, tried);
+    if (length <= most) return;
+    most = length;
+    turn = tried;
+  };
+  for (int i = 1; i * kCoarse_rad <= turn_rad; ++i)
+    for (const double side : {-1.0, 1.0}) try_turn(side * i * kCoarse_rad);
+  const double coarse = turn;
+  for (const double side : {-1.0, 1.0}) try_turn(coarse + side * kFine_rad);
+  Guess settled = guess;
+  if (layers.densest(points_, turn) <= 0) return settled;
+  layers.find_best();
+  layers.prefer_nearer();
+  settled.direction_rad += turn;
+  for (std::size_t k = 0; k < 2; ++k)
+    if (guess.present[k]) settled.offset_m[k] += layers.offset_m(k);
+  return settled;
+}
+
+Fit fit_walls(const Beams& beams, const Guess& guess, const WallOptions& options) {
+  const double noise = std::hypot(options.range_noise_m, options.flatness_m);
+  const double last = std::max(4.0 * noise, 0.02);
+  const Fit fit = fit_once(beams, guess, {1.25 * last, 0.003}, options);
+  // A wall that meets this one at its end has points as near to the line as its own, all on one
+  // side and where they turn it most.
+  Window ends{last, 0.0};
+  for (std::size_t k = 0; k < 2; ++k) {
+    ends.from_m[k] = fit.begin_m[k] + 2.0 * last;
+    ends.to_m[k] = fit.end_m[k] - 2.0 * last;
+  }
+  return fit_once(beams, fit.lines, ends, options);
+}
+
+}  // namespace wayfare::lines

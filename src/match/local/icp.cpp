@@ -1,0 +1,130 @@
+#include <wayfare/match/icp.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "match/local/registration.hpp"
+
+namespace wayfare {
+namespace {
+
+using detail::Cost;
+
+/// One point and the line it is drawn to.
+struct Pair {
+  Eigen::Vector2d point;   ///< in the scan's own axes
+  Eigen::Vector2d normal;  ///< in the map's
+  double offset = 0.0;     ///< normal · q, q on the line
+  double distance = 0.0;   ///< from q when they were paired
+
+  [[nodiscard]] double residual(const SE2d& pose) const {
+    return normal.dot(pose * point) - offset;
+  }
+  /// ∂residual/∂ξ.
+  [[nodiscard]] Eigen::Vector3d gradient(const SE2d& pose) const {
+    const Eigen::Vector2d n = pose.rotation().inverse() * normal;
+    return {n.x(), n.y(), point.x() * n.y() - point.y() * n.x()};
+  }
+};
+
+std::vector<Pair> pairs_at(const SurfaceMap& map, const PointSet& points, const SE2d& pose,
+                           double reach_m) {
+  std::vector<Pair> pairs;
+  pairs.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d p = points[i].cast<double>();
+    const Eigen::Vector2f at = (pose * p).cast<float>();
+    const SurfacePoint* s = map.nearest(at, static_cast<float>(reach_m));
+    if (s == nullptr || s->normal.isZero(0)) continue;
+    const Eigen::Vector2d n = s->normal.cast<double>();
+    pairs.push_back(
+        {p, n, n.dot(s->point.cast<double>()), static_cast<double>((s->point - at).norm())});
+  }
+  return pairs;
+}
+
+/// Cauchy's: ½ Σ ln(1 + r²/σ²), with the weights 1/(1 + r²/σ²) in the Hessian.
+Cost cost_of(const std::vector<Pair>& pairs, const SE2d& pose, double sigma_m, double weight) {
+  const double information = 1 / (sigma_m * sigma_m);
+  Cost cost;
+  for (const Pair& pair : pairs) {
+    const double r = pair.residual(pose);
+    const double w = weight * information / (1 + r * r * information);
+    const Eigen::Vector3d g = pair.gradient(pose);
+    cost.value += 0.5 * weight * std::log1p(r * r * information);
+    cost.downhill -= w * r * g;
+    cost.hessian += w * g * g.transpose();
+  }
+  return cost;
+}
+
+double usual_distance(std::vector<Pair>& pairs) {
+  const auto middle = pairs.begin() + static_cast<std::ptrdiff_t>(pairs.size() / 2);
+  std::nth_element(pairs.begin(), middle, pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
+  return middle->distance;
+}
+
+/// Σ of the gradients' squares over pairs, and how far everything is from a surface.
+struct Fit {
+  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
+  double mean_log_likelihood = 0.0;
+};
+
+Fit fit_at(const SurfaceMap& map, const PointSet& points, const SE2d& pose,
+           const IcpOptions& options) {
+  const double log_floor = std::log(options.floor_probability);
+  const double reach = options.sigma_m * std::sqrt(-2 * log_floor);
+  Fit fit;
+  const std::vector<Pair> pairs = pairs_at(map, points, pose, reach);
+  for (const Pair& pair : pairs) {
+    const double sigmas = pair.residual(pose) / options.sigma_m;
+    const Eigen::Vector3d g = pair.gradient(pose);
+    fit.outer += g * g.transpose();
+    fit.mean_log_likelihood += std::max(log_floor, -0.5 * sigmas * sigmas) - log_floor;
+  }
+  fit.mean_log_likelihood =
+      log_floor + fit.mean_log_likelihood / static_cast<double>(points.size());
+  return fit;
+}
+
+}  // namespace
+
+Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, const PointSet& points,
+                                                     const SE2d& prior, const SearchWindow& window,
+                                                     const MatchOptions& options) const {
+  if (map.empty()) return Error{ErrorCode::invalid, "ICP: the map is empty"};
+  if (auto ok = detail::check_climb("ICP", points, prior, window, options); !ok) return ok.error();
+  const detail::Prior beside(prior, window, options, points);
+  const double least_reach = 5 * options_.sigma_m;
+  SE2d pose = prior;
+  double reach = options_.reach_m;
+  std::vector<Pair> pairs;
+  for (int i = 0; i < options_.max_iterations; ++i) {
+    pairs = pairs_at(map, points, pose, reach);
+    if (pairs.size() < 3) return std::optional<MatchResult>();
+    // Far off, what is usual is far too: residuals are judged by it, down to the noise.
+    const double usual = usual_distance(pairs);
+    const double sigma = std::max(options_.sigma_m, usual);
+    const SE2d before = pose;
+    detail::climb(
+        pose,
+        [&](const SE2d& at) {
+          Cost cost = cost_of(pairs, at, sigma, beside.weight());
+          beside.add(at, cost);
+          return cost;
+        },
+        3, options_.tolerance);
+    const double wanted = std::max(least_reach, 3 * usual);
+    const bool settled = before.minus(pose).norm() < options_.tolerance && wanted >= 0.7 * reach;
+    reach = std::min(reach, wanted);
+    if (settled) break;
+  }
+  const Fit fit = fit_at(map, points, pose, options_);
+  return beside.match({pose, fit.mean_log_likelihood,
+                       1 - fit.mean_log_likelihood / std::log(options_.floor_probability),
+                       1 / (options_.sigma_m * options_.sigma_m), [&] { return fit.outer; }});
+}
+
+}  // namespace wayfare

@@ -1,0 +1,114 @@
+#include <wayfare/match/ndt.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include "match/local/registration.hpp"
+
+namespace wayfare {
+namespace {
+
+using detail::Cost;
+using Level = NdtMap::Level;
+
+/// ∂(R p + t)/∂ξ for a right perturbation: R [1 0 −y; 0 1 x].
+Eigen::Matrix<double, 2, 3> point_jacobian(const SE2d& pose, const Eigen::Vector2d& p) {
+  Eigen::Matrix<double, 2, 3> local;
+  local << 1, 0, -p.y(), 0, 1, p.x();
+  return pose.rotation().matrix() * local;
+}
+
+/// visit(cell, offset from its mean, exp(−½ q)) for the distributions about a place.
+template <class Visit>
+void for_each_distribution(const Level& level, const Eigen::Vector2d& place, const Visit& visit) {
+  for (int t = 0; t < Level::kTilings; ++t) {
+    const NdtCell* cell = level.at(place, t);
+    if (cell == nullptr) continue;
+    const Eigen::Vector2d d = place - cell->mean;
+    visit(*cell, d, std::exp(-0.5 * d.dot(cell->information * d)));
+  }
+}
+
+/// Σ (1 − likelihood), each tiling a quarter.
+Cost cost_of(const Level& level, const PointSet& points, const SE2d& pose, double weight) {
+  Cost cost;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d p = points[i].cast<double>();
+    const auto jacobian = point_jacobian(pose, p);
+    double likelihood = 0;
+    for_each_distribution(
+        level, pose * p, [&](const NdtCell& cell, const Eigen::Vector2d& d, double e) {
+          const double w = weight * e / Level::kTilings;
+          const Eigen::Matrix<double, 3, 2> pull = w * jacobian.transpose() * cell.information;
+          likelihood += e / Level::kTilings;
+          cost.downhill -= pull * d;
+          cost.hessian += pull * jacobian;
+        });
+    cost.value += weight * (1 - likelihood);
+  }
+  return cost;
+}
+
+/// The distribution a place is likeliest in, and how likely beside its mean.
+struct Likeliest {
+  const NdtCell* cell = nullptr;
+  double likelihood = 0.0;
+};
+
+Likeliest likeliest(const Level& level, const Eigen::Vector2d& place) {
+  Likeliest best;
+  for_each_distribution(level, place, [&](const NdtCell& cell, const Eigen::Vector2d&, double e) {
+    if (e > best.likelihood) best = {&cell, e};
+  });
+  return best;
+}
+
+struct Fit {
+  double score = 0.0, mean_log_likelihood = 0.0;
+};
+
+Fit fit_at(const Level& level, const PointSet& points, const SE2d& pose, double floor_probability) {
+  Fit fit;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double e = likeliest(level, pose * Eigen::Vector2d(points[i].cast<double>())).likelihood;
+    fit.score += e;
+    fit.mean_log_likelihood += std::log(std::max(floor_probability, e));
+  }
+  fit.score /= static_cast<double>(points.size());
+  fit.mean_log_likelihood /= static_cast<double>(points.size());
+  return fit;
+}
+
+/// What the distributions say across the surfaces; along them they only say where squares end.
+Eigen::Matrix3d information_at(const Level& level, const PointSet& points, const SE2d& pose) {
+  return detail::normals_outer(
+      points, pose, [&](const Eigen::Vector2d& p, const Eigen::Vector2d& n) {
+        const Likeliest best = likeliest(level, p);
+        return best.cell == nullptr ? 0.0 : best.likelihood * n.dot(best.cell->information * n);
+      });
+}
+
+}  // namespace
+
+Result<std::optional<MatchResult>> NdtMatcher::match(const NdtMap& map, const PointSet& points,
+                                                     const SE2d& prior, const SearchWindow& window,
+                                                     const MatchOptions& options) const {
+  if (map.empty()) return Error{ErrorCode::invalid, "NDT: the map is empty"};
+  if (auto ok = detail::check_climb("NDT", points, prior, window, options); !ok) return ok.error();
+  const detail::Prior beside(prior, window, options, points);
+  SE2d pose = prior;
+  for (const Level& level : map.levels()) {
+    const auto cost_at = [&](const SE2d& at) {
+      Cost cost = cost_of(level, points, at, beside.weight());
+      beside.add(at, cost);
+      return cost;
+    };
+    detail::climb(pose, cost_at, options_.max_iterations, options_.tolerance);
+  }
+  const Level& finest = map.levels().back();
+  const Fit fit = fit_at(finest, points, pose, options_.floor_probability);
+  return beside.match({pose, fit.mean_log_likelihood, fit.score, 1.0,
+                       [&] { return information_at(finest, points, pose); }});
+}
+
+}  // namespace wayfare

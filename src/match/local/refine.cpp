@@ -1,0 +1,105 @@
+#include <wayfare/match/refine.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+#include "map/kernels/kernels.hpp"
+#include "map/table_view.hpp"
+
+namespace wayfare {
+namespace {
+
+struct Sum {
+  double log_likelihood = 0.0;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+};
+
+/// r = √(−2 ln p + ε): J = −∇ln p / r. ε keeps a point on its surface from an endless weight.
+Sum linearise(const MatchGrid& grid, const PointSet& points, const SE2d& pose) {
+  constexpr double kEpsilon = 0.05;
+  const double inverse = 1 / grid.resolution_m(), step = grid.log_step();
+  double sums[10];
+  kernels::best_kernels().linearise(
+      points.padded_x_m().data(), points.padded_y_m().data(), static_cast<int>(points.size()),
+      detail::turn_into(grid, pose), detail::field_of(grid),
+      static_cast<float>(-2 * grid.log_floor() + kEpsilon), static_cast<float>(-2 * step), sums);
+  Sum sum;
+  const double per_metre = step * inverse;
+  sum.log_likelihood = grid.log_floor() * static_cast<double>(points.size()) + step * sums[0];
+  sum.gradient = per_metre * Eigen::Vector3d(sums[1], sums[2], sums[3]);
+  sum.information << sums[4], sums[5], sums[6], sums[5], sums[7], sums[8], sums[6], sums[8],
+      sums[9];
+  sum.information *= per_metre * per_metre;
+  return sum;
+}
+
+bool all_finite(const PointSet& points) {
+  int bad = 0;
+  for (const auto& axis : {points.x_m(), points.y_m()})
+    for (const float t : axis) bad |= !(std::abs(t) <= std::numeric_limits<float>::max());
+  return bad == 0;
+}
+
+}  // namespace
+
+FieldSample interpolate(const MatchGrid& grid, const Eigen::Vector2d& p_map) {
+  const double inverse = 1 / grid.resolution_m();
+  const double u = p_map.x() * inverse - grid.origin().x - 0.5;
+  const double v = p_map.y() * inverse - grid.origin().y - 0.5;
+  if (!(u > -1 && v > -1 && u < grid.width() && v < grid.height()))
+    return {grid.log_floor(), Eigen::Vector2d::Zero()};
+  const int column = static_cast<int>(u + 1) - 1, row = static_cast<int>(v + 1) - 1;
+  const double a = u - column, b = v - row;
+  const std::uint16_t* p = grid.data() + std::ptrdiff_t{row} * grid.stride() + column;
+  const double p00 = p[0], p10 = p[1], p01 = p[grid.stride()], p11 = p[grid.stride() + 1];
+  const double low = p00 + a * (p10 - p00), high = p01 + a * (p11 - p01);
+  const double step = grid.log_step();
+  const double dx = (1 - b) * (p10 - p00) + b * (p11 - p01);
+  return {grid.log_floor() + step * (low + b * (high - low)),
+          Eigen::Vector2d(dx, high - low) * (step * inverse)};
+}
+
+Result<RefineResult> refine(const MatchGrid& grid, const PointSet& points, const SE2d& start,
+                            const RefineOptions& options) {
+  if (grid.empty()) return Error{ErrorCode::invalid, "refine: the map is empty"};
+  if (points.empty()) return Error{ErrorCode::invalid, "refine: no points"};
+  if (!start.translation().allFinite() || !std::isfinite(start.heading().radians()))
+    return Error{ErrorCode::invalid, "refine: the start is not finite"};
+  if (!all_finite(points)) return Error{ErrorCode::invalid, "refine: a point is not finite"};
+  RefineResult r;
+  r.T_map_points = start;
+  Sum here = linearise(grid, points, start);
+  double damping = 1e-3;
+  while (r.iterations < options.max_iterations) {
+    ++r.iterations;
+    Eigen::Matrix3d damped = here.information;
+    damped.diagonal() *= 1 + damping;
+    damped.diagonal().array() += 1e-6;
+    const Eigen::Vector3d step = damped.ldlt().solve(here.gradient);
+    const SE2d next = r.T_map_points.plus(step);
+    const bool near =
+        step.allFinite() && (next.translation() - start.translation()).norm() < options.max_shift_m;
+    const Sum there = near ? linearise(grid, points, next) : Sum{};
+    if (!near || there.log_likelihood <= here.log_likelihood) {
+      damping *= 10;
+      if (damping > 1e4) break;
+      continue;
+    }
+    r.T_map_points = next;
+    r.moved = true;
+    here = there;
+    damping = std::max(1e-6, damping * 0.1);
+    if (step.norm() < options.tolerance) break;
+  }
+  const double n = static_cast<double>(points.size());
+  r.mean_log_likelihood = here.log_likelihood / n;
+  r.score = 1 - r.mean_log_likelihood / grid.log_floor();
+  r.information = here.information;
+  return r;
+}
+
+}  // namespace wayfare

@@ -1,0 +1,120 @@
+#include "match/local/registration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <wayfare/map/surface_map.hpp>
+
+namespace wayfare::detail {
+Result<void> check_climb(std::string_view who, const PointSet& points, const SE2d& prior,
+                         const SearchWindow& window, const MatchOptions& options) {
+  const auto refused = [&](const char* why) {
+    return Error{ErrorCode::invalid, std::string(who) + ": " + why};
+  };
+  if (points.empty()) return refused("no points");
+  for (const auto& axis : {points.x_m(), points.y_m()})
+    for (const float t : axis)
+      if (!(std::abs(t) <= std::numeric_limits<float>::max()))
+        return refused("a point is not finite");
+  if (!prior.translation().allFinite() || !std::isfinite(prior.heading().radians()))
+    return refused("the prior is not finite");
+  if (!(window.half_x_m >= 0 && window.half_y_m >= 0 && window.half_heading.radians() >= 0))
+    return refused("the window's half extents must not be negative");
+  if (options.prior_information && !options.prior_information->allFinite())
+    return refused("the prior's information is not finite");
+  return {};
+}
+
+Prior::Prior(const SE2d& prior, const SearchWindow& window, const MatchOptions& options,
+             const PointSet& points)
+    : prior_(prior),
+      window_(window),
+      options_(options),
+      points_(points),
+      weight_(options.independent_points > 0
+                  ? std::min(1.0, options.independent_points / static_cast<double>(points.size()))
+                  : 1.0) {}
+
+std::optional<MatchResult> Prior::match(const Ending& ending) const {
+  if (!in_window(ending.pose) || ending.score < options_.min_score) return std::nullopt;
+  MatchResult result;
+  result.T_map_points = ending.pose;
+  result.mean_log_likelihood = ending.mean_log_likelihood;
+  result.score = ending.score;
+  if (options_.covariance) {
+    const Eigen::Matrix3d outer = ending.outer();
+    result.covariance = covariance(weight_ * ending.information * outer);
+    result.constraint = SceneConstraint::of(outer, rms_distance_m(points_));
+  }
+  return result;
+}
+
+/// The offset is d = (R₀ᵀ(t − t₀), θ − θ₀); a step ξ in the pose's own axes moves it by A ξ.
+void Prior::add(const SE2d& pose, Cost& cost) const {
+  if (!options_.prior_information) return;
+  const Eigen::Matrix3d& information = *options_.prior_information;
+  const SO2d turn = prior_.rotation().inverse() * pose.rotation();
+  Eigen::Vector3d d;
+  d << prior_.rotation().inverse() * Eigen::Vector2d(pose.translation() - prior_.translation()),
+      turn.angle().radians();
+  Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
+  A.topLeftCorner<2, 2>() = turn.matrix();
+  const Eigen::Matrix3d weighted = A.transpose() * information;
+  cost.value += 0.5 * d.dot(information * d);
+  cost.downhill -= weighted * d;
+  cost.hessian += weighted * A;
+}
+
+bool Prior::in_window(const SE2d& pose) const {
+  const Eigen::Vector2d d = pose.translation() - prior_.translation();
+  const double turn = (prior_.rotation().inverse() * pose.rotation()).angle().radians();
+  return std::abs(d.x()) <= window_.half_x_m && std::abs(d.y()) <= window_.half_y_m &&
+         std::abs(turn) <= window_.half_heading.radians();
+}
+
+Eigen::Matrix3d Prior::covariance(const Eigen::Matrix3d& information) const {
+  constexpr double kLeast = 1e-6;
+  const double x = std::max(kLeast, std::max(window_.half_x_m, window_.half_y_m));
+  const double turn = std::max(kLeast, window_.half_heading.radians());
+  Eigen::Matrix3d bounded = information;
+  bounded.diagonal() += Eigen::Vector3d(1 / (x * x), 1 / (x * x), 1 / (turn * turn));
+  return bounded.inverse();
+}
+
+Eigen::Vector3d damped_step(const Cost& cost, double damping) {
+  Eigen::Matrix3d damped = cost.hessian;
+  damped.diagonal() *= 1 + damping;
+  damped.diagonal().array() += 1e-9 * (1 + cost.hessian.trace());
+  return damped.ldlt().solve(cost.downhill);
+}
+
+double rms_distance_m(const PointSet& points) {
+  double sum = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    sum += static_cast<double>(points[i].squaredNorm());
+  return std::sqrt(sum / static_cast<double>(points.size()));
+}
+
+Eigen::Matrix3d normals_outer(const PointSet& points, const SE2d& T_map_points,
+                              const PointWeight& weight) {
+  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
+  const PlacedPoints alone{&points, SE2d()};
+  // Normals over 0.3 m: a centimetre of noise turns those over less by enough to close a corridor.
+  const auto surface = SurfaceMap::make({&alone, 1}, {.normal_radius_m = 0.3});
+  if (!surface) return outer;
+  for (const SurfacePoint& s : surface->points()) {
+    const Eigen::Vector2d p = s.point.cast<double>(), n = s.normal.cast<double>();
+    if (n.isZero(0)) continue;
+    const Eigen::Vector3d g(n.x(), n.y(), p.x() * n.y() - p.y() * n.x());
+    outer += weight(T_map_points * p, T_map_points.rotation() * n) * g * g.transpose();
+  }
+  // As many as there are points: the surface holds fewer where they are dense.
+  return outer * static_cast<double>(points.size()) / static_cast<double>(surface->points().size());
+}
+
+}  // namespace wayfare::detail

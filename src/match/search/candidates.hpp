@@ -1,0 +1,99 @@
+#pragma once
+
+// The candidates of a search window, how they are scored and which of two is better: shared by all
+// matchers, so that their optima are the same.
+
+#include <vector>
+
+#include <wayfare/map/likelihood_field.hpp>
+#include <wayfare/match/scan_matcher.hpp>
+
+#include "map/kernels/kernels.hpp"
+
+namespace wayfare::detail {
+
+/// Cosine and sine, in cells a metre.
+struct Heading {
+  float c, s;
+};
+
+struct CandidateSpace {
+  int half_x, half_y, half_k;
+  double heading_step_rad;
+  double resolution_m;
+  SE2d prior;
+  int points;
+  double weight;         ///< nats of the objective per unit of summed value
+  std::int64_t min_sum;  ///< least summed value that is a match
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of (x, y, θ) along the map's axes
+  bool has_prior = false;
+  std::vector<Heading> headings;  ///< of every heading step, from −half_k on
+
+  [[nodiscard]] std::int64_t count() const {
+    return (2LL * half_x + 1) * (2LL * half_y + 1) * (2LL * half_k + 1);
+  }
+  [[nodiscard]] Eigen::Vector3d delta(const Candidate& c) const {
+    return {c.offset.x * resolution_m, c.offset.y * resolution_m,
+            c.heading_step * heading_step_rad};
+  }
+  [[nodiscard]] double log_prior(const Candidate& c) const {
+    if (!has_prior) return 0.0;
+    const Eigen::Vector3d d = delta(c);
+    return -0.5 * d.dot(information * d);
+  }
+  [[nodiscard]] double objective(std::uint32_t sum, const Candidate& c) const {
+    return weight * sum + log_prior(c);
+  }
+  /// At least the log prior of every candidate in the square of `side` offsets from `corner`.
+  [[nodiscard]] double log_prior_bound(const Candidate& corner, int side) const;
+  [[nodiscard]] SE2d pose(const Candidate& c) const {
+    return SE2d(Eigen::Vector2d(prior.translation() + delta(c).head<2>()),
+                prior.rotation() * SO2d(Angle::radians(c.heading_step * heading_step_rad)));
+  }
+};
+
+[[nodiscard]] inline std::int64_t distance_key(const Candidate& c) {
+  const std::int64_t x = c.offset.x, y = c.offset.y, k = c.heading_step;
+  return x * x + y * y + k * k;
+}
+
+struct Best {
+  double objective = -1e300;
+  std::uint32_t sum = 0;
+  Candidate candidate;
+  bool found = false;
+
+  void offer(double value, std::uint32_t value_sum, const Candidate& c) {
+    if (found && (value < objective || (value == objective && !nearer(c)))) return;
+    *this = {value, value_sum, c, true};
+  }
+
+ private:
+  [[nodiscard]] bool nearer(const Candidate& c) const {
+    const std::int64_t a = distance_key(c), b = distance_key(candidate);
+    if (a != b) return a < b;
+    if (c.heading_step != candidate.heading_step) return c.heading_step < candidate.heading_step;
+    if (c.offset.y != candidate.offset.y) return c.offset.y < candidate.offset.y;
+    return c.offset.x < candidate.offset.x;
+  }
+};
+
+[[nodiscard]] Result<CandidateSpace> plan(const MatchGrid& grid, const PointSet& points,
+                                          const SE2d& prior, const SearchWindow& window,
+                                          const MatchOptions& options, std::int64_t max_candidates);
+
+/// What turns the points into cells of the table at heading step k.
+[[nodiscard]] kernels::Turn turn_of(const CandidateSpace& space, const MatchGrid& grid, int k);
+
+/// The points' cells in the table at heading step k; arrays as long as the padded points.
+void place(const CandidateSpace& space, const MatchGrid& grid, const PointSet& points, int k,
+           std::int32_t* u, std::int32_t* v);
+
+[[nodiscard]] MatchResult result_of(const CandidateSpace& space, const MatchGrid& grid,
+                                    const Best& best);
+
+/// By the points that the match puts near walls.
+[[nodiscard]] SceneConstraint constraint_at(const MatchGrid& grid, const PointSet& points,
+                                            const SE2d& T_map_points);
+
+}  // namespace wayfare::detail

@@ -1,0 +1,264 @@
+#include <wayfare/match/pose_proposal.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "map/kernels/kernels.hpp"
+
+namespace wayfare {
+
+/// c + g·d + ½ dᵀ H d of an offset d along the map's axes, m.
+struct PoseProposal::Quadratic {
+  double c = 0.0;
+  Eigen::Vector2d g = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d h = Eigen::Matrix2d::Zero();
+
+  Quadratic& operator+=(const Quadratic& o) {
+    c += o.c;
+    g += o.g;
+    h += o.h;
+    return *this;
+  }
+};
+
+constexpr double kLogTwoPi = 1.8378770664093454836;
+
+/// ln N(x; mean, Σ) over the poses of one heading, which is a quadratic in their translation.
+class PoseProposal::LogDensity {
+ public:
+  static std::optional<LogDensity> of(const Gaussian<SE2d>& g) {
+    const Eigen::LLT<Eigen::Matrix3d> llt(g.covariance);
+    const bool finite = g.mean.translation().allFinite() && g.covariance.allFinite() &&
+                        std::isfinite(g.mean.heading().radians());
+    if (llt.info() != Eigen::Success || !finite) return std::nullopt;
+    LogDensity d;
+    d.mean_ = g.mean;
+    d.information_ = llt.solve(Eigen::Matrix3d::Identity());
+    d.log_norm_ = -llt.matrixLLT().diagonal().array().log().sum() - 1.5 * kLogTwoPi;
+    return d;
+  }
+
+  /// About the pose (t, rotation).
+  [[nodiscard]] Quadratic about(const Eigen::Vector2d& t, const SO2d& rotation) const {
+    const double theta = (mean_.rotation().inverse() * rotation).angle().radians();
+    // exp's translation is V(θ) times the tangent's (Solà et al. 2018, (158)).
+    const Eigen::Vector2d v = SE2d::exp({1, 0, theta}).translation();
+    const Eigen::Matrix2d V = (Eigen::Matrix2d() << v.x(), -v.y(), v.y(), v.x()).finished();
+    const Eigen::Matrix2d to_tangent = V.inverse() * mean_.rotation().matrix().transpose();
+    Eigen::Vector3d tau;
+    tau << to_tangent * (t - mean_.translation()), theta;
+    const Eigen::Vector3d slope = -information_ * tau;
+    Quadratic q;
+    q.c = log_norm_ - std::log(V.determinant()) + 0.5 * tau.dot(slope);
+    q.g = to_tangent.transpose() * slope.head<2>();
+    q.h = -to_tangent.transpose() * information_.topLeftCorner<2, 2>() * to_tangent;
+    return q;
+  }
+
+ private:
+  SE2d mean_;
+  Eigen::Matrix3d information_;
+  double log_norm_ = 0.0;
+};
+
+namespace {
+
+int nodes_over(double reach_m, double cell_m) {
+  constexpr double kMost = 2.0 * PoseProposal::kMaxHalf + 1.0;
+  return static_cast<int>(std::clamp(std::ceil(2.0 * reach_m / cell_m), 1.0, kMost));
+}
+
+Result<void> check(const MatchGrid& grid, const PointSet& points, const PoseProposalOptions& o) {
+  const auto fault = [](const char* what) { return Error{ErrorCode::invalid, what}; };
+  if (grid.empty()) return fault("PoseProposal: the map is empty");
+  if (points.empty()) return fault("PoseProposal: no points");
+  if (o.samples < 1 || o.headings < 1 || !(o.reach_sigmas > 0) || o.samples > 1 << 20 ||
+      o.headings > 1 << 12)
+    return fault("PoseProposal: samples, headings or reach out of range");
+  return {};
+}
+
+Error not_a_density(const char* which) {
+  return {ErrorCode::numerical, std::string("PoseProposal: the ") + which +
+                                    " is not finite, or its covariance not positive definite"};
+}
+
+}  // namespace
+
+/// Where the samples are: at each heading a rectangle of whole cells, about the proposal's mean
+/// given that heading. Where the proposal is narrower than a cell there is one node, thrown no
+/// farther than the proposal reaches.
+struct PoseProposal::Lattice {
+  SE2d mean;
+  Eigen::Vector2d drift;  // of the mean per radian, along the map's axes
+  double cell_m;
+  Eigen::Vector2d throw_m;
+  int columns, rows, headings;
+  double first_rad, step_rad;
+
+  Lattice(const Gaussian<SE2d>& proposal, double resolution_m, const PoseProposalOptions& o)
+      : mean(proposal.mean), cell_m(resolution_m) {
+    const Eigen::Matrix2d r = proposal.mean.rotation().matrix();
+    const Eigen::Matrix3d& s = proposal.covariance;
+    const Eigen::Vector2d cross = s.topRightCorner<2, 1>();
+    drift = r * cross / s(2, 2);
+    const Eigen::Matrix2d rest = s.topLeftCorner<2, 2>() - cross * cross.transpose() / s(2, 2);
+    const Eigen::Vector2d reach =
+        o.reach_sigmas * (r * rest * r.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
+    columns = nodes_over(reach.x(), cell_m);
+    rows = nodes_over(reach.y(), cell_m);
+    throw_m = (2.0 * reach).cwiseMin(cell_m).cwiseMax(1e-6 * cell_m);
+    headings = std::max(o.headings, (o.samples + columns * rows - 1) / (columns * rows));
+    const double reach_rad = std::min(M_PI, o.reach_sigmas * std::sqrt(s(2, 2)));
+    first_rad = -reach_rad;
+    step_rad = 2 * reach_rad / headings;
+  }
+
+  [[nodiscard]] int nodes() const { return columns * rows; }
+  [[nodiscard]] SE2d moved(const Eigen::Vector3d& d) const {
+    return SE2d(Eigen::Vector2d(mean.translation() + d.head<2>()),
+                mean.rotation() * SO2d(Angle::radians(d[2])));
+  }
+  [[nodiscard]] double log_volume() const { return std::log(step_rad * throw_m.prod()); }
+};
+
+PoseProposal::Slice PoseProposal::thrown(const Lattice& lattice, int k, Rng& rng) {
+  const double turn = lattice.first_rad + (k + rng.uniform()) * lattice.step_rad;
+  const double x = (rng.uniform() - 0.5) * lattice.throw_m.x();
+  const double y = (rng.uniform() - 0.5) * lattice.throw_m.y();
+  const Eigen::Vector2d middle(0.5 * (lattice.columns - 1), 0.5 * (lattice.rows - 1));
+  return {lattice.mean.rotation() * SO2d(Angle::radians(turn)), turn,
+          lattice.mean.translation() + lattice.drift * turn + Eigen::Vector2d(x, y) -
+              lattice.cell_m * middle};
+}
+
+/// Σ value at every node of a slice.
+void PoseProposal::score(const MatchGrid& grid, const PointSet& points, const Slice& slice,
+                         const Lattice& lattice, double* out) {
+  const int columns = lattice.columns, rows = lattice.rows;
+  constexpr int kBlock = kernels::kBlock;
+  const auto& kernel = kernels::best_kernels();
+  const double inverse = 1.0 / grid.resolution_m();
+  const auto padded = static_cast<int>(points.padded_x_m().size());
+  kernel.place(points.padded_x_m().data(), points.padded_y_m().data(), padded,
+               static_cast<float>(slice.rotation.cos() * inverse),
+               static_cast<float>(slice.rotation.sin() * inverse),
+               static_cast<float>(slice.corner.x() * inverse - grid.origin().x),
+               static_cast<float>(slice.corner.y() * inverse - grid.origin().y), 1048576.0F,
+               u_.data(), v_.data());
+  std::uint32_t sums[kBlock * kBlock];
+  for (int y = 0; y < rows; y += kBlock) {
+    const int block_rows = std::min(kBlock, rows - y);
+    for (int x = 0; x < columns; x += kBlock) {
+      const int block_columns = std::min(kBlock, columns - x);
+      kernel.index(u_.data(), v_.data(), padded, x, y, grid.width(), grid.height(), grid.stride(),
+                   index_.data());
+      kernel.block_scores(grid.data(), grid.stride(), index_.data(),
+                          static_cast<int>(points.size()), block_rows, sums);
+      for (int r = 0; r < block_rows; ++r)
+        for (int c = 0; c < block_columns; ++c)
+          out[(y + r) * columns + x + c] = sums[r * kBlock + c];
+    }
+  }
+}
+
+Result<PoseDraw> PoseProposal::draw(const MatchGrid& grid, const PointSet& points,
+                                    const Gaussian<SE2d>& proposal, const Gaussian<SE2d>& motion,
+                                    Rng& rng, const PoseProposalOptions& options) {
+  if (auto ok = check(grid, points, options); !ok) return ok.error();
+  const auto q = LogDensity::of(proposal), p = LogDensity::of(motion);
+  if (!q) return not_a_density("proposal");
+  if (!p) return not_a_density("motion");
+
+  const Lattice lattice(proposal, grid.resolution_m(), options);
+  const double n = static_cast<double>(points.size()), independent = options.independent_points;
+  const double scale = independent > 0 ? std::min(1.0, independent / n) : 1.0;
+  const double floor = scale * grid.log_floor() * n + lattice.log_volume();
+  for (auto* scratch : {&u_, &v_, &index_}) scratch->resize(points.padded_x_m().size());
+  log_tau_.resize(static_cast<std::size_t>(lattice.headings) *
+                  static_cast<std::size_t>(lattice.nodes()));
+  slices_.clear();
+  double* out = log_tau_.data();
+  for (int k = 0; k < lattice.headings; ++k, out += lattice.nodes()) {
+    slices_.push_back(thrown(lattice, k, rng));
+    const Slice& slice = slices_.back();
+    score(grid, points, slice, lattice, out);
+    Quadratic f = p->about(slice.corner, slice.rotation);
+    if (!options.divide_by_proposal) f += q->about(slice.corner, slice.rotation);
+    f.c += floor;
+    finish(f, scale * grid.log_step(), lattice, out);
+  }
+  return drawn(lattice, rng);
+}
+
+/// From Σ value to ln τ, weighted by the volume a node stands for.
+void PoseProposal::finish(const Quadratic& f, double per_value, const Lattice& lattice,
+                          double* out) {
+  const double cell = lattice.cell_m, bend = 0.5 * f.h(0, 0) * cell * cell;
+  for (int y = 0; y < lattice.rows; ++y, out += lattice.columns) {
+    const double dy = y * cell;
+    const double start = f.c + dy * (f.g.y() + 0.5 * dy * f.h(1, 1));
+    const double slope = (f.g.x() + dy * f.h(0, 1)) * cell;
+    for (int x = 0; x < lattice.columns; ++x)
+      out[x] = per_value * out[x] + start + x * (slope + x * bend);
+  }
+}
+
+/// One of the samples by its weight, and the weights' sum and moments.
+PoseDraw PoseProposal::drawn(const Lattice& lattice, Rng& rng) {
+  constexpr double kNegligible = -30.0;
+  const double top = *std::max_element(log_tau_.begin(), log_tau_.end());
+  double total = 0.0;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < log_tau_.size(); ++i) {
+    const double relative = log_tau_[i] - top;
+    const double tau = log_tau_[i] = relative < kNegligible ? 0.0 : std::exp(relative);
+    if (tau == 0.0) continue;
+    const Eigen::Vector3d d = offset(lattice, i);
+    total += tau;
+    first += tau * d;
+    second += tau * d * d.transpose();
+  }
+  first /= total;
+  const Eigen::Matrix3d covariance = second / total - first * first.transpose();
+  PoseDraw result;
+  result.samples = static_cast<int>(log_tau_.size());
+  result.log_evidence = top + std::log(total);
+  result.T_map_points = lattice.moved(offset(lattice, pick(rng.uniform() * total)));
+  result.moments.mean = lattice.moved(first);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = result.moments.mean.rotation().matrix().transpose();
+  result.moments.covariance = turn * covariance * turn.transpose();
+  return result;
+}
+
+/// Where the running sum of τ passes `sum`.
+std::size_t PoseProposal::pick(double sum) const {
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < log_tau_.size(); ++i) {
+    if (log_tau_[i] == 0.0) continue;
+    last = i;
+    sum -= log_tau_[i];
+    if (sum < 0.0) break;
+  }
+  return last;
+}
+
+/// Of a sample from the proposal's mean: translation along the map's axes and turn.
+Eigen::Vector3d PoseProposal::offset(const Lattice& lattice, std::size_t i) const {
+  const auto plane = static_cast<std::size_t>(lattice.nodes());
+  const Slice& slice = slices_[i / plane];
+  const auto at = static_cast<int>(i % plane);
+  const Eigen::Vector2d node(at % lattice.columns, at / lattice.columns);
+  Eigen::Vector3d d;
+  d << slice.corner + lattice.cell_m * node - lattice.mean.translation(), slice.turn;
+  return d;
+}
+
+}  // namespace wayfare

@@ -1,0 +1,208 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <wayfare/match/branch_and_bound.hpp>
+
+#include "match/search/candidates.hpp"
+#include "map/kernels/kernels.hpp"
+#include "match/search/merged_points.hpp"
+#include "match/search/search_parts.hpp"
+
+namespace wayfare {
+
+/// Nodes of level l are squares of 4^(l+1) offsets bounded by level l of the pyramid, four of them
+/// beside each other along x a row. Of each level's rows the most promising are taken together, a
+/// few at first, and parted in the order they lie in: neighbours, and neighbouring headings, read
+/// the same parts of the tables.
+struct BranchAndBoundMatcher::Search {
+  static constexpr std::size_t kGrowth = 4, kMostRows = 4096;
+
+  BranchAndBoundMatcher& scratch;
+  const MaxPyramid& map;
+  const detail::CandidateSpace& s;
+  const PointSet& all;
+  const kernels::Kernels& kernel = kernels::best_kernels();
+  detail::Best best = {};
+  std::int64_t least = s.min_sum;  ///< a smaller sum cannot win
+
+  static int side(int level) { return 4 << (2 * level); }
+  static auto at(int level) { return static_cast<std::size_t>(level); }
+
+  kernels::Merged points(int level, int heading_step) {
+    return detail::merged(scratch.merged_[at(level)], s, level, heading_step, [&](int k) {
+      const kernels::Turn t = detail::turn_of(s, map.grid(), k);
+      kernel.place(all.padded_x_m().data(), all.padded_y_m().data(),
+                   static_cast<int>(all.padded_x_m().size()), t.c, t.s, t.ox, t.oy, t.limit,
+                   scratch.u_.data(), scratch.v_.data());
+      return detail::Placed{scratch.u_.data(), scratch.v_.data()};
+    });
+  }
+  [[nodiscard]] std::int64_t nearest(const Row& row) const {
+    std::int64_t key = INT64_MAX;
+    for (int i = 0; i < 4; ++i) {
+      if ((row.members >> i & 1) == 0) continue;
+      const int step = side(row.level);
+      const std::int64_t x = detail::nearest_to_zero(row.corner.offset.x + i * step, step);
+      key = std::min(key, x * x);
+    }
+    const std::int64_t y = detail::nearest_to_zero(row.corner.offset.y, side(row.level));
+    const std::int64_t k = row.corner.heading_step;
+    return key + y * y + k * k;
+  }
+  [[nodiscard]] bool hopeless(const Row& row) const {
+    return best.found &&
+           (row.bound < best.objective ||
+            (row.bound == best.objective && nearest(row) > detail::distance_key(best.candidate)));
+  }
+
+  /// Of the nodes of `level` in the groups `wanted` (a bit each) of the row from `corner` on. Those
+  /// left: a group is given up once the points seen leave no node worth a look, if all others fit.
+  unsigned bound(const Candidate& corner, int level, unsigned wanted, std::uint32_t* sums) {
+    const MaxPyramid::Level& l = map.level(level);
+    const kernels::Merged merged = points(level, corner.heading_step);
+    const int dx = (corner.offset.x + s.half_x) >> (2 * level);
+    const int dy = (corner.offset.y + s.half_y) >> (2 * level);
+    kernels::BoundTable table{l.table.data(), 0, l.width, l.height, l.columns};
+    for (int part = 0, rest = s.points; rest > 0 && wanted != 0; ++part) {
+      rest = std::max(0, rest - kernels::kMergedPart);
+      // Groups beside each other are looked up together.
+      const int low = std::countr_zero(wanted), span = std::bit_width(wanted) - low;
+      const int groups = span > 2 ? 4 : span, first = span > 2 ? 0 : low;
+      table.table = l.table.data() + std::ptrdiff_t{16} * first;
+      kernel.merged_bounds(merged, part, table, dx, dy, groups, sums + std::ptrdiff_t{16} * first);
+      for (int g = 0; g < 4 && rest > 0; ++g) {
+        const std::uint32_t* sum = sums + std::ptrdiff_t{16} * g;
+        if (16 * (*std::max_element(sum, sum + 16) + std::int64_t{255} * rest) < least)
+          wanted &= ~(1U << g);
+      }
+    }
+    return wanted;
+  }
+
+  /// Bounds the nodes of `level` in groups of the row and appends the rows of those worth a look.
+  void branch(const Candidate& corner, unsigned groups, int level) {
+    std::uint32_t sums[64] = {};
+    const unsigned left = bound(corner, level, groups, sums);
+    const int step = side(level), rows = std::min(4, (s.half_y - corner.offset.y) / step + 1);
+    for (int g = 0; g < 4; ++g) {
+      const Cell first = corner.offset + Cell{4 * g * step, 0};
+      if ((left >> g & 1) == 0 || first.x > s.half_x) continue;
+      for (int j = 0; j < rows; ++j) {
+        const std::uint32_t* sum = sums + std::ptrdiff_t{16} * g + j;
+        const Candidate of_row{first + Cell{0, j * step}, corner.heading_step};
+        append({0, of_row, {sum[0], sum[4], sum[8], sum[12]}, 0, level});
+      }
+    }
+  }
+  /// The nodes of a row that can still win.
+  [[nodiscard]] unsigned members(const Row& row) const {
+    const int columns = (s.half_x - row.corner.offset.x) / side(row.level) + 1;
+    unsigned found = 0;
+    for (int i = 0; i < std::min(4, columns); ++i)
+      found |= static_cast<unsigned>(16 * std::int64_t{row.sums[at(i)]} >= least) << i;
+    return found;
+  }
+  void append(Row row) {
+    if (16 * std::int64_t{*std::max_element(row.sums.begin(), row.sums.end())} < least) return;
+    row.members = members(row);
+    if (row.members == 0) return;
+    row.bound = -1e300;
+    for (int i = 0; i < 4; ++i) {
+      if ((row.members >> i & 1) == 0) continue;
+      double bound = s.weight * 16 * row.sums[at(i)];
+      if (s.has_prior) {
+        const Cell offset = row.corner.offset + Cell{i * side(row.level), 0};
+        bound += s.log_prior_bound({offset, row.corner.heading_step}, side(row.level));
+      }
+      row.bound = std::max(row.bound, bound);
+    }
+    if (!hopeless(row)) scratch.rows_[at(row.level)].push_back(row);
+  }
+
+  /// Scores the candidates of a row of nodes of level 0.
+  void score(const Candidate& corner) {
+    const MatchGrid& grid = map.grid();
+    const kernels::Merged merged = points(0, corner.heading_step);
+    const int parts = scratch.merged_[0].parts;
+    std::int32_t* index = scratch.index_.data();
+    kernel.index(merged.x, merged.y, (merged.ends[parts - 1] + 15) / 16 * 16,
+                 corner.offset.x + s.half_x, corner.offset.y + s.half_y, grid.width(),
+                 grid.height(), grid.stride(), index);
+    // First bounds over 2×2, then the rows in which one is worth it.
+    std::uint32_t pairs[16], sums[2 * kernels::kBlock];
+    kernel.merged_pairs(merged, parts, map.pairs(), grid.stride(), index, pairs);
+    for (int r = 0; r < 4; r += 2) {
+      const std::uint32_t* pair = pairs + std::ptrdiff_t{4} * r;
+      if (16 * std::int64_t{*std::max_element(pair, pair + 8)} < least) continue;
+      kernel.merged_rows(merged, parts, grid.data() + std::ptrdiff_t{r} * grid.stride(),
+                         grid.stride(), index, sums);
+      for (int i = 0; i < 2 * kernels::kBlock; ++i) {
+        const Candidate c{corner.offset + Cell{i % kernels::kBlock, r + i / kernels::kBlock},
+                          corner.heading_step};
+        if (sums[i] < least || c.offset.x > s.half_x || c.offset.y > s.half_y) continue;
+        best.offer(s.objective(sums[i], c), sums[i], c);
+      }
+      if (best.found) least = std::max(least, detail::least_sum(s, best));
+    }
+  }
+
+  /// Moves the most promising rows of a level, about `count`, to the level's batch, both in the
+  /// order they were in.
+  void take(int level, std::size_t count) {
+    auto& rows = scratch.rows_[at(level)];
+    auto& batch = scratch.batch_[at(level)];
+    batch.clear();
+    std::erase_if(rows, [&](const Row& row) { return hopeless(row); });
+    if (rows.size() <= count) return batch.swap(rows);
+    constexpr int kBins = 64;
+    const auto [low, high] = std::minmax_element(
+        rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.bound < b.bound; });
+    const double from = low->bound, bins = (kBins - 1) / std::max(high->bound - from, 1e-300);
+    const auto bin = [&](const Row& row) { return static_cast<int>((row.bound - from) * bins); };
+    std::size_t held[kBins] = {};
+    for (const Row& row : rows) ++held[bin(row)];
+    int lowest = kBins;
+    for (std::size_t sum = 0; sum < count;) sum += held[--lowest];
+    auto left = rows.begin();
+    for (const Row& row : rows) {
+      if (bin(row) >= lowest && batch.size() < 2 * count)
+        batch.push_back(row);
+      else
+        *left++ = row;
+    }
+    rows.erase(left, rows.end());
+  }
+
+  void part(int level) {
+    for (std::size_t count = 1; !scratch.rows_[at(level)].empty();
+         count = level > 0 ? std::min(kGrowth * count, kMostRows) : kGrowth * count) {
+      take(level, count);
+      for (const Row& row : scratch.batch_[at(level)]) {
+        if (hopeless(row)) continue;
+        level == 0 ? score(row.corner) : branch(row.corner, members(row), level - 1);
+      }
+      if (level > 0) part(level - 1);
+    }
+  }
+
+  void run(int level) {
+    for (int l = 0; l <= level; ++l) {
+      detail::forget(scratch.merged_[at(l)], s);
+      scratch.rows_[at(l)].clear();
+    }
+    score({{-(s.half_x & 15), -(s.half_y & 3)}, 0});  // holds the prior
+    const int span = 4 * side(level);
+    for (int y = -s.half_y; y <= s.half_y; y += span)
+      for (int x = -s.half_x; x <= s.half_x; x += 4 * span)
+        for (int k = -s.half_k; k <= s.half_k; ++k)
+          branch({{x, y}, k}, (1U << std::min(4, (s.half_x - x) / span + 1)) - 1, level);
+    part(level);
+  }
+};
+
+}  // namespace wayfare

@@ -1,0 +1,144 @@
+#include "nav/corridor_ins/wall_states.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace wayfare::corridor {
+namespace {
+
+using namespace corridor_state;
+using Row = Eigen::Matrix<double, 1, kSize>;
+
+Eigen::Vector2d unit(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
+Eigen::Vector2d quarter_turn(const Eigen::Vector2d& v) { return {-v.y(), v.x()}; }
+
+/// ∂(n · p)/∂state for the laser at p, n held.
+Row by_place(const Eigen::Vector2d& n, const CorridorVector& x, const SE2d& T_base_laser) {
+  const SO2d turn(Angle::radians(x[kHeading]));
+  Row row = Row::Zero();
+  row[kX] = n.x();
+  row[kY] = n.y();
+  row[kHeading] = n.dot(quarter_turn(turn * T_base_laser.translation()));
+  return row;
+}
+
+}  // namespace
+
+SE2d WallStates::laser_pose(const CorridorVector& x) const {
+  return SE2d(x[kX], x[kY], Angle::radians(x[kHeading])) * T_base_laser_;
+}
+
+Predicted WallStates::predict(const Filter& filter) const {
+  const CorridorVector& x = filter.state();
+  const double laser_heading = x[kHeading] + T_base_laser_.heading().radians();
+  Predicted p;
+  p.rows.setZero();
+  p.end_rows.setZero();
+  p.walls.direction = Angle::radians(x[kDirection] - laser_heading).wrapped();
+  p.rows(0, kDirection) = 1.0;
+  p.rows(0, kHeading) = -1.0;
+  const Eigen::Vector2d u = unit(x[kDirection]), n = quarter_turn(u);
+  const Eigen::Vector2d away = laser_pose(x).translation() - place_m_;
+  const Row place = by_place(n, x, T_base_laser_);
+  for (const int side : {1, 2}) {
+    const int entry = side == 1 ? kLeft : kRight;
+    p.rows.row(side) = -place;
+    p.rows(side, kDirection) = u.dot(away);
+    p.rows(side, entry) = 1.0;
+    auto& wall = side == 1 ? p.walls.left : p.walls.right;
+    if (side == 1 ? left_ : right_) wall = Wall{x[entry] - n.dot(away)};
+  }
+  p.walls.covariance = p.rows * filter.covariance() * p.rows.transpose();
+  if (!end_) return p;
+  const Eigen::Vector2d m = unit(x[kEndAlpha]);
+  const Eigen::Vector2d end_away = laser_pose(x).translation() - end_place_m_;
+  p.end_rows(0, kEndAlpha) = 1.0;
+  p.end_rows(0, kHeading) = -1.0;
+  p.end_rows.row(1) = -by_place(m, x, T_base_laser_);
+  p.end_rows(1, kEndAlpha) = -quarter_turn(m).dot(end_away);
+  p.end_rows(1, kEndOffset) = 1.0;
+  p.walls.end =
+      NormalPoint{x[kEndOffset] - m.dot(end_away),
+                  Angle::radians(x[kEndAlpha] - laser_heading).wrapped(), Eigen::Matrix2d::Zero()};
+  return p;
+}
+
+/// x' = (x, y(x) + noise): entries of the state made anew from the rest of it and a measurement.
+void WallStates::replace(const Rows& by_state, const Eigen::MatrixXd& noise,
+                         const Eigen::VectorXi& entries, const Eigen::VectorXd& values,
+                         Filter& filter) const {
+  CorridorMatrix a = CorridorMatrix::Identity(), q = CorridorMatrix::Zero();
+  CorridorVector x = filter.state();
+  for (Eigen::Index i = 0; i < entries.size(); ++i) {
+    a.row(entries[i]) = by_state.row(i);
+    x[entries[i]] = values[i];
+    for (Eigen::Index j = 0; j < entries.size(); ++j) q(entries[i], entries[j]) = noise(i, j);
+  }
+  const CorridorMatrix p = a * filter.covariance() * a.transpose() + q;
+  filter.set_state(x);
+  filter.set_covariance(0.5 * (p + p.transpose()));
+}
+
+void WallStates::enter(const CorridorWalls& seen, Filter& filter) {
+  const CorridorVector& x = filter.state();
+  place_m_ = laser_pose(x).translation();
+  const double direction =
+      x[kHeading] + T_base_laser_.heading().radians() + seen.direction.radians();
+  left_ = seen.left.has_value();
+  right_ = seen.right.has_value();
+  const Row place = by_place(quarter_turn(unit(direction)), x, T_base_laser_);
+  Rows rows = Rows::Zero(3, kSize);
+  rows(0, kHeading) = 1.0;
+  rows.row(1) = place;
+  rows.row(2) = place;
+  Eigen::Matrix3d noise = seen.covariance;
+  // An entry without a wall stands for nothing: of some variance, tied to nothing.
+  if (!left_) rows.row(1).setZero(), noise(1, 1) = 1.0;
+  if (!right_) rows.row(2).setZero(), noise(2, 2) = 1.0;
+  replace(rows, noise, Eigen::Vector3i(kDirection, kLeft, kRight),
+          Eigen::Vector3d(direction, left_ ? seen.left->offset_m : 0.0,
+                          right_ ? seen.right->offset_m : 0.0),
+          filter);
+}
+
+void WallStates::enter_missing_side(const CorridorWalls& seen, Filter& filter) {
+  const CorridorVector& x = filter.state();
+  const bool is_left = !left_ && seen.left, is_right = !right_ && seen.right;
+  if (is_left == is_right) return;
+  const Eigen::Vector2d u = unit(x[kDirection]), n = quarter_turn(u);
+  const Eigen::Vector2d away = laser_pose(x).translation() - place_m_;
+  Rows row = Rows::Zero(1, kSize);
+  row.row(0) = by_place(n, x, T_base_laser_);
+  row(0, kDirection) = -u.dot(away);
+  const double seen_m = is_left ? seen.left->offset_m : seen.right->offset_m;
+  const Eigen::Index k = is_left ? 1 : 2;
+  // The same scan's direction has been used by now, with which this offset's error goes: twice its
+  // variance covers that.
+  replace(row, Eigen::MatrixXd::Constant(1, 1, 2.0 * seen.covariance(k, k)),
+          Eigen::VectorXi::Constant(1, is_left ? kLeft : kRight),
+          Eigen::VectorXd::Constant(1, seen_m + n.dot(away)), filter);
+  (is_left ? left_ : right_) = true;
+}
+
+void WallStates::enter_end(const NormalPoint& seen, Filter& filter) {
+  const CorridorVector& x = filter.state();
+  end_place_m_ = laser_pose(x).translation();
+  const double alpha = x[kHeading] + T_base_laser_.heading().radians() + seen.alpha.radians();
+  Rows rows = Rows::Zero(2, kSize);
+  rows(0, kHeading) = 1.0;
+  rows.row(1) = by_place(unit(alpha), x, T_base_laser_);
+  Eigen::Matrix2d noise;  // (α, ρ) of (ρ, α)
+  noise << seen.covariance(1, 1), seen.covariance(0, 1), seen.covariance(0, 1),
+      seen.covariance(0, 0);
+  replace(rows, noise, Eigen::Vector2i(kEndAlpha, kEndOffset), Eigen::Vector2d(alpha, seen.rho_m),
+          filter);
+  end_ = true;
+}
+
+CorridorWalls facing(const CorridorWalls& seen, Angle predicted) {
+  const bool against =
+      std::abs(wrap_to_pi((seen.direction - predicted).radians())) > 0.5 * std::numbers::pi;
+  return against ? turned_round(seen) : seen;
+}
+
+}  // namespace wayfare::corridor

@@ -1,0 +1,279 @@
+#include <wayfare/nav/gnss_ins.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <variant>
+
+#include "nav/gnss_ins/ins_engine.hpp"
+#include "nav/gnss_ins/ins_start.hpp"
+#include "nav/gnss_ins/plausible.hpp"
+
+namespace wayfare {
+
+namespace {
+
+using nav::Diary;
+using nav::InsEngine;
+using nav::plausible;
+using nav::Starter;
+
+using Measurement = std::variant<ImuSample, RangeEpoch, GnssFix>;
+
+LogTime time_of(const Measurement& m) {
+  return std::visit([](const auto& x) { return x.time; }, m);
+}
+bool is_imu(const Measurement& m) { return std::holds_alternative<ImuSample>(m); }
+
+Error refused(ErrorCode code, LogTime time, const std::string& why) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.3f s: ", time.seconds());
+  return {code, text + why};
+}
+
+ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
+  const double k = to_seconds(at - a.time) / to_seconds(b.time - a.time);
+  return {at, (1.0 - k) * a.angular_rate_radps + k * b.angular_rate_radps,
+          (1.0 - k) * a.specific_force_mps2 + k * b.specific_force_mps2};
+}
+
+}  // namespace
+
+/// Keeps what arrived lately in order of time, and copies of the engine to go back to.
+class GnssIns::Filter {
+ public:
+  explicit Filter(const GnssInsOptions& options) : options_(options), starter_(options) {}
+
+  void start(const GnssInsStart& start) {
+    engine_.reset();
+    given_ = start;
+    log_.clear();
+    kept_.clear();
+    done_ = 0;
+  }
+  [[nodiscard]] bool started() const { return engine_.has_value(); }
+
+  Result<void> add(ImuSample s) {
+    s.time += from_seconds(options_.imu_time_offset_s);
+    if (!plausible(s)) return refused(ErrorCode::invalid, s.time, "an inertial reading is absurd");
+    if (last_imu_ && s.time <= last_imu_->time) {
+      return refused(ErrorCode::invalid, s.time,
+                     s.time == last_imu_->time ? "an inertial reading arrived twice"
+                                               : "an inertial reading is out of order");
+    }
+    const double gap_s = last_imu_ ? to_seconds(s.time - last_imu_->time) : 0.0;
+    const std::string missing = "no inertial readings for " + std::to_string(gap_s) + " s: ";
+    if (engine_ && gap_s > options_.max_imu_gap_s) {
+      diary_.note(last_imu_->time, missing + "starting anew");
+      forget();
+    } else if (engine_ && is_gap(*last_imu_, s)) {
+      diary_.note(last_imu_->time, missing + "bridged");
+    }
+    if (gap_s > 0.0 && gap_s < 1.0) {
+      interval_s_ = interval_s_ == 0.0
+                        ? gap_s
+                        : 0.95 * interval_s_ + 0.05 * std::min(gap_s, 3.0 * interval_s_);
+    }
+    if (!engine_) try_given_start(s);
+    last_imu_ = s;
+    if (!engine_) {
+      starter_.add(s);
+      return {};
+    }
+    insert(s);
+    run();
+    return {};
+  }
+
+  template <class Gnss>
+  Result<void> add(const Gnss& m) {
+    if (!plausible(m)) return refused(ErrorCode::invalid, m.time, "nothing in it can be used");
+    if (!engine_) {
+      if (given_) return refused(ErrorCode::not_found, m.time, "before the given start");
+      auto start = starter_.add(m);
+      if (start && last_imu_) begin(*start, *last_imu_);
+      return {};
+    }
+    const LogTime oldest = kept_.empty() ? engine_->time() : kept_.front().engine.time();
+    if (m.time < oldest) {
+      return refused(ErrorCode::invalid, m.time, "too late to be used");
+    }
+    for (const Entry& e : log_) {
+      if (std::holds_alternative<Gnss>(e.measurement) && time_of(e.measurement) == m.time) {
+        return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
+      }
+    }
+    if (last_imu_ && m.time - last_imu_->time > from_seconds(60.0)) {
+      return refused(ErrorCode::invalid, m.time, "far ahead of the inertial readings");
+    }
+    insert(m);
+    run();
+    return {};
+  }
+
+  [[nodiscard]] const InsEngine& engine() const {
+    WAYFARE_EXPECTS(engine_.has_value(), "the filter has started");
+    return *engine_;
+  }
+  Diary& diary() { return diary_; }
+
+ private:
+  struct Entry {
+    Measurement measurement;
+    bool told = false;  ///< already lived through once
+  };
+  struct Kept {
+    std::size_t done;
+    InsEngine engine;
+  };
+
+  void forget() {
+    engine_.reset();
+    starter_ = Starter(options_);
+    log_.clear();
+    kept_.clear();
+    done_ = 0;
+  }
+
+  void begin(const GnssInsStart& start, const ImuSample& first) {
+    engine_.emplace(options_, start, first);
+    given_.reset();
+    log_.clear();
+    kept_.clear();
+    done_ = 0;
+    kept_.push_back({0, *engine_});
+    diary_.note(start.nav.time, "inertial navigation started");
+  }
+
+  void try_given_start(const ImuSample& s) {
+    if (!given_ || s.time < given_->nav.time) return;
+    const LogTime from = last_imu_ ? std::max(last_imu_->time, given_->nav.time) : s.time;
+    if (s.time - given_->nav.time > from_seconds(options_.max_imu_gap_s) &&
+        s.time - from > from_seconds(options_.max_imu_gap_s)) {
+      diary_.note(s.time, "the given start lies too far before the inertial readings");
+      given_.reset();
+      return;
+    }
+    begin(*given_, s);
+  }
+
+  void insert(const Measurement& m) {
+    const LogTime t = time_of(m);
+    auto at = log_.end();
+    while (at != log_.begin()) {
+      const Measurement& before = std::prev(at)->measurement;
+      const LogTime tb = time_of(before);
+      if (tb < t || (tb == t && (is_imu(before) || !is_imu(m)))) break;
+      --at;
+    }
+    const auto index = static_cast<std::size_t>(at - log_.begin());
+    log_.insert(at, Entry{m});
+    if (index < done_) rewind(index);
+  }
+
+  /// To the newest kept engine that has not lived past entry `index`.
+  void rewind(std::size_t index) {
+    while (kept_.size() > 1 && kept_.back().done > index) kept_.pop_back();
+    engine_ = kept_.back().engine;
+    done_ = kept_.back().done;
+  }
+
+  void run() {
+    while (done_ < log_.size()) {
+      if (!step()) break;
+    }
+    prune();
+  }
+
+  /// False where the next measurement has to wait for a reading after it.
+  bool step() {
+    Entry& entry = log_[done_];
+    if (const auto* s = std::get_if<ImuSample>(&entry.measurement)) {
+      diary_.open = !entry.told;
+      engine_->advance(*s, is_gap(engine_->last_sample(), *s), diary_);
+      diary_.open = true;
+      entry.told = true;
+      ++done_;
+      if (kept_.empty() || engine_->time() - kept_.back().engine.time() > from_seconds(0.25)) {
+        kept_.push_back({done_, *engine_});
+      }
+      return true;
+    }
+    const LogTime t = time_of(entry.measurement);
+    if (t > engine_->time()) {
+      const auto next = std::find_if(log_.begin() + static_cast<std::ptrdiff_t>(done_), log_.end(),
+                                     [](const Entry& e) { return is_imu(e.measurement); });
+      if (next == log_.end()) return false;
+      const auto& s = std::get<ImuSample>(next->measurement);
+      const ImuSample last = engine_->last_sample();
+      engine_->advance(interpolate(last, s, t), is_gap(last, s), diary_);
+    }
+    diary_.open = !entry.told;
+    std::visit(
+        [this](const auto& m) {
+          if constexpr (!std::is_same_v<std::decay_t<decltype(m)>, ImuSample>) {
+            engine_->apply(m, diary_);
+          }
+        },
+        entry.measurement);
+    diary_.open = true;
+    entry.told = true;
+    ++done_;
+    if (engine_->lost()) {
+      diary_.note(t, "measurements and solution have parted for good: starting anew");
+      forget();
+    }
+    return true;
+  }
+
+  [[nodiscard]] bool is_gap(const ImuSample& a, const ImuSample& b) const {
+    return interval_s_ > 0.0 && to_seconds(b.time - a.time) > std::max(3.0 * interval_s_, 0.02);
+  }
+
+  void prune() {
+    if (!engine_) return;
+    const LogTime limit = engine_->time() - from_seconds(options_.max_lateness_s);
+    std::size_t drop = 0;
+    while (kept_.size() > 1 && kept_[1].engine.time() <= limit) {
+      kept_.pop_front();
+    }
+    drop = kept_.front().done;
+    if (drop == 0) return;
+    log_.erase(log_.begin(), log_.begin() + static_cast<std::ptrdiff_t>(drop));
+    for (Kept& k : kept_) k.done -= drop;
+    done_ -= drop;
+  }
+
+  GnssInsOptions options_;
+  Starter starter_;
+  std::optional<GnssInsStart> given_;
+  std::optional<InsEngine> engine_;
+  std::optional<ImuSample> last_imu_;
+  double interval_s_ = 0.0;
+  std::deque<Entry> log_;
+  std::size_t done_ = 0;
+  std::deque<Kept> kept_;
+  Diary diary_;
+};
+
+GnssIns::GnssIns(const GnssInsOptions& options) : filter_(std::make_unique<Filter>(options)) {}
+GnssIns::~GnssIns() = default;
+GnssIns::GnssIns(GnssIns&&) noexcept = default;
+GnssIns& GnssIns::operator=(GnssIns&&) noexcept = default;
+
+void GnssIns::start(const GnssInsStart& start) { filter_->start(start); }
+bool GnssIns::started() const { return filter_->started(); }
+Result<void> GnssIns::add(const ImuSample& sample) { return filter_->add(sample); }
+Result<void> GnssIns::add(const RangeEpoch& epoch) { return filter_->add(epoch); }
+Result<void> GnssIns::add(const GnssFix& fix) { return filter_->add(fix); }
+GnssInsEstimate GnssIns::estimate() const { return filter_->engine().estimate(); }
+GnssInsPoint GnssIns::point() const { return filter_->engine().point(); }
+std::vector<InnovationRecord> GnssIns::take_innovations() {
+  return std::exchange(filter_->diary().innovations, {});
+}
+std::vector<GnssInsNotice> GnssIns::take_notices() {
+  return std::exchange(filter_->diary().notices, {});
+}
+
+}  // namespace wayfare

@@ -1,0 +1,177 @@
+#include "nav/gnss_ins/ins_start.hpp"
+
+#include <array>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace wayfare::nav {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// The Earth's rotation, which stays in the mean at rest, and what the engine's vibration leaves.
+constexpr double kBiasAtRestSigma_radps = 3e-4;
+
+bool usable(const CorrectedRange& s) {
+  return std::isfinite(s.range_m) && s.position_ecef_m.allFinite() && s.range_sigma_m > 0.0;
+}
+
+/// Position and one clock for each system.
+constexpr int kUnknowns = 3 + kGnssSystems;
+using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
+using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+
+struct Normals {
+  Normal a = Normal::Zero();
+  Unknowns b = Unknowns::Zero();
+  void add(const Unknowns& row, double residual, double sigma) {
+    a += row * row.transpose() / (sigma * sigma);
+    b += row * residual / (sigma * sigma);
+  }
+};
+
+Unknowns row_of(const CorrectedRange& s, const Vector3d& u) {
+  Unknowns row = Unknowns::Zero();
+  row.head<3>() = -u;
+  row[3 + static_cast<int>(s.satellite.system)] = 1.0;
+  return row;
+}
+
+/// Clocks of systems that are not there are held at zero.
+void hold_unseen(Normals& n) {
+  for (int i = 3; i < kUnknowns; ++i) {
+    if (n.a(i, i) == 0.0) n.a(i, i) = 1.0;
+  }
+}
+
+std::optional<Vector3d> solve_velocity(const RangeEpoch& epoch, const Vector3d& position) {
+  Eigen::Matrix4d a = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d b = Eigen::Vector4d::Zero();
+  int count = 0;
+  for (const CorrectedRange& s : epoch.satellites) {
+    if (!usable(s) || !std::isfinite(s.range_rate_mps) || !s.velocity_ecef_mps.allFinite())
+      continue;
+    if (!(s.range_rate_sigma_mps > 0.0)) continue;
+    const Vector3d u = (s.position_ecef_m - position).normalized();
+    const Eigen::Vector4d row(-u.x(), -u.y(), -u.z(), 1.0);
+    const double weight = 1.0 / (s.range_rate_sigma_mps * s.range_rate_sigma_mps);
+    a += weight * row * row.transpose();
+    b += weight * row * (s.range_rate_mps - u.dot(s.velocity_ecef_mps));
+    ++count;
+  }
+  const Eigen::LLT<Eigen::Matrix4d> llt(a);
+  if (count < 4 || llt.info() != Eigen::Success) return std::nullopt;
+  const Vector3d v = llt.solve(b).head<3>();
+  if (!v.allFinite()) return std::nullopt;
+  return v;
+}
+
+}  // namespace
+
+std::optional<RangeSolution> solve_ranges(const RangeEpoch& epoch) {
+  RangeSolution r;
+  Unknowns x = Unknowns::Zero();
+  for (int round = 0; round < 12; ++round) {
+    Normals n;
+    int count = 0;
+    for (const CorrectedRange& s : epoch.satellites) {
+      if (!usable(s)) continue;
+      const Vector3d to = s.position_ecef_m - r.position_ecef_m;
+      const Unknowns row = row_of(s, to.normalized());
+      const double residual = s.range_m - to.norm() - x[3 + static_cast<int>(s.satellite.system)];
+      n.add(row, residual, s.range_sigma_m);
+      ++count;
+    }
+    if (count < 4) return std::nullopt;
+    hold_unseen(n);
+    const Eigen::LLT<Normal> llt(n.a);
+    if (llt.info() != Eigen::Success) return std::nullopt;
+    const Unknowns step = llt.solve(n.b);
+    if (!step.allFinite()) return std::nullopt;
+    r.position_ecef_m += step.head<3>();
+    x.tail<kGnssSystems>() += step.tail<kGnssSystems>();
+    if (step.head<3>().norm() > 0.01) continue;
+    const Matrix3d covariance = llt.solve(Normal::Identity()).topLeftCorner<3, 3>();
+    r.position_sigma_m = std::sqrt(covariance.diagonal().maxCoeff());
+    const double radius = r.position_ecef_m.norm();
+    if (!(r.position_sigma_m < 200.0) || radius < 6.2e6 || radius > 6.6e6) return std::nullopt;
+    const auto v = solve_velocity(epoch, r.position_ecef_m);
+    r.has_velocity = v.has_value();
+    if (v) r.velocity_ecef_mps = *v;
+    return r;
+  }
+  return std::nullopt;
+}
+
+void Starter::add(const ImuSample& sample) {
+  const double dt = last_ ? to_seconds(sample.time - last_->time) : 0.0;
+  if (dt > 1.0) recent_.forget();
+  recent_.add(sample, std::min(dt, 1.0));
+  last_ = sample;
+  // Satellites say that it stands; handled or boarded meanwhile, it would be shaken.
+  if (!standing_ || !recent_.full() || recent_.force_spread_mps2() > 0.3) return;
+  standing_rate_sum_ += sample.angular_rate_radps;
+  standing_s_ += std::min(dt, 1.0);
+  ++standing_count_;
+}
+
+std::optional<GnssInsStart> Starter::add(const RangeEpoch& epoch) {
+  const auto solved = solve_ranges(epoch);
+  if (!solved || !solved->has_velocity) return std::nullopt;
+  const Geodetic antenna = geodetic_from_ecef(solved->position_ecef_m);
+  const Vector3d v = rotation_ecef_ned(antenna).transpose() * solved->velocity_ecef_mps;
+  return consider(epoch.time, antenna, v, std::max(3.0, 2.0 * solved->position_sigma_m));
+}
+
+std::optional<GnssInsStart> Starter::add(const GnssFix& fix) {
+  const double sigma = std::sqrt(fix.position_covariance_ned_m2.diagonal().maxCoeff());
+  Vector3d v = fix.velocity_ned_mps.value_or(Vector3d::Zero());
+  return consider(fix.time, fix.position, v, std::max(0.5, 2.0 * sigma));
+}
+
+std::optional<GnssInsStart> Starter::consider(LogTime time, const Geodetic& antenna,
+                                              const Vector3d& v, double position_sigma_m) {
+  const std::optional<Seen> before = before_;
+  before_ = Seen{time, v};
+  standing_ = v.norm() < 0.3;
+  const double speed = std::hypot(v.x(), v.y());
+  if (!recent_.full() || speed < options_.start_speed_mps || speed > 200.0) return std::nullopt;
+  if (!last_ || std::abs(to_seconds(time - last_->time)) > 1.0) return std::nullopt;
+  // Two velocities in a row must agree, so that one bad epoch starts nothing.
+  if (!before) return std::nullopt;
+  const double dt = to_seconds(time - before->time);
+  if (dt <= 0.0 || dt > 2.5) return std::nullopt;
+  const Vector3d a = (v - before->velocity_ned_mps) / dt;
+  if (a.norm() > 8.0) return std::nullopt;
+
+  const double heading = std::atan2(v.y(), v.x());
+  const double c = std::cos(heading), s = std::sin(heading);
+  const Vector3d force(c * a.x() + s * a.y(), -s * a.x() + c * a.y(),
+                       a.z() - wgs84::kEquatorGravity_mps2);
+  const Vector3d felt = options_.q_body_imu * recent_.mean_force_mps2();
+  const double across = std::hypot(felt.y(), felt.z());
+  if (across < 1.0 || std::abs(force.y()) > across) return std::nullopt;
+  const double roll = std::asin(force.y() / across) - std::atan2(felt.y(), -felt.z());
+  const double down = std::sin(roll) * felt.y() + std::cos(roll) * felt.z();
+  const double pitch = wrap_to_pi(std::atan2(force.x(), force.z()) - std::atan2(felt.x(), down));
+  const auto turn = [](int axis, double angle) { return SO3d::exp(angle * Vector3d::Unit(axis)); };
+
+  GnssInsStart start;
+  start.nav.time = time;
+  start.nav.q_nb = turn(2, heading) * turn(1, pitch) * turn(0, roll);
+  start.nav.velocity_ned_mps = v;
+  start.nav.position = geodetic_from_ned(-(start.nav.q_nb * options_.antenna_lever_arm_m), antenna);
+  start.position_sigma_m = position_sigma_m;
+  start.velocity_sigma_mps = 0.5;
+  start.level_sigma_rad = 0.05;
+  start.heading_sigma_rad = options_.start_heading_sigma_rad;
+  if (standing_s_ > 5.0) {
+    start.gyro_bias_radps = standing_rate_sum_ / standing_count_;
+    start.gyro_bias_sigma_radps = kBiasAtRestSigma_radps;
+  }
+  return start;
+}
+
+}  // namespace wayfare::nav

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+
+#include <wayfare/nav/gnss_ins.hpp>
+
+#include "nav/gnss_ins/recent_readings.hpp"
+
+namespace wayfare::nav {
+
+/// Where an antenna is and how it moves, by least squares on one epoch alone.
+struct RangeSolution {
+  Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
+  bool has_velocity = false;
+  double position_sigma_m = 0.0;  ///< the worst axis
+};
+
+/// Nothing where too few ranges are there or they do not agree.
+[[nodiscard]] std::optional<RangeSolution> solve_ranges(const RangeEpoch& epoch);
+
+/// Waits for all that a start needs: a position, a velocity that tells the heading, readings that
+/// tell the level.
+class Starter {
+ public:
+  explicit Starter(const GnssInsOptions& options) : options_(options) {}
+
+  void add(const ImuSample& sample);
+  [[nodiscard]] std::optional<GnssInsStart> add(const RangeEpoch& epoch);
+  [[nodiscard]] std::optional<GnssInsStart> add(const GnssFix& fix);
+
+ private:
+  struct Seen {
+    LogTime time;
+    Eigen::Vector3d velocity_ned_mps;
+  };
+  [[nodiscard]] std::optional<GnssInsStart> consider(LogTime time, const Geodetic& antenna,
+                                                     const Eigen::Vector3d& velocity_ned_mps,
+                                                     double position_sigma_m);
+
+  GnssInsOptions options_;
+  RecentReadings recent_;
+  std::optional<ImuSample> last_;
+  std::optional<Seen> before_;
+  bool standing_ = false;  ///< so say the newest satellites
+  Eigen::Vector3d standing_rate_sum_ = Eigen::Vector3d::Zero();
+  int standing_count_ = 0;
+  double standing_s_ = 0.0;
+};
+
+}  // namespace wayfare::nav

@@ -1,0 +1,90 @@
+#include "ros/recording/lanes.hpp"
+
+namespace wayfare::ros {
+
+Result<std::string> choose_topic(const RecordingFile& file, std::string_view type,
+                                 const std::string& named, const char* what,
+                                 const std::string& except) {
+  std::vector<std::string> fitting;
+  std::string list;
+  for (const Topic& topic : file.topics())
+    if (topic.type == type && (topic.name != except || topic.name == named)) {
+      fitting.push_back(topic.name);
+      list += (list.empty() ? "" : ", ") + topic.name;
+    }
+  const std::string of_type = " of " + std::string(type);
+  if (named.empty() && fitting.size() > 1)
+    return Error{ErrorCode::invalid,
+                 "holds several topics" + of_type + ": name the " + what + " among " + list,
+                 file.path()};
+  if (named.empty()) return fitting.empty() ? std::string() : fitting.front();
+  if (std::find(fitting.begin(), fitting.end(), named) != fitting.end()) return named;
+  return Error{ErrorCode::not_found,
+               "holds no topic " + named + of_type + (fitting.empty() ? "" : "; there is " + list),
+               file.path()};
+}
+
+Result<void> Lanes::run(io::Problems& problems) {
+  std::set<std::string> topics;
+  for (const auto& [topic, lane] : lanes_) topics.insert(topic);
+  const io::Problems met = file_.read(topics, [&](const RecordedMessage& raw) {
+    Lane& lane = lanes_[raw.topic.name];
+    ++lane.messages;
+    if (auto taken = lane.take(raw, lane); !taken) {
+      Error fault = taken.error();
+      fault.message = fault.source + (fault.source.empty() ? "" : " ") + fault.message;
+      fault.source = raw.topic.name, fault.line = lane.messages;
+      if (!lane.first_fault) lane.first_fault = fault;
+      problems.add(std::move(fault));
+    }
+    return true;
+  });
+  for (const Error& error : met.first()) problems.add(error);
+  for (const auto& sort : sort_) sort();
+  for (const auto& [topic, lane] : lanes_)
+    if (lane.stamped && lane.late.empty() && lane.first_fault) {
+      Error fault = *lane.first_fault;
+      fault.message += " (and so it is with all " + std::to_string(lane.messages) + " messages)";
+      if (auto done = refuse(lane, std::move(fault), problems); !done) return done;
+    }
+  return check_clocks(problems);
+}
+
+Result<void> Lanes::refuse(const Lane& lane, Error fault, io::Problems& problems) {
+  if (!lane.leave_out) return fault;
+  lane.leave_out();
+  fault.message += "; left out";
+  problems.add(std::move(fault));
+  return {};
+}
+
+Result<void> Lanes::check_clocks(io::Problems& problems) {
+  const std::string* first = nullptr;
+  Duration reference{0};
+  std::vector<std::pair<const std::string, Lane>*> all;
+  for (auto& lane : lanes_) all.push_back(&lane);
+  // Those that are needed say what the clock is.
+  std::stable_partition(all.begin(), all.end(),
+                        [](const auto* lane) { return !lane->second.leave_out; });
+  for (auto* named : all) {
+    auto& [topic, lane] = *named;
+    if (lane.late.empty()) continue;
+    const auto middle = lane.late.begin() + static_cast<long>(lane.late.size() / 2);
+    std::nth_element(lane.late.begin(), middle, lane.late.end());
+    if (first == nullptr) {
+      first = &topic;
+      reference = *middle;
+    } else if (const Duration apart = *middle - reference;
+               apart > names_.clock_tolerance || apart < -names_.clock_tolerance) {
+      Error fault{ErrorCode::invalid,
+                  "is stamped " + std::to_string(to_seconds(apart)) + " s from " + *first +
+                      ", counted from when both were received: their clocks differ; take the "
+                      "times of receipt instead",
+                  topic};
+      if (auto done = refuse(lane, std::move(fault), problems); !done) return done;
+    }
+  }
+  return {};
+}
+
+}  // namespace wayfare::ros

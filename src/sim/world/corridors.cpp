@@ -1,0 +1,198 @@
+#include <wayfare/sim/corridors.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <wayfare/core/geodesy.hpp>
+#include <wayfare/filter/gauss_markov.hpp>
+#include <wayfare/sim/differential_drive.hpp>
+
+namespace wayfare::sim {
+namespace {
+
+constexpr double kQuarter = 0.5 * std::numbers::pi;
+
+/// A stretch of the way: how long it is and where its heading is at each place.
+struct Stretch {
+  double length_m = 0.0;
+  double heading_rad = 0.0;  ///< at its start
+  double turn_rad = 0.0;     ///< over its length
+  double weave_rad = 0.0;
+  int weaves = 0;
+
+  [[nodiscard]] double heading_at(double s) const {
+    const double u = s / length_m;
+    double weave = 0.0;
+    if (weaves > 0) {
+      const double phase = u * weaves;
+      const double side = static_cast<int>(phase) % 2 == 0 ? 1.0 : -1.0;
+      weave = side * weave_rad * std::sin(2.0 * std::numbers::pi * phase);
+    }
+    return heading_rad + turn_rad * u + weave;
+  }
+};
+
+Stretch corridor(double forward_m, double heading_rad, const CorridorDriveParams& p) {
+  Stretch s{forward_m, heading_rad, 0.0, 0.0, 0};
+  if (p.pattern == MotionPattern::straight) return s;
+  s.weave_rad = p.weave_rad;
+  s.weaves = std::max(1, static_cast<int>(forward_m / p.weave_length_m));
+  double mean_cosine = 0.0;
+  constexpr int kParts = 1000;
+  for (int i = 0; i < kParts; ++i)
+    mean_cosine += std::cos(p.weave_rad * std::sin(2.0 * std::numbers::pi * (i + 0.5) / kParts));
+  s.length_m = forward_m * kParts / mean_cosine;
+  return s;
+}
+
+std::array<Stretch, 5> way(const CorridorDriveParams& p) {
+  const auto& l = p.place.lengths_m;
+  const double r = p.corner_radius_m, arc = r * kQuarter;
+  return {corridor(l[0] - r, 0.0, p), Stretch{arc, 0.0, kQuarter, 0.0, 0},
+          corridor(l[1] - 2.0 * r, kQuarter, p), Stretch{arc, kQuarter, -kQuarter, 0.0, 0},
+          corridor(l[2] - r, 0.0, p)};
+}
+
+struct Driven {
+  Trajectory truth;
+  std::array<LogTime, 4> section_ends;
+};
+
+/// Lengths along the way where the walls of a corridor begin or end to be beside the vehicle.
+std::array<double, 4> section_lengths(const std::array<Stretch, 5>& stretches, double margin) {
+  std::array<double, 4> ends{};
+  double s = 0.0;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    s += stretches[i].length_m;
+    ends[i] = s + (i % 2 == 0 ? -margin : margin);
+  }
+  return ends;
+}
+
+Driven drive(const CorridorDriveParams& p) {
+  const auto stretches = way(p);
+  const auto ends = section_lengths(stretches, 0.5 * p.place.width_m);
+  const Duration step{10'000'000};
+  const double dt = to_seconds(step);
+  Driven driven;
+  SE2d pose;
+  LogTime time;
+  const auto rest = static_cast<int>(p.rest_s / dt);
+  for (int i = 0; i <= rest; ++i, time += step)
+    driven.truth.push_back({time, Transform2<frame::Map, frame::Base>(pose)});
+  double length = 0.0, gone = 0.0, speed = 0.0;
+  for (const Stretch& s : stretches) length += s.length_m;
+  std::size_t at = 0, section = 0;
+  double before = 0.0, heading = 0.0;
+  while (gone < length - 1e-3) {
+    const double braking = std::sqrt(2.0 * p.acceleration_m_s2 * (length - gone));
+    speed = std::min({speed + p.acceleration_m_s2 * dt, p.speed_m_s, braking});
+    gone += std::min(speed * dt, length - gone);
+    while (at + 1 < stretches.size() && gone - before > stretches[at].length_m)
+      before += stretches[at++].length_m;
+    const double next = stretches[at].heading_at(std::min(gone - before, stretches[at].length_m));
+    pose = pose.plus({speed * dt, 0.0, next - heading});
+    heading = next;
+    driven.truth.push_back({time, Transform2<frame::Map, frame::Base>(pose)});
+    for (; section < ends.size() && gone >= ends[section]; ++section)
+      driven.section_ends[section] = time;
+    time += step;
+  }
+  return driven;
+}
+
+/// Constant, ramp and Gauss-Markov part of the bias over time, and the noise of a reading.
+class GyroErrors {
+ public:
+  GyroErrors(const CorridorGyro& g, double dt_s, Rng& rng)
+      : gyro_(g),
+        rng_(rng),
+        step_(discretise_gauss_markov(g.walk_sigma_rad_s, g.walk_tau_s, dt_s)) {
+    constant_ = rng_.uniform(-g.largest_bias_rad_s, g.largest_bias_rad_s);
+    drift_ = rng_.uniform() < 0.5 ? -g.drift_rad_s2 : g.drift_rad_s2;
+    walk_ = g.walk_sigma_rad_s * rng_.normal();
+    noise_ = g.angle_random_walk_rad_per_sqrt_s / std::sqrt(dt_s);
+  }
+  double bias(double seconds) {
+    walk_ = step_.phi * walk_ + std::sqrt(step_.q) * rng_.normal();
+    return constant_ + drift_ * seconds + walk_;
+  }
+  double noise() { return noise_ * rng_.normal(); }
+
+ private:
+  const CorridorGyro& gyro_;
+  Rng& rng_;
+  ProcessStep1<double> step_;
+  double constant_ = 0.0, drift_ = 0.0, walk_ = 0.0, noise_ = 0.0;
+};
+
+void read_gyro(const CorridorDriveParams& p, Rng rng, CorridorDrive& drive) {
+  const Trajectory& truth = drive.recording.truth;
+  const double dt = to_seconds(p.motion_period);
+  GyroErrors errors(p.gyro, dt, rng);
+  // Up is the axis: the Earth turns the same way.
+  const double earth = wgs84::kEarthRate_radps * std::sin(p.latitude_rad);
+  SE2d before = truth.front().T_map_base.raw();
+  for (LogTime t = truth.front().time; t <= truth.back().time; t += p.motion_period) {
+    const SE2d pose = true_pose_at(truth, t);
+    const double bias = errors.bias(to_seconds(t - truth.front().time));
+    const double turn = (before.inverse() * pose).heading().radians();
+    const double rate = turn / dt + earth + bias + errors.noise();
+    drive.recording.gyro.push_back({t, std::clamp(rate, -p.gyro.range_rad_s, p.gyro.range_rad_s)});
+    drive.gyro_bias_rad_s.push_back(bias);
+    before = pose;
+  }
+}
+
+}  // namespace
+
+Lidar2dParams CorridorDriveParams::lms200() {
+  Lidar2dParams p;
+  p.beams = 361;
+  p.bearing_step = Angle::degrees(0.5);
+  p.range_noise_m = 0.005;
+  p.max_range_m = 80.0;
+  return p;
+}
+
+std::string_view name_of(CorridorSection section) {
+  constexpr std::array<std::string_view, 5> kNames = {"Corridor I", "Outage I", "Corridor II",
+                                                      "Outage II", "Corridor III"};
+  return kNames[static_cast<std::size_t>(section)];
+}
+
+CorridorSection CorridorDrive::section_at(LogTime time) const {
+  const auto after = std::upper_bound(section_ends.begin(), section_ends.end(), time);
+  return static_cast<CorridorSection>(after - section_ends.begin());
+}
+
+Result<CorridorDrive> simulate_corridors(const CorridorDriveParams& p, const Rng& rng) {
+  auto plan = three_corridors(p.place, rng.stream(0));
+  if (!plan) return plan.error();
+  Driven driven = drive(p);
+  CorridorDrive result{*std::move(plan), {}, {}, 0.0, driven.section_ends};
+  Recording& recording = result.recording;
+  recording.truth = std::move(driven.truth);
+  recording.wheel_base_m = 0.5;
+  Rng wheel_rng = rng.stream(1), lidar_rng = rng.stream(2);
+  result.speed_scale = p.speed_scale_sigma * wheel_rng.normal();
+  WheelParams wheels{.wheel_base_m = recording.wheel_base_m,
+                     .left_scale = 1.0 + result.speed_scale,
+                     .right_scale = 1.0 + result.speed_scale,
+                     // Two wheels err each for itself: their mean by a root of two less.
+                     .slip_m_per_sqrt_m = std::numbers::sqrt2 * p.slip_m_per_sqrt_m};
+  recording.wheels = simulate_wheels(recording.truth, p.motion_period, wheels, wheel_rng);
+  read_gyro(p, rng.stream(3), result);
+  const auto pose_at = [&](LogTime t) { return true_pose_at(recording.truth, t); };
+  std::size_t index = 0;
+  for (LogTime t = recording.truth.front().time; t <= recording.truth.back().time;
+       t += p.scan_period) {
+    Rng own = lidar_rng.stream(index++);
+    recording.scans.push_back(simulate_scan(result.plan, pose_at, t, p.lidar, own));
+  }
+  return result;
+}
+
+}  // namespace wayfare::sim

@@ -1,0 +1,63 @@
+#include "sync/gather_radar.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace wayfare {
+namespace {
+
+/// Of the radar in its own axes, over the frames on either side; none where odometry does not tell.
+std::optional<Eigen::Vector2d> velocity_at(std::span<const RadarScan> frames, std::size_t i,
+                                           const SE2d& T_base_radar,
+                                           const OdometryTrack& odometry) {
+  const LogTime from = frames[i > 0 ? i - 1 : 0].time,
+                to = frames[std::min(i + 1, frames.size() - 1)].time;
+  const auto a = odometry.at(from), b = odometry.at(to);
+  if (!(to > from) || !a || !b) return std::nullopt;
+  const SE2d moved = (a->raw() * T_base_radar).inverse() * (b->raw() * T_base_radar);
+  return Eigen::Vector2d(moved.log().head<2>() / to_seconds(to - from));
+}
+
+}  // namespace
+
+GatheredRadar gather(std::span<const RadarScan> frames,
+                     const Transform2<frame::Base, frame::Radar>& mounting, const RadarArray& array,
+                     const OdometryTrack& odometry) {
+  const SE2d T_base_radar = mounting.raw();
+  GatheredRadar scan{frames.back().time, {}};
+  const auto last = odometry.at(scan.time);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto here = odometry.at(frames[i].time);
+    const SE2d T_last_radar =
+        last && here ? last->raw().inverse() * here->raw() * T_base_radar : T_base_radar;
+    const auto velocity = velocity_at(frames, i, T_base_radar, odometry);
+    for (const RadarPoint& seen : frames[i].points) {
+      const RadarPoint p = velocity ? bearing_set_right(seen, *velocity, array) : seen;
+      const Eigen::Vector2d at = T_last_radar * Eigen::Vector2d(p.x_m, p.y_m);
+      if (at.allFinite()) scan.points.push_back(at.cast<float>());
+    }
+  }
+  return scan;
+}
+
+std::size_t frames_of_one_scan(std::span<const RadarScan> frames, const GatherOptions& options) {
+  const std::size_t most = std::min(frames.size(), std::max<std::size_t>(options.frames, 1));
+  std::size_t n = std::min<std::size_t>(most, 1);
+  while (n < most && to_seconds(frames[n].time - frames.front().time) <= options.longest_s) ++n;
+  return n;
+}
+
+std::vector<GatheredRadar> gather_radar(const Recording& recording, const OdometryTrack& odometry,
+                                        const GatherOptions& options) {
+  const RadarArray array{.max_speed_m_s = recording.radar_max_speed_m_s};
+  std::vector<GatheredRadar> scans;
+  for (std::span<const RadarScan> left = recording.radar; !left.empty();) {
+    const std::size_t n = frames_of_one_scan(left, options);
+    scans.push_back(gather(left.first(n), recording.T_base_radar, array, odometry));
+    left = left.subspan(n);
+  }
+  return scans;
+}
+
+}  // namespace wayfare

@@ -1,0 +1,32 @@
+#include <wayfare/core/parallel_runs.hpp>
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace wayfare::eval {
+namespace {
+
+TEST(ForEachRun, MakesEveryRunOnceOnAnyNumberOfThreads) {
+  for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{100}}) {
+    for (const int threads : {0, 1, 3, 200}) {
+      std::vector<int> made(count, 0);
+      for_each_run(count, threads, [&](std::size_t i) { ++made[i]; });
+      EXPECT_EQ(made, std::vector<int>(count, 1)) << count << " runs, " << threads << " threads";
+    }
+  }
+}
+
+// One call a run, in order, however the runs overlap.
+TEST(ForEachRun, ReportsItsProgressInOrder) {
+  for (const int threads : {1, 4}) {
+    std::vector<double> told, want;
+    for (int i = 1; i <= 50; ++i) want.push_back(i / 50.0);
+    for_each_run(
+        50, threads, [](std::size_t) {}, [&](double done) { told.push_back(done); });
+    EXPECT_EQ(told, want);
+  }
+}
+
+}  // namespace
+}  // namespace wayfare::eval

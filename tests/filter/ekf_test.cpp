@@ -1,0 +1,175 @@
+#include <wayfare/filter/ekf.hpp>
+
+#include <gtest/gtest.h>
+#include <Eigen/LU>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/core/so3.hpp>
+#include <wayfare/testing/filter_laws.hpp>
+
+namespace wayfare {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using testing::FilterLaws;
+using testing::is_covariance;
+
+/// z = h x + noise on a vector.
+template <class T, int N>
+struct Linear {
+  Eigen::Matrix<T, 1, N> h;
+  T z, r;
+  ScalarMeasurement<T, Eigen::Matrix<T, 1, N>> operator()(const Eigen::Matrix<T, N, 1>& x) const {
+    return {z - h.dot(x), h, r};
+  }
+};
+
+Matrix3d some_covariance() {
+  return (Matrix3d() << 4.0, 1.2, -0.3, 1.2, 2.0, 0.5, -0.3, 0.5, 0.7).finished();
+}
+
+struct ConstantVelocity {
+  double q;
+  struct Step {
+    Eigen::Vector2d state;
+    Eigen::Matrix2d phi, q;
+  };
+  Step operator()(const Eigen::Vector2d& x, double dt) const {
+    const Eigen::Matrix2d phi = (Eigen::Matrix2d() << 1.0, dt, 0.0, 1.0).finished();
+    return {phi * x, phi, q * Eigen::Matrix2d::Identity()};
+  }
+};
+
+TEST(Ekf, KeepsTheLawsOfFilters) {
+  const FilterLaws<Vector3d> laws{Ekf<Vector3d>(Vector3d(1.0, -2.0, 0.5), some_covariance())};
+  laws.check_update(Linear<double, 3>{{1.0, 0.0, 0.0}, 2.0, 0.25});
+  laws.check_update(Linear<double, 3>{{0.3, -1.0, 2.0}, -7.0, 1e-2});
+  const FilterLaws<Eigen::Vector2d> moving{
+      Ekf<Eigen::Vector2d>(Eigen::Vector2d(0.0, 1.0), some_covariance().topLeftCorner<2, 2>())};
+  moving.check_predict(ConstantVelocity{0.1}, 0.5);
+}
+
+// A random walk with variance q a step and measurement noise r settles at the positive root of
+// p² − p q − q r = 0 for the predicted variance p: the scalar Riccati equation.
+TEST(Ekf, SettlesWhereTheRiccatiEquationSays) {
+  using State = Eigen::Matrix<double, 1, 1>;
+  const double q = 0.3, r = 2.0;
+  struct Walk {
+    double q;
+    struct Step {
+      State state, phi, q;
+    };
+    Step operator()(const State& x) const { return {x, State::Identity(), State(q)}; }
+  };
+  Ekf<State> filter(State(0.0), State(100.0));
+  for (int i = 0; i < 200; ++i) {
+    filter.update(Linear<double, 1>{State(1.0), 1.0, r});
+    filter.predict(Walk{q});
+  }
+  EXPECT_NEAR(filter.covariance()(0, 0), 0.5 * (q + std::sqrt(q * q + 4.0 * q * r)), 1e-12);
+  EXPECT_NEAR(filter.state()[0], 1.0, 1e-12);
+}
+
+// Five orders of magnitude more precise than the prediction, one after the other, where single
+// precision has seven digits.
+TEST(Ekf, StaysPositiveDefiniteInSinglePrecision) {
+  using State = Eigen::Vector3f;
+  Eigen::Matrix3f start = 1e4f * Eigen::Matrix3f::Identity();
+  Ekf<State> filter(State::Zero(), start);
+  Rng rng(3);
+  for (int i = 0; i < 300; ++i) {
+    Eigen::RowVector3f h;
+    for (auto& x : h) x = static_cast<float>(rng.normal());
+    filter.update(Linear<float, 3>{h, 1.0f, 0.1f});
+    ASSERT_TRUE(is_covariance(filter.covariance())) << "update " << i;
+  }
+}
+
+TEST(Ekf, BlockUpdateEqualsOneByOne) {
+  const Ekf<Vector3d> start(Vector3d(1.0, -2.0, 0.5), some_covariance());
+  const Eigen::Matrix<double, 2, 3> h =
+      (Eigen::Matrix<double, 2, 3>() << 1.0, 0.5, 0.0, -0.2, 1.0, 3.0).finished();
+  const Eigen::Vector2d z(2.0, -1.0);
+  Ekf<Vector3d> block = start, single = start;
+  ASSERT_TRUE(block.update_block<2>(z - h * start.state(), h, 0.3 * Eigen::Matrix2d::Identity()));
+  for (int i = 0; i < 2; ++i) single.update(Linear<double, 3>{h.row(i), z[i], 0.3});
+  EXPECT_TRUE(block.covariance().isApprox(single.covariance(), 1e-12));
+  EXPECT_TRUE(block.state().isApprox(single.state(), 1e-12));
+  EXPECT_TRUE(is_covariance(block.covariance()));
+}
+
+TEST(Ekf, BlockUpdateRefusesWhatDoesNotFit) {
+  Ekf<Vector3d> filter(Vector3d::Zero(), some_covariance());
+  const Eigen::Matrix<double, 1, 3> h(1.0, 0.0, 0.0);
+  using One = Eigen::Matrix<double, 1, 1>;
+  EXPECT_FALSE(filter.update_block<1>(One(50.0), h, One(1.0), 25.0));  // 50²/5 = 500
+  EXPECT_FALSE(filter.update_block<1>(One(NAN), h, One(1.0)));
+  EXPECT_FALSE(filter.update_block<1>(One(1.0), h, One(-10.0)));  // no covariance
+  EXPECT_EQ(filter.covariance(), some_covariance());
+  EXPECT_EQ(filter.state(), Vector3d::Zero());
+}
+
+// An attitude found from the directions to two stars, seen in the body, starting 15° off. The first
+// rows are those of a wrong attitude, so a part of its error stays; noise alone would leave 0.0016
+// rad.
+TEST(Ekf, FindsAnAttitudeOnItsManifold) {
+  const SO3d truth = SO3d::exp(Vector3d(0.1, -0.2, 0.15));
+  Ekf<SO3d> filter(SO3d::identity(), Matrix3d::Identity());
+  for (int round = 0; round < 20; ++round) {
+    for (const Vector3d& star : {Vector3d(1, 0, 0), Vector3d(0, 0.6, 0.8)}) {
+      const Vector3d seen = truth.inverse() * star;
+      for (int axis = 0; axis < 3; ++axis) {
+        filter.update([&](const SO3d& q) {
+          const Vector3d predicted = q.inverse() * star;
+          return ScalarMeasurement<double, Eigen::RowVector3d>{seen[axis] - predicted[axis],
+                                                               skew(predicted).row(axis), 1e-4};
+        });
+      }
+    }
+  }
+  EXPECT_LT(filter.state().minus(truth).norm(), 2e-3);
+  EXPECT_TRUE(is_covariance(filter.covariance()));
+}
+
+// Eight filters in one: the same numbers as eight filters, and a lane whose measurement is refused,
+// broken or switched off is as if it had not been asked.
+TEST(Ekf, LanesOfAPackDoNotKnowOfEachOther) {
+  using P = Pack<double, 8>;
+  using State = Eigen::Matrix<P, 3, 1>;
+  const Matrix3d start = some_covariance();
+  Ekf<State> many(State(P(0), P(0), P(0)), start.cast<P>());
+  P z;
+  for (int i = 0; i < 8; ++i) z.set(i, 0.5 * i);
+  z.set(2, 1e6);
+  z.set(5, NAN);
+  MaskOf<P> enabled(true);
+  enabled.set(7, false);
+  const Eigen::RowVector3d h(1.0, -0.5, 0.25);
+  const auto u = many.update(Linear<P, 3>{h.cast<P>(), z, P(0.5)}, P(5), enabled);
+  for (int i = 0; i < 8; ++i) {
+    Ekf<Vector3d> one(Vector3d::Zero(), start);
+    const bool expected = i != 7 && one.update(Linear<double, 3>{h, z[i], 0.5}, 5.0).accepted;
+    EXPECT_EQ(u.accepted[i], expected);
+    EXPECT_EQ(expected, i != 2 && i != 5 && i != 7);
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_NEAR(many.state()[a][i], one.state()[a], 1e-14);
+      for (int b = 0; b < 3; ++b)
+        EXPECT_NEAR(many.covariance()(a, b)[i], one.covariance()(a, b), 1e-14);
+    }
+  }
+}
+
+TEST(Ekf, ForgettingAndDoubtKeepACovariance) {
+  Ekf<Vector3d> filter(Vector3d::Zero(), some_covariance());
+  filter.scale_sigma(0, 2, 3.0);
+  EXPECT_NEAR(filter.covariance()(0, 0), 36.0, 1e-12);
+  EXPECT_NEAR(filter.covariance()(0, 2), -0.9, 1e-12);
+  EXPECT_TRUE(is_covariance(filter.covariance()));
+  filter.reset_variance(1, 5.0);
+  EXPECT_EQ(filter.covariance().row(1), Eigen::RowVector3d(0.0, 5.0, 0.0));
+  EXPECT_TRUE(is_covariance(filter.covariance()));
+}
+
+}  // namespace
+}  // namespace wayfare

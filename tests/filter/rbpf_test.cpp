@@ -1,0 +1,143 @@
+#include <wayfare/filter/rbpf.hpp>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace wayfare {
+namespace {
+
+LogTime at_second(double s) { return LogTime::from_seconds(s); }
+StampedPose start() { return {at_second(0), Transform2<frame::Map, frame::Base>(SE2d())}; }
+
+/// A map of one number: where the landmark was seen.
+struct OneLandmark {
+  std::vector<double> seen_at;
+};
+
+TEST(PoseTree, ForgetsWaysNobodyLeads) {
+  PoseTree tree;
+  PoseTree::Node a = tree.plant(start()), b = a;
+  tree.hold(a);
+  for (int i = 1; i <= 10; ++i) {
+    const auto pose = [&](double y) {
+      return StampedPose{at_second(i), Transform2<frame::Map, frame::Base>(SE2d(i, y, Angle{}))};
+    };
+    a = tree.grow(a, pose(0));
+    b = tree.grow(b, pose(1));
+  }
+  EXPECT_EQ(tree.size(), 21U);  // the start is shared
+  EXPECT_EQ(tree.way(b).size(), 11U);
+  EXPECT_EQ(tree.way(b)[5].T_map_base.raw().y(), 1.0);
+  tree.release(b);
+  EXPECT_EQ(tree.size(), 11U);
+  EXPECT_EQ(tree.way(a)[5].T_map_base.raw().x(), 5.0);
+  const PoseTree::Node again = tree.grow(a, start());
+  EXPECT_EQ(tree.size(), 12U);  // in the memory of the way forgotten
+  tree.release(again);
+  EXPECT_EQ(tree.size(), 0U);
+}
+
+// A chain as long as a day of scans is let go of without running out of stack.
+TEST(PoseTree, ReleasesLongWays) {
+  PoseTree tree;
+  PoseTree::Node end = tree.plant(start());
+  for (int i = 0; i < 1000000; ++i) end = tree.grow(end, start());
+  tree.release(end);
+  EXPECT_EQ(tree.size(), 0U);
+}
+
+// A robot on a line, its steps N(1, 0.2²), sees a mark at 5 with σ = 0.1 after five of them. Where
+// it then is follows from the product of N(5, 5·0.2²) and N(5.3, 0.1²); the mean of the particles'
+// first steps given that is 1 + (x − 5)/5.
+TEST(Rbpf, WeighsWholeWays) {
+  constexpr std::size_t kParticles = 20000;
+  Rbpf<OneLandmark> filter(kParticles, start(), {}, 3);
+  for (int i = 1; i <= 5; ++i)
+    filter.update(at_second(i), [](auto& particle, Rng& rng, std::size_t) {
+      particle.pose = particle.pose * SE2d(rng.normal(1.0, 0.2), 0, Angle{});
+      particle.map.seen_at.push_back(particle.pose.x());
+      return 0.0;
+    });
+  EXPECT_NEAR(filter.effective_particles(), kParticles, 1e-6);
+  filter.update(at_second(6), [](auto& particle, Rng&, std::size_t) {
+    const double d = (particle.pose.x() - 5.3) / 0.1;
+    return -0.5 * d * d;
+  });
+  const double variance = 5 * 0.04, expected = 5 + 0.3 * variance / (variance + 0.01);
+  double mean = 0, first = 0;
+  for (std::size_t i = 0; i < kParticles; ++i) {
+    const double w = std::exp(filter.log_weights()[i]);
+    mean += w * filter.particles()[i].pose.x();
+    first += w * filter.particles()[i].map.seen_at.front();
+  }
+  // √(posterior variance / effective particles), four times.
+  const double posterior = variance * 0.01 / (variance + 0.01);
+  const double n = filter.effective_particles();
+  EXPECT_NEAR(mean, expected, 4 * std::sqrt(posterior / n));
+  EXPECT_NEAR(first, 1 + (expected - 5) / 5, 4 * 0.2 / std::sqrt(n));
+
+  // Drawn anew, they say the same with equal weights, and each keeps the way its map came from.
+  EXPECT_FALSE(filter.resample_below(n / kParticles - 0.01));
+  EXPECT_TRUE(filter.resample_below(n / kParticles + 0.01));
+  EXPECT_NEAR(filter.effective_particles(), kParticles, 1e-6);
+  double after = 0;
+  for (const auto& p : filter.particles()) after += p.pose.x() / kParticles;
+  EXPECT_NEAR(after, mean, 4 * std::sqrt(posterior / kParticles));
+  for (std::size_t i = 0; i < kParticles; i += 500) {
+    const Trajectory way = filter.way(i);
+    ASSERT_EQ(way.size(), 7U);
+    for (std::size_t k = 1; k <= 5; ++k)
+      EXPECT_EQ(way[k].T_map_base.raw().x(), filter.particles()[i].map.seen_at[k - 1]);
+  }
+  EXPECT_LT(filter.poses_kept(), 7 * kParticles);
+}
+
+TEST(Rbpf, TheBestIsTheOneWhoseWholeWayExplainsMost) {
+  Rbpf<OneLandmark> filter(3, start(), {}, 1);
+  std::vector<double> factors{-1.0, -2.0, -5.0};
+  std::size_t next = 0;
+  filter.update(at_second(1), [&](auto&, Rng&, std::size_t) { return factors[next++ % 3]; });
+  EXPECT_EQ(filter.best(), 0U);
+  factors = {-6.0, -1.0, -3.0};
+  filter.update(at_second(2), [&](auto&, Rng&, std::size_t) { return factors[next++ % 3]; });
+  EXPECT_EQ(filter.best(), 1U);  // −3 against −7 and −8
+}
+
+// A measurement nothing explains leaves the particles as they were.
+TEST(Rbpf, SurvivesACollapse) {
+  Rbpf<OneLandmark> filter(4, start(), {}, 1);
+  const auto said = filter.update(at_second(1), [](auto&, Rng&, std::size_t) {
+    return -std::numeric_limits<double>::infinity();
+  });
+  EXPECT_TRUE(said.collapsed);
+  EXPECT_NEAR(filter.effective_particles(), 4, 1e-9);
+}
+
+/// The indices in another order, as threads might take them.
+struct Backwards {
+  template <class F>
+  void operator()(std::size_t n, const F& f) const {
+    for (std::size_t i = n; i-- > 0;) f(i, i % 2);
+  }
+};
+
+TEST(Rbpf, TheOrderOfWorkDoesNotMatter) {
+  Rbpf<OneLandmark> a(50, start(), {}, 9), b(50, start(), {}, 9);
+  const auto step = [](auto& particle, Rng& rng, std::size_t) {
+    particle.pose = particle.pose * SE2d(rng.normal(1.0, 0.2), rng.normal(0, 0.1), Angle{});
+    return -particle.pose.x() * particle.pose.x();
+  };
+  for (int i = 1; i < 20; ++i) {
+    a.update(at_second(i), step);
+    b.update(at_second(i), step, Backwards());
+    EXPECT_EQ(a.resample_below(), b.resample_below());
+  }
+  for (std::size_t i = 0; i < 50; ++i)
+    EXPECT_EQ(a.particles()[i].pose.translation(), b.particles()[i].pose.translation());
+}
+
+}  // namespace
+}  // namespace wayfare

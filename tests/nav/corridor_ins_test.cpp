@@ -1,0 +1,89 @@
+// Dead reckoning held by corridor walls: what it reaches, and what it makes of faults.
+
+#include <wayfare/nav/corridor_ins.hpp>
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <wayfare/sim/differential_drive.hpp>
+
+#include "corridor_ins/evaluate.hpp"
+
+namespace wayfare {
+namespace {
+
+using examples::Aiding;
+
+/// Quicker than the study's: a minute and a half in all.
+sim::CorridorDriveParams params_of(sim::MotionPattern pattern) {
+  sim::CorridorDriveParams p;
+  p.pattern = pattern;
+  p.rest_s = 30.0;
+  p.speed_m_s = 1.0;
+  p.gyro.drift_rad_s2 = 4e-5;
+  return p;
+}
+
+CorridorRun run_of(const sim::CorridorDrive& drive, const CorridorInsOptions& options) {
+  auto run = run_corridor_ins(drive.recording, motion_of(drive.recording), options);
+  EXPECT_TRUE(run);
+  return run ? *std::move(run) : CorridorRun{};
+}
+
+class CorridorIns_ : public testing::TestWithParam<sim::MotionPattern> {};
+INSTANTIATE_TEST_SUITE_P(Patterns, CorridorIns_,
+                         testing::Values(sim::MotionPattern::straight, sim::MotionPattern::curved));
+
+TEST_P(CorridorIns_, HoldsPositionAndFindsTheBiasOfTheGyro) {
+  const auto p = params_of(GetParam());
+  const auto drive = sim::simulate_corridors(p, Rng(11));
+  ASSERT_TRUE(drive);
+  double rmse[3];
+  for (const Aiding aiding : {Aiding::none, Aiding::side_walls, Aiding::end_walls}) {
+    const auto errors =
+        examples::errors_of(run_of(*drive, examples::options_for(p, aiding)), *drive, p.rest_s);
+    rmse[aiding == Aiding::none         ? 0
+         : aiding == Aiding::side_walls ? 1
+                                        : 2] = errors.position_rmse_m[5];
+    if (aiding == Aiding::none) continue;
+    EXPECT_LT(std::abs(errors.bias_error_deg_s), 3 * errors.bias_sigma_deg_s);
+    EXPECT_LT(std::abs(errors.scale_error), 3 * errors.scale_sigma);
+    EXPECT_GT(errors.walls_share, 0.9);
+  }
+  EXPECT_LT(rmse[1], GetParam() == sim::MotionPattern::straight ? 0.25 : 0.10);
+  EXPECT_LT(rmse[2], 0.10);
+  EXPECT_GT(rmse[0], 5 * rmse[1]);
+}
+
+TEST(CorridorIns, CannotTellTheWayAlongStraightWallsUnlessOneStandsAcross) {
+  const auto p = params_of(sim::MotionPattern::straight);
+  const auto drive = sim::simulate_corridors(p, Rng(12));
+  double scale_left[2];
+  for (const bool across : {false, true}) {
+    const auto o = examples::options_for(p, across ? Aiding::end_walls : Aiding::side_walls);
+    CorridorIns ins(o);
+    const auto motion = motion_of(drive->recording);
+    std::size_t next = 0;
+    for (const LaserScan& scan : drive->recording.scans) {
+      if (scan.time >= drive->section_ends[0]) break;
+      for (; next < motion.size() && motion[next].time <= scan.time; ++next)
+        ASSERT_TRUE(ins.add_motion(motion[next]));
+      ASSERT_TRUE(ins.add_scan(scan));
+    }
+    scale_left[across ? 1 : 0] = ins.speed_scale().sigma / o.start_scale;
+  }
+  EXPECT_GT(scale_left[0], 0.9);  // in one straight corridor nothing is learnt of it
+  EXPECT_LT(scale_left[1], 0.15);
+}
+
+TEST(CorridorIns, IsOneForAllTheSame) {
+  const auto p = params_of(sim::MotionPattern::curved);
+  const auto drive = sim::simulate_corridors(p, Rng(13));
+  const auto a = run_of(*drive, {}), b = run_of(*drive, {});
+  EXPECT_EQ(a.epochs.back().pose.x(), b.epochs.back().pose.x());
+  EXPECT_EQ(a.epochs.back().gyro_bias.value, b.epochs.back().gyro_bias.value);
+}
+
+}  // namespace
+}  // namespace wayfare

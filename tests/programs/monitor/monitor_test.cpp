@@ -1,0 +1,416 @@
+// The monitor's server as browsers and others meet it, and its page in a browser.
+// WAYFARE_PICTURES names a folder the browser's pictures are left in.
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <wayfare/io/time_text.hpp>
+#include <wayfare/logger/logger.hpp>
+#include <wayfare/logger/messages.hpp>
+#include "logger/simulated_devices.hpp"
+#include "monitor/server.hpp"
+
+// Behind Eigen, which uses a name that a header of this one defines away.
+#include <httplib.h>
+
+namespace wayfare::examples {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+using ::wayfare::testing::read_all;
+using ::wayfare::testing::TemporaryFolder;
+using ::wayfare::testing::wait_for;
+
+LogTime at(double s) {
+  return LogTime::from_nanoseconds(1'700'000'000'000'000'000) + from_seconds(s);
+}
+
+/// Twenty seconds of a walk in a room four metres wide, with a radar that sees one thing.
+struct Recorded {
+  Recorded() {
+    auto writer = io::McapWriter::create(path);
+    const auto channel = [&](const char* topic, const logger::MessageSchema& schema) {
+      return *writer->add_channel(
+          topic, "json",
+          *writer->add_schema(std::string(schema.name), "jsonschema", std::string(schema.json)));
+    };
+    const auto unit = channel("/unit/imu", logger::imu_schema());
+    const auto lidar = channel("/lidar/scan", logger::laser_scan_schema());
+    const auto radar = channel("/radar/points", logger::point_cloud_schema());
+    for (int i = 0; i < 2000; ++i) {
+      const double t = 0.01 * i, bob = 3.0 * std::sin(2.0 * M_PI * 1.8 * t);
+      samples.push_back({at(t), {0.0, 0.0, 0.1}, {0.2, 0.0, 9.81 + bob}, {20.0, 0.0, -40.0}});
+      EXPECT_TRUE(writer->write(unit, at(t), at(t), logger::imu_json(samples.back(), "unit")));
+      if (i % 20 != 0) continue;
+      LaserScan scan{at(t), Angle::degrees(-180.0), Angle::degrees(1.0), 0.1F, 12.0F, {}};
+      for (int k = 0; k < 360; ++k) {
+        const double a = scan.bearing(static_cast<std::size_t>(k)).radians();
+        const double reach = std::min(3.0 / std::abs(std::cos(a)), 2.0 / std::abs(std::sin(a)));
+        scan.ranges_m.push_back(static_cast<float>(reach));
+      }
+      EXPECT_TRUE(writer->write(lidar, at(t), at(t), logger::laser_scan_json(scan, "lidar")));
+      const RadarScan cloud{at(t), {{1.5F, 0.5F, 0.0F, 0.4F, 20.0F}}};
+      EXPECT_TRUE(writer->write(radar, at(t), at(t), logger::point_cloud_json(cloud, "radar")));
+    }
+    EXPECT_TRUE(writer->close());
+  }
+  TemporaryFolder folder;
+  std::string path = folder / "walk.mcap";
+  std::vector<MargSample> samples;
+};
+
+std::unique_ptr<MonitorServer> serve(MonitorOptions options) {
+  options.port = 0;
+  auto server = MonitorServer::start(options);
+  EXPECT_TRUE(server) << (server ? "" : server.error().to_string());
+  return server ? std::move(*server) : nullptr;
+}
+
+httplib::Client client_of(const MonitorServer& server) {
+  httplib::Client client("127.0.0.1", server.port());
+  client.set_read_timeout(120);
+  return client;
+}
+
+TEST(Monitor, AnswersWhatItsPageAsks) {
+  const Recorded recorded;
+  const auto server = serve({.recording = recorded.path});
+  auto client = client_of(*server);
+  EXPECT_THAT(client.Get("/")->body, HasSubstr("<title>wayfare monitor</title>"));
+  const std::string contents = client.Get("/api/contents")->body;
+  EXPECT_THAT(contents, HasSubstr(R"("messages":2200)"));
+  EXPECT_THAT(contents,
+              HasSubstr(R"({"messages":100,"schema":"foxglove.LaserScan","topic":"/lidar/scan"})"));
+  // 2000 samples in 500 rows: the least and the greatest of every eight.
+  EXPECT_THAT(client.Get("/api/inertial?topic=/unit/imu&n=500")->body, HasSubstr(R"("stride":8)"));
+  const auto scan =
+      logger::parse_laser_scan(client.Get("/api/message?topic=/lidar/scan&t=7.3")->body);
+  ASSERT_TRUE(scan);
+  EXPECT_EQ(scan->time, at(7.2));
+  EXPECT_THAT(client.Get("/api/walk?topic=/unit/imu")->body, HasSubstr("columns"));
+  EXPECT_EQ(client.Get("/api/map.png")->body.substr(1, 3), "PNG");
+  EXPECT_EQ(client.Get("/api/message?topic=/none&t=1")->status, 404);
+  EXPECT_EQ(client.Get("/api/inertial?topic=/lidar/scan")->status, 404);
+  EXPECT_EQ(client.Get("/api/events")->status, 404);
+  EXPECT_EQ(client.Get("/../etc/passwd")->status, 404);
+}
+
+TEST(Monitor, ExportsWhatWasDecoded) {
+  const Recorded recorded;
+  const auto server = serve({.recording = recorded.path});
+  auto client = client_of(*server);
+  std::istringstream csv(client.Get("/export.csv?topic=/unit/imu")->body);
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line, "t_s,gx_radps,gy_radps,gz_radps,ax_mps2,ay_mps2,az_mps2,mx_uT,my_uT,mz_uT");
+  for (const MargSample& s : recorded.samples) {
+    ASSERT_TRUE(std::getline(csv, line));
+    std::vector<double> v;
+    std::istringstream fields(line.substr(line.find(',') + 1));
+    for (std::string field; std::getline(fields, field, ',');) v.push_back(std::stod(field));
+    ASSERT_EQ(v.size(), 9U);
+    EXPECT_EQ(Eigen::Vector3d(v[0], v[1], v[2]), s.angular_rate_radps);
+    EXPECT_EQ(Eigen::Vector3d(v[3], v[4], v[5]), s.specific_force_mps2);
+    EXPECT_EQ(Eigen::Vector3d(v[6], v[7], v[8]), s.magnetic_field_uT);
+  }
+  EXPECT_FALSE(std::getline(csv, line));
+  EXPECT_THAT(client.Get("/export.csv?topic=/radar/points")->body,
+              HasSubstr("1700000000.000000000,1.5,0.5,0,0.4,20\n"));
+  const auto original = io::McapReader::open(recorded.path);
+  std::istringstream beams(client.Get("/export.csv?topic=/lidar/scan")->body);
+  std::getline(beams, line);
+  EXPECT_EQ(line, "t_s,bearing_rad,range_m");
+  original->read({io::McapOrder::file, {"/lidar/scan"}}, [&](const io::McapMessage& m) {
+    const auto scan = logger::parse_laser_scan(m.data);
+    bool same = scan.has_value();
+    for (std::size_t i = 0; same && i < scan->ranges_m.size(); ++i) {
+      std::string t, bearing, range;
+      std::getline(std::getline(beams, t, ','), bearing, ',');
+      std::getline(beams, range);
+      same = t == io::format_nanoseconds(scan->time.nanoseconds()) &&
+             std::stod(bearing) == scan->bearing(i).radians() &&
+             std::stof(range) == scan->ranges_m[i];
+    }
+    EXPECT_TRUE(same) << m.sequence;
+    return same;
+  });
+  EXPECT_FALSE(std::getline(beams, line));
+  for (const std::string topic : {"", "/lidar/scan"}) {
+    const auto copy =
+        io::McapReader::parse(client.Get("/export.mcap?topic=" + topic)->body, "export");
+    ASSERT_TRUE(copy);
+    EXPECT_TRUE(copy->contents().indexed);
+    io::McapQuery query;
+    if (!topic.empty()) query.topics = {topic};
+    EXPECT_EQ(read_all(*copy), read_all(*original, query));
+  }
+}
+
+TEST(Monitor, DemandsItsToken) {
+  const Recorded recorded;
+  // Off the loopback address there is always one.
+  EXPECT_EQ(serve({.recording = recorded.path, .host = "0.0.0.0"})->token().size(), 32U);
+  EXPECT_EQ(serve({.recording = recorded.path})->token(), "");
+  const auto server = serve({.recording = recorded.path, .token = "sesame"});
+  auto client = client_of(*server);
+  for (const std::string path : {"/", "/api/contents", "/export.mcap", "/none"}) {
+    EXPECT_EQ(client.Get(path)->status, 401) << path;
+    EXPECT_EQ(client.Get(path + "?token=sesam")->status, 401) << path;
+    EXPECT_EQ(client.Get(path, {{"Authorization", "Bearer Sesame"}})->status, 401) << path;
+  }
+  EXPECT_EQ(client.Post("/api/command", "B", "text/plain")->status, 401);
+  EXPECT_EQ(client.Get("/api/contents?token=sesame")->status, 200);
+  EXPECT_EQ(client.Get("/api/contents", {{"Authorization", "Bearer sesame"}})->status, 200);
+}
+
+TEST(Monitor, KeepsOtherSitesOut) {
+  const Recorded recorded;
+  const auto server = serve({.recording = recorded.path});
+  auto client = client_of(*server);
+  EXPECT_EQ(client.Get("/api/contents", {{"Host", "evil.example"}})->status, 403);
+  EXPECT_EQ(client.Get("/api/contents", {{"Host", "localhost:1"}})->status, 200);
+  EXPECT_EQ(client.Post("/api/command", "B", "text/plain")->status, 403);
+}
+
+TEST(Monitor, BoundsRequestsInSizeAndRate) {
+  const Recorded recorded;
+  const auto server = serve({.recording = recorded.path, .requests_per_s = 20.0});
+  auto client = client_of(*server);
+  EXPECT_EQ(client.Post("/api/command", std::string(10'000, 'B'), "text/plain")->status, 413);
+  EXPECT_EQ(client.Get("/" + std::string(10'000, 'x'))->status, 414);
+  const auto header = client.Get("/", {{"X-Long", std::string(100'000, 'x')}});
+  EXPECT_TRUE(!header || header->status >= 400);
+  int refused = 0;
+  for (int i = 0; i < 100; ++i) refused += client_of(*server).Get("/")->status == 429 ? 1 : 0;
+  EXPECT_GT(refused, 20);
+  EXPECT_TRUE(wait_for(20s, [&] { return client_of(*server).Get("/")->status == 200; }));
+}
+
+/// A connection that sends `text` and no more.
+int half_a_request(int port, const std::string& text) {
+  const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  EXPECT_EQ(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  EXPECT_EQ(::send(fd, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
+  return fd;
+}
+
+TEST(Monitor, SlowClientsHoldNobodyUp) {
+  const Recorded recorded;
+  const auto server = serve({.recording = recorded.path});
+  std::vector<int> slow;
+  for (int i = 0; i < 40; ++i)
+    slow.push_back(half_a_request(server->port(), i % 2 == 0
+                                                      ? "GET /api/contents HT"
+                                                      : "GET /export.csv?topic=/unit/imu "
+                                                        "HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+  auto client = client_of(*server);
+  EXPECT_EQ(client.Get("/")->status, 200);
+  // What nobody finishes to ask is dropped in the end.
+  EXPECT_TRUE(wait_for(20s, [&] {
+    char byte = 0;
+    return ::recv(slow[0], &byte, 1, MSG_DONTWAIT) == 0 || (errno != EAGAIN);
+  }));
+  for (const int fd : slow) ::close(fd);
+}
+
+TEST(Monitor, AHundredClientsDoNoHarm) {
+  const Recorded recorded;
+  const auto server = serve({.recording = recorded.path});
+  std::atomic<int> answered{0}, refused{0}, odd{0};
+  std::vector<std::thread> clients;
+  for (int i = 0; i < 100; ++i)
+    clients.emplace_back([&] {
+      for (const char* path : {"/", "/api/contents", "/api/inertial?topic=/unit/imu"}) {
+        const auto answer = client_of(*server).Get(path);
+        const int status = answer ? answer->status : 0;
+        ++(status == 200 ? answered : status == 429 || status == 503 ? refused : odd);
+      }
+    });
+  for (std::thread& client : clients) client.join();
+  EXPECT_EQ(odd, 0);
+  EXPECT_GE(answered, 100);
+  EXPECT_EQ(answered + refused, 300);
+  EXPECT_TRUE(
+      wait_for(20s, [&] { return client_of(*server).Get("/api/contents")->status == 200; }));
+}
+
+// --- with a live logger --------------------------------------------------------------------------
+
+struct Live {
+  Live() {
+    logger::LoggerOptions options;
+    options.folder = folder.path().string();
+    options.control_socket = folder / "control";
+    options.status_every = 100ms;
+    logger::SensorOptions sensor;
+    sensor.device = {"unit", "raw", 115200, ""};
+    sensor.port = terminal.path();
+    options.sensors = {sensor};
+    running = std::move(*logger::Logger::start(options));
+  }
+  [[nodiscard]] bool is(logger::LoggerState state) const {
+    return wait_for(20s, [&] { return running->status().state == state; });
+  }
+  TemporaryFolder folder;
+  logger::PseudoTerminal terminal = std::move(*logger::PseudoTerminal::open());
+  std::unique_ptr<logger::Logger> running;
+};
+
+TEST(Monitor, ShowsAndControlsALiveLogger) {
+  const Live live;
+  const auto server = serve({.live = live.folder / "control", .listeners = 2});
+  auto client = client_of(*server);
+  const auto command = [&](const std::string& body) {
+    const auto answer = client.Post("/api/command", {{"X-Wayfare", "1"}}, body, "text/plain");
+    return answer ? answer->status : 0;
+  };
+  EXPECT_EQ(command("X"), 400);
+  EXPECT_EQ(command("BS"), 400);
+  EXPECT_TRUE(wait_for(20s, [&] { return command("B") == 200; }));
+  EXPECT_TRUE(live.is(logger::LoggerState::recording));
+  std::string events;
+  client.Get("/api/events", [&](const char* data, std::size_t n) {
+    events.append(data, n);
+    return events.find("\"state\":\"recording\"") == events.npos && events.size() < 100'000;
+  });
+  EXPECT_THAT(events, HasSubstr("data: {\"state\":\"recording\""));
+  // Its recording can be looked at while it grows.
+  EXPECT_TRUE(wait_for(20s, [&] { return client.Get("/api/contents")->status == 200; }));
+  EXPECT_EQ(command("S"), 200);
+  EXPECT_TRUE(live.is(logger::LoggerState::idle));
+
+  std::atomic<bool> enough{false};
+  std::vector<std::thread> listeners;
+  std::atomic<int> listening{0};
+  for (int i = 0; i < 2; ++i)
+    listeners.emplace_back([&] {
+      bool counted = false;
+      client_of(*server).Get("/api/events", [&](const char*, std::size_t) {
+        if (!counted) ++listening;
+        counted = true;
+        return !enough;
+      });
+    });
+  EXPECT_TRUE(wait_for(20s, [&] { return listening == 2; }));
+  EXPECT_EQ(client_of(*server).Get("/api/events")->status, 503);
+  enough = true;
+  for (std::thread& listener : listeners) listener.join();
+  EXPECT_EQ(command("T"), 200);
+  EXPECT_TRUE(live.is(logger::LoggerState::terminated));
+}
+
+TEST(Monitor, OutlastsTheLogger) {
+  auto live = std::make_unique<Live>();
+  const auto server = serve({.live = live->folder / "control"});
+  auto client = client_of(*server);
+  const auto check = [&] {
+    return client.Post("/api/command", {{"X-Wayfare", "1"}}, "C", "text/plain")->status;
+  };
+  EXPECT_TRUE(wait_for(20s, [&] { return check() == 200; }));
+  live->running.reset();
+  EXPECT_TRUE(wait_for(20s, [&] { return check() == 502; }));
+  EXPECT_EQ(client.Get("/api/contents")->status, 404);
+}
+
+TEST(Monitor, SaysWhatItCannotShow) {
+  EXPECT_FALSE(MonitorServer::start({}));
+  EXPECT_FALSE(MonitorServer::start({.recording = "/nowhere.mcap"}));
+  EXPECT_FALSE(MonitorServer::start({.live = "/nowhere", .host = "nowhere.invalid", .port = 0}));
+}
+
+// --- in a browser --------------------------------------------------------------------------------
+
+bool has_browser() {
+  return std::system("command -v chromium >/dev/null && command -v node >/dev/null") == 0;
+}
+
+/// Opens `url`; gives what the browser's script said.
+std::string browse(const std::string& url, const std::string& picture,
+                   const std::vector<std::string>& expressions) {
+  const char* folder = std::getenv("WAYFARE_PICTURES");
+  const std::string shot = folder == nullptr ? "/dev/null" : std::string(folder) + "/" + picture;
+  std::string command = "node '" WAYFARE_BROWSE "' '" + url + "' '" + shot + "' 1100";
+  for (const std::string& expression : expressions) command += " '" + expression + "'";
+  std::string out;
+  FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
+  char buffer[4096];
+  for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;)
+    out.append(buffer, n);
+  ::pclose(pipe);
+  return out;
+}
+
+/// Whether something was drawn on a canvas.
+std::string drawn(const std::string& id) {
+  return "new Uint32Array(document.getElementById(\"" + id + "\").getContext(\"2d\")" +
+         ".getImageData(0, 0, 600, 150).data.buffer).filter((p) => p !== 0).length > 500";
+}
+
+TEST(MonitorInABrowser, ShowsARecording) {
+  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
+  const Recorded recorded;
+  const auto server = serve({.recording = recorded.path, .token = "sesame"});
+  EXPECT_EQ(
+      browse(server->url(), "recording.png",
+             {"document.body.dataset.ready === \"yes\"",
+              "document.querySelectorAll(\"#topics tr\").length === 4", drawn("force"),
+              drawn("rate"), drawn("scan"), "document.getElementById(\"make\").click() || true",
+              "document.getElementById(\"map\").naturalWidth > 10"}),
+      "all true\n");
+}
+
+TEST(MonitorInABrowser, StartsAndStopsALiveLogger) {
+  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
+  const Live live;
+  const auto server = serve({.live = live.folder / "control"});
+  const auto click = [](const std::string& command) {
+    return "document.querySelector(\"[data-command=" + command + "]\").click() || true";
+  };
+  const auto state = [](const std::string& name) {
+    return "document.getElementById(\"state\").textContent === \"" + name + "\"";
+  };
+  EXPECT_EQ(
+      browse(server->url(), "live.png",
+             {state("idle"), click("B"), state("recording"), click("S"), state("idle"), click("B"),
+              state("recording"), "document.querySelectorAll(\"#sensors tr\").length === 1"}),
+      "all true\n");
+  EXPECT_EQ(live.running->status().state, logger::LoggerState::recording);
+}
+
+TEST(MonitorInABrowser, SaysWhenTheLoggerIsGone) {
+  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
+  Live live;
+  const auto server = serve({.live = live.folder / "control"});
+  std::thread end([&] {
+    if (!wait_for(120s,
+                  [&] { return live.running->status().state == logger::LoggerState::terminated; }))
+      return;
+    live.running.reset();
+  });
+  EXPECT_EQ(browse(server->url(), "gone.png",
+                   {"document.getElementById(\"state\").textContent === \"idle\"",
+                    "document.querySelector(\"[data-command=T]\").click() || true",
+                    "document.getElementById(\"state\").className === \"lost\"",
+                    "document.querySelectorAll(\"[data-command]:disabled\").length === 3"}),
+            "all true\n");
+  end.join();
+  EXPECT_EQ(live.running, nullptr);
+}
+
+}  // namespace
+}  // namespace wayfare::examples

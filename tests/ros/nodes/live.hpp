@@ -1,0 +1,86 @@
+#pragma once
+
+// Nodes as processes of their own, with a master of the test's own on the loopback address.
+
+#include <signal.h>
+
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <wayfare/ros/node.hpp>
+#include <wayfare/ros/detail/raw_node.hpp>
+#include "io/support.hpp"
+#include "processes.hpp"
+
+namespace wayfare::testing {
+
+using Command = std::vector<std::string>;
+
+/// The master, and the test as a node; roscpp knows one node a process.
+class Live : public ::testing::Test {
+ public:
+  static void SetUpTestSuite() {
+    if (!is_installed("roscore")) return;
+    folder_ = std::make_unique<TemporaryFolder>();
+    const std::string port = std::to_string(free_port());
+    ::setenv("ROS_MASTER_URI", ("http://127.0.0.1:" + port).c_str(), 1);
+    ::setenv("ROS_IP", "127.0.0.1", 1);
+    ::unsetenv("ROS_HOSTNAME");
+    ::setenv("ROS_HOME", folder_->path().c_str(), 1);
+    ::setenv("ROS_LOG_DIR", (*folder_ / "logs").c_str(), 1);
+    master_ = std::make_unique<Process>(Command{"roscore", "-p", port}, *folder_ / "roscore.txt");
+    Command arguments = {"test"};
+    node_ = std::make_unique<ros::Node>(arguments, "wayfare_test");
+    ASSERT_TRUE(node_->connect());
+  }
+  static void TearDownTestSuite() {
+    node_.reset();
+    if (master_) master_->end(SIGINT);
+    master_.reset();
+    folder_.reset();
+  }
+  void SetUp() override {
+    if (!node_) GTEST_SKIP() << "needs roscore (Debian's python3-roslaunch and rosout)";
+  }
+
+  static std::string path(const std::string& name) { return *folder_ / name; }
+  static bool spin_until(double seconds, const std::function<bool()>& done) {
+    return until(seconds, done, [] { node_->spin(0.02); });
+  }
+  /// Topics are named after the test, as latched messages of another must not be heard.
+  static std::string topic(const std::string& name) {
+    std::string full = "/";
+    full += ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    return full.append("/").append(name);
+  }
+  static Command in_its_own_topics(Command command) {
+    for (const char* name : {"scan", "odom", "map", "path", "pose", "tf", "tf_static", "radar",
+                             "radar_points", "imu", "magnetic_field"})
+      command.push_back(std::string("/").append(name).append(":=").append(topic(name)));
+    return command;
+  }
+  /// A recording, twenty times as fast as it was, once every topic of `heard` has a listener.
+  static Process play(const std::string& recording, const Command& heard,
+                      const Command& options = {}) {
+    Command command = {WAYFARE_PLAY_RECORDING, recording, "--speed", "20", "__name:=player"};
+    for (const std::string& topic : heard) command.insert(command.end(), {"--wait-for", topic});
+    command.insert(command.end(), options.begin(), options.end());
+    return Process(in_its_own_topics(command), path("player.txt"));
+  }
+  /// What is heard on a topic from now on.
+  template <class M>
+  static std::shared_ptr<std::vector<M>> listen(const std::string& name) {
+    auto heard = std::make_shared<std::vector<M>>();
+    node_->subscribe<M>(topic(name), 1000, [heard](const M& m) { heard->push_back(m); });
+    return heard;
+  }
+
+  inline static std::unique_ptr<TemporaryFolder> folder_;
+  inline static std::unique_ptr<Process> master_;
+  inline static std::unique_ptr<ros::Node> node_;
+};
+
+}  // namespace wayfare::testing

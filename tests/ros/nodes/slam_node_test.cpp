@@ -1,0 +1,207 @@
+// The node's own work, without ROS: what it waits for, what it makes of clocks and publishers that
+// begin anew, and that order of arrival does not matter.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <wayfare/io/grid_image.hpp>
+#include <wayfare/ros/detail/node_output.hpp>
+#include <wayfare/ros/slam_node.hpp>
+#include <wayfare/sync/gyro_turn.hpp>
+#include <wayfare/sync/odometry_track.hpp>
+#include "driven.hpp"
+#include "room_drive.hpp"
+
+namespace wayfare {
+namespace {
+
+using testing::Driven;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using testing::room_drive;
+
+void drive(Driven& to, const Recording& r, Duration shift = Duration(0)) {
+  std::size_t o = 0;
+  for (LaserScan scan : r.scans) {
+    for (; o < r.odometry.size() && r.odometry[o].time <= scan.time; ++o)
+      to.odometry({r.odometry[o].time + shift, r.odometry[o].T_odom_base});
+    scan.time += shift;
+    to.scan(scan);
+  }
+  for (; o < r.odometry.size(); ++o)
+    to.odometry({r.odometry[o].time + shift, r.odometry[o].T_odom_base});
+}
+
+ros::OccupancyGrid offline_map(const Recording& r) {
+  const auto run = run_submap_slam(r);
+  return ros::message_of(io::grid_image(run->map), r.scans.back().time, "map");
+}
+
+TEST(SlamNode, MakesTheMapThatIsMadeOffline) {
+  Driven driven;
+  driven.transforms();
+  drive(driven, room_drive());
+  driven.wait(5.0);
+  const auto offline = offline_map(room_drive());
+  ASSERT_TRUE(driven.map && driven.path);
+  EXPECT_EQ(driven.map->data, offline.data);
+  EXPECT_EQ(driven.map->info.width, offline.info.width);
+  EXPECT_EQ(driven.map->header.frame_id, "map");
+  EXPECT_EQ(driven.path->poses.size(), room_drive().scans.size());
+  EXPECT_EQ(driven.poses.size(), room_drive().scans.size());
+  EXPECT_THAT(driven.said, IsEmpty());
+}
+
+TEST(SlamNode, MapToOdomTimesOdometryIsThePose) {
+  Driven driven;
+  driven.transforms();
+  drive(driven, room_drive());
+  driven.wait(5.0);
+  ASSERT_EQ(driven.transforms_out.size(), driven.poses.size());
+  const OdometryTrack odometry(room_drive().odometry);
+  for (std::size_t i = 0; i < driven.poses.size(); i += 7) {
+    const auto& t = driven.transforms_out[i];
+    EXPECT_EQ(t.header.frame_id, "map");
+    EXPECT_EQ(t.child_frame_id, "odom");
+    const LogTime time = *ros::time_of(driven.poses[i].header.stamp);
+    EXPECT_EQ(*ros::time_of(t.header.stamp) - time, from_seconds(0.1));
+    const SE2d T_map_odom = *ros::plane_pose_of(
+        {{t.transform.translation.x, t.transform.translation.y, 0.0}, t.transform.rotation});
+    const SE2d pose = *ros::plane_pose_of(driven.poses[i].pose);
+    EXPECT_LT((T_map_odom * odometry.at(time)->raw()).minus(pose).norm(), 1e-9);
+  }
+}
+
+TEST(SlamNode, OrderOfArrivalDoesNotMatter) {
+  Driven driven;
+  const Recording& r = room_drive();
+  for (const LaserScan& scan : r.scans) driven.scan(scan);
+  EXPECT_THAT(driven.poses, IsEmpty());
+  EXPECT_THAT(driven.node.waits_for(), HasSubstr("'base_link' to 'laser'"));
+  EXPECT_THAT(driven.said, HasSubstr("waits for the transform from 'base_link' to 'laser'"));
+  driven.transforms();
+  driven.work();
+  EXPECT_THAT(driven.node.waits_for(), HasSubstr("odometry"));
+  for (const OdometrySample& sample : r.odometry) driven.odometry(sample);
+  driven.wait(5.0);
+  ASSERT_TRUE(driven.map);
+  EXPECT_EQ(driven.map->data, offline_map(r).data);
+}
+
+TEST(SlamNode, SaysThatItWaitsForScans) {
+  Driven driven;
+  driven.wait(1.0);
+  EXPECT_THAT(driven.said, IsEmpty());
+  driven.wait(2.0);
+  EXPECT_EQ(driven.said, "waits for laser scans\n");
+}
+
+TEST(SlamNode, GoesOnWithoutOdometryThatDoesNotCome) {
+  Driven driven;
+  driven.transforms();
+  for (const LaserScan& scan : room_drive().scans) driven.scan(scan);
+  driven.wait(5.0);
+  EXPECT_EQ(driven.poses.size(), room_drive().scans.size());
+  EXPECT_THAT(driven.said, HasSubstr("goes on by scans alone"));
+  EXPECT_THAT(driven.transforms_out, IsEmpty()) << "nobody knows where odom is";
+}
+
+TEST(SlamNode, GivesOdomItselfWhereThereIsNone) {
+  ros::SlamNodeOptions options;
+  options.odometry = false;
+  Driven driven(options);
+  driven.transforms();
+  for (const LaserScan& scan : room_drive().scans) driven.scan(scan);
+  ASSERT_EQ(driven.transforms_out.size(), 2 * driven.poses.size());
+  EXPECT_EQ(driven.transforms_out[1].header.frame_id, "odom");
+  EXPECT_EQ(driven.transforms_out[1].child_frame_id, "base_link");
+}
+
+TEST(SlamNode, TimeGoingBackBeginsANewMap) {
+  Driven driven;
+  driven.transforms();
+  drive(driven, room_drive(), from_seconds(500.0));
+  drive(driven, room_drive());
+  driven.wait(5.0);
+  EXPECT_THAT(driven.said, HasSubstr("time went back by"));
+  EXPECT_EQ(driven.poses.size(), 2 * room_drive().scans.size());
+  ASSERT_TRUE(driven.map);
+  EXPECT_EQ(driven.map->data, offline_map(room_drive()).data);
+}
+
+TEST(SlamNode, ARestartedOdometryIsNoMotion) {
+  Recording r = room_drive();
+  const std::size_t half = r.odometry.size() / 2;
+  const SE2d anew = SE2d(30.0, -20.0, Angle::degrees(100.0));
+  for (std::size_t i = half; i < r.odometry.size(); ++i)
+    r.odometry[i].T_odom_base =
+        Transform2<frame::Odom, frame::Base>(anew * r.odometry[i].T_odom_base.raw());
+  Driven driven;
+  driven.transforms();
+  drive(driven, r);
+  driven.wait(5.0);
+  EXPECT_THAT(driven.said, HasSubstr("odometry leapt by"));
+  Driven whole;
+  whole.transforms();
+  drive(whole, room_drive());
+  ASSERT_EQ(driven.poses.size(), whole.poses.size());
+  const SE2d end = *ros::plane_pose_of(driven.poses.back().pose);
+  EXPECT_LT(end.minus(*ros::plane_pose_of(whole.poses.back().pose)).norm(), 0.05);
+  // The transform goes by the odometry as it is told.
+  const auto& t = driven.transforms_out.back().transform;
+  const SE2d T_map_odom =
+      *ros::plane_pose_of({{t.translation.x, t.translation.y, 0.0}, t.rotation});
+  const LogTime time = *ros::time_of(driven.poses.back().header.stamp);
+  EXPECT_LT((T_map_odom * OdometryTrack(r.odometry).at(time)->raw()).minus(end).norm(), 1e-9);
+}
+
+TEST(SlamNode, LeavesOutWhatCannotBeUsed) {
+  Driven driven;
+  driven.transforms();
+  auto scan = ros::message_of(room_drive().scans.front(), "laser");
+  scan.header.stamp = {};
+  driven.node.add(scan, driven.now_s);
+  auto odometry = ros::message_of(room_drive().odometry.front(), "elsewhere", "base_link");
+  driven.node.add(odometry, driven.now_s);
+  driven.wait(1.0);
+  EXPECT_THAT(driven.said, HasSubstr("left out a scan"));
+  EXPECT_THAT(driven.said, HasSubstr("elsewhere"));
+  drive(driven, room_drive());
+  auto other = ros::message_of(room_drive().scans.back(), "second_laser");
+  other.header.stamp.sec += 1;
+  driven.node.add(other, driven.now_s);
+  driven.wait(3.0);
+  EXPECT_EQ(driven.poses.size(), room_drive().scans.size());
+  EXPECT_THAT(driven.said, HasSubstr("second_laser"));
+}
+
+TEST(Notices, AreToldAgainAfterAWhile) {
+  ros::Notices notices(10.0);
+  notices.tell(ros::Severity::info, "a", "first", 0.0);
+  notices.tell(ros::Severity::info, "a", "too soon", 9.0);
+  notices.tell(ros::Severity::info, "b", "other", 9.0);
+  notices.tell(ros::Severity::info, "a", "again", 10.0);
+  const auto taken = notices.take();
+  ASSERT_EQ(taken.size(), 3U);
+  EXPECT_EQ(taken[1].text, "other");
+  EXPECT_EQ(taken[2].text, "again");
+  EXPECT_THAT(notices.take(), IsEmpty());
+}
+
+TEST(GyroTurn, IsTheSumOfRatesBetweenTheTimes) {
+  const auto at = [](double s) { return LogTime::from_seconds(s); };
+  const std::vector<GyroSample> samples = {
+      {at(1.0), 9.0}, {at(1.1), 2.0}, {at(1.2), 3.0}, {at(2.0), 1.0}};
+  const GyroTurn turn(samples);
+  EXPECT_NEAR(turn.between(at(1.0), at(1.15))->radians(), 0.2 + 0.15, 1e-12);
+  EXPECT_FALSE(turn.between(at(1.0), at(2.0))) << "silent for 0.8 s";
+  EXPECT_FALSE(turn.between(at(1.9), at(2.1))) << "ends before";
+}
+
+}  // namespace
+}  // namespace wayfare
