@@ -1,4 +1,4 @@
-#include <wayfare/gnss/ephemeris.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 
 #include <algorithm>
 #include <cmath>

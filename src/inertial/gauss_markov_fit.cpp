@@ -1,4 +1,4 @@
-#include <wayfare/inertial/gauss_markov_fit.hpp>
+#include <wayfare/inertial/allan.hpp>
 
 #include <algorithm>
 #include <cmath>

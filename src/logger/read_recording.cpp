@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/logger/read_recording.hpp>
 

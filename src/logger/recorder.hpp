@@ -11,7 +11,7 @@
 #include <string>
 #include <thread>
 
-#include <wayfare/io/mcap_writer.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/logger/detail/bounded_queue.hpp>
 #include <wayfare/logger/logger.hpp>
 

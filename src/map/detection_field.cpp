@@ -87,7 +87,7 @@ void DetectionFieldMaker::spread(const OccupancyGrid& grid, const CellBox& box, 
     }
 }
 
-void DetectionFieldMaker::write(const DetectionViewOptions& options, MatchGrid& view) const {
+void DetectionFieldMaker::write(const DetectionViewOptions& options, LikelihoodField& view) const {
   const auto background = static_cast<float>(options.background);
   const auto per_nat = static_cast<float>(1.0 / view.log_step());
   const float* n = density_.data();
@@ -97,16 +97,16 @@ void DetectionFieldMaker::write(const DetectionViewOptions& options, MatchGrid& 
       if (*n == 0.0F) continue;
       const float value = std::log1p(*n / background) * per_nat;
       row[x] = static_cast<std::uint16_t>(
-          std::min(value + 0.5F, static_cast<float>(MatchGrid::kMaxValue)));
+          std::min(value + 0.5F, static_cast<float>(LikelihoodField::kMaxValue)));
     }
   }
 }
 
 Result<void> DetectionFieldMaker::make(const OccupancyGrid& grid, const PointSet& points,
                                        const SE2d& T_map_points, const FieldReach& reach,
-                                       const DetectionViewOptions& options, MatchGrid& view) {
+                                       const DetectionViewOptions& options, LikelihoodField& view) {
   const auto empty_with = [&](Error e) -> Result<void> {
-    view = MatchGrid();
+    view = LikelihoodField();
     return e;
   };
   const double resolution = grid.resolution_m();

@@ -27,7 +27,8 @@ bool usable(const DetectionViewOptions& o, double sigma_cells) {
 
 }  // namespace
 
-Result<MatchGrid> detection_grid(const OccupancyGrid& grid, const DetectionViewOptions& options) {
+Result<LikelihoodField> detection_grid(const OccupancyGrid& grid,
+                                       const DetectionViewOptions& options) {
   const double sigma_cells = options.blur_sigma_m / grid.resolution_m();
   if (!usable(options, sigma_cells))
     return Error{ErrorCode::invalid,
@@ -35,7 +36,7 @@ Result<MatchGrid> detection_grid(const OccupancyGrid& grid, const DetectionViewO
   if (!grid.bounds())
     return Error{ErrorCode::invalid, "detection_grid: the map holds no detection"};
   const CellBox& box = *grid.bounds();
-  MatchGrid view;
+  LikelihoodField view;
   // What it cannot hold is refused before anything of that size is made.
   if (auto ok = view.reset(grid.resolution_m(), box, 0.5); !ok) return ok.error();
   std::vector<float> n =
@@ -58,7 +59,7 @@ Result<MatchGrid> detection_grid(const OccupancyGrid& grid, const DetectionViewO
       const double ln = std::log((here + options.background) / most);
       const double value = std::round((ln - view.log_floor()) / view.log_step());
       row[x] = static_cast<std::uint16_t>(
-          std::clamp(value, 0.0, static_cast<double>(MatchGrid::kMaxValue)));
+          std::clamp(value, 0.0, static_cast<double>(LikelihoodField::kMaxValue)));
     }
   }
   return view;

@@ -24,10 +24,12 @@ Result<void> PaddedTable::reset(double resolution_m, const CellBox& box, std::ui
   return {};
 }
 
-Result<void> MatchGrid::reset(double resolution_m, const CellBox& box, double floor_probability) {
+Result<void> LikelihoodField::reset(double resolution_m, const CellBox& box,
+                                    double floor_probability) {
   if (!(floor_probability > 0 && floor_probability < 1)) {
     *this = {};
-    return Error{ErrorCode::invalid, "MatchGrid: the floor probability must lie within (0, 1)"};
+    return Error{ErrorCode::invalid,
+                 "LikelihoodField: the floor probability must lie within (0, 1)"};
   }
   log_floor_ = std::log(floor_probability);
   log_step_ = -log_floor_ / kMaxValue;
@@ -47,14 +49,15 @@ std::vector<float> probabilities(const OccupancyGrid& grid, const CellBox& box, 
 
 }  // namespace
 
-Result<MatchGrid> match_grid(const OccupancyGrid& grid, const OccupancyViewOptions& options) {
+Result<LikelihoodField> likelihood_field(const OccupancyGrid& grid,
+                                         const OccupancyViewOptions& options) {
   const double sigma_cells = options.blur_sigma_m / grid.resolution_m();
   if (!(sigma_cells >= 0 && sigma_cells <= 100) ||
       !(options.unknown_probability >= 0 && options.unknown_probability <= 1))
-    return Error{ErrorCode::invalid, "match_grid: blur or unknown probability out of range"};
+    return Error{ErrorCode::invalid, "likelihood_field: blur or unknown probability out of range"};
   if (!grid.bounds())
-    return Error{ErrorCode::invalid, "match_grid: the occupancy grid holds no observed cell"};
-  MatchGrid view;
+    return Error{ErrorCode::invalid, "likelihood_field: the occupancy grid holds no observed cell"};
+  LikelihoodField view;
   const CellBox& box = *grid.bounds();
   if (auto ok = view.reset(grid.resolution_m(), box, options.floor_probability); !ok)
     return ok.error();
@@ -68,7 +71,7 @@ Result<MatchGrid> match_grid(const OccupancyGrid& grid, const OccupancyViewOptio
       const double ln = std::log(std::max(1e-12, static_cast<double>(p[i++])));
       const double value = std::round((ln - view.log_floor()) / view.log_step());
       row[x] = static_cast<std::uint16_t>(
-          std::clamp(value, 0.0, static_cast<double>(MatchGrid::kMaxValue)));
+          std::clamp(value, 0.0, static_cast<double>(LikelihoodField::kMaxValue)));
     }
   }
   return view;

@@ -32,8 +32,8 @@ void LikelihoodFieldMaker::prepare_kernels(const LikelihoodFieldOptions& options
       for (int x = -radius_; x <= radius_; ++x) {
         const double square = (x - qx) * (x - qx) + (y - qy) * (y - qy);
         const double part = 1 - -0.5 * square / (sigma * sigma) / log_floor;
-        out[x + radius_] =
-            static_cast<std::uint16_t>(std::lround(MatchGrid::kMaxValue * std::max(0.0, part)));
+        out[x + radius_] = static_cast<std::uint16_t>(
+            std::lround(LikelihoodField::kMaxValue * std::max(0.0, part)));
       }
   }
   prepared_ = options;
@@ -75,9 +75,10 @@ Result<CellBox> LikelihoodFieldMaker::place(std::span<const PlacedPoints> scans,
 }
 
 Result<void> LikelihoodFieldMaker::make(std::span<const PlacedPoints> scans,
-                                        const LikelihoodFieldOptions& options, MatchGrid& grid) {
+                                        const LikelihoodFieldOptions& options,
+                                        LikelihoodField& grid) {
   const auto empty_with = [&](Error e) -> Result<void> {
-    grid = MatchGrid();
+    grid = LikelihoodField();
     return e;
   };
   const double sigma = options.sigma_m / options.resolution_m;
@@ -116,9 +117,9 @@ Result<void> LikelihoodFieldMaker::make(std::span<const PlacedPoints> scans,
   return {};
 }
 
-Result<MatchGrid> likelihood_field(std::span<const PlacedPoints> scans,
-                                   const LikelihoodFieldOptions& options) {
-  MatchGrid grid;
+Result<LikelihoodField> likelihood_field(std::span<const PlacedPoints> scans,
+                                         const LikelihoodFieldOptions& options) {
+  LikelihoodField grid;
   LikelihoodFieldMaker maker;
   if (auto ok = maker.make(scans, options, grid); !ok) return ok.error();
   return grid;

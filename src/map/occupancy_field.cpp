@@ -38,8 +38,8 @@ void OccupancyFieldMaker::prepare_kernels(const OccupancyFieldOptions& o, double
     for (int y = -radius_; y <= radius_; ++y, out += kernel_width_)
       for (int x = -radius_; x <= radius_; ++x) {
         const double part = 1 - (peak - 0.5 * (x * x + y * y) / (sigma * sigma)) / log_floor;
-        out[x + radius_] =
-            static_cast<std::uint16_t>(std::lround(MatchGrid::kMaxValue * std::max(0.0, part)));
+        out[x + radius_] = static_cast<std::uint16_t>(
+            std::lround(LikelihoodField::kMaxValue * std::max(0.0, part)));
       }
   }
   prepared_ = o;
@@ -110,7 +110,7 @@ CellBox OccupancyFieldMaker::reachable_blocks(const CellBox& box, float max_norm
 }
 
 void OccupancyFieldMaker::stamp_block(const OccupancyGrid::Tiles::Tile& tile, const Cell& corner,
-                                      MatchGrid& view) {
+                                      LikelihoodField& view) {
   using Tiles = OccupancyGrid::Tiles;
   const auto stamp = kernels::best_kernels().stamp;
   const int rows = 2 * radius_ + 1;
@@ -133,9 +133,10 @@ void OccupancyFieldMaker::stamp_block(const OccupancyGrid::Tiles::Tile& tile, co
 
 Result<void> OccupancyFieldMaker::make(const OccupancyGrid& grid, const PointSet& points,
                                        const SE2d& T_map_points, const FieldReach& reach,
-                                       const OccupancyFieldOptions& options, MatchGrid& view) {
+                                       const OccupancyFieldOptions& options,
+                                       LikelihoodField& view) {
   const auto empty_with = [&](Error e) -> Result<void> {
-    view = MatchGrid();
+    view = LikelihoodField();
     return e;
   };
   const double resolution = grid.resolution_m(), floor = options.floor_probability;

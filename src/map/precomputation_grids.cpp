@@ -37,7 +37,8 @@ void widen(std::vector<std::uint8_t>& a, int width, int height, int shift,
 
 /// Row 4y + p holds for each Q units (4Q + p, y + 4j), j < 4, as four bytes: what neighbours read
 /// lies in few pages.
-void interleave(const std::vector<std::uint8_t>& windows, int width, MaxPyramid::Level& level) {
+void interleave(const std::vector<std::uint8_t>& windows, int width,
+                PrecomputationGrids::Level& level) {
   const auto interleave_rows = kernels::best_kernels().interleave;
   const std::size_t size = at(0, 16 * level.rows, level.columns);
   level.table.resize(size + kPastEnd);
@@ -55,15 +56,15 @@ void interleave(const std::vector<std::uint8_t>& windows, int width, MaxPyramid:
 
 }  // namespace
 
-void MaxPyramid::keep_pairs(int stride) {
-  const int border = MatchGrid::kBorder;
+void PrecomputationGrids::keep_pairs(int stride) {
+  const int border = LikelihoodField::kBorder;
   pairs_.assign(at(0, grid_.height() + 2 * border, grid_.stride()), 0);
   for (int y = -1; y < grid_.height(); ++y)
     std::copy_n(windows_.data() + at(kBoundMarginX - 1, y + kBoundMarginY, stride),
                 grid_.width() + 1, pairs_.data() + at(border - 1, y + border, grid_.stride()));
 }
 
-void MaxPyramid::build(MatchGrid grid) {
+void PrecomputationGrids::build(LikelihoodField grid) {
   const auto sixteenths = kernels::best_kernels().sixteenths;
   grid_ = std::move(grid);
   int width = grid_.width(), height = grid_.height();

@@ -5,8 +5,8 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 #include <wayfare/sync/odometry_track.hpp>
-#include <wayfare/slam/graph_slam.hpp>
 
 namespace wayfare::detail {
 

@@ -6,7 +6,7 @@
 
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/slam/graph_slam.hpp>
+#include <wayfare/motion/motion_noise.hpp>
 
 namespace wayfare {
 

@@ -6,8 +6,9 @@
 #include <numbers>
 
 #include <wayfare/core/contract.hpp>
-#include <wayfare/core/parallel_runs.hpp>
+#include <wayfare/core/detail/isa.hpp>
 #include <wayfare/core/local_tangent_plane.hpp>
+#include <wayfare/core/parallel.hpp>
 #include <wayfare/tune/ins_genes.hpp>
 
 #include "tune/kernel.hpp"
@@ -28,11 +29,9 @@ void put(const SO3d& r, double* to) {
 
 std::vector<kernel::Kernel> kernels() {
   std::vector<kernel::Kernel> all;
-#ifdef WAYFARE_X86_KERNELS
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq"))
-    all.push_back({"avx512", 8, kernel::evaluate_avx512});
-  if (__builtin_cpu_supports("avx2")) all.push_back({"avx2", 4, kernel::evaluate_avx2});
+#ifdef __x86_64__
+  if (runs_here(Isa::avx512)) all.push_back({"avx512", 8, kernel::evaluate_avx512});
+  if (runs_here(Isa::avx2)) all.push_back({"avx2", 4, kernel::evaluate_avx2});
 #endif
   all.push_back({"baseline", 2, kernel::evaluate_baseline});
   return all;
@@ -54,7 +53,7 @@ class Layout {
   double usual_dt_s = 0.0;
 
   Layout(const TuningDrive& drive, const InsFitnessOptions& options)
-      : drive_(drive), interval_s_(options.score_interval_s), chart_(drive.start.nav.position) {
+      : drive_(drive), interval_s_(options.score_interval_s), plane_(drive.start.nav.position) {
     add_anchor();
     next_score_ = drive.start.nav.time;
     auto epoch = std::find_if(drive.ranges.begin(), drive.ranges.end(),
@@ -83,7 +82,7 @@ class Layout {
 
  private:
   void add_anchor() {
-    const Geodetic& a = chart_.anchor();
+    const Geodetic& a = plane_.anchor();
     anchors.push_back({a.latitude.radians(), a.longitude.radians(), a.height_m});
   }
 
@@ -95,12 +94,12 @@ class Layout {
     put(to.specific_force_mps2, s.end_force);
     s.dt_s = to_seconds(to.time - from.time);
     watch_shake(from, to, s.dt_s);
-    put(shake_, s.shake);
+    put(vibration_, s.vibration);
     s.truth = -1;
     s.first_satellite = static_cast<int>(satellites.size());
     if (epoch) add_satellites(*epoch);
     s.satellites = static_cast<int>(satellites.size()) - s.first_satellite;
-    s.chart = static_cast<int>(anchors.size()) - 1;
+    s.plane = static_cast<int>(anchors.size()) - 1;
     if (to.time >= next_score_) add_truth(to.time, s);
     steps.push_back(s);
   }
@@ -109,7 +108,7 @@ class Layout {
   void watch_shake(const ImuSample& from, const ImuSample& to, double dt_s) {
     const double take = 1.0 - std::exp(-dt_s / 0.5);
     const Vector3d step = to.angular_rate_radps - from.angular_rate_radps;
-    shake_ += take * (0.5 * step.cwiseAbs2() - shake_);
+    vibration_ += take * (0.5 * step.cwiseAbs2() - vibration_);
   }
 
   void add_satellites(const RangeEpoch& epoch) {
@@ -131,13 +130,13 @@ class Layout {
     const auto state = drive_.truth(time);
     if (!state) return;
     next_score_ = time + from_seconds(interval_s_ - 1e-6);
-    Vector3d at = chart_.offset(state->position);
+    Vector3d at = plane_.offset(state->position);
     // The chart follows the truth, not a filter, so that it is the same for all.
     if (at.norm() > 5000.0) {
-      chart_ = NavChart(state->position);
+      plane_ = LocalTangentPlane(state->position);
       add_anchor();
       at.setZero();
-      s.chart = static_cast<int>(anchors.size()) - 1;
+      s.plane = static_cast<int>(anchors.size()) - 1;
     }
     kernel::Truth t{};
     put(at, t.offset_m);
@@ -160,9 +159,9 @@ class Layout {
 
   const TuningDrive& drive_;
   double interval_s_;
-  NavChart chart_;
+  LocalTangentPlane plane_;
   LogTime next_score_;
-  Vector3d shake_ = Vector3d::Zero();
+  Vector3d vibration_ = Vector3d::Zero();
 };
 
 /// The receiver's clock as the first epoch's ranges and rates from the start tell it.
@@ -271,7 +270,7 @@ std::vector<InsRmse> InsFitness::rmse(std::span<const double> individuals,
       all[b * lanes + i] = {of(0), of(1), of(2), of(3) / kDegree, of(4) / kDegree, of(5) / kDegree};
     }
   };
-  eval::for_each_run((n + lanes - 1) / lanes, c.options.threads, block, progress);
+  parallel_for((n + lanes - 1) / lanes, c.options.threads, block, progress);
   return all;
 }
 

@@ -26,10 +26,10 @@ struct Truth {
 struct Step {
   double begin_rate[3], end_rate[3], begin_force[3], end_force[3];
   double dt_s;
-  double shake[3];  ///< variance of the gyros from reading to reading, (rad/s)²
+  double vibration[3];  ///< variance of the gyros from reading to reading, (rad/s)²
   int first_satellite, satellites;
   int truth;  ///< index; −1: not scored here
-  int chart;  ///< index of the anchor its positions are on
+  int plane;  ///< index of the anchor its positions are on
 };
 
 struct Anchor {

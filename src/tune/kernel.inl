@@ -9,8 +9,8 @@
 
 #include <wayfare/core/pack.hpp>
 #include <wayfare/filter/ekf.hpp>
-#include <wayfare/inertial/ins_model.hpp>
 #include <wayfare/gnss/range_model.hpp>
+#include <wayfare/inertial/ins_model.hpp>
 
 #include "tune/kernel.hpp"
 
@@ -60,8 +60,9 @@ class Individuals {
   T value_[wf_tune_kernel::kGenes];
 };
 
-NavChart chart_of(const wf_tune_kernel::Anchor& a) {
-  return NavChart({Angle::radians(a.latitude_rad), Angle::radians(a.longitude_rad), a.height_m});
+LocalTangentPlane plane_of(const wf_tune_kernel::Anchor& a) {
+  return LocalTangentPlane(
+      {Angle::radians(a.latitude_rad), Angle::radians(a.longitude_rad), a.height_m});
 }
 
 class Drive {
@@ -72,8 +73,8 @@ class Drive {
         range_scale_(who.range_scale()),
         lever_(vector(problem.lever_imu_m).cast<T>()),
         imu_body_(rotation(problem.q_body_imu).inverse().cast<T>()),
-        chart_(chart_of(problem.anchors[0])),
-        model_(chart_, noise_),
+        plane_(plane_of(problem.anchors[0])),
+        model_(plane_, noise_),
         filter_(start(), covariance()) {
     model_.prepare(problem.usual_dt_s);
     for (T& s : squares_) s = T(0);
@@ -120,7 +121,7 @@ class Drive {
   }
 
   void step(const Step& s) {
-    if (s.chart != at_chart_) move_to(s.chart);
+    if (s.plane != at_plane_) move_to(s.plane);
     const ImuInterval imu{vector(s.begin_rate), vector(s.end_rate), vector(s.begin_force),
                           vector(s.end_force), s.dt_s};
     filter_.predict(model_, imu);
@@ -136,7 +137,7 @@ class Drive {
     if (share == 0.0) return;
     for (int i = 0; i < 3; ++i) {
       const T white = noise_.gyro_white[i];
-      const T more = T(s.shake[i]) - T(2.0 / s.dt_s) * white * white;
+      const T more = T(s.vibration[i]) - T(2.0 / s.dt_s) * white * white;
       filter_.add_variance(ins_state::kAttitude + i,
                            T(share * share) * select(more > T(0), more, T(0)));
     }
@@ -150,17 +151,17 @@ class Drive {
       CorrectedRange r;
       r.position_ecef_m = vector(from.position_ecef_m);
       r.velocity_ecef_mps = vector(from.velocity_ecef_mps);
-      const SatelliteView view(r, chart_);
+      const SatelliteView view(r, plane_);
       if (from.has_range) {
         const T sigma = range_scale_ * T(from.range_sigma_m);
-        (void)filter_.update(RangeModel<T, 0>{chart_, view, from.range_m - view.anchor_range_m,
+        (void)filter_.update(RangeModel<T, 0>{plane_, view, from.range_m - view.anchor_range_m,
                                               sigma * sigma, lever_},
                              gate);
       }
       if (from.has_rate) {
         const T sigma = range_scale_ * T(from.range_rate_sigma_mps);
         (void)filter_.update(
-            RangeRateModel<T, 0>{chart_, view, from.range_rate_mps, sigma * sigma, lever_, rate},
+            RangeRateModel<T, 0>{plane_, view, from.range_rate_mps, sigma * sigma, lever_, rate},
             gate);
       }
     }
@@ -188,18 +189,18 @@ class Drive {
   }
 
   void move_to(int anchor) {
-    const NavChart next = chart_of(problem_.anchors[anchor]);
+    const LocalTangentPlane next = plane_of(problem_.anchors[anchor]);
     State x = filter_.state();
     for (int i = 0; i < WF_LANES; ++i) {
       Eigen::Vector3d p;
       for (int k = 0; k < 3; ++k) p[k] = x.position_m[k][i];
-      const Eigen::Vector3d moved = next.offset(chart_.geodetic(p));
+      const Eigen::Vector3d moved = next.offset(plane_.geodetic(p));
       for (int k = 0; k < 3; ++k) x.position_m[k].set(i, moved[k]);
     }
     filter_.set_state(x);
-    chart_ = next;
-    at_chart_ = anchor;
-    model_ = InsModel<T, 0>(chart_, noise_);
+    plane_ = next;
+    at_plane_ = anchor;
+    model_ = InsModel<T, 0>(plane_, noise_);
     model_.prepare(problem_.usual_dt_s);
   }
 
@@ -208,8 +209,8 @@ class Drive {
   T range_scale_;
   Vector3 lever_;
   SO3<T> imu_body_;
-  NavChart chart_;
-  int at_chart_ = 0;
+  LocalTangentPlane plane_;
+  int at_plane_ = 0;
   InsModel<T, 0> model_;
   Filter filter_;
   T squares_[wf_tune_kernel::kScores];

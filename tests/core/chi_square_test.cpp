@@ -1,4 +1,4 @@
-#include <wayfare/core/chi_square.hpp>
+#include <wayfare/core/statistics.hpp>
 
 #include <cmath>
 #include <limits>

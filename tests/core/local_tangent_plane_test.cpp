@@ -13,47 +13,47 @@ const Geodetic kAnchors[] = {{Angle::degrees(48.7), Angle::degrees(9.1), 300.0},
                              {Angle::degrees(0.0), Angle::degrees(0.0), 0.0}};
 const Vector3d kOffsets[] = {{0, 0, 0}, {3.0, -2.0, 1.0}, {5000, -7000, 120}, {-15000, 9000, -900}};
 
-TEST(NavChart, ComesBackFromGeodetic) {
+TEST(LocalTangentPlane, ComesBackFromGeodetic) {
   for (const Geodetic& a : kAnchors) {
-    const NavChart chart(a);
+    const LocalTangentPlane plane(a);
     for (const Vector3d& x : kOffsets) {
-      EXPECT_LT((chart.offset(chart.geodetic(x)) - x).norm(), 1e-7);  // radians of 64 bits: 1 nm
+      EXPECT_LT((plane.offset(plane.geodetic(x)) - x).norm(), 1e-7);  // radians of 64 bits: 1 nm
     }
   }
 }
 
 // Against the way through ECEF in double precision.
-TEST(NavChart, DisplacementIsThatOfTheEllipsoid) {
+TEST(LocalTangentPlane, DisplacementIsThatOfTheEllipsoid) {
   for (const Geodetic& a : kAnchors) {
-    const NavChart chart(a);
+    const LocalTangentPlane plane(a);
     for (const Vector3d& x : kOffsets) {
-      const Vector3d expected = ned_from_geodetic(chart.geodetic(x), a);
-      EXPECT_LT((chart.displacement(x) - expected).norm(), 2e-8) << x.transpose();
-      const Eigen::Vector3f narrow = chart.displacement<float>(x.cast<float>());
+      const Vector3d expected = ned_from_geodetic(plane.geodetic(x), a);
+      EXPECT_LT((plane.displacement(x) - expected).norm(), 2e-8) << x.transpose();
+      const Eigen::Vector3f narrow = plane.displacement<float>(x.cast<float>());
       // Single precision resolves 1e-3 m of 15 km; a millimetre or so of rounding is left.
       EXPECT_LT((narrow.cast<double>() - expected).norm(), 1e-6 * x.norm() + 1e-6);
     }
   }
 }
 
-TEST(NavChart, RotationIsThatOfTheEllipsoid) {
+TEST(LocalTangentPlane, RotationIsThatOfTheEllipsoid) {
   for (const Geodetic& a : kAnchors) {
-    const NavChart chart(a);
+    const LocalTangentPlane plane(a);
     for (const Vector3d& x : kOffsets) {
       const Eigen::Matrix3d expected =
-          rotation_ecef_ned(a).transpose() * rotation_ecef_ned(chart.geodetic(x));
-      EXPECT_LT((chart.rotation_anchor_local(x) - expected).norm(), 1e-14);
+          rotation_ecef_ned(a).transpose() * rotation_ecef_ned(plane.geodetic(x));
+      EXPECT_LT((plane.rotation_anchor_local(x) - expected).norm(), 1e-14);
     }
   }
 }
 
-TEST(NavChart, EarthIsThatOfTheEllipsoid) {
+TEST(LocalTangentPlane, EarthIsThatOfTheEllipsoid) {
   for (const Geodetic& a : kAnchors) {
-    const NavChart chart(a);
+    const LocalTangentPlane plane(a);
     for (const Vector3d& x : kOffsets) {
-      const Geodetic p = chart.geodetic(x);
+      const Geodetic p = plane.geodetic(x);
       const double s = std::sin(p.latitude.radians());
-      const EarthAt<double> e = chart.earth(x);
+      const EarthAt<double> e = plane.earth(x);
       EXPECT_NEAR(e.sin_latitude, s, 1e-15);
       EXPECT_NEAR(e.cos_latitude, std::cos(p.latitude.radians()), 1e-15);
       EXPECT_NEAR(e.meridian_m, meridian_radius_m(s) + p.height_m, 1e-7);
@@ -62,7 +62,7 @@ TEST(NavChart, EarthIsThatOfTheEllipsoid) {
       // Moving a metre north on the ground moves north_scale metres on the chart.
       const double step = 1.0 / e.meridian_m;
       const Geodetic q{p.latitude + Angle::radians(step), p.longitude, p.height_m};
-      EXPECT_NEAR(chart.offset(q)[0] - x[0], e.north_scale, 1e-7);
+      EXPECT_NEAR(plane.offset(q)[0] - x[0], e.north_scale, 1e-7);
     }
   }
 }

@@ -1,4 +1,4 @@
-#include <wayfare/core/parallel_runs.hpp>
+#include <wayfare/core/parallel.hpp>
 
 #include <vector>
 
@@ -11,7 +11,7 @@ TEST(ForEachRun, MakesEveryRunOnceOnAnyNumberOfThreads) {
   for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{100}}) {
     for (const int threads : {0, 1, 3, 200}) {
       std::vector<int> made(count, 0);
-      for_each_run(count, threads, [&](std::size_t i) { ++made[i]; });
+      parallel_for(count, threads, [&](std::size_t i) { ++made[i]; });
       EXPECT_EQ(made, std::vector<int>(count, 1)) << count << " runs, " << threads << " threads";
     }
   }
@@ -22,7 +22,7 @@ TEST(ForEachRun, ReportsItsProgressInOrder) {
   for (const int threads : {1, 4}) {
     std::vector<double> told, want;
     for (int i = 1; i <= 50; ++i) want.push_back(i / 50.0);
-    for_each_run(
+    parallel_for(
         50, threads, [](std::size_t) {}, [&](double done) { told.push_back(done); });
     EXPECT_EQ(told, want);
   }

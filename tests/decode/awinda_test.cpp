@@ -1,4 +1,4 @@
-#include <wayfare/decode/awinda_order.hpp>
+#include <wayfare/decode/awinda.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/xbus.hpp>
 #include "captures.hpp"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/detail/rplidar_packet.hpp>
+#include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_points.hpp>
 
 #include "captures.hpp"

@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include <wayfare/decode/ti_config.hpp>
-#include <wayfare/decode/ti_radar_scan.hpp>
+#include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 
 #include "ti_streams.hpp"

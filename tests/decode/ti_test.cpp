@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include <wayfare/decode/ti_radar_scan.hpp>
+#include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 
 #include "ti_streams.hpp"

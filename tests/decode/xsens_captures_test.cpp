@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include <wayfare/decode/detail/mt_gnss.hpp>
-#include <wayfare/decode/mt_measure.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 

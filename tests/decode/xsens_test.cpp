@@ -3,10 +3,9 @@
 #include <cmath>
 #include <numeric>
 
-#include <wayfare/decode/mt_legacy.hpp>
-#include <wayfare/decode/mt_measure.hpp>
-#include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/detail/mt_values.hpp>
+#include <wayfare/decode/mt_legacy.hpp>
+#include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 
 #include "xbus_streams.hpp"

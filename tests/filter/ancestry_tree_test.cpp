@@ -23,11 +23,11 @@ std::vector<std::int64_t> numbers(const Trajectory& way) {
 }
 
 /// Beside it, every way with a copy of all its poses.
-TEST(PoseTree, KeepsTheWaysThatAreHeldAndNothingElse) {
+TEST(AncestryTree, KeepsTheWaysThatAreHeldAndNothingElse) {
   using Way = std::vector<std::int64_t>;
   Rng rng(1);
-  PoseTree tree;
-  std::vector<std::pair<PoseTree::Node, Way>> ways;
+  AncestryTree tree;
+  std::vector<std::pair<AncestryTree::Node, Way>> ways;
   for (std::int64_t n = 0; n < 4000; ++n) {
     const double what = rng.uniform();
     if (ways.empty() || what < 0.05) {

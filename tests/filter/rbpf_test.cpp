@@ -17,9 +17,9 @@ struct OneLandmark {
   std::vector<double> seen_at;
 };
 
-TEST(PoseTree, ForgetsWaysNobodyLeads) {
-  PoseTree tree;
-  PoseTree::Node a = tree.plant(start()), b = a;
+TEST(AncestryTree, ForgetsWaysNobodyLeads) {
+  AncestryTree tree;
+  AncestryTree::Node a = tree.plant(start()), b = a;
   tree.hold(a);
   for (int i = 1; i <= 10; ++i) {
     const auto pose = [&](double y) {
@@ -34,16 +34,16 @@ TEST(PoseTree, ForgetsWaysNobodyLeads) {
   tree.release(b);
   EXPECT_EQ(tree.size(), 11U);
   EXPECT_EQ(tree.way(a)[5].T_map_base.raw().x(), 5.0);
-  const PoseTree::Node again = tree.grow(a, start());
+  const AncestryTree::Node again = tree.grow(a, start());
   EXPECT_EQ(tree.size(), 12U);  // in the memory of the way forgotten
   tree.release(again);
   EXPECT_EQ(tree.size(), 0U);
 }
 
 // A chain as long as a day of scans is let go of without running out of stack.
-TEST(PoseTree, ReleasesLongWays) {
-  PoseTree tree;
-  PoseTree::Node end = tree.plant(start());
+TEST(AncestryTree, ReleasesLongWays) {
+  AncestryTree tree;
+  AncestryTree::Node end = tree.plant(start());
   for (int i = 0; i < 1000000; ++i) end = tree.grow(end, start());
   tree.release(end);
   EXPECT_EQ(tree.size(), 0U);

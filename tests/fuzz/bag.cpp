@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string>
 
-#include <wayfare/io/bag_reader.hpp>
+#include <wayfare/io/bag.hpp>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace wayfare::io;

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string>
 
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/mcap.hpp>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace wayfare::io;

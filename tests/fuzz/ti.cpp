@@ -2,7 +2,7 @@
 #include <cstdint>
 
 #include <wayfare/decode/ti_decoder.hpp>
-#include <wayfare/decode/ti_radar_scan.hpp>
+#include <wayfare/decode/ti_frame.hpp>
 #include "decoders.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

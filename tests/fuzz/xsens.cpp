@@ -2,9 +2,9 @@
 #include <cstdint>
 #include <memory>
 
-#include <wayfare/decode/awinda_order.hpp>
+#include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/mt_legacy.hpp>
-#include <wayfare/decode/mt_measure.hpp>
+#include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/xbus.hpp>
 #include "decoders.hpp"
 

@@ -1,6 +1,6 @@
 // Laws of orbits and clocks; rtklib_test.cpp compares positions with another program.
 
-#include <wayfare/gnss/ephemeris.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 
 #include <cmath>
 #include <numbers>

@@ -12,8 +12,8 @@
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/gnss/signal.hpp>
 #include <wayfare/io/rinex.hpp>
-#include "rtklib.hpp"
 #include "io/support.hpp"
+#include "rtklib.hpp"
 
 // What the library calls back in the program that shows its progress.
 extern "C" {

@@ -16,7 +16,6 @@ namespace wayfare::cholesky {
 namespace {
 
 using Eigen::MatrixXd;
-using kernels::Isa;
 
 MatrixXd random_matrix(Rng& rng, int rows, int columns) {
   MatrixXd m(rows, columns);
@@ -56,7 +55,7 @@ struct Case {
 template <class Check>
 void on_every_front(const Check& check) {
   for (const Isa isa : {Isa::baseline, Isa::avx2, Isa::avx512}) {
-    if (!supported(isa)) continue;
+    if (!runs_here(isa)) continue;
     for (const int block : {2, 3, 6}) {
       Rng rng(51);
       for (const auto& [columns, rows] : {std::pair{1, 0},

@@ -8,10 +8,10 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/g2o.hpp>
 
-#include "tangle.hpp"
 #include "io/support.hpp"
+#include "tangle.hpp"
 
 namespace wayfare {
 namespace {

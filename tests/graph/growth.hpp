@@ -44,7 +44,8 @@ PoseGraph<G> random_walk(Rng& rng, int poses, bool false_loops = false) {
   return graph;
 }
 
-/// A whole Gauss-Newton step an update: every pose that moved is relinearised, no change is left out.
+/// A whole Gauss-Newton step an update: every pose that moved is relinearised, no change is left
+/// out.
 inline constexpr IncrementalOptions kExact{
     .relinearise_step = 0.0, .solve_change = 0.0, .max_rounds = 1};
 

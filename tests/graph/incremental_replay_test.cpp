@@ -9,7 +9,7 @@
 
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/g2o.hpp>
 
 #include "io/support.hpp"
 

@@ -13,11 +13,11 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/g2o.hpp>
 
 #include "graph/cholesky/fronts.hpp"
-#include "shapes.hpp"
 #include "io/support.hpp"
+#include "shapes.hpp"
 
 namespace wayfare {
 namespace {
@@ -162,7 +162,7 @@ INSTANTIATE_TEST_SUITE_P(Blocks, ShareOut, ::testing::Values(2, 3, 6));
 
 // Each adds up what its children have: nobody's may be missing, or still at work (which a thread
 // sanitizer would see).
-TEST(Crew, DoesChildrenBeforeParents) {
+TEST(TaskPool, DoesChildrenBeforeParents) {
   constexpr int kTasks = 200;
   Rng rng(54);
   TaskTree tree;
@@ -175,7 +175,7 @@ TEST(Crew, DoesChildrenBeforeParents) {
     if (parent < kTasks)
       children[static_cast<std::size_t>(parent)].push_back(static_cast<std::size_t>(t));
   }
-  cholesky::Crew crew(tree, 8);
+  cholesky::TaskPool crew(tree, 8);
   std::vector<int> under(kTasks), want;
   const auto count = [&](int t) {
     int sum = 1;

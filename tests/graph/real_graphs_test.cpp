@@ -9,7 +9,7 @@
 
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/start.hpp>
-#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/g2o.hpp>
 
 #include "io/support.hpp"
 

@@ -10,7 +10,7 @@
 #include <Eigen/LU>
 
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/g2o.hpp>
 #ifdef WAYFARE_TEST_CHOLMOD
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif

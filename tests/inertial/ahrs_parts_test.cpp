@@ -7,12 +7,11 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/ahrs_alignment.hpp>
 #include <wayfare/inertial/detail/ahrs_heading.hpp>
 #include <wayfare/inertial/detail/ahrs_level.hpp>
 #include <wayfare/inertial/detail/ahrs_readings.hpp>
-#include <wayfare/inertial/ahrs_report.hpp>
-#include <wayfare/inertial/attitude.hpp>
 
 #include "core/at.hpp"
 
@@ -48,12 +47,12 @@ TEST(Attitude, CompassIsClockwiseFromNorth) {
 
 TEST(SensorReport, CountsEveryOutcomeOnce) {
   SensorReport report;
-  const Intake all[] = {Intake::used, Intake::waiting,   Intake::missing,
-                        Intake::late, Intake::saturated, Intake::disturbed};
+  const UpdateStatus all[] = {UpdateStatus::used, UpdateStatus::waiting,   UpdateStatus::missing,
+                              UpdateStatus::late, UpdateStatus::saturated, UpdateStatus::disturbed};
   std::size_t times = 0;
-  for (const Intake intake : all) {
+  for (const UpdateStatus status : all) {
     ++times;
-    for (std::size_t i = 0; i < times; ++i) EXPECT_EQ(report.note(intake), intake);
+    for (std::size_t i = 0; i < times; ++i) EXPECT_EQ(report.note(status), status);
   }
   EXPECT_EQ(report.used, 1U);
   EXPECT_EQ(report.waiting, 2U);
@@ -201,7 +200,7 @@ TEST(AhrsHeading, IsTakenFromTheFirstFieldAndHeldByTheNext) {
     Filter f = levelled();
     EXPECT_FALSE(heading.known());
     const auto first = heading.take(f, seen_from(compass), Vector3d::Zero(), 0.02);
-    EXPECT_EQ(first.intake, Intake::used);
+    EXPECT_EQ(first.status, UpdateStatus::used);
     EXPECT_TRUE(heading.known());
     // The field points to magnetic north: 4° east of the true one.
     EXPECT_NEAR(
@@ -219,15 +218,17 @@ TEST(AhrsHeading, WaitsForTheLevelAndPassesPolesAndDisturbances) {
   AhrsHeading<double> heading(p);
   Filter tilted = levelled();
   tilted.covariance().decouple(0, 1.0);
-  EXPECT_EQ(heading.take(tilted, seen_from(0), Vector3d::Zero(), 0.02).intake, Intake::waiting);
+  EXPECT_EQ(heading.take(tilted, seen_from(0), Vector3d::Zero(), 0.02).status,
+            UpdateStatus::waiting);
   Filter f = levelled();
-  EXPECT_EQ(heading.take(f, Vector3d(0.0, 1.0, -48.0), Vector3d::Zero(), 0.02).intake,
-            Intake::disturbed);  // 89° steep
+  EXPECT_EQ(heading.take(f, Vector3d(0.0, 1.0, -48.0), Vector3d::Zero(), 0.02).status,
+            UpdateStatus::disturbed);  // 89° steep
   EXPECT_FALSE(heading.known());
   heading.set(f, Angle::degrees(30.0), Angle::degrees(2.0));
   EXPECT_TRUE(heading.known());
   EXPECT_NEAR(compass_of_x<frame::Enu>(f.q_enu_body()).degrees(), 30.0, 1e-9);
-  EXPECT_EQ(heading.take(f, 2.0 * seen_from(90), Vector3d::Zero(), 0.02).intake, Intake::disturbed);
+  EXPECT_EQ(heading.take(f, 2.0 * seen_from(90), Vector3d::Zero(), 0.02).status,
+            UpdateStatus::disturbed);
   EXPECT_NEAR(compass_of_x<frame::Enu>(f.q_enu_body()).degrees(), 30.0, 1e-9);
   heading.forget();
   EXPECT_FALSE(heading.known());
@@ -238,26 +239,27 @@ TEST(AhrsReadings, JudgesReadingsByTimeRangeAndNumber) {
   AhrsParameters p;
   AhrsReadings<double> ahrs(p);
   const Vector3d up(0.0, 0.0, kGravity), nothing = Vector3d::Zero();
-  EXPECT_EQ(ahrs.add_force(at(0.0), up), Intake::waiting);  // no gyro yet
-  EXPECT_EQ(ahrs.add_field(at(0.0), {0, 20, -40}), Intake::waiting);
-  EXPECT_EQ(ahrs.add_rate(at(0.0), nothing), Intake::used);
-  EXPECT_EQ(ahrs.add_rate(at(0.01), nothing), Intake::used);
-  EXPECT_EQ(ahrs.add_rate(at(0.01), nothing), Intake::late);
-  EXPECT_EQ(ahrs.add_rate(at(0.02), {p.rate_range, 0.0, 0.0}), Intake::saturated);
-  EXPECT_EQ(ahrs.add_rate(at(0.03), {5.0 * p.rate_range, 0.0, 0.0}), Intake::saturated);
-  EXPECT_EQ(ahrs.add_rate(at(0.03), {0.0, std::nan(""), 0.0}), Intake::missing);
-  EXPECT_EQ(ahrs.add_rate(at(0.03), nothing), Intake::used);  // the absurd one took no time
+  EXPECT_EQ(ahrs.add_force(at(0.0), up), UpdateStatus::waiting);  // no gyro yet
+  EXPECT_EQ(ahrs.add_field(at(0.0), {0, 20, -40}), UpdateStatus::waiting);
+  EXPECT_EQ(ahrs.add_rate(at(0.0), nothing), UpdateStatus::used);
+  EXPECT_EQ(ahrs.add_rate(at(0.01), nothing), UpdateStatus::used);
+  EXPECT_EQ(ahrs.add_rate(at(0.01), nothing), UpdateStatus::late);
+  EXPECT_EQ(ahrs.add_rate(at(0.02), {p.rate_range, 0.0, 0.0}), UpdateStatus::saturated);
+  EXPECT_EQ(ahrs.add_rate(at(0.03), {5.0 * p.rate_range, 0.0, 0.0}), UpdateStatus::saturated);
+  EXPECT_EQ(ahrs.add_rate(at(0.03), {0.0, std::nan(""), 0.0}), UpdateStatus::missing);
+  EXPECT_EQ(ahrs.add_rate(at(0.03), nothing), UpdateStatus::used);  // the absurd one took no time
   EXPECT_FALSE(ahrs.ready());
-  EXPECT_EQ(ahrs.add_force(at(0.03), up), Intake::used);
+  EXPECT_EQ(ahrs.add_force(at(0.03), up), UpdateStatus::used);
   EXPECT_TRUE(ahrs.ready());
-  EXPECT_EQ(ahrs.add_force(at(9.0), up), Intake::waiting);  // the gyro has stopped long before
+  EXPECT_EQ(ahrs.add_force(at(9.0), up),
+            UpdateStatus::waiting);  // the gyro has stopped long before
   const AhrsReport& report = ahrs.report();
   EXPECT_EQ(report.gyro.used, 3U);
   EXPECT_EQ(report.gyro.late, 1U);
   EXPECT_EQ(report.gyro.saturated, 2U);
   EXPECT_EQ(report.gyro.missing, 1U);
   EXPECT_EQ(report.accelerometer.waiting, 2U);
-  EXPECT_EQ(ahrs.add_rate(at(9.0), nothing), Intake::used);  // after a pause: begun anew
+  EXPECT_EQ(ahrs.add_rate(at(9.0), nothing), UpdateStatus::used);  // after a pause: begun anew
   EXPECT_FALSE(ahrs.ready());
   EXPECT_EQ(report.restarts, 1U);
 }
@@ -266,7 +268,7 @@ TEST(AhrsReadings, WithoutAMagnetometerFieldsAreNone) {
   AhrsParameters p;
   p.use_magnetometer = false;
   AhrsReadings<double> ahrs(p);
-  EXPECT_EQ(ahrs.add_field(at(0.0), {0, 20, -40}), Intake::missing);
+  EXPECT_EQ(ahrs.add_field(at(0.0), {0, 20, -40}), UpdateStatus::missing);
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/inertial/allan.hpp>
-#include <wayfare/inertial/gauss_markov_fit.hpp>
 
 namespace wayfare {
 namespace {

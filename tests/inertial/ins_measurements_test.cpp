@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
-#include <wayfare/nav/ins_filter.hpp>
+#include <wayfare/filter/scalar_measurement.hpp>
+#include <wayfare/gnss/range_model.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/inertial/ins_constraints.hpp>
 #include <wayfare/inertial/ins_state.hpp>
-#include <wayfare/gnss/range_model.hpp>
-#include <wayfare/filter/scalar_measurement.hpp>
+#include <wayfare/nav/ins_filter.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 
 #include "filter/numeric_jacobian.hpp"
@@ -56,27 +56,27 @@ void expect_derivative(const Model& model, double tolerance) {
 }
 
 TEST(RangeModel, RowIsTheDerivative) {
-  const NavChart chart(kAnchor);
-  const SatelliteView view(satellite(), chart);
+  const LocalTangentPlane plane(kAnchor);
+  const SatelliteView view(satellite(), plane);
   // Differences of 2e7 m leave 4e-9 m; over 2e-4 rad that is 2e-5.
-  expect_derivative(RangeModel<double, 2>{chart, view, 1000.0, 4.0, kLever, -1}, 5e-5);
-  expect_derivative(RangeModel<double, 2>{chart, view, 1000.0, 4.0, kLever, 1}, 5e-5);
+  expect_derivative(RangeModel<double, 2>{plane, view, 1000.0, 4.0, kLever, -1}, 5e-5);
+  expect_derivative(RangeModel<double, 2>{plane, view, 1000.0, 4.0, kLever, 1}, 5e-5);
 }
 
 TEST(RangeRateModel, RowIsTheDerivative) {
-  const NavChart chart(kAnchor);
+  const LocalTangentPlane plane(kAnchor);
   // The local level turns with position, by the velocity over the Earth's radius: left out.
-  expect_derivative(RangeRateModel<double, 2>{chart, SatelliteView(satellite(), chart), 150.0, 0.01,
+  expect_derivative(RangeRateModel<double, 2>{plane, SatelliteView(satellite(), plane), 150.0, 0.01,
                                               kLever, kGyro},
                     5e-6);
 }
 
 // Range and rate of a state written out in ECEF.
 TEST(RangeModel, InnovationIsTheGeometry) {
-  const NavChart chart(kAnchor);
+  const LocalTangentPlane plane(kAnchor);
   const State x = some_state();
   const CorrectedRange s = satellite();
-  const Geodetic g = chart.geodetic(x.position_m);
+  const Geodetic g = plane.geodetic(x.position_m);
   const Eigen::Matrix3d r = rotation_ecef_ned(g);
   const Vector3d rate = kGyro - x.gyro_bias_radps;
   const Vector3d p = ecef_from_geodetic(g) + r * Vector3d(x.q_nu * kLever);
@@ -90,27 +90,27 @@ TEST(RangeModel, InnovationIsTheGeometry) {
               1e-7);
   EXPECT_EQ(range.variance, 4.0);
   const RangeRateModel<double, 2> rates{
-      chart, SatelliteView(s, chart), s.range_rate_mps, 0.01, kLever, kGyro};
+      plane, SatelliteView(s, plane), s.range_rate_mps, 0.01, kLever, kGyro};
   EXPECT_NEAR(rates(x).innovation, s.range_rate_mps - u.dot(s.velocity_ecef_mps - v) - 3.0, 1e-9);
 }
 
 // Ranges of 23 000 km in single precision: millimetres survive.
 TEST(RangeModel, SinglePrecisionKeepsMillimetres) {
-  const NavChart chart(kAnchor);
-  const SatelliteView view(satellite(), chart);
+  const LocalTangentPlane plane(kAnchor);
+  const SatelliteView view(satellite(), plane);
   const State x = some_state();
-  const RangeModel<double, 2> wide{chart, view, 1000.0, 4.0, kLever, 0};
-  const RangeModel<float, 2> narrow{chart, view, 1000.0, 4.0f, kLever.cast<float>(), 0};
+  const RangeModel<double, 2> wide{plane, view, 1000.0, 4.0, kLever, 0};
+  const RangeModel<float, 2> narrow{plane, view, 1000.0, 4.0f, kLever.cast<float>(), 0};
   EXPECT_NEAR(narrow(x.cast<float>()).innovation, wide(x).innovation, 2e-3);
 }
 
 TEST(Constraints, RowsAreDerivatives) {
-  const NavChart chart(kAnchor);
+  const LocalTangentPlane plane(kAnchor);
   expect_derivative(BodyVelocityModel<double, 2>{Vector3d(0.0, 1.0, 0.0), kLever, kGyro, 0.0, 0.01},
                     1e-7);
   expect_derivative(VelocityModel<double, 2>{1, 0.0, 0.01}, 1e-9);
-  expect_derivative(StandstillRateModel<double, 2>{2, 0.001, 1e-6}, 1e-9);
-  expect_derivative(AntennaPositionModel<double, 2>{chart, Vector3d(1190.0, -2795.0, 14.0),
+  expect_derivative(ZeroTurnRateModel<double, 2>{2, 0.001, 1e-6}, 1e-9);
+  expect_derivative(AntennaPositionModel<double, 2>{plane, Vector3d(1190.0, -2795.0, 14.0),
                                                     Vector3d(0.6, 0.0, 0.8), kLever, 1.0},
                     3e-4);  // scales of the chart change with position
 }

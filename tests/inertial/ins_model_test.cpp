@@ -4,8 +4,8 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/filter/ekf.hpp>
-#include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/inertial/detail/ins_transition.hpp>
+#include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 #include <wayfare/testing/manifold_laws.hpp>
 
@@ -34,7 +34,9 @@ InsState<double, Offsets> some_state() {
 const ImuInterval kTurning{
     {0.1, -0.05, 0.4}, {0.12, -0.02, 0.45}, {1.0, 2.0, -9.6}, {1.3, 1.8, -9.9}, 0.01};
 
-NavChart chart() { return NavChart({Angle::degrees(48.7), Angle::degrees(9.1), 300.0}); }
+LocalTangentPlane plane() {
+  return LocalTangentPlane({Angle::degrees(48.7), Angle::degrees(9.1), 300.0});
+}
 
 template <int N>
 Eigen::Matrix<double, N, N> some_covariance(std::uint64_t seed) {
@@ -60,7 +62,7 @@ TEST(InsState, IsAManifoldWithMoreClocks) { testing::ManifoldLaws<InsState<doubl
 // What Φ leaves out on purpose is below 1e-6 of an error per second: gravity's change with height
 // (3e-6/s²), the transport rate's with velocity (2e-7/m), second-order terms of the step.
 TEST(InsModel, PhiIsTheDerivativeOfTheStep) {
-  const NavChart c = chart();
+  const LocalTangentPlane c = plane();
   const InsModel<double, 1> model(c, InsNoise<double>(ImuNoise{}, {}));
   const auto x = some_state<1>();
   TangentOf<InsState<double, 1>> step;
@@ -82,7 +84,7 @@ TEST(InsModel, PhiIsTheDerivativeOfTheStep) {
 // Of a rate that noise alone could have made the filter learns no scale: a regressor made of the
 // noise it is regressed on would draw it to one side.
 TEST(InsModel, NoiseIsNoEvidenceOfScale) {
-  const NavChart c = chart();
+  const LocalTangentPlane c = plane();
   const InsModel<double, 0> model(c, InsNoise<double>(ImuNoise{}, {}));
   // √(white²/dt + bias²) is 0.0018 … 0.0020 rad/s and 0.042 m/s².
   const Vector3d rate(0.005, -0.007, 0.3), force(0.1, -0.15, -9.8);
@@ -96,7 +98,7 @@ TEST(InsModel, NoiseIsNoEvidenceOfScale) {
 
 // Twice the rate: the covariance step's second-order errors vanish with the step's square.
 TEST(InsModel, SparsePropagationIsTheDenseProduct) {
-  const NavChart c = chart();
+  const LocalTangentPlane c = plane();
   {
     const InsModel<double, 0> model(c, InsNoise<double>(ImuNoise{}, {}));
     const Ekf<InsState<double, 0>> filter(some_state<0>(), some_covariance<23>(1));
@@ -117,7 +119,7 @@ TYPED_TEST_SUITE(InsPacks, Packs);
 TYPED_TEST(InsPacks, EveryLaneIsAFilterOfItsOwn) {
   using P = TypeParam;
   using T = typename P::Lane;
-  const NavChart c = chart();
+  const LocalTangentPlane c = plane();
   const auto x = some_state<0>();
   const auto p = some_covariance<23>(3);
   InsNoise<P> noise(ImuNoise{}, {});

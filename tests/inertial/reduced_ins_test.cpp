@@ -37,12 +37,12 @@ TEST(ReducedIns, TurnsWithTheEarthWhereItStands) {
   // A vehicle that stands turns with the Earth, and its gyro feels all of that: azimuth stays.
   const Geodetic at{Angle::degrees(60), Angle::degrees(10), 0.0};
   const GeodeticHeading start{at, Angle::degrees(30)};
-  const double felt = wgs84::kEarthRate_radps * std::sin(at.latitude.radians());
-  EXPECT_NEAR(level_rate_rad_s(at, 0.0), felt, 1e-12);
-  const auto later = advance(start, felt, 0.0, 3600.0);
+  const double measured = wgs84::kEarthRate_radps * std::sin(at.latitude.radians());
+  EXPECT_NEAR(level_rate_rad_s(at, 0.0), measured, 1e-12);
+  const auto later = advance(start, measured, 0.0, 3600.0);
   EXPECT_NEAR(later.azimuth.degrees(), 30.0, 1e-9);
   // Gyro up is counter-clockwise: azimuth goes down as it turns (Liu's signs agree only so).
-  EXPECT_NEAR(advance(start, felt + 0.01, 0.0, 10.0).azimuth.radians(),
+  EXPECT_NEAR(advance(start, measured + 0.01, 0.0, 10.0).azimuth.radians(),
               start.azimuth.radians() - 0.1, 1e-12);
 }
 

@@ -11,11 +11,11 @@ using Eigen::Vector3d;
 
 /// Takes a signal of rates and forces through integrate() and strapdown_step().
 template <class Signal>
-Navigation<double> run(const NavChart& chart, Navigation<double> x, const Signal& signal, double dt,
-                       int steps) {
+Navigation<double> run(const LocalTangentPlane& plane, Navigation<double> x, const Signal& signal,
+                       double dt, int steps) {
   for (int i = 0; i < steps; ++i) {
     const auto a = signal(i * dt), b = signal((i + 1) * dt);
-    x = strapdown_step(x, chart.earth(x.position_m),
+    x = strapdown_step(x, plane.earth(x.position_m),
                        integrate<double>(a.first, b.first, a.second, b.second, dt), dt);
   }
   return x;
@@ -24,14 +24,14 @@ Navigation<double> run(const NavChart& chart, Navigation<double> x, const Signal
 // At rest a unit feels the Earth turn and gravity; an hour later it must still be there. (The
 // height is unstable by itself, but not within the rounding of an hour.)
 TEST(Strapdown, RestsOnTheTurningEarth) {
-  const NavChart chart({Angle::degrees(52.0), Angle::degrees(13.0), 40.0});
-  const EarthAt<double> at = chart.earth<double>(Vector3d::Zero());
+  const LocalTangentPlane plane({Angle::degrees(52.0), Angle::degrees(13.0), 40.0});
+  const EarthAt<double> at = plane.earth<double>(Vector3d::Zero());
   const SO3d q = SO3d::exp(Vector3d(0.1, -0.2, 2.0));
   const Vector3d earth = level_rates<double>(at, Vector3d::Zero()).earth;
   const Vector3d rate = q.inverse() * earth;
   const Vector3d force = q.inverse() * Vector3d(0.0, 0.0, -at.gravity_mps2);
   const auto end = run(
-      chart, {Vector3d::Zero(), Vector3d::Zero(), q},
+      plane, {Vector3d::Zero(), Vector3d::Zero(), q},
       [&](double) { return std::pair(rate, force); }, 0.1, 36000);
   EXPECT_LT(end.position_m.norm(), 0.02);  // third order of a step of 0.1 s: g (ΩT)², 5e-10 m/s²
   EXPECT_LT(end.velocity_mps.norm(), 1e-5);
@@ -68,15 +68,15 @@ TEST(Strapdown, FollowsConing) {
 
 // Second order: half the step, a quarter of the error, for rates and forces that turn together.
 TEST(Strapdown, ConvergesToSecondOrder) {
-  const NavChart chart({Angle::degrees(40.0), Angle::degrees(-105.0), 1600.0});
+  const LocalTangentPlane plane({Angle::degrees(40.0), Angle::degrees(-105.0), 1600.0});
   const auto signal = [](double t) {
     return std::pair(Vector3d(0.4 * std::sin(3.0 * t), 0.3 * std::cos(2.0 * t), 0.5),
                      Vector3d(1.0 + std::sin(2.0 * t), std::cos(3.0 * t), -9.8));
   };
   const Navigation<double> start{Vector3d::Zero(), Vector3d(10.0, 0.0, 0.0), SO3d()};
-  const auto fine = run(chart, start, signal, 1.0 / 4096, 4096 * 4);
+  const auto fine = run(plane, start, signal, 1.0 / 4096, 4096 * 4);
   const auto error = [&](int rate) {
-    const auto x = run(chart, start, signal, 1.0 / rate, rate * 4);
+    const auto x = run(plane, start, signal, 1.0 / rate, rate * 4);
     return Vector3d((x.position_m - fine.position_m).norm(),
                     (x.velocity_mps - fine.velocity_mps).norm(), x.q_nu.minus(fine.q_nu).norm());
   };

@@ -1,8 +1,5 @@
 // ROS 1 bags: what is written is read again, and damage costs no more than what it hit.
 
-#include <wayfare/io/bag_reader.hpp>
-#include <wayfare/io/bag_writer.hpp>
-
 #include <wayfare/io/bag.hpp>
 
 #include <random>

@@ -9,8 +9,6 @@
 
 #include <wayfare/io/byte_sink.hpp>
 #include <wayfare/io/mcap.hpp>
-#include <wayfare/io/mcap_reader.hpp>
-#include <wayfare/io/mcap_writer.hpp>
 
 namespace wayfare::testing {
 

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/io/carmen_writer.hpp>
 
 #include "core/at.hpp"
 

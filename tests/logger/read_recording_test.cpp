@@ -6,7 +6,7 @@
 
 #include <gmock/gmock.h>
 
-#include <wayfare/io/mcap_writer.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/logger/messages.hpp>
 
 namespace wayfare::logger {

@@ -11,13 +11,13 @@
 namespace wayfare {
 namespace {
 
-using Tiles = CowTiles<int>;
+using Tiles = CopyOnWriteTiles<int>;
 
 int& at(Tiles& tiles, const Cell& c) {
   return tiles.writable(Tiles::tile_of(c))[Tiles::offset_in_tile(c)];
 }
 
-TEST(CowTiles, TilesMeetWithoutGapAcrossTheOrigin) {
+TEST(CopyOnWriteTiles, TilesMeetWithoutGapAcrossTheOrigin) {
   EXPECT_EQ(Tiles::tile_of({-1, 0}), (Cell{-1, 0}));
   EXPECT_EQ(Tiles::tile_of({63, 64}), (Cell{0, 1}));
   EXPECT_EQ(Tiles::tile_of({-64, -65}), (Cell{-1, -2}));
@@ -27,7 +27,7 @@ TEST(CowTiles, TilesMeetWithoutGapAcrossTheOrigin) {
 }
 
 // A plane of cells, copied and written at random, against a std::map that is copied in full.
-TEST(CowTiles, CopiesAreIndependentWhateverTheOrderOfWrites) {
+TEST(CopyOnWriteTiles, CopiesAreIndependentWhateverTheOrderOfWrites) {
   using Model = std::map<Cell, int>;
   Rng rng(5);
   const auto coordinate = [&] {
@@ -55,7 +55,7 @@ TEST(CowTiles, CopiesAreIndependentWhateverTheOrderOfWrites) {
   }
 }
 
-TEST(CowTiles, VisitsEveryTileOnceInOrder) {
+TEST(CopyOnWriteTiles, VisitsEveryTileOnceInOrder) {
   Tiles tiles(0);
   std::vector<Cell> made;
   for (int x = 3; x >= -3; --x) {
@@ -78,7 +78,7 @@ TEST(CowTiles, VisitsEveryTileOnceInOrder) {
 
 // What the thread sanitizer is to watch: threads that write to their own copies of shared tiles and
 // let them go while others still read.
-TEST(CowTiles, CopiesOfOneGridMayBeWrittenFromManyThreads) {
+TEST(CopyOnWriteTiles, CopiesOfOneGridMayBeWrittenFromManyThreads) {
   Tiles shared(0);
   for (int x = 0; x < 640; ++x) at(shared, {x, 0}) = x;
   std::vector<Tiles> copies(4, shared);

@@ -40,7 +40,7 @@ TEST(DetectionField, IsTheViewOfTheWholeMapWherePointsCanComeToLie) {
   const SE2d pose(0.4, -0.3, 0.7_rad);
   const FieldReach reach{0.2, 0.1};
   DetectionFieldMaker maker;
-  MatchGrid view;
+  LikelihoodField view;
   for (const double blur_m : {0.0, 0.03, 0.06}) {
     const DetectionViewOptions options{kHit, blur_m, 0.02, 30.0};
     const auto whole = detection_grid(grid, options);
@@ -65,7 +65,7 @@ TEST(DetectionField, IsTheLogarithmOfTheCount) {
   for (int i = 0; i < 40; ++i) grid.update({5, 4}, hit);
   PointSet points;
   points.push_back(Eigen::Vector2f(0.1F, 0.1F));
-  MatchGrid view;
+  LikelihoodField view;
   ASSERT_TRUE(
       DetectionFieldMaker().make(grid, points, SE2d(), {0.5, 0.0}, {kHit, 0.0, 0.02, 30.0}, view));
   EXPECT_NEAR(view.log_likelihood({3, 4}), std::log(12.02 / 30.02), 0.002);
@@ -80,7 +80,7 @@ TEST(DetectionField, RefusesWhatItCannotHold) {
   const DetectionViewOptions good{kHit, 0.03, 0.02, 30.0};
   const double nan = std::numeric_limits<double>::quiet_NaN();
   DetectionFieldMaker maker;
-  MatchGrid view;
+  LikelihoodField view;
   const auto refused = [&](const PointSet& p, const SE2d& pose, const DetectionViewOptions& o) {
     EXPECT_TRUE(maker.make(grid, points, SE2d(), {}, good, view));
     EXPECT_FALSE(maker.make(grid, p, pose, {}, o, view));

@@ -223,13 +223,13 @@ TEST(RayCaster, HasAnAnswerForEveryPose) {
   EXPECT_EQ(cast(1e300, 0), 30.0F);
 }
 
-const kernels::Isa kSets[] = {kernels::Isa::avx2, kernels::Isa::avx512};
+const Isa kSets[] = {Isa::avx2, Isa::avx512};
 
 TEST(FieldKernels, EveryInstructionSetGivesTheSameBits) {
   using namespace field_kernels;
-  const Kernels& plain = variant_for(kernels::Isa::baseline);
-  for (const kernels::Isa isa : kSets) {
-    if (!kernels::runs_here(isa)) continue;
+  const Kernels& plain = variant_for(Isa::baseline);
+  for (const Isa isa : kSets) {
+    if (!runs_here(isa)) continue;
     const Kernels& fast = variant_for(isa);
     Rng rng(6);
     for (int run = 0; run < 30; ++run) {

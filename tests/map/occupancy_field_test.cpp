@@ -45,7 +45,7 @@ TEST(OccupancyField, IsItsDefinitionWhereverPointsCanComeToLie) {
                                      static_cast<float>(rng.uniform(-4, 4))));
   const SE2d pose(0.5, -0.3, 0.7_rad);
   OccupancyFieldMaker maker;
-  MatchGrid view;
+  LikelihoodField view;
   for (int again = 0; again < 2; ++again) {  // with fresh memory, and with what was in it before
     ASSERT_TRUE(maker.make(grid, points, pose, reach, options, view));
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -64,7 +64,7 @@ TEST(OccupancyField, FarPointsAndWideTurnsDoNotGrowTheViewBeyondTheirCircle) {
   const OccupancyGrid grid = strewn(rng);
   PointSet points;
   points.push_back({20, 0});
-  MatchGrid view;
+  LikelihoodField view;
   OccupancyFieldMaker maker;
   ASSERT_TRUE(maker.make(grid, points, SE2d(), {1.0, 3.2}, {}, view));
   EXPECT_LT(view.width(), 2 * (400 + 20 + 16 + 10));
@@ -73,7 +73,7 @@ TEST(OccupancyField, FarPointsAndWideTurnsDoNotGrowTheViewBeyondTheirCircle) {
 TEST(OccupancyField, RefusesWhatMakesNoView) {
   const OccupancyGrid grid;
   PointSet points;
-  MatchGrid view;
+  LikelihoodField view;
   OccupancyFieldMaker maker;
   EXPECT_FALSE(maker.make(grid, points, SE2d(), {}, {}, view));
   points.push_back({1, 1});

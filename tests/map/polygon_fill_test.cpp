@@ -150,7 +150,7 @@ TEST(FindNeighbours, AreTheNextBeamsLessThanTheGapApart) {
 }
 
 // The union of the triangles of neighbours, which do not overlap: the same by the oracle above.
-TEST(FillStar, MarksTheTrianglesOfNeighbours) {
+TEST(FillPolygon, MarksTheTrianglesOfNeighbours) {
   Rng rng(5);
   for (int round = 0; round < 50; ++round) {
     std::vector<double> bearings;

@@ -33,7 +33,7 @@ TEST(LikelihoodField, IsTheNearestPointsGaussian) {
 
 TEST(LikelihoodField, RefusesWhatItCannotHold) {
   LikelihoodFieldMaker maker;
-  MatchGrid grid;
+  LikelihoodField grid;
   PointSet far, nan, good;
   far.push_back({0.0F, 0.0F});
   far.push_back({12000.0F, 12000.0F});
@@ -51,17 +51,17 @@ TEST(LikelihoodField, RefusesWhatItCannotHold) {
   EXPECT_FALSE(refused(good, SE2d()));
 }
 
-TEST(MatchGridOfOccupancy, GivesTheLogOfTheProbability) {
+TEST(LikelihoodFieldOfOccupancy, GivesTheLogOfTheProbability) {
   OccupancyGrid map;
   map.update({-70, 3}, LogOdds::from_probability(0.9));
   map.update({5, 4}, LogOdds::from_probability(0.2));
-  const auto view = match_grid(map, {0.05, 0.0, 0.3});
+  const auto view = likelihood_field(map, {0.05, 0.0, 0.3});
   ASSERT_TRUE(view);
   EXPECT_NEAR(view->log_likelihood({-70, 3}), std::log(0.9), 1e-3);
   EXPECT_NEAR(view->log_likelihood({5, 4}), std::log(0.2), 1e-3);
   EXPECT_NEAR(view->log_likelihood({0, 3}), std::log(0.3), 1e-3);
   EXPECT_NEAR(view->log_likelihood({6, 4}), std::log(0.05), 1e-9);
-  EXPECT_FALSE(match_grid(OccupancyGrid()));
+  EXPECT_FALSE(likelihood_field(OccupancyGrid()));
 }
 
 TEST(DetectionGrid, GivesTheLogOfTheDensityRelativeToTheDensest) {
@@ -112,7 +112,7 @@ TEST(DetectionGrid, RefusesWhatMakesNoDensity) {
 
 TEST(Interpolate, GradientIsTheDerivative) {
   Rng rng(4);
-  const MatchGrid grid = random_grid(rng, 23, 17, {-9, 4});
+  const LikelihoodField grid = random_grid(rng, 23, 17, {-9, 4});
   for (int i = 0; i < 2000; ++i) {
     // Within a patch between four centres, the table's border included.
     const double u = static_cast<int>(rng.below(24)) - 1 + rng.uniform(0.01, 0.99);
@@ -160,7 +160,7 @@ struct Normal {
 };
 
 /// The normal equations in double precision from interpolate(), one point at a time.
-Normal normal_equations(const MatchGrid& grid, const PointSet& points, const SE2d& pose) {
+Normal normal_equations(const LikelihoodField& grid, const PointSet& points, const SE2d& pose) {
   Normal sum;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector2d p = points[i].cast<double>();
@@ -175,7 +175,8 @@ Normal normal_equations(const MatchGrid& grid, const PointSet& points, const SE2
 }
 
 /// Damped Gauss-Newton by the book, on those.
-SE2d climb(const MatchGrid& grid, const PointSet& points, SE2d pose, const RefineOptions& options) {
+SE2d minimise(const LikelihoodField& grid, const PointSet& points, SE2d pose,
+              const RefineOptions& options) {
   Normal here = normal_equations(grid, points, pose);
   double damping = 1e-3;
   for (int i = 0; i < options.max_iterations; ++i) {
@@ -214,7 +215,7 @@ TEST(Refine, EqualsDoublePrecision) {
     EXPECT_LT((at_start->information - want.information).norm(), 1e-2 * want.information.norm());
     const auto got = refine(*field, seen, start);
     ASSERT_TRUE(got);
-    const SE2d other = climb(*field, seen, start, {});
+    const SE2d other = minimise(*field, seen, start, {});
     const Eigen::Vector3d off = got->T_map_points.minus(other);
     // Ten iterations end short of the summit: where rounding has led round another side of a kink,
     // elsewhere on its flank.
@@ -223,7 +224,7 @@ TEST(Refine, EqualsDoublePrecision) {
               normal_equations(*field, seen, other).log_likelihood / n - 1e-3);
     // Given time, single precision climbs as high as double, to the rounding of a sum of cells.
     const RefineOptions patient{200, 1e-6, 0.2};
-    const SE2d top = climb(*field, seen, start, patient);
+    const SE2d top = minimise(*field, seen, start, patient);
     const auto high = refine(*field, seen, start, patient);
     ASSERT_TRUE(high);
     EXPECT_NEAR(normal_equations(*field, seen, high->T_map_points).log_likelihood / n,
@@ -234,7 +235,7 @@ TEST(Refine, EqualsDoublePrecision) {
 
 TEST(Refine, RefusesAPointThatIsNotFinite) {
   Rng rng(5);
-  const MatchGrid grid = random_grid(rng, 30, 30, {0, 0});
+  const LikelihoodField grid = random_grid(rng, 30, 30, {0, 0});
   for (const float bad : {NAN, INFINITY}) {
     PointSet points;
     points.push_back({0.5F, 0.5F});

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/map/multi_resolution_grid.hpp>
-#include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/match/detail/scene_constraint.hpp>
+#include <wayfare/match/gauss_newton.hpp>
 
 #include "walls.hpp"
 

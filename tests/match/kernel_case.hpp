@@ -15,15 +15,14 @@
 
 namespace wayfare {
 
-using kernels::Isa;
 using kernels::Kernels;
 using Ints = std::vector<std::int32_t>;
 using Sums = std::vector<std::uint32_t>;
 
 /// A grid with its tables, points, and a turn that puts some of them outside.
 struct KernelCase {
-  MatchGrid grid;
-  MaxPyramid pyramid;
+  LikelihoodField grid;
+  PrecomputationGrids pyramid;
   std::vector<float> x, y;
   int n = 0, padded = 0;
   kernels::Turn turn{};
@@ -126,7 +125,7 @@ struct KernelCase {
 template <class Body>
 void for_each_variant(Body&& body) {
   for (const Isa isa : {Isa::baseline, Isa::avx2, Isa::avx512}) {
-    if (!kernels::runs_here(isa)) continue;
+    if (!runs_here(isa)) continue;
     SCOPED_TRACE(static_cast<int>(isa));
     body(kernels::kernels_for(isa), kernels::kernels_for(Isa::baseline));
   }

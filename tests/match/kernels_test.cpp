@@ -48,7 +48,7 @@ std::array<double, 4> weights(bool cubic, double t) {
   return w;
 }
 
-double interpolated(const MatchGrid& grid, bool cubic, double u, double v) {
+double interpolated(const LikelihoodField& grid, bool cubic, double u, double v) {
   const int column = static_cast<int>(std::floor(u)), row = static_cast<int>(std::floor(v));
   const auto wu = weights(cubic, u - column), wv = weights(cubic, v - row);
   double f = 0;

@@ -10,10 +10,10 @@
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
+#include <wayfare/match/detail/scene_constraint.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/match/icp.hpp>
 #include <wayfare/match/ndt.hpp>
-#include <wayfare/match/detail/scene_constraint.hpp>
 
 #include "walls.hpp"
 
@@ -42,13 +42,17 @@ template <>
 struct Setup<CorrelativeMatcher> {
   static constexpr double kNear_m = 0.05, kNear_deg = 0.6;
   static CorrelativeMatcher matcher() { return {}; }
-  static MatchGrid map(const Views& v) { return *likelihood_field(v.placed, {0.05, 0.05, 0.01}); }
+  static LikelihoodField map(const Views& v) {
+    return *likelihood_field(v.placed, {0.05, 0.05, 0.01});
+  }
 };
 template <>
 struct Setup<BranchAndBoundMatcher> {
   static constexpr double kNear_m = 0.05, kNear_deg = 0.6;
   static BranchAndBoundMatcher matcher() { return {}; }
-  static MaxPyramid map(const Views& v) { return MaxPyramid(Setup<CorrelativeMatcher>::map(v)); }
+  static PrecomputationGrids map(const Views& v) {
+    return PrecomputationGrids(Setup<CorrelativeMatcher>::map(v));
+  }
 };
 template <Interpolation kInterpolation>
 struct GaussNewton : GaussNewtonMatcher {

@@ -26,8 +26,8 @@ TEST(Matchers, EqualBruteForceOnRandomScenes) {
     SCOPED_TRACE(scene);
     const Cell origin{static_cast<int>(rng.below(200)) - 100,
                       static_cast<int>(rng.below(200)) - 100};
-    const MatchGrid grid = random_grid(rng, 1 + static_cast<int>(rng.below(70)),
-                                       1 + static_cast<int>(rng.below(70)), origin);
+    const LikelihoodField grid = random_grid(rng, 1 + static_cast<int>(rng.below(70)),
+                                             1 + static_cast<int>(rng.below(70)), origin);
     PointSet points;  // many fall outside the table, some far outside
     const double reach = rng.uniform(0.1, 3);
     for (std::uint64_t n = 1 + rng.below(40); n > 0; --n)
@@ -54,7 +54,7 @@ TEST(Matchers, EqualBruteForceOnRandomScenes) {
     none += !want.found;
     for (const auto& got :
          {correlative.match(grid, points, prior, window, options),
-          branch_and_bound.match(MaxPyramid(grid), points, prior, window, options)}) {
+          branch_and_bound.match(PrecomputationGrids(grid), points, prior, window, options)}) {
       ASSERT_TRUE(got) << got.error().to_string();
       ASSERT_EQ(got->has_value(), want.found);
       if (!want.found) continue;
@@ -79,7 +79,7 @@ TEST(Matchers, AgreeOnAWholeMapTurnedAllTheWay) {
   CorrelativeMatcher correlative;
   BranchAndBoundMatcher branch_and_bound;
   const auto a = correlative.match(*field, seen, SE2d(), window);
-  const auto b = branch_and_bound.match(MaxPyramid(*field), seen, SE2d(), window);
+  const auto b = branch_and_bound.match(PrecomputationGrids(*field), seen, SE2d(), window);
   ASSERT_TRUE(a && *a && b && *b);
   EXPECT_EQ((*a)->candidate, (*b)->candidate);
   EXPECT_EQ((*a)->score, (*b)->score);
@@ -87,7 +87,7 @@ TEST(Matchers, AgreeOnAWholeMapTurnedAllTheWay) {
 }
 
 TEST(Matchers, TiesGoToThePriorAndThenInOrder) {
-  MatchGrid grid;
+  LikelihoodField grid;
   ASSERT_TRUE(grid.reset(0.05, {{-20, -20}, {20, 20}}, 0.01));
   PointSet one;
   one.push_back({0.025F, 0.025F});
@@ -95,12 +95,13 @@ TEST(Matchers, TiesGoToThePriorAndThenInOrder) {
   CorrelativeMatcher correlative;
   BranchAndBoundMatcher bounded;
   EXPECT_EQ((**correlative.match(grid, one, SE2d(), window)).candidate, Candidate{});
-  EXPECT_EQ((**bounded.match(MaxPyramid(grid), one, SE2d(), window)).candidate, Candidate{});
+  EXPECT_EQ((**bounded.match(PrecomputationGrids(grid), one, SE2d(), window)).candidate,
+            Candidate{});
   for (const Cell c : {Cell{3, 0}, Cell{-3, 0}, Cell{0, 3}, Cell{0, -3}})
     grid.data()[(c.y + 20) * grid.stride() + c.x + 20] = 1000;
   const Candidate want{{0, -3}, 0};  // equally near: the lowest row
   EXPECT_EQ((**correlative.match(grid, one, SE2d(), still)).candidate, want);
-  EXPECT_EQ((**bounded.match(MaxPyramid(grid), one, SE2d(), still)).candidate, want);
+  EXPECT_EQ((**bounded.match(PrecomputationGrids(grid), one, SE2d(), still)).candidate, want);
 }
 
 TEST(Correlative, CorridorLeavesARidgeAlongItself) {
@@ -130,9 +131,9 @@ TEST(Correlative, CorridorLeavesARidgeAlongItself) {
 }
 
 TEST(Matchers, RefuseInputNoSearchCanBeMadeFor) {
-  MatchGrid grid;
+  LikelihoodField grid;
   ASSERT_TRUE(grid.reset(0.05, {{0, 0}, {99, 99}}, 0.01));
-  const MaxPyramid pyramid(grid);
+  const PrecomputationGrids pyramid(grid);
   CorrelativeMatcher correlative;
   BranchAndBoundMatcher bounded;
   PointSet good;
@@ -153,7 +154,7 @@ TEST(Matchers, RefuseInputNoSearchCanBeMadeFor) {
   MatchOptions indefinite;
   indefinite.prior_information = Eigen::Vector3d(1, -1, 1).asDiagonal();
   EXPECT_TRUE(refused(good, SE2d(), {}, indefinite));
-  EXPECT_FALSE(correlative.match(MatchGrid(), good, SE2d(), {}));
+  EXPECT_FALSE(correlative.match(LikelihoodField(), good, SE2d(), {}));
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct NaiveDraw {
   double log_evidence;  ///< ln of the mean of τ
 };
 
-inline NaiveDraw naive_draw(const MatchGrid& grid, const PointSet& points,
+inline NaiveDraw naive_draw(const LikelihoodField& grid, const PointSet& points,
                             const Gaussian<SE2d>& proposal, const Gaussian<SE2d>& motion, Rng& rng,
                             int samples, double independent_points) {
   std::vector<SE2d> poses;

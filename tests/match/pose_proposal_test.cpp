@@ -23,7 +23,7 @@ Gaussian<SE2d> gaussian(const SE2d& mean, double sx, double sy, double heading, 
 /// A room seen by 100 beams, and what is known of the pose before and after a match.
 struct Question {
   PointSet points;
-  MatchGrid grid;
+  LikelihoodField grid;
   SE2d truth{0.3, -0.2, 0.4_rad};
   Gaussian<SE2d> proposal, motion;
 

@@ -19,7 +19,7 @@ namespace {
 
 /// A scan of a log, the field of the ten before it, and a place to look for it from.
 struct Problem {
-  MatchGrid field;
+  LikelihoodField field;
   PointSet seen;
   SE2d prior;
 };
@@ -55,7 +55,7 @@ std::vector<MatchOptions> ways_to_ask() {
 void expect_the_optimum(const Problem& problem, const SearchWindow& window) {
   CorrelativeMatcher correlative;
   BranchAndBoundMatcher bounded;
-  const MaxPyramid pyramid(problem.field);
+  const PrecomputationGrids pyramid(problem.field);
   for (const MatchOptions& options : ways_to_ask()) {
     const auto shape =
         correlative.surface(problem.field, problem.seen, problem.prior, window, options);

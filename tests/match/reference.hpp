@@ -17,8 +17,8 @@ struct Reference {
 };
 
 /// The definition, written without regard to speed: each point's cell in single precision, the
-/// candidate's offset added, MatchGrid::value summed.
-inline Reference brute_force(const MatchGrid& grid, const PointSet& points, const SE2d& prior,
+/// candidate's offset added, LikelihoodField::value summed.
+inline Reference brute_force(const LikelihoodField& grid, const PointSet& points, const SE2d& prior,
                              const ScoreSurface& shape, const MatchOptions& options) {
   const double scale = 1.0 / grid.resolution_m(), n = static_cast<double>(points.size());
   const double independent = options.independent_points > 0 ? options.independent_points : n;
@@ -46,7 +46,7 @@ inline Reference brute_force(const MatchGrid& grid, const PointSet& points, cons
           const Cell at{cell(c * px - s * py + ox), cell(s * px + c * py + oy)};
           sum += grid.value(at + Cell{x, y} + grid.origin());
         }
-        if (static_cast<double>(sum) < options.min_score * n * MatchGrid::kMaxValue) continue;
+        if (static_cast<double>(sum) < options.min_score * n * LikelihoodField::kMaxValue) continue;
         const Eigen::Vector3d d(x * grid.resolution_m(), y * grid.resolution_m(),
                                 k * shape.heading_step.radians());
         const double objective = weight * static_cast<double>(sum) - 0.5 * d.dot(information * d);

@@ -28,14 +28,14 @@ inline PointSet moved(const PointSet& points, const SE2d& T) {
 }
 
 /// A table of random values, sparse enough to have peaks.
-inline MatchGrid random_grid(Rng& rng, int width, int height, Cell origin) {
-  MatchGrid grid;
+inline LikelihoodField random_grid(Rng& rng, int width, int height, Cell origin) {
+  LikelihoodField grid;
   (void)grid.reset(0.05, {origin, origin + Cell{width - 1, height - 1}}, 0.01);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
       if (rng.uniform() < 0.2)
         grid.data()[y * grid.stride() + x] =
-            static_cast<std::uint16_t>(rng.below(MatchGrid::kMaxValue + 1));
+            static_cast<std::uint16_t>(rng.below(LikelihoodField::kMaxValue + 1));
   return grid;
 }
 

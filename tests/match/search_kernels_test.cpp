@@ -51,7 +51,7 @@ template <class Body>
 void for_each_merged_case(Body&& body) {
   for_each_variant([&](const Kernels& k, const Kernels&) {
     Rng rng(27);
-    for (int i = 0; i < 100; ++i) body(k, MergedCase(rng, k, i % MaxPyramid::kLevels));
+    for (int i = 0; i < 100; ++i) body(k, MergedCase(rng, k, i % PrecomputationGrids::kLevels));
   });
 }
 
@@ -104,7 +104,7 @@ TEST(SearchKernels, TurnedBoundsAreSumsOverThePoints) {
     Rng rng(22);
     for (int i = 0; i < 100; ++i) {
       const KernelCase test(rng);
-      const int level = i % MaxPyramid::kLevels;
+      const int level = i % PrecomputationGrids::kLevels;
       ASSERT_EQ(test.turned_bounds(k, level), test.bounds_of(level));
     }
   });

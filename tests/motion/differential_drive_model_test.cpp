@@ -36,8 +36,8 @@ void expect_arc(const SE2d& end, const Drive& drive) {
   EXPECT_NEAR(wrap_to_pi(end.heading().radians() - turn), 0.0, 1e-12);
 }
 
-TEST(WheelMotion, FollowsTheArcOfItsWheels) {
-  const WheelMotion model{.wheel_base_m = 0.5};
+TEST(DifferentialDriveModel, FollowsTheArcOfItsWheels) {
+  const DifferentialDriveModel model{.wheel_base_m = 0.5};
   for (const Drive& d : kDrives) {
     const double half = 0.5 * d.turn_rad * model.wheel_base_m;
     expect_arc(model(d.along_m - half, d.along_m + half).mean, d);
@@ -62,8 +62,8 @@ void expect_jacobian(const F& increment, const Eigen::Vector2d& at, const InputJ
   }
 }
 
-TEST(WheelMotion, JacobianIsThatOfTheIncrement) {
-  const WheelMotion model;
+TEST(DifferentialDriveModel, JacobianIsThatOfTheIncrement) {
+  const DifferentialDriveModel model;
   for (const Drive& d : kDrives) {
     const Eigen::Vector2d at(d.along_m - d.turn_rad * 0.2, d.along_m + d.turn_rad * 0.2);
     expect_jacobian([&](const Eigen::Vector2d& w) { return model(w[0], w[1]).mean; }, at,
@@ -81,8 +81,8 @@ TEST(GyroMotion, JacobianIsThatOfTheIncrement) {
   }
 }
 
-TEST(WheelMotion, CovarianceIsThatOfWheelsThatSlip) {
-  const WheelMotion model{.slip_m_per_sqrt_m = 0.01, .scale = 0.005, .ground = {}};
+TEST(DifferentialDriveModel, CovarianceIsThatOfWheelsThatSlip) {
+  const DifferentialDriveModel model{.slip_m_per_sqrt_m = 0.01, .scale = 0.005, .ground = {}};
   const double left = 0.4, right = 0.5;
   const Gaussian<SE2d> motion = model(left, right);
   testing::expect_covariance(motion.covariance);
@@ -103,9 +103,9 @@ TEST(WheelMotion, CovarianceIsThatOfWheelsThatSlip) {
   testing::expect_samples_follow(motion, samples, 6.0, 0.025);
 }
 
-TEST(WheelMotion, VarianceOfPiecesAddsUp) {
+TEST(DifferentialDriveModel, VarianceOfPiecesAddsUp) {
   // Straight on, as one piece and as ten: slip is a random walk, so the wheel's part is the same.
-  const WheelMotion model{.ground = {0.0, 0.0, 0.0, 0.0}};
+  const DifferentialDriveModel model{.ground = {0.0, 0.0, 0.0, 0.0}};
   Gaussian<SE2d> pieces{SE2d::identity(), Eigen::Matrix3d::Zero()};
   for (int i = 0; i < 10; ++i) pieces = compose(pieces, model(0.1, 0.1));
   const Gaussian<SE2d> whole = model(1.0, 1.0);
@@ -135,7 +135,7 @@ TEST(Fuse, WeighsByInverseCovarianceAcrossTheWrap) {
 }
 
 TEST(Fuse, IsTheInformationSumAndKeepsEqualMeans) {
-  const Gaussian<SE2d> wheels = WheelMotion{}(0.20, 0.24);
+  const Gaussian<SE2d> wheels = DifferentialDriveModel{}(0.20, 0.24);
   const Gaussian<SE2d> gyro = GyroMotion{}(0.22, 0.5, 0.2);
   const auto both = fuse(wheels, gyro);
   ASSERT_TRUE(both);
@@ -145,13 +145,13 @@ TEST(Fuse, IsTheInformationSumAndKeepsEqualMeans) {
 }
 
 TEST(Fuse, NamesInputThatIsNoNumber) {
-  const auto both = fuse(WheelMotion{}(0.2, 0.2), GyroMotion{}(0.2, std::nan(""), 0.1));
+  const auto both = fuse(DifferentialDriveModel{}(0.2, 0.2), GyroMotion{}(0.2, std::nan(""), 0.1));
   ASSERT_FALSE(both);
   EXPECT_EQ(both.error().code, ErrorCode::numerical);
 }
 
 TEST(MotionSampler, DrawsFollowTheGaussian) {
-  const Gaussian<SE2d> motion = WheelMotion{}(0.5, 0.8);
+  const Gaussian<SE2d> motion = DifferentialDriveModel{}(0.5, 0.8);
   const MotionSampler draw(motion);
   Rng rng(3);
   std::vector<SE2d> samples;

@@ -12,8 +12,8 @@
 #include <wayfare/core/roll_pitch_yaw.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/time_tags.hpp>
-#include <wayfare/sim/ranges.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
+#include <wayfare/sim/ranges.hpp>
 
 namespace wayfare::tests {
 

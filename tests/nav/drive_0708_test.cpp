@@ -11,8 +11,8 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/eval/nav_error.hpp>
-#include <wayfare/nav/outage.hpp>
 #include <wayfare/gnss/single_point.hpp>
+#include <wayfare/nav/outage.hpp>
 
 namespace wayfare::tests {
 namespace {
@@ -44,23 +44,21 @@ class RealDrive : public testing::Test {
     return std::move(result->points);
   }
 
-  [[nodiscard]] eval::OutagePlan plan() const {
-    eval::OutagePlan plan;
+  [[nodiscard]] OutagePlan plan() const {
+    OutagePlan plan;
     plan.threads = 2;
-    plan.places = eval::outage_places(antenna_->begin() + seconds(120),
-                                      antenna_->end() - seconds(10), seconds(30), 10);
+    plan.places = outage_places(antenna_->begin() + seconds(120), antenna_->end() - seconds(10),
+                                seconds(30), 10);
     // Whole seconds after the start, where epochs are.
     for (LogTime& t : plan.places) t = t - (t - antenna_->begin()) % seconds(1);
     return plan;
   }
 
-  [[nodiscard]] eval::OutageReport outages(const GnssInsOptions& options,
-                                           const eval::OutagePlan& plan,
-                                           const std::vector<RangeEpoch>& ranges) const {
+  [[nodiscard]] OutageReport outages(const GnssInsOptions& options, const OutagePlan& plan,
+                                     const std::vector<RangeEpoch>& ranges) const {
     const auto truth = [&](LogTime t) { return antenna_->state(t); };
-    const auto run = [&](const eval::OutageWindow& w) -> Result<NavTrajectory> {
-      GnssInsRecording r{
-          drive_.imu, eval::take_satellites(ranges, w, truth(w.begin).position), {}, {}};
+    const auto run = [&](const OutageWindow& w) -> Result<NavTrajectory> {
+      GnssInsRecording r{drive_.imu, take_satellites(ranges, w, truth(w.begin).position), {}, {}};
       std::erase_if(r.imu, [&](const auto& s) { return s.time > w.end + seconds(1); });
       std::erase_if(r.ranges, [&](const auto& e) { return e.time >= w.end; });
       const auto points = antenna_points(r, options);
@@ -69,19 +67,19 @@ class RealDrive : public testing::Test {
       for (const GnssInsPoint& p : *points) result.push_back(p.nav);
       return result;
     };
-    auto report = eval::run_outages(plan, run, truth);
+    auto report = run_outages(plan, run, truth);
     EXPECT_TRUE(report) << report.error().to_string();
     return *std::move(report);
   }
 
   /// Error at the end by seconds and satellites left, mean over ten places and five seeds.
   using Ends = std::map<std::pair<int, std::size_t>, double>;
-  [[nodiscard]] Ends mean_ends(const GnssInsOptions& options, const eval::OutagePlan& plan) {
+  [[nodiscard]] Ends mean_ends(const GnssInsOptions& options, const OutagePlan& plan) {
     constexpr int kSeeds = 5;
     Ends ends;
     for (int seed = 1; seed <= kSeeds; ++seed) {
       const auto ranges = simulated_ranges(*antenna_, static_cast<std::uint64_t>(seed)).epochs;
-      for (const eval::OutageCell& c : outages(options, plan, ranges).cells)
+      for (const OutageCell& c : outages(options, plan, ranges).cells)
         ends[{static_cast<int>(c.duration / seconds(1)), c.satellites_left}] +=
             c.mean.end_m / kSeeds;
     }
@@ -144,7 +142,7 @@ TEST_F(RealDrive, IsNeverWorseThanPlainGnss) {
 TEST_F(RealDrive, CompleteOutagesWithoutKnowledgeOfWheels) {
   GnssInsOptions options = drive_0708_options();
   options.non_holonomic_in_outage = false;
-  eval::OutagePlan complete = plan();
+  OutagePlan complete = plan();
   complete.satellites_left = {0};
   Ends ends = mean_ends(options, complete);
   EXPECT_LT((ends[{10, 0}]), 4.2);

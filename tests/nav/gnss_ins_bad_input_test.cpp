@@ -292,8 +292,8 @@ TEST(GnssInsBadInput, NothingToRunIsAnError) {
 // A day at ten readings and one epoch a second, at rest on the turning Earth.
 TEST(InsFilter, CovarianceStaysSoundForADay) {
   const Geodetic here{Angle::degrees(48.7), Angle::degrees(9.1), 300.0};
-  const NavChart chart(here);
-  const EarthAt<double> at = chart.earth<double>(Eigen::Vector3d::Zero());
+  const LocalTangentPlane plane(here);
+  const EarthAt<double> at = plane.earth<double>(Eigen::Vector3d::Zero());
   const Eigen::Vector3d rate = level_rates<double>(at, Eigen::Vector3d::Zero()).earth;
   const ImuInterval still{rate, rate, {0, 0, -at.gravity_mps2}, {0, 0, -at.gravity_mps2}, 0.1};
   using Filter = InsFilter<double, 0>;

@@ -42,13 +42,13 @@ struct Simulated {
 
 inline Simulated simulate(const Drive& drive, double length_s, double dt_s = 0.01) {
   Simulated s;
-  const NavChart chart(drive.origin);
+  const LocalTangentPlane plane(drive.origin);
   Eigen::Vector3d x = Eigen::Vector3d::Zero();
   const auto count = static_cast<int>(length_s / dt_s);
   constexpr double h = 1e-4;
   for (int i = 0; i <= count; ++i) {
     const double t = i * dt_s;
-    const EarthAt<double> at = chart.earth(x);
+    const EarthAt<double> at = plane.earth(x);
     const Eigen::Vector3d v = drive.velocity(t);
     const LevelRates<double> rates = level_rates(at, v);
     const SO3d q = drive.attitude(t);
@@ -59,7 +59,7 @@ inline Simulated simulate(const Drive& drive, double length_s, double dt_s = 0.0
     a.z() -= at.gravity_mps2;
     const LogTime time = LogTime::from_seconds(t);
     s.imu.push_back({time, turn, q.inverse() * a});
-    s.truth.push_back({time, chart.geodetic(x), v, q});
+    s.truth.push_back({time, plane.geodetic(x), v, q});
     // Simpson's rule over the step.
     const Eigen::Vector3d mean =
         (v + 4.0 * drive.velocity(t + 0.5 * dt_s) + drive.velocity(t + dt_s)) / 6.0;

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/pedestrian/detail/walking_heading.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
 #include "phone_walk.hpp"
 
 namespace wayfare {
@@ -28,15 +28,15 @@ TEST(Pedestrian, GoesByTheHeadingItIsTold) {
   p.ahrs.heading_history_s = 1.0;
   p.length = ConstantStep{1.0};
   const auto off_course_m = [&](bool told, bool drift_filter) {
-    p.field_drift.offset_sigma_uT = drift_filter ? 50.0 : 0.0;
+    p.magnetic_drift.offset_sigma_uT = drift_filter ? 50.0 : 0.0;
     Pedestrian pedestrian(p);
     for (std::size_t i = 0; i < walk.samples.size(); ++i) {
       const LogTime time = walk.samples[i].time;
       pedestrian.add(walk.samples[i]);
       if (!told || i % 100 != 50) continue;
-      const auto intake =
+      const auto status =
           pedestrian.add_heading(time - from_seconds(0.2), Angle::radians(0.4), 3e-4);
-      EXPECT_EQ(intake, drift_filter ? Intake::waiting : Intake::used);
+      EXPECT_EQ(status, drift_filter ? UpdateStatus::waiting : UpdateStatus::used);
     }
     const Eigen::Vector2d along(std::cos(0.4), std::sin(0.4));
     const Eigen::Vector2d end = pedestrian.pose().position_m;

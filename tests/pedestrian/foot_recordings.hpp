@@ -10,8 +10,8 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/io/float_table.hpp>
+#include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/sensors/imu.hpp>
 
 namespace wayfare::testing {

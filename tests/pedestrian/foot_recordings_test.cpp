@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "io/support.hpp"
 #include "foot_recordings.hpp"
+#include "io/support.hpp"
 
 namespace wayfare {
 namespace {

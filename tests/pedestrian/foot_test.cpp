@@ -1,10 +1,9 @@
 // The foot-mounted tracker on simulated walks, and on what should not happen.
 #include <wayfare/pedestrian/detail/foot_filter.hpp>
 #include <wayfare/pedestrian/detail/foot_noise.hpp>
-#include <wayfare/pedestrian/foot_parameters.hpp>
-#include <wayfare/pedestrian/foot_pose.hpp>
 #include <wayfare/pedestrian/detail/foot_readings.hpp>
 #include <wayfare/pedestrian/detail/foot_rest.hpp>
+#include <wayfare/pedestrian/foot_parameters.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
 
 #include <cmath>

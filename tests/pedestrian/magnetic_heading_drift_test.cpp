@@ -18,8 +18,8 @@ using testing::PhoneWalk;
 using testing::PhoneWalkOptions;
 using testing::walk_phone;
 
-FieldDriftParameters never_calibrated() {
-  FieldDriftParameters p;
+MagneticHeadingDriftParameters never_calibrated() {
+  MagneticHeadingDriftParameters p;
   p.offset_sigma_uT = 50.0;
   return p;
 }
@@ -35,7 +35,7 @@ struct Rounds {
 
 /// A head that nods goes round the block; `each(i, reading)` may change what is read.
 template <class Each>
-FieldDrift go_round(const Rounds& o, FieldDrift drift, Each each) {
+MagneticHeadingDrift go_round(const Rounds& o, MagneticHeadingDrift drift, Each each) {
   Rng rng(o.seed);
   Eigen::Vector3d bend = Eigen::Vector3d::Zero();
   const double dt = 0.05, keeps = std::exp(-dt / 2.0);
@@ -54,17 +54,17 @@ FieldDrift go_round(const Rounds& o, FieldDrift drift, Each each) {
   }
   return drift;
 }
-FieldDrift go_round(const Rounds& o) {
-  return go_round(o, FieldDrift(never_calibrated()), [](int, Eigen::Vector3d&) {});
+MagneticHeadingDrift go_round(const Rounds& o) {
+  return go_round(o, MagneticHeadingDrift(never_calibrated()), [](int, Eigen::Vector3d&) {});
 }
-double drift_error(const Rounds& o, const FieldDrift& drift) {
+double drift_error(const Rounds& o, const MagneticHeadingDrift& drift) {
   return drift.correction() + o.bias_radps * (o.duration_s - 0.05);
 }
 
 // The gyro alone is off by 165° at the end.
-TEST(FieldDrift, TellsDriftAndOffsetApartByTurning) {
+TEST(MagneticHeadingDrift, TellsDriftAndOffsetApartByTurning) {
   const Rounds o;
-  const FieldDrift drift = go_round(o);
+  const MagneticHeadingDrift drift = go_round(o);
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.1);
   EXPECT_NEAR(drift.rate_radps(), -o.bias_radps, 0.001);
   EXPECT_LT((drift.offset_uT() - o.offset_uT).head<2>().norm(), 4.0);
@@ -72,7 +72,7 @@ TEST(FieldDrift, TellsDriftAndOffsetApartByTurning) {
 }
 
 // Seventy-two errors of one degree of freedom each: their mean square is within 99.9 % of one.
-TEST(FieldDrift, ErrorsHaveTheirVariance) {
+TEST(MagneticHeadingDrift, ErrorsHaveTheirVariance) {
   double squares = 0.0;
   int n = 0;
   for (std::uint64_t seed = 1; seed <= 18; ++seed) {
@@ -86,7 +86,8 @@ TEST(FieldDrift, ErrorsHaveTheirVariance) {
     o.duration_s = 120.0;
     o.bias_radps = p.bias_sigma * rng.normal();
     for (int k = 0; k < 3; ++k) o.offset_uT[k] = 20.0 * rng.normal();
-    const FieldDrift drift = go_round(o, FieldDrift(p), [](int, Eigen::Vector3d&) {});
+    const MagneticHeadingDrift drift =
+        go_round(o, MagneticHeadingDrift(p), [](int, Eigen::Vector3d&) {});
     squares += std::pow(drift_error(o, drift), 2) / drift.variance();
     for (int k = 0; k < 3; ++k)
       squares += std::pow((drift.offset_uT() - o.offset_uT)[k] / drift.offset_sigma_uT()[k], 2);
@@ -97,10 +98,10 @@ TEST(FieldDrift, ErrorsHaveTheirVariance) {
   EXPECT_LT(squares / n, 1.65);
 }
 
-TEST(FieldDrift, DoesNotMindHowTheUnitIsTurned) {
+TEST(MagneticHeadingDrift, DoesNotMindHowTheUnitIsTurned) {
   const Rounds o;
   const SO3d mounted = SO3d::exp({1.0, -0.7, 2.0});
-  FieldDrift turned{never_calibrated()}, straight{never_calibrated()};
+  MagneticHeadingDrift turned{never_calibrated()}, straight{never_calibrated()};
   for (int i = 0; i < 600; ++i) {
     const auto time = LogTime::from_nanoseconds(std::int64_t{50'000'000} * (i + 1));
     const SO3d q = SO3d::exp({0.1 * std::sin(0.1 * i), 0.0, 0.02 * i});
@@ -117,33 +118,33 @@ TEST(FieldDrift, DoesNotMindHowTheUnitIsTurned) {
 }
 
 // Who never turns tells iron from field by nods alone: hardly, and is not sure of it.
-TEST(FieldDrift, WithoutATurnTheOffsetStaysUnknown) {
+TEST(MagneticHeadingDrift, WithoutATurnTheOffsetStaysUnknown) {
   Rounds o;
   o.leg_s = 1e9;
   o.duration_s = 60.0;
   o.bias_radps = 0.0;
-  const FieldDrift drift =
-      go_round(o, FieldDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
+  const MagneticHeadingDrift drift =
+      go_round(o, MagneticHeadingDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
         if (i < 20) m.setConstant(std::nan(""));  // the turn at the start
       });
   EXPECT_GT(drift.offset_sigma_uT().head<2>().minCoeff(), 3.0);
   EXPECT_LT(std::abs(drift_error(o, drift)), 3.0 * std::sqrt(drift.variance()));
 }
 
-TEST(FieldDrift, AMagnetBroughtNearIsReportedAndHarmsLittle) {
+TEST(MagneticHeadingDrift, AMagnetBroughtNearIsReportedAndHarmsLittle) {
   const Rounds o;
-  const FieldDrift drift =
-      go_round(o, FieldDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
+  const MagneticHeadingDrift drift =
+      go_round(o, MagneticHeadingDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
         if (i > 2400 && i < 2600) m.x() += 150.0;
       });
   EXPECT_GT(drift.report().disturbed, 90u);  // ten seconds, ten a second
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.12);
 }
 
-TEST(FieldDrift, AnotherFieldThatLastsIsLearned) {
+TEST(MagneticHeadingDrift, AnotherFieldThatLastsIsLearned) {
   const Rounds o;
-  const FieldDrift drift =
-      go_round(o, FieldDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
+  const MagneticHeadingDrift drift =
+      go_round(o, MagneticHeadingDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
         if (i > 2400) m += Eigen::Vector3d(-80.0, 60.0, 0.0);  // iron that was put on
       });
   EXPECT_LT(drift.report().disturbed, 260u);
@@ -152,21 +153,22 @@ TEST(FieldDrift, AnotherFieldThatLastsIsLearned) {
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.25);
 }
 
-TEST(FieldDrift, MissingLateAndAbsurdReadings) {
+TEST(MagneticHeadingDrift, MissingLateAndAbsurdReadings) {
   const Rounds o;
-  FieldDrift drift = go_round(o, FieldDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
-    if (i % 7 == 0) m.y() = std::nan("");
-    if (i % 1001 == 1000) m.z() = 1e30;
-  });
+  MagneticHeadingDrift drift =
+      go_round(o, MagneticHeadingDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
+        if (i % 7 == 0) m.y() = std::nan("");
+        if (i % 1001 == 1000) m.z() = 1e30;
+      });
   EXPECT_EQ(drift.report().missing, 686u);  // every seventh of 4800
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.12);
   const double before = drift.correction();
-  EXPECT_EQ(drift.add(LogTime::from_nanoseconds(5), SO3d(), {20.0, 0.0, 0.0}), Intake::late);
+  EXPECT_EQ(drift.add(LogTime::from_nanoseconds(5), SO3d(), {20.0, 0.0, 0.0}), UpdateStatus::late);
   EXPECT_EQ(drift.correction(), before);
 }
 
 // A walk about long bends with iron at the phone and a gyro that drifts: 22° in the three minutes.
-TEST(FieldDrift, BringsAWalkerHome) {
+TEST(MagneticHeadingDrift, BringsAWalkerHome) {
   PhoneWalkOptions o;
   o.steps = 300;
   o.start_rad = 0.5 * std::numbers::pi;
@@ -179,7 +181,7 @@ TEST(FieldDrift, BringsAWalkerHome) {
   p.length = ConstantStep{1.0};
   p.ahrs.rest_rate_density = 1e3;  // the rest at the start would tell the bias
   const auto heading_error = [&](double offset_sigma_uT, bool magnetometer) {
-    p.field_drift.offset_sigma_uT = offset_sigma_uT;
+    p.magnetic_drift.offset_sigma_uT = offset_sigma_uT;
     p.ahrs.use_magnetometer = magnetometer;
     Pedestrian pedestrian(p);
     for (const auto& s : walk.samples) pedestrian.add(s);

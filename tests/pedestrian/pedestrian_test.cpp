@@ -1,16 +1,15 @@
 // Steps, their lengths and the way they go, on simulated walks and on what should not happen.
-#include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/pedestrian/pedestrian_parameters.hpp>
-#include <wayfare/pedestrian/pedestrian_pose.hpp>
-#include <wayfare/pedestrian/step.hpp>
 #include <wayfare/pedestrian/detail/band_pass_filter.hpp>
-#include <wayfare/pedestrian/step_detector.hpp>
-#include <wayfare/pedestrian/step_length.hpp>
 #include <wayfare/pedestrian/detail/gait_start_detector.hpp>
 #include <wayfare/pedestrian/detail/straight_walk.hpp>
 #include <wayfare/pedestrian/detail/walk_covariance.hpp>
 #include <wayfare/pedestrian/detail/walking_direction.hpp>
 #include <wayfare/pedestrian/detail/walking_heading.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
+#include <wayfare/pedestrian/pedestrian_parameters.hpp>
+#include <wayfare/pedestrian/step.hpp>
+#include <wayfare/pedestrian/step_detector.hpp>
+#include <wayfare/pedestrian/step_length.hpp>
 
 #include <cmath>
 #include <cstdint>

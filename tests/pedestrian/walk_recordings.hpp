@@ -12,8 +12,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/io/float_table.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
 
 namespace wayfare::testing {
 

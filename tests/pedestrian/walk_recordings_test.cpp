@@ -12,8 +12,8 @@
 
 #include <gtest/gtest.h>
 
-#include "io/support.hpp"
 #include "foot_recordings.hpp"
+#include "io/support.hpp"
 #include "walk_recordings.hpp"
 
 namespace wayfare {
@@ -208,7 +208,7 @@ TEST(WalkRecordings, OnTheHead) {
     auto p = testing::head_parameters();
     p.ahrs.use_magnetometer = w.magnetometer;
     p.straight.bias_sigma_radps = w.straight ? 0.0035 : 0.0;  // 0.2 °/s
-    p.field_drift.offset_sigma_uT = w.drift ? 50.0 : 0.0;
+    p.magnetic_drift.offset_sigma_uT = w.drift ? 50.0 : 0.0;
     std::vector<double> errors, chosen, others;
     std::printf("%s:", w.name);
     for (const auto& path : testing::files_in(testing::folder_of(file))) {

@@ -17,7 +17,7 @@
 
 #include <wayfare/decode/xbus.hpp>
 #include <wayfare/io/marg_text.hpp>
-#include <wayfare/io/mcap_writer.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/stream_player.hpp>

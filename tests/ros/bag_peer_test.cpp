@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/io/bag_reader.hpp>
+#include <wayfare/io/bag.hpp>
 
 #include "io/support.hpp"
 #include "sample_recording.hpp"

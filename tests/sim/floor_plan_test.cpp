@@ -4,8 +4,8 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/LU>
 #include <gtest/gtest.h>
+#include <Eigen/LU>
 
 #include <wayfare/core/random.hpp>
 

@@ -7,8 +7,6 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
-#include <wayfare/sim/constellation.hpp>
-
 namespace wayfare::sim {
 namespace {
 

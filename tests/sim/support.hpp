@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include <wayfare/sim/plan_text.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 
 namespace wayfare {

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/carmen.hpp>
 #include <wayfare/io/voxel_text.hpp>
 
 #include "io/support.hpp"

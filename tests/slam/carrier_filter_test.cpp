@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
-#include <wayfare/slam/detail/carrier_motion.hpp>
 #include <wayfare/sim/head_walk.hpp>
+#include <wayfare/slam/detail/carrier_motion.hpp>
 #include <wayfare/testing/detail/positive_definite.hpp>
 
 #include "filter/numeric_jacobian.hpp"
@@ -198,14 +198,14 @@ TEST(CarrierFilter, TakesNoReadingThatIsNone) {
   CarrierFilter filter;
   ImuSample fall = still(0.0);
   fall.specific_force_mps2.setZero();
-  EXPECT_EQ(filter.add(fall), Intake::waiting);
+  EXPECT_EQ(filter.add(fall), UpdateStatus::waiting);
   EXPECT_FALSE(filter.tells_of(LogTime::from_seconds(0)));
-  EXPECT_EQ(filter.add(still(0.1)), Intake::used);
+  EXPECT_EQ(filter.add(still(0.1)), UpdateStatus::used);
   const S before = filter.state();
-  EXPECT_EQ(filter.add(still(0.1)), Intake::late);
+  EXPECT_EQ(filter.add(still(0.1)), UpdateStatus::late);
   ImuSample nan = still(0.2);
   nan.angular_rate_radps[1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(filter.add(nan), Intake::missing);
+  EXPECT_EQ(filter.add(nan), UpdateStatus::missing);
   EXPECT_TRUE(filter.state().minus(before).isZero(0));
   Eigen::Matrix3d bad = Eigen::Matrix3d::Identity();
   bad(1, 1) = -1;

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
 #include "support.hpp"
@@ -29,7 +29,7 @@ TEST(GraphSlam, ClosesARingOfCorridorsThatOdometryDoesNot) {
     EXPECT_GT(slam->statistics.loop_closures, 5U);
     EXPECT_LT(rmse_m(slam->trajectory, run.truth), 0.10) << "seed " << seed;
     EXPECT_LT(rmse_m(slam->trajectory, run.truth),
-              0.2 * rmse_m(eval::as_trajectory(run.recording.odometry), run.truth));
+              0.2 * rmse_m(as_trajectory(run.recording.odometry), run.truth));
   }
 }
 
@@ -119,9 +119,7 @@ TEST(GraphSlam, AMoveOfTheGraphIsNoVelocity) {
   blind.time += blind.time - recording.scans[jump.scan - 1].time;
   for (float& r : blind.ranges_m) r = 0.0F;
   const SE2d blind_step = last.inverse() * slam.add_scan(blind, std::nullopt)->T_map_base.raw();
-  const auto truth = [&](std::size_t i) {
-    return *eval::pose_at(run.truth, recording.scans[i].time);
-  };
+  const auto truth = [&](std::size_t i) { return *pose_at(run.truth, recording.scans[i].time); };
   const SE2d true_step = truth(jump.scan - 1).inverse() * truth(jump.scan);
   EXPECT_LT((blind_step.translation() - true_step.translation()).norm(), 0.03);
 }

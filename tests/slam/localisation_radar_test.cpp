@@ -7,12 +7,12 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/sensors/trajectory_interpolation.hpp>
-#include <wayfare/sim/kidnapping.hpp>
+#include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sync/detail/radar_bearing.hpp>
 
-#include "sync/gather_radar.hpp"
 #include "localisation_support.hpp"
+#include "sync/gather_radar.hpp"
 
 namespace wayfare {
 namespace {
@@ -60,7 +60,7 @@ const RadarPlace& symmetric() {
     p.recording.T_base_radar = Transform2<frame::Base, frame::Radar>(kMount);
     const Trajectory& truth = p.recording.truth;
     for (LogTime t = truth.front().time; t < truth.back().time; t += Duration(50'000'000))
-      p.recording.radar.push_back(frame_at(t, *eval::pose_at(truth, t), p.metal, rng));
+      p.recording.radar.push_back(frame_at(t, *pose_at(truth, t), p.metal, rng));
     return p;
   }();
   return place;
@@ -123,8 +123,7 @@ TEST(LocaliserWithRadar, NoticesThatItWasCarriedToWhereLidarSeesTheSame) {
       p.T_map_base = Transform2<frame::Map, frame::Base>(kHalfTurn * p.T_map_base.raw());
   for (RadarScan& frame : recording.radar)
     if (frame.time > lifted + Duration(50'000'000))
-      frame =
-          frame_at(frame.time, *eval::pose_at(recording.truth, frame.time), symmetric().metal, rng);
+      frame = frame_at(frame.time, *pose_at(recording.truth, frame.time), symmetric().metal, rng);
   const auto blind = run(recording, symmetric(), listening_to(true, false), known_start(recording));
   EXPECT_GT(error_of(blind.outcomes.back(), recording).head<2>().norm(), 1.0);
   expect_found(run(recording, symmetric(), listening_to(true, true), known_start(recording)),
@@ -233,11 +232,11 @@ TEST(GatherRadar, SetsBearingsRightForTheMotionOdometryTellsOf) {
   EXPECT_NEAR(scans[0].points[0].y(), 3.0 * seen, 1e-5);
 }
 
-TEST(CarriedAway, TakesTheRadarAlong) {
+TEST(Kidnapped, TakesTheRadarAlong) {
   const Recording& whole = symmetric().recording;
   const LogTime from = whole.truth[whole.truth.size() / 4].time;
   const LogTime to = whole.truth[whole.truth.size() / 2].time;
-  const Recording carried = sim::carried_away(whole, from, to);
+  const Recording carried = sim::kidnapped(whole, from, to);
   ASSERT_LT(carried.radar.size(), whole.radar.size());
   for (std::size_t i = 1; i < carried.radar.size(); ++i)
     EXPECT_GT(carried.radar[i].time, carried.radar[i - 1].time);

@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/plan_map.hpp>
-#include <wayfare/sim/plan_text.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 
 namespace wayfare {
@@ -50,7 +50,7 @@ LocalisationRun run(const Recording& recording, const Place& place,
 }
 
 Eigen::Vector3d error_of(const LocalisationOutcome& o, const Recording& recording) {
-  return o.T_map_base.mean.minus(*eval::pose_at(recording.truth, o.time));
+  return o.T_map_base.mean.minus(*pose_at(recording.truth, o.time));
 }
 
 void expect_found(const LocalisationRun& result, const Recording& recording) {

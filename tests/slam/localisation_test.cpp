@@ -5,14 +5,14 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/core/chi_square.hpp>
-#include <wayfare/sim/kidnapping.hpp>
+#include <wayfare/core/statistics.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/slam/localisation_map.hpp>
 #include <wayfare/testing/gaussian_checks.hpp>
 
+#include "localisation_support.hpp"
 #include "slam/localisation/draws.hpp"
 #include "slam/localisation/pose_bins.hpp"
-#include "localisation_support.hpp"
 
 namespace wayfare {
 namespace {
@@ -90,10 +90,10 @@ Recording carried(const Recording& recording) {
         .truth[static_cast<std::size_t>(u * static_cast<double>(recording.truth.size()))]
         .time;
   };
-  return sim::carried_away(recording, at(0.1), at(0.5));
+  return sim::kidnapped(recording, at(0.1), at(0.5));
 }
 
-TEST(CarriedAway, OdometryGoesOnAndTruthJumps) {
+TEST(Kidnapped, OdometryGoesOnAndTruthJumps) {
   const Recording& whole = flat().recording;
   const Recording r = carried(whole);
   const LogTime lifted = whole.truth[whole.truth.size() / 10].time;
@@ -117,7 +117,7 @@ TEST(CarriedAway, OdometryGoesOnAndTruthJumps) {
             sim::part_of(whole, LogTime{}, lifted).scans.size());
 }
 
-TEST(Localiser, NoticesThatItWasCarriedAway) {
+TEST(Localiser, NoticesThatItWasKidnapped) {
   const Recording recording = carried(flat().recording);
   const auto result = run(recording, flat(), quick(), known_start(recording));
   int moves = 0;
@@ -288,7 +288,7 @@ TEST(RunLocalisation, StopsWhenToldAndRefusesAnEmptyRecording) {
 TEST(KldBound, IsTheChiSquareQuantile) {
   LocalisationOptions options;
   for (const std::size_t k : {std::size_t{5}, std::size_t{20}, std::size_t{200}}) {
-    const double quantile = eval::chi_square_quantile(0.99, static_cast<double>(k - 1));
+    const double quantile = chi_square_quantile(0.99, static_cast<double>(k - 1));
     EXPECT_NEAR(kld_bound(k, options) / (quantile / (2.0 * options.kld_error)), 1.0, 0.01) << k;
   }
   EXPECT_EQ(kld_bound(1, options), 1.0);

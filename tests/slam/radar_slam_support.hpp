@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
@@ -74,10 +74,10 @@ inline RadarSlamRun run(const Recording& recording, SlamSensors sensors) {
 /// Largest distance from the truth, both begun at the same pose.
 inline double largest_error_m(const Trajectory& estimate, const Recording& recording) {
   double largest = 0;
-  const SE2d start = *eval::pose_at(recording.truth, estimate.front().time);
+  const SE2d start = *pose_at(recording.truth, estimate.front().time);
   const SE2d T_map_truth = estimate.front().T_map_base.raw() * start.inverse();
   for (const StampedPose& p : estimate) {
-    const auto truth = eval::pose_at(recording.truth, p.time);
+    const auto truth = pose_at(recording.truth, p.time);
     if (truth)
       largest = std::max(
           largest,

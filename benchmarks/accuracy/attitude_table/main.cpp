@@ -7,15 +7,15 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/eval/table.hpp>
 #include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/inertial/basic_ahrs.hpp>
-#include <wayfare/eval/table.hpp>
 
-#include "support/command_line.hpp"
 #include "ahrs/errors.hpp"
+#include "ahrs/recording.hpp"
+#include "support/command_line.hpp"
 #include "support/exit_code.hpp"
 #include "support/progress_line.hpp"
-#include "ahrs/recording.hpp"
 
 namespace {
 

@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/eval/consistency.hpp>
-#include <wayfare/core/parallel_runs.hpp>
+#include <wayfare/core/parallel.hpp>
 #include <wayfare/core/statistics.hpp>
+#include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/table.hpp>
 
-#include "support/command_line.hpp"
 #include "corridor_ins/evaluate.hpp"
+#include "support/command_line.hpp"
 #include "support/exit_code.hpp"
 #include "support/progress_line.hpp"
 
@@ -53,7 +53,7 @@ Runs run_all(const Options& o, const sim::CorridorDriveParams& params) {
   for (auto& v : all.of) v.resize(static_cast<std::size_t>(o.runs));
   std::mutex mutex;
   examples::ProgressLine progress("drives", o.quiet);
-  eval::for_each_run(
+  parallel_for(
       static_cast<std::size_t>(o.runs), o.threads,
       [&](std::size_t i) {
         const auto drive = sim::simulate_corridors(params, Rng(o.first_seed + i));
@@ -76,14 +76,14 @@ template <class Pick>
 std::string spread(const std::vector<CorridorErrors>& runs, int decimals, const Pick& pick) {
   std::vector<double> values;
   for (const CorridorErrors& e : runs) values.push_back(pick(e));
-  const auto s = eval::summarise(values);
+  const auto s = summarise(values);
   return eval::mean_std(s.mean, s.std, decimals);
 }
 template <class Pick>
 double rms(const std::vector<CorridorErrors>& runs, const Pick& pick) {
   std::vector<double> values;
   for (const CorridorErrors& e : runs) values.push_back(pick(e));
-  return eval::summarise(values).rmse;
+  return summarise(values).rmse;
 }
 template <class Test>
 std::string share(const std::vector<CorridorErrors>& runs, const Test& test) {

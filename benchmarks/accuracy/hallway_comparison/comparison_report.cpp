@@ -23,7 +23,7 @@ eval::Table error_table(const std::vector<SeedRuns>& all) {
     const auto cell = [&](double Errors::*field, int decimals) {
       std::vector<double> values;
       for (const SeedRuns& runs : all) values.push_back(runs.errors[s].*field);
-      const eval::Summary summary = eval::summarise(values);
+      const Summary summary = summarise(values);
       return eval::mean_std(summary.mean, summary.std, decimals);
     };
     table.add_row({kNames[s], cell(&Errors::x_m, 2), cell(&Errors::y_m, 2),

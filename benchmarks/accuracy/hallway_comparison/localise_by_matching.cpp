@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
+#include <wayfare/map/detail/scan_raster.hpp>
 #include <wayfare/map/detection_grid.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
-#include <wayfare/map/detail/scan_raster.hpp>
 #include <wayfare/match/refine.hpp>
 
 namespace wayfare::examples {
@@ -78,15 +78,15 @@ class Localiser {
     return {};
   }
 
-  [[nodiscard]] Result<MatchGrid> view() const {
+  [[nodiscard]] Result<LikelihoodField> view() const {
     if (sensor_ == Sensor::lidar)
-      return match_grid(run_.map, {.blur_sigma_m = options_.lidar_blur_m});
+      return likelihood_field(run_.map, {.blur_sigma_m = options_.lidar_blur_m});
     return detection_grid(run_.map, {.hit_probability = options_.radar_hit_probability,
                                      .blur_sigma_m = options_.radar_blur_m});
   }
 
   // About the match itself, at its heading.
-  Result<void> keep_surface(const MatchGrid& grid, const PointSet& points) {
+  Result<void> keep_surface(const LikelihoodField& grid, const PointSet& points) {
     SearchWindow window{0.6, 0.6, Angle::degrees(0.0)};
     auto surface = matcher_.surface(grid, points, pose_, window);
     if (!surface) return surface.error();

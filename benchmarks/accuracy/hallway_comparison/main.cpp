@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "support/command_line.hpp"
 #include "comparison_report.hpp"
 #include "drives.hpp"
+#include "support/command_line.hpp"
 #include "support/exit_code.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"

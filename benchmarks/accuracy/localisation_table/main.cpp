@@ -9,10 +9,10 @@
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/eval/table.hpp>
 
+#include "localise/trials.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
 #include "support/progress_line.hpp"
-#include "localise/trials.hpp"
 
 namespace {
 
@@ -47,10 +47,10 @@ struct Searches {
   }
   [[nodiscard]] std::string wrong_count() const {
     return std::to_string(wrong) + (mirrored > 0 ? " (" + std::to_string(mirrored) + ")" : "") +
-           ", " + eval::fixed(100.0 * eval::summarise(shares_wrong).mean, 1) + " %";
+           ", " + eval::fixed(100.0 * summarise(shares_wrong).mean, 1) + " %";
   }
   [[nodiscard]] std::string way() const {
-    const eval::Summary s = eval::summarise(ways_m);
+    const Summary s = summarise(ways_m);
     return eval::fixed(s.median, 1) + " / " + eval::fixed(s.max, 1);
   }
 };
@@ -94,7 +94,7 @@ Result<void> run_seed(const Options& o, const std::string& world, std::uint64_t 
 }
 
 std::string spread(const std::vector<double>& values, double scale, int decimals) {
-  const eval::Summary s = eval::summarise(values);
+  const Summary s = summarise(values);
   return eval::mean_std(scale * s.mean, scale * s.std, decimals);
 }
 
@@ -125,8 +125,8 @@ Result<void> run(const Options& o) {
     table.add_row({name, row.global.count(), row.global.way(), row.global.wrong_count(),
                    row.kidnapped.count(), row.kidnapped.way(), row.kidnapped.wrong_count(),
                    spread(row.rmse_m, 100.0, 2), spread(row.rmse_deg, 1.0, 2),
-                   spread(row.worst_m, 100.0, 1),
-                   eval::fixed(eval::summarise(row.particles).mean, 0), spread(row.ns, 1.0, 2)});
+                   spread(row.worst_m, 100.0, 1), eval::fixed(summarise(row.particles).mean, 0),
+                   spread(row.ns, 1.0, 2)});
   }
   progress.finish();
   std::fputs(table.to_text().c_str(), stdout);

@@ -39,15 +39,15 @@ struct Reference {
 struct Correlative {
   static constexpr const char* kName = "correlative, refined";
   struct Map {
-    MatchGrid grid;
-    MaxPyramid pyramid;
+    LikelihoodField grid;
+    PrecomputationGrids pyramid;
   };
   BranchAndBoundMatcher matcher;
 
   static Result<Map> map(const Reference& r) {
     auto grid = likelihood_field({&r.placed, 1}, {0.05, 0.1, 0.01});
     if (!grid) return grid.error();
-    MaxPyramid pyramid(*grid);
+    PrecomputationGrids pyramid(*grid);
     return Map{std::move(*grid), std::move(pyramid)};
   }
   std::optional<SE2d> match(const Map& map, const PointSet& points, const SE2d& prior,
@@ -61,7 +61,7 @@ struct Correlative {
 
 /// A matcher of the library with the options given.
 template <class Matcher>
-struct Climbing {
+struct LocalMatch {
   using Map = typename Matcher::Map;
   Matcher matcher;
 
@@ -74,12 +74,12 @@ struct Climbing {
 };
 
 template <Interpolation kInterpolation, int kLevels>
-struct GaussNewton : Climbing<GaussNewtonMatcher> {
+struct GaussNewton : LocalMatch<GaussNewtonMatcher> {
   static constexpr const char* kName = kInterpolation == Interpolation::bilinear
                                            ? "Gauss-Newton, bilinear, three grids"
                                            : "least squares, bicubic, one grid";
   GaussNewton()
-      : Climbing{GaussNewtonMatcher({.interpolation = kInterpolation, .max_iterations = 20})} {}
+      : LocalMatch{GaussNewtonMatcher({.interpolation = kInterpolation, .max_iterations = 20})} {}
 
   static Result<Map> map(const Reference& r) {
     Map pyramid;
@@ -93,12 +93,12 @@ struct GaussNewton : Climbing<GaussNewtonMatcher> {
   }
 };
 
-struct Icp : Climbing<IcpMatcher> {
+struct Icp : LocalMatch<IcpMatcher> {
   static constexpr const char* kName = "ICP, point to line";
   static Result<Map> map(const Reference& r) { return SurfaceMap::make({&r.placed, 1}); }
 };
 
-struct Ndt : Climbing<NdtMatcher> {
+struct Ndt : LocalMatch<NdtMatcher> {
   static constexpr const char* kName = "NDT";
   static Result<Map> map(const Reference& r) { return NdtMap::make({&r.placed, 1}); }
 };
@@ -152,7 +152,7 @@ class Trials {
     for (double& s : r.success) s /= pairs_;
     for (double& t : r.microseconds) t /= pairs_;
     r.map_us /= pairs_;
-    r.median_error_m = errors_m_.empty() ? std::nan("") : eval::median_of(errors_m_);
+    r.median_error_m = errors_m_.empty() ? std::nan("") : median_of(errors_m_);
     return r;
   }
 

@@ -11,15 +11,15 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/nav/outage.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/io/report.hpp>
+#include <wayfare/nav/outage.hpp>
 
+#include "outage_results.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
 #include "support/nav_drives.hpp"
 #include "support/nav_outputs.hpp"
-#include "outage_results.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 #include "support/ros_topics.hpp"
@@ -68,7 +68,7 @@ std::map<LogTime, double> plain_errors(const examples::KnownDrive& drive) {
 }
 
 /// At the epochs after the filter has settled and outside of the window.
-std::vector<std::pair<double, double>> outside_of(const eval::OutageWindow& window,
+std::vector<std::pair<double, double>> outside_of(const OutageWindow& window,
                                                   const NavTrajectory& track,
                                                   const std::map<LogTime, double>& plain,
                                                   const examples::KnownDrive& drive) {
@@ -89,16 +89,15 @@ std::vector<std::pair<double, double>> outside_of(const eval::OutageWindow& wind
 
 Result<examples::OutageVariant> run_variant(const std::string& name,
                                             const examples::KnownDrive& drive,
-                                            const GnssInsOptions& options,
-                                            const eval::OutagePlan& plan,
+                                            const GnssInsOptions& options, const OutagePlan& plan,
                                             const std::map<LogTime, double>& plain, bool quiet) {
   examples::OutageVariant variant{name, {}, {}, 0};
   std::map<std::pair<std::size_t, LogTime>, std::vector<std::pair<double, double>>> outside;
   std::mutex mutex;
-  const auto run = [&](const eval::OutageWindow& window) -> Result<NavTrajectory> {
+  const auto run = [&](const OutageWindow& window) -> Result<NavTrajectory> {
     GnssInsRecording recording = drive.recording;
     recording.ranges =
-        eval::take_satellites(recording.ranges, window, drive.antenna_truth(window.begin).position);
+        take_satellites(recording.ranges, window, drive.antenna_truth(window.begin).position);
     const auto result = run_gnss_ins(recording, options);
     if (!result) return result.error();
     NavTrajectory track = antenna_track(result->points, options);
@@ -108,8 +107,7 @@ Result<examples::OutageVariant> run_variant(const std::string& name,
     return track;
   };
   examples::ProgressLine progress(name, quiet);
-  auto report =
-      eval::run_outages(plan, run, drive.antenna_truth, [&](double f) { progress.update(f); });
+  auto report = run_outages(plan, run, drive.antenna_truth, [&](double f) { progress.update(f); });
   if (!report) return report.error();
   progress.finish();
   variant.report = *std::move(report);
@@ -147,8 +145,8 @@ Result<examples::KnownDrive> drive_of(const Options& o) {
 }
 
 /// Spread over the drive from when the filter has settled.
-Result<eval::OutagePlan> plan_of(const Options& o, const examples::KnownDrive& drive) {
-  eval::OutagePlan plan;
+Result<OutagePlan> plan_of(const Options& o, const examples::KnownDrive& drive) {
+  OutagePlan plan;
   plan.threads = o.threads;
   const LogTime begin = drive.recording.imu.front().time;
   const LogTime end = std::min(drive.recording.imu.back().time, drive.recording.ranges.back().time);
@@ -156,7 +154,7 @@ Result<eval::OutagePlan> plan_of(const Options& o, const examples::KnownDrive& d
   if (end - first < plan.durations.back())
     return Error{ErrorCode::invalid, "the drive is too short for an outage of 30 s after " +
                                          eval::fixed(o.first_s, 0) + " s"};
-  plan.places = eval::outage_places(first, end, plan.durations.back(), o.places);
+  plan.places = outage_places(first, end, plan.durations.back(), o.places);
   // From an epoch on, so that an outage is as long as it says.
   for (LogTime& place : plan.places) {
     LogTime epoch = place;

@@ -12,7 +12,7 @@ namespace {
 eval::Table outside_table(const std::vector<OutageVariant>& variants) {
   eval::Table table({{"outside outages"}, {"horizontal RMSE", "m"}, {"largest", "m"}});
   const auto row = [&](const std::string& name, const std::vector<double>& errors) {
-    const eval::Summary s = eval::summarise(errors);
+    const Summary s = summarise(errors);
     table.add_row({name, eval::fixed(s.rmse, 2), eval::fixed(s.max, 2)});
   };
   for (const OutageVariant& v : variants) row(v.name, v.outside.filter);
@@ -22,18 +22,18 @@ eval::Table outside_table(const std::vector<OutageVariant>& variants) {
 
 struct Figure {
   const char* name;
-  double eval::OutageError::*value;
+  double OutageError::*value;
 };
-constexpr std::array kFigures = {Figure{"error at the end", &eval::OutageError::end_m},
-                                 Figure{"horizontal RMSE", &eval::OutageError::rmse_m},
-                                 Figure{"largest error", &eval::OutageError::max_m}};
+constexpr std::array kFigures = {Figure{"error at the end", &OutageError::end_m},
+                                 Figure{"horizontal RMSE", &OutageError::rmse_m},
+                                 Figure{"largest error", &OutageError::max_m}};
 
 io::Plot cell_plot(const OutageVariant& v, const Figure& figure) {
   io::Plot plot;
   plot.title = std::string("Mean ") + figure.name + ", " + v.name;
   plot.x_label = "length of the outage [s]";
   plot.y_label = "[m]";
-  for (const eval::OutageCell& c : v.report.cells) {
+  for (const OutageCell& c : v.report.cells) {
     const std::string name = std::to_string(c.satellites_left) + " satellites left";
     auto series = std::find_if(plot.series.begin(), plot.series.end(),
                                [&](const io::Series& s) { return s.name == name; });
@@ -50,7 +50,7 @@ io::Plot drift_plot(const OutageVariant& v, bool by_distance) {
   plot.title = std::string("Each outage without satellites, ") + v.name;
   plot.x_label = by_distance ? "distance travelled [m]" : "time in the outage [s]";
   plot.y_label = "horizontal error [m]";
-  for (const eval::OutageCourse& course : v.report.courses) {
+  for (const OutageCourse& course : v.report.courses) {
     if (course.window.satellites_left != 0) continue;
     io::Series s{
         "from " + eval::fixed(std::fmod(course.window.begin.seconds(), 1e5), 0) + " s", {}, {}};

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/nav/outage.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/report.hpp>
+#include <wayfare/nav/outage.hpp>
 
 namespace wayfare::examples {
 
@@ -21,7 +21,7 @@ struct Outside {
 /// One column of the results: the same outages with one set of options.
 struct OutageVariant {
   std::string name;
-  eval::OutageReport report;
+  OutageReport report;
   Outside outside;
   std::size_t epochs = 0;
 };

@@ -9,12 +9,12 @@
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/eval/table.hpp>
 
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 #include "heading_walks.hpp"
 #include "hector_walks.hpp"
-#include "support/progress_line.hpp"
 #include "recorded_walk.hpp"
+#include "support/command_line.hpp"
+#include "support/exit_code.hpp"
+#include "support/progress_line.hpp"
 #include "walks.hpp"
 
 namespace {
@@ -63,7 +63,7 @@ eval::Table five_ways(const Arguments& o, const std::vector<examples::Walk>& wal
       },
       [&](const examples::Walk& walk) {
         for (std::size_t m = 0; m < errors.size(); ++m) {
-          const eval::Summary s = eval::summarise(errors[m]);
+          const Summary s = summarise(errors[m]);
           table.add_row({walk.name + ", " + eval::fixed(way_m, 0) + " m", examples::methods()[m],
                          eval::mean_std(s.mean, s.std, 3), eval::fixed(s.max, 3),
                          eval::fixed(100 * s.mean / way_m, 2)});
@@ -88,10 +88,10 @@ eval::Table hector_with_and_without(const Arguments& o, const std::vector<exampl
     const auto of = [&](double examples::HectorErrors::*member) {
       std::vector<double> values;
       for (const examples::HectorErrors& e : errors[way]) values.push_back(e.*member);
-      return eval::summarise(values);
+      return summarise(values);
     };
     using E = examples::HectorErrors;
-    const eval::Summary position = of(&E::position_m);
+    const Summary position = of(&E::position_m);
     const auto mean = [&](double E::*member, int digits) {
       return eval::fixed(of(member).mean, digits);
     };
@@ -144,9 +144,9 @@ eval::Table headings(const Arguments& o, const std::vector<examples::Walk>& walk
           const auto of = [&](double E::*member) {
             std::vector<double> values;
             for (const E& e : errors[way]) values.push_back(e.*member);
-            return eval::summarise(values);
+            return summarise(values);
           };
-          const eval::Summary position = of(&E::position_m), heading = of(&E::heading_deg);
+          const Summary position = of(&E::position_m), heading = of(&E::heading_deg);
           table.add_row({walk.name, examples::heading_ways()[way],
                          eval::mean_std(position.mean, position.std, 3),
                          eval::fixed(position.max, 3), eval::mean_std(heading.mean, heading.std, 2),

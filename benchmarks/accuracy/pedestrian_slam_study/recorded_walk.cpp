@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <system_error>
 
-#include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/carmen.hpp>
 #include <wayfare/io/marg_text.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
 
 namespace wayfare::examples {
 namespace {

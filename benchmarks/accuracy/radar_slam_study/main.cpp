@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/eval/table.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
@@ -49,7 +49,7 @@ struct Series {
   }
   void row(eval::Table& table) const {
     const auto cell = [](const std::vector<double>& v, int decimals) {
-      const auto s = eval::summarise(v);
+      const auto s = summarise(v);
       return eval::mean_std(s.mean, s.std, decimals);
     };
     table.add_row({name, cell(x, 3), cell(y, 3), cell(heading, 2), cell(end, 3), cell(worst, 3),
@@ -68,7 +68,7 @@ Result<void> run(const Options& o) {
     const auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng);
     if (!recording) return recording.error();
     const auto by_odometry =
-        examples::start_errors(eval::as_trajectory(recording->odometry), recording->truth);
+        examples::start_errors(as_trajectory(recording->odometry), recording->truth);
     if (!by_odometry) return by_odometry.error();
     all[0].add(*by_odometry, 0.0);
     for (std::size_t k = 1; k < all.size(); ++k) {

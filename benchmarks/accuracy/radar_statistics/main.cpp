@@ -14,7 +14,7 @@
 #include <vector>
 
 #include <wayfare/decode/ti_decoder.hpp>
-#include <wayfare/decode/ti_radar_scan.hpp>
+#include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/sim/worlds.hpp>

@@ -17,8 +17,8 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/tune/ins_genes.hpp>
 
-#include "support/command_line.hpp"
 #include "drives.hpp"
+#include "support/command_line.hpp"
 #include "support/exit_code.hpp"
 
 namespace {

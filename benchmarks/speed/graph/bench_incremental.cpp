@@ -13,7 +13,7 @@
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/incremental_replay.hpp>
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/g2o.hpp>
 #include <wayfare/io/report.hpp>
 
 #include "support/command_line.hpp"

@@ -14,7 +14,7 @@
 
 #include <wayfare/graph/eigen_solver.hpp>
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/g2o.hpp>
 #ifdef WAYFARE_BENCH_CHOLMOD
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif

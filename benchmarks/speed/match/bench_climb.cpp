@@ -1,4 +1,4 @@
-// Climbing from a prior to the best pose on one occupancy table of 5 cm, all to the same end: the
+// LocalMatch from a prior to the best pose on one occupancy table of 5 cm, all to the same end: the
 // table, the points and the start are the same, and what is left of the cost is shown.
 
 #include <cmath>
@@ -22,13 +22,13 @@
 namespace wayfare {
 namespace {
 
-struct Climb {
+struct LocalMatch {
   ProbabilityPyramid table;
   SurfaceMap surface = *SurfaceMap::make(scene().placed);
   NdtMap ndt = *NdtMap::make(scene().placed);
   SE2d start = scene().poses[20].plus({0.06, -0.05, 0.02});
 
-  Climb() {
+  LocalMatch() {
     OccupancyGrid grid;
     ScanRaster raster;
     for (std::size_t i = 0; i < 20; ++i)
@@ -37,8 +37,8 @@ struct Climb {
   }
 };
 
-const Climb& problem() {
-  static const Climb made;
+const LocalMatch& problem() {
+  static const LocalMatch made;
   return made;
 }
 
@@ -71,7 +71,7 @@ class Plain {
  public:
   struct Sums {
     double squares = 0;
-    Eigen::Vector3d downhill = Eigen::Vector3d::Zero();
+    Eigen::Vector3d negative_gradient = Eigen::Vector3d::Zero();
     Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
   };
 
@@ -89,19 +89,19 @@ class Plain {
       const Eigen::Vector2d g = pose.rotation().inverse() * slope;
       const Eigen::Vector3d j(g.x(), g.y(), p.x() * g.y() - p.y() * g.x());
       sums.squares += (1 - value) * (1 - value);
-      sums.downhill += (1 - value) * j;
+      sums.negative_gradient += (1 - value) * j;
       sums.hessian += j * j.transpose();
     }
     return sums;
   }
 
-  [[nodiscard]] SE2d climb(const PointSet& points, SE2d pose) const {
+  [[nodiscard]] SE2d minimise(const PointSet& points, SE2d pose) const {
     Sums here = at(points, pose);
     double damping = 1e-4;
     for (int i = 0; i < kIterations; ++i) {
       Eigen::Matrix3d damped = here.hessian;
       damped.diagonal() *= 1 + damping;
-      const Eigen::Vector3d step = damped.ldlt().solve(here.downhill);
+      const Eigen::Vector3d step = damped.ldlt().solve(here.negative_gradient);
       const SE2d next = pose.plus(step);
       const Sums there = at(points, next);
       if (there.squares < here.squares) {
@@ -142,7 +142,7 @@ class Plain {
 void BM_Plain(benchmark::State& state) {
   const Plain plain(problem().table[0]);
   SE2d pose;
-  for (auto _ : state) pose = plain.climb(scene().seen, problem().start);
+  for (auto _ : state) pose = plain.minimise(scene().seen, problem().start);
   state.counters["left"] = left_over(pose, Interpolation::bilinear);
 }
 BENCHMARK(BM_Plain)->Name("climb_bilinear/plain_gauss_newton")->Unit(benchmark::kMicrosecond);

@@ -38,7 +38,7 @@ struct MaxGrid {
   }
 };
 
-MaxGrid max_grid(const MatchGrid& grid, int level) {
+MaxGrid max_grid(const LikelihoodField& grid, int level) {
   const int size = 1 << level;
   MaxGrid result{grid.width() + size - 1, grid.height() + size - 1, size - 1, {}};
   std::vector<std::uint16_t> rows(static_cast<std::size_t>(result.width) *
@@ -73,7 +73,7 @@ class PlainBranchAndBound {
  public:
   static constexpr int kLevels = 7;
 
-  explicit PlainBranchAndBound(const MatchGrid& grid)
+  explicit PlainBranchAndBound(const LikelihoodField& grid)
       : resolution_m_(grid.resolution_m()), origin_(grid.origin()) {
     for (int level = 0; level < kLevels; ++level) levels_.push_back(max_grid(grid, level));
   }
@@ -160,7 +160,7 @@ class PlainBranchAndBound {
 };
 
 struct Submap {
-  MaxPyramid ours;
+  PrecomputationGrids ours;
   PlainBranchAndBound plain;
 };
 
@@ -195,7 +195,7 @@ Problems from_log(const std::string& name) {
     for (std::size_t k = 0; k < kScans; ++k) placed.push_back({&points[k], pose_of(m * apart + k)});
     const auto field = likelihood_field(placed);
     if (!field) return {};
-    problems.submaps.push_back({MaxPyramid(*field), PlainBranchAndBound(*field)});
+    problems.submaps.push_back({PrecomputationGrids(*field), PlainBranchAndBound(*field)});
     for (const std::size_t own : {kScans / 4, 3 * kScans / 4}) {
       const SE2d off(rng.uniform(-5, 5), rng.uniform(-5, 5), Angle::degrees(rng.uniform(-25, 25)));
       problems.inside.push_back({m, points[own], pose_of(m * apart + own) * off});
@@ -215,7 +215,7 @@ std::optional<double> ours(BranchAndBoundMatcher& matcher, const Submap& map, co
 }
 
 std::optional<double> plain(const Submap& map, const Query& q) {
-  const double most = static_cast<double>(q.points.size()) * MatchGrid::kMaxValue;
+  const double most = static_cast<double>(q.points.size()) * LikelihoodField::kMaxValue;
   const auto sum =
       map.plain.match(q.points, q.prior, static_cast<std::int64_t>(std::ceil(kLeastScore * most)));
   if (!sum) return std::nullopt;

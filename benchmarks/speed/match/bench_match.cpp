@@ -21,7 +21,7 @@ namespace wayfare {
 namespace {
 
 /// The same search candidate by candidate: points turned once a heading, padded table, no checks.
-std::int64_t brute_force(const MatchGrid& grid, const PointSet& points, const SE2d& prior,
+std::int64_t brute_force(const LikelihoodField& grid, const PointSet& points, const SE2d& prior,
                          const SearchWindow& window) {
   const double r = grid.resolution_m();
   const int half = static_cast<int>(std::ceil(window.half_x_m / r - 1e-9));
@@ -35,9 +35,9 @@ std::int64_t brute_force(const MatchGrid& grid, const PointSet& points, const SE
     for (std::size_t i = 0; i < at.size(); ++i) {
       const Cell c = cell_of(pose * Eigen::Vector2d(points[i].cast<double>()), r) - grid.origin();
       at[i] = grid.data() +
-              std::ptrdiff_t{std::clamp(c.y, -MatchGrid::kBorder / 2, grid.height() + 8)} *
+              std::ptrdiff_t{std::clamp(c.y, -LikelihoodField::kBorder / 2, grid.height() + 8)} *
                   grid.stride() +
-              std::clamp(c.x, -MatchGrid::kBorder / 2, grid.width() + 8);
+              std::clamp(c.x, -LikelihoodField::kBorder / 2, grid.width() + 8);
     }
     for (int y = -half; y <= half; ++y)
       for (int x = -half; x <= half; ++x) {
@@ -52,10 +52,10 @@ std::int64_t brute_force(const MatchGrid& grid, const PointSet& points, const SE
 
 /// A scan, the field of those before it, and where to look.
 struct Problem {
-  MatchGrid field;
+  LikelihoodField field;
   PointSet seen;
   SE2d prior;
-  MaxPyramid pyramid = MaxPyramid(field);
+  PrecomputationGrids pyramid = PrecomputationGrids(field);
 };
 using Problems = std::vector<Problem>;
 
@@ -115,7 +115,7 @@ void bounded_with_pyramid(benchmark::State& state, const Problems& problems,
                           const SearchWindow& window) {
   BranchAndBoundMatcher matcher;
   run(state, problems, [&](const Problem& p) {
-    benchmark::DoNotOptimize(matcher.match(MaxPyramid(p.field), p.seen, p.prior, window));
+    benchmark::DoNotOptimize(matcher.match(PrecomputationGrids(p.field), p.seen, p.prior, window));
   });
 }
 
@@ -159,14 +159,16 @@ void register_matches() {
 }
 const bool kRegistered = (register_matches(), true);
 
-void BM_MaxPyramid(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(MaxPyramid(scene().field));
+void BM_PrecomputationGrids(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(PrecomputationGrids(scene().field));
 }
-BENCHMARK(BM_MaxPyramid)->Name("max_pyramid/wayfare")->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_PrecomputationGrids)
+    ->Name("precomputation_grids/wayfare")
+    ->Unit(benchmark::kMicrosecond);
 
 void BM_LikelihoodField(benchmark::State& state) {
   LikelihoodFieldMaker maker;
-  MatchGrid grid;
+  LikelihoodField grid;
   for (auto _ : state) benchmark::DoNotOptimize(maker.make(scene().placed, {}, grid));
 }
 BENCHMARK(BM_LikelihoodField)->Name("likelihood_field/wayfare")->Unit(benchmark::kMicrosecond);

@@ -23,7 +23,7 @@ struct Scene {
   std::vector<PointSet> points;
   std::vector<SE2d> poses;
   std::vector<PlacedPoints> placed;
-  MatchGrid field;
+  LikelihoodField field;
   PointSet seen;
   SE2d prior;
 

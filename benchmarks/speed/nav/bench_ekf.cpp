@@ -34,8 +34,8 @@ Square start_covariance() {
 }
 template <class T>
 InsTransition<T, 0> transition() {
-  const NavChart chart(kAnchor);
-  return InsModel<T, 0>(chart, InsNoise<T>(ImuNoise{}, {}))(start().cast<T>(), kImu).transition;
+  const LocalTangentPlane plane(kAnchor);
+  return InsModel<T, 0>(plane, InsNoise<T>(ImuNoise{}, {}))(start().cast<T>(), kImu).transition;
 }
 
 /// Times `step`, which serves `filters` of them at once.
@@ -90,8 +90,8 @@ constexpr int kSeconds = 10, kImuRate = 100, kRangeRate = 4;
 struct NaiveFilter {
   State x = start();
   Square p = start_covariance();
-  NavChart chart{kAnchor};
-  InsModel<double, 0> model{chart, InsNoise<double>(ImuNoise{}, {})};
+  LocalTangentPlane plane{kAnchor};
+  InsModel<double, 0> model{plane, InsNoise<double>(ImuNoise{}, {})};
 
   void predict() {
     const auto step = model(x, kImu);
@@ -110,11 +110,11 @@ struct NaiveFilter {
     };
     for (int i = 0; i < 8; ++i) {
       const CorrectedRange& s = satellites[static_cast<std::size_t>(i)];
-      const SatelliteView view(s, chart);
-      put(2 * i, RangeModel<double, 0>{chart, view, s.range_m - view.anchor_range_m, 4.0,
+      const SatelliteView view(s, plane);
+      put(2 * i, RangeModel<double, 0>{plane, view, s.range_m - view.anchor_range_m, 4.0,
                                        Vector3d::Zero()}(x));
       put(2 * i + 1,
-          RangeRateModel<double, 0>{chart, view, 0.0, 0.01, Vector3d::Zero(), Vector3d::Zero()}(x));
+          RangeRateModel<double, 0>{plane, view, 0.0, 0.01, Vector3d::Zero(), Vector3d::Zero()}(x));
     }
     const Eigen::Matrix<double, 23, 16> k =
         p * h.transpose() * (h * p * h.transpose() + r).inverse();

@@ -108,8 +108,8 @@ class DenseFilter {
   explicit DenseFilter(const Recording& r)
       : x_(r.start),
         p_(start_covariance(r.options)),
-        chart_(r.anchor),
-        model_(chart_, InsNoise<double>(r.options.imu, r.options.clock)),
+        plane_(r.anchor),
+        model_(plane_, InsNoise<double>(r.options.imu, r.options.clock)),
         lever_(r.lever) {}
 
   void predict(const ImuInterval& imu) {
@@ -134,11 +134,11 @@ class DenseFilter {
       nu[row] = m.innovation, r[row] = m.variance, ++row;
     };
     for (const CorrectedRange& s : epoch.satellites) {
-      const SatelliteView view(s, chart_);
+      const SatelliteView view(s, plane_);
       const double range = s.range_sigma_m * s.range_sigma_m;
       const double rate = s.range_rate_sigma_mps * s.range_rate_sigma_mps;
-      put(RangeModel<double>{chart_, view, s.range_m - view.anchor_range_m, range, lever_}(x_));
-      put(RangeRateModel<double>{chart_, view, s.range_rate_mps, rate, lever_, gyro_radps_}(x_));
+      put(RangeModel<double>{plane_, view, s.range_m - view.anchor_range_m, range, lever_}(x_));
+      put(RangeRateModel<double>{plane_, view, s.range_rate_mps, rate, lever_, gyro_radps_}(x_));
     }
     const Noise innovation = h * p_ * h.transpose() + Noise(r.asDiagonal());
     const Eigen::Matrix<double, 23, Eigen::Dynamic, 0, 23, kMost> k =
@@ -148,12 +148,12 @@ class DenseFilter {
     p_ = keep * p_ * keep.transpose() + k * r.asDiagonal() * k.transpose();
   }
 
-  [[nodiscard]] Geodetic position() const { return chart_.geodetic(x_.position_m); }
+  [[nodiscard]] Geodetic position() const { return plane_.geodetic(x_.position_m); }
 
  private:
   State x_;
   Square p_;
-  NavChart chart_;
+  LocalTangentPlane plane_;
   InsModel<double, 0> model_;
   Vector3d lever_, gyro_radps_ = Vector3d::Zero();
 };

@@ -12,7 +12,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/distance_field.hpp>
 #include <wayfare/map/ray.hpp>
-#include <wayfare/sim/plan_text.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 
 namespace wayfare {
 namespace {

@@ -7,12 +7,12 @@
 #include <string>
 
 #include "calibration_file.hpp"
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 #include "outputs.hpp"
-#include "support/progress_line.hpp"
 #include "recording.hpp"
 #include "run.hpp"
+#include "support/command_line.hpp"
+#include "support/exit_code.hpp"
+#include "support/progress_line.hpp"
 
 namespace {
 
@@ -58,7 +58,7 @@ Result<void> run(const Arguments& a) {
   if (!report) return report.error();
   if (a.quiet) return {};
   std::printf("%s", examples::error_text(outputs).c_str());
-  std::printf("%s", examples::intake_text(done.report).c_str());
+  std::printf("%s", examples::status_text(done.report).c_str());
   std::printf("report: %s\n", report->c_str());
   return {};
 }

@@ -8,9 +8,9 @@
 #include <wayfare/inertial/magnetometer_calibration.hpp>
 
 #include "calibration_file.hpp"
+#include "recording.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
-#include "recording.hpp"
 
 namespace {
 

@@ -2,8 +2,8 @@
 
 #include <cstddef>
 
-#include <wayfare/inertial/attitude.hpp>
 #include <wayfare/eval/attitude_error.hpp>
+#include <wayfare/inertial/attitude.hpp>
 #include <wayfare/io/marg_text.hpp>
 
 namespace wayfare::examples {

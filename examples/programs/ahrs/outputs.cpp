@@ -29,19 +29,19 @@ constexpr const char* kReport = "report.html";
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-const char* name_of(Intake intake) {
-  switch (intake) {
-    case Intake::used:
+const char* name_of(UpdateStatus status) {
+  switch (status) {
+    case UpdateStatus::used:
       return "used";
-    case Intake::waiting:
+    case UpdateStatus::waiting:
       return "waiting";
-    case Intake::missing:
+    case UpdateStatus::missing:
       return "missing";
-    case Intake::late:
+    case UpdateStatus::late:
       return "late";
-    case Intake::saturated:
+    case UpdateStatus::saturated:
       return "saturated";
-    case Intake::disturbed:
+    case UpdateStatus::disturbed:
       return "disturbed";
   }
   return "";
@@ -66,7 +66,8 @@ std::string csv(const AhrsRun& run) {
     append(Eigen::Vector3d(kDegrees * row.bias_sigma_radps), 6);
     append(std::array{row.delay_s}, 5);
     out += row.at_rest ? ",1" : ",0";
-    for (const Intake i : {row.intake.gyro, row.intake.accelerometer, row.intake.magnetometer})
+    for (const UpdateStatus i :
+         {row.status.gyro, row.status.accelerometer, row.status.magnetometer})
       (out += ',') += name_of(i);
     out += '\n';
   }
@@ -146,7 +147,7 @@ void plot_field(io::Report& report, const AhrsOutputs& o) {
   if (!o.file.has_magnetometer) return;
   const auto strength = [&](bool disturbed) {
     return [&o, disturbed](std::size_t i) {
-      const bool is = o.run.rows[i].intake.magnetometer == Intake::disturbed;
+      const bool is = o.run.rows[i].status.magnetometer == UpdateStatus::disturbed;
       return is == disturbed ? o.file.samples[i].magnetic_field_uT.norm() : kNone;
     };
   };
@@ -160,7 +161,7 @@ void plot_field(io::Report& report, const AhrsOutputs& o) {
   report.plot(delay);
 }
 
-eval::Table intake_table(const AhrsReport& r) {
+eval::Table status_table(const AhrsReport& r) {
   eval::Table table(
       {{"readings"}, {"used"}, {"waiting"}, {"missing"}, {"late"}, {"saturated"}, {"disturbed"}});
   const auto row = [&](const char* name, const SensorReport& s) {
@@ -202,7 +203,7 @@ std::string report_html(const AhrsOutputs& o) {
        {"lost", "level " + std::to_string(r.levelled_anew) + ", heading " +
                     std::to_string(r.headings_taken) + " times"}});
   if (has_reference(o)) report.table(error_table(o), "Root mean squares (Laidig et al. 2021)");
-  report.table(intake_table(r), "What became of the readings");
+  report.table(status_table(r), "What became of the readings");
   plot_angles(report, o);
   if (has_reference(o)) plot_errors(report, o);
   plot_insides(report, o);
@@ -212,7 +213,7 @@ std::string report_html(const AhrsOutputs& o) {
 
 }  // namespace
 
-std::string intake_text(const AhrsReport& report) { return intake_table(report).to_text(); }
+std::string status_text(const AhrsReport& report) { return status_table(report).to_text(); }
 
 std::string error_text(const AhrsOutputs& outputs) {
   return has_reference(outputs) ? error_table(outputs).to_text() : std::string();

@@ -18,7 +18,7 @@ struct AhrsOutputs {
 };
 
 /// What became of each sensor's readings, and what was begun anew; aligned text.
-[[nodiscard]] std::string intake_text(const AhrsReport& report);
+[[nodiscard]] std::string status_text(const AhrsReport& report);
 /// Root mean square errors over the moving samples; empty without a reference.
 [[nodiscard]] std::string error_text(const AhrsOutputs& outputs);
 

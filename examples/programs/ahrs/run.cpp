@@ -13,7 +13,7 @@ AhrsRun run_in(const MargRecording& samples, const AhrsParameters& parameters,
   run.rows.reserve(samples.size());
   for (std::size_t i = 0; i < samples.size(); ++i) {
     AhrsRow row;
-    row.intake = ahrs.add(samples[i]);
+    row.status = ahrs.add(samples[i]);
     row.time = samples[i].time;
     row.ready = ahrs.ready();
     row.q_world_body = ahrs.q_world_body();

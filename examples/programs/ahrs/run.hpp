@@ -21,7 +21,7 @@ struct AhrsRow {
   Eigen::Vector3d bias_sigma_radps = Eigen::Vector3d::Zero();
   double delay_s = 0.0;
   bool at_rest = false;
-  MargIntake intake;
+  MargUpdateStatus status;
 };
 
 struct AhrsRun {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include <wayfare/eval/table.hpp>
-#include <wayfare/io/report.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
+#include <wayfare/io/report.hpp>
 
 #include "record.hpp"
 

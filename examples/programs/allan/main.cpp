@@ -6,9 +6,9 @@
 
 #include <wayfare/eval/table.hpp>
 
+#include "findings.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
-#include "findings.hpp"
 #include "support/nav_config.hpp"
 #include "support/program_files.hpp"
 #include "support/ros_topics.hpp"

@@ -8,7 +8,6 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/inertial/allan.hpp>
-#include <wayfare/inertial/gauss_markov_fit.hpp>
 #include <wayfare/ros/recording.hpp>
 
 namespace wayfare::examples {

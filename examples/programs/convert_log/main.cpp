@@ -8,11 +8,11 @@
 #include <wayfare/ros/recording_writer.hpp>
 #include <wayfare/sim/differential_drive.hpp>
 
+#include "ahrs/unit_options.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
 #include "support/slam_program.hpp"
 #include "support/thin_recording.hpp"
-#include "ahrs/unit_options.hpp"
 
 namespace {
 

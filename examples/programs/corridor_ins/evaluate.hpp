@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/sim/corridors.hpp>
 #include <wayfare/nav/corridor_ins.hpp>
+#include <wayfare/sim/corridors.hpp>
 
 namespace wayfare::examples {
 

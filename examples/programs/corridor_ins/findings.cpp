@@ -1,7 +1,7 @@
 #include <array>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 #include "job.hpp"
 #include "outputs.hpp"
@@ -13,8 +13,8 @@ namespace {
 double shown_bias(std::span<const MotionSample> motion, const Trajectory& reference) {
   double told = 0.0, turned = 0.0, seconds = 0.0;
   for (std::size_t i = 1; i < motion.size(); ++i) {
-    const auto a = eval::pose_at(reference, motion[i - 1].time);
-    const auto b = eval::pose_at(reference, motion[i].time);
+    const auto a = pose_at(reference, motion[i - 1].time);
+    const auto b = pose_at(reference, motion[i].time);
     if (!a || !b) continue;
     const double dt = to_seconds(motion[i].time - motion[i - 1].time);
     told += motion[i].turn_rate_rad_s * dt;

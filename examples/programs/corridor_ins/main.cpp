@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/carmen.hpp>
 
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 #include "job.hpp"
 #include "outputs.hpp"
+#include "support/command_line.hpp"
+#include "support/exit_code.hpp"
 #include "support/program_files.hpp"
 
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
-#include <wayfare/core/result.hpp>
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/result.hpp>
 #include <wayfare/decode/mt_legacy.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/stream_decoder.hpp>

@@ -2,7 +2,7 @@
 #include <memory>
 
 #include <wayfare/decode/ti_decoder.hpp>
-#include <wayfare/decode/ti_radar_scan.hpp>
+#include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/io/time_text.hpp>
 
 #include "tables.hpp"

@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <memory>
 
-#include <wayfare/decode/awinda_order.hpp>
-#include <wayfare/decode/mt_measure.hpp>
+#include <wayfare/decode/awinda.hpp>
+#include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/xbus.hpp>
 #include <wayfare/io/time_text.hpp>
 

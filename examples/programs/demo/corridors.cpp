@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
-#include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/carmen.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
@@ -95,7 +95,7 @@ Result<void> run_filter(const Recording& recording, const SlamArguments& o, Slam
 }
 
 Result<void> run_all(const Recording& recording, const SlamArguments& o, std::vector<Method>& all) {
-  all[0].trajectory = eval::as_trajectory(recording.odometry);
+  all[0].trajectory = as_trajectory(recording.odometry);
   if (auto done = run_graph(recording, o, all[1]); !done) return done;
   if (auto done = run_filter(recording, o, SlamSensors::radar, all[2]); !done) return done;
   if (auto done = run_filter(recording, o, SlamSensors::both, all[3]); !done) return done;
@@ -143,7 +143,7 @@ std::vector<Method> odometry_last(std::vector<Method> all) {
 io::Plot paths(const std::vector<Method>& all, const Trajectory& truth) {
   io::Plot plot{"Ways, begun at the same pose", "x [m]", "y [m]", {}, true};
   for (const Method& m : odometry_last(all)) {
-    const auto start = eval::pose_at(truth, m.trajectory.front().time);
+    const auto start = pose_at(truth, m.trajectory.front().time);
     const SE2d moved = *start * m.trajectory.front().T_map_base.raw().inverse();
     plot.series.push_back(path_series(m.name, m.trajectory, moved));
   }

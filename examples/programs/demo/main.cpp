@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "support/command_line.hpp"
 #include "demos.hpp"
+#include "support/command_line.hpp"
 #include "support/exit_code.hpp"
 
 int main(int argc, char** argv) {

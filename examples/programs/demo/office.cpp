@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include <wayfare/io/carmen_writer.hpp>
-#include <wayfare/sim/plan_text.hpp>
+#include <wayfare/io/carmen.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 
 #include "demos.hpp"

@@ -7,8 +7,8 @@
 
 #include <wayfare/slam/hector_slam.hpp>
 
-#include "support/log_program.hpp"
 #include "ahrs/unit_options.hpp"
+#include "support/log_program.hpp"
 
 namespace {
 

@@ -14,9 +14,9 @@
 #include <wayfare/io/tum.hpp>
 #include <wayfare/slam/localisation.hpp>
 
+#include "outputs.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
-#include "outputs.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 #include "support/slam_program.hpp"

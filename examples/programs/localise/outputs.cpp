@@ -5,10 +5,10 @@
 #include <limits>
 #include <optional>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 #include "support/map_painter.hpp"
 #include "support/time_plot.hpp"
@@ -29,7 +29,7 @@ Errors errors_of(const LocalisationOutputs& o) {
   const LogTime start = o.run.outcomes.front().time;
   for (const LocalisationOutcome& outcome : o.run.outcomes) {
     e.seconds.push_back(to_seconds(outcome.time - start));
-    const auto truth = eval::pose_at(o.truth, outcome.time);
+    const auto truth = pose_at(o.truth, outcome.time);
     const bool known = truth && outcome.particles > 0;
     const PoseError error =
         known ? pose_error(outcome.T_map_base.mean, *truth) : PoseError{kNan, kNan};
@@ -103,7 +103,7 @@ void add_pictures(io::Report& report, const LocalisationOutputs& o) {
   for (const ParticleSnapshot& shot : o.run.snapshots) {
     MapPainter painter(o.map);
     for (const PoseParticle& p : shot.particles) painter.dot(p.T_map_base.translation(), kRed);
-    if (const auto truth = eval::pose_at(o.truth, shot.time))
+    if (const auto truth = pose_at(o.truth, shot.time))
       painter.dot(truth->translation(), kGreen, 9);
     report.image(painter.picture(),
                  std::to_string(shot.particles.size()) + " particles after " +
@@ -164,7 +164,7 @@ eval::Table localisation_errors(const LocalisationOutputs& o) {
   const Errors errors = errors_of(o);
   const auto row = [&](const char* name, const std::vector<double>& m,
                        const std::vector<double>& deg) {
-    const eval::Summary place = eval::summarise(m), turn = eval::summarise(deg);
+    const Summary place = summarise(m), turn = summarise(deg);
     double right = 0.0;
     for (std::size_t i = 0; i < m.size(); ++i)
       right += PoseError{m[i], deg[i]}.right() ? 100.0 / static_cast<double>(m.size()) : 0.0;

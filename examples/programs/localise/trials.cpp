@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <limits>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/voxel_text.hpp>
-#include <wayfare/sim/kidnapping.hpp>
+#include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/plan_map.hpp>
-#include <wayfare/sim/plan_text.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
@@ -61,7 +61,7 @@ Result<OccupancyGrid> survey(const Scene& scene, double cell_m, const Rng& rng) 
   OccupancyGrid grid({.resolution_m = cell_m});
   const LogOdds hit = LogOdds::from_probability(RadarSlamOptions{}.radar_hit_probability);
   for (const RadarScan& frame : recording->radar) {
-    const auto pose = eval::pose_at(recording->truth, frame.time);
+    const auto pose = pose_at(recording->truth, frame.time);
     if (!pose) continue;
     const SE2d T_map_radar = *pose * recording->T_base_radar.raw();
     for (const RadarPoint& p : frame.points)
@@ -107,7 +107,7 @@ Search judge(const LocalisationRun& run, const Course& course, const Trajectory&
   search.way_m = std::numeric_limits<double>::quiet_NaN();
   double scans = 0.0, wrong = 0.0;
   for (const LocalisationOutcome& o : run.outcomes) {
-    const auto pose = eval::pose_at(truth, o.time);
+    const auto pose = pose_at(truth, o.time);
     const double driven = way_at(o.time) - start;
     if (o.time < from || !pose || driven > longest_m) continue;
     const bool right = o.converged && pose_error(o.T_map_base.mean, *pose).right();
@@ -186,18 +186,18 @@ Result<Search> try_kidnapped(const Course& course, const LocalisationOptions& op
   Rng rng = Rng(seed).stream(5);
   constexpr double kBefore_m = 5.0;
   const LogTime lifted = time_at(truth, way, kBefore_m);
-  const SE2d there = *eval::pose_at(truth, lifted);
+  const SE2d there = *pose_at(truth, lifted);
   // Put down where it can be told from where it was.
   LogTime down = lifted;
   for (int tries = 0; tries < 100; ++tries) {
     const double at = rng.uniform(kBefore_m, std::max(kBefore_m, way.back() - way_m - 1.0));
     down = time_at(truth, way, at);
-    const PoseError apart = pose_error(*eval::pose_at(truth, down), there);
+    const PoseError apart = pose_error(*pose_at(truth, down), there);
     if (apart.m > 2.0 || apart.deg > 60.0) break;
   }
-  const Recording carried = sim::carried_away(course.recording, lifted, down);
+  const Recording carried = sim::kidnapped(course.recording, lifted, down);
   const std::vector<double> carried_way = ways(carried.truth);
-  const double jump = (eval::pose_at(truth, down)->translation() - there.translation()).norm();
+  const double jump = (pose_at(truth, down)->translation() - there.translation()).norm();
   const Recording part =
       sim::part_of(carried, carried.truth.front().time,
                    time_at(carried.truth, carried_way, kBefore_m + jump + way_m + 1.0));
@@ -218,7 +218,7 @@ Result<Tracking> try_tracking(const Course& course, const LocalisationOptions& o
   double square_m = 0.0, square_deg = 0.0, weighed = 0.0;
   const auto n = static_cast<double>(run->outcomes.size());
   for (const LocalisationOutcome& o : run->outcomes) {
-    const auto truth = eval::pose_at(course.recording.truth, o.time);
+    const auto truth = pose_at(course.recording.truth, o.time);
     if (!truth) continue;
     const PoseError e = pose_error(o.T_map_base.mean, *truth);
     square_m += e.m * e.m / n;

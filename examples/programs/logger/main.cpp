@@ -8,8 +8,8 @@
 #include <system_error>
 #include <thread>
 
-#include "support/command_line.hpp"
 #include "config.hpp"
+#include "support/command_line.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <utility>
 
-#include <wayfare/io/mcap_writer.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/logger/messages.hpp>
 

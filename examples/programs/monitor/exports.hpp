@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/mcap.hpp>
 
 namespace wayfare::examples {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <thread>
 
-#include "support/command_line.hpp"
 #include "server.hpp"
+#include "support/command_line.hpp"
 
 namespace {
 

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/mcap.hpp>
 
 #include "exports.hpp"
 

@@ -8,12 +8,12 @@
 
 #include <wayfare/io/tum.hpp>
 
+#include "ahrs/recording.hpp"
+#include "outputs.hpp"
+#include "run.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
-#include "outputs.hpp"
 #include "support/progress_line.hpp"
-#include "ahrs/recording.hpp"
-#include "run.hpp"
 
 namespace {
 
@@ -50,7 +50,7 @@ examples::WalkRun walk(const Arguments& a, const io::MargFile& file) {
     PedestrianParameters p;
     p.length = length_model(a);
     p.straight.bias_sigma_radps = Angle::degrees(a.straight_degps).radians();
-    p.field_drift.offset_sigma_uT = a.uncalibrated ? 50.0 : 0.0;
+    p.magnetic_drift.offset_sigma_uT = a.uncalibrated ? 50.0 : 0.0;
     p.ahrs.use_magnetometer = !a.no_magnetometer && file.has_magnetometer;
     p.ahrs.declination = Angle::degrees(a.declination_deg);
     p.axis = a.any_way_round ? WalkingAxis::principal : WalkingAxis::sensor;

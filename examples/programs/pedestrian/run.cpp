@@ -34,8 +34,9 @@ WalkRun run_steps(const MargRecording& samples, const PedestrianParameters& para
                         true});
   };
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const MargIntake intake = pedestrian.add(samples[i], keep);
-    if (intake.accelerometer == Intake::used || intake.accelerometer == Intake::saturated)
+    const MargUpdateStatus status = pedestrian.add(samples[i], keep);
+    if (status.accelerometer == UpdateStatus::used ||
+        status.accelerometer == UpdateStatus::saturated)
       run.strength.emplace_back(samples[i].time, samples[i].specific_force_mps2.norm());
     tell(progress, i, samples.size());
   }

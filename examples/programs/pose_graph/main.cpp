@@ -5,12 +5,12 @@
 #include <string>
 #include <variant>
 
-#include <wayfare/io/pose_graph_file.hpp>
+#include <wayfare/io/g2o.hpp>
 
 #include "arguments.hpp"
-#include "support/exit_code.hpp"
 #include "outputs.hpp"
 #include "solve.hpp"
+#include "support/exit_code.hpp"
 
 namespace {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/logger/read_recording.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
 namespace wayfare::examples {

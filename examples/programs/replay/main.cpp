@@ -15,12 +15,12 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/stream_player.hpp>
 
-#include "support/command_line.hpp"
 #include "live_systems.hpp"
+#include "support/command_line.hpp"
 
 namespace {
 

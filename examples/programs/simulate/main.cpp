@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/carmen.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/io/voxel_text.hpp>
-#include <wayfare/sim/plan_text.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/worlds.hpp>
 

@@ -46,7 +46,7 @@ double quantile(std::vector<double> values, double part) {
 }
 
 void add_row(eval::Table& table, const std::string& name, const Errors& e, bool with_speed) {
-  const eval::Summary h = eval::summarise(e.horizontal), v = eval::summarise(e.vertical);
+  const Summary h = summarise(e.horizontal), v = summarise(e.vertical);
   std::vector<std::string> row = {name,
                                   std::to_string(h.count),
                                   eval::fixed(h.rmse, 3),
@@ -54,7 +54,7 @@ void add_row(eval::Table& table, const std::string& name, const Errors& e, bool 
                                   eval::fixed(quantile(e.horizontal, 0.95), 2),
                                   eval::fixed(h.max, 2),
                                   eval::fixed(v.rmse, 3)};
-  if (with_speed) row.push_back(eval::fixed(eval::summarise(e.speed).rmse, 3));
+  if (with_speed) row.push_back(eval::fixed(summarise(e.speed).rmse, 3));
   table.add_row(std::move(row));
 }
 

@@ -18,9 +18,9 @@
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/rinex.hpp>
 
+#include "outputs.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
-#include "outputs.hpp"
 #include "support/progress_line.hpp"
 
 namespace {

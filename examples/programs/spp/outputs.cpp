@@ -40,12 +40,11 @@ eval::Table satellite_table(const SppRun& run) {
                      {"RMS residual", "m"},
                      {"C/N0", "dB-Hz"}});
   for (const auto& [satellite, row] : rows) {
-    const eval::Summary r = eval::summarise(row.residuals);
+    const Summary r = summarise(row.residuals);
     table.add_row(
         {to_string(satellite), std::to_string(row.seen),
          eval::fixed(100.0 * static_cast<double>(row.used) / static_cast<double>(row.seen), 0),
-         eval::fixed(r.mean, 2), eval::fixed(r.rmse, 2),
-         eval::fixed(eval::summarise(row.cn0).mean, 1)});
+         eval::fixed(r.mean, 2), eval::fixed(r.rmse, 2), eval::fixed(summarise(row.cn0).mean, 1)});
   }
   return table;
 }

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/sensors/nav_state.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
+#include <wayfare/sensors/nav_state.hpp>
 
 #include "nav_config.hpp"
 #include "nav_recording.hpp"

@@ -28,9 +28,9 @@ std::string percentile_95(std::vector<double> v) {
 
 void position_row(eval::Table& table, const std::string& name,
                   const std::vector<double>& horizontal, const std::vector<double>& vertical) {
-  const eval::Summary h = eval::summarise(horizontal);
+  const Summary h = summarise(horizontal);
   table.add_row({name, std::to_string(h.count), eval::fixed(h.rmse, 2), percentile_95(horizontal),
-                 eval::fixed(h.max, 2), eval::fixed(eval::summarise(vertical).rmse, 2)});
+                 eval::fixed(h.max, 2), eval::fixed(summarise(vertical).rmse, 2)});
 }
 
 eval::Table position_table(const NavOutputs& run, const NavErrors& errors, const PlainGnss& plain) {
@@ -79,9 +79,9 @@ eval::Table axes_table(const NavErrors& errors) {
       inside += std::abs(e) <= 3.0 * errors.sigma[k][i] ? 1.0 : 0.0;
     }
     if (known.empty()) continue;
-    const eval::Summary s = eval::summarise(known);
+    const Summary s = summarise(known);
     table.add_row({kAxes[k], eval::fixed(s.rmse, 3), eval::fixed(s.mean, 3),
-                   eval::fixed(eval::summarise(sizes).max, 3),
+                   eval::fixed(summarise(sizes).max, 3),
                    eval::fixed(100.0 * inside / static_cast<double>(known.size()), 1)});
   }
   return table;
@@ -134,7 +134,7 @@ eval::Table outage_errors(const NavOutputs& run, const NavErrors& errors) {
     std::vector<double> within;
     for (std::size_t i = 0; i < errors.time_s.size(); ++i)
       if (in_outage({o}, errors.time_s[i])) within.push_back(errors.horizontal(i));
-    const eval::Summary s = eval::summarise(within);
+    const Summary s = summarise(within);
     table.add_row({eval::fixed(o.start_s, 1) + " s, " + eval::fixed(o.length_s, 1) + " s long",
                    std::to_string(o.satellites_left), eval::fixed(s.rmse, 2), eval::fixed(s.max, 2),
                    eval::fixed(within.empty() ? kNan : within.back(), 2)});

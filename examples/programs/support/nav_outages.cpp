@@ -5,8 +5,8 @@
 #include <optional>
 #include <string_view>
 
-#include <wayfare/nav/outage.hpp>
 #include <wayfare/gnss/single_point.hpp>
+#include <wayfare/nav/outage.hpp>
 
 namespace wayfare::examples {
 
@@ -40,15 +40,14 @@ Result<std::vector<NavOutage>> parse_outages(const std::string& text) {
 void apply_outages(const std::vector<NavOutage>& outages, GnssInsRecording& recording) {
   for (const NavOutage& o : outages) {
     const LogTime begin = recording.imu.front().time + from_seconds(o.start_s);
-    const eval::OutageWindow window{begin, begin + from_seconds(o.length_s), o.satellites_left};
+    const OutageWindow window{begin, begin + from_seconds(o.length_s), o.satellites_left};
     // Where the receiver is decides which satellites stand highest; any epoch before tells.
     std::optional<Geodetic> receiver;
     for (const RangeEpoch& epoch : recording.ranges) {
       if (receiver && epoch.time > begin) break;
       if (const auto point = single_point(epoch)) receiver = point->position;
     }
-    recording.ranges =
-        eval::take_satellites(recording.ranges, window, receiver.value_or(Geodetic{}));
+    recording.ranges = take_satellites(recording.ranges, window, receiver.value_or(Geodetic{}));
     std::erase_if(recording.fixes, [&](const GnssFix& f) { return window.contains(f.time); });
   }
 }

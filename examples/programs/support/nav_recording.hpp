@@ -7,9 +7,9 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/sensors/nav_state.hpp>
-#include <wayfare/ros/recording.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
+#include <wayfare/ros/recording.hpp>
+#include <wayfare/sensors/nav_state.hpp>
 
 #include "nav_config.hpp"
 

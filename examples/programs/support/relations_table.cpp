@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
 #include <wayfare/io/relations.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 #include "program_files.hpp"
 
@@ -27,7 +27,7 @@ eval::Table relations_table(const std::string& name, const Recording& recording,
                    eval::mean_std(e.translation_m.mean, e.translation_m.std, 4),
                    eval::mean_std(e.rotation_deg.mean, e.rotation_deg.std, 3)});
   };
-  if (!recording.odometry.empty()) row("odometry", eval::as_trajectory(recording.odometry));
+  if (!recording.odometry.empty()) row("odometry", as_trajectory(recording.odometry));
   row(name, trajectory);
   row(name + ", nearest scans", trajectory, true);
   return table;

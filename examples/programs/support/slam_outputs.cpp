@@ -6,13 +6,12 @@
 #include <filesystem>
 #include <limits>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
-#include <wayfare/io/grid_image.hpp>
+#include <wayfare/io/g2o.hpp>
 #include <wayfare/io/image.hpp>
 #include <wayfare/io/map_image.hpp>
-#include <wayfare/io/pose_graph_file.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 #include "map_painter.hpp"
 #include "program_files.hpp"
@@ -35,12 +34,12 @@ Points points_of(const Trajectory& trajectory, const SE2d& moved_by = {}) {
 // Odometry at the scans' times, moved so that it starts where SLAM's trajectory does.
 Trajectory odometry_at_scans(const SlamOutputs& run) {
   Trajectory result;
-  const Trajectory odometry = eval::as_trajectory(run.recording.odometry);
+  const Trajectory odometry = as_trajectory(run.recording.odometry);
   if (odometry.empty()) return result;
   SE2d T_map_odom;
   for (const StampedPose& pose : run.trajectory) {
     const LogTime time = std::clamp(pose.time, odometry.front().time, odometry.back().time);
-    const SE2d T_odom_base = *eval::pose_at(odometry, time);
+    const SE2d T_odom_base = *pose_at(odometry, time);
     if (result.empty()) T_map_odom = pose.T_map_base.raw() * T_odom_base.inverse();
     result.push_back({pose.time, Transform2<frame::Map, frame::Base>(T_map_odom * T_odom_base)});
   }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/sensors/trajectory_interpolation.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::examples {
 
@@ -22,12 +22,12 @@ struct StartErrors {
 [[nodiscard]] inline Result<StartErrors> start_errors(const Trajectory& estimate,
                                                       const Trajectory& truth) {
   if (estimate.empty()) return Error{ErrorCode::not_found, "the run has no poses"};
-  const auto start = eval::pose_at(truth, estimate.front().time);
+  const auto start = pose_at(truth, estimate.front().time);
   if (!start) return Error{ErrorCode::not_found, "the truth does not cover the run"};
   const SE2d T_map_truth = estimate.front().T_map_base.raw() * start->inverse();
   StartErrors e;
   for (const StampedPose& p : estimate) {
-    const auto at = eval::pose_at(truth, p.time);
+    const auto at = pose_at(truth, p.time);
     if (!at) continue;
     const SE2d is = T_map_truth * *at;
     const Eigen::Vector2d d = p.T_map_base.raw().translation() - is.translation();

@@ -116,9 +116,8 @@ SystemErrors system_errors(const LoadedDrive& drive, const GnssInsOptions& optio
   return errors;
 }
 
-Result<eval::OutageReport> outages(const LoadedDrive& drive, const GnssInsOptions& options,
-                                   int threads) {
-  eval::OutagePlan plan;
+Result<OutageReport> outages(const LoadedDrive& drive, const GnssInsOptions& options, int threads) {
+  OutagePlan plan;
   plan.threads = threads;
   const LogTime begin = drive.tuning.start.nav.time;
   const LogTime end = std::min(
@@ -126,7 +125,7 @@ Result<eval::OutageReport> outages(const LoadedDrive& drive, const GnssInsOption
   const Duration settle = from_seconds(std::min(60.0, 0.3 * to_seconds(end - begin)));
   if (end - begin - settle < plan.durations.back())
     return Error{ErrorCode::invalid, "is too short for outages of 30 s", drive.name};
-  plan.places = eval::outage_places(begin + settle, end, plan.durations.back(), 10);
+  plan.places = outage_places(begin + settle, end, plan.durations.back(), 10);
   for (LogTime& place : plan.places) {
     LogTime epoch = place;
     for (const RangeEpoch& e : drive.tuning.ranges)
@@ -136,10 +135,9 @@ Result<eval::OutageReport> outages(const LoadedDrive& drive, const GnssInsOption
   const auto truth = [&drive](LogTime t) {
     return drive.tuning.truth(t).value_or(drive.truth.back());
   };
-  const auto run = [&](const eval::OutageWindow& window) -> Result<NavTrajectory> {
+  const auto run = [&](const OutageWindow& window) -> Result<NavTrajectory> {
     GnssInsRecording recording = recording_of(drive);
-    recording.ranges =
-        eval::take_satellites(recording.ranges, window, truth(window.begin).position);
+    recording.ranges = take_satellites(recording.ranges, window, truth(window.begin).position);
     // Nothing after the outage is looked at.
     while (!recording.imu.empty() && recording.imu.back().time > window.end)
       recording.imu.pop_back();
@@ -149,7 +147,7 @@ Result<eval::OutageReport> outages(const LoadedDrive& drive, const GnssInsOption
     for (const GnssInsPoint& p : result->points) track.push_back(p.nav);
     return track;
   };
-  return eval::run_outages(plan, run, truth);
+  return run_outages(plan, run, truth);
 }
 
 }  // namespace wayfare::examples

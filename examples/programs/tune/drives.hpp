@@ -36,7 +36,7 @@ struct SystemErrors {
 [[nodiscard]] SystemErrors system_errors(const LoadedDrive& drive, const GnssInsOptions& options);
 
 /// Ten outages of each length and number of satellites left.
-[[nodiscard]] Result<eval::OutageReport> outages(const LoadedDrive& drive,
-                                                 const GnssInsOptions& options, int threads);
+[[nodiscard]] Result<OutageReport> outages(const LoadedDrive& drive, const GnssInsOptions& options,
+                                           int threads);
 
 }  // namespace wayfare::examples

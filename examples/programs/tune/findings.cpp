@@ -39,8 +39,8 @@ eval::Table error_table(const DriveFinding& d) {
 
 /// "nominal → tuned" in each cell.
 eval::Table outage_table(const DriveFinding& d, std::string& remark) {
-  const eval::Table before = eval::outage_table(*d.nominal_outages, &eval::OutageError::rmse_m);
-  const eval::Table after = eval::outage_table(*d.tuned_outages, &eval::OutageError::rmse_m);
+  const eval::Table before = eval::outage_table(*d.nominal_outages, &OutageError::rmse_m);
+  const eval::Table after = eval::outage_table(*d.tuned_outages, &OutageError::rmse_m);
   eval::Table table(before.columns());
   std::size_t worse = 0, cells = 0;
   for (std::size_t r = 0; r < before.rows().size(); ++r) {

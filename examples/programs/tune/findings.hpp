@@ -18,7 +18,7 @@ struct DriveFinding {
   std::string name;
   bool training = false;
   SystemErrors nominal, tuned;
-  std::optional<eval::OutageReport> nominal_outages, tuned_outages;
+  std::optional<OutageReport> nominal_outages, tuned_outages;
 };
 
 struct TuneFindings {

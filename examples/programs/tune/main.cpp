@@ -12,12 +12,12 @@
 #include <wayfare/tune/ins_genes.hpp>
 
 #include "cmaes.hpp"
+#include "findings.hpp"
+#include "ranks.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
-#include "findings.hpp"
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
-#include "ranks.hpp"
 
 namespace {
 

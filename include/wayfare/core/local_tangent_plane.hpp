@@ -24,10 +24,10 @@ struct EarthAt {
   T gravity_mps2;
 };
 
-class NavChart {
+class LocalTangentPlane {
  public:
-  NavChart() : NavChart(Geodetic{}) {}
-  explicit NavChart(const Geodetic& anchor)
+  LocalTangentPlane() : LocalTangentPlane(Geodetic{}) {}
+  explicit LocalTangentPlane(const Geodetic& anchor)
       : anchor_(anchor),
         r_ecef_ned_(rotation_ecef_ned(anchor)),
         ecef_m_(ecef_from_geodetic(anchor)),

@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/core/so2.hpp>
 #include <wayfare/core/detail/stumpff.hpp>
+#include <wayfare/core/so2.hpp>
 
 namespace wayfare {
 

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/core/so3.hpp>
 #include <wayfare/core/detail/stumpff.hpp>
+#include <wayfare/core/so3.hpp>
 
 namespace wayfare {
 

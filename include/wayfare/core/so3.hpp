@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <wayfare/core/manifold.hpp>
 #include <wayfare/core/detail/stumpff.hpp>
+#include <wayfare/core/manifold.hpp>
 
 namespace wayfare {
 

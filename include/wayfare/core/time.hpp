@@ -8,8 +8,8 @@
 #include <limits>
 #include <type_traits>
 
-#include <wayfare/core/detail/bare_number.hpp>
 #include <wayfare/core/contract.hpp>
+#include <wayfare/core/detail/bare_number.hpp>
 
 namespace wayfare {
 

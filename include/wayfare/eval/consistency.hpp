@@ -11,7 +11,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include <wayfare/core/chi_square.hpp>
+#include <wayfare/core/statistics.hpp>
 
 namespace wayfare::eval {
 

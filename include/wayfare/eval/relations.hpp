@@ -13,9 +13,9 @@
 #include <vector>
 
 #include <wayfare/core/se2.hpp>
-#include <wayfare/core/time.hpp>
-#include <wayfare/sensors/trajectory_interpolation.hpp>
 #include <wayfare/core/statistics.hpp>
+#include <wayfare/core/time.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::eval {
 

@@ -14,10 +14,10 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/se2.hpp>
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/eval/alignment.hpp>
-#include <wayfare/sensors/trajectory_interpolation.hpp>
-#include <wayfare/core/statistics.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::eval {
 

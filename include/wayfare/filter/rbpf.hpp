@@ -16,8 +16,8 @@
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/filter/particles.hpp>
 #include <wayfare/filter/detail/ancestry_tree.hpp>
+#include <wayfare/filter/particles.hpp>
 
 namespace wayfare {
 
@@ -108,7 +108,7 @@ class Rbpf {
   /// others.
   void draw_anew(const std::vector<ParticleIndex>& drawn) {
     for (const ParticleIndex i : drawn) tree_.hold(ends_[i]);
-    std::vector<PoseTree::Node> ends;
+    std::vector<AncestryTree::Node> ends;
     std::vector<Particle> particles;
     particles.reserve(drawn.size());
     for (std::size_t k = 0; k < drawn.size(); ++k) {
@@ -120,7 +120,7 @@ class Rbpf {
       else
         particles.push_back(from);
     }
-    for (const PoseTree::Node end : ends_) tree_.release(end);
+    for (const AncestryTree::Node end : ends_) tree_.release(end);
     ends_ = std::move(ends);
     particles_ = std::move(particles);
   }
@@ -129,8 +129,8 @@ class Rbpf {
   std::uint64_t updates_ = 0;
   std::vector<Particle> particles_;
   std::vector<double> log_weights_;
-  PoseTree tree_;
-  std::vector<PoseTree::Node> ends_;
+  AncestryTree tree_;
+  std::vector<AncestryTree::Node> ends_;
 };
 
 }  // namespace wayfare

@@ -1,19 +1,100 @@
 #pragma once
 
+// What a satellite says about its own orbit and clock, and where it is by that.
+
 // All broadcast messages of a recording: which one holds for a satellite at an instant.
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <variant>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include <wayfare/core/result.hpp>
+#include <wayfare/core/time.hpp>
 #include <wayfare/gnss/atmosphere.hpp>
-#include <wayfare/gnss/ephemeris.hpp>
+#include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare {
+
+/// Broadcast orbit and clock of GPS, Galileo and BeiDou: a Kepler ellipse with corrections
+/// (IS-GPS-200 table 20-I and its kin). Angles in rad, rates per second.
+struct KeplerianEphemeris {
+  SatelliteId satellite;
+  Time<GpsClock> toe;                 ///< reference time of the orbit
+  Time<GpsClock> toc;                 ///< reference time of the clock
+  double sqrt_semi_major_axis = 0.0;  ///< √m
+  double eccentricity = 0.0;
+  double mean_anomaly_rad = 0.0;
+  double mean_motion_difference_radps = 0.0;
+  double inclination_rad = 0.0;
+  double inclination_rate_radps = 0.0;
+  double ascending_node_rad = 0.0;  ///< Ω₀, at the beginning of the week of `toe`
+  double ascending_node_rate_radps = 0.0;
+  double argument_of_perigee_rad = 0.0;
+  double cuc_rad = 0.0, cus_rad = 0.0;  ///< argument of latitude, cos and sin of twice itself
+  double crc_m = 0.0, crs_m = 0.0;      ///< radius
+  double cic_rad = 0.0, cis_rad = 0.0;  ///< inclination
+  double clock_bias_s = 0.0, clock_drift = 0.0, clock_drift_rate_per_s = 0.0;
+  /// GPS: T_GD. Galileo: BGD E5a/E1 and E5b/E1. BeiDou: T_GD1 (B1/B3) and T_GD2 (B2/B3).
+  double group_delay_s[2] = {0.0, 0.0};
+  /// Galileo: the clock is that of the E5a/E1 pair (F/NAV); otherwise of E5b/E1 (I/NAV).
+  bool clock_of_e5a = false;
+  double accuracy_m = 2.0;  ///< URA, SISA
+  int issue = 0;            ///< IODE, IODnav, AODE
+  int health = 0;           ///< as sent
+};
+
+/// Broadcast state of a GLONASS satellite, Earth-fixed (PZ-90, taken as WGS-84).
+struct GlonassEphemeris {
+  SatelliteId satellite;
+  Time<GpsClock> toe;
+  int channel = 0;  ///< of the carrier, −7…13
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< of Sun and Moon
+  double clock_bias_s = 0.0;                                    ///< −τ_n
+  double clock_drift = 0.0;                                     ///< γ_n
+  double l2_minus_l1_s = 0.0;                                   ///< Δτ_n
+  int health = 0;  ///< B_n as RINEX gives it; 0 is healthy
+  int age_days = 0;
+};
+
+/// Where a satellite is and what its clock is off by, in Earth-fixed axes of the same instant.
+struct SatelliteState {
+  Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
+  double clock_s = 0.0;      ///< satellite time − system time, with relativity
+  double clock_drift = 0.0;  ///< its rate, s/s
+};
+
+/// IS-GPS-200 20.3.3.4.3 (GPS), Galileo OS SIS ICD 5.1.1, BDS-SIS-ICD 5.2.4.12 with the turned
+/// frame of geostationary satellites; the velocity is the formulas' derivative.
+[[nodiscard]] SatelliteState satellite_state(const KeplerianEphemeris& ephemeris,
+                                             Time<GpsClock> time);
+
+/// GLONASS ICD 5.1 A.3.1.2: Runge-Kutta of fourth order, Earth's flattening by J2, at most
+/// `step_s` a step; the clock needs no relativity correction.
+[[nodiscard]] SatelliteState satellite_state(const GlonassEphemeris& ephemeris, Time<GpsClock> time,
+                                             double step_s = 60.0);
+
+/// How much later than the broadcast clock's own signal (or pair) the one on `carrier_hz` leaves,
+/// s: to be subtracted from the satellite clock. Nothing for a signal the message has no delay for.
+[[nodiscard]] std::optional<double> group_delay_s(const KeplerianEphemeris& ephemeris,
+                                                  double carrier_hz);
+[[nodiscard]] std::optional<double> group_delay_s(const GlonassEphemeris& ephemeris,
+                                                  double carrier_hz);
+
+/// Whether the signal on `carrier_hz` may be used, by the health bits as sent.
+[[nodiscard]] bool is_healthy(const KeplerianEphemeris& ephemeris, double carrier_hz);
+[[nodiscard]] bool is_healthy(const GlonassEphemeris& ephemeris, double carrier_hz);
+
+/// BeiDou's geostationary satellites, whose ephemerides are meant in a turned frame.
+[[nodiscard]] bool is_beidou_geostationary(SatelliteId satellite);
 
 /// How far from its reference time a message may be used; beyond it the orbit's error grows from
 /// metres to kilometres. By system: GPS, GLONASS, Galileo, BeiDou.

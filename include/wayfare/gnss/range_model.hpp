@@ -5,10 +5,10 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/sensors/gnss.hpp>
-#include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/core/local_tangent_plane.hpp>
 #include <wayfare/filter/scalar_measurement.hpp>
+#include <wayfare/inertial/ins_state.hpp>
+#include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare {
 
@@ -18,10 +18,10 @@ struct SatelliteView {
   Eigen::Vector3d position_m, velocity_mps;
   double anchor_range_m = 0.0;
 
-  SatelliteView(const CorrectedRange& satellite, const NavChart& chart)
-      : position_m(chart.rotation_ecef_ned_at_anchor().transpose() *
-                   (satellite.position_ecef_m - chart.ecef_m())),
-        velocity_mps(chart.rotation_ecef_ned_at_anchor().transpose() * satellite.velocity_ecef_mps),
+  SatelliteView(const CorrectedRange& satellite, const LocalTangentPlane& plane)
+      : position_m(plane.rotation_ecef_ned_at_anchor().transpose() *
+                   (satellite.position_ecef_m - plane.ecef_m())),
+        velocity_mps(plane.rotation_ecef_ned_at_anchor().transpose() * satellite.velocity_ecef_mps),
         anchor_range_m(position_m.norm()) {}
 };
 
@@ -34,21 +34,21 @@ struct AntennaView {
   Matrix3 anchor_unit;         ///< the unit's axes to the anchor's
   Vector3 position_m;          ///< from the anchor
   Vector3 velocity_mps;        ///< over the Earth
-  Vector3 chart_scale;         ///< metres of ground for a metre of chart
+  Vector3 plane_scale;         ///< metres of ground for a metre of chart
   Vector3 lever_m, swing_mps;  ///< lever arm, and ω × lever arm, in the unit's axes
 
   /// `lever_m` from the unit to the antenna and `rate_radps` the turn rate, both in its axes.
   template <int Offsets>
-  AntennaView(const InsState<T, Offsets>& x, const NavChart& chart, const Vector3& lever,
+  AntennaView(const InsState<T, Offsets>& x, const LocalTangentPlane& plane, const Vector3& lever,
               const Vector3& rate_radps)
-      : anchor_local(chart.rotation_anchor_local(x.position_m)),
+      : anchor_local(plane.rotation_anchor_local(x.position_m)),
         anchor_unit(anchor_local * x.q_nu.matrix()),
         lever_m(lever),
         swing_mps(rate_radps.cross(lever)) {
-    position_m = chart.displacement(x.position_m) + anchor_unit * lever_m;
+    position_m = plane.displacement(x.position_m) + anchor_unit * lever_m;
     velocity_mps = anchor_local * x.velocity_mps + anchor_unit * swing_mps;
-    const EarthAt<T> at = chart.earth(x.position_m);
-    chart_scale = Vector3(T(1) / at.north_scale, T(1) / at.east_scale, T(1));
+    const EarthAt<T> at = plane.earth(x.position_m);
+    plane_scale = Vector3(T(1) / at.north_scale, T(1) / at.east_scale, T(1));
   }
 };
 
@@ -76,7 +76,7 @@ struct RangeGeometry {
 /// clock's own anchor; `clock_offset` names the further clock to add (−1: none).
 template <class T, int Offsets = 0>
 struct RangeModel {
-  const NavChart& chart;
+  const LocalTangentPlane& plane;
   SatelliteView satellite;
   double excess_m;
   T variance;
@@ -89,11 +89,11 @@ struct RangeModel {
   [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
     using namespace ins_state;
     using Vector3 = Eigen::Matrix<T, 3, 1>;
-    const AntennaView<T> antenna(x, chart, lever_m, Vector3::Zero());
+    const AntennaView<T> antenna(x, plane, lever_m, Vector3::Zero());
     const RangeGeometry<T> sight(satellite, antenna);
     // The position's error moves p along the local level's axes; δθ turns the lever arm.
     const Vector3 by_position =
-        -(antenna.anchor_local.transpose() * sight.direction).cwiseProduct(antenna.chart_scale);
+        -(antenna.anchor_local.transpose() * sight.direction).cwiseProduct(antenna.plane_scale);
     const Vector3 u_unit = antenna.anchor_unit.transpose() * sight.direction;
     const Vector3 by_attitude = u_unit.cross(lever_m);
     const bool offset = clock_offset >= 0;
@@ -110,7 +110,7 @@ struct RangeModel {
 /// rate − uᵀ(satellite velocity − antenna velocity) − clock drift.
 template <class T, int Offsets = 0>
 struct RangeRateModel {
-  const NavChart& chart;
+  const LocalTangentPlane& plane;
   SatelliteView satellite;
   double range_rate_mps;
   T variance;
@@ -126,14 +126,14 @@ struct RangeRateModel {
     using Vector3 = Eigen::Matrix<T, 3, 1>;
     const Vector3 inverse_scale = (x.gyro_scale.array() + T(1)).inverse();
     const Vector3 rate = (gyro_radps - x.gyro_bias_radps).cwiseProduct(inverse_scale);
-    const AntennaView<T> antenna(x, chart, lever_m, rate);
+    const AntennaView<T> antenna(x, plane, lever_m, rate);
     const RangeGeometry<T> sight(satellite, antenna);
     const Vector3 relative = satellite.velocity_mps.cast<T>() - antenna.velocity_mps;
     const T along = sight.direction.dot(relative);
     // Moving the antenna turns the line of sight (small); moving changes the rate.
     const Vector3 turn = (sight.direction * along - relative) / sight.range_m;
     const Vector3 by_position =
-        (antenna.anchor_local.transpose() * turn).cwiseProduct(antenna.chart_scale);
+        (antenna.anchor_local.transpose() * turn).cwiseProduct(antenna.plane_scale);
     const Vector3 by_velocity = -(antenna.anchor_local.transpose() * sight.direction);
     const Vector3 u_unit = antenna.anchor_unit.transpose() * sight.direction;
     const Vector3 turn_unit = antenna.anchor_unit.transpose() * turn;

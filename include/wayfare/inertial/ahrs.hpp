@@ -7,9 +7,8 @@
 #include <Eigen/Core>
 
 #include <wayfare/inertial/ahrs_parameters.hpp>
-#include <wayfare/inertial/detail/ahrs_readings.hpp>
-#include <wayfare/inertial/ahrs_report.hpp>
 #include <wayfare/inertial/attitude.hpp>
+#include <wayfare/inertial/detail/ahrs_readings.hpp>
 
 namespace wayfare {
 
@@ -30,11 +29,15 @@ class Ahrs {
   explicit Ahrs(const AhrsParameters& parameters = {}) : readings_(parameters) {}
 
   /// One sensor's reading; those of one instant in this order.
-  Intake add_rate(LogTime time, const Vector& radps) { return readings_.add_rate(time, radps); }
-  Intake add_force(LogTime time, const Vector& mps2) { return readings_.add_force(time, mps2); }
-  Intake add_field(LogTime time, const Vector& uT) { return readings_.add_field(time, uT); }
+  UpdateStatus add_rate(LogTime time, const Vector& radps) {
+    return readings_.add_rate(time, radps);
+  }
+  UpdateStatus add_force(LogTime time, const Vector& mps2) {
+    return readings_.add_force(time, mps2);
+  }
+  UpdateStatus add_field(LogTime time, const Vector& uT) { return readings_.add_field(time, uT); }
 
-  MargIntake add(const MargSample& s) {
+  MargUpdateStatus add(const MargSample& s) {
     return {add_rate(s.time, s.angular_rate_radps.cast<T>()),
             add_force(s.time, s.specific_force_mps2.cast<T>()),
             add_field(s.time, s.magnetic_field_uT.cast<T>())};
@@ -76,7 +79,7 @@ class Ahrs {
   /// heading before it is taken as it is. `waiting` without an attitude of that time yet, `late`
   /// beyond what is kept or not after the fix before, `missing` where it is no number or the
   /// variance not positive, `disturbed` where it is too far off.
-  Intake add_heading(const HeadingFix& fix) { return readings_.add_heading(fix); }
+  UpdateStatus add_heading(const HeadingFix& fix) { return readings_.add_heading(fix); }
   /// What the gyro alone turned that axis, counter-clockwise seen from above.
   [[nodiscard]] const HeadingTrack& heading_track() const { return readings_.outside().track(); }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <concepts>
+#include <cstdint>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -37,20 +38,21 @@ template <LevelFrame World, class T>
 }
 
 /// What became of one reading.
-enum class Intake {
+enum class UpdateStatus {
   used,       ///< it moved the estimate
   waiting,    ///< held back: no attitude yet, or no gyro reading near its time
   missing,    ///< not a number: the sensor gave nothing
   late,       ///< not after the one before it
   saturated,  ///< at the end of the sensor's range, or beyond what it can measure
-  disturbed,  ///< a magnetic field that is not the Earth's as known here, a heading that is not ours
+  disturbed,  ///< a magnetic field that is not the Earth's as known here, a heading that is not
+              ///< ours
 };
 
 /// What became of one sensor's reading at each.
-struct MargIntake {
-  Intake gyro = Intake::missing;
-  Intake accelerometer = Intake::missing;
-  Intake magnetometer = Intake::missing;
+struct MargUpdateStatus {
+  UpdateStatus gyro = UpdateStatus::missing;
+  UpdateStatus accelerometer = UpdateStatus::missing;
+  UpdateStatus magnetometer = UpdateStatus::missing;
 };
 
 /// Causal estimators of attitude from inertial and magnetic readings, with one interface. `World`
@@ -61,9 +63,65 @@ concept AttitudeEstimator = requires(E e, const E& c, const MargSample& sample) 
   typename E::World;
   typename E::Scalar;
   requires LevelFrame<typename E::World>;
-  { e.add(sample) } -> std::same_as<MargIntake>;
+  { e.add(sample) } -> std::same_as<MargUpdateStatus>;
   { c.ready() } -> std::same_as<bool>;
   { c.q_world_body() } -> std::same_as<SO3<typename E::Scalar>>;
+};
+
+/// What became of one sensor's readings.
+struct SensorReport {
+  std::uint64_t used = 0;
+  std::uint64_t waiting = 0;
+  std::uint64_t missing = 0;
+  std::uint64_t late = 0;
+  std::uint64_t saturated = 0;
+  std::uint64_t disturbed = 0;
+
+  /// Counts `intake` and passes it on.
+  UpdateStatus note(UpdateStatus status) {
+    switch (status) {
+      case UpdateStatus::used:
+        ++used;
+        break;
+      case UpdateStatus::waiting:
+        ++waiting;
+        break;
+      case UpdateStatus::missing:
+        ++missing;
+        break;
+      case UpdateStatus::late:
+        ++late;
+        break;
+      case UpdateStatus::saturated:
+        ++saturated;
+        break;
+      case UpdateStatus::disturbed:
+        ++disturbed;
+        break;
+    }
+    return status;
+  }
+};
+
+/// What an attitude filter met on its way.
+struct AhrsReport {
+  SensorReport gyro;
+  SensorReport accelerometer;
+  SensorReport magnetometer;
+  SensorReport outside;             ///< headings told from outside
+  std::uint64_t restarts = 0;       ///< after a gap of the gyro, or its clock set back
+  std::uint64_t levelled_anew = 0;  ///< the attitude did not fit gravity any more
+  std::uint64_t headings_taken =
+      0;  ///< the heading did not fit the field, or what was told, any more
+};
+
+/// Squares of innovations over their variances; NaN before the first.
+template <class T>
+struct AhrsNis {
+  T velocity_east;
+  T velocity_north;
+  T heading;
+  T outside;  ///< of a heading told from outside
 };
 
 }  // namespace wayfare

@@ -53,22 +53,22 @@ class BasicAhrs {
   explicit BasicAhrs(const Rule& rule = {}) : rule_(rule) {}
 
   /// One sensor's reading. Force and field work until the next of their kind, through the rates.
-  Intake add_rate(LogTime time, const Vector& radps) {
-    if (!radps.allFinite()) return Intake::missing;
+  UpdateStatus add_rate(LogTime time, const Vector& radps) {
+    if (!radps.allFinite()) return UpdateStatus::missing;
     const auto verdict = rate_clock_.check(time);
-    if (verdict == SampleClock::Verdict::late) return Intake::late;
-    if (!ready_) return Intake::waiting;
+    if (verdict == SampleClock::Verdict::late) return UpdateStatus::late;
+    if (!ready_) return UpdateStatus::waiting;
     const T dt = T(rate_clock_.step_s());
     q_ = q_ * SO3<T>::exp((radps + rule_(error(), integral_, dt)) * dt);
-    return Intake::used;
+    return UpdateStatus::used;
   }
-  Intake add_force(LogTime time, const Vector& mps2) { return hold(time, mps2, force_); }
-  Intake add_field(LogTime time, const Vector& uT) {
-    return rule_.use_magnetometer ? hold(time, uT, field_) : Intake::missing;
+  UpdateStatus add_force(LogTime time, const Vector& mps2) { return hold(time, mps2, force_); }
+  UpdateStatus add_field(LogTime time, const Vector& uT) {
+    return rule_.use_magnetometer ? hold(time, uT, field_) : UpdateStatus::missing;
   }
-  MargIntake add(const MargSample& s) {
-    const Intake force = add_force(s.time, s.specific_force_mps2.cast<T>());
-    const Intake field = add_field(s.time, s.magnetic_field_uT.cast<T>());
+  MargUpdateStatus add(const MargSample& s) {
+    const UpdateStatus force = add_force(s.time, s.specific_force_mps2.cast<T>());
+    const UpdateStatus field = add_field(s.time, s.magnetic_field_uT.cast<T>());
     return {add_rate(s.time, s.angular_rate_radps.cast<T>()), force, field};
   }
 
@@ -81,14 +81,14 @@ class BasicAhrs {
     SampleClock clock{1.0};
   };
 
-  Intake hold(LogTime time, const Vector& reading, Held& held) {
-    if (!reading.allFinite()) return Intake::missing;
-    if (held.clock.check(time) == SampleClock::Verdict::late) return Intake::late;
+  UpdateStatus hold(LogTime time, const Vector& reading, Held& held) {
+    if (!reading.allFinite()) return UpdateStatus::missing;
+    if (held.clock.check(time) == SampleClock::Verdict::late) return UpdateStatus::late;
     const T norm = reading.norm();
-    if (!(norm > T(0))) return Intake::missing;
+    if (!(norm > T(0))) return UpdateStatus::missing;
     held.direction = reading / norm;
     if (!ready_) start();
-    return Intake::used;
+    return UpdateStatus::used;
   }
 
   /// Up by the accelerometer, then north by the magnetometer where there is one.

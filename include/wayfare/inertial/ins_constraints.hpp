@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/core/local_tangent_plane.hpp>
 #include <wayfare/filter/scalar_measurement.hpp>
+#include <wayfare/inertial/ins_state.hpp>
 
 namespace wayfare {
 
@@ -50,7 +50,7 @@ struct VelocityModel {
 /// At standstill a gyro reads its bias and the Earth's rotation (left to the variance: 7e-5 rad/s
 /// is below what any unit that needs this keeps).
 template <class T, int Offsets = 0>
-struct StandstillRateModel {
+struct ZeroTurnRateModel {
   int axis;
   T gyro_radps, variance;
 
@@ -65,14 +65,14 @@ struct StandstillRateModel {
 template <class T, int Offsets = 0>
 struct AntennaPositionModel {
   using Vector3 = Eigen::Matrix<T, 3, 1>;
-  const NavChart& chart;
+  const LocalTangentPlane& plane;
   Vector3 position_m;  ///< on the chart
   Vector3 direction, lever_m;
   T variance;
 
   using Row = SparseRow<T, 6>;
   [[nodiscard]] ScalarMeasurement<T, Row> operator()(const InsState<T, Offsets>& x) const {
-    const EarthAt<T> at = chart.earth(x.position_m);
+    const EarthAt<T> at = plane.earth(x.position_m);
     const Vector3 ground(T(1) / at.north_scale, T(1) / at.east_scale, T(1));
     const Vector3 by_position = direction.cwiseProduct(ground);
     const Vector3 by_attitude = lever_m.cross(Vector3(x.q_nu.inverse() * direction));

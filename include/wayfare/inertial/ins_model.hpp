@@ -6,9 +6,9 @@
 #include <Eigen/Core>
 
 #include <wayfare/filter/gauss_markov.hpp>
+#include <wayfare/inertial/detail/ins_transition.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/inertial/ins_state.hpp>
-#include <wayfare/inertial/detail/ins_transition.hpp>
 #include <wayfare/inertial/strapdown.hpp>
 
 namespace wayfare {
@@ -86,7 +86,8 @@ class InsModel {
   using Vector3 = Eigen::Matrix<T, 3, 1>;
   using Matrix3 = Eigen::Matrix<T, 3, 3>;
 
-  InsModel(const NavChart& chart, const InsNoise<T>& noise) : chart_(chart), noise_(noise) {}
+  InsModel(const LocalTangentPlane& plane, const InsNoise<T>& noise)
+      : plane_(plane), noise_(noise) {}
 
   /// Works out what steps of exactly this length share, for a model that is kept: no result
   /// changes, each comes sooner.
@@ -97,12 +98,13 @@ class InsModel {
 
   [[nodiscard]] InsStep<T, Offsets> operator()(const State& x, const ImuInterval& u) const {
     const T dt = T(u.dt_s);
-    const EarthAt<T> at = chart_.earth(x.position_m);
+    const EarthAt<T> at = plane_.earth(x.position_m);
     const CorrectedImu<T> imu(x, u);
-    const InertialIncrement<T> felt =
+    const InertialIncrement<T> measured =
         integrate(imu.begin_rate, imu.end_rate, imu.begin_force, imu.end_force, dt);
-    const Navigation<T> next = strapdown_step({x.position_m, x.velocity_mps, x.q_nu}, at, felt, dt);
-    InsStep<T, Offsets> step{x, transition(x, at, imu, felt, u.dt_s)};
+    const Navigation<T> next =
+        strapdown_step({x.position_m, x.velocity_mps, x.q_nu}, at, measured, dt);
+    InsStep<T, Offsets> step{x, transition(x, at, imu, measured, u.dt_s)};
     step.state.position_m = next.position_m;
     step.state.velocity_mps = next.velocity_mps;
     step.state.q_nu = next.q_nu;
@@ -120,8 +122,8 @@ class InsModel {
   }
 
   InsTransition<T, Offsets> transition(const State& x, const EarthAt<T>& at,
-                                       const CorrectedImu<T>& imu, const InertialIncrement<T>& felt,
-                                       double dt_s) const {
+                                       const CorrectedImu<T>& imu,
+                                       const InertialIncrement<T>& measured, double dt_s) const {
     const T dt = T(dt_s);
     InsTransition<T, Offsets> f;
     f.dt_s = dt;
@@ -129,16 +131,16 @@ class InsModel {
     const LevelRates<T> rates = level_rates(at, x.velocity_mps);
     f.velocity_turn = -dt * (T(2) * rates.earth + rates.transport);
     const Matrix3 c = x.q_nu.matrix();
-    f.velocity_attitude = -c * skew(felt.velocity_mps);
+    f.velocity_attitude = -c * skew(measured.velocity_mps);
     f.velocity_accel_bias = c * (-dt * imu.inverse_accel_scale).asDiagonal();
-    f.scale_force = beyond_noise(felt.mean_force_mps2, noise_.accel_white, 3, dt);
+    f.scale_force = beyond_noise(measured.mean_force_mps2, noise_.accel_white, 3, dt);
     const Vector3 turned =
-        felt.rotation_rad - c.transpose() * Vector3(dt * (rates.earth + rates.transport));
+        measured.rotation_rad - c.transpose() * Vector3(dt * (rates.earth + rates.transport));
     const Matrix3 k = skew(turned);
     f.attitude_attitude = Matrix3::Identity() - k + T(0.5) * k * k;
     f.attitude_gyro_bias = -dt * imu.inverse_gyro_scale;
     f.attitude_gyro_scale = f.attitude_gyro_bias.cwiseProduct(
-        beyond_noise(felt.mean_rate_radps, noise_.gyro_white, 0, dt));
+        beyond_noise(measured.mean_rate_radps, noise_.gyro_white, 0, dt));
     noise(f, c, dt_s);
     return f;
   }
@@ -147,13 +149,13 @@ class InsModel {
   /// regressor that contains the very noise it is regressed on draws its coefficient to one side
   /// (Fuller 1987, section 1.1), here the scale of an axis the vehicle seldom turns about, and in
   /// hours by many times what the filter believes.
-  Vector3 beyond_noise(const Vector3& felt, const Vector3& white, int bias, const T& dt) const {
+  Vector3 beyond_noise(const Vector3& measured, const Vector3& white, int bias, const T& dt) const {
     constexpr double kSigmas = 3.0;
     Vector3 beyond;
     for (int i = 0; i < 3; ++i) {
       const T variance = white[i] * white[i] / dt + noise_.sigma[bias + i] * noise_.sigma[bias + i];
-      const MaskOf<T> told = felt[i] * felt[i] > T(kSigmas * kSigmas) * variance;
-      beyond[i] = select(told, felt[i], T(0));
+      const MaskOf<T> told = measured[i] * measured[i] > T(kSigmas * kSigmas) * variance;
+      beyond[i] = select(told, measured[i], T(0));
     }
     return beyond;
   }
@@ -187,7 +189,7 @@ class InsModel {
     f.clock_offset_noise = noise_.clock_offset_walk * noise_.clock_offset_walk * dt;
   }
 
-  NavChart chart_;
+  LocalTangentPlane plane_;
   InsNoise<T> noise_;
   double prepared_dt_s_ = 0.0;
   ErrorSteps prepared_;

@@ -23,8 +23,8 @@ inline constexpr int kClock = 21;       ///< receiver clock bias (m) and drift (
 inline constexpr int kSize = 23;
 }  // namespace ins_state
 
-/// `position_m` is on a NavChart; `q_nu` rotates the unit's axes to local level. `Offsets` more
-/// clocks follow the receiver's own: of further satellite systems, relative to it, in metres.
+/// `position_m` is on a LocalTangentPlane; `q_nu` rotates the unit's axes to local level. `Offsets`
+/// more clocks follow the receiver's own: of further satellite systems, relative to it, in metres.
 template <class T, int Offsets = 0>
 struct InsState {
   using Scalar = T;

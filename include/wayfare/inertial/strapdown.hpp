@@ -6,9 +6,9 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/local_tangent_plane.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/sensors/imu.hpp>
-#include <wayfare/core/local_tangent_plane.hpp>
 
 namespace wayfare {
 
@@ -77,13 +77,13 @@ struct Navigation {
 /// what the level turned meanwhile.
 template <class T>
 [[nodiscard]] Navigation<T> strapdown_step(const Navigation<T>& x, const EarthAt<T>& at,
-                                           const InertialIncrement<T>& felt, const T& dt) {
+                                           const InertialIncrement<T>& measured, const T& dt) {
   using Vector3 = Eigen::Matrix<T, 3, 1>;
   const LevelRates<T> rates = level_rates(at, x.velocity_mps);
   const Vector3 level_turn = dt * (rates.earth + rates.transport);
   Navigation<T> y;
-  y.q_nu = x.q_nu * SO3<T>::exp(felt.rotation_rad - x.q_nu.inverse() * level_turn);
-  const Vector3 pushed = x.q_nu * felt.velocity_mps;
+  y.q_nu = x.q_nu * SO3<T>::exp(measured.rotation_rad - x.q_nu.inverse() * level_turn);
+  const Vector3 pushed = x.q_nu * measured.velocity_mps;
   const Vector3 coriolis = (T(2) * rates.earth + rates.transport).cross(x.velocity_mps);
   y.velocity_mps = x.velocity_mps + pushed - T(0.5) * level_turn.cross(pushed) - dt * coriolis;
   y.velocity_mps[2] += dt * at.gravity_mps2;

@@ -11,6 +11,7 @@
 #include <wayfare/core/se2.hpp>
 #include <wayfare/io/image.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
 
 namespace wayfare::io {
 
@@ -31,6 +32,9 @@ struct MapImageOptions {
   double free_threshold = 0.196;
   WriteOptions file = {};
 };
+
+/// The cells of `map` within its bounds; a single unknown one where nothing was observed.
+[[nodiscard]] GridImage grid_image(const OccupancyGrid& map);
 
 /// The picture for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
 [[nodiscard]] Result<std::string> format_pgm(const GridImage& grid,

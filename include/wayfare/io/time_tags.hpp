@@ -40,6 +40,6 @@ struct TimeTagFile {
 /// beside the tag by which it had come. Streams logged with CR LF and stored with LF alone are
 /// recognised by the bytes that the last tag counts and the file does not have.
 [[nodiscard]] Result<ClockFit<LogClock>> fit_time_tags(const ImuFile& file,
-                                                          const TimeTagFile& tags);
+                                                       const TimeTagFile& tags);
 
 }  // namespace wayfare::io

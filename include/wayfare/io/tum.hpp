@@ -12,7 +12,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::io {
 

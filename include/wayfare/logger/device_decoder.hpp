@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/core/detail/bytes.hpp>
 
 namespace wayfare::logger {
 

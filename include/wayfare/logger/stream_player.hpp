@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/logger/serial_port.hpp>
 
 namespace wayfare::logger {

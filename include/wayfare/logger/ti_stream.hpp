@@ -4,7 +4,7 @@
 
 #include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
-#include <wayfare/decode/ti_radar_scan.hpp>
+#include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/sync/clock_envelope.hpp>
 
 namespace wayfare::logger {

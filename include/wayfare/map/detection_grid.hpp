@@ -32,8 +32,8 @@ struct DetectionViewOptions {
 /// ln of how many detections lie around every cell, over the most that lie around one. For a sensor
 /// that detects the same things again and again, and between them anything, the density tells
 /// places apart where the probability that a cell is occupied has long come to 1 in all of them.
-[[nodiscard]] Result<MatchGrid> detection_grid(const OccupancyGrid& grid,
-                                               const DetectionViewOptions& options = {});
+[[nodiscard]] Result<LikelihoodField> detection_grid(const OccupancyGrid& grid,
+                                                     const DetectionViewOptions& options = {});
 
 /// The same where the points of one scan can come to lie, a view fresh for every scan and particle.
 /// Farther than the reach from the points' expected places it holds no promise.
@@ -42,12 +42,13 @@ class DetectionFieldMaker {
   /// Makes `view` in its own memory. Errors: no points, a pose or points that are not finite or too
   /// far apart, options out of range (`most` must be given); then `view` is left empty.
   Result<void> make(const OccupancyGrid& grid, const PointSet& points, const SE2d& T_map_points,
-                    const FieldReach& reach, const DetectionViewOptions& options, MatchGrid& view);
+                    const FieldReach& reach, const DetectionViewOptions& options,
+                    LikelihoodField& view);
 
  private:
   void prepare_kernel(double sigma_cells);
   void spread(const OccupancyGrid& grid, const CellBox& box, double hit_nats);
-  void write(const DetectionViewOptions& options, MatchGrid& view) const;
+  void write(const DetectionViewOptions& options, LikelihoodField& view) const;
 
   int radius_ = -1;
   double sigma_cells_ = -1.0;

@@ -80,8 +80,8 @@ struct DistanceLikelihood {
   /// Of a point far from every wall: what people and things not in the map do.
   double floor_probability = 0.05;
 };
-[[nodiscard]] Result<MatchGrid> likelihood_field(const DistanceField& distances,
-                                                 const DistanceLikelihood& likelihood = {});
+[[nodiscard]] Result<LikelihoodField> likelihood_field(const DistanceField& distances,
+                                                       const DistanceLikelihood& likelihood = {});
 
 /// Ranges a sensor would measure in the map, sixteen rays at a time.
 class RayCaster {

@@ -8,8 +8,8 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/map/detail/scan_raster.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
 #include <wayfare/sensors/point_set.hpp>
 

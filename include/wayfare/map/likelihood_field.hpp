@@ -8,8 +8,8 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/cell.hpp>
-#include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/map/detail/padded_table.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/sensors/point_set.hpp>
 
 namespace wayfare {
@@ -17,12 +17,12 @@ namespace wayfare {
 /// The map as matchers read it: for every cell the log-likelihood of a scan point falling into it,
 /// quantised to `ln p = floor + step · value`, value in [0, kMaxValue], 0 outside. Not changed once
 /// made, but by the makers below.
-class MatchGrid : public PaddedTable {
+class LikelihoodField : public PaddedTable {
  public:
   /// 255·16: fits a byte as a ceiling of sixteenths, and 16 of them fit 16 bits.
   static constexpr int kMaxValue = 4080;
 
-  MatchGrid() = default;
+  LikelihoodField() = default;
 
   /// ln p of value 0, and of one unit of value.
   [[nodiscard]] double log_floor() const { return log_floor_; }
@@ -49,8 +49,8 @@ struct OccupancyViewOptions {
 };
 
 /// ln of the occupancy probability of every cell, as (b) below but from a log-odds grid.
-[[nodiscard]] Result<MatchGrid> match_grid(const OccupancyGrid& grid,
-                                           const OccupancyViewOptions& options = {});
+[[nodiscard]] Result<LikelihoodField> likelihood_field(const OccupancyGrid& grid,
+                                                       const OccupancyViewOptions& options = {});
 
 /// Points and the pose that places them in the map.
 struct PlacedPoints {
@@ -73,9 +73,9 @@ struct LikelihoodFieldOptions {
 class LikelihoodFieldMaker {
  public:
   /// Rebuilds `grid` in its own memory. Points or poses that are not finite are refused, as is a
-  /// field of more than MatchGrid::kMaxCells; then `grid` is left empty.
+  /// field of more than LikelihoodField::kMaxCells; then `grid` is left empty.
   Result<void> make(std::span<const PlacedPoints> scans, const LikelihoodFieldOptions& options,
-                    MatchGrid& grid);
+                    LikelihoodField& grid);
 
  private:
   void prepare_kernels(const LikelihoodFieldOptions& options);
@@ -88,7 +88,7 @@ class LikelihoodFieldMaker {
   Cell base_;
 };
 
-[[nodiscard]] Result<MatchGrid> likelihood_field(std::span<const PlacedPoints> scans,
-                                                 const LikelihoodFieldOptions& options = {});
+[[nodiscard]] Result<LikelihoodField> likelihood_field(std::span<const PlacedPoints> scans,
+                                                       const LikelihoodFieldOptions& options = {});
 
 }  // namespace wayfare

@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <vector>
 
+#include <wayfare/map/detail/scan_raster.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/map/probability_grid.hpp>
-#include <wayfare/map/detail/scan_raster.hpp>
 
 namespace wayfare {
 

@@ -37,7 +37,8 @@ class OccupancyFieldMaker {
   /// Makes `view` in its own memory. Errors: no points, a pose or points that are not finite or too
   /// far apart, options out of range; then `view` is left empty.
   Result<void> make(const OccupancyGrid& grid, const PointSet& points, const SE2d& T_map_points,
-                    const FieldReach& reach, const OccupancyFieldOptions& options, MatchGrid& view);
+                    const FieldReach& reach, const OccupancyFieldOptions& options,
+                    LikelihoodField& view);
 
  private:
   void prepare_kernels(const OccupancyFieldOptions& options, double resolution_m);
@@ -45,7 +46,8 @@ class OccupancyFieldMaker {
   [[nodiscard]] CellBox reachable_blocks(const CellBox& box, float max_norm_m,
                                          const FieldReach& reach, double resolution_m) const;
   void mark(const PointSet& points, const FieldReach& reach, double resolution_m);
-  void stamp_block(const OccupancyGrid::Tiles::Tile& tile, const Cell& corner, MatchGrid& view);
+  void stamp_block(const OccupancyGrid::Tiles::Tile& tile, const Cell& corner,
+                   LikelihoodField& view);
 
   OccupancyFieldOptions prepared_{0.0, 0.0, 0.0};
   double prepared_resolution_m_ = 0.0;

@@ -46,7 +46,7 @@ struct OccupancyGridOptions {
 /// share tiles.
 class OccupancyGrid {
  public:
-  using Tiles = CowTiles<std::int16_t>;
+  using Tiles = CopyOnWriteTiles<std::int16_t>;
   static constexpr std::int16_t kUnknown = std::numeric_limits<std::int16_t>::min();
 
   explicit OccupancyGrid(const OccupancyGridOptions& options = {})

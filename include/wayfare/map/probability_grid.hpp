@@ -4,8 +4,8 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/map/detail/padded_table.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
 
 namespace wayfare {
 

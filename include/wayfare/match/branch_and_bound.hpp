@@ -32,10 +32,10 @@ struct MergedPoints {
 /// match. Keeps its scratch memory between calls: one matcher a thread.
 class BranchAndBoundMatcher {
  public:
-  using Map = MaxPyramid;
+  using Map = PrecomputationGrids;
   static constexpr std::int64_t kMaxCandidates = std::int64_t{1} << 34;
 
-  Result<std::optional<MatchResult>> match(const MaxPyramid& map, const PointSet& points,
+  Result<std::optional<MatchResult>> match(const PrecomputationGrids& map, const PointSet& points,
                                            const SE2d& prior, const SearchWindow& window,
                                            const MatchOptions& options = {});
 
@@ -61,8 +61,8 @@ class BranchAndBoundMatcher {
 
   std::vector<std::int32_t> u_, v_, index_;
   std::vector<float> x_, y_, copy_;  // the points in the order they are looked at
-  std::array<detail::MergedPoints, MaxPyramid::kLevels> merged_;
-  std::array<std::vector<Row>, MaxPyramid::kLevels> rows_, batch_;
+  std::array<detail::MergedPoints, PrecomputationGrids::kLevels> merged_;
+  std::array<std::vector<Row>, PrecomputationGrids::kLevels> rows_, batch_;
   std::vector<Group> groups_;
   std::vector<std::int32_t> order_;
   std::vector<std::pair<int, int>> fit_;

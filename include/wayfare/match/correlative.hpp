@@ -32,16 +32,17 @@ struct ScoreSurface {
 /// smallest (k, y, x). Keeps its scratch memory between calls: one matcher a thread.
 class CorrelativeMatcher {
  public:
-  using Map = MatchGrid;
+  using Map = LikelihoodField;
   static constexpr std::int64_t kMaxCandidates = std::int64_t{1} << 30;
   /// For score surfaces and covariances, which keep every candidate.
   static constexpr std::int64_t kMaxSurface = std::int64_t{1} << 24;
 
-  Result<std::optional<MatchResult>> match(const MatchGrid& grid, const PointSet& points,
+  Result<std::optional<MatchResult>> match(const LikelihoodField& grid, const PointSet& points,
                                            const SE2d& prior, const SearchWindow& window,
                                            const MatchOptions& options = {});
-  Result<ScoreSurface> surface(const MatchGrid& grid, const PointSet& points, const SE2d& prior,
-                               const SearchWindow& window, const MatchOptions& options = {});
+  Result<ScoreSurface> surface(const LikelihoodField& grid, const PointSet& points,
+                               const SE2d& prior, const SearchWindow& window,
+                               const MatchOptions& options = {});
 
  private:
   std::vector<std::int32_t> u_, v_, index_;

@@ -17,8 +17,8 @@ struct GaussNewtonOptions {
   Interpolation interpolation = Interpolation::bilinear;
   /// On each table; one that finds nothing better ends sooner.
   int max_iterations = 10;
-  /// The coarsest table is climbed from the prior turned by multiples of this too, as far as the window
-  /// reaches, and the best end goes on; zero: from the prior alone.
+  /// The coarsest table is climbed from the prior turned by multiples of this too, as far as the
+  /// window reaches, and the best end goes on; zero: from the prior alone.
   Angle start_step{};
   /// A step shorter than this ends a table's climb, m and rad.
   double tolerance = 1e-4;

@@ -75,7 +75,7 @@ struct WallOptions {
   double tracking_m = 0.15;         ///< how far from its prediction a wall is looked for
   double least_correlation = 0.25;  ///< tracking ends below: the walls are to be acquired anew
   int least_beams = 8;              ///< of a wall
-  double least_share = 0.2;        ///< of the beams that should meet a wall, that do
+  double least_share = 0.2;         ///< of the beams that should meet a wall, that do
   bool end_walls = true;            ///< look for a wall across
 };
 

@@ -56,7 +56,7 @@ class PoseProposal {
   static constexpr int kMaxHalf = 31;
 
   /// Errors: no points, an empty map, covariances that are not positive definite.
-  Result<PoseDraw> draw(const MatchGrid& grid, const PointSet& points,
+  Result<PoseDraw> draw(const LikelihoodField& grid, const PointSet& points,
                         const Gaussian<SE2d>& proposal, const Gaussian<SE2d>& motion, Rng& rng,
                         const PoseProposalOptions& options = {});
 
@@ -73,7 +73,7 @@ class PoseProposal {
 
   static Slice thrown(const Lattice& lattice, int k, Rng& rng);
   static void finish(const Quadratic& f, double per_value, const Lattice& lattice, double* out);
-  void score(const MatchGrid& grid, const PointSet& points, const Slice& slice,
+  void score(const LikelihoodField& grid, const PointSet& points, const Slice& slice,
              const Lattice& lattice, double* out);
   PoseDraw drawn(const Lattice& lattice, Rng& rng);
   [[nodiscard]] std::size_t pick(double sum) const;

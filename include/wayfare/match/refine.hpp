@@ -14,7 +14,7 @@ struct FieldSample {
   double log_likelihood;
   Eigen::Vector2d gradient;
 };
-[[nodiscard]] FieldSample interpolate(const MatchGrid& grid, const Eigen::Vector2d& p_map);
+[[nodiscard]] FieldSample interpolate(const LikelihoodField& grid, const Eigen::Vector2d& p_map);
 
 struct RefineOptions {
   int max_iterations = 10;
@@ -40,7 +40,7 @@ struct RefineResult {
 /// scan-to-map step of Kohlbrecher et al. 2011). Never worse than its start. The bilinear field has
 /// kinks, which slow the climb: in a room the default's ten iterations end about 5 mm from the
 /// summit (up to 15 mm, 7e-4 nats a point below it), 200 within 1 mm in three cases of four.
-[[nodiscard]] Result<RefineResult> refine(const MatchGrid& grid, const PointSet& points,
+[[nodiscard]] Result<RefineResult> refine(const LikelihoodField& grid, const PointSet& points,
                                           const SE2d& start, const RefineOptions& options = {});
 
 }  // namespace wayfare

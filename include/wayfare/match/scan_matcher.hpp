@@ -54,7 +54,8 @@ struct MatchResult {
   Candidate candidate;
   std::int64_t candidates = 0;
   /// Of (x, y, θ) in the matched pose's own axes, never wider than the window: what the scores'
-  /// distribution over the window says (Olson 2009), or the inverse of the information at the match.
+  /// distribution over the window says (Olson 2009), or the inverse of the information at the
+  /// match.
   std::optional<Eigen::Matrix3d> covariance;
   /// Given with the covariance.
   std::optional<SceneConstraint> constraint;

@@ -48,7 +48,7 @@ struct InputJacobian {
 };
 
 /// From the way each wheel rolled, forward positive.
-struct WheelMotion {
+struct DifferentialDriveModel {
   double wheel_base_m = 0.4;
   /// Standard deviation of each wheel's way after one metre, growing with the root of the distance.
   double slip_m_per_sqrt_m = 0.004;
@@ -123,7 +123,7 @@ inline Gaussian<SE2d> increment_of(const InputJacobian& j, const Eigen::Vector2d
 }
 }  // namespace detail
 
-inline Gaussian<SE2d> WheelMotion::operator()(double left_m, double right_m) const {
+inline Gaussian<SE2d> DifferentialDriveModel::operator()(double left_m, double right_m) const {
   return detail::increment_of(linearised(left_m, right_m), input_variances(left_m, right_m),
                               ground.covariance(twist(left_m, right_m)));
 }
@@ -138,8 +138,8 @@ inline Gaussian<SE2d> GyroMotion::operator()(double along_m, double turn_rate_ra
 /// Both as one, by the product of their densities (Zhang 2020, equation 5.4), the heading's
 /// difference wrapped. It takes the two for independent: where both have their way along from the
 /// same wheels, that part of the covariance comes out at half its due, and the caller who minds
-/// gives GyroMotion::along_m_per_sqrt_m a value √2 times larger, and WheelMotion's slip likewise.
-/// An Error where neither covariance is definite in some direction.
+/// gives GyroMotion::along_m_per_sqrt_m a value √2 times larger, and DifferentialDriveModel's slip
+/// likewise. An Error where neither covariance is definite in some direction.
 [[nodiscard]] inline Result<Gaussian<SE2d>> fuse(const Gaussian<SE2d>& wheels,
                                                  const Gaussian<SE2d>& gyro) {
   return product(wheels, gyro);

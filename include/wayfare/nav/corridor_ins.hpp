@@ -13,10 +13,10 @@
 
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/match/lines.hpp>
-#include <wayfare/sensors/recording.hpp>
-#include <wayfare/nav/detail/corridor_motion.hpp>
 #include <wayfare/inertial/reduced_ins.hpp>
+#include <wayfare/match/lines.hpp>
+#include <wayfare/nav/detail/corridor_motion.hpp>
+#include <wayfare/sensors/recording.hpp>
 
 namespace wayfare {
 

@@ -15,11 +15,11 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
+#include <wayfare/inertial/imu_noise.hpp>
+#include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/sensors/gnss.hpp>
 #include <wayfare/sensors/imu.hpp>
 #include <wayfare/sensors/nav_state.hpp>
-#include <wayfare/inertial/imu_noise.hpp>
-#include <wayfare/inertial/ins_state.hpp>
 
 namespace wayfare {
 
@@ -45,8 +45,8 @@ struct GnssInsOptions {
   double non_holonomic_sigma_mps = 0.1;
   /// Standing still, seen by the unit itself, holds velocity and turn rate at zero.
   bool zero_velocity_updates = true;
-  /// Of the spread by which a gyro's readings differ from one to the next beyond its own noise, this
-  /// share is taken as an error of every reading: vibration faster than half the sampling rate
+  /// Of the spread by which a gyro's readings differ from one to the next beyond its own noise,
+  /// this share is taken as an error of every reading: vibration faster than half the sampling rate
   /// comes back as slow turning. 0: the unit is damped or filtered well; 1: all of it is noise.
   double gyro_vibration_share = 0.5;
   /// A gap of the unit longer than this ends the inertial solution until it can start anew, s.

@@ -11,10 +11,10 @@
 #include <Eigen/Core>
 
 #include <wayfare/filter/ekf.hpp>
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/gnss/range_model.hpp>
 #include <wayfare/inertial/ins_constraints.hpp>
 #include <wayfare/inertial/ins_model.hpp>
-#include <wayfare/gnss/range_model.hpp>
+#include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare {
 
@@ -33,13 +33,13 @@ class InsFilter {
   /// around `anchor`; its clock bias is relative to `clock_anchor_m`.
   InsFilter(const Geodetic& anchor, double clock_anchor_m, const State& state,
             const Square& covariance, const InsNoise<T>& noise, const Eigen::Vector3d& lever_m)
-      : chart_(anchor),
+      : plane_(anchor),
         clock_anchor_m_(clock_anchor_m),
         noise_(noise),
         lever_m_(lever_m.cast<T>()),
         filter_(state, covariance) {}
 
-  [[nodiscard]] const NavChart& chart() const { return chart_; }
+  [[nodiscard]] const LocalTangentPlane& plane() const { return plane_; }
   [[nodiscard]] double clock_anchor_m() const { return clock_anchor_m_; }
   [[nodiscard]] const State& state() const { return filter_.state(); }
   [[nodiscard]] const Square& covariance() const { return filter_.covariance(); }
@@ -52,7 +52,7 @@ class InsFilter {
   [[nodiscard]] Geodetic position(int i = 0) const {
     Eigen::Vector3d x;
     for (int k = 0; k < 3; ++k) x[k] = static_cast<double>(lane(state().position_m[k], i));
-    return chart_.geodetic(x);
+    return plane_.geodetic(x);
   }
   [[nodiscard]] double clock_bias_m(int i = 0) const {
     return clock_anchor_m_ + static_cast<double>(lane(state().clock[0], i));
@@ -60,7 +60,7 @@ class InsFilter {
 
   void predict(const ImuInterval& imu) {
     gyro_radps_ = imu.end_rate_radps.cast<T>();
-    filter_.predict(InsModel<T, Offsets>(chart_, noise_), imu);
+    filter_.predict(InsModel<T, Offsets>(plane_, noise_), imu);
     if (any(state().position_m.squaredNorm() > T(kReach_m * kReach_m))) recentre();
     const T clock = state().clock[0];
     if (any(clock * clock > T(kReach_m * kReach_m))) recentre_clock();
@@ -77,8 +77,8 @@ class InsFilter {
   }
   [[nodiscard]] RangeModel<T, Offsets> range_model(const CorrectedRange& satellite,
                                                    const T& sigma_m, int clock_offset = -1) const {
-    const SatelliteView view(satellite, chart_);
-    return {chart_,
+    const SatelliteView view(satellite, plane_);
+    return {plane_,
             view,
             satellite.range_m - view.anchor_range_m - clock_anchor_m_,
             sigma_m * sigma_m,
@@ -87,8 +87,8 @@ class InsFilter {
   }
   [[nodiscard]] RangeRateModel<T, Offsets> range_rate_model(const CorrectedRange& satellite,
                                                             const T& sigma_mps) const {
-    return {chart_,
-            SatelliteView(satellite, chart_),
+    return {plane_,
+            SatelliteView(satellite, plane_),
             satellite.range_rate_mps,
             sigma_mps * sigma_mps,
             lever_m_,
@@ -105,13 +105,13 @@ class InsFilter {
   static constexpr double kReach_m = 5000.0;
 
   void recentre() {
-    const NavChart next(position());
+    const LocalTangentPlane next(position());
     State x = state();
     for (int i = 0; i < LaneOf<T>::kLanes; ++i) {
       const Eigen::Vector3d moved = next.offset(position(i));
       for (int k = 0; k < 3; ++k) set_lane(x.position_m[k], i, moved[k]);
     }
-    chart_ = next;
+    plane_ = next;
     filter_.set_state(x);
   }
   void recentre_clock() {
@@ -122,7 +122,7 @@ class InsFilter {
     filter_.set_state(x);
   }
 
-  NavChart chart_;
+  LocalTangentPlane plane_;
   double clock_anchor_m_ = 0.0;
   InsNoise<T> noise_;
   Vector3 lever_m_ = Vector3::Zero(), gyro_radps_ = Vector3::Zero();

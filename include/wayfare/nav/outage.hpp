@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/core/parallel.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/nav/outage_errors.hpp>
-#include <wayfare/core/parallel_runs.hpp>
 #include <wayfare/sensors/gnss.hpp>
 
-namespace wayfare::eval {
+namespace wayfare {
 
 struct OutagePlan {
   /// Ascending.
@@ -117,7 +117,7 @@ inline OutageError mean_over_places(const OutageReport& report, std::size_t firs
     courses[i] = detail::one_outage(
         plan, {begin, begin + plan.durations.back(), plan.satellites_left[i / places]}, run, truth);
   };
-  for_each_run(runs, plan.threads, one, progress);
+  parallel_for(runs, plan.threads, one, progress);
 
   OutageReport report;
   for (auto& course : courses) {
@@ -131,4 +131,4 @@ inline OutageError mean_over_places(const OutageReport& report, std::size_t firs
   return report;
 }
 
-}  // namespace wayfare::eval
+}  // namespace wayfare

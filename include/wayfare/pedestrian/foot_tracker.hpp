@@ -9,13 +9,12 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/so3.hpp>
+#include <wayfare/inertial/detail/sample_clock.hpp>
 #include <wayfare/pedestrian/detail/foot_filter.hpp>
 #include <wayfare/pedestrian/detail/foot_noise.hpp>
-#include <wayfare/pedestrian/foot_parameters.hpp>
-#include <wayfare/pedestrian/foot_pose.hpp>
 #include <wayfare/pedestrian/detail/foot_readings.hpp>
 #include <wayfare/pedestrian/detail/foot_rest.hpp>
-#include <wayfare/inertial/detail/sample_clock.hpp>
+#include <wayfare/pedestrian/foot_parameters.hpp>
 #include <wayfare/sensors/imu.hpp>
 
 namespace wayfare {
@@ -29,16 +28,16 @@ class FootTracker {
   /// Takes a reading and hands those that are due to `sink(const FootPose&)`. Both sensors must
   /// have given something; what cannot be used leaves the state as it was.
   template <class Sink>
-  Intake add(const ImuSample& sample, Sink&& sink) {
-    const Intake intake = judge(sample);
-    if (intake != Intake::used && intake != Intake::saturated) return intake;
+  UpdateStatus add(const ImuSample& sample, Sink&& sink) {
+    const UpdateStatus status = judge(sample);
+    if (status != UpdateStatus::used && status != UpdateStatus::saturated) return status;
     if (broken_off_) finish(sink);
     broken_off_ = false;
     readings_.add(sample);
     hand_out(sink);
-    return intake;
+    return status;
   }
-  Intake add(const ImuSample& sample) {
+  UpdateStatus add(const ImuSample& sample) {
     return add(sample, [](const FootPose&) {});
   }
   /// Hands out what was waiting for later readings: at the end of a recording.
@@ -60,27 +59,29 @@ class FootTracker {
   using Vector = Eigen::Vector3d;
   static constexpr double kPatience_s = 1.0;
 
-  Intake judge(const ImuSample& s) {
+  UpdateStatus judge(const ImuSample& s) {
     const double rate = s.angular_rate_radps.cwiseAbs().maxCoeff();
     const double force = s.specific_force_mps2.cwiseAbs().maxCoeff();
     const bool has_rate = s.angular_rate_radps.allFinite();
     const bool has_force = s.specific_force_mps2.allFinite();
     const auto verdict = [](bool has, double reading, double range) {
-      return !has ? Intake::missing : reading >= range ? Intake::saturated : Intake::used;
+      return !has               ? UpdateStatus::missing
+             : reading >= range ? UpdateStatus::saturated
+                                : UpdateStatus::used;
     };
-    Intake gyro = verdict(has_rate, rate, p_.rate_range);
-    Intake accelerometer = verdict(has_force, force, p_.force_range);
-    Intake both = !has_rate || !has_force ? Intake::missing
-                  : gyro != Intake::used  ? gyro
-                                          : accelerometer;
+    UpdateStatus gyro = verdict(has_rate, rate, p_.rate_range);
+    UpdateStatus accelerometer = verdict(has_force, force, p_.force_range);
+    UpdateStatus both = !has_rate || !has_force      ? UpdateStatus::missing
+                        : gyro != UpdateStatus::used ? gyro
+                                                     : accelerometer;
     // What lies far outside the range was not measured.
     const bool absurd = rate > 4.0 * p_.rate_range || force > 4.0 * p_.force_range;
-    if (both != Intake::missing && !absurd) {
+    if (both != UpdateStatus::missing && !absurd) {
       const auto when = clock_.check(s.time);
-      if (when == SampleClock::Verdict::late) gyro = accelerometer = both = Intake::late;
+      if (when == SampleClock::Verdict::late) gyro = accelerometer = both = UpdateStatus::late;
       if (when == SampleClock::Verdict::first) broken_off_ = true;
     } else if (absurd) {
-      both = Intake::missing;
+      both = UpdateStatus::missing;
     }
     report_.gyro.note(gyro);
     report_.accelerometer.note(accelerometer);

@@ -8,14 +8,13 @@
 
 #include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/pedestrian/detail/magnetic_heading_drift.hpp>
-#include <wayfare/pedestrian/pedestrian_parameters.hpp>
-#include <wayfare/pedestrian/pedestrian_pose.hpp>
-#include <wayfare/pedestrian/step_detector.hpp>
-#include <wayfare/pedestrian/step_length.hpp>
 #include <wayfare/pedestrian/detail/straight_walk.hpp>
 #include <wayfare/pedestrian/detail/walk_covariance.hpp>
 #include <wayfare/pedestrian/detail/walking_direction.hpp>
 #include <wayfare/pedestrian/detail/walking_heading.hpp>
+#include <wayfare/pedestrian/pedestrian_parameters.hpp>
+#include <wayfare/pedestrian/step_detector.hpp>
+#include <wayfare/pedestrian/step_length.hpp>
 
 namespace wayfare {
 
@@ -28,42 +27,42 @@ class Pedestrian {
         detector_(parameters.steps),
         heading_(parameters.heading_time_s),
         straight_(parameters.straight),
-        field_drift_(parameters.field_drift),
+        magnetic_drift_(parameters.magnetic_drift),
         covariance_(parameters) {}
 
   /// Hands the pose after each step to `sink(const PedestrianPose&)`.
   template <class Sink>
-  MargIntake add(const MargSample& s, Sink&& sink) {
-    MargIntake intake = ahrs_.add(s);
-    if (field_drift_.on()) intake.magnetometer = take_field(s);
-    if (intake.gyro == Intake::used || intake.gyro == Intake::saturated) follow(s);
-    if (intake.accelerometer != Intake::missing && intake.accelerometer != Intake::late)
+  MargUpdateStatus add(const MargSample& s, Sink&& sink) {
+    MargUpdateStatus status = ahrs_.add(s);
+    if (magnetic_drift_.on()) status.magnetometer = take_field(s);
+    if (status.gyro == UpdateStatus::used || status.gyro == UpdateStatus::saturated) follow(s);
+    if (status.accelerometer != UpdateStatus::missing && status.accelerometer != UpdateStatus::late)
       detector_.add(s.time, s.specific_force_mps2, [&](const Step& step) { walk(step, sink); });
-    return intake;
+    return status;
   }
-  MargIntake add(const MargSample& s) {
+  MargUpdateStatus add(const MargSample& s) {
     return add(s, [](const PedestrianPose&) {});
   }
 
   /// Where the forward axis pointed, told from outside as by Ahrs::add_heading(): counter-clockwise
   /// from x, rad² of an error that is another at each. Needs PedestrianParameters::ahrs's history.
   /// Steps that come out from now on go by it. Not beside the field's drift.
-  Intake add_heading(LogTime time, Angle heading, double variance) {
-    if (field_drift_.on()) return Intake::waiting;
+  UpdateStatus add_heading(LogTime time, Angle heading, double variance) {
+    if (magnetic_drift_.on()) return UpdateStatus::waiting;
     const double before = forward_radians();
-    const Intake intake = ahrs_.add_heading({time, Angle::degrees(90) - heading, variance});
-    if (intake == Intake::used) heading_.turn(wrap_to_pi(forward_radians() - before));
-    return intake;
+    const UpdateStatus status = ahrs_.add_heading({time, Angle::degrees(90) - heading, variance});
+    if (status == UpdateStatus::used) heading_.turn(wrap_to_pi(forward_radians() - before));
+    return status;
   }
 
   [[nodiscard]] const PedestrianPose& pose() const { return pose_; }
   [[nodiscard]] const Ahrs<frame::Enu>& ahrs() const { return ahrs_; }
   [[nodiscard]] const WalkingDirection& direction() const { return direction_; }
-  [[nodiscard]] const FieldDrift& field_drift() const { return field_drift_; }
+  [[nodiscard]] const MagneticHeadingDrift& magnetic_drift() const { return magnetic_drift_; }
   [[nodiscard]] PedestrianReport report() const {
     PedestrianReport r = report_;
     r.ahrs = ahrs_.report();
-    if (field_drift_.on()) r.ahrs.magnetometer = field_drift_.report();
+    if (magnetic_drift_.on()) r.ahrs.magnetometer = magnetic_drift_.report();
     return r;
   }
 
@@ -71,13 +70,13 @@ class Pedestrian {
   static AhrsParameters attitude_parameters(const PedestrianParameters& p) {
     AhrsParameters ahrs = p.ahrs;
     ahrs.heading_axis = p.forward;
-    if (p.field_drift.offset_sigma_uT > 0.0) ahrs.use_magnetometer = false;
+    if (p.magnetic_drift.offset_sigma_uT > 0.0) ahrs.use_magnetometer = false;
     return ahrs;
   }
 
-  Intake take_field(const MargSample& s) {
-    return ahrs_.ready() ? field_drift_.add(s.time, ahrs_.q_world_body(), s.magnetic_field_uT)
-                         : Intake::waiting;
+  UpdateStatus take_field(const MargSample& s) {
+    return ahrs_.ready() ? magnetic_drift_.add(s.time, ahrs_.q_world_body(), s.magnetic_field_uT)
+                         : UpdateStatus::waiting;
   }
 
   [[nodiscard]] double forward_radians() const {
@@ -89,13 +88,13 @@ class Pedestrian {
   void follow(const MargSample& s) {
     if (!ahrs_.ready()) return;
     const auto q = ahrs_.q_world_body();
-    const double heading = forward_radians() + field_drift_.correction();
-    const double dt =
-        heading_.add(s.time, heading,
-                     field_drift_.on() ? field_drift_.variance() : ahrs_.world_covariance()(2, 2));
+    const double heading = forward_radians() + magnetic_drift_.correction();
+    const double dt = heading_.add(
+        s.time, heading,
+        magnetic_drift_.on() ? magnetic_drift_.variance() : ahrs_.world_covariance()(2, 2));
     if (s.specific_force_mps2.allFinite())
       direction_.add(q * s.specific_force_mps2,
-                     Angle::radians(heading_.now() - field_drift_.correction()), dt);
+                     Angle::radians(heading_.now() - magnetic_drift_.correction()), dt);
   }
 
   template <class Sink>
@@ -126,7 +125,7 @@ class Pedestrian {
   WalkingHeading heading_;
   WalkingDirection direction_;
   StraightWalk straight_;
-  FieldDrift field_drift_;
+  MagneticHeadingDrift magnetic_drift_;
   WalkCovariance covariance_;
   PedestrianPose pose_;
   PedestrianReport report_;

@@ -1,13 +1,19 @@
 #pragma once
 
+// What pedestrian dead reckoning hands out.
+
+#include <cstdint>
+
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
+#include <wayfare/inertial/attitude.hpp>
 #include <wayfare/pedestrian/detail/magnetic_heading_drift.hpp>
+#include <wayfare/pedestrian/detail/straight_walk.hpp>
 #include <wayfare/pedestrian/step.hpp>
 #include <wayfare/pedestrian/step_length.hpp>
-#include <wayfare/pedestrian/detail/straight_walk.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare {
 
@@ -56,7 +62,29 @@ struct PedestrianParameters {
   StraightWalkParameters straight;
   /// Drift taken away by a magnetometer that was never calibrated; headings then count from the
   /// start, by gyro and accelerometer.
-  FieldDriftParameters field_drift;
+  MagneticHeadingDriftParameters magnetic_drift;
+};
+
+/// After a step. World axes: x east, y north where there is a magnetometer, else as at the start.
+struct PedestrianPose {
+  LogTime time;
+  Eigen::Vector2d position_m = Eigen::Vector2d::Zero();
+  Angle heading;                                         ///< of walking, counter-clockwise from x
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< x, y in m, heading in rad
+  Step step{};
+  double length_m = 0.0;
+
+  [[nodiscard]] OdometrySample odometry() const {
+    return {time,
+            Transform2<frame::Odom, frame::Base>(SE2d(position_m.x(), position_m.y(), heading))};
+  }
+};
+
+struct PedestrianReport {
+  AhrsReport ahrs;
+  std::uint64_t steps = 0;
+  std::uint64_t without_heading = 0;  ///< steps before there was an attitude
+  double walked_m = 0.0;
 };
 
 }  // namespace wayfare

@@ -11,9 +11,9 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
-#include <wayfare/pedestrian/step.hpp>
 #include <wayfare/pedestrian/detail/band_pass_filter.hpp>
 #include <wayfare/pedestrian/detail/gait_start_detector.hpp>
+#include <wayfare/pedestrian/step.hpp>
 
 namespace wayfare {
 
@@ -26,10 +26,10 @@ class StepDetector {
 
   /// Hands the steps that are now known to `sink(const Step&)`.
   template <class Sink>
-  Intake add(LogTime time, const Eigen::Vector3d& force_mps2, Sink&& sink) {
-    if (!force_mps2.allFinite()) return Intake::missing;
+  UpdateStatus add(LogTime time, const Eigen::Vector3d& force_mps2, Sink&& sink) {
+    if (!force_mps2.allFinite()) return UpdateStatus::missing;
     const auto verdict = clock_.check(time);
-    if (verdict == SampleClock::Verdict::late) return Intake::late;
+    if (verdict == SampleClock::Verdict::late) return UpdateStatus::late;
     const bool saturated = force_mps2.cwiseAbs().maxCoeff() >= p_.force_range;
     const double strength = force_mps2.cwiseMin(p_.force_range).cwiseMax(-p_.force_range).norm();
     const double dt = clock_.step_s();
@@ -38,7 +38,7 @@ class StepDetector {
     } else {
       follow(time, strength, dt, sink);
     }
-    return saturated ? Intake::saturated : Intake::used;
+    return saturated ? UpdateStatus::saturated : UpdateStatus::used;
   }
 
   [[nodiscard]] std::uint64_t steps() const { return steps_; }
@@ -134,8 +134,8 @@ class StepDetector {
 
   StepParameters p_;
   SampleClock clock_{1.0};
-  StepBand band_;
-  StepOnset onset_;
+  BandPassFilter band_;
+  GaitStartDetector onset_;
   Usual usual_crest_, usual_swing_, usual_s_;
   double trough_ = 0.0, area_ = 0.0, area_s_ = 0.0;
   bool has_last_ = false, walking_ = false, walked_ = false;

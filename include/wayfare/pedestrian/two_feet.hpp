@@ -38,7 +38,7 @@ class TwoFeet {
 
   /// Hands poses to `sink(Side, const FootPose&)`, each foot's in its own axes (see position()).
   template <class Sink>
-  Intake add(Side side, const ImuSample& sample, Sink&& sink) {
+  UpdateStatus add(Side side, const ImuSample& sample, Sink&& sink) {
     return foot(side).add(sample, [&](const FootPose& pose) { take(side, pose, sink); });
   }
   template <class Sink>

@@ -8,8 +8,8 @@
 
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/ros/convert.hpp>
-#include <wayfare/ros/messages.hpp>
 #include <wayfare/ros/detail/node_output.hpp>
+#include <wayfare/ros/messages.hpp>
 
 namespace wayfare::ros {
 

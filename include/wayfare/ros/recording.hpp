@@ -16,11 +16,11 @@
 #include <wayfare/core/so3.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/ros/serialise.hpp>
 #include <wayfare/sensors/gnss.hpp>
 #include <wayfare/sensors/imu.hpp>
 #include <wayfare/sensors/marg.hpp>
 #include <wayfare/sensors/recording.hpp>
-#include <wayfare/ros/serialise.hpp>
 
 namespace wayfare::ros {
 

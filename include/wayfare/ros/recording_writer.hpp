@@ -11,9 +11,9 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/ros/serialise.hpp>
 #include <wayfare/sensors/marg.hpp>
 #include <wayfare/sensors/recording.hpp>
-#include <wayfare/ros/serialise.hpp>
 
 namespace wayfare::ros {
 

@@ -16,9 +16,9 @@
 
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/ros/convert.hpp>
+#include <wayfare/ros/detail/node_output.hpp>
 #include <wayfare/ros/frame_tree.hpp>
 #include <wayfare/ros/messages.hpp>
-#include <wayfare/ros/detail/node_output.hpp>
 #include <wayfare/slam/radar_slam_stream.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 

@@ -1,29 +1,13 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
-#include <wayfare/core/frame.hpp>
-#include <wayfare/core/time.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
 #include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sensors/wheels.hpp>
 
 namespace wayfare {
-
-/// Where dead reckoning says the robot is.
-struct OdometrySample {
-  LogTime time;
-  Transform2<frame::Odom, frame::Base> T_odom_base;
-};
-
-/// A time-stamped pose of an estimated or reference trajectory.
-struct StampedPose {
-  LogTime time;
-  Transform2<frame::Map, frame::Base> T_map_base;
-};
-
-using Trajectory = std::vector<StampedPose>;
 
 /// A robot's recorded run in memory, whatever file it came from. Each stream is in order of time;
 /// any of them may be empty.

@@ -46,7 +46,7 @@ enum class MotionPattern { straight = 1, curved = 2 };
 /// constant, one that drifts at a constant rate, a first-order Gauss-Markov part, and white noise.
 struct CorridorGyro {
   double largest_bias_rad_s = 0.0349;  ///< 2 °/s: the constant part is drawn evenly within
-  double drift_rad_s2 = 6e-6;        ///< its sign is drawn
+  double drift_rad_s2 = 6e-6;          ///< its sign is drawn
   double walk_sigma_rad_s = 3.5e-5;    ///< of the Gauss-Markov part, 0.002 °/s
   double walk_tau_s = 100.0;
   double angle_random_walk_rad_per_sqrt_s = 6.545e-4;  ///< 2.25 °/√h
@@ -61,7 +61,7 @@ struct CorridorDriveParams {
   double corner_radius_m = 1.0;
   double weave_rad = 0.26;      ///< of the curved pattern: largest heading off the corridor's
   double weave_length_m = 4.0;  ///< there and back to the middle
-  double rest_s = 120.0;         ///< standing before the drive
+  double rest_s = 120.0;        ///< standing before the drive
   CorridorGyro gyro;
   double speed_scale_sigma = 0.005;   ///< the wheels' scale error is drawn with this
   double slip_m_per_sqrt_m = 0.0005;  ///< random part of the distance rolled

@@ -9,7 +9,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sensors/wheels.hpp>
 
 namespace wayfare::sim {

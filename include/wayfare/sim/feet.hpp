@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/sensors/imu.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
+#include <wayfare/sensors/imu.hpp>
 
 namespace wayfare::sim {
 

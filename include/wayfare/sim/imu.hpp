@@ -5,8 +5,8 @@
 #include <vector>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/sensors/imu.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
+#include <wayfare/sensors/imu.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 
 namespace wayfare::sim {

@@ -12,12 +12,12 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/parallel.hpp>
 #include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/nav_error.hpp>
-#include <wayfare/core/parallel_runs.hpp>
+#include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/sim/imu.hpp>
 #include <wayfare/sim/ranges.hpp>
-#include <wayfare/nav/gnss_ins.hpp>
 
 namespace wayfare::sim {
 
@@ -144,7 +144,7 @@ inline InsErrorAt error_at(const GnssInsEstimate& e, const NavState& truth, cons
   const auto one = [&](std::size_t r) {
     courses[r] = ins_error_course(trajectory, constellation, options, rng.stream(r));
   };
-  eval::for_each_run(runs, options.threads, one, progress);
+  parallel_for(runs, options.threads, one, progress);
   return courses;
 }
 

@@ -2,11 +2,14 @@
 
 // A whole run: a robot drives a route through a plan, and its sensors are recorded.
 
+// Recordings cut and joined: what a robot that is lifted and put down elsewhere records.
+
 #include <functional>
 #include <span>
 #include <stop_token>
 #include <vector>
 
+#include <wayfare/core/time.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/sim/differential_drive.hpp>
 #include <wayfare/sim/lidar_2d.hpp>
@@ -47,5 +50,13 @@ struct SimulationControl {
                                                       std::span<const Eigen::Vector2d> route_m,
                                                       const RobotParams& params, const Rng& rng,
                                                       const SimulationControl& control = {});
+
+/// What was recorded in [from, to), at the times it was.
+[[nodiscard]] Recording part_of(const Recording& recording, LogTime from, LogTime to);
+
+/// The robot is carried, without noticing, from where it was at `from` to where it was at `to`:
+/// what lies between is cut out, later times move forward to close the gap, odometry goes on as if
+/// nothing had happened and truth jumps; from <= to.
+[[nodiscard]] Recording kidnapped(const Recording& recording, LogTime from, LogTime to);
 
 }  // namespace wayfare::sim

@@ -9,7 +9,6 @@
 // become loop closures; the graph is optimised whenever one was found.
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,8 +19,9 @@
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/sensors/recording.hpp>
 #include <wayfare/motion/motion_noise.hpp>
+#include <wayfare/sensors/recording.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 
 namespace wayfare {
 
@@ -65,15 +65,6 @@ struct GraphSlamOptions {
   double loop_kernel_sigmas = 1.0;  ///< Cauchy kernel of loop closures; smaller: more suspicious
 
   int threads = 1;  ///< loop candidates matched at a time; the result is the same for any number
-};
-
-/// What became of one scan.
-struct ScanOutcome {
-  Transform2<frame::Map, frame::Base> T_map_base;
-  double score = 0.0;    ///< agreement with the local map in [0, 1]; 0 where not matched
-  bool matched = false;  ///< false: too few points or no agreement, the motion model stands
-  bool became_node = false;
-  int loop_closures = 0;  ///< found at this scan
 };
 
 struct GraphSlamStatistics {
@@ -126,9 +117,6 @@ struct GraphSlamRun {
   std::size_t refused_scans = 0;
   std::string first_refusal;  ///< why the first of them was
 };
-
-/// Called with the fraction done; return false to stop, which ends with what there is so far.
-using SlamProgress = std::function<bool(double fraction)>;
 
 /// Runs graph SLAM over `recording` (odometry interpolated at the scans' times). An Error where no
 /// scan could be used.

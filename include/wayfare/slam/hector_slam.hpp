@@ -15,12 +15,12 @@
 #include <wayfare/core/so3.hpp>
 #include <wayfare/map/multi_resolution_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
+#include <wayfare/motion/motion_noise.hpp>
 #include <wayfare/sensors/level_scan.hpp>
 #include <wayfare/sensors/marg.hpp>
 #include <wayfare/sensors/recording.hpp>
-#include <wayfare/motion/motion_noise.hpp>
 #include <wayfare/slam/detail/carrier_filter.hpp>
-#include <wayfare/slam/graph_slam.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 
 namespace wayfare {
 
@@ -77,7 +77,7 @@ class HectorSlam {
   HectorSlam& operator=(HectorSlam&&) noexcept;
 
   /// A reading of an inertial unit on the same carrier, before the scans that follow it.
-  Intake add(const ImuSample& sample);
+  UpdateStatus add(const ImuSample& sample);
 
   /// Takes the next scan and, where there is any, the odometry at its time. Refused as by
   /// GraphSlam::add_scan.

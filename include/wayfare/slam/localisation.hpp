@@ -20,9 +20,9 @@
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/motion/motion_noise.hpp>
 #include <wayfare/sensors/point_set.hpp>
 #include <wayfare/sensors/recording.hpp>
-#include <wayfare/motion/motion_noise.hpp>
 #include <wayfare/slam/localisation_map.hpp>
 
 namespace wayfare {

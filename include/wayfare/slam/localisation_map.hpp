@@ -54,7 +54,7 @@ class LocalisationMap {
   [[nodiscard]] bool has(RangeSensor sensor) const { return !fields(sensor).sharp.empty(); }
   /// ln p of a point, by sigma_m and by search_sigma_m.
   struct Fields {
-    MatchGrid sharp, broad;
+    LikelihoodField sharp, broad;
   };
   [[nodiscard]] const Fields& fields(RangeSensor sensor) const {
     return fields_[static_cast<std::size_t>(sensor)];

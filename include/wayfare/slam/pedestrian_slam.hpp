@@ -10,7 +10,6 @@
 #include <wayfare/core/so3.hpp>
 #include <wayfare/pedestrian/map_heading.hpp>
 #include <wayfare/pedestrian/pedestrian_parameters.hpp>
-#include <wayfare/pedestrian/pedestrian_pose.hpp>
 #include <wayfare/pedestrian/walk_feedback.hpp>
 #include <wayfare/sensors/level_scan.hpp>
 #include <wayfare/sensors/marg.hpp>
@@ -43,7 +42,7 @@ class PedestrianSlam {
   PedestrianSlam& operator=(PedestrianSlam&&) noexcept;
 
   /// A reading of the unit on the same carrier as the laser.
-  MargIntake add(const MargSample& sample);
+  MargUpdateStatus add(const MargSample& sample);
   /// Before there is an attitude a scan is taken for level.
   Result<ScanOutcome> add_scan(const LaserScan& scan);
   Result<void> finish() { return slam().finish(); }

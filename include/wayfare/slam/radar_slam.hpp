@@ -28,9 +28,9 @@
 #include <wayfare/map/occupancy_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/match/pose_proposal.hpp>
-#include <wayfare/sensors/recording.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>
-#include <wayfare/slam/graph_slam.hpp>
+#include <wayfare/sensors/recording.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 
 namespace wayfare {
 
@@ -202,7 +202,7 @@ struct GyroBiasOptions {
 
 /// How far wheels, gyro and ready-made odometry are believed.
 struct DeadReckoningOptions {
-  WheelMotion wheels{.slip_m_per_sqrt_m = 0.02, .scale = 0.02};
+  DifferentialDriveModel wheels{.slip_m_per_sqrt_m = 0.02, .scale = 0.02};
   GyroMotion gyro{.along_m_per_sqrt_m = 0.02,
                   .scale = 0.02,
                   .angle_random_walk_rad_per_sqrt_s = 0.0015,

@@ -6,9 +6,12 @@
 #include <optional>
 #include <string_view>
 
-#include <wayfare/sensors/recording.hpp>
-#include <wayfare/sync/augmented_scans.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/sensors/wheels.hpp>
 #include <wayfare/slam/radar_slam.hpp>
+#include <wayfare/sync/augmented_scans.hpp>
 
 namespace wayfare {
 

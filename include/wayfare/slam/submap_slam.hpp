@@ -18,9 +18,9 @@
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/map/multi_resolution_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-#include <wayfare/sensors/recording.hpp>
 #include <wayfare/motion/motion_noise.hpp>
-#include <wayfare/slam/graph_slam.hpp>
+#include <wayfare/sensors/recording.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 
 namespace wayfare {
 

@@ -6,7 +6,7 @@
 #include <span>
 
 #include <wayfare/core/se2.hpp>
-#include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare {
 

@@ -67,7 +67,7 @@ struct ManifoldLaws {
       const Tangent error =
           Traits::minus(Traits::plus(Traits::plus(x, a), b), Traits::plus(x, Tangent(a + b)));
       EXPECT_LE(error.norm(), a.norm() * b.norm() + inputs.tolerance)
-          << "straight chart, input " << i;
+          << "straight plane, input " << i;
     }
   }
 

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include <wayfare/tune/genetic.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
+#include <wayfare/tune/genetic.hpp>
 
 namespace wayfare {
 

@@ -41,7 +41,7 @@ void Factor::set_threads(int threads) {
   threads_ = threads;
   tasks_ = share_out(plan_, threads);
   place_updates();
-  crew_ = tasks_.size() > 1 ? std::make_unique<Crew>(tasks_, threads) : nullptr;
+  crew_ = tasks_.size() > 1 ? std::make_unique<TaskPool>(tasks_, threads) : nullptr;
 }
 
 void Factor::place_updates() {

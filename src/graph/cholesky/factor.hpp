@@ -52,7 +52,7 @@ class Factor {
   std::vector<Place> places_;
   TaskTree tasks_;
   int threads_ = 0;
-  std::unique_ptr<Crew> crew_;  // none for one task
+  std::unique_ptr<TaskPool> crew_;  // none for one task
   std::size_t factor_size_ = 0, stack_size_ = 0, inverse_scratch_ = 0;
   int most_scratch_ = 0;
   AlignedDoubles values_, stack_, inverse_;

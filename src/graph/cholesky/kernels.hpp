@@ -5,7 +5,7 @@
 // L₁₁ is p×p (its diagonal kept as reciprocals) and L₂₁ m×p; leading dimensions of L₂₁ and of
 // updates are multiples of kPad, rows past m hold nothing of meaning.
 
-#include "map/kernels/kernels.hpp"
+#include <wayfare/core/detail/isa.hpp>
 
 namespace wayfare::cholesky {
 
@@ -63,9 +63,7 @@ struct FrontKernels {
 };
 
 /// `block` is 2, 3 or 6.
-[[nodiscard]] const FrontKernels& kernels_for(kernels::Isa isa, int block);
+[[nodiscard]] const FrontKernels& kernels_for(Isa isa, int block);
 [[nodiscard]] const FrontKernels& best_kernels(int block);
-/// Whether this machine has what the kernels of that set are compiled for.
-[[nodiscard]] bool supported(kernels::Isa isa);
 
 }  // namespace wayfare::cholesky

@@ -63,7 +63,8 @@ TaskTree share_out(const FrontPlan& plan, int threads) {
   return tree;
 }
 
-Crew::Crew(TaskTree tree, int threads) : tree_(std::move(tree)), children_left_(at(tree_.size())) {
+TaskPool::TaskPool(TaskTree tree, int threads)
+    : tree_(std::move(tree)), children_left_(at(tree_.size())) {
   ready_.reserve(at(tree_.size()));
   const int others = std::min(threads, tree_.size()) - 1;
   others_.reserve(at(std::max(others, 0)));
@@ -73,7 +74,7 @@ Crew::Crew(TaskTree tree, int threads) : tree_(std::move(tree)), children_left_(
   }
 }
 
-Crew::~Crew() {
+TaskPool::~TaskPool() {
   {
     const std::lock_guard lock(mutex_);
     leaving_ = true;
@@ -82,7 +83,7 @@ Crew::~Crew() {
   for (std::thread& thread : others_) thread.join();
 }
 
-void Crew::run(const std::function<void(int)>& task) {
+void TaskPool::run(const std::function<void(int)>& task) {
   std::unique_lock lock(mutex_);
   task_ = &task;
   left_ = tree_.size();
@@ -101,7 +102,7 @@ void Crew::run(const std::function<void(int)>& task) {
   }
 }
 
-void Crew::serve() {
+void TaskPool::serve() {
   std::unique_lock lock(mutex_);
   while (!leaving_) {
     if (ready_.empty()) {
@@ -113,7 +114,7 @@ void Crew::serve() {
 }
 
 // Nobody needs to be woken for a parent made ready here: its maker looks for work next.
-void Crew::do_next(std::unique_lock<std::mutex>& lock) {
+void TaskPool::do_next(std::unique_lock<std::mutex>& lock) {
   std::pop_heap(ready_.begin(), ready_.end(), nearer());
   const int t = ready_.back();
   ready_.pop_back();
@@ -126,7 +127,7 @@ void Crew::do_next(std::unique_lock<std::mutex>& lock) {
     make_ready(parent);
 }
 
-void Crew::make_ready(int task) {
+void TaskPool::make_ready(int task) {
   ready_.push_back(task);
   std::push_heap(ready_.begin(), ready_.end(), nearer());
 }

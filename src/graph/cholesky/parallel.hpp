@@ -29,13 +29,13 @@ struct TaskTree {
 [[nodiscard]] TaskTree share_out(const FrontPlan& plan, int threads);
 
 /// Threads that do the tasks of a tree and wait from one `run` to the next.
-class Crew {
+class TaskPool {
  public:
   /// As many of `threads` as there are tasks for and the system gives, the caller's among them.
-  Crew(TaskTree tree, int threads);
-  ~Crew();
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
+  TaskPool(TaskTree tree, int threads);
+  ~TaskPool();
+  TaskPool(const TaskPool&) = delete;
+  TaskPool& operator=(const TaskPool&) = delete;
 
   /// task(t) for each task once, after all its children, which it sees finished; returns when all
   /// are done. Takes no memory.

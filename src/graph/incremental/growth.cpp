@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/detail/validate.hpp>
+#include <wayfare/graph/incremental.hpp>
 
 namespace wayfare {
 

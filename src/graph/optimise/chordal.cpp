@@ -7,8 +7,8 @@
 
 #include <Eigen/SVD>
 
-#include <wayfare/graph/start.hpp>
 #include <wayfare/graph/detail/validate.hpp>
+#include <wayfare/graph/start.hpp>
 
 namespace wayfare {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <wayfare/core/chi_square.hpp>
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/graph/detail/descent.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/start.hpp>
@@ -32,7 +32,7 @@ template <class G>
 std::vector<double> thresholds(const PoseGraph<G>& graph, double probability) {
   double of_dof[ManifoldTraits<G>::kDof + 1] = {};
   for (int dof = 1; dof <= ManifoldTraits<G>::kDof; ++dof)
-    of_dof[dof] = eval::chi_square_quantile(probability, dof);
+    of_dof[dof] = chi_square_quantile(probability, dof);
   std::vector<double> c2(graph.edges.size());
   for (std::size_t k = 0; k < c2.size(); ++k)
     if (graph.edges[k].robust) c2[k] = of_dof[degrees_of_freedom<G>(graph.edges[k].information)];

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/graph/start.hpp>
 #include <wayfare/graph/detail/validate.hpp>
+#include <wayfare/graph/start.hpp>
 
 namespace wayfare {
 namespace {

@@ -12,7 +12,9 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
-#include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/sensors/wheels.hpp>
 
 #include "io/text/text.hpp"
 

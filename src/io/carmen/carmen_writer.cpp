@@ -1,4 +1,4 @@
-#include <wayfare/io/carmen_writer.hpp>
+#include <wayfare/io/carmen.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
 #include <wayfare/io/time_text.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 #include "io/text/text.hpp"
 
@@ -56,7 +56,7 @@ class Writer {
   explicit Writer(const Recording& recording)
       : recording_(recording),
         T_base_laser_(recording.T_base_laser.raw()),
-        odometry_(eval::as_trajectory(recording.odometry)),
+        odometry_(as_trajectory(recording.odometry)),
         straight_ahead_(near(T_base_laser_.y(), 0.0) &&
                         near(T_base_laser_.heading().radians(), 0.0)) {}
 
@@ -185,8 +185,7 @@ class Writer {
   // Held before the first sample and after the last.
   [[nodiscard]] SE2d odometry_at(LogTime time) const {
     if (odometry_.empty()) return {};
-    return *eval::pose_at(odometry_,
-                          std::clamp(time, odometry_.front().time, odometry_.back().time));
+    return *pose_at(odometry_, std::clamp(time, odometry_.front().time, odometry_.back().time));
   }
 
   void write_scan(const LaserScan& scan) {

@@ -1,4 +1,4 @@
-#include <wayfare/io/grid_image.hpp>
+#include <wayfare/io/map_image.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include <wayfare/io/bag_reader.hpp>
+#include <wayfare/io/bag.hpp>
 
 #include <utility>
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include <wayfare/io/bag_reader.hpp>
+#include <wayfare/io/bag.hpp>
 
 #include "io/recording/bag_records.hpp"
 #include "io/recording/block_compression.hpp"

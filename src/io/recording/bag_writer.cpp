@@ -1,4 +1,4 @@
-#include <wayfare/io/bag_writer.hpp>
+#include <wayfare/io/bag.hpp>
 
 #include <algorithm>
 #include <utility>

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/mcap.hpp>
 
 #include "io/recording/mcap_messages.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/mcap.hpp>
 
 #include "io/recording/mcap_walk.hpp"
 

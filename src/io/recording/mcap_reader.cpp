@@ -1,4 +1,4 @@
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/mcap.hpp>
 
 #include <queue>
 #include <utility>

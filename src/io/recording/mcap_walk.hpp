@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/mcap.hpp>
 
 #include "io/recording/byte_source.hpp"
 #include "io/recording/mcap_records.hpp"

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/io/mcap_writer.hpp>
+#include <wayfare/io/mcap.hpp>
 
 #include "io/recording/mcap_records.hpp"
 

@@ -6,9 +6,9 @@
 #include <wayfare/gnss/signal.hpp>
 #include <wayfare/io/rinex.hpp>
 
-#include "io/text/pose_lines.hpp"
 #include "io/rinex/rinex_obs_header.hpp"
 #include "io/rinex/rinex_text.hpp"
+#include "io/text/pose_lines.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {

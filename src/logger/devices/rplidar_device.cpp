@@ -1,4 +1,4 @@
-#include <wayfare/decode/rplidar_stream.hpp>
+#include <wayfare/decode/rplidar_decoder.hpp>
 
 #include "logger/devices/device_decoders.hpp"
 

@@ -1,7 +1,5 @@
 #include <wayfare/decode/awinda.hpp>
-#include <wayfare/decode/awinda_order.hpp>
 #include <wayfare/decode/detail/line_time.hpp>
-#include <wayfare/decode/mt_measure.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/xbus.hpp>
 #include <wayfare/sync/clock_envelope.hpp>

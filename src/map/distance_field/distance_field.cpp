@@ -130,8 +130,8 @@ Result<DistanceField> DistanceField::of_grid(const OccupancyGrid& grid,
                  grid.resolution_m(), box.min);
 }
 
-Result<MatchGrid> likelihood_field(const DistanceField& distances,
-                                   const DistanceLikelihood& likelihood) {
+Result<LikelihoodField> likelihood_field(const DistanceField& distances,
+                                         const DistanceLikelihood& likelihood) {
   const double sigma = likelihood.sigma_m / distances.resolution_m();
   const double floor = likelihood.floor_probability;
   if (distances.empty()) return Error{ErrorCode::invalid, "likelihood_field: an empty map"};
@@ -139,7 +139,7 @@ Result<MatchGrid> likelihood_field(const DistanceField& distances,
     return Error{ErrorCode::invalid,
                  "likelihood_field: sigma must be positive, at most 1000 cells"};
   const Cell extent{distances.width() - 1, distances.height() - 1};
-  MatchGrid grid;
+  LikelihoodField grid;
   if (auto ok = grid.reset(distances.resolution_m(),
                            {distances.origin(), distances.origin() + extent}, floor);
       !ok)

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "map/kernels/kernels.hpp"
+#include <wayfare/core/detail/isa.hpp>
 
 namespace wayfare::field_kernels {
 
@@ -55,7 +55,7 @@ struct Kernels {
                      const PoseBatch& poses, std::uint32_t* sums);
 };
 
-[[nodiscard]] const Kernels& variant_for(kernels::Isa isa);
+[[nodiscard]] const Kernels& variant_for(Isa isa);
 [[nodiscard]] const Kernels& best_variant();
 
 }  // namespace wayfare::field_kernels

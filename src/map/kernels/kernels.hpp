@@ -5,6 +5,8 @@
 
 #include <cstdint>
 
+#include <wayfare/core/detail/isa.hpp>
+
 namespace wayfare::kernels {
 
 /// Rows and columns of candidate offsets a block of scores covers.
@@ -25,7 +27,7 @@ struct Field {
   int stride, width, height;
 };
 
-/// A level of a MaxPyramid, as bound_index reads it.
+/// A level of a PrecomputationGrids, as bound_index reads it.
 struct BoundTable {
   const std::uint8_t* table;
   int shift, width, height, columns;
@@ -106,9 +108,6 @@ struct Kernels {
   void (*min_max)(const std::int32_t* values, int n, std::int32_t* low, std::int32_t* high);
 };
 
-enum class Isa { baseline, avx2, avx512 };
-
-[[nodiscard]] bool runs_here(Isa isa);
 [[nodiscard]] const Kernels& kernels_for(Isa isa);
 [[nodiscard]] const Kernels& best_kernels();
 

@@ -173,22 +173,9 @@ uint32_t turned_bounds(const float* __restrict x, const float* __restrict y, int
 }  // namespace
 
 extern const Kernels table;
-const Kernels table = {place,
-                       index,
-                       block_scores,
-                       pair_scores,
-                       turned_bounds,
-                       merge,
-                       merged_bounds,
-                       merged_pairs,
-                       merged_rows,
-                       linearise,
-                       bilinear_squares,
-                       bicubic_squares,
-                       stamp,
-                       interleave,
-                       sixteenths,
-                       max_into,
-                       min_max};
+const Kernels table = {
+    place,         index,        block_scores, pair_scores, turned_bounds,    merge,
+    merged_bounds, merged_pairs, merged_rows,  linearise,   bilinear_squares, bicubic_squares,
+    stamp,         interleave,   sixteenths,   max_into,    min_max};
 
 }  // namespace wayfare::kernels::WAYFARE_ISA

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "match/local/registration.hpp"
 #include "map/kernels/kernels.hpp"
 #include "map/table_view.hpp"
+#include "match/local/registration.hpp"
 
 namespace wayfare {
 namespace {
@@ -16,7 +16,7 @@ using detail::Cost;
 /// Σr² and Σr·g over the points, r = 1 − p, g = ∂p/∂ξ.
 struct Squares {
   double squares = 0.0;
-  Eigen::Vector3d downhill = Eigen::Vector3d::Zero();
+  Eigen::Vector3d negative_gradient = Eigen::Vector3d::Zero();
   Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
 };
 
@@ -32,7 +32,7 @@ Squares squares_at(const ProbabilityGrid& grid, Interpolation interpolation, con
   const double per_metre = inverse / kOne;
   Squares s;
   s.squares = sums[0] / (kOne * kOne);
-  s.downhill = per_metre / kOne * Eigen::Vector3d(sums[1], sums[2], sums[3]);
+  s.negative_gradient = per_metre / kOne * Eigen::Vector3d(sums[1], sums[2], sums[3]);
   s.outer << sums[4], sums[5], sums[6], sums[5], sums[7], sums[8], sums[6], sums[8], sums[9];
   s.outer *= per_metre * per_metre;
   return s;
@@ -97,25 +97,25 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
   const detail::Prior beside(prior, window, options, points);
   const double variance = options_.residual_sigma * options_.residual_sigma;
   const double weight = beside.weight() / variance;
-  const auto climb_on = [&](const ProbabilityGrid& table, SE2d& pose) {
+  const auto minimise_on = [&](const ProbabilityGrid& table, SE2d& pose) {
     const auto cost_at = [&](const SE2d& at) {
       const Squares s = squares_at(table, options_.interpolation, points, at);
-      Cost cost{0.5 * weight * s.squares, weight * s.downhill, weight * s.outer};
+      Cost cost{0.5 * weight * s.squares, weight * s.negative_gradient, weight * s.outer};
       beside.add(at, cost);
       return cost;
     };
-    return detail::climb(pose, cost_at, options_.max_iterations, options_.tolerance).value;
+    return detail::minimise(pose, cost_at, options_.max_iterations, options_.tolerance).value;
   };
   SE2d pose = prior;
-  double least = climb_on(map.front(), pose);
+  double least = minimise_on(map.front(), pose);
   for (const SE2d& start : turned_starts(prior, window, options_.start_step)) {
     SE2d other = start;
-    const double cost = climb_on(map.front(), other);
+    const double cost = minimise_on(map.front(), other);
     if (cost >= least) continue;
     least = cost;
     pose = other;
   }
-  for (std::size_t level = 1; level < map.size(); ++level) climb_on(map[level], pose);
+  for (std::size_t level = 1; level < map.size(); ++level) minimise_on(map[level], pose);
   const Squares end = squares_at(map.back(), options_.interpolation, points, pose);
   const double n = static_cast<double>(points.size());
   const auto on_a_wall = [&finest = map.back()](const Eigen::Vector2d& p, const Eigen::Vector2d&) {

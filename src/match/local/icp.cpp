@@ -53,7 +53,7 @@ Cost cost_of(const std::vector<Pair>& pairs, const SE2d& pose, double sigma_m, d
     const double w = weight * information / (1 + r * r * information);
     const Eigen::Vector3d g = pair.gradient(pose);
     cost.value += 0.5 * weight * std::log1p(r * r * information);
-    cost.downhill -= w * r * g;
+    cost.negative_gradient -= w * r * g;
     cost.hessian += w * g * g.transpose();
   }
   return cost;
@@ -108,7 +108,7 @@ Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, cons
     const double usual = usual_distance(pairs);
     const double sigma = std::max(options_.sigma_m, usual);
     const SE2d before = pose;
-    detail::climb(
+    detail::minimise(
         pose,
         [&](const SE2d& at) {
           Cost cost = cost_of(pairs, at, sigma, beside.weight());

@@ -41,7 +41,7 @@ Cost cost_of(const Level& level, const PointSet& points, const SE2d& pose, doubl
           const double w = weight * e / Level::kTilings;
           const Eigen::Matrix<double, 3, 2> pull = w * jacobian.transpose() * cell.information;
           likelihood += e / Level::kTilings;
-          cost.downhill -= pull * d;
+          cost.negative_gradient -= pull * d;
           cost.hessian += pull * jacobian;
         });
     cost.value += weight * (1 - likelihood);
@@ -103,7 +103,7 @@ Result<std::optional<MatchResult>> NdtMatcher::match(const NdtMap& map, const Po
       beside.add(at, cost);
       return cost;
     };
-    detail::climb(pose, cost_at, options_.max_iterations, options_.tolerance);
+    detail::minimise(pose, cost_at, options_.max_iterations, options_.tolerance);
   }
   const Level& finest = map.levels().back();
   const Fit fit = fit_at(finest, points, pose, options_.floor_probability);

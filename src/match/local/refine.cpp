@@ -19,7 +19,7 @@ struct Sum {
 };
 
 /// r = √(−2 ln p + ε): J = −∇ln p / r. ε keeps a point on its surface from an endless weight.
-Sum linearise(const MatchGrid& grid, const PointSet& points, const SE2d& pose) {
+Sum linearise(const LikelihoodField& grid, const PointSet& points, const SE2d& pose) {
   constexpr double kEpsilon = 0.05;
   const double inverse = 1 / grid.resolution_m(), step = grid.log_step();
   double sums[10];
@@ -46,7 +46,7 @@ bool all_finite(const PointSet& points) {
 
 }  // namespace
 
-FieldSample interpolate(const MatchGrid& grid, const Eigen::Vector2d& p_map) {
+FieldSample interpolate(const LikelihoodField& grid, const Eigen::Vector2d& p_map) {
   const double inverse = 1 / grid.resolution_m();
   const double u = p_map.x() * inverse - grid.origin().x - 0.5;
   const double v = p_map.y() * inverse - grid.origin().y - 0.5;
@@ -63,7 +63,7 @@ FieldSample interpolate(const MatchGrid& grid, const Eigen::Vector2d& p_map) {
           Eigen::Vector2d(dx, high - low) * (step * inverse)};
 }
 
-Result<RefineResult> refine(const MatchGrid& grid, const PointSet& points, const SE2d& start,
+Result<RefineResult> refine(const LikelihoodField& grid, const PointSet& points, const SE2d& start,
                             const RefineOptions& options) {
   if (grid.empty()) return Error{ErrorCode::invalid, "refine: the map is empty"};
   if (points.empty()) return Error{ErrorCode::invalid, "refine: no points"};

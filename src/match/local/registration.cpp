@@ -66,7 +66,7 @@ void Prior::add(const SE2d& pose, Cost& cost) const {
   A.topLeftCorner<2, 2>() = turn.matrix();
   const Eigen::Matrix3d weighted = A.transpose() * information;
   cost.value += 0.5 * d.dot(information * d);
-  cost.downhill -= weighted * d;
+  cost.negative_gradient -= weighted * d;
   cost.hessian += weighted * A;
 }
 
@@ -90,7 +90,7 @@ Eigen::Vector3d damped_step(const Cost& cost, double damping) {
   Eigen::Matrix3d damped = cost.hessian;
   damped.diagonal() *= 1 + damping;
   damped.diagonal().array() += 1e-9 * (1 + cost.hessian.trace());
-  return damped.ldlt().solve(cost.downhill);
+  return damped.ldlt().solve(cost.negative_gradient);
 }
 
 double rms_distance_m(const PointSet& points) {

@@ -15,7 +15,7 @@ namespace wayfare::detail {
 /// right perturbation (x, y, θ).
 struct Cost {
   double value = 0.0;
-  Eigen::Vector3d downhill = Eigen::Vector3d::Zero();  ///< minus the gradient
+  Eigen::Vector3d negative_gradient = Eigen::Vector3d::Zero();  ///< minus the gradient
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
 };
 
@@ -60,7 +60,7 @@ class Prior {
 /// Steps downhill until one is shorter than the tolerance, or `max_iterations` were tried.
 /// `cost_at(pose)` is a Cost; `pose` never ends where its cost is higher than at the start.
 template <class CostAt>
-Cost climb(SE2d& pose, const CostAt& cost_at, int max_iterations, double tolerance);
+Cost minimise(SE2d& pose, const CostAt& cost_at, int max_iterations, double tolerance);
 
 /// (H + λ diag H)⁻¹ · downhill.
 [[nodiscard]] Eigen::Vector3d damped_step(const Cost& cost, double damping);
@@ -80,7 +80,7 @@ using PointWeight =
                                             const PointWeight& weight);
 
 template <class CostAt>
-Cost climb(SE2d& pose, const CostAt& cost_at, int max_iterations, double tolerance) {
+Cost minimise(SE2d& pose, const CostAt& cost_at, int max_iterations, double tolerance) {
   constexpr double kLeastDamping = 1e-6, kMostDamping = 1e4;
   Cost here = cost_at(pose);
   double damping = 1e-4;

@@ -7,7 +7,7 @@
 
 namespace wayfare {
 
-Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const MaxPyramid& map,
+Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const PrecomputationGrids& map,
                                                                 const PointSet& points,
                                                                 const SE2d& prior,
                                                                 const SearchWindow& window,

@@ -78,22 +78,23 @@ struct Best {
   }
 };
 
-[[nodiscard]] Result<CandidateSpace> plan(const MatchGrid& grid, const PointSet& points,
+[[nodiscard]] Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points,
                                           const SE2d& prior, const SearchWindow& window,
                                           const MatchOptions& options, std::int64_t max_candidates);
 
 /// What turns the points into cells of the table at heading step k.
-[[nodiscard]] kernels::Turn turn_of(const CandidateSpace& space, const MatchGrid& grid, int k);
+[[nodiscard]] kernels::Turn turn_of(const CandidateSpace& space, const LikelihoodField& grid,
+                                    int k);
 
 /// The points' cells in the table at heading step k; arrays as long as the padded points.
-void place(const CandidateSpace& space, const MatchGrid& grid, const PointSet& points, int k,
+void place(const CandidateSpace& space, const LikelihoodField& grid, const PointSet& points, int k,
            std::int32_t* u, std::int32_t* v);
 
-[[nodiscard]] MatchResult result_of(const CandidateSpace& space, const MatchGrid& grid,
+[[nodiscard]] MatchResult result_of(const CandidateSpace& space, const LikelihoodField& grid,
                                     const Best& best);
 
 /// By the points that the match puts near walls.
-[[nodiscard]] SceneConstraint constraint_at(const MatchGrid& grid, const PointSet& points,
+[[nodiscard]] SceneConstraint constraint_at(const LikelihoodField& grid, const PointSet& points,
                                             const SE2d& T_map_points);
 
 }  // namespace wayfare::detail

@@ -7,9 +7,9 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "match/search/candidates.hpp"
-#include "match/local/registration.hpp"
 #include "map/kernels/kernels.hpp"
+#include "match/local/registration.hpp"
+#include "match/search/candidates.hpp"
 
 namespace wayfare {
 namespace detail {
@@ -106,7 +106,7 @@ double CandidateSpace::log_prior_bound(const Candidate& corner, int side) const 
   return std::min(0.0, -0.5 * whole + 1e-9 * scale);
 }
 
-Result<CandidateSpace> plan(const MatchGrid& grid, const PointSet& points, const SE2d& prior,
+Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points, const SE2d& prior,
                             const SearchWindow& window, const MatchOptions& options,
                             std::int64_t max_candidates) {
   if (grid.empty()) return Error{ErrorCode::invalid, "match: the map is empty"};
@@ -128,7 +128,7 @@ Result<CandidateSpace> plan(const MatchGrid& grid, const PointSet& points, const
   const double n = s.points, independent = options.independent_points;
   s.weight = grid.log_step() * (independent > 0 ? std::min(1.0, independent / n) : 1.0);
   s.min_sum = static_cast<std::int64_t>(
-      std::ceil(std::max(0.0, options.min_score) * n * MatchGrid::kMaxValue));
+      std::ceil(std::max(0.0, options.min_score) * n * LikelihoodField::kMaxValue));
   if (options.prior_information) {
     auto information = along_map_axes(*options.prior_information, prior);
     if (!information) return information.error();
@@ -139,7 +139,7 @@ Result<CandidateSpace> plan(const MatchGrid& grid, const PointSet& points, const
   return s;
 }
 
-kernels::Turn turn_of(const CandidateSpace& s, const MatchGrid& grid, int k) {
+kernels::Turn turn_of(const CandidateSpace& s, const LikelihoodField& grid, int k) {
   const Heading& h = s.headings[static_cast<std::size_t>(k + s.half_k)];
   const double inverse = 1.0 / s.resolution_m;
   return {h.c,
@@ -151,7 +151,7 @@ kernels::Turn turn_of(const CandidateSpace& s, const MatchGrid& grid, int k) {
           0};
 }
 
-void place(const CandidateSpace& s, const MatchGrid& grid, const PointSet& points, int k,
+void place(const CandidateSpace& s, const LikelihoodField& grid, const PointSet& points, int k,
            std::int32_t* u, std::int32_t* v) {
   const kernels::Turn t = turn_of(s, grid, k);
   kernels::best_kernels().place(points.padded_x_m().data(), points.padded_y_m().data(),
@@ -159,21 +159,21 @@ void place(const CandidateSpace& s, const MatchGrid& grid, const PointSet& point
                                 t.limit, u, v);
 }
 
-MatchResult result_of(const CandidateSpace& s, const MatchGrid& grid, const Best& best) {
+MatchResult result_of(const CandidateSpace& s, const LikelihoodField& grid, const Best& best) {
   MatchResult r;
   const double mean = static_cast<double>(best.sum) / s.points;
   r.T_map_points = s.pose(best.candidate);
   r.mean_log_likelihood = grid.log_floor() + grid.log_step() * mean;
-  r.score = mean / MatchGrid::kMaxValue;
+  r.score = mean / LikelihoodField::kMaxValue;
   r.candidate = best.candidate;
   r.candidates = s.count();
   return r;
 }
 
-SceneConstraint constraint_at(const MatchGrid& grid, const PointSet& points,
+SceneConstraint constraint_at(const LikelihoodField& grid, const PointSet& points,
                               const SE2d& T_map_points) {
   const auto near_a_wall = [&](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
-    return grid.value(cell_of(p, grid.resolution_m())) > MatchGrid::kMaxValue / 2 ? 1.0 : 0.0;
+    return grid.value(cell_of(p, grid.resolution_m())) > LikelihoodField::kMaxValue / 2 ? 1.0 : 0.0;
   };
   return SceneConstraint::of(normals_outer(points, T_map_points, near_a_wall),
                              rms_distance_m(points));
@@ -188,7 +188,7 @@ using detail::CandidateSpace;
 
 /// Calls `row(candidate at the row's start, count, sums)` for every row of every 16×16 block.
 template <class Row>
-void sweep(const CandidateSpace& s, const MatchGrid& grid, const PointSet& points,
+void sweep(const CandidateSpace& s, const LikelihoodField& grid, const PointSet& points,
            std::vector<std::int32_t>& u, std::vector<std::int32_t>& v,
            std::vector<std::int32_t>& index, Row&& row) {
   constexpr int kBlock = kernels::kBlock;
@@ -242,7 +242,7 @@ Eigen::Matrix3d covariance_of(const CandidateSpace& s, const std::vector<double>
 
 }  // namespace
 
-Result<std::optional<MatchResult>> CorrelativeMatcher::match(const MatchGrid& grid,
+Result<std::optional<MatchResult>> CorrelativeMatcher::match(const LikelihoodField& grid,
                                                              const PointSet& points,
                                                              const SE2d& prior,
                                                              const SearchWindow& window,
@@ -280,8 +280,9 @@ Result<std::optional<MatchResult>> CorrelativeMatcher::match(const MatchGrid& gr
   return std::optional<MatchResult>(result);
 }
 
-Result<ScoreSurface> CorrelativeMatcher::surface(const MatchGrid& grid, const PointSet& points,
-                                                 const SE2d& prior, const SearchWindow& window,
+Result<ScoreSurface> CorrelativeMatcher::surface(const LikelihoodField& grid,
+                                                 const PointSet& points, const SE2d& prior,
+                                                 const SearchWindow& window,
                                                  const MatchOptions& options) {
   const auto space = detail::plan(grid, points, prior, window, options, kMaxSurface);
   if (!space) return space.error();

@@ -5,8 +5,8 @@
 
 #include <wayfare/match/branch_and_bound.hpp>
 
-#include "match/search/candidates.hpp"
 #include "map/kernels/kernels.hpp"
+#include "match/search/candidates.hpp"
 
 namespace wayfare::detail {
 

@@ -73,7 +73,8 @@ int nodes_over(double reach_m, double cell_m) {
   return static_cast<int>(std::clamp(std::ceil(2.0 * reach_m / cell_m), 1.0, kMost));
 }
 
-Result<void> check(const MatchGrid& grid, const PointSet& points, const PoseProposalOptions& o) {
+Result<void> check(const LikelihoodField& grid, const PointSet& points,
+                   const PoseProposalOptions& o) {
   const auto fault = [](const char* what) { return Error{ErrorCode::invalid, what}; };
   if (grid.empty()) return fault("PoseProposal: the map is empty");
   if (points.empty()) return fault("PoseProposal: no points");
@@ -138,7 +139,7 @@ PoseProposal::Slice PoseProposal::thrown(const Lattice& lattice, int k, Rng& rng
 }
 
 /// Σ value at every node of a slice.
-void PoseProposal::score(const MatchGrid& grid, const PointSet& points, const Slice& slice,
+void PoseProposal::score(const LikelihoodField& grid, const PointSet& points, const Slice& slice,
                          const Lattice& lattice, double* out) {
   const int columns = lattice.columns, rows = lattice.rows;
   constexpr int kBlock = kernels::kBlock;
@@ -167,7 +168,7 @@ void PoseProposal::score(const MatchGrid& grid, const PointSet& points, const Sl
   }
 }
 
-Result<PoseDraw> PoseProposal::draw(const MatchGrid& grid, const PointSet& points,
+Result<PoseDraw> PoseProposal::draw(const LikelihoodField& grid, const PointSet& points,
                                     const Gaussian<SE2d>& proposal, const Gaussian<SE2d>& motion,
                                     Rng& rng, const PoseProposalOptions& options) {
   if (auto ok = check(grid, points, options); !ok) return ok.error();

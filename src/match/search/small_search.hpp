@@ -6,8 +6,8 @@
 
 #include <wayfare/match/branch_and_bound.hpp>
 
-#include "match/search/candidates.hpp"
 #include "map/kernels/kernels.hpp"
+#include "match/search/candidates.hpp"
 #include "match/search/search_parts.hpp"
 
 namespace wayfare {
@@ -20,7 +20,7 @@ struct BranchAndBoundMatcher::SmallSearch {
   static constexpr int kMore = 64, kDives = 4, kStrip = kernels::kBlock;
 
   BranchAndBoundMatcher& scratch;
-  const MaxPyramid& map;
+  const PrecomputationGrids& map;
   const detail::CandidateSpace& s;
   const kernels::Kernels& kernel = kernels::best_kernels();
   const kernels::BoundTable bounds = table_of(map.level(0));
@@ -28,7 +28,7 @@ struct BranchAndBoundMatcher::SmallSearch {
   detail::Best best = {};
   std::uint32_t least = static_cast<std::uint32_t>(s.min_sum);  ///< a smaller sum cannot win
 
-  static kernels::BoundTable table_of(const MaxPyramid::Level& l) {
+  static kernels::BoundTable table_of(const PrecomputationGrids::Level& l) {
     return {l.table.data(), 0, l.width, l.height, l.columns};
   }
 
@@ -36,7 +36,7 @@ struct BranchAndBoundMatcher::SmallSearch {
   void bring_outliers_forward() {
     if (!best.found || s.points <= detail::kFirst + kMore) return;
     place(best.candidate);
-    const MatchGrid& grid = map.grid();
+    const LikelihoodField& grid = map.grid();
     const int rest = s.points - detail::kFirst;
     const std::int32_t* at = index(best.candidate) + detail::kFirst;
     auto& fit = scratch.fit_;  // value, which
@@ -91,7 +91,7 @@ struct BranchAndBoundMatcher::SmallSearch {
                  t.s, t.ox, t.oy, t.limit, scratch.u_.data(), scratch.v_.data());
   }
   const std::int32_t* index(const Candidate& c) {
-    const MatchGrid& grid = map.grid();
+    const LikelihoodField& grid = map.grid();
     kernel.index(scratch.u_.data(), scratch.v_.data(), static_cast<int>(scratch.x_.size()),
                  c.offset.x, c.offset.y, grid.width(), grid.height(), grid.stride(),
                  scratch.index_.data());
@@ -108,7 +108,7 @@ struct BranchAndBoundMatcher::SmallSearch {
     }
   }
   void score_rows(const Candidate& corner, int first, const std::int32_t* at) {
-    const MatchGrid& grid = map.grid();
+    const LikelihoodField& grid = map.grid();
     std::uint32_t sums[2 * kStrip];
     const int rows = std::min(2, s.half_y - corner.offset.y - first + 1);
     const int columns = std::min(kStrip, s.half_x - corner.offset.x + 1);

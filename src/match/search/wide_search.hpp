@@ -8,8 +8,8 @@
 
 #include <wayfare/match/branch_and_bound.hpp>
 
-#include "match/search/candidates.hpp"
 #include "map/kernels/kernels.hpp"
+#include "match/search/candidates.hpp"
 #include "match/search/merged_points.hpp"
 #include "match/search/search_parts.hpp"
 
@@ -23,7 +23,7 @@ struct BranchAndBoundMatcher::Search {
   static constexpr std::size_t kGrowth = 4, kMostRows = 4096;
 
   BranchAndBoundMatcher& scratch;
-  const MaxPyramid& map;
+  const PrecomputationGrids& map;
   const detail::CandidateSpace& s;
   const PointSet& all;
   const kernels::Kernels& kernel = kernels::best_kernels();
@@ -63,7 +63,7 @@ struct BranchAndBoundMatcher::Search {
   /// Of the nodes of `level` in the groups `wanted` (a bit each) of the row from `corner` on. Those
   /// left: a group is given up once the points seen leave no node worth a look, if all others fit.
   unsigned bound(const Candidate& corner, int level, unsigned wanted, std::uint32_t* sums) {
-    const MaxPyramid::Level& l = map.level(level);
+    const PrecomputationGrids::Level& l = map.level(level);
     const kernels::Merged merged = points(level, corner.heading_step);
     const int dx = (corner.offset.x + s.half_x) >> (2 * level);
     const int dy = (corner.offset.y + s.half_y) >> (2 * level);
@@ -126,7 +126,7 @@ struct BranchAndBoundMatcher::Search {
 
   /// Scores the candidates of a row of nodes of level 0.
   void score(const Candidate& corner) {
-    const MatchGrid& grid = map.grid();
+    const LikelihoodField& grid = map.grid();
     const kernels::Merged merged = points(0, corner.heading_step);
     const int parts = scratch.merged_[0].parts;
     std::int32_t* index = scratch.index_.data();

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include <wayfare/core/chi_square.hpp>
+#include <wayfare/core/statistics.hpp>
 
 namespace wayfare {
 namespace {
@@ -44,7 +44,7 @@ CorridorIns::Engine::Engine(const CorridorInsOptions& options, const SE2d& start
       detector_(detector_options(options)),
       walls_(options.T_base_laser.raw()) {
   for (int dof = 1; dof <= 3; ++dof)
-    gates_[dof] = eval::chi_square_quantile(1.0 - options.gate_probability, dof);
+    gates_[dof] = chi_square_quantile(1.0 - options.gate_probability, dof);
 }
 
 Result<void> CorridorIns::Engine::add_motion(const MotionSample& s) {

@@ -69,7 +69,7 @@ void InsEngine::advance(const ImuSample& sample, bool in_gap, Diary& diary) {
   last_ = sample;
   if (in_gap) {
     recent_.forget();
-    standstill_.forget();
+    zero_velocity_.forget();
   } else {
     recent_.add(sample, dt);
   }
@@ -95,10 +95,10 @@ void InsEngine::add_vibration(double dt_s) {
   // of it that sampling folds to low frequencies is an error of each reading, held for a step.
   const Eigen::Array3d own =
       2.0 * options_.imu.gyro_white_rad_per_sqrt_s.array().square() / std::max(dt_s, 1e-3);
-  const Eigen::Array3d shake = (recent_.shake_radps2().array() - own).max(0.0);
+  const Eigen::Array3d vibration = (recent_.shake_radps2().array() - own).max(0.0);
   const double angle = options_.gyro_vibration_share * dt_s;
   for (int i = 0; i < 3; ++i)
-    filter_.ekf().add_variance(ins_state::kAttitude + i, angle * angle * shake[i]);
+    filter_.ekf().add_variance(ins_state::kAttitude + i, angle * angle * vibration[i]);
 }
 
 void InsEngine::record(Diary& diary, Kind kind, SatelliteId id,
@@ -117,9 +117,9 @@ void InsEngine::constrain(Diary& diary) {
 
 void InsEngine::hold_still(Diary& diary) {
   const auto velocity_variance = filter_.covariance().diagonal().segment<3>(ins_state::kVelocity);
-  if (!standstill_.update(last_.time, recent_,
-                          {filter_.state().gyro_bias_radps, filter_.state().velocity_mps.norm(),
-                           std::sqrt(velocity_variance.sum())}))
+  if (!zero_velocity_.update(last_.time, recent_,
+                             {filter_.state().gyro_bias_radps, filter_.state().velocity_mps.norm(),
+                              std::sqrt(velocity_variance.sum())}))
     return;
   for (int axis = 0; axis < 3; ++axis) {
     const auto v = filter_.ekf().update(VelocityModel<double, kOffsets>{axis, 0.0, 0.05 * 0.05},
@@ -131,7 +131,7 @@ void InsEngine::hold_still(Diary& diary) {
   const double sigma = 3e-4 + 0.3 * recent_.rate_spread_radps();
   for (int axis = 0; axis < 3; ++axis) {
     const double measured = recent_.mean_rate_radps()[axis];
-    filter_.ekf().update(StandstillRateModel<double, kOffsets>{axis, measured, sigma * sigma},
+    filter_.ekf().update(ZeroTurnRateModel<double, kOffsets>{axis, measured, sigma * sigma},
                          options_.gate_sigma);
   }
 }
@@ -205,7 +205,7 @@ void InsEngine::apply(const RangeEpoch& epoch, Diary& diary) {
   reopen(rate_doubt_, rates_in, rates, diary);
   if (ranges_in < 4) return;
   note_full_epoch();
-  if (rates_in >= 4) standstill_.learn(recent_, filter_.state().velocity_mps.norm());
+  if (rates_in >= 4) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
 }
 
 void InsEngine::apply(const GnssFix& fix, Diary& diary) {
@@ -215,11 +215,11 @@ void InsEngine::apply(const GnssFix& fix, Diary& diary) {
   };
   const double scale = options_.range_sigma_scale * options_.range_sigma_scale;
   const auto position = axes(fix.position_covariance_ned_m2);
-  const Vector3d at = filter_.chart().offset(fix.position);
+  const Vector3d at = filter_.plane().offset(fix.position);
   int in = 0;
   for (int i = 0; i < 3; ++i) {
     const auto u = filter_.ekf().update(
-        AntennaPositionModel<double, kOffsets>{filter_.chart(), at, position.eigenvectors().col(i),
+        AntennaPositionModel<double, kOffsets>{filter_.plane(), at, position.eigenvectors().col(i),
                                                lever, scale * position.eigenvalues()[i]},
         options_.gate_sigma);
     record(diary, Kind::position, {}, u);
@@ -241,7 +241,7 @@ void InsEngine::apply(const GnssFix& fix, Diary& diary) {
     in += u.accepted ? 1 : 0;
   }
   reopen(rate_doubt_, in == 3 ? 1 : 0, 1, diary);
-  if (in == 3) standstill_.learn(recent_, filter_.state().velocity_mps.norm());
+  if (in == 3) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
 }
 
 NavState InsEngine::nav() const {

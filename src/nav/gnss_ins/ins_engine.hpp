@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/nav/ins_filter.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
+#include <wayfare/nav/ins_filter.hpp>
 
 #include "nav/gnss_ins/receiver_clocks.hpp"
 #include "nav/gnss_ins/recent_readings.hpp"
@@ -68,7 +68,7 @@ class InsEngine {
   Filter filter_;
   ImuSample last_;
   RecentReadings recent_;
-  Standstill standstill_;
+  ZeroVelocityDetector zero_velocity_;
   std::optional<LogTime> last_hold_, last_full_epoch_;
   double epoch_interval_s_ = 1.0;
   bool lost_ = false;

@@ -150,12 +150,13 @@ std::optional<GnssInsStart> Starter::consider(LogTime time, const Geodetic& ante
   const double c = std::cos(heading), s = std::sin(heading);
   const Vector3d force(c * a.x() + s * a.y(), -s * a.x() + c * a.y(),
                        a.z() - wgs84::kEquatorGravity_mps2);
-  const Vector3d felt = options_.q_body_imu * recent_.mean_force_mps2();
-  const double across = std::hypot(felt.y(), felt.z());
+  const Vector3d measured = options_.q_body_imu * recent_.mean_force_mps2();
+  const double across = std::hypot(measured.y(), measured.z());
   if (across < 1.0 || std::abs(force.y()) > across) return std::nullopt;
-  const double roll = std::asin(force.y() / across) - std::atan2(felt.y(), -felt.z());
-  const double down = std::sin(roll) * felt.y() + std::cos(roll) * felt.z();
-  const double pitch = wrap_to_pi(std::atan2(force.x(), force.z()) - std::atan2(felt.x(), down));
+  const double roll = std::asin(force.y() / across) - std::atan2(measured.y(), -measured.z());
+  const double down = std::sin(roll) * measured.y() + std::cos(roll) * measured.z();
+  const double pitch =
+      wrap_to_pi(std::atan2(force.x(), force.z()) - std::atan2(measured.x(), down));
   const auto turn = [](int axis, double angle) { return SO3d::exp(angle * Vector3d::Unit(axis)); };
 
   GnssInsStart start;

@@ -81,7 +81,8 @@ bool ReceiverClocks::prepare(InsRangeFilter& filter, const RangeEpoch& epoch, st
   }
   meet_new_systems(filter, epoch);
   const double jump_m = mend_jump(filter, epoch);
-  if (jump_m != 0.0) said = "receiver clock jumped by " + std::to_string(std::llround(jump_m)) + " m";
+  if (jump_m != 0.0)
+    said = "receiver clock jumped by " + std::to_string(std::llround(jump_m)) + " m";
   return true;
 }
 

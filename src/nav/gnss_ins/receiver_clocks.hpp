@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/nav/ins_filter.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
+#include <wayfare/nav/ins_filter.hpp>
 
 namespace wayfare::nav {
 

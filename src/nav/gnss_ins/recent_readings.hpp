@@ -15,7 +15,7 @@ class RecentReadings {
     const double keep = std::exp(-dt_s / kMemory_s), take = 1.0 - keep;
     if (seen_s_ > 0.0) {
       const Eigen::Vector3d step = s.angular_rate_radps - newest_rate_;
-      shake_ += take * (0.5 * step.cwiseAbs2() - shake_);
+      vibration_ += take * (0.5 * step.cwiseAbs2() - vibration_);
     }
     newest_rate_ = s.angular_rate_radps;
     seen_s_ += dt_s;
@@ -32,7 +32,7 @@ class RecentReadings {
   [[nodiscard]] double force_spread_mps2() const { return std::sqrt(force_variance_); }
   /// Variance of each gyro from one reading to the next, (rad/s)²: noise and vibration without
   /// the vehicle's turns.
-  [[nodiscard]] const Eigen::Vector3d& shake_radps2() const { return shake_; }
+  [[nodiscard]] const Eigen::Vector3d& shake_radps2() const { return vibration_; }
 
  private:
   static constexpr double kMemory_s = 0.5;
@@ -47,7 +47,7 @@ class RecentReadings {
 
   double seen_s_ = 0.0;
   Eigen::Vector3d rate_ = Eigen::Vector3d::Zero(), force_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d newest_rate_ = Eigen::Vector3d::Zero(), shake_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d newest_rate_ = Eigen::Vector3d::Zero(), vibration_ = Eigen::Vector3d::Zero();
   double rate_variance_ = 0.0, force_variance_ = 0.0;
 };
 

@@ -4,12 +4,12 @@
 
 namespace wayfare::nav {
 
-void Standstill::learn(const RecentReadings& recent, double speed_mps) {
+void ZeroVelocityDetector::learn(const RecentReadings& recent, double speed_mps) {
   if (speed_mps > 3.0)
     moving_spread_mps2_ += 0.05 * (recent.force_spread_mps2() - moving_spread_mps2_);
 }
 
-bool Standstill::calm(const RecentReadings& recent, const Motion& motion) const {
+bool ZeroVelocityDetector::calm(const RecentReadings& recent, const Motion& motion) const {
   // Next to nothing, or less than a third of what it feels under way; engines shake the gyros by
   // some 0.2 rad/s for each m/s².
   const double force = std::clamp(0.3 * moving_spread_mps2_, 0.15, 0.4);
@@ -18,14 +18,14 @@ bool Standstill::calm(const RecentReadings& recent, const Motion& motion) const 
          (recent.mean_rate_radps() - motion.gyro_bias_radps).norm() < 0.015;
 }
 
-double Standstill::speed_limit(const RecentReadings& recent, const Motion& motion) const {
+double ZeroVelocityDetector::speed_limit(const RecentReadings& recent, const Motion& motion) const {
   // A smooth ride may feel like a stop. Where this vehicle has been felt to shake as it moves, its
   // calm is believed against a velocity that is less sure; else only next to none.
   const bool shakes = recent.force_spread_mps2() < 0.5 * moving_spread_mps2_;
   return shakes ? std::clamp(3.0 * motion.speed_sigma_mps, 0.3, 3.0) : 0.3;
 }
 
-bool Standstill::update(LogTime now, const RecentReadings& recent, const Motion& motion) {
+bool ZeroVelocityDetector::update(LogTime now, const RecentReadings& recent, const Motion& motion) {
   // A gentle start neither shakes nor turns the unit; what it feels changes all the same.
   const bool pushed = since_ && (recent.mean_force_mps2() - force_mps2_).norm() > 0.08;
   if (pushed || !calm(recent, motion) || motion.speed_mps > speed_limit(recent, motion)) {

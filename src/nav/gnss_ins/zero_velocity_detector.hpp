@@ -12,7 +12,7 @@ namespace wayfare::nav {
 
 /// Tells from an inertial unit whether its vehicle stands. How much it is shaken under way is
 /// learnt, since an engine idling in one car shakes as much as a smooth ride in another.
-class Standstill {
+class ZeroVelocityDetector {
  public:
   struct Motion {
     Eigen::Vector3d gyro_bias_radps;

@@ -3,8 +3,8 @@
 #include <optional>
 #include <utility>
 
-#include <wayfare/io/bag_reader.hpp>
-#include <wayfare/io/mcap_reader.hpp>
+#include <wayfare/io/bag.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/ros/recording.hpp>
 
 namespace wayfare::ros {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/io/bag_writer.hpp>
-#include <wayfare/io/mcap_writer.hpp>
+#include <wayfare/io/bag.hpp>
+#include <wayfare/io/mcap.hpp>
 #include <wayfare/ros/convert.hpp>
 
 namespace wayfare::ros {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include <wayfare/sensors/trajectory_interpolation.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::sim {
 namespace {
@@ -186,7 +186,7 @@ std::vector<OdometrySample> dead_reckon(std::span<const WheelSample> wheels,
 SE2d true_pose_at(const Trajectory& trajectory, LogTime time) {
   WAYFARE_EXPECTS(!trajectory.empty(), "a trajectory to look up has at least one pose");
   const LogTime held = std::clamp(time, trajectory.front().time, trajectory.back().time);
-  return *eval::pose_at(trajectory, held);
+  return *pose_at(trajectory, held);
 }
 
 }  // namespace wayfare::sim

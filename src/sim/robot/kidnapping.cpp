@@ -1,4 +1,4 @@
-#include <wayfare/sim/kidnapping.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -39,7 +39,7 @@ Recording part_of(const Recording& recording, LogTime from, LogTime to) {
   return part;
 }
 
-Recording carried_away(const Recording& recording, LogTime from, LogTime to) {
+Recording kidnapped(const Recording& recording, LogTime from, LogTime to) {
   const LogTime begin = LogTime::from_nanoseconds(std::numeric_limits<std::int64_t>::min());
   const LogTime end = LogTime::from_nanoseconds(std::numeric_limits<std::int64_t>::max());
   Recording result = part_of(recording, begin, from);

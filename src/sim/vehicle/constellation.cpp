@@ -1,4 +1,4 @@
-#include <wayfare/sim/constellation.hpp>
+#include <wayfare/sim/ranges.hpp>
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include <wayfare/sim/plan_text.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 
 namespace wayfare::sim {
 

@@ -101,7 +101,8 @@ class Furnisher {
   }
 
   void add_diffuse(Rng& rng) {
-    const FurnishParams::Kind kind{0.0, params_.diffuse_strength_db, params_.diffuse_spread_db, 0.0};
+    const FurnishParams::Kind kind{0.0, params_.diffuse_strength_db, params_.diffuse_spread_db,
+                                   0.0};
     for (std::size_t i = number(params_.diffuse_per_m2); i > 0; --i)
       add(anywhere(rng), kind, {0.0, 0.0}, rng);
   }

@@ -7,11 +7,11 @@
 #include <wayfare/graph/optimise.hpp>
 
 #include "slam/graph_slam/loop_closer.hpp"
-#include "slam/motion.hpp"
-#include "slam/scan_check.hpp"
 #include "slam/graph_slam/node_maker.hpp"
 #include "slam/graph_slam/node_map.hpp"
 #include "slam/graph_slam/tracker.hpp"
+#include "slam/motion.hpp"
+#include "slam/scan_check.hpp"
 
 namespace wayfare {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/detail/precomputation_grids.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/refine.hpp>
@@ -44,8 +44,8 @@ class LocalMap {
 
  private:
   LikelihoodFieldMaker maker_;
-  MatchGrid grid_;
-  std::optional<MaxPyramid> pyramid_;  // of the grid, once it was asked for
+  LikelihoodField grid_;
+  std::optional<PrecomputationGrids> pyramid_;  // of the grid, once it was asked for
   CorrelativeMatcher near_;
   BranchAndBoundMatcher far_;
 };

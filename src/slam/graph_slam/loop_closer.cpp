@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <unordered_set>
 
+#include <wayfare/core/parallel.hpp>
 #include "slam/graph_slam/ambiguity.hpp"
 #include "slam/graph_slam/local_map.hpp"
-#include <wayfare/core/parallel_for.hpp>
 
 namespace wayfare {
 namespace {

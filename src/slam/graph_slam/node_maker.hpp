@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/slam/graph_slam.hpp>
+
 #include "slam/graph_slam/local_map.hpp"
-#include "slam/motion.hpp"
 #include "slam/graph_slam/node_map.hpp"
+#include "slam/motion.hpp"
 
 namespace wayfare {
 

@@ -40,14 +40,14 @@ Eigen::Matrix3d about_z(const SO2d& turn) {
 CarrierFilter::CarrierFilter(const CarrierFilterParameters& parameters)
     : p_(parameters), model_(p_.noise), rest_(p_.rest_rate, p_.rest_force) {}
 
-Intake CarrierFilter::add(const ImuSample& sample) {
-  if (!is_finite(sample)) return Intake::missing;
-  if (clock_.check(sample.time) == SampleClock::Verdict::late) return Intake::late;
+UpdateStatus CarrierFilter::add(const ImuSample& sample) {
+  if (!is_finite(sample)) return UpdateStatus::missing;
+  if (clock_.check(sample.time) == SampleClock::Verdict::late) return UpdateStatus::late;
   const bool follows = last_ && sample.time > last_->time &&
                        to_seconds(sample.time - last_->time) <= p_.restart_gap_s;
   if (!follows) {
     start(sample);
-    return last_ ? Intake::used : Intake::waiting;
+    return last_ ? UpdateStatus::used : UpdateStatus::waiting;
   }
   const double dt = to_seconds(sample.time - last_->time);
   if (time_ < sample.time)
@@ -58,7 +58,7 @@ Intake CarrierFilter::add(const ImuSample& sample) {
   since_hold_s_ += dt;
   if (since_hold_s_ >= kHold_s) hold(std::exchange(since_hold_s_, 0.0));
   if (lost(sample, dt)) start(sample);
-  return Intake::used;
+  return UpdateStatus::used;
 }
 
 /// The plumb line by one reading that could be gravity's, good to 2° where the body rests. What was

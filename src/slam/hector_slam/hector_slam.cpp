@@ -10,8 +10,8 @@
 #include <wayfare/sync/odometry_track.hpp>
 
 #include "match/local/registration.hpp"
-#include "slam/motion.hpp"
 #include "match/open_direction.hpp"
+#include "slam/motion.hpp"
 #include "slam/scan_check.hpp"
 
 namespace wayfare {
@@ -25,11 +25,11 @@ class HectorSlam::Engine {
         carrier_(options.carrier),
         motion_model_(options.odometry, options.constant_velocity) {}
 
-  Intake add(const ImuSample& s) {
-    const Intake intake = carrier_.add({s.time, options_.q_base_unit * s.angular_rate_radps,
-                                        options_.q_base_unit * s.specific_force_mps2});
+  UpdateStatus add(const ImuSample& s) {
+    const UpdateStatus status = carrier_.add({s.time, options_.q_base_unit * s.angular_rate_radps,
+                                              options_.q_base_unit * s.specific_force_mps2});
     statistics_.carrier_starts = carrier_.starts();
-    return intake;
+    return status;
   }
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<SE2d>& odometry) {
@@ -53,7 +53,7 @@ class HectorSlam::Engine {
       outcome.became_node = true;
     }
     motion_model_.tell(scan.time, pose_, odometry);
-    in_the_dark_ = carried_ && !outcome.matched;
+    coasting_ = carried_ && !outcome.matched;
     outcome.T_map_base = Transform2<frame::Map, frame::Base>(pose_);
     trajectory_.push_back({scan.time, outcome.T_map_base});
     ++statistics_.scans;
@@ -134,7 +134,7 @@ class HectorSlam::Engine {
     pose_ = expected.pose;
     if (points.empty()) return outcome;
     auto found = matcher_.match(map_.tables(), points, expected.pose, window, match);
-    if (in_the_dark_) look_about(points, expected, match, found);
+    if (coasting_) multi_start_search(points, expected, match, found);
     const bool poor = score_of(found) < options_.tracked_score;
     if (poor) look_wider(points, expected.pose, half_m, match, found);
     if (beside && (poor || beside->leaps)) look_wider(points, beside->pose, 0.0, match, found);
@@ -164,8 +164,8 @@ class HectorSlam::Engine {
 
   /// After scans that saw nothing the filter may be farther off than a climb leads back: climbs
   /// from all over what it allows, and the best of them.
-  void look_about(const PointSet& points, const Expected& expected, MatchOptions match,
-                  Result<std::optional<MatchResult>>& best) const {
+  void multi_start_search(const PointSet& points, const Expected& expected, MatchOptions match,
+                          Result<std::optional<MatchResult>>& best) const {
     constexpr double kStep_m = 0.5, kSigmas = 2.0, kFarthest_m = 3.0;
     const double sigma = std::max(expected.sigma[0], expected.sigma[1]);
     if (!(sigma > kStep_m)) return;
@@ -210,7 +210,7 @@ class HectorSlam::Engine {
   GaussNewtonMatcher matcher_;
   CarrierFilter carrier_;
   bool carried_ = false, level_known_ = false;  // by the unit, at the latest scan
-  bool in_the_dark_ = false;                    // … which had a unit alone
+  bool coasting_ = false;                       // … which had a unit alone
   LaserScan levelled_;
   MotionModel motion_model_;
   SE2d pose_;
@@ -233,6 +233,6 @@ const Trajectory& HectorSlam::trajectory() const { return engine_->trajectory();
 const OccupancyGrid& HectorSlam::map() const { return engine_->map(); }
 const HectorStatistics& HectorSlam::statistics() const { return engine_->statistics(); }
 const CarrierFilter& HectorSlam::carrier() const { return engine_->carrier(); }
-Intake HectorSlam::add(const ImuSample& sample) { return engine_->add(sample); }
+UpdateStatus HectorSlam::add(const ImuSample& sample) { return engine_->add(sample); }
 
 }  // namespace wayfare

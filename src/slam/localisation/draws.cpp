@@ -8,7 +8,7 @@
 #include <wayfare/filter/particles.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>
 
-#include <wayfare/core/parallel_for.hpp>
+#include <wayfare/core/parallel.hpp>
 
 namespace wayfare {
 namespace {

@@ -28,7 +28,7 @@ Result<void> check(const LaserScan& scan) {
 }  // namespace
 
 /// A second set of particles, begun from nowhere where the first is in doubt, and the odds of it.
-struct Challenger {
+struct RelocalisationHypothesis {
   PoseFilter filter;
   double log_odds;             // that it, and not the first, is right
   bool in_doubt = false;       // begun because scans fit badly, not to make sure
@@ -130,7 +130,7 @@ class Localiser::Engine {
   std::uint64_t filters_ = 0;
   MotionGuard motion_{options_};
   std::optional<PoseFilter> filter_;  // none where nothing is known
-  std::optional<Challenger> challenger_;
+  std::optional<RelocalisationHypothesis> relocalisation_;
   std::array<SensorMemory, 2> memories_;  // of lidar and radar
   bool confirmed_ = false;                // a search from nowhere came to the same pose
   bool given_ = false;    // the pose was told: one search that finds no better is enough
@@ -152,7 +152,7 @@ Result<void> Localiser::Engine::start_at(const Gaussian<SE2d>& pose) {
 
 void Localiser::Engine::start_anywhere() {
   filter_.reset();
-  challenger_.reset();
+  relocalisation_.reset();
   memories_ = {};
   confirmed_ = given_ = false;
   since_search_ = 0;
@@ -164,7 +164,7 @@ bool Localiser::Engine::move_to(LogTime time, const std::optional<SE2d>& odometr
   const MotionGuard::Step step = motion_.step(time, odometry);
   if (first) return step.refused;
   if (filter_) filter_->move(step.motion);
-  if (challenger_) challenger_->filter.move(step.motion);
+  if (relocalisation_) relocalisation_->filter.move(step.motion);
   for (SensorMemory& m : memories_) m.since_weighed = m.since_weighed * step.motion.mean;
   return step.refused;
 }
@@ -233,17 +233,17 @@ void Localiser::Engine::take(const ScanWeigher& scan, LocalisationOutcome& outco
     return;
   }
   // One begun to make sure has the odds of its time against it: doubts begin anew.
-  if (challenger_ && !challenger_->in_doubt && filter_->belief().converged && fits_badly())
-    challenger_.reset();
-  if (challenger_ || in_doubt()) {
-    outcome.searched = !challenger_;
+  if (relocalisation_ && !relocalisation_->in_doubt && filter_->belief().converged && fits_badly())
+    relocalisation_.reset();
+  if (relocalisation_ || in_doubt()) {
+    outcome.searched = !relocalisation_;
     challenge(scan);
   }
   if (filter_->belief().converged && memory.last < options_.suspicion * memory.usual)
     filter_->scatter();
   filter_->weigh(scan);
   filter_->resample_if_due();
-  if (challenger_) settle(outcome);
+  if (relocalisation_) settle(outcome);
 }
 
 // Scans fit worse than they used to; or the pose was told, or found from nowhere by one search
@@ -258,42 +258,44 @@ bool Localiser::Engine::in_doubt() const {
 // Odds that the robot was carried away: prior odds, times what each scan since said of poses
 // anywhere against what it said of the particles, each as the scans before left them.
 void Localiser::Engine::challenge(const ScanWeigher& scan) {
-  if (!challenger_) {
+  if (!relocalisation_) {
     const double prior = options_.kidnap_probability;
-    challenger_ = Challenger{new_filter(), std::log(prior / (1.0 - prior)), fits_badly()};
-    challenger_->log_odds +=
-        challenger_->filter.start_anywhere(scan) - filter_->log_evidence(scan, true);
+    relocalisation_ =
+        RelocalisationHypothesis{new_filter(), std::log(prior / (1.0 - prior)), fits_badly()};
+    relocalisation_->log_odds +=
+        relocalisation_->filter.start_anywhere(scan) - filter_->log_evidence(scan, true);
   } else {
-    PoseFilter& other = challenger_->filter;
+    PoseFilter& other = relocalisation_->filter;
     const bool broad = !other.belief().converged || !filter_->belief().converged;
-    challenger_->log_odds += other.log_evidence(scan, broad) - filter_->log_evidence(scan, broad);
+    relocalisation_->log_odds +=
+        other.log_evidence(scan, broad) - filter_->log_evidence(scan, broad);
     other.weigh(scan);
     other.resample_if_due();
   }
-  challenger_->filter.believe();
-  ++challenger_->scans[static_cast<std::size_t>(scan.sensor())];
+  relocalisation_->filter.believe();
+  ++relocalisation_->scans[static_cast<std::size_t>(scan.sensor())];
 }
 
 void Localiser::Engine::settle(LocalisationOutcome& outcome) {
   constexpr double kDecided = 8.0;           // nats: odds of 3000 to 1
   constexpr int kFair = 30, kLongest = 100;  // scans: to show some promise, and in all
-  const PoseBelief& theirs = challenger_->filter.belief();
+  const PoseBelief& theirs = relocalisation_->filter.belief();
   const PoseBelief& ours = filter_->believe();
   const bool same = theirs.converged && same_place(theirs.pose.mean, ours.pose.mean, options_);
-  if (challenger_->log_odds > kDecided && !same) {
-    filter_ = std::move(challenger_->filter);
+  if (relocalisation_->log_odds > kDecided && !same) {
+    filter_ = std::move(relocalisation_->filter);
     outcome.moved = true;
     for (SensorMemory& m : memories_) m.begin_anew();
     confirmed_ = given_ = false;
   } else if (same && ours.converged) {
     confirmed_ = true;
     for (SensorMemory& m : memories_) m.usual = m.recent;  // it fits no better anywhere
-  } else if (challenger_->age() < (challenger_->log_odds < 0.0 ? kFair : kLongest)) {
+  } else if (relocalisation_->age() < (relocalisation_->log_odds < 0.0 ? kFair : kLongest)) {
     return;
   } else if (given_) {
     confirmed_ = true;
   }
-  challenger_.reset();
+  relocalisation_.reset();
   since_search_ = 0;
 }
 

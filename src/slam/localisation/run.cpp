@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/sync/odometry_track.hpp>
 #include <wayfare/slam/localisation.hpp>
+#include <wayfare/sync/odometry_track.hpp>
 
 #include "sync/gather_radar.hpp"
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include <wayfare/core/parallel.hpp>
 #include "map/distance_field/kernels.hpp"
-#include <wayfare/core/parallel_for.hpp>
 
 namespace wayfare {
 namespace {
@@ -77,7 +77,7 @@ void ScanWeigher::pick_beams(const LaserScan& scan) {
   }
 }
 
-void ScanWeigher::field_sums(const MatchGrid& field, const ParticleSet& particles,
+void ScanWeigher::field_sums(const LikelihoodField& field, const ParticleSet& particles,
                              std::size_t begin, std::size_t count, std::uint32_t* sums) const {
   std::array<float, kBlock> c, s, ox, oy;
   const double scale = 1.0 / field.resolution_m();
@@ -98,7 +98,7 @@ void ScanWeigher::weigh_by_field(const LocalisationMap& map, bool broad,
                                  const ParticleSet& particles,
                                  std::span<double> log_likelihood) const {
   const LocalisationMap::Fields& fields = map.fields(sensor_);
-  const MatchGrid& field = broad ? fields.broad : fields.sharp;
+  const LikelihoodField& field = broad ? fields.broad : fields.sharp;
   const double share = independent(broad) / static_cast<double>(std::max<std::size_t>(ends_, 1));
   const std::size_t blocks = (particles.size() + kBlock - 1) / kBlock;
   parallel_for(blocks, options_.threads, [&](std::size_t b) {
@@ -156,7 +156,7 @@ double ScanWeigher::agreement(const LocalisationMap& map, const SE2d& T_map_base
   one.push_back(T_map_base);
   std::uint32_t sum = 0;
   field_sums(map.fields(sensor_).sharp, one, 0, 1, &sum);
-  return static_cast<double>(sum) / (MatchGrid::kMaxValue * static_cast<double>(ends_));
+  return static_cast<double>(sum) / (LikelihoodField::kMaxValue * static_cast<double>(ends_));
 }
 
 }  // namespace wayfare

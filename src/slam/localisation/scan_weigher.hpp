@@ -45,7 +45,7 @@ class ScanWeigher {
   void pick_ends(const LaserScan& scan);
   void pick_beams(const LaserScan& scan);
   void pad_ends();
-  void field_sums(const MatchGrid& field, const ParticleSet& particles, std::size_t begin,
+  void field_sums(const LikelihoodField& field, const ParticleSet& particles, std::size_t begin,
                   std::size_t count, std::uint32_t* sums) const;
 
   const LocalisationOptions& options_;

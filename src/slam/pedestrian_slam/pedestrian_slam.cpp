@@ -70,15 +70,15 @@ class PedestrianSlam::Engine {
         map_heading_(options.map_heading),
         slam_(options.slam) {}
 
-  MargIntake add(const MargSample& sample) {
-    const MargIntake intake = pedestrian_.add(sample, [&](const PedestrianPose& p) {
+  MargUpdateStatus add(const MargSample& sample) {
+    const MargUpdateStatus status = pedestrian_.add(sample, [&](const PedestrianPose& p) {
       way_.add(p.time, p.step.interval_s,
                p.length_m *
                    Eigen::Vector2d(std::cos(p.heading.radians()), std::sin(p.heading.radians())));
     });
-    if (intake.gyro == Intake::used) reading_ = sample.time;
+    if (status.gyro == UpdateStatus::used) reading_ = sample.time;
     take_heading();
-    return intake;
+    return status;
   }
 
   Result<ScanOutcome> add_scan(const LaserScan& scan) {
@@ -120,7 +120,7 @@ class PedestrianSlam::Engine {
     p.ahrs.heading_history_s = kHistory_s;
     if (!o.feedback || !o.heading) return p;
     p.ahrs.use_magnetometer = false;
-    p.field_drift.offset_sigma_uT = 0.0;
+    p.magnetic_drift.offset_sigma_uT = 0.0;
     return p;
   }
 
@@ -212,7 +212,7 @@ PedestrianSlam::~PedestrianSlam() = default;
 PedestrianSlam::PedestrianSlam(PedestrianSlam&&) noexcept = default;
 PedestrianSlam& PedestrianSlam::operator=(PedestrianSlam&&) noexcept = default;
 
-MargIntake PedestrianSlam::add(const MargSample& sample) { return engine_->add(sample); }
+MargUpdateStatus PedestrianSlam::add(const MargSample& sample) { return engine_->add(sample); }
 Result<ScanOutcome> PedestrianSlam::add_scan(const LaserScan& scan) {
   return engine_->add_scan(scan);
 }

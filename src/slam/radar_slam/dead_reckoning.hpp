@@ -6,8 +6,8 @@
 #include <vector>
 
 #include <wayfare/core/gaussian.hpp>
-#include <wayfare/sync/augmented_scans.hpp>
 #include <wayfare/slam/radar_slam.hpp>
+#include <wayfare/sync/augmented_scans.hpp>
 
 namespace wayfare {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include <wayfare/core/parallel_for.hpp>
+#include <wayfare/core/parallel.hpp>
 #include "slam/radar_slam/sensor_step.hpp"
 #include "slam/radar_slam/wall_points.hpp"
 

@@ -76,7 +76,7 @@ double SensorStep::explained(const ScanMatch& match, const Gaussian<SE2d>& motio
 
 std::optional<ScanMatch> SensorStep::look(const OccupancyGrid& map, const PointSet& points,
                                           const Gaussian<SE2d>& expected,
-                                          const SearchWindow& window, MatchGrid& view) {
+                                          const SearchWindow& window, LikelihoodField& view) {
   const FieldReach reach{std::max(window.half_x_m, window.half_y_m) + map.resolution_m(),
                          window.half_heading.radians()};
   if (!make_view(map, points, expected.mean, reach, view)) return std::nullopt;
@@ -88,7 +88,7 @@ std::optional<ScanMatch> SensorStep::look(const OccupancyGrid& map, const PointS
 }
 
 bool SensorStep::make_view(const OccupancyGrid& map, const PointSet& points, const SE2d& expected,
-                           const FieldReach& reach, MatchGrid& view) {
+                           const FieldReach& reach, LikelihoodField& view) {
   return options_.density
              ? densities_.make(map, points, expected, reach, *options_.density, view).has_value()
              : fields_.make(map, points, expected, reach, options_.field, view).has_value();
@@ -129,7 +129,7 @@ SearchWindow SensorStep::window_of(const Gaussian<SE2d>& expected) const {
 
 /// From the best cell to the summit between cells, then towards what motion says along the
 /// directions the scan leaves open.
-std::optional<ScanMatch> SensorStep::sharpened(const MatchGrid& view, const PointSet& points,
+std::optional<ScanMatch> SensorStep::sharpened(const LikelihoodField& view, const PointSet& points,
                                                const MatchResult& coarse,
                                                const Gaussian<SE2d>& expected,
                                                const Eigen::Matrix3d& information) const {

@@ -58,14 +58,16 @@ class SensorStep {
   [[nodiscard]] SearchWindow window_of(const Gaussian<SE2d>& expected) const;
   [[nodiscard]] std::optional<ScanMatch> look(const OccupancyGrid& map, const PointSet& points,
                                               const Gaussian<SE2d>& expected,
-                                              const SearchWindow& window, MatchGrid& view);
+                                              const SearchWindow& window, LikelihoodField& view);
   [[nodiscard]] std::optional<ScanMatch> look_wider(const OccupancyGrid& map,
                                                     const PointSet& points,
                                                     const Gaussian<SE2d>& expected);
   [[nodiscard]] bool make_view(const OccupancyGrid& map, const PointSet& points,
-                               const SE2d& expected, const FieldReach& reach, MatchGrid& view);
+                               const SE2d& expected, const FieldReach& reach,
+                               LikelihoodField& view);
   [[nodiscard]] MatchOptions match_options(const Eigen::Matrix3d& information) const;
-  [[nodiscard]] std::optional<ScanMatch> sharpened(const MatchGrid& view, const PointSet& points,
+  [[nodiscard]] std::optional<ScanMatch> sharpened(const LikelihoodField& view,
+                                                   const PointSet& points,
                                                    const MatchResult& coarse,
                                                    const Gaussian<SE2d>& expected,
                                                    const Eigen::Matrix3d& information) const;
@@ -78,8 +80,8 @@ class SensorStep {
   PoseProposalOptions proposal_options_;
   OccupancyFieldMaker fields_;
   DetectionFieldMaker densities_;
-  MatchGrid view_, wide_view_;
-  MaxPyramid pyramid_;
+  LikelihoodField view_, wide_view_;
+  PrecomputationGrids pyramid_;
   CorrelativeMatcher matcher_;
   BranchAndBoundMatcher far_matcher_;
   PoseProposal proposal_;

@@ -11,8 +11,8 @@
 
 #include <wayfare/sync/odometry_track.hpp>
 
-#include "sync/gather_radar.hpp"
 #include "slam/radar_slam/dead_reckoning.hpp"
+#include "sync/gather_radar.hpp"
 
 namespace wayfare {
 namespace {

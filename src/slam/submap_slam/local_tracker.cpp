@@ -20,7 +20,7 @@ std::optional<MatchResult> LocalTracker::match(const SubmapGraph& map, const Poi
                                                const MatchOptions& options) const {
   const SE2d& T_local_submap = matched_submap(map).T_local_submap;
   auto found = matcher_.match(active_.front().grid.tables(), points,
-                                    T_local_submap.inverse() * T_local_prior, window, options);
+                              T_local_submap.inverse() * T_local_prior, window, options);
   if (!found || !*found) return std::nullopt;
   (*found)->T_map_points = T_local_submap * (*found)->T_map_points;
   return *std::move(found);

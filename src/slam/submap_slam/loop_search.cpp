@@ -10,8 +10,8 @@
 #include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 
+#include <wayfare/core/parallel.hpp>
 #include "match/local/registration.hpp"
-#include <wayfare/core/parallel_for.hpp>
 #include "match/open_direction.hpp"
 
 namespace wayfare {
@@ -196,7 +196,7 @@ std::size_t LoopSearch::Tables::bytes() const {
            static_cast<std::size_t>(t.height() + 2 * PaddedTable::kBorder);
   };
   std::size_t sum = 3 * table(field.grid());  // itself, and the maxima of pairs
-  for (int l = 0; l < MaxPyramid::kLevels; ++l) sum += field.level(l).table.size();
+  for (int l = 0; l < PrecomputationGrids::kLevels; ++l) sum += field.level(l).table.size();
   for (const ProbabilityGrid& g : grid) sum += 2 * table(g);
   return sum;
 }

@@ -49,7 +49,7 @@ class LoopSearch {
  private:
   /// What a finished submap is searched by; made from its points when it is asked for.
   struct Tables {
-    MaxPyramid field;
+    PrecomputationGrids field;
     ProbabilityPyramid grid;
     [[nodiscard]] std::size_t bytes() const;
   };

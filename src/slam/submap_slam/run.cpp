@@ -1,8 +1,8 @@
 #include <utility>
 
+#include <wayfare/slam/submap_slam.hpp>
 #include <wayfare/sync/gyro_turn.hpp>
 #include <wayfare/sync/odometry_track.hpp>
-#include <wayfare/slam/submap_slam.hpp>
 
 #include "slam/feed_scans.hpp"
 

@@ -12,9 +12,9 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/core/detail/bytes.hpp>
 
 namespace wayfare {
 

@@ -3,7 +3,7 @@
 #include <wayfare/match/correlative.hpp>
 
 bool matches_scans() {
-  const auto match = wayfare::CorrelativeMatcher().match(wayfare::MatchGrid(), wayfare::PointSet(),
-                                                         wayfare::SE2d(), wayfare::SearchWindow());
+  const auto match = wayfare::CorrelativeMatcher().match(
+      wayfare::LikelihoodField(), wayfare::PointSet(), wayfare::SE2d(), wayfare::SearchWindow());
   return !match || !match->has_value();
 }

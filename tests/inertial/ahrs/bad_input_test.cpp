@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/eval/attitude_error.hpp>
+#include <wayfare/inertial/ahrs.hpp>
 #include "motion.hpp"
 
 namespace wayfare {

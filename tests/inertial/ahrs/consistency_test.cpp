@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/eval/attitude_error.hpp>
+#include <wayfare/inertial/ahrs.hpp>
 #include "motion.hpp"
 
 namespace wayfare {
@@ -58,12 +58,12 @@ TEST(AhrsConsistency, InnovationsHaveTheirVariance) {
     const Motion motion = testing::simulate(m.motion);
     Ahrs<frame::Enu> ahrs(m.parameters);
     for (std::size_t i = 0; i < motion.samples.size(); ++i) {
-      const MargIntake intake = ahrs.add(motion.samples[i]);
+      const MargUpdateStatus status = ahrs.add(motion.samples[i]);
       if (i < 500) continue;  // ten seconds to settle
       const auto nis = ahrs.nis();
       velocity += nis.velocity_east + nis.velocity_north;
       n_velocity += 2;
-      if (intake.magnetometer != Intake::used) continue;
+      if (status.magnetometer != UpdateStatus::used) continue;
       heading += nis.heading;
       ++n_heading;
     }

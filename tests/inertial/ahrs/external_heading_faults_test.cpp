@@ -11,8 +11,8 @@
 #include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/inertial/detail/heading_track.hpp>
 #include <wayfare/pedestrian/map_heading.hpp>
-#include "motion.hpp"
 #include "core/at.hpp"
+#include "motion.hpp"
 
 namespace wayfare {
 namespace {
@@ -54,28 +54,28 @@ struct Started {
   Started() {
     for (const MargSample& s : motion.samples) ahrs.add(s);
     EXPECT_EQ(ahrs.add_heading({now - from_seconds(0.1), Angle::degrees(90), kVariance}),
-              Intake::used);
+              UpdateStatus::used);
     EXPECT_TRUE(ahrs.heading_known());
   }
 };
 
-TEST(OutsideHeadingFaults, WhatIsNoHeadingIsRefusedAndChangesNothing) {
+TEST(ExternalHeadingFaults, WhatIsNoHeadingIsRefusedAndChangesNothing) {
   Started s;
   const auto q = s.ahrs.q_world_body().quaternion().coeffs();
   const Eigen::Matrix3d p = s.ahrs.world_covariance();
   const auto tell = [&](double after_s, double degrees, double variance) {
     return s.ahrs.add_heading({s.now + from_seconds(after_s), Angle::degrees(degrees), variance});
   };
-  EXPECT_EQ(tell(0, kNan, kVariance), Intake::missing);
-  EXPECT_EQ(tell(0, kInf, kVariance), Intake::missing);
+  EXPECT_EQ(tell(0, kNan, kVariance), UpdateStatus::missing);
+  EXPECT_EQ(tell(0, kInf, kVariance), UpdateStatus::missing);
   for (const double variance : {kNan, kInf, 0.0, -1.0})
-    EXPECT_EQ(tell(0, 90, variance), Intake::missing);
-  EXPECT_EQ(tell(0.2, 90, kVariance), Intake::waiting);  // to come
-  EXPECT_EQ(tell(1e6, 90, kVariance), Intake::waiting);
-  EXPECT_EQ(tell(-1.2, 90, kVariance), Intake::late);  // too long past
-  EXPECT_EQ(tell(-1e6, 90, kVariance), Intake::late);
-  EXPECT_EQ(tell(-0.1, 90, kVariance), Intake::late);  // told before
-  EXPECT_EQ(tell(0, 150, kVariance), Intake::disturbed);
+    EXPECT_EQ(tell(0, 90, variance), UpdateStatus::missing);
+  EXPECT_EQ(tell(0.2, 90, kVariance), UpdateStatus::waiting);  // to come
+  EXPECT_EQ(tell(1e6, 90, kVariance), UpdateStatus::waiting);
+  EXPECT_EQ(tell(-1.2, 90, kVariance), UpdateStatus::late);  // too long past
+  EXPECT_EQ(tell(-1e6, 90, kVariance), UpdateStatus::late);
+  EXPECT_EQ(tell(-0.1, 90, kVariance), UpdateStatus::late);  // told before
+  EXPECT_EQ(tell(0, 150, kVariance), UpdateStatus::disturbed);
   EXPECT_EQ(s.ahrs.q_world_body().quaternion().coeffs(), q);
   EXPECT_EQ(s.ahrs.world_covariance(), p);
   const SensorReport& r = s.ahrs.report().outside;
@@ -86,22 +86,22 @@ TEST(OutsideHeadingFaults, WhatIsNoHeadingIsRefusedAndChangesNothing) {
   EXPECT_EQ(r.disturbed, 1U);
 }
 
-TEST(OutsideHeadingFaults, NothingIsTakenBeforeThereIsAnAttitudeOrWhereNothingIsKept) {
+TEST(ExternalHeadingFaults, NothingIsTakenBeforeThereIsAnAttitudeOrWhereNothingIsKept) {
   Ahrs<frame::Enu> fresh(by_outside());
-  EXPECT_EQ(fresh.add_heading({LogTime(), Angle(), kVariance}), Intake::waiting);
+  EXPECT_EQ(fresh.add_heading({LogTime(), Angle(), kVariance}), UpdateStatus::waiting);
   AhrsParameters none = by_outside();
   none.heading_history_s = 0.0;
   Ahrs<frame::Enu> keeps_nothing(none);
   const Motion motion = slow_motion(2.0);
   for (const MargSample& s : motion.samples) keeps_nothing.add(s);
   EXPECT_EQ(keeps_nothing.add_heading({motion.samples.back().time, Angle(), kVariance}),
-            Intake::waiting);
+            UpdateStatus::waiting);
   AhrsParameters upright = by_outside();
   upright.heading_axis = Eigen::Vector3d::UnitZ();
   Ahrs<frame::Enu> no_heading(upright);
   for (const MargSample& s : motion.samples) no_heading.add(s);
   EXPECT_EQ(no_heading.add_heading({motion.samples.back().time, Angle(), kVariance}),
-            Intake::waiting);
+            UpdateStatus::waiting);
 }
 
 struct After {
@@ -123,7 +123,7 @@ After run_with(const std::function<double(int, double)>& harm) {
   return {Angle::radians(wrap_to_pi(off)).degrees(), ahrs.report()};
 }
 
-TEST(OutsideHeadingFaults, OutliersAreRefused) {
+TEST(ExternalHeadingFaults, OutliersAreRefused) {
   Rng rng(1);
   const After a = run_with(
       [&](int second, double told) { return second % 5 == 3 ? rng.uniform() * 6.28 : told; });
@@ -132,7 +132,7 @@ TEST(OutsideHeadingFaults, OutliersAreRefused) {
   EXPECT_EQ(a.report.headings_taken, 0U);
 }
 
-TEST(OutsideHeadingFaults, WhatIsOffAlikeForLongIsRightAfterAll) {
+TEST(ExternalHeadingFaults, WhatIsOffAlikeForLongIsRightAfterAll) {
   const After a = run_with([](int second, double told) { return second < 30 ? told : told + 0.5; });
   EXPECT_NEAR(a.off_deg, 28.65, 1.0);
   EXPECT_EQ(a.report.headings_taken, 1U);
@@ -146,7 +146,7 @@ TEST(OutsideHeadingFaults, WhatIsOffAlikeForLongIsRightAfterAll) {
 }
 
 // A pause in which the gyro is silent: the heading begins anew, and is what is told next.
-TEST(OutsideHeadingFaults, AfterAPauseTheHeadingIsTakenAsItIs) {
+TEST(ExternalHeadingFaults, AfterAPauseTheHeadingIsTakenAsItIs) {
   Started s;
   const LogTime later = s.now + from_seconds(5.0);
   for (int i = 0; i < 20; ++i) {
@@ -155,13 +155,13 @@ TEST(OutsideHeadingFaults, AfterAPauseTheHeadingIsTakenAsItIs) {
     s.ahrs.add(sample);
   }
   EXPECT_FALSE(s.ahrs.heading_known());
-  EXPECT_EQ(s.ahrs.add_heading({s.now, Angle::degrees(10), kVariance}), Intake::late);
+  EXPECT_EQ(s.ahrs.add_heading({s.now, Angle::degrees(10), kVariance}), UpdateStatus::late);
   EXPECT_EQ(s.ahrs.add_heading({later + from_seconds(0.15), Angle::degrees(10), kVariance}),
-            Intake::used);
+            UpdateStatus::used);
   EXPECT_NEAR(compass_of(s.ahrs.q_world_body()), 10 * kDegree, 0.02 * kDegree);
 }
 
-TEST(OutsideHeadingFaults, WhateverIsToldItStaysFinite) {
+TEST(ExternalHeadingFaults, WhateverIsToldItStaysFinite) {
   Rng rng(5);
   Ahrs<frame::Ned, float> ahrs(by_outside());
   const Motion motion = slow_motion(300.0);

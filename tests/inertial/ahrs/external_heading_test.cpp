@@ -10,8 +10,8 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/inertial/ahrs.hpp>
-#include "motion.hpp"
 #include "core/at.hpp"
+#include "motion.hpp"
 
 namespace wayfare {
 namespace {
@@ -57,7 +57,7 @@ struct Carried {
 
 // A second of turning about the vertical after the time of the fix: without noise of the bias the
 // row of the bias and the noise in common are exact.
-TEST(OutsideHeading, ALateFixIsTheUpdateOfAFilterThatCarriesThePastStateAlong) {
+TEST(ExternalHeading, ALateFixIsTheUpdateOfAFilterThatCarriesThePastStateAlong) {
   for (const double bias_noise : {0.0, 1e-9}) {
     Rng rng(3);
     Eigen::Matrix<double, 9, 9> a;
@@ -66,7 +66,7 @@ TEST(OutsideHeading, ALateFixIsTheUpdateOfAFilterThatCarriesThePastStateAlong) {
     dense.p.topLeftCorner<9, 9>() = 1e-3 * (a * a.transpose() + decltype(a)::Identity());
     AhrsParameters parameters;
     parameters.heading_history_s = 2.0;
-    OutsideHeading<double> outside(parameters);
+    ExternalHeading<double> outside(parameters);
     Filter f;
     f.set_attitude(SO3d::exp({0.0, 0.0, 0.4}));
     for (int i = 0; i < 9; ++i)
@@ -94,7 +94,7 @@ TEST(OutsideHeading, ALateFixIsTheUpdateOfAFilterThatCarriesThePastStateAlong) {
     const SO3d before = f.q_enu_body();
     const auto outcome =
         outside.take(f, {at(0.49), Angle::radians(std::numbers::pi / 2 - told), variance}, true);
-    EXPECT_EQ(outcome.intake, Intake::used);
+    EXPECT_EQ(outcome.status, UpdateStatus::used);
     // The row leaves out what noise of the bias in between does: 1e-9 of 1e-3.
     const double tolerance = bias_noise > 0 ? 1e-4 : 1e-9;
     EXPECT_LT((f.covariance().dense() - expected).norm(), tolerance * expected.norm());
@@ -153,27 +153,27 @@ Ahrs<frame::Enu> run(const Told& t, After after) {
   const auto every = static_cast<std::size_t>(std::lround(t.spacing_s * t.motion.rate_hz));
   for (std::size_t i = 0; i < motion.samples.size(); ++i) {
     ahrs.add(motion.samples[i]);
-    std::optional<Intake> intake;
+    std::optional<UpdateStatus> status;
     if (i > late && i % every == 0) {
       const double told = heading_of(motion.q_enu_body[i - late]) + t.sigma * rng.normal();
       const LogTime time = motion.samples[t.stamped_late ? i : i - late].time;
-      intake =
+      status =
           ahrs.add_heading({time, Angle::radians(std::numbers::pi / 2 - told), t.sigma * t.sigma});
     }
-    after(ahrs, motion.samples[i], motion.q_enu_body[i], intake);
+    after(ahrs, motion.samples[i], motion.q_enu_body[i], status);
   }
   return ahrs;
 }
 
-TEST(OutsideHeading, ErrorsAndInnovationsHaveTheirVariance) {
+TEST(ExternalHeading, ErrorsAndInnovationsHaveTheirVariance) {
   double nis = 0.0, heading = 0.0, bias = 0.0;
   int n_nis = 0, n = 0, refused = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Told t = matched(seed);
     int count = 0;
-    run(t, [&](const auto& ahrs, const MargSample&, const SO3d& truth, auto intake) {
-      if (!intake) return;
-      refused += *intake == Intake::disturbed ? 1 : 0;
+    run(t, [&](const auto& ahrs, const MargSample&, const SO3d& truth, auto status) {
+      if (!status) return;
+      refused += *status == UpdateStatus::disturbed ? 1 : 0;
       if (++count < 10) return;
       nis += ahrs.nis().outside;
       ++n_nis;
@@ -197,7 +197,7 @@ TEST(OutsideHeading, ErrorsAndInnovationsHaveTheirVariance) {
   EXPECT_LT(bias / n, 2.3);
 }
 
-TEST(OutsideHeading, TellsTheGyrosBias) {
+TEST(ExternalHeading, TellsTheGyrosBias) {
   Told t = matched(4);
   t.motion.bias_radps = {0.0, 0.0, 0.6 * kDegree};
   // Who tilts to and fro finds it by gravity, who is shaken as hard as above by where that leads.
@@ -216,7 +216,7 @@ TEST(OutsideHeading, TellsTheGyrosBias) {
 
 // Turning at up to 1 rad/s half a second is half a radian: stamped with its own time that costs
 // nothing, with that of its arrival it spoils the heading.
-TEST(OutsideHeading, DelayDoesNoHarmWhereTheStampIsTheHeadingsOwn) {
+TEST(ExternalHeading, DelayDoesNoHarmWhereTheStampIsTheHeadingsOwn) {
   const auto rms = [](Told t) {
     double squares = 0.0;
     int n = 0;
@@ -240,7 +240,7 @@ TEST(OutsideHeading, DelayDoesNoHarmWhereTheStampIsTheHeadingsOwn) {
   EXPECT_GT(rms(t), 5.0 * prompt);
 }
 
-TEST(OutsideHeading, SameReadingsSameBits) {
+TEST(ExternalHeading, SameReadingsSameBits) {
   const auto none = [](auto&&...) {};
   const auto a = run(matched(7), none), b = run(matched(7), none);
   EXPECT_EQ(a.q_world_body().quaternion().coeffs(), b.q_world_body().quaternion().coeffs());

@@ -7,8 +7,8 @@
 #include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 
-#include "motion.hpp"
 #include "core/counted_heap.hpp"
+#include "motion.hpp"
 
 namespace wayfare {
 namespace {
@@ -30,7 +30,7 @@ TEST(NoHeap, AttitudeAndWalkTakeNone) {
   Ahrs<frame::Ned> exact;
   Ahrs<frame::Enu, float> quick;
   PedestrianParameters p;
-  p.field_drift.offset_sigma_uT = 50.0;
+  p.magnetic_drift.offset_sigma_uT = 50.0;
   p.ahrs.heading_history_s = 1.0;
   Pedestrian pedestrian(p);
   EXPECT_EQ(allocations_of(exact, motion.samples), 0u);

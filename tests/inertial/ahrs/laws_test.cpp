@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/eval/attitude_error.hpp>
 #include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/inertial/basic_ahrs.hpp>
-#include <wayfare/eval/attitude_error.hpp>
 #include "motion.hpp"
 
 namespace wayfare {
@@ -104,10 +104,10 @@ TYPED_TEST(AttitudeLaws, NotANumberLeavesTheEstimateAsItWas) {
     bad.time = s.time + std::chrono::milliseconds(1);
     if (i % 2 == 0) bad.angular_rate_radps.x() = 1.0;  // the others stay NaN
     if (i % 3 == 0) bad.specific_force_mps2.y() = std::numeric_limits<double>::infinity();
-    const MargIntake intake = dirty.add(bad);
-    ASSERT_EQ(intake.gyro, Intake::missing);
-    ASSERT_EQ(intake.accelerometer, Intake::missing);
-    ASSERT_EQ(intake.magnetometer, Intake::missing);
+    const MargUpdateStatus status = dirty.add(bad);
+    ASSERT_EQ(status.gyro, UpdateStatus::missing);
+    ASSERT_EQ(status.accelerometer, UpdateStatus::missing);
+    ASSERT_EQ(status.magnetometer, UpdateStatus::missing);
     ASSERT_EQ(clean.q_world_body().quaternion().coeffs(),
               dirty.q_world_body().quaternion().coeffs());
   }
@@ -118,10 +118,10 @@ TYPED_TEST(AttitudeLaws, LateReadingsAreRefused) {
   TypeParam e;
   run(e, MargRecording(motion.samples.begin(), motion.samples.begin() + 100));
   const auto before = e.q_world_body().quaternion().coeffs().eval();
-  const MargIntake intake = e.add(motion.samples[98]);
-  EXPECT_EQ(intake.gyro, Intake::late);
-  EXPECT_EQ(intake.accelerometer, Intake::late);
-  EXPECT_EQ(intake.magnetometer, Intake::late);
+  const MargUpdateStatus status = e.add(motion.samples[98]);
+  EXPECT_EQ(status.gyro, UpdateStatus::late);
+  EXPECT_EQ(status.accelerometer, UpdateStatus::late);
+  EXPECT_EQ(status.magnetometer, UpdateStatus::late);
   EXPECT_EQ(before, e.q_world_body().quaternion().coeffs());
 }
 

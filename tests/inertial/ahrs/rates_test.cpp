@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/eval/attitude_error.hpp>
+#include <wayfare/inertial/ahrs.hpp>
 #include "motion.hpp"
 
 namespace wayfare {
@@ -66,12 +66,12 @@ TEST(AhrsRates, SensorsApartAndIrregular) {
   Rng rng(9);
   Ahrs<frame::Ned> ahrs;
   eval::AttitudeRmse rmse;
-  Eigen::Vector3d turned = Eigen::Vector3d::Zero(), felt = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turned = Eigen::Vector3d::Zero(), measured = Eigen::Vector3d::Zero();
   int next_gyro = 5, since_gyro = 0, next_force = 15, since_force = 0, next_field = 50;
   for (int i = 0; i < static_cast<int>(motion.samples.size()); ++i) {
     const MargSample& s = motion.samples[static_cast<std::size_t>(i)];
     turned += s.angular_rate_radps;
-    felt += s.specific_force_mps2;
+    measured += s.specific_force_mps2;
     ++since_gyro, ++since_force;
     if (i == next_gyro) {
       ahrs.add_rate(s.time, turned / since_gyro);
@@ -85,8 +85,8 @@ TEST(AhrsRates, SensorsApartAndIrregular) {
       }
     }
     if (i == next_force) {
-      ahrs.add_force(s.time, felt / since_force);
-      felt.setZero();
+      ahrs.add_force(s.time, measured / since_force);
+      measured.setZero();
       since_force = 0;
       next_force += 12 + static_cast<int>(rng.below(7));
     }
@@ -154,7 +154,7 @@ TEST(AhrsRates, WithoutMagnetometerTheHeadingIsRelative) {
   EXPECT_TRUE(ahrs.heading_known());
   EXPECT_NEAR(ahrs.world_covariance()(2, 2), kDegree * kDegree, 1e-12);
   for (std::size_t i = 100; i < motion.samples.size(); ++i)
-    EXPECT_EQ(ahrs.add(motion.samples[i]).magnetometer, Intake::missing);
+    EXPECT_EQ(ahrs.add(motion.samples[i]).magnetometer, UpdateStatus::missing);
   EXPECT_LT(eval::attitude_error(ahrs.q_world_body(), motion.q_enu_body.back()).total.degrees(),
             1.0);
 }

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/ros/node.hpp>
 #include <wayfare/ros/detail/raw_node.hpp>
+#include <wayfare/ros/node.hpp>
 #include "io/support.hpp"
 #include "processes.hpp"
 

@@ -11,7 +11,8 @@
 #include <vector>
 
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/grid_image.hpp>
+#include <wayfare/io/image.hpp>
+#include <wayfare/io/map_image.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/recording_writer.hpp>
 #include <wayfare/slam/radar_slam.hpp>

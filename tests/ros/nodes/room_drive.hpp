@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include <wayfare/sensors/recording.hpp>
 #include <wayfare/ros/convert.hpp>
+#include <wayfare/sensors/recording.hpp>
 
 namespace wayfare::testing {
 

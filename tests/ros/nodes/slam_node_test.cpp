@@ -8,7 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <wayfare/io/grid_image.hpp>
+#include <wayfare/io/image.hpp>
+#include <wayfare/io/map_image.hpp>
 #include <wayfare/ros/detail/node_output.hpp>
 #include <wayfare/ros/slam_node.hpp>
 #include <wayfare/sync/gyro_turn.hpp>

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include <wayfare/core/contract.hpp>
-#include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare {
 
 /// The ways of a set of particles, which share what they did before they were drawn from the same
 /// one: a tree of poses that forgets the ways nobody leads any more, so that it grows with time and
 /// not with time × particles.
-class PoseTree {
+class AncestryTree {
  public:
   using Node = std::int32_t;
   static constexpr Node kNone = -1;

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/graph/linear_solver.hpp>
-#include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/detail/normal_equations.hpp>
 #include <wayfare/graph/detail/phase_timer.hpp>
+#include <wayfare/graph/linear_solver.hpp>
+#include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/report.hpp>
 
 namespace wayfare {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/detail/normal_equations.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 
 namespace wayfare {
 

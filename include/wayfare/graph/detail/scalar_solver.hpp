@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/graph/detail/scalar_expansion.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
-#include <wayfare/graph/detail/scalar_expansion.hpp>
 
 namespace wayfare {
 

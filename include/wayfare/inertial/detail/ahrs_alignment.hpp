@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <wayfare/inertial/detail/ahrs_filter.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
+#include <wayfare/inertial/detail/ahrs_filter.hpp>
 
 namespace wayfare::align {
 

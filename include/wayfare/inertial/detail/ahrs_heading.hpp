@@ -9,10 +9,10 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
-#include <wayfare/inertial/detail/ahrs_alignment.hpp>
-#include <wayfare/inertial/detail/ahrs_filter.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/attitude.hpp>
+#include <wayfare/inertial/detail/ahrs_alignment.hpp>
+#include <wayfare/inertial/detail/ahrs_filter.hpp>
 #include <wayfare/inertial/detail/magnetic_gate.hpp>
 
 namespace wayfare {
@@ -24,7 +24,7 @@ class AhrsHeading {
   using Filter = AhrsFilter<T>;
 
   struct Outcome {
-    Intake intake = Intake::used;
+    UpdateStatus status = UpdateStatus::used;
     bool taken_anew = false;  ///< the heading was lost and was taken from the field
   };
 
@@ -53,22 +53,22 @@ class AhrsHeading {
   Outcome take(Filter& filter, const Vector& field, const Vector& rate, T dt) {
     // As long as the level is not known the field's dip is not either.
     const auto& p = filter.covariance();
-    if (p(0, 0) + p(1, 1) > T(2) * kLevel * kLevel) return {Intake::waiting};
+    if (p(0, 0) + p(1, 1) > T(2) * kLevel * kLevel) return {UpdateStatus::waiting};
     constexpr T kTurning = T(0.35);  // 20 °/s
     const auto verdict = gate_.take(field, dt, rate.squaredNorm() > kTurning * kTurning);
     const T level2 = field.template head<2>().squaredNorm();
     constexpr T kLeastLevel2 = T(0.0025);  // steeper than 87°: too near a magnetic pole
-    if (level2 < kLeastLevel2 * field.squaredNorm()) return {Intake::disturbed};
+    if (level2 < kLeastLevel2 * field.squaredNorm()) return {UpdateStatus::disturbed};
     const T off = wrap_to_pi(std::atan2(field.x(), field.y()) - declination_);
     if (!known_) {
       take_as_it_is(filter, off, level2 / (field.z() * field.z() + level2));
-      return {Intake::used};
+      return {UpdateStatus::used};
     }
     using Field = typename MagneticGate<T>::Field;
-    if (verdict == Field::disturbed) return {Intake::disturbed};
-    if (verdict == Field::settling || !(dt > T(0))) return {Intake::waiting};
+    if (verdict == Field::disturbed) return {UpdateStatus::disturbed};
+    if (verdict == Field::settling || !(dt > T(0))) return {UpdateStatus::waiting};
     observe(filter, field, filter.rotation() * rate, off, dt);
-    return {Intake::used, find_again(filter, off, dt)};
+    return {UpdateStatus::used, find_again(filter, off, dt)};
   }
 
   [[nodiscard]] const MagneticGate<T>& gate() const { return gate_; }

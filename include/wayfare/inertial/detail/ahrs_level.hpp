@@ -8,9 +8,9 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/detail/ahrs_alignment.hpp>
 #include <wayfare/inertial/detail/ahrs_filter.hpp>
-#include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/detail/rest_detector.hpp>
 #include <wayfare/inertial/detail/velocity_model.hpp>
 

@@ -8,14 +8,14 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/inertial/ahrs_parameters.hpp>
+#include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/ahrs_alignment.hpp>
 #include <wayfare/inertial/detail/ahrs_filter.hpp>
 #include <wayfare/inertial/detail/ahrs_heading.hpp>
 #include <wayfare/inertial/detail/ahrs_level.hpp>
-#include <wayfare/inertial/ahrs_parameters.hpp>
-#include <wayfare/inertial/ahrs_report.hpp>
-#include <wayfare/inertial/detail/gyro_noise.hpp>
 #include <wayfare/inertial/detail/external_heading.hpp>
+#include <wayfare/inertial/detail/gyro_noise.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
 
 namespace wayfare {
@@ -31,56 +31,56 @@ class AhrsReadings {
     align::forget_bias(filter_, p_);
   }
 
-  Intake add_rate(LogTime time, const Vector& rate) {
+  UpdateStatus add_rate(LogTime time, const Vector& rate) {
     const Judgement j = judge(rate, p_.rate_range, rate_clock_, time);
-    if (!j.usable) return report_.gyro.note(j.intake);
+    if (!j.usable) return report_.gyro.note(j.status);
     const T dt = T(rate_clock_.step_s());
     if (j.first || dt > T(p_.restart_gap_s)) {
       restart();
     } else {
-      turn(time, rate, dt, j.intake == Intake::saturated);
+      turn(time, rate, dt, j.status == UpdateStatus::saturated);
     }
     last_rate_ = rate;
-    return report_.gyro.note(j.intake);
+    return report_.gyro.note(j.status);
   }
 
-  Intake add_force(LogTime time, const Vector& force) {
+  UpdateStatus add_force(LogTime time, const Vector& force) {
     const Judgement j = judge(force, p_.force_range, force_clock_, time);
-    if (!j.usable) return report_.accelerometer.note(j.intake);
+    if (!j.usable) return report_.accelerometer.note(j.status);
     if (!gyro_is_near(time) || (!ready_ && !start(force))) {
       force_clock_.forget();
-      return report_.accelerometer.note(Intake::waiting);
+      return report_.accelerometer.note(UpdateStatus::waiting);
     }
     const T dt = T(force_clock_.step_s());
     if (j.first || dt > T(kLongestHold_s)) {
       level_.break_off(filter_);
     } else {
-      move(time, force, dt, j.intake == Intake::saturated);
+      move(time, force, dt, j.status == UpdateStatus::saturated);
     }
-    return report_.accelerometer.note(j.intake);
+    return report_.accelerometer.note(j.status);
   }
 
-  Intake add_field(LogTime time, const Vector& field) {
+  UpdateStatus add_field(LogTime time, const Vector& field) {
     const Judgement j = judge(field, p_.field_range, field_clock_, time);
-    if (!p_.use_magnetometer || !j.usable || j.intake == Intake::saturated)
-      return report_.magnetometer.note(p_.use_magnetometer ? j.intake : Intake::missing);
-    if (!ready_ || !gyro_is_near(time)) return report_.magnetometer.note(Intake::waiting);
+    if (!p_.use_magnetometer || !j.usable || j.status == UpdateStatus::saturated)
+      return report_.magnetometer.note(p_.use_magnetometer ? j.status : UpdateStatus::missing);
+    if (!ready_ || !gyro_is_near(time)) return report_.magnetometer.note(UpdateStatus::waiting);
     const T dt = std::min(T(field_clock_.step_s()), T(kLongestHold_s));
     const Vector world = in_world(field, after_gyro(time) - filter_.delay());
     const auto outcome = heading_.take(filter_, world, last_rate_ - filter_.bias(), dt);
     report_.headings_taken += outcome.taken_anew ? 1 : 0;
     if (outcome.taken_anew) outside_.settle();
-    return report_.magnetometer.note(outcome.intake);
+    return report_.magnetometer.note(outcome.status);
   }
 
-  Intake add_heading(const HeadingFix& fix) {
-    if (!ready_ || !outside_.on()) return report_.outside.note(Intake::waiting);
+  UpdateStatus add_heading(const HeadingFix& fix) {
+    if (!ready_ || !outside_.on()) return report_.outside.note(UpdateStatus::waiting);
     const auto outcome = outside_.take(filter_, fix, heading_.known());
     if (outcome.take_as_it_is) {
       report_.headings_taken += heading_.known() ? 1 : 0;
       heading_.turn(filter_, outcome.off, outcome.sigma);
     }
-    return report_.outside.note(outcome.intake);
+    return report_.outside.note(outcome.status);
   }
 
   void set_compass(Angle x_axis, Angle sigma) {
@@ -92,26 +92,26 @@ class AhrsReadings {
   [[nodiscard]] const AhrsFilter<T>& filter() const { return filter_; }
   [[nodiscard]] const AhrsLevel<T>& level() const { return level_; }
   [[nodiscard]] const AhrsHeading<T>& heading() const { return heading_; }
-  [[nodiscard]] const OutsideHeading<T>& outside() const { return outside_; }
+  [[nodiscard]] const ExternalHeading<T>& outside() const { return outside_; }
   [[nodiscard]] const AhrsReport& report() const { return report_; }
 
  private:
   static constexpr double kLongestHold_s = 0.25;  // that the last reading speaks for what follows
 
   struct Judgement {
-    Intake intake = Intake::used;
+    UpdateStatus status = UpdateStatus::used;
     bool usable = false;
     bool first = false;  ///< nothing is known of the time before
   };
 
   /// A saturated reading still says something; one of several times the range says nothing.
   static Judgement judge(const Vector& reading, double range, SampleClock& clock, LogTime time) {
-    if (!reading.allFinite()) return {Intake::missing};
+    if (!reading.allFinite()) return {UpdateStatus::missing};
     const T largest = reading.cwiseAbs().maxCoeff();
-    if (largest > T(4.0 * range)) return {Intake::saturated};
+    if (largest > T(4.0 * range)) return {UpdateStatus::saturated};
     const auto verdict = clock.check(time);
-    if (verdict == SampleClock::Verdict::late) return {Intake::late};
-    return {largest >= T(range) ? Intake::saturated : Intake::used, true,
+    if (verdict == SampleClock::Verdict::late) return {UpdateStatus::late};
+    return {largest >= T(range) ? UpdateStatus::saturated : UpdateStatus::used, true,
             verdict == SampleClock::Verdict::first};
   }
 
@@ -173,7 +173,7 @@ class AhrsReadings {
   GyroNoise<T> gyro_noise_;
   AhrsLevel<T> level_;
   AhrsHeading<T> heading_;
-  OutsideHeading<T> outside_;
+  ExternalHeading<T> outside_;
   SampleClock rate_clock_{p_.restart_gap_s}, force_clock_{p_.restart_gap_s},
       field_clock_{p_.restart_gap_s};
   Vector last_rate_ = Vector::Zero();

@@ -13,9 +13,9 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/inertial/detail/ahrs_filter.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/attitude.hpp>
+#include <wayfare/inertial/detail/ahrs_filter.hpp>
 #include <wayfare/inertial/detail/heading_track.hpp>
 
 namespace wayfare {
@@ -52,18 +52,18 @@ struct AxisHeading {
 /// as carrying the state of then along (Roumeliotis and Burdick 2002) as long as nothing but the
 /// gyro told of the heading in between.
 template <class T>
-class OutsideHeading {
+class ExternalHeading {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
   using Filter = AhrsFilter<T>;
 
   struct Outcome {
-    Intake intake = Intake::used;
+    UpdateStatus status = UpdateStatus::used;
     bool take_as_it_is = false;  ///< nothing is known, or known better: turn by `off`
     T off = T(0), sigma = T(0);
   };
 
-  explicit OutsideHeading(const AhrsParameters& p)
+  explicit ExternalHeading(const AhrsParameters& p)
       : axis_(p.heading_axis.template cast<T>()),
         gate2_(T(p.heading_gate_sigmas * p.heading_gate_sigmas)),
         patience_s_(p.lost_heading_s),
@@ -106,12 +106,12 @@ class OutsideHeading {
   Outcome take(Filter& filter, const HeadingFix& fix, bool known) {
     if (!std::isfinite(fix.compass.radians()) || !std::isfinite(fix.variance) ||
         !(fix.variance > 0.0))
-      return {Intake::missing};
+      return {UpdateStatus::missing};
     const auto then = track_.at(fix.time);
-    if (!then) return {track_.to_come(fix.time) ? Intake::waiting : Intake::late};
-    if (last_ && fix.time <= *last_) return {Intake::late};
+    if (!then) return {track_.to_come(fix.time) ? UpdateStatus::waiting : UpdateStatus::late};
+    if (last_ && fix.time <= *last_) return {UpdateStatus::late};
     const AxisHeading<T> here = now(filter);
-    if (!here.level) return {Intake::waiting};
+    if (!here.level) return {UpdateStatus::waiting};
     last_ = fix.time;
     const HeadingTrack::Sum since = track_.now() - *then;
     const T turn = T(since.turn(filter.bias().template cast<double>()));
@@ -147,7 +147,7 @@ class OutsideHeading {
 
   Outcome as_it_is(T off, T variance) {
     settle();
-    return {Intake::used, true, off, std::sqrt(variance)};
+    return {UpdateStatus::used, true, off, std::sqrt(variance)};
   }
 
   /// Those that are off alike for long are right after all.
@@ -157,7 +157,7 @@ class OutsideHeading {
         refused_ && square(wrap_to_pi(off - refused_->off)) < square(kAlike) * variance;
     if (!alike) refused_ = Refused{fix.time, off};
     refused_->off = off;
-    if (to_seconds(fix.time - refused_->since) < patience_s_) return {Intake::disturbed};
+    if (to_seconds(fix.time - refused_->since) < patience_s_) return {UpdateStatus::disturbed};
     return as_it_is(off, variance);
   }
   static T square(T x) { return x * x; }

@@ -18,13 +18,13 @@ namespace wayfare {
 
 /// Copies may be read and written from different threads; one object only by one writer.
 template <class T>
-class CowTiles {
+class CopyOnWriteTiles {
  public:
   static constexpr int kBits = 6;
   static constexpr int kSide = 1 << kBits;
   using Tile = std::array<T, std::size_t{kSide} * kSide>;  ///< row-major, y grows with the row
 
-  explicit CowTiles(const T& fill) : fill_(fill) {}
+  explicit CopyOnWriteTiles(const T& fill) : fill_(fill) {}
 
   [[nodiscard]] static constexpr Cell tile_of(const Cell& c) {
     return {c.x >> kBits, c.y >> kBits};

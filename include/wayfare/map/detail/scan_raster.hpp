@@ -14,9 +14,9 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/map/detail/raster_walk.hpp>
 #include <wayfare/map/detail/polygon_fill.hpp>
+#include <wayfare/map/detail/raster_walk.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
 
 namespace wayfare {

@@ -19,9 +19,9 @@ struct Swing {
 };
 
 /// Band-limits a strength and finds its swings.
-class StepBand {
+class BandPassFilter {
  public:
-  explicit StepBand(const StepParameters& p) : low_hz_(0.5 * p.low_hz), high_hz_(p.high_hz) {}
+  explicit BandPassFilter(const StepParameters& p) : low_hz_(0.5 * p.low_hz), high_hz_(p.high_hz) {}
 
   void restart(double strength) {
     slow_ = {strength, strength};

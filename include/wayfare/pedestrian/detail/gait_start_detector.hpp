@@ -11,9 +11,9 @@
 
 namespace wayfare {
 
-class StepOnset {
+class GaitStartDetector {
  public:
-  explicit StepOnset(const StepParameters& p)
+  explicit GaitStartDetector(const StepParameters& p)
       : swing_part_(p.onset_swing_part),
         interval_part_(p.onset_interval_part),
         least_(p.least_steps),

@@ -12,14 +12,14 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/so3.hpp>
-#include <wayfare/inertial/ahrs_report.hpp>
-#include <wayfare/inertial/detail/sample_clock.hpp>
 #include <wayfare/filter/symmetric_matrix.hpp>
+#include <wayfare/inertial/attitude.hpp>
+#include <wayfare/inertial/detail/sample_clock.hpp>
 
 namespace wayfare {
 
 /// Off with an offset of zero.
-struct FieldDriftParameters {
+struct MagneticHeadingDriftParameters {
   /// What is unknown of the magnetometer's offset, µT along each axis.
   double offset_sigma_uT = 0.0;
   /// And of the Earth's field, µT.
@@ -46,9 +46,9 @@ struct FieldDriftParameters {
 /// which the drift is counted: what the offset takes long to be told from the field for does the
 /// heading no harm. It takes turns to tell them apart: after minutes of going straight ahead its
 /// variances are too small.
-class FieldDrift {
+class MagneticHeadingDrift {
  public:
-  explicit FieldDrift(const FieldDriftParameters& p) : p_(p) {
+  explicit MagneticHeadingDrift(const MagneticHeadingDriftParameters& p) : p_(p) {
     forget(kDrift, 0.0);
     forget(kRate, p.bias_sigma);
     forget_fields();
@@ -58,14 +58,14 @@ class FieldDrift {
 
   /// A reading in the unit's axes, µT, or NaN, and the attitude by gyro and accelerometer alone,
   /// world z up.
-  Intake add(LogTime time, const SO3d& q_world_body, const Eigen::Vector3d& field_uT) {
+  UpdateStatus add(LogTime time, const SO3d& q_world_body, const Eigen::Vector3d& field_uT) {
     const auto verdict = clock_.check(time);
-    if (verdict == SampleClock::Verdict::late) return report_.note(Intake::late);
+    if (verdict == SampleClock::Verdict::late) return report_.note(UpdateStatus::late);
     const double step = verdict == SampleClock::Verdict::first ? 0.0 : clock_.step_s();
     if (step > kLongest_s) forget(kDrift, kLost);
     since_s_ += step;
-    if (!field_uT.allFinite()) return report_.note(Intake::missing);
-    if (since_s_ < p_.spacing_s) return report_.note(Intake::waiting);
+    if (!field_uT.allFinite()) return report_.note(UpdateStatus::missing);
+    if (since_s_ < p_.spacing_s) return report_.note(UpdateStatus::waiting);
     const double dt = since_s_;
     since_s_ = 0.0;
     drift_on(dt);
@@ -110,7 +110,7 @@ class FieldDrift {
 
   /// What the unit should read, turned to the axes the gyro takes for the world's: the field turned
   /// back by the drift, and the offset.
-  Intake observe(const Eigen::Matrix3d& r, const Eigen::Vector3d& reading, double dt) {
+  UpdateStatus observe(const Eigen::Matrix3d& r, const Eigen::Vector3d& reading, double dt) {
     const double c = std::cos(x_[kDrift]), s = std::sin(x_[kDrift]);
     const Eigen::Vector3d h = x_.segment<3>(kField);
     const Eigen::Vector3d field(c * h.x() + s * h.y(), c * h.y() - s * h.x(), h.z());
@@ -129,7 +129,7 @@ class FieldDrift {
     take(north, off.y(), density2 / dt, change);
     take(up, off.z(), density2 / dt, change);
     x_ += change;
-    return Intake::used;
+    return UpdateStatus::used;
   }
 
   using Vector = Eigen::Matrix<double, kSize, 1>;
@@ -142,12 +142,12 @@ class FieldDrift {
     return off * off > p_.gate_sigmas * p_.gate_sigmas * expected;
   }
 
-  Intake refuse(double dt) {
+  UpdateStatus refuse(double dt) {
     foreign_s_ += dt;
-    if (foreign_s_ < p_.relearn_s) return Intake::disturbed;
+    if (foreign_s_ < p_.relearn_s) return UpdateStatus::disturbed;
     foreign_s_ = 0.0;
     forget_fields();
-    return Intake::disturbed;
+    return UpdateStatus::disturbed;
   }
 
   template <int... Index>
@@ -162,7 +162,7 @@ class FieldDrift {
       if (covariance_(i, i) < 0.0) covariance_.decouple(i, 0.0);
   }
 
-  FieldDriftParameters p_;
+  MagneticHeadingDriftParameters p_;
   Vector x_ = Vector::Zero();
   SymmetricMatrix<double, kSize> covariance_;
   SampleClock clock_{1.0};

@@ -11,8 +11,8 @@
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/so3.hpp>
-#include <wayfare/inertial/attitude.hpp>
 #include <wayfare/filter/ekf.hpp>
+#include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/rest_detector.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
 #include <wayfare/sensors/imu.hpp>
@@ -51,7 +51,7 @@ class CarrierFilter {
   explicit CarrierFilter(const CarrierFilterParameters& parameters = {});
 
   /// `late` and `missing` readings change nothing; `waiting`: no level could be had from it yet.
-  Intake add(const ImuSample& sample);
+  UpdateStatus add(const ImuSample& sample);
 
   /// Whether there is an attitude, and readings of the time about `time`.
   [[nodiscard]] bool tells_of(LogTime time) const;

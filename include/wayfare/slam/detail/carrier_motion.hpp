@@ -101,13 +101,14 @@ inline CarrierModel::Step CarrierModel::operator()(const CarrierState& x,
                                                    const ImuInterval& u) const {
   using S = CarrierState;
   const double dt = u.dt_s;
-  const InertialIncrement<double> felt = integrate<double>(
+  const InertialIncrement<double> measured = integrate<double>(
       u.begin_rate_radps - x.gyro_bias_radps, u.end_rate_radps - x.gyro_bias_radps,
       u.begin_force_mps2 - x.accel_bias_mps2, u.end_force_mps2 - x.accel_bias_mps2, dt);
   const Eigen::Matrix3d r = x.q_map_body.matrix();
   Step step{x, Square::Identity(), Square::Zero()};
-  step.state.q_map_body = x.q_map_body.plus(felt.rotation_rad);
-  step.state.velocity_mps += r * felt.velocity_mps - dt * kGravity_mps2 * Eigen::Vector3d::UnitZ();
+  step.state.q_map_body = x.q_map_body.plus(measured.rotation_rad);
+  step.state.velocity_mps +=
+      r * measured.velocity_mps - dt * kGravity_mps2 * Eigen::Vector3d::UnitZ();
   step.state.position_m += 0.5 * dt * (x.velocity_mps + step.state.velocity_mps);
 
   const auto bias = [&](double sigma, double tau_s, int at, S& state_of) {
@@ -119,16 +120,17 @@ inline CarrierModel::Step CarrierModel::operator()(const CarrierState& x,
   bias(noise_.gyro_bias_radps, noise_.gyro_bias_time_s, S::kGyroBias, step.state);
   bias(noise_.accel_bias_mps2, noise_.accel_bias_time_s, S::kAccelBias, step.state);
 
-  const Eigen::Matrix3d halfway = r * SO3d::exp(0.5 * felt.rotation_rad).matrix();
-  const Eigen::Matrix3d by_attitude = -r * skew(felt.velocity_mps);
+  const Eigen::Matrix3d halfway = r * SO3d::exp(0.5 * measured.rotation_rad).matrix();
+  const Eigen::Matrix3d by_attitude = -r * skew(measured.velocity_mps);
   step.phi.block<3, 3>(S::kVelocity, S::kAttitude) = by_attitude;
   step.phi.block<3, 3>(S::kVelocity, S::kGyroBias) = -0.5 * dt * by_attitude;
   step.phi.block<3, 3>(S::kVelocity, S::kAccelBias) = -dt * halfway;
   step.phi.block<3, 3>(S::kPosition, S::kVelocity).diagonal().setConstant(dt);
   step.phi.block<3, 3>(S::kPosition, S::kAttitude) = 0.5 * dt * by_attitude;
   step.phi.block<3, 3>(S::kPosition, S::kAccelBias) = -0.5 * dt * dt * halfway;
-  step.phi.block<3, 3>(S::kAttitude, S::kAttitude) = SO3d::exp(-felt.rotation_rad).matrix();
-  step.phi.block<3, 3>(S::kAttitude, S::kGyroBias) = -dt * SO3d::right_jacobian(felt.rotation_rad);
+  step.phi.block<3, 3>(S::kAttitude, S::kAttitude) = SO3d::exp(-measured.rotation_rad).matrix();
+  step.phi.block<3, 3>(S::kAttitude, S::kGyroBias) =
+      -dt * SO3d::right_jacobian(measured.rotation_rad);
   const double accel = noise_.accel_white * noise_.accel_white * dt;
   step.q.diagonal().segment<3>(S::kVelocity).setConstant(accel);
   step.q.diagonal().segment<3>(S::kPosition).setConstant(accel * dt * dt / 4);

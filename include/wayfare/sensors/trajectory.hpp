@@ -4,12 +4,27 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
+#include <wayfare/core/frame.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/sensors/recording.hpp>
 
-namespace wayfare::eval {
+namespace wayfare {
+
+/// Where dead reckoning says the robot is.
+struct OdometrySample {
+  LogTime time;
+  Transform2<frame::Odom, frame::Base> T_odom_base;
+};
+
+/// A time-stamped pose of an estimated or reference trajectory.
+struct StampedPose {
+  LogTime time;
+  Transform2<frame::Map, frame::Base> T_map_base;
+};
+
+using Trajectory = std::vector<StampedPose>;
 
 /// Where a trajectory may be interpolated.
 struct GapLimit {
@@ -46,4 +61,4 @@ struct GapLimit {
   return result;
 }
 
-}  // namespace wayfare::eval
+}  // namespace wayfare

@@ -1,0 +1,57 @@
+#pragma once
+
+// Instruction sets that inner loops are compiled for side by side, and which of them this machine
+// runs. A folder of kernels holds one portable source, compiled as baseline, avx2 and avx512 into
+// namespaces of these names; its dispatch.cpp picks by WAYFARE_VARIANT.
+
+namespace wayfare {
+
+/// `avx2` comes with fused multiply-add, `avx512` is F, BW, VL and DQ with it.
+enum class Isa { baseline, avx2, avx512 };
+
+/// Whether there are kernels for it, and this machine runs them.
+[[nodiscard]] inline bool runs_here(Isa isa) {
+  if (isa == Isa::baseline) return true;
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("fma") == 0) return false;
+  if (isa == Isa::avx2) return __builtin_cpu_supports("avx2") != 0;
+  return __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
+         __builtin_cpu_supports("avx512vl") != 0 && __builtin_cpu_supports("avx512dq") != 0;
+#else
+  return false;
+#endif
+}
+
+/// The widest that runs here.
+[[nodiscard]] inline Isa best_isa() {
+  static const Isa best = runs_here(Isa::avx512) ? Isa::avx512
+                          : runs_here(Isa::avx2) ? Isa::avx2
+                                                 : Isa::baseline;
+  return best;
+}
+
+}  // namespace wayfare
+
+// Declares something in every variant's namespace, and evaluates it in the one of `isa`.
+#ifdef __x86_64__
+#define WAYFARE_DECLARE_VARIANTS(...) \
+  namespace baseline {                \
+  __VA_ARGS__;                        \
+  }                                   \
+  namespace avx2 {                    \
+  __VA_ARGS__;                        \
+  }                                   \
+  namespace avx512 {                  \
+  __VA_ARGS__;                        \
+  }
+#define WAYFARE_VARIANT(isa, ...)             \
+  ((isa) == Isa::avx512 ? avx512::__VA_ARGS__ \
+   : (isa) == Isa::avx2 ? avx2::__VA_ARGS__   \
+                        : baseline::__VA_ARGS__)
+#else
+#define WAYFARE_DECLARE_VARIANTS(...) \
+  namespace baseline {                \
+  __VA_ARGS__;                        \
+  }
+#define WAYFARE_VARIANT(isa, ...) (static_cast<void>(isa), baseline::__VA_ARGS__)
+#endif

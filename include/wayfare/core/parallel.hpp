@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace wayfare {
+
+/// Receives the fraction done, in (0, 1].
+using FractionDone = std::function<void(double)>;
+
+/// Calls f(index, worker) for the indices 0 … n-1, on up to `threads` threads, and `progress`, from
+/// one thread at a time, after each. No two concurrent calls have the same worker, which is below
+/// `threads`. The assignment of indices to threads is not specified: if f writes only to what
+/// belongs to its index or to its worker's scratch, the result is the same for any number of
+/// threads.
+template <class F>
+void parallel_for_workers(std::size_t n, int threads, const F& f,
+                          const FractionDone& progress = {}) {
+  const std::size_t workers = std::min(n, static_cast<std::size_t>(std::max(threads, 1)));
+  std::atomic<std::size_t> next{0};
+  std::size_t done = 0;
+  std::mutex mutex;  // of done, and of calls of progress
+  const auto work = [&](std::size_t worker) {
+    for (std::size_t i = next++; i < n; i = next++) {
+      f(i, worker);
+      if (!progress) continue;
+      const std::lock_guard lock(mutex);
+      progress(static_cast<double>(++done) / static_cast<double>(n));
+    }
+  };
+  std::vector<std::thread> others;
+  for (std::size_t k = 1; k < workers; ++k) others.emplace_back(work, k);
+  work(0);
+  for (auto& thread : others) thread.join();
+}
+
+/// The same for calls f(index).
+template <class F>
+void parallel_for(std::size_t n, int threads, const F& f, const FractionDone& progress = {}) {
+  parallel_for_workers(
+      n, threads, [&](std::size_t i, std::size_t) { f(i); }, progress);
+}
+
+}  // namespace wayfare

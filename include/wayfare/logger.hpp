@@ -1,0 +1,12 @@
+#pragma once
+
+// Several devices recorded at once, controlled and replayed.
+
+#include <wayfare/logger/device_decoder.hpp>
+#include <wayfare/logger/logger.hpp>
+#include <wayfare/logger/messages.hpp>
+#include <wayfare/logger/read_recording.hpp>
+#include <wayfare/logger/remote_control.hpp>
+#include <wayfare/logger/serial_port.hpp>
+#include <wayfare/logger/stream_player.hpp>
+#include <wayfare/logger/ti_stream.hpp>

@@ -1,0 +1,9 @@
+#pragma once
+
+// GNSS/INS, corridor-aided inertial navigation, and outage experiments.
+
+#include <wayfare/nav/corridor_ins.hpp>
+#include <wayfare/nav/gnss_ins.hpp>
+#include <wayfare/nav/ins_filter.hpp>
+#include <wayfare/nav/outage.hpp>
+#include <wayfare/nav/outage_errors.hpp>

@@ -1,0 +1,13 @@
+#pragma once
+
+// Graph, Hector, submap, radar and pedestrian SLAM, and Monte-Carlo localisation.
+
+#include <wayfare/slam/graph_slam.hpp>
+#include <wayfare/slam/hector_slam.hpp>
+#include <wayfare/slam/localisation.hpp>
+#include <wayfare/slam/localisation_map.hpp>
+#include <wayfare/slam/pedestrian_slam.hpp>
+#include <wayfare/slam/radar_slam.hpp>
+#include <wayfare/slam/radar_slam_stream.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
+#include <wayfare/slam/submap_slam.hpp>

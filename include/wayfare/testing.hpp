@@ -1,0 +1,9 @@
+#pragma once
+
+// Laws as test suites for types of your own; needs GoogleTest.
+
+#include <wayfare/testing/decoder_laws.hpp>
+#include <wayfare/testing/filter_laws.hpp>
+#include <wayfare/testing/gaussian_checks.hpp>
+#include <wayfare/testing/lie_group_laws.hpp>
+#include <wayfare/testing/manifold_laws.hpp>
