@@ -8,7 +8,7 @@
 #include "io/carmen/carmen_faults.hpp"
 #include "io/carmen/carmen_laser.hpp"
 #include "io/carmen/carmen_order.hpp"
-#include "io/carmen/line_parser.hpp"
+#include "io/carmen/line_collector.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {
@@ -41,7 +41,7 @@ std::vector<T> values_of(std::vector<carmen::Measured<T>>& lines) {
 class CarmenReader {
  public:
   CarmenReader(const std::string& source, const CarmenOptions& options)
-      : options_(options), faults_(source, log_), parser_(options, faults_, log_) {
+      : options_(options), faults_(source, log_), collector_(options, faults_, log_) {
     log_.problems = Problems(options.max_problems);
   }
 
@@ -51,16 +51,16 @@ class CarmenReader {
     if (all.substr(0, 3) == "\xef\xbb\xbf") all.remove_prefix(3);  // a byte order mark
     text::Lines lines(all);
     for (std::string_view line; lines.next(line);)
-      parser_.take(line, lines.number(), lines.terminated());
+      collector_.take(line, lines.number(), lines.terminated());
     log_.statistics.lines = lines.number();
     return finish();
   }
 
  private:
   Result<CarmenLog> finish() {
-    std::vector<ScanLine>& scans = most_frequent(parser_.lines().front);
-    const bool pairs = &scans == &parser_.lines().front[carmen::kPair];
-    log_.rear_scans = finish_scans(most_frequent(parser_.lines().rear), "rear scan");
+    std::vector<ScanLine>& scans = most_frequent(collector_.lines().front);
+    const bool pairs = &scans == &collector_.lines().front[carmen::kPair];
+    log_.rear_scans = finish_scans(most_frequent(collector_.lines().rear), "rear scan");
     log_.recording.scans = finish_scans(scans, "scan");
     log_.statistics.scans = log_.recording.scans.size();
     log_.statistics.rear_scans = log_.rear_scans.size();
@@ -68,8 +68,8 @@ class CarmenReader {
     if (log_.recording.scans.empty() && (options_.needs_laser || empty())) return no_scans();
     log_.statistics.synthetic_time = pairs && !scans.empty();
     finish_odometry(
-        pairs && !scans.empty() ? parser_.lines().pair_odometry : parser_.lines().odometry, scans,
-        pairs);
+        pairs && !scans.empty() ? collector_.lines().pair_odometry : collector_.lines().odometry,
+        scans, pairs);
     log_.recording.T_base_laser =
         Transform2<frame::Base, frame::Laser>(carmen::mounting(scans, parameters_));
     take_reported_poses(scans);
@@ -83,7 +83,7 @@ class CarmenReader {
 
   /// Radar, wheels, gyro and truth.
   void finish_robot() {
-    carmen::LogLines& lines = parser_.lines();
+    carmen::LogLines& lines = collector_.lines();
     carmen::order_once(lines.radar, "radar scan", faults_);
     carmen::order_once(lines.wheels, "wheel sample", faults_);
     carmen::order_once(lines.gyro, "gyro sample", faults_);
@@ -175,7 +175,7 @@ class CarmenReader {
   CarmenOptions options_;
   CarmenLog log_;
   carmen::Faults faults_;
-  carmen::LineParser parser_;
+  carmen::LineCollector collector_;
   carmen::Parameters parameters_{log_.parameters};
 };
 

@@ -1,4 +1,4 @@
-#include "io/carmen/line_parser.hpp"
+#include "io/carmen/line_collector.hpp"
 
 #include <algorithm>
 #include <string>
@@ -14,7 +14,7 @@ bool is_word(std::string_view tag) {
 
 }  // namespace
 
-void LineParser::take(std::string_view line, std::size_t number, bool terminated) {
+void LineCollector::take(std::string_view line, std::size_t number, bool terminated) {
   line_ = number;
   terminated_ = terminated;
   text::Tokens tokens(line);
@@ -42,20 +42,20 @@ void LineParser::take(std::string_view line, std::size_t number, bool terminated
   take_other(tag);
 }
 
-void LineParser::take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to) {
+void LineCollector::take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to) {
   if (!scan) return skip(scan.error());
   note_invalid_ranges(scan->scan.ranges_m.size());
   scan->line = line_;
   to.push_back(std::move(*scan));
 }
 
-void LineParser::take_odometry(Result<OdometryLine> odometry) {
+void LineCollector::take_odometry(Result<OdometryLine> odometry) {
   if (!odometry) return skip(odometry.error());
   odometry->line = line_;
   lines_.odometry.push_back(*odometry);
 }
 
-void LineParser::take_radar(text::Tokens tokens) {
+void LineCollector::take_radar(text::Tokens tokens) {
   Result<RadarScan> scan = parser_.radar(tokens, terminated_);
   if (scan) {
     const std::size_t count = parser_.invalid_points();
@@ -67,12 +67,12 @@ void LineParser::take_radar(text::Tokens tokens) {
 }
 
 template <class T>
-void LineParser::take_sample(Result<T> sample, std::vector<Measured<T>>& to) {
+void LineCollector::take_sample(Result<T> sample, std::vector<Measured<T>>& to) {
   if (!sample) return skip(sample.error());
   to.push_back({line_, std::move(*sample)});
 }
 
-void LineParser::take_bare_laser(text::Tokens tokens) {
+void LineCollector::take_bare_laser(text::Tokens tokens) {
   const LogTime time = LogTime() + options_.pair_period * pairs_++;
   if (bare_pose_) {
     bare_pose_->time = time;
@@ -87,14 +87,14 @@ void LineParser::take_bare_laser(text::Tokens tokens) {
   take_scan(std::move(scan), lines_.front[kPair]);
 }
 
-void LineParser::take_bare_odometry(text::Tokens tokens) {
+void LineCollector::take_bare_odometry(text::Tokens tokens) {
   const Result<OdometryLine> odometry = LineParser::bare_odometry(tokens);
   if (!odometry) return skip(odometry.error());
   bare_pose_ = *odometry;
   bare_pose_->line = line_;
 }
 
-void LineParser::take_parameter(text::Tokens& tokens) {
+void LineCollector::take_parameter(text::Tokens& tokens) {
   constexpr std::size_t kMost = 10000;
   const std::string_view name = tokens.next();
   const std::string_view value = tokens.next();
@@ -102,7 +102,7 @@ void LineParser::take_parameter(text::Tokens& tokens) {
   if (log_.parameters.size() < kMost) log_.parameters[std::string(name)] = std::string(value);
 }
 
-void LineParser::take_other(std::string_view tag) {
+void LineCollector::take_other(std::string_view tag) {
   constexpr std::size_t kMost = 64;
   if (!is_word(tag)) {
     return skip(Error{ErrorCode::parse, "unreadable bytes: '" + text::printable(tag) + "'"});
@@ -113,12 +113,12 @@ void LineParser::take_other(std::string_view tag) {
   ++other[room ? key : "(other)"];
 }
 
-void LineParser::skip(Error fault) {
+void LineCollector::skip(Error fault) {
   if (!terminated_) fault.message = "the last line is cut off: " + fault.message;
   faults_.skip(std::move(fault), line_);
 }
 
-void LineParser::note_invalid_ranges(std::size_t beams) {
+void LineCollector::note_invalid_ranges(std::size_t beams) {
   const std::size_t count = parser_.invalid_ranges();
   log_.statistics.invalid_ranges += count;
   note_invalid(count,
@@ -127,7 +127,8 @@ void LineParser::note_invalid_ranges(std::size_t beams) {
                lines_with_invalid_ranges_);
 }
 
-void LineParser::note_invalid(std::size_t count, const std::string& message, std::size_t& lines) {
+void LineCollector::note_invalid(std::size_t count, const std::string& message,
+                                 std::size_t& lines) {
   // Logs that write NaN for every beam without a return must not drown other problems.
   constexpr std::size_t kLinesReported = 20;
   if (count == 0 || ++lines > kLinesReported) return;

@@ -33,9 +33,9 @@ struct LogLines {
 };
 
 /// Takes lines in. Parameters and counts go to the log at once.
-class LineParser {
+class LineCollector {
  public:
-  LineParser(const CarmenOptions& options, Faults& faults, CarmenLog& log)
+  LineCollector(const CarmenOptions& options, Faults& faults, CarmenLog& log)
       : options_(options), faults_(faults), log_(log) {}
 
   /// `number` from 1; `terminated`: it ended in '\n'.
