@@ -16,6 +16,8 @@ using ::wayfare::testing::little;
 using ::wayfare::testing::mcap_begin;
 using ::wayfare::testing::mcap_channel;
 using ::wayfare::testing::mcap_chunk;
+using ::wayfare::testing::mcap_chunk_index;
+using ::wayfare::testing::mcap_end;
 using ::wayfare::testing::mcap_message;
 using ::wayfare::testing::MemorySink;
 using ::wayfare::testing::read_all;
@@ -136,6 +138,25 @@ TEST_P(McapCompressed, AMessageBehindTheChunkKeepsItsOwnBytes) {
   ASSERT_TRUE(write_file(path, mcap_begin() + mcap_channel("/text") + chunk + loose));
   const auto reader = McapReader::open(path);
   ASSERT_TRUE(reader);
+  EXPECT_EQ(read_all(*reader, {McapOrder::log_time}), wanted);
+}
+
+TEST_P(McapCompressed, ASummaryThatLeavesMessagesOutIsNotUsed) {
+  // The index has the chunk at 100 alone; the message behind it is found from the front.
+  const std::vector<Remembered> wanted = {numbered(0, 50), numbered(1, 100)};
+  const std::string channel = mcap_channel("/text");
+  std::string bytes = mcap_begin() + channel;
+  const std::string chunk = mcap_chunk(GetParam(), mcap_message(wanted[1]), 100, 100);
+  const std::string index = mcap_chunk_index(100, 100, bytes.size(), chunk.size());
+  bytes += chunk;
+  const auto whole =
+      McapReader::parse(bytes + mcap_end(bytes.size(), channel, index, 1, 1, 100, 100), "m");
+  EXPECT_TRUE(whole->contents().indexed);
+  bytes += mcap_message(wanted[0]);
+  const auto reader =
+      McapReader::parse(bytes + mcap_end(bytes.size(), channel, index, 2, 1, 50, 100), "m");
+  EXPECT_FALSE(reader->contents().indexed);
+  EXPECT_EQ(reader->contents().statistics.messages, 2U);
   EXPECT_EQ(read_all(*reader, {McapOrder::log_time}), wanted);
 }
 

@@ -95,7 +95,8 @@ inline std::string mcap_end(std::uint64_t before, const std::string& channel,
 inline std::string mcap_chunk_index(std::uint64_t first, std::uint64_t last, std::uint64_t at,
                                     std::uint64_t length) {
   return mcap_record(8, little(first, 8) + little(last, 8) + little(at, 8) + little(length, 8) +
-                            mcap_text("") + little(0, 8) + mcap_text("") + little(0, 16));
+                            mcap_text("") + little(0, 8) + mcap_text("") + little(0, 8) +
+                            little(0, 8));
 }
 
 }  // namespace wayfare::testing
