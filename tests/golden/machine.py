@@ -1,0 +1,33 @@
+"""What of a machine the last digits of results depend on."""
+
+import platform
+from pathlib import Path
+
+# Instruction sets the library's kernels and the C library's functions are chosen by.
+FEATURES = ("avx", "avx2", "fma", "avx512f", "avx512bw", "avx512dq", "avx512vl")
+
+
+def _cpu():
+    """Model and flags of the first core."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines()
+    except OSError:
+        return platform.processor(), set()
+    fields = {k.strip(): v.strip() for k, _, v in (line.partition(":") for line in lines)}
+    return fields.get("model name", ""), set(fields.get("flags", "").split())
+
+
+def description():
+    model, flags = _cpu()
+    return {
+        "cpu": model,
+        "features": " ".join(f for f in FEATURES if f in flags),
+        "libc": " ".join(platform.libc_ver()),
+        "machine": platform.machine(),
+    }
+
+
+def differences(recorded):
+    here = description()
+    return [f"{k} {here[k] or 'none'} (recorded: {recorded.get(k) or 'none'})"
+            for k in here if here[k] != recorded.get(k)]
