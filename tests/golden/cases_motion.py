@@ -18,6 +18,12 @@ THREE_UNITS = ("--columns -,-,-,-,-,-,-,-,-,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_
 SLOW = "{data}/ahrs/broad10_half/02_undisturbed_slow_rotation_B.f32.gz"
 FAST = "{data}/ahrs/broad10_half/18_undisturbed_fast_translation_with_breaks_B.f32.gz"
 MAGNET = "{data}/ahrs/broad10_half/28_disturbed_stationary_magnet_A.f32.gz"
+TRIALS = " ".join(f"{{data}}/ahrs/broad10_half/{n}.f32.gz" for n in (
+    "02_undisturbed_slow_rotation_B", "05_undisturbed_slow_rotation_with_breaks_B",
+    "09_undisturbed_fast_rotation_with_breaks_B", "11_undisturbed_slow_translation_B",
+    "16_undisturbed_fast_translation_B", "18_undisturbed_fast_translation_with_breaks_B",
+    "21_undisturbed_fast_combined", "24_disturbed_tapping_A", "28_disturbed_stationary_magnet_A",
+    "33_disturbed_attached_magnet_2cm"))
 RIO = "{data}/radar/rio_demo/ti_mmwave_rospkg_demo.bag.gz"
 
 CASES = [
@@ -30,7 +36,7 @@ CASES = [
         "ahrs {inputs}/turned_about.csv --calibration {out}/iron.json --out {out}",)),
     Case("calibrate_magnetometer", (
         f"calibrate_magnetometer {SLOW} {BROAD.replace('--enu ', '')} --field 49 --out {{out}}/iron.json",)),
-    Case("attitude_table", (f"attitude_table {SLOW} {FAST} {MAGNET} {BROAD} --quiet",)),
+    Case("attitude_table", (f"attitude_table {TRIALS} {BROAD} --quiet",)),
     Case("attitude_table_gyro", (f"attitude_table {SLOW} {BROAD} --no-magnetometer --quiet",)),
 
     Case("pedestrian_phone", (f"pedestrian {{data}}/pdr/loc20/site1_F2_5dda5a8b9191710006b573da.f32.gz "
@@ -73,7 +79,7 @@ CASES = [
     Case("pedestrian_slam_no_steps", (
         "pedestrian_slam {out:head_walk}/walk.log --unit {out:head_walk}/unit.csv --no-steps --no-heading "
         "--out {out}",)),
-    Case("pedestrian_slam_study", ("pedestrian_slam_study --seeds 1 --each --quiet",)),
+    Case("pedestrian_slam_study", ("pedestrian_slam_study --seeds 2 --each --quiet",)),
     Case("pedestrian_slam_study_hector", ("pedestrian_slam_study --hector --seeds 1 --each --quiet",)),
     Case("pedestrian_slam_study_heading", ("pedestrian_slam_study --heading --seeds 1 --gyro-bias 0.5 "
                                            "--each --quiet",)),
@@ -126,9 +132,9 @@ CASES += [
     Case("gnss_ins_simulated", (f"gnss_ins {SIMULATED} --outage 100:30,200:30:2 --out {{out}}",)),
     Case("gnss_ins_no_constraints", (f"gnss_ins {SIMULATED} --outage 60:20 --no-constraints --rate 10 "
                                      "--out {out}",)),
-    Case("outage_test_simulated", ("outage_test --simulated --places 1 --seed 2 --threads 2 --quiet "
+    Case("outage_test_simulated", ("outage_test --simulated --places 2 --seed 2 --threads 2 --quiet "
                                    "--out {out}",)),
-    Case("outage_test_drive", (f"outage_test {DRIVE} --places 1 --period 1 --out {{out}}",)),
+    Case("outage_test_drive", (f"outage_test {DRIVE} --places 2 --period 1 --out {{out}}",)),
     Case("simulate_drive", ("simulate_drive --satellites 8 --out {out}",)),
     Case("simulate_drive_town", ("simulate_drive --route town --seed 3 --imu-rate 20 "
                                  "--config {inputs}/road.json --outage 60:30:2 --lever-arm 0.5 0 -1 "

@@ -15,6 +15,8 @@ def log(name, *options):
 # Logs as lesser sensors would have made them: shorter to run, and read as .mcap and .bag.
 THIN = "convert_log {data}/slam2d/%s.clf.gz --every %d --beams %d --out {out}/log.%s"
 
+BEAM_TIME = ((r"\s+[\d.]+ ± [\d.]+$", "last column: run time"),)
+
 CASES = [
     Case("convert_fr079_thin", (THIN % ("fr079", 3, 4, "mcap"),)),
     Case("convert_intel_thin", (THIN % ("intel", 2, 2, "bag") + " --max-range 12 --field-of-view 150",)),
@@ -23,6 +25,7 @@ CASES = [
     Case("graph_slam_options", ("graph_slam --print-config",)),
     Case("graph_slam_fr079", (f"graph_slam {log('fr079')}",)),
     Case("graph_slam_fr079_no_odometry", (f"graph_slam {log('fr079', '--no-odometry')}",)),
+    Case("graph_slam_intel", (f"graph_slam {log('intel')}",)),
     Case("graph_slam_intel_threads", (f"graph_slam {log('intel', '--threads 2')}",)),
     Case("graph_slam_intel_1hz", (f"graph_slam {log('intel_1hz')}",)),
     Case("graph_slam_loop5", (f"graph_slam {log('loop5')}",)),
@@ -37,13 +40,17 @@ CASES = [
     Case("hector_slam_fr079", (f"hector_slam {log('fr079')}",)),
     Case("hector_slam_fr079_no_odometry", (f"hector_slam {log('fr079', '--no-odometry')}",)),
     Case("hector_slam_intel", (f"hector_slam {log('intel')}",)),
+    Case("hector_slam_intel_1hz", (f"hector_slam {log('intel_1hz')}",)),
     Case("hector_slam_unit", ("hector_slam {out:head_walk}/walk.log --unit {out:head_walk}/unit.csv "
                               "--out {out}",)),
     Case("hector_slam_bag", ("hector_slam {out:head_walk}/walk.bag --out {out}",)),
 
     Case("submap_slam_options", ("submap_slam --print-config",)),
     Case("submap_slam_fr079", (f"submap_slam {log('fr079')}",)),
+    Case("submap_slam_fr079_no_odometry", (f"submap_slam {log('fr079', '--no-odometry')}",)),
     Case("submap_slam_intel", (f"submap_slam {log('intel', '--threads 2')}",)),
+    Case("submap_slam_intel_1hz", (f"submap_slam {log('intel_1hz')}",)),
+    Case("submap_slam_fhw", (f"submap_slam {log('fhw-corrected')}",)),
     Case("submap_slam_loop5", (f"submap_slam {log('loop5')}",)),
     Case("submap_slam_loop5_no_odometry", (f"submap_slam {log('loop5', '--no-odometry')}",)),
     Case("submap_slam_seattle", (f"submap_slam {log('seattle-corrected')}",)),
@@ -54,6 +61,7 @@ CASES = [
         "submap_slam {out:convert_intel_thin}/log.bag --save {out}/first.bin --out {out}/first",
         "submap_slam {out:convert_intel_thin}/log.bag --continue {out}/first.bin --out {out}/second",)),
 
+    Case("radar_slam_intel", (f"radar_slam {log('intel', '--seed 2')}",)),
     Case("radar_slam_intel_1hz", (f"radar_slam {log('intel_1hz', '--particles 8')}",)),
     Case("radar_slam_fr079", ("radar_slam {out:convert_fr079_thin}/log.mcap --particles 10 --seed 3 "
                               "--threads 2 --relations {data}/slam2d/fr079.relations.gz --out {out}",)),
@@ -62,9 +70,10 @@ CASES = [
                               "--out {out}",)),
     Case("radar_slam_both", ("radar_slam {out:simulate_room}/robot.log --particles 10 --out {out}",)),
     Case("radar_slam_study", ("radar_slam_study cluttered_room --runs 1 --particles 3",),
-         varies=((r"(?:(?<=\s)[\d.]+ ± [\d.]+|[\d.]+)$", "last column: run time"),)),
+         varies=((r"(?<=\d)\s+[\d.]+ ± [\d.]+$", "last column: run time"),)),
 
-    Case("match_comparison", ("match_comparison {out:convert_fr079_thin}/log.mcap --pairs 12 --out {out}",)),
+    Case("match_comparison", ("match_comparison {out:convert_fr079_thin}/log.mcap --pairs 12 --out {out}",),
+         varies=((r"(?:\s+\d+){3}$", "last three columns of the second table: run time"),)),
 
     Case("localise_fr079", ("localise {data}/slam2d/fr079.clf.gz {out:graph_slam_fr079}/map.yaml "
                             "--truth {out:graph_slam_fr079}/trajectory.tum --out {out}",)),
@@ -76,9 +85,12 @@ CASES = [
     Case("localise_both", (
         "localise {out:simulate_room}/robot.log {out:radar_slam_both}/map.yaml "
         "--radar-map {out:radar_slam_both}/radar_map.yaml --sensors both --threads 2 --out {out}",)),
-    Case("localisation_table", ("localisation_table --world room --seeds 1 --verbose --quiet",)),
+    Case("localise_intel", ("localise {data}/slam2d/intel.clf.gz {out:graph_slam_intel}/map.yaml "
+                            "--out {out}",)),
+    Case("localisation_table", ("localisation_table --world room --world building --seeds 1 --verbose "
+                                "--quiet",), varies=BEAM_TIME),
     Case("localisation_table_both", ("localisation_table --world cluttered_room --seeds 1 --sensors both "
-                                     "--verbose --quiet",)),
+                                     "--verbose --quiet",), varies=BEAM_TIME),
 
     Case("corridor_ins_options", ("corridor_ins --print-config",)),
     Case("corridor_ins_simulated_1", ("corridor_ins --simulated 1 --out {out}",)),
@@ -97,16 +109,17 @@ CASES = [
     Case("simulate_building", ("simulate --out {out}/robot.log --truth {out}/truth.tum",)),
     Case("simulate_options", ("simulate {inputs}/room.plan --gyro --full-circle --seed 3 --beams 90 "
                               "--out {out}/robot.log --truth {out}/truth.tum",)),
-    Case("simulate_map", ("simulate {out:graph_slam_simulated}/map.yaml --waypoint 0 0 --waypoint 1 0 "
+    Case("simulate_map", ("simulate {out:graph_slam_simulated}/map.yaml --waypoint 2.35 2.35 --waypoint 3.7 2.35 "
                           "--out {out}/robot.log --truth {out}/truth.tum",)),
     Case("simulate_room", ("simulate room --out {out}/robot.log --truth {out}/truth.tum",)),
     Case("simulate_corridor_loop", ("simulate corridor_loop --seed 2 --out {out}/robot.log",)),
     Case("simulate_voxels", (
-        "simulate --voxels {data}/radar/coloradar_rmap/data/maps/edgar_classroom_run0_radar.txt.gz "
-        "--way {data}/radar/coloradar_rmap/data/poses/edgar_classroom_run0.txt --out {out}/robot.log",)),
+        "simulate --voxels {data}/radar/coloradar_rmap/data/maps/arpg_lab_run0_radar.txt.gz "
+        "--way {data}/radar/coloradar_rmap/data/poses/arpg_lab_run0.txt --out {out}/robot.log",)),
     Case("graph_slam_simulated", ("graph_slam {out:simulate_options}/robot.log --out {out}",)),
-    Case("demo", ("demo --out {out}",)),
-    Case("demo_office", ("demo --world office --seed 2 --out {out}",)),
+    Case("demo", ("demo --out {out}",), varies=((r"(?<=\d)\s+\d+\.\d$", "last column: run time"),)),
+    Case("demo_office", ("demo --world office --seed 2 --out {out}",),
+         varies=((r"^SLAM took\b.*$", "run time"),)),
     Case("hallway_comparison", ("hallway_comparison --seeds 1 --frames 8 --out {out}",)),
     Case("radar_statistics", ("radar_statistics --captures {data}/devices/ti_mmwave/awr1843_sdk3.6 "
                               "--views 20 --frames 3 --all-points",)),
@@ -131,6 +144,7 @@ CASES += [
     graph("intel_lm", "intel", "--method lm --init odometry"),
     graph("intel_incremental", "intel", "--incremental"),
     graph("M3500", "M3500", DRAWN),
+    graph("M3500_incremental", "M3500", "--incremental"),
     graph("M3500_tree", "M3500_odo", "--init tree --solver cholmod"),
     graph("city10000", "city10000", "--init chordal --threads 2"),
     graph("sphere2500", "sphere2500", DRAWN),

@@ -22,6 +22,7 @@ MEASURED = [
     (r"^took\b.*$", "run time"),
     (r"^a scan +\d+ us$", "run time"),
     (r"^peak memory\b.*$", "memory of the process"),
+    (r"^held +[\d.]+ MiB$", "memory of the map, which follows the layout of its types"),
 ]
 
 
@@ -124,11 +125,15 @@ def of_report(text, left_out):
     return of_numbers(numbers)
 
 
-def of_text(text, places, left_out):
-    """Numbers of a text; `places` are the folders its paths may begin with, by name."""
+def without_folders(text, places):
+    """`places` are the folders its paths may begin with, by name."""
     for name, folder in places.items():
         text = text.replace(folder, "{" + name + "}")
-    return of_numbers(numbers_of_text(text, left_out))
+    return text
+
+
+def of_text(text, places, left_out):
+    return of_numbers(numbers_of_text(without_folders(text, places), left_out))
 
 
 def of_file(path, places, left_out):
@@ -139,7 +144,7 @@ def of_file(path, places, left_out):
         return of_png(path.read_bytes())
     text = path.read_text(errors="replace")
     if path.suffix == ".html":
-        return of_report(text, left_out)
+        return of_report(without_folders(text, places), left_out)
     if path.suffix == ".svg":
         return of_numbers(numbers_of_drawing(text))
     return of_text(text, places, left_out)
