@@ -11,14 +11,13 @@ class Case:
     {data} is the folder of the recordings, {inputs} that of this check's own files, {out} the case's
     folder, {out:NAME} that of another case, which then runs before. `exit` is what the last command
     ends with. `varies` are pairs of a pattern and the reason why what it matches differs from run to
-    run; `skips` the same for files by name.
+    run.
     """
 
     name: str
     commands: tuple
     exit: int = 0
     varies: tuple = ()
-    skips: tuple = ()
 
     @property
     def needs(self):
