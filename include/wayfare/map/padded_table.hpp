@@ -39,6 +39,8 @@ class PaddedTable {
 
  protected:
   PaddedTable() = default;
+  /// Refused: a box without a cell, or of more than kMaxCells.
+  static Result<void> check_size(const CellBox& box);
   /// A table over `box` (map cells) with `fill` in it and around it, reusing memory. Refused, and
   /// left empty: a resolution that is not positive, more than kMaxCells.
   Result<void> reset(double resolution_m, const CellBox& box, std::uint16_t fill);
