@@ -17,7 +17,8 @@ Result<void> PaddedTable::check_size(const CellBox& box) {
 }
 
 Result<void> PaddedTable::reset(double resolution_m, const CellBox& box, std::uint16_t fill) {
-  width_ = height_ = 0;
+  width_ = 0;
+  height_ = 0;
   if (!(resolution_m > 0) || !std::isfinite(resolution_m))
     return Error{ErrorCode::invalid, "a map's table: the resolution must be positive"};
   if (auto ok = check_size(box); !ok) return ok;

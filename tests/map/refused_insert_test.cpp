@@ -266,5 +266,38 @@ TEST(RefusedInsert, LeavesMakersOfFields) {
       });
 }
 
+// What a grid no longer has it does not bound: it is as a new one, whoever has its cells now.
+TEST(MovedFrom, AGridIsEmpty) {
+  OccupancyGrid grid = room(), fresh;
+  const Bytes before = bytes_of(grid);
+  const OccupancyGrid taken = std::move(grid);
+  EXPECT_EQ(bytes_of(taken), before);
+  EXPECT_EQ(bytes_of(grid), bytes_of(fresh));  // NOLINT(bugprone-use-after-move)
+  EXPECT_FALSE(grid.bounds());
+  ScanRaster raster;
+  for (OccupancyGrid* each : {&grid, &fresh})
+    ASSERT_TRUE(insert_scan(*each, pose_at(4), scan_at(4), kModel, raster));
+  EXPECT_EQ(bytes_of(grid), bytes_of(fresh));
+  OccupancyGrid assigned = room();
+  assigned = std::move(grid);
+  EXPECT_EQ(bytes_of(assigned), bytes_of(fresh));
+  EXPECT_EQ(grid.tiles().tile_count(), 0U);
+}
+
+TEST(MovedFrom, ATableIsEmpty) {
+  ProbabilityGrid table;
+  ASSERT_TRUE(table.make(room(), 0.5));
+  Bytes before, after;
+  append(before, table);
+  const ProbabilityGrid taken = std::move(table);
+  append(after, taken);
+  EXPECT_EQ(after, before);
+  EXPECT_TRUE(table.empty());  // NOLINT(bugprone-use-after-move)
+  ASSERT_TRUE(table.make(room(), 0.5));
+  after.clear();
+  append(after, table);
+  EXPECT_EQ(after, before);
+}
+
 }  // namespace
 }  // namespace wayfare
