@@ -261,12 +261,14 @@ void Localiser::Engine::challenge(const ScanWeigher& scan) {
   if (!challenger_) {
     const double prior = options_.kidnap_probability;
     challenger_ = Challenger{new_filter(), std::log(prior / (1.0 - prior)), fits_badly()};
-    challenger_->log_odds +=
-        challenger_->filter.start_anywhere(scan) - filter_->log_evidence(scan, true);
+    challenger_->log_odds =
+        log_odds_after(challenger_->log_odds, challenger_->filter.start_anywhere(scan),
+                       filter_->log_evidence(scan, true));
   } else {
     PoseFilter& other = challenger_->filter;
     const bool broad = !other.belief().converged || !filter_->belief().converged;
-    challenger_->log_odds += other.log_evidence(scan, broad) - filter_->log_evidence(scan, broad);
+    challenger_->log_odds = log_odds_after(challenger_->log_odds, other.log_evidence(scan, broad),
+                                           filter_->log_evidence(scan, broad));
     other.weigh(scan);
     other.resample_if_due();
   }
