@@ -50,10 +50,12 @@ struct Logger::Impl {
 
   [[nodiscard]] LoggerStatus status() const {
     LoggerStatus status;
-    recorder.fill(status);
-    for (const auto& sensor : sensors) {
-      status.sensors.push_back(sensor->status());
-      status.dropped += status.sensors.back().dropped;
+    const std::vector<Tally> tallies = recorder.fill(status);
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      status.sensors.push_back(sensors[i]->status());
+      status.sensors.back().recorded_bytes = tallies[i].raw_bytes;
+      status.sensors.back().dropped = tallies[i].dropped;
+      status.dropped += tallies[i].dropped;
     }
     return status;
   }
@@ -93,8 +95,9 @@ struct Logger::Impl {
     std::string json = to_json(now);
     control.send(status_line(json));
     // Of no loss where there is no room: the next one counts what was dropped.
-    if (const std::uint32_t session = recorder.session(); record && session != 0)
-      static_cast<void>(recorder.add(session, stream, now.time, now.time, std::move(json)));
+    if (record)
+      recorder.add(recorder.session(),
+                   {sensors.size(), false, stream, now.time, now.time, std::move(json)});
   }
 
   const LoggerOptions options;
@@ -130,7 +133,7 @@ Result<std::unique_ptr<Logger>> Logger::start(LoggerOptions options) {
   auto impl = std::make_unique<Impl>(std::move(options), std::move(*control));
   for (std::size_t i = 0; i < decoders.size(); ++i)
     impl->sensors.push_back(std::make_unique<Sensor>(
-        impl->options.sensors[i], std::move(decoders[i]), impl->recorder, impl->clock));
+        i, impl->options.sensors[i], std::move(decoders[i]), impl->recorder, impl->clock));
   impl->thread = std::thread([raw = impl.get()] { raw->coordinate(); });
   return std::unique_ptr<Logger>(new Logger(std::move(impl)));
 }

@@ -36,14 +36,17 @@ LogTime LoggerClock::now() const {
 }
 
 Recorder::Recorder(const LoggerOptions& options, const LoggerClock& clock)
-    : options_(options), clock_(clock), queue_(options.queue_bytes) {
+    : options_(options),
+      clock_(clock),
+      queue_(options.queue_bytes),
+      pending_(options.sensors.size() + 1),
+      tallies_(options.sensors.size() + 1) {
   thread_ = std::thread([this] { run(); });
 }
 
 Recorder::~Recorder() {
   stop();
-  quit_ = true;
-  queue_.push_always({});  // wakes it
+  queue_.push_always({Kind::quit});  // behind all there is to write
   thread_.join();
 }
 
@@ -72,73 +75,95 @@ Result<io::McapWriter> Recorder::create(std::string& path) const {
 
 Result<void> Recorder::begin(const io::McapMetadata& about) {
   {
-    const std::lock_guard lock(state_mutex_);
+    std::unique_lock lock(state_mutex_);
+    state_changed_.wait(lock, [&] { return state_ != LoggerState::starting; });
     if (state_ == LoggerState::recording) return {};
     if (terminating_) return Error{ErrorCode::cancelled, "the logger is terminated"};
     if (state_ == LoggerState::stopping)
       return Error{ErrorCode::invalid, "the recording before is still being written", file_};
+    state_ = LoggerState::starting;
   }
   std::string path;
   auto writer = create(path);
   Result<void> done;
   if (!writer) done = writer.error();
   if (done) done = writer->add_metadata("logger", about);
+  if (!done) writer = done.error();  // the file is closed before the state says that it failed
   const std::lock_guard writing(writer_mutex_);
   const std::lock_guard lock(state_mutex_);
   file_ = path;
   error_ = done ? "" : done.error().to_string();
   begun_ = ended_ = clock_.now();
   written_ = 0;
-  state_ = done ? LoggerState::recording : LoggerState::failed;
+  tallies_.assign(tallies_.size(), {});
   state_changed_.notify_all();
-  if (!done) return done;
+  if (!done) {
+    state_ = terminating_ ? LoggerState::terminated : LoggerState::failed;
+    return done;
+  }
   writer_.emplace(std::move(*writer));
   channels_.clear();
   schemas_.clear();
+  failure_.clear();
+  written_ = writer_->bytes_written();
+  chunks_ = writer_->statistics().chunks;
   flushed_ = synced_ = begun_;
-  writer_session_ = ++sessions_;
-  session_ = writer_session_;
+  session_ = ++sessions_;
+  if (state_ == LoggerState::starting) {
+    state_ = LoggerState::recording;
+  } else {
+    close_session();  // it was stopped meanwhile
+  }
   return {};
 }
 
-void Recorder::stop() {
-  const std::uint32_t session = session_.exchange(0);
-  {
-    const std::lock_guard lock(state_mutex_);
-    if (state_ == LoggerState::failed) state_ = LoggerState::idle;
-    if (session != 0 && state_ == LoggerState::recording) state_ = LoggerState::stopping;
-    state_changed_.notify_all();
-  }
-  if (session == 0) return;
-  Item end;
-  end.session = session;
-  queue_.push_always(std::move(end));
+void Recorder::close_session() {
+  if (session_ == 0) return;
+  session_ = 0;
+  queue_.push_always({Kind::end});
 }
 
-void Recorder::terminate() {
-  {
-    const std::lock_guard lock(state_mutex_);
-    terminating_ = true;
-  }
-  stop();
-  const std::lock_guard lock(state_mutex_);
-  if (state_ != LoggerState::stopping) state_ = LoggerState::terminated;
+void Recorder::halt() {
+  if (state_ == LoggerState::failed) state_ = LoggerState::idle;
+  if (state_ == LoggerState::starting || state_ == LoggerState::recording)
+    state_ = LoggerState::stopping;
+  close_session();
   state_changed_.notify_all();
 }
 
-bool Recorder::add(std::uint32_t session, const std::shared_ptr<const Stream>& stream,
-                   LogTime logged, LogTime published, std::string data) {
+void Recorder::stop() {
+  const std::lock_guard lock(state_mutex_);
+  halt();
+}
+
+void Recorder::terminate() {
+  const std::lock_guard lock(state_mutex_);
+  terminating_ = true;
+  halt();
+  if (state_ != LoggerState::stopping) state_ = LoggerState::terminated;
+}
+
+std::uint32_t Recorder::session() const {
+  const std::lock_guard lock(state_mutex_);
+  return session_;
+}
+
+void Recorder::add(std::uint32_t session, LoggedMessage message) {
   constexpr std::size_t kOverhead = sizeof(Item) + 32;
-  const std::size_t cost = data.size() + kOverhead;
-  return queue_.push({session, stream, logged, published, std::move(data)}, cost);
+  const std::size_t source = message.source, cost = message.data.size() + kOverhead;
+  // In one piece with the check: nothing of a session comes behind the mark of its end.
+  const std::lock_guard lock(state_mutex_);
+  if (session == 0 || session != session_) return;
+  if (!queue_.push({Kind::message, std::move(message)}, cost)) ++tallies_[source].dropped;
 }
 
 void Recorder::run() {
-  while (!quit_) {
+  for (bool running = true; running;) {
     const std::deque<Item> items = queue_.take(options_.flush_every);
     {
       const std::lock_guard writing(writer_mutex_);
       for (const Item& item : items) {
+        running = running && item.kind != Kind::quit;
         handle(item);
         flush_if_due();
       }
@@ -149,18 +174,37 @@ void Recorder::run() {
 }
 
 void Recorder::handle(const Item& item) {
-  // What was read when the recording it was for had ended already belongs to none.
-  if (!writer_ || item.session != writer_session_) return;
-  if (item.stream == nullptr) {
-    const auto closed = writer_->close();
-    if (!closed) return end(LoggerState::failed, closed.error().to_string());
-    return end(LoggerState::idle);
+  if (item.kind == Kind::end) return end();
+  if (item.kind == Kind::quit) return;
+  const LoggedMessage& message = item.message;
+  if (!writer_) return drop(message.source);
+  if (const auto done = write(message); !done) {
+    drop(message.source);
+    return fail(done.error());
   }
-  if (const auto done = write(item); !done) end(LoggerState::failed, done.error().to_string());
+  Pending& pending = pending_[message.source];
+  pending.raw_bytes += message.raw ? message.data.size() : 0;
+  ++pending.messages;
+  settle();
 }
 
-Result<void> Recorder::write(const Item& item) {
-  const Stream& stream = *item.stream;
+void Recorder::drop(std::size_t source) {
+  const std::lock_guard lock(state_mutex_);
+  ++tallies_[source].dropped;
+}
+
+/// Counts what a chunk took to the file: it is written as a whole or not at all.
+void Recorder::settle() {
+  if (writer_->statistics().chunks == chunks_) return;
+  chunks_ = writer_->statistics().chunks;
+  const std::lock_guard lock(state_mutex_);
+  written_ = writer_->bytes_written();
+  for (std::size_t i = 0; i < pending_.size(); ++i)
+    tallies_[i].raw_bytes += std::exchange(pending_[i], {}).raw_bytes;
+}
+
+Result<void> Recorder::write(const LoggedMessage& message) {
+  const Stream& stream = *message.stream;
   auto channel = channels_.find(stream.topic);
   if (channel == channels_.end()) {
     std::uint16_t schema = 0;
@@ -178,8 +222,8 @@ Result<void> Recorder::write(const Item& item) {
     if (!id) return id.error();
     channel = channels_.emplace(stream.topic, *id).first;
   }
-  const LogTime published = std::max(item.published, LogTime());
-  return writer_->write(channel->second, item.logged, published, item.data);
+  const LogTime published = std::max(message.published, LogTime());
+  return writer_->write(channel->second, message.logged, published, message.data);
 }
 
 void Recorder::flush_if_due() {
@@ -190,23 +234,46 @@ void Recorder::flush_if_due() {
   const bool sync = now - synced_ >= options_.sync_every;
   if (sync) synced_ = now;
   const auto done = sync ? writer_->sync() : writer_->flush();
-  written_ = writer_->bytes_written();
-  if (!done) end(LoggerState::failed, done.error().to_string());
+  settle();
+  if (!done) fail(done.error());
 }
 
-void Recorder::end(LoggerState state, const std::string& error) {
-  written_ = writer_->bytes_written();
+Result<void> Recorder::close_file() {
+  auto done = writer_->close();
+  settle();
+  {
+    const std::lock_guard lock(state_mutex_);
+    written_ = writer_->bytes_written();
+    for (std::size_t i = 0; i < pending_.size(); ++i)
+      tallies_[i].dropped += std::exchange(pending_[i], {}).messages;
+  }
   writer_.reset();
-  std::uint32_t mine = writer_session_;
-  session_.compare_exchange_strong(mine, 0);
+  return done;
+}
+
+/// What is queued is counted as dropped before the state says that the recording failed.
+void Recorder::fail(const Error& error) {
+  failure_ = error.to_string();
+  static_cast<void>(close_file());
   const std::lock_guard lock(state_mutex_);
-  state_ = terminating_ ? LoggerState::terminated : state;
-  error_ = error;
+  close_session();
+}
+
+void Recorder::end() {
+  if (writer_)
+    if (const auto closed = close_file(); !closed) failure_ = closed.error().to_string();
+  const std::lock_guard lock(state_mutex_);
+  state_ = failure_.empty() ? LoggerState::idle : LoggerState::failed;
+  if (terminating_) state_ = LoggerState::terminated;
+  error_ = failure_;
   ended_ = clock_.now();
   state_changed_.notify_all();
 }
 
-void Recorder::fill(LoggerStatus& status) const {
+std::vector<Tally> Recorder::fill(LoggerStatus& status) const {
+  struct statvfs disk {};
+  if (::statvfs(options_.folder.c_str(), &disk) == 0)
+    status.disk_free = std::uint64_t{disk.f_bavail} * disk.f_frsize;
   const std::lock_guard lock(state_mutex_);
   status.state = state_;
   status.time = clock_.now();
@@ -217,15 +284,14 @@ void Recorder::fill(LoggerStatus& status) const {
   status.written = written_;
   status.queued = queue_.cost();
   status.queue_peak = queue_.peak();
-  struct statvfs disk {};
-  if (::statvfs(options_.folder.c_str(), &disk) == 0)
-    status.disk_free = std::uint64_t{disk.f_bavail} * disk.f_frsize;
+  return tallies_;
 }
 
 bool Recorder::wait_until_stopped(Duration timeout) {
   std::unique_lock lock(state_mutex_);
   return state_changed_.wait_for(lock, timeout, [&] {
-    return state_ != LoggerState::recording && state_ != LoggerState::stopping;
+    return state_ != LoggerState::starting && state_ != LoggerState::recording &&
+           state_ != LoggerState::stopping;
   });
 }
 

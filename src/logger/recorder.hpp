@@ -2,14 +2,16 @@
 
 // The thread that writes: everything the others hand over, in that order.
 
-#include <atomic>
 #include <condition_variable>
+#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/logger/detail/bounded_queue.hpp>
@@ -27,62 +29,94 @@ class LoggerClock {
   std::chrono::nanoseconds offset_;  ///< UTC less the monotonic clock
 };
 
+/// A message to be recorded.
+struct LoggedMessage {
+  std::size_t source = 0;  ///< number of its sensor; the logger itself comes behind the last
+  bool raw = false;        ///< bytes as they were read
+  std::shared_ptr<const Stream> stream;
+  LogTime logged, published;
+  std::string data;
+};
+
+/// What became of a source's messages in a recording.
+struct Tally {
+  std::uint64_t raw_bytes = 0;  ///< in the file
+  std::uint64_t dropped = 0;    ///< messages that are not in the file
+};
+
+/// Between `begin` and its end a recording is one session: the queue has its messages, then one
+/// mark of its end. The state leaves `recording` and `stopping` when the mark is met.
 class Recorder {
  public:
   Recorder(const LoggerOptions& options, const LoggerClock& clock);
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
+  /// Writes all that is queued.
   ~Recorder();
 
-  /// Begins a recording described by `about`. Error: it cannot be created.
+  /// Begins a recording described by `about`. Error: it cannot be created. What stops it while its
+  /// file is created ends it at once.
   Result<void> begin(const io::McapMetadata& about);
   void stop();
   void terminate();
 
   /// Which recording is being made; 0: none.
-  [[nodiscard]] std::uint32_t session() const { return session_; }
-  /// Takes a message of recording `session`; false where the queue has no room for it.
-  [[nodiscard]] bool add(std::uint32_t session, const std::shared_ptr<const Stream>& stream,
-                         LogTime logged, LogTime published, std::string data);
+  [[nodiscard]] std::uint32_t session() const;
+  /// Takes a message of recording `session`: it is written or counted as dropped. One of a session
+  /// that has ended belongs to none.
+  void add(std::uint32_t session, LoggedMessage message);
 
-  /// State, file, error, times and amounts.
-  void fill(LoggerStatus& status) const;
+  /// Fills state, file, error, times and amounts; gives the tally of each source.
+  [[nodiscard]] std::vector<Tally> fill(LoggerStatus& status) const;
   bool wait_until_stopped(Duration timeout);
 
  private:
+  enum class Kind { message, end, quit };
   struct Item {
-    std::uint32_t session = 0;
-    std::shared_ptr<const Stream> stream;  ///< none: the recording's end
-    LogTime logged, published;
-    std::string data;
+    Kind kind = Kind::message;
+    LoggedMessage message = {};
+  };
+  /// Messages in the chunk that is not written yet.
+  struct Pending {
+    std::uint64_t raw_bytes = 0, messages = 0;
   };
 
-  void run();
+  // These need `state_mutex_`.
+  void halt();
+  void close_session();
+
+  // These need `writer_mutex_`.
   void handle(const Item& item);
   void flush_if_due();
-  Result<void> write(const Item& item);
-  void end(LoggerState state, const std::string& error = {});
+  Result<void> write(const LoggedMessage& message);
+  void settle();
+  void drop(std::size_t source);
+  void fail(const Error& error);
+  Result<void> close_file();
+  void end();
+
+  void run();
   Result<io::McapWriter> create(std::string& path) const;
-  void set_state(LoggerState state);
 
   const LoggerOptions& options_;
   const LoggerClock& clock_;
   BoundedQueue<Item> queue_;
-  std::atomic<std::uint32_t> session_{0};
-  std::atomic<bool> quit_{false};
-  std::atomic<std::uint64_t> written_{0};
 
-  std::mutex writer_mutex_;  ///< held while the disk works
+  std::mutex writer_mutex_;  ///< held while the disk works; taken before the other
   std::optional<io::McapWriter> writer_;
-  std::uint32_t writer_session_ = 0;
   std::map<std::string, std::uint16_t> channels_, schemas_;
+  std::vector<Pending> pending_;  ///< by source
+  std::uint32_t chunks_ = 0;      ///< in the file
+  std::string failure_;           ///< of this recording
   LogTime flushed_, synced_;
 
-  mutable std::mutex state_mutex_;
+  mutable std::mutex state_mutex_;  ///< never held while the disk works
   std::condition_variable state_changed_;
   LoggerState state_ = LoggerState::idle;
   bool terminating_ = false;
-  std::uint32_t sessions_ = 0;
+  std::uint32_t session_ = 0, sessions_ = 0;
+  std::vector<Tally> tallies_;  ///< by source
+  std::uint64_t written_ = 0;
   std::string file_, error_;
   LogTime begun_, ended_;
 

@@ -26,9 +26,10 @@ std::shared_ptr<const Stream> raw_stream(const SensorOptions& sensor) {
 
 }  // namespace
 
-Sensor::Sensor(SensorOptions options, std::unique_ptr<DeviceDecoder> decoder, Recorder& recorder,
-               const LoggerClock& clock)
-    : options_(std::move(options)),
+Sensor::Sensor(std::size_t number, SensorOptions options, std::unique_ptr<DeviceDecoder> decoder,
+               Recorder& recorder, const LoggerClock& clock)
+    : number_(number),
+      options_(std::move(options)),
       raw_(raw_stream(options_)),
       decoder_(std::move(decoder)),
       recorder_(recorder),
@@ -92,24 +93,15 @@ void Sensor::read(SerialPort& port) {
 
 void Sensor::take(decode::Bytes bytes, LogTime now) {
   const std::uint32_t session = recorder_.session();
-  std::uint64_t dropped = 0;
-  const bool kept =
-      session != 0 && recorder_.add(session, raw_, now, now, {bytes.begin(), bytes.end()});
-  if (session != 0 && !kept) ++dropped;
+  if (session != 0)
+    recorder_.add(session, {number_, true, raw_, now, now, {bytes.begin(), bytes.end()}});
   decoder_->feed(bytes, now, [&](DecodedMessage message) {
-    if (session != 0 &&
-        !recorder_.add(session, message.stream, now, message.time, std::move(message.json)))
-      ++dropped;
+    recorder_.add(session,
+                  {number_, false, message.stream, now, message.time, std::move(message.json)});
   });
   const std::lock_guard lock(mutex_);
-  if (session != 0 && session != session_) {
-    session_ = session;
-    status_.dropped = status_.recorded_bytes = 0;
-  }
   status_.state = SensorState::receiving;
   status_.bytes += bytes.size();
-  status_.recorded_bytes += kept ? bytes.size() : 0;
-  status_.dropped += dropped;
   status_.decoding = decoder_->status();
   last_bytes_ = now;
 }

@@ -16,12 +16,14 @@ namespace wayfare::logger {
 /// One device: a thread that reads its line, stamps and decodes what came and hands it over.
 class Sensor {
  public:
-  Sensor(SensorOptions options, std::unique_ptr<DeviceDecoder> decoder, Recorder& recorder,
-         const LoggerClock& clock);
+  /// `number` is what the recorder counts its messages by.
+  Sensor(std::size_t number, SensorOptions options, std::unique_ptr<DeviceDecoder> decoder,
+         Recorder& recorder, const LoggerClock& clock);
   Sensor(const Sensor&) = delete;
   Sensor& operator=(const Sensor&) = delete;
   ~Sensor();
 
+  /// Without what the recorder counts.
   [[nodiscard]] SensorStatus status() const;
   /// Rates since the call before, `interval` ago.
   void measure_rates(Duration interval);
@@ -32,6 +34,7 @@ class Sensor {
   void read(SerialPort& port);
   void take(decode::Bytes bytes, LogTime now);
 
+  const std::size_t number_;
   const SensorOptions options_;
   const std::shared_ptr<const Stream> raw_;
   const std::unique_ptr<DeviceDecoder> decoder_;  ///< of the thread
@@ -41,7 +44,6 @@ class Sensor {
 
   mutable std::mutex mutex_;
   SensorStatus status_;
-  std::uint32_t session_ = 0;
   LogTime last_bytes_;
   std::uint64_t bytes_before_ = 0, messages_before_ = 0;
 

@@ -8,14 +8,21 @@
 
 namespace wayfare {
 
-Result<void> PaddedTable::reset(double resolution_m, const CellBox& box, std::uint16_t fill) {
-  width_ = height_ = 0;
-  if (!(resolution_m > 0) || !std::isfinite(resolution_m))
-    return Error{ErrorCode::invalid, "a map's table: the resolution must be positive"};
+Result<void> PaddedTable::check_size(const CellBox& box) {
   const std::int64_t w = box.width() + 2 * kBorder, h = box.height() + 2 * kBorder;
   if (box.width() < 1 || box.height() < 1 || w > kMaxCells / h)
     return Error{ErrorCode::invalid, "a map's table: " + std::to_string(box.width()) + " x " +
                                          std::to_string(box.height()) + " cells cannot be held"};
+  return {};
+}
+
+Result<void> PaddedTable::reset(double resolution_m, const CellBox& box, std::uint16_t fill) {
+  width_ = 0;
+  height_ = 0;
+  if (!(resolution_m > 0) || !std::isfinite(resolution_m))
+    return Error{ErrorCode::invalid, "a map's table: the resolution must be positive"};
+  if (auto ok = check_size(box); !ok) return ok;
+  const std::int64_t w = box.width() + 2 * kBorder, h = box.height() + 2 * kBorder;
   table_.assign(static_cast<std::size_t>(w * h), fill);
   resolution_m_ = resolution_m;
   origin_ = box.min;

@@ -1,27 +1,6 @@
 #include <wayfare/map/multi_resolution_grid.hpp>
 
-#include <algorithm>
-
 namespace wayfare {
-namespace {
-
-/// Of everything a scan from there can change.
-CellBox box_of(const SE2d& T_map_laser, const LaserScan& scan, const InverseLidarModel& model,
-               double resolution_m) {
-  const Cell from = cell_of(T_map_laser.translation(), resolution_m);
-  CellBox box{from, from};
-  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
-    const double range = scan.returned(i) ? static_cast<double>(scan.ranges_m[i])
-                                          : model.free_range_without_return_m;
-    const double length = std::min(range, model.max_usable_range_m);
-    const double bearing = scan.bearing(i).radians();
-    const Eigen::Vector2d end(length * std::cos(bearing), length * std::sin(bearing));
-    box.extend(cell_of(T_map_laser * end, resolution_m));
-  }
-  return box;
-}
-
-}  // namespace
 
 MultiResolutionGrid::MultiResolutionGrid(const MultiResolutionOptions& options)
     : options_(options) {
@@ -33,40 +12,42 @@ MultiResolutionGrid::MultiResolutionGrid(const MultiResolutionOptions& options)
   }
 }
 
-template <class InsertInto, class BoxAt>
-Result<void> MultiResolutionGrid::insert_everywhere(const InsertInto& insert_into,
-                                                    const BoxAt& box_at) {
-  for (OccupancyGrid& grid : grids_)
-    if (auto ok = insert_into(grid); !ok) return ok;
+/// `lay_rays(resolution_m)` puts the scan's rays into the raster and gives where they begin. All
+/// that can be refused is refused at every level before a cell of any changes.
+template <class LayRays>
+Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays) {
+  std::vector<CellBox> changed;
+  for (std::size_t i = 0; i < grids_.size(); ++i) {
+    const auto from = lay_rays(grids_[i].resolution_m());
+    if (!from) return from.error();
+    if (raster_.rays().empty()) continue;
+    const auto box = raster_.cover(*from);
+    if (!box) return box.error();
+    if (auto ok = check_room(i, *box); !ok) return ok;
+    changed.push_back(*box);
+  }
   tables_.resize(grids_.size());
-  for (std::size_t i = 0; i < grids_.size(); ++i)
-    if (auto ok = follow(i, box_at(grids_[i].resolution_m())); !ok) return ok;
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    const auto from = lay_rays(grids_[i].resolution_m());
+    const ScanUpdate update = detail::update_of(options_.model);
+    if (auto ok = raster_.apply<OncePerScan>(grids_[i], *from, update); !ok) return ok;
+    if (auto ok = follow(i, changed[i]); !ok) return ok;
+  }
   return {};
 }
 
 Result<void> MultiResolutionGrid::insert(const SE2d& T_map_laser, const LaserScan& scan) {
-  return insert_everywhere(
-      [&](OccupancyGrid& grid) {
-        return insert_scan(grid, T_map_laser, scan, options_.model, raster_);
-      },
-      [&](double resolution_m) { return box_of(T_map_laser, scan, options_.model, resolution_m); });
+  return insert_everywhere([&](double resolution_m) {
+    return detail::lay_rays(raster_, resolution_m, T_map_laser, scan, options_.model);
+  });
 }
 
 Result<void> MultiResolutionGrid::insert(const SE2d& T_map_points, const PointSet& points,
                                          const Eigen::Vector2d& origin) {
-  return insert_everywhere(
-      [&](OccupancyGrid& grid) {
-        return insert_points(grid, T_map_points, points, options_.model, raster_, origin);
-      },
-      [&](double resolution_m) {
-        const Cell from = cell_of(T_map_points * origin, resolution_m);
-        CellBox box{from, from};
-        for (std::size_t i = 0; i < points.size(); ++i)
-          box.extend(
-              cell_of(T_map_points * Eigen::Vector2d(points[i].cast<double>()), resolution_m));
-        // Rounding may put an end into the cell beside it.
-        return CellBox{box.min - Cell{1, 1}, box.max + Cell{1, 1}};
-      });
+  return insert_everywhere([&](double resolution_m) {
+    return detail::lay_rays<OncePerScan>(raster_, resolution_m, T_map_points, points,
+                                         options_.model, origin);
+  });
 }
 
 std::size_t MultiResolutionGrid::memory_bytes() const {
@@ -81,12 +62,26 @@ std::size_t MultiResolutionGrid::memory_bytes() const {
 }
 
 /// A table that is too small is made anew with room to spare, so that this is seldom.
-Result<void> MultiResolutionGrid::follow(std::size_t level, const CellBox& changed) {
+int MultiResolutionGrid::margin(const OccupancyGrid& grid) {
   constexpr double kSpare_m = 5.0;
+  return cell_coordinate(kSpare_m, grid.resolution_m());
+}
+
+/// Whether the level's table can follow where cells of `changed` come to be observed.
+Result<void> MultiResolutionGrid::check_room(std::size_t level, const CellBox& changed) const {
+  if (level < tables_.size() && tables_[level].covers(changed)) return {};
+  const OccupancyGrid& grid = grids_[level];
+  CellBox box = grid.bounds().value_or(changed);
+  box.extend(changed.min);
+  box.extend(changed.max);
+  const auto table = ProbabilityGrid::extent(box, options_.unknown_probability, margin(grid));
+  return table ? Result<void>() : table.error();
+}
+
+Result<void> MultiResolutionGrid::follow(std::size_t level, const CellBox& changed) {
   const OccupancyGrid& grid = grids_[level];
   if (!grid.bounds() || tables_[level].update(grid, changed)) return {};
-  return tables_[level].make(grid, options_.unknown_probability,
-                             static_cast<int>(kSpare_m / grid.resolution_m()));
+  return tables_[level].make(grid, options_.unknown_probability, margin(grid));
 }
 
 }  // namespace wayfare

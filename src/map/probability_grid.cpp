@@ -35,28 +35,35 @@ const Probabilities& probabilities() {
 
 }  // namespace
 
+Result<CellBox> ProbabilityGrid::extent(const CellBox& bounds, double unknown_probability,
+                                        int margin) {
+  if (!(unknown_probability >= 0 && unknown_probability <= 1) || margin < 0)
+    return Error{ErrorCode::invalid,
+                 "a probability grid: unknown probability or margin out of range"};
+  const Cell around{margin, margin};
+  const CellBox box{bounds.min - around, bounds.max + around};
+  if (auto ok = check_size(box); !ok) return ok.error();
+  return box;
+}
+
 Result<void> ProbabilityGrid::make(const OccupancyGrid& grid, double unknown_probability,
                                    int margin) {
-  if (!(unknown_probability >= 0 && unknown_probability <= 1) || margin < 0 || !grid.bounds()) {
+  const auto refused = [this](Error error) {
     *this = {};
-    return Error{ErrorCode::invalid,
-                 grid.bounds() ? "a probability grid: unknown probability or margin out of range"
-                               : "a probability grid: no cell was observed"};
-  }
+    return error;
+  };
+  if (!grid.bounds())
+    return refused({ErrorCode::invalid, "a probability grid: no cell was observed"});
+  const auto box = extent(*grid.bounds(), unknown_probability, margin);
+  if (!box) return refused(box.error());
   unknown_ = static_cast<std::uint16_t>(std::lround(kOne * unknown_probability));
-  const Cell around{margin, margin};
-  const CellBox observed = *grid.bounds();
-  if (auto ok =
-          reset(grid.resolution_m(), {observed.min - around, observed.max + around}, unknown_);
-      !ok)
-    return ok.error();
-  copy(grid, observed);
+  if (auto ok = reset(grid.resolution_m(), *box, unknown_); !ok) return ok;
+  copy(grid, *grid.bounds());
   return {};
 }
 
 bool ProbabilityGrid::update(const OccupancyGrid& grid, const CellBox& box) {
-  const CellBox mine{origin(), origin() + Cell{width() - 1, height() - 1}};
-  if (empty() || !mine.contains(box.min) || !mine.contains(box.max)) return false;
+  if (!covers(box)) return false;
   copy(grid, box);
   return true;
 }

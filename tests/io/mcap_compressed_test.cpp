@@ -1,55 +1,34 @@
 // Chunks compressed by LZ4 and Zstandard read as the same chunks do that are not.
 
+#include <algorithm>
 #include <functional>
-#include <optional>
 
-#include "mcap_samples.hpp"
-#include "support.hpp"
-#if WAYFARE_HAS_LZ4
-#include <lz4frame.h>
-#endif
-#if WAYFARE_HAS_ZSTD
-#include <zstd.h>
-#endif
+#include "io/mcap_parts.hpp"
+#include "io/mcap_samples.hpp"
+#include "io/support.hpp"
 
 namespace wayfare::io {
 namespace {
 
 using ::testing::HasSubstr;
+using ::wayfare::testing::compressed;
+using ::wayfare::testing::little;
+using ::wayfare::testing::mcap_begin;
+using ::wayfare::testing::mcap_channel;
+using ::wayfare::testing::mcap_chunk;
+using ::wayfare::testing::mcap_chunk_index;
+using ::wayfare::testing::mcap_end;
+using ::wayfare::testing::mcap_message;
 using ::wayfare::testing::MemorySink;
 using ::wayfare::testing::read_all;
-
-/// Nothing where the tests were built without the library.
-std::optional<std::string> compressed([[maybe_unused]] const std::string& name,
-                                      [[maybe_unused]] const std::string& bytes) {
-#if WAYFARE_HAS_LZ4
-  if (name == "lz4") {
-    std::string out(LZ4F_compressFrameBound(bytes.size(), nullptr), '\0');
-    out.resize(LZ4F_compressFrame(out.data(), out.size(), bytes.data(), bytes.size(), nullptr));
-    return out;
-  }
-#endif
-#if WAYFARE_HAS_ZSTD
-  if (name == "zstd") {
-    std::string out(ZSTD_compressBound(bytes.size()), '\0');
-    out.resize(ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), 3));
-    return out;
-  }
-#endif
-  return std::nullopt;
-}
+using ::wayfare::testing::Remembered;
+using ::wayfare::testing::TemporaryFolder;
 
 std::uint64_t number(const std::string& bytes, std::size_t at, std::size_t size) {
   std::uint64_t value = 0;
   for (std::size_t i = size; i-- > 0;)
     value = value << 8 | static_cast<std::uint8_t>(bytes[at + i]);
   return value;
-}
-
-std::string little(std::uint64_t value, std::size_t size) {
-  std::string out;
-  for (std::size_t i = 0; i < size; ++i) out += static_cast<char>(value >> (8 * i));
-  return out;
 }
 
 /// A recording of three chunks that was never closed.
@@ -136,6 +115,66 @@ TEST_P(McapCompressed, ADamagedTailIsSurvived) {
   const std::size_t first = 8 + 9 + number(bytes, 9, 8);
   broken[first + 9 + number(bytes, first + 1, 8)] = '\x77';
   EXPECT_EQ(read_all(*McapReader::parse(broken, "m")).size(), 20U);
+}
+
+/// Messages of one channel; each says its number, with bytes enough to lie outside of the string.
+Remembered numbered(std::uint32_t number, std::int64_t time) {
+  const LogTime at = LogTime::from_nanoseconds(time);
+  return {"/text", "message " + std::to_string(number) + std::string(40, '.'), number, at, at};
+}
+
+TEST_P(McapCompressed, AMessageBehindTheChunkKeepsItsOwnBytes) {
+  // Two messages in a chunk, three outside of any: all are held at once, those from the file by the
+  // bytes of their own record.
+  std::vector<Remembered> wanted;
+  std::string records, loose;
+  for (const std::int64_t time : {100, 100, 200, 201, 202}) {
+    wanted.push_back(numbered(static_cast<std::uint32_t>(wanted.size()), time));
+    (time == 100 ? records : loose) += mcap_message(wanted.back());
+  }
+  const TemporaryFolder folder;
+  const std::string path = folder / "mixed.mcap";
+  const std::string chunk = mcap_chunk(GetParam(), records);
+  ASSERT_TRUE(write_file(path, mcap_begin() + mcap_channel("/text") + chunk + loose));
+  const auto reader = McapReader::open(path);
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(read_all(*reader, {McapOrder::log_time}), wanted);
+}
+
+TEST_P(McapCompressed, ASummaryThatLeavesMessagesOutIsNotUsed) {
+  // The index has the chunk at 100 alone; the message behind it is found from the front.
+  const std::vector<Remembered> wanted = {numbered(0, 50), numbered(1, 100)};
+  const std::string channel = mcap_channel("/text");
+  std::string bytes = mcap_begin() + channel;
+  const std::string chunk = mcap_chunk(GetParam(), mcap_message(wanted[1]), 100, 100);
+  const std::string index = mcap_chunk_index(100, 100, bytes.size(), chunk.size());
+  bytes += chunk;
+  const auto whole =
+      McapReader::parse(bytes + mcap_end(bytes.size(), channel, index, 1, 1, 100, 100), "m");
+  EXPECT_TRUE(whole->contents().indexed);
+  bytes += mcap_message(wanted[0]);
+  const auto reader =
+      McapReader::parse(bytes + mcap_end(bytes.size(), channel, index, 2, 1, 50, 100), "m");
+  EXPECT_FALSE(reader->contents().indexed);
+  EXPECT_EQ(reader->contents().statistics.messages, 2U);
+  EXPECT_EQ(read_all(*reader, {McapOrder::log_time}), wanted);
+}
+
+TEST_P(McapCompressed, OfEqualTimesTheFirstWrittenComesFirst) {
+  // More messages than the chunk has bytes: their numbers must not reach into the next chunk's.
+  std::vector<Remembered> wanted;
+  std::string first, second;
+  for (std::uint32_t i = 0; i < 3000; ++i) {
+    wanted.push_back({"/text", "", 0, LogTime::from_nanoseconds(100), LogTime()});
+    first += mcap_message(wanted.back());
+  }
+  wanted.push_back({"/text", "last", 0, LogTime::from_nanoseconds(100), LogTime()});
+  second = mcap_message(wanted.back());
+  const std::string chunk = mcap_chunk(GetParam(), first);
+  ASSERT_LT(chunk.size(), 3000U);
+  const auto reader = McapReader::parse(
+      mcap_begin() + mcap_channel("/text") + chunk + mcap_chunk(GetParam(), second), "m");
+  EXPECT_EQ(read_all(*reader, {McapOrder::log_time}), wanted);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, McapCompressed, ::testing::Values("lz4", "zstd"),

@@ -13,7 +13,8 @@
 #include <thread>
 #include <vector>
 
-#include "simulated_devices.hpp"
+#include "logger/one_device.hpp"
+#include "logger/simulated_devices.hpp"
 
 namespace wayfare::logger {
 namespace {
@@ -21,39 +22,15 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 using ::wayfare::testing::four_devices;
+using ::wayfare::testing::has_read;
 using ::wayfare::testing::IllDisk;
+using ::wayfare::testing::OneDevice;
 using ::wayfare::testing::Played;
 using ::wayfare::testing::raw_channel;
+using ::wayfare::testing::sensor;
 using ::wayfare::testing::SimulatedDevice;
 using ::wayfare::testing::TemporaryFolder;
 using ::wayfare::testing::wait_for;
-
-SensorOptions sensor(const DeviceDescription& device, const std::string& port) {
-  SensorOptions options;
-  options.device = device;
-  options.port = port;
-  return options;
-}
-
-/// One device of kind "raw" on a pseudo-terminal.
-struct OneDevice {
-  OneDevice() : terminal(std::move(*PseudoTerminal::open())) {
-    options.folder = folder.path().string();
-    options.sensors = {sensor({"unit", "raw", 115200, ""}, terminal.path())};
-    options.status_every = 50ms;
-  }
-  void send(const std::string& bytes) {
-    const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    ASSERT_EQ(terminal.write({data, bytes.size()}, 2s).value_or(0), bytes.size());
-  }
-  TemporaryFolder folder;
-  PseudoTerminal terminal;
-  LoggerOptions options;
-};
-
-bool has_read(const Logger& logger, std::uint64_t bytes) {
-  return wait_for(20s, [&] { return logger.status().sensors[0].bytes == bytes; });
-}
 
 TEST(Logger, LosesNothingWhenTheDiskStandsStill) {
   const char* trial = std::getenv("WAYFARE_LOGGER_TRIAL");

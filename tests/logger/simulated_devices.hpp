@@ -90,6 +90,7 @@ class Played {
 class IllDisk {
  public:
   std::atomic<int> stall_ms{0};  ///< of the next write
+  std::atomic<int> slow_ms{0};   ///< of every write
   std::atomic<bool> stuck{false};
   std::atomic<int> waiting{0};  ///< writes, while it is stuck
   std::atomic<std::uint64_t> room{UINT64_MAX};
@@ -108,7 +109,8 @@ class IllDisk {
    public:
     Sink(IllDisk& disk, std::unique_ptr<io::ByteSink> file) : disk_(disk), file_(std::move(file)) {}
     Result<void> write(std::string_view bytes) override {
-      std::this_thread::sleep_for(std::chrono::milliseconds(disk_.stall_ms.exchange(0)));
+      std::this_thread::sleep_for(
+          std::chrono::milliseconds(disk_.stall_ms.exchange(0) + disk_.slow_ms));
       ++disk_.waiting;
       while (disk_.stuck) std::this_thread::sleep_for(std::chrono::milliseconds(1));
       --disk_.waiting;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "localisation_support.hpp"
 #include "slam/localisation/draws.hpp"
 #include "slam/localisation/pose_bins.hpp"
+#include "slam/localisation/pose_filter.hpp"
 
 namespace wayfare {
 namespace {
@@ -281,6 +283,37 @@ TEST(RunLocalisation, StopsWhenToldAndRefusesAnEmptyRecording) {
   for (const PoseParticle& p : part->snapshots[1].particles) sum += p.weight;
   EXPECT_NEAR(sum, 1.0, 1e-9);
   EXPECT_FALSE(run_localisation({}, flat().map, quick(), 1));
+}
+
+// No beam returns in a room whose walls are all in reach, where the model has no beam miss one.
+TEST(PoseFilter, AScanThatNoParticleCanHaveSeenKeepsTheWeights) {
+  LocalisationOptions usual = quick(), sure = quick();
+  for (LocalisationOptions* o : {&usual, &sure}) o->model = ScanLikelihood::beam;
+  sure.beam.p_missed = 0.0;
+  const LaserScan& seen = flat().recording.scans.front();
+  LaserScan nothing = seen;
+  nothing.ranges_m.assign(seen.ranges_m.size(), seen.max_range_m);
+  PoseFilter filter(flat().map, usual, Rng(1));
+  filter.start_at(known_start(flat().recording));
+  filter.weigh(ScanWeigher(seen, usual));
+  const std::vector<double> weights = filter.particles().log_weight;
+  ASSERT_LT(*std::min_element(weights.begin(), weights.end()), weights.front());
+  const ScanWeigher impossible(nothing, sure);
+  EXPECT_EQ(filter.log_evidence(impossible, true), -std::numeric_limits<double>::infinity());
+  filter.weigh(impossible);
+  EXPECT_EQ(filter.particles().log_weight, weights);
+}
+
+TEST(PoseFilter, OddsStayFiniteWhateverIsImpossible) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(log_odds_after(1.5, -2.0, -3.0), 2.5);
+  EXPECT_EQ(log_odds_after(1.5, -kInf, -kInf), 1.5);
+  const double sure = log_odds_after(1.5, -2.0, -kInf);
+  EXPECT_GT(sure, 1e300);
+  EXPECT_TRUE(std::isfinite(sure));
+  const double not_so = log_odds_after(sure, -kInf, -2.0);
+  EXPECT_LT(not_so, -1e300);
+  EXPECT_TRUE(std::isfinite(not_so));
 }
 
 // n = χ²(k − 1, 1 − δ) / 2ε, of which (7) of Fox 2003 is Wilson and Hilferty's approximation, good

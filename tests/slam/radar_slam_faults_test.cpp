@@ -168,6 +168,28 @@ TEST(RadarSlamFaults, LateAndDoubledScansChangeNothing) {
               troubled.trajectory()[i].T_map_base.raw().translation());
 }
 
+TEST(RadarSlamFaults, DetectionsAndMotionThatAreNotFiniteChangeNothing) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  RadarSlam slam(few());
+  PointSet good;
+  for (int i = 0; i < 20; ++i) good.push_back(Eigen::Vector2f(2.0F, 0.1F * static_cast<float>(i)));
+  ASSERT_TRUE(slam.add_radar(LogTime::from_seconds(0), good));
+  const auto cells = bytes_of(slam.radar_map());
+  const auto bounds = slam.radar_map().bounds();
+  PointSet bad = good;
+  bad.push_back({1.0F, static_cast<float>(kNan)});
+  EXPECT_FALSE(slam.add_radar(LogTime::from_seconds(1), bad));
+  EXPECT_FALSE(slam.move({SE2d(kNan, 0, Angle{}), Eigen::Matrix3d::Identity()}));
+  // Each variance is a number, their sum is none.
+  const Gaussian<SE2d> vast{SE2d(), 1e308 * Eigen::Matrix3d::Identity()};
+  EXPECT_TRUE(slam.move(vast));
+  EXPECT_FALSE(slam.move(vast));
+  EXPECT_EQ(bytes_of(slam.radar_map()), cells);
+  EXPECT_EQ(slam.radar_map().bounds(), bounds);
+  EXPECT_EQ(slam.statistics().scans, 1U);
+  EXPECT_TRUE(slam.add_radar(LogTime::from_seconds(0.5), {}));  // the refused one left no time
+}
+
 // Such recordings have poses of odometry instead: those of the room's, which are off by half a
 // metre.
 TEST(RadarSlamFaults, NoWheelsAtAll) {

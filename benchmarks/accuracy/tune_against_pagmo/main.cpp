@@ -17,7 +17,7 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/tune/ins_genes.hpp>
 
-#include "drives.hpp"
+#include "tune/drives.hpp"
 #include "support/command_line.hpp"
 #include "support/exit_code.hpp"
 

@@ -81,12 +81,13 @@ void resample_thirty(benchmark::State& state) {
     state.PauseTiming();
     Rbpf<RbpfMaps> filter(30, start, RbpfMaps(), 1);
     std::size_t i = 0;
-    filter.update(drive.scans.back().time, [&](auto& particle, Rng&, std::size_t) {
-      particle.map = slam.particles()[i].map;
-      return i++ % 3 == 0 ? 0.0 : -50.0;
-    });
+    const auto weighed =
+        filter.update(drive.scans.back().time, [&](auto& particle, Rng&, std::size_t) {
+          particle.map = slam.particles()[i].map;
+          return i++ % 3 == 0 ? 0.0 : -50.0;
+        });
     state.ResumeTiming();
-    if (!filter.resample_below()) state.SkipWithError("nothing was drawn");
+    if (!weighed || !filter.resample_below()) state.SkipWithError("nothing was drawn");
     benchmark::DoNotOptimize(filter);
   }
 }

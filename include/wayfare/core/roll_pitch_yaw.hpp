@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -17,12 +16,20 @@ namespace wayfare {
                                  AngleAxisd(roll_pitch_yaw_rad[0], Vector3d::UnitX())));
 }
 
-/// Roll and yaw in [−π, π], pitch in [−π/2, π/2]. Straight up or down, where roll and yaw turn
-/// about one axis, any split of their sum.
+/// Roll and yaw in [−π, π], pitch in [−π/2, π/2]. Straight up or down roll and yaw turn about one
+/// axis, and only yaw − roll (up) or yaw + roll (down) can be told: roll then is 0, and yaw all of
+/// it. Whatever the pitch, `rotation_from_roll_pitch_yaw` of the angles is the rotation, within
+/// rounding.
 [[nodiscard]] inline Eigen::Vector3d roll_pitch_yaw_rad(const SO3d& rotation) {
+  constexpr double kStraight = 1e-12;  // cosine of a pitch at which roll would be rounding
   const Eigen::Matrix3d r = rotation.matrix();
-  return {std::atan2(r(2, 1), r(2, 2)), std::asin(std::clamp(-r(2, 0), -1.0, 1.0)),
-          std::atan2(r(1, 0), r(0, 0))};
+  const double cos_pitch = std::hypot(r(2, 1), r(2, 2));
+  const double roll = cos_pitch < kStraight ? 0.0 : std::atan2(r(2, 1), r(2, 2));
+  // Of what is left without the roll: near straight up or down the first column says less of yaw
+  // than the second.
+  const double s = std::sin(roll), c = std::cos(roll);
+  const double yaw = std::atan2(s * r(0, 2) - c * r(0, 1), c * r(1, 1) - s * r(1, 2));
+  return {roll, std::atan2(-r(2, 0), cos_pitch), yaw};
 }
 
 }  // namespace wayfare

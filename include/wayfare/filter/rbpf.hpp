@@ -9,12 +9,14 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/random.hpp>
+#include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/filter/detail/ancestry_tree.hpp>
 #include <wayfare/filter/particles.hpp>
@@ -28,7 +30,7 @@ struct RbpfParticle {
   SE2d pose;
   Map map;
   /// ln of the evidence of everything this particle's way has explained; what the best is chosen
-  /// by.
+  /// by. -inf without weight.
   double log_evidence = 0.0;
 };
 
@@ -59,25 +61,35 @@ class Rbpf {
   /// `step(particle, rng, worker)` moves a particle to `time`, takes up what was measured and
   /// returns ln of the factor of its weight. `for_each(count, f)` calls f(index, worker) for every
   /// index, on as many threads as it likes.
+  ///
+  /// A factor of -inf says that the measurement is impossible for the particle. NaN and +inf are no
+  /// factors: the particle is refused, and counted as such, as is one whose pose is not finite.
+  /// Both leave it without weight: it is neither the best nor drawn, whatever its later factors,
+  /// and the next resampling replaces it.
+  ///
+  /// An Error (numerical) where no particle would have any weight left. The particles then are
+  /// where their steps led, but weights and evidence are those before this update: the measurement
+  /// counts for nothing, and particles that had no weight have none.
   template <class Step, class ForEach = OneAfterTheOther>
-  Normalisation update(LogTime time, const Step& step, const ForEach& for_each = {}) {
+  Result<Normalisation> update(LogTime time, const Step& step, const ForEach& for_each = {}) {
     const Rng of_update = rng_.stream(++updates_);
+    std::vector<double> factors(particles_.size());
     for_each(particles_.size(), [&](std::size_t i, std::size_t worker) {
       Rng rng = of_update.stream(i);
       const double factor = step(particles_[i], rng, worker);
-      log_weights_[i] += factor;
-      particles_[i].log_evidence += factor;
+      factors[i] = finite(particles_[i].pose) ? factor : std::numeric_limits<double>::quiet_NaN();
     });
     for (std::size_t i = 0; i < particles_.size(); ++i)
       ends_[i] =
           tree_.grow(ends_[i], {time, Transform2<frame::Map, frame::Base>(particles_[i].pose)});
-    return normalise(log_weights_);
+    return weigh(factors);
   }
 
   /// 1 / Σ w².
   [[nodiscard]] double effective_particles() const { return effective_sample_size(log_weights_); }
 
-  /// Draws the particles anew where 1/Σw² is below `fraction` of their number.
+  /// Draws the particles anew, none without weight, where 1/Σw² is below `fraction` of their
+  /// number.
   bool resample_below(double fraction = 0.5) {
     const auto n = static_cast<double>(particles_.size());
     if (!(effective_particles() < fraction * n)) return false;
@@ -88,9 +100,9 @@ class Rbpf {
   }
 
   [[nodiscard]] std::span<const Particle> particles() const { return particles_; }
-  /// Normalised.
+  /// Normalised; -inf without weight.
   [[nodiscard]] std::span<const double> log_weights() const { return log_weights_; }
-  /// The particle whose way explains most.
+  /// The particle whose way explains most, of those with weight.
   [[nodiscard]] std::size_t best() const {
     const auto less = [](const Particle& a, const Particle& b) {
       return a.log_evidence < b.log_evidence;
@@ -104,6 +116,25 @@ class Rbpf {
   [[nodiscard]] std::size_t poses_kept() const { return tree_.size(); }
 
  private:
+  [[nodiscard]] static bool finite(const SE2d& pose) {
+    return pose.translation().allFinite() && std::isfinite(pose.heading().radians());
+  }
+
+  Result<Normalisation> weigh(std::span<const double> log_factors) {
+    std::vector<double> weights = log_weights_;
+    for (std::size_t i = 0; i < weights.size(); ++i) weights[i] += log_factors[i];
+    const Normalisation result = normalise(weights);
+    if (result.collapsed)
+      return Error{ErrorCode::numerical, "Rbpf: the measurement leaves no particle any weight"};
+    constexpr double kNone = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      double& evidence = particles_[i].log_evidence;
+      evidence = weights[i] == kNone ? kNone : evidence + log_factors[i];
+    }
+    log_weights_ = std::move(weights);
+    return result;
+  }
+
   /// `drawn` is in ascending order. A particle drawn is moved to its last place and copied to the
   /// others.
   void draw_anew(const std::vector<ParticleIndex>& drawn) {

@@ -44,7 +44,14 @@ struct LoggerOptions {
   std::function<Result<std::unique_ptr<io::ByteSink>>(const std::string& path)> open_sink = {};
 };
 
-enum class LoggerState { idle, recording, stopping, failed, terminated };
+enum class LoggerState {
+  idle,
+  starting,  ///< the recording's file is being created
+  recording,
+  stopping,  ///< what was read is being written, and the file closed
+  failed,
+  terminated,
+};
 [[nodiscard]] const char* name_of(LoggerState state);
 
 enum class SensorState { waiting, silent, receiving };  ///< no port, no bytes for 2 s, bytes
@@ -54,9 +61,10 @@ struct SensorStatus {
   std::string name;
   SensorState state = SensorState::waiting;
   std::uint64_t bytes = 0;           ///< read since the start
-  std::uint64_t recorded_bytes = 0;  ///< of them queued for this recording
-  std::uint64_t dropped = 0;         ///< records the queue had no room for, in this recording
-  double bytes_per_s = 0.0;          ///< over the last status interval
+  std::uint64_t recorded_bytes = 0;  ///< of them written to this recording's file
+  /// Records that are not in this recording: the queue had no room, or the disk failed.
+  std::uint64_t dropped = 0;
+  double bytes_per_s = 0.0;  ///< over the last status interval
   double messages_per_s = 0.0;
   DecodingStatus decoding;
   std::string note;  ///< why it waits, what its line cannot do
@@ -78,7 +86,11 @@ struct LoggerStatus {
 /// The status as the JSON of status lines, the recording's status channel and the monitor.
 [[nodiscard]] std::string to_json(const LoggerStatus& status);
 
-/// Runs from `start` on; the destructor stops recording and ends all threads.
+/// Runs from `start` on; the destructor stops recording, waits until all that was queued is written
+/// and ends all threads. Whether the disk took it the status says after `wait_until_stopped`.
+///
+/// All but the destructor may be called from any thread, and act as if one after the other: a
+/// recording that is stopped while its file is being created is ended once that is done.
 ///
 /// Times are nanoseconds of UTC since 1970 by the computer's clock when the logger started, and
 /// from then on by its monotonic clock: they never jump. The recording has for each sensor the
@@ -92,7 +104,8 @@ class Logger {
   Logger& operator=(const Logger&) = delete;
   ~Logger();
 
-  /// Error: the recording cannot be created. Does nothing while one is being made.
+  /// Error: the recording cannot be created; the one before is still being written; the logger is
+  /// terminated. Does nothing while one is being made.
   Result<void> begin();
   /// Ends the recording once all that was read is written.
   void stop();

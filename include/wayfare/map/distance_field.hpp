@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include <wayfare/core/reset_on_move.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/cell.hpp>
@@ -18,7 +19,8 @@
 namespace wayfare {
 
 /// The exact Euclidean distance between the centres of each cell and of the nearest occupied one,
-/// as a squared whole number of cells. Not changed once made; safe to read from many threads.
+/// as a squared whole number of cells. Not changed once made; safe to read from many threads. A
+/// field moved from is empty.
 class DistanceField {
  public:
   /// Neither side may have more cells than this …
@@ -67,7 +69,8 @@ class DistanceField {
  private:
   double resolution_m_ = 0.05;
   Cell origin_;
-  int width_ = 0, height_ = 0, stride_ = 0;
+  ResetOnMove<int> width_, height_;
+  int stride_ = 0;
   std::vector<std::int32_t> squared_;
 };
 

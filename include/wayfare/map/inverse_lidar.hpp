@@ -3,7 +3,9 @@
 // What one LiDAR scan says about the cells it passes: free up to the hit, occupied at it, nothing
 // beyond (Zhang 2020, section 2.2).
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <string>
 
 #include <wayfare/core/result.hpp>
@@ -50,14 +52,11 @@ namespace detail {
           m.fill_gap.radians()};
 }
 
-}  // namespace detail
-
-/// Updates `grid` with one scan taken at `T_map_laser`. The grid is as it was when an Error comes
-/// back (a pose that is not finite, a model out of range, a scan too large for the raster).
-template <class FreeSpace = OncePerScan>
-Result<void> insert_scan(OccupancyGrid& grid, const SE2d& T_map_laser, const LaserScan& scan,
-                         const InverseLidarModel& model, ScanRaster& raster) {
-  if (auto ok = detail::check(model, T_map_laser); !ok) return ok;
+/// Puts the rays of a scan into `raster`; where they begin.
+inline Result<SubCellPoint> lay_rays(ScanRaster& raster, double resolution_m,
+                                     const SE2d& T_map_laser, const LaserScan& scan,
+                                     const InverseLidarModel& model) {
+  if (auto ok = check(model, T_map_laser); !ok) return ok.error();
   auto& rays = raster.rays();
   rays.clear();
   const auto& directions = raster.directions(scan);
@@ -68,23 +67,19 @@ Result<void> insert_scan(OccupancyGrid& grid, const SE2d& T_map_laser, const Las
     if (!(range > 0)) continue;
     const double length = std::min(range, model.max_usable_range_m);
     const Eigen::Vector2d end = T_map_laser * Eigen::Vector2d(length * directions[i]);
-    rays.push_back({SubCellPoint::of(end, grid.resolution_m()),
+    rays.push_back({SubCellPoint::of(end, resolution_m),
                     static_cast<float>(scan.bearing(i).radians()),
                     returned && range <= model.max_usable_range_m});
   }
-  return raster.apply<FreeSpace>(grid,
-                                 SubCellPoint::of(T_map_laser.translation(), grid.resolution_m()),
-                                 detail::update_of(model));
+  return SubCellPoint::of(T_map_laser.translation(), resolution_m);
 }
 
-/// The same for end points in the frame `T_map_points` leads from, with `origin` (the sensor, in
-/// that frame) as the start of every ray. Points that are not finite are refused. To fill between
-/// beams, the points must be in the order of their bearings.
-template <class FreeSpace = OncePerScan>
-Result<void> insert_points(OccupancyGrid& grid, const SE2d& T_map_points, const PointSet& points,
-                           const InverseLidarModel& model, ScanRaster& raster,
-                           const Eigen::Vector2d& origin = Eigen::Vector2d::Zero()) {
-  if (auto ok = detail::check(model, T_map_points); !ok) return ok;
+/// The same of rays from `origin` to points.
+template <class FreeSpace>
+Result<SubCellPoint> lay_rays(ScanRaster& raster, double resolution_m, const SE2d& T_map_points,
+                              const PointSet& points, const InverseLidarModel& model,
+                              const Eigen::Vector2d& origin) {
+  if (auto ok = check(model, T_map_points); !ok) return ok.error();
   auto& rays = raster.rays();
   rays.clear();
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -96,11 +91,36 @@ Result<void> insert_points(OccupancyGrid& grid, const SE2d& T_map_points, const 
     const double scale = std::min(1.0, model.max_usable_range_m / range);
     const Eigen::Vector2d end = T_map_points * Eigen::Vector2d(origin + scale * beam);
     const double bearing = FreeSpace::kFills ? std::atan2(beam.y(), beam.x()) : 0.0;
-    rays.push_back({SubCellPoint::of(end, grid.resolution_m()), static_cast<float>(bearing),
+    rays.push_back({SubCellPoint::of(end, resolution_m), static_cast<float>(bearing),
                     range <= model.max_usable_range_m});
   }
-  return raster.apply<FreeSpace>(grid, SubCellPoint::of(T_map_points * origin, grid.resolution_m()),
-                                 detail::update_of(model));
+  return SubCellPoint::of(T_map_points * origin, resolution_m);
+}
+
+}  // namespace detail
+
+/// Updates `grid` with one scan taken at `T_map_laser`. The grid is as it was when an Error comes
+/// back (a pose that is not finite, a model out of range, a scan too large for the raster or
+/// farther from the map's origin than cells are numbered).
+template <class FreeSpace = OncePerScan>
+Result<void> insert_scan(OccupancyGrid& grid, const SE2d& T_map_laser, const LaserScan& scan,
+                         const InverseLidarModel& model, ScanRaster& raster) {
+  const auto from = detail::lay_rays(raster, grid.resolution_m(), T_map_laser, scan, model);
+  if (!from) return from.error();
+  return raster.apply<FreeSpace>(grid, *from, detail::update_of(model));
+}
+
+/// The same for end points in the frame `T_map_points` leads from, with `origin` (the sensor, in
+/// that frame) as the start of every ray. Points that are not finite are refused. To fill between
+/// beams, the points must be in the order of their bearings.
+template <class FreeSpace = OncePerScan>
+Result<void> insert_points(OccupancyGrid& grid, const SE2d& T_map_points, const PointSet& points,
+                           const InverseLidarModel& model, ScanRaster& raster,
+                           const Eigen::Vector2d& origin = Eigen::Vector2d::Zero()) {
+  const auto from =
+      detail::lay_rays<FreeSpace>(raster, grid.resolution_m(), T_map_points, points, model, origin);
+  if (!from) return from.error();
+  return raster.apply<FreeSpace>(grid, *from, detail::update_of(model));
 }
 
 }  // namespace wayfare

@@ -38,8 +38,10 @@ class MultiResolutionGrid {
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  template <class InsertInto, class BoxAt>
-  Result<void> insert_everywhere(const InsertInto& insert_into, const BoxAt& box_at);
+  template <class LayRays>
+  Result<void> insert_everywhere(const LayRays& lay_rays);
+  [[nodiscard]] Result<void> check_room(std::size_t level, const CellBox& changed) const;
+  [[nodiscard]] static int margin(const OccupancyGrid& grid);
   Result<void> follow(std::size_t level, const CellBox& changed);
 
   MultiResolutionOptions options_;

@@ -10,6 +10,7 @@
 #include <span>
 
 #include <wayfare/core/contract.hpp>
+#include <wayfare/core/reset_on_move.hpp>
 #include <wayfare/map/cell.hpp>
 #include <wayfare/map/detail/copy_on_write_tiles.hpp>
 
@@ -43,7 +44,7 @@ struct OccupancyGridOptions {
 
 /// Occupancy by log-odds `l ← clamp(l + l(inverse sensor model) − l₀)` with the prior p₀ = ½
 /// (Zhang 2020, section 2.2). Cells nobody updated are unknown. Grows in every direction; copies
-/// share tiles.
+/// share tiles. A grid moved from is empty, with the options it had.
 class OccupancyGrid {
  public:
   using Tiles = CopyOnWriteTiles<std::int16_t>;
@@ -73,7 +74,7 @@ class OccupancyGrid {
   [[nodiscard]] double probability(const Cell& c) const { return log_odds(c).probability(); }
 
   /// The smallest box around every observed cell; none for an empty grid.
-  [[nodiscard]] const std::optional<CellBox>& bounds() const { return bounds_; }
+  [[nodiscard]] const std::optional<CellBox>& bounds() const { return bounds_.value; }
 
   void update(const Cell& c, LogOdds delta) {
     std::int16_t& l = tiles_.writable(Tiles::tile_of(c))[Tiles::offset_in_tile(c)];
@@ -109,15 +110,16 @@ class OccupancyGrid {
   template <class Mark>
   void add_marks(std::int16_t* cells, const Mark* marks, int delta) const;
   void extend_bounds(const CellBox& box) {
-    if (!bounds_) bounds_ = box;
-    bounds_->extend(box.min);
-    bounds_->extend(box.max);
+    std::optional<CellBox>& bounds = bounds_.value;
+    if (!bounds) bounds = box;
+    bounds->extend(box.min);
+    bounds->extend(box.max);
   }
 
   OccupancyGridOptions options_;
   std::int16_t low_, high_;
   Tiles tiles_{kUnknown};
-  std::optional<CellBox> bounds_;
+  ResetOnMove<std::optional<CellBox>> bounds_;
 };
 
 template <class Mark>

@@ -29,6 +29,14 @@ class ProbabilityGrid : public PaddedTable {
   /// outside [0, 1], more cells than a table may have.
   Result<void> make(const OccupancyGrid& grid, double unknown_probability, int margin = 0);
 
+  /// The cells of the table `make` would give a grid with these bounds. Refused as by it.
+  [[nodiscard]] static Result<CellBox> extent(const CellBox& bounds, double unknown_probability,
+                                              int margin);
+
+  [[nodiscard]] bool covers(const CellBox& box) const {
+    const CellBox mine{origin(), origin() + Cell{width() - 1, height() - 1}};
+    return !empty() && mine.contains(box.min) && mine.contains(box.max);
+  }
   /// Makes the cells of `box` anew after `grid` was updated there. False, with nothing done, where
   /// the table does not cover the box.
   bool update(const OccupancyGrid& grid, const CellBox& box);

@@ -132,6 +132,7 @@ struct RbpfOutcome {
   Angle turn_correction{};
   double effective_particles = 0.0;
   bool resampled = false;
+  std::size_t particles_refused = 0;  ///< their weight or pose was not finite: left without weight
 };
 
 struct RbpfStatistics {
@@ -156,9 +157,11 @@ class RadarSlam {
 
   /// Scans at the robot's present place. Refused, without changing anything: a scan without beams
   /// or with other than finite geometry; one not later than the one before of the same sensor, or
-  /// earlier than any.
+  /// earlier than any. An Error (numerical) where the scan leaves no particle any weight: it is
+  /// placed where the particles are, which keep the weights they had.
   Result<RbpfOutcome> add_lidar(const LaserScan& scan);
-  /// Detections of one augmented radar scan, in the robot's own frame at `time`.
+  /// Detections of one augmented radar scan, in the robot's own frame at `time`. Refused also where
+  /// one is not finite.
   Result<RbpfOutcome> add_radar(LogTime time, const PointSet& points_base);
 
   /// One pose a scan taken, along the best particle's way.

@@ -127,7 +127,13 @@ class Indexer {
         place.first = c.time();
         place.last = c.time();
         place.at = c.number<std::uint64_t>();
-        if (!c.ok() || place.at < kMagic.size() || place.at >= begin) return false;
+        const auto chunk = c.number<std::uint64_t>();
+        c.text();
+        const auto indexes = c.number<std::uint64_t>();
+        if (!c.ok() || place.at < kMagic.size() || place.at >= begin || chunk > begin - place.at ||
+            indexes > begin - place.at - chunk)
+          return false;
+        place.until = place.at + chunk + indexes;
         index_.places.push_back(place);
       } else if (record->opcode == Opcode::statistics) {
         if (!take_statistics(c, chunks)) return false;
@@ -139,9 +145,34 @@ class Indexer {
           take_metadata(*content);
       }
     }
-    // Messages outside of chunks have no index_.
-    return counted && chunks == index_.places.size() &&
-           (chunks != 0 || index_.contents.statistics.messages == 0);
+    return counted && chunks == index_.places.size() && all_in_chunks(begin);
+  }
+
+  /// Whether the index has each chunk of the data once, and no message stands outside of them: that
+  /// one has no index. `end` is that of the data.
+  bool all_in_chunks(std::uint64_t end) const {
+    std::map<std::uint64_t, std::uint64_t> chunks;
+    for (const Place& place : index_.places) chunks.emplace(place.at, place.until);
+    std::string buffer;
+    std::size_t met = 0;
+    for (std::uint64_t at = kMagic.size(); at < end;) {
+      if (const auto chunk = chunks.find(at); chunk != chunks.end() && chunk->second > at) {
+        at = chunk->second;
+        ++met;
+        continue;
+      }
+      const auto head = source_.fetch(at, kRecordHead, buffer);
+      if (!head) return false;
+      Cursor c(*head);
+      const auto code = c.number<std::uint8_t>();
+      const auto length = c.number<std::uint64_t>();
+      if (code == static_cast<std::uint8_t>(Opcode::data_end)) break;
+      if (code == static_cast<std::uint8_t>(Opcode::message) ||
+          code == static_cast<std::uint8_t>(Opcode::chunk) || length > end - at)
+        return false;
+      at += kRecordHead + length;
+    }
+    return met == index_.places.size();
   }
 
   void forget() {

@@ -19,6 +19,7 @@ namespace wayfare::io::mcap {
 struct Place {
   std::uint64_t at = 0;
   LogTime first, last;
+  std::uint64_t until = 0;  ///< end of the chunk and of the message indexes behind it; by a summary
 };
 
 struct Index {

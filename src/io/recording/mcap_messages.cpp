@@ -36,6 +36,11 @@ bool Description::take(const Record& record) {
 }
 
 bool Messages::take(const Record& record, const Sink& sink) {
+  unpacked_ = nullptr;
+  return take_any(record, sink);
+}
+
+bool Messages::take_any(const Record& record, const Sink& sink) {
   if (record.opcode == Opcode::chunk) return take_chunk(record, sink);
   if (record.opcode == Opcode::schema || record.opcode == Opcode::channel) {
     if (!known_.take(record)) fault(record.at, "a description is malformed or taken; left out");
@@ -71,7 +76,7 @@ bool Messages::take_chunk(const Record& record, const Sink& sink) {
     return true;
   }
   const bool packed = !chunk.compression.empty();
-  unpacked_ = packed ? std::move(buffer) : nullptr;
+  if (packed) unpacked_ = std::move(buffer);
   // Within a compressed chunk every place is that of the chunk.
   const std::uint64_t begin = record.at + record.bytes() - chunk.records.size();
   std::string_view rest = *records;
@@ -82,7 +87,7 @@ bool Messages::take_chunk(const Record& record, const Sink& sink) {
       fault(at, "the rest of a chunk is malformed; left out");
       return true;
     }
-    if (!take(*inner, sink)) return false;
+    if (!take_any(*inner, sink)) return false;
   }
   return true;
 }

@@ -31,7 +31,8 @@ class Messages {
            Problems& problems)
       : known_(known), name_(name), options_(options), problems_(problems) {}
 
-  /// What the messages of the last chunk refer to, where it was compressed; else nothing.
+  /// What the messages of the record last taken refer to, where it is a compressed chunk; else
+  /// nothing: they refer to the record's own bytes.
   [[nodiscard]] const std::shared_ptr<const std::string>& unpacked() const { return unpacked_; }
 
   /// Messages left out because their channel was not described before them.
@@ -41,6 +42,8 @@ class Messages {
   bool take(const Record& record, const Sink& sink);
 
  private:
+  /// A record of the file, or of a chunk.
+  bool take_any(const Record& record, const Sink& sink);
   bool take_chunk(const Record& record, const Sink& sink);
 
   void fault(std::uint64_t at, std::string message) {

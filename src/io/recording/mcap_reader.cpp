@@ -1,6 +1,7 @@
 #include <wayfare/io/mcap.hpp>
 
 #include <queue>
+#include <tuple>
 #include <utility>
 
 #include "io/recording/mcap_index.hpp"
@@ -19,11 +20,12 @@ bool asked_for(const McapQuery& query, const McapMessage& m) {
 
 struct Waiting {
   McapMessage message;
-  std::uint64_t order = 0;
+  std::uint64_t at = 0, nth = 0;  ///< place of its chunk or record, and its number in that
   std::shared_ptr<const std::string> bytes;  ///< what the message refers to
 
   bool operator<(const Waiting& other) const {  // the first to be delivered is the largest
-    return std::pair(message.log_time, order) > std::pair(other.message.log_time, other.order);
+    return std::tuple(message.log_time, at, nth) >
+           std::tuple(other.message.log_time, other.at, other.nth);
   }
 };
 
@@ -74,11 +76,11 @@ struct McapReader::Impl {
                       static_cast<std::size_t>(place.at)});
         continue;
       }
-      std::uint64_t order = place.at;
+      std::uint64_t nth = 0;
       messages.take(*record, [&](const McapMessage& m) {
         const auto& holder = messages.unpacked();
-        if (asked_for(query, m)) waiting.push({m, order, holder ? holder : bytes});
-        ++order;
+        if (asked_for(query, m)) waiting.push({m, place.at, nth, holder ? holder : bytes});
+        ++nth;
         return true;
       });
     }

@@ -18,6 +18,8 @@ const char* name_of(LoggerState state) {
   switch (state) {
     case LoggerState::idle:
       return "idle";
+    case LoggerState::starting:
+      return "starting";
     case LoggerState::recording:
       return "recording";
     case LoggerState::stopping:

@@ -262,13 +262,15 @@ void Localiser::Engine::challenge(const ScanWeigher& scan) {
     const double prior = options_.kidnap_probability;
     relocalisation_ =
         RelocalisationHypothesis{new_filter(), std::log(prior / (1.0 - prior)), fits_badly()};
-    relocalisation_->log_odds +=
-        relocalisation_->filter.start_anywhere(scan) - filter_->log_evidence(scan, true);
+    relocalisation_->log_odds =
+        log_odds_after(relocalisation_->log_odds, relocalisation_->filter.start_anywhere(scan),
+                       filter_->log_evidence(scan, true));
   } else {
     PoseFilter& other = relocalisation_->filter;
     const bool broad = !other.belief().converged || !filter_->belief().converged;
-    relocalisation_->log_odds +=
-        other.log_evidence(scan, broad) - filter_->log_evidence(scan, broad);
+    relocalisation_->log_odds =
+        log_odds_after(relocalisation_->log_odds, other.log_evidence(scan, broad),
+                       filter_->log_evidence(scan, broad));
     other.weigh(scan);
     other.resample_if_due();
   }

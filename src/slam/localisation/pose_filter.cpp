@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -65,10 +66,10 @@ void PoseFilter::move(const Gaussian<SE2d>& motion) {
 }
 
 void PoseFilter::weigh(const ScanWeigher& scan) {
-  std::vector<double> log_likelihood(particles_.size());
-  scan.weigh(*map_, !belief_.converged, particles_, log_likelihood);
-  for (std::size_t i = 0; i < particles_.size(); ++i) particles_.log_weight[i] += log_likelihood[i];
-  normalise(particles_.log_weight);
+  std::vector<double> joint(particles_.size());
+  scan.weigh(*map_, !belief_.converged, particles_, joint);
+  for (std::size_t i = 0; i < joint.size(); ++i) joint[i] += particles_.log_weight[i];
+  if (!normalise(joint).collapsed) particles_.log_weight = std::move(joint);
 }
 
 void PoseFilter::scatter() {
@@ -112,6 +113,12 @@ const PoseBelief& PoseFilter::believe() {
   belief_.converged = belief_.mass >= (before ? 0.5 : options_.converged_mass) &&
                       sigma_m <= (before ? 2.0 : 1.0) * options_.converged_sigma_m;
   return belief_;
+}
+
+double log_odds_after(double log_odds, double first, double second) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  const double odds = log_odds + (first - second);
+  return std::isnan(odds) ? log_odds : std::clamp(odds, -kMost, kMost);
 }
 
 }  // namespace wayfare

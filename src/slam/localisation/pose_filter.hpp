@@ -34,9 +34,11 @@ class PoseFilter {
   double start_anywhere(const ScanWeigher& scan);
 
   void move(const Gaussian<SE2d>& motion);
-  /// By the map's sharp fields once converged, by the broad ones before.
+  /// By the map's sharp fields once converged, by the broad ones before. A scan that no particle
+  /// can have seen says nothing: the weights stay.
   void weigh(const ScanWeigher& scan);
-  /// ln of what the scan says of the particles as they are weighed now.
+  /// ln of what the scan says of the particles as they are weighed now; -inf where none of them
+  /// can have seen it.
   [[nodiscard]] double log_evidence(const ScanWeigher& scan, bool broad) const;
   /// Puts as many particles again somewhere about: for a set that lost its way by a little.
   void scatter();
@@ -57,5 +59,9 @@ class PoseFilter {
   ParticleSet particles_;
   PoseBelief belief_;
 };
+
+/// The odds of the first set against the second after a scan of which they say `first` and
+/// `second`, by log_evidence. A scan impossible for both says nothing; finite whatever they say.
+[[nodiscard]] double log_odds_after(double log_odds, double first, double second);
 
 }  // namespace wayfare

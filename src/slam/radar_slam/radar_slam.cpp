@@ -21,9 +21,9 @@ struct PlacedScan {
 
 enum Sensor { kLidar, kRadar };
 
-bool usable(const Gaussian<SE2d>& g) {
+bool finite(const Gaussian<SE2d>& g) {
   return g.mean.translation().allFinite() && std::isfinite(g.mean.heading().radians()) &&
-         g.covariance.allFinite() && (g.covariance.diagonal().array() >= 0).all();
+         g.covariance.allFinite();
 }
 
 }  // namespace
@@ -39,10 +39,11 @@ class RadarSlam::Engine {
   }
 
   Result<void> move(const Gaussian<SE2d>& increment) {
-    if (!usable(increment))
+    const Gaussian<SE2d> moved = compose(moved_, increment);
+    if (!finite(increment) || !finite(moved) || (increment.covariance.diagonal().array() < 0).any())
       return Error{ErrorCode::invalid, "the motion is not finite, or a variance negative"};
     if (filter_) {
-      moved_ = compose(moved_, increment);
+      moved_ = moved;
       tracked_ = tracked_ * increment.mean;
     }
     return {};
@@ -59,6 +60,9 @@ class RadarSlam::Engine {
 
   Result<RbpfOutcome> add_radar(LogTime time, const PointSet& points) {
     if (auto ok = in_time(time, kRadar); !ok) return ok.error();
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (!points[i].allFinite())
+        return Error{ErrorCode::invalid, "a detection of the scan is not finite"};
     return take(time, kRadar, points, nullptr);
   }
 
@@ -109,7 +113,7 @@ class RadarSlam::Engine {
     const bool enough = points.size() >= options.fewest_points;
     statistics_.without_points += enough ? 0 : 1;
     if (!filter_) begin(time);
-    RbpfOutcome outcome;
+    Result<RbpfOutcome> outcome = RbpfOutcome{};
     std::optional<SE2d> seen;  // the way since the last update, by a match
     bool now = due(time, sensor, moved_.mean);
     if (enough && !now && sensor == kLidar && options_.match_between) {
@@ -163,7 +167,8 @@ class RadarSlam::Engine {
   }
 
   /// Steps 4 to 8.
-  RbpfOutcome update(LogTime time, Sensor sensor, const PointSet& points, const LaserScan* scan);
+  Result<RbpfOutcome> update(LogTime time, Sensor sensor, const PointSet& points,
+                             const LaserScan* scan);
   void map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
            ScanRaster& raster) const;
   [[nodiscard]] PointSet walls_of(const LaserScan& scan) const {
@@ -200,8 +205,8 @@ class RadarSlam::Engine {
   RbpfStatistics statistics_;
 };
 
-RbpfOutcome RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSet& points,
-                                      const LaserScan* scan) {
+Result<RbpfOutcome> RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSet& points,
+                                              const LaserScan* scan) {
   Gaussian<SE2d> motion = moved_;
   motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
   const bool first = !begun_[sensor], maps_grow = map_due(sensor);
@@ -223,17 +228,19 @@ RbpfOutcome RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSe
     turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
     return s.log_factor;
   };
-  filter_->update(time, step, [&](std::size_t n, const auto& f) {
+  const auto weighed = filter_->update(time, step, [&](std::size_t n, const auto& f) {
     parallel_for_workers(n, options_.threads, f);
   });
   RbpfOutcome outcome;
   outcome.taken_up = true;
+  if (weighed) outcome.particles_refused = weighed->refused;
   double weight = 0.0, turn = 0.0;
   for (std::size_t i = 0; i < settled.size(); ++i) {
     if (!settled[i].matched) continue;
     ++outcome.matched;
     outcome.mean_score += settled[i].score;
     const double w = std::exp(filter_->log_weights()[i]);
+    if (!(w > 0)) continue;
     weight += w;
     turn += w * turned[i];
   }
@@ -255,6 +262,7 @@ RbpfOutcome RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSe
   tracked_ = SE2d();
   begun_[sensor] = true;
   updated_ = time;
+  if (!weighed) return weighed.error();
   return outcome;
 }
 

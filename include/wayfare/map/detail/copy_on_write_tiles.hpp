@@ -12,11 +12,13 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/core/reset_on_move.hpp>
 #include <wayfare/map/cell.hpp>
 
 namespace wayfare {
 
-/// Copies may be read and written from different threads; one object only by one writer.
+/// Copies may be read and written from different threads; one object only by one writer. What was
+/// moved from has no tile.
 template <class T>
 class CopyOnWriteTiles {
  public:
@@ -53,7 +55,7 @@ class CopyOnWriteTiles {
     if (slot.block.get() == nullptr) {
       slot = {tile, Handle(new Block)};
       slot.block.get()->cells.fill(fill_);
-      ++count_;
+      ++count_.value;
     } else if (slot.block.shared()) {
       slot.block = Handle(new Block(slot.block.get()->cells));
     }
@@ -127,7 +129,7 @@ class CopyOnWriteTiles {
   }
 
   T fill_;
-  std::size_t count_ = 0;
+  ResetOnMove<std::size_t> count_;
   std::vector<Slot> slots_;
 };
 

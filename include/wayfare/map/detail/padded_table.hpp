@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <vector>
 
+#include <wayfare/core/reset_on_move.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/map/cell.hpp>
 
 namespace wayfare {
 
+/// What was moved from is empty(), and must be made or assigned before its cells are read.
 class PaddedTable {
  public:
   static constexpr int kBorder = 32;
@@ -39,6 +41,8 @@ class PaddedTable {
 
  protected:
   PaddedTable() = default;
+  /// Refused: a box without a cell, or of more than kMaxCells.
+  static Result<void> check_size(const CellBox& box);
   /// A table over `box` (map cells) with `fill` in it and around it, reusing memory. Refused, and
   /// left empty: a resolution that is not positive, more than kMaxCells.
   Result<void> reset(double resolution_m, const CellBox& box, std::uint16_t fill);
@@ -50,7 +54,7 @@ class PaddedTable {
 
   double resolution_m_ = 0.05;
   Cell origin_;
-  int width_ = 0, height_ = 0;
+  ResetOnMove<int> width_, height_;
   std::vector<std::uint16_t> table_ =
       std::vector<std::uint16_t>(static_cast<std::size_t>(4 * kBorder) * kBorder, std::uint16_t{0});
 };

@@ -63,6 +63,10 @@ class ScanRaster {
   /// Unit vectors along the beams of a scan like this one, kept for the next.
   const std::vector<Eigen::Vector2d>& directions(const LaserScan& scan);
 
+  /// The cells the rays from `origin` pass. Refused: more than kMaxCells, places that no cell of a
+  /// grid can name.
+  Result<CellBox> cover(const SubCellPoint& origin);
+  /// Refused as by cover; the grid then is as it was.
   template <class FreeSpace>
   Result<void> apply(OccupancyGrid& grid, const SubCellPoint& origin, const ScanUpdate& update);
 
@@ -156,13 +160,14 @@ void ScanRaster::add_hits(OccupancyGrid& grid, LogOdds delta) {
   for (const Ray& ray : rays_) mark(ray) = 0;
 }
 
-template <class FreeSpace>
-Result<void> ScanRaster::apply(OccupancyGrid& grid, const SubCellPoint& origin,
-                               const ScanUpdate& update) {
+inline Result<CellBox> ScanRaster::cover(const SubCellPoint& origin) {
   constexpr int kSide = OccupancyGrid::Tiles::kSide;
-  if (rays_.empty()) return {};
   box_ = {origin.cell(), origin.cell()};
   for (const Ray& ray : rays_) box_.extend(ray.end.cell());
+  // Coordinates saturate there.
+  if (box_.min.x <= -kMaxCell || box_.min.y <= -kMaxCell || box_.max.x >= kMaxCell ||
+      box_.max.y >= kMaxCell)
+    return Error{ErrorCode::invalid, "the scan lies too far from the map's origin"};
   const Cell low = OccupancyGrid::Tiles::tile_of(box_.min);
   const Cell high = OccupancyGrid::Tiles::tile_of(box_.max);
   shape_ = {{low.x * kSide, low.y * kSide}, (std::ptrdiff_t{high.x} - low.x + 1) * kSide};
@@ -172,6 +177,14 @@ Result<void> ScanRaster::apply(OccupancyGrid& grid, const SubCellPoint& origin,
                                          std::to_string(box_.height()) +
                                          " cells, more than insert_scan takes"};
   }
+  return box_;
+}
+
+template <class FreeSpace>
+Result<void> ScanRaster::apply(OccupancyGrid& grid, const SubCellPoint& origin,
+                               const ScanUpdate& update) {
+  if (rays_.empty()) return {};
+  if (const auto box = cover(origin); !box) return box.error();
   auto& marks = this->marks<Mark<FreeSpace>>();
   const auto needed = static_cast<std::size_t>(shape_.stride * rows_);
   if (marks.size() < needed) marks.resize(needed, 0);
