@@ -226,7 +226,7 @@ OccupancyGrid room() {
 template <class Maker, class Make>
 void expect_maker_untouched(const Make& make) {
   Maker clean, troubled;
-  MatchGrid clean_view, troubled_view;
+  LikelihoodField clean_view, troubled_view;
   const auto nan = static_cast<float>(kNan);
   for (int k = 0; k < 6; ++k) {
     const std::vector<std::pair<PointSet, SE2d>> bad{{PointSet(), SE2d()},
@@ -251,16 +251,16 @@ void expect_maker_untouched(const Make& make) {
 TEST(RefusedInsert, LeavesMakersOfFields) {
   const OccupancyGrid grid = room();
   expect_maker_untouched<OccupancyFieldMaker>(
-      [&](auto& maker, const PointSet& points, const SE2d& pose, MatchGrid& view) {
+      [&](auto& maker, const PointSet& points, const SE2d& pose, LikelihoodField& view) {
         return maker.make(grid, points, pose, {}, {}, view);
       });
   const DetectionViewOptions detections{.hit_probability = 0.7, .most = 30.0};
   expect_maker_untouched<DetectionFieldMaker>(
-      [&](auto& maker, const PointSet& points, const SE2d& pose, MatchGrid& view) {
+      [&](auto& maker, const PointSet& points, const SE2d& pose, LikelihoodField& view) {
         return maker.make(grid, points, pose, {}, detections, view);
       });
   expect_maker_untouched<LikelihoodFieldMaker>(
-      [&](auto& maker, const PointSet& points, const SE2d& pose, MatchGrid& view) {
+      [&](auto& maker, const PointSet& points, const SE2d& pose, LikelihoodField& view) {
         const PlacedPoints placed{&points, pose};
         return maker.make(std::span(&placed, 1), {}, view);
       });

@@ -29,6 +29,7 @@
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/match/pose_proposal.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>
+#include <wayfare/motion/motion_noise.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 

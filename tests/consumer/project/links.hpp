@@ -8,3 +8,6 @@ bool reads_chirps();
 
 /// There is nothing to match without points.
 bool matches_scans();
+
+/// A Gauss-Markov state decays as its process says.
+bool filters();

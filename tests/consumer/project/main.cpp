@@ -14,6 +14,9 @@ int main() {
 #ifdef STRANGER_LINKS_DECODE
   if (!reads_chirps()) return 1;
 #endif
+#ifdef STRANGER_LINKS_FILTER
+  if (!filters()) return 1;
+#endif
 #ifdef STRANGER_LINKS_SLAM
   if (!matches_scans()) return 1;
 #endif
