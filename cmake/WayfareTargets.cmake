@@ -12,6 +12,7 @@ function(wayfare_precompile target kind)
     add_library(wayfare_precompiled_${kind} OBJECT "${PROJECT_BINARY_DIR}/precompiled_${kind}.cpp")
     target_compile_features(wayfare_precompiled_${kind} PRIVATE cxx_std_20)
     target_link_libraries(wayfare_precompiled_${kind} PRIVATE Eigen3::Eigen)
+    target_include_directories(wayfare_precompiled_${kind} PRIVATE "${PROJECT_SOURCE_DIR}/include")
     if(kind STREQUAL "library")
       set_target_properties(wayfare_precompiled_${kind} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     elseif(kind STREQUAL "tests")
@@ -20,9 +21,11 @@ function(wayfare_precompile target kind)
     endif()
     wayfare_warnings(wayfare_precompiled_${kind})
     target_precompile_headers(wayfare_precompiled_${kind} PRIVATE
-      <algorithm> <array> <chrono> <cmath> <cstdint> <functional> <limits> <map> <memory> <numeric>
-      <optional> <span> <sstream> <string> <string_view> <utility> <variant> <vector>
-      <Eigen/Cholesky> <Eigen/Core> <Eigen/Eigenvalues> <Eigen/Geometry> <Eigen/LU> ${ARGN})
+      <algorithm> <array> <chrono> <cmath> <cstdint> <cstdio> <filesystem> <fstream> <functional>
+      <iomanip> <iostream> <limits> <map> <memory> <mutex> <numeric> <optional> <set> <span> <sstream>
+      <string> <string_view> <thread> <utility> <variant> <vector>
+      <Eigen/Cholesky> <Eigen/Core> <Eigen/Eigenvalues> <Eigen/Geometry> <Eigen/LU>
+      ${ARGN} <wayfare/core.hpp> <wayfare/sensors.hpp>)
   endif()
   target_precompile_headers(${target} REUSE_FROM wayfare_precompiled_${kind})
 endfunction()
@@ -74,7 +77,9 @@ endfunction()
 # Warnings are errors in our own build only.
 function(wayfare_warnings target)
   if(PROJECT_IS_TOP_LEVEL)
-    target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
+    # GCC 12 finds overlaps in its own std::string (GCC bug 105651).
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror
+                           $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
   endif()
 endfunction()
 
