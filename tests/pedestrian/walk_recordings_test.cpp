@@ -1,4 +1,5 @@
-// Real recordings of steps and walks. Prints the figures that docs/results.md quotes.
+// Real recordings of steps and walks. Prints the figures of
+// benchmarks/reports/2026-11-21_pedestrian.md.
 
 #include <algorithm>
 #include <cstdio>

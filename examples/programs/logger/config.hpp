@@ -7,7 +7,7 @@
 
 namespace wayfare::examples {
 
-/// A logger's options from a JSON file, as docs/logger.md describes it. A configuration a sensor
+/// A logger's options from a JSON file, as docs/how-to/logger.md describes it. A configuration a sensor
 /// names is looked for beside the file. Errors: not JSON, an unknown key, a value out of range.
 [[nodiscard]] Result<logger::LoggerOptions> read_logger_config(const std::string& path);
 

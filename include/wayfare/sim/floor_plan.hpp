@@ -3,7 +3,7 @@
 // Walls to simulate in: line segments of the plane with a uniform grid over them, so that a ray
 // looks only at the walls along its way.
 
-// Floor plans as text a person can draw. The format is described in docs/formats.md.
+// Floor plans as text a person can draw. The format is described in docs/reference/formats.md.
 
 #include <cstddef>
 #include <cstdint>

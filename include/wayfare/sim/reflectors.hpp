@@ -34,7 +34,7 @@ struct Reflector {
 };
 
 /// How a building's walls reflect. The strengths' defaults, means and standard deviations, come
-/// from the comparison with an AWR1843's recordings in docs/results.md.
+/// from the comparison with an AWR1843's recordings in benchmarks/reports/2026-11-21_radar_frames.md.
 struct FurnishParams {
   struct Kind {
     double spacing_m;    ///< mean distance along a wall; 0 = none
