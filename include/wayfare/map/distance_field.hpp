@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include <wayfare/core/reset_on_move.hpp>
+#include <wayfare/core/detail/reset_on_move.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/cell.hpp>

@@ -10,7 +10,7 @@
 #include <span>
 
 #include <wayfare/core/contract.hpp>
-#include <wayfare/core/reset_on_move.hpp>
+#include <wayfare/core/detail/reset_on_move.hpp>
 #include <wayfare/map/cell.hpp>
 #include <wayfare/map/detail/copy_on_write_tiles.hpp>
 

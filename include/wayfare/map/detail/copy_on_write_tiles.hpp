@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/core/reset_on_move.hpp>
+#include <wayfare/core/detail/reset_on_move.hpp>
 #include <wayfare/map/cell.hpp>
 
 namespace wayfare {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <wayfare/core/reset_on_move.hpp>
+#include <wayfare/core/detail/reset_on_move.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/map/cell.hpp>
 
