@@ -5,7 +5,7 @@
 namespace wayfare {
 namespace {
 
-/// Of everything a scan from there can change.
+/// The cells a scan from this pose can change.
 CellBox box_of(const SE2d& T_map_laser, const LaserScan& scan, const InverseLidarModel& model,
                double resolution_m) {
   const Cell from = cell_of(T_map_laser.translation(), resolution_m);
@@ -34,18 +34,18 @@ MultiResolutionGrid::MultiResolutionGrid(const MultiResolutionOptions& options)
 }
 
 template <class InsertInto, class BoxAt>
-Result<void> MultiResolutionGrid::insert_everywhere(const InsertInto& insert_into,
-                                                    const BoxAt& box_at) {
+Result<void> MultiResolutionGrid::insert_into_all(const InsertInto& insert_into,
+                                                  const BoxAt& box_at) {
   for (OccupancyGrid& grid : grids_)
     if (auto ok = insert_into(grid); !ok) return ok;
   tables_.resize(grids_.size());
   for (std::size_t i = 0; i < grids_.size(); ++i)
-    if (auto ok = follow(i, box_at(grids_[i].resolution_m())); !ok) return ok;
+    if (auto ok = update_table(i, box_at(grids_[i].resolution_m())); !ok) return ok;
   return {};
 }
 
 Result<void> MultiResolutionGrid::insert(const SE2d& T_map_laser, const LaserScan& scan) {
-  return insert_everywhere(
+  return insert_into_all(
       [&](OccupancyGrid& grid) {
         return insert_scan(grid, T_map_laser, scan, options_.model, raster_);
       },
@@ -54,7 +54,7 @@ Result<void> MultiResolutionGrid::insert(const SE2d& T_map_laser, const LaserSca
 
 Result<void> MultiResolutionGrid::insert(const SE2d& T_map_points, const PointSet& points,
                                          const Eigen::Vector2d& origin) {
-  return insert_everywhere(
+  return insert_into_all(
       [&](OccupancyGrid& grid) {
         return insert_points(grid, T_map_points, points, options_.model, raster_, origin);
       },
@@ -64,7 +64,7 @@ Result<void> MultiResolutionGrid::insert(const SE2d& T_map_points, const PointSe
         for (std::size_t i = 0; i < points.size(); ++i)
           box.extend(
               cell_of(T_map_points * Eigen::Vector2d(points[i].cast<double>()), resolution_m));
-        // Rounding may put an end into the cell beside it.
+        // Rounding may move an end point into a neighbouring cell.
         return CellBox{box.min - Cell{1, 1}, box.max + Cell{1, 1}};
       });
 }
@@ -80,8 +80,8 @@ std::size_t MultiResolutionGrid::memory_bytes() const {
   return sum;
 }
 
-/// A table that is too small is made anew with room to spare, so that this is seldom.
-Result<void> MultiResolutionGrid::follow(std::size_t level, const CellBox& changed) {
+/// A table that is too small is rebuilt with a spare margin, so that rebuilding is rare.
+Result<void> MultiResolutionGrid::update_table(std::size_t level, const CellBox& changed) {
   constexpr double kSpare_m = 5.0;
   const OccupancyGrid& grid = grids_[level];
   if (!grid.bounds() || tables_[level].update(grid, changed)) return {};

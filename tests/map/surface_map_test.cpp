@@ -22,7 +22,7 @@ PointSet strewn(Rng& rng, int n, double half) {
   return points;
 }
 
-TEST(VoxelFilter, GivesTheMeanOfEverySquareInTheOrderTheyWereMet) {
+TEST(VoxelFilter, GivesTheMeanOfEverySquareInOrder) {
   Rng rng(4);
   const PointSet points = strewn(rng, 3000, 2.0);
   std::map<std::pair<int, int>, std::pair<Eigen::Vector2d, int>> sums;
@@ -45,7 +45,7 @@ TEST(VoxelFilter, GivesTheMeanOfEverySquareInTheOrderTheyWereMet) {
   }
 }
 
-TEST(VoxelFilter, RefusesWhatHasNoSquare) {
+TEST(VoxelFilter, ReportsPointsOutsideTheGrid) {
   PointSet nan, far;
   nan.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0F});
   far.push_back({1e30F, 0.0F});
@@ -82,7 +82,7 @@ TEST(SurfaceMap, FindsTheNearestPoint) {
   EXPECT_GT(none, 100);
 }
 
-TEST(SurfaceMap, NormalsAreSquareToLinesAndNoneIsGivenToClutter) {
+TEST(SurfaceMap, NormalsArePerpendicularToLinesAndAbsentInClutter) {
   Rng rng(6);
   PointSet line, clutter;
   const Eigen::Vector2d way(std::cos(0.7), std::sin(0.7)), normal(-way.y(), way.x());
@@ -107,7 +107,7 @@ TEST(SurfaceMap, NormalsAreSquareToLinesAndNoneIsGivenToClutter) {
   EXPECT_GT(without, of_clutter / 2);
 }
 
-TEST(NdtMap, HoldsMeanAndCovarianceOfEverySquare) {
+TEST(NdtMap, HasMeanAndCovarianceOfEverySquare) {
   Rng rng(7);
   const PointSet points = strewn(rng, 4000, 1.9);
   const PlacedPoints placed{&points, SE2d()};
@@ -138,7 +138,7 @@ TEST(NdtMap, HoldsMeanAndCovarianceOfEverySquare) {
   EXPECT_EQ(map->levels()[0].at({300, 0}, 0), nullptr);
 }
 
-TEST(SurfaceAndNdtMaps, RefuseWhatTheyCannotHold) {
+TEST(SurfaceAndNdtMaps, ReportInvalidInput) {
   PointSet nan, far, good;
   nan.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0F});
   good.push_back({1.0F, 1.0F});

@@ -25,7 +25,7 @@ struct KernelCase {
   PrecomputationGrids pyramid;
   std::vector<float> x, y;
   int n = 0, padded = 0;
-  kernels::Turn turn{};
+  kernels::CellTransform turn{};
 
   explicit KernelCase(Rng& rng)
       : grid(random_grid(rng, 1 + static_cast<int>(rng.below(90)),
@@ -80,11 +80,11 @@ struct KernelCase {
                              ((v[i] + turn.dv) >> (2 * level)) + 4 * (k % 4)});
     return sums;
   }
-  [[nodiscard]] Sums turned_bounds(const Kernels& k, int level) const {
+  [[nodiscard]] Sums point_bounds(const Kernels& k, int level) const {
     Sums sums(16, 0);
     for (int first = 0; first < n; first += 64)
-      k.turned_bounds(x.data() + first, y.data() + first, std::min(64, n - first), turn,
-                      bounds(level), sums.data());
+      k.point_bounds(x.data() + first, y.data() + first, std::min(64, n - first), turn,
+                           bounds(level), sums.data());
     return sums;
   }
   [[nodiscard]] Sums block_scores(const Kernels& k, int rows) const {

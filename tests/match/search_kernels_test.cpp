@@ -105,7 +105,7 @@ TEST(SearchKernels, TurnedBoundsAreSumsOverThePoints) {
     for (int i = 0; i < 100; ++i) {
       const KernelCase test(rng);
       const int level = i % PrecomputationGrids::kLevels;
-      ASSERT_EQ(test.turned_bounds(k, level), test.bounds_of(level));
+      ASSERT_EQ(test.point_bounds(k, level), test.bounds_of(level));
     }
   });
 }

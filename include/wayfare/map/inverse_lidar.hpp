@@ -1,6 +1,6 @@
 #pragma once
 
-// What one LiDAR scan says about the cells it passes: free up to the hit, occupied at it, nothing
+// Inverse sensor model of a LiDAR: cells are free up to the hit, occupied at it and unchanged
 // beyond (Zhang 2020, section 2.2).
 
 #include <cmath>
@@ -16,18 +16,18 @@
 namespace wayfare {
 
 struct InverseLidarModel {
-  /// Occupancy probability of a cell a beam passed through: lower forgets moved things sooner, and
-  /// lets grazing beams eat walls.
+  /// Occupancy probability of a cell a beam passed through. Lower values clear moved objects
+  /// sooner, but grazing beams erode walls.
   double p_free = 0.2;
-  /// Of the cell the beam ended in.
+  /// Occupancy probability of the cell a beam ended in.
   double p_hit = 0.9;
-  /// A return farther than this, m, is no hit: the beam only frees cells up to this range.
+  /// Returns farther than this, m, are not hits: the beam only frees cells up to this range.
   double max_usable_range_m = 60.0;
-  /// What a beam that did not return frees, m; zero for sensors that also stay silent in front of
-  /// glass or black paint.
+  /// Range a beam without return frees, m; zero for sensors that also give no return on glass or
+  /// black paint.
   double free_range_without_return_m = 0.0;
-  /// Beams farther apart than this are no neighbours; for FillBetweenBeams only. Best not a whole
-  /// multiple of the scan's step, where rounding decides.
+  /// Largest angle between neighbouring beams, for FillBetweenBeams only. Avoid whole multiples of
+  /// the scan's angular step, where rounding decides.
   Angle fill_gap = Angle::degrees(2.1);
 };
 
@@ -52,8 +52,8 @@ namespace detail {
 
 }  // namespace detail
 
-/// Updates `grid` with one scan taken at `T_map_laser`. The grid is as it was when an Error comes
-/// back (a pose that is not finite, a model out of range, a scan too large for the raster).
+/// Updates `grid` with one scan taken at `T_map_laser`. Errors, with the grid unchanged: a pose
+/// that is not finite, a model out of range, a scan too large for the raster.
 template <class FreeSpace = OncePerScan>
 Result<void> insert_scan(OccupancyGrid& grid, const SE2d& T_map_laser, const LaserScan& scan,
                          const InverseLidarModel& model, ScanRaster& raster) {
@@ -77,9 +77,9 @@ Result<void> insert_scan(OccupancyGrid& grid, const SE2d& T_map_laser, const Las
                                  detail::update_of(model));
 }
 
-/// The same for end points in the frame `T_map_points` leads from, with `origin` (the sensor, in
-/// that frame) as the start of every ray. Points that are not finite are refused. To fill between
-/// beams, the points must be in the order of their bearings.
+/// The same for end points in the `points` frame of `T_map_points`, with `origin` (the sensor, in
+/// that frame) as the start of every ray. Points that are not finite are an error. FillBetweenBeams
+/// requires the points in the order of their bearings.
 template <class FreeSpace = OncePerScan>
 Result<void> insert_points(OccupancyGrid& grid, const SE2d& T_map_points, const PointSet& points,
                            const InverseLidarModel& model, ScanRaster& raster,

@@ -28,7 +28,7 @@ Squares squares_at(const ProbabilityGrid& grid, Interpolation interpolation, con
   double sums[10];
   (interpolation == Interpolation::bilinear ? k.bilinear_squares : k.bicubic_squares)(
       points.padded_x_m().data(), points.padded_y_m().data(), static_cast<int>(points.size()),
-      detail::turn_into(grid, pose), detail::field_of(grid), static_cast<float>(kOne), sums);
+      detail::transform_into(grid, pose), detail::field_of(grid), static_cast<float>(kOne), sums);
   const double per_metre = inverse / kOne;
   Squares s;
   s.squares = sums[0] / (kOne * kOne);

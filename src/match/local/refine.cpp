@@ -25,7 +25,7 @@ Sum linearise(const LikelihoodField& grid, const PointSet& points, const SE2d& p
   double sums[10];
   kernels::best_kernels().linearise(
       points.padded_x_m().data(), points.padded_y_m().data(), static_cast<int>(points.size()),
-      detail::turn_into(grid, pose), detail::field_of(grid),
+      detail::transform_into(grid, pose), detail::field_of(grid),
       static_cast<float>(-2 * grid.log_floor() + kEpsilon), static_cast<float>(-2 * step), sums);
   Sum sum;
   const double per_metre = step * inverse;

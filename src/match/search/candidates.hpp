@@ -83,8 +83,8 @@ struct Best {
                                           const MatchOptions& options, std::int64_t max_candidates);
 
 /// What turns the points into cells of the table at heading step k.
-[[nodiscard]] kernels::Turn turn_of(const CandidateSpace& space, const LikelihoodField& grid,
-                                    int k);
+[[nodiscard]] kernels::CellTransform turn_of(const CandidateSpace& space,
+                                             const LikelihoodField& grid, int k);
 
 /// The points' cells in the table at heading step k; arrays as long as the padded points.
 void place(const CandidateSpace& space, const LikelihoodField& grid, const PointSet& points, int k,

@@ -139,7 +139,7 @@ Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points,
   return s;
 }
 
-kernels::Turn turn_of(const CandidateSpace& s, const LikelihoodField& grid, int k) {
+kernels::CellTransform turn_of(const CandidateSpace& s, const LikelihoodField& grid, int k) {
   const Heading& h = s.headings[static_cast<std::size_t>(k + s.half_k)];
   const double inverse = 1.0 / s.resolution_m;
   return {h.c,
@@ -153,7 +153,7 @@ kernels::Turn turn_of(const CandidateSpace& s, const LikelihoodField& grid, int 
 
 void place(const CandidateSpace& s, const LikelihoodField& grid, const PointSet& points, int k,
            std::int32_t* u, std::int32_t* v) {
-  const kernels::Turn t = turn_of(s, grid, k);
+  const kernels::CellTransform t = turn_of(s, grid, k);
   kernels::best_kernels().place(points.padded_x_m().data(), points.padded_y_m().data(),
                                 static_cast<int>(points.padded_x_m().size()), t.c, t.s, t.ox, t.oy,
                                 t.limit, u, v);

@@ -24,7 +24,7 @@ struct BranchAndBoundMatcher::SmallSearch {
   const detail::CandidateSpace& s;
   const kernels::Kernels& kernel = kernels::best_kernels();
   const kernels::BoundTable bounds = table_of(map.level(0));
-  const kernels::Turn shift = detail::turn_of(s, map.grid(), 0);
+  const kernels::CellTransform shift = detail::turn_of(s, map.grid(), 0);
   detail::Best best = {};
   std::uint32_t least = static_cast<std::uint32_t>(s.min_sum);  ///< a smaller sum cannot win
 
@@ -52,13 +52,13 @@ struct BranchAndBoundMatcher::SmallSearch {
 
   void look(Group& g, int more) {
     const int n = std::min(more, s.points - g.seen);
-    kernels::Turn turn = shift;
+    kernels::CellTransform turn = shift;
     turn.c = g.c;
     turn.s = g.s;
     turn.du = g.corner.offset.x;
     turn.dv = g.corner.offset.y;
-    g.top = kernel.turned_bounds(scratch.x_.data() + g.seen, scratch.y_.data() + g.seen, n, turn,
-                                 bounds, g.sums);
+    g.top = kernel.point_bounds(scratch.x_.data() + g.seen, scratch.y_.data() + g.seen, n,
+                                      turn, bounds, g.sums);
     g.seen += n;
   }
   [[nodiscard]] bool hopeless(const Group& g, std::uint32_t top) const {
@@ -86,7 +86,7 @@ struct BranchAndBoundMatcher::SmallSearch {
     g.top = 0;  // done with
   }
   void place(const Candidate& c) {
-    const kernels::Turn t = detail::turn_of(s, map.grid(), c.heading_step);
+    const kernels::CellTransform t = detail::turn_of(s, map.grid(), c.heading_step);
     kernel.place(scratch.x_.data(), scratch.y_.data(), static_cast<int>(scratch.x_.size()), t.c,
                  t.s, t.ox, t.oy, t.limit, scratch.u_.data(), scratch.v_.data());
   }
@@ -128,7 +128,7 @@ struct BranchAndBoundMatcher::SmallSearch {
     auto& groups = scratch.groups_;
     groups.clear();
     for (int k = -s.half_k; k <= s.half_k; ++k) {
-      const kernels::Turn turn = detail::turn_of(s, map.grid(), k);
+      const kernels::CellTransform turn = detail::turn_of(s, map.grid(), k);
       for (int y = -s.half_y; y <= s.half_y; y += 16)
         for (int x = -s.half_x; x <= s.half_x; x += 16) {
           groups.push_back({{{x, y}, k}, turn.c, turn.s, 0, 0, {}});
