@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -50,7 +51,7 @@ Fan fan_of(const LaserScan& scan, const SE2d& pose, std::size_t gap) {
         {SubCellPoint::of(pose * Eigen::Vector2d(r * std::cos(b), r * std::sin(b)), kCell_m)});
     number.push_back(i);
   }
-  const double around = 2 * M_PI / std::abs(scan.bearing_step.radians());
+  const double around = 2 * std::numbers::pi / std::abs(scan.bearing_step.radians());
   for (std::size_t i = 0; i < number.size(); ++i) {
     const std::size_t next = i + 1 == number.size() ? 0 : i + 1;
     const double apart = static_cast<double>(number[next]) - static_cast<double>(number[i]) +

@@ -85,9 +85,9 @@ TEST(SurfaceMap, FindsTheNearestPoint) {
 TEST(SurfaceMap, NormalsArePerpendicularToLinesAndAbsentInClutter) {
   Rng rng(6);
   PointSet line, clutter;
-  const Eigen::Vector2d way(std::cos(0.7), std::sin(0.7)), normal(-way.y(), way.x());
+  const Eigen::Vector2d along(std::cos(0.7), std::sin(0.7)), normal(-along.y(), along.x());
   for (int i = 0; i < 300; ++i)
-    line.push_back(Eigen::Vector2d(0.02 * i * way + rng.normal(0, 0.003) * normal).cast<float>());
+    line.push_back(Eigen::Vector2d(0.02 * i * along + rng.normal(0, 0.003) * normal).cast<float>());
   for (int i = 0; i < 300; ++i)
     clutter.push_back(Eigen::Vector2d(20 + rng.normal(0, 0.3), rng.normal(0, 0.3)).cast<float>());
   const PlacedPoints placed[] = {{&line, SE2d()}, {&clutter, SE2d()}};
