@@ -18,7 +18,7 @@ std::vector<float> gaussian(double sigma_cells) {
   return weights;
 }
 
-/// Convolves lines of `n` values, `step` apart; what lies outside counts as `outside`.
+/// Convolves a line of `n` values, `step` apart; values outside it are `outside`.
 void blur_line(float* line, int n, std::ptrdiff_t step, const std::vector<float>& weights,
                float outside, std::vector<float>& copy) {
   const int radius = static_cast<int>(weights.size() / 2);

@@ -8,7 +8,7 @@
 namespace wayfare {
 namespace {
 
-constexpr int kWidest = 15;  // cells the kernel may reach
+constexpr int kMaxRadius = 15;  // of the kernel, cells
 
 Error invalid(const char* what) {
   return {ErrorCode::invalid, std::string("DetectionFieldMaker: ") + what};
@@ -16,13 +16,13 @@ Error invalid(const char* what) {
 
 bool usable(const DetectionViewOptions& o, double sigma_cells) {
   return o.hit_probability > 0.5 && o.hit_probability < 1.0 && sigma_cells >= 0.0 &&
-         3.0 * sigma_cells <= kWidest && o.background > 0.0 && std::isfinite(o.background) &&
-         o.most > 0.0 && std::isfinite(o.most);
+         3.0 * sigma_cells <= kMaxRadius && o.background > 0.0 && std::isfinite(o.background) &&
+         o.max_detections > 0.0 && std::isfinite(o.max_detections);
 }
 
-/// The cells the points may come to, none where they are not finite.
-std::optional<CellBox> reached(const PointSet& points, const SE2d& pose, const FieldReach& reach,
-                               double resolution_m) {
+/// The cells the points can reach, none if they are not finite.
+std::optional<CellBox> reachable(const PointSet& points, const SE2d& pose, const FieldReach& reach,
+                                 double resolution_m) {
   Eigen::Array2d low = Eigen::Array2d::Constant(1e300), high = -low;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Array2d p = pose * Eigen::Vector2d(points[i].cast<double>());
@@ -58,7 +58,7 @@ void DetectionFieldMaker::prepare_kernel(double sigma_cells) {
   for (float& k : kernel_) k /= sum;
 }
 
-/// Every detection spread by the kernel; those just outside `box` reach into it.
+/// Adds the kernel at every detection, including those just outside `box`.
 void DetectionFieldMaker::spread(const OccupancyGrid& grid, const CellBox& box, double hit_nats) {
   using Tiles = OccupancyGrid::Tiles;
   const auto per_unit = static_cast<float>(1.0 / (LogOdds::kUnitsPerNat * hit_nats));
@@ -114,9 +114,9 @@ Result<void> DetectionFieldMaker::make(const OccupancyGrid& grid, const PointSet
       !(reach.translation_m >= 0 && reach.heading_rad >= 0))
     return empty_with(invalid("an option is out of range (the kernel may reach 15 cells)"));
   if (points.empty()) return empty_with(invalid("no points"));
-  const auto box = reached(points, T_map_points, reach, resolution);
+  const auto box = reachable(points, T_map_points, reach, resolution);
   if (!box) return empty_with(invalid("a point or the pose is not finite or too far away"));
-  const double floor = options.background / (options.most + options.background);
+  const double floor = options.background / (options.max_detections + options.background);
   if (auto ok = view.reset(resolution, *box, floor); !ok) return ok;
   prepare_kernel(options.blur_sigma_m / resolution);
   spread(grid, *box, LogOdds::from_probability(options.hit_probability).nats());

@@ -20,7 +20,7 @@ std::vector<float> detections(const OccupancyGrid& grid, const CellBox& box, dou
 }
 
 bool usable(const DetectionViewOptions& o, double sigma_cells) {
-  return o.most >= 0.0 && std::isfinite(o.most) && o.hit_probability > 0.5 &&
+  return o.max_detections >= 0.0 && std::isfinite(o.max_detections) && o.hit_probability > 0.5 &&
          o.hit_probability < 1.0 && sigma_cells >= 0.0 && sigma_cells <= 100.0 &&
          o.background > 0.0 && std::isfinite(o.background);
 }
@@ -33,21 +33,20 @@ Result<LikelihoodField> detection_grid(const OccupancyGrid& grid,
   if (!usable(options, sigma_cells))
     return Error{ErrorCode::invalid,
                  "detection_grid: hit probability, blur or background out of range"};
-  if (!grid.bounds())
-    return Error{ErrorCode::invalid, "detection_grid: the map holds no detection"};
+  if (!grid.bounds()) return Error{ErrorCode::invalid, "detection_grid: the map has no detections"};
   const CellBox& box = *grid.bounds();
   LikelihoodField view;
-  // What it cannot hold is refused before anything of that size is made.
+  // Fails on a map that is too large before anything of its size is allocated.
   if (auto ok = view.reset(grid.resolution_m(), box, 0.5); !ok) return ok.error();
   std::vector<float> n =
       detections(grid, box, LogOdds::from_probability(options.hit_probability).nats());
   if (sigma_cells > 0.0)
     blur(n, static_cast<int>(box.width()), static_cast<int>(box.height()), sigma_cells, 0.0F);
   const double most =
-      (options.most > 0.0 ? options.most
-                          : static_cast<double>(*std::max_element(n.begin(), n.end()))) +
+      (options.max_detections > 0.0 ? options.max_detections
+                                    : static_cast<double>(*std::max_element(n.begin(), n.end()))) +
       options.background;
-  // Where nothing was detected is worth the same within the map and outside.
+  // Cells without detections have the same value inside the map and outside.
   if (auto ok = view.reset(grid.resolution_m(), box, options.background / most); !ok)
     return ok.error();
   std::size_t i = 0;
@@ -55,7 +54,7 @@ Result<LikelihoodField> detection_grid(const OccupancyGrid& grid,
     std::uint16_t* row = view.data() + std::ptrdiff_t{y} * view.stride();
     for (int x = 0; x < view.width(); ++x) {
       const auto here = static_cast<double>(n[i++]);
-      if (here == 0.0) continue;  // most of the map: the table's own zero
+      if (here == 0.0) continue;  // the table is zero already
       const double ln = std::log((here + options.background) / most);
       const double value = std::round((ln - view.log_floor()) / view.log_step());
       row[x] = static_cast<std::uint16_t>(

@@ -11,8 +11,8 @@ namespace wayfare {
 Result<void> PaddedTable::check_size(const CellBox& box) {
   const std::int64_t w = box.width() + 2 * kBorder, h = box.height() + 2 * kBorder;
   if (box.width() < 1 || box.height() < 1 || w > kMaxCells / h)
-    return Error{ErrorCode::invalid, "a map's table: " + std::to_string(box.width()) + " x " +
-                                         std::to_string(box.height()) + " cells cannot be held"};
+    return Error{ErrorCode::invalid, "map table: " + std::to_string(box.width()) + " x " +
+                                         std::to_string(box.height()) + " cells are too many"};
   return {};
 }
 
@@ -20,7 +20,7 @@ Result<void> PaddedTable::reset(double resolution_m, const CellBox& box, std::ui
   width_ = 0;
   height_ = 0;
   if (!(resolution_m > 0) || !std::isfinite(resolution_m))
-    return Error{ErrorCode::invalid, "a map's table: the resolution must be positive"};
+    return Error{ErrorCode::invalid, "map table: the resolution must be positive"};
   if (auto ok = check_size(box); !ok) return ok;
   const std::int64_t w = box.width() + 2 * kBorder, h = box.height() + 2 * kBorder;
   table_.assign(static_cast<std::size_t>(w * h), fill);
@@ -63,7 +63,7 @@ Result<LikelihoodField> likelihood_field(const OccupancyGrid& grid,
       !(options.unknown_probability >= 0 && options.unknown_probability <= 1))
     return Error{ErrorCode::invalid, "likelihood_field: blur or unknown probability out of range"};
   if (!grid.bounds())
-    return Error{ErrorCode::invalid, "likelihood_field: the occupancy grid holds no observed cell"};
+    return Error{ErrorCode::invalid, "likelihood_field: the occupancy grid has no observed cell"};
   LikelihoodField view;
   const CellBox& box = *grid.bounds();
   if (auto ok = view.reset(grid.resolution_m(), box, options.floor_probability); !ok)

@@ -7,17 +7,13 @@
 
 namespace wayfare {
 namespace {
-constexpr int kPhases = 4;  // places of a point within a cell, per axis
+constexpr int kPhases = 4;  // positions of a point within a cell, per axis
 constexpr float kLimit = 1 << 20;
 
-bool same(const LikelihoodFieldOptions& a, const LikelihoodFieldOptions& b) {
-  return a.resolution_m == b.resolution_m && a.sigma_m == b.sigma_m &&
-         a.floor_probability == b.floor_probability;
-}
 }  // namespace
 
 void LikelihoodFieldMaker::prepare_kernels(const LikelihoodFieldOptions& options) {
-  if (same(options, prepared_)) return;
+  if (options == prepared_) return;
   const double sigma = options.sigma_m / options.resolution_m;
   const double log_floor = std::log(options.floor_probability);
   radius_ = static_cast<int>(std::ceil(sigma * std::sqrt(-2 * log_floor)));
@@ -70,7 +66,7 @@ Result<CellBox> LikelihoodFieldMaker::place(std::span<const PlacedPoints> scans,
     return Error{ErrorCode::invalid,
                  "likelihood_field: a point or pose is not finite, or farther "
                  "than 2^18 cells from the first pose"};
-  // Padded points repeat real ones, so the box is that of the points.
+  // Padded points repeat real ones, so the box is correct.
   return CellBox{Cell{x0 >> 2, y0 >> 2} + base_, Cell{x1 >> 2, y1 >> 2} + base_};
 }
 

@@ -12,8 +12,8 @@ MultiResolutionGrid::MultiResolutionGrid(const MultiResolutionOptions& options)
   }
 }
 
-/// `lay_rays(resolution_m)` puts the scan's rays into the raster and gives where they begin. All
-/// that can be refused is refused at every level before a cell of any changes.
+/// `lay_rays(resolution_m)` puts the rays of the scan into the raster and returns their origin. All
+/// levels are checked before a cell of any of them changes.
 template <class LayRays>
 Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays) {
   std::vector<CellBox> changed;
@@ -61,13 +61,13 @@ std::size_t MultiResolutionGrid::memory_bytes() const {
   return sum;
 }
 
-/// A table that is too small is made anew with room to spare, so that this is seldom.
+/// A table that is too small is rebuilt with a spare margin, so that rebuilding is rare.
 int MultiResolutionGrid::margin(const OccupancyGrid& grid) {
   constexpr double kSpare_m = 5.0;
   return cell_coordinate(kSpare_m, grid.resolution_m());
 }
 
-/// Whether the level's table can follow where cells of `changed` come to be observed.
+/// Whether the table of the level can grow to contain `changed`.
 Result<void> MultiResolutionGrid::check_room(std::size_t level, const CellBox& changed) const {
   if (level < tables_.size() && tables_[level].covers(changed)) return {};
   const OccupancyGrid& grid = grids_[level];

@@ -12,11 +12,6 @@ constexpr int kBlockBits = 4, kBlock = 1 << kBlockBits;  // divides a tile's sid
 constexpr int kBins = 32, kBinBits = 7;                  // of log-odds 0 … 4 nats
 constexpr float kLimit = 1 << 20;
 
-bool same(const OccupancyFieldOptions& a, const OccupancyFieldOptions& b) {
-  return a.sigma_m == b.sigma_m && a.floor_probability == b.floor_probability &&
-         a.min_probability == b.min_probability;
-}
-
 Error invalid(const char* what) {
   return {ErrorCode::invalid, std::string("OccupancyField: ") + what};
 }
@@ -24,7 +19,7 @@ Error invalid(const char* what) {
 }  // namespace
 
 void OccupancyFieldMaker::prepare_kernels(const OccupancyFieldOptions& o, double resolution_m) {
-  if (same(o, prepared_) && resolution_m == prepared_resolution_m_) return;
+  if (o == prepared_ && resolution_m == prepared_resolution_m_) return;
   const double sigma = o.sigma_m / resolution_m, log_floor = std::log(o.floor_probability);
   radius_ = static_cast<int>(std::ceil(sigma * std::sqrt(-2 * log_floor)));
   const int rows = 2 * radius_ + 1;
@@ -68,7 +63,7 @@ Result<CellBox> OccupancyFieldMaker::place(const PointSet& points, const SE2d& p
   return CellBox{box.min + base_, box.max + base_};
 }
 
-/// The blocks that hold a cell whose kernel reaches where a point can come to lie.
+/// Marks the blocks with a cell whose kernel reaches a possible position of a point.
 void OccupancyFieldMaker::mark(const PointSet& points, const FieldReach& reach,
                                double resolution_m) {
   const auto columns = static_cast<std::size_t>(blocks_.width());
@@ -91,7 +86,7 @@ void OccupancyFieldMaker::mark(const PointSet& points, const FieldReach& reach,
   }
 }
 
-/// The points turn about the pose: however far, they stay on their circles.
+/// The points rotate about the pose, so each stays on its circle.
 CellBox OccupancyFieldMaker::reachable_blocks(const CellBox& box, float max_norm_m,
                                               const FieldReach& reach, double resolution_m) const {
   const double norm = static_cast<double>(max_norm_m);
@@ -116,9 +111,9 @@ void OccupancyFieldMaker::stamp_block(const OccupancyGrid::Tiles::Tile& tile, co
   const int rows = 2 * radius_ + 1;
   const std::int16_t* row = tile.data() + Tiles::offset_in_tile(corner);
   for (int y = 0; y < kBlock; ++y, row += Tiles::kSide) {
-    std::int16_t most = row[0];
-    for (int x = 1; x < kBlock; ++x) most = std::max(most, row[x]);
-    if (most <= threshold_) continue;
+    std::int16_t max_log_odds = row[0];
+    for (int x = 1; x < kBlock; ++x) max_log_odds = std::max(max_log_odds, row[x]);
+    if (max_log_odds <= threshold_) continue;
     std::uint16_t* target =
         view.data() + corner.x - view.origin().x - radius_ +
         std::ptrdiff_t{corner.y + y - view.origin().y - radius_} * view.stride();

@@ -9,8 +9,8 @@
 
 namespace wayfare::detail {
 
-/// All points in the map's frame. Refused: none, one that is not finite or a map's size off; `what`
-/// is to be made of them.
+/// All points in the map frame. Errors: no points, a point that is not finite or too far away.
+/// `what` is the map to be built, for the messages.
 inline Result<PointSet> placed_points(std::span<const PlacedPoints> scans, std::string_view what) {
   PointSet points;
   for (const PlacedPoints& scan : scans)

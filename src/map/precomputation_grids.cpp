@@ -11,16 +11,16 @@ namespace {
 using kernels::kBoundMarginX;
 using kernels::kBoundMarginY;
 
-constexpr std::size_t kPastEnd = 64;  // zeros for what reads past the last row
+constexpr std::size_t kPastEnd = 64;  // zeros, read past the last row
 
 std::size_t at(int x, int y, int width) {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
          static_cast<std::size_t>(x);
 }
 
-/// The maximum of each place and those `shift` on, along rows, columns and both: windows twice as
-/// wide for a shift by their side, one wider for a shift of 1. What lies past the end counts as
-/// zero.
+/// Replaces each entry by the maximum of it and those `shift` further along rows, columns and both.
+/// A shift by the window's side doubles the window, a shift of 1 widens it by 1. Entries past the
+/// end count as zero.
 void widen(std::vector<std::uint8_t>& a, int width, int height, int shift,
            std::vector<std::uint8_t>& row) {
   const auto max_into = kernels::best_kernels().max_into;
@@ -30,13 +30,13 @@ void widen(std::vector<std::uint8_t>& a, int width, int height, int shift,
     std::copy(line, line + width, row.data());
     max_into(line, row.data() + shift, width);
   }
-  // Rows upwards: each reads only a row not yet replaced.
+  // In increasing order, so that each row reads one that is not yet replaced.
   for (int y = 0; y + shift < height; ++y)
     max_into(a.data() + at(0, y, width), a.data() + at(0, y + shift, width), width);
 }
 
-/// Row 4y + p holds for each Q units (4Q + p, y + 4j), j < 4, as four bytes: what neighbours read
-/// lies in few pages.
+/// Row 4y + p stores for each Q the units (4Q + p, y + 4j), j < 4, as four bytes, so that
+/// neighbouring candidates read few pages.
 void interleave(const std::vector<std::uint8_t>& windows, int width,
                 PrecomputationGrids::Level& level) {
   const auto interleave_rows = kernels::best_kernels().interleave;
@@ -56,7 +56,7 @@ void interleave(const std::vector<std::uint8_t>& windows, int width,
 
 }  // namespace
 
-void PrecomputationGrids::keep_pairs(int stride) {
+void PrecomputationGrids::store_pairs(int stride) {
   const int border = LikelihoodField::kBorder;
   pairs_.assign(at(0, grid_.height() + 2 * border, grid_.stride()), 0);
   for (int y = -1; y < grid_.height(); ++y)
@@ -72,7 +72,7 @@ void PrecomputationGrids::build(LikelihoodField grid) {
     Level& level = levels_[static_cast<std::size_t>(l)];
     level.width = width;
     level.height = height;
-    // Past the end of a row lies the margin of the next.
+    // The end of a row is followed by the margin of the next.
     level.columns = 4 * ((width + kBoundMarginX) / 4 + 1);
     level.rows = (height + kBoundMarginY) / 4 + 2;
     const int stride = level.columns, padded_height = 4 * (level.rows + 3) + 4;
@@ -85,7 +85,7 @@ void PrecomputationGrids::build(LikelihoodField grid) {
         std::copy_n(units_.data() + at(0, y, width), width, line);
     }
     widen(windows_, stride, padded_height, 1, row_);
-    if (l == 0) keep_pairs(stride);
+    if (l == 0) store_pairs(stride);
     widen(windows_, stride, padded_height, 2, row_);
     // Disjoint blocks of 4×4 units are the units of the next level.
     const int next_width = (width + 3) / 4, next_height = (height + 3) / 4;

@@ -9,7 +9,7 @@ namespace {
 
 using Tiles = OccupancyGrid::Tiles;
 
-/// p · kOne of every log-odds a cell can hold.
+/// p · kOne of every log-odds value.
 class Probabilities {
  public:
   Probabilities() {
@@ -29,8 +29,8 @@ class Probabilities {
 };
 
 const Probabilities& probabilities() {
-  static const Probabilities made;
-  return made;
+  static const Probabilities table;
+  return table;
 }
 
 }  // namespace
@@ -74,7 +74,7 @@ void ProbabilityGrid::copy(const OccupancyGrid& grid, const CellBox& box) {
   for (int ty = first.y; ty <= last.y; ++ty)
     for (int tx = first.x; tx <= last.x; ++tx) {
       const Tiles::Tile* tile = grid.tiles().find({tx, ty});
-      if (tile == nullptr) continue;  // nothing was written there, ever
+      if (tile == nullptr) continue;
       const Cell corner{tx * Tiles::kSide, ty * Tiles::kSide};
       const int left = std::max(box.min.x, corner.x);
       const int right = std::min(box.max.x, corner.x + Tiles::kSide - 1);

@@ -13,14 +13,14 @@ namespace {
 
 constexpr std::int64_t kMaxBuckets = std::int64_t{1} << 26;
 
-/// The normal of the line through points with this scatter about their mean.
+/// Normal of the line fit to points with this scatter about their mean.
 Eigen::Vector2f normal_of(const Eigen::Matrix2d& scatter, double max_flatness) {
   const double half_trace = 0.5 * scatter.trace();
   const double spread = std::hypot(0.5 * (scatter(0, 0) - scatter(1, 1)), scatter(0, 1));
   const double across = half_trace - spread, along = half_trace + spread;
   if (!(along > 0) || across > max_flatness * max_flatness * along) return Eigen::Vector2f::Zero();
-  const double way = 0.5 * std::atan2(2 * scatter(0, 1), scatter(0, 0) - scatter(1, 1));
-  return Eigen::Vector2d(-std::sin(way), std::cos(way)).cast<float>();
+  const double angle = 0.5 * std::atan2(2 * scatter(0, 1), scatter(0, 0) - scatter(1, 1));
+  return Eigen::Vector2d(-std::sin(angle), std::cos(angle)).cast<float>();
 }
 
 }  // namespace
@@ -44,7 +44,7 @@ Result<SurfaceMap> SurfaceMap::make(std::span<const PlacedPoints> scans,
   return map;
 }
 
-/// Counting sort; within a bucket points stay in the order they came.
+/// Stable counting sort.
 void SurfaceMap::sort_into_buckets(const PointSet& points) {
   first_.assign(static_cast<std::size_t>(box_.width() * box_.height()) + 1, 0);
   std::vector<std::size_t> bucket_of(points.size());
@@ -78,17 +78,17 @@ void SurfaceMap::find_normals(const SurfaceMapOptions& options) {
 
 CellBox SurfaceMap::buckets_within(const Eigen::Vector2f& p, float radius_m) const {
   const Eigen::Vector2d centre = p.cast<double>();
-  const Eigen::Vector2d reach = Eigen::Vector2d::Constant(static_cast<double>(radius_m));
-  const Cell low = cell_of(centre - reach, kBucket_m), high = cell_of(centre + reach, kBucket_m);
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(static_cast<double>(radius_m));
+  const Cell low = cell_of(centre - margin, kBucket_m), high = cell_of(centre + margin, kBucket_m);
   return {{std::max(low.x, box_.min.x), std::max(low.y, box_.min.y)},
           {std::min(high.x, box_.max.x), std::min(high.y, box_.max.y)}};
 }
 
-const SurfacePoint* SurfaceMap::nearest(const Eigen::Vector2f& p_map, float reach_m) const {
+const SurfacePoint* SurfaceMap::nearest(const Eigen::Vector2f& p_map, float radius_m) const {
   const SurfacePoint* best = nullptr;
-  float square = reach_m * reach_m;
-  // First what is close by, which mostly is enough, then all that is left within reach.
-  for (const float radius : {std::min(reach_m, 0.25F), reach_m}) {
+  float square = radius_m * radius_m;
+  // The nearest point is usually close, so a small radius is searched first.
+  for (const float radius : {std::min(radius_m, 0.25F), radius_m}) {
     for_each_within(p_map, radius, [&](const SurfacePoint& s) {
       const float d = (s.point - p_map).squaredNorm();
       if (d < square || (best == nullptr && d <= square)) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// A table and a pose as the kernels that interpolate take them.
+// A table and a pose in the form of the interpolating kernels.
 
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/detail/padded_table.hpp>
@@ -13,8 +13,9 @@ namespace wayfare::detail {
   return {table.data(), table.stride(), table.width(), table.height()};
 }
 
-/// Points in their own frame to columns and rows, cell centres at whole numbers.
-[[nodiscard]] inline kernels::Turn turn_into(const PaddedTable& table, const SE2d& T_map_points) {
+/// From the points' frame to columns and rows, cell centres at integers.
+[[nodiscard]] inline kernels::CellTransform transform_into(const PaddedTable& table,
+                                                           const SE2d& T_map_points) {
   const double cells = 1 / table.resolution_m();
   return {static_cast<float>(T_map_points.rotation().cos() * cells),
           static_cast<float>(T_map_points.rotation().sin() * cells),

@@ -6,14 +6,15 @@ namespace wayfare {
 
 OpenDirection::OpenDirection(const SceneConstraint& scene, double rms_distance_m)
     : direction_(scene.weakest), scale_(1, 1, std::max(rms_distance_m, 0.1)) {
-  // In bare corridors a centimetre or two of noise turns normals by 1° to 2°, and the map holds
-  // a scan by less than a nat nine times in ten.
-  constexpr double kBare = 0.001, kRoom = 0.004;  // shares of the weakest direction
-  constexpr double kSlides = 1.0, kHeld = 2.5;    // nats
+  // In bare corridors one to two centimetres of noise rotate normals by 1° to 2°, and a
+  // displacement costs less than one nat in nine of ten scans.
+  constexpr double kBare = 0.001, kRoom = 0.004;     // shares of the weakest direction
+  constexpr double kOpen = 1.0, kConstrained = 2.5;  // nats
   const auto below = [](double value, double low, double high) {
     return std::clamp((high - value) / (high - low), 0.0, 1.0);
   };
-  openness_ = below(scene.share, kBare, kRoom) * below(scene.held_nats, kSlides, kHeld);
+  openness_ =
+      below(scene.share, kBare, kRoom) * below(scene.displacement_cost_nats, kOpen, kConstrained);
 }
 
 SE2d OpenDirection::settle(const SE2d& matched, const SE2d& expected) const {

@@ -7,7 +7,7 @@
 namespace wayfare {
 namespace {
 
-TEST(Cell, HoldsWhatLiesBetweenItsLowerAndUpperEdges) {
+TEST(Cell, ContainsItsLowerEdgesOnly) {
   EXPECT_EQ(cell_of({0.0, 0.0}, 0.5), (Cell{0, 0}));
   EXPECT_EQ(cell_of({0.49, -0.01}, 0.5), (Cell{0, -1}));
   EXPECT_EQ(cell_of({0.5, -0.5}, 0.5), (Cell{1, -1}));
@@ -15,7 +15,7 @@ TEST(Cell, HoldsWhatLiesBetweenItsLowerAndUpperEdges) {
 }
 
 // Sums and differences of two such coordinates must fit an int.
-TEST(Cell, CoordinatesBeyondMeasureSaturate) {
+TEST(Cell, LargeCoordinatesSaturate) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   EXPECT_EQ(cell_coordinate(1e300, 0.05), kMaxCell);
   EXPECT_EQ(cell_coordinate(kInf, 0.05), kMaxCell);
@@ -26,7 +26,7 @@ TEST(Cell, CoordinatesBeyondMeasureSaturate) {
   EXPECT_EQ((far - Cell{-kMaxCell, 0}).x, 2 * kMaxCell);
 }
 
-TEST(CellBox, CountsBothCornersAndGrowsToHoldACell) {
+TEST(CellBox, CountsBothCornersAndExtends) {
   CellBox box{{-2, 1}, {-2, 1}};
   EXPECT_EQ(box.width() * box.height(), 1);
   box.extend({3, -1});

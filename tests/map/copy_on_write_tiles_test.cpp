@@ -17,7 +17,7 @@ int& at(Tiles& tiles, const Cell& c) {
   return tiles.writable(Tiles::tile_of(c))[Tiles::offset_in_tile(c)];
 }
 
-TEST(CopyOnWriteTiles, TilesMeetWithoutGapAcrossTheOrigin) {
+TEST(CopyOnWriteTiles, TilesAreContiguousAcrossTheOrigin) {
   EXPECT_EQ(Tiles::tile_of({-1, 0}), (Cell{-1, 0}));
   EXPECT_EQ(Tiles::tile_of({63, 64}), (Cell{0, 1}));
   EXPECT_EQ(Tiles::tile_of({-64, -65}), (Cell{-1, -2}));
@@ -26,7 +26,7 @@ TEST(CopyOnWriteTiles, TilesMeetWithoutGapAcrossTheOrigin) {
   EXPECT_EQ(Tiles::offset_in_tile({-64, -1}), 63U * 64U);
 }
 
-// A plane of cells, copied and written at random, against a std::map that is copied in full.
+// Random copies and writes, compared with a std::map that is copied in full.
 TEST(CopyOnWriteTiles, CopiesAreIndependentWhateverTheOrderOfWrites) {
   using Model = std::map<Cell, int>;
   Rng rng(5);
@@ -76,8 +76,8 @@ TEST(CopyOnWriteTiles, VisitsEveryTileOnceInOrder) {
   EXPECT_EQ(tiles.find({5, 5}), nullptr);
 }
 
-// What the thread sanitizer is to watch: threads that write to their own copies of shared tiles and
-// let them go while others still read.
+// For the thread sanitizer: threads write to their own copies of shared tiles and destroy them
+// while others still read.
 TEST(CopyOnWriteTiles, CopiesOfOneGridMayBeWrittenFromManyThreads) {
   Tiles shared(0);
   for (int x = 0; x < 640; ++x) at(shared, {x, 0}) = x;

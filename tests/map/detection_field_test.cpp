@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kHit = 0.52;
 
-/// Up to 60 detections a cell, on both sides of the origin and of the tiles' borders; the map is a
-/// little larger, as a view of the whole does not blur beyond it.
+/// Up to 60 detections per cell, on both sides of the origin and of the tiles' borders; the map is
+/// slightly larger, as a view of the whole map does not blur beyond it.
 OccupancyGrid strewn_detections(Rng& rng) {
   OccupancyGrid grid(detection_map());
   const double nats = LogOdds::from_probability(kHit).nats();
@@ -32,9 +32,9 @@ PointSet points_about(Rng& rng, double reach_m) {
   return points;
 }
 
-// The view of the whole map is blurred along x and along y, with other rounding; one step of a
+// The view of the whole map is blurred along x and then y, with different rounding; one step of a
 // view's values is 0.002 nats.
-TEST(DetectionField, IsTheViewOfTheWholeMapWherePointsCanComeToLie) {
+TEST(DetectionField, EqualsTheViewOfTheWholeMapWherePointsCanLie) {
   Rng rng(1);
   const OccupancyGrid grid = strewn_detections(rng);
   const SE2d pose(0.4, -0.3, 0.7_rad);
@@ -57,8 +57,8 @@ TEST(DetectionField, IsTheViewOfTheWholeMapWherePointsCanComeToLie) {
   }
 }
 
-// n detections in one cell, no blur: ln((n + b) / (most + b)), and 0 for more than the most.
-TEST(DetectionField, IsTheLogarithmOfTheCount) {
+// n detections in one cell, no blur: ln((n + b) / (max + b)), and 0 above the maximum.
+TEST(DetectionField, EqualsTheLogarithmOfTheCount) {
   OccupancyGrid grid(detection_map());
   const LogOdds hit = LogOdds::from_probability(kHit);
   for (int i = 0; i < 12; ++i) grid.update({3, 4}, hit);
@@ -73,7 +73,7 @@ TEST(DetectionField, IsTheLogarithmOfTheCount) {
   EXPECT_NEAR(view.log_likelihood({5, 4}), 0.0, 0.002);
 }
 
-TEST(DetectionField, RefusesWhatItCannotHold) {
+TEST(DetectionField, ReportsInvalidInput) {
   Rng rng(2);
   const OccupancyGrid grid = strewn_detections(rng);
   const PointSet points = points_about(rng, 2.0);

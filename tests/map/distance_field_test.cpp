@@ -56,7 +56,7 @@ void expect_exact(const Mask& m) {
           << x << ", " << y << " of " << m.width << " x " << m.height;
 }
 
-TEST(DistanceField, IsTheDefinitionToTheLastBit) {
+TEST(DistanceField, EqualsItsDefinitionExactly) {
   Rng rng(1);
   for (int run = 0; run < 60; ++run) {
     const int w = 1 + static_cast<int>(rng.below(100)), h = 1 + static_cast<int>(rng.below(60));
@@ -64,7 +64,7 @@ TEST(DistanceField, IsTheDefinitionToTheLastBit) {
   }
 }
 
-// Obstacles farther than the blocks look: rows by the lower envelope, alone and among near ones.
+// Obstacles farther than kReach: rows by the lower envelope, alone and among near obstacles.
 TEST(DistanceField, IsExactWhereObstaclesAreFar) {
   Rng rng(2);
   for (int run = 0; run < 6; ++run) {
@@ -77,14 +77,14 @@ TEST(DistanceField, IsExactWhereObstaclesAreFar) {
   expect_exact(column);
 }
 
-TEST(DistanceField, NothingOccupiedIsFarEverywhere) {
+TEST(DistanceField, IsFarEverywhereIfNothingIsOccupied) {
   Rng rng(1);
   const DistanceField field = field_of(random_mask(rng, 50, 20, 0.0));
   EXPECT_EQ(field.squared_cells({7, 3}), DistanceField::kFar);
   EXPECT_EQ(field.distance_m({7, 3}), std::numeric_limits<double>::infinity());
 }
 
-TEST(DistanceField, KeepsItsPlaceInTheMap) {
+TEST(DistanceField, KeepsItsOrigin) {
   OccupancyGrid grid({.resolution_m = 0.1});
   for (int x = -40; x <= 40; ++x) grid.update({x, 5}, LogOdds::from_probability(0.2));
   grid.update({-40, 5}, LogOdds::from_probability(0.98));
@@ -95,7 +95,7 @@ TEST(DistanceField, KeepsItsPlaceInTheMap) {
   EXPECT_EQ(field->squared_cells({0, 6}), DistanceField::kFar);  // outside
 }
 
-TEST(DistanceField, RefusesWhatItCannotHold) {
+TEST(DistanceField, ReportsInvalidInput) {
   const std::vector<std::uint8_t> cells(6);
   EXPECT_FALSE(DistanceField::of_mask(cells, 2, 2, 0.05));
   EXPECT_FALSE(DistanceField::of_mask(cells, 3, 2, 0.0));
@@ -105,7 +105,7 @@ TEST(DistanceField, RefusesWhatItCannotHold) {
   EXPECT_FALSE(DistanceField::of_grid(OccupancyGrid()));
 }
 
-TEST(DistanceLikelihood, IsItsFormulaToHalfAStep) {
+TEST(DistanceLikelihood, EqualsItsFormulaToHalfAStep) {
   Rng rng(3);
   const DistanceField field = field_of(random_mask(rng, 80, 50, 0.01), 0.05, {-7, 9});
   const DistanceLikelihood model{.sigma_m = 0.12, .floor_probability = 0.03};
@@ -120,7 +120,7 @@ TEST(DistanceLikelihood, IsItsFormulaToHalfAStep) {
 }
 
 // Amanatides and Woo in double precision: where the ray enters the first occupied cell, and the
-// narrowest miss of a cell's corner on the way there.
+// smallest distance to a cell's corner before that.
 struct Hit {
   double cells = 0.0;
   double corner = std::numeric_limits<double>::infinity();
@@ -158,9 +158,9 @@ Fan fan(int n) {
   return f;
 }
 
-// A ray that misses every corner by more than what is stepped over must end in the same cell, so
-// the ranges agree to that step; through a corner it may slip.
-TEST(RayCaster, EndsWhereExactTraversalDoes) {
+// A ray that misses every corner by more than the added step must end in the same cell, so the
+// ranges agree to that step. Rays through a corner may differ.
+TEST(RayCaster, EqualsExactTraversal) {
   Rng rng(4);
   const double r = 0.05;
   int rays = 0, slipped = 0;
@@ -188,11 +188,11 @@ TEST(RayCaster, EndsWhereExactTraversalDoes) {
       }
     }
   }
-  // A corner within 5e-3 on either side at each of some ten cells near obstacles.
+  // About ten cells near obstacles have a corner within 5e-3 on either side.
   EXPECT_LT(slipped, rays / 100);
 }
 
-TEST(RayCaster, FollowsTheAxesOfTheGrid) {
+TEST(RayCaster, IsExactAlongTheGridsAxes) {
   Mask m{9, 9, std::vector<std::uint8_t>(81)};
   for (int i = 0; i < 9; ++i)
     for (const auto& [x, y] : {std::pair{0, i}, {8, i}, {i, 0}, {i, 8}})
@@ -206,7 +206,7 @@ TEST(RayCaster, FollowsTheAxesOfTheGrid) {
     EXPECT_NEAR(static_cast<double>(ranges[i]), expected[i], 2e-3);
 }
 
-TEST(RayCaster, HasAnAnswerForEveryPose) {
+TEST(RayCaster, GivesARangeForEveryPose) {
   Mask m{5, 5, std::vector<std::uint8_t>(25)};
   m.cells[12] = 1;
   const RayCaster caster(field_of(m, 1.0));
@@ -219,13 +219,13 @@ TEST(RayCaster, HasAnAnswerForEveryPose) {
   EXPECT_EQ(cast(2.5, 2.5), 0.0F);          // inside the obstacle
   EXPECT_EQ(cast(0.5, 0.5), 30.0F);         // leaves the map
   EXPECT_EQ(cast(-9.0, 2.5), 30.0F);        // begins outside
-  EXPECT_EQ(cast(std::nan(""), 0), 30.0F);  // nowhere
+  EXPECT_EQ(cast(std::nan(""), 0), 30.0F);  // NaN
   EXPECT_EQ(cast(1e300, 0), 30.0F);
 }
 
 const Isa kSets[] = {Isa::avx2, Isa::avx512};
 
-TEST(FieldKernels, EveryInstructionSetGivesTheSameBits) {
+TEST(FieldKernels, EveryVariantIsBitIdentical) {
   using namespace field_kernels;
   const Kernels& plain = variant_for(Isa::baseline);
   for (const Isa isa : kSets) {
@@ -281,7 +281,7 @@ TEST(FieldKernels, EveryInstructionSetGivesTheSameBits) {
   }
 }
 
-TEST(FieldKernels, SumIsThatOfTheCellsThePointsFallInto) {
+TEST(FieldKernels, SumEqualsThatOfThePointsCells) {
   Rng rng(8);
   const DistanceField distances = field_of(random_mask(rng, 60, 40, 0.02), 0.1);
   const auto grid = likelihood_field(distances);

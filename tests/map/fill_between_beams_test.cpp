@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -39,7 +40,7 @@ struct Fan {
   std::vector<std::pair<std::size_t, std::size_t>> sectors;
 };
 
-/// By the scan's own numbering: beams next to each other, and at most `gap` steps apart.
+/// By beam number: consecutive beams, at most `gap` steps apart.
 Fan fan_of(const LaserScan& scan, const SE2d& pose, std::size_t gap) {
   Fan fan;
   std::vector<std::size_t> number;
@@ -50,7 +51,7 @@ Fan fan_of(const LaserScan& scan, const SE2d& pose, std::size_t gap) {
         {SubCellPoint::of(pose * Eigen::Vector2d(r * std::cos(b), r * std::sin(b)), kCell_m)});
     number.push_back(i);
   }
-  const double around = 2 * M_PI / std::abs(scan.bearing_step.radians());
+  const double around = 2 * std::numbers::pi / std::abs(scan.bearing_step.radians());
   for (std::size_t i = 0; i < number.size(); ++i) {
     const std::size_t next = i + 1 == number.size() ? 0 : i + 1;
     const double apart = static_cast<double>(number[next]) - static_cast<double>(number[i]) +
@@ -99,7 +100,7 @@ void expect_filled(const LaserScan& scan, const SE2d& pose, double gap_deg, std:
     }
 }
 
-/// Ranges that wander, jump and fail to return.
+/// Ranges that drift and jump, and missing returns.
 LaserScan ragged(Rng& rng, int beams, double first_deg, double step_deg) {
   LaserScan scan;
   scan.first_bearing = Angle::degrees(first_deg);
@@ -121,12 +122,12 @@ TEST(FillBetweenBeams, FreesTheCellsWithinTheTrianglesOfNeighbours) {
     const SE2d pose(rng.uniform(-3, 3), rng.uniform(-3, 3), Angle::radians(rng.uniform(-3, 3)));
     expect_filled(ragged(rng, 181, -90, 1), pose, 1.5, 1);   // gaps stay open, some beams alone
     expect_filled(ragged(rng, 181, 90, -1), pose, 2.5, 2);   // clockwise
-    expect_filled(ragged(rng, 360, -180, 1), pose, 2.5, 2);  // closes to a full turn
+    expect_filled(ragged(rng, 360, -180, 1), pose, 2.5, 2);  // a full revolution
     expect_filled(ragged(rng, 60, -90, 3), pose, 2.5, 0);    // no neighbours at all
   }
 }
 
-TEST(FillBetweenBeams, AScanThatGoesRoundTwiceFillsOnce) {
+TEST(FillBetweenBeams, AScanOfTwoRevolutionsFillsOnce) {
   LaserScan scan;
   scan.bearing_step = Angle::degrees(1);
   scan.max_range_m = 30;
@@ -139,7 +140,7 @@ TEST(FillBetweenBeams, AScanThatGoesRoundTwiceFillsOnce) {
       ASSERT_EQ(grid.log_odds({x, y}), LogOdds::from_probability(0.2)) << x << ' ' << y;
 }
 
-TEST(FillBetweenBeams, PointsInOrderGiveWhatTheScanGives) {
+TEST(FillBetweenBeams, PointsInOrderEqualTheScan) {
   Rng rng(13);
   const LaserScan scan = ragged(rng, 181, -90, 1);
   const SE2d pose(0.3, -0.7, Angle::degrees(20));

@@ -10,8 +10,8 @@
 namespace wayfare {
 namespace {
 
-/// However the tables grew and followed, they are those of the grids.
-TEST(MultiResolutionGrid, TablesAreThoseOfTheGrids) {
+/// The tables equal tables built from the grids, however they were updated.
+TEST(MultiResolutionGrid, TablesEqualTheGrids) {
   Rng rng(8);
   const Walls room = Walls::room();
   MultiResolutionOptions options;
@@ -19,7 +19,7 @@ TEST(MultiResolutionGrid, TablesAreThoseOfTheGrids) {
   MultiResolutionGrid map(options);
   OccupancyGrid alone(options.finest);
   ScanRaster raster;
-  // From end to end of the room, then through a wall and far off: the tables must grow twice.
+  // Across the room, then through a wall and far away: the tables must grow twice.
   for (const double x : {-4.0, -2.0, 0.0, 2.0, 4.0, 30.0, -40.0}) {
     const SE2d pose(x, 0.3, Angle::degrees(10 * x));
     LaserScan scan = room.scan(SE2d(std::clamp(x, -4.0, 4.0), 0.3, pose.heading()), rng);
@@ -37,7 +37,7 @@ TEST(MultiResolutionGrid, TablesAreThoseOfTheGrids) {
       ASSERT_EQ(map.tables().back().value({x, y}), fresh.value({x, y})) << x << ' ' << y;
 }
 
-TEST(MultiResolutionGrid, RefusesAPoseThatIsNotFinite) {
+TEST(MultiResolutionGrid, ReportsAPoseThatIsNotFinite) {
   Rng rng(9);
   MultiResolutionGrid map;
   const LaserScan scan = Walls::room().scan(SE2d(), rng);

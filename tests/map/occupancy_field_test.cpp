@@ -11,7 +11,7 @@
 namespace wayfare {
 namespace {
 
-/// Cells of every log-odds, strewn about.
+/// A grid with random cells of every log-odds.
 OccupancyGrid strewn(Rng& rng) {
   OccupancyGrid grid;
   for (int i = 0; i < 4000; ++i)
@@ -34,7 +34,7 @@ double brute_force(const OccupancyGrid& grid, const Cell& c, const OccupancyFiel
 }
 
 // Log-odds are binned in eighths of a nat: ln p of a cell just above one half is off by 1/16 · ½.
-TEST(OccupancyField, IsItsDefinitionWhereverPointsCanComeToLie) {
+TEST(OccupancyField, EqualsItsDefinitionWhereverPointsCanLie) {
   Rng rng(1);
   const OccupancyGrid grid = strewn(rng);
   const OccupancyFieldOptions options{0.1, 0.05, 0.5};
@@ -46,7 +46,7 @@ TEST(OccupancyField, IsItsDefinitionWhereverPointsCanComeToLie) {
   const SE2d pose(0.5, -0.3, 0.7_rad);
   OccupancyFieldMaker maker;
   LikelihoodField view;
-  for (int again = 0; again < 2; ++again) {  // with fresh memory, and with what was in it before
+  for (int again = 0; again < 2; ++again) {  // with new memory, then with reused memory
     ASSERT_TRUE(maker.make(grid, points, pose, reach, options, view));
     for (std::size_t i = 0; i < points.size(); ++i)
       for (int k = 0; k < 50; ++k) {
@@ -59,7 +59,7 @@ TEST(OccupancyField, IsItsDefinitionWhereverPointsCanComeToLie) {
   }
 }
 
-TEST(OccupancyField, FarPointsAndWideTurnsDoNotGrowTheViewBeyondTheirCircle) {
+TEST(OccupancyField, ViewStaysWithinThePointsCircle) {
   Rng rng(2);
   const OccupancyGrid grid = strewn(rng);
   PointSet points;
@@ -70,7 +70,7 @@ TEST(OccupancyField, FarPointsAndWideTurnsDoNotGrowTheViewBeyondTheirCircle) {
   EXPECT_LT(view.width(), 2 * (400 + 20 + 16 + 10));
 }
 
-TEST(OccupancyField, RefusesWhatMakesNoView) {
+TEST(OccupancyField, ReportsInvalidInput) {
   const OccupancyGrid grid;
   PointSet points;
   LikelihoodField view;

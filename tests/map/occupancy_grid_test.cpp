@@ -25,7 +25,7 @@ TEST(OccupancyGrid, AddsAndClamps) {
   EXPECT_NEAR(grid.probability(c), 0.02, 1e-4);
 }
 
-TEST(OccupancyGrid, GrowsEverywhereAndKeepsWhatItHas) {
+TEST(OccupancyGrid, GrowsInEveryDirectionAndKeepsItsCells) {
   Rng rng(6);
   OccupancyGrid grid;
   std::map<Cell, int> want;
@@ -49,7 +49,7 @@ TEST(OccupancyGrid, GrowsEverywhereAndKeepsWhatItHas) {
   EXPECT_EQ(observed, want.size());
 }
 
-TEST(OccupancyGrid, CopiesShareUntilOneWrites) {
+TEST(OccupancyGrid, CopiesShareTilesUntilOneWrites) {
   OccupancyGrid a;
   const LogOdds hit = LogOdds::from_probability(0.9);
   a.update({1, 1}, hit);
@@ -77,7 +77,7 @@ LaserScan fan() {
   return scan;
 }
 
-/// What the model says, ray by ray on a map from cells to counts.
+/// The model by definition, ray by ray, on a map from cells to counts.
 template <class FreeSpace>
 void expect_model(const SE2d& pose) {
   const LaserScan scan = fan();
@@ -113,7 +113,7 @@ TEST(InsertScan, FollowsTheModelForEveryBeam) {
   expect_model<EveryBeam>(SE2d(12.01, -7.77, Angle::degrees(-31)));
 }
 
-TEST(InsertScan, RefusesBadInputAndLeavesTheGridAlone) {
+TEST(InsertScan, ReportsBadInputAndLeavesTheGridUnchanged) {
   OccupancyGrid grid;
   ScanRaster raster;
   EXPECT_FALSE(insert_scan(grid, SE2d(NAN, 0, Angle()), fan(), {}, raster));

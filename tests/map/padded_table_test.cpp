@@ -9,7 +9,7 @@ struct Table : PaddedTable {
   using PaddedTable::reset;
 };
 
-TEST(PaddedTable, HasABorderOnEverySideThatMayBeRead) {
+TEST(PaddedTable, HasAReadableBorderOnEverySide) {
   Table table;
   const Cell corner{-7, 3};
   ASSERT_TRUE(table.reset(0.1, {corner, corner + Cell{4, 2}}, 9));
@@ -30,7 +30,7 @@ TEST(PaddedTable, HasABorderOnEverySideThatMayBeRead) {
   EXPECT_EQ(table.value({1'000'000, -1'000'000}), 9);
 }
 
-TEST(PaddedTable, ForgetsWhatItHeldAndRefusesWhatIsAbsurd) {
+TEST(PaddedTable, ClearsItsCellsAndReportsInvalidSizes) {
   Table table;
   const CellBox box{{0, 0}, {9, 9}};
   ASSERT_TRUE(table.reset(0.1, box, 1));

@@ -19,8 +19,7 @@ struct Ray {
 };
 
 /// Whether the half line from p to the left crosses a–b, the upper end excluded: exact, in
-/// integers. Polygons that share an edge share its crossings, so that a point on it lies in one of
-/// them.
+/// integers. Polygons that share an edge share its crossings, so a point on it is in one of them.
 bool crosses_left_of(const SubCellPoint& p, SubCellPoint a, SubCellPoint b) {
   if (a.y > b.y) std::swap(a, b);
   if (p.y < a.y || p.y >= b.y) return false;
@@ -35,7 +34,7 @@ bool is_inside(const SubCellPoint& p, std::span<const SubCellPoint> polygon) {
   return inside;
 }
 
-/// A window with marks of its own.
+/// A raster and its marks.
 struct Window {
   RasterShape raster;
   std::int64_t rows;
@@ -58,7 +57,7 @@ struct Window {
   }
 };
 
-TEST(RunningParity, IsTheParityUpToEachMark) {
+TEST(RunningParity, EqualsTheParityUpToEachMark) {
   Rng rng(1);
   for (const std::ptrdiff_t n : {8, 16, 64, 1024}) {
     std::vector<std::uint8_t> marks(static_cast<std::size_t>(n)), want(marks.size());
@@ -73,8 +72,9 @@ TEST(RunningParity, IsTheParityUpToEachMark) {
   }
 }
 
-// Any polygon, crossing itself too; every second one has its corners on centres and boundaries.
-TEST(FlipAlongEdge, MakesThePolygonCellByCell) {
+// Random polygons, also self-intersecting; every second one has its corners on centres and
+// boundaries.
+TEST(FlipAlongEdge, FillsThePolygonOfTheDefinition) {
   Rng rng(2);
   for (int round = 0; round < 400; ++round) {
     const std::int64_t unit = round % 2 == 0 ? 1 : kOne / 2;
@@ -93,7 +93,7 @@ TEST(FlipAlongEdge, MakesThePolygonCellByCell) {
   }
 }
 
-// A square cut into triangles through a point within it: each cell belongs to exactly one.
+// A square divided into triangles at an interior point: each cell belongs to exactly one.
 TEST(FlipAlongEdge, PolygonsThatShareEdgesShareNoCell) {
   Rng rng(3);
   for (int round = 0; round < 100; ++round) {
@@ -132,24 +132,24 @@ std::vector<std::uint8_t> neighbours(const std::vector<Ray>& rays, double gap_de
   return has_next;
 }
 
-TEST(FindNeighbours, AreTheNextBeamsLessThanTheGapApart) {
+TEST(FindNeighbours, AreTheNextBeamsWithinTheGap) {
   using Marks = std::vector<std::uint8_t>;
   const double left[] = {-60, -40, -10, 10, 60};
   EXPECT_EQ(neighbours(fan(left), 25), (Marks{1, 0, 1, 0, 0}));
-  EXPECT_EQ(neighbours(fan(left), 45), (Marks{1, 1, 1, 0, 0}));  // nobody follows the last
+  EXPECT_EQ(neighbours(fan(left), 45), (Marks{1, 1, 1, 0, 0}));  // the last has no next
   const double right[] = {60, 10, -10, -40, -60};
   EXPECT_EQ(neighbours(fan(right), 25), (Marks{0, 1, 0, 1, 0}));
   const double over_the_back[] = {150, 170, -170, -150};
   EXPECT_EQ(neighbours(fan(over_the_back), 25), (Marks{1, 1, 1, 0}));
   std::vector<double> all_round;
   for (int i = 0; i < 36; ++i) all_round.push_back(10.0 * i);
-  EXPECT_EQ(neighbours(fan(all_round), 15), Marks(36, 1));  // the last's is the first
+  EXPECT_EQ(neighbours(fan(all_round), 15), Marks(36, 1));  // the last is followed by the first
   for (int i = 0; i < 10; ++i) all_round.push_back(10.0 * i);
   const Marks round_again = neighbours(fan(all_round), 15);
   EXPECT_EQ(std::count(round_again.begin(), round_again.end(), 1), 36);
 }
 
-// The union of the triangles of neighbours, which do not overlap: the same by the oracle above.
+// The union of the triangles of neighbours, which do not overlap, by the definition above.
 TEST(FillPolygon, MarksTheTrianglesOfNeighbours) {
   Rng rng(5);
   for (int round = 0; round < 50; ++round) {
@@ -163,8 +163,8 @@ TEST(FillPolygon, MarksTheTrianglesOfNeighbours) {
     }
     const auto has_next = neighbours(rays, 20.0);
     Window w({-24, -24}, 48, 48);
-    fill_star(std::span<const Ray>(rays), std::span<const std::uint8_t>(has_next), {0, 0}, w.raster,
-              w.rows, std::span(w.marks));
+    fill_polygon(std::span<const Ray>(rays), std::span<const std::uint8_t>(has_next), {0, 0},
+                 w.raster, w.rows, std::span(w.marks));
     for (std::int64_t y = 0; y < w.rows; ++y) {
       for (std::int64_t x = 0; x < w.raster.stride; ++x) {
         int want = 0;

@@ -24,7 +24,7 @@ void expect_equal(const ProbabilityGrid& table, const OccupancyGrid& grid, doubl
     }
 }
 
-TEST(ProbabilityGrid, IsTheGridsProbability) {
+TEST(ProbabilityGrid, EqualsTheGridsProbability) {
   Rng rng(1);
   const OccupancyGrid grid = strewn(rng, 20000);
   ProbabilityGrid table;
@@ -35,7 +35,7 @@ TEST(ProbabilityGrid, IsTheGridsProbability) {
   }
 }
 
-TEST(ProbabilityGrid, FollowsTheGridWhereItIsToldTo) {
+TEST(ProbabilityGrid, UpdatesTheGivenBoxOnly) {
   Rng rng(2);
   OccupancyGrid grid = strewn(rng, 5000);
   ProbabilityGrid table;
@@ -51,7 +51,7 @@ TEST(ProbabilityGrid, FollowsTheGridWhereItIsToldTo) {
   expect_equal(table, grid, 0.1);
 }
 
-TEST(ProbabilityGrid, RefusesWhatItCannotHold) {
+TEST(ProbabilityGrid, ReportsInvalidInput) {
   Rng rng(3);
   const OccupancyGrid grid = strewn(rng, 10);
   ProbabilityGrid table;

@@ -55,19 +55,19 @@ TEST(Ray, VisitsExactlyTheCellsOfRandomSegments) {
 }
 
 TEST(Ray, GoesThroughCornersAndAlongLines) {
-  // Ends on quarter cells: corners, boundaries and axis-parallel segments come up all the time.
+  // Ends on quarter cells, so that corners, boundaries and axis-parallel segments are frequent.
   Rng rng(2);
   const auto any = [&] { return (static_cast<std::int64_t>(rng.below(33)) - 16) * 1024; };
   for (int i = 0; i < 5000; ++i) expect_exact({any(), any()}, {any(), any()});
 }
 
-/// The cells of the fast walk, without those it comes to again at once.
+/// The cells of the fast walk, without direct repetitions.
 void expect_the_same_cells(const SubCellPoint& a, const SubCellPoint& b) {
   std::vector<Cell> want, got;
   for_each_cell_on_segment(a, b, [&](const Cell& c) { want.push_back(c); });
   const int left = std::min(a.cell().x, b.cell().x), right = std::max(a.cell().x, b.cell().x);
   const RasterShape raster{{left - 3, std::min(a.cell().y, b.cell().y) - 5}, right - left + 9};
-  for_each_place_on_segment(a, b, raster, [&](std::ptrdiff_t at, bool is_new) {
+  for_each_index_on_segment(a, b, raster, [&](std::ptrdiff_t at, bool is_new) {
     const Cell c = raster.origin +
                    Cell{static_cast<int>(at % raster.stride), static_cast<int>(at / raster.stride)};
     if (is_new)
@@ -80,7 +80,7 @@ void expect_the_same_cells(const SubCellPoint& a, const SubCellPoint& b) {
 
 TEST(RasterWalk, VisitsTheCellsOfTheSegment) {
   Rng rng(4);
-  // Short ones on corners and boundaries, middling ones, the longest in fixed point, and longer.
+  // Short ones on corners and boundaries, medium ones, the longest in fixed point, and longer.
   const std::pair<int, int> kinds[] = {{16, 1024},   {300, 1024},    {400'000, 1},
                                        {1000, 4096}, {3'900'000, 1}, {40'000'000, 1}};
   for (const auto& [reach, unit] : kinds) {

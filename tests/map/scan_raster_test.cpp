@@ -27,7 +27,7 @@ std::vector<ScanRaster::Ray> random_rays(Rng& rng, const SubCellPoint& origin, i
   return rays;
 }
 
-/// Cell by cell: freed by each beam that passes it, or once; never where a beam hits.
+/// Cell by cell: freed by each beam that passes it, or once; never if a beam hits it.
 template <class FreeSpace>
 std::map<Cell, int> by_hand(const std::vector<ScanRaster::Ray>& rays, const SubCellPoint& origin) {
   std::map<Cell, int> passes, hits, sum;
@@ -46,7 +46,7 @@ std::map<Cell, int> by_hand(const std::vector<ScanRaster::Ray>& rays, const SubC
 template <class FreeSpace>
 void expect_by_hand() {
   Rng rng(4);
-  ScanRaster raster;  // one for all: what a scan leaves behind would show in the next
+  ScanRaster raster;  // reused, so that state left by a scan would appear in the next
   for (int round = 0; round < 20; ++round) {
     const SubCellPoint origin{static_cast<std::int64_t>(rng.below(500'000)) - 250'000,
                               static_cast<std::int64_t>(rng.below(500'000)) - 250'000};
@@ -67,10 +67,10 @@ void expect_by_hand() {
   }
 }
 
-TEST(ScanRaster, IsTheCellByCellUpdateOfEveryBeam) { expect_by_hand<EveryBeam>(); }
-TEST(ScanRaster, IsTheCellByCellUpdateOncePerScan) { expect_by_hand<OncePerScan>(); }
+TEST(ScanRaster, EqualsTheCellByCellUpdateOfEveryBeam) { expect_by_hand<EveryBeam>(); }
+TEST(ScanRaster, EqualsTheCellByCellUpdateOncePerScan) { expect_by_hand<OncePerScan>(); }
 
-TEST(ScanRaster, RefusesAScanBeyondItsSizeAndServesTheNext) {
+TEST(ScanRaster, ReportsAScanThatIsTooLargeAndAcceptsTheNext) {
   ScanRaster raster;
   OccupancyGrid grid = wide_grid();
   raster.rays() = {{{20'000 * kOne, 20'000 * kOne}, 0.8F, true}};
@@ -86,7 +86,7 @@ TEST(ScanRaster, RefusesAScanBeyondItsSizeAndServesTheNext) {
   EXPECT_TRUE(raster.apply<OncePerScan>(grid, {0, 0}, kUpdate));
 }
 
-TEST(ScanRaster, NothingIsHitWhereHitsSayNothing) {
+TEST(ScanRaster, DoesNotHitIfHitsHaveZeroLogOdds) {
   ScanRaster raster;
   OccupancyGrid grid = wide_grid();
   raster.rays() = {{{3 * kOne, 0}, 0.0F, true}};
@@ -95,7 +95,7 @@ TEST(ScanRaster, NothingIsHitWhereHitsSayNothing) {
   EXPECT_FALSE(grid.observed({3, 0}));
 }
 
-TEST(ScanRaster, DirectionsAreThoseOfTheScanAtHand) {
+TEST(ScanRaster, DirectionsAreThoseOfTheCurrentScan) {
   ScanRaster raster;
   LaserScan scan;
   scan.first_bearing = Angle::degrees(-90);

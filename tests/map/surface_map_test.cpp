@@ -22,7 +22,7 @@ PointSet strewn(Rng& rng, int n, double half) {
   return points;
 }
 
-TEST(VoxelFilter, GivesTheMeanOfEverySquareInTheOrderTheyWereMet) {
+TEST(VoxelFilter, GivesTheMeanOfEverySquareInOrder) {
   Rng rng(4);
   const PointSet points = strewn(rng, 3000, 2.0);
   std::map<std::pair<int, int>, std::pair<Eigen::Vector2d, int>> sums;
@@ -45,7 +45,7 @@ TEST(VoxelFilter, GivesTheMeanOfEverySquareInTheOrderTheyWereMet) {
   }
 }
 
-TEST(VoxelFilter, RefusesWhatHasNoSquare) {
+TEST(VoxelFilter, ReportsPointsOutsideTheGrid) {
   PointSet nan, far;
   nan.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0F});
   far.push_back({1e30F, 0.0F});
@@ -82,12 +82,12 @@ TEST(SurfaceMap, FindsTheNearestPoint) {
   EXPECT_GT(none, 100);
 }
 
-TEST(SurfaceMap, NormalsAreSquareToLinesAndNoneIsGivenToClutter) {
+TEST(SurfaceMap, NormalsArePerpendicularToLinesAndAbsentInClutter) {
   Rng rng(6);
   PointSet line, clutter;
-  const Eigen::Vector2d way(std::cos(0.7), std::sin(0.7)), normal(-way.y(), way.x());
+  const Eigen::Vector2d along(std::cos(0.7), std::sin(0.7)), normal(-along.y(), along.x());
   for (int i = 0; i < 300; ++i)
-    line.push_back(Eigen::Vector2d(0.02 * i * way + rng.normal(0, 0.003) * normal).cast<float>());
+    line.push_back(Eigen::Vector2d(0.02 * i * along + rng.normal(0, 0.003) * normal).cast<float>());
   for (int i = 0; i < 300; ++i)
     clutter.push_back(Eigen::Vector2d(20 + rng.normal(0, 0.3), rng.normal(0, 0.3)).cast<float>());
   const PlacedPoints placed[] = {{&line, SE2d()}, {&clutter, SE2d()}};
@@ -107,7 +107,7 @@ TEST(SurfaceMap, NormalsAreSquareToLinesAndNoneIsGivenToClutter) {
   EXPECT_GT(without, of_clutter / 2);
 }
 
-TEST(NdtMap, HoldsMeanAndCovarianceOfEverySquare) {
+TEST(NdtMap, HasMeanAndCovarianceOfEverySquare) {
   Rng rng(7);
   const PointSet points = strewn(rng, 4000, 1.9);
   const PlacedPoints placed{&points, SE2d()};
@@ -138,7 +138,7 @@ TEST(NdtMap, HoldsMeanAndCovarianceOfEverySquare) {
   EXPECT_EQ(map->levels()[0].at({300, 0}, 0), nullptr);
 }
 
-TEST(SurfaceAndNdtMaps, RefuseWhatTheyCannotHold) {
+TEST(SurfaceAndNdtMaps, ReportInvalidInput) {
   PointSet nan, far, good;
   nan.push_back({std::numeric_limits<float>::quiet_NaN(), 0.0F});
   good.push_back({1.0F, 1.0F});

@@ -11,7 +11,7 @@
 namespace wayfare {
 namespace {
 
-TEST(LikelihoodField, IsTheNearestPointsGaussian) {
+TEST(LikelihoodField, IsTheGaussianOfTheNearestPoint) {
   Rng rng(2);
   const PointSet points = rectangle(1.5, 1.0, 60, rng);
   const SE2d pose(-37.3, 12.9, Angle::degrees(77));
@@ -22,7 +22,7 @@ TEST(LikelihoodField, IsTheNearestPointsGaussian) {
     for (int x = field->origin().x - 3; x < field->origin().x + field->width() + 3; ++x) {
       double want = std::log(0.01);
       for (std::size_t i = 0; i < points.size(); ++i) {
-        // Places are rounded to the middles of quarter cells.
+        // Positions are rounded to the centres of quarter cells.
         Eigen::Vector2d q = pose * Eigen::Vector2d(points[i].cast<double>());
         q = ((q / 0.0125).array().floor() + 0.5) * 0.0125;
         want = std::max(want, -(centre_of({x, y}, 0.05) - q).squaredNorm() / (2 * 0.1 * 0.1));
@@ -31,7 +31,7 @@ TEST(LikelihoodField, IsTheNearestPointsGaussian) {
     }
 }
 
-TEST(LikelihoodField, RefusesWhatItCannotHold) {
+TEST(LikelihoodField, ReportsInvalidInput) {
   LikelihoodFieldMaker maker;
   LikelihoodField grid;
   PointSet far, nan, good;
@@ -98,7 +98,7 @@ TEST(DetectionGrid, BlursDetections) {
                 std::log((density(c.x, c.y) + 0.02) / (density(0, 0) + 0.02)), 0.02);
 }
 
-TEST(DetectionGrid, RefusesWhatMakesNoDensity) {
+TEST(DetectionGrid, ReportsInvalidInput) {
   OccupancyGrid map(detection_map());
   EXPECT_FALSE(detection_grid(map));
   map.update({0, 0}, LogOdds::from_probability(0.7));
@@ -114,7 +114,7 @@ TEST(Interpolate, GradientIsTheDerivative) {
   Rng rng(4);
   const LikelihoodField grid = random_grid(rng, 23, 17, {-9, 4});
   for (int i = 0; i < 2000; ++i) {
-    // Within a patch between four centres, the table's border included.
+    // Inside a patch between four centres, the table's border included.
     const double u = static_cast<int>(rng.below(24)) - 1 + rng.uniform(0.01, 0.99);
     const double v = static_cast<int>(rng.below(18)) - 1 + rng.uniform(0.01, 0.99);
     const Eigen::Vector2d p = 0.05 * Eigen::Vector2d(u + 0.5 - 9, v + 0.5 + 4);
@@ -148,7 +148,7 @@ TEST(Refine, FindsAKnownMotionBetweenCellsAndIsNeverWorse) {
     squares += error.head<2>().squaredNorm();
     EXPECT_LT(std::abs(error[2]), 0.008);
   }
-  // The starts are 0.033 m off (uniform, √(2·0.08²/12)); the field's own places are rounded to
+  // The starts are 0.033 m off (uniform, √(2·0.08²/12)); the field's positions are rounded to
   // quarter cells of 0.0125 m.
   EXPECT_LT(std::sqrt(squares / 50), 0.0125);
 }
@@ -174,7 +174,7 @@ Normal normal_equations(const LikelihoodField& grid, const PointSet& points, con
   return sum;
 }
 
-/// Damped Gauss-Newton by the book, on those.
+/// Textbook damped Gauss-Newton on those.
 SE2d minimise(const LikelihoodField& grid, const PointSet& points, SE2d pose,
               const RefineOptions& options) {
   Normal here = normal_equations(grid, points, pose);
@@ -209,20 +209,21 @@ TEST(Refine, EqualsDoublePrecision) {
     const auto at_start = refine(*field, seen, start, {0, 1e-4, 0.2});
     ASSERT_TRUE(at_start);
     const double n = static_cast<double>(seen.size());
-    // Places in single precision: 2⁻²³ of 160 cells is 1e-6 m; ∂ ln p/∂x is below 30 per metre.
+    // Positions in single precision: 2⁻²³ of 160 cells is 1e-6 m; ∂ ln p/∂x is below 30 per metre.
     EXPECT_NEAR(at_start->mean_log_likelihood, want.log_likelihood / n, 1e-4);
-    // A point within rounding of a patch's border takes the neighbour's slope: a point or two.
+    // One or two points within rounding of a patch's border have the neighbour's slope.
     EXPECT_LT((at_start->information - want.information).norm(), 1e-2 * want.information.norm());
     const auto got = refine(*field, seen, start);
     ASSERT_TRUE(got);
     const SE2d other = minimise(*field, seen, start, {});
     const Eigen::Vector3d off = got->T_map_points.minus(other);
-    // Ten iterations end short of the summit: where rounding has led round another side of a kink,
-    // elsewhere on its flank.
+    // Ten iterations do not converge fully: rounding can select the other side of a kink and so a
+    // different end point.
     same += off.head<2>().norm() < 1e-3 && std::abs(off[2]) < 1.75e-4;  // 0.01°
     EXPECT_GT(got->mean_log_likelihood,
               normal_equations(*field, seen, other).log_likelihood / n - 1e-3);
-    // Given time, single precision climbs as high as double, to the rounding of a sum of cells.
+    // With more iterations, single precision reaches the same maximum, to the rounding of a sum of
+    // cells.
     const RefineOptions patient{200, 1e-6, 0.2};
     const SE2d top = minimise(*field, seen, start, patient);
     const auto high = refine(*field, seen, start, patient);

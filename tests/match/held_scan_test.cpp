@@ -1,4 +1,4 @@
-// Whether a map holds a scan where the scan's own normals say nothing.
+// Whether a map constrains a scan along a direction that its normals leave unconstrained.
 
 #include <cmath>
 
@@ -13,7 +13,7 @@
 namespace wayfare {
 namespace {
 
-/// Of a scan amid places a quarter of a metre apart.
+/// Displacement cost of a scan in a map of scans a quarter of a metre apart.
 SceneConstraint constraint_amid(const Walls& walls) {
   Rng rng(35);
   MultiResolutionGrid map;
@@ -31,13 +31,13 @@ SceneConstraint constraint_amid(const Walls& walls) {
 TEST(HeldScan, SlidesAlongABareCorridor) {
   const SceneConstraint bare = constraint_amid(Walls::corridor(Angle()));
   EXPECT_GT(std::abs(bare.weakest.x()), 0.95);
-  EXPECT_LT(bare.held_nats, 1.0);
+  EXPECT_LT(bare.displacement_cost_nats, 1.0);
 }
 
-// Normals over 0.6 m hardly feel niches of 0.3 m. A quarter of a metre along, the points in them,
-// each its residual changed by about one, fall into cells seen free: ten of a hundred points are
-// 0.5 · 20 · 0.1 / 0.4² = 6 nats.
-TEST(HeldScan, IsHeldByNiches) {
+// Normals over 0.6 m hardly resolve niches of 0.3 m. Displaced by a quarter of a metre, the points
+// in them fall into cells observed as free, which changes each residual by about one: ten of a
+// hundred points cost 0.5 · 20 · 0.1 / 0.4² = 6 nats.
+TEST(HeldScan, IsConstrainedByNiches) {
   Walls niches;
   for (const double side : {-1.0, 1.0})
     for (double x = -20; x < 20; x += 2.5) {
@@ -47,10 +47,10 @@ TEST(HeldScan, IsHeldByNiches) {
       niches.walls.push_back({{x + 2.2, out}, {x + 2.5, out}});
       niches.walls.push_back({{x + 2.5, out}, {x + 2.5, in}});
     }
-  EXPECT_GT(constraint_amid(niches).held_nats, 2.5);
+  EXPECT_GT(constraint_amid(niches).displacement_cost_nats, 2.5);
 }
 
-TEST(HeldScan, IsNotHeldByWhatWasNeverSeen) {
+TEST(HeldScan, IsNotConstrainedByUnobservedCells) {
   Rng rng(36);
   MultiResolutionGrid map;
   const Walls room = Walls::room();
@@ -60,7 +60,7 @@ TEST(HeldScan, IsNotHeldByWhatWasNeverSeen) {
                          .match(map.tables(), end_points(room.scan(SE2d(), rng)), outside,
                                 {0.5, 0.5, Angle::degrees(20)}, {.covariance = true});
   ASSERT_TRUE(match && *match && (*match)->constraint);
-  EXPECT_EQ((*match)->constraint->held_nats, 0.0);
+  EXPECT_EQ((*match)->constraint->displacement_cost_nats, 0.0);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Every instruction set this machine runs gives the same bits as the portable build.
+// All instruction sets this CPU supports give bit-identical results to the portable build.
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@
 namespace wayfare {
 namespace {
 
-TEST(Kernels, VariantsGiveTheSameBits) {
+TEST(Kernels, VariantsAreBitIdentical) {
   for_each_variant([](const Kernels& variant, const Kernels& portable) {
     Rng rng(21);
     for (int i = 0; i < 200; ++i) {
@@ -33,14 +33,14 @@ TEST(Kernels, VariantsGiveTheSameBits) {
   });
 }
 
-/// Weights of the four cells about a place, from the definition of the interpolation: straight
-/// lines, or the cubics through the middle two with the slopes of their neighbours' differences.
+/// Weights of the four cells about a point by the definition of the interpolation: linear, or cubic
+/// through the middle two with the slopes of their neighbours' differences.
 std::array<double, 4> weights(bool cubic, double t) {
   if (!cubic) return {0, 1 - t, t, 0};
   std::array<double, 4> w{};
   for (std::size_t k = 0; k < 4; ++k) {
     const auto p = [&](std::size_t i) { return i == k ? 1.0 : 0.0; };
-    const double m1 = (p(2) - p(0)) / 2, m2 = (p(3) - p(1)) / 2;  // Hermite's tangents
+    const double m1 = (p(2) - p(0)) / 2, m2 = (p(3) - p(1)) / 2;  // Hermite tangents
     const double t2 = t * t, t3 = t2 * t;
     w[k] = (2 * t3 - 3 * t2 + 1) * p(1) + (t3 - 2 * t2 + t) * m1 + (3 * t2 - 2 * t3) * p(2) +
            (t3 - t2) * m2;
@@ -65,24 +65,25 @@ TEST(Kernels, SquaresAreThoseOfTheInterpolatedField) {
   const Kernels& k = kernels::best_kernels();
   for (int i = 0; i < 40; ++i) {
     KernelCase test(rng);
-    test.x[0] = test.y[0] = 0;  // none so far off that the table's edge is clamped
+    test.x[0] = test.y[0] = 0;  // no point beyond the clamped border
     const double scale =
-        std::hypot(static_cast<double>(test.turn.c), static_cast<double>(test.turn.s));
+        std::hypot(static_cast<double>(test.transform.c), static_cast<double>(test.transform.s));
     for (const bool cubic : {false, true}) {
       std::vector<double> want(10, 0.0);
       double size = 0;
-      const auto at = [&](double px, double py, double dx, double dy, double turn) {
+      const auto at = [&](double px, double py, double dx, double dy, double heading) {
         // A step in the points' own axes, cells and radians.
-        const double c = static_cast<double>(test.turn.c), s = static_cast<double>(test.turn.s);
-        const double x = px * std::cos(turn) - py * std::sin(turn) + dx / scale;
-        const double y = px * std::sin(turn) + py * std::cos(turn) + dy / scale;
+        const double c = static_cast<double>(test.transform.c),
+                     s = static_cast<double>(test.transform.s);
+        const double x = px * std::cos(heading) - py * std::sin(heading) + dx / scale;
+        const double y = px * std::sin(heading) + py * std::cos(heading) + dy / scale;
         const auto inside = [](double t, int size_cells) {
           return std::clamp(t, -4.0, static_cast<double>(size_cells) + 4.0);
         };
         return interpolated(
             test.grid, cubic,
-            inside(c * x - s * y + static_cast<double>(test.turn.ox), test.grid.width()),
-            inside(s * x + c * y + static_cast<double>(test.turn.oy), test.grid.height()));
+            inside(c * x - s * y + static_cast<double>(test.transform.ox), test.grid.width()),
+            inside(s * x + c * y + static_cast<double>(test.transform.oy), test.grid.height()));
       };
       for (std::size_t j = 0; j < static_cast<std::size_t>(test.n); ++j) {
         const double px = static_cast<double>(test.x[j]), py = static_cast<double>(test.y[j]);

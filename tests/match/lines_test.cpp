@@ -1,4 +1,4 @@
-// Corridor walls in simulated scans: right however the laser stands, whatever else is in view.
+// Corridor walls in simulated scans, for any laser heading, with clutter in view.
 
 #include <wayfare/match/lines.hpp>
 
@@ -21,7 +21,7 @@ struct Scene {
   double left_m, right_m;
 };
 
-/// A furnished corridor of 30 m along x, some heading of the laser in it.
+/// A furnished corridor of 30 m along x, at a random heading of the laser.
 Scene random_scene(std::size_t beams, const sim::CorridorFurniture& furniture, Rng& rng,
                    double heading) {
   const double half = rng.uniform(0.75, 1.6);
@@ -33,7 +33,7 @@ Scene random_scene(std::size_t beams, const sim::CorridorFurniture& furniture, R
   const SE2d pose(rng.uniform(-5.0, 5.0), y, Angle::radians(heading));
   sim::Lidar2dParams lidar = sim::CorridorDriveParams::lms200();
   lidar.beams = beams;
-  const double span = beams > 400 ? 270.0 : 180.0;  // a LMS-111 sees three quarters of a turn
+  const double span = beams > 400 ? 270.0 : 180.0;  // field of view of a LMS-111
   lidar.first_bearing = Angle::degrees(-0.5 * span);
   lidar.bearing_step = Angle::degrees(span / static_cast<double>(beams - 1));
   return {sim::simulate_scan(
@@ -57,13 +57,13 @@ struct Errors {
       ++failures;
       return;
     }
-    const double turn = std::remainder((found->direction - s.direction).radians(), kPi);
+    const double error = std::remainder((found->direction - s.direction).radians(), kPi);
     const bool same_way =
         std::abs(wrap_to_pi((found->direction - s.direction).radians())) < 0.5 * kPi;
-    const CorridorWalls w = same_way ? *found : turned_round(*found);
-    angle2 += turn * turn;
-    normalised += turn * turn / w.covariance(0, 0);
-    bool good = std::abs(turn) < 0.02;
+    const CorridorWalls w = same_way ? *found : reversed(*found);
+    angle2 += error * error;
+    normalised += error * error / w.covariance(0, 0);
+    bool good = std::abs(error) < 0.02;
     for (const auto& [wall, truth] : {std::pair{w.left, s.left_m}, std::pair{w.right, s.right_m}}) {
       if (!wall) continue;
       offset2 += (wall->offset_m - truth) * (wall->offset_m - truth);
@@ -79,7 +79,7 @@ struct Errors {
 class LinesInScans : public testing::TestWithParam<std::size_t> {};
 INSTANTIATE_TEST_SUITE_P(Beams, LinesInScans, testing::Values(181, 361, 541));
 
-TEST_P(LinesInScans, AreFoundAmongDoorsAndClutterInEveryOneOfAThousand) {
+TEST_P(LinesInScans, AreFoundAmongDoorsAndClutterInAThousandScans) {
   Rng rng(7);
   WallDetector detector;
   Errors acquired, searched, tracked;
@@ -101,15 +101,15 @@ TEST_P(LinesInScans, AreFoundAmongDoorsAndClutterInEveryOneOfAThousand) {
     EXPECT_LE(e->angle_rms_deg(), 0.1);
     EXPECT_LE(e->offset_rms_m(), 0.01);
   }
-  // The source's own search tries whole degrees and is the slower way to the same walls.
+  // The source's search over whole degrees finds the same walls more slowly.
   EXPECT_LE(searched.failures, 3);
   EXPECT_LE(searched.angle_rms_deg(), 0.1);
   EXPECT_LE(searched.offset_rms_m(), 0.01);
 }
 
-TEST(Lines, KnowNoSingularDirectionAndSayHowSureTheyAre) {
+TEST(Lines, HaveNoSingularDirectionAndConsistentCovariances) {
   Rng rng(2);
-  WallDetector detector({.flatness_m = 0.0003});  // simulated walls are flat, ranges whole mm
+  WallDetector detector({.flatness_m = 0.0003});  // simulated walls are flat, ranges in whole mm
   Errors errors;
   for (int degrees = -180; degrees < 180; ++degrees) {
     const double heading = degrees * kPi / 180.0;
@@ -121,7 +121,7 @@ TEST(Lines, KnowNoSingularDirectionAndSayHowSureTheyAre) {
   EXPECT_NEAR(errors.normalised / errors.scans, 1.0, 0.25);
 }
 
-/// Looking along a corridor of two walls of one's own.
+/// A scan along a corridor of two given walls.
 LaserScan scan_between(const std::vector<sim::Segment>& walls, const SE2d& pose = {}) {
   const auto plan = sim::FloorPlan::from_segments(walls);
   Rng rng(4);
@@ -142,7 +142,7 @@ TEST(Lines, GiveNormalPointsOfBothWallsAndTheWallAcross) {
   EXPECT_NEAR(walls->width_m(), 2.5, 0.005);
   EXPECT_NEAR(walls->end->rho_m, 6.0, 0.01);
   EXPECT_NEAR(walls->end->alpha.degrees(), 0.0, 0.3);
-  // (6) and (7): what is seen after a motion is what the motion says.
+  // (6) and (7): the walls seen after a motion are those predicted from it.
   const SE2d motion(0.4, 0.1, Angle::degrees(5));
   const auto after = detector.track(
       scan_between({{{-5, 1}, {9, 1}}, {{9, -1.5}, {-5, -1.5}}, {{6, -1.5}, {6, 1}}}, motion),
@@ -153,13 +153,13 @@ TEST(Lines, GiveNormalPointsOfBothWallsAndTheWallAcross) {
   EXPECT_NEAR(after->end->rho_m, 5.6, 0.01);
 }
 
-TEST(Lines, GiveOneWallWhereThereIsOneAndNoneWhereThereIsNone) {
+TEST(Lines, GiveOnlyTheWallsThatArePresent) {
   WallDetector detector;
   const auto one = detector.acquire(scan_between({{{-5, 1}, {9, 1}}}));
   ASSERT_TRUE(one && one->left);
   EXPECT_FALSE(one->right);
   EXPECT_EQ(one->covariance(2, 2), 0.0);
-  // A round room has no straight wall of the length asked for.
+  // A round room has no straight wall of the required length.
   std::vector<sim::Segment> round;
   for (int k = 0; k < 60; ++k) {
     const double a = k * kPi / 30, b = (k + 1) * kPi / 30;
@@ -177,13 +177,13 @@ TEST(Lines, GiveOneWallWhereThereIsOneAndNoneWhereThereIsNone) {
 
 TEST(Lines, KeepTheLongerOfTwoWallsThatAreNotParallel) {
   WallDetector detector;
-  // 1.5° apart, within what pieces of one wall may differ by.
+  // 1.5° apart, within the tolerance of segments of one wall.
   const auto walls = detector.acquire(scan_between({{{-1, 1}, {9, 1}}, {{5, -1.35}, {-1, -1.51}}}));
   ASSERT_TRUE(walls && walls->left);
   EXPECT_FALSE(walls->parallel);
   EXPECT_FALSE(walls->right);
   EXPECT_NEAR(walls->direction.degrees(), 0.0, 0.1);
-  // Of a wall that leans by more, too little lies along the other to be taken for its partner.
+  // Of a more oblique wall, too little is parallel to the other to be accepted with it.
   const auto leaning =
       detector.acquire(scan_between({{{-1, 1}, {9, 1}}, {{5, -1.2}, {-1, -1.51}}}));
   ASSERT_TRUE(leaning && leaning->left);
@@ -191,7 +191,7 @@ TEST(Lines, KeepTheLongerOfTwoWallsThatAreNotParallel) {
   EXPECT_NEAR(leaning->direction.degrees(), 0.0, 0.1);
 }
 
-TEST(Lines, StopTrackingWherePredictionAndScanDisagree) {
+TEST(Lines, StopTrackingIfPredictionAndScanDisagree) {
   WallDetector detector;
   const LaserScan scan = scan_between({{{-5, 1}, {9, 1}}, {{9, -1.5}, {-5, -1.5}}});
   auto predicted = *detector.acquire(scan);

@@ -1,7 +1,8 @@
-// What every matcher promises, on walls whose geometry is known exactly.
+// Properties of every matcher, on walls of exactly known geometry.
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -34,7 +35,7 @@ struct Views {
   }
 };
 
-/// How each matcher's map is made of the same views, and how near it comes.
+/// How each matcher's map is built from the same views, and its accuracy.
 template <class M>
 struct Setup;
 
@@ -63,15 +64,15 @@ struct Setup<GaussNewton<kInterpolation>> {
   static constexpr double kNear_m = 0.03, kNear_deg = 0.4;
   static GaussNewton<kInterpolation> matcher() { return {}; }
   static ProbabilityPyramid map(const Views& v) {
-    ProbabilityPyramid pyramid;
+    ProbabilityPyramid tables;
     for (const double cell : {0.2, 0.1, 0.05}) {
       OccupancyGrid grid({.resolution_m = cell});
       ScanRaster raster;
       for (std::size_t i = 0; i < v.scans.size(); ++i)
         (void)insert_scan(grid, v.placed[i].T_map_points, v.scans[i], {}, raster);
-      (void)pyramid.emplace_back().make(grid, 0.1);
+      (void)tables.emplace_back().make(grid, 0.1);
     }
-    return pyramid;
+    return tables;
   }
 };
 template <>
@@ -104,12 +105,12 @@ std::vector<SE2d> places_in_the_room(Rng& rng) {
   return poses;
 }
 
-/// On the middle of a corridor that leads that way.
-std::vector<SE2d> places_along(Angle way) {
-  const SO2d turn(way);
+/// In the middle of a corridor in the given direction.
+std::vector<SE2d> places_along(Angle heading) {
+  const SO2d rotation(heading);
   std::vector<SE2d> along;
   for (int i = -4; i <= 4; ++i)
-    along.emplace_back(Eigen::Vector2d(turn * Eigen::Vector2d(0.37 * i, 0)), SO2d());
+    along.emplace_back(Eigen::Vector2d(rotation * Eigen::Vector2d(0.37 * i, 0)), SO2d());
   return along;
 }
 
@@ -130,13 +131,13 @@ TYPED_TEST(EveryMatcher, FindsAKnownMotion) {
     ASSERT_TRUE(match->has_value());
     const Eigen::Vector3d off = (*match)->T_map_points.minus(truth);
     EXPECT_LT(off.head<2>().norm(), Case::kNear_m);
-    EXPECT_LT(std::abs(off[2]), Case::kNear_deg * M_PI / 180);
+    EXPECT_LT(std::abs(off[2]), Case::kNear_deg * std::numbers::pi / 180);
     EXPECT_GT((*match)->score, 0.5);
     EXPECT_LE((*match)->score, 1.0);
   }
 }
 
-TYPED_TEST(EveryMatcher, SaysWhatTheSceneLeavesOpen) {
+TYPED_TEST(EveryMatcher, ReportsTheUnconstrainedDirection) {
   using Case = Setup<TypeParam>;
   Rng rng(32);
   auto matcher = Case::matcher();
@@ -151,12 +152,12 @@ TYPED_TEST(EveryMatcher, SaysWhatTheSceneLeavesOpen) {
   EXPECT_TRUE(room.complete());
   EXPECT_GT(room.share, 0.05);
   for (const double degrees : {0.0, 33.0}) {
-    const Angle way = Angle::degrees(degrees);
-    const SO2d turn(way);
-    const SceneConstraint c = constraint(Walls::corridor(way), places_along(way));
+    const Angle heading = Angle::degrees(degrees);
+    const SO2d rotation(heading);
+    const SceneConstraint c = constraint(Walls::corridor(heading), places_along(heading));
     EXPECT_FALSE(c.complete());
     EXPECT_LT(c.share, 0.01);
-    EXPECT_GT(std::abs(c.weakest.head<2>().dot(turn * Eigen::Vector2d(1, 0))), 0.95)
+    EXPECT_GT(std::abs(c.weakest.head<2>().dot(rotation * Eigen::Vector2d(1, 0))), 0.95)
         << c.weakest.transpose();
   }
   const SceneConstraint c = constraint(Walls::round_room(3), {SE2d()});
@@ -164,7 +165,7 @@ TYPED_TEST(EveryMatcher, SaysWhatTheSceneLeavesOpen) {
   EXPECT_GT(std::abs(c.weakest[2]), 0.95) << c.weakest.transpose();
 }
 
-TYPED_TEST(EveryMatcher, CovarianceIsWideWhereTheSceneIsOpen) {
+TYPED_TEST(EveryMatcher, CovarianceIsWideAlongTheUnconstrainedDirection) {
   using Case = Setup<TypeParam>;
   Rng rng(33);
   auto matcher = Case::matcher();
@@ -179,7 +180,7 @@ TYPED_TEST(EveryMatcher, CovarianceIsWideWhereTheSceneIsOpen) {
   EXPECT_LE(c(0, 0), 0.5 * 0.5 * 1.001) << "wider than the window";
 }
 
-TYPED_TEST(EveryMatcher, KeepsToItsPriorWhereTheSceneIsOpen) {
+TYPED_TEST(EveryMatcher, StaysAtItsPriorAlongTheUnconstrainedDirection) {
   using Case = Setup<TypeParam>;
   Rng rng(34);
   auto matcher = Case::matcher();
@@ -193,13 +194,13 @@ TYPED_TEST(EveryMatcher, KeepsToItsPriorWhereTheSceneIsOpen) {
                                    prior, kWindow, options);
   ASSERT_TRUE(match && *match);
   const Eigen::Vector3d moved = (*match)->T_map_points.minus(prior);
-  // Information about the way is that of 3 mm; the prior's x leads 3° off the corridor's.
+  // The prior's position information is that of 3 mm; its x axis is 3° off the corridor's.
   EXPECT_NEAR(moved[0], 0, 0.02);
   EXPECT_NEAR((*match)->T_map_points.y(), 0, Case::kNear_m);
   EXPECT_NEAR((*match)->T_map_points.heading().degrees(), 0, Case::kNear_deg);
 }
 
-TYPED_TEST(EveryMatcher, BelievesNothingOutsideTheWindowOrBelowTheScore) {
+TYPED_TEST(EveryMatcher, RejectsMatchesOutsideTheWindowOrBelowTheScore) {
   using Case = Setup<TypeParam>;
   Rng rng(35);
   const Walls room = Walls::room();
@@ -220,7 +221,7 @@ TYPED_TEST(EveryMatcher, BelievesNothingOutsideTheWindowOrBelowTheScore) {
   EXPECT_FALSE(nowhere->has_value());
 }
 
-TYPED_TEST(EveryMatcher, RefusesInputNoSearchCanBeMadeFor) {
+TYPED_TEST(EveryMatcher, ReportsInvalidInput) {
   using Case = Setup<TypeParam>;
   Rng rng(36);
   const Walls room = Walls::room();
@@ -242,11 +243,11 @@ TYPED_TEST(EveryMatcher, RefusesInputNoSearchCanBeMadeFor) {
   EXPECT_FALSE(matcher.match({}, good, SE2d(), kWindow, {}));
 }
 
-/// The normalised square of the error is χ² of three degrees where the covariance is honest, but
-/// Cauchy's weights at one σ give the variance of a mean of Gaussian errors 1.313 times over
-/// (E ψ² / (E ψ')², ψ = r / (1 + r²)): 3.79, ± three standard errors √(6 / 200) · 1.264 of the
-/// mean.
-TEST(Icp, CovarianceIsThatOfTheErrors) {
+/// The normalised squared error is χ² with three degrees of freedom if the covariance is
+/// consistent, but Cauchy weights at one σ increase the variance of a mean of Gaussian errors
+/// by 1.313 (E ψ² / (E ψ')², ψ = r / (1 + r²)): 3.79, ± three standard errors √(6 / 200) · 1.264 of
+/// the mean.
+TEST(Icp, CovarianceIsConsistentWithTheErrors) {
   Rng rng(37);
   const Walls room = Walls::room();
   double sum = 0;

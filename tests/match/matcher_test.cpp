@@ -67,7 +67,7 @@ TEST(Matchers, EqualBruteForceOnRandomScenes) {
   EXPECT_GT(none, 5);  // rejections were among the cases
 }
 
-TEST(Matchers, AgreeOnAWholeMapTurnedAllTheWay) {
+TEST(Matchers, AgreeOnAWholeMapAtAllHeadings) {
   Rng rng(3);
   const PointSet room = rectangle(6.0, 2.5, 600, rng);
   const PlacedPoints placed{&room, SE2d()};
@@ -86,7 +86,7 @@ TEST(Matchers, AgreeOnAWholeMapTurnedAllTheWay) {
   EXPECT_GT((*a)->score, 0.9);
 }
 
-TEST(Matchers, TiesGoToThePriorAndThenInOrder) {
+TEST(Matchers, BreakTiesByDistanceToThePriorThenInOrder) {
   LikelihoodField grid;
   ASSERT_TRUE(grid.reset(0.05, {{-20, -20}, {20, 20}}, 0.01));
   PointSet one;
@@ -104,10 +104,10 @@ TEST(Matchers, TiesGoToThePriorAndThenInOrder) {
   EXPECT_EQ((**bounded.match(PrecomputationGrids(grid), one, SE2d(), still)).candidate, want);
 }
 
-TEST(Correlative, CorridorLeavesARidgeAlongItself) {
+TEST(Correlative, CovarianceIsWideAlongACorridor) {
   Rng rng(11);
   const SO2d along(Angle::degrees(30));
-  PointSet walls, seen;  // the walls go on past what is seen
+  PointSet walls, seen;  // the walls extend beyond the visible part
   for (int i = 0; i < 900; ++i) {
     walls.push_back(
         (along * Eigen::Vector2d(rng.uniform(-8, 8), i % 2 == 0 ? 1.0 : -1.0)).cast<float>());
@@ -130,10 +130,10 @@ TEST(Correlative, CorridorLeavesARidgeAlongItself) {
   EXPECT_GT(std::abs(ridge.dot(along * Eigen::Vector2d(1, 0))), std::cos(0.1));
 }
 
-TEST(Matchers, RefuseInputNoSearchCanBeMadeFor) {
+TEST(Matchers, ReportInvalidInput) {
   LikelihoodField grid;
   ASSERT_TRUE(grid.reset(0.05, {{0, 0}, {99, 99}}, 0.01));
-  const PrecomputationGrids pyramid(grid);
+  const PrecomputationGrids grids(grid);
   CorrelativeMatcher correlative;
   BranchAndBoundMatcher bounded;
   PointSet good;
@@ -142,7 +142,7 @@ TEST(Matchers, RefuseInputNoSearchCanBeMadeFor) {
   bad.push_back({NAN, 0.0F});
   const auto refused = [&](const PointSet& p, const SE2d& prior, const SearchWindow& w,
                            const MatchOptions& o = {}) {
-    return !correlative.match(grid, p, prior, w, o) && !bounded.match(pyramid, p, prior, w, o);
+    return !correlative.match(grid, p, prior, w, o) && !bounded.match(grids, p, prior, w, o);
   };
   EXPECT_FALSE(refused(good, SE2d(), {}));
   EXPECT_TRUE(refused(PointSet(), SE2d(), {}));

@@ -1,6 +1,6 @@
 #pragma once
 
-// τ as it is written down: independent samples, double precision, one look-up a point.
+// τ by its definition: independent samples, double precision, one look-up per point.
 
 #include <algorithm>
 #include <cmath>

@@ -20,7 +20,7 @@ Gaussian<SE2d> gaussian(const SE2d& mean, double sx, double sy, double heading, 
   return g;
 }
 
-/// A room seen by 100 beams, and what is known of the pose before and after a match.
+/// A room seen by 100 beams, and the pose's distribution before and after a match.
 struct Question {
   PointSet points;
   LikelihoodField grid;
@@ -105,15 +105,15 @@ TEST(PoseProposal, DrawsFromTheDistributionOfIndependentSamples) {
   EXPECT_NEAR(lattice.evidence, naive.evidence,
               4 * std::sqrt(naive.evidence_variance + lattice.evidence_variance));
   EXPECT_LT(lattice.evidence_variance, naive.evidence_variance);
-  // The test has power: a proposal three centimetres off is told apart.
+  // The test has power: it detects a proposal that is three centimetres off.
   Question off = q;
   off.proposal.mean = off.proposal.mean.plus({0.03, 0, 0});
   EXPECT_GT(kolmogorov_smirnov(naive.offsets[0], by_lattice(off, rng, options).offsets[0]), bound);
 }
 
-// On a map that says the same everywhere the product of two Gaussians is drawn from, whose mean,
-// covariance and integral are known.
-TEST(PoseProposal, IsTheProductOfGaussiansWhereTheMapSaysNothing) {
+// With a uniform map the draws are from the product of two Gaussians, whose mean, covariance and
+// integral are known.
+TEST(PoseProposal, IsTheProductOfGaussiansOnAUniformMap) {
   Rng rng(5);
   Question q(rng);
   ASSERT_TRUE(q.grid.reset(0.05, {{-200, -200}, {200, 200}}, 0.5));
@@ -131,7 +131,7 @@ TEST(PoseProposal, IsTheProductOfGaussiansWhereTheMapSaysNothing) {
   const Gaussian<SE2d> sum{q.motion.mean, q.motion.covariance + q.proposal.covariance};
   EXPECT_NEAR(d->log_evidence, kIndependent * std::log(0.5) + log_density(sum, q.proposal.mean),
               0.02);
-  // Without the proposal's density the motion's is left, whose integral is one.
+  // Without the proposal's density only the motion's remains, whose integral is one.
   options.divide_by_proposal = true;
   q.proposal = q.motion;
   const auto alone = proposal.draw(q.grid, q.points, q.proposal, q.motion, rng, options);
@@ -141,10 +141,10 @@ TEST(PoseProposal, IsTheProductOfGaussiansWhereTheMapSaysNothing) {
             0.03 * q.motion.covariance.norm());
 }
 
-// Far below a cell, where a matched scan and good wheels leave a pose, the samples must still be
-// many: a few of them would make every particle's weight a lottery. A box of ±3σ holds a Gaussian's
-// mass in a fifth of itself, so that 500 samples are worth a hundred: a tenth of a nat.
-TEST(PoseProposal, IsAsGoodForAProposalNarrowerThanACell) {
+// A matched scan and accurate wheels give a proposal far narrower than a cell; too few samples in
+// it would make the particles' weights random. A Gaussian fills about a fifth of its box of ±3σ, so
+// that 500 samples are worth a hundred: a tenth of a nat.
+TEST(PoseProposal, IsAsAccurateForAProposalNarrowerThanACell) {
   Rng rng(13);
   Question q(rng);
   q.proposal = gaussian(q.truth.plus({0.003, -0.002, 0.001}), 0.006, 0.004, 0.003, 0.5);
@@ -181,7 +181,7 @@ TEST(PoseProposal, IsAsGoodForAProposalNarrowerThanACell) {
     EXPECT_LT(kolmogorov_smirnov(naive.offsets[axis], lattice.offsets[axis]), bound) << axis;
 }
 
-TEST(PoseProposal, SameSeedSameDraw) {
+TEST(PoseProposal, IsReproducibleFromTheSeed) {
   Rng rng(7);
   const Question q(rng);
   PoseProposal one, other;
@@ -194,7 +194,7 @@ TEST(PoseProposal, SameSeedSameDraw) {
   }
 }
 
-// Σ ln p of a thousand points would be beyond what exp can hold.
+// Σ ln p of a thousand points is outside the range of exp.
 TEST(PoseProposal, DoesNotUnderflow) {
   Rng rng(9);
   Question q(rng);
@@ -208,7 +208,7 @@ TEST(PoseProposal, DoesNotUnderflow) {
   EXPECT_LT(d->log_evidence, 2000 * q.grid.log_floor() + 20);
 }
 
-TEST(PoseProposal, RefusesWhatItCannotDrawFrom) {
+TEST(PoseProposal, ReportsInvalidInput) {
   Rng rng(11);
   const Question q(rng);
   PoseProposal proposal;
@@ -227,7 +227,7 @@ TEST(PoseProposal, RefusesWhatItCannotDrawFrom) {
   PointSet bad = q.points;
   bad.push_back({std::numeric_limits<float>::quiet_NaN(), 0});
   const auto with_nan = proposal.draw(q.grid, bad, q.proposal, q.motion, rng);
-  ASSERT_TRUE(with_nan);  // a point nowhere is at the map's floor
+  ASSERT_TRUE(with_nan);  // a NaN point is at the map's floor
   EXPECT_TRUE(std::isfinite(with_nan->log_evidence));
 }
 

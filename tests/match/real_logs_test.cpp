@@ -1,4 +1,4 @@
-// The matchers' optimum on scans of real logs is that of an exhaustive search by definition.
+// The matchers' optimum on scans of real logs equals that of an exhaustive search by definition.
 
 #include <cmath>
 #include <string>
@@ -17,7 +17,7 @@
 namespace wayfare {
 namespace {
 
-/// A scan of a log, the field of the ten before it, and a place to look for it from.
+/// A scan of a log, the field of the ten before it, and a prior.
 struct Problem {
   LikelihoodField field;
   PointSet seen;
@@ -55,7 +55,7 @@ std::vector<MatchOptions> ways_to_ask() {
 void expect_the_optimum(const Problem& problem, const SearchWindow& window) {
   CorrelativeMatcher correlative;
   BranchAndBoundMatcher bounded;
-  const PrecomputationGrids pyramid(problem.field);
+  const PrecomputationGrids grids(problem.field);
   for (const MatchOptions& options : ways_to_ask()) {
     const auto shape =
         correlative.surface(problem.field, problem.seen, problem.prior, window, options);
@@ -63,7 +63,7 @@ void expect_the_optimum(const Problem& problem, const SearchWindow& window) {
     const Reference want = brute_force(problem.field, problem.seen, problem.prior, *shape, options);
     for (const auto& got :
          {correlative.match(problem.field, problem.seen, problem.prior, window, options),
-          bounded.match(pyramid, problem.seen, problem.prior, window, options)}) {
+          bounded.match(grids, problem.seen, problem.prior, window, options)}) {
       ASSERT_TRUE(got) << got.error().to_string();
       ASSERT_EQ(got->has_value(), want.found);
       if (!want.found) continue;
@@ -84,7 +84,7 @@ void expect_the_optima(const std::string& path) {
   for (std::size_t i = 0; i < problems.size(); ++i) {
     SCOPED_TRACE(i);
     expect_the_optimum(problems[i], {0.3, 0.3, Angle::degrees(i % 2 == 0 ? 20 : 6)});
-    // Too wide for the search of small windows.
+    // Too wide for SmallSearch.
     if (i % 3 == 0) expect_the_optimum(problems[i], {1.2, 0.9, Angle::degrees(1)});
   }
 }

@@ -16,8 +16,8 @@ struct Reference {
   bool found = false;
 };
 
-/// The definition, written without regard to speed: each point's cell in single precision, the
-/// candidate's offset added, LikelihoodField::value summed.
+/// The definition, without optimisation: each point's cell in single precision plus the candidate's
+/// offset, LikelihoodField::value summed.
 inline Reference brute_force(const LikelihoodField& grid, const PointSet& points, const SE2d& prior,
                              const ScoreSurface& shape, const MatchOptions& options) {
   const double scale = 1.0 / grid.resolution_m(), n = static_cast<double>(points.size());

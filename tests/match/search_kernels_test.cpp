@@ -1,5 +1,5 @@
-// The sums a search is made of, in every instruction set this machine runs, against loops over the
-// points one by one.
+// The kernels of a search in every instruction set this CPU supports, compared with loops over the
+// points.
 
 #include <algorithm>
 #
@@ -11,7 +11,7 @@
 namespace wayfare {
 namespace {
 
-/// Points along a walk, so that neighbours share units; merged, in units from −(du, dv).
+/// Points along a random walk, so that neighbours share units; merged, in units from −(du, dv).
 struct MergedCase : KernelCase {
   int level, parts, entries = 0;
   Ints u, v, units_x, units_y, ends;
@@ -31,13 +31,13 @@ struct MergedCase : KernelCase {
     units_y.resize(x.size() + 16);
     weight.resize(x.size() + 16);
     ends.resize(static_cast<std::size_t>(parts));
-    entries = k.merge(u.data(), v.data(), n, {turn.du, turn.dv, 2 * level}, units_x.data(),
-                      units_y.data(), weight.data(), ends.data());
+    entries = k.merge(u.data(), v.data(), n, {transform.du, transform.dv, 2 * level},
+                      units_x.data(), units_y.data(), weight.data(), ends.data());
   }
   [[nodiscard]] kernels::Merged merged() const {
     return {units_x.data(), units_y.data(), weight.data(), ends.data()};
   }
-  /// Of single cells, where the entries are in the grid.
+  /// Indices of single cells for entries in the grid.
   [[nodiscard]] Ints index(const Kernels& k) const {
     Ints at(units_x.size());
     k.index(units_x.data(), units_y.data(), (entries + 15) / 16 * 16, 0, 0, grid.width(),
@@ -68,8 +68,8 @@ TEST(SearchKernels, MergeKeepsEveryPointInItsUnit) {
         ASSERT_GT(test.weight[e], 0);
         for (int i = 0; i < test.weight[e]; ++i, ++point) {
           const auto p = static_cast<std::size_t>(point);
-          ASSERT_EQ(test.units_x[e], (test.u[p] + test.turn.du) >> (2 * test.level));
-          ASSERT_EQ(test.units_y[e], (test.v[p] + test.turn.dv) >> (2 * test.level));
+          ASSERT_EQ(test.units_x[e], (test.u[p] + test.transform.du) >> (2 * test.level));
+          ASSERT_EQ(test.units_y[e], (test.v[p] + test.transform.dv) >> (2 * test.level));
         }
         if (entry > first) {
           ASSERT_TRUE(test.units_x[e] != test.units_x[e - 1] ||
@@ -99,25 +99,25 @@ TEST(SearchKernels, BoundsAreSumsOverThePoints) {
   });
 }
 
-TEST(SearchKernels, TurnedBoundsAreSumsOverThePoints) {
+TEST(SearchKernels, PointBoundsAreSumsOverThePoints) {
   for_each_variant([](const Kernels& k, const Kernels&) {
     Rng rng(22);
     for (int i = 0; i < 100; ++i) {
       const KernelCase test(rng);
       const int level = i % PrecomputationGrids::kLevels;
-      ASSERT_EQ(test.turned_bounds(k, level), test.bounds_of(level));
+      ASSERT_EQ(test.point_bounds(k, level), test.bounds_of(level));
     }
   });
 }
 
-TEST(SearchKernels, MergedCellsScoreAsTheirPoints) {
+TEST(SearchKernels, MergedCellsScoreLikeTheirPoints) {
   for_each_variant([](const Kernels& k, const Kernels& portable) {
     Rng rng(28);
     for (int i = 0; i < 100; ++i) {
       const MergedCase test(rng, k, 0);
       const Ints at = test.index(k);
       Sums pairs(16), rows(2 * kernels::kBlock);
-      k.merged_pairs(test.merged(), test.parts, test.pyramid.pairs(), test.grid.stride(), at.data(),
+      k.merged_pairs(test.merged(), test.parts, test.grids.pairs(), test.grid.stride(), at.data(),
                      pairs.data());
       k.merged_rows(test.merged(), test.parts, test.grid.data(), test.grid.stride(), at.data(),
                     rows.data());
@@ -127,7 +127,7 @@ TEST(SearchKernels, MergedCellsScoreAsTheirPoints) {
   });
 }
 
-TEST(SearchKernels, PairsAndSquaresBoundWhatTheyHold) {
+TEST(SearchKernels, PairsAndSquaresBoundTheirCells) {
   for_each_variant([](const Kernels& variant, const Kernels& portable) {
     Rng rng(24);
     for (int i = 0; i < 200; ++i) {

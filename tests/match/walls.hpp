@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include <wayfare/core/random.hpp>
@@ -11,7 +12,7 @@
 
 namespace wayfare {
 
-/// Straight walls, and what a range finder that looks all round sees of them.
+/// Straight walls, and their scan by a range finder with 360° field of view.
 struct Walls {
   struct Wall {
     Eigen::Vector2d from, to;
@@ -23,7 +24,7 @@ struct Walls {
     walls.insert(walls.end(), {{low, a}, {a, high}, {high, b}, {b, low}});
   }
 
-  /// A room of 10 m × 7 m about the origin with a cupboard, a table's side and a pillar.
+  /// A room of 10 m × 7 m about the origin with a cupboard, a side of a table and a pillar.
   [[nodiscard]] static Walls room() {
     Walls w;
     w.box({-5, -3.5}, {5, 3.5});
@@ -33,18 +34,18 @@ struct Walls {
     return w;
   }
   /// Two walls 2.4 m apart, along a line at this angle, longer than any range.
-  [[nodiscard]] static Walls corridor(Angle way) {
-    const SO2d turn(way);
+  [[nodiscard]] static Walls corridor(Angle heading) {
+    const SO2d rotation(heading);
     Walls w;
     for (const double y : {-1.2, 1.2})
-      w.walls.push_back({turn * Eigen::Vector2d(-60, y), turn * Eigen::Vector2d(60, y)});
+      w.walls.push_back({rotation * Eigen::Vector2d(-60, y), rotation * Eigen::Vector2d(60, y)});
     return w;
   }
   [[nodiscard]] static Walls round_room(double radius_m) {
     Walls w;
     constexpr int kSides = 360;
     const auto corner = [&](int i) {
-      const double a = 2 * M_PI * i / kSides;
+      const double a = 2 * std::numbers::pi * i / kSides;
       return Eigen::Vector2d(radius_m * std::cos(a), radius_m * std::sin(a));
     };
     for (int i = 0; i < kSides; ++i) w.walls.push_back({corner(i), corner(i + 1)});
@@ -58,20 +59,21 @@ struct Walls {
     s.bearing_step = Angle::degrees(1);
     s.max_range_m = 12;
     for (std::size_t i = 0; i < 360; ++i) {
-      const Eigen::Vector2d way = SO2d(pose.heading() + s.bearing(i)) * Eigen::Vector2d(1, 0);
-      const double range = distance(pose.translation(), way);
+      const Eigen::Vector2d direction = SO2d(pose.heading() + s.bearing(i)) * Eigen::Vector2d(1, 0);
+      const double range = distance(pose.translation(), direction);
       s.ranges_m.push_back(static_cast<float>(range + rng.normal(0, noise_m)));
     }
     return s;
   }
 
-  [[nodiscard]] double distance(const Eigen::Vector2d& from, const Eigen::Vector2d& way) const {
+  [[nodiscard]] double distance(const Eigen::Vector2d& from,
+                                const Eigen::Vector2d& direction) const {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Wall& w : walls) {
       const Eigen::Vector2d along = w.to - w.from, gap = w.from - from;
-      const double cross = way.x() * along.y() - way.y() * along.x();
+      const double cross = direction.x() * along.y() - direction.y() * along.x();
       const double range = (gap.x() * along.y() - gap.y() * along.x()) / cross;
-      const double part = (gap.x() * way.y() - gap.y() * way.x()) / cross;
+      const double part = (gap.x() * direction.y() - gap.y() * direction.x()) / cross;
       if (range > 0 && part >= 0 && part <= 1) nearest = std::min(nearest, range);
     }
     return nearest;

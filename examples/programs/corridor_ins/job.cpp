@@ -37,10 +37,10 @@ std::vector<OptionField> fields(CorridorInsOptions& o) {
   return {
       option_field("range_noise_m", o.walls.range_noise_m),
       option_field("flatness_m", o.walls.flatness_m),
-      option_field("reach_m", o.walls.reach_m),
+      option_field("reach_m", o.walls.max_range_m),
       option_field("split_m", o.walls.split_m),
-      option_field("least_support_m", o.walls.least_support_m),
-      option_field("least_correlation", o.walls.least_correlation),
+      option_field("least_support_m", o.walls.min_support_m),
+      option_field("least_correlation", o.walls.min_correlation),
       option_field("angle_random_walk_rad_per_sqrt_s", o.noise.angle_random_walk_rad_per_sqrt_s),
       option_field("bias_sigma_rad_s", o.noise.bias_sigma_rad_s),
       option_field("bias_tau_s", o.noise.bias_tau_s),

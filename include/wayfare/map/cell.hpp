@@ -10,7 +10,7 @@
 namespace wayfare {
 
 /// A square of the grid: cell (i, j) is [i, i+1) × [j, j+1) times the resolution, in map axes. The
-/// world's origin is the lower-left corner of cell (0, 0) of every grid, and never moves.
+/// map's origin is the lower-left corner of cell (0, 0) of every grid.
 struct Cell {
   int x = 0;
   int y = 0;
@@ -30,12 +30,12 @@ inline constexpr int kMaxCell = 1 << 29;
   return static_cast<int>(std::min(cell, static_cast<double>(kMaxCell)));
 }
 
-/// The cell a point of the map lies in.
+/// The cell that contains a point of the map.
 [[nodiscard]] inline Cell cell_of(const Eigen::Vector2d& p_map, double resolution_m) {
   return {cell_coordinate(p_map.x(), resolution_m), cell_coordinate(p_map.y(), resolution_m)};
 }
 
-/// The middle of a cell, metres.
+/// Centre of a cell, metres.
 [[nodiscard]] inline Eigen::Vector2d centre_of(const Cell& cell, double resolution_m) {
   return {(cell.x + 0.5) * resolution_m, (cell.y + 0.5) * resolution_m};
 }

@@ -11,36 +11,37 @@
 
 namespace wayfare {
 
-/// For the map of a sensor that detects and frees nothing: every detection adds the log-odds of a
-/// probability to its cell. Wide enough for 370 of probability 0.52, or 35 of 0.7; a map that is
-/// clamped as those of walls are has forgotten after five which of two cells was seen more often.
+/// For the map of a sensor that gives detections but no free space: every detection adds the
+/// log-odds of a probability to its cell. The clamping leaves room for 370 detections of
+/// probability 0.52, or 35 of 0.7; the clamping of occupancy maps saturates after five.
 [[nodiscard]] inline OccupancyGridOptions detection_map(double resolution_m = 0.03) {
   return {resolution_m, 1e-13, 1.0 - 1e-13};
 }
 
 struct DetectionViewOptions {
-  double hit_probability = 0.52;  ///< as the map was made with
-  /// Standard deviation of a detection about the thing detected, m.
+  double hit_probability = 0.52;  ///< the one the map was built with
+  /// Standard deviation of a detection about the object detected, m.
   double blur_sigma_m = 0.03;
-  /// Detections taken for granted in every cell: what is new or a ghost then decides nothing.
+  /// Number of detections assumed in every cell, so that new objects and ghosts have little effect.
   double background = 0.02;
-  /// The most detections that may lie around a cell, after the blur; more count as so many. 0: as
-  /// many as there are. Maps are told from each other only where it is the same for all.
-  double most = 0.0;
+  /// Upper bound of the density after the blur, detections. 0: the map's maximum. The scores of
+  /// different maps are comparable only if it is the same for all.
+  double max_detections = 0.0;
 };
 
-/// ln of how many detections lie around every cell, over the most that lie around one. For a sensor
-/// that detects the same things again and again, and between them anything, the density tells
-/// places apart where the probability that a cell is occupied has long come to 1 in all of them.
+/// ln of the density of detections at every cell relative to the maximum. For a sensor with
+/// repeated detections of the same objects and clutter between them, the density is informative
+/// where the occupancy probabilities have all saturated at 1.
 [[nodiscard]] Result<LikelihoodField> detection_grid(const OccupancyGrid& grid,
                                                      const DetectionViewOptions& options = {});
 
-/// The same where the points of one scan can come to lie, a view fresh for every scan and particle.
-/// Farther than the reach from the points' expected places it holds no promise.
+/// The same, only for the cells that the points of one scan can reach, built for every scan and
+/// particle. Its values farther than `reach` from the points' expected positions are undefined.
 class DetectionFieldMaker {
  public:
-  /// Makes `view` in its own memory. Errors: no points, a pose or points that are not finite or too
-  /// far apart, options out of range (`most` must be given); then `view` is left empty.
+  /// Rebuilds `view`, reusing its memory. Errors, with `view` left empty: no points, a pose or
+  /// points that are not finite or too far apart, options out of range (`max_detections` must be
+  /// positive).
   Result<void> make(const OccupancyGrid& grid, const PointSet& points, const SE2d& T_map_points,
                     const FieldReach& reach, const DetectionViewOptions& options,
                     LikelihoodField& view);

@@ -1,7 +1,7 @@
 #pragma once
 
-// How far every cell of a map is from the nearest obstacle, and what follows from it: likelihood
-// fields, and rays that step as far as they may.
+// The distance from every cell of a map to the nearest obstacle, and its uses: likelihood fields
+// and ray casting by sphere tracing.
 
 #include <cmath>
 #include <cstdint>
@@ -19,26 +19,25 @@
 namespace wayfare {
 
 /// The exact Euclidean distance between the centres of each cell and of the nearest occupied one,
-/// as a squared whole number of cells. Not changed once made; safe to read from many threads. A
-/// field moved from is empty.
+/// as a squared number of cells. Immutable; a moved-from field is empty.
 class DistanceField {
  public:
-  /// Neither side may have more cells than this …
+  /// Largest number of cells along a side …
   static constexpr int kMaxSide = 29000;
-  /// … nor the whole.
+  /// … and in total.
   static constexpr std::int64_t kMaxCells = std::int64_t{1} << 26;
-  /// What every cell reads where none is occupied.
+  /// Value of every cell if none is occupied.
   static constexpr std::int32_t kFar = 900'000'000;
 
   DistanceField() = default;
 
-  /// Of a picture, row by row from the lowest, occupied where not zero; its first cell is `origin`.
-  /// Refused: sizes that do not agree or are too large, a resolution that is not positive.
+  /// From a mask, row by row from the lowest, occupied where not zero; its first cell is `origin`.
+  /// Errors: sizes that do not agree or are too large, a resolution that is not positive.
   [[nodiscard]] static Result<DistanceField> of_mask(std::span<const std::uint8_t> occupied,
                                                      int width, int height, double resolution_m,
                                                      const Cell& origin = {});
 
-  /// Of every cell at least this likely to be occupied, over the grid's bounds.
+  /// From the cells with at least this probability of being occupied, over the grid's bounds.
   [[nodiscard]] static Result<DistanceField> of_grid(const OccupancyGrid& grid,
                                                      double occupied_probability = 0.65);
 
@@ -48,7 +47,7 @@ class DistanceField {
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] bool empty() const { return width_ == 0; }
 
-  /// Columns of one row, the first at the origin.
+  /// One row; the first cell is at the origin.
   [[nodiscard]] std::span<const std::int32_t> row(int r) const {
     const auto stride = static_cast<std::size_t>(stride_), w = static_cast<std::size_t>(width_);
     return std::span(squared_).subspan(static_cast<std::size_t>(r) * stride, w);
@@ -59,7 +58,7 @@ class DistanceField {
     if (c.x < 0 || c.y < 0 || c.x >= width_ || c.y >= height_) return kFar;
     return row(c.y)[static_cast<std::size_t>(c.x)];
   }
-  /// Metres; infinite where nothing is occupied, and outside the field.
+  /// Metres; infinite if no cell is occupied, and outside the field.
   [[nodiscard]] double distance_m(const Cell& map_cell) const {
     const std::int32_t square = squared_cells(map_cell);
     return square >= kFar ? std::numeric_limits<double>::infinity()
@@ -78,27 +77,28 @@ class DistanceField {
 /// likelihood field of a known map (Thrun, Burgard and Fox 2005, 6.4), scaled so that a point on a
 /// wall has p = 1. Points outside the map have the floor.
 struct DistanceLikelihood {
-  /// Standard deviation of a point about the wall it measures, m; larger attracts from farther.
+  /// Standard deviation of a point about the wall it measures, m; larger values widen the basin of
+  /// attraction.
   double sigma_m = 0.1;
-  /// Of a point far from every wall: what people and things not in the map do.
+  /// Of a point far from every wall, such as on people and objects that are not in the map.
   double floor_probability = 0.05;
 };
 [[nodiscard]] Result<LikelihoodField> likelihood_field(const DistanceField& distances,
                                                        const DistanceLikelihood& likelihood = {});
 
-/// Ranges a sensor would measure in the map, sixteen rays at a time.
+/// Expected ranges of a sensor in the map, sixteen rays at a time.
 class RayCaster {
  public:
-  /// Rays are not followed farther than this many cells.
+  /// Longest ray, cells.
   static constexpr double kMaxCells = 8000.0;
 
   RayCaster() = default;
   explicit RayCaster(const DistanceField& distances);
 
-  /// From the pose's place along its heading plus each bearing, given by cosines and sines, metres
-  /// to where the ray enters the first occupied cell: 0 from inside one, `max_range_m` where there
-  /// is none within it or the ray leaves the map first. Cells a ray passes within a thousandth of
-  /// their side of a corner may be missed. The three spans are as long as each other.
+  /// Ranges from the pose along its heading plus each bearing, given by cosines and sines: metres
+  /// to where the ray enters the first occupied cell, 0 from inside one, `max_range_m` if there is
+  /// none within it or the ray leaves the map first. A cell may be missed if the ray passes within
+  /// a thousandth of a cell of its corner. The three spans have the same length.
   void cast(const SE2d& T_map_laser, std::span<const float> cosines, std::span<const float> sines,
             double max_range_m, std::span<float> ranges_m) const;
 
@@ -106,7 +106,7 @@ class RayCaster {
   double resolution_m_ = 0.05;
   Cell origin_;
   int width_ = 0, height_ = 0;
-  std::vector<float> distance_ = std::vector<float>(4, -1.0F);  // with a ring of −1 around it
+  std::vector<float> distance_ = std::vector<float>(4, -1.0F);  // with a border of −1
 };
 
 }  // namespace wayfare

@@ -1,6 +1,6 @@
 #pragma once
 
-// What one LiDAR scan says about the cells it passes: free up to the hit, occupied at it, nothing
+// Inverse sensor model of a LiDAR: cells are free up to the hit, occupied at it and unchanged
 // beyond (Zhang 2020, section 2.2).
 
 #include <algorithm>
@@ -18,18 +18,18 @@
 namespace wayfare {
 
 struct InverseLidarModel {
-  /// Occupancy probability of a cell a beam passed through: lower forgets moved things sooner, and
-  /// lets grazing beams eat walls.
+  /// Occupancy probability of a cell a beam passed through. Lower values clear moved objects
+  /// sooner, but grazing beams erode walls.
   double p_free = 0.2;
-  /// Of the cell the beam ended in.
+  /// Occupancy probability of the cell a beam ended in.
   double p_hit = 0.9;
-  /// A return farther than this, m, is no hit: the beam only frees cells up to this range.
+  /// Returns farther than this, m, are not hits: the beam only frees cells up to this range.
   double max_usable_range_m = 60.0;
-  /// What a beam that did not return frees, m; zero for sensors that also stay silent in front of
-  /// glass or black paint.
+  /// Range a beam without return frees, m; zero for sensors that also give no return on glass or
+  /// black paint.
   double free_range_without_return_m = 0.0;
-  /// Beams farther apart than this are no neighbours; for FillBetweenBeams only. Best not a whole
-  /// multiple of the scan's step, where rounding decides.
+  /// Largest angle between neighbouring beams, for FillBetweenBeams only. Avoid whole multiples of
+  /// the scan's angular step, where rounding decides.
   Angle fill_gap = Angle::degrees(2.1);
 };
 
@@ -52,7 +52,7 @@ namespace detail {
           m.fill_gap.radians()};
 }
 
-/// Puts the rays of a scan into `raster`; where they begin.
+/// Puts the rays of a scan into `raster`; returns their origin.
 inline Result<SubCellPoint> lay_rays(ScanRaster& raster, double resolution_m,
                                      const SE2d& T_map_laser, const LaserScan& scan,
                                      const InverseLidarModel& model) {
@@ -74,7 +74,7 @@ inline Result<SubCellPoint> lay_rays(ScanRaster& raster, double resolution_m,
   return SubCellPoint::of(T_map_laser.translation(), resolution_m);
 }
 
-/// The same of rays from `origin` to points.
+/// The same for rays from `origin` to points.
 template <class FreeSpace>
 Result<SubCellPoint> lay_rays(ScanRaster& raster, double resolution_m, const SE2d& T_map_points,
                               const PointSet& points, const InverseLidarModel& model,

@@ -14,12 +14,11 @@
 
 namespace wayfare {
 
-/// The map as matchers read it: for every cell the log-likelihood of a scan point falling into it,
-/// quantised to `ln p = floor + step · value`, value in [0, kMaxValue], 0 outside. Not changed once
-/// made, but by the makers below.
+/// The log-likelihood of a scan point in every cell, quantised to `ln p = floor + step · value`,
+/// value in [0, kMaxValue], 0 outside.
 class LikelihoodField : public PaddedTable {
  public:
-  /// 255·16: fits a byte as a ceiling of sixteenths, and 16 of them fit 16 bits.
+  /// 255·16: in sixteenths, rounded up, it fits a byte, and a sum of 16 values fits 16 bits.
   static constexpr int kMaxValue = 4080;
 
   LikelihoodField() = default;
@@ -31,8 +30,8 @@ class LikelihoodField : public PaddedTable {
     return log_floor_ + log_step_ * value(map_cell);
   }
 
-  /// A table of zeros over `box` (map cells), reusing memory. Refused: a resolution or floor out of
-  /// range, more than kMaxCells.
+  /// Resizes to `box` (map cells) and sets all values to zero, reusing memory. Errors: resolution
+  /// or floor out of range, more than kMaxCells.
   Result<void> reset(double resolution_m, const CellBox& box, double floor_probability);
 
  private:
@@ -40,19 +39,19 @@ class LikelihoodField : public PaddedTable {
 };
 
 struct OccupancyViewOptions {
-  /// Probability given to a point in a cell that is free or outside the map; nothing falls below.
+  /// Lower bound of the probability of a point; that of points outside the map.
   double floor_probability = 0.05;
   /// Standard deviation of a Gaussian blur of the probabilities, m: widens the basin of attraction.
   double blur_sigma_m = 0.0;
-  /// Stands for the occupancy of a cell nobody observed.
+  /// Occupancy probability of a cell that was not observed.
   double unknown_probability = 0.05;
 };
 
-/// ln of the occupancy probability of every cell, as (b) below but from a log-odds grid.
+/// ln of the occupancy probability of every cell.
 [[nodiscard]] Result<LikelihoodField> likelihood_field(const OccupancyGrid& grid,
                                                        const OccupancyViewOptions& options = {});
 
-/// Points and the pose that places them in the map.
+/// Points and their pose in the map.
 struct PlacedPoints {
   const PointSet* points = nullptr;
   SE2d T_map_points;
@@ -62,18 +61,19 @@ struct LikelihoodFieldOptions {
   double resolution_m = 0.05;
   /// Standard deviation of a point about the surface it measures, m.
   double sigma_m = 0.1;
-  /// Probability given to a point far from every surface; also ends the kernel, at
-  /// σ√(−2 ln floor), at most 30 cells.
+  /// Probability of a point far from every surface. The kernel ends at σ√(−2 ln floor), at most 30
+  /// cells.
   double floor_probability = 0.01;
+  bool operator==(const LikelihoodFieldOptions&) const = default;
 };
 
 /// ln p = max over the placed points q of −|c − q|²/2σ², at cell centres c, not below the floor: a
-/// likelihood field (Thrun et al. 2005, 6.4) without an occupancy grid in between. Each point's
-/// place is rounded to a quarter of a cell.
+/// likelihood field (Thrun et al. 2005, 6.4) without an intermediate occupancy grid. Each point's
+/// position is rounded to a quarter of a cell.
 class LikelihoodFieldMaker {
  public:
-  /// Rebuilds `grid` in its own memory. Points or poses that are not finite are refused, as is a
-  /// field of more than LikelihoodField::kMaxCells; then `grid` is left empty.
+  /// Rebuilds `grid`, reusing its memory. Errors, with `grid` left empty: points or poses that are
+  /// not finite, more than LikelihoodField::kMaxCells.
   Result<void> make(std::span<const PlacedPoints> scans, const LikelihoodFieldOptions& options,
                     LikelihoodField& grid);
 

@@ -12,21 +12,21 @@ namespace wayfare {
 
 struct MultiResolutionOptions {
   OccupancyGridOptions finest{};
-  int levels = 3;  ///< each with cells twice as wide as the next
+  int levels = 3;  ///< cells of each are twice as wide as those of the next
   InverseLidarModel model{.p_free = 0.4, .p_hit = 0.9};
-  double unknown_probability = 0.5;  ///< what a scan point is worth where nobody looked yet
+  double unknown_probability = 0.5;  ///< of a cell that was not observed
 };
 
-/// Occupancy at several resolutions, every scan put into all of them (Kohlbrecher et al. 2011), and
-/// beside them the tables that matchers climb.
+/// Occupancy grids at several resolutions, each updated with every scan (Kohlbrecher et al. 2011),
+/// and the probability tables that scan matchers read.
 class MultiResolutionGrid {
  public:
   explicit MultiResolutionGrid(const MultiResolutionOptions& options = {});
 
-  /// Puts a scan into every grid, and the tables up to date. Refused as by `insert_scan`, or where
-  /// a table would grow too large; then nothing has changed.
+  /// Inserts a scan into every grid and updates the tables. Errors: those of `insert_scan`, or a
+  /// table would grow too large; then nothing has changed.
   Result<void> insert(const SE2d& T_map_laser, const LaserScan& scan);
-  /// The same for end points of rays that begin at `origin`, as `insert_points` takes them.
+  /// The same for end points of rays that begin at `origin`; see `insert_points`.
   Result<void> insert(const SE2d& T_map_points, const PointSet& points,
                       const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
 
@@ -34,7 +34,7 @@ class MultiResolutionGrid {
   [[nodiscard]] const OccupancyGrid& finest() const { return grids_.back(); }
   /// Coarse to fine; empty before the first scan.
   [[nodiscard]] const ProbabilityPyramid& tables() const { return tables_; }
-  /// What grids and tables take.
+  /// Of grids and tables.
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:

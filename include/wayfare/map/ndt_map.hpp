@@ -14,37 +14,37 @@ namespace wayfare {
 
 struct NdtMapOptions {
   /// Sides of the squares, coarse to fine, m.
-  std::vector<double> cells_m{2.0, 1.0, 0.5};
-  /// Squares with fewer points say nothing.
-  int fewest_points = 5;
-  /// No distribution is thinner than this, m: the noise of a point.
-  double least_sigma_m = 0.03;
+  std::vector<double> cell_sizes_m{2.0, 1.0, 0.5};
+  /// Squares with fewer points have no distribution.
+  int min_points = 5;
+  /// Lower bound of a distribution's standard deviations, m: the noise of a point.
+  double min_sigma_m = 0.03;
 };
 
-/// How the points of one square are distributed.
+/// Normal distribution of the points of one square.
 struct NdtCell {
   Eigen::Vector2d mean;
   Eigen::Matrix2d information;  ///< inverse covariance
   bool known = false;
 };
 
-/// The normal distributions transform of what scans saw (Biber and Straßer 2003): for each side
-/// four tilings, shifted by half a square, so that every place lies well within one of them.
+/// The normal distributions transform of scans (Biber and Straßer 2003): for each cell size four
+/// tilings, shifted by half a square, so that every point is well inside a square of one of them.
 class NdtMap {
  public:
   NdtMap() = default;
 
-  /// Refused: no point, points or poses that are not finite, points too far apart to be held, sides
-  /// that are not positive.
+  /// Errors: no points, points or poses that are not finite, points too far apart, cell sizes that
+  /// are not positive.
   [[nodiscard]] static Result<NdtMap> make(std::span<const PlacedPoints> scans,
                                            const NdtMapOptions& options = {});
 
-  /// Tilings of one side.
+  /// The tilings of one cell size.
   class Level {
    public:
     Level(const PointSet& points_map, double cell_m, const NdtMapOptions& options);
     static constexpr int kTilings = 4;
-    /// Null where the square of tiling `t` about the place has no distribution.
+    /// The distribution at a point in tiling `t`, or null.
     [[nodiscard]] const NdtCell* at(const Eigen::Vector2d& p_map, int t) const {
       const Cell c = cell_of(p_map + shift(t), cell_m_);
       if (!box_.contains(c)) return nullptr;

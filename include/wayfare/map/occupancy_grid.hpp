@@ -16,7 +16,7 @@
 
 namespace wayfare {
 
-/// l = ln(p / (1 − p)) as a whole number of 1/1024.
+/// l = ln(p / (1 − p)) in fixed point, units of 1/1024.
 struct LogOdds {
   static constexpr double kUnitsPerNat = 1024.0;
   std::int16_t fixed = 0;
@@ -35,16 +35,16 @@ struct LogOdds {
 };
 
 struct OccupancyGridOptions {
-  /// Side of a cell, m. Smaller shows more and costs its square in memory.
+  /// Side of a cell, m. Memory grows with its inverse square.
   double resolution_m = 0.05;
-  /// Log-odds are clamped to these, so that a cell that changes its mind can do so in a few scans.
+  /// Log-odds are clamped to these, so that a cell can change its state within a few scans.
   double min_probability = 0.02;
   double max_probability = 0.98;
 };
 
 /// Occupancy by log-odds `l ← clamp(l + l(inverse sensor model) − l₀)` with the prior p₀ = ½
-/// (Zhang 2020, section 2.2). Cells nobody updated are unknown. Grows in every direction; copies
-/// share tiles. A grid moved from is empty, with the options it had.
+/// (Zhang 2020, section 2.2). Cells that were not updated are unknown. Grows in every direction;
+/// copies share tiles. A moved-from grid is empty and keeps its options.
 class OccupancyGrid {
  public:
   using Tiles = CopyOnWriteTiles<std::int16_t>;
@@ -82,22 +82,21 @@ class OccupancyGrid {
     extend_bounds({c, c});
   }
 
-  /// Adds `delta` times its mark to every cell of the tiles that touch `box`, and sets the marks to
-  /// zero. `marks` are row-major, `stride` apart, from the first cell of the tile of box.min on to
-  /// the row of box.max. Cells marked zero, or all for a delta of zero, stay as they were, unknown
-  /// ones included. Marks wider than a byte may exceed 1.
+  /// Adds `delta` times its mark to every cell of the tiles that intersect `box`, and sets the
+  /// marks to zero. `marks` are row-major with rows `stride` apart, from the first cell of the tile
+  /// of box.min to the row of box.max. Cells marked zero are unchanged, unknown ones included, as
+  /// are all cells for a delta of zero. Marks wider than a byte may exceed 1.
   template <class Mark>
   void update_marked(const CellBox& box, Mark* marks, std::ptrdiff_t stride, LogOdds delta);
 
   /// `visit(first cell of the tile, its 64×64 fixed-point log-odds, row-major)`, in order of (x, y)
-  /// of the tiles; unknown cells hold kUnknown.
+  /// of the tiles; unknown cells are kUnknown.
   template <class Visit>
   void for_each_tile(Visit&& visit) const {
     tiles_.for_each_tile([&](const Cell& tile, std::span<const std::int16_t> cells) {
       visit(Cell{tile.x * Tiles::kSide, tile.y * Tiles::kSide}, cells);
     });
   }
-  /// For readers that walk tile by tile.
   [[nodiscard]] const Tiles& tiles() const { return tiles_; }
 
  private:
@@ -141,7 +140,7 @@ void OccupancyGrid::update_tile(const Cell& tile, int rows, Mark* marks, std::pt
                                 LogOdds delta) {
   constexpr int kSide = Tiles::kSide;
   Tiles::Tile* cells = nullptr;
-  Mark columns[kSide] = {};  // what any row has there
+  Mark columns[kSide] = {};  // bitwise or over the rows
   int low = kSide, high = -1;
   for (int r = 0; r < rows; ++r, marks += stride) {
     Mark any = 0;
@@ -167,7 +166,7 @@ void OccupancyGrid::update_tile(const Cell& tile, int rows, Mark* marks, std::pt
       {corner + Cell{static_cast<int>(left), low}, corner + Cell{static_cast<int>(right), high}});
 }
 
-/// Loops of constant length, which compilers turn into a few wide instructions.
+/// Loops of constant length, which compilers vectorise.
 template <class Mark>
 void OccupancyGrid::add_marks(std::int16_t* cells, const Mark* marks, int delta) const {
   if constexpr (sizeof(Mark) > 1) {
@@ -177,7 +176,7 @@ void OccupancyGrid::add_marks(std::int16_t* cells, const Mark* marks, int delta)
       cells[i] = static_cast<std::int16_t>(marks[i] != 0 ? sum : cells[i]);
     }
   } else {
-    // Clamped before the sum, so that it fits 16 bits.
+    // Clamped before the addition, so that the sum fits 16 bits.
     constexpr int kMax = std::numeric_limits<std::int16_t>::max();
     const auto low = static_cast<std::int16_t>(std::clamp(low_ - delta, -kMax, kMax));
     const auto high = static_cast<std::int16_t>(std::clamp(high_ - delta, -kMax, kMax));

@@ -9,8 +9,8 @@
 
 namespace wayfare {
 
-/// Occupancy as scan-to-map matchers read it: the probability p of every cell as p · kOne, the same
-/// outside the map as in cells nobody observed.
+/// Occupancy probability p of every cell for scan-to-map matchers, as p · kOne; cells outside the
+/// map have the value of unobserved ones.
 class ProbabilityGrid : public PaddedTable {
  public:
   static constexpr int kOne = 4080;
@@ -21,15 +21,15 @@ class ProbabilityGrid : public PaddedTable {
     return static_cast<double>(value(map_cell)) / kOne;
   }
 
-  /// The value of a cell nobody observed.
+  /// The value of an unobserved cell.
   [[nodiscard]] int unknown() const { return unknown_; }
 
-  /// The table of `grid` with room for `margin` cells about what was observed, made anew in its own
-  /// memory. Refused, and left empty: a grid without an observed cell, an unknown probability
-  /// outside [0, 1], more cells than a table may have.
+  /// Rebuilds the table from `grid` with a margin of `margin` cells about the observed ones,
+  /// reusing memory. Errors, with the table left empty: no observed cell, an unknown probability
+  /// outside [0, 1], more than kMaxCells.
   Result<void> make(const OccupancyGrid& grid, double unknown_probability, int margin = 0);
 
-  /// The cells of the table `make` would give a grid with these bounds. Refused as by it.
+  /// The cells of the table `make` would build for a grid with these bounds. Errors as there.
   [[nodiscard]] static Result<CellBox> extent(const CellBox& bounds, double unknown_probability,
                                               int margin);
 
@@ -37,8 +37,8 @@ class ProbabilityGrid : public PaddedTable {
     const CellBox mine{origin(), origin() + Cell{width() - 1, height() - 1}};
     return !empty() && mine.contains(box.min) && mine.contains(box.max);
   }
-  /// Makes the cells of `box` anew after `grid` was updated there. False, with nothing done, where
-  /// the table does not cover the box.
+  /// Updates the cells of `box` from `grid`. False, with nothing changed, if the table does not
+  /// cover the box.
   bool update(const OccupancyGrid& grid, const CellBox& box);
 
  private:
@@ -47,7 +47,7 @@ class ProbabilityGrid : public PaddedTable {
   std::uint16_t unknown_ = 0;
 };
 
-/// Tables of the same place, coarse to fine.
+/// Tables of the same area, coarse to fine.
 using ProbabilityPyramid = std::vector<ProbabilityGrid>;
 
 }  // namespace wayfare

@@ -10,13 +10,13 @@
 
 namespace wayfare {
 
-/// A point in 1/4096 of a cell: on this lattice the traversal below is exact integer arithmetic.
+/// A point in 1/4096 of a cell, so that the traversal below is exact in integers.
 struct SubCellPoint {
   static constexpr int kBits = 12;
   std::int64_t x = 0;
   std::int64_t y = 0;
 
-  /// Rounded down, so that its cell is cell_of(p). Saturates with it.
+  /// Rounded down, so that its cell is cell_of(p). Saturates like cell_of.
   [[nodiscard]] static SubCellPoint of(const Eigen::Vector2d& p_map, double resolution_m) {
     return {coordinate(p_map.x() / resolution_m), coordinate(p_map.y() / resolution_m)};
   }
@@ -34,11 +34,11 @@ struct SubCellPoint {
   }
 };
 
-/// Calls `visit(Cell)` for every cell the segment from `a` to `b` passes, in order, each once: the
-/// cells of both ends, and between them every (half-open) cell that holds a piece of the segment of
-/// positive length. Through a corner the walk therefore goes diagonally. Both directions visit the
-/// same cells, but for segments that touch a boundary between cells without crossing it at an end.
-/// After Amanatides and Woo 1987, with the crossing parameters compared as integers:
+/// Calls `visit(Cell)` once, in order, for every cell on the segment from `a` to `b`: the cells of
+/// both ends, and between them every (half-open) cell that contains a piece of the segment of
+/// positive length. Through a corner the traversal is therefore diagonal. Both directions visit the
+/// same cells, except if an end touches a cell boundary without crossing it.
+/// Amanatides and Woo 1987, with the crossing parameters compared as integers:
 /// err = (distance to the next vertical line)·|dy| − (distance to the next horizontal line)·|dx|.
 template <class Visit>
 void for_each_cell_on_segment(const SubCellPoint& a, const SubCellPoint& b, Visit&& visit) {

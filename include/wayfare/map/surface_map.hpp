@@ -13,34 +13,34 @@
 namespace wayfare {
 
 struct SurfaceMapOptions {
-  /// Points within a square of this side are taken together, m.
+  /// Side of the voxel filter's squares, m.
   double spacing_m = 0.03;
-  /// A point's normal is that of the line through the points within this radius, m.
+  /// A point's normal is that of a line fit to the points within this radius, m.
   double normal_radius_m = 0.15;
-  /// Points about which the others lie less like a line than this (ratio of the standard deviations
-  /// across and along it) have no normal: ends, corners, clutter.
+  /// Largest ratio of the standard deviations across and along the fitted line. Above it a point
+  /// has no normal: ends, corners, clutter.
   double max_flatness = 0.35;
 };
 
-/// A point of a wall, map coordinates in metres; `normal` is a unit vector, or zero where the
-/// points about it are not like a line.
+/// A surface point, map coordinates in metres; `normal` is a unit vector, or zero if its
+/// neighbours do not form a line.
 struct SurfacePoint {
   Eigen::Vector2f point, normal;
 };
 
-/// Points of what scans saw, with normals, and the nearest of them to any place.
+/// Points of scans with normals, and nearest-neighbour search among them.
 class SurfaceMap {
  public:
   SurfaceMap() = default;
 
-  /// Refused: no point, points or poses that are not finite, points too far apart to be held.
+  /// Errors: no points, points or poses that are not finite, points too far apart.
   [[nodiscard]] static Result<SurfaceMap> make(std::span<const PlacedPoints> scans,
                                                const SurfaceMapOptions& options = {});
 
   [[nodiscard]] std::span<const SurfacePoint> points() const { return points_; }
   [[nodiscard]] bool empty() const { return points_.empty(); }
-  /// None within `reach_m`: null.
-  [[nodiscard]] const SurfacePoint* nearest(const Eigen::Vector2f& p_map, float reach_m) const;
+  /// The nearest point, or null if none is within `radius_m`.
+  [[nodiscard]] const SurfacePoint* nearest(const Eigen::Vector2f& p_map, float radius_m) const;
   /// visit(point) for every point within `radius_m`.
   template <class Visit>
   void for_each_within(const Eigen::Vector2f& p_map, float radius_m, const Visit& visit) const;
@@ -60,7 +60,7 @@ class SurfaceMap {
   }
 
   CellBox box_{{0, 0}, {-1, -1}};     // of buckets
-  std::vector<std::uint32_t> first_;  // of each bucket's points, row-major, and the end
+  std::vector<std::uint32_t> first_;  // point of each bucket, row-major, and the end
   std::vector<SurfacePoint> points_;  // bucket by bucket
 };
 

@@ -5,9 +5,9 @@
 
 namespace wayfare {
 
-/// One point for every square of `side_m` that holds any: their mean, in the order in which the
-/// squares were first met. Refused: a side that is not positive, points that are not finite or more
-/// than 2³⁰ squares from the origin.
+/// The mean of the points in each square of `side_m`, in the order of the squares' first points.
+/// Errors: a side that is not positive, points that are not finite or more than 2³⁰ squares from
+/// the origin.
 [[nodiscard]] Result<PointSet> voxel_filter(const PointSet& points, double side_m);
 
 }  // namespace wayfare

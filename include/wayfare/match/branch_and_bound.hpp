@@ -14,10 +14,10 @@ namespace wayfare {
 
 namespace detail {
 
-/// The points as a level of the pyramid sees them, heading by heading: those of one unit together.
+/// The points by heading, in the units of a precomputation grid, those of one unit merged.
 struct MergedPoints {
-  int parts = 0;                   // of each heading's entries
-  std::size_t used = 0;            // of the entries' memory
+  int parts = 0;                   // per heading
+  std::size_t used = 0;            // entries
   std::vector<std::size_t> first;  // entry of each heading
   std::vector<std::int32_t> x, y, ends;
   std::vector<std::uint16_t> weight;
@@ -25,11 +25,11 @@ struct MergedPoints {
 
 }  // namespace detail
 
-/// The optimum CorrelativeMatcher finds, without looking at most of the candidates: bounds over
-/// blocks of offsets, best first, refined down to single cells (after Hess et al. 2016). For large
-/// windows (loop closure), and for many small ones against one map. A high `min_score` makes
-/// rejections quick. The covariance is that of a window of ±8 cells and ±8 heading steps about the
-/// match. Keeps its scratch memory between calls: one matcher a thread.
+/// Branch and bound for the same optimum as CorrelativeMatcher: bounds over blocks of offsets, best
+/// first, refined to single cells (after Hess et al. 2016). For large windows (loop closure), and
+/// for many small ones with one map. A high `min_score` makes rejections fast. The covariance is
+/// that of a window of ±8 cells and ±8 heading steps about the match. Reuses its scratch memory:
+/// one matcher per thread.
 class BranchAndBoundMatcher {
  public:
   using Map = PrecomputationGrids;
@@ -40,18 +40,18 @@ class BranchAndBoundMatcher {
                                            const MatchOptions& options = {});
 
  private:
-  /// Up to four nodes beside each other along x, a bit each.
+  /// Up to four adjacent nodes along x.
   struct Row {
     double bound;
-    Candidate corner;                   // of the first, wanted or not
-    std::array<std::uint32_t, 4> sums;  // what the points can have, in sixteenths
-    unsigned members;
+    Candidate corner;                   // of the first node
+    std::array<std::uint32_t, 4> sums;  // upper bounds of the sums, in sixteenths
+    unsigned members;                   // bit mask of the nodes
     int level;
   };
-  /// Sixteen squares of 4×4 offsets at one heading, bounded from the first `seen` points.
+  /// Sixteen squares of 4×4 offsets at one heading, bounded by the first `seen` points.
   struct Group {
     Candidate corner;
-    float c, s;  // what turns a point, in cells a metre
+    float c, s;  // cosine and sine, cells per metre
     int seen;
     std::uint32_t top;
     std::uint32_t sums[16];
@@ -60,7 +60,7 @@ class BranchAndBoundMatcher {
   struct SmallSearch;
 
   std::vector<std::int32_t> u_, v_, index_;
-  std::vector<float> x_, y_, copy_;  // the points in the order they are looked at
+  std::vector<float> x_, y_, copy_;  // the points in the order of their use
   std::array<detail::MergedPoints, PrecomputationGrids::kLevels> merged_;
   std::array<std::vector<Row>, PrecomputationGrids::kLevels> rows_, batch_;
   std::vector<Group> groups_;

@@ -27,14 +27,14 @@ struct ScoreSurface {
 
 /// Correlative scan matching (Olson 2009) by exhaustive search: every whole-cell offset
 /// in the window at every heading; heading steps divide the window evenly and are at most
-/// acos(1 − r²/2d²), which moves the farthest point (d) by one cell (r). The optimum of
-/// Σ ln p + log prior; of equal ones that with the smallest x² + y² + k² (cells, steps), then the
-/// smallest (k, y, x). Keeps its scratch memory between calls: one matcher a thread.
+/// acos(1 − r²/2d²), which moves the farthest point (d) by one cell (r). Maximises
+/// Σ ln p + log prior; ties go to the smallest x² + y² + k² (cells, steps), then the smallest
+/// (k, y, x). Reuses its scratch memory: one matcher per thread.
 class CorrelativeMatcher {
  public:
   using Map = LikelihoodField;
   static constexpr std::int64_t kMaxCandidates = std::int64_t{1} << 30;
-  /// For score surfaces and covariances, which keep every candidate.
+  /// For score surfaces and covariances, which store every candidate.
   static constexpr std::int64_t kMaxSurface = std::int64_t{1} << 24;
 
   Result<std::optional<MatchResult>> match(const LikelihoodField& grid, const PointSet& points,

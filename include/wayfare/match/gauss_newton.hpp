@@ -7,35 +7,34 @@
 
 namespace wayfare {
 
-/// How the probability between cell centres is had from those about it.
+/// Interpolation of the probability between cell centres.
 enum class Interpolation {
-  bilinear,  ///< of 2×2 cells: quick, with kinks where cells meet (Kohlbrecher et al. 2011)
-  bicubic,   ///< of 4×4 cells, Catmull and Rom: smooth, so that the climb ends at its summit
+  bilinear,  ///< of 2×2 cells: fast, with kinks at cell borders (Kohlbrecher et al. 2011)
+  bicubic,   ///< of 4×4 cells, Catmull-Rom: smooth, so that the iteration converges
 };
 
 struct GaussNewtonOptions {
   Interpolation interpolation = Interpolation::bilinear;
-  /// On each table; one that finds nothing better ends sooner.
+  /// On each table.
   int max_iterations = 10;
-  /// The coarsest table is climbed from the prior turned by multiples of this too, as far as the
-  /// window reaches, and the best end goes on; zero: from the prior alone.
+  /// Multi-start on the coarsest table, from the prior rotated by multiples of this within the
+  /// window; the best result is used. Zero: from the prior only.
   Angle start_step{};
-  /// A step shorter than this ends a table's climb, m and rad.
+  /// Iteration on a table ends when a step is shorter than this, m and rad.
   double tolerance = 1e-4;
-  /// Standard deviation of 1 − p at a point's true place. Larger: the prior counts for more.
+  /// Standard deviation of 1 − p at a point's true position. Larger: more weight of the prior.
   double residual_sigma = 0.4;
-  /// Of a point across the wall it was matched with, m: what the covariance is made of, with the
-  /// scan's own normals. (σ²H⁻¹ of the table's gradients is as sure along a bare corridor as across
-  /// it.)
+  /// Standard deviation of a point across its wall, m: gives the covariance with the scan's
+  /// normals. (σ²H⁻¹ of the table's gradients is as small along a bare corridor as across it.)
   double point_sigma_m = 0.05;
 };
 
-/// Climbs from the prior to the least Σ (1 − p(S(ξ)))² by damped Gauss-Newton steps, coarse table
-/// to fine (Kohlbrecher et al. 2011, (7)-(13), with the sum over the points in (12) and (13)): a
-/// small window's match in microseconds, but only downhill from the prior. With bicubic
-/// interpolation and `prior_information` it is the least-squares matcher of Hess et al. 2016, (1).
-/// The window bounds how far from the prior a match is believed. On the finest table, with r = 1 −
-/// p: `score` is 1 − √(Σr²/N), `mean_log_likelihood` −Σr²/2Nσ².
+/// Minimises Σ (1 − p(S(ξ)))² from the prior by damped Gauss-Newton steps, coarse table to fine
+/// (Kohlbrecher et al. 2011, (7)-(13), with the sum over the points in (12) and (13)): takes
+/// microseconds, but finds only the local minimum. With bicubic interpolation and
+/// `prior_information` it is the least-squares matcher of Hess et al. 2016, (1). Matches outside
+/// the window are rejected. On the finest table, with r = 1 − p: `score` is 1 − √(Σr²/N),
+/// `mean_log_likelihood` −Σr²/2Nσ².
 class GaussNewtonMatcher {
  public:
   using Map = ProbabilityPyramid;

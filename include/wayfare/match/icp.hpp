@@ -7,21 +7,21 @@ namespace wayfare {
 
 struct IcpOptions {
   int max_iterations = 40;
-  /// A step shorter than this ends it, m and rad.
+  /// Iteration ends when a step is shorter than this, m and rad.
   double tolerance = 1e-4;
-  /// Points farther than this from every surface are matched with none, m; the reach shrinks to
-  /// three times what is usual among those matched.
-  double reach_m = 1.0;
-  /// Standard deviation of a point across its surface, m: beyond it a pair's pull fades (Cauchy).
+  /// Largest distance of a point from its nearest surface point, m; it shrinks to three times the
+  /// median distance of the pairs.
+  double max_correspondence_m = 1.0;
+  /// Standard deviation of a point across its surface, m: the scale of the Cauchy kernel.
   double sigma_m = 0.03;
-  /// Likelihood of a point matched with nothing, beside one in its surface.
+  /// Likelihood of a point without a pair, relative to one on a surface.
   double floor_probability = 0.01;
 };
 
-/// Iterative closest points to lines (Chen and Medioni 1992; Censi 2008): every point is drawn to
-/// the line through its nearest surface point, until the pairs stay. `score` and
+/// Point-to-line ICP (Chen and Medioni 1992; Censi 2008): minimises the distance of every point to
+/// the line through its nearest surface point, until the pairs no longer change. `score` and
 /// `mean_log_likelihood` are those of a likelihood field of `sigma_m` and `floor_probability`, from
-/// the distances to the lines. The window bounds how far from the prior a match is believed.
+/// the distances to the lines. Matches outside the window are rejected.
 class IcpMatcher {
  public:
   using Map = SurfaceMap;

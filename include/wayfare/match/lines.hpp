@@ -1,7 +1,7 @@
 #pragma once
 
-// The walls of a corridor in one laser scan, as Liu, Atia, Karamat and Noureldin (Journal of
-// Navigation, 2015) use them: parallel lines by their normal points, acquired, then tracked.
+// Detection and tracking of corridor walls in laser scans: parallel lines, described by their
+// normal points (Liu, Atia, Karamat and Noureldin, Journal of Navigation, 2015).
 
 #include <memory>
 #include <optional>
@@ -24,29 +24,29 @@ struct NormalPoint {
 
 struct Wall {
   double offset_m = 0.0;  ///< along the corridor's left-hand normal: left walls > 0, right < 0
-  int beams = 0;          ///< that met it
-  double begin_m = 0.0;   ///< along the corridor from the laser, where it is first seen …
-  double end_m = 0.0;     ///< … and last
+  int beams = 0;          ///< number of beams that hit it
+  double begin_m = 0.0;   ///< first …
+  double end_m = 0.0;     ///< … and last visible position along the corridor, from the laser
 };
 
-/// One or both walls of a corridor as one scan sees them. Angles and places are the laser's.
+/// One or both walls of a corridor in one scan, in the laser's frame.
 struct CorridorWalls {
   Angle direction;  ///< along the walls; acquisition gives it within (−90°, 90°]
   std::optional<Wall> left, right;
   /// Of (direction, left offset, right offset), rad and m. Both walls share the direction, so
-  /// their offsets are correlated. Zero where there is no wall.
+  /// their offsets are correlated. Zero for a wall that is not present.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// A wall across, in front, with a direction of its own: it tells how far along one is.
+  /// A wall across the corridor ahead, with its own direction: it gives the position along it.
   std::optional<NormalPoint> end;
-  /// Share of the beams that should have met the walls that did, in [0, 1].
+  /// Fraction of the beams expected to hit the walls that did, in [0, 1].
   double correlation = 0.0;
-  /// False where two walls were seen that are not parallel: the longer alone is then given.
+  /// False if two walls were seen that are not parallel; then only the longer is returned.
   bool parallel = true;
 
   [[nodiscard]] double width_m() const {
     return left && right ? left->offset_m - right->offset_m : 0.0;
   }
-  /// Of a wall that is there.
+  /// Of a wall that is present.
   [[nodiscard]] NormalPoint left_point() const { return normal_point(1, *left); }
   [[nodiscard]] NormalPoint right_point() const { return normal_point(2, *right); }
 
@@ -54,33 +54,34 @@ struct CorridorWalls {
   [[nodiscard]] NormalPoint normal_point(int row, const Wall& wall) const;
 };
 
-/// What a laser that moved by `motion` (in its axes before) should see: covariances stay.
+/// The walls in the frame of a laser that moved by `motion` (in its previous axes), with unchanged
+/// covariances.
 [[nodiscard]] CorridorWalls moved(const CorridorWalls& walls, const SE2d& motion);
-/// The same walls with the direction turned round, left and right exchanged.
-[[nodiscard]] CorridorWalls turned_round(const CorridorWalls& walls);
+/// The same walls with the direction reversed, left and right exchanged.
+[[nodiscard]] CorridorWalls reversed(const CorridorWalls& walls);
 
 struct WallOptions {
-  double range_noise_m = 0.005;  ///< along a beam; larger: looser windows, larger covariances
-  double flatness_m = 0.002;     ///< how far a wall is from a line, added across it
-  double reach_m = 12.0;         ///< returns from farther are not used
-  double split_m = 0.025;        ///< a run of points is split where it bows by more
-  double break_m = 0.5;          ///< and where neighbours are farther apart
-  double least_segment_m = 0.25;
-  int least_segment_points = 5;
-  double least_support_m = 1.2;  ///< length of straight pieces that make walls, both together
-  double least_width_m = 0.7;    ///< of a corridor both of whose walls are seen
-  double greatest_width_m = 8.0;
-  Angle parallel_within = Angle::degrees(4);  ///< pieces that differ by less may be one corridor's
-  double capture_m = 0.5;           ///< how far from the pieces that showed it a wall is looked for
-  double tracking_m = 0.15;         ///< how far from its prediction a wall is looked for
-  double least_correlation = 0.25;  ///< tracking ends below: the walls are to be acquired anew
-  int least_beams = 8;              ///< of a wall
-  double least_share = 0.2;         ///< of the beams that should meet a wall, that do
-  bool end_walls = true;            ///< look for a wall across
+  double range_noise_m = 0.005;  ///< σ along a beam; larger: wider windows, larger covariances
+  double flatness_m = 0.002;     ///< σ of a wall's deviation from a line
+  double max_range_m = 12.0;
+  double split_m = 0.025;  ///< a run of points is split where it deviates more from its chord …
+  double break_m = 0.5;    ///< … and where neighbours are farther apart
+  double min_segment_m = 0.25;
+  int min_segment_points = 5;
+  double min_support_m = 1.2;  ///< total length of the segments of both walls
+  double min_width_m = 0.7;    ///< of a corridor whose two walls are seen
+  double max_width_m = 8.0;
+  Angle parallel_within = Angle::degrees(4);  ///< largest angle between segments of a corridor
+  double capture_m = 0.5;                     ///< search distance of a wall from its segments
+  double tracking_m = 0.15;                   ///< search distance of a wall from its prediction
+  double min_correlation = 0.25;              ///< tracking is lost below
+  int min_beams = 8;                          ///< on a wall
+  double min_beam_fraction = 0.2;             ///< of the beams expected on a wall
+  bool end_walls = true;                      ///< detect walls across the corridor
 };
 
-/// Finds walls in scans; keeps the beams' directions and its buffers from scan to scan. Not
-/// thread-safe. Nothing is returned where no wall was found: an everyday outcome.
+/// Finds walls in scans; returns nothing if there are none. Reuses the beams' directions and its
+/// buffers from scan to scan, so it is not thread-safe.
 class WallDetector {
  public:
   explicit WallDetector(const WallOptions& options = {});
@@ -88,16 +89,16 @@ class WallDetector {
   WallDetector(WallDetector&&) noexcept;
   WallDetector& operator=(WallDetector&&) noexcept;
 
-  /// Acquisition from nothing, the fast way: straight pieces by splitting and merging, the
-  /// direction and offsets most of their length agrees on, total least squares on both walls'
-  /// points together. `near` (within 25°) where the direction is known.
+  /// Fast acquisition without a prediction: split-and-merge segments, the direction and offsets
+  /// with the greatest total length, total least squares on the points of both walls. `near`: the
+  /// direction, within 25°, if known.
   [[nodiscard]] std::optional<CorridorWalls> acquire(const LaserScan& scan,
                                                      std::optional<Angle> near = {});
   /// Acquisition by search over heading and lateral distance as in Liu 2015, section 5: a replica
-  /// of each wall is correlated with the scan. Slower; finds walls that stand in short pieces.
+  /// of each wall is correlated with the scan. Slower; also finds walls of short segments.
   [[nodiscard]] std::optional<CorridorWalls> search(const LaserScan& scan,
                                                     std::optional<Angle> near = {});
-  /// Tracking: the fit alone, in a window around walls predicted for this scan.
+  /// Tracking: only the fit, in a window around the predicted walls.
   [[nodiscard]] std::optional<CorridorWalls> track(const LaserScan& scan,
                                                    const CorridorWalls& predicted);
 

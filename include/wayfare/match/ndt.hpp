@@ -8,17 +8,17 @@ namespace wayfare {
 struct NdtOptions {
   /// On each level.
   int max_iterations = 20;
-  /// A step shorter than this ends a level's climb, m and rad.
+  /// Iteration on a level ends when a step is shorter than this, m and rad.
   double tolerance = 1e-4;
-  /// Likelihood of a point where there is no distribution, beside one at a mean.
+  /// Likelihood of a point without a distribution, relative to one at a mean.
   double floor_probability = 0.01;
 };
 
-/// Climbs the normal distributions transform (Biber and Straßer 2003), coarse level to fine: most
-/// Σ exp(−½ (p − µ)ᵀ Σ⁻¹ (p − µ)), the mean of four tilings, by damped Gauss-Newton steps whose
-/// weights are the exponentials. On the finest level: `score` is that mean for the best of the
-/// four, `mean_log_likelihood` its logarithm's mean, not below the floor's. The window bounds how
-/// far from the prior a match is believed.
+/// Matching with the normal distributions transform (Biber and Straßer 2003), coarse level to fine:
+/// maximises Σ exp(−½ (p − µ)ᵀ Σ⁻¹ (p − µ)), the mean of four tilings, by damped Gauss-Newton steps
+/// weighted by the exponentials. On the finest level, with the best of the four tilings: `score` is
+/// the mean of the exponentials, `mean_log_likelihood` that of their logarithms, bounded by the
+/// floor. Matches outside the window are rejected.
 class NdtMatcher {
  public:
   using Map = NdtMap;

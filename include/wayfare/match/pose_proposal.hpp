@@ -16,28 +16,28 @@
 namespace wayfare {
 
 struct PoseProposalOptions {
-  /// At least this many samples, over all headings. More: a steadier evidence, slower.
+  /// Minimum number of samples over all headings. More: smaller variance of the evidence, slower.
   int samples = 1000;
-  /// Headings the samples are spread over.
+  /// Minimum number of headings.
   int headings = 40;
-  /// How far the samples reach, in standard deviations of the proposal.
+  /// Half extent of the samples, in standard deviations of the proposal.
   double reach_sigmas = 3.0;
-  /// Neighbouring beams err together: ln p(z | x) is scaled as if only this many points were
-  /// independent. 0: every point counts.
+  /// Errors of neighbouring beams are correlated: ln p(z | x) is scaled to this number of
+  /// independent points. 0: all points are independent.
   double independent_points = 0.0;
-  /// False: draws follow N(x; match, Σ) p(z | x, m) p(x | motion), what weighted samples of the
-  /// proposal do (Zhang 2020, 5.3.4). True: p(z | x, m) p(x | motion) alone, within the proposal's
-  /// reach (Grisetti et al. 2007, section IV).
+  /// False: draws follow N(x; match, Σ) p(z | x, m) p(x | motion), like weighted samples of the
+  /// proposal (Zhang 2020, 5.3.4). True: p(z | x, m) p(x | motion), within the proposal's extent
+  /// (Grisetti et al. 2007, section IV).
   bool divide_by_proposal = false;
 };
 
-/// A pose drawn from the weighted samples, and what they say together.
+/// A pose sample_pose from the weighted samples, and their statistics.
 struct PoseDraw {
   SE2d T_map_points;
-  /// ln of the mean of τ over the proposal; with divide_by_proposal ln ∫ τ dx. The factor a
-  /// particle's weight is multiplied by.
+  /// ln of the mean of τ over the proposal; with divide_by_proposal ln ∫ τ dx: the factor of a
+  /// particle's weight.
   double log_evidence = 0.0;
-  /// Mean and covariance of what is drawn from.
+  /// Mean and covariance of the distribution sample_pose from.
   Gaussian<SE2d> moments;
   int samples = 0;
 };
@@ -45,14 +45,14 @@ struct PoseDraw {
 /// τ(x) = p(z | x, m) p(x | motion), with x from N(match, Σ): the improved proposal of a particle's
 /// pose (Zhang 2020, 5.3.4; Grisetti et al. 2007), in the log domain.
 ///
-/// The samples are the nodes of a lattice with whole cells between them, thrown about the match
-/// anew at every heading and weighted by the proposal's density: the same distribution as of
-/// independent draws, with less noise, and one load of a row of the map scores sixteen of them. Of
-/// a proposal narrower than a cell every sample is thrown by itself, which costs a load each. Keeps
-/// its scratch memory between calls: one object a thread.
+/// The samples are the nodes of a lattice of whole cells, jittered about the match independently at
+/// every heading and weighted by the proposal's density. They have the distribution of independent
+/// draws with less variance, and one load of a row of the map scores sixteen of them. If the
+/// proposal is narrower than a cell, every sample is jittered on its own, at a load each. Reuses
+/// its scratch memory: one object per thread.
 class PoseProposal {
  public:
-  /// The lattice reaches this many cells at most.
+  /// Largest half extent of the lattice, cells.
   static constexpr int kMaxHalf = 31;
 
   /// Errors: no points, an empty map, covariances that are not positive definite.
@@ -67,15 +67,16 @@ class PoseProposal {
   /// The samples of one heading.
   struct Slice {
     SO2d rotation;
-    double turn;             ///< from the proposal's heading
+    double heading_rad;      ///< relative to the proposal's mean
     Eigen::Vector2d corner;  ///< the lattice's first node, map, m
   };
 
-  static Slice thrown(const Lattice& lattice, int k, Rng& rng);
-  static void finish(const Quadratic& f, double per_value, const Lattice& lattice, double* out);
+  static Slice jittered_slice(const Lattice& lattice, int k, Rng& rng);
+  static void add_densities(const Quadratic& f, double per_value, const Lattice& lattice,
+                            double* out);
   void score(const LikelihoodField& grid, const PointSet& points, const Slice& slice,
              const Lattice& lattice, double* out);
-  PoseDraw drawn(const Lattice& lattice, Rng& rng);
+  PoseDraw sample_pose(const Lattice& lattice, Rng& rng);
   [[nodiscard]] std::size_t pick(double sum) const;
   [[nodiscard]] Eigen::Vector3d offset(const Lattice& lattice, std::size_t i) const;
 

@@ -24,16 +24,16 @@ struct SearchWindow {
 };
 
 struct MatchOptions {
-  /// A match scoring less than this (see MatchResult::score) is none.
+  /// Matches with a smaller score (see MatchResult::score) are rejected.
   double min_score = 0.0;
   /// Information matrix of a Gaussian prior on (Rᵀ(t − t₀), θ − θ₀), the offset from the prior pose
   /// in its own axes; its log density (without constant) is added to each candidate.
   std::optional<Eigen::Matrix3d> prior_information{};
-  /// Neighbouring beams err together: Σ ln p is scaled as if only this many points were
-  /// independent, against the prior and in the covariance. 0: every point counts.
+  /// Errors of neighbouring beams are correlated: Σ ln p is scaled to this number of independent
+  /// points, relative to the prior and in the covariance. 0: all points are independent.
   double independent_points = 0.0;
-  /// Whether to compute the covariance and what the scene constrains (slower where it takes every
-  /// candidate's score).
+  /// Whether to compute the covariance and the scene constraint (slower for matchers that need
+  /// every candidate's score).
   bool covariance = false;
 };
 
@@ -48,22 +48,20 @@ struct MatchResult {
   SE2d T_map_points;
   /// (1/N) Σ ln p(point | map), nats.
   double mean_log_likelihood = 0.0;
-  /// The same between 0 (every point at the map's floor) and 1 (every point at probability 1).
+  /// The same, scaled to 0 (every point at the map's floor) … 1 (every point at probability 1).
   double score = 0.0;
-  /// The candidate, and how many the search stood for; matchers that climb have none.
+  /// The candidate and the number searched; zero for iterative matchers.
   Candidate candidate;
   std::int64_t candidates = 0;
-  /// Of (x, y, θ) in the matched pose's own axes, never wider than the window: what the scores'
-  /// distribution over the window says (Olson 2009), or the inverse of the information at the
-  /// match.
+  /// Of (x, y, θ) in the matched pose's own axes, never wider than the window: from the scores'
+  /// distribution over the window (Olson 2009), or the inverse of the information at the match.
   std::optional<Eigen::Matrix3d> covariance;
   /// Given with the covariance.
   std::optional<SceneConstraint> constraint;
 };
 
-/// Finds the pose of points in a map near a prior: none where nothing in the window reaches the
-/// minimum score, an Error for input no search can be made for (no points, NaN, a window beyond all
-/// measure).
+/// Finds the pose of points in a map near a prior. No result if nothing in the window reaches the
+/// minimum score; an Error for invalid input (no points, NaN, a window that is too large).
 template <class M>
 concept ScanMatcher = requires(M matcher, const typename M::Map& map, const PointSet& points,
                                const SE2d& prior, const SearchWindow& window,

@@ -80,7 +80,7 @@ struct RbpfSensorOptions {
 [[nodiscard]] inline RbpfSensorOptions radar_sensor_options() {
   RbpfSensorOptions o;
   o.grid = detection_map();
-  o.density = DetectionViewOptions{.most = 30.0};
+  o.density = DetectionViewOptions{.max_detections = 30.0};
   o.independent_points = 60.0;
   o.fewest_points = 15;
   o.least_score = 0.05;

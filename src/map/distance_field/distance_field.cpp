@@ -12,9 +12,9 @@ namespace {
 using field_kernels::kFarCells;
 static_assert(DistanceField::kFar == field_kernels::kFarSquared);
 
-/// Cells to the nearest occupied one of the same column; false where there is none at all.
-bool measure_columns(std::span<const std::uint8_t> occupied, int width, int height,
-                     std::vector<std::uint16_t>& column) {
+/// Cells to the nearest occupied one of the same column; false if no cell is occupied.
+bool column_distances(std::span<const std::uint8_t> occupied, int width, int height,
+                      std::vector<std::uint16_t>& column) {
   const auto& k = field_kernels::best_variant();
   const auto w = static_cast<std::size_t>(width);
   column.resize(w * static_cast<std::size_t>(height));
@@ -37,33 +37,33 @@ std::int64_t floor_divide(std::int64_t a, std::int64_t b) {
   return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0);
 }
 
-/// The same by the lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012), in whole
-/// numbers: for rows whose obstacles are far.
+/// Row minima by the lower envelope of parabolas (Felzenszwalb and Huttenlocher 2012), in integers:
+/// for rows whose obstacles are far.
 class LowerEnvelope {
  public:
   void operator()(const std::uint16_t* column, int n, std::int32_t* out) {
-    places_.clear();
+    vertices_.clear();
     from_.clear();
     for (int q = 0; q < n; ++q) {
       if (column[q] >= kFarCells) continue;
       std::int64_t begin = 0;
-      while (!places_.empty()) {
-        // The first column at which q is strictly nearer than the last of the envelope.
-        const std::int64_t p = places_.back();
+      while (!vertices_.empty()) {
+        // The first column at which q is strictly nearer than the envelope's last vertex.
+        const std::int64_t p = vertices_.back();
         begin = floor_divide(key(column, q) - key(column, p), 2 * (q - p)) + 1;
         if (begin > from_.back()) break;
-        places_.pop_back();
+        vertices_.pop_back();
         from_.pop_back();
         begin = 0;
       }
       if (begin >= n) continue;
-      places_.push_back(q);
+      vertices_.push_back(q);
       from_.push_back(std::max<std::int64_t>(begin, 0));
     }
     std::size_t i = 0;
     for (int x = 0; x < n; ++x) {
-      while (i + 1 < places_.size() && from_[i + 1] <= x) ++i;
-      const std::int64_t across = x - places_[i], along = column[places_[i]];
+      while (i + 1 < vertices_.size() && from_[i + 1] <= x) ++i;
+      const std::int64_t across = x - vertices_[i], along = column[vertices_[i]];
       out[x] = static_cast<std::int32_t>(across * across + along * along);
     }
   }
@@ -72,7 +72,7 @@ class LowerEnvelope {
   static std::int64_t key(const std::uint16_t* column, std::int64_t q) {
     return std::int64_t{column[q]} * column[q] + q * q;
   }
-  std::vector<std::int64_t> places_, from_;
+  std::vector<std::int64_t> vertices_, from_;
 };
 
 }  // namespace
@@ -84,9 +84,9 @@ Result<DistanceField> DistanceField::of_mask(std::span<const std::uint8_t> occup
   if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide ||
       std::int64_t{width} * height > kMaxCells)
     return Error{ErrorCode::invalid, "DistanceField: " + std::to_string(width) + " x " +
-                                         std::to_string(height) + " cells cannot be held"};
+                                         std::to_string(height) + " cells are too many"};
   if (occupied.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
-    return Error{ErrorCode::invalid, "DistanceField: the picture has " +
+    return Error{ErrorCode::invalid, "DistanceField: the mask has " +
                                          std::to_string(occupied.size()) + " cells, not " +
                                          std::to_string(width) + " x " + std::to_string(height)};
   DistanceField field;
@@ -99,7 +99,7 @@ Result<DistanceField> DistanceField::of_mask(std::span<const std::uint8_t> occup
   const auto stride = static_cast<std::size_t>(field.stride_);
   field.squared_.assign(stride * static_cast<std::size_t>(height), kFar);
   std::vector<std::uint16_t> columns;
-  if (!measure_columns(occupied, width, height, columns)) return field;
+  if (!column_distances(occupied, width, height, columns)) return field;
 
   const auto& k = field_kernels::best_variant();
   std::vector<std::int32_t> scratch(static_cast<std::size_t>(field_kernels::scratch_length(width)));
@@ -119,7 +119,7 @@ Result<DistanceField> DistanceField::of_grid(const OccupancyGrid& grid,
   const CellBox box = *grid.bounds();
   if (box.width() > kMaxSide || box.height() > kMaxSide || box.width() * box.height() > kMaxCells)
     return Error{ErrorCode::invalid, "DistanceField: " + std::to_string(box.width()) + " x " +
-                                         std::to_string(box.height()) + " cells cannot be held"};
+                                         std::to_string(box.height()) + " cells are too many"};
   const LogOdds least = LogOdds::from_probability(occupied_probability);
   std::vector<std::uint8_t> occupied;
   occupied.reserve(static_cast<std::size_t>(box.width() * box.height()));
@@ -144,7 +144,7 @@ Result<LikelihoodField> likelihood_field(const DistanceField& distances,
                            {distances.origin(), distances.origin() + extent}, floor);
       !ok)
     return ok.error();
-  // Where the value rounds to zero: a table of the squares up to there.
+  // A table of the squares up to where the value rounds to zero.
   std::vector<std::uint16_t> value_of;
   for (int square = 0;; ++square) {
     const double p = floor + (1 - floor) * std::exp(-0.5 * square / (sigma * sigma));
@@ -179,7 +179,7 @@ void RayCaster::cast(const SE2d& T_map_laser, std::span<const float> cosines,
                      std::span<const float> sines, double max_range_m,
                      std::span<float> ranges_m) const {
   WAYFARE_EXPECTS(cosines.size() == sines.size() && sines.size() == ranges_m.size(),
-                  "a ray has a cosine, a sine and a range");
+                  "cosines, sines and ranges must have the same length");
   const double limit = std::clamp(max_range_m / resolution_m_, 0.0, kMaxCells);
   const Cell cell = cell_of(T_map_laser.translation(), resolution_m_);
   const Eigen::Vector2d in_cell =

@@ -1,7 +1,7 @@
 #pragma once
 
 // The inner loops of distance fields and of localisation, each compiled for several instruction
-// sets from one portable source. Every variant gives the same bits.
+// sets from one portable source. All variants give bit-identical results.
 
 #include <cstdint>
 
@@ -9,19 +9,19 @@
 
 namespace wayfare::field_kernels {
 
-/// A count of cells no column is as long as.
+/// More cells than the longest column has.
 inline constexpr std::uint16_t kFarCells = 30000;
-/// Squared: what a cell without an obstacle anywhere reads.
+/// Its square: the value of a cell if the map has no obstacle.
 inline constexpr std::int32_t kFarSquared = 900000000;
-/// Cells of a row worked on at a time.
+/// Cells of a row processed at a time.
 inline constexpr int kBlock = 32;
-/// Farther obstacles than this are left to the lower envelope, whose cost does not grow with them.
+/// Rows with farther obstacles use the lower envelope, whose cost does not grow with the distance.
 inline constexpr int kReach = 256;
 /// Length of the scratch row for n cells.
 constexpr int scratch_length(int n) { return 2 * kReach + (n + kBlock - 1) / kBlock * kBlock; }
 
-/// Rays from one point; a table with a ring of −1 around it, 0 where occupied, else the distance in
-/// cells between the centres of a cell and of the nearest occupied one.
+/// The map of a ray caster, with a border of −1: 0 where occupied, else the distance in cells
+/// between the centres of a cell and of the nearest occupied one.
 struct RayTable {
   const float* distance;  ///< of cell (−1, −1)
   int stride, width, height;
@@ -43,8 +43,8 @@ struct Kernels {
                       std::uint16_t* here, int n);
   /// here[i] = min(here[i], after[i] + 1).
   void (*column_back)(const std::uint16_t* after, std::uint16_t* here, int n);
-  /// out[x] = min over x' of (x − x')² + column[x']², out padded to whole blocks. False where an
-  /// obstacle may be farther than kReach: `out` is then not finished.
+  /// out[x] = min over x' of (x − x')² + column[x']², out padded to whole blocks. False if an
+  /// obstacle may be farther than kReach: `out` is then incomplete.
   bool (*row_minimum)(const std::uint16_t* column, int n, std::int32_t* scratch, std::int32_t* out);
   /// Cells from (ix + fx, iy + fy) along (cos, sin) to the first occupied cell's border; `limit`
   /// where there is none within it. n a multiple of 16, limit at most 8000.

@@ -1,6 +1,6 @@
-// Included once for each instruction set with WAYFARE_ISA naming its namespace. Only raw pointers
-// and built-in types: an inline function of the standard library compiled here could be the copy
-// the linker keeps for everybody.
+// Included once for each instruction set, with WAYFARE_ISA naming its namespace. Only raw pointers
+// and built-in types: the linker could otherwise keep the copy of an inline standard function that
+// was compiled here, for all callers.
 
 #include "map/distance_field/kernels.hpp"
 
@@ -28,8 +28,8 @@ void column_back(const uint16_t* __restrict after, uint16_t* __restrict here, in
   }
 }
 
-// Whatever lies k columns away is at least k² off, so a block is finished once k² reaches the
-// largest of its minima.
+// A cell k columns away is at a squared distance of at least k², so a block is finished once k²
+// reaches the largest of its minima.
 bool block_minimum(const int32_t* __restrict squares, int32_t* __restrict out) {
   typedef int32_t Half __attribute__((vector_size(64), aligned(4), may_alias));
   typedef int32_t Value __attribute__((vector_size(64)));
@@ -71,10 +71,10 @@ bool row_minimum(const uint16_t* column, int n, int32_t* scratch, int32_t* out) 
   return true;
 }
 
-// Sphere tracing that never oversteps: p lies within √½ of its cell's centre and an obstacle's
-// border within √½ of that one's, so d − √2 cells are free about p; where that leads nowhere, on to
-// the next cell as exact traversal does. The thousandth of a cell added lands inside that cell
-// whatever the rounding.
+// Sphere tracing that never oversteps: p is within √½ of its cell's centre and an obstacle's border
+// within √½ of its own cell's centre, so d − √2 cells are free about p. If that is too small, the
+// ray advances to the next cell as in exact traversal. The thousandth of a cell added ensures that
+// it is inside that cell despite rounding.
 void cast(const RayTable& table, int ix, int iy, float fx, float fy, const float* cos,
           const float* sin, int n, float limit, float* cells) {
   typedef float Reals __attribute__((vector_size(64)));
@@ -89,7 +89,7 @@ void cast(const RayTable& table, int ix, int iy, float fx, float fy, const float
     const Ints level = c == zero, upright = s == zero;
     const Reals inverse_c = 1.0F / (level ? zero + 1.0F : c);
     const Reals inverse_s = 1.0F / (upright ? zero + 1.0F : s);
-    // From the lower border of a cell to the one ahead.
+    // From the lower border of a cell to the next border along the ray.
     const Reals ahead_x = (c > zero ? zero + 1.0F : zero) - fx;
     const Reals ahead_y = (s > zero ? zero + 1.0F : zero) - fy;
     Reals t = zero;
@@ -114,7 +114,7 @@ void cast(const RayTable& table, int ix, int iy, float fx, float fy, const float
       const Ints on = (d > zero) & (t < end);
       bool any = false;
       for (int k = 0; k < 16; ++k) any |= on[k] != 0;
-      // Off the map: as far as the limit.
+      // Outside the map the range is the limit.
       if (!any) {
         t = d < zero ? end : t;
         break;
@@ -130,7 +130,7 @@ void cast(const RayTable& table, int ix, int iy, float fx, float fy, const float
   }
 }
 
-// The cells of sixteen points at a time, then a load each: a gather is no faster.
+// The cells of sixteen points at a time, then one load each: a gather is no faster.
 void field_sums(const FieldTable& field, const float* x, const float* y, int n,
                 const PoseBatch& poses, uint32_t* sums) {
   typedef float Reals __attribute__((vector_size(64)));

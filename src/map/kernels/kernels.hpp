@@ -1,7 +1,7 @@
 #pragma once
 
 // The inner loops of map and match, each compiled for several instruction sets from one portable
-// source. Every variant gives the same bits; kernels() is the best one this machine runs.
+// source. All variants give bit-identical results; best_kernels() is the fastest this CPU supports.
 
 #include <cstdint>
 
@@ -9,14 +9,14 @@
 
 namespace wayfare::kernels {
 
-/// Rows and columns of candidate offsets a block of scores covers.
+/// Rows and columns of candidate offsets in a block of scores.
 inline constexpr int kBlock = 16;
 
-/// Units of zeros before the grid in a bound table: a row of four groups may begin 64 before it.
+/// Units of zeros before the grid in a bound table: a row of four groups may start 64 before it.
 inline constexpr int kBoundMarginX = 68, kBoundMarginY = 20;
 
-/// A turn and shift in cells; the offsets are added to whole cells.
-struct Turn {
+/// Rotation and translation of points to cells; du and dv are added to the rounded cells.
+struct CellTransform {
   float c, s, ox, oy, limit;
   int du, dv;
 };
@@ -33,14 +33,14 @@ struct BoundTable {
   int shift, width, height, columns;
 };
 
-/// The points of a part of merged ones; the last has fewer. Times a byte they fit 16 bits.
+/// Points in a part of the merged points; the last has fewer. Times a byte they fit 16 bits.
 inline constexpr int kMergedPart = 256;
 
-/// Entries of one or more points in the same unit of a bound table, in parts.
+/// Points merged into entries, one for consecutive points in the same unit of a bound table.
 struct Merged {
   const std::int32_t *x, *y;
   const std::uint16_t* weight;
-  const std::int32_t* ends;  ///< of the parts
+  const std::int32_t* ends;  ///< number of entries up to each part's end
 };
 
 /// Units of 2^shift cells, counted from −(du, dv).
@@ -62,38 +62,36 @@ struct Kernels {
   /// < 8.
   void (*pair_scores)(const std::uint8_t* table, int stride, const std::int32_t* index, int n,
                       std::uint32_t* sums);
-  /// Turns n ≤ 256 points like `place`, moves them by Turn::du and dv, and adds what the bound
-  /// table holds for the group there: sums[k] += Σ, k < 16, column by column. The largest of the
-  /// sums. May read up to 15 points past n.
-  std::uint32_t (*turned_bounds)(const float* x, const float* y, int n, const Turn& turn,
-                                 const BoundTable& bounds, std::uint32_t* sums);
-  /// Points in the same unit, next to each other in the order, as one entry with their number;
-  /// never of two parts. x, y and weight hold as many as the points, and 15 more that are read;
-  /// ends[p] is how many there are up to part p. How many there are.
+  /// Transforms n ≤ 256 points like `place`, adds du and dv, and adds the bounds of the group
+  /// there: sums[k] += Σ, k < 16, column by column. Returns the largest sum. May read up to 15
+  /// points past n.
+  std::uint32_t (*point_bounds)(const float* x, const float* y, int n, const CellTransform& t,
+                                const BoundTable& bounds, std::uint32_t* sums);
+  /// Merges consecutive points in the same unit into one entry weighted by their number; entries do
+  /// not span parts. x, y and weight have room for n entries and 15 more that are read; ends[p] is
+  /// the number of entries up to the end of part p. Returns the number of entries.
   int (*merge)(const std::int32_t* u, const std::int32_t* v, int n, const MergedUnit& unit,
                std::int32_t* x, std::int32_t* y, std::uint16_t* weight, std::int32_t* ends);
-  /// Adds what the bound table holds for a part of the entries, (dx, dy) units on
-  /// (BoundTable::shift is of no account), each as often as it weighs: sums[16·g + k] += Σ for 1, 2
-  /// or 4 groups g beside each other along x.
+  /// Adds the weighted bounds of one part of the entries, moved by (dx, dy) units
+  /// (BoundTable::shift is not used): sums[16·g + k] += Σ for 1, 2 or 4 adjacent groups g along x.
   void (*merged_bounds)(const Merged& points, int part, const BoundTable& bounds, int dx, int dy,
                         int groups, std::uint32_t* sums);
-  /// As `pair_scores`, of the entries of the first `parts`, each as often as it weighs.
+  /// As `pair_scores`, weighted, of the entries of the first `parts`.
   void (*merged_pairs)(const Merged& points, int parts, const std::uint8_t* table, int stride,
                        const std::int32_t* index, std::uint32_t* sums);
-  /// Likewise as `block_scores` of two rows.
+  /// The same as `block_scores` of two rows.
   void (*merged_rows)(const Merged& points, int parts, const std::uint16_t* table, int stride,
                       const std::int32_t* index, std::uint32_t* sums);
-  /// Turns n points (arrays padded to 16) to (u, v), cell centres at whole numbers, and sums over
-  /// them f, g and the upper triangle of g gᵀ / (a + b·f), g = (∂f/∂u, ∂f/∂v) turned back, and
-  /// x·g₁ − y·g₀: sums[10] = {f, g₀, g₁, g₂, 00, 01, 02, 11, 12, 22}.
-  void (*linearise)(const float* x, const float* y, int n, const Turn& turn, const Field& field,
-                    float a, float b, double* sums);
-  /// Likewise with r = one − f, f bilinear or by Catmull and Rom's cubics between 4×4 cells:
-  /// sums[10] = {r², r g₀, r g₁, r g₂, g gᵀ as above}; f outside the table is what its border
-  /// holds.
-  void (*bilinear_squares)(const float* x, const float* y, int n, const Turn& turn,
+  /// Transforms n points (arrays padded to 16) to (u, v), cell centres at integers, and sums f, g
+  /// and the upper triangle of g gᵀ / (a + b·f), with (g₀, g₁) = (∂f/∂u, ∂f/∂v) rotated to the
+  /// points' axes and g₂ = x·g₁ − y·g₀: sums[10] = {f, g₀, g₁, g₂, 00, 01, 02, 11, 12, 22}.
+  void (*linearise)(const float* x, const float* y, int n, const CellTransform& t,
+                    const Field& field, float a, float b, double* sums);
+  /// The same with r = one − f, f bilinear or by Catmull-Rom cubics between 4×4 cells: sums[10] =
+  /// {r², r g₀, r g₁, r g₂, g gᵀ as above}; outside the table f is the border's value.
+  void (*bilinear_squares)(const float* x, const float* y, int n, const CellTransform& t,
                            const Field& field, float one, double* sums);
-  void (*bicubic_squares)(const float* x, const float* y, int n, const Turn& turn,
+  void (*bicubic_squares)(const float* x, const float* y, int n, const CellTransform& t,
                           const Field& field, float one, double* sums);
   /// Each target row r < rows: target[c] = max(target[c], kernel[r·width + c]); width % 16 = 0.
   void (*stamp)(std::uint16_t* target, int stride, const std::uint16_t* kernel, int width,

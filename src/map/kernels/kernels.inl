@@ -1,10 +1,10 @@
-// Included once for each instruction set with WAYFARE_ISA naming its namespace. Only raw pointers
-// and built-in types: an inline function of the standard library compiled here could be the copy
-// the linker keeps for everybody.
+// Included once for each instruction set, with WAYFARE_ISA naming its namespace. Only raw pointers
+// and built-in types: the linker could otherwise keep the copy of an inline standard function that
+// was compiled here, for all callers.
 
 #include "map/kernels/kernels.hpp"
 
-// Wide vectors are passed between functions of this file alone, which agree on how.
+// Wide vectors are passed only between functions of this file, so the ABI does not matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "narrow values are read in wider lanes");
@@ -45,7 +45,7 @@ void index(const int32_t* __restrict u, const int32_t* __restrict v, int n, int 
   }
 }
 
-// Sixteen values of at most 4080 fit 16 bits: sum that many in short lanes, then widen.
+// The sum of sixteen values of at most 4080 fits 16 bits; then it is widened.
 template <int kRows>
 void block_rows(const uint16_t* __restrict table, int stride, const int32_t* __restrict at, int n,
                 uint32_t* __restrict sums) {
@@ -101,7 +101,7 @@ void block_scores(const uint16_t* table, int stride, const int32_t* at, int n, i
   }
 }
 
-// Every second byte of a row is wanted: as the low bytes of 16-bit lanes, which 256 of them fit.
+// Sums every second byte of a row, in 16-bit lanes that hold the sum of 256 bytes.
 void pair_scores(const uint8_t* __restrict table, int stride, const int32_t* __restrict at, int n,
                  uint32_t* __restrict sums) {
   typedef uint16_t Lanes __attribute__((vector_size(16)));
@@ -122,7 +122,7 @@ void pair_scores(const uint8_t* __restrict table, int stride, const int32_t* __r
   }
 }
 
-// Positions in an interleaved bound table of the group whose corner is (u + du, v + dv).
+// Indices in an interleaved bound table of the group whose corner is (u + du, v + dv).
 void bound_index(const int32_t* __restrict u, const int32_t* __restrict v, int n, int du, int dv,
                  int shift, int width, int height, int columns, int32_t* __restrict out) {
   for (int i = 0; i < n; ++i) {
@@ -138,9 +138,9 @@ inline uint32_t largest(const uint32_t* sums) {
   return top;
 }
 
-// Blocks of 64 points stay in registers and the nearest cache; four sums hide the adder's latency.
-uint32_t turned_bounds(const float* __restrict x, const float* __restrict y, int n,
-                       const Turn& turn, const BoundTable& b, uint32_t* __restrict sums) {
+// Blocks of 64 points stay in registers and the L1 cache; four sums hide the adder's latency.
+uint32_t point_bounds(const float* __restrict x, const float* __restrict y, int n,
+                      const CellTransform& t, const BoundTable& b, uint32_t* __restrict sums) {
   typedef uint8_t Bytes __attribute__((vector_size(16), aligned(1), may_alias));
   typedef uint16_t Lanes __attribute__((vector_size(32)));
   constexpr int kChunk = 64;
@@ -149,8 +149,8 @@ uint32_t turned_bounds(const float* __restrict x, const float* __restrict y, int
   for (int begin = 0; begin < n; begin += kChunk) {
     const int count = n - begin < kChunk ? n - begin : kChunk;
     const int whole = (count + 15) / 16 * 16;
-    place(x + begin, y + begin, whole, turn.c, turn.s, turn.ox, turn.oy, turn.limit, u, v);
-    bound_index(u, v, whole, turn.du, turn.dv, b.shift, b.width, b.height, b.columns, at);
+    place(x + begin, y + begin, whole, t.c, t.s, t.ox, t.oy, t.limit, u, v);
+    bound_index(u, v, whole, t.du, t.dv, b.shift, b.width, b.height, b.columns, at);
     int i = 0;
     for (; i + 3 < count; i += 4)
       for (int j = 0; j < 4; ++j)
@@ -159,7 +159,7 @@ uint32_t turned_bounds(const float* __restrict x, const float* __restrict y, int
     for (; i < count; ++i)
       a[0] += __builtin_convertvector(*reinterpret_cast<const Bytes*>(b.table + at[i]), Lanes);
   }
-  const Lanes all = (a[0] + a[1]) + (a[2] + a[3]);  // 256 bytes fit 16 bits
+  const Lanes all = (a[0] + a[1]) + (a[2] + a[3]);  // the sum of 256 bytes fits 16 bits
   for (int k = 0; k < 16; ++k) sums[k] += all[k];
   return largest(sums);
 }
@@ -174,7 +174,7 @@ uint32_t turned_bounds(const float* __restrict x, const float* __restrict y, int
 
 extern const Kernels table;
 const Kernels table = {
-    place,         index,        block_scores, pair_scores, turned_bounds,    merge,
+    place,         index,        block_scores, pair_scores, point_bounds,     merge,
     merged_bounds, merged_pairs, merged_rows,  linearise,   bilinear_squares, bicubic_squares,
     stamp,         interleave,   sixteenths,   max_into,    min_max};
 

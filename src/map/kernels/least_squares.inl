@@ -1,21 +1,22 @@
-// Part of kernels.inl: sums over the points for matchers that climb.
+// Part of kernels.inl: sums over the points for the least-squares matchers.
 
-// Lanes of sixteen in every variant, so that the sums round alike; lanes past the end read zeros.
-// The lanes' sums go to double precision every 512 points.
+// Sixteen lanes in every variant, so that the sums round alike; lanes past the end read zeros. The
+// lanes are summed in double precision every 512 points.
 typedef float Reals __attribute__((vector_size(64), aligned(4), may_alias));
 typedef int32_t Ints __attribute__((vector_size(64)));
 
-/// Sixteen points of the field: the cell below and left of each, and how far beyond it they are.
-struct Places {
+/// Sixteen points in the field: the cell below and left of each, and the fractions beyond it.
+struct FieldPoints {
   Reals x, y, fu, fv;
   Ints at;
 };
 
-inline Places placed(const float* x, const float* y, const Turn& turn, const Field& field) {
-  Places p;
+inline FieldPoints placed(const float* x, const float* y, const CellTransform& t,
+                          const Field& field) {
+  FieldPoints p;
   p.x = *reinterpret_cast<const Reals*>(x);
   p.y = *reinterpret_cast<const Reals*>(y);
-  Reals u = turn.c * p.x - turn.s * p.y + turn.ox, v = turn.s * p.x + turn.c * p.y + turn.oy;
+  Reals u = t.c * p.x - t.s * p.y + t.ox, v = t.s * p.x + t.c * p.y + t.oy;
   const Reals right = Reals{} + static_cast<float>(field.width + 4);
   const Reals top = Reals{} + static_cast<float>(field.height + 4), low = Reals{} - 4.0F;
   u = u > low ? u : low;
@@ -35,7 +36,7 @@ struct Samples {
   Reals f, gu, gv;
 };
 
-/// Two neighbouring cells, `offset` from where each point is.
+/// Two neighbouring cells, `offset` from each point's.
 inline Ints pairs(const uint16_t* table, const Ints& at, long offset, int lanes) {
   typedef int32_t Pair __attribute__((aligned(2), may_alias));
   Ints found = {};
@@ -45,7 +46,7 @@ inline Ints pairs(const uint16_t* table, const Ints& at, long offset, int lanes)
 inline Reals first_of(const Ints& pair) { return __builtin_convertvector(pair & 0xffff, Reals); }
 inline Reals second_of(const Ints& pair) { return __builtin_convertvector(pair >> 16, Reals); }
 
-inline Samples bilinear(const Places& p, const Field& field, int lanes) {
+inline Samples bilinear(const FieldPoints& p, const Field& field, int lanes) {
   const Ints near = pairs(field.table, p.at, 0, lanes);
   const Ints far = pairs(field.table, p.at, field.stride, lanes);
   const Reals p00 = first_of(near), p10 = second_of(near);
@@ -55,7 +56,7 @@ inline Samples bilinear(const Places& p, const Field& field, int lanes) {
   return {f0 + p.fv * gv, du0 + p.fv * (du1 - du0), gv};
 }
 
-/// Catmull and Rom's weights of four neighbours a fraction t beyond the second, and their slopes.
+/// Catmull-Rom weights of four neighbours at a fraction t beyond the second, and their derivatives.
 struct CubicWeights {
   Reals w[4], slope[4];
 
@@ -71,7 +72,7 @@ struct CubicWeights {
   }
 };
 
-inline Samples bicubic(const Places& p, const Field& field, int lanes) {
+inline Samples bicubic(const FieldPoints& p, const Field& field, int lanes) {
   const CubicWeights u(p.fu), v(p.fv);
   Samples s = {};
   for (int k = 0; k < 4; ++k) {
@@ -88,19 +89,20 @@ inline Samples bicubic(const Places& p, const Field& field, int lanes) {
   return s;
 }
 
-/// Adds add(f, gradient in the points' axes and about their origin, acc) of sixteen points at a
-/// time, in single precision by blocks.
+/// Calls add(f, gradient in the points' axes and about their origin, lanes, acc) for sixteen points
+/// at a time; sums blocks in single precision.
 template <class Sample, class Add>
-inline void sum_over(const float* __restrict x, const float* __restrict y, int n, const Turn& turn,
-                     const Field& field, double* __restrict sums, Sample sample, Add add) {
-  const float cells = 1 / __builtin_sqrtf(turn.c * turn.c + turn.s * turn.s);
-  const float c = turn.c * cells, s = turn.s * cells;
+inline void sum_over(const float* __restrict x, const float* __restrict y, int n,
+                     const CellTransform& t, const Field& field, double* __restrict sums,
+                     Sample sample, Add add) {
+  const float cells = 1 / __builtin_sqrtf(t.c * t.c + t.s * t.s);
+  const float c = t.c * cells, s = t.s * cells;
   for (int k = 0; k < 10; ++k) sums[k] = 0;
   for (int block = 0; block < n; block += 512) {
     const int end = n - block < 512 ? n : block + 512;
     Reals acc[10] = {};
     for (int i = block; i < end; i += 16) {
-      const Places p = placed(x + i, y + i, turn, field);
+      const FieldPoints p = placed(x + i, y + i, t, field);
       const int lanes = end - i < 16 ? end - i : 16;
       const Samples f = sample(p, field, lanes);
       const Reals g0 = c * f.gu + s * f.gv, g1 = c * f.gv - s * f.gu, g2 = p.x * g1 - p.y * g0;
@@ -122,7 +124,7 @@ inline void add_outer(const Reals& w, const Reals& g0, const Reals& g1, const Re
   acc[9] += w * g2 * g2;
 }
 
-void linearise(const float* __restrict x, const float* __restrict y, int n, const Turn& turn,
+void linearise(const float* __restrict x, const float* __restrict y, int n, const CellTransform& t,
                const Field& field, float a, float b, double* __restrict sums) {
   const auto add = [=](const Reals& f, const Reals& g0, const Reals& g1, const Reals& g2, int,
                        Reals* acc) {
@@ -132,12 +134,13 @@ void linearise(const float* __restrict x, const float* __restrict y, int n, cons
     acc[3] += g2;
     add_outer(1.0F / (a + b * f), g0, g1, g2, acc);
   };
-  sum_over(x, y, n, turn, field, sums, bilinear, add);
+  sum_over(x, y, n, t, field, sums, bilinear, add);
 }
 
 template <class Sample>
-inline void squares(const float* __restrict x, const float* __restrict y, int n, const Turn& turn,
-                    const Field& field, float one, double* __restrict sums, Sample sample) {
+inline void squares(const float* __restrict x, const float* __restrict y, int n,
+                    const CellTransform& t, const Field& field, float one, double* __restrict sums,
+                    Sample sample) {
   const auto add = [=](const Reals& f, const Reals& g0, const Reals& g1, const Reals& g2, int lanes,
                        Reals* acc) {
     Reals r = one - f;
@@ -148,14 +151,14 @@ inline void squares(const float* __restrict x, const float* __restrict y, int n,
     acc[3] += r * g2;
     add_outer(Reals{} + 1.0F, g0, g1, g2, acc);
   };
-  sum_over(x, y, n, turn, field, sums, sample, add);
+  sum_over(x, y, n, t, field, sums, sample, add);
 }
 
-void bilinear_squares(const float* x, const float* y, int n, const Turn& turn, const Field& field,
-                      float one, double* sums) {
-  squares(x, y, n, turn, field, one, sums, bilinear);
+void bilinear_squares(const float* x, const float* y, int n, const CellTransform& t,
+                      const Field& field, float one, double* sums) {
+  squares(x, y, n, t, field, one, sums, bilinear);
 }
-void bicubic_squares(const float* x, const float* y, int n, const Turn& turn, const Field& field,
-                     float one, double* sums) {
-  squares(x, y, n, turn, field, one, sums, bicubic);
+void bicubic_squares(const float* x, const float* y, int n, const CellTransform& t,
+                     const Field& field, float one, double* sums) {
+  squares(x, y, n, t, field, one, sums, bicubic);
 }

@@ -1,6 +1,6 @@
-// Part of kernels.inl: points of one cell looked up together.
+// Part of kernels.inl: points in the same cell share one look-up.
 
-// First where entries begin, without a branch to mispredict, then the entries themselves.
+// First the start of each entry, without branches, then the entries.
 int merge(const int32_t* __restrict u, const int32_t* __restrict v, int n, const MergedUnit& unit,
           int32_t* __restrict x, int32_t* __restrict y, uint16_t* __restrict weight,
           int32_t* __restrict ends) {
@@ -19,7 +19,7 @@ int merge(const int32_t* __restrict u, const int32_t* __restrict v, int n, const
     fresh[0] = 1;
     int entries = 0;
     for (int i = 0; i < count; ++i) {
-      begins[entries] = i;  // stays where the point is fresh
+      begins[entries] = i;  // kept only if the point is fresh
       entries += fresh[i];
     }
     begins[entries] = count;
@@ -34,7 +34,7 @@ int merge(const int32_t* __restrict u, const int32_t* __restrict v, int n, const
   return out;
 }
 
-// What a part's points weigh times a byte fits 16 bits.
+// A part's total weight times a byte fits 16 bits.
 inline void add_bounds(const uint8_t* __restrict table, const int32_t* __restrict at,
                        const uint16_t* __restrict weight, int n, uint32_t* __restrict sums) {
   typedef uint8_t Bytes __attribute__((vector_size(16), aligned(1), may_alias));

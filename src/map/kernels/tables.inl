@@ -1,4 +1,4 @@
-// Part of kernels.inl: what tables are made by.
+// Part of kernels.inl: construction of the tables.
 
 void stamp(uint16_t* __restrict target, int stride, const uint16_t* __restrict kernel, int width,
            int rows) {
@@ -11,7 +11,7 @@ void stamp(uint16_t* __restrict target, int stride, const uint16_t* __restrict k
   }
 }
 
-// A 4×4 transposition of bytes in every four 32-bit words, little end first.
+// Transposes the 4×4 bytes of every four 32-bit words, little-endian.
 void interleave(const uint8_t* const* rows, int entries, uint8_t* const* out) {
   typedef uint32_t Word __attribute__((aligned(1), may_alias));
   const Word* in[4];

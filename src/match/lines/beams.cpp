@@ -5,7 +5,7 @@
 
 namespace wayfare::lines {
 
-void Beams::learn_bearings(const LaserScan& scan) {
+void Beams::update_bearings(const LaserScan& scan) {
   const std::size_t n = scan.ranges_m.size();
   if (n == cos_bearing.size() && first_rad_ == scan.first_bearing.radians() &&
       step_rad_ == scan.bearing_step.radians())
@@ -21,13 +21,13 @@ void Beams::learn_bearings(const LaserScan& scan) {
   }
 }
 
-void Beams::load(const LaserScan& scan, double reach_m) {
-  learn_bearings(scan);
+void Beams::load(const LaserScan& scan, double max_range_m) {
+  update_bearings(scan);
   const std::size_t n = range_m.size();
   x_m.resize(n);
   y_m.resize(n);
   const float low = std::max(scan.min_range_m, 1e-3F);
-  const float high = std::min(scan.max_range_m, static_cast<float>(reach_m));
+  const float high = std::min(scan.max_range_m, static_cast<float>(max_range_m));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const float r = scan.ranges_m[i];

@@ -7,16 +7,16 @@
 
 namespace wayfare::lines {
 
-/// A scan as arrays, one entry a beam; a beam without a return within reach has range 0.
+/// A scan as arrays, one entry per beam; a beam without a return within max_range_m has range 0.
 struct Beams {
   std::vector<double> cos_bearing, sin_bearing, range_m;
-  /// Of the beams that returned, in order.
+  /// Points of the beams that returned, in order.
   std::vector<double> x_m, y_m;
 
-  void load(const LaserScan& scan, double reach_m);
+  void load(const LaserScan& scan, double max_range_m);
 
  private:
-  void learn_bearings(const LaserScan& scan);
+  void update_bearings(const LaserScan& scan);
   double first_rad_ = 0.0, step_rad_ = 0.0;
 };
 

@@ -10,11 +10,11 @@ namespace wayfare::lines {
 namespace {
 
 constexpr double kLeastOffset_m = 0.12;
-/// Surfaces farther apart are two: doors are set back by little more.
+/// Surfaces farther apart are separate: door recesses are slightly deeper.
 constexpr double kLayer_m = 0.03;
 constexpr double kNear_rad = 25.0 * std::numbers::pi / 180.0;
 
-/// The representative of a line's direction within ±90° of `about`.
+/// A line's direction within ±90° of `about`.
 double along(double direction_rad, double about_rad) {
   return about_rad + std::remainder(direction_rad - about_rad, std::numbers::pi);
 }
@@ -24,7 +24,7 @@ bool far_from(double direction_rad, std::optional<Angle> near) {
          std::abs(std::remainder(direction_rad - near->radians(), std::numbers::pi)) > kNear_rad;
 }
 
-/// Offset of the window of width `window_m` that holds most weight, on either side.
+/// Offset of the window of width `window_m` with the greatest weight, on each side.
 class Offsets {
  public:
   void add(double offset_m, double weight) { entries_.push_back({offset_m, weight}); }
@@ -70,14 +70,14 @@ Candidate candidate_of(double direction_rad, const std::array<Offsets::Best, 2>&
   }
   const double width = best[0].offset_m - best[1].offset_m;
   if (c.lines.present[0] && c.lines.present[1] &&
-      (width < options.least_width_m || width > options.greatest_width_m)) {
+      (width < options.min_width_m || width > options.max_width_m)) {
     c.lines.present[best[0].weight > best[1].weight ? 1 : 0] = false;
   }
   for (std::size_t k = 0; k < 2; ++k) c.support_m += c.lines.present[k] ? best[k].weight : 0.0;
   return c;
 }
 
-/// The walls along (ux, uy): of the pieces that run so, those whose offsets agree.
+/// The walls along a direction: of the segments parallel to it, those whose offsets agree.
 Candidate agreeing_along(double direction_rad, std::span<const Segment> segments, double window_m,
                          Offsets& offsets, const WallOptions& options) {
   const double parallel = std::cos(options.parallel_within.radians());
@@ -88,10 +88,10 @@ Candidate agreeing_along(double direction_rad, std::span<const Segment> segments
     const double offset = s.y_m * ux - s.x_m * uy;
     if (std::abs(offset) > kLeastOffset_m) offsets.add(offset, s.weight_m);
   }
-  return candidate_of(direction_rad, offsets.best(window_m), options.least_segment_m, options);
+  return candidate_of(direction_rad, offsets.best(window_m), options.min_segment_m, options);
 }
 
-/// Total least squares on the pieces of both walls, each a rod of its length.
+/// Total least squares on the segments of both walls, with uniform density along each.
 double direction_of(const Candidate& c, std::span<const Segment> segments, double window_m) {
   const double ux = std::cos(c.lines.direction_rad), uy = std::sin(c.lines.direction_rad);
   double tt = 0.0, td = 0.0;
@@ -134,7 +134,7 @@ std::vector<Candidate> agreed_walls(std::span<const Segment> segments, std::opti
   });
   std::vector<Candidate> best;
   for (const Candidate& c : all) {
-    if (c.support_m < options.least_support_m || best.size() == 3) break;
+    if (c.support_m < options.min_support_m || best.size() == 3) break;
     if (!best.empty() && c.support_m < 0.3 * best.front().support_m) break;
     const bool known = std::any_of(best.begin(), best.end(), [&](const Candidate& other) {
       return std::abs(std::remainder(c.lines.direction_rad - other.lines.direction_rad,
@@ -144,8 +144,8 @@ std::vector<Candidate> agreed_walls(std::span<const Segment> segments, std::opti
     best.push_back(c);
   }
   for (Candidate& c : best) {
-    // Doors set back in the wall are parallel to it: they do not spoil the direction, and once it
-    // is known they stand apart.
+    // Recessed doors are parallel to the wall: they do not bias the direction, and once it is known
+    // their offset differs.
     const double direction = direction_of(c, segments, 0.75 * kLayer_m);
     c = agreeing_along(direction, segments, kLayer_m, offsets, options);
     c.lines.direction_rad = along(direction_of(c, segments, 0.75 * kLayer_m), 0.0);
@@ -155,34 +155,34 @@ std::vector<Candidate> agreed_walls(std::span<const Segment> segments, std::opti
 
 std::vector<Candidate> correlated_walls(const Beams& beams, std::optional<Angle> near,
                                         const WallOptions& options) {
-  constexpr double kStep = std::numbers::pi / 180.0;
+  constexpr double kStep_rad = std::numbers::pi / 180.0;
   constexpr double kCell_m = 0.05;
-  const auto half = static_cast<std::ptrdiff_t>(options.greatest_width_m / kCell_m);
-  std::vector<double> met(static_cast<std::size_t>(2 * half + 2));
+  const auto half = static_cast<std::ptrdiff_t>(options.max_width_m / kCell_m);
+  std::vector<double> count(static_cast<std::size_t>(2 * half + 2));
   Candidate best;
   for (int h = -90; h < 90; ++h) {
-    const double direction = h * kStep;
+    const double direction = h * kStep_rad;
     if (far_from(direction, near)) continue;
-    std::fill(met.begin(), met.end(), 0.0);
+    std::fill(count.begin(), count.end(), 0.0);
     const double ux = std::cos(direction), uy = std::sin(direction);
     for (std::size_t i = 0; i < beams.x_m.size(); ++i) {
       const double offset = beams.y_m[i] * ux - beams.x_m[i] * uy;
       const auto cell = static_cast<std::ptrdiff_t>(std::floor(offset / kCell_m)) + half;
       if (cell < 0 || cell > 2 * half || std::abs(offset) < kLeastOffset_m) continue;
-      met[static_cast<std::size_t>(cell)] += 1.0;
+      count[static_cast<std::size_t>(cell)] += 1.0;
     }
     std::array<Offsets::Best, 2> sides;
     for (std::ptrdiff_t c = 0; c <= 2 * half; ++c) {
       const auto i = static_cast<std::size_t>(c);
-      const double weight = met[i] + met[i + 1];
+      const double weight = count[i] + count[i + 1];
       const double offset = static_cast<double>(c - half + 1) * kCell_m;
       Offsets::Best& side = sides[offset > 0.0 ? 0 : 1];
       if (weight > side.weight) side = {offset, weight};
     }
-    const Candidate c = candidate_of(direction, sides, options.least_beams, options);
+    const Candidate c = candidate_of(direction, sides, options.min_beams, options);
     if (c.support_m > best.support_m) best = c;
   }
-  if (best.support_m < 2.0 * options.least_beams) return {};
+  if (best.support_m < 2.0 * options.min_beams) return {};
   return {best};
 }
 
@@ -198,7 +198,7 @@ std::optional<Guess> wall_across(std::span<const Segment> segments, double direc
   }
   if (best == nullptr) return {};
   Guess guess;
-  // Its direction chosen so that it lies to the left: a quarter turn clockwise from ahead.
+  // With the direction 90° clockwise from ahead the wall is on the left.
   guess.direction_rad =
       along(std::atan2(best->uy, best->ux), direction_rad - 0.5 * std::numbers::pi);
   guess.offset_m[0] =

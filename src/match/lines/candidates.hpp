@@ -1,6 +1,6 @@
 #pragma once
 
-// Where a corridor's walls may be, before any fit.
+// Candidates for a corridor's walls, before the fit.
 
 #include <optional>
 #include <span>
@@ -13,21 +13,21 @@ namespace wayfare::lines {
 
 struct Candidate {
   Guess lines;
-  double support_m = 0.0;  ///< length of the pieces that agree
+  double support_m = 0.0;  ///< total length of the segments that agree
 };
 
-/// Directions and offsets that much of the length of `segments` agrees on, the most first: of two
-/// directions at most, as a room has them.
+/// Directions and offsets with the greatest total length of `segments`, in decreasing order; at
+/// most three directions.
 [[nodiscard]] std::vector<Candidate> agreed_walls(std::span<const Segment> segments,
                                                   std::optional<Angle> near,
                                                   const WallOptions& options);
 
-/// The one direction and offsets whose replicas most beams agree with, found by trying every
+/// The direction and offsets whose replicas agree with most beams, by exhaustive search over
 /// heading and lateral distance (Liu 2015, section 5).
 [[nodiscard]] std::vector<Candidate> correlated_walls(const Beams& beams, std::optional<Angle> near,
                                                       const WallOptions& options);
 
-/// The longest piece across, in front, as a direction and an offset to its left.
+/// The longest segment across the corridor ahead, as a direction and an offset to its left.
 [[nodiscard]] std::optional<Guess> wall_across(std::span<const Segment> segments,
                                                double direction_rad);
 

@@ -6,7 +6,7 @@
 namespace wayfare::lines {
 namespace {
 
-/// Direction of most scatter about the mean: no slope, so nothing special about any direction.
+/// Line through the mean along the direction of greatest scatter: no singular direction.
 Segment fit(const Beams& b, std::size_t begin, std::size_t end, double noise_m) {
   const double n = static_cast<double>(end - begin);
   const double x0 = b.x_m[begin], y0 = b.y_m[begin];
@@ -34,7 +34,7 @@ struct Farthest {
   std::size_t index;
   double distance_m, chord_m;
 };
-/// From the chord between the ends of a run; of a closed one, from its first point.
+/// Farthest point from the chord between the ends of a run; of a closed run, from its first point.
 Farthest farthest(const Beams& b, std::size_t begin, std::size_t end) {
   const double x0 = b.x_m[begin], y0 = b.y_m[begin];
   const double dx = b.x_m[end - 1] - x0, dy = b.y_m[end - 1] - y0;
@@ -55,19 +55,19 @@ Farthest farthest(const Beams& b, std::size_t begin, std::size_t end) {
 void Splitter::split_run(const Beams& beams, const WallOptions& options, Run run,
                          std::vector<Segment>& segments) {
   const double noise = std::hypot(options.range_noise_m, options.flatness_m);
-  const auto least = static_cast<std::size_t>(std::max(options.least_segment_points, 2));
+  const auto min_points = static_cast<std::size_t>(std::max(options.min_segment_points, 2));
   open_.assign(1, run);
   while (!open_.empty()) {
     const Run r = open_.back();
     open_.pop_back();
-    if (r.end - r.begin < least) continue;
+    if (r.end - r.begin < min_points) continue;
     const Farthest f = farthest(beams, r.begin, r.end);
     if (f.distance_m > options.split_m) {
-      // An end can be the farthest only of a closed run; it is cut off.
+      // An end can be the farthest only in a closed run; it is separated.
       const std::size_t at = std::clamp(f.index, r.begin + 1, r.end - 1);
       open_.push_back({at, r.end});
       open_.push_back({r.begin, at + (at + 1 < r.end ? 1 : 0)});
-    } else if (f.chord_m >= options.least_segment_m) {
+    } else if (f.chord_m >= options.min_segment_m) {
       segments.push_back(fit(beams, r.begin, r.end, noise));
     }
   }

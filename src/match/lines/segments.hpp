@@ -1,6 +1,6 @@
 #pragma once
 
-// Straight pieces of a scan by splitting and merging (Nguyen et al. 2005, section II).
+// Line segments of a scan by split and merge (Nguyen et al. 2005, section II).
 
 #include <cstddef>
 #include <vector>
@@ -12,13 +12,13 @@
 namespace wayfare::lines {
 
 struct Segment {
-  double x_m = 0.0, y_m = 0.0;  ///< its middle
-  double ux = 1.0, uy = 0.0;    ///< along it
+  double x_m = 0.0, y_m = 0.0;  ///< midpoint
+  double ux = 1.0, uy = 0.0;    ///< direction
   double length_m = 0.0;
-  double weight_m = 0.0;  ///< its length, less where it bows by more than the noise
+  double weight_m = 0.0;  ///< length, reduced if it deviates from a line by more than the noise
 };
 
-/// The pieces of `beams` in the order of the scan, into `segments`.
+/// Writes the segments of `beams` into `segments`, in the order of the scan.
 class Splitter {
  public:
   void split(const Beams& beams, const WallOptions& options, std::vector<Segment>& segments);

@@ -9,7 +9,7 @@
 namespace wayfare::lines {
 namespace {
 
-/// Of the points of one line: t along it, d across from the guess, v the variance of d.
+/// Sums over the points of one line: t along it, d across from the guess, v the variance of d.
 struct Sums {
   double n = 0, expected = 0, t = 0, d = 0, tt = 0, td = 0, dd = 0, v = 0, tv = 0, ttv = 0;
   double begin = 1e300, end = -1e300;
@@ -20,7 +20,7 @@ struct Sums {
     v += variance, tv += along * variance, ttv += along * along * variance;
     begin = std::min(begin, along), end = std::max(end, along);
   }
-  /// About the middle: scatter, and Σ (t − t̄)² v, Σ (t − t̄) v.
+  /// About the mean: scatter, and Σ (t − t̄)² v, Σ (t − t̄) v.
   [[nodiscard]] double ctt() const { return tt - t * t / n; }
   [[nodiscard]] double ctd() const { return td - t * d / n; }
   [[nodiscard]] double cdd() const { return dd - d * d / n; }
@@ -41,18 +41,18 @@ std::array<Sums, 2> sums_near(const Beams& b, const Guess& g, const Window& wind
     if (!g.present[k]) continue;
     Sums& s = sums[k];
     const double c = g.offset_m[k];
-    s.expected += std::abs(c) < options.reach_m * std::abs(q) ? 1.0 : 0.0;
+    s.expected += std::abs(c) < options.max_range_m * std::abs(q) ? 1.0 : 0.0;
     const double across = b.range_m[i] * q - c;
     const double along = b.range_m[i] * (ux * b.cos_bearing[i] + uy * b.sin_bearing[i]);
     const double near = window.at_foot_m + window.per_m * std::abs(along);
     if (!(std::abs(across) < near) || b.range_m[i] == 0.0) continue;
     if (along < window.from_m[k] || along > window.to_m[k]) continue;
-    s.add(along, across, along2 * q * q + flat2);  // a range errs along its beam
+    s.add(along, across, along2 * q * q + flat2);  // range noise is along the beam
   }
   return sums;
 }
 
-/// Noise of the direction and of both offsets: δ = Σ (t − t̄) ε / S and c = ε̄ − t̄ δ.
+/// Covariance of the direction and of both offsets: δ = Σ (t − t̄) ε / S and c = ε̄ − t̄ δ.
 Eigen::Matrix3d covariance_of(const std::array<Sums, 2>& sums, double scatter) {
   Eigen::Matrix3d cov = Eigen::Matrix3d::Zero();
   std::array<double, 2> mean_t{}, with_mean{};
@@ -97,8 +97,9 @@ Fit fit_once(const Beams& beams, const Guess& guess, const Window& window,
   fit.lines = guess;
   double tt = 0.0, td = 0.0, dd = 0.0, n = 0.0, v = 0.0;
   for (std::size_t k = 0; k < 2; ++k) {
-    const bool kept = guess.present[k] && sums[k].n >= options.least_beams &&
-                      sums[k].n >= options.least_share * sums[k].expected && sums[k].ctt() > 1e-4;
+    const bool kept = guess.present[k] && sums[k].n >= options.min_beams &&
+                      sums[k].n >= options.min_beam_fraction * sums[k].expected &&
+                      sums[k].ctt() > 1e-4;
     fit.lines.present[k] = kept;
     if (!kept) {
       sums[k] = Sums{.expected = sums[k].expected};
@@ -116,7 +117,7 @@ Fit fit_once(const Beams& beams, const Guess& guess, const Window& window,
                             sums[k].t / sums[k].n * std::sin(turn);
   }
   const double residual = std::max(dd - 2.0 * turn * td + turn * turn * tt, 0.0);
-  // Where a wall is rougher than the options say, its points say so themselves.
+  // A wall rougher than the options assume has larger residuals.
   fit.covariance =
       covariance_of(sums, tt) * std::max(1.0, residual / std::max(n - 3.0, 1.0) * n / v);
   return fit;
@@ -125,16 +126,16 @@ Fit fit_once(const Beams& beams, const Guess& guess, const Window& window,
 namespace {
 
 constexpr double kCell_m = 0.01;
-constexpr std::size_t kCells = 128;  // the first and last of which stay empty
+constexpr std::size_t kCells = 128;  // the first and last are empty
 
-/// Length of wall at each offset from the guess, and where most of it is within three cells.
-struct Layers {
-  // Sixteen bits, so that one instruction compares eight cells; 200 points of 100 at most fit.
+/// Histogram of the length of wall by offset from the guess, and its maxima over three cells.
+struct OffsetHistogram {
+  // 16 bits, so that one instruction compares eight cells; fits 200 points of at most 100.
   std::array<std::array<std::int16_t, kCells>, 2> length{};
   std::array<std::size_t, 2> best{};
 
-  /// Summed over both sides.
-  int densest(std::span<const NearPoint> points, double turn_rad) {
+  /// Sum of the maxima of both sides.
+  int accumulate(std::span<const NearPoint> points, double turn_rad) {
     length = {};
     const auto turn = static_cast<float>(turn_rad);
     for (const NearPoint& p : points) {
@@ -146,7 +147,7 @@ struct Layers {
     }
     return most(0) + most(1);
   }
-  /// Within three cells.
+  /// Sum of three cells.
   [[nodiscard]] std::int16_t at(std::size_t k, std::size_t c) const {
     return static_cast<std::int16_t>(length[k][c - 1] + length[k][c] + length[k][c + 1]);
   }
@@ -162,8 +163,8 @@ struct Layers {
       while (at(k, best[k]) != wanted) ++best[k];
     }
   }
-  /// Doors are set back in a wall: of two surfaces close behind each other the nearer is the wall,
-  /// even where the scan happens to show less of it.
+  /// Doors are recessed in a wall: of two parallel surfaces the nearer one is the wall, even if
+  /// less of it is visible.
   void prefer_nearer() {
     constexpr double kShare = 0.35;
     constexpr std::size_t kLeast = 4, kMost = 10;  // cells
@@ -186,13 +187,13 @@ struct Layers {
 
 }  // namespace
 
-void Settler::gather(const Beams& b, const Guess& guess, double reach_m) {
+void GuessAligner::gather(const Beams& b, const Guess& guess, double max_shift_m) {
   constexpr double kNear_m = 6.0;
-  constexpr std::size_t kEnough = 200;  // beams: a finer scan is looked at in part
-  const double half = std::min(reach_m, (kCells / 2 - 8) * kCell_m);
+  constexpr std::size_t kMaxBeams = 200;  // a finer scan is subsampled
+  const double half = std::min(max_shift_m, (kCells / 2 - 8) * kCell_m);
   const double ux = std::cos(guess.direction_rad), uy = std::sin(guess.direction_rad);
   points_.clear();
-  const std::size_t step = 1 + b.range_m.size() / kEnough;
+  const std::size_t step = 1 + b.range_m.size() / kMaxBeams;
   for (std::size_t i = 0; i < b.range_m.size(); i += step) {
     const double q = ux * b.sin_bearing[i] - uy * b.cos_bearing[i];
     const std::size_t k = q > 0.0 ? 0 : 1;
@@ -205,38 +206,39 @@ void Settler::gather(const Beams& b, const Guess& guess, double reach_m) {
   }
 }
 
-Guess Settler::settle(const Beams& beams, const Guess& guess, double reach_m, double turn_rad) {
+Guess GuessAligner::align(const Beams& beams, const Guess& guess, double max_shift_m,
+                          double max_turn_rad) {
   constexpr double kCoarse_rad = 0.01, kFine_rad = 0.004;
-  gather(beams, guess, reach_m);
-  Layers layers;
-  int most = layers.densest(points_, 0.0);
+  gather(beams, guess, max_shift_m);
+  OffsetHistogram histogram;
+  int most = histogram.accumulate(points_, 0.0);
   double turn = 0.0;
   const auto try_turn = [&](double tried) {
-    const int length = layers.densest(points_, tried);
+    const int length = histogram.accumulate(points_, tried);
     if (length <= most) return;
     most = length;
     turn = tried;
   };
-  for (int i = 1; i * kCoarse_rad <= turn_rad; ++i)
+  for (int i = 1; i * kCoarse_rad <= max_turn_rad; ++i)
     for (const double side : {-1.0, 1.0}) try_turn(side * i * kCoarse_rad);
   const double coarse = turn;
   for (const double side : {-1.0, 1.0}) try_turn(coarse + side * kFine_rad);
-  Guess settled = guess;
-  if (layers.densest(points_, turn) <= 0) return settled;
-  layers.find_best();
-  layers.prefer_nearer();
-  settled.direction_rad += turn;
+  Guess aligned = guess;
+  if (histogram.accumulate(points_, turn) <= 0) return aligned;
+  histogram.find_best();
+  histogram.prefer_nearer();
+  aligned.direction_rad += turn;
   for (std::size_t k = 0; k < 2; ++k)
-    if (guess.present[k]) settled.offset_m[k] += layers.offset_m(k);
-  return settled;
+    if (guess.present[k]) aligned.offset_m[k] += histogram.offset_m(k);
+  return aligned;
 }
 
 Fit fit_walls(const Beams& beams, const Guess& guess, const WallOptions& options) {
   const double noise = std::hypot(options.range_noise_m, options.flatness_m);
   const double last = std::max(4.0 * noise, 0.02);
   const Fit fit = fit_once(beams, guess, {1.25 * last, 0.003}, options);
-  // A wall that meets this one at its end has points as near to the line as its own, all on one
-  // side and where they turn it most.
+  // An adjoining wall has points near the line, all on one side and at its end, where they bias the
+  // direction most.
   Window ends{last, 0.0};
   for (std::size_t k = 0; k < 2; ++k) {
     ends.from_m[k] = fit.begin_m[k] + 2.0 * last;

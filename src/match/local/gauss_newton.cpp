@@ -28,7 +28,7 @@ Squares squares_at(const ProbabilityGrid& grid, Interpolation interpolation, con
   double sums[10];
   (interpolation == Interpolation::bilinear ? k.bilinear_squares : k.bicubic_squares)(
       points.padded_x_m().data(), points.padded_y_m().data(), static_cast<int>(points.size()),
-      detail::turn_into(grid, pose), detail::field_of(grid), static_cast<float>(kOne), sums);
+      detail::transform_into(grid, pose), detail::field_of(grid), static_cast<float>(kOne), sums);
   const double per_metre = inverse / kOne;
   Squares s;
   s.squares = sums[0] / (kOne * kOne);
@@ -39,14 +39,14 @@ Squares squares_at(const ProbabilityGrid& grid, Interpolation interpolation, con
 }
 
 Result<void> check_map(const ProbabilityPyramid& map) {
-  if (map.empty()) return Error{ErrorCode::invalid, "Gauss-Newton matching: no table"};
+  if (map.empty()) return Error{ErrorCode::invalid, "Gauss-Newton matching: the map is empty"};
   for (const ProbabilityGrid& table : map)
-    if (table.empty()) return Error{ErrorCode::invalid, "Gauss-Newton matching: an empty table"};
+    if (table.empty()) return Error{ErrorCode::invalid, "Gauss-Newton matching: a table is empty"};
   return {};
 }
 
-/// The prior turned by up to the window's half, either way, nearest first.
-std::vector<SE2d> turned_starts(const SE2d& prior, const SearchWindow& window, Angle step) {
+/// The prior rotated within the window in both directions, nearest first.
+std::vector<SE2d> rotated_starts(const SE2d& prior, const SearchWindow& window, Angle step) {
   constexpr double kMost = 36;
   std::vector<SE2d> starts;
   if (!(step.radians() > 0)) return starts;
@@ -57,9 +57,9 @@ std::vector<SE2d> turned_starts(const SE2d& prior, const SearchWindow& window, A
   return starts;
 }
 
-/// Σr² at `moved` less that at `pose`, over the points that fall into cells seen before at both.
-double rise(const ProbabilityGrid& grid, const PointSet& points, const SE2d& pose,
-            const SE2d& moved) {
+/// Increase of Σr² from `pose` to `moved`, over the points in observed cells at both.
+double cost_increase(const ProbabilityGrid& grid, const PointSet& points, const SE2d& pose,
+                     const SE2d& moved) {
   constexpr double kOne = ProbabilityGrid::kOne;
   double sum = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -72,16 +72,16 @@ double rise(const ProbabilityGrid& grid, const PointSet& points, const SE2d& pos
   return sum / (kOne * kOne);
 }
 
-/// SceneConstraint::held_nats, as if so many of the points were independent.
-double held_nats(const ProbabilityGrid& grid, const PointSet& points, const SE2d& pose,
-                 const Eigen::Vector3d& weakest, double variance) {
+/// SceneConstraint::displacement_cost_nats, scaled to kIndependent points.
+double displacement_cost_nats(const ProbabilityGrid& grid, const PointSet& points, const SE2d& pose,
+                              const Eigen::Vector3d& weakest, double variance) {
   constexpr double kStep_m = 0.25, kIndependent = 20.0;
   const double rms_m = detail::rms_distance_m(points);
   if (!(rms_m > 0)) return 0.0;
   const Eigen::Vector3d step = kStep_m * weakest.cwiseQuotient(Eigen::Vector3d(1, 1, rms_m));
   return 0.5 * kIndependent / (static_cast<double>(points.size()) * variance) *
-         std::min(rise(grid, points, pose, pose.plus(step)),
-                  rise(grid, points, pose, pose.plus(Eigen::Vector3d(-step))));
+         std::min(cost_increase(grid, points, pose, pose.plus(step)),
+                  cost_increase(grid, points, pose, pose.plus(Eigen::Vector3d(-step))));
 }
 
 }  // namespace
@@ -92,23 +92,23 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
                                                              const SearchWindow& window,
                                                              const MatchOptions& options) const {
   if (auto ok = check_map(map); !ok) return ok.error();
-  if (auto ok = detail::check_climb("Gauss-Newton matching", points, prior, window, options); !ok)
+  if (auto ok = detail::check_input("Gauss-Newton matching", points, prior, window, options); !ok)
     return ok.error();
-  const detail::Prior beside(prior, window, options, points);
+  const detail::Prior prior_term(prior, window, options, points);
   const double variance = options_.residual_sigma * options_.residual_sigma;
-  const double weight = beside.weight() / variance;
+  const double weight = prior_term.weight() / variance;
   const auto minimise_on = [&](const ProbabilityGrid& table, SE2d& pose) {
     const auto cost_at = [&](const SE2d& at) {
       const Squares s = squares_at(table, options_.interpolation, points, at);
       Cost cost{0.5 * weight * s.squares, weight * s.negative_gradient, weight * s.outer};
-      beside.add(at, cost);
+      prior_term.add(at, cost);
       return cost;
     };
     return detail::minimise(pose, cost_at, options_.max_iterations, options_.tolerance).value;
   };
   SE2d pose = prior;
   double least = minimise_on(map.front(), pose);
-  for (const SE2d& start : turned_starts(prior, window, options_.start_step)) {
+  for (const SE2d& start : rotated_starts(prior, window, options_.start_step)) {
     SE2d other = start;
     const double cost = minimise_on(map.front(), other);
     if (cost >= least) continue;
@@ -122,12 +122,12 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
     return 2 * finest.value(cell_of(p, finest.resolution_m())) > ProbabilityGrid::kOne ? 1.0 : 0.0;
   };
   auto result =
-      beside.match({pose, -end.squares / (2 * n * variance), 1 - std::sqrt(end.squares / n),
-                    1 / (options_.point_sigma_m * options_.point_sigma_m),
-                    [&] { return detail::normals_outer(points, pose, on_a_wall); }});
+      prior_term.match({pose, -end.squares / (2 * n * variance), 1 - std::sqrt(end.squares / n),
+                        1 / (options_.point_sigma_m * options_.point_sigma_m),
+                        [&] { return detail::normals_outer(points, pose, on_a_wall); }});
   if (result && result->constraint)
-    result->constraint->held_nats =
-        held_nats(map.back(), points, pose, result->constraint->weakest, variance);
+    result->constraint->displacement_cost_nats =
+        displacement_cost_nats(map.back(), points, pose, result->constraint->weakest, variance);
   return result;
 }
 

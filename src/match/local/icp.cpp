@@ -11,12 +11,12 @@ namespace {
 
 using detail::Cost;
 
-/// One point and the line it is drawn to.
+/// A point and its line.
 struct Pair {
   Eigen::Vector2d point;   ///< in the scan's own axes
   Eigen::Vector2d normal;  ///< in the map's
   double offset = 0.0;     ///< normal · q, q on the line
-  double distance = 0.0;   ///< from q when they were paired
+  double distance = 0.0;   ///< from q at the time of pairing
 
   [[nodiscard]] double residual(const SE2d& pose) const {
     return normal.dot(pose * point) - offset;
@@ -29,13 +29,13 @@ struct Pair {
 };
 
 std::vector<Pair> pairs_at(const SurfaceMap& map, const PointSet& points, const SE2d& pose,
-                           double reach_m) {
+                           double max_distance_m) {
   std::vector<Pair> pairs;
   pairs.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector2d p = points[i].cast<double>();
     const Eigen::Vector2f at = (pose * p).cast<float>();
-    const SurfacePoint* s = map.nearest(at, static_cast<float>(reach_m));
+    const SurfacePoint* s = map.nearest(at, static_cast<float>(max_distance_m));
     if (s == nullptr || s->normal.isZero(0)) continue;
     const Eigen::Vector2d n = s->normal.cast<double>();
     pairs.push_back(
@@ -44,7 +44,7 @@ std::vector<Pair> pairs_at(const SurfaceMap& map, const PointSet& points, const 
   return pairs;
 }
 
-/// Cauchy's: ½ Σ ln(1 + r²/σ²), with the weights 1/(1 + r²/σ²) in the Hessian.
+/// Cauchy kernel: ½ Σ ln(1 + r²/σ²), with the weights 1/(1 + r²/σ²) in the Hessian.
 Cost cost_of(const std::vector<Pair>& pairs, const SE2d& pose, double sigma_m, double weight) {
   const double information = 1 / (sigma_m * sigma_m);
   Cost cost;
@@ -59,14 +59,14 @@ Cost cost_of(const std::vector<Pair>& pairs, const SE2d& pose, double sigma_m, d
   return cost;
 }
 
-double usual_distance(std::vector<Pair>& pairs) {
+double median_distance(std::vector<Pair>& pairs) {
   const auto middle = pairs.begin() + static_cast<std::ptrdiff_t>(pairs.size() / 2);
   std::nth_element(pairs.begin(), middle, pairs.end(),
                    [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
   return middle->distance;
 }
 
-/// Σ of the gradients' squares over pairs, and how far everything is from a surface.
+/// Σ of the gradients' outer products over pairs, and the fit of all points.
 struct Fit {
   Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
   double mean_log_likelihood = 0.0;
@@ -95,36 +95,36 @@ Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, cons
                                                      const SE2d& prior, const SearchWindow& window,
                                                      const MatchOptions& options) const {
   if (map.empty()) return Error{ErrorCode::invalid, "ICP: the map is empty"};
-  if (auto ok = detail::check_climb("ICP", points, prior, window, options); !ok) return ok.error();
-  const detail::Prior beside(prior, window, options, points);
-  const double least_reach = 5 * options_.sigma_m;
+  if (auto ok = detail::check_input("ICP", points, prior, window, options); !ok) return ok.error();
+  const detail::Prior prior_term(prior, window, options, points);
+  const double min_reach = 5 * options_.sigma_m;
   SE2d pose = prior;
-  double reach = options_.reach_m;
+  double reach = options_.max_correspondence_m;
   std::vector<Pair> pairs;
   for (int i = 0; i < options_.max_iterations; ++i) {
     pairs = pairs_at(map, points, pose, reach);
     if (pairs.size() < 3) return std::optional<MatchResult>();
-    // Far off, what is usual is far too: residuals are judged by it, down to the noise.
-    const double usual = usual_distance(pairs);
-    const double sigma = std::max(options_.sigma_m, usual);
+    // Far from the solution, residuals are scaled by their median; close to it, by the noise.
+    const double median = median_distance(pairs);
+    const double sigma = std::max(options_.sigma_m, median);
     const SE2d before = pose;
     detail::minimise(
         pose,
         [&](const SE2d& at) {
-          Cost cost = cost_of(pairs, at, sigma, beside.weight());
-          beside.add(at, cost);
+          Cost cost = cost_of(pairs, at, sigma, prior_term.weight());
+          prior_term.add(at, cost);
           return cost;
         },
         3, options_.tolerance);
-    const double wanted = std::max(least_reach, 3 * usual);
-    const bool settled = before.minus(pose).norm() < options_.tolerance && wanted >= 0.7 * reach;
+    const double wanted = std::max(min_reach, 3 * median);
+    const bool converged = before.minus(pose).norm() < options_.tolerance && wanted >= 0.7 * reach;
     reach = std::min(reach, wanted);
-    if (settled) break;
+    if (converged) break;
   }
   const Fit fit = fit_at(map, points, pose, options_);
-  return beside.match({pose, fit.mean_log_likelihood,
-                       1 - fit.mean_log_likelihood / std::log(options_.floor_probability),
-                       1 / (options_.sigma_m * options_.sigma_m), [&] { return fit.outer; }});
+  return prior_term.match({pose, fit.mean_log_likelihood,
+                           1 - fit.mean_log_likelihood / std::log(options_.floor_probability),
+                           1 / (options_.sigma_m * options_.sigma_m), [&] { return fit.outer; }});
 }
 
 }  // namespace wayfare

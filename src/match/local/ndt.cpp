@@ -18,18 +18,18 @@ Eigen::Matrix<double, 2, 3> point_jacobian(const SE2d& pose, const Eigen::Vector
   return pose.rotation().matrix() * local;
 }
 
-/// visit(cell, offset from its mean, exp(−½ q)) for the distributions about a place.
+/// visit(cell, offset from its mean, exp(−½ q)) for the distributions at a point.
 template <class Visit>
-void for_each_distribution(const Level& level, const Eigen::Vector2d& place, const Visit& visit) {
+void for_each_distribution(const Level& level, const Eigen::Vector2d& point, const Visit& visit) {
   for (int t = 0; t < Level::kTilings; ++t) {
-    const NdtCell* cell = level.at(place, t);
+    const NdtCell* cell = level.at(point, t);
     if (cell == nullptr) continue;
-    const Eigen::Vector2d d = place - cell->mean;
+    const Eigen::Vector2d d = point - cell->mean;
     visit(*cell, d, std::exp(-0.5 * d.dot(cell->information * d)));
   }
 }
 
-/// Σ (1 − likelihood), each tiling a quarter.
+/// Σ (1 − likelihood), the mean over the tilings.
 Cost cost_of(const Level& level, const PointSet& points, const SE2d& pose, double weight) {
   Cost cost;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -49,15 +49,15 @@ Cost cost_of(const Level& level, const PointSet& points, const SE2d& pose, doubl
   return cost;
 }
 
-/// The distribution a place is likeliest in, and how likely beside its mean.
+/// The most likely distribution of a point, with the likelihood relative to that at its mean.
 struct Likeliest {
   const NdtCell* cell = nullptr;
   double likelihood = 0.0;
 };
 
-Likeliest likeliest(const Level& level, const Eigen::Vector2d& place) {
+Likeliest likeliest(const Level& level, const Eigen::Vector2d& point) {
   Likeliest best;
-  for_each_distribution(level, place, [&](const NdtCell& cell, const Eigen::Vector2d&, double e) {
+  for_each_distribution(level, point, [&](const NdtCell& cell, const Eigen::Vector2d&, double e) {
     if (e > best.likelihood) best = {&cell, e};
   });
   return best;
@@ -79,7 +79,7 @@ Fit fit_at(const Level& level, const PointSet& points, const SE2d& pose, double 
   return fit;
 }
 
-/// What the distributions say across the surfaces; along them they only say where squares end.
+/// Information across the surfaces only: along them the distributions reflect the squares' borders.
 Eigen::Matrix3d information_at(const Level& level, const PointSet& points, const SE2d& pose) {
   return detail::normals_outer(
       points, pose, [&](const Eigen::Vector2d& p, const Eigen::Vector2d& n) {
@@ -94,21 +94,21 @@ Result<std::optional<MatchResult>> NdtMatcher::match(const NdtMap& map, const Po
                                                      const SE2d& prior, const SearchWindow& window,
                                                      const MatchOptions& options) const {
   if (map.empty()) return Error{ErrorCode::invalid, "NDT: the map is empty"};
-  if (auto ok = detail::check_climb("NDT", points, prior, window, options); !ok) return ok.error();
-  const detail::Prior beside(prior, window, options, points);
+  if (auto ok = detail::check_input("NDT", points, prior, window, options); !ok) return ok.error();
+  const detail::Prior prior_term(prior, window, options, points);
   SE2d pose = prior;
   for (const Level& level : map.levels()) {
     const auto cost_at = [&](const SE2d& at) {
-      Cost cost = cost_of(level, points, at, beside.weight());
-      beside.add(at, cost);
+      Cost cost = cost_of(level, points, at, prior_term.weight());
+      prior_term.add(at, cost);
       return cost;
     };
     detail::minimise(pose, cost_at, options_.max_iterations, options_.tolerance);
   }
   const Level& finest = map.levels().back();
   const Fit fit = fit_at(finest, points, pose, options_.floor_probability);
-  return beside.match({pose, fit.mean_log_likelihood, fit.score, 1.0,
-                       [&] { return information_at(finest, points, pose); }});
+  return prior_term.match({pose, fit.mean_log_likelihood, fit.score, 1.0,
+                           [&] { return information_at(finest, points, pose); }});
 }
 
 }  // namespace wayfare

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Cholesky>
 
 #include "map/kernels/kernels.hpp"
 #include "map/table_view.hpp"
+#include "match/local/registration.hpp"
 
 namespace wayfare {
 namespace {
@@ -18,14 +18,14 @@ struct Sum {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 };
 
-/// r = √(−2 ln p + ε): J = −∇ln p / r. ε keeps a point on its surface from an endless weight.
+/// r = √(−2 ln p + ε): J = −∇ln p / r. ε bounds the weight of a point on its surface.
 Sum linearise(const LikelihoodField& grid, const PointSet& points, const SE2d& pose) {
   constexpr double kEpsilon = 0.05;
   const double inverse = 1 / grid.resolution_m(), step = grid.log_step();
   double sums[10];
   kernels::best_kernels().linearise(
       points.padded_x_m().data(), points.padded_y_m().data(), static_cast<int>(points.size()),
-      detail::turn_into(grid, pose), detail::field_of(grid),
+      detail::transform_into(grid, pose), detail::field_of(grid),
       static_cast<float>(-2 * grid.log_floor() + kEpsilon), static_cast<float>(-2 * step), sums);
   Sum sum;
   const double per_metre = step * inverse;
@@ -35,13 +35,6 @@ Sum linearise(const LikelihoodField& grid, const PointSet& points, const SE2d& p
       sums[9];
   sum.information *= per_metre * per_metre;
   return sum;
-}
-
-bool all_finite(const PointSet& points) {
-  int bad = 0;
-  for (const auto& axis : {points.x_m(), points.y_m()})
-    for (const float t : axis) bad |= !(std::abs(t) <= std::numeric_limits<float>::max());
-  return bad == 0;
 }
 
 }  // namespace
@@ -69,7 +62,8 @@ Result<RefineResult> refine(const LikelihoodField& grid, const PointSet& points,
   if (points.empty()) return Error{ErrorCode::invalid, "refine: no points"};
   if (!start.translation().allFinite() || !std::isfinite(start.heading().radians()))
     return Error{ErrorCode::invalid, "refine: the start is not finite"};
-  if (!all_finite(points)) return Error{ErrorCode::invalid, "refine: a point is not finite"};
+  if (!detail::all_finite(points))
+    return Error{ErrorCode::invalid, "refine: a point is not finite"};
   RefineResult r;
   r.T_map_points = start;
   Sum here = linearise(grid, points, start);

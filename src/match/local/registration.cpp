@@ -11,16 +11,14 @@
 #include <wayfare/map/surface_map.hpp>
 
 namespace wayfare::detail {
-Result<void> check_climb(std::string_view who, const PointSet& points, const SE2d& prior,
+
+Result<void> check_input(std::string_view who, const PointSet& points, const SE2d& prior,
                          const SearchWindow& window, const MatchOptions& options) {
   const auto refused = [&](const char* why) {
     return Error{ErrorCode::invalid, std::string(who) + ": " + why};
   };
   if (points.empty()) return refused("no points");
-  for (const auto& axis : {points.x_m(), points.y_m()})
-    for (const float t : axis)
-      if (!(std::abs(t) <= std::numeric_limits<float>::max()))
-        return refused("a point is not finite");
+  if (!all_finite(points)) return refused("a point is not finite");
   if (!prior.translation().allFinite() || !std::isfinite(prior.heading().radians()))
     return refused("the prior is not finite");
   if (!(window.half_x_m >= 0 && window.half_y_m >= 0 && window.half_heading.radians() >= 0))
@@ -40,30 +38,30 @@ Prior::Prior(const SE2d& prior, const SearchWindow& window, const MatchOptions& 
                   ? std::min(1.0, options.independent_points / static_cast<double>(points.size()))
                   : 1.0) {}
 
-std::optional<MatchResult> Prior::match(const Ending& ending) const {
-  if (!in_window(ending.pose) || ending.score < options_.min_score) return std::nullopt;
+std::optional<MatchResult> Prior::match(const Solution& solution) const {
+  if (!in_window(solution.pose) || solution.score < options_.min_score) return std::nullopt;
   MatchResult result;
-  result.T_map_points = ending.pose;
-  result.mean_log_likelihood = ending.mean_log_likelihood;
-  result.score = ending.score;
+  result.T_map_points = solution.pose;
+  result.mean_log_likelihood = solution.mean_log_likelihood;
+  result.score = solution.score;
   if (options_.covariance) {
-    const Eigen::Matrix3d outer = ending.outer();
-    result.covariance = covariance(weight_ * ending.information * outer);
+    const Eigen::Matrix3d outer = solution.outer();
+    result.covariance = covariance(weight_ * solution.information * outer);
     result.constraint = SceneConstraint::of(outer, rms_distance_m(points_));
   }
   return result;
 }
 
-/// The offset is d = (R₀ᵀ(t − t₀), θ − θ₀); a step ξ in the pose's own axes moves it by A ξ.
+/// The offset is d = (R₀ᵀ(t − t₀), θ − θ₀); a step ξ in the pose's own axes changes it by A ξ.
 void Prior::add(const SE2d& pose, Cost& cost) const {
   if (!options_.prior_information) return;
   const Eigen::Matrix3d& information = *options_.prior_information;
-  const SO2d turn = prior_.rotation().inverse() * pose.rotation();
+  const SO2d rotation = prior_.rotation().inverse() * pose.rotation();
   Eigen::Vector3d d;
   d << prior_.rotation().inverse() * Eigen::Vector2d(pose.translation() - prior_.translation()),
-      turn.angle().radians();
+      rotation.angle().radians();
   Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
-  A.topLeftCorner<2, 2>() = turn.matrix();
+  A.topLeftCorner<2, 2>() = rotation.matrix();
   const Eigen::Matrix3d weighted = A.transpose() * information;
   cost.value += 0.5 * d.dot(information * d);
   cost.negative_gradient -= weighted * d;
@@ -72,17 +70,17 @@ void Prior::add(const SE2d& pose, Cost& cost) const {
 
 bool Prior::in_window(const SE2d& pose) const {
   const Eigen::Vector2d d = pose.translation() - prior_.translation();
-  const double turn = (prior_.rotation().inverse() * pose.rotation()).angle().radians();
+  const double dtheta = (prior_.rotation().inverse() * pose.rotation()).angle().radians();
   return std::abs(d.x()) <= window_.half_x_m && std::abs(d.y()) <= window_.half_y_m &&
-         std::abs(turn) <= window_.half_heading.radians();
+         std::abs(dtheta) <= window_.half_heading.radians();
 }
 
 Eigen::Matrix3d Prior::covariance(const Eigen::Matrix3d& information) const {
   constexpr double kLeast = 1e-6;
   const double x = std::max(kLeast, std::max(window_.half_x_m, window_.half_y_m));
-  const double turn = std::max(kLeast, window_.half_heading.radians());
+  const double heading = std::max(kLeast, window_.half_heading.radians());
   Eigen::Matrix3d bounded = information;
-  bounded.diagonal() += Eigen::Vector3d(1 / (x * x), 1 / (x * x), 1 / (turn * turn));
+  bounded.diagonal() += Eigen::Vector3d(1 / (x * x), 1 / (x * x), 1 / (heading * heading));
   return bounded.inverse();
 }
 
@@ -91,6 +89,13 @@ Eigen::Vector3d damped_step(const Cost& cost, double damping) {
   damped.diagonal() *= 1 + damping;
   damped.diagonal().array() += 1e-9 * (1 + cost.hessian.trace());
   return damped.ldlt().solve(cost.negative_gradient);
+}
+
+bool all_finite(const PointSet& points) {
+  int bad = 0;
+  for (const auto& axis : {points.x_m(), points.y_m()})
+    for (const float t : axis) bad |= !(std::abs(t) <= std::numeric_limits<float>::max());
+  return bad == 0;
 }
 
 double rms_distance_m(const PointSet& points) {
@@ -104,7 +109,7 @@ Eigen::Matrix3d normals_outer(const PointSet& points, const SE2d& T_map_points,
                               const PointWeight& weight) {
   Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
   const PlacedPoints alone{&points, SE2d()};
-  // Normals over 0.3 m: a centimetre of noise turns those over less by enough to close a corridor.
+  // With a smaller radius, a centimetre of noise rotates normals enough to constrain a corridor.
   const auto surface = SurfaceMap::make({&alone, 1}, {.normal_radius_m = 0.3});
   if (!surface) return outer;
   for (const SurfacePoint& s : surface->points()) {
@@ -113,7 +118,7 @@ Eigen::Matrix3d normals_outer(const PointSet& points, const SE2d& T_map_points,
     const Eigen::Vector3d g(n.x(), n.y(), p.x() * n.y() - p.y() * n.x());
     outer += weight(T_map_points * p, T_map_points.rotation() * n) * g * g.transpose();
   }
-  // As many as there are points: the surface holds fewer where they are dense.
+  // Scaled to the number of points: the surface has fewer where they are dense.
   return outer * static_cast<double>(points.size()) / static_cast<double>(surface->points().size());
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// What the matchers that climb from a prior share: the prior as a term of the least squares, the
-// damped step, and the match they end with.
+// Shared by the iterative matchers: the prior as a term of the least squares, the damped
+// minimisation, and the construction of the match.
 
 #include <functional>
 #include <optional>
@@ -15,35 +15,35 @@ namespace wayfare::detail {
 /// right perturbation (x, y, θ).
 struct Cost {
   double value = 0.0;
-  Eigen::Vector3d negative_gradient = Eigen::Vector3d::Zero();  ///< minus the gradient
+  Eigen::Vector3d negative_gradient = Eigen::Vector3d::Zero();
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
 };
 
-/// Refuses what no climb can begin with.
-Result<void> check_climb(std::string_view who, const PointSet& points, const SE2d& prior,
+/// Errors of the input, such as points that are not finite.
+Result<void> check_input(std::string_view who, const PointSet& points, const SE2d& prior,
                          const SearchWindow& window, const MatchOptions& options);
 
-/// Where a climb ended.
-struct Ending {
+/// The end of an iteration.
+struct Solution {
   SE2d pose;
   double mean_log_likelihood = 0.0;
   double score = 0.0;
   double information = 1.0;  ///< of one residual: 1/σ²
-  /// Σ g gᵀ of the residuals' gradients there; asked for only where a covariance is.
+  /// Σ g gᵀ of the residuals' gradients; called only if a covariance is requested.
   std::function<Eigen::Matrix3d()> outer;
 };
 
-/// What MatchOptions ask for beside the points. Refers to all it is given.
+/// The prior and the options of a match. Keeps references to its arguments.
 class Prior {
  public:
   Prior(const SE2d& prior, const SearchWindow& window, const MatchOptions& options,
         const PointSet& points);
 
-  /// Of one point's squared residual, so that as many count as are independent.
+  /// Weight of a point's squared residual, from the number of independent points.
   [[nodiscard]] double weight() const { return weight_; }
   void add(const SE2d& pose, Cost& cost) const;
-  /// The match a climb ended in; nothing outside the window or below the least score.
-  [[nodiscard]] std::optional<MatchResult> match(const Ending& ending) const;
+  /// The match, or nothing outside the window or below the minimum score.
+  [[nodiscard]] std::optional<MatchResult> match(const Solution& solution) const;
 
  private:
   [[nodiscard]] bool in_window(const SE2d& pose) const;
@@ -57,25 +57,25 @@ class Prior {
   double weight_;
 };
 
-/// Steps downhill until one is shorter than the tolerance, or `max_iterations` were tried.
-/// `cost_at(pose)` is a Cost; `pose` never ends where its cost is higher than at the start.
+/// Levenberg-Marquardt steps until one is shorter than the tolerance, `max_iterations` at most.
+/// `cost_at(pose)` is a Cost; the cost never increases.
 template <class CostAt>
 Cost minimise(SE2d& pose, const CostAt& cost_at, int max_iterations, double tolerance);
 
-/// (H + λ diag H)⁻¹ · downhill.
+/// (H + λ diag H)⁻¹ · negative gradient.
 [[nodiscard]] Eigen::Vector3d damped_step(const Cost& cost, double damping);
+
+[[nodiscard]] bool all_finite(const PointSet& points);
 
 /// √(Σ|p|²/N).
 [[nodiscard]] double rms_distance_m(const PointSet& points);
 
-/// What a point of the map, with the normal of its surface there, weighs; 0 where it is matched
-/// with nothing.
+/// Weight of a point, given with its surface normal; 0 for a point without a match.
 using PointWeight =
     std::function<double(const Eigen::Vector2d& p_map, const Eigen::Vector2d& normal_map)>;
 
-/// Σ w g gᵀ, g = (n, p × n), over the points that lie on lines with others of the scan, n their
-/// normals. (A grid's own gradients will not do: they vanish on the walls and leave what cells and
-/// noise make along them.)
+/// Σ w g gᵀ, g = (n, p × n), over the points with a normal n in the scan. (A grid's gradients are
+/// unsuitable: they vanish on the walls, and noise along the walls remains.)
 [[nodiscard]] Eigen::Matrix3d normals_outer(const PointSet& points, const SE2d& T_map_points,
                                             const PointWeight& weight);
 

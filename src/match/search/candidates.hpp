@@ -1,7 +1,7 @@
 #pragma once
 
-// The candidates of a search window, how they are scored and which of two is better: shared by all
-// matchers, so that their optima are the same.
+// The candidates of a search window, their scores and their order: shared by the exhaustive and the
+// branch-and-bound matcher, so that their optima are identical.
 
 #include <vector>
 
@@ -12,7 +12,7 @@
 
 namespace wayfare::detail {
 
-/// Cosine and sine, in cells a metre.
+/// Cosine and sine, in cells per metre.
 struct Heading {
   float c, s;
 };
@@ -24,7 +24,7 @@ struct CandidateSpace {
   SE2d prior;
   int points;
   double weight;         ///< nats of the objective per unit of summed value
-  std::int64_t min_sum;  ///< least summed value that is a match
+  std::int64_t min_sum;  ///< smallest summed value of a match
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of (x, y, θ) along the map's axes
   bool has_prior = false;
   std::vector<Heading> headings;  ///< of every heading step, from −half_k on
@@ -44,7 +44,7 @@ struct CandidateSpace {
   [[nodiscard]] double objective(std::uint32_t sum, const Candidate& c) const {
     return weight * sum + log_prior(c);
   }
-  /// At least the log prior of every candidate in the square of `side` offsets from `corner`.
+  /// Upper bound of the log prior in the square of `side` offsets from `corner`.
   [[nodiscard]] double log_prior_bound(const Candidate& corner, int side) const;
   [[nodiscard]] SE2d pose(const Candidate& c) const {
     return SE2d(Eigen::Vector2d(prior.translation() + delta(c).head<2>()),
@@ -82,18 +82,18 @@ struct Best {
                                           const SE2d& prior, const SearchWindow& window,
                                           const MatchOptions& options, std::int64_t max_candidates);
 
-/// What turns the points into cells of the table at heading step k.
-[[nodiscard]] kernels::Turn turn_of(const CandidateSpace& space, const LikelihoodField& grid,
-                                    int k);
+/// Transformation of the points to cells of the table at heading step k.
+[[nodiscard]] kernels::CellTransform transform_of(const CandidateSpace& space,
+                                                  const LikelihoodField& grid, int k);
 
-/// The points' cells in the table at heading step k; arrays as long as the padded points.
+/// The points' cells in the table at heading step k; arrays of the padded points' size.
 void place(const CandidateSpace& space, const LikelihoodField& grid, const PointSet& points, int k,
            std::int32_t* u, std::int32_t* v);
 
 [[nodiscard]] MatchResult result_of(const CandidateSpace& space, const LikelihoodField& grid,
                                     const Best& best);
 
-/// By the points that the match puts near walls.
+/// From the points that the match places near walls.
 [[nodiscard]] SceneConstraint constraint_at(const LikelihoodField& grid, const PointSet& points,
                                             const SE2d& T_map_points);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -15,15 +16,15 @@ namespace wayfare {
 namespace detail {
 namespace {
 
-/// The steps that cover ±half evenly with steps of at most `step`.
+/// Number of steps of at most `step` in each half of ±half.
 int half_steps(double half, double step) {
   return static_cast<int>(std::ceil(std::min(half / step, 1e6) - 1e-9));
 }
 
-/// acos(1 − r²/2d²), written so that it keeps its digits for far points.
+/// acos(1 − r²/2d²), in a form that is accurate for far points.
 double finest_heading_step(double farthest_m, double resolution_m) {
   const double half_chord = 0.5 * resolution_m / farthest_m;
-  return half_chord < 1 ? 2 * std::asin(half_chord) : M_PI;  // also for all points at the origin
+  return half_chord < 1 ? 2 * std::asin(half_chord) : std::numbers::pi;  // also for d = 0
 }
 
 Result<void> check(const PointSet& points, const SE2d& prior, const SearchWindow& w,
@@ -48,13 +49,13 @@ Result<Eigen::Matrix3d> along_map_axes(const Eigen::Matrix3d& information, const
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(symmetric, Eigen::EigenvaluesOnly)
               .eigenvalues()[0] < -1e-9 * symmetric.norm())
     return Error{ErrorCode::invalid, "match: the prior's information matrix is indefinite"};
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = prior.rotation().matrix();
-  return Eigen::Matrix3d(turn * symmetric * turn.transpose());
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  rotation.topLeftCorner<2, 2>() = prior.rotation().matrix();
+  return Eigen::Matrix3d(rotation * symmetric * rotation.transpose());
 }
 
-/// One sine in sixteen, that of the prior's own heading among them; those between by the addition
-/// theorem, in double precision.
+/// Every sixteenth cosine and sine directly, that of the prior's heading included; those between by
+/// the addition theorem, in double precision.
 std::vector<Heading> headings_of(const CandidateSpace& s) {
   constexpr int kFine = 16;
   const double prior = s.prior.heading().radians(), inverse = 1.0 / s.resolution_m;
@@ -81,8 +82,8 @@ std::vector<Heading> headings_of(const CandidateSpace& s) {
 
 double CandidateSpace::log_prior_bound(const Candidate& corner, int side) const {
   if (!has_prior) return 0.0;
-  // Concave in the offset: the maximum over the square is at its unconstrained place, or on an edge
-  // (a parabola each). Slack for rounding.
+  // Concave in the offset: the maximum over the square is the unconstrained one or on an edge (a
+  // parabola each). Slack for rounding.
   const double k = corner.heading_step * heading_step_rad;
   const double a = information(0, 0), b = information(0, 1), c = information(1, 1);
   const double fx = information(0, 2) * k, fy = information(1, 2) * k;
@@ -117,14 +118,14 @@ Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points,
   s.points = static_cast<int>(points.size());
   s.half_x = half_steps(window.half_x_m, s.resolution_m);
   s.half_y = half_steps(window.half_y_m, s.resolution_m);
-  const double half_heading = std::min(window.half_heading.radians(), M_PI);
+  const double half_heading = std::min(window.half_heading.radians(), std::numbers::pi);
   s.half_k = half_steps(half_heading, finest_heading_step(points.max_norm_m(), s.resolution_m));
   s.heading_step_rad = s.half_k > 0 ? half_heading / s.half_k : 0.0;
   if (std::max({s.half_x, s.half_y, s.half_k}) > (1 << 16) || s.count() > max_candidates)
     return Error{ErrorCode::invalid,
-                 "match: the search window holds " +
+                 "match: the search window has " +
                      std::to_string(static_cast<double>(s.half_x) * s.half_y * s.half_k * 8) +
-                     " candidates, more than this matcher takes"};
+                     " candidates, more than this matcher supports"};
   const double n = s.points, independent = options.independent_points;
   s.weight = grid.log_step() * (independent > 0 ? std::min(1.0, independent / n) : 1.0);
   s.min_sum = static_cast<std::int64_t>(
@@ -139,7 +140,7 @@ Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points,
   return s;
 }
 
-kernels::Turn turn_of(const CandidateSpace& s, const LikelihoodField& grid, int k) {
+kernels::CellTransform transform_of(const CandidateSpace& s, const LikelihoodField& grid, int k) {
   const Heading& h = s.headings[static_cast<std::size_t>(k + s.half_k)];
   const double inverse = 1.0 / s.resolution_m;
   return {h.c,
@@ -153,7 +154,7 @@ kernels::Turn turn_of(const CandidateSpace& s, const LikelihoodField& grid, int 
 
 void place(const CandidateSpace& s, const LikelihoodField& grid, const PointSet& points, int k,
            std::int32_t* u, std::int32_t* v) {
-  const kernels::Turn t = turn_of(s, grid, k);
+  const kernels::CellTransform t = transform_of(s, grid, k);
   kernels::best_kernels().place(points.padded_x_m().data(), points.padded_y_m().data(),
                                 static_cast<int>(points.padded_x_m().size()), t.c, t.s, t.ox, t.oy,
                                 t.limit, u, v);
@@ -211,8 +212,8 @@ void sweep(const CandidateSpace& s, const LikelihoodField& grid, const PointSet&
   }
 }
 
-/// First and second moment of p ∝ exp(objective) over the window (Olson 2009, (12)), and the
-/// variance a cell and a heading step hide.
+/// First and second moment of p ∝ exp(objective) over the window (Olson 2009, (12)), plus the
+/// variance within a cell and a heading step.
 Eigen::Matrix3d covariance_of(const CandidateSpace& s, const std::vector<double>& surface,
                               const Best& best) {
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
@@ -235,9 +236,9 @@ Eigen::Matrix3d covariance_of(const CandidateSpace& s, const std::vector<double>
   const double cell = s.resolution_m * s.resolution_m / 12;
   covariance.diagonal() +=
       Eigen::Vector3d(cell, cell, std::max(1e-10, s.heading_step_rad * s.heading_step_rad / 12));
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = s.pose(best.candidate).rotation().matrix().transpose();
-  return turn * covariance * turn.transpose();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  rotation.topLeftCorner<2, 2>() = s.pose(best.candidate).rotation().matrix().transpose();
+  return rotation * covariance * rotation.transpose();
 }
 
 }  // namespace

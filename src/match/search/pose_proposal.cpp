@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -43,7 +44,7 @@ class PoseProposal::LogDensity {
     return d;
   }
 
-  /// About the pose (t, rotation).
+  /// As a quadratic about the pose (t, rotation).
   [[nodiscard]] Quadratic about(const Eigen::Vector2d& t, const SO2d& rotation) const {
     const double theta = (mean_.rotation().inverse() * rotation).angle().radians();
     // exp's translation is V(θ) times the tangent's (Solà et al. 2018, (158)).
@@ -91,14 +92,14 @@ Error not_a_density(const char* which) {
 
 }  // namespace
 
-/// Where the samples are: at each heading a rectangle of whole cells, about the proposal's mean
-/// given that heading. Where the proposal is narrower than a cell there is one node, thrown no
-/// farther than the proposal reaches.
+/// The samples' positions: at each heading a rectangle of whole cells about the proposal's mean
+/// given that heading. If the proposal is narrower than a cell there is one node, jittered within
+/// the proposal's extent.
 struct PoseProposal::Lattice {
   SE2d mean;
-  Eigen::Vector2d drift;  // of the mean per radian, along the map's axes
+  Eigen::Vector2d mean_per_rad;  // shift of the mean with heading, along the map's axes
   double cell_m;
-  Eigen::Vector2d throw_m;
+  Eigen::Vector2d jitter_m;
   int columns, rows, headings;
   double first_rad, step_rad;
 
@@ -107,15 +108,15 @@ struct PoseProposal::Lattice {
     const Eigen::Matrix2d r = proposal.mean.rotation().matrix();
     const Eigen::Matrix3d& s = proposal.covariance;
     const Eigen::Vector2d cross = s.topRightCorner<2, 1>();
-    drift = r * cross / s(2, 2);
+    mean_per_rad = r * cross / s(2, 2);
     const Eigen::Matrix2d rest = s.topLeftCorner<2, 2>() - cross * cross.transpose() / s(2, 2);
     const Eigen::Vector2d reach =
         o.reach_sigmas * (r * rest * r.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
     columns = nodes_over(reach.x(), cell_m);
     rows = nodes_over(reach.y(), cell_m);
-    throw_m = (2.0 * reach).cwiseMin(cell_m).cwiseMax(1e-6 * cell_m);
+    jitter_m = (2.0 * reach).cwiseMin(cell_m).cwiseMax(1e-6 * cell_m);
     headings = std::max(o.headings, (o.samples + columns * rows - 1) / (columns * rows));
-    const double reach_rad = std::min(M_PI, o.reach_sigmas * std::sqrt(s(2, 2)));
+    const double reach_rad = std::min(std::numbers::pi, o.reach_sigmas * std::sqrt(s(2, 2)));
     first_rad = -reach_rad;
     step_rad = 2 * reach_rad / headings;
   }
@@ -125,16 +126,16 @@ struct PoseProposal::Lattice {
     return SE2d(Eigen::Vector2d(mean.translation() + d.head<2>()),
                 mean.rotation() * SO2d(Angle::radians(d[2])));
   }
-  [[nodiscard]] double log_volume() const { return std::log(step_rad * throw_m.prod()); }
+  [[nodiscard]] double log_volume() const { return std::log(step_rad * jitter_m.prod()); }
 };
 
-PoseProposal::Slice PoseProposal::thrown(const Lattice& lattice, int k, Rng& rng) {
-  const double turn = lattice.first_rad + (k + rng.uniform()) * lattice.step_rad;
-  const double x = (rng.uniform() - 0.5) * lattice.throw_m.x();
-  const double y = (rng.uniform() - 0.5) * lattice.throw_m.y();
+PoseProposal::Slice PoseProposal::jittered_slice(const Lattice& lattice, int k, Rng& rng) {
+  const double heading_rad = lattice.first_rad + (k + rng.uniform()) * lattice.step_rad;
+  const double x = (rng.uniform() - 0.5) * lattice.jitter_m.x();
+  const double y = (rng.uniform() - 0.5) * lattice.jitter_m.y();
   const Eigen::Vector2d middle(0.5 * (lattice.columns - 1), 0.5 * (lattice.rows - 1));
-  return {lattice.mean.rotation() * SO2d(Angle::radians(turn)), turn,
-          lattice.mean.translation() + lattice.drift * turn + Eigen::Vector2d(x, y) -
+  return {lattice.mean.rotation() * SO2d(Angle::radians(heading_rad)), heading_rad,
+          lattice.mean.translation() + lattice.mean_per_rad * heading_rad + Eigen::Vector2d(x, y) -
               lattice.cell_m * middle};
 }
 
@@ -186,20 +187,20 @@ Result<PoseDraw> PoseProposal::draw(const LikelihoodField& grid, const PointSet&
   slices_.clear();
   double* out = log_tau_.data();
   for (int k = 0; k < lattice.headings; ++k, out += lattice.nodes()) {
-    slices_.push_back(thrown(lattice, k, rng));
+    slices_.push_back(jittered_slice(lattice, k, rng));
     const Slice& slice = slices_.back();
     score(grid, points, slice, lattice, out);
     Quadratic f = p->about(slice.corner, slice.rotation);
     if (!options.divide_by_proposal) f += q->about(slice.corner, slice.rotation);
     f.c += floor;
-    finish(f, scale * grid.log_step(), lattice, out);
+    add_densities(f, scale * grid.log_step(), lattice, out);
   }
-  return drawn(lattice, rng);
+  return sample_pose(lattice, rng);
 }
 
-/// From Σ value to ln τ, weighted by the volume a node stands for.
-void PoseProposal::finish(const Quadratic& f, double per_value, const Lattice& lattice,
-                          double* out) {
+/// From Σ value to ln τ, weighted by the volume of a node.
+void PoseProposal::add_densities(const Quadratic& f, double per_value, const Lattice& lattice,
+                                 double* out) {
   const double cell = lattice.cell_m, bend = 0.5 * f.h(0, 0) * cell * cell;
   for (int y = 0; y < lattice.rows; ++y, out += lattice.columns) {
     const double dy = y * cell;
@@ -210,8 +211,8 @@ void PoseProposal::finish(const Quadratic& f, double per_value, const Lattice& l
   }
 }
 
-/// One of the samples by its weight, and the weights' sum and moments.
-PoseDraw PoseProposal::drawn(const Lattice& lattice, Rng& rng) {
+/// Draws one of the samples by weight; sum and moments of the weights.
+PoseDraw PoseProposal::sample_pose(const Lattice& lattice, Rng& rng) {
   constexpr double kNegligible = -30.0;
   const double top = *std::max_element(log_tau_.begin(), log_tau_.end());
   double total = 0.0;
@@ -239,7 +240,7 @@ PoseDraw PoseProposal::drawn(const Lattice& lattice, Rng& rng) {
   return result;
 }
 
-/// Where the running sum of τ passes `sum`.
+/// Index at which the cumulative sum of τ exceeds `sum`.
 std::size_t PoseProposal::pick(double sum) const {
   std::size_t last = 0;
   for (std::size_t i = 0; i < log_tau_.size(); ++i) {
@@ -251,14 +252,14 @@ std::size_t PoseProposal::pick(double sum) const {
   return last;
 }
 
-/// Of a sample from the proposal's mean: translation along the map's axes and turn.
+/// Offset of a sample from the proposal's mean: translation along the map's axes, and heading.
 Eigen::Vector3d PoseProposal::offset(const Lattice& lattice, std::size_t i) const {
   const auto plane = static_cast<std::size_t>(lattice.nodes());
   const Slice& slice = slices_[i / plane];
   const auto at = static_cast<int>(i % plane);
   const Eigen::Vector2d node(at % lattice.columns, at / lattice.columns);
   Eigen::Vector3d d;
-  d << slice.corner + lattice.cell_m * node - lattice.mean.translation(), slice.turn;
+  d << slice.corner + lattice.cell_m * node - lattice.mean.translation(), slice.heading_rad;
   return d;
 }
 

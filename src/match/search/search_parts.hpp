@@ -1,6 +1,6 @@
 #pragma once
 
-// What branch and bound in wide and in small windows have in common.
+// Shared by the branch-and-bound searches of wide and of small windows.
 
 #include <algorithm>
 #include <cmath>
@@ -12,21 +12,21 @@
 
 namespace wayfare::detail {
 
-/// A smaller sum cannot be better than the best: the log prior is never positive.
-inline std::int64_t least_sum(const CandidateSpace& s, const Best& best) {
+/// Sums below cannot exceed the best objective, as the log prior is never positive.
+inline std::int64_t min_useful_sum(const CandidateSpace& s, const Best& best) {
   if (best.objective <= 0) return 0;
   return static_cast<std::int64_t>(std::floor(best.objective / s.weight * (1 - 1e-12)));
 }
 
-/// Of the numbers from `first` on, `count` of them.
+/// Of the `count` integers from `first`.
 inline int nearest_to_zero(int first, int count) {
   return first > 0 ? first : std::min(0, first + count - 1);
 }
 
-/// Points looked at before any other.
+/// Number of points used first.
 inline constexpr int kFirst = 48;
 
-/// The points in an order in which the first come from all over the scan, as those tell most.
+/// Orders the points so that the first kFirst are spread over the scan and most informative.
 inline void interleave(const PointSet& points, std::vector<float>& x, std::vector<float>& y) {
   const std::size_t n = points.size(), stride = (n + kFirst - 1) / kFirst;
   x.assign(points.padded_x_m().size(), 0.0F);

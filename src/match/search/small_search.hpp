@@ -12,34 +12,35 @@
 
 namespace wayfare {
 
-/// For windows of a few groups a heading. Any subset of the points bounds the rest at their best,
-/// so a group is given up as soon as the points it has lost cannot be made good. Points from all
-/// over the scan come first, as they tell most; once a good candidate is known, those that fit it
-/// worst: they fit no other either, and the rest can then be taken to fit without much loss.
+/// For windows of a few groups per heading. The sum over a subset of the points gives an upper
+/// bound with the others at their maximum, so a group is pruned as soon as that is too small.
+/// Points spread over the scan come first, as they are most informative; once a good candidate is
+/// known, those that fit it worst: they usually fit no other either, which makes the bounds tight
+/// early.
 struct BranchAndBoundMatcher::SmallSearch {
-  static constexpr int kMore = 64, kDives = 4, kStrip = kernels::kBlock;
+  static constexpr int kNext = 64, kProbes = 4, kStrip = kernels::kBlock;
 
   BranchAndBoundMatcher& scratch;
   const PrecomputationGrids& map;
   const detail::CandidateSpace& s;
   const kernels::Kernels& kernel = kernels::best_kernels();
   const kernels::BoundTable bounds = table_of(map.level(0));
-  const kernels::Turn shift = detail::turn_of(s, map.grid(), 0);
+  const kernels::CellTransform shift = detail::transform_of(s, map.grid(), 0);
   detail::Best best = {};
-  std::uint32_t least = static_cast<std::uint32_t>(s.min_sum);  ///< a smaller sum cannot win
+  std::uint32_t least = static_cast<std::uint32_t>(s.min_sum);  ///< smaller sums are pruned
 
   static kernels::BoundTable table_of(const PrecomputationGrids::Level& l) {
     return {l.table.data(), 0, l.width, l.height, l.columns};
   }
 
-  /// Of the points after the first, those that fit the best candidate worst come next.
+  /// After the first points, those that fit the best candidate worst come next.
   void bring_outliers_forward() {
-    if (!best.found || s.points <= detail::kFirst + kMore) return;
+    if (!best.found || s.points <= detail::kFirst + kNext) return;
     place(best.candidate);
     const LikelihoodField& grid = map.grid();
     const int rest = s.points - detail::kFirst;
     const std::int32_t* at = index(best.candidate) + detail::kFirst;
-    auto& fit = scratch.fit_;  // value, which
+    auto& fit = scratch.fit_;  // (value, point)
     fit.clear();
     for (int i = 0; i < rest; ++i) fit.emplace_back(grid.data()[at[i]], detail::kFirst + i);
     std::sort(fit.begin(), fit.end());
@@ -50,43 +51,43 @@ struct BranchAndBoundMatcher::SmallSearch {
     }
   }
 
-  void look(Group& g, int more) {
-    const int n = std::min(more, s.points - g.seen);
-    kernels::Turn turn = shift;
-    turn.c = g.c;
-    turn.s = g.s;
-    turn.du = g.corner.offset.x;
-    turn.dv = g.corner.offset.y;
-    g.top = kernel.turned_bounds(scratch.x_.data() + g.seen, scratch.y_.data() + g.seen, n, turn,
-                                 bounds, g.sums);
+  void add_points(Group& g, int count) {
+    const int n = std::min(count, s.points - g.seen);
+    kernels::CellTransform t = shift;
+    t.c = g.c;
+    t.s = g.s;
+    t.du = g.corner.offset.x;
+    t.dv = g.corner.offset.y;
+    g.top = kernel.point_bounds(scratch.x_.data() + g.seen, scratch.y_.data() + g.seen, n, t,
+                                bounds, g.sums);
     g.seen += n;
   }
-  [[nodiscard]] bool hopeless(const Group& g, std::uint32_t top) const {
+  [[nodiscard]] bool prunable(const Group& g, std::uint32_t top) const {
     const std::uint32_t rest = 255 * static_cast<std::uint32_t>(s.points - g.seen);
     return 16 * (top + rest) < least;
   }
 
-  void finish(Group& g) {
-    while (!hopeless(g, g.top)) {
-      if (g.seen == s.points) return open(g);
-      look(g, kMore);
+  void evaluate(Group& g) {
+    while (!prunable(g, g.top)) {
+      if (g.seen == s.points) return score_squares(g);
+      add_points(g, kNext);
     }
   }
 
-  /// Scores the rows of squares of which one is worth it.
-  void open(Group& g) {
+  /// Scores the rows of squares that are not pruned.
+  void score_squares(Group& g) {
     place(g.corner);
     for (int j = 0; j < 4; ++j) {
       std::uint32_t top = 0;
       for (int i = 0; i < 4; ++i) top = std::max(top, g.sums[4 * i + j]);
       const int y = g.corner.offset.y + 4 * j;
-      if (y <= s.half_y && !hopeless(g, top))
+      if (y <= s.half_y && !prunable(g, top))
         score({{g.corner.offset.x, y}, g.corner.heading_step});
     }
-    g.top = 0;  // done with
+    g.top = 0;  // done
   }
   void place(const Candidate& c) {
-    const kernels::Turn t = detail::turn_of(s, map.grid(), c.heading_step);
+    const kernels::CellTransform t = detail::transform_of(s, map.grid(), c.heading_step);
     kernel.place(scratch.x_.data(), scratch.y_.data(), static_cast<int>(scratch.x_.size()), t.c,
                  t.s, t.ox, t.oy, t.limit, scratch.u_.data(), scratch.v_.data());
   }
@@ -97,7 +98,7 @@ struct BranchAndBoundMatcher::SmallSearch {
                  scratch.index_.data());
     return scratch.index_.data();
   }
-  /// Four rows from the placed points: first bounds over 2×2, then two rows at a time.
+  /// Four rows of the placed points: first bounds over 2×2, then two rows at a time.
   void score(const Candidate& corner) {
     const std::int32_t* at = index(corner);
     std::uint32_t pairs[16];
@@ -121,32 +122,32 @@ struct BranchAndBoundMatcher::SmallSearch {
   void offer(std::uint32_t sum, const Candidate& c) {
     if (sum < least) return;
     best.offer(s.objective(sum, c), sum, c);
-    least = std::max(least, static_cast<std::uint32_t>(detail::least_sum(s, best)));
+    least = std::max(least, static_cast<std::uint32_t>(detail::min_useful_sum(s, best)));
   }
 
   void run() {
     auto& groups = scratch.groups_;
     groups.clear();
     for (int k = -s.half_k; k <= s.half_k; ++k) {
-      const kernels::Turn turn = detail::turn_of(s, map.grid(), k);
+      const kernels::CellTransform t = detail::transform_of(s, map.grid(), k);
       for (int y = -s.half_y; y <= s.half_y; y += 16)
         for (int x = -s.half_x; x <= s.half_x; x += 16) {
-          groups.push_back({{{x, y}, k}, turn.c, turn.s, 0, 0, {}});
-          look(groups.back(), detail::kFirst);
+          groups.push_back({{{x, y}, k}, t.c, t.s, 0, 0, {}});
+          add_points(groups.back(), detail::kFirst);
         }
     }
     auto& order = scratch.order_;
     order.resize(groups.size());
     std::iota(order.begin(), order.end(), 0);
     const auto at = [&](std::int32_t i) -> Group& { return groups[static_cast<std::size_t>(i)]; };
-    const auto dives = order.begin() + std::min<std::ptrdiff_t>(kDives, std::ssize(order));
-    std::partial_sort(order.begin(), dives, order.end(), [&](std::int32_t a, std::int32_t b) {
+    const auto probes = order.begin() + std::min<std::ptrdiff_t>(kProbes, std::ssize(order));
+    std::partial_sort(order.begin(), probes, order.end(), [&](std::int32_t a, std::int32_t b) {
       return at(a).top != at(b).top ? at(a).top > at(b).top : a < b;
     });
-    finish(at(order.front()));
+    evaluate(at(order.front()));
     bring_outliers_forward();
-    for (auto i = order.begin() + 1; i < dives; ++i) finish(at(*i));
-    for (Group& g : groups) finish(g);  // neighbouring headings read the same parts of the tables
+    for (auto i = order.begin() + 1; i < probes; ++i) evaluate(at(*i));
+    for (Group& g : groups) evaluate(g);  // in order, as neighbouring headings share cache lines
   }
 };
 

@@ -15,12 +15,12 @@
 
 namespace wayfare {
 
-/// Nodes of level l are squares of 4^(l+1) offsets bounded by level l of the pyramid, four of them
-/// beside each other along x a row. Of each level's rows the most promising are taken together, a
-/// few at first, and parted in the order they lie in: neighbours, and neighbouring headings, read
-/// the same parts of the tables.
+/// Nodes of level l are squares of 4^(l+1) offsets bounded by level l of the precomputation grids;
+/// four adjacent nodes along x are a row. On each level the most promising rows are refined in
+/// batches of growing size, in memory order: neighbours and neighbouring headings read the same
+/// parts of the tables.
 struct BranchAndBoundMatcher::Search {
-  static constexpr std::size_t kGrowth = 4, kMostRows = 4096;
+  static constexpr std::size_t kGrowth = 4, kMaxRows = 4096;
 
   BranchAndBoundMatcher& scratch;
   const PrecomputationGrids& map;
@@ -28,14 +28,14 @@ struct BranchAndBoundMatcher::Search {
   const PointSet& all;
   const kernels::Kernels& kernel = kernels::best_kernels();
   detail::Best best = {};
-  std::int64_t least = s.min_sum;  ///< a smaller sum cannot win
+  std::int64_t least = s.min_sum;  ///< smaller sums are pruned
 
   static int side(int level) { return 4 << (2 * level); }
   static auto at(int level) { return static_cast<std::size_t>(level); }
 
   kernels::Merged points(int level, int heading_step) {
     return detail::merged(scratch.merged_[at(level)], s, level, heading_step, [&](int k) {
-      const kernels::Turn t = detail::turn_of(s, map.grid(), k);
+      const kernels::CellTransform t = detail::transform_of(s, map.grid(), k);
       kernel.place(all.padded_x_m().data(), all.padded_y_m().data(),
                    static_cast<int>(all.padded_x_m().size()), t.c, t.s, t.ox, t.oy, t.limit,
                    scratch.u_.data(), scratch.v_.data());
@@ -54,14 +54,15 @@ struct BranchAndBoundMatcher::Search {
     const std::int64_t k = row.corner.heading_step;
     return key + y * y + k * k;
   }
-  [[nodiscard]] bool hopeless(const Row& row) const {
+  [[nodiscard]] bool prunable(const Row& row) const {
     return best.found &&
            (row.bound < best.objective ||
             (row.bound == best.objective && nearest(row) > detail::distance_key(best.candidate)));
   }
 
-  /// Of the nodes of `level` in the groups `wanted` (a bit each) of the row from `corner` on. Those
-  /// left: a group is given up once the points seen leave no node worth a look, if all others fit.
+  /// Bounds the nodes of `level` in the groups `wanted` (bit mask) of the row from `corner`;
+  /// returns the groups left. A group is pruned once its sums are too small even if all other
+  /// points fit.
   unsigned bound(const Candidate& corner, int level, unsigned wanted, std::uint32_t* sums) {
     const PrecomputationGrids::Level& l = map.level(level);
     const kernels::Merged merged = points(level, corner.heading_step);
@@ -70,7 +71,7 @@ struct BranchAndBoundMatcher::Search {
     kernels::BoundTable table{l.table.data(), 0, l.width, l.height, l.columns};
     for (int part = 0, rest = s.points; rest > 0 && wanted != 0; ++part) {
       rest = std::max(0, rest - kernels::kMergedPart);
-      // Groups beside each other are looked up together.
+      // Adjacent groups share look-ups.
       const int low = std::countr_zero(wanted), span = std::bit_width(wanted) - low;
       const int groups = span > 2 ? 4 : span, first = span > 2 ? 0 : low;
       table.table = l.table.data() + std::ptrdiff_t{16} * first;
@@ -84,7 +85,7 @@ struct BranchAndBoundMatcher::Search {
     return wanted;
   }
 
-  /// Bounds the nodes of `level` in groups of the row and appends the rows of those worth a look.
+  /// Bounds the nodes of `level` in groups of the row and appends the rows that are not pruned.
   void branch(const Candidate& corner, unsigned groups, int level) {
     std::uint32_t sums[64] = {};
     const unsigned left = bound(corner, level, groups, sums);
@@ -99,7 +100,7 @@ struct BranchAndBoundMatcher::Search {
       }
     }
   }
-  /// The nodes of a row that can still win.
+  /// Bit mask of the nodes of a row that are not pruned.
   [[nodiscard]] unsigned members(const Row& row) const {
     const int columns = (s.half_x - row.corner.offset.x) / side(row.level) + 1;
     unsigned found = 0;
@@ -121,7 +122,7 @@ struct BranchAndBoundMatcher::Search {
       }
       row.bound = std::max(row.bound, bound);
     }
-    if (!hopeless(row)) scratch.rows_[at(row.level)].push_back(row);
+    if (!prunable(row)) scratch.rows_[at(row.level)].push_back(row);
   }
 
   /// Scores the candidates of a row of nodes of level 0.
@@ -133,7 +134,7 @@ struct BranchAndBoundMatcher::Search {
     kernel.index(merged.x, merged.y, (merged.ends[parts - 1] + 15) / 16 * 16,
                  corner.offset.x + s.half_x, corner.offset.y + s.half_y, grid.width(),
                  grid.height(), grid.stride(), index);
-    // First bounds over 2×2, then the rows in which one is worth it.
+    // First bounds over 2×2, then the rows that are not pruned.
     std::uint32_t pairs[16], sums[2 * kernels::kBlock];
     kernel.merged_pairs(merged, parts, map.pairs(), grid.stride(), index, pairs);
     for (int r = 0; r < 4; r += 2) {
@@ -147,27 +148,27 @@ struct BranchAndBoundMatcher::Search {
         if (sums[i] < least || c.offset.x > s.half_x || c.offset.y > s.half_y) continue;
         best.offer(s.objective(sums[i], c), sums[i], c);
       }
-      if (best.found) least = std::max(least, detail::least_sum(s, best));
+      if (best.found) least = std::max(least, detail::min_useful_sum(s, best));
     }
   }
 
-  /// Moves the most promising rows of a level, about `count`, to the level's batch, both in the
-  /// order they were in.
-  void take(int level, std::size_t count) {
+  /// Moves the most promising rows of a level, about `count`, to the level's batch; both keep their
+  /// order.
+  void take_batch(int level, std::size_t count) {
     auto& rows = scratch.rows_[at(level)];
     auto& batch = scratch.batch_[at(level)];
     batch.clear();
-    std::erase_if(rows, [&](const Row& row) { return hopeless(row); });
+    std::erase_if(rows, [&](const Row& row) { return prunable(row); });
     if (rows.size() <= count) return batch.swap(rows);
     constexpr int kBins = 64;
     const auto [low, high] = std::minmax_element(
         rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.bound < b.bound; });
     const double from = low->bound, bins = (kBins - 1) / std::max(high->bound - from, 1e-300);
     const auto bin = [&](const Row& row) { return static_cast<int>((row.bound - from) * bins); };
-    std::size_t held[kBins] = {};
-    for (const Row& row : rows) ++held[bin(row)];
+    std::size_t in_bin[kBins] = {};
+    for (const Row& row : rows) ++in_bin[bin(row)];
     int lowest = kBins;
-    for (std::size_t sum = 0; sum < count;) sum += held[--lowest];
+    for (std::size_t sum = 0; sum < count;) sum += in_bin[--lowest];
     auto left = rows.begin();
     for (const Row& row : rows) {
       if (bin(row) >= lowest && batch.size() < 2 * count)
@@ -178,30 +179,30 @@ struct BranchAndBoundMatcher::Search {
     rows.erase(left, rows.end());
   }
 
-  void part(int level) {
+  void refine_level(int level) {
     for (std::size_t count = 1; !scratch.rows_[at(level)].empty();
-         count = level > 0 ? std::min(kGrowth * count, kMostRows) : kGrowth * count) {
-      take(level, count);
+         count = level > 0 ? std::min(kGrowth * count, kMaxRows) : kGrowth * count) {
+      take_batch(level, count);
       for (const Row& row : scratch.batch_[at(level)]) {
-        if (hopeless(row)) continue;
+        if (prunable(row)) continue;
         level == 0 ? score(row.corner) : branch(row.corner, members(row), level - 1);
       }
-      if (level > 0) part(level - 1);
+      if (level > 0) refine_level(level - 1);
     }
   }
 
   void run(int level) {
     for (int l = 0; l <= level; ++l) {
-      detail::forget(scratch.merged_[at(l)], s);
+      detail::clear(scratch.merged_[at(l)], s);
       scratch.rows_[at(l)].clear();
     }
-    score({{-(s.half_x & 15), -(s.half_y & 3)}, 0});  // holds the prior
+    score({{-(s.half_x & 15), -(s.half_y & 3)}, 0});  // contains the prior
     const int span = 4 * side(level);
     for (int y = -s.half_y; y <= s.half_y; y += span)
       for (int x = -s.half_x; x <= s.half_x; x += 4 * span)
         for (int k = -s.half_k; k <= s.half_k; ++k)
           branch({{x, y}, k}, (1U << std::min(4, (s.half_x - x) / span + 1)) - 1, level);
-    part(level);
+    refine_level(level);
   }
 };
 

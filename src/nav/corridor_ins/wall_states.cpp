@@ -138,7 +138,7 @@ void WallStates::enter_end(const NormalPoint& seen, Filter& filter) {
 CorridorWalls facing(const CorridorWalls& seen, Angle predicted) {
   const bool against =
       std::abs(wrap_to_pi((seen.direction - predicted).radians())) > 0.5 * std::numbers::pi;
-  return against ? turned_round(seen) : seen;
+  return against ? reversed(seen) : seen;
 }
 
 }  // namespace wayfare::corridor

@@ -1,7 +1,7 @@
 #pragma once
 
-// An unbounded plane of cells kept as 64×64 tiles that copies share until one of them writes: a
-// particle's map costs its differences, and a grid grows anywhere without moving what it has.
+// An unbounded plane of cells, stored as 64×64 tiles that copies share until one of them writes. A
+// particle's map costs only its differences, and a grid grows without moving existing cells.
 
 #include <algorithm>
 #include <array>
@@ -17,8 +17,8 @@
 
 namespace wayfare {
 
-/// Copies may be read and written from different threads; one object only by one writer. What was
-/// moved from has no tile.
+/// Different copies may be read and written from different threads; a single object has one writer.
+/// A moved-from object has no tiles.
 template <class T>
 class CopyOnWriteTiles {
  public:
@@ -41,14 +41,14 @@ class CopyOnWriteTiles {
     return tile == nullptr ? fill_ : (*tile)[offset_in_tile(c)];
   }
 
-  /// The tile, or null where nothing was ever written.
+  /// The tile, or null if nothing was written to it.
   [[nodiscard]] const Tile* find(const Cell& tile) const {
     if (slots_.empty()) return nullptr;
     const Slot& slot = slots_[slot_of(tile)];
     return slot.block.get() == nullptr ? nullptr : &slot.block.get()->cells;
   }
 
-  /// The tile for writing: made where missing, copied first where another grid shares it.
+  /// The tile for writing: created if missing, copied first if another grid shares it.
   [[nodiscard]] Tile& writable(const Cell& tile) {
     if (count_ * 2 >= slots_.size()) grow();
     Slot& slot = slots_[slot_of(tile)];
@@ -83,7 +83,7 @@ class CopyOnWriteTiles {
     std::atomic<int> owners{1};
     Tile cells;
   };
-  /// Like shared_ptr, but asking "am I the only owner" synchronises with owners that let go.
+  /// Like shared_ptr, but the test for a single owner synchronises with owners that were destroyed.
   class Handle {
    public:
     Handle() = default;

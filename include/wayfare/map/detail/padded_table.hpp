@@ -1,7 +1,7 @@
 #pragma once
 
-// What the tables that kernels read have in common: row-major cells with a border all round, so
-// that a kernel that clamps a place into the border needs no further checks.
+// Base of the tables that kernels read: row-major cells with a border on every side, so that a
+// kernel that clamps an index into the border needs no further checks.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace wayfare {
 class PaddedTable {
  public:
   static constexpr int kBorder = 32;
-  /// No table is made larger than this (128 MiB).
+  /// Upper limit of a table's size (128 MiB).
   static constexpr std::int64_t kMaxCells = std::int64_t{1} << 26;
 
   [[nodiscard]] double resolution_m() const { return resolution_m_; }
@@ -27,7 +27,7 @@ class PaddedTable {
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] bool empty() const { return width_ == 0; }
 
-  /// What lies outside the table counts as the border.
+  /// Cells outside the table have the border's value.
   [[nodiscard]] int value(const Cell& map_cell) const {
     const Cell c = map_cell - origin_;
     if (c.x < 0 || c.y < 0 || c.x >= width_ || c.y >= height_) return table_.front();
@@ -41,10 +41,10 @@ class PaddedTable {
 
  protected:
   PaddedTable() = default;
-  /// Refused: a box without a cell, or of more than kMaxCells.
+  /// Errors: a box without a cell, or of more than kMaxCells.
   static Result<void> check_size(const CellBox& box);
-  /// A table over `box` (map cells) with `fill` in it and around it, reusing memory. Refused, and
-  /// left empty: a resolution that is not positive, more than kMaxCells.
+  /// Resizes the table to `box` (map cells) and fills it and its border with `fill`, reusing
+  /// memory. Errors, with the table left empty: resolution not positive, more than kMaxCells.
   Result<void> reset(double resolution_m, const CellBox& box, std::uint16_t fill);
 
  private:

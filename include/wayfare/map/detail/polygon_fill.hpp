@@ -1,13 +1,14 @@
 #pragma once
 
-// What a fan of neighbouring beams encloses, as marks in a raster: the polygon from the sensor
-// along the beams' ends and back, by the parity of the edges left of a cell's centre.
+// Fills the polygons of the sensor and the ends of neighbouring beams in a raster, by the parity of
+// the number of edges left of a cell's centre.
 
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,9 +17,9 @@
 
 namespace wayfare::detail {
 
-/// Flips the first mark of each row whose centre lies right of the edge (or on it), for rows whose
-/// centres lie between its ends (the upper excluded): so that of polygons that share an edge
-/// exactly one holds a centre on it. Exact for rasters of up to 8192 cells a side.
+/// Flips the first mark of each row whose centre is right of or on the edge, for rows whose centres
+/// are between its ends (the upper excluded). Of polygons that share an edge, exactly one contains
+/// a centre on it. Exact for rasters of up to 8192 cells a side.
 inline void flip_along_edge(SubCellPoint a, SubCellPoint b, const RasterShape& raster,
                             std::span<std::uint8_t> marks) {
   constexpr std::int64_t kOne = std::int64_t{1} << SubCellPoint::kBits;
@@ -40,7 +41,7 @@ inline void flip_along_edge(SubCellPoint a, SubCellPoint b, const RasterShape& r
   }
 }
 
-/// Marks of 0 and 1: each becomes the parity of those up to it. `n` is a multiple of 8.
+/// Replaces each mark (0 or 1) by the parity of the marks up to it. `n` is a multiple of 8.
 inline void running_parity(std::uint8_t* marks, std::ptrdiff_t n) {
   if constexpr (std::endian::native == std::endian::little) {
     // The product's bytes are the running sums of the word's.
@@ -58,40 +59,41 @@ inline void running_parity(std::uint8_t* marks, std::ptrdiff_t n) {
   }
 }
 
-/// Which beams of a scan have a neighbour on the side the scan turns to: less than `gap_rad`
-/// farther on, before the scan has come round. `Ray` has `end` and `bearing_rad`.
+/// Which beams have a next neighbour in scan direction: at most `gap_rad` further, within the first
+/// revolution. `Ray` has `end` and `bearing_rad`.
 template <class Ray>
 void find_neighbours(std::span<const Ray> rays, const SubCellPoint& origin, double gap_rad,
                      std::vector<std::uint8_t>& has_next) {
-  const auto turn = [&](std::size_t i) {
+  using std::numbers::pi;
+  const auto bearing_step = [&](std::size_t i) {
     const Ray& next = rays[i + 1 == rays.size() ? 0 : i + 1];
     return std::remainder(
-        static_cast<double>(next.bearing_rad) - static_cast<double>(rays[i].bearing_rad), 2 * M_PI);
+        static_cast<double>(next.bearing_rad) - static_cast<double>(rays[i].bearing_rad), 2 * pi);
   };
-  double sense = 0.0;
-  for (std::size_t i = 0; i + 1 < rays.size(); ++i) sense += turn(i) > 0 ? 1 : -1;
-  sense = sense < 0 ? -1 : 1;
-  double turned = 0.0;
+  double direction = 0.0;
+  for (std::size_t i = 0; i + 1 < rays.size(); ++i) direction += bearing_step(i) > 0 ? 1 : -1;
+  direction = direction < 0 ? -1 : 1;
+  double swept = 0.0;
   has_next.assign(rays.size(), 0);
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const double by = sense * turn(i);
-    turned += by < -gap_rad ? by + 2 * M_PI : by;  // a large step back is a larger one on
+    const double step = direction * bearing_step(i);
+    swept += step < -gap_rad ? step + 2 * pi : step;  // a large step back wraps to a forward one
     const SubCellPoint &a = rays[i].end, &b = rays[i + 1 == rays.size() ? 0 : i + 1].end;
     const double cross = static_cast<double>(a.x - origin.x) * static_cast<double>(b.y - origin.y) -
                          static_cast<double>(a.y - origin.y) * static_cast<double>(b.x - origin.x);
-    has_next[i] = by > 0 && by <= gap_rad && turned < 2 * M_PI + 1e-4 && sense * cross > 0;
+    has_next[i] = step > 0 && step <= gap_rad && swept < 2 * pi + 1e-4 && direction * cross > 0;
   }
 }
 
-/// Marks the cells whose centres lie between neighbouring rays. `marks` are zero before.
+/// Marks the cells whose centres are between neighbouring rays. `marks` must be zero before.
 template <class Ray>
-void fill_star(std::span<const Ray> rays, std::span<const std::uint8_t> has_next,
-               const SubCellPoint& origin, const RasterShape& raster, std::int64_t rows,
-               std::span<std::uint8_t> marks) {
+void fill_polygon(std::span<const Ray> rays, std::span<const std::uint8_t> has_next,
+                  const SubCellPoint& origin, const RasterShape& raster, std::int64_t rows,
+                  std::span<std::uint8_t> marks) {
   bool before = has_next.back() != 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const bool next = has_next[i] != 0;
-    // Edges to the sensor between two filled sectors would be flipped twice.
+    // Edges to the sensor between two filled sectors cancel, so they are skipped.
     if (next != before) flip_along_edge(origin, rays[i].end, raster, marks);
     if (next)
       flip_along_edge(rays[i].end, rays[i + 1 == rays.size() ? 0 : i + 1].end, raster, marks);

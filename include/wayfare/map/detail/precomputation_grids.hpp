@@ -9,11 +9,11 @@
 
 namespace wayfare {
 
-/// A LikelihoodField and upper bounds over its windows, for branch and bound. Level l holds, for
-/// every place (in units of 4^l cells), the maximum over the window of 4^(l+1) cells that starts
-/// there (for l > 0 one unit more, so that it holds from wherever in the unit the window starts),
-/// in sixteenths of a value rounded up. The sixteen windows 4 units apart lie side by side: one
-/// load bounds a block of 16×16 units. Below level 0, the maxima of pairs of rows and columns.
+/// Precomputation grids of a LikelihoodField for branch and bound (Hess et al. 2016). Level l
+/// stores, at every index (in units of 4^l cells), the maximum over the window of 4^(l+1) cells
+/// that starts there (for l > 0 one unit more, so that it bounds windows that start anywhere in the
+/// unit), in sixteenths of a value, rounded up. The sixteen windows 4 units apart are adjacent in
+/// memory: one load bounds a block of 16×16 units. pairs() has the maxima of 2×2 cells.
 class PrecomputationGrids {
  public:
   static constexpr int kLevels = 3;
@@ -27,18 +27,18 @@ class PrecomputationGrids {
   PrecomputationGrids() = default;
   explicit PrecomputationGrids(LikelihoodField grid) { build(std::move(grid)); }
 
-  /// Takes the grid over; memory of an earlier build is used again.
+  /// Takes ownership of the grid; reuses the memory of an earlier build.
   void build(LikelihoodField grid);
 
   [[nodiscard]] const LikelihoodField& grid() const { return grid_; }
   [[nodiscard]] const Level& level(int l) const { return levels_[static_cast<std::size_t>(l)]; }
-  /// Of the window of 2×2 cells that starts at each, laid out as grid().data() is.
+  /// Maximum of the window of 2×2 cells that starts at each cell, in the layout of grid().data().
   [[nodiscard]] const std::uint8_t* pairs() const {
     return pairs_.data() + std::ptrdiff_t{grid_.stride() + 1} * LikelihoodField::kBorder;
   }
 
  private:
-  void keep_pairs(int stride);
+  void store_pairs(int stride);
 
   LikelihoodField grid_;
   std::array<Level, kLevels> levels_;

@@ -1,6 +1,6 @@
 #pragma once
 
-// The cells of a segment as places in a raster, several times faster than cell by cell.
+// The cells of a segment as raster indices, several times faster than cell by cell.
 
 #include <algorithm>
 #include <cstddef>
@@ -24,9 +24,9 @@ struct RasterShape {
 
 namespace detail {
 
-/// A segment seen along its longer axis ("columns"; across them "rows"). Where it crosses the line
-/// between two columns is kept as a fixed-point number a little too large. Crossings are multiples
-/// of 1/(2¹²·length); the error stays below that, so that rounding down is exact.
+/// A segment along its longer axis ("columns"; across it "rows"). The crossing of the line between
+/// two columns is a fixed-point number, slightly too large. Crossings are multiples of
+/// 1/(2¹²·length) and the error stays below that, so rounding down is exact.
 struct ColumnWalk {
   static constexpr int kBits = 48;
   static constexpr std::int64_t kMaxColumns = 2000;  // 3·(columns + 1)²·2²⁴ < 2⁴⁸
@@ -34,10 +34,10 @@ struct ColumnWalk {
 
   std::int64_t columns;  // lines crossed
   std::ptrdiff_t column_step, row_step;
-  std::ptrdiff_t start;  // the place of row 0 in the first column
+  std::ptrdiff_t start;  // index of row 0 in the first column
   std::int64_t first_row, last_row;
   std::int64_t crossing = 0, slope = 0;
-  std::int64_t below = 0;  // added to a crossing: one just short of it
+  std::int64_t below = 0;  // added to a crossing gives one just before it
 
   /// `along`, `across`: a and b relative to the raster, in 1/4096 of a cell.
   ColumnWalk(std::int64_t a_along, std::int64_t b_along, std::int64_t a_across,
@@ -70,8 +70,8 @@ struct ColumnWalk {
 
   template <class Visit>
   void run(Visit&& visit) const {
-    // Of a crossing in a corner of cells the walk goes on diagonally: it leaves the old column
-    // just short of the corner and enters the new one at it, going up, or the other way round.
+    // Through a corner of cells the walk is diagonal. Going up, it leaves the old column just
+    // before the corner and enters the new one at it; going down, the reverse.
     const bool up = slope > 0;
     const std::int64_t leave = up ? below : 0, enter = up ? 0 : below;
     const auto [low, high] = std::minmax(first_row, last_row);
@@ -91,11 +91,11 @@ struct ColumnWalk {
 
 }  // namespace detail
 
-/// Calls `visit(place, is_new)` for the places in the raster of the cells that
-/// for_each_cell_on_segment visits; `is_new` is false where it is called again for the cell it was
-/// just called for. The segment lies within the raster.
+/// Calls `visit(index, is_new)` with the raster index of each cell that for_each_cell_on_segment
+/// visits; `is_new` is false when a cell is repeated directly. The segment must be within the
+/// raster.
 template <class Visit>
-void for_each_place_on_segment(const SubCellPoint& a, const SubCellPoint& b,
+void for_each_index_on_segment(const SubCellPoint& a, const SubCellPoint& b,
                                const RasterShape& raster, Visit&& visit) {
   const std::int64_t x0 = std::int64_t{raster.origin.x} << SubCellPoint::kBits;
   const std::int64_t y0 = std::int64_t{raster.origin.y} << SubCellPoint::kBits;

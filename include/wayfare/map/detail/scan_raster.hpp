@@ -1,6 +1,6 @@
 #pragma once
 
-// One scan drawn as rays into a raster of its own, which is then added to a grid.
+// Draws the rays of one scan into a raster, which is then added to a grid.
 
 #include <algorithm>
 #include <cmath>
@@ -21,46 +21,46 @@
 
 namespace wayfare {
 
-/// How the cells in front of the hits are freed. A type with `static constexpr int
-/// kMaxPassesPerCell`: how often one scan may free the same cell, and `bool kFills`: whether that
-/// is done for what neighbouring beams enclose rather than for what each beam passes.
+/// How the cells in front of the hits are freed: a type with `static constexpr int
+/// kMaxPassesPerCell`, how often one scan may free the same cell, and `bool kFills`, whether the
+/// area between neighbouring beams is freed rather than the cells each beam passes.
 struct EveryBeam {
-  static constexpr int kMaxPassesPerCell = 0x7fff;  ///< once for each beam that passes it
+  static constexpr int kMaxPassesPerCell = 0x7fff;  ///< once per beam that passes the cell
   static constexpr bool kFills = false;
 };
 struct OncePerScan {
-  static constexpr int kMaxPassesPerCell = 1;  ///< once, and hit once: near cells stay in measure
+  static constexpr int kMaxPassesPerCell = 1;  ///< so near cells are not overconfident
   static constexpr bool kFills = false;
 };
-/// Once for every cell whose centre lies in the polygon of the sensor and the ends of neighbouring
-/// beams. Also frees the cells between beams, where something thin may stand unseen; several times
+/// Frees once every cell whose centre is in the polygon of the sensor and the ends of neighbouring
+/// beams. Also frees the cells between beams, where a thin object may be missed; several times
 /// faster. A beam without a neighbour frees the cells it passes.
 struct FillBetweenBeams {
   static constexpr int kMaxPassesPerCell = 1;
   static constexpr bool kFills = true;
 };
 
-/// What a scan adds to the cells it frees and hits.
+/// Log-odds added to the freed and the hit cells.
 struct ScanUpdate {
   LogOdds free, hit;
   double fill_gap_rad = 0.0;
 };
 
-/// Scratch memory of insert_scan; keep one and pass it again. Holds no state between calls.
+/// Scratch memory of insert_scan; reuse one object. No state is kept between calls.
 class ScanRaster {
  public:
-  /// A scan larger than this (a side of 5800 cells, 290 m at 5 cm) is refused.
+  /// Larger scans (a side of 5800 cells, 290 m at 5 cm) are an error.
   static constexpr std::int64_t kMaxCells = std::int64_t{1} << 25;
 
   struct Ray {
     SubCellPoint end;
-    float bearing_rad = 0.0F;  ///< in any frame; read for FillBetweenBeams only
+    float bearing_rad = 0.0F;  ///< in any frame; used by FillBetweenBeams only
     bool hit = false;
   };
 
   std::vector<Ray>& rays() { return rays_; }
 
-  /// Unit vectors along the beams of a scan like this one, kept for the next.
+  /// Unit vectors along the beams, cached for scans of the same geometry.
   const std::vector<Eigen::Vector2d>& directions(const LaserScan& scan);
 
   /// The cells the rays from `origin` pass. Refused: more than kMaxCells, places that no cell of a
@@ -90,9 +90,9 @@ class ScanRaster {
 
   std::vector<Ray> rays_;
   CellBox box_;
-  RasterShape shape_;  // whole tiles, from the first that touches the box
+  RasterShape shape_;  // whole tiles, from the first that intersects the box
   std::int64_t rows_ = 0;
-  std::vector<std::uint8_t> once_;  // marks are zero between calls
+  std::vector<std::uint8_t> once_;  // zero between calls
   std::vector<std::uint16_t> counts_;
   std::vector<std::uint8_t> has_next_;
   std::vector<Eigen::Vector2d> directions_;
@@ -117,10 +117,10 @@ template <class FreeSpace>
 void ScanRaster::walk(const Ray& ray, const SubCellPoint& origin) {
   auto* marks = this->marks<Mark<FreeSpace>>().data();
   if constexpr (FreeSpace::kMaxPassesPerCell == 1) {
-    for_each_place_on_segment(origin, ray.end, shape_,
+    for_each_index_on_segment(origin, ray.end, shape_,
                               [marks](std::ptrdiff_t at, bool) { marks[at] = 1; });
   } else {
-    for_each_place_on_segment(origin, ray.end, shape_, [marks](std::ptrdiff_t at, bool is_new) {
+    for_each_index_on_segment(origin, ray.end, shape_, [marks](std::ptrdiff_t at, bool is_new) {
       const bool more = is_new && marks[at] < FreeSpace::kMaxPassesPerCell;
       marks[at] = static_cast<std::uint16_t>(marks[at] + (more ? 1 : 0));
     });
@@ -132,15 +132,15 @@ void ScanRaster::draw(const SubCellPoint& origin, double fill_gap_rad) {
   if constexpr (FreeSpace::kFills) {
     const std::span<const Ray> rays = rays_;
     detail::find_neighbours(rays, origin, fill_gap_rad, has_next_);
-    detail::fill_star(rays, std::span<const std::uint8_t>(has_next_), origin, shape_, rows_,
-                      std::span(once_));
+    detail::fill_polygon(rays, std::span<const std::uint8_t>(has_next_), origin, shape_, rows_,
+                         std::span(once_));
     for (std::size_t i = 0; i < rays_.size(); ++i)
       if (has_next_[i] == 0 && has_next_[i == 0 ? rays_.size() - 1 : i - 1] == 0)
         walk<FreeSpace>(rays_[i], origin);
   } else {
     for (const Ray& ray : rays_) walk<FreeSpace>(ray, origin);
   }
-  // No cell is both freed and hit by one scan.
+  // One scan does not both free and hit a cell.
   auto& marks = this->marks<Mark<FreeSpace>>();
   for (const Ray& ray : rays_)
     if (ray.hit) marks[static_cast<std::size_t>(shape_.at(ray.end.cell()))] = 0;
@@ -175,7 +175,7 @@ inline Result<CellBox> ScanRaster::cover(const SubCellPoint& origin) {
   if (rows_ > kMaxCells / shape_.stride) {
     return Error{ErrorCode::invalid, "the scan spans " + std::to_string(box_.width()) + " x " +
                                          std::to_string(box_.height()) +
-                                         " cells, more than insert_scan takes"};
+                                         " cells, more than insert_scan supports"};
   }
   return box_;
 }
