@@ -9,7 +9,8 @@
 
 namespace wayfare {
 
-/// The rotation Rz(yaw) Ry(pitch) Rx(roll), radians: of `q_nb`, the attitude angles of a vehicle.
+/// The rotation Rz(yaw) Ry(pitch) Rx(roll), radians; for `q_nb` these are a vehicle's attitude
+/// angles.
 [[nodiscard]] inline SO3d rotation_from_roll_pitch_yaw(const Eigen::Vector3d& roll_pitch_yaw_rad) {
   using Eigen::AngleAxisd, Eigen::Vector3d;
   return SO3d(Eigen::Quaterniond(AngleAxisd(roll_pitch_yaw_rad[2], Vector3d::UnitZ()) *
@@ -17,8 +18,8 @@ namespace wayfare {
                                  AngleAxisd(roll_pitch_yaw_rad[0], Vector3d::UnitX())));
 }
 
-/// Roll and yaw in [−π, π], pitch in [−π/2, π/2]. Straight up or down, where roll and yaw turn
-/// about one axis, any split of their sum.
+/// Roll and yaw in [−π, π], pitch in [−π/2, π/2]. At pitch ±π/2, where roll and yaw rotate about
+/// the same axis, their split is arbitrary.
 [[nodiscard]] inline Eigen::Vector3d roll_pitch_yaw_rad(const SO3d& rotation) {
   const Eigen::Matrix3d r = rotation.matrix();
   return {std::atan2(r(2, 1), r(2, 2)), std::asin(std::clamp(-r(2, 0), -1.0, 1.0)),
