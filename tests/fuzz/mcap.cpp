@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     ++through;
     return true;
   });
-  // What was counted from the front is what is read from the front.
+  // Counting and reading from the front agree.
   if (!reader->contents().indexed && through != reader->contents().statistics.messages)
     std::abort();
   wayfare::LogTime last = wayfare::LogTime::from_nanoseconds(0);
