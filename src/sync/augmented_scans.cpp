@@ -232,8 +232,7 @@ class RobotSynchroniser::Impl {
     return scan;
   }
 
-  // Velocity of the radar in its own axes, over the adjacent frames; nullopt where the wheels are
-  // silent.
+  // Velocity of the radar in its own axes, over the adjacent frames; nullopt without wheels.
   [[nodiscard]] std::optional<Eigen::Vector2d> velocity(std::size_t i, std::size_t count) const {
     const LogTime from = radar_[i > 0 ? i - 1 : 0].time,
                   to = radar_[std::min(i + 1, count - 1)].time;

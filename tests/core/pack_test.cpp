@@ -67,8 +67,7 @@ TYPED_TEST(PackTest, MasksAreLaneByLane) {
   EXPECT_FALSE(any(m && !m));
 }
 
-// The exponential of small and of large rotation vectors in one pack: each lane uses its own
-// branch.
+// The exponential of small and large rotation vectors in one pack: each lane has its own branch.
 TYPED_TEST(PackTest, RotationsAreLaneByLane) {
   using P = TypeParam;
   using T = typename P::Lane;

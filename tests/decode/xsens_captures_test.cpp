@@ -96,8 +96,8 @@ double number_in(const std::string& name, const std::string& text) {
   return std::stod(text);
 }
 
-/// The expected messages: "Name(format):" lines, values indented below, messages separated by a
-/// blank line.
+/// The expected messages: "Name(format):" lines, values indented below, blank lines between
+/// messages.
 std::vector<Fields> expected_samples(const std::string& text) {
   std::vector<Fields> all(1);
   std::istringstream lines(text);

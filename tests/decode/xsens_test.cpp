@@ -43,8 +43,8 @@ TEST(Xbus, MessagesMatchTheManual) {
 }
 
 TEST(Xbus, APreambleInTheDataAfterDamageDoesNotHideTheNext) {
-  // The damaged message contains the start of an apparent long message that spans the good ones
-  // after it.
+  // The damaged message contains the start of an apparent long one that spans the good ones after
+  // it.
   Stream damaged = message(XbusId::mt_data2, {0xFA, 0xFF, 0x36, 0xFF, 0x04, 0x00, 0xFA, 0xFA});
   damaged.back() ^= 1;
   Stream bytes = damaged;

@@ -12,8 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Points in all directions within 40 degrees of elevation, observed by a radar that moves with
-/// `v`.
+/// Points in all directions within 40 degrees of elevation, for a radar that moves with `v`.
 RadarScan frame(const Eigen::Vector3d& v, std::size_t points, double noise, Rng& rng) {
   RadarScan scan;
   for (std::size_t i = 0; i < points; ++i) {
@@ -93,7 +92,7 @@ TEST(RadarVelocity, RejectsDegenerateFrames) {
     const auto found = radar_velocity(scan, Rng(1));
     return found ? "no error" : found.error().to_string();
   };
-  EXPECT_THAT(why({}), HasSubstr("holds 0 points, for 3 unknowns"));
+  EXPECT_THAT(why({}), HasSubstr("has 0 points, for 3 unknowns"));
   RadarScan line;
   for (int i = 1; i < 20; ++i) line.points.push_back({static_cast<float>(i), 0, 0, -1.0F, 9.0F});
   EXPECT_THAT(why(line), HasSubstr("too few directions"));
@@ -101,7 +100,7 @@ TEST(RadarVelocity, RejectsDegenerateFrames) {
   EXPECT_THAT(why(noise), HasSubstr("agree"));
   RadarScan bad = frame({1, 0, 0}, 20, 0.0, rng);
   for (RadarPoint& p : bad.points) p.doppler_m_s = NAN;
-  EXPECT_THAT(why(bad), HasSubstr("holds 0 points"));
+  EXPECT_THAT(why(bad), HasSubstr("has 0 points"));
 }
 
 }  // namespace

@@ -3,8 +3,7 @@
 // Contract violations: a failed precondition is reported to a handler, never returned as a result.
 //
 // The default handler writes the violation to standard error and aborts. Tests and safety-critical
-// programs install their own. A handler may throw; if it returns, the call continues with the
-// precondition violated.
+// programs install their own. A handler may throw; if it returns, the call continues.
 
 #include <atomic>
 #include <cstdio>

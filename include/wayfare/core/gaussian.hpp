@@ -46,8 +46,7 @@ template <Manifold M>
                 Scalar(ManifoldTraits<M>::kDof * kHalfLog2Pi));
 }
 
-/// Draws a sample; the covariance may be singular (semi-definite), e.g. of a robot that cannot
-/// slip.
+/// Draws a sample; the covariance may be singular, e.g. of a robot that cannot slip.
 template <Manifold M>
 [[nodiscard]] M sample(const Gaussian<M>& g, Rng& rng) {
   using Scalar = typename Gaussian<M>::Scalar;

@@ -4,8 +4,7 @@
 // enough for the offset while the anchor stays double:
 //   latitude = latitude₀ + n/(M₀ + h₀), longitude = longitude₀ + e/((N₀ + h₀) cos latitude₀),
 //   height = h₀ − d.
-// Curvilinear coordinates, exact at any offset (a chart of the ellipsoid). Keep offsets below about
-// 20 km.
+// Curvilinear coordinates, a chart of the ellipsoid. For offsets below about 20 km.
 
 #include <cmath>
 

@@ -9,8 +9,7 @@
 
 namespace wayfare {
 
-/// The rotation Rz(yaw) Ry(pitch) Rx(roll), radians; for `q_nb` these are a vehicle's attitude
-/// angles.
+/// Rz(yaw) Ry(pitch) Rx(roll), radians; for `q_nb` the vehicle's attitude angles.
 [[nodiscard]] inline SO3d rotation_from_roll_pitch_yaw(const Eigen::Vector3d& roll_pitch_yaw_rad) {
   using Eigen::AngleAxisd, Eigen::Vector3d;
   return SO3d(Eigen::Quaterniond(AngleAxisd(roll_pitch_yaw_rad[2], Vector3d::UnitZ()) *

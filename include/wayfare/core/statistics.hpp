@@ -1,7 +1,6 @@
 #pragma once
 
-// Summary statistics, and the chi-square distribution of a consistent estimator's squared,
-// normalised errors.
+// Summary statistics, and the chi-square distribution of squared, normalised errors.
 
 #include <algorithm>
 #include <cmath>
@@ -58,8 +57,7 @@ inline double gamma_p_series(double a, double x) {
   return sum * std::exp(a * std::log(x) - x - std::lgamma(a));
 }
 
-// The upper one by its continued fraction (6.5.31), evaluated forwards by Lentz's method: for x ≥ a
-// + 1.
+// The upper one by its continued fraction (6.5.31), by Lentz's forward method: for x ≥ a + 1.
 inline double gamma_q_fraction(double a, double x) {
   double b = x + 1.0 - a, c = 1e300, d = 1.0 / b, h = d, factor = 0.0;
   for (double i = 1.0; std::abs(factor - 1.0) > 1e-16 && i < 1e5; i += 1.0) {

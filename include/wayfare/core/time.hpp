@@ -15,8 +15,7 @@ namespace wayfare {
 
 using Duration = std::chrono::nanoseconds;
 
-/// The common time base of one recording or running system, to which all its measurements are
-/// converted.
+/// The common time base of all measurements of one recording or running system.
 struct LogClock {};
 /// A sensor's own counter, before conversion to the common time base.
 struct DeviceClock {};

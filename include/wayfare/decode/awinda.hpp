@@ -59,8 +59,7 @@ struct AwindaSnapshot {
   }
 };
 
-/// The snapshot in an MTData2 message of a station, with its signal strength; nullopt where there
-/// is none.
+/// The snapshot in an MTData2 message of a station, with its signal strength, if there is one.
 [[nodiscard]] inline std::optional<AwindaSnapshot> awinda_snapshot(Bytes data) {
   std::optional<AwindaSnapshot> found;
   std::optional<std::int8_t> rssi;
@@ -159,8 +158,7 @@ struct AwindaConfiguration {
   return c;
 }
 
-/// Sorts one tracker's snapshots by frame. A missing one is dropped when one `kWindow` frames later
-/// arrives.
+/// Sorts one tracker's snapshots by frame. A missing one is dropped after `kWindow` frames.
 template <std::size_t kWindow = 32>
 class AwindaReorderBuffer {
  public:
@@ -170,8 +168,7 @@ class AwindaReorderBuffer {
       started_ = true;
       next_ = snapshot.frame;
     }
-    const auto ahead =
-        static_cast<std::int32_t>(snapshot.frame - next_);  // wraps around with the counter
+    const auto ahead = static_cast<std::int32_t>(snapshot.frame - next_);  // wraps around
     if (ahead < 0 || buffered(snapshot.frame)) {
       ++late_;
       return;
@@ -198,9 +195,7 @@ class AwindaReorderBuffer {
     started_ = false;
   }
 
-  [[nodiscard]] std::uint64_t late() const {
-    return late_;
-  }  ///< late or duplicate snapshots, not delivered
+  [[nodiscard]] std::uint64_t late() const { return late_; }        ///< late or duplicate
   [[nodiscard]] std::uint64_t missing() const { return missing_; }  ///< dropped
 
  private:
@@ -208,8 +203,7 @@ class AwindaReorderBuffer {
     AwindaSnapshot snapshot;
     bool full = false;
   };
-  static_assert((kWindow & (kWindow - 1)) == 0,
-                "the window must be a power of two, to which frame numbers wrap");
+  static_assert((kWindow & (kWindow - 1)) == 0, "the window must be a power of two");
 
   [[nodiscard]] bool buffered(std::uint32_t frame) const {
     const Slot& slot = slots_[frame % kWindow];
@@ -233,8 +227,7 @@ class AwindaReorderBuffer {
   std::uint64_t late_ = 0, missing_ = 0;
 };
 
-/// The trackers of a station: takes snapshots in any order, delivers each tracker's motions in
-/// order.
+/// The trackers of a station: takes snapshots in any order, delivers ordered motions.
 template <std::size_t kTrackers = 32, std::size_t kWindow = 32>
 class AwindaStation {
  public:

@@ -1,7 +1,6 @@
 #pragma once
 
-// The content of one message of an Xsens MTi or MTw, and its conversion to the library's
-// measurements.
+// The content of one Xsens MTi or MTw message, and its conversion to measurements.
 
 #include <array>
 #include <cstdint>

@@ -66,8 +66,7 @@ class RplidarFraming {
 
  private:
   static constexpr std::size_t kNode = 5, kChain = kRplidarChain, kLeastChain = 3;
-  static constexpr std::size_t kWindow =
-      kNode * kChain + 4;  ///< bytes of twelve nodes at five offsets
+  static constexpr std::size_t kWindow = kNode * kChain + 4;  ///< twelve nodes at five offsets
 
   void expect(RplidarResponse response, std::uint32_t length = 0) {
     response_ = response;
@@ -233,8 +232,7 @@ class RplidarStream {
   RplidarDecoder decoder_;
   RplidarUnpacker unpacker_;
   RplidarRevolutions<> revolutions_;
-  /// An A1's sample times until the device reports its own: 2000 nodes per second, 4000 in
-  /// capsules.
+  /// An A1's, until the device reports its own: 2000 nodes per second, 4000 in capsules.
   RplidarSampleRate rate_ = {500, 250};
   std::uint64_t fed_ = 0;
 };

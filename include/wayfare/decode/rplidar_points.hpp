@@ -75,8 +75,7 @@ struct VariableScale {
   }
 };
 
-/// Angle offset of a near point due to the beam's offset from the axis (ultra capsules), degrees ·
-/// 2^16.
+/// Angle error of near points due to the beam's offset from the axis (ultra), degrees · 2^16.
 [[nodiscard]] inline int ultra_offset_q16(std::uint32_t distance_q2) {
   constexpr double kPi = 3.1415926535;
   int radians_q16 = static_cast<int>(7.5 * kPi * (1 << 16) / 180.0);

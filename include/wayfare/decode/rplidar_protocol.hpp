@@ -23,8 +23,7 @@ struct RplidarRequest {
 
 namespace detail {
 
-/// A5, command, and where there is a payload: its length, the payload and the XOR of all bytes
-/// before.
+/// A5, command, and with a payload: its length, the payload and the XOR of all bytes before.
 constexpr RplidarRequest rplidar_request(std::uint8_t command,
                                          std::initializer_list<unsigned> payload = {}) {
   RplidarRequest request;

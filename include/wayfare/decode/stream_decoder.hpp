@@ -1,7 +1,6 @@
 #pragma once
 
-// The common interface of all decoders: bytes in, in chunks of any size; messages out, to a
-// callable.
+// The common interface of all decoders: bytes in, in any chunks; messages out, to a callable.
 //
 //   TiDecoder decoder;
 //   decoder.feed(bytes, [](const TiFrame& frame) { … });   // as often as bytes arrive

@@ -1,7 +1,6 @@
 #pragma once
 
-// The chirp configuration (.cfg) of a TI mmWave demo, and the measurement limits that follow from
-// it.
+// The chirp configuration (.cfg) of a TI mmWave demo, and the resulting measurement limits.
 
 #include <array>
 #include <cstdint>

@@ -35,9 +35,7 @@ class XbusMessage {
   XbusMessage() = default;
   XbusMessage(std::uint64_t position, Bytes bytes) : position_(position), bytes_(bytes) {}
 
-  [[nodiscard]] std::uint8_t bus() const {
-    return bytes_[1];
-  }  ///< FF: the master or a single device
+  [[nodiscard]] std::uint8_t bus() const { return bytes_[1]; }  ///< FF: master or single device
   [[nodiscard]] XbusId id() const { return static_cast<XbusId>(bytes_[2]); }
   [[nodiscard]] Bytes data() const {
     const std::size_t head = bytes_[3] == 0xFF ? 6 : 4;
@@ -84,8 +82,7 @@ class XbusMessage {
 }
 
 /// Framing of the bus. A message longer than `kMaxData` bytes is rejected as damaged. A false start
-/// delays messages until the number of bytes it claims has arrived: a small limit bounds that
-/// delay.
+/// delays messages until the bytes it claims have arrived: the limit bounds that delay.
 ///
 /// After a wrong checksum the search resumes one byte later, with overlapping candidates. Their
 /// sums are differences of running sums, so that no byte is added more than twice.

@@ -1,8 +1,7 @@
 #pragma once
 
 // The extended Kalman filter in error-state form, on any manifold and any scalar, a SIMD pack
-// included. Models are const objects passed by the caller; the filter contains only the state and
-// its covariance.
+// included. Models are const objects of the caller; the filter contains only state and covariance.
 
 #include <cmath>
 #include <concepts>

@@ -47,8 +47,7 @@ struct Normalisation {
   /// before. -inf after a collapse.
   double log_sum = 0.0;
   std::size_t refused = 0;  ///< weights that were NaN or +inf, now zero
-  /// All weights were zero or invalid and are now equal: the measurement fits no particle and is
-  /// ignored.
+  /// All weights were zero or invalid and are now equal: the measurement is ignored.
   bool collapsed = false;
 };
 

@@ -27,8 +27,7 @@ template <class Map>
 struct RbpfParticle {
   SE2d pose;
   Map map;
-  /// ln of the evidence of all measurements along this particle's trajectory; selects the best
-  /// particle.
+  /// ln of the evidence of all measurements along this trajectory; selects the best particle.
   double log_evidence = 0.0;
 };
 

@@ -44,8 +44,7 @@ struct RadarVelocity {
 /// Static points have the radial speed -v p / |p|. Takes the triple with the smallest truncated
 /// cost over all points, then least squares on its inliers (Kellner et al. 2013 in the plane; Doer
 /// and Trommer 2020 in space). The same generator gives the same result. Errors: fewer points than
-/// unknowns plus one, fewer than half of them inliers, or directions that do not determine all
-/// unknowns.
+/// unknowns plus one, fewer than half of them inliers, or unobservable directions.
 [[nodiscard]] Result<RadarVelocity> radar_velocity(const RadarScan& scan, Rng rng,
                                                    const RadarVelocityOptions& options = {});
 

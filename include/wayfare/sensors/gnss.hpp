@@ -25,8 +25,7 @@ struct SatelliteId {
   auto operator<=>(const SatelliteId&) const = default;
 };
 
-/// One satellite's raw code and Doppler measurement on one signal. A value that was not measured is
-/// NaN.
+/// One satellite's raw code and Doppler measurement on one signal. NaN: not measured.
 struct SatelliteObservation {
   SatelliteId satellite;
   double pseudorange_m = std::numeric_limits<double>::quiet_NaN();
@@ -42,8 +41,7 @@ struct ObservationEpoch {
   std::vector<SatelliteObservation> satellites;
 };
 
-/// A range and range rate corrected for satellite clock, relativity, group delay and atmosphere, so
-/// that
+/// A range and range rate without satellite clock, relativity, group delay and atmosphere:
 ///   range = |p − satellite position| + clock bias + noise,
 ///   rate  = uᵀ(satellite velocity − v) + clock drift + noise, u from receiver to satellite.
 /// The satellite is where it was at transmission, in the Earth-fixed axes of the time of reception

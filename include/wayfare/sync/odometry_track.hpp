@@ -11,8 +11,7 @@
 namespace wayfare {
 
 /// Odometry at times between its samples: interpolated along the constant twist, constant before
-/// the first and after the last sample. Samples are in order of time; the span must outlive the
-/// track.
+/// the first and after the last sample. Samples are in order of time; their span must outlive this.
 class OdometryTrack {
  public:
   explicit OdometryTrack(std::span<const OdometrySample> samples) : samples_(samples) {}

@@ -17,8 +17,7 @@ struct RadarArray {
   double max_speed_m_s = 0.0;  ///< radial speeds wrap here; 0: unknown, no correction
   int transmitters = 2;
   int receivers = 4;
-  /// A point whose Doppler mismatch exceeds this fraction of max_speed_m_s is moving and is not
-  /// corrected.
+  /// Points with a larger Doppler mismatch, as a fraction of max_speed_m_s, are not corrected.
   double max_mismatch = 0.25;
 
   /// Error of the bearing's sine per m/s of radial speed off the centre of its Doppler bin. The
