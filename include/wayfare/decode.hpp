@@ -1,6 +1,6 @@
 #pragma once
 
-// Bytes of devices to messages: TI mmWave radars, Xsens units, RPLIDAR scanners. No I/O, no heap.
+// Device bytes to messages: TI mmWave radars, Xsens units, RPLIDAR scanners. No I/O, no heap.
 
 #include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/mt_legacy.hpp>

@@ -1,6 +1,6 @@
 #pragma once
 
-// Device clocks to host time, streams in order of time, scans put together over time.
+// Device clocks to host time, streams in order of time, scans accumulated over time.
 
 #include <wayfare/sync/augmented_scans.hpp>
 #include <wayfare/sync/clock_envelope.hpp>

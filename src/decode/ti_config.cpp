@@ -53,7 +53,7 @@ std::optional<double> number_of(std::string_view word) {
   return value;
 }
 
-/// Reads commands one after the other; the first fault is kept.
+/// Reads the commands in order; keeps the first error.
 class Reader {
  public:
   explicit Reader(const std::string& source) : source_(source) {}
@@ -63,7 +63,7 @@ class Reader {
  private:
   using Handler = void (Reader::*)(const Command&);
   struct Entry {
-    std::size_t least_arguments = 0;
+    std::size_t min_arguments = 0;
     Handler take = nullptr;
   };
   static const std::map<std::string_view, Entry>& entries();
@@ -113,7 +113,7 @@ int Reader::whole(const Command& command, std::size_t i) {
   if (number != std::floor(number) || std::abs(number) > 1e6) {
     fail(ErrorCode::parse,
          std::string(command.name) + ": argument " + std::to_string(i + 1) +
-             " is not a whole number of reasonable size",
+             " is not an integer up to 1000000",
          command.line);
     return 0;
   }
@@ -124,7 +124,7 @@ unsigned Reader::mask(const Command& command, std::size_t i, int bits) {
   const int number = whole(command, i);
   if (number < 0 || number >= 1 << bits) {
     fail(ErrorCode::invalid,
-         std::string(command.name) + ": mask " + std::to_string(number) + " has no meaning",
+         std::string(command.name) + ": mask " + std::to_string(number) + " is out of range",
          command.line);
     return 0;
   }
@@ -133,7 +133,7 @@ unsigned Reader::mask(const Command& command, std::size_t i, int bits) {
 
 void Reader::mode(const Command& c) {
   if (whole(c, 0) != 1)
-    fail(ErrorCode::unsupported, "dfeDataOutputMode: only frames (1) are understood", c.line);
+    fail(ErrorCode::unsupported, "dfeDataOutputMode: only frames (1) are supported", c.line);
 }
 
 void Reader::channel(const Command& c) {
@@ -160,7 +160,7 @@ void Reader::profile(const Command& c) {
 void Reader::chirp(const Command& c) {
   const TiChirp chirp{whole(c, 0), whole(c, 1), whole(c, 2), mask(c, 7, 3)};
   if (chirp.first < 0 || chirp.last < chirp.first || chirp.last > 511 || chirp.tx_mask == 0)
-    fail(ErrorCode::invalid, "chirpCfg: no such run of chirps, or without a transmitter", c.line);
+    fail(ErrorCode::invalid, "chirpCfg: invalid range of chirps, or no transmitter", c.line);
   config_.chirps.push_back(chirp);
 }
 
@@ -169,7 +169,7 @@ void Reader::frame(const Command& c) {
   const TiFrameTiming& f = config_.frame;
   if (f.first_chirp < 0 || f.last_chirp < f.first_chirp || f.last_chirp > 511 || f.loops < 1 ||
       f.loops > 255 || f.frames < 0 || !(f.period_ms > 0.0))
-    fail(ErrorCode::invalid, "frameCfg: chirps, loops or period make no frame", c.line);
+    fail(ErrorCode::invalid, "frameCfg: invalid chirps, loops or period", c.line);
 }
 
 void Reader::cfar(const Command& c) {
@@ -194,7 +194,8 @@ void Reader::ranges(const Command& c) {
   const int direction = whole(c, 1);
   const double low = value(c, 2), high = value(c, 3);
   if ((direction != 0 && direction != 1) || !(low <= high))
-    return fail(ErrorCode::invalid, "cfarFovCfg: direction 0 or 1, then least and most", c.line);
+    return fail(ErrorCode::invalid,
+                "cfarFovCfg: expected direction 0 or 1, then minimum and maximum", c.line);
   (direction == 0 ? config_.min_range_m : config_.min_speed_mps) = low;
   (direction == 0 ? config_.max_range_m : config_.max_speed_mps) = high;
 }
@@ -211,16 +212,16 @@ const std::map<std::string_view, Reader::Entry>& Reader::entries() {
 
 void Reader::take(const Command& command) {
   if (command.name == "advFrameCfg" || command.name == "subFrameCfg")
-    return fail(ErrorCode::unsupported, "advanced frames are not understood", command.line);
+    return fail(ErrorCode::unsupported, "advanced frames are not supported", command.line);
   const auto entry = entries().find(command.name);
   if (entry == entries().end()) {
     config_.others.emplace_back(command.text);
     return;
   }
-  const auto& [least, handler] = entry->second;
-  if (command.arguments.size() < least) {
+  const auto& [min_arguments, handler] = entry->second;
+  if (command.arguments.size() < min_arguments) {
     return fail(ErrorCode::parse,
-                std::string(command.name) + ": expected at least " + std::to_string(least) +
+                std::string(command.name) + ": expected at least " + std::to_string(min_arguments) +
                     " arguments, found " + std::to_string(command.arguments.size()),
                 command.line);
   }
@@ -228,7 +229,7 @@ void Reader::take(const Command& command) {
   (this->*handler)(command);
 }
 
-/// What the chip can do, and what fits into one ramp.
+/// The chip's limits, and the sampling time within one ramp.
 void Reader::check_profile(const TiProfile& p) {
   const double sampling_us = 1e3 * p.samples / p.sample_ksps;
   const auto require = [&](bool good, const char* what) {
@@ -236,17 +237,17 @@ void Reader::check_profile(const TiProfile& p) {
   };
   require(
       (p.start_ghz >= 76.0 && p.start_ghz <= 81.0) || (p.start_ghz >= 57.0 && p.start_ghz <= 64.0),
-      "starts outside 57 to 64 and 76 to 81 GHz");
-  require(p.samples >= 2 && p.samples <= 8192, "takes too few or too many samples");
-  require(p.sample_ksps > 0.0 && p.sample_ksps <= 37500.0, "samples at no possible rate");
-  require(p.idle_us >= 0.0 && p.adc_start_us >= 0.0, "has negative times");
-  require(p.slope_mhz_per_us > 0.0 && p.slope_mhz_per_us <= 300.0, "has no possible slope");
-  require(p.adc_start_us + sampling_us <= p.ramp_end_us, "samples longer than its ramp lasts");
+      "start frequency outside 57 to 64 and 76 to 81 GHz");
+  require(p.samples >= 2 && p.samples <= 8192, "number of samples out of range");
+  require(p.sample_ksps > 0.0 && p.sample_ksps <= 37500.0, "sampling rate out of range");
+  require(p.idle_us >= 0.0 && p.adc_start_us >= 0.0, "negative time");
+  require(p.slope_mhz_per_us > 0.0 && p.slope_mhz_per_us <= 300.0, "slope out of range");
+  require(p.adc_start_us + sampling_us <= p.ramp_end_us, "sampling ends after the ramp");
   const double end_ghz = p.start_ghz + 1e-3 * p.slope_mhz_per_us * p.ramp_end_us;
-  require(end_ghz <= (p.start_ghz < 70.0 ? 64.0 : 81.0) + 1e-6, "sweeps out of its band");
+  require(end_ghz <= (p.start_ghz < 70.0 ? 64.0 : 81.0) + 1e-6, "ramp leaves the band");
 }
 
-/// The chirps of the frame exist, agree on a profile, and fit into the period.
+/// The chirps of the frame exist, have one profile, and fit into the period.
 void Reader::check_frame() {
   const TiFrameTiming& f = config_.frame;
   std::optional<int> profile;
@@ -256,7 +257,7 @@ void Reader::check_frame() {
     if (chirp == config_.chirps.end())
       return fail(ErrorCode::invalid, "frameCfg: chirp " + std::to_string(i) + " is not defined");
     if ((chirp->tx_mask & ~config_.tx_mask) != 0)
-      return fail(ErrorCode::invalid, "chirpCfg: a transmitter that channelCfg leaves off");
+      return fail(ErrorCode::invalid, "chirpCfg: uses a transmitter that channelCfg leaves off");
     if (profile && *profile != chirp->profile)
       return fail(ErrorCode::unsupported, "frameCfg: chirps of different profiles in one frame");
     profile = chirp->profile;
@@ -272,8 +273,7 @@ void Reader::check_frame() {
 
 void Reader::check() {
   for (const std::string_view name : {"channelCfg", "profileCfg", "chirpCfg", "frameCfg"})
-    if (!seen_.contains(name))
-      fail(ErrorCode::not_found, "there is no command " + std::string(name));
+    if (!seen_.contains(name)) fail(ErrorCode::not_found, "missing command " + std::string(name));
   for (const auto& [id, profile] : profiles_) check_profile(profile);
   if (!error_) check_frame();
 }

@@ -12,15 +12,15 @@
 namespace wayfare {
 namespace {
 
-/// A direction towards a point, and the speed at which that comes nearer.
-struct Row {
-  Eigen::Vector3d towards;
-  double nearing_m_s = 0.0;
+/// The direction to a point, and the speed of approach.
+struct Equation {
+  Eigen::Vector3d direction;
+  double approach_m_s = 0.0;
   std::size_t point = 0;
 };
 
-std::vector<Row> rows_of(const RadarScan& scan, const RadarVelocityOptions& o) {
-  std::vector<Row> rows;
+std::vector<Equation> equations_of(const RadarScan& scan, const RadarVelocityOptions& o) {
+  std::vector<Equation> equations;
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const RadarPoint& p = scan.points[i];
     const auto z = o.plane ? 0.0 : static_cast<double>(p.z_m);
@@ -29,24 +29,24 @@ std::vector<Row> rows_of(const RadarScan& scan, const RadarVelocityOptions& o) {
     if (!(range >= o.min_range_m) || !std::isfinite(range) || !std::isfinite(p.doppler_m_s) ||
         !(static_cast<double>(p.snr_db) >= o.min_snr_db))
       continue;
-    rows.push_back({at / range, -static_cast<double>(p.doppler_m_s), i});
+    equations.push_back({at / range, -static_cast<double>(p.doppler_m_s), i});
   }
-  return rows;
+  return equations;
 }
 
-double residual(const Row& row, const Eigen::Vector3d& v) {
-  return row.towards.dot(v) - row.nearing_m_s;
+double residual(const Equation& equation, const Eigen::Vector3d& v) {
+  return equation.direction.dot(v) - equation.approach_m_s;
 }
 
-/// HᵀH and Hᵀd of some rows; in the plane the third unknown is held at zero.
-struct Normal {
-  explicit Normal(bool plane) { A(2, 2) = plane ? 1.0 : 0.0; }
-  void add(const Row& row) {
-    A += row.towards * row.towards.transpose();
-    b += row.nearing_m_s * row.towards;
+/// HᵀH and Hᵀd of some equations; in the plane the third unknown is fixed at zero.
+struct NormalEquations {
+  explicit NormalEquations(bool plane) { A(2, 2) = plane ? 1.0 : 0.0; }
+  void add(const Equation& equation) {
+    A += equation.direction * equation.direction.transpose();
+    b += equation.approach_m_s * equation.direction;
   }
-  /// How well the worst direction is seen; 0: not at all.
-  [[nodiscard]] double weakest() const {
+  /// Information in the worst direction; 0: none.
+  [[nodiscard]] double smallest_eigenvalue() const {
     return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(A, Eigen::EigenvaluesOnly)
         .eigenvalues()[0];
   }
@@ -54,53 +54,54 @@ struct Normal {
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
 };
 
-/// A tenth of what three directions at right angles give.
-constexpr double kWeakestDraw = 0.1, kWeakest = 1e-3;
+/// A tenth of the value for three orthogonal directions.
+constexpr double kMinDrawEigenvalue = 0.1, kMinEigenvalue = 1e-3;
 
-std::optional<Eigen::Vector3d> draw(const std::vector<Row>& rows, Rng& rng, bool plane) {
-  Normal normal(plane);
+std::optional<Eigen::Vector3d> draw(const std::vector<Equation>& equations, Rng& rng, bool plane) {
+  NormalEquations normal(plane);
   const std::size_t unknowns = plane ? 2 : 3;
   std::array<std::size_t, 3> drawn{};
   for (std::size_t k = 0; k < unknowns; ++k) {
-    drawn[k] = rng.below(rows.size());
+    drawn[k] = rng.below(equations.size());
     if (std::find(drawn.begin(), drawn.begin() + static_cast<long>(k), drawn[k]) !=
         drawn.begin() + static_cast<long>(k))
       return std::nullopt;
-    normal.add(rows[drawn[k]]);
+    normal.add(equations[drawn[k]]);
   }
   const double volume = std::abs(normal.A.determinant());
-  if (volume < kWeakestDraw * kWeakestDraw * kWeakestDraw) return std::nullopt;
+  if (volume < kMinDrawEigenvalue * kMinDrawEigenvalue * kMinDrawEigenvalue) return std::nullopt;
   return Eigen::Vector3d(normal.A.ldlt().solve(normal.b));
 }
 
-/// Squares of the residuals, those of outliers all the same.
-double cost(const std::vector<Row>& rows, const Eigen::Vector3d& v, double limit) {
+/// Sum of squared residuals, truncated at `limit`.
+double cost(const std::vector<Equation>& equations, const Eigen::Vector3d& v, double limit) {
   double sum = 0.0;
-  for (const Row& row : rows) {
-    const double r = residual(row, v);
+  for (const Equation& equation : equations) {
+    const double r = residual(equation, v);
     sum += std::min(r * r, limit * limit);
   }
   return sum;
 }
 
-Eigen::Vector3d agreed(const std::vector<Row>& rows, Rng& rng, const RadarVelocityOptions& o) {
-  // Standing still is looked at first: then nothing else can be said of a frame without motion.
+Eigen::Vector3d best_draw(const std::vector<Equation>& equations, Rng& rng,
+                          const RadarVelocityOptions& o) {
+  // Zero velocity is tested first, so that a frame without motion gives exactly that.
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  double least = cost(rows, best, o.inlier_m_s);
+  double lowest = cost(equations, best, o.inlier_m_s);
   for (std::size_t i = 0; i < o.draws; ++i) {
-    const auto v = draw(rows, rng, o.plane);
+    const auto v = draw(equations, rng, o.plane);
     if (!v) continue;
-    const double here = cost(rows, *v, o.inlier_m_s);
-    if (here < least) least = here, best = *v;
+    const double candidate = cost(equations, *v, o.inlier_m_s);
+    if (candidate < lowest) lowest = candidate, best = *v;
   }
   return best;
 }
 
-Normal normal_of(const std::vector<Row>& rows, const Eigen::Vector3d& v,
-                 const RadarVelocityOptions& o) {
-  Normal normal(o.plane);
-  for (const Row& row : rows)
-    if (std::abs(residual(row, v)) <= o.inlier_m_s) normal.add(row);
+NormalEquations normal_of(const std::vector<Equation>& equations, const Eigen::Vector3d& v,
+                          const RadarVelocityOptions& o) {
+  NormalEquations normal(o.plane);
+  for (const Equation& equation : equations)
+    if (std::abs(residual(equation, v)) <= o.inlier_m_s) normal.add(equation);
   return normal;
 }
 
@@ -108,36 +109,36 @@ Normal normal_of(const std::vector<Row>& rows, const Eigen::Vector3d& v,
 
 Result<RadarVelocity> radar_velocity(const RadarScan& scan, Rng rng,
                                      const RadarVelocityOptions& o) {
-  const std::vector<Row> rows = rows_of(scan, o);
+  const std::vector<Equation> equations = equations_of(scan, o);
   const std::size_t unknowns = o.plane ? 2 : 3;
   const auto degenerate = [&](std::string what) {
     return Error{ErrorCode::degenerate, std::move(what), "radar frame"};
   };
-  if (rows.size() <= unknowns)
-    return degenerate("holds " + std::to_string(rows.size()) + " points, for " +
-                      std::to_string(unknowns) + " unknowns and one to tell");
+  if (equations.size() <= unknowns)
+    return degenerate("has " + std::to_string(equations.size()) + " points, for " +
+                      std::to_string(unknowns) + " unknowns and one to check");
   RadarVelocity out;
   out.time = scan.time;
-  out.points = rows.size();
-  out.velocity_m_s = agreed(rows, rng, o);
-  Normal normal(o.plane);
+  out.points = equations.size();
+  out.velocity_m_s = best_draw(equations, rng, o);
+  NormalEquations normal(o.plane);
   for (int i = 0; i < 3; ++i) {
-    normal = normal_of(rows, out.velocity_m_s, o);
-    if (normal.weakest() < kWeakest)
-      return degenerate("sees points in too few directions to tell how it moves");
+    normal = normal_of(equations, out.velocity_m_s, o);
+    if (normal.smallest_eigenvalue() < kMinEigenvalue)
+      return degenerate("has points in too few directions to determine the velocity");
     out.velocity_m_s = normal.A.ldlt().solve(normal.b);
   }
   out.inlier.assign(scan.points.size(), false);
   double squares = 0.0;
-  for (const Row& row : rows) {
-    const double r = residual(row, out.velocity_m_s);
+  for (const Equation& equation : equations) {
+    const double r = residual(equation, out.velocity_m_s);
     if (std::abs(r) > o.inlier_m_s) continue;
-    out.inlier[row.point] = true;
+    out.inlier[equation.point] = true;
     ++out.inliers;
     squares += r * r;
   }
-  if (out.inliers <= unknowns || 2 * out.inliers < rows.size())
-    return degenerate("holds " + std::to_string(rows.size()) + " points, of which only " +
+  if (out.inliers <= unknowns || 2 * out.inliers < equations.size())
+    return degenerate("has " + std::to_string(equations.size()) + " points, of which only " +
                       std::to_string(out.inliers) + " agree");
   out.residual_m_s = std::sqrt(squares / static_cast<double>(out.inliers));
   const double variance = std::max(squares / static_cast<double>(out.inliers - unknowns),

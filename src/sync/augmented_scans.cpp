@@ -9,7 +9,7 @@
 namespace wayfare {
 namespace {
 
-// Sums of N increments against time, asked for in between.
+// Cumulative sums of N increments over time, interpolated.
 template <std::size_t N>
 class Track {
  public:
@@ -25,7 +25,7 @@ class Track {
     nodes_.push_back({time, total, known && !nodes_.empty()});
   }
 
-  // Linear between samples, held before the first and after the last.
+  // Linear between samples, constant before the first and after the last.
   [[nodiscard]] Values at(LogTime time) const {
     if (nodes_.empty()) return {};
     const auto after = upper(time);
@@ -48,7 +48,7 @@ class Track {
     return true;
   }
 
-  void forget_before(LogTime time) {
+  void drop_before(LogTime time) {
     while (nodes_.size() > 2 && nodes_[1].time <= time) nodes_.pop_front();
   }
 
@@ -74,7 +74,7 @@ class RobotSynchroniser::Impl {
  public:
   explicit Impl(const SyncParams& params) : params_(params) {
     WAYFARE_EXPECTS(params.period > Duration::zero() && params.scans > 0,
-                    "the time base has a period, an augmented scan has scans");
+                    "period and number of scans must be positive");
   }
 
   bool push(const WheelSample& sample) {
@@ -115,9 +115,9 @@ class RobotSynchroniser::Impl {
       if (radar_.empty() || radar_.front().time != time) return step_to(time);
       const std::size_t count = group_size();
       if (count == 0) return std::nullopt;
-      if (count >= params_.fewest_scans) return step_with_radar(time, count);
+      if (count >= params_.min_scans) return step_with_radar(time, count);
       radar_.erase(radar_.begin(), radar_.begin() + static_cast<std::ptrdiff_t>(count));
-      statistics_.thrown_away_scans += count;
+      statistics_.dropped_scans += count;
     }
   }
 
@@ -125,12 +125,12 @@ class RobotSynchroniser::Impl {
 
  private:
   bool take_time(Stream stream, LogTime time) {
-    if ((marks_[stream] && time <= *marks_[stream]) || (started_ && time < last_)) {
+    if ((latest_[stream] && time <= *latest_[stream]) || (started_ && time < last_)) {
       ++statistics_.refused_late;
       return false;
     }
-    if (!marks_[stream]) first_ = first_ ? std::min(*first_, time) : time;
-    marks_[stream] = time;
+    if (!latest_[stream]) first_ = first_ ? std::min(*first_, time) : time;
+    latest_[stream] = time;
     now_ = now_ ? std::max(*now_, time) : time;
     return true;
   }
@@ -140,7 +140,7 @@ class RobotSynchroniser::Impl {
     return !track.empty() && time - track.last_time() <= params_.largest_gap;
   }
 
-  // What the sample would have said of its interval is unknown; the next one speaks from there on.
+  // The motion over the sample's interval is unknown; the next sample starts at its time.
   template <std::size_t N>
   bool refuse_not_finite(Track<N>& track, Stream stream, LogTime time) {
     if (!take_time(stream, time)) return false;
@@ -149,15 +149,15 @@ class RobotSynchroniser::Impl {
     return false;
   }
 
-  // Whether the stream has come as far as `time`, or is not waited for any longer.
-  [[nodiscard]] bool has_come(Stream stream, LogTime time) const {
-    return finished_ || (marks_[stream] && *marks_[stream] >= time) ||
-           *now_ >= time + params_.patience;
+  // Whether the stream has reached `time`, or has timed out.
+  [[nodiscard]] bool has_reached(Stream stream, LogTime time) const {
+    return finished_ || (latest_[stream] && *latest_[stream] >= time) ||
+           *now_ >= time + params_.max_wait;
   }
   [[nodiscard]] bool ready(LogTime time) const {
     if (time > *now_) return false;
     for (std::size_t s = 0; s < kStreams; ++s)
-      if (!has_come(static_cast<Stream>(s), time)) return false;
+      if (!has_reached(static_cast<Stream>(s), time)) return false;
     return true;
   }
 
@@ -175,16 +175,16 @@ class RobotSynchroniser::Impl {
     return time;
   }
 
-  // Radar frames that make the next augmented scan; 0 while more may come.
+  // Number of radar frames in the next augmented scan; 0 while it is incomplete.
   [[nodiscard]] std::size_t group_size() const {
     std::size_t count = 1;
     while (count < std::min(params_.scans, radar_.size()) &&
-           radar_[count].time - radar_[count - 1].time <= params_.patience)
+           radar_[count].time - radar_[count - 1].time <= params_.max_wait)
       ++count;
     const LogTime until = radar_[count - 1].time;
     const bool whole = count == params_.scans || count < radar_.size();
-    const bool silent = finished_ || *now_ > until + params_.patience;
-    return (whole || silent) && has_come(kWheels, until) ? count : 0;
+    const bool silent = finished_ || *now_ > until + params_.max_wait;
+    return (whole || silent) && has_reached(kWheels, until) ? count : 0;
   }
 
   SyncedStep step_with_radar(LogTime time, std::size_t count) {
@@ -198,21 +198,21 @@ class RobotSynchroniser::Impl {
     SyncedStep step{.time = time, .since = time - last_, .wheels = {}, .gyro = {}};
     const auto wheels = wheels_.at(time);
     const auto gyro = gyro_.at(time);
-    // Against what was given out, not against what is now known of that time: no count is lost.
-    step.wheels = {time, wheels[0] - given_wheels_[0], wheels[1] - given_wheels_[1]};
+    // Relative to the delivered sums, not to what is now known at that time: no count is lost.
+    step.wheels = {time, wheels[0] - delivered_wheels_[0], wheels[1] - delivered_wheels_[1]};
     const double since_s = to_seconds(step.since);
-    step.gyro = {time, since_s > 0.0 ? (gyro[0] - given_gyro_[0]) / since_s : 0.0};
+    step.gyro = {time, since_s > 0.0 ? (gyro[0] - delivered_gyro_[0]) / since_s : 0.0};
     step.wheels_known = wheels_.known(last_, time);
     step.gyro_known = gyro_.known(last_, time);
     if (!step.gyro_known) step.gyro.turn_rate_rad_s = 0.0;
-    given_wheels_ = wheels;
-    given_gyro_ = gyro;
+    delivered_wheels_ = wheels;
+    delivered_gyro_ = gyro;
     if (!lasers_.empty() && lasers_.front().time == time) {
       step.laser = std::move(lasers_.front());
       lasers_.pop_front();
     }
-    wheels_.forget_before(time);
-    gyro_.forget_before(time);
+    wheels_.drop_before(time);
+    gyro_.drop_before(time);
     last_ = time;
     while (grid_ <= time) grid_ += params_.period;
     return step;
@@ -232,7 +232,7 @@ class RobotSynchroniser::Impl {
     return scan;
   }
 
-  // Of the radar in its own axes, over the frames on either side; none where the wheels are silent.
+  // Velocity of the radar in its own axes, over the adjacent frames; nullopt without wheels.
   [[nodiscard]] std::optional<Eigen::Vector2d> velocity(std::size_t i, std::size_t count) const {
     const LogTime from = radar_[i > 0 ? i - 1 : 0].time,
                   to = radar_[std::min(i + 1, count - 1)].time;
@@ -246,19 +246,19 @@ class RobotSynchroniser::Impl {
   }
 
   [[nodiscard]] Eigen::Vector3d twist(double left_m, double right_m) const {
-    const double turn =
+    const double heading_change =
         params_.wheel_base_m > 0.0 ? (right_m - left_m) / params_.wheel_base_m : 0.0;
-    return {0.5 * (left_m + right_m), 0.0, turn};
+    return {0.5 * (left_m + right_m), 0.0, heading_change};
   }
 
   void add_points(const RadarScan& scan, const SE2d& T_first_radar,
                   const std::optional<Eigen::Vector2d>& velocity_m_s, PointSet& to) const {
-    for (const RadarPoint& seen : scan.points) {
+    for (const RadarPoint& measured : scan.points) {
       const RadarPoint p =
-          velocity_m_s ? bearing_set_right(seen, *velocity_m_s, params_.array) : seen;
+          velocity_m_s ? compensate_bearing(measured, *velocity_m_s, params_.array) : measured;
       const Eigen::Vector2d at(p.x_m, p.y_m);
       const double range = at.norm();
-      // Not finite fails the comparison.
+      // False for NaN.
       if (!(range >= params_.min_range_m && range <= params_.max_range_m)) continue;
       if (p.snr_db < params_.min_snr_db) continue;
       to.push_back((T_first_radar * at).cast<float>());
@@ -270,11 +270,12 @@ class RobotSynchroniser::Impl {
   Track<1> gyro_;
   std::deque<RadarScan> radar_;
   std::deque<LaserScan> lasers_;
-  std::array<std::optional<LogTime>, kStreams> marks_{};  // how far each stream has come
-  std::optional<LogTime> now_, first_;                    // the latest and the earliest of all
-  LogTime grid_, last_;  // the next of the time base; the last step
-  Track<2>::Values given_wheels_{};
-  Track<1>::Values given_gyro_{};
+  std::array<std::optional<LogTime>, kStreams>
+      latest_{};                        // time of each stream's latest measurement
+  std::optional<LogTime> now_, first_;  // latest and earliest time of all streams
+  LogTime grid_, last_;                 // next time of the time base; time of the last step
+  Track<2>::Values delivered_wheels_{};
+  Track<1>::Values delivered_gyro_{};
   bool started_ = false, finished_ = false;
   SyncStatistics statistics_;
 };

@@ -7,7 +7,7 @@
 namespace wayfare {
 namespace {
 
-/// Of the radar in its own axes, over the frames on either side; none where odometry does not tell.
+/// Velocity of the radar in its own axes, over the adjacent frames; nullopt without odometry.
 std::optional<Eigen::Vector2d> velocity_at(std::span<const RadarScan> frames, std::size_t i,
                                            const SE2d& T_base_radar,
                                            const OdometryTrack& odometry) {
@@ -32,8 +32,8 @@ GatheredRadar gather(std::span<const RadarScan> frames,
     const SE2d T_last_radar =
         last && here ? last->raw().inverse() * here->raw() * T_base_radar : T_base_radar;
     const auto velocity = velocity_at(frames, i, T_base_radar, odometry);
-    for (const RadarPoint& seen : frames[i].points) {
-      const RadarPoint p = velocity ? bearing_set_right(seen, *velocity, array) : seen;
+    for (const RadarPoint& measured : frames[i].points) {
+      const RadarPoint p = velocity ? compensate_bearing(measured, *velocity, array) : measured;
       const Eigen::Vector2d at = T_last_radar * Eigen::Vector2d(p.x_m, p.y_m);
       if (at.allFinite()) scan.points.push_back(at.cast<float>());
     }
@@ -52,10 +52,10 @@ std::vector<GatheredRadar> gather_radar(const Recording& recording, const Odomet
                                         const GatherOptions& options) {
   const RadarArray array{.max_speed_m_s = recording.radar_max_speed_m_s};
   std::vector<GatheredRadar> scans;
-  for (std::span<const RadarScan> left = recording.radar; !left.empty();) {
-    const std::size_t n = frames_of_one_scan(left, options);
-    scans.push_back(gather(left.first(n), recording.T_base_radar, array, odometry));
-    left = left.subspan(n);
+  for (std::span<const RadarScan> remaining = recording.radar; !remaining.empty();) {
+    const std::size_t n = frames_of_one_scan(remaining, options);
+    scans.push_back(gather(remaining.first(n), recording.T_base_radar, array, odometry));
+    remaining = remaining.subspan(n);
   }
   return scans;
 }

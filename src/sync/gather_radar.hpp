@@ -12,31 +12,30 @@
 
 namespace wayfare {
 
-/// Frames as one scan: their points where the robot stood at `time`, that of the last frame.
+/// Frames as one scan, in the robot's pose at `time`, that of the last frame.
 struct GatheredRadar {
   LogTime time;
   PointSet points;
 };
 
-/// How many frames make one scan, and the longest time they may take.
+/// Number of frames per scan, and their longest duration.
 struct GatherOptions {
   std::size_t frames = 20;
   double longest_s = 1.5;
 };
 
-/// How many of `frames`, from the first on, make one scan.
+/// Number of `frames`, from the first, that form one scan.
 [[nodiscard]] std::size_t frames_of_one_scan(std::span<const RadarScan> frames,
                                              const GatherOptions& options = {});
 
-/// All of `frames`, of which there is one at least, as one scan.
+/// All of `frames`, at least one, as one scan.
 [[nodiscard]] GatheredRadar gather(std::span<const RadarScan> frames,
                                    const Transform2<frame::Base, frame::Radar>& T_base_radar,
                                    const RadarArray& array, const OdometryTrack& odometry);
 
-/// A recording's frames in order, each placed by odometry where there is some, its bearings set
-/// right for the motion odometry tells of: one frame is too sparse to be told from another. Points
-/// that are not finite are left out. For recordings without wheels; RobotSynchroniser is for
-/// those with.
+/// A recording's frames in order, since one frame is too sparse for matching; each is placed by
+/// odometry where available, its bearings corrected for the motion. Points that are not finite are
+/// dropped. For recordings without wheels; with wheels, use RobotSynchroniser.
 [[nodiscard]] std::vector<GatheredRadar> gather_radar(const Recording& recording,
                                                       const OdometryTrack& odometry,
                                                       const GatherOptions& options = {});

@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-// What a type with a unit refuses to be made of (compile_fail/ has the messages).
+// Types that a type with a unit cannot be constructed from (messages: compile_fail/).
 static_assert(BareNumber<double> && BareNumber<float> && BareNumber<int>);
 static_assert(!BareNumber<Angle> && !BareNumber<const char*>);
 
@@ -26,14 +26,14 @@ TEST(Angle, UnitsAndArithmetic) {
   EXPECT_EQ((1_rad).radians(), 1.0);
 }
 
-TEST(Angle, WrapLeavesTheHalfOpenCircleAlone) {
+TEST(Angle, WrapKeepsTheHalfOpenCircle) {
   for (const double x : {0.0, 1.0, -1.0, pi, std::nextafter(-pi, 0.0), 1e-300, -1e-300}) {
     EXPECT_EQ(wrap_to_pi(x), x);
   }
 }
 
 // With ulp(π) = 2⁻⁵¹ the doubles next to ±π and ±3π are known exactly; −π itself is the excluded
-// end. 3 * pi rounds to a multiple of 2⁻⁵⁰ (here down by 2⁻⁵¹, as 2π − 3π exactly says).
+// end. 3 * pi rounds to a multiple of 2⁻⁵⁰ (here down by 2⁻⁵¹, as 2π − 3π shows exactly).
 TEST(Angle, WrapClosedFormAtTheEnds) {
   EXPECT_EQ(wrap_to_pi(-pi), pi);
   EXPECT_EQ(wrap_to_pi(std::nextafter(pi, 4.0)), -pi + 0x1p-51);
@@ -45,9 +45,8 @@ TEST(Angle, WrapClosedFormAtTheEnds) {
   EXPECT_EQ(wrap_to_pi(256 * pi), 0.0);
 }
 
-// Wrapping subtracts k times the double 2π, whose distance to the true one is 2.45e-16; the
-// direction, as sine and cosine of the true number see it, moves by at most k times that, well
-// below the spacing of the doubles around the number itself.
+// Wrapping subtracts k times the double 2π, which is off by 2.45e-16; the direction changes by at
+// most k times that, well below the spacing of the doubles near the argument.
 TEST(Angle, WrapOfHugeValues) {
   for (double x = 3.0; x < 1e15; x *= 7.7) {
     for (const double value : {x, -x}) {
@@ -75,7 +74,7 @@ TEST(Angle, WrapStaysInRangeAroundEveryOddMultiple) {
   }
 }
 
-TEST(Angle, WrapOfWhatIsNoAngleIsNotANumber) {
+TEST(Angle, WrapOfNonFiniteIsNaN) {
   EXPECT_TRUE(std::isnan(wrap_to_pi(std::numeric_limits<double>::infinity())));
   EXPECT_TRUE(std::isnan(wrap_to_pi(-std::numeric_limits<double>::infinity())));
   EXPECT_TRUE(std::isnan(wrap_to_pi(std::numeric_limits<double>::quiet_NaN())));

@@ -8,7 +8,7 @@
 namespace wayfare::eval {
 namespace {
 
-TEST(ChiSquare, ProbabilityIsTheClosedFormWhereThereIsOne) {
+TEST(ChiSquare, ProbabilityMatchesTheClosedForms) {
   // Two degrees: 1 − e^(−x/2). One: erf(√(x/2)). Even n: 1 − e^(−x/2) Σ_{k<n/2} (x/2)^k / k!.
   for (const double x : {1e-6, 0.01, 0.5, 1.0, 3.0, 10.0, 40.0}) {
     EXPECT_NEAR(chi_square_probability(x, 2) / -std::expm1(-x / 2), 1.0, 1e-13);
@@ -22,7 +22,7 @@ TEST(ChiSquare, ProbabilityIsTheClosedFormWhereThereIsOne) {
   EXPECT_TRUE(std::isnan(chi_square_probability(NAN, 3)));
 }
 
-TEST(ChiSquare, QuantilesAreThePublishedOnes) {
+TEST(ChiSquare, QuantilesMatchThePublishedTable) {
   // Two degrees in closed form; the rest from Abramowitz and Stegun 1964, table 26.8.
   for (const double p : {0.001, 0.025, 0.5, 0.975, 0.999999})
     EXPECT_NEAR(chi_square_quantile(p, 2) / (-2 * std::log1p(-p)), 1.0, 1e-10);
@@ -41,7 +41,7 @@ TEST(ChiSquare, QuantileInvertsTheProbabilityForManyDegrees) {
 }
 
 // Two more degrees of freedom: F(x, n + 2) = F(x, n) − (x/2)^(n/2) e^(−x/2) / Γ(n/2 + 1) (26.4.8).
-TEST(ChiSquare, KeepsTheRecurrenceAcrossTheChangeOfExpansion) {
+TEST(ChiSquare, SatisfiesTheRecurrenceAcrossTheChangeOfExpansion) {
   for (double dof = 0.5; dof < 400.0; dof *= 1.7) {
     for (const double part : {0.2, 0.9, 1.0, 1.1, 1.5, 3.0}) {
       const double x = part * dof, a = 0.5 * dof;
@@ -52,7 +52,7 @@ TEST(ChiSquare, KeepsTheRecurrenceAcrossTheChangeOfExpansion) {
   }
 }
 
-TEST(ChiSquare, EndsOfTheLine) {
+TEST(ChiSquare, LimitsOfTheRange) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   EXPECT_EQ(chi_square_probability(1e6, 3.0), 1.0);
   EXPECT_EQ(chi_square_probability(kInfinity, 3.0), 1.0);

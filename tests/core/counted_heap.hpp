@@ -1,6 +1,6 @@
 #pragma once
 
-// Counts what a program takes from the heap. To be included by one source file of a test alone.
+// Counts a program's heap allocations. Include it in only one source file of a test.
 
 #include <cstddef>
 #include <cstdlib>
@@ -23,11 +23,11 @@
 
 namespace wayfare::tests {
 inline std::size_t allocations = 0;
-inline std::unique_ptr<Eigen::VectorXd> taken_vector;  // out of the optimiser's sight
+inline std::unique_ptr<Eigen::VectorXd> taken_vector;  // not optimised away
 }  // namespace wayfare::tests
 
 #if WAYFARE_OWN_MALLOC
-// What Eigen and operator new take their memory from.
+// The functions through which Eigen and operator new allocate.
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* malloc(std::size_t size) noexcept {
@@ -39,8 +39,7 @@ void* malloc(std::size_t size) noexcept {
 
 namespace wayfare::tests {
 
-/// Whether this build's heap can be counted: checked on a vector, one allocation by `new` and one
-/// by Eigen.
+/// Whether allocations can be counted in this build: checked with one by `new` and one by Eigen.
 inline bool heap_is_counted() {
   const std::size_t before = allocations;
   taken_vector = std::make_unique<Eigen::VectorXd>(7);
@@ -52,7 +51,7 @@ inline bool heap_is_counted() {
 
 }  // namespace wayfare::tests
 
-/// Skips the test where a sanitizer brings its own malloc.
+/// Skips the test where a sanitizer replaces malloc.
 #define WAYFARE_NEEDS_COUNTED_HEAP()        \
   if (!::wayfare::tests::heap_is_counted()) \
-  GTEST_SKIP() << "the sanitizer of this build brings its own malloc, which cannot be counted"
+  GTEST_SKIP() << "this build's sanitizer replaces malloc, whose calls cannot be counted"

@@ -21,8 +21,8 @@ TEST(Frame, AChainIsTheProductOfItsGroups) {
   const Transform2<Map, Odom> T_map_odom(SE2d(5.0, 0.0, 90_deg));
   const Transform2<Odom, Base> T_odom_base(SE2d(1.0, 2.0, 0_deg));
   const Transform2<Base, Laser> T_base_laser(SE2d(0.5, 0.0, 0_deg));
-  // A metre ahead of the laser is (2.5, 2) in odom; turned a quarter and moved by 5 along x:
-  // (3, 2.5).
+  // A metre ahead of the laser is (2.5, 2) in odom; rotated by 90° and moved by 5 along x: (3,
+  // 2.5).
   const Point2<Laser> p_laser{{1.0, 0.0}};
   const Point2<Map> p_map = T_map_odom * T_odom_base * T_base_laser * p_laser;
   EXPECT_LE((p_map.coordinates_m - Eigen::Vector2d(3.0, 2.5)).norm(), 1e-15);

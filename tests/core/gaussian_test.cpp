@@ -68,7 +68,7 @@ TEST(Gaussian, MahalanobisWrapsHeadings) {
               1e-12);
 }
 
-TEST(Gaussian, WhatIsNoCovarianceGivesNaN) {
+TEST(Gaussian, AnIndefiniteCovarianceGivesNaN) {
   Gaussian<Eigen::Vector2d> g;
   g.covariance << 1, 2, 2, 1;  // eigenvalues 3 and −1
   EXPECT_TRUE(std::isnan(log_density(g, Eigen::Vector2d::Zero().eval())));
@@ -95,22 +95,22 @@ TEST(Gaussian, ProductIsTheSumOfInformation) {
   }
 }
 
-TEST(Gaussian, ProductTakesACertainFactorAndWrapsHeadings) {
-  // What one factor knows exactly, the product knows exactly.
+TEST(Gaussian, ProductKeepsAnExactFactorAndWrapsHeadings) {
+  // A component that is exact in one factor is exact in the product.
   const Gaussian<SE2d> sure{SE2d(1, 2.0, 179_deg), Eigen::Matrix3d::Zero()};
   const Gaussian<SE2d> vague{SE2d(5, 5.0, -179_deg), Eigen::Matrix3d::Identity()};
   const auto exact = product(sure, vague);
   ASSERT_TRUE(exact);
   EXPECT_LE(exact->mean.minus(sure.mean).norm(), 1e-15);
   EXPECT_EQ(exact->covariance, Eigen::Matrix3d::Zero());
-  // Equal weights meet in the middle, through 180° and not through 0°.
+  // Equal weights give the midpoint, across 180° and not across 0°.
   const auto half = product(Gaussian<SE2d>{SE2d(0, 0.0, 170_deg), Eigen::Matrix3d::Identity()},
                             Gaussian<SE2d>{SE2d(0, 0.0, -170_deg), Eigen::Matrix3d::Identity()});
   ASSERT_TRUE(half);
   EXPECT_NEAR(std::abs(half->mean.heading().degrees()), 180.0, 1e-12);
 }
 
-TEST(Gaussian, ProductOfNothingKnownIsAnError) {
+TEST(Gaussian, ProductOfSingularCovariancesIsAnError) {
   const Gaussian<SE2d> sure{SE2d(), Eigen::Matrix3d::Zero()};
   const auto result = product(sure, sure);
   ASSERT_FALSE(result);
@@ -120,7 +120,7 @@ TEST(Gaussian, ProductOfNothingKnownIsAnError) {
   EXPECT_FALSE(product(broken, Gaussian<SE2d>{}));
 }
 
-TEST(Gaussian, SamplesFollow) {
+TEST(Gaussian, SamplesHaveTheMeanAndCovariance) {
   Rng rng(12);
   const Gaussian<Eigen::Vector4d> vector{{1, 2, 3, 4}, some_covariance<4>(2)};
   const Gaussian<SE2d> pose{SE2d(10, -5.0, 170_deg), some_covariance<3>(3, 0.01)};
@@ -152,8 +152,8 @@ TEST(Gaussian, SamplesOfASingularCovarianceStayInItsSpan) {
   EXPECT_NEAR(square / kCount, 0.04, 6.0 * 0.04 * std::sqrt(2.0 / kCount));
 }
 
-// First order: the neglected terms are of the size of the square of the heading's deviation, 0.03²,
-// against which 0.01 leaves room.
+// First order: the neglected terms are of the order of the squared heading deviation, 0.03², well
+// below the tolerance of 0.01.
 TEST(Gaussian, ComposeMatchesMonteCarlo) {
   Rng rng(14);
   const double size = 2e-4;

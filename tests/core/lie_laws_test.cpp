@@ -46,17 +46,15 @@ TYPED_TEST_SUITE(VectorLaws, Vectors);
 
 TYPED_TEST(VectorLaws, Manifold) { ManifoldLaws<TypeParam>{}.check(); }
 
-// A kilometre from the origin the translation's rounding error is a kilometre's, the heading's is
-// not.
-TEST(LieLaws, HoldFarFromTheOrigin) {
+// A kilometre from the origin the rounding error of the translation is that of a kilometre.
+TEST(LieLaws, AreSatisfiedFarFromTheOrigin) {
   LieGroupLaws<SE2d> laws;
   for (SE2d& x : laws.inputs.points) x = SE2d(1000.0, -2000.0, 0.4_rad) * x;
   laws.inputs.tolerance *= 4000.0;
   laws.check();
 }
 
-// A law suite that cannot fail proves nothing: a group whose adjoint forgets its lever arm is
-// found out.
+// The law suite detects a group whose adjoint lacks the lever arm.
 struct NoLeverArm : SE2d {
   using SE2d::SE2d;
   NoLeverArm() = default;
@@ -73,7 +71,7 @@ struct NoLeverArm : SE2d {
   }
 };
 
-TEST(LieLaws, AWrongAdjointIsFound) {
+TEST(LieLaws, AWrongAdjointIsDetected) {
   const LieGroupLaws<NoLeverArm> laws;
   laws.inverse();
   ::testing::TestPartResultArray failures;

@@ -1,5 +1,5 @@
-// The maps themselves against oracles that know nothing of them: the matrix exponential, power
-// series summed in extended precision, hand-made values.
+// The maps compared with independent oracles: the matrix exponential, power series in extended
+// precision, values worked by hand.
 
 #include <array>
 #include <cmath>
@@ -62,7 +62,7 @@ TEST(LieValues, ExpIsTheMatrixExponential) {
   }
 }
 
-// cₙ(x) = Σ (−x)ᵏ/(n+2k)! in extended precision: for θ up to 2π the largest term is 2π¹²/12!-like,
+// cₙ(x) = Σ (−x)ᵏ/(n+2k)! in extended precision: for θ up to 2π the largest term is about 2π¹²/12!,
 // below 10², so that 40 terms of long double leave 1e-17.
 template <int N>
 void expect_stumpff_series(double theta) {
@@ -90,8 +90,8 @@ TEST(LieValues, StumpffFunctionsMatchTheirSeries) {
   }
 }
 
-// Single precision must reproduce double to single rounding, also where a naive quotient such as
-// (1 − cos θ)/θ² has no digit left.
+// Single precision must match double to single rounding, also where a naive quotient such as (1 −
+// cos θ)/θ² loses all digits.
 TEST(LieValues, SinglePrecisionKeepsItsDigits) {
   for (const auto& tau : LawInputs<SE3d>::default_tangents()) {
     const Eigen::Matrix<float, 6, 1> single = tau.cast<float>();
@@ -113,13 +113,13 @@ TEST(LieValues, HalfTurns) {
     EXPECT_NEAR(x.log().norm(), pi, 1e-15);
     EXPECT_LE((SO3d::exp(x.log()).matrix() - x.matrix()).norm(), 1e-15);
   }
-  // Just past half a turn the other way round is shorter.
+  // Just past half a turn the opposite direction is shorter.
   const double past = pi + 1e-3;
   const Eigen::Vector3d log = SO3d::exp({0, 0, past}).log();
   EXPECT_NEAR(log[2], past - 2 * pi, 1e-14);
 }
 
-TEST(LieValues, BothQuaternionsOfARotationAreOne) {
+TEST(LieValues, OppositeQuaternionsAreTheSameRotation) {
   const Eigen::Quaterniond q = Eigen::Quaterniond(0.3, -0.4, 0.5, 0.6).normalized();
   const Eigen::Quaterniond opposite(-q.w(), -q.x(), -q.y(), -q.z());
   EXPECT_LE((SO3d(q).log() - SO3d(opposite).log()).norm(), 1e-15);
@@ -132,7 +132,7 @@ TEST(LieValues, QuarterTurnByHand) {
   EXPECT_NEAR(inverse.x(), -2.0, 1e-15);
   EXPECT_NEAR(inverse.y(), 1.0, 1e-15);
   EXPECT_NEAR(inverse.heading().degrees(), -90.0, 1e-13);
-  // A quarter circle of radius 1 to the left ends at (1, 1): arc length π/2, turn π/2.
+  // A quarter circle of radius 1 to the left ends at (1, 1): arc length π/2, rotation π/2.
   const SE2d arc = SE2d::exp({pi / 2, 0.0, pi / 2});
   EXPECT_NEAR(arc.x(), 1.0, 1e-15);
   EXPECT_NEAR(arc.y(), 1.0, 1e-15);
@@ -178,7 +178,7 @@ TEST(LieValues, CastsKeepTheElement) {
   EXPECT_LE(y.cast<float>().cast<double>().minus(y).norm(), 1e-6);
 }
 
-TEST(LieValues, BetweenIsTheShortestTurn) {
+TEST(LieValues, BetweenIsTheShortestRotation) {
   const Eigen::Vector3d from(0.3, -2.0, 0.7);
   const Eigen::Vector3d across = from.cross(Eigen::Vector3d(1, 1, 0)).normalized();
   for (const double angle : {0.0, 1e-9, 0.4, 2.0, pi - 1e-3, pi - 1e-6, pi}) {

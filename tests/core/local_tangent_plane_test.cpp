@@ -13,7 +13,7 @@ const Geodetic kAnchors[] = {{Angle::degrees(48.7), Angle::degrees(9.1), 300.0},
                              {Angle::degrees(0.0), Angle::degrees(0.0), 0.0}};
 const Vector3d kOffsets[] = {{0, 0, 0}, {3.0, -2.0, 1.0}, {5000, -7000, 120}, {-15000, 9000, -900}};
 
-TEST(LocalTangentPlane, ComesBackFromGeodetic) {
+TEST(LocalTangentPlane, GeodeticRoundTrip) {
   for (const Geodetic& a : kAnchors) {
     const LocalTangentPlane plane(a);
     for (const Vector3d& x : kOffsets) {
@@ -22,21 +22,21 @@ TEST(LocalTangentPlane, ComesBackFromGeodetic) {
   }
 }
 
-// Against the way through ECEF in double precision.
-TEST(LocalTangentPlane, DisplacementIsThatOfTheEllipsoid) {
+// Compared with the displacement through ECEF in double precision.
+TEST(LocalTangentPlane, DisplacementMatchesTheEllipsoid) {
   for (const Geodetic& a : kAnchors) {
     const LocalTangentPlane plane(a);
     for (const Vector3d& x : kOffsets) {
       const Vector3d expected = ned_from_geodetic(plane.geodetic(x), a);
       EXPECT_LT((plane.displacement(x) - expected).norm(), 2e-8) << x.transpose();
       const Eigen::Vector3f narrow = plane.displacement<float>(x.cast<float>());
-      // Single precision resolves 1e-3 m of 15 km; a millimetre or so of rounding is left.
+      // Single precision resolves 1e-3 m at 15 km.
       EXPECT_LT((narrow.cast<double>() - expected).norm(), 1e-6 * x.norm() + 1e-6);
     }
   }
 }
 
-TEST(LocalTangentPlane, RotationIsThatOfTheEllipsoid) {
+TEST(LocalTangentPlane, RotationMatchesTheEllipsoid) {
   for (const Geodetic& a : kAnchors) {
     const LocalTangentPlane plane(a);
     for (const Vector3d& x : kOffsets) {
@@ -47,7 +47,7 @@ TEST(LocalTangentPlane, RotationIsThatOfTheEllipsoid) {
   }
 }
 
-TEST(LocalTangentPlane, EarthIsThatOfTheEllipsoid) {
+TEST(LocalTangentPlane, EarthMatchesTheEllipsoid) {
   for (const Geodetic& a : kAnchors) {
     const LocalTangentPlane plane(a);
     for (const Vector3d& x : kOffsets) {
@@ -59,7 +59,7 @@ TEST(LocalTangentPlane, EarthIsThatOfTheEllipsoid) {
       EXPECT_NEAR(e.meridian_m, meridian_radius_m(s) + p.height_m, 1e-7);
       EXPECT_NEAR(e.transverse_m, transverse_radius_m(s) + p.height_m, 1e-7);
       EXPECT_NEAR(e.gravity_mps2, normal_gravity_mps2(s, p.height_m), 1e-13);
-      // Moving a metre north on the ground moves north_scale metres on the chart.
+      // A metre north on the ground is north_scale metres on the chart.
       const double step = 1.0 / e.meridian_m;
       const Geodetic q{p.latitude + Angle::radians(step), p.longitude, p.height_m};
       EXPECT_NEAR(plane.offset(q)[0] - x[0], e.north_scale, 1e-7);

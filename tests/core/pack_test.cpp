@@ -24,13 +24,13 @@ P ramp(double from, double step) {
   return p;
 }
 
-TYPED_TEST(PackTest, EveryLaneComputesAsItsNumberWould) {
+TYPED_TEST(PackTest, EveryLaneMatchesTheScalar) {
   using P = TypeParam;
   using T = typename P::Lane;
   const P a = ramp<P>(-2.25, 0.75), b = ramp<P>(0.5, 0.125);
   for (int i = 0; i < P::kLanes; ++i) {
     const T x = a[i], y = b[i];
-    // Compilers fold functions of constants more exactly than the library computes them.
+    // Compilers evaluate functions of constants more accurately than the run-time library.
     const T rounding = 8 * std::numeric_limits<T>::epsilon();
     EXPECT_EQ((a + b)[i], x + y);
     EXPECT_EQ((a - b)[i], x - y);
@@ -46,11 +46,11 @@ TYPED_TEST(PackTest, EveryLaneComputesAsItsNumberWould) {
     EXPECT_EQ((a < P(0))[i], x < T(0));
     EXPECT_EQ((a >= b)[i], x >= y);
     EXPECT_EQ(select(a < P(0), a, b)[i], x < T(0) ? x : y);
-    EXPECT_EQ((2 * a)[i], T(2) * x);  // plain numbers spread over the lanes
+    EXPECT_EQ((2 * a)[i], T(2) * x);  // scalars are broadcast to all lanes
   }
 }
 
-TYPED_TEST(PackTest, MasksTellLanesApart) {
+TYPED_TEST(PackTest, MasksAreLaneByLane) {
   using P = TypeParam;
   P a(1.0);
   EXPECT_TRUE(all(a == P(1)));
@@ -67,8 +67,8 @@ TYPED_TEST(PackTest, MasksTellLanesApart) {
   EXPECT_FALSE(any(m && !m));
 }
 
-// The exponential of small and of large rotation vectors in one pack: each lane takes its branch.
-TYPED_TEST(PackTest, RotationsTurnLaneByLane) {
+// The exponential of small and large rotation vectors in one pack: each lane has its own branch.
+TYPED_TEST(PackTest, RotationsAreLaneByLane) {
   using P = TypeParam;
   using T = typename P::Lane;
   const P angle = ramp<P>(1e-6, 0.37);

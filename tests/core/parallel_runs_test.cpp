@@ -17,7 +17,7 @@ TEST(ForEachRun, MakesEveryRunOnceOnAnyNumberOfThreads) {
   }
 }
 
-// One call a run, in order, however the runs overlap.
+// One call per run, in order, even where runs overlap.
 TEST(ForEachRun, ReportsItsProgressInOrder) {
   for (const int threads : {1, 4}) {
     std::vector<double> told, want;

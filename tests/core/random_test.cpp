@@ -43,7 +43,7 @@ struct ReferenceXoshiro256pp {
 
 // Values printed with the published code: SplitMix64 from seed 1234567 (Rosetta Code's list), and
 // xoshiro256++ from the state {1, 2, 3, 4}.
-TEST(Random, TheReferencesGiveThePublishedNumbers) {
+TEST(Random, TheReferencesMatchThePublishedValues) {
   ReferenceSplitMix split{1234567};
   for (const std::uint64_t expected :
        {6457827717110365317U, 3203168211198807973U, 9817491932198370423U, 4593380528125082431U,
@@ -160,7 +160,7 @@ TEST(Random, ConsecutiveNormalsAreUncorrelated) {
 }
 
 // χ² of n draws over m cells has mean m − 1 and variance 2(m − 1).
-TEST(Random, BelowIsEvenOverItsRange) {
+TEST(Random, BelowIsUniform) {
   Rng rng(9);
   for (const std::uint64_t m : {2U, 3U, 7U, 64U, 100U}) {
     constexpr int kCount = 200'000;
@@ -177,9 +177,9 @@ TEST(Random, BelowIsEvenOverItsRange) {
   for (int i = 0; i < 100; ++i) ASSERT_LT(rng.below(kHuge), kHuge);
 }
 
-TEST(RandomDeathTest, BelowZeroIsTheCallersError) {
+TEST(RandomDeathTest, BelowZeroViolatesThePrecondition) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  EXPECT_DEATH((void)Rng(1).below(0), "no number below zero");
+  EXPECT_DEATH((void)Rng(1).below(0), "number of values must be positive");
 }
 
 }  // namespace

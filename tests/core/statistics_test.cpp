@@ -9,7 +9,7 @@ namespace wayfare::eval {
 namespace {
 
 // Squares 4 + 16 + 16 + 16 + 25 + 25 + 49 + 81 = 232; squared distances from the mean 5: 32.
-TEST(Statistics, OfASetWorkedByHand) {
+TEST(Statistics, MatchesASetWorkedByHand) {
   const std::array values = {2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0};
   const Summary s = summarise(values);
   EXPECT_EQ(s.count, 8U);
@@ -20,7 +20,7 @@ TEST(Statistics, OfASetWorkedByHand) {
   EXPECT_DOUBLE_EQ(s.max, 9.0);
 }
 
-TEST(Statistics, OfLargeNumbersThatDifferLittle) {
+TEST(Statistics, IsAccurateForLargeNumbersThatDifferLittle) {
   const std::array values = {1e9 + 1.0, 1e9 + 2.0, 1e9 + 3.0};
   EXPECT_NEAR(summarise(values).std, std::sqrt(2.0 / 3.0), 1e-12);
 }
@@ -31,7 +31,7 @@ TEST(Statistics, MedianDoesNotDependOnOrder) {
   EXPECT_EQ(median_of({-2.0}), -2.0);
 }
 
-TEST(Statistics, OfNothingAreNotNumbers) {
+TEST(Statistics, IsNaNForAnEmptySet) {
   const Summary s = summarise({});
   EXPECT_EQ(s.count, 0U);
   for (const double v : {s.mean, s.std, s.rmse, s.median, s.max, median_of({})})
@@ -39,7 +39,7 @@ TEST(Statistics, OfNothingAreNotNumbers) {
 }
 
 // The maximum is of the values, not of their magnitudes.
-TEST(Statistics, OfNegativeValues) {
+TEST(Statistics, HandlesNegativeValues) {
   const std::array values = {-3.0, -1.0};
   EXPECT_EQ(summarise(values).max, -1.0);
   EXPECT_EQ(summarise(values).mean, -2.0);

@@ -8,7 +8,7 @@
 namespace wayfare {
 namespace {
 
-/// The series itself in extended precision; 60 terms are plenty for x up to 100.
+/// The series in extended precision; 60 terms are enough for x up to 100.
 template <int N>
 long double by_series(long double x) {
   long double term = 1.0L;
@@ -24,7 +24,7 @@ long double by_series(long double x) {
 template <int N, class T>
 void expect_series() {
   constexpr T kEpsilon = std::numeric_limits<T>::epsilon();
-  // From far below the change of formula at 0.25, across it, to three half turns.
+  // From far below the change of formula at 0.25 to three half turns.
   for (double x = 1e-12; x < 25.0; x *= 1.07) {
     const T rounded = static_cast<T>(x);
     const auto want = static_cast<double>(by_series<N>(static_cast<long double>(rounded)));
@@ -34,7 +34,7 @@ void expect_series() {
   }
 }
 
-TEST(Stumpff, IsItsSeries) {
+TEST(Stumpff, MatchesItsSeries) {
   expect_series<0, double>();
   expect_series<1, double>();
   expect_series<2, double>();
@@ -45,7 +45,7 @@ TEST(Stumpff, IsItsSeries) {
   expect_series<3, float>();
 }
 
-TEST(Stumpff, IsTheQuotientsOfSineAndCosine) {
+TEST(Stumpff, MatchesTheQuotientsOfSineAndCosine) {
   for (double angle = 0.6; angle < 3.2; angle += 0.1) {
     const double x = angle * angle;
     EXPECT_NEAR(stumpff<0>(x), std::cos(angle), 1e-15);
@@ -55,7 +55,7 @@ TEST(Stumpff, IsTheQuotientsOfSineAndCosine) {
   }
 }
 
-// Small arguments are where the quotients cancel: relative errors, down to zero itself.
+// The quotients cancel at small arguments: relative errors, down to zero.
 TEST(Stumpff, KeepsEveryDigitNearZero) {
   for (const double x : {0.0, 1e-300, 1e-30, 1e-10, 1e-4, 0.01, 0.24999999}) {
     EXPECT_NEAR(stumpff<2>(x) / static_cast<double>(by_series<2>(x)), 1.0, 4e-16);

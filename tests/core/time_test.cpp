@@ -45,11 +45,11 @@ TEST(Time, SecondsRoundToTheNearestNanosecondOnBothSides) {
   EXPECT_EQ(LogTime::from_seconds(1.6e-9).nanoseconds(), 2);
   EXPECT_EQ(LogTime::from_seconds(-1.4e-9).nanoseconds(), -1);
   EXPECT_EQ(LogTime::from_seconds(-1.6e-9).nanoseconds(), -2);
-  // Adding one half and cutting would make this one.
+  // Adding one half and truncating would give one.
   EXPECT_EQ(LogTime::from_seconds(0.49999999999999994e-9).nanoseconds(), 0);
 }
 
-TEST(Time, SecondsBeyondTheRangeStopAtItsEnds) {
+TEST(Time, SecondsBeyondTheRangeAreClamped) {
   EXPECT_EQ(LogTime::from_seconds(1e300).nanoseconds(), Limits::max());
   EXPECT_EQ(LogTime::from_seconds(-1e300).nanoseconds(), Limits::min());
   EXPECT_EQ(LogTime::from_seconds(std::numeric_limits<double>::infinity()).nanoseconds(),
@@ -58,7 +58,7 @@ TEST(Time, SecondsBeyondTheRangeStopAtItsEnds) {
 }
 
 TEST(Time, SecondsAndBack) {
-  // 2⁵³ ns is about 104 days: up to there a double keeps every nanosecond.
+  // 2⁵³ ns is about 104 days: up to there a double represents every nanosecond.
   for (std::int64_t ns = 1; ns < (std::int64_t{1} << 52); ns = ns * 3 + 1) {
     EXPECT_EQ(LogTime::from_seconds(LogTime::from_nanoseconds(ns).seconds()).nanoseconds(), ns);
     EXPECT_EQ(from_seconds(to_seconds(Duration(-ns))), Duration(-ns));

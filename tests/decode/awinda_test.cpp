@@ -36,19 +36,19 @@ std::vector<std::uint32_t> ordered(Order& order, const std::vector<std::uint32_t
 
 using Frames = std::vector<std::uint32_t>;
 
-TEST(AwindaOrder, RetransmissionsGoToTheirPlace) {
-  AwindaOrder<8> order;
+TEST(AwindaReorderBuffer, RetransmissionsAreSorted) {
+  AwindaReorderBuffer<8> order;
   EXPECT_EQ(ordered(order, {1, 2, 4, 5, 3, 6}), (Frames{1, 2, 3, 4, 5, 6}));
   EXPECT_EQ(order.late() + order.missing(), 0U);
 }
 
-TEST(AwindaOrder, AcrossTheEndOfTheCounter) {
-  AwindaOrder<8> order;
+TEST(AwindaReorderBuffer, AcrossTheEndOfTheCounter) {
+  AwindaReorderBuffer<8> order;
   EXPECT_EQ(ordered(order, {0xFFFFFFFE, 0, 0xFFFFFFFF, 1}), (Frames{0xFFFFFFFE, 0xFFFFFFFF, 0, 1}));
 }
 
-TEST(AwindaOrder, WaitsSoLongAndNoLonger) {
-  AwindaOrder<4> order;
+TEST(AwindaReorderBuffer, WaitsForOneWindow) {
+  AwindaReorderBuffer<4> order;
   std::vector<std::uint32_t> seen;
   const auto sink = [&](const AwindaSnapshot& s) { seen.push_back(s.frame); };
   for (const std::uint32_t frame : {10U, 12U, 13U, 14U}) order.add(snapshot(frame), sink);
@@ -65,13 +65,13 @@ TEST(AwindaOrder, WaitsSoLongAndNoLonger) {
   EXPECT_EQ(seen, (Frames{10, 12, 13, 14, 15, 17}));
 }
 
-TEST(AwindaOrder, AJumpBeginsAnew) {
-  AwindaOrder<8> order;
+TEST(AwindaReorderBuffer, AJumpRestarts) {
+  AwindaReorderBuffer<8> order;
   EXPECT_EQ(ordered(order, {5, 7, 1'000'000, 1'000'001}), (Frames{5, 7, 1'000'000, 1'000'001}));
 }
 
-// Of any shuffle within the window nothing is lost.
-TEST(AwindaOrder, AnyShuffleWithinTheWindow) {
+// No shuffle within the window loses a snapshot.
+TEST(AwindaReorderBuffer, AnyShuffleWithinTheWindow) {
   Rng rng(8);
   for (int trial = 0; trial < 200; ++trial) {
     std::vector<std::pair<std::uint64_t, std::uint32_t>> arrivals;
@@ -83,13 +83,13 @@ TEST(AwindaOrder, AnyShuffleWithinTheWindow) {
     for (const auto& [when, frame] : arrivals) frames.push_back(frame);
     if (frames[0] != 0xFFFFFF80U) continue;  // the first must come first
     for (std::uint32_t f = 0; f < 300; ++f) expected.push_back(0xFFFFFF80U + f);
-    AwindaOrder<16> order;
+    AwindaReorderBuffer<16> order;
     ASSERT_EQ(ordered(order, frames), expected);
   }
 }
 
 TEST(Awinda, MotionAcrossALostSnapshotIsTheMeanOfItsParts) {
-  // Half a turn a second about z with specific force along x, integrated by hand.
+  // Half a revolution per second about z with specific force along x, integrated by hand.
   const auto at = [](std::uint32_t frame) {
     AwindaSnapshot s = snapshot(frame);
     const double angle = M_PI * 0.01 * frame;
@@ -111,7 +111,7 @@ TEST(Awinda, MotionAcrossALostSnapshotIsTheMeanOfItsParts) {
   }
 }
 
-TEST(Awinda, TheStatusSaysWhichComponentIsLeftOut) {
+TEST(Awinda, TheStatusIdentifiesTheOmittedComponent) {
   const Eigen::Quaterniond q(0.1, 0.7, 0.5, 0.5);
   const Eigen::Quaterniond unit = q.normalized();
   const std::array<double, 4> wxyz = {unit.w(), unit.x(), unit.y(), unit.z()};
@@ -124,7 +124,7 @@ TEST(Awinda, TheStatusSaysWhichComponentIsLeftOut) {
   }
 }
 
-TEST(Awinda, SnapshotsOfTheWrongLengthAreNone) {
+TEST(Awinda, SnapshotsOfTheWrongLengthAreRejected) {
   Stream data = {0xC8, 0x10, 45};
   data.resize(48);
   EXPECT_FALSE(awinda_snapshot(data));
@@ -134,11 +134,11 @@ TEST(Awinda, SnapshotsOfTheWrongLengthAreNone) {
   EXPECT_TRUE(awinda_snapshot(data));
   EXPECT_FALSE(awinda_configuration(Stream(97)));
   Stream configuration(98);
-  configuration[97] = 1;  // a tracker that is not there
+  configuration[97] = 1;  // a tracker without data
   EXPECT_FALSE(awinda_configuration(configuration));
 }
 
-TEST(AwindaStation, HasRoomForSoManyTrackers) {
+TEST(AwindaStation, HasALimitedNumberOfTrackers) {
   AwindaStation<2, 8> station(0.01);
   const auto sink = [](const AwindaMotion&) {};
   for (std::uint32_t device = 0; device < 5; ++device) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// Captures of devices as the tests want them: whole files, decompressed.
+// Captures of devices for the tests: whole files, decompressed.
 
 #include <cstdint>
 #include <string>
@@ -23,7 +23,7 @@ inline std::vector<std::uint8_t> file_bytes(const std::string& path) {
   return {text.begin(), text.end()};
 }
 
-/// A repeatable fingerprint of bytes (FNV-1a), to tell messages apart.
+/// A fingerprint of bytes (FNV-1a), to compare messages.
 inline std::string fingerprint(decode::Bytes bytes) {
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   for (const std::uint8_t byte : bytes) hash = (hash ^ byte) * 0x100000001b3ULL;
@@ -40,7 +40,7 @@ inline void append(Stream& to, const Stream& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
-/// A decoded message as text: text_of() of its type, whichever that is.
+/// A decoded message as text: text_of() of its type.
 inline constexpr auto kAsText = [](const auto& message) { return text_of(message); };
 
 }  // namespace wayfare::decode

@@ -22,11 +22,11 @@ std::vector<std::string> legacy_captures() {
   return paths;
 }
 
-TEST(RplidarCaptures, EveryNodeADriverWouldGive) {
+TEST(RplidarCaptures, EveryNodeOfTheMakersDriver) {
   const auto paths = legacy_captures();
   if (paths.empty()) GTEST_SKIP() << "needs devices/rplidar/legacy_scan_bin in WAYFARE_DATA_DIR";
   EXPECT_EQ(paths.size(), 60U);
-  const Stream scan_begins = descriptor(RplidarAnswer::node, 5, true);
+  const Stream scan_begins = descriptor(RplidarResponse::node, 5, true);
   std::size_t nodes = 0;
   for (const std::string& path : paths) {
     const Stream bytes = testing::file_bytes(path);
@@ -42,19 +42,19 @@ TEST(RplidarCaptures, EveryNodeADriverWouldGive) {
   EXPECT_EQ(nodes, 121399U);
 }
 
-TEST(RplidarCaptures, StopsAndRestartsAreFollowed) {
+TEST(RplidarCaptures, StopsAndRestartsAreDecoded) {
   const auto paths = legacy_captures();
   if (paths.empty()) GTEST_SKIP() << "needs devices/rplidar/legacy_scan_bin in WAYFARE_DATA_DIR";
-  // Played one after the other as one stream that begins inside a scan: every file begins with the
-  // rest of an old one, a stop, and the answers to two requests.
+  // Concatenated to one stream that begins inside a scan: every file begins with the rest of an
+  // earlier scan, a stop, and the responses to two requests.
   Stream all;
   for (const std::string& path : paths) append(all, testing::file_bytes(path));
-  RplidarDecoder decoder{RplidarFraming(RplidarAnswer::node)};
+  RplidarDecoder decoder{RplidarFraming(RplidarResponse::node)};
   std::size_t healthy = 0, scans = 0, nodes = 0;
   const auto sink = [&](const RplidarPacket& p) {
     if (p.is_descriptor()) {
-      scans += p.answer() == RplidarAnswer::node ? 1 : 0;
-    } else if (p.answer() == RplidarAnswer::health) {
+      scans += p.response() == RplidarResponse::node ? 1 : 0;
+    } else if (p.response() == RplidarResponse::health) {
       const auto health = rplidar_health(p.bytes());
       healthy += health && health->status == RplidarHealth::Status::good ? 1 : 0;
     } else {
@@ -76,25 +76,25 @@ std::vector<std::array<unsigned, 4>> expected_rows(const std::string& path) {
   return rows;
 }
 
-void expect_makers_points(const char* name, RplidarAnswer answer) {
+void expect_makers_points(const char* name, RplidarResponse response) {
   const std::string base = "devices/rplidar/pyrplidar_capsule" + std::string(name);
   WAYFARE_NEEDS_RECORDING(path, base + ".bin");
   WAYFARE_NEEDS_RECORDING(expected_path, base + "_expected.txt");
   const auto expected = expected_rows(expected_path);
-  const Points points = points_of(testing::file_bytes(path), answer);
+  const Points points = points_of(testing::file_bytes(path), response);
   ASSERT_EQ(points.size(), expected.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const RplidarPoint& p = points[i];
     const std::array<unsigned, 4> row = {p.angle_z_q14(), p.distance_q2, unsigned{p.quality} << 2,
-                                         p.start_of_turn ? 1U : 2U};
+                                         p.start_of_revolution ? 1U : 2U};
     EXPECT_EQ(row, expected[i]) << i;
   }
 }
 
 TEST(RplidarCaptures, ExpressBitExact) {
-  expect_makers_points("82_legacy", RplidarAnswer::express);
+  expect_makers_points("82_legacy", RplidarResponse::express);
 }
-TEST(RplidarCaptures, UltraBitExact) { expect_makers_points("84_ultra", RplidarAnswer::ultra); }
+TEST(RplidarCaptures, UltraBitExact) { expect_makers_points("84_ultra", RplidarResponse::ultra); }
 
 }  // namespace
 }  // namespace wayfare::decode

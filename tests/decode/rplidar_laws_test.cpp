@@ -10,18 +10,18 @@
 namespace wayfare::decode {
 namespace {
 
-testing::DecoderLaws<RplidarDecoder> laws_of(const Stream& stream, RplidarAnswer inside) {
+testing::DecoderLaws<RplidarDecoder> laws_of(const Stream& stream, RplidarResponse inside) {
   testing::DecoderLaws<RplidarDecoder> laws{stream, kAsText};
   laws.make = [inside] { return std::make_unique<RplidarDecoder>(RplidarFraming(inside)); };
   laws.work_per_byte = 2.0 * RplidarFraming::kCapacity;
   return laws;
 }
 
-Stream random_capsules(RplidarAnswer answer, int count) {
+Stream random_capsules(RplidarResponse response, int count) {
   Rng rng(5);
   Stream stream;
   for (int i = 0; i < count; ++i) {
-    Stream contents(answer == RplidarAnswer::ultra ? 128 : 80);
+    Stream contents(response == RplidarResponse::ultra ? 128 : 80);
     for (auto& byte : contents) byte = static_cast<std::uint8_t>(rng());
     append(stream, capsule(i * 700 % (360 * 64), contents, i == 0));
   }
@@ -29,13 +29,14 @@ Stream random_capsules(RplidarAnswer answer, int count) {
 }
 
 TEST(RplidarLaws, Capsules) {
-  for (const auto answer : {RplidarAnswer::express, RplidarAnswer::ultra, RplidarAnswer::dense}) {
-    const auto laws = laws_of(random_capsules(answer, 20), answer);
+  for (const auto response :
+       {RplidarResponse::express, RplidarResponse::ultra, RplidarResponse::dense}) {
+    const auto laws = laws_of(random_capsules(response, 20), response);
     laws.check();
     const testing::DamageReport report = laws.damage(10000);
-    report.record("capsules_" + std::to_string(static_cast<int>(answer)));
+    report.record("capsules_" + std::to_string(static_cast<int>(response)));
     EXPECT_EQ(report.lost, 0U);
-    // Eight bits of XOR, so one damaged capsule in 256 passes, and may hide its neighbour.
+    // An XOR of eight bits: one damaged capsule in 256 passes and may hide its neighbour.
     EXPECT_LE(static_cast<double>(report.false_frames), report.most_false(256.0));
     EXPECT_LE(report.hidden, 2 * report.false_frames);
     EXPECT_GT(report.undamaged, 100'000U);
@@ -45,11 +46,11 @@ TEST(RplidarLaws, Capsules) {
 TEST(RplidarLaws, SingleAnswers) {
   Stream stream;
   for (int i = 0; i < 10; ++i) {
-    append(stream, descriptor(RplidarAnswer::health, 3, false));
+    append(stream, descriptor(RplidarResponse::health, 3, false));
     append(stream, {0, 0, 0});
   }
-  laws_of(stream, RplidarAnswer::none).any_split_gives_the_same();
-  laws_of(stream, RplidarAnswer::none).work_is_bounded();
+  laws_of(stream, RplidarResponse::none).any_split_gives_the_same();
+  laws_of(stream, RplidarResponse::none).work_is_bounded();
 }
 
 TEST(RplidarLaws, Nodes) {
@@ -60,13 +61,13 @@ TEST(RplidarLaws, Nodes) {
     append(nodes, node(angle_q6, static_cast<int>(rng.below(20000)),
                        static_cast<int>(rng.below(48)), angle_q6 < 76));
   }
-  const auto laws = laws_of(nodes, RplidarAnswer::node);
+  const auto laws = laws_of(nodes, RplidarResponse::node);
   laws.any_split_gives_the_same();
   laws.work_is_bounded();
   const testing::DamageReport report = laws.damage(10000);
   report.record("nodes");
-  // Three check bits and no checksum: damage gives at most one node that is none, and in one case
-  // of fifty hides a neighbour or leaves it without others to be believed by.
+  // Three check bits and no checksum: damage causes at most one false node, and in one of fifty
+  // cases hides a neighbour or breaks the chain that would confirm it.
   EXPECT_LE(report.false_frames, report.edits);
   EXPECT_LE(report.lost + report.hidden, report.edits / 50);
   EXPECT_GT(report.undamaged, 1'900'000U);

@@ -1,6 +1,6 @@
 #pragma once
 
-// RPLIDAR's bytes built by the manual, and what a decoder makes of them.
+// RPLIDAR byte streams built by the manual, and their decoded messages.
 
 #include <cstdint>
 #include <string>
@@ -26,12 +26,12 @@ inline std::string hex(Bytes bytes) {
 }
 
 inline std::string text_of(const RplidarPacket& p) {
-  return std::to_string(static_cast<int>(p.answer())) + (p.is_descriptor() ? "d" : "") +
+  return std::to_string(static_cast<int>(p.response())) + (p.is_descriptor() ? "d" : "") +
          hex(p.bytes());
 }
 
-inline Stream descriptor(RplidarAnswer answer, std::uint32_t length, bool stream) {
-  Stream out = {0xA5, 0x5A, 0, 0, 0, 0, static_cast<std::uint8_t>(answer)};
+inline Stream descriptor(RplidarResponse response, std::uint32_t length, bool stream) {
+  Stream out = {0xA5, 0x5A, 0, 0, 0, 0, static_cast<std::uint8_t>(response)};
   store_le(length | (stream ? 1U << 30 : 0U), &out[2]);
   return out;
 }
@@ -55,7 +55,7 @@ inline Stream capsule(int start_q6, const Stream& contents, bool first = false) 
   return out;
 }
 
-inline Points points_of(const Stream& stream, RplidarAnswer inside = RplidarAnswer::none) {
+inline Points points_of(const Stream& stream, RplidarResponse inside = RplidarResponse::none) {
   RplidarDecoder decoder{RplidarFraming(inside)};
   RplidarUnpacker unpacker;
   Points points;

@@ -11,7 +11,7 @@
 namespace wayfare::decode {
 namespace {
 
-TEST(Rplidar, RequestsAsTheManualSpellsThem) {
+TEST(Rplidar, RequestsMatchTheManual) {
   EXPECT_EQ(hex(rplidar_stop().bytes()), "A525");
   EXPECT_EQ(hex(rplidar_reset().bytes()), "A540");
   EXPECT_EQ(hex(rplidar_scan().bytes()), "A520");
@@ -36,20 +36,20 @@ TEST(Rplidar, RequestsAsTheManualSpellsThem) {
 }
 
 TEST(Rplidar, SingleAnswers) {
-  Stream bytes = descriptor(RplidarAnswer::info, 20, false);
+  Stream bytes = descriptor(RplidarResponse::info, 20, false);
   append(bytes, {0x18, 29, 1, 7, 0xAA, 0xBB, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xCC});
-  append(bytes, descriptor(RplidarAnswer::health, 3, false));
+  append(bytes, descriptor(RplidarResponse::health, 3, false));
   append(bytes, {1, 0x34, 0x12});
-  append(bytes, descriptor(RplidarAnswer::sample_rate, 4, false));
+  append(bytes, descriptor(RplidarResponse::sample_rate, 4, false));
   append(bytes, {0xFC, 0x01, 0xFE, 0x00});
-  append(bytes, descriptor(RplidarAnswer::conf, 5, false));
+  append(bytes, descriptor(RplidarResponse::conf, 5, false));
   append(bytes, {0x75, 0, 0, 0, 0x84});
   RplidarDecoder decoder;
   int seen = 0;
   const auto sink = [&](const RplidarPacket& p) {
     if (p.is_descriptor()) return;
     ++seen;
-    if (p.answer() == RplidarAnswer::info) {
+    if (p.response() == RplidarResponse::info) {
       const auto info = rplidar_info(p.bytes());
       ASSERT_TRUE(info);
       EXPECT_EQ(info->model, 0x18);
@@ -57,12 +57,12 @@ TEST(Rplidar, SingleAnswers) {
       EXPECT_EQ(info->firmware_minor, 29);
       EXPECT_EQ(info->hardware, 7);
       EXPECT_EQ(info->serial[15], 0xCC);
-    } else if (p.answer() == RplidarAnswer::health) {
+    } else if (p.response() == RplidarResponse::health) {
       const auto health = rplidar_health(p.bytes());
       ASSERT_TRUE(health);
       EXPECT_EQ(health->status, RplidarHealth::Status::warning);
       EXPECT_EQ(health->code, 0x1234);
-    } else if (p.answer() == RplidarAnswer::sample_rate) {
+    } else if (p.response() == RplidarResponse::sample_rate) {
       const auto rate = rplidar_sample_rate(p.bytes());
       ASSERT_TRUE(rate);
       EXPECT_EQ(rate->standard_us, 508);
@@ -84,7 +84,7 @@ TEST(Rplidar, SingleAnswers) {
 }
 
 TEST(Rplidar, Nodes) {
-  Stream bytes = descriptor(RplidarAnswer::node, 5, true);
+  Stream bytes = descriptor(RplidarResponse::node, 5, true);
   append(bytes, node(64, 4000, 47, true));
   append(bytes, node(128, 0, 0));
   EXPECT_EQ(points_of(bytes), (Points{{64, 4000, 47, true}, {128, 0, 0, false}}));
@@ -94,18 +94,18 @@ TEST(Rplidar, Nodes) {
 
 TEST(Rplidar, ARestartInsideANode) {
   for (std::size_t cut = 0; cut <= 5; ++cut) {
-    Stream bytes = descriptor(RplidarAnswer::node, 5, true);
+    Stream bytes = descriptor(RplidarResponse::node, 5, true);
     for (int i = 0; i < 20; ++i) append(bytes, node(64 * i, 4000 + i));
     const Stream old = node(64 * 20, 4020);
     bytes.insert(bytes.end(), old.begin(), old.begin() + static_cast<long>(cut));
     append(bytes, {0xA5, 0x25, 0xFF, 0xFF, 0xA5, 0x52, 0xA5, 0x20});
-    append(bytes, descriptor(RplidarAnswer::health, 3, false));
+    append(bytes, descriptor(RplidarResponse::health, 3, false));
     append(bytes, {0, 0, 0});
-    append(bytes, descriptor(RplidarAnswer::node, 5, true));
+    append(bytes, descriptor(RplidarResponse::node, 5, true));
     for (int i = 0; i < 20; ++i) append(bytes, node(6400 + 64 * i, 8000 + i));
     const Points points = points_of(bytes);
     ASSERT_GE(points.size(), 40U) << cut;
-    // Before it there may be one node made of the rest of the last and the echoes.
+    // One node composed of the rest of the last one and the descriptor may precede it.
     EXPECT_LE(points.size(), 42U) << cut;
     for (std::size_t i = 0; i < 20; ++i) {
       EXPECT_EQ(points[i].distance_q2, 4000 + i);
@@ -114,14 +114,14 @@ TEST(Rplidar, ARestartInsideANode) {
   }
 }
 
-TEST(Rplidar, NodesAreFoundAgainAfterALostByte) {
+TEST(Rplidar, NodesAreFoundAfterALostByte) {
   for (std::size_t lost = 1; lost < 9; ++lost) {
-    Stream bytes = descriptor(RplidarAnswer::node, 5, true);
+    Stream bytes = descriptor(RplidarResponse::node, 5, true);
     for (int i = 0; i < 60; ++i) append(bytes, node(64 * i, 4001 + i));
     const auto at = bytes.begin() + 7 + 5 * 30 + 2;
     bytes.erase(at, at + static_cast<long>(lost));
     const Points points = points_of(bytes);
-    // All that is whole is there.
+    // Every whole node is found.
     const std::size_t damaged = lost <= 3 ? 1 : 2;
     for (std::size_t i = 0; i < 60; ++i) {
       if (i >= 30 && i < 30 + damaged) continue;
@@ -134,8 +134,7 @@ TEST(Rplidar, NodesAreFoundAgainAfterALostByte) {
   }
 }
 
-// Encoded here from known points; what the makers' arithmetic gives for them is said in the
-// comments.
+// Encoded here from known points; the comments give the results of the maker's arithmetic.
 TEST(Rplidar, ExpressCapsule) {
   Stream contents, empty(80);
   for (int i = 0; i < 16; ++i) {
@@ -143,17 +142,17 @@ TEST(Rplidar, ExpressCapsule) {
     append(contents, {static_cast<std::uint8_t>(d1), static_cast<std::uint8_t>(d1 >> 8),
                       static_cast<std::uint8_t>(d2), static_cast<std::uint8_t>(d2 >> 8), 0x30});
   }
-  Stream bytes = descriptor(RplidarAnswer::express, 84, true);
+  Stream bytes = descriptor(RplidarResponse::express, 84, true);
   append(bytes, capsule(350 * 64, contents, true));
   append(bytes, capsule(22 * 64, empty));
   const Points points = points_of(bytes);
   ASSERT_EQ(points.size(), 32U);
-  // 32° in 32 steps; the first of a pair stands 16/8 = 2° before its place, the second 3/8°.
+  // 32° in 32 steps; the first of a pair is 16/8 = 2° before its nominal angle, the second 3/8°.
   EXPECT_EQ(points[0], (RplidarPoint{348 * 64, 4000, 47, false}));
   EXPECT_EQ(points[1], (RplidarPoint{351 * 64 - 24, 0, 0, false}));
   EXPECT_EQ(points[10], (RplidarPoint{358 * 64, 4020, 47, false}));
-  // The turn ends where the place without offset reaches 360°: with the tenth.
-  for (std::size_t i = 0; i < 32; ++i) EXPECT_EQ(points[i].start_of_turn, i == 9) << i;
+  // The revolution ends where the nominal angle reaches 360°: with the tenth.
+  for (std::size_t i = 0; i < 32; ++i) EXPECT_EQ(points[i].start_of_revolution, i == 9) << i;
 }
 
 TEST(Rplidar, DenseCapsule) {
@@ -161,7 +160,7 @@ TEST(Rplidar, DenseCapsule) {
   for (int i = 0; i < 40; ++i)
     append(contents,
            {static_cast<std::uint8_t>(2000 + i), static_cast<std::uint8_t>((2000 + i) >> 8)});
-  Stream bytes = descriptor(RplidarAnswer::dense, 84, true);
+  Stream bytes = descriptor(RplidarResponse::dense, 84, true);
   append(bytes, capsule(10 * 64, contents, true));
   append(bytes, capsule(30 * 64, contents));
   append(bytes, capsule(50 * 64, contents));
@@ -172,28 +171,30 @@ TEST(Rplidar, DenseCapsule) {
                                        static_cast<std::uint32_t>(8000 + 4 * i), 47, false}));
 }
 
-TEST(Rplidar, ADamagedCapsuleCostsItsNeighboursPointsOnly) {
-  Stream bytes = descriptor(RplidarAnswer::dense, 84, true);
+TEST(Rplidar, ADamagedCapsuleAffectsOnlyItsNeighbour) {
+  Stream bytes = descriptor(RplidarResponse::dense, 84, true);
   for (int i = 0; i < 6; ++i) append(bytes, capsule(640 * (i + 1), Stream(80, 1), i == 0));
   EXPECT_EQ(points_of(bytes).size(), 200U);
   Stream flipped = bytes;
   flipped[7 + 84 * 2 + 50] ^= 4;
-  EXPECT_EQ(points_of(flipped).size(), 120U);  // 0 and 1 make points of 0, 3 to 5 of 3 and 4
+  EXPECT_EQ(points_of(flipped).size(),
+            120U);  // 0 and 1 give the points of 0; 3 to 5 those of 3 and 4
   Stream restarted = bytes;
-  restarted[7 + 84 * 3 + 3] |= 0x80;  // the encoder began anew
+  restarted[7 + 84 * 3 + 3] |= 0x80;  // the encoder was reset
   restarted[7 + 84 * 3 + 1] ^= 0x08;
   EXPECT_EQ(points_of(restarted).size(), 160U);
 }
 
-TEST(Rplidar, TurnsAndScans) {
-  std::vector<std::pair<std::size_t, bool>> turns;
-  RplidarTurns<100> assembler;
+TEST(Rplidar, RevolutionsAndScans) {
+  std::vector<std::pair<std::size_t, bool>> revolutions;
+  RplidarRevolutions<100> assembler;
   LaserScan scan;
-  const auto sink = [&](const RplidarTurn& turn) {
-    turns.emplace_back(turn.points.size(), turn.whole);
-    if (turns.size() == 2) {
-      EXPECT_EQ(turn.points[1].time - turn.points[0].time, std::chrono::microseconds(500));
-      scan = to_laser_scan(turn, {36, 0.15F, 12.0F});
+  const auto sink = [&](const RplidarRevolution& revolution) {
+    revolutions.emplace_back(revolution.points.size(), revolution.whole);
+    if (revolutions.size() == 2) {
+      EXPECT_EQ(revolution.points[1].time - revolution.points[0].time,
+                std::chrono::microseconds(500));
+      scan = to_laser_scan(revolution, {36, 0.15F, 12.0F});
     }
   };
   const Duration sample = std::chrono::microseconds(500);
@@ -205,8 +206,8 @@ TEST(Rplidar, TurnsAndScans) {
     assembler.add({&p, 1}, LogTime{} + sample * measured++, sample, sink);
   }
   assembler.finish(sink);
-  EXPECT_EQ(turns, (std::vector<std::pair<std::size_t, bool>>{
-                       {31, false}, {36, true}, {36, true}, {7, false}}));
+  EXPECT_EQ(revolutions, (std::vector<std::pair<std::size_t, bool>>{
+                             {31, false}, {36, true}, {36, true}, {7, false}}));
   // 90° clockwise of the front is 90° to the right: bearing −π/2, a quarter from the back.
   EXPECT_NEAR(scan.ranges_m[9], 1.09F, 1e-6F);
   EXPECT_NEAR(scan.bearing(9).radians(), -std::numbers::pi / 2.0, 1e-12);
@@ -215,19 +216,19 @@ TEST(Rplidar, TurnsAndScans) {
   EXPECT_EQ(scan.time, LogTime{} + sample * 31);
 }
 
-TEST(Rplidar, ATurnLongerThanItsRoomIsNotWhole) {
-  RplidarTurns<10> assembler;
-  std::size_t whole = 0, turns = 0;
-  const auto sink = [&](const RplidarTurn& turn) {
-    ++turns;
-    whole += turn.whole ? 1 : 0;
-    EXPECT_LE(turn.points.size(), 10U);
+TEST(Rplidar, ARevolutionBeyondTheCapacityIsNotWhole) {
+  RplidarRevolutions<10> assembler;
+  std::size_t whole = 0, revolutions = 0;
+  const auto sink = [&](const RplidarRevolution& revolution) {
+    ++revolutions;
+    whole += revolution.whole ? 1 : 0;
+    EXPECT_LE(revolution.points.size(), 10U);
   };
   for (int i = 0; i < 60; ++i) {
     const RplidarPoint p{0, 0, 0, i % 20 == 0};
     assembler.add({&p, 1}, LogTime{}, Duration(1), sink);
   }
-  EXPECT_EQ(turns, 2U);
+  EXPECT_EQ(revolutions, 2U);
   EXPECT_EQ(whole, 0U);
   EXPECT_EQ(assembler.dropped_points(), 30U);
 }
@@ -235,9 +236,9 @@ TEST(Rplidar, ATurnLongerThanItsRoomIsNotWhole) {
 TEST(Rplidar, Delays) {
   using std::chrono::microseconds;
   // 250 + 5 · 10/115200 s; 125 + 84 · 10/115200 s + 32 · 250.
-  EXPECT_EQ(rplidar_delay(RplidarAnswer::node, microseconds(500), 115200.0),
+  EXPECT_EQ(rplidar_delay(RplidarResponse::node, microseconds(500), 115200.0),
             microseconds(250) + Duration(434028));
-  EXPECT_EQ(rplidar_delay(RplidarAnswer::express, microseconds(250), 115200.0),
+  EXPECT_EQ(rplidar_delay(RplidarResponse::express, microseconds(250), 115200.0),
             microseconds(125 + 8000) + Duration(7291667));
 }
 

@@ -42,7 +42,7 @@ TEST(TiCaptures, EveryPacketOfEveryFile) {
       const TiTemperature temperature = f.temperature().value_or(TiTemperature{});
       ASSERT_TRUE(temperature.valid);
       for (const std::int16_t t : temperature.celsius) ASSERT_TRUE(t > 10 && t < 90);
-      // 100 ms frames; the counter is read when a frame is done, which takes longer with more
+      // 100 ms frames; the counter is read when a frame is complete, which takes longer with more
       // points.
       const auto now = clock.at(h);
       if (before) {
@@ -56,7 +56,7 @@ TEST(TiCaptures, EveryPacketOfEveryFile) {
   }
 }
 
-TEST(TiCaptures, AuthorsTablesBitForBit) {
+TEST(TiCaptures, MatchTheAuthorsTablesBitForBit) {
   for (const char* name : {"mer1", "mer2"}) {
     WAYFARE_NEEDS_RECORDING(path, kFolder + std::string(name) + ".dat.gz");
     WAYFARE_NEEDS_RECORDING(table_path, kFolder + std::string("parsed_csv/") + name + ".csv.gz");
@@ -89,7 +89,7 @@ TEST(TiCaptures, AuthorsTablesBitForBit) {
   }
 }
 
-// What limits_of says of the configuration is the grid the points are on.
+// The points are on the grid of limits_of.
 TEST(TiCaptures, PointsAreOnTheGrid) {
   WAYFARE_NEEDS_RECORDING(path, kFolder + std::string("dynmer1.dat.gz"));
   WAYFARE_NEEDS_RECORDING(config_path, kFolder + std::string("dynmer1.cfg"));
@@ -126,7 +126,7 @@ TEST(TiCaptures, Sdk12) {
       const TiPoint p = f[i];
       const double range = std::hypot(p.x_m, p.y_m, p.z_m);
       ASSERT_LT(range, 64.0);
-      // Range and its bin tell the same story: a constant metres a bin, to Q9's rounding.
+      // Range is proportional to its bin, to the rounding of Q9.
       if (p.range_bin > 20) {
         ASSERT_NEAR(range / p.range_bin, 0.044, 0.006);
       }
@@ -136,7 +136,7 @@ TEST(TiCaptures, Sdk12) {
   EXPECT_GT(points, 347U);
 }
 
-TEST(TiCaptures, KeepTheLawsUnderDamage) {
+TEST(TiCaptures, SatisfyTheLawsUnderDamage) {
   WAYFARE_NEEDS_RECORDING(path, kFolder + std::string("mer1.dat.gz"));
   Stream bytes = testing::file_bytes(path);
   std::vector<std::uint64_t> starts;
@@ -149,8 +149,8 @@ TEST(TiCaptures, KeepTheLawsUnderDamage) {
   EXPECT_EQ(report.lost, 0U);
   EXPECT_EQ(report.hidden, 0U);
   EXPECT_GT(report.undamaged, 15000U);
-  // Without a checksum a frame with changed contents is delivered as it came; but nothing is
-  // delivered that was not sent as a frame.
+  // Without a checksum a frame with changed contents is delivered; but nothing is delivered that
+  // was not sent as a frame.
   EXPECT_LE(report.false_frames, report.damaged);
 }
 

@@ -33,7 +33,7 @@ std::string fault(const std::string& text) {
   return config ? "" : config.error().to_string();
 }
 
-TEST(TiConfig, SaysWhatTheFileSays) {
+TEST(TiConfig, ReadsTheCommands) {
   const auto config = parse_ti_config(kGood, "f.cfg");
   ASSERT_TRUE(config) << config.error().to_string();
   EXPECT_EQ(config->rx_mask, 15U);
@@ -68,7 +68,7 @@ TEST(TiConfig, Limits) {
   EXPECT_NEAR(limits.range_resolution_m, 0.0436290, 1e-6);
   EXPECT_NEAR(limits.speed_step_mps, 3e8 / (2.0 * 79.208752e9 * 0.01555648), 1e-6);
   EXPECT_NEAR(limits.max_speed_mps, 0.974, 0.001);
-  EXPECT_EQ(limits.max_range_m, 8.92);  // the firmware's cut comes before the last bin
+  EXPECT_EQ(limits.max_range_m, 8.92);  // the firmware's limit is below the last bin
   EXPECT_NEAR(limits.azimuth_resolution.radians(), 0.25, 1e-12);
 }
 
@@ -78,24 +78,25 @@ TEST(TiConfig, FewerSamplesThanBins) {
   ASSERT_TRUE(config);
   const TiLimits limits = limits_of(*config);
   EXPECT_EQ(limits.range_bins, 256);
-  EXPECT_LT(limits.range_step_m, limits.range_resolution_m);  // interpolated, not sharper
+  EXPECT_LT(limits.range_step_m,
+            limits.range_resolution_m);  // interpolated, without better resolution
 }
 
-TEST(TiConfig, FaultsAreNamedByLine) {
+TEST(TiConfig, ErrorsNameTheLine) {
   using ::testing::HasSubstr;
   EXPECT_THAT(fault(with("channelCfg", "channelCfg 15")), HasSubstr("f.cfg:4: channelCfg"));
   EXPECT_THAT(fault(with("channelCfg", "channelCfg x 5 0")), HasSubstr("'x', is not a number"));
   EXPECT_THAT(fault(with("channelCfg", "channelCfg 16 5 0")), HasSubstr("mask 16"));
   EXPECT_THAT(fault(with("channelCfg", "channelCfg 0 5 0")), HasSubstr("needs a receiver"));
   EXPECT_THAT(fault(with("channelCfg", "channelCfg 15 1 0")), HasSubstr("leaves off"));
-  EXPECT_THAT(fault(with("channelCfg", "")), HasSubstr("no command channelCfg"));
+  EXPECT_THAT(fault(with("channelCfg", "")), HasSubstr("missing command channelCfg"));
   EXPECT_THAT(fault(with("dfeData", "dfeDataOutputMode 3")), HasSubstr("f.cfg:3"));
   EXPECT_THAT(fault(with("profileCfg", "profileCfg 0 10 429 7 57.14 0 0 70 1 256 5209 0 0 30")),
               HasSubstr("outside"));
   EXPECT_THAT(fault(with("profileCfg", "profileCfg 0 77 429 7 57.14 0 0 80 1 256 5209 0 0 30")),
-              HasSubstr("out of its band"));
+              HasSubstr("leaves the band"));
   EXPECT_THAT(fault(with("profileCfg", "profileCfg 0 77 429 7 50 0 0 70 1 256 5209 0 0 30")),
-              HasSubstr("samples longer"));
+              HasSubstr("after the ramp"));
   EXPECT_THAT(fault(with("profileCfg", "profileCfg 0 77 429 7 57.14 0 0 70 1 256 nan 0 0 30")),
               HasSubstr("not a number"));
   EXPECT_THAT(fault(with("profileCfg", "profileCfg 0 77 429 7 57.14 0 0 70 1 256 0 0 0 30")),
@@ -104,10 +105,10 @@ TEST(TiConfig, FaultsAreNamedByLine) {
               HasSubstr("profile is not defined"));
   EXPECT_THAT(fault(with("frameCfg", "frameCfg 0 2 16 0 100 1 0")), HasSubstr("chirp 2"));
   EXPECT_THAT(fault(with("frameCfg", "frameCfg 0 1 16 0 10 1 0")), HasSubstr("longer than"));
-  EXPECT_THAT(fault(with("frameCfg", "frameCfg 0 1 0 0 100 1 0")), HasSubstr("no frame"));
+  EXPECT_THAT(fault(with("frameCfg", "frameCfg 0 1 0 0 100 1 0")), HasSubstr("invalid chirps"));
   EXPECT_THAT(fault(with("frameCfg", "advFrameCfg 1")), HasSubstr("advanced"));
   EXPECT_THAT(fault(with("cfarFovCfg", "cfarFovCfg -1 0 9 1")), HasSubstr("cfarFovCfg"));
-  EXPECT_THAT(fault(""), HasSubstr("no command"));
+  EXPECT_THAT(fault(""), HasSubstr("missing command"));
 }
 
 TEST(TiConfig, Captures) {

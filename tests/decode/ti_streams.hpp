@@ -1,6 +1,6 @@
 #pragma once
 
-// Frames of TI's demo built by its layout, and what a decoder makes of them.
+// Frames of TI's demo built by its layout, and their decoded messages.
 
 #include <cstdint>
 #include <memory>
@@ -25,7 +25,7 @@ struct Item {
   Stream payload;
 };
 
-/// A frame built by the layout, its header of 36 or 40 bytes as version and platform want.
+/// A frame built by the layout, with the header of 36 or 40 bytes of its version and platform.
 inline Stream frame(std::uint32_t number, std::uint32_t points, const std::vector<Item>& items,
                     std::uint32_t version = 0x03060000, std::uint32_t platform = 0xA1843) {
   const TiHeader header{version, 0, platform, number, 0, points, 0, 0};

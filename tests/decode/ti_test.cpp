@@ -10,11 +10,11 @@
 namespace wayfare::decode {
 namespace {
 
-TEST(Ti, MagicWordIsFoundWhereverItStands) {
+TEST(Ti, MagicWordIsFoundAtAnyOffset) {
   Rng rng(3);
   for (int trial = 0; trial < 2000; ++trial) {
     Stream bytes(rng.below(60));
-    // Mostly bytes of the word itself, the worst that can surround it.
+    // Mostly bytes of the word itself, the worst case around it.
     for (auto& byte : bytes) byte = static_cast<std::uint8_t>(rng.below(10));
     if (bytes.size() >= 8 && trial % 2 == 0) {
       const auto at = static_cast<long>(rng.below(bytes.size() - 7));
@@ -47,7 +47,7 @@ TEST(Ti, FixedPointBeforeSdk3) {
   append(item.payload, std::uint16_t{9});
   for (const int v : {12, -3, 99, -512, 1024, 256})
     append(item.payload, static_cast<std::int16_t>(v));
-  // 16 bytes of payload: a float point would be as long. The version tells.
+  // 16 bytes of payload: as long as a float point; the version decides.
   ASSERT_EQ(item.payload.size(), 16U);
   int frames = 0;
   each_frame(frame(1, 1, {item}, 0x01020005, 0xA1642), [&](const TiFrame& f) {
@@ -81,14 +81,14 @@ TEST(Ti, ShortHeaders) {
   }
 }
 
-TEST(Ti, UnknownItemsAndOddOnesAreSkipped) {
+TEST(Ti, UnknownAndMalformedItemsAreSkipped) {
   const Stream bytes =
       frame(1, 1, {{1000, Stream(77)}, float_points(1), {6, Stream(128)}, {9, {}}});
   int frames = 0;
   each_frame(bytes, [&](const TiFrame& f) {
     ++frames;
     EXPECT_EQ(f.size(), 1U);
-    EXPECT_FALSE(f.statistics());  // 128 bytes are not what it is known to be
+    EXPECT_FALSE(f.statistics());  // 128 bytes are not its known length
     EXPECT_FALSE(f.temperature());
     std::vector<std::uint32_t> types;
     f.for_each([&](std::uint32_t type, Bytes) { types.push_back(type); });
@@ -97,7 +97,7 @@ TEST(Ti, UnknownItemsAndOddOnesAreSkipped) {
   EXPECT_EQ(frames, 1);
 }
 
-TEST(Ti, ContradictionsAreRefused) {
+TEST(Ti, InconsistentFramesAreRejected) {
   const Stream good = frame(1, 2, {float_points(2), side_info(2)});
   const auto with = [&](std::size_t at, std::uint32_t word) {
     Stream bytes = good;
@@ -105,7 +105,7 @@ TEST(Ti, ContradictionsAreRefused) {
     return numbers(joined({bytes, frame(2, 0, {})}));
   };
   const std::vector<std::uint32_t> second = {2}, both = {1, 2};
-  EXPECT_EQ(with(20, 1), both);             // as it was
+  EXPECT_EQ(with(20, 1), both);             // unchanged
   EXPECT_EQ(with(12, 0xFFFFFFFF), second);  // length
   EXPECT_EQ(with(12, 65536), both);         // the next magic word ends it
   EXPECT_EQ(with(12, 65568), second);
@@ -120,14 +120,14 @@ TEST(Ti, ContradictionsAreRefused) {
   EXPECT_EQ(with(84, 4), second);  // side information of one point, not two
 }
 
-TEST(Ti, AHeaderThatCountsTooManyBytesEndsAtTheNextFrame) {
+TEST(Ti, AFrameWithTooLargeALengthEndsAtTheNextFrame) {
   Stream first = frame(1, 1, {float_points(1)});
   store_le(static_cast<std::uint32_t>(first.size() + 32), &first[12]);
   EXPECT_EQ(numbers(joined({first, frame(2, 0, {}), frame(3, 0, {})})),
             (std::vector<std::uint32_t>{1, 2, 3}));
 }
 
-TEST(Ti, LostBytesDoNotCostTheNextFrame) {
+TEST(Ti, LostBytesDoNotHideTheNextFrame) {
   const Stream first = frame(1, 1, {float_points(1), {6, Stream(24, 0xAA)}});
   for (std::size_t lost = 1; lost < first.size(); ++lost) {
     for (const std::size_t at : {std::size_t{0}, first.size() - lost, (first.size() - lost) / 2}) {
@@ -141,7 +141,7 @@ TEST(Ti, LostBytesDoNotCostTheNextFrame) {
   }
 }
 
-TEST(Ti, CyclesComeRound) {
+TEST(Ti, CyclesWrapAround) {
   TiClock clock;
   TiHeader header{0x03060000, 0, 0xA1843, 1, 4'294'967'000U, 0, 0, 0};
   const auto first = clock.at(header);
@@ -149,7 +149,7 @@ TEST(Ti, CyclesComeRound) {
   EXPECT_EQ(clock.at(header) - first, std::chrono::milliseconds(100));
 }
 
-TEST(Ti, KeepsTheLaws) {
+TEST(Ti, SatisfiesTheLaws) {
   std::vector<Stream> frames;
   for (int i = 0; i < 12; ++i)
     frames.push_back(frame(static_cast<std::uint32_t>(i + 1), static_cast<std::uint32_t>(i),

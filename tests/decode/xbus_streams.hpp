@@ -1,6 +1,6 @@
 #pragma once
 
-// Messages of the Xbus built by the manual, and what a decoder makes of them.
+// Xbus messages built by the manual, and their decoded messages.
 
 #include <cstdint>
 #include <memory>

@@ -54,7 +54,7 @@ std::vector<double> numbers(const MtGnss& g) {
   return v;
 }
 
-/// A sample under the names the expected texts use.
+/// A sample's values by their names in the expected texts.
 Fields fields_of(const MtSample& s) {
   Fields f;
   const auto add = [&](const char* name, const auto& value) {
@@ -96,8 +96,8 @@ double number_in(const std::string& name, const std::string& text) {
   return std::stod(text);
 }
 
-/// The expected messages: "Name(format):" lines, values indented below, messages a blank line
-/// apart.
+/// The expected messages: "Name(format):" lines, values indented below, blank lines between
+/// messages.
 std::vector<Fields> expected_samples(const std::string& text) {
   std::vector<Fields> all(1);
   std::istringstream lines(text);
@@ -175,7 +175,7 @@ TEST(XsensCaptures, GarbageInFront) {
   WAYFARE_NEEDS_RECORDING(
       path, "devices/xsens/mti_mtdata2/20260503_204234_xsensmti_with_gnss_recording.bin.gz");
   std::size_t samples = 0;
-  RoundCounter counter(65536);
+  CounterUnwrapper counter(65536);
   std::int64_t last = -1, gaps = 0;
   const auto statistics = each_message(testing::file_bytes(path), [&](const XbusMessage& m) {
     const auto sample = mt_sample(m.data());
@@ -192,7 +192,7 @@ TEST(XsensCaptures, GarbageInFront) {
   EXPECT_EQ(gaps, 0);
 }
 
-TEST(XsensCaptures, KeepTheLawsUnderDamage) {
+TEST(XsensCaptures, SatisfyTheLawsUnderDamage) {
   WAYFARE_NEEDS_RECORDING(path, "devices/xsens/mti_mtdata2/einride_testdata/2/output.bin");
   Stream bytes = testing::file_bytes(path);
   std::vector<std::uint64_t> starts;
@@ -203,8 +203,7 @@ TEST(XsensCaptures, KeepTheLawsUnderDamage) {
   const testing::DamageReport report = laws.damage(10000);
   report.record("xbus");
   EXPECT_EQ(report.lost, 0U);
-  // Eight bits of checksum: of the starts that are none, one in 256 passes. Where it does, it may
-  // hide a few messages behind it.
+  // A checksum of eight bits: one false start in 256 passes and may hide a few messages after it.
   EXPECT_LE(static_cast<double>(report.false_frames), report.most_false(256.0));
   EXPECT_LE(static_cast<double>(report.hidden), 1e-3 * static_cast<double>(report.undamaged));
   EXPECT_GT(report.undamaged, 300'000U);

@@ -23,7 +23,7 @@ TEST(Xbus, SumsOfBytes) {
   }
 }
 
-TEST(Xbus, MessagesAsTheManualSpellsThem) {
+TEST(Xbus, MessagesMatchTheManual) {
   // GotoConfig: FA FF 30 00 D1 (MT Low Level Communication Protocol, section on messages).
   EXPECT_EQ(message(XbusId::goto_config, {}), (Stream{0xFA, 0xFF, 0x30, 0x00, 0xD1}));
   const Stream longer = message(XbusId::mt_data2, Stream(255, 1), 3);
@@ -43,7 +43,8 @@ TEST(Xbus, MessagesAsTheManualSpellsThem) {
 }
 
 TEST(Xbus, APreambleInTheDataAfterDamageDoesNotHideTheNext) {
-  // The damaged message holds what looks like a long message, over the good ones behind it.
+  // The damaged message contains the start of an apparent long one that spans the good ones after
+  // it.
   Stream damaged = message(XbusId::mt_data2, {0xFA, 0xFF, 0x36, 0xFF, 0x04, 0x00, 0xFA, 0xFA});
   damaged.back() ^= 1;
   Stream bytes = damaged;
@@ -55,7 +56,7 @@ TEST(Xbus, APreambleInTheDataAfterDamageDoesNotHideTheNext) {
   EXPECT_GE(statistics.checksum_failures, 2U);
 }
 
-TEST(Xbus, KeepsTheLaws) {
+TEST(Xbus, SatisfiesTheLaws) {
   Rng rng(4);
   Stream bytes;
   for (int i = 0; i < 40; ++i) {
@@ -70,7 +71,7 @@ TEST(Xbus, KeepsTheLaws) {
   EXPECT_LE(static_cast<double>(report.false_frames), report.most_false(256.0));
 }
 
-TEST(MtData2, NumbersInFourWays) {
+TEST(MtData2, NumbersInFourEncodings) {
   // −1.25: float, 12.20 and 16.32 fixed point, double.
   const Stream f32 = {0xBF, 0xA0, 0, 0}, f64 = {0xBF, 0xF4, 0, 0, 0, 0, 0, 0};
   const Stream fixed20 = {0xFF, 0xEC, 0, 0}, fixed32 = {0xC0, 0, 0, 0, 0xFF, 0xFE};
@@ -93,7 +94,7 @@ TEST(MtData2, PacketsAreCheckedBeforeTheyAreUsed) {
   EXPECT_FALSE(odd->packet_counter);
   EXPECT_FALSE(odd->acceleration_mps2);
   EXPECT_EQ(odd->unknown, 3);
-  // A NaN is no reading.
+  // A NaN is rejected.
   Stream nan = {0x08, 0x10, 4};
   put(nan, std::nanf(""));
   EXPECT_FALSE(mt_sample(nan)->temperature_c);
@@ -124,13 +125,13 @@ TEST(MtData2, ToMeasurements) {
   EXPECT_TRUE(std::isnan(to_marg_sample(MtSample{}, LogTime{}).angular_rate_radps.x()));
 }
 
-TEST(MtData2, CountersComeRound) {
-  RoundCounter counter(65536);
+TEST(MtData2, CountersWrapAround) {
+  CounterUnwrapper counter(65536);
   EXPECT_EQ(counter.at(65530), 65530);
   EXPECT_EQ(counter.at(3), 65539);
-  EXPECT_EQ(counter.at(65535), 65535);  // one that came late
+  EXPECT_EQ(counter.at(65535), 65535);  // a late one
   EXPECT_EQ(counter.at(4), 65540);
-  RoundCounter fine(864'000'000);
+  CounterUnwrapper fine(864'000'000);
   EXPECT_EQ(fine.at(863'999'900), 863'999'900);
   EXPECT_EQ(fine.at(0), 864'000'000);
 }

@@ -57,7 +57,7 @@ struct Problem {
   }
 };
 
-TEST(CovarianceIntersection, IsTheMixtureOfInformation) {
+TEST(CovarianceIntersection, MatchesTheInformationForm) {
   Rng rng(1);
   int used = 0;
   for (int i = 0; i < 200; ++i) {
@@ -74,7 +74,7 @@ TEST(CovarianceIntersection, IsTheMixtureOfInformation) {
   EXPECT_GT(used, 50);
 }
 
-TEST(CovarianceIntersection, NoOtherWeightIsSurer) {
+TEST(CovarianceIntersection, NoOtherWeightHasASmallerDeterminant) {
   Rng rng(2);
   for (int i = 0; i < 100; ++i) {
     const Problem p(rng);
@@ -86,9 +86,9 @@ TEST(CovarianceIntersection, NoOtherWeightIsSurer) {
   }
 }
 
-/// However the errors are correlated: the worst joint covariances [P X; Xᵀ R] have X = P^½ U R^½
-/// with orthonormal columns U, and P⁺ covers the true covariance of the fused error.
-TEST(CovarianceIntersection, CoversTheErrorWhateverTheCorrelation) {
+/// For any correlation: the worst joint covariances [P X; Xᵀ R] have X = P^½ U R^½ with orthonormal
+/// columns U, and P⁺ covers the true covariance of the fused error.
+TEST(CovarianceIntersection, IsConsistentForAnyCorrelation) {
   Rng rng(3);
   int close = 0;
   for (int i = 0; i < 300; ++i) {
@@ -112,10 +112,10 @@ TEST(CovarianceIntersection, CoversTheErrorWhateverTheCorrelation) {
     ASSERT_TRUE(is_above(gap, 1e-9 * truth.norm()));
     close += !is_above(gap, -0.02 * truth.norm());
   }
-  EXPECT_GT(close, 30);  // correlations as bad as can be: there is little to spare
+  EXPECT_GT(close, 30);  // worst-case correlations: the margin is small
 }
 
-TEST(CovarianceIntersection, LeavesAStateAloneThatAMeasurementCannotHelp) {
+TEST(CovarianceIntersection, IgnoresAnUninformativeMeasurement) {
   Rng rng(4);
   const Covariance P = random_covariance<Covariance>(rng);
   const Rows C = random_matrix<Rows>(rng);
@@ -127,7 +127,7 @@ TEST(CovarianceIntersection, LeavesAStateAloneThatAMeasurementCannotHelp) {
   EXPECT_TRUE(fused->covariance == P);
 }
 
-TEST(CovarianceIntersection, TakesAFarBetterMeasurementOfEverythingAlmostAlone) {
+TEST(CovarianceIntersection, AMuchBetterMeasurementDominates) {
   Rng rng(5);
   const Noise P = 100 * random_covariance<Noise>(rng), R = 1e-4 * Noise::Identity();
   const Eigen::Vector3d z(1, -2, 0.5);
@@ -137,7 +137,7 @@ TEST(CovarianceIntersection, TakesAFarBetterMeasurementOfEverythingAlmostAlone) 
   EXPECT_LT((fused->correction - z).norm(), 1e-4);
 }
 
-TEST(CovarianceIntersection, RefusesWhatIsNoCovariance) {
+TEST(CovarianceIntersection, RejectsInvalidCovariances) {
   Rng rng(6);
   const Problem p(rng);
   Noise bad = p.R;

@@ -41,7 +41,7 @@ struct ConstantVelocity {
   }
 };
 
-TEST(Ekf, KeepsTheLawsOfFilters) {
+TEST(Ekf, SatisfiesTheFilterLaws) {
   const FilterLaws<Vector3d> laws{Ekf<Vector3d>(Vector3d(1.0, -2.0, 0.5), some_covariance())};
   laws.check_update(Linear<double, 3>{{1.0, 0.0, 0.0}, 2.0, 0.25});
   laws.check_update(Linear<double, 3>{{0.3, -1.0, 2.0}, -7.0, 1e-2});
@@ -50,9 +50,9 @@ TEST(Ekf, KeepsTheLawsOfFilters) {
   moving.check_predict(ConstantVelocity{0.1}, 0.5);
 }
 
-// A random walk with variance q a step and measurement noise r settles at the positive root of
-// p² − p q − q r = 0 for the predicted variance p: the scalar Riccati equation.
-TEST(Ekf, SettlesWhereTheRiccatiEquationSays) {
+// A random walk with variance q a step and measurement noise r converges to the positive root of p²
+// − p q − q r = 0 for the predicted variance p: the scalar Riccati equation.
+TEST(Ekf, ConvergesToTheRiccatiSolution) {
   using State = Eigen::Matrix<double, 1, 1>;
   const double q = 0.3, r = 2.0;
   struct Walk {
@@ -71,8 +71,8 @@ TEST(Ekf, SettlesWhereTheRiccatiEquationSays) {
   EXPECT_NEAR(filter.state()[0], 1.0, 1e-12);
 }
 
-// Five orders of magnitude more precise than the prediction, one after the other, where single
-// precision has seven digits.
+// Successive measurements five orders of magnitude more precise than the prediction, in single
+// precision with seven digits.
 TEST(Ekf, StaysPositiveDefiniteInSinglePrecision) {
   using State = Eigen::Vector3f;
   Eigen::Matrix3f start = 1e4f * Eigen::Matrix3f::Identity();
@@ -86,7 +86,7 @@ TEST(Ekf, StaysPositiveDefiniteInSinglePrecision) {
   }
 }
 
-TEST(Ekf, BlockUpdateEqualsOneByOne) {
+TEST(Ekf, BlockUpdateEqualsScalarUpdates) {
   const Ekf<Vector3d> start(Vector3d(1.0, -2.0, 0.5), some_covariance());
   const Eigen::Matrix<double, 2, 3> h =
       (Eigen::Matrix<double, 2, 3>() << 1.0, 0.5, 0.0, -0.2, 1.0, 3.0).finished();
@@ -99,21 +99,21 @@ TEST(Ekf, BlockUpdateEqualsOneByOne) {
   EXPECT_TRUE(is_covariance(block.covariance()));
 }
 
-TEST(Ekf, BlockUpdateRefusesWhatDoesNotFit) {
+TEST(Ekf, BlockUpdateRejectsOutliers) {
   Ekf<Vector3d> filter(Vector3d::Zero(), some_covariance());
   const Eigen::Matrix<double, 1, 3> h(1.0, 0.0, 0.0);
   using One = Eigen::Matrix<double, 1, 1>;
   EXPECT_FALSE(filter.update_block<1>(One(50.0), h, One(1.0), 25.0));  // 50²/5 = 500
   EXPECT_FALSE(filter.update_block<1>(One(NAN), h, One(1.0)));
-  EXPECT_FALSE(filter.update_block<1>(One(1.0), h, One(-10.0)));  // no covariance
+  EXPECT_FALSE(filter.update_block<1>(One(1.0), h, One(-10.0)));  // not a covariance
   EXPECT_EQ(filter.covariance(), some_covariance());
   EXPECT_EQ(filter.state(), Vector3d::Zero());
 }
 
-// An attitude found from the directions to two stars, seen in the body, starting 15° off. The first
-// rows are those of a wrong attitude, so a part of its error stays; noise alone would leave 0.0016
-// rad.
-TEST(Ekf, FindsAnAttitudeOnItsManifold) {
+// An attitude estimated from the directions to two stars in the body frame, from an initial error
+// of 15°. The first rows are linearised at a wrong attitude, so part of the error remains; noise
+// alone would leave 0.0016 rad.
+TEST(Ekf, EstimatesAnAttitudeOnItsManifold) {
   const SO3d truth = SO3d::exp(Vector3d(0.1, -0.2, 0.15));
   Ekf<SO3d> filter(SO3d::identity(), Matrix3d::Identity());
   for (int round = 0; round < 20; ++round) {
@@ -132,9 +132,9 @@ TEST(Ekf, FindsAnAttitudeOnItsManifold) {
   EXPECT_TRUE(is_covariance(filter.covariance()));
 }
 
-// Eight filters in one: the same numbers as eight filters, and a lane whose measurement is refused,
-// broken or switched off is as if it had not been asked.
-TEST(Ekf, LanesOfAPackDoNotKnowOfEachOther) {
+// A pack of eight filters matches eight filters; a rejected, invalid or disabled measurement leaves
+// its lane unchanged.
+TEST(Ekf, LanesOfAPackAreIndependent) {
   using P = Pack<double, 8>;
   using State = Eigen::Matrix<P, 3, 1>;
   const Matrix3d start = some_covariance();
@@ -160,7 +160,7 @@ TEST(Ekf, LanesOfAPackDoNotKnowOfEachOther) {
   }
 }
 
-TEST(Ekf, ForgettingAndDoubtKeepACovariance) {
+TEST(Ekf, ResettingAndScalingKeepACovariance) {
   Ekf<Vector3d> filter(Vector3d::Zero(), some_covariance());
   filter.scale_sigma(0, 2, 3.0);
   EXPECT_NEAR(filter.covariance()(0, 0), 36.0, 1e-12);

@@ -7,7 +7,7 @@
 namespace wayfare {
 namespace {
 
-TEST(GaussMarkov, IsTheExponential) {
+TEST(GaussMarkov, MatchesTheExponential) {
   for (const double x : {1e-9, 1e-4, 0.029, 0.031, 0.5, 20.0}) {
     const auto s = discretise_gauss_markov(3.0, 10.0, 10.0 * x);
     EXPECT_NEAR(s.phi, std::exp(-x), 1e-15);

@@ -28,7 +28,7 @@ std::vector<int> counts(const std::vector<ParticleIndex>& drawn, std::size_t par
 constexpr Resampling kAll[] = {Resampling::multinomial, Resampling::residual,
                                Resampling::stratified, Resampling::low_variance};
 
-TEST(LogSumExp, HoldsWhereTheWeightsThemselvesAreZero) {
+TEST(LogSumExp, IsFiniteWhereTheWeightsUnderflow) {
   EXPECT_NEAR(log_sum_exp(logs({0.1, 0.2, 0.3})), std::log(0.6), 1e-15);
   EXPECT_NEAR(log_sum_exp(std::vector<double>{-5000.0, -5000.0}), -5000.0 + std::log(2.0), 1e-12);
   EXPECT_NEAR(log_sum_exp(std::vector<double>{5000.0, -kInf}), 5000.0, 0.0);
@@ -37,7 +37,7 @@ TEST(LogSumExp, HoldsWhereTheWeightsThemselvesAreZero) {
   EXPECT_EQ(log_sum_exp(std::vector<double>{-kInf, kNan}), -kInf);
 }
 
-TEST(Normalise, SumsToOneAndTellsTheEvidence) {
+TEST(Normalise, SumsToOneAndReportsTheEvidence) {
   std::vector<double> w{-1000.0, -1001.0, -1002.5};
   const double evidence = log_sum_exp(w);
   const Normalisation n = normalise(w);
@@ -48,7 +48,7 @@ TEST(Normalise, SumsToOneAndTellsTheEvidence) {
   EXPECT_NEAR(w[0] - w[2], 2.5, 1e-12);
 }
 
-TEST(Normalise, WhatIsNoNumberLosesItsWeight) {
+TEST(Normalise, InvalidWeightsBecomeZero) {
   std::vector<double> w{kNan, 0.0, kInf, 0.0, -kInf};
   const Normalisation n = normalise(w);
   EXPECT_EQ(n.refused, 2u);
@@ -59,7 +59,7 @@ TEST(Normalise, WhatIsNoNumberLosesItsWeight) {
   EXPECT_NEAR(w[1], std::log(0.5), 1e-15);
 }
 
-TEST(Normalise, CollapseGivesEveryParticleTheSame) {
+TEST(Normalise, CollapseGivesEqualWeights) {
   std::vector<double> w{-kInf, kNan, -kInf, -kInf};
   const Normalisation n = normalise(w);
   EXPECT_TRUE(n.collapsed);
@@ -99,7 +99,7 @@ TEST_P(EveryScheme, IsUnbiased) {
   }
 }
 
-TEST_P(EveryScheme, DrawsAscendAndAreAsManyAsAskedFor) {
+TEST_P(EveryScheme, DrawsAscendInTheRequestedNumber) {
   Rng rng(5);
   std::vector<double> log_w(100);
   for (double& l : log_w) l = 30.0 * rng.normal();
@@ -120,13 +120,13 @@ TEST_P(EveryScheme, SameSeedSameDraws) {
   }
 }
 
-TEST_P(EveryScheme, OneParticleWithAllTheWeightIsAllThereIs) {
+TEST_P(EveryScheme, OneParticleWithAllTheWeightIsAlwaysDrawn) {
   Rng rng(1);
   const std::vector<double> log_w{-kInf, -kInf, -1e6, -kInf};
   for (const ParticleIndex i : resample(log_w, 50, GetParam(), rng)) EXPECT_EQ(i, 2u);
 }
 
-TEST_P(EveryScheme, WeightsThatAreNoNumbersAreNeverDrawn) {
+TEST_P(EveryScheme, InvalidWeightsAreNeverDrawn) {
   Rng rng(1);
   const std::vector<double> log_w{kNan, 0.0, kInf, 0.0, -kInf};
   const auto n = counts(resample(log_w, 1000, GetParam(), rng), 5);
@@ -135,7 +135,7 @@ TEST_P(EveryScheme, WeightsThatAreNoNumbersAreNeverDrawn) {
   EXPECT_GT(n[3], 0);
 }
 
-TEST_P(EveryScheme, NoWeightAtAllIsTheSameForAll) {
+TEST_P(EveryScheme, WithoutWeightsAllAreEqual) {
   Rng rng(1);
   const std::vector<double> none{-kInf, kNan, -kInf, -kInf};
   const auto n = counts(resample(none, 4000, GetParam(), rng), 4);
@@ -152,7 +152,7 @@ std::string scheme_name(const ::testing::TestParamInfo<Resampling>& info) {
 
 INSTANTIATE_TEST_SUITE_P(Schemes, EveryScheme, ::testing::ValuesIn(kAll), scheme_name);
 
-// How far a count may be from n·w whatever the draws.
+// The largest difference of a count from n·w.
 TEST(Resample, CountsStayWithinTheirSchemesBounds) {
   Rng rng(23);
   for (int run = 0; run < 200; ++run) {
@@ -174,7 +174,7 @@ TEST(Resample, CountsStayWithinTheirSchemesBounds) {
   }
 }
 
-TEST(Resample, EqualWeightsSurviveAsTheyAre) {
+TEST(Resample, EqualWeightsKeepTheSet) {
   Rng rng(2);
   const std::vector<double> equal(30, -123.0);
   for (const Resampling scheme : {Resampling::low_variance, Resampling::residual}) {

@@ -185,7 +185,7 @@ void expect_same_bits(const Filter& a, const Filter& b) {
               std::bit_cast<std::uint64_t>(q.log_evidence));
     ASSERT_EQ(p.pose.translation(), q.pose.translation());
     ASSERT_EQ(p.map.index, q.map.index);
-    ASSERT_EQ(a.way(i).size(), b.way(i).size());
+    ASSERT_EQ(a.trajectory(i).size(), b.trajectory(i).size());
   }
 }
 
@@ -259,7 +259,7 @@ TEST(RbpfRefusal, AnUpdateRefusedInWholeMovesTheParticlesAndKeepsTheirWeights) {
   EXPECT_EQ(weights, std::vector<double>(filter.log_weights().begin(), filter.log_weights().end()));
   EXPECT_EQ(filter.particles()[0].log_evidence, -1.0);
   EXPECT_NE(filter.particles()[0].pose.x(), x);
-  EXPECT_EQ(filter.way(0).size(), 3U);
+  EXPECT_EQ(filter.trajectory(0).size(), 3U);
   EXPECT_EQ(filter.best(), 0U);
 }
 

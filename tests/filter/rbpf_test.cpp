@@ -12,47 +12,47 @@ namespace {
 LogTime at_second(double s) { return LogTime::from_seconds(s); }
 StampedPose start() { return {at_second(0), Transform2<frame::Map, frame::Base>(SE2d())}; }
 
-/// A map of one number: where the landmark was seen.
+/// A map of one landmark's position.
 struct OneLandmark {
   std::vector<double> seen_at;
 };
 
-TEST(AncestryTree, ForgetsWaysNobodyLeads) {
+TEST(AncestryTree, RemovesUnreferencedTrajectories) {
   AncestryTree tree;
-  AncestryTree::Node a = tree.plant(start()), b = a;
-  tree.hold(a);
+  AncestryTree::Node a = tree.add_root(start()), b = a;
+  tree.retain(a);
   for (int i = 1; i <= 10; ++i) {
     const auto pose = [&](double y) {
       return StampedPose{at_second(i), Transform2<frame::Map, frame::Base>(SE2d(i, y, Angle{}))};
     };
-    a = tree.grow(a, pose(0));
-    b = tree.grow(b, pose(1));
+    a = tree.append(a, pose(0));
+    b = tree.append(b, pose(1));
   }
   EXPECT_EQ(tree.size(), 21U);  // the start is shared
-  EXPECT_EQ(tree.way(b).size(), 11U);
-  EXPECT_EQ(tree.way(b)[5].T_map_base.raw().y(), 1.0);
+  EXPECT_EQ(tree.trajectory(b).size(), 11U);
+  EXPECT_EQ(tree.trajectory(b)[5].T_map_base.raw().y(), 1.0);
   tree.release(b);
   EXPECT_EQ(tree.size(), 11U);
-  EXPECT_EQ(tree.way(a)[5].T_map_base.raw().x(), 5.0);
-  const AncestryTree::Node again = tree.grow(a, start());
-  EXPECT_EQ(tree.size(), 12U);  // in the memory of the way forgotten
+  EXPECT_EQ(tree.trajectory(a)[5].T_map_base.raw().x(), 5.0);
+  const AncestryTree::Node again = tree.append(a, start());
+  EXPECT_EQ(tree.size(), 12U);  // in the memory of the removed trajectory
   tree.release(again);
   EXPECT_EQ(tree.size(), 0U);
 }
 
-// A chain as long as a day of scans is let go of without running out of stack.
-TEST(AncestryTree, ReleasesLongWays) {
+// A chain as long as a day of scans is released without exhausting the stack.
+TEST(AncestryTree, ReleasesLongTrajectories) {
   AncestryTree tree;
-  AncestryTree::Node end = tree.plant(start());
-  for (int i = 0; i < 1000000; ++i) end = tree.grow(end, start());
+  AncestryTree::Node end = tree.add_root(start());
+  for (int i = 0; i < 1000000; ++i) end = tree.append(end, start());
   tree.release(end);
   EXPECT_EQ(tree.size(), 0U);
 }
 
-// A robot on a line, its steps N(1, 0.2²), sees a mark at 5 with σ = 0.1 after five of them. Where
-// it then is follows from the product of N(5, 5·0.2²) and N(5.3, 0.1²); the mean of the particles'
-// first steps given that is 1 + (x − 5)/5.
-TEST(Rbpf, WeighsWholeWays) {
+// A robot on a line, its steps N(1, 0.2²), observes a landmark at 5 with σ = 0.1 after five of
+// them. Its position then follows from the product of N(5, 5·0.2²) and N(5.3, 0.1²); the mean of
+// the particles' first steps given that is 1 + (x − 5)/5.
+TEST(Rbpf, WeighsWholeTrajectories) {
   constexpr std::size_t kParticles = 20000;
   Rbpf<OneLandmark> filter(kParticles, start(), {}, 3);
   for (int i = 1; i <= 5; ++i)
@@ -79,7 +79,8 @@ TEST(Rbpf, WeighsWholeWays) {
   EXPECT_NEAR(mean, expected, 4 * std::sqrt(posterior / n));
   EXPECT_NEAR(first, 1 + (expected - 5) / 5, 4 * 0.2 / std::sqrt(n));
 
-  // Drawn anew, they say the same with equal weights, and each keeps the way its map came from.
+  // After resampling, the estimate is the same with equal weights, and each particle keeps the
+  // trajectory of its map.
   EXPECT_FALSE(filter.resample_below(n / kParticles - 0.01));
   EXPECT_TRUE(filter.resample_below(n / kParticles + 0.01));
   EXPECT_NEAR(filter.effective_particles(), kParticles, 1e-6);
@@ -87,15 +88,15 @@ TEST(Rbpf, WeighsWholeWays) {
   for (const auto& p : filter.particles()) after += p.pose.x() / kParticles;
   EXPECT_NEAR(after, mean, 4 * std::sqrt(posterior / kParticles));
   for (std::size_t i = 0; i < kParticles; i += 500) {
-    const Trajectory way = filter.way(i);
-    ASSERT_EQ(way.size(), 7U);
+    const Trajectory trajectory = filter.trajectory(i);
+    ASSERT_EQ(trajectory.size(), 7U);
     for (std::size_t k = 1; k <= 5; ++k)
-      EXPECT_EQ(way[k].T_map_base.raw().x(), filter.particles()[i].map.seen_at[k - 1]);
+      EXPECT_EQ(trajectory[k].T_map_base.raw().x(), filter.particles()[i].map.seen_at[k - 1]);
   }
-  EXPECT_LT(filter.poses_kept(), 7 * kParticles);
+  EXPECT_LT(filter.stored_poses(), 7 * kParticles);
 }
 
-TEST(Rbpf, TheBestIsTheOneWhoseWholeWayExplainsMost) {
+TEST(Rbpf, TheBestHasTheLargestEvidenceOfItsTrajectory) {
   Rbpf<OneLandmark> filter(3, start(), {}, 1);
   std::vector<double> factors{-1.0, -2.0, -5.0};
   std::size_t next = 0;
@@ -107,7 +108,7 @@ TEST(Rbpf, TheBestIsTheOneWhoseWholeWayExplainsMost) {
   EXPECT_EQ(filter.best(), 1U);  // −3 against −7 and −8
 }
 
-// A measurement nothing explains leaves the weights as they were.
+// A measurement that fits no particle leaves the weights unchanged.
 TEST(Rbpf, SurvivesACollapse) {
   Rbpf<OneLandmark> filter(4, start(), {}, 1);
   const auto said = filter.update(at_second(1), [](auto&, Rng&, std::size_t) {
@@ -118,7 +119,7 @@ TEST(Rbpf, SurvivesACollapse) {
   EXPECT_NEAR(filter.effective_particles(), 4, 1e-9);
 }
 
-/// The indices in another order, as threads might take them.
+/// The indices in another order, as threads may take them.
 struct Backwards {
   template <class F>
   void operator()(std::size_t n, const F& f) const {

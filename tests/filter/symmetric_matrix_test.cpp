@@ -31,7 +31,7 @@ Both random_matrix(Rng& rng) {
   return m;
 }
 
-TEST(SymmetricMatrix, HoldsEachElementOnce) {
+TEST(SymmetricMatrix, StoresEachElementOnce) {
   Rng rng(1);
   EXPECT_EQ(Packed().dense(), Dense::Zero());
   EXPECT_EQ(sizeof(Packed), sizeof(double) * kSize * (kSize + 1) / 2);
@@ -41,7 +41,7 @@ TEST(SymmetricMatrix, HoldsEachElementOnce) {
     for (int j = 0; j < kSize; ++j) EXPECT_EQ(m.packed(i, j), m.dense(j, i));
 }
 
-TEST(SymmetricMatrix, OperationsAreThoseOfTheDenseMatrix) {
+TEST(SymmetricMatrix, OperationsMatchTheDenseMatrix) {
   Rng rng(2);
   for (int round = 0; round < 20; ++round) {
     Both m = random_matrix(rng);
@@ -68,7 +68,7 @@ TEST(SymmetricMatrix, OperationsAreThoseOfTheDenseMatrix) {
   }
 }
 
-TEST(SymmetricMatrix, TellsOfEveryElementThatIsNoNumber) {
+TEST(SymmetricMatrix, DetectsEveryElementThatIsNotFinite) {
   for (int i = 0; i < kSize; ++i)
     for (int j = 0; j < kSize; ++j)
       for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
@@ -80,7 +80,7 @@ TEST(SymmetricMatrix, TellsOfEveryElementThatIsNoNumber) {
 }
 
 // [4 2; 2 3] = L diag(4, 2) Lᵀ, [1 2; 2 1] = L diag(1, −3) Lᵀ.
-TEST(LeastPivot, IsAboveZeroExactlyWhereAMatrixIsPositiveDefinite) {
+TEST(LeastPivot, IsPositiveExactlyForPositiveDefiniteMatrices) {
   using testing::least_pivot;
   EXPECT_DOUBLE_EQ(least_pivot((Eigen::Matrix2d() << 4, 2, 2, 3).finished()), 2.0);
   EXPECT_DOUBLE_EQ(least_pivot((Eigen::Matrix2d() << 1, 2, 2, 1).finished()), -3.0);

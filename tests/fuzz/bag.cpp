@@ -9,7 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace wayfare::io;
   const BagReadOptions options{std::size_t{1} << 22U, 10};
   std::string bytes(reinterpret_cast<const char*>(data), size);
-  // Pieces cut from a bag's middle are read, too.
+  // Fragments from the middle of a bag are read, too.
   if (!bytes.starts_with("#ROSBAG V2.0\n")) bytes = "#ROSBAG V2.0\n" + bytes;
   const auto bag = BagReader::parse(bytes, "fuzz", options);
   if (!bag) std::abort();
@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return true;
   });
   if (problems.first().size() > 10) std::abort();
-  // What was counted from the front is what is read from the front.
+  // Counting and reading from the front agree.
   if (!bag->contents().indexed && messages != bag->contents().messages) std::abort();
   return 0;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the decoders' fuzz targets share.
+// Common parts of the decoders' fuzz targets.
 
 #include <algorithm>
 #include <cstddef>
@@ -18,9 +18,9 @@ inline void require(bool good) {
   if (!good) std::abort();
 }
 
-/// Decodes the bytes in one piece and in pieces whose lengths the bytes themselves say: both must
-/// give the same. Every piece is a copy of its own, so that a read past it is seen. `f` is called
-/// with the messages of the first.
+/// Decodes the bytes in one piece and in pieces whose lengths are taken from the bytes: the results
+/// must be equal. Every piece is a separate copy, so that a read past its end is detected. `f` is
+/// called with the messages of the first run.
 template <class Decoder, class F>
 void decode(decode::Bytes bytes, const Decoder& fresh, F&& f) {
   std::vector<std::pair<std::uint64_t, std::size_t>> whole, pieces;

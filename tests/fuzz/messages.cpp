@@ -14,7 +14,7 @@ void require(bool good) {
 
 }  // namespace
 
-// The first byte picks the kind of message; what is read is written and read again.
+// The first byte selects the type of message; what is read is written and read again.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace wayfare::logger;
   if (size == 0) return 0;

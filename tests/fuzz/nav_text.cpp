@@ -16,7 +16,7 @@ void require(bool good) {
 
 }  // namespace
 
-// The first byte picks the reader; what is taken makes sense and reads back.
+// The first byte selects the reader; accepted values are valid and read back unchanged.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace wayfare;
   if (size == 0) return 0;

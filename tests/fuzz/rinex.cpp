@@ -7,7 +7,7 @@
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/io/rinex.hpp>
 
-// Observations, messages, or both in one text: what is read goes on to the solution.
+// Observations, messages, or both in one text: what is read is passed to the solution.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace wayfare;
   const std::string_view text(reinterpret_cast<const char*>(data), size);

@@ -1,5 +1,5 @@
-// Any bytes as any message, and messages with some bytes changed: what is read is written again the
-// same, and makes measurements that hold what they promise.
+// Arbitrary bytes as any message, and messages with some bytes changed: what is read is written
+// unchanged and converts to valid measurements.
 
 #include <cmath>
 #include <cstddef>
@@ -53,7 +53,7 @@ void take(const std::string& bytes) {
   }
 }
 
-/// `data` as places to change and what to put there.
+/// Interprets `data` as offsets and the values to store there.
 std::string changed(std::string bytes, const std::uint8_t* data, std::size_t size) {
   for (std::size_t i = 0; i + 2 < size && i < 60 && !bytes.empty(); i += 3)
     bytes[(256U * data[i] + data[i + 1]) % bytes.size()] = static_cast<char>(data[i + 2]);

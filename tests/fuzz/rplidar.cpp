@@ -7,18 +7,18 @@
 #include <wayfare/decode/rplidar_scan.hpp>
 #include "decoders.hpp"
 
-// The first byte says which answer the stream begins in.
+// The first byte selects the response in which the stream begins.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace wayfare;
-  using decode::RplidarAnswer;
+  using decode::RplidarResponse;
   if (size == 0) return 0;
-  constexpr RplidarAnswer kInside[] = {RplidarAnswer::none, RplidarAnswer::node,
-                                       RplidarAnswer::express, RplidarAnswer::ultra,
-                                       RplidarAnswer::dense};
+  constexpr RplidarResponse kInside[] = {RplidarResponse::none, RplidarResponse::node,
+                                         RplidarResponse::express, RplidarResponse::ultra,
+                                         RplidarResponse::dense};
   const decode::RplidarDecoder fresh{decode::RplidarFraming(kInside[data[0] % 5])};
   decode::RplidarUnpacker unpacker;
-  const auto turns = std::make_unique<decode::RplidarTurns<500>>();
-  const auto turn = [](const decode::RplidarTurn& t) {
+  const auto revolutions = std::make_unique<decode::RplidarRevolutions<500>>();
+  const auto revolution = [](const decode::RplidarRevolution& t) {
     fuzz::require(to_laser_scan(t, {90}).ranges_m.size() == 90);
   };
   fuzz::decode(decode::Bytes(data + 1, size - 1), fresh, [&](const decode::RplidarPacket& p) {
@@ -28,9 +28,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static_cast<void>(decode::rplidar_conf(p.bytes()));
     unpacker.add(p, [&](std::span<const decode::RplidarPoint> points) {
       for (const auto& point : points) fuzz::require(point.angle_q6 < 360 * 64);
-      turns->add(points, LogTime{}, Duration(250'000), turn);
+      revolutions->add(points, LogTime{}, Duration(250'000), revolution);
     });
   });
-  turns->finish(turn);
+  revolutions->finish(revolution);
   return 0;
 }

@@ -1,6 +1,6 @@
 // Runs a fuzz target without libFuzzer, so that the tests of every build have a short run of it:
-// short_run TIMES PREFIX_BYTE|- [SEED FILE...]. Seeds, or pieces of them, are damaged in the same
-// ways each time; the target aborts where it finds something.
+// short_run TIMES PREFIX_BYTE|- [SEED FILE...]. Seeds, or pieces of them, are damaged reproducibly;
+// the target aborts on a finding.
 
 #include <algorithm>
 #include <cstdint>
@@ -59,7 +59,7 @@ void damage(Bytes& bytes, Rng& rng) {
 
 int main(int argc, char** argv) {
   if (argc < 3) return 2;
-  std::vector<Bytes> seeds(1);  // the first is noise
+  std::vector<Bytes> seeds(1);  // the first is random
   for (int i = 3; i < argc; ++i) {
     const auto content = io::read_file(argv[i]);
     if (content) seeds.emplace_back(content->bytes.begin(), content->bytes.end());

@@ -31,7 +31,7 @@ void use(decode::Bytes data, const decode::MtLegacyLayout& layout,
 
 }  // namespace
 
-// As a stream, and, where checksums would hide the contents, as the contents of one message.
+// As a stream and, since checksums would reject most contents, as the contents of one message.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 6) return 0;
   const decode::MtLegacyLayout layout{decode::load_be<std::uint16_t>(data),

@@ -1,4 +1,4 @@
-// ROS 1 bags: what is written is read again, and damage costs no more than what it hit.
+// ROS 1 bags: round trips, and damage that affects only the damaged part.
 
 #include <wayfare/io/bag.hpp>
 
@@ -30,7 +30,7 @@ Read read_all(const BagReader& bag) {
 constexpr std::int64_t kStart = 1'600'000'000'000'000'000;
 constexpr int kMessages = 60;
 
-/// Messages on two topics, some ten in a chunk.
+/// Messages on two topics, about ten per chunk.
 std::string sample() {
   BagWriter writer(600);
   const auto a = writer.add_connection({0, "/a", "std_msgs/String", "m1", "string data\n"});
@@ -49,7 +49,7 @@ std::vector<std::string> expected() {
   return all;
 }
 
-TEST(Bag, ComesBackAsItWasWritten) {
+TEST(Bag, RoundTrip) {
   const auto bag = BagReader::parse(sample(), "m");
   ASSERT_TRUE(bag) << bag.error().to_string();
   EXPECT_TRUE(bag->contents().indexed);
@@ -68,7 +68,7 @@ TEST(Bag, ComesBackAsItWasWritten) {
   EXPECT_TRUE(all.problems.empty());
 }
 
-TEST(Bag, AFileReadsAsMemoryDoesAndGzipIsUndone) {
+TEST(Bag, AFileReadsAsMemoryDoesAndGzipIsDecompressed) {
   const TemporaryFolder folder;
   ASSERT_TRUE(write_file(folder / "a.bag", sample()));
   EXPECT_EQ(read_all(*BagReader::open(folder / "a.bag")).messages, expected());
@@ -77,7 +77,7 @@ TEST(Bag, AFileReadsAsMemoryDoesAndGzipIsUndone) {
   EXPECT_FALSE(BagReader::open(folder / "none.bag"));
 }
 
-TEST(Bag, OthersAreRefusedByName) {
+TEST(Bag, OtherFormatsAreRejectedByName) {
   const auto older = BagReader::parse("#ROSBAG V1.2\nrest", "m");
   ASSERT_FALSE(older);
   EXPECT_EQ(older.error().code, ErrorCode::unsupported);
@@ -85,7 +85,7 @@ TEST(Bag, OthersAreRefusedByName) {
   EXPECT_THAT(BagReader::parse("#", "m").error().to_string(), HasSubstr("does not begin as"));
 }
 
-TEST(Bag, CutOffAnywhereItKeepsWhatIsWhole) {
+TEST(Bag, ATruncatedBagKeepsItsWholeMessages) {
   const std::string whole = sample();
   std::size_t most = 0;
   for (std::size_t n = 13; n < whole.size(); n += 37) {
@@ -103,7 +103,7 @@ TEST(Bag, CutOffAnywhereItKeepsWhatIsWhole) {
   EXPECT_EQ(most, kMessages);
 }
 
-TEST(Bag, DamageCostsAChunk) {
+TEST(Bag, DamageAffectsOneChunk) {
   const std::string whole = sample();
   // Within a message's header; at a chunk's own; in the length of one's data.
   const std::size_t chunk = whole.find("compression=none", whole.find("message 30")) - 8;
@@ -127,7 +127,7 @@ TEST(Bag, AnUnknownCompressionIsNamed) {
   EXPECT_THAT(all.problems.first()[0].to_string(), HasSubstr("compressed by 'brot'"));
 }
 
-TEST(Bag, ChunksTwiceAreReadTwice) {
+TEST(Bag, DuplicateChunksAreReadTwice) {
   const std::string whole = sample();
   const std::size_t begin = 13 + 8 + 4096, end = whole.find("compression=none", begin + 200) - 8;
   const std::string first = whole.substr(begin, end - begin);
@@ -144,7 +144,7 @@ TEST(Bag, SurvivesAnyDamage) {
   const auto below = [&](std::size_t n) { return n == 0 ? 0 : random() % n; };
   for (int i = 0; i < 2000; ++i) {
     std::string bytes = whole;
-    // The head's padding is most of the file, and nobody reads it.
+    // The head's padding is most of the file and is not read.
     for (std::size_t k = 1 + below(5); k-- > 0;) {
       const std::size_t where = below(4) == 0 ? 13 + below(100) : 4117 + below(bytes.size() - 4117);
       switch (below(4)) {
@@ -172,7 +172,7 @@ TEST(Bag, SurvivesAnyDamage) {
   }
 }
 
-TEST(Bag, RefusesWhatItCannotKeep) {
+TEST(Bag, RejectsInvalidMessages) {
   BagWriter writer;
   EXPECT_FALSE(writer.write(0, LogTime::from_nanoseconds(1), "x"));
   const auto c = writer.add_connection({0, "/a", "std_msgs/String", "m", ""});

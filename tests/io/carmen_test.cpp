@@ -22,7 +22,7 @@ CarmenLog parsed(const std::string& text, const CarmenOptions& options = {}) {
   return log.value_or(CarmenLog{});
 }
 
-/// An FLASER line of `n` beams that all read 1.5 m.
+/// An FLASER line of `n` beams with ranges of 1.5 m.
 std::string flaser(int n, const std::string& time, const std::string& poses = "1 2 0.5 3 4 0.25") {
   std::string line = "FLASER " + std::to_string(n);
   for (int i = 0; i < n; ++i) line += " 1.5";
@@ -38,7 +38,7 @@ TEST(Carmen, ReadsAScanWithItsPosesAndTime) {
   EXPECT_EQ(scan.time.nanoseconds(), 976052857137530000);
   EXPECT_THAT(scan.ranges_m, ElementsAre(0.5F, 1.0F, 2.25F, 81.83F));
   EXPECT_TRUE(scan.returned(2));
-  EXPECT_FALSE(scan.returned(3));  // what a SICK writes where nothing came back
+  EXPECT_FALSE(scan.returned(3));  // what a SICK writes for no return
   EXPECT_NEAR(scan.first_bearing.degrees(), -90.0, 1e-12);
   EXPECT_NEAR(scan.bearing_step.degrees(), 45.0, 1e-12);
   ASSERT_EQ(log.reported_poses.size(), 1U);
@@ -69,7 +69,7 @@ TEST(Carmen, FieldOfViewByNumberOfBeams) {
   }
 }
 
-TEST(Carmen, RobotLaserCarriesItsOwnGeometry) {
+TEST(Carmen, RobotLaserHasItsOwnGeometry) {
   const CarmenLog log = parsed(
       "ROBOTLASER1 4 -2.0 4.0 1.0 20.0 0.01 0 5 1 2 3 4 25 2 7 8 "
       "1.2 0 0 1 0 0 0.1 0.2 0.3 0.4 1e6 100.25 host 0.25\n"
@@ -105,7 +105,7 @@ TEST(Carmen, RawLaserAndOdomLines) {
   EXPECT_EQ(log.statistics.other.at("NEFF"), 1U);
 }
 
-TEST(Carmen, OdomLinesThatCoverLittleGiveWayToTheScansOwn) {
+TEST(Carmen, OdomLinesThatCoverLittleAreReplacedByTheScansOwn) {
   std::string text = "ODOM 0 0 0 0 0 0 0 host 0\nODOM 0 0 0 0 0 0 1 host 0\n";
   for (int i = 0; i < 10; ++i) text += flaser(3, std::to_string(i));
   EXPECT_EQ(parsed(text).statistics.odometry_source, OdometrySource::scan_fields);
@@ -113,10 +113,10 @@ TEST(Carmen, OdomLinesThatCoverLittleGiveWayToTheScansOwn) {
   EXPECT_EQ(parsed(text).statistics.odometry_source, OdometrySource::odom_lines);
 }
 
-TEST(Carmen, PairsWithoutTimeAreTenthsOfSecondsApart) {
+TEST(Carmen, PairsWithoutTimeAreATenthOfASecondApart) {
   const CarmenLog log = parsed(
       "Odometry 1 2 0.5\nLaser 2 1 2\n"
-      "Odometry 2 2 0.5\nLaser 2 1 x\n"  // lost, but its time passes
+      "Odometry 2 2 0.5\nLaser 2 1 x\n"  // dropped, but its time passes
       "Odometry 3 2 0.5\nLaser 2 1 2\n");
   ASSERT_EQ(log.recording.scans.size(), 2U);
   EXPECT_TRUE(log.statistics.synthetic_time);
@@ -128,7 +128,7 @@ TEST(Carmen, PairsWithoutTimeAreTenthsOfSecondsApart) {
   EXPECT_EQ(log.problems.first()[0].line, 4U);
 }
 
-TEST(Carmen, ParametersPlaceTheLaser) {
+TEST(Carmen, ParametersSetTheMounting) {
   const CarmenLog log = parsed(
       "PARAM robot_frontlaser_offset 0.3 nohost 0\n"
       "PARAM laser_frontlaser_maxrange 12\n" +
@@ -137,7 +137,7 @@ TEST(Carmen, ParametersPlaceTheLaser) {
   EXPECT_EQ(log.recording.scans[0].max_range_m, 12.0F);
 }
 
-TEST(Carmen, ReportsEachMalformedLineByNumberAndReadsOn) {
+TEST(Carmen, ReportsMalformedLinesByNumberAndContinues) {
   const std::pair<std::string, const char*> cases[] = {
       {"FLASER 0 1 2 3 1 2 3 4 host 5", "no beams"},
       {"FLASER -3 1 2 3 1 2 3 4 host 5", "number of ranges, found '-3'"},
@@ -156,7 +156,7 @@ TEST(Carmen, ReportsEachMalformedLineByNumberAndReadsOn) {
       {"ODOM 1 2 3", "3 of 6 numbers"},
       {"ODOM 1 2 x 0 0 0 5 host 5", "not a number: 'x'"},
       {"ROBOTLASER1 0 -1 2 0 0 0 0 1 1 0", "the line ends where"},
-      {"ROBOTLASER1 0 -1 0 0 80 0 0 2 1 1 0 0 0 0 0 0 0 0 0 0 0 0 5 host 0", "make no sense"},
+      {"ROBOTLASER1 0 -1 0 0 80 0 0 2 1 1 0 0 0 0 0 0 0 0 0 0 0 0 5 host 0", "are invalid"},
       {"ROBOTLASER1 0 -1 2 1 80 0 0 2 1 1 9 0 0 0", "within the remissions"},
       {"PARAM robot", "PARAM without"},
       {std::string("\0\0\x7f", 3), "unreadable bytes"},
@@ -173,7 +173,7 @@ TEST(Carmen, ReportsEachMalformedLineByNumberAndReadsOn) {
   }
 }
 
-TEST(Carmen, RangesThatAreNotFiniteOrNegativeAreNoReturns) {
+TEST(Carmen, NonFiniteOrNegativeRangesAreNoReturns) {
   const CarmenLog log =
       parsed("FLASER 6 1 nan -1 inf 1.#QNAN 2 0 0 0 0 0 0 5 host 0\n" + flaser(3, "6"));
   ASSERT_EQ(log.recording.scans.size(), 2U);
@@ -186,7 +186,7 @@ TEST(Carmen, RangesThatAreNotFiniteOrNegativeAreNoReturns) {
 }
 
 TEST(Carmen, ScansOutOfOrderAreReportedAndTheLargestOrderedSetKept) {
-  // One stamp far ahead must not cost all lines after it.
+  // One stamp far ahead must not drop all lines after it.
   const CarmenLog log = parsed(flaser(3, "1") + flaser(3, "99999") + flaser(4, "2") +
                                flaser(4, "3") + flaser(5, "1.5") + flaser(6, "3"));
   std::vector<std::int64_t> seconds;
@@ -208,7 +208,7 @@ TEST(Carmen, RepeatedScanIsReported) {
 
 TEST(Carmen, TruncatedLastLine) {
   const std::string whole = flaser(3, "1") + flaser(3, "2");
-  // Every cut within the second line must lose that line or nothing: never give another time.
+  // A cut within the second line drops that line or nothing; it never changes the time.
   for (std::size_t size = flaser(3, "1").size(); size < whole.size(); ++size) {
     const CarmenLog log = parsed(whole.substr(0, size));
     if (log.recording.scans.size() == 2) {
@@ -223,20 +223,20 @@ TEST(Carmen, TruncatedLastLine) {
   }
 }
 
-TEST(Carmen, VariantsInTheWild) {
+TEST(Carmen, CommonVariants) {
   std::string text = "\xef\xbb\xbf";  // byte order mark
   text += flaser(3, "1");
   text += "FLASER 3 1 1 1 0 0 0 0 0 0 2\r\n";              // no host, DOS line end
   text += "  FLASER\t3 +1 1.e0 1 0 0 0 0 0 0 3.0 host\n";  // tabs, no logger time
   text += "\n   \n";
-  text += "FLASER 3 1 1 1 0 0 0 0 0 0 1.23e+01 192.168.0.1 0.5\n";  // address for a host
+  text += "FLASER 3 1 1 1 0 0 0 0 0 0 1.23e+01 192.168.0.1 0.5\n";  // address as host
   const CarmenLog log = parsed(text);
   EXPECT_EQ(log.recording.scans.size(), 4U) << log.problems.first()[0].to_string();
   EXPECT_EQ(log.recording.scans.back().time.nanoseconds(), 12300000000);
   EXPECT_TRUE(log.problems.empty());
 }
 
-TEST(Carmen, FindsTheValueThatMeansNoReturn) {
+TEST(Carmen, FindsTheNoReturnValue) {
   // 100 scans of 181 beams at all distances up to 9 m, 6 % of the beams read 10 m exactly.
   std::string text;
   for (int k = 0; k < 100; ++k) {
@@ -258,16 +258,16 @@ TEST(Carmen, NothingUsefulIsAnError) {
         std::string("FLASER 3 1 1\n"), std::string("hello world\n")}) {
     const Result<CarmenLog> log = parse_carmen(text, "test.log");
     ASSERT_FALSE(log);
-    EXPECT_THAT(log.error().to_string(), HasSubstr("no laser scan that can be used"));
+    EXPECT_THAT(log.error().to_string(), HasSubstr("no usable laser scan"));
   }
   EXPECT_THAT(parse_carmen("FLASER 3 1 1\n", "test.log").error().to_string(),
-              HasSubstr("test.log:1: no laser"));
+              HasSubstr("test.log:1: no usable laser"));
 }
 
-TEST(Carmen, NothingUsefulAndNoProblemKeptIsTheSameError) {
+TEST(Carmen, NothingUsefulWithoutKeptProblemsIsTheSameError) {
   const Result<CarmenLog> log = parse_carmen("FLASER 3 1 1\n", "test.log", {.max_problems = 0});
   ASSERT_FALSE(log);
-  EXPECT_THAT(log.error().to_string(), HasSubstr("no laser scan that can be used"));
+  EXPECT_THAT(log.error().to_string(), HasSubstr("no usable laser scan"));
 }
 
 TEST(Carmen, ProblemsAreCappedButCounted) {

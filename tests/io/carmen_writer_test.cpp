@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// A run with awkward numbers: thirds of a second, long decimals, a few beams without return.
+// A run with difficult numbers: thirds of a second, long decimals, a few beams without return.
 Recording recording(std::size_t beams, double step_deg, const SE2d& T_base_laser) {
   Rng rng(3);
   Recording run;
@@ -79,19 +79,19 @@ TEST(CarmenWriter, OtherLasersReadBackTheSame) {
   expect_read_back(text, run);
 }
 
-TEST(CarmenWriter, LaserPosesFollowTheOdometryBetweenItsSamples) {
+TEST(CarmenWriter, LaserPosesInterpolateTheOdometry) {
   Recording run = recording(180, 1.0, SE2d(0.21, 0.0, Angle{}));
   const auto log = parse_carmen(format_carmen(run), "log");
   ASSERT_TRUE(log.has_value());
   ASSERT_EQ(log->reported_poses.size(), run.scans.size());
-  // A scan comes 0.1 s after its odometry sample, 0.3 of the way to the next.
+  // A scan is 0.1 s after its odometry sample, at 0.3 of the interval to the next.
   const SE2d between = interpolate(run.odometry[4].T_odom_base.raw(),
                                    run.odometry[5].T_odom_base.raw(), 0.1 / 0.333333333);
   const SE2d laser = between * run.T_base_laser.raw();
   EXPECT_LT(log->reported_poses[4].T_map_base.raw().minus(laser).norm(), 1e-12);
 }
 
-TEST(CarmenWriter, RangesThatAreNoNumbersBecomeNoReturns) {
+TEST(CarmenWriter, NonFiniteRangesBecomeNoReturns) {
   Recording run = recording(180, 1.0, SE2d());
   run.scans[0].ranges_m[0] = std::numeric_limits<float>::quiet_NaN();
   run.scans[0].ranges_m[1] = std::numeric_limits<float>::infinity();

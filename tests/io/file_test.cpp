@@ -40,7 +40,7 @@ std::string slurp(const std::string& path) {
   return text.str();
 }
 
-TEST(File, GzipIsUndone) {
+TEST(File, GzipIsDecompressed) {
   const testing::TemporaryFolder folder;
   ASSERT_TRUE(write_file(folder / "a.gz", gzip(sample())));
   ASSERT_TRUE(write_file(folder / "a", sample()));
@@ -54,7 +54,7 @@ TEST(File, GzipIsUndone) {
   EXPECT_FALSE(packed->damage);
 }
 
-TEST(File, GzipMembersFollowEachOtherAndPaddingIsHarmless) {
+TEST(File, GzipMembersAreConcatenatedAndPaddingIsIgnored) {
   const Result<FileContent> content =
       decompress(gzip("one ") + gzip("two") + std::string(700, '\0'), "t");
   ASSERT_TRUE(content);
@@ -62,7 +62,7 @@ TEST(File, GzipMembersFollowEachOtherAndPaddingIsHarmless) {
   EXPECT_FALSE(content->damage);
 }
 
-TEST(File, TruncatedGzipGivesWhatIsGoodAndTheFault) {
+TEST(File, TruncatedGzipGivesTheIntactPartAndTheFault) {
   const std::string packed = gzip(sample());
   for (const std::size_t size : {packed.size() - 1, packed.size() / 2, std::size_t{2}}) {
     const Result<FileContent> content = decompress(packed.substr(0, size), "t.gz");
@@ -76,7 +76,7 @@ TEST(File, TruncatedGzipGivesWhatIsGoodAndTheFault) {
   }
 }
 
-TEST(File, DamagedGzipSaysWhere) {
+TEST(File, DamagedGzipReportsThePosition) {
   std::string packed = gzip(sample());
   for (std::size_t i = 0; i < 50; ++i) packed[packed.size() / 2 + i] = '\x55';
   const Result<FileContent> content = decompress(packed, "t.gz");
@@ -89,7 +89,7 @@ TEST(File, DamagedGzipSaysWhere) {
   EXPECT_THAT(tail->damage->message, HasSubstr("not gzip"));
 }
 
-TEST(File, AbsurdSizesAreRefused) {
+TEST(File, OversizedContentIsRejected) {
   const std::string bomb = gzip(std::string(50'000'000, 'a'));  // about 50 kB
   ASSERT_LT(bomb.size(), 100'000U);
   const Result<FileContent> content = decompress(bomb, "bomb.gz", {.max_bytes = 1'000'000});
@@ -114,11 +114,11 @@ TEST(File, WritesAllOrNothing) {
   EXPECT_EQ(slurp(path), "third");
   EXPECT_FALSE(write_file(folder / "missing/out.txt", "x"));
   EXPECT_FALSE(write_file(folder.path().string(), "x", {.existing = Existing::replace}));
-  // Nothing temporary is left beside it.
+  // No temporary file remains.
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
 }
 
-TEST(File, FollowsLinksAndSparesDevices) {
+TEST(File, FollowsLinksAndKeepsDevices) {
   const testing::TemporaryFolder folder;
   ASSERT_TRUE(write_file(folder / "real", "old"));
   std::filesystem::create_symlink(folder / "real", folder / "link");

@@ -32,7 +32,7 @@ TEST(FloatTable, RoundTripWithNaN) {
   EXPECT_EQ(table->row(1)[2], 7.0F);
 }
 
-TEST(FloatTable, ACutOffTableKeepsItsWholeRows) {
+TEST(FloatTable, ATruncatedTableKeepsItsWholeRows) {
   const std::vector<float> values = {1, 2, 3, 4, 5, 6};
   const std::string bytes = format_float_table(values, 2);
   const Result<FloatTable> table = parse_float_table(bytes.substr(0, bytes.size() - 3), "t");
@@ -42,7 +42,7 @@ TEST(FloatTable, ACutOffTableKeepsItsWholeRows) {
   EXPECT_EQ(table->problems.first()[0].byte, bytes.size() - 3);
 }
 
-TEST(FloatTable, RefusesWhatIsNoTable) {
+TEST(FloatTable, RejectsInvalidTables) {
   const std::vector<float> values = {1, 2};
   const std::string good = format_float_table(values, 2);
   const auto message = [](const std::string& bytes) {
@@ -52,17 +52,17 @@ TEST(FloatTable, RefusesWhatIsNoTable) {
   EXPECT_THAT(message(""), HasSubstr("F32"));
   EXPECT_THAT(message("text, not a table"), HasSubstr("F32"));
   EXPECT_THAT(message(good.substr(0, 9)), HasSubstr("header"));
-  EXPECT_THAT(message(good + "x"), HasSubstr("behind"));
-  EXPECT_THAT(message(good + "more"), HasSubstr("behind"));
+  EXPECT_THAT(message(good + "x"), HasSubstr("after its last row"));
+  EXPECT_THAT(message(good + "more"), HasSubstr("after its last row"));
   EXPECT_THAT(message(good.substr(0, 20)), HasSubstr("no rows"));
   std::string columns = good, rows = good;
   columns[4] = '\0', columns[7] = '\x80';
   EXPECT_THAT(message(columns), HasSubstr("columns"));
-  columns[7] = '\x7f';  // so many that a row would overflow
+  columns[7] = '\x7f';  // a row would overflow
   EXPECT_THAT(message(columns), HasSubstr("columns"));
   rows[15] = '\x80';
   EXPECT_THAT(message(rows), HasSubstr("negative"));
-  rows[15] = '\x7f';  // far more rows than bytes: those that are there
+  rows[15] = '\x7f';  // more rows than bytes: the available ones
   EXPECT_EQ(message(rows), "taken");
 }
 

@@ -26,7 +26,7 @@ Error refused(std::string_view text, const G2oOptions& options = {}) {
 TEST(G2o, ReadsAPlanarGraph) {
   const GraphFile<SE2d> graph = planar(
       "# comment\n"
-      "EDGE_SE2 7 9 1 2 0.5 10 1 2 20 3 30\r\n"  // an edge may come before its vertices
+      "EDGE_SE2 7 9 1 2 0.5 10 1 2 20 3 30\r\n"  // an edge may precede its vertices
       "VERTEX_SE2 7 0 0 0\n"
       "\n"
       "VERTEX_SE2 9 1e0 +2 -0.5\n"
@@ -53,7 +53,7 @@ TEST(G2o, ReadsASpatialGraph) {
       "test");
   ASSERT_TRUE(file) << file.error().to_string();
   const auto& graph = std::get<GraphFile<SE3d>>(*file);
-  // A quarter turn about z takes x to y.
+  // A rotation by 90° about z maps x to y.
   EXPECT_TRUE((graph.vertices[0].pose * Eigen::Vector3d(1, 0, 0))
                   .isApprox(Eigen::Vector3d(1, 3, 3), 1e-12));
   EXPECT_EQ(graph.edges[0].information.diagonal(),
@@ -62,7 +62,7 @@ TEST(G2o, ReadsASpatialGraph) {
 
 const std::string kTwo = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\n";
 
-TEST(G2o, RefusesWithTheLine) {
+TEST(G2o, RejectsWithTheLine) {
   const std::tuple<std::string, std::size_t, const char*> cases[] = {
       {"", 0, "no vertex"},
       {"VERTEX_SE2 0 0 0\n", 1, "expected 3 numbers, found 2"},
@@ -70,13 +70,13 @@ TEST(G2o, RefusesWithTheLine) {
       {"VERTEX_SE2 0 0 x 0\n", 1, "not a number: 'x'"},
       {"VERTEX_SE2 0 0 nan 0\n", 1, "not finite"},
       {"VERTEX_SE2 a 0 0 0\n", 1, "vertex id"},
-      {kTwo + "VERTEX_SE2 1 0 0 0\n", 3, "vertex 1 is given a second time"},
-      {kTwo + "EDGE_SE2 0 2 1 0 0 1 0 0 1 0 1\n", 3, "edge 0 -> 2: there is no vertex 2"},
-      {kTwo + "EDGE_SE2 1 1 1 0 0 1 0 0 1 0 1\n", 3, "joins a vertex to itself"},
+      {kTwo + "VERTEX_SE2 1 0 0 0\n", 3, "vertex 1 is defined twice"},
+      {kTwo + "EDGE_SE2 0 2 1 0 0 1 0 0 1 0 1\n", 3, "edge 0 -> 2: no vertex 2"},
+      {kTwo + "EDGE_SE2 1 1 1 0 0 1 0 0 1 0 1\n", 3, "connects a vertex to itself"},
       {kTwo + "EDGE_SE2 0 1 1 0 0 1 0 0 1 0\n", 3, "edge 0 -> 1: information"},
       {kTwo + "EDGE_SE2 0 1 1 0 0 1 0 0 inf 0 1\n", 3, "not finite"},
       {kTwo + "EDGE_SE2 0 1 1 0 0 1 2 0 1 0 1\n", 3, "edge 0 -> 1: its information matrix is not"},
-      {kTwo + "FIX 4\n", 3, "there is no vertex 4"},
+      {kTwo + "FIX 4\n", 3, "FIX: no vertex 4"},
       {kTwo + "VERTEX_SE3:QUAT 2 0 0 0 0 0 0 1\n", 3, "do not mix"},
       {"VERTEX_SE3:QUAT 2 0 0 0 0 0 0 2\n", 1, "unit length"},
       {kTwo + std::string("\x01\x02\xff\n"), 3, "unreadable"},
@@ -120,7 +120,7 @@ TEST(G2o, RoundTripIsBitExact) {
   ASSERT_EQ(again.vertices.size(), 2U);
   EXPECT_EQ(again.vertices[0].id, -3);
   EXPECT_EQ(again.vertices[0].pose.translation(), graph.vertices[0].pose.translation());
-  // Reading normalises the quaternion, which may move its last bit.
+  // Reading normalises the quaternion, which may change its last bit.
   EXPECT_TRUE(again.vertices[1].pose.rotation().quaternion().coeffs().isApprox(
       graph.vertices[1].pose.rotation().quaternion().coeffs(), 1e-15));
   EXPECT_EQ(again.edges[0].information, graph.edges[0].information);

@@ -37,7 +37,7 @@ TEST(MapImage, YamlGolden) {
 TEST(MapImage, RoundTrip) {
   const testing::TemporaryFolder folder;
   ASSERT_TRUE(write_map(folder / "it's a map", small()));
-  EXPECT_FALSE(write_map(folder / "it's a map", small()));  // it is there
+  EXPECT_FALSE(write_map(folder / "it's a map", small()));  // it exists
   const Result<GridImage> map = read_map(folder / "it's a map.yaml");
   ASSERT_TRUE(map) << map.error().to_string();
   EXPECT_EQ(map->width, 3U);
@@ -49,7 +49,7 @@ TEST(MapImage, RoundTrip) {
   for (const std::size_t i : {1U, 2U, 3U, 4U}) EXPECT_TRUE(std::isnan(map->occupancy[i])) << i;
 }
 
-TEST(MapImage, ReadsWhatOthersWrite) {
+TEST(MapImage, ReadsOtherWritersFiles) {
   const testing::TemporaryFolder folder;
   ASSERT_TRUE(write_file(folder / "m.pgm", "P2 # text\n# comment\n2 1\n100\n0 100\n"));
   ASSERT_TRUE(write_file(folder / "m.yaml",
@@ -96,7 +96,7 @@ TEST(MapImage, MalformedPicturesAndYaml) {
   }
 }
 
-/// libpng's own reader as the judge.
+/// libpng's own reader as reference.
 std::vector<std::uint8_t> decoded(const std::string& bytes, png_uint_32 format, Image& size) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
@@ -119,7 +119,7 @@ TEST(Png, RoundTripOfGreyAndColour) {
   EXPECT_EQ(decoded(*encode_png(colour), PNG_FORMAT_RGB, size), colour.pixels);
 }
 
-TEST(Png, RefusesWhatIsNoPicture) {
+TEST(Png, RejectsInvalidPictures) {
   EXPECT_FALSE(encode_png({}));
   EXPECT_FALSE(encode_png({2, 2, 1, {1, 2, 3}}));
   EXPECT_FALSE(encode_png({1, 1, 2, {1, 2}}));

@@ -59,7 +59,7 @@ TEST(MargText, SixAxesHaveNoMagnetometer) {
   EXPECT_EQ(format_marg(file->samples).find("mx"), std::string::npos);
 }
 
-TEST(MargText, SaysWhatIsMissing) {
+TEST(MargText, NamesMissingColumns) {
   const auto message = [](const char* text) {
     const Result<MargFile> file = parse_marg(text, "m");
     return file ? std::string("taken") : file.error().message;

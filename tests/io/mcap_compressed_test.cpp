@@ -1,4 +1,4 @@
-// Chunks compressed by LZ4 and Zstandard read as the same chunks do that are not.
+// Chunks compressed by LZ4 and Zstandard read like uncompressed ones.
 
 #include <algorithm>
 #include <functional>
@@ -48,14 +48,14 @@ std::string plain() {
 
 using Change = std::function<void(std::string& records, std::uint64_t& size)>;
 
-/// The same with every chunk compressed; `change` may spoil what is written of each.
+/// The same with every chunk compressed; `change` may damage each of them.
 std::string packed(const std::string& name, const Change& change = {}) {
   const std::string from = plain();
   std::string out = from.substr(0, 8);
   for (std::size_t at = 8; at < from.size();) {
     const std::size_t length = number(from, at + 1, 8);
     if (from[at] == 6) {
-      const std::size_t head = at + 9;  // first, last, size, crc; a name of no letters; length
+      const std::size_t head = at + 9;  // first, last, size, crc; an empty name; length
       std::string records = *compressed(name, from.substr(head + 40, length - 40));
       std::uint64_t size = number(from, head + 16, 8);
       if (change) change(records, size);
@@ -63,7 +63,7 @@ std::string packed(const std::string& name, const Change& change = {}) {
                                   from.substr(head + 24, 4) + little(name.size(), 4) + name +
                                   little(records.size(), 8) + records;
       out += '\x06' + little(content.size(), 8) + content;
-    } else if (from[at] != 7) {  // no index of messages: it would speak of other bytes
+    } else if (from[at] != 7) {  // no message index: its offsets would be wrong
       out += from.substr(at, 9 + length);
     }
     at += 9 + length;
@@ -78,16 +78,16 @@ class McapCompressed : public ::testing::TestWithParam<const char*> {
   }
 };
 
-TEST_P(McapCompressed, ReadsAsItDoesUncompressed) {
+TEST_P(McapCompressed, ReadsLikeUncompressed) {
   const auto reader = McapReader::parse(packed(GetParam()), "m");
   const auto wanted = McapReader::parse(plain(), "m");
   ASSERT_EQ(read_all(*wanted).size(), 30U);
   EXPECT_EQ(read_all(*reader), read_all(*wanted));
-  // By time messages of three chunks are held at once.
+  // In order of time, messages of three chunks are buffered at once.
   EXPECT_EQ(read_all(*reader, {McapOrder::log_time}), read_all(*wanted, {McapOrder::log_time}));
 }
 
-TEST_P(McapCompressed, DamageCostsTheChunkAlone) {
+TEST_P(McapCompressed, DamageAffectsTheChunkOnly) {
   int chunk = 0;
   const std::string bytes = packed(GetParam(), [&](std::string& records, std::uint64_t&) {
     if (chunk++ % 3 == 1) records[records.size() / 2] ^= 0x55, records[20] ^= 0x55;
@@ -97,7 +97,7 @@ TEST_P(McapCompressed, DamageCostsTheChunkAlone) {
   EXPECT_THAT(problems.first()[0].to_string(), HasSubstr("a chunk "));
 }
 
-TEST_P(McapCompressed, SizesThatAreNotTrueAreRefused) {
+TEST_P(McapCompressed, WrongSizesAreRejected) {
   for (const std::uint64_t wrong : {std::uint64_t{0}, std::uint64_t{100}, std::uint64_t{5000},
                                     std::uint64_t{1} << 40, UINT64_MAX}) {
     const std::string bytes =
@@ -110,7 +110,7 @@ TEST_P(McapCompressed, ADamagedTailIsSurvived) {
   const std::string bytes = packed(GetParam());
   const auto reader = McapReader::parse(bytes.substr(0, bytes.size() - 40), "m");
   EXPECT_EQ(read_all(*reader).size(), 20U);
-  // The second chunk's opcode is damaged: reading goes on at the third, by its checksum.
+  // The second chunk's opcode is damaged: reading continues at the third, found by its checksum.
   std::string broken = bytes;
   const std::size_t first = 8 + 9 + number(bytes, 9, 8);
   broken[first + 9 + number(bytes, first + 1, 8)] = '\x77';

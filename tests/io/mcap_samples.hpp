@@ -12,7 +12,7 @@
 
 namespace wayfare::testing {
 
-/// Keeps what is written; refuses what would make it longer than `room`.
+/// Stores what is written; rejects writes beyond `room` bytes.
 class MemorySink final : public io::ByteSink {
  public:
   explicit MemorySink(std::shared_ptr<std::string> bytes, std::size_t room = SIZE_MAX)
@@ -29,7 +29,7 @@ class MemorySink final : public io::ByteSink {
   std::size_t room_;
 };
 
-/// A message as a test remembers it.
+/// A copy of a message for comparison.
 struct Remembered {
   std::string topic, data;
   std::uint32_t sequence = 0;

@@ -1,5 +1,4 @@
-// MCAP recordings: what is written is read again, here and by another library, and damage costs no
-// more than what it hit.
+// MCAP recordings: round trips, also through another library, and the effect of damage.
 
 #include <zlib.h>
 
@@ -25,7 +24,7 @@ using ::wayfare::testing::TemporaryFolder;
 
 LogTime at(std::int64_t ns) { return LogTime::from_nanoseconds(ns); }
 
-/// A recording and what should be read from it.
+/// A recording and the expected messages.
 struct Sample {
   std::string bytes;
   std::vector<Remembered> messages;  ///< as written
@@ -89,8 +88,8 @@ TEST(Mcap, ReadsWhatWasWritten) {
   EXPECT_EQ(contents.statistics.last, last->log_time);
 }
 
-TEST(Mcap, ByTimeIsAStableSortOfWhatWasWritten) {
-  // Without a summary the same order is found from the data.
+TEST(Mcap, ByTimeIsAStableSort) {
+  // Without a summary the same order is derived from the data.
   for (const bool closed : {true, false}) {
     const Sample s = sample(6, 30, closed);
     std::vector<Remembered> sorted = s.messages;
@@ -103,7 +102,7 @@ TEST(Mcap, ByTimeIsAStableSortOfWhatWasWritten) {
   }
 }
 
-TEST(Mcap, GivesTheTopicsAndTimesAskedFor) {
+TEST(Mcap, SelectsTopicsAndTimes) {
   const Sample s = sample(6, 30);
   const auto reader = McapReader::parse(s.bytes, "m");
   const LogTime from = s.messages[50].log_time, until = s.messages[120].log_time;
@@ -120,7 +119,7 @@ TEST(Mcap, GivesTheTopicsAndTimesAskedFor) {
   }
 }
 
-TEST(Mcap, CutAnywhereItGivesEveryChunkThatWasFlushed) {
+TEST(Mcap, ATruncatedFileGivesEveryFlushedChunk) {
   const Sample s = sample(4, 5);
   for (std::size_t n = 0; n <= s.bytes.size(); ++n) {
     const auto reader = McapReader::parse(s.bytes.substr(0, n), "m");
@@ -129,7 +128,7 @@ TEST(Mcap, CutAnywhereItGivesEveryChunkThatWasFlushed) {
       continue;
     }
     ASSERT_TRUE(reader) << n;
-    // A chunk counts from the byte on with which it is complete, its index being no part of it.
+    // A chunk is readable once its last byte is present; its index is not part of it.
     const auto messages = read_all(*reader);
     std::size_t least = 0;
     for (const std::size_t end : s.flushed) least += n >= end ? 5 : 0;
@@ -142,12 +141,12 @@ TEST(Mcap, CutAnywhereItGivesEveryChunkThatWasFlushed) {
   }
 }
 
-TEST(Mcap, AFlippedBitCostsOneChunkAtMost) {
+TEST(Mcap, AFlippedBitAffectsOneChunkAtMost) {
   const Sample s = sample(8, 12);
   std::mt19937 random(3);
   for (int i = 0; i < 2000; ++i) {
     std::string bytes = s.bytes;
-    // Not in the magic, without which it is no recording.
+    // Not in the magic, which identifies the format.
     const std::size_t where = 8 + random() % (bytes.size() - 8);
     bytes[where] = static_cast<char>(bytes[where] ^ (1 << (random() % 8)));
     const auto reader = McapReader::parse(bytes, "m");
@@ -159,7 +158,7 @@ TEST(Mcap, AFlippedBitCostsOneChunkAtMost) {
   }
 }
 
-TEST(Mcap, SaysWhereAChunkIsDamaged) {
+TEST(Mcap, ReportsThePositionOfADamagedChunk) {
   const Sample s = sample(3, 10);
   std::string bytes = s.bytes;
   bytes[s.flushed[1] - 700] = static_cast<char>(bytes[s.flushed[1] - 700] ^ 1);
@@ -175,7 +174,7 @@ TEST(Mcap, SaysWhereAChunkIsDamaged) {
 TEST(Mcap, NamesACompressionItDoesNotRead) {
   const Sample s = sample(1, 3, false);
   std::string bytes = s.bytes;
-  // The chunk begins behind the header; "br4" goes where its compression's empty name is.
+  // The chunk begins after the header; "br4" replaces the empty name of its compression.
   const std::size_t chunk = bytes.find('\x06', 8 + 9 + 4 + 4 + 7);
   const std::size_t name = chunk + 9 + 8 + 8 + 8 + 4;
   bytes.insert(name + 4, "br4");
@@ -246,13 +245,13 @@ TEST(Mcap, AFullDiskKeepsWhatWasFlushed) {
   EXPECT_EQ(read_all(*reader).size(), static_cast<std::size_t>(kept));
 }
 
-TEST(Mcap, AFileThatIsFullSaysSo) {
+TEST(Mcap, AFullFileIsAnError) {
   const auto writer = McapWriter::create("/dev/full", {}, {.existing = Existing::replace});
   ASSERT_FALSE(writer);
   EXPECT_THAT(writer.error().to_string(), HasSubstr("/dev/full: cannot be written"));
 }
 
-TEST(Mcap, RefusesWhatItCannotKeep) {
+TEST(Mcap, RejectsInvalidMessages) {
   auto bytes = std::make_shared<std::string>();
   auto writer = McapWriter::create(std::make_unique<MemorySink>(bytes));
   EXPECT_FALSE(writer->write(0, at(1), at(1), "x"));
@@ -268,7 +267,7 @@ TEST(Mcap, RefusesWhatItCannotKeep) {
   EXPECT_TRUE(McapWriter::create(folder / "a.mcap"));
   const auto again = McapWriter::create(folder / "a.mcap");
   ASSERT_FALSE(again);
-  EXPECT_THAT(again.error().message, HasSubstr("there already"));
+  EXPECT_THAT(again.error().message, HasSubstr("exists already"));
   EXPECT_FALSE(McapReader::open(folder / "none.mcap"));
   EXPECT_FALSE(McapReader::open(folder.path().string()));
   EXPECT_FALSE(McapReader::parse("not a recording", "m"));

@@ -1,6 +1,5 @@
-// Readers against damaged input: cut, flipped, inserted and repeated bytes of good files. What is
-// checked is that nothing crashes or runs away (under the sanitizers too), and that what is
-// reported makes sense.
+// Readers on damaged input: truncated, flipped, inserted and repeated bytes of valid files. Checks
+// that nothing crashes or hangs (also under the sanitizers) and that the results are valid.
 
 #include <cmath>
 #include <functional>
@@ -107,7 +106,7 @@ TEST(Mutation, Carmen) {
       ASSERT_TRUE(std::isfinite(sample.left_m + sample.right_m));
     for (const Error& error : log->problems.first()) ASSERT_FALSE(error.message.empty());
   });
-  EXPECT_GT(useful, 2000);  // damage in one place must not cost the log
+  EXPECT_GT(useful, 2000);  // local damage must not invalidate the log
 }
 
 TEST(Mutation, G2o) {
@@ -190,7 +189,7 @@ TEST(Mutation, RinexNavigation) {
     mutate(good, 3000, [&](const std::string& text) {
       const Result<RinexNavigation> file = parse_rinex_navigation(text, "m", {.max_problems = 5});
       if (!file) return;
-      // What was taken can be flown: a finite place about as far out as such satellites are.
+      // Accepted messages give a finite position at a plausible orbital radius.
       for (const SatelliteId satellite : file->ephemerides.satellites()) {
         for (const Ephemeris& e : file->ephemerides.of(satellite)) {
           const SatelliteState s = satellite_state(e, reference_time(e) + std::chrono::hours(1));
@@ -221,7 +220,7 @@ TEST(Mutation, NavigationColumns) {
     for (const ImuSample& sample : file->samples)
       ASSERT_TRUE(sample.angular_rate_radps.allFinite() && sample.specific_force_mps2.allFinite());
   });
-  EXPECT_GT(useful, 1500);  // a sixth of so short a file is the line that names its columns
+  EXPECT_GT(useful, 1500);  // a sixth of this short file is the line that names its columns
   mutate(ranges, 3000, [](const std::string& text) {
     const auto file = parse_ranges(text, "m");
     if (!file) return;

@@ -1,5 +1,5 @@
-// Columns of inertial samples, ranges, fixes and reference trajectories. Expected values are worked
-// out by hand from the units' definitions.
+// Columns of inertial samples, ranges, fixes and reference trajectories. Expected values are
+// derived by hand from the units' definitions.
 #include <wayfare/io/columns.hpp>
 #include <wayfare/io/nav_text.hpp>
 
@@ -36,7 +36,7 @@ TEST(ImuText, ColumnsInAnyOrderAndUnit) {
   EXPECT_NEAR(s.angular_rate_radps.z(), -std::numbers::pi / 2, 1e-12);
 }
 
-TEST(ImuText, ReadsWhatItWritesToTheBit) {
+TEST(ImuText, RoundTripIsBitExact) {
   std::vector<ImuSample> samples;
   for (int i = 0; i < 200; ++i) {
     const double v = std::sin(i * 12.9898) * std::exp(i * 0.3 - 30.0);
@@ -68,7 +68,7 @@ TEST(ImuText, DescribedForeignColumns) {
   EXPECT_EQ(file->samples.at(0).specific_force_mps2.y(), 9.3999);
 }
 
-TEST(ImuText, DamagedLinesAreSkippedWithTheirNumberAndNothingElse) {
+TEST(ImuText, OnlyDamagedLinesAreSkippedAndReported) {
   const auto file = parse_imu(
       "# t_s gx_radps gy_radps gz_radps ax_mps2 ay_mps2 az_mps2\n"
       "1 0 0 0 0 0 -9.8\n"
@@ -91,20 +91,21 @@ TEST(ImuText, DamagedLinesAreSkippedWithTheirNumberAndNothingElse) {
   EXPECT_THAT(file->problems.first()[1].message, HasSubstr("expected 7 fields, found 6"));
 }
 
-TEST(ImuText, RefusesWhatItCannotUnderstand) {
+TEST(ImuText, RejectsInvalidColumns) {
   const auto message = [](const std::string& text) {
     const auto file = parse_imu(text, "imu");
     return file ? std::string() : file.error().to_string();
   };
-  EXPECT_THAT(message(""), HasSubstr("holds no line that names columns"));
+  EXPECT_THAT(message(""), HasSubstr("contains no line that names columns"));
   EXPECT_THAT(message("1 2 3 4 5 6 7\n"), HasSubstr("imu:1: expected a line that names"));
-  EXPECT_THAT(message("t_s gx_radps gy_radps gz_radps\n"), HasSubstr("holds no inertial sample"));
+  EXPECT_THAT(message("t_s gx_radps gy_radps gz_radps\n"),
+              HasSubstr("contains no inertial sample"));
   EXPECT_THAT(message("t_s gx_radps gy_radps ax_g ay_g az_g\n1 2 3 4 5 6\n"),
               HasSubstr("no column for gz"));
   EXPECT_THAT(message("t_s gx_rpm gy_rpm gz_rpm\n1 2 3 4\n"),
               HasSubstr("radps, rad/s, degps, deg/s"));
   EXPECT_THAT(message("t_s t_ms gx_radps gy_radps gz_radps\n1 1 2 3 4\n"),
-              HasSubstr("second time"));
+              HasSubstr("second time column"));
   EXPECT_THAT(message("t_s gx_radps gx_radps gz_radps\n1 1 2 3\n"), HasSubstr("twice"));
   EXPECT_THAT(message("tow_s gx_radps gy_radps gz_radps\n1 2 3 4\n"), HasSubstr("gives the time"));
   EXPECT_THAT(message("t_s temperature\n1 2\n"), HasSubstr("no column for gx, gy, gz"));
@@ -118,13 +119,13 @@ TEST(ImuText, PartsAreMergedAtTheGyrosTimes) {
   const std::vector acc = {at(10, 0, 1), at(20, 0, 3), at(1500, 0, 7)};
   const std::vector<ImuSample> merged = merge_imu_parts(gyro, acc);
   ASSERT_EQ(merged.size(),
-            2U);  // before the first, in a gap of 1.48 s, and after the last: left out
+            2U);  // before the first, in a gap of 1.48 s, and after the last: dropped
   EXPECT_EQ(merged[0].specific_force_mps2.x(), 1.0);
   EXPECT_EQ(merged[1].angular_rate_radps.x(), 3.0);
   EXPECT_NEAR(merged[1].specific_force_mps2.x(), 2.0, 1e-12);
 }
 
-TEST(ColumnTimes, EveryKindComesToGpsTime) {
+TEST(ColumnTimes, EveryKindIsConvertedToGpsTime) {
   // 2025-07-08 19:34:18.499 GPS time: week 2374, Tuesday, 243258.499 s of the week.
   const std::int64_t expected = (2374LL * 604800 + 243258) * 1'000'000'000 + 499'000'000;
   const std::vector<std::pair<std::string, std::string>> times = {
@@ -141,7 +142,7 @@ TEST(ColumnTimes, EveryKindComesToGpsTime) {
   }
 }
 
-TEST(ColumnTimes, ImpossibleOnesAreRefused) {
+TEST(ColumnTimes, InvalidTimesAreRejected) {
   const std::vector<std::pair<std::string, std::string>> times = {
       {"week tow_s", "-1 1"},
       {"week tow_s", "2.5 1"},
@@ -156,7 +157,7 @@ TEST(ColumnTimes, ImpossibleOnesAreRefused) {
     EXPECT_FALSE(parse_nav(names + " lat_deg lon_deg h_m\n" + values + " 1 2 3\n", "t")) << values;
 }
 
-TEST(RangesText, ReadsWhatItWrites) {
+TEST(RangesText, RoundTrip) {
   std::vector<RangeEpoch> epochs(2);
   for (std::size_t e = 0; e < 2; ++e) {
     epochs[e].time =
@@ -191,7 +192,7 @@ TEST(RangesText, ReadsWhatItWrites) {
   }
 }
 
-TEST(RangesText, OneBadSatelliteCostsItsLineAlone) {
+TEST(RangesText, OneBadSatelliteAffectsItsLineOnly) {
   const std::string names = "t_s sat x_m y_m z_m vx_mps vy_mps vz_mps range_m range_sigma_m\n";
   const auto file = parse_ranges(names +
                                      "1 G01 2e7 0 0 0 0 0 2e7 2\n"
@@ -208,7 +209,7 @@ TEST(RangesText, OneBadSatelliteCostsItsLineAlone) {
   EXPECT_EQ(file->problems.count(), 5U);
 }
 
-TEST(FixText, ReadsWhatItWrites) {
+TEST(FixText, RoundTrip) {
   std::vector<GnssFix> fixes(2);
   fixes[0].time = LogTime::from_nanoseconds(5);
   fixes[0].position = {Angle::degrees(48.5), Angle::degrees(-9.25), 301.5};
@@ -275,7 +276,7 @@ TEST(RtklibSolution, ColumnsByItsHeading) {
   EXPECT_EQ(truth->trajectory.at(0).time, fix.time);
 }
 
-TEST(NavText, ReadsWhatItWrites) {
+TEST(NavText, RoundTrip) {
   NavState state;
   state.time = LogTime::from_nanoseconds(1435606458499000001);
   state.position = {Angle::degrees(-33.1), Angle::degrees(151.7), -5.25};
@@ -291,7 +292,7 @@ TEST(NavText, ReadsWhatItWrites) {
   EXPECT_LT(back.q_nb.minus(state.q_nb).norm(), 1e-14);
 }
 
-TEST(NavText, PlacesThatAreNoneAreSkipped) {
+TEST(NavText, InvalidPositionsAreSkipped) {
   const auto file = parse_nav(
       "week,tow_s,lat_deg,lon_deg,h_m\n2051,1,91,0,0\n2051,2,0,400,0\n2051,3,,1,2\n2051,4,1,2,3\n",
       "t");
@@ -300,9 +301,9 @@ TEST(NavText, PlacesThatAreNoneAreSkipped) {
   EXPECT_EQ(file->problems.count(), 3U);
 }
 
-TEST(RollPitchYaw, IsTheClassicalSequence) {
-  // A vehicle that heads east (yaw 90°), climbs by 30° and then rolls right by 90° has its nose
-  // east and up, its right side down (and forward by the climb).
+TEST(RollPitchYaw, MatchesTheClassicalSequence) {
+  // A vehicle that heads east (yaw 90°), pitches up by 30° and then rolls right by 90° has its nose
+  // east and up, its right side down (and forward by the pitch).
   const SO3d q = rotation_from_roll_pitch_yaw(Eigen::Vector3d(90, 30, 90) * kDegree);
   const Eigen::Vector3d nose = q * Eigen::Vector3d::UnitX(), right = q * Eigen::Vector3d::UnitY();
   EXPECT_LT((nose - Eigen::Vector3d(0, std::sqrt(0.75), -0.5)).norm(), 1e-14);
@@ -317,7 +318,7 @@ TEST(RtklibSolution, RealDrive) {
   WAYFARE_NEEDS_RECORDING(path, "gnss/drive_0708/gnss_1934_sf.pos.gz");
   const auto truth = read_nav(path);
   ASSERT_TRUE(truth) << truth.error().to_string();
-  EXPECT_EQ(truth->trajectory.size(), 2197U);  // lines of the file but its heading
+  EXPECT_EQ(truth->trajectory.size(), 2197U);  // lines of the file without its heading
   EXPECT_TRUE(truth->problems.empty());
   const Duration lasts = truth->trajectory.back().time - truth->trajectory.front().time;
   EXPECT_EQ(lasts, std::chrono::seconds(549));

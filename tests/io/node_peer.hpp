@@ -1,6 +1,6 @@
 #pragma once
 
-// Other libraries as oracles, run by node and brought by npm when a test runs.
+// Other libraries as reference, run by node and installed by npm when a test runs.
 
 #include <cstdio>
 #include <string>
@@ -18,7 +18,7 @@ inline std::string output_of(const std::string& command, int& status) {
   return out;
 }
 
-/// Empty where `module` is ready in `folder`, beside its package.json; else why not.
+/// Empty if `module` is installed in `folder`, beside its package.json; else the reason.
 inline std::string peer_missing(const std::string& folder, const std::string& module) {
   int status = 0;
   output_of("node --version 2>/dev/null", status);

@@ -47,7 +47,7 @@ TEST(Report, NeedsNoNetwork) {
   EXPECT_THAT(html, Not(HasSubstr("url(")));
 }
 
-TEST(Report, PictureThatIsNoneLeavesALine) {
+TEST(Report, AnInvalidPictureIsReplacedByALine) {
   EXPECT_THAT(Report("t").image({}, "map").html(), HasSubstr("map: a picture of 0 x 0 pixels"));
 }
 
@@ -60,7 +60,7 @@ TEST(Plot, PlacesPointsExactly) {
 }
 
 TEST(Plot, EqualAspect) {
-  // A square of data: a metre across has as many pixels as a metre up.
+  // A square of data: a metre has the same number of pixels on both axes.
   const std::string svg =
       to_svg({"t", "x", "y", {{"s", {0, 1, 1, 0}, {0, 0, 1, 1}, Mark::line}}, true});
   double ax = 0, ay = 0, bx = 0, by = 0, cx = 0, cy = 0;
@@ -73,7 +73,7 @@ TEST(Plot, EqualAspect) {
   EXPECT_GT(bx - ax, 100.0);
 }
 
-TEST(Plot, SurvivesAnyNumbers) {
+TEST(Plot, HandlesAnyNumbers) {
   const double inf = std::numeric_limits<double>::infinity();
   const double big = std::numeric_limits<double>::max();
   const Plot plots[] = {
@@ -94,7 +94,7 @@ TEST(Plot, SurvivesAnyNumbers) {
   }
 }
 
-TEST(Plot, ThinsButKeepsTheSpike) {
+TEST(Plot, ThinningKeepsTheSpike) {
   Series series{"s", {}, {}};
   for (int i = 0; i < 200000; ++i) {
     series.x.push_back(i);

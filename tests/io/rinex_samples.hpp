@@ -74,7 +74,7 @@ inline std::string rinex_3_satellite(const std::string& name, double range, doub
 inline std::string rinex_3_observations() {
   std::string first = rinex_3_satellite("G 2", 21600712.022, 445.146, 27.0);
   first += rinex_3_satellite("R02", 20672491.775, -811.224, 26.0);
-  first += "G08";  // its second band alone
+  first += "G08";  // only its second band
   first.append(64, ' ');
   first += rinex_value(22846861.832);
   first += "\nC11";
@@ -155,7 +155,7 @@ inline std::string rinex_glonass_lines(std::size_t blanks, double channel) {
   return text += rinex_line(blanks, {16700.0, 0.7, -2.8e-9, 0.0});
 }
 
-/// Two GPS messages, one of BeiDou, one of GLONASS, one of SBAS that is passed over.
+/// Two GPS messages, one of BeiDou, one of GLONASS, one of SBAS that is skipped.
 inline std::string rinex_3_navigation() {
   std::string text =
       rinex_header("     3.04           N: GNSS NAV DATA    M: MIXED", "RINEX VERSION / TYPE");

@@ -66,7 +66,7 @@ TEST(RinexObservations, Version3) {
   EXPECT_DOUBLE_EQ(epoch.satellites[2].carrier_hz, 1561.098e6);
   EXPECT_TRUE(std::isnan(epoch.satellites[2].doppler_hz));
   EXPECT_EQ(file.other_satellites, 1U);  // J01
-  EXPECT_EQ(file.no_signal, 1U);         // G08 has its second band alone
+  EXPECT_EQ(file.no_signal, 1U);         // G08 has only its second band
 }
 
 TEST(RinexObservations, SignalsByPreference) {
@@ -97,7 +97,7 @@ TEST(RinexObservations, Version2WithContinuationLines) {
   EXPECT_DOUBLE_EQ(second.cn0_dbhz, 42.0);
   EXPECT_EQ(to_string(file.epochs[0].satellites[13].satellite), "R14");
   RinexOptions options;
-  options.signals[0] = {"2W"};  // P2, whose phase L2 stands on the second line
+  options.signals[0] = {"2W"};  // P2, whose phase L2 is on the second line
   const SatelliteObservation p2 =
       observations(rinex_2_observations(), options).epochs[0].satellites[0];
   EXPECT_DOUBLE_EQ(p2.pseudorange_m, 2.1e7 + 2);
@@ -146,7 +146,7 @@ TEST(RinexObservations, Events) {
   EXPECT_DOUBLE_EQ(file.epochs[1].satellites.at(0).cn0_dbhz, 41.0);
 }
 
-TEST(RinexObservations, ADamagedEpochCostsItselfAlone) {
+TEST(RinexObservations, ADamagedEpochAffectsOnlyItself) {
   const std::string text = rinex_3_observations();
   const RinexObservations file = observations(
       replaced(text, "> 2019 04 28 12 44 34.9970000", "> 2019 04 31 12 44 34.9970000"));
@@ -157,7 +157,7 @@ TEST(RinexObservations, ADamagedEpochCostsItselfAlone) {
   EXPECT_EQ(file.problems.first()[0].source, "o");
 }
 
-TEST(RinexObservations, ADamagedSatelliteCostsItselfAlone) {
+TEST(RinexObservations, ADamagedSatelliteAffectsOnlyItself) {
   const std::string text = rinex_3_observations();
   const RinexObservations file = observations(replaced(text, "  21600712.022", "  2160071x.022"));
   ASSERT_EQ(file.epochs.size(), 3U);
@@ -170,7 +170,7 @@ TEST(RinexObservations, ADamagedSatelliteCostsItselfAlone) {
       2U);
 }
 
-TEST(RinexObservations, ACutFileKeepsWhatIsWhole) {
+TEST(RinexObservations, ATruncatedFileKeepsItsWholeEpochs) {
   const std::string text = rinex_3_observations();
   for (std::size_t size = text.size() - 150; size < text.size(); ++size) {
     const Result<RinexObservations> file = parse_rinex_observations(text.substr(0, size), "o");
@@ -190,11 +190,11 @@ TEST(RinexObservations, ACutFileKeepsWhatIsWhole) {
   EXPECT_THAT(early.problems.first().at(0).message, HasSubstr("1 of 5 satellites"));
 }
 
-TEST(RinexObservations, WhatIsNoObservationFile) {
-  const auto fails = [](const std::string& text, const std::string& says) {
+TEST(RinexObservations, RejectsOtherFiles) {
+  const auto fails = [](const std::string& text, const std::string& expected) {
     const Result<RinexObservations> file = parse_rinex_observations(text, "o");
     ASSERT_FALSE(file) << text.substr(0, 100);
-    EXPECT_THAT(file.error().to_string(), HasSubstr(says));
+    EXPECT_THAT(file.error().to_string(), HasSubstr(expected));
   };
   fails("", "is not RINEX");
   fails("Raw,1,2,3\n", "o:1: is not RINEX");
@@ -202,7 +202,7 @@ TEST(RinexObservations, WhatIsNoObservationFile) {
   fails(rinex_header("     4.00           OBSERVATION DATA    M", "RINEX VERSION / TYPE"), "4.00");
   fails(rinex_header("     3.04           OBSERVATION DATA    M", "RINEX VERSION / TYPE"),
         "the header has no end");
-  fails(rinex_3_header(), "holds no epoch");
+  fails(rinex_3_header(), "contains no epoch");
 }
 
 TEST(RinexNavigation, Version3Mixed) {
@@ -225,7 +225,7 @@ TEST(RinexNavigation, Version3Mixed) {
   EXPECT_DOUBLE_EQ(g.sqrt_semi_major_axis, 5153.694378);
   EXPECT_DOUBLE_EQ(g.argument_of_perigee_rad, -1.746);
   EXPECT_DOUBLE_EQ(g.group_delay_s[0], -2.05e-08);
-  EXPECT_DOUBLE_EQ(g.group_delay_s[1], 0.0);  // IODC stands there
+  EXPECT_DOUBLE_EQ(g.group_delay_s[1], 0.0);  // IODC is in its field
   EXPECT_TRUE(is_healthy(g, carrier::kL1));
   EXPECT_FALSE(is_healthy(keplerian(nav, "G02", 1), carrier::kL1));
   // BeiDou's clocks are 14 s behind.
@@ -275,24 +275,25 @@ TEST(RinexNavigation, Version2Glonass) {
   EXPECT_EQ(r.channel, 5);
 }
 
-TEST(RinexNavigation, DamagedMessagesCostThemselvesAlone) {
+TEST(RinexNavigation, DamagedMessagesAffectOnlyThemselves) {
   const std::string good = rinex_3_navigation();
-  const auto says = [&](const std::string& from, const std::string& to, const std::string& text,
-                        std::size_t messages, std::size_t line) {
+  const auto expect_problem = [&](const std::string& from, const std::string& to,
+                                  const std::string& text, std::size_t messages, std::size_t line) {
     const RinexNavigation nav = navigation(replaced(good, from, to));
     EXPECT_EQ(nav.messages, messages) << text;
     ASSERT_FALSE(nav.problems.empty()) << text;
     EXPECT_THAT(nav.problems.first()[0].message, HasSubstr(text));
     EXPECT_EQ(nav.problems.first()[0].line, line) << text;
   };
-  says("5.153694378000D+03", "5.1536943x8000D+03", "not a number", 3, 8);
-  says("5.153694378000D+03", "0.000000000000D+00", "orbit's size", 3, 6);
-  says("5.153694378000D+03", std::string(18, ' '), "missing or not finite", 3, 6);
-  says("1.890000000000D-02", "9.890000000000D-01", "eccentricity", 3, 6);
-  says("2.051000000000D+03", "2.059000000000D+03", "week 2059 does not go with", 3, 6);
-  says("4.320000000000D+04", "8.300000000000D+05", "time of week", 3, 6);
-  says("4.320000000000D+04", "4.320000000000D+05", "not near the clock's date", 3, 6);
-  says("2019 04 28 12 00 00", "2019 02 30 12 00 00", "date does not exist", 3, 6);
+  expect_problem("5.153694378000D+03", "5.1536943x8000D+03", "not a number", 3, 8);
+  expect_problem("5.153694378000D+03", "0.000000000000D+00", "orbit's size", 3, 6);
+  expect_problem("5.153694378000D+03", std::string(18, ' '), "missing or not finite", 3, 6);
+  expect_problem("1.890000000000D-02", "9.890000000000D-01", "eccentricity", 3, 6);
+  expect_problem("2.051000000000D+03", "2.059000000000D+03", "week 2059 is inconsistent with", 3,
+                 6);
+  expect_problem("4.320000000000D+04", "8.300000000000D+05", "time of week", 3, 6);
+  expect_problem("4.320000000000D+04", "4.320000000000D+05", "not near the clock's date", 3, 6);
+  expect_problem("2019 04 28 12 00 00", "2019 02 30 12 00 00", "date does not exist", 3, 6);
   // A message without its last four lines.
   const std::size_t from = good.find("C11"), to = good.find("R02");
   std::string cut = good.substr(0, from + std::size_t{5} * 81);
@@ -303,14 +304,14 @@ TEST(RinexNavigation, DamagedMessagesCostThemselvesAlone) {
   EXPECT_FALSE(nav.problems.empty());
 }
 
-TEST(RinexNavigation, WeeksShortOfTheirRollOvers) {
+TEST(RinexNavigation, WeeksWithoutTheirRollOvers) {
   const RinexNavigation nav =
       navigation(replaced(rinex_3_navigation(), "2.051000000000D+03", "3.000000000000D+00"));
   EXPECT_EQ(nav.messages, 4U);
   EXPECT_EQ(keplerian(nav, "G02").toe, gps(12, 0, Duration(0)));
 }
 
-TEST(RinexNavigation, WhatIsNoNavigationFile) {
+TEST(RinexNavigation, RejectsOtherFiles) {
   EXPECT_FALSE(parse_rinex_navigation("", "n"));
   EXPECT_FALSE(parse_rinex_navigation("not a file\n", "n"));
   const auto observation = parse_rinex_navigation(rinex_3_observations(), "n");
@@ -318,7 +319,7 @@ TEST(RinexNavigation, WhatIsNoNavigationFile) {
   EXPECT_THAT(observation.error().to_string(), HasSubstr("n:1: is not a RINEX navigation file"));
 }
 
-TEST(RinexRecordings, ReadWithoutAProblem) {
+TEST(RinexRecordings, ReadWithoutProblems) {
   struct Recorded {
     const char* obs;
     std::size_t epochs;

@@ -77,7 +77,7 @@ TEST(RobotLog, ReadsBackToTheSameBits) {
   EXPECT_EQ(log->statistics.radar_points, 40U / 4U * (0 + 1 + 2 + 3));
 }
 
-TEST(RobotLog, LinesStandInOrderOfTime) {
+TEST(RobotLog, LinesAreInOrderOfTime) {
   const std::string text = format_carmen(robot_recording());
   LogTime last;
   std::size_t lines = 0;
@@ -95,7 +95,7 @@ TEST(RobotLog, LinesStandInOrderOfTime) {
   EXPECT_EQ(lines, 6U * 40U);
 }
 
-TEST(RobotLog, OldReadersSeeTheSameScansAndOdometry) {
+TEST(RobotLog, OldReadersReadTheSameScansAndOdometry) {
   const Recording run = robot_recording();
   Recording plain;
   plain.scans = run.scans;
@@ -115,11 +115,11 @@ CarmenLog radar_only(const std::string& text) {
   return log ? std::move(*log) : CarmenLog{};
 }
 
-TEST(RobotLog, ALogWithoutLaserIsReadWhereAskedFor) {
+TEST(RobotLog, ALogWithoutLaserIsReadIfAllowed) {
   const std::string text = "RADAR 1 1 2 0 -0.5 13.2 7.5 host 7.5\nWHEELS 0.1 0.2 7.6 host 7.6\n";
   const auto refused = parse_carmen(text, "log");
   ASSERT_FALSE(refused.has_value());
-  EXPECT_THAT(refused.error().message, HasSubstr("no laser scan"));
+  EXPECT_THAT(refused.error().message, HasSubstr("no usable laser scan"));
   const CarmenLog log = radar_only(text);
   ASSERT_EQ(log.recording.radar.size(), 1U);
   EXPECT_EQ(log.recording.radar[0].points[0], (RadarPoint{1.0F, 2.0F, 0.0F, -0.5F, 13.2F}));
@@ -132,8 +132,8 @@ struct BadLine {
   const char* message;
 };
 
-// A good line, the bad one, a good one: the bad one costs itself alone and is named.
-TEST(RobotLog, AMalformedLineCostsItselfAlone) {
+// A bad line between good ones: only the bad one is dropped and reported.
+TEST(RobotLog, AMalformedLineAffectsOnlyItself) {
   const BadLine bad[] = {
       {"RADAR", "expected the number of points"},
       {"RADAR -1 2.0 h 2.0", "expected the number of points"},
@@ -160,7 +160,7 @@ TEST(RobotLog, AMalformedLineCostsItselfAlone) {
   }
 }
 
-TEST(RobotLog, PointsThatAreNotFiniteAreLeftOut) {
+TEST(RobotLog, NonFinitePointsAreDropped) {
   const CarmenLog log = radar_only("RADAR 3 nan 2 0 0 9 1 2 0 0 9 1 2 0 1.#INF 9 1.0 h 1.0\n");
   ASSERT_EQ(log.recording.radar.size(), 1U);
   EXPECT_EQ(log.recording.radar[0].points.size(), 1U);
@@ -169,7 +169,7 @@ TEST(RobotLog, PointsThatAreNotFiniteAreLeftOut) {
   EXPECT_THAT(log.problems.first()[0].message, HasSubstr("2 radar points"));
 }
 
-TEST(RobotLog, DoubledAndLateLinesAreLeftOutAndNamed) {
+TEST(RobotLog, DuplicateAndLateLinesAreDroppedAndReported) {
   const CarmenLog log = radar_only(
       "WHEELS 0.1 0.1 1.0 h 1.0\nWHEELS 0.1 0.1 1.0 h 1.0\n"
       "RADAR 0 1.0 h 1.0\nRADAR 0 1.1 h 1.1\nRADAR 0 0.5 h 0.5\nRADAR 0 1.2 h 1.2\n"

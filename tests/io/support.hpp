@@ -10,7 +10,7 @@
 
 namespace wayfare::testing {
 
-/// A folder of its own for one test, gone afterwards.
+/// A temporary folder for one test.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -30,7 +30,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// Where a recording is, or empty where it is absent.
+/// The path of a recording, empty where it is absent.
 inline std::string recording(const std::string& name) {
   const std::string folder = WAYFARE_DATA_DIR;
   const std::string path = folder + "/" + name;
@@ -39,7 +39,7 @@ inline std::string recording(const std::string& name) {
 
 }  // namespace wayfare::testing
 
-/// Defines `path`, or skips the test with a message that says what is missing.
+/// Defines `path`, or skips the test and names the missing recording.
 #define WAYFARE_NEEDS_RECORDING(path, name)                     \
   const std::string path = ::wayfare::testing::recording(name); \
   if (path.empty()) GTEST_SKIP() << "needs the recording " << name << " in WAYFARE_DATA_DIR"

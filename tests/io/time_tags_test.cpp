@@ -1,4 +1,4 @@
-// RTKLIB's time tags and the line between two clocks.
+// RTKLIB's time tags and the fit between two clocks.
 
 #include <cmath>
 #include <cstdint>
@@ -44,11 +44,11 @@ TEST(TimeTags, StartAndRecords) {
   EXPECT_FALSE(parse_time_tags("", "t"));
   EXPECT_FALSE(parse_time_tags("TIMETAG RTKLIB", "t"));
   EXPECT_FALSE(parse_time_tags(tags({}), "t"));
-  EXPECT_TRUE(parse_time_tags(tags({{1, 1}}) + "123", "t"));  // a record cut off at the end
+  EXPECT_TRUE(parse_time_tags(tags({{1, 1}}) + "123", "t"));  // a truncated record at the end
 }
 
-// A unit whose counter runs 200 ppm slow, its lines tagged as they come in blocks every 16 ms.
-TEST(TimeTags, BringACounterToGpsTime) {
+// A unit whose counter is slow by 200 ppm, its lines tagged on arrival in blocks every 16 ms.
+TEST(TimeTags, ConvertACounterToGpsTime) {
   for (const bool carriage_returns : {false, true}) {
     std::string text;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> records;
@@ -78,7 +78,7 @@ TEST(TimeTags, BringACounterToGpsTime) {
   }
 }
 
-TEST(ClockFit, LateStampsDoNotMoveTheLine) {
+TEST(ClockFit, LateStampsDoNotShiftTheFit) {
   std::mt19937 random(7);
   std::exponential_distribution<double> delay(1.0 / 0.05);
   std::vector<ClockPair<DeviceClock>> pairs;
@@ -92,10 +92,10 @@ TEST(ClockFit, LateStampsDoNotMoveTheLine) {
   EXPECT_NEAR(fit->rate, 1.0 + 30e-6, 3e-6);
   const double error = to_seconds((*fit)(pairs[1000].device) - LogTime::from_seconds(5e8 + 1000.0));
   EXPECT_GT(error, -0.001);
-  EXPECT_LT(error, 0.025);  // half the mean delay; the plain line is 0.05 late
+  EXPECT_LT(error, 0.025);  // half the mean delay; the plain fit is 0.05 late
 }
 
-TEST(ClockFit, NeedsTwoInstants) {
+TEST(ClockFit, RequiresTwoInstants) {
   std::vector<ClockPair<DeviceClock>> pairs(1);
   EXPECT_FALSE(fit_clock<DeviceClock>(pairs));
   pairs.resize(5);

@@ -13,7 +13,7 @@ namespace {
 TEST(TimeText, ParsesExactly) {
   const std::pair<const char*, std::int64_t> cases[] = {
       {"0", 0},
-      {"976052857.137530", 976052857137530000},  // no double holds this to the nanosecond
+      {"976052857.137530", 976052857137530000},  // no double represents this to the nanosecond
       {"1.000000001", 1000000001},
       {"-2.5", -2500000000},
       {"+7.", 7000000000},
@@ -31,7 +31,7 @@ TEST(TimeText, ParsesExactly) {
   for (const auto& [text, expected] : cases) EXPECT_EQ(parse_nanoseconds(text), expected) << text;
 }
 
-TEST(TimeText, RefusesWhatIsNoTime) {
+TEST(TimeText, RejectsInvalidTimes) {
   for (const char* text : {"", "-", ".", "1.2.3", "nan", "inf", "1e", "1e+", "0x10", "12 ", " 12",
                            "host", "9223372036.854775808", "1e30", "1e99999999999", "--1"}) {
     EXPECT_FALSE(parse_nanoseconds(text)) << text;
@@ -39,7 +39,7 @@ TEST(TimeText, RefusesWhatIsNoTime) {
   EXPECT_FALSE(parse_nanoseconds(std::string(100000, '1')));
 }
 
-TEST(TimeText, FormatsAndReadsBackTheSame) {
+TEST(TimeText, RoundTrip) {
   EXPECT_EQ(format_nanoseconds(976052857137530000), "976052857.137530000");
   EXPECT_EQ(format_nanoseconds(-1), "-0.000000001");
   EXPECT_EQ(format_nanoseconds(std::numeric_limits<std::int64_t>::min()), "-9223372036.854775808");

@@ -38,7 +38,7 @@ TEST(Tum, PlanarRoundTrip) {
     EXPECT_NEAR(again[i].T_map_base.raw().heading().radians(),
                 trajectory[i].T_map_base.raw().heading().radians(), 1e-15);
   }
-  EXPECT_FALSE(write_tum(folder / "t.tum", trajectory));  // it is there
+  EXPECT_FALSE(write_tum(folder / "t.tum", trajectory));  // it exists
 }
 
 TEST(Tum, SpatialRoundTrip) {

@@ -17,7 +17,7 @@ TEST(VoxelText, ReadsBothForms) {
   EXPECT_TRUE(read->problems.empty());
 }
 
-TEST(VoxelText, MalformedLinesAreNamedAndLeftOut) {
+TEST(VoxelText, MalformedLinesAreReportedAndSkipped) {
   const auto read = parse_points("1 2\n1 2 3\n1 2 nan\n1 2 3 4\n(a b c)\n", "m");
   ASSERT_TRUE(read.has_value());
   EXPECT_EQ(read->points_m.size(), 1U);

@@ -42,7 +42,7 @@ TEST(DeviceStreams, GiveNothingForNoise) {
   TiStream radar(921'600);
   decode::RplidarStream lidar(115'200);
   radar.feed(noise, start(), [](const RadarScan&) { FAIL(); });
-  lidar.feed(noise, start(), [](const decode::RplidarTurn&) { FAIL(); });
+  lidar.feed(noise, start(), [](const decode::RplidarRevolution&) { FAIL(); });
   EXPECT_EQ(radar.statistics().bytes, noise.size());
   EXPECT_EQ(lidar.statistics().frames, 0U);
 }

@@ -36,7 +36,7 @@ void expect_arc(const SE2d& end, const Drive& drive) {
   EXPECT_NEAR(wrap_to_pi(end.heading().radians() - turn), 0.0, 1e-12);
 }
 
-TEST(DifferentialDriveModel, FollowsTheArcOfItsWheels) {
+TEST(DifferentialDriveModel, FollowsTheArc) {
   const DifferentialDriveModel model{.wheel_base_m = 0.5};
   for (const Drive& d : kDrives) {
     const double half = 0.5 * d.turn_rad * model.wheel_base_m;
@@ -44,7 +44,7 @@ TEST(DifferentialDriveModel, FollowsTheArcOfItsWheels) {
   }
 }
 
-TEST(GyroMotion, FollowsTheArcOfItsTurnRate) {
+TEST(GyroMotion, FollowsTheArc) {
   const GyroMotion model;
   for (const Drive& d : kDrives) expect_arc(model(d.along_m, d.turn_rad / 0.2, 0.2).mean, d);
 }
@@ -62,7 +62,7 @@ void expect_jacobian(const F& increment, const Eigen::Vector2d& at, const InputJ
   }
 }
 
-TEST(DifferentialDriveModel, JacobianIsThatOfTheIncrement) {
+TEST(DifferentialDriveModel, JacobianMatchesFiniteDifferences) {
   const DifferentialDriveModel model;
   for (const Drive& d : kDrives) {
     const Eigen::Vector2d at(d.along_m - d.turn_rad * 0.2, d.along_m + d.turn_rad * 0.2);
@@ -71,7 +71,7 @@ TEST(DifferentialDriveModel, JacobianIsThatOfTheIncrement) {
   }
 }
 
-TEST(GyroMotion, JacobianIsThatOfTheIncrement) {
+TEST(GyroMotion, JacobianMatchesFiniteDifferences) {
   const GyroMotion model;
   const double dt = 0.25;
   for (const Drive& d : kDrives) {
@@ -81,12 +81,12 @@ TEST(GyroMotion, JacobianIsThatOfTheIncrement) {
   }
 }
 
-TEST(DifferentialDriveModel, CovarianceIsThatOfWheelsThatSlip) {
+TEST(DifferentialDriveModel, CovarianceMatchesSimulatedSlip) {
   const DifferentialDriveModel model{.slip_m_per_sqrt_m = 0.01, .scale = 0.005, .ground = {}};
   const double left = 0.4, right = 0.5;
   const Gaussian<SE2d> motion = model(left, right);
   testing::expect_covariance(motion.covariance);
-  // Draws by the model's own story: each wheel off, then a slide nobody measured.
+  // Draws from the model: an error of each wheel, then an unmeasured slide.
   Rng rng(7);
   const Eigen::Vector2d sigma(std::sqrt(1e-4 * left + std::pow(0.005 * left, 2)),
                               std::sqrt(1e-4 * right + std::pow(0.005 * right, 2)));
@@ -98,13 +98,13 @@ TEST(DifferentialDriveModel, CovarianceIsThatOfWheelsThatSlip) {
                                std::sqrt(1e-10 + 1e-4 * turn) * rng.normal());
     samples.push_back(SE2d::exp(Eigen::Vector3d((l + r) / 2, 0, (r - l) / 0.4)).plus(slip));
   }
-  // The heading's sigma is 0.024 rad over a way of 0.45 m: second-order terms of ½·0.45·0.024² =
-  // 1.3e-4 m against a sideways sigma of 5.6e-3 m.
+  // The heading's sigma is 0.024 rad over a distance of 0.45 m: second-order terms of ½·0.45·0.024²
+  // = 1.3e-4 m against a sideways sigma of 5.6e-3 m.
   testing::expect_samples_follow(motion, samples, 6.0, 0.025);
 }
 
-TEST(DifferentialDriveModel, VarianceOfPiecesAddsUp) {
-  // Straight on, as one piece and as ten: slip is a random walk, so the wheel's part is the same.
+TEST(DifferentialDriveModel, VariancesOfStepsAddUp) {
+  // Straight motion in one step and in ten: slip is a random walk, so the wheels' part is the same.
   const DifferentialDriveModel model{.ground = {0.0, 0.0, 0.0, 0.0}};
   Gaussian<SE2d> pieces{SE2d::identity(), Eigen::Matrix3d::Zero()};
   for (int i = 0; i < 10; ++i) pieces = compose(pieces, model(0.1, 0.1));
@@ -113,7 +113,7 @@ TEST(DifferentialDriveModel, VarianceOfPiecesAddsUp) {
   EXPECT_NEAR(pieces.covariance(2, 2), whole.covariance(2, 2), 1e-15);
 }
 
-TEST(GyroMotion, StandingStillTurnsByTheGyrosNoiseAlone) {
+TEST(GyroMotion, AtRestOnlyTheGyrosNoiseRemains) {
   const GyroMotion model{.ground = {0.0, 0.0, 0.0, 0.0}};
   const Gaussian<SE2d> rest = model(0.0, 0.0, 4.0);
   EXPECT_EQ(rest.covariance(0, 0), 0.0);
@@ -122,7 +122,7 @@ TEST(GyroMotion, StandingStillTurnsByTheGyrosNoiseAlone) {
 }
 
 TEST(Fuse, WeighsByInverseCovarianceAcrossTheWrap) {
-  // A full turn less or more 0.1 rad: the headings lie on either side of ±π, 0.2 rad apart.
+  // ±π ∓ 0.1 rad: the headings are on either side of ±π, 0.2 rad apart.
   Gaussian<SE2d> a{SE2d(1.0, 0.0, Angle::radians(std::numbers::pi - 0.1)), {}};
   Gaussian<SE2d> b{SE2d(1.0, 0.0, Angle::radians(-std::numbers::pi + 0.1)), {}};
   a.covariance = Eigen::Vector3d(1.0, 1.0, 1.0).asDiagonal();
@@ -134,17 +134,17 @@ TEST(Fuse, WeighsByInverseCovarianceAcrossTheWrap) {
   EXPECT_NEAR(both->mean.x(), 1.0, 1e-12);
 }
 
-TEST(Fuse, IsTheInformationSumAndKeepsEqualMeans) {
+TEST(Fuse, SumsInformationAndKeepsEqualMeans) {
   const Gaussian<SE2d> wheels = DifferentialDriveModel{}(0.20, 0.24);
   const Gaussian<SE2d> gyro = GyroMotion{}(0.22, 0.5, 0.2);
   const auto both = fuse(wheels, gyro);
   ASSERT_TRUE(both);
   const Eigen::Matrix3d sum = wheels.covariance.inverse() + gyro.covariance.inverse();
   EXPECT_TRUE((both->covariance * sum).isIdentity(1e-9)) << both->covariance * sum;
-  EXPECT_LE(both->mean.minus(wheels.mean).norm(), 1e-12);  // both turned by 0.1 rad
+  EXPECT_LE(both->mean.minus(wheels.mean).norm(), 1e-12);  // both rotated by 0.1 rad
 }
 
-TEST(Fuse, NamesInputThatIsNoNumber) {
+TEST(Fuse, NamesNonFiniteInput) {
   const auto both = fuse(DifferentialDriveModel{}(0.2, 0.2), GyroMotion{}(0.2, std::nan(""), 0.1));
   ASSERT_FALSE(both);
   EXPECT_EQ(both.error().code, ErrorCode::numerical);

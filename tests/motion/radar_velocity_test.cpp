@@ -1,5 +1,4 @@
-// How a radar moves by the radial speeds of one frame: laws on frames made up, whose motion is
-// known.
+// Radar ego-velocity on synthetic frames of known motion.
 
 #include <wayfare/motion/radar_velocity.hpp>
 
@@ -13,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Points all around within 40 degrees up and down, seen by a radar that moves with `v`.
+/// Points in all directions within 40 degrees of elevation, for a radar that moves with `v`.
 RadarScan frame(const Eigen::Vector3d& v, std::size_t points, double noise, Rng& rng) {
   RadarScan scan;
   for (std::size_t i = 0; i < points; ++i) {
@@ -40,7 +39,7 @@ TEST(RadarVelocity, IsExactWithoutNoise) {
   }
 }
 
-TEST(RadarVelocity, LeavesOutWhatMovesByItself) {
+TEST(RadarVelocity, RejectsMovingPoints) {
   Rng rng(2);
   const Eigen::Vector3d v(0.8, 0.1, -0.1);
   RadarScan scan = frame(v, 60, 0.0, rng);
@@ -58,7 +57,7 @@ TEST(RadarVelocity, LeavesOutWhatMovesByItself) {
 
 /// The mean of eᵀ P⁻¹ e is the number of unknowns where the covariance is right: 3 ± 3.3 standard
 /// deviations of a mean of 400 such numbers, each √6 wide.
-TEST(RadarVelocity, IsAsSureAsItSays) {
+TEST(RadarVelocity, CovarianceIsConsistent) {
   Rng rng(3);
   double sum = 0.0;
   constexpr int kTimes = 400;
@@ -73,27 +72,27 @@ TEST(RadarVelocity, IsAsSureAsItSays) {
   EXPECT_NEAR(sum / kTimes, 3.0, 3.3 * std::sqrt(6.0 / kTimes));
 }
 
-TEST(RadarVelocity, InThePlaneHeightIsNotAskedFor) {
+TEST(RadarVelocity, InThePlaneElevationIsNotRequired) {
   Rng rng(4);
   RadarScan scan = frame({1.0, 0.5, 0.0}, 30, 0.0, rng);
   for (RadarPoint& p : scan.points) {
     p.z_m = 0.0F;
     p.doppler_m_s = -(1.0F * p.x_m + 0.5F * p.y_m) / std::hypot(p.x_m, p.y_m);
   }
-  EXPECT_FALSE(radar_velocity(scan, Rng(1)));  // nothing tells of up and down
+  EXPECT_FALSE(radar_velocity(scan, Rng(1)));  // the vertical is not observable
   const auto found = radar_velocity(scan, Rng(1), {.plane = true});
   ASSERT_TRUE(found) << found.error().to_string();
   EXPECT_LT((found->velocity_m_s - Eigen::Vector3d(1.0, 0.5, 0.0)).norm(), 1e-5);
   EXPECT_EQ(found->covariance(2, 2), 0.0);
 }
 
-TEST(RadarVelocity, RefusesFramesThatDoNotTell) {
+TEST(RadarVelocity, RejectsDegenerateFrames) {
   Rng rng(5);
   const auto why = [](const RadarScan& scan) {
     const auto found = radar_velocity(scan, Rng(1));
     return found ? "no error" : found.error().to_string();
   };
-  EXPECT_THAT(why({}), HasSubstr("holds 0 points, for 3 unknowns"));
+  EXPECT_THAT(why({}), HasSubstr("has 0 points, for 3 unknowns"));
   RadarScan line;
   for (int i = 1; i < 20; ++i) line.points.push_back({static_cast<float>(i), 0, 0, -1.0F, 9.0F});
   EXPECT_THAT(why(line), HasSubstr("too few directions"));
@@ -101,7 +100,7 @@ TEST(RadarVelocity, RefusesFramesThatDoNotTell) {
   EXPECT_THAT(why(noise), HasSubstr("agree"));
   RadarScan bad = frame({1, 0, 0}, 20, 0.0, rng);
   for (RadarPoint& p : bad.points) p.doppler_m_s = NAN;
-  EXPECT_THAT(why(bad), HasSubstr("holds 0 points"));
+  EXPECT_THAT(why(bad), HasSubstr("has 0 points"));
 }
 
 }  // namespace

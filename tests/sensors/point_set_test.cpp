@@ -27,14 +27,14 @@ TEST(PointSet, IsPaddedToWholeVectorsWithItsLastPoint) {
   EXPECT_FLOAT_EQ(points.max_norm_m(), 40.0F * std::sqrt(2.0F));
 }
 
-TEST(PointSet, EndPointsAreThoseOfTheBeamsThatReturned) {
+TEST(PointSet, EndPointsOnlyOfBeamsThatReturned) {
   LaserScan scan;
   scan.first_bearing = Angle::degrees(-90.0);
   scan.bearing_step = Angle::degrees(45.0);
   scan.min_range_m = 0.5F;
   scan.max_range_m = 10.0F;
   scan.ranges_m = {2.0F, std::numeric_limits<float>::quiet_NaN(), 0.4F, 10.0F, 3.0F};
-  // The laser looks along the base's y axis from (1, 0): its −90° is the base's 0°, its 90° 180°.
+  // The laser points along the base's y axis from (1, 0): its −90° is the base's 0°, its 90° 180°.
   const PointSet points = end_points(scan, SE2d(1.0, 0.0, Angle::degrees(90.0)));
   ASSERT_EQ(points.size(), 2U);
   EXPECT_LT((points[0] - Eigen::Vector2f(3.0F, 0.0F)).norm(), 1e-6F);

@@ -103,7 +103,7 @@ TEST(Radar, MotionTurnsBearingsByWhatTheDopplerBinLeavesAndCanBeSetRight) {
       ASSERT_NE(own, scan.points.end());
       const auto sine_of = [](const RadarPoint& p) { return p.y_m / std::hypot(p.x_m, p.y_m); };
       raw += (static_cast<double>(sine_of(*own)) - sine) / kReflectors;
-      right += (static_cast<double>(sine_of(bearing_set_right(*own, velocity, array))) - sine) /
+      right += (static_cast<double>(sine_of(compensate_bearing(*own, velocity, array))) - sine) /
                kReflectors;
     }
     // 4/21 of the stair of π · bins_off / 16, over π. One bin of bearing is 1/32, its mean over 400
@@ -116,12 +116,12 @@ TEST(Radar, MotionTurnsBearingsByWhatTheDopplerBinLeavesAndCanBeSetRight) {
 TEST(Radar, WhatMovesByItselfKeepsItsBearing) {
   const RadarArray array{.max_speed_m_s = 0.97};
   const RadarPoint walker{2.0F, 1.0F, 0.0F, 0.6F, 20.0F};
-  EXPECT_EQ(bearing_set_right(walker, {0.2, 0.0}, array), walker);
+  EXPECT_EQ(compensate_bearing(walker, {0.2, 0.0}, array), walker);
   // Nothing known of the array, or one transmitter alone: nothing to set right.
   const RadarPoint wall{2.0F, 1.0F, 0.0F, -0.1F, 20.0F};
-  EXPECT_FALSE(bearing_set_right(wall, {0.2, 0.0}, array) == wall);
-  EXPECT_EQ(bearing_set_right(wall, {0.2, 0.0}, {}), wall);
-  EXPECT_EQ(bearing_set_right(wall, {0.2, 0.0}, {.max_speed_m_s = 0.97, .transmitters = 1}), wall);
+  EXPECT_FALSE(compensate_bearing(wall, {0.2, 0.0}, array) == wall);
+  EXPECT_EQ(compensate_bearing(wall, {0.2, 0.0}, {}), wall);
+  EXPECT_EQ(compensate_bearing(wall, {0.2, 0.0}, {.max_speed_m_s = 0.97, .transmitters = 1}), wall);
 }
 
 TEST(Radar, NoiseAloneHardlyEverMakesPoints) {

@@ -48,7 +48,7 @@ struct Drive {
   [[nodiscard]] SyncParams params() const { return sync_params(recording); }
 };
 
-TEST(AugmentedScans, FramesMeetWhereTheRobotStoodAtTheFirst) {
+TEST(AugmentedScans, FramesAlignInThePoseOfTheFirst) {
   const Drive drive;
   std::size_t scans = 0;
   for (const SyncedStep& step : synchronise(drive.recording, drive.params())) {
@@ -63,7 +63,7 @@ TEST(AugmentedScans, FramesMeetWhereTheRobotStoodAtTheFirst) {
   EXPECT_EQ(scans, 9U);  // 180 frames in 6 s
 }
 
-TEST(AugmentedScans, StepsAreTheTimeBaseAndTheScansTimes) {
+TEST(AugmentedScans, StepsAtTheTimeBaseAndTheScans) {
   const Drive drive;
   const auto steps = synchronise(drive.recording, drive.params());
   std::vector<LogTime> expected;
@@ -76,7 +76,7 @@ TEST(AugmentedScans, StepsAreTheTimeBaseAndTheScansTimes) {
   for (std::size_t i = 0; i < steps.size(); ++i) EXPECT_EQ(steps[i].time, expected[i]);
 }
 
-TEST(AugmentedScans, MotionIsInterpolatedAndNothingOfItLost) {
+TEST(AugmentedScans, MotionIsInterpolatedWithoutLoss) {
   const Drive drive;
   double left = 0.0, right = 0.0;
   SE2d by_wheels, by_gyro;
@@ -114,7 +114,7 @@ void expect_same(const SyncedStep& a, const SyncedStep& b) {
   }
 }
 
-// Pushes the streams up to `until` in random portions, none running ahead by more than 0.3 s.
+// Pushes the streams up to `until` in random chunks, none ahead by more than 0.3 s.
 class Feeder {
  public:
   Feeder(const Recording& recording, const SyncParams& params, std::uint64_t seed)
@@ -161,7 +161,7 @@ class Feeder {
   std::array<std::size_t, 4> next_{};
 };
 
-TEST(AugmentedScans, AnyPortionsGiveTheSameSteps) {
+TEST(AugmentedScans, AnyChunksGiveTheSameSteps) {
   const Drive drive;
   const auto whole = synchronise(drive.recording, drive.params());
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -173,8 +173,8 @@ TEST(AugmentedScans, AnyPortionsGiveTheSameSteps) {
   }
 }
 
-// What has come out by some moment is what comes out in the end, whatever follows.
-TEST(AugmentedScans, NothingIsTakenFromTheFuture) {
+// Steps delivered by some time do not depend on later measurements.
+TEST(AugmentedScans, StepsAreCausal) {
   const Drive drive;
   const auto whole = synchronise(drive.recording, drive.params());
   for (double until = 0.1; until < 6.0; until += 0.37) {
@@ -187,7 +187,7 @@ TEST(AugmentedScans, NothingIsTakenFromTheFuture) {
         EXPECT_LT(feeder.steps[i].radar->until, at(until));
       }
     }
-    // And nothing waits for longer than one augmented scan, the patience and a portion.
+    // No step is delayed by more than one augmented scan, max_wait and a chunk.
     if (until > 2.0) {
       EXPECT_GT(feeder.steps.back().time, at(until - 2.0));
     }
@@ -226,7 +226,7 @@ TEST(AugmentedScans, ASilentLaserOrGyroDoesNotStopTheSteps) {
   }
 }
 
-TEST(AugmentedScans, WhatIsNotFiniteIsRefusedAndItsTimeUnknown) {
+TEST(AugmentedScans, NonFiniteSamplesAreRejectedAndTheirIntervalUnknown) {
   Drive drive;
   drive.recording.gyro[40].turn_rate_rad_s = std::numeric_limits<double>::quiet_NaN();
   drive.recording.wheels[60].left_m = std::numeric_limits<double>::infinity();
@@ -241,7 +241,7 @@ TEST(AugmentedScans, WhatIsNotFiniteIsRefusedAndItsTimeUnknown) {
   }
 }
 
-TEST(AugmentedScans, LateAndDoubledMeasurementsAreRefused) {
+TEST(AugmentedScans, LateAndDuplicateMeasurementsAreRejected) {
   RobotSynchroniser synchroniser({.wheel_base_m = 0.3});
   EXPECT_TRUE(synchroniser.push(WheelSample{at(1.0), 0.0, 0.0}));
   EXPECT_FALSE(synchroniser.push(WheelSample{at(1.0), 0.0, 0.0}));
@@ -251,17 +251,17 @@ TEST(AugmentedScans, LateAndDoubledMeasurementsAreRefused) {
   EXPECT_EQ(synchroniser.statistics().refused_late, 3U);
 }
 
-// Points whose bearings are off by what their Doppler bins leave over meet as exact ones do;
-// without the array's largest speed they do not.
-TEST(AugmentedScans, BearingsAreSetRightForTheRobotsMotion) {
+// Points with the bearing error of their Doppler bins align as exact ones do; without the array's
+// largest speed they do not.
+TEST(AugmentedScans, BearingsAreCorrectedForTheRobotsMotion) {
   Drive drive(2.0);  // the target stays ahead
   constexpr double kBin = 0.15, kMax = 0.96;
-  // Two transmitters by four receivers: 4 · 3 / (4 · 16 − 1) of a stair of π δv / 2 v_max, over π.
+  // Two transmitters by four receivers: 4 · 3 / (4 · 16 − 1) of a step of π δv / 2 v_max, over π.
   constexpr double kSinePerSpeed = 4.0 / 21.0 / (2.0 * kMax);
   for (RadarScan& scan : drive.recording.radar) {
     RadarPoint& p = scan.points.front();
     const double range = std::hypot(p.x_m, p.y_m), sine = p.y_m / range;
-    // The radar's speed over the floor at its arm from a centre that rolls straight ahead.
+    // The radar's speed over ground with its lever arm from a base that moves straight ahead.
     const SE2d& mount = drive.recording.T_base_radar.raw();
     const Eigen::Vector2d v =
         mount.rotation().inverse() *

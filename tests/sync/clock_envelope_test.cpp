@@ -1,4 +1,4 @@
-// A device's clock found from arrivals that are late by chance.
+// A device's clock from arrivals with random delays.
 #include <wayfare/sync/clock_envelope.hpp>
 
 #include <cmath>
@@ -15,7 +15,7 @@ LogTime log_at(double s) {
   return LogTime::from_nanoseconds(1'700'000'000'000'000'000) + from_seconds(s);
 }
 
-TEST(ClockEnvelope, FindsDriftAndTheLeastDelay) {
+TEST(ClockEnvelope, FindsDriftAndMinimumDelay) {
   std::mt19937 random(1);
   std::exponential_distribution<double> late(1.0 / 0.005);
   ClockEnvelope clock;
@@ -30,14 +30,14 @@ TEST(ClockEnvelope, FindsDriftAndTheLeastDelay) {
     EXPECT_LE(found, arrived);
     if (i > 600) worst = std::max(worst, std::abs(to_seconds(found - measured)));
   }
-  // Of 0.25 s buckets within a minute the least delays are a few hundredths of a millisecond; the
-  // arrivals themselves are off by 5 ms in the mean.
+  // The minimum delays of 0.25 s buckets within a minute are a few hundredths of a millisecond; the
+  // mean delay is 5 ms.
   EXPECT_LT(worst, 0.0005);
   EXPECT_NEAR(clock.rate(), 1.0 / (1.0 + drift), 10e-6);
   EXPECT_EQ(clock.restarts(), 0U);
 }
 
-TEST(ClockEnvelope, BeginsAnewWithTheDevice) {
+TEST(ClockEnvelope, RestartsWithTheDevice) {
   ClockEnvelope clock;
   for (int i = 0; i < 200; ++i)
     clock.add(DeviceTime::from_seconds(100.0 + 0.1 * i), log_at(0.1 * i));
@@ -45,7 +45,7 @@ TEST(ClockEnvelope, BeginsAnewWithTheDevice) {
   EXPECT_EQ(again, log_at(30.0));
   EXPECT_EQ(clock.restarts(), 1U);
   EXPECT_EQ(clock.add(DeviceTime::from_seconds(0.1), log_at(30.15)), log_at(30.1));
-  // A link that stands still for a while is not a new clock.
+  // A pause of the link is not a restart.
   EXPECT_EQ(clock.add(DeviceTime::from_seconds(0.2), log_at(31.0)), log_at(30.2));
   EXPECT_EQ(clock.restarts(), 1U);
 }

@@ -16,7 +16,7 @@ constexpr double kRate = 1.0 + 40e-6, kOffset_s = 123456.789;
 
 Time<DeviceClock> device(double s) { return Time<DeviceClock>::from_seconds(s); }
 
-/// The instant `s` of the device on the log's clock, nanoseconds exact.
+/// The device's instant `s` on the log's clock, exact to the nanosecond.
 LogTime truth(double s) {
   return LogTime::from_seconds(kOffset_s) + from_seconds(s) + from_seconds((kRate - 1.0) * s);
 }
@@ -39,12 +39,13 @@ TEST(ClockFit, FindsOffsetAndRateOfCleanStamps) {
   const auto fit = fit_clock<DeviceClock>(pairs(200, 5.0, [](int) { return 0.0; }));
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->rate, kRate, 1e-12);
-  EXPECT_GE(fit->used, 180U);  // the stamps are rounded to nanoseconds: some stand out even so
+  EXPECT_GE(fit->used,
+            180U);  // the stamps are rounded to nanoseconds, so that some exceed the gate
   for (const double s : {0.0, 1000.0, 1500.0, 2000.0, 1e5}) EXPECT_NEAR(error_s(*fit, s), 0, 1e-7);
 }
 
-// n stamps of noise σ over a length L know the rate to σ√(12/n)/L and the middle to σ/√n.
-TEST(ClockFit, LeavesOutliersOut) {
+// n stamps of noise σ over a length L determine the rate to σ√(12/n)/L and the middle to σ/√n.
+TEST(ClockFit, RejectsOutliers) {
   Rng rng(3);
   constexpr double kNoise_s = 1e-4;
   const auto noisy = pairs(1000, 1.0, [&](int i) {
@@ -60,22 +61,22 @@ TEST(ClockFit, LeavesOutliersOut) {
   EXPECT_NEAR(fit->residual_s, kNoise_s, 0.1 * kNoise_s);
 }
 
-// Delays are exponential with a mean of 20 ms: the middle of the stamps is 20 ms late, the line by
-// the punctual ones much less.
-TEST(ClockFit, GoesByThePunctualOfLateStamps) {
+// Delays are exponential with a mean of 20 ms: the mean of the stamps is 20 ms late, the line
+// through the earliest ones much less.
+TEST(ClockFit, FitsTheEarliestOfLateStamps) {
   Rng rng(4);
   const auto late = pairs(5000, 0.2, [&](int) { return -0.02 * std::log(1.0 - rng.uniform()); });
   const auto middle = fit_clock<DeviceClock>(late);
   const auto punctual = fit_clock<DeviceClock>(late, {.late = true});
   ASSERT_TRUE(middle && punctual);
-  EXPECT_NEAR(error_s(*middle, 1500.0), 0.018, 0.004);  // the gate takes the longest delays off
+  EXPECT_NEAR(error_s(*middle, 1500.0), 0.018, 0.004);  // the gate rejects the longest delays
   EXPECT_LT(error_s(*punctual, 1500.0), 0.006);
   EXPECT_GT(error_s(*punctual, 1500.0), 0.0);
   EXPECT_NEAR(punctual->rate, kRate, 5e-6);
   EXPECT_GE(punctual->used, 500U);
 }
 
-TEST(ClockFit, DoesNotMindWhereTheClocksBegin) {
+TEST(ClockFit, DoesNotDependOnTheClocksEpochs) {
   auto stamps = pairs(100, 1.0, [](int i) { return i % 2 == 0 ? 1e-3 : -1e-3; });
   const auto fit = fit_clock<DeviceClock>(stamps);
   for (Pair& p : stamps) p.device += std::chrono::hours(24 * 365 * 50);
@@ -85,7 +86,7 @@ TEST(ClockFit, DoesNotMindWhereTheClocksBegin) {
   EXPECT_EQ((*moved)(stamps[50].device), (*fit)(device(1050.0)));
 }
 
-TEST(ClockFit, WantsTwoInstants) {
+TEST(ClockFit, RequiresTwoInstants) {
   EXPECT_FALSE(fit_clock<DeviceClock>({}));
   const auto one = pairs(1, 1.0, [](int) { return 0.0; });
   EXPECT_FALSE(fit_clock<DeviceClock>(one));

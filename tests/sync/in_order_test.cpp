@@ -15,7 +15,7 @@ std::vector<ImuSample> at(const std::vector<double>& times_s) {
   for (const double t : times_s) {
     ImuSample sample;
     sample.time = LogTime::from_seconds(t);
-    sample.angular_rate_radps.x() = static_cast<double>(samples.size());  // its place in the file
+    sample.angular_rate_radps.x() = static_cast<double>(samples.size());  // its index in the file
     samples.push_back(sample);
   }
   return samples;
@@ -30,32 +30,32 @@ std::vector<int> order(const std::vector<ImuSample>& samples) {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-TEST(InOrder, WhatIsInOrderStays) {
-  auto samples = at({1.0, 1.01, 1.02, 500.0, 500.01});  // a gap is no fault
-  const OrderReport report = put_in_order(samples);
+TEST(InOrder, KeepsSortedMeasurements) {
+  auto samples = at({1.0, 1.01, 1.02, 500.0, 500.01});  // a gap is not an error
+  const SortReport report = sort_by_time(samples);
   EXPECT_THAT(order(samples), ElementsAre(0, 1, 2, 3, 4));
-  EXPECT_EQ(report.swapped + report.repeated + report.astray, 0U);
+  EXPECT_EQ(report.out_of_order + report.duplicates + report.outliers, 0U);
 }
 
-TEST(InOrder, SwappedAndRepeated) {
+TEST(InOrder, OutOfOrderAndDuplicates) {
   auto samples = at({1.0, 1.02, 1.01, 1.03, 1.03, 1.04});
-  const OrderReport report = put_in_order(samples);
+  const SortReport report = sort_by_time(samples);
   EXPECT_THAT(order(samples), ElementsAre(0, 2, 1, 3, 5));
-  EXPECT_EQ(report.swapped, 1U);
-  EXPECT_EQ(report.repeated, 1U);
+  EXPECT_EQ(report.out_of_order, 1U);
+  EXPECT_EQ(report.duplicates, 1U);
 }
 
-TEST(InOrder, StampsFromAnotherTimeAreLeftOut) {
+TEST(InOrder, OutlierStampsAreDropped) {
   auto samples = at({9e5, 1.0, 1.01, 7e8, 1.02, -4e6, 1.03, 1.04, 34.6e6});
-  const OrderReport report = put_in_order(samples);
+  const SortReport report = sort_by_time(samples);
   EXPECT_THAT(order(samples), ElementsAre(1, 2, 4, 6, 7));
-  EXPECT_EQ(report.astray, 4U);
+  EXPECT_EQ(report.outliers, 4U);
 }
 
 TEST(InOrder, TooFewToJudge) {
   auto none = at({}), two = at({5e6, 1.0});
-  put_in_order(none);
-  put_in_order(two);
+  sort_by_time(none);
+  sort_by_time(two);
   EXPECT_THAT(order(none), IsEmpty());
   EXPECT_THAT(order(two), ElementsAre(1, 0));
 }

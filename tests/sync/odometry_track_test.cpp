@@ -11,11 +11,11 @@ OdometrySample sample(double t, double x, Angle heading) {
   return {LogTime::from_seconds(t), Transform2<frame::Odom, frame::Base>(SE2d(x, 0.0, heading))};
 }
 
-TEST(OdometryTrack, HasNothingToSayWithoutSamples) {
+TEST(OdometryTrack, IsEmptyWithoutSamples) {
   EXPECT_FALSE(OdometryTrack({}).at(LogTime{}).has_value());
 }
 
-TEST(OdometryTrack, HoldsTheEndsAndInterpolatesBetween) {
+TEST(OdometryTrack, ClampsAtTheEndsAndInterpolatesBetween) {
   const std::vector<OdometrySample> samples = {sample(1.0, 0.0, 0_deg), sample(2.0, 4.0, 0_deg)};
   const OdometryTrack track(samples);
   EXPECT_EQ(track.at(LogTime::from_seconds(0.5))->raw().x(), 0.0);
@@ -23,7 +23,7 @@ TEST(OdometryTrack, HoldsTheEndsAndInterpolatesBetween) {
   EXPECT_NEAR(track.at(LogTime::from_seconds(1.25))->raw().x(), 1.0, 1e-12);
 }
 
-TEST(OdometryTrack, TurnsTheShortWayAcrossPi) {
+TEST(OdometryTrack, InterpolatesTheShortRotationAcrossPi) {
   const std::vector<OdometrySample> samples = {sample(0.0, 0.0, 170_deg),
                                                sample(1.0, 0.0, -170_deg)};
   const double half =

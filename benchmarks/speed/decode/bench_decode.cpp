@@ -169,7 +169,7 @@ void xbus_samples(benchmark::State& state) {
   benchmark::DoNotOptimize(sum);
 }
 
-void rplidar(benchmark::State& state, const Stream& stream, RplidarAnswer answer) {
+void rplidar(benchmark::State& state, const Stream& stream, RplidarResponse answer) {
   RplidarDecoder decoder{RplidarFraming(answer)};
   RplidarUnpacker unpacker;
   std::uint64_t sum = 0;
@@ -263,13 +263,14 @@ BENCHMARK(plain_ti)->Name("ti_frames/plain");
 BENCHMARK(xbus_messages)->Name("xbus_messages/wayfare");
 BENCHMARK(plain_xbus)->Name("xbus_messages/plain");
 BENCHMARK(xbus_samples)->Name("xbus_samples/wayfare");
-BENCHMARK_CAPTURE(rplidar, node, node_stream(), RplidarAnswer::node)->Name("rplidar_nodes/wayfare");
+BENCHMARK_CAPTURE(rplidar, node, node_stream(), RplidarResponse::node)
+    ->Name("rplidar_nodes/wayfare");
 BENCHMARK(plain_nodes)->Name("rplidar_nodes/plain");
-BENCHMARK_CAPTURE(rplidar, express, capsule_stream(80), RplidarAnswer::express)
+BENCHMARK_CAPTURE(rplidar, express, capsule_stream(80), RplidarResponse::express)
     ->Name("rplidar_express/wayfare");
-BENCHMARK_CAPTURE(rplidar, ultra, capsule_stream(128), RplidarAnswer::ultra)
+BENCHMARK_CAPTURE(rplidar, ultra, capsule_stream(128), RplidarResponse::ultra)
     ->Name("rplidar_ultra/wayfare");
-BENCHMARK_CAPTURE(rplidar, dense, capsule_stream(80), RplidarAnswer::dense)
+BENCHMARK_CAPTURE(rplidar, dense, capsule_stream(80), RplidarResponse::dense)
     ->Name("rplidar_dense/wayfare");
 
 }  // namespace

@@ -22,12 +22,12 @@ struct Arguments {
   decode::MtLegacyLayout layout;
 };
 
-const std::map<std::string, decode::RplidarAnswer> kAnswers = {
-    {"descriptor", decode::RplidarAnswer::none},
-    {"node", decode::RplidarAnswer::node},
-    {"express", decode::RplidarAnswer::express},
-    {"ultra", decode::RplidarAnswer::ultra},
-    {"dense", decode::RplidarAnswer::dense}};
+const std::map<std::string, decode::RplidarResponse> kAnswers = {
+    {"descriptor", decode::RplidarResponse::none},
+    {"node", decode::RplidarResponse::node},
+    {"express", decode::RplidarResponse::express},
+    {"ultra", decode::RplidarResponse::ultra},
+    {"dense", decode::RplidarResponse::dense}};
 
 void describe(examples::CommandLine& app, Arguments& a) {
   app.add_option("device", a.device, "ti (AWR1843 and its family), rplidar or xsens")

@@ -17,14 +17,14 @@ class Writer {
   explicit Writer(const RplidarTableOptions& options) : options_(options) {}
 
   void add(const decode::RplidarPacket& packet) {
-    using decode::RplidarAnswer;
+    using decode::RplidarResponse;
     if (packet.is_descriptor()) ++descriptors_;
-    if (!packet.is_descriptor() && packet.answer() == RplidarAnswer::sample_rate)
+    if (!packet.is_descriptor() && packet.response() == RplidarResponse::sample_rate)
       rate_ = decode::rplidar_sample_rate(packet.bytes()).value_or(rate_);
-    const Duration sample = sample_of(packet.answer());
+    const Duration sample = sample_of(packet.response());
     const auto end = static_cast<double>(packet.position() + packet.bytes().size());
     const LogTime last = LogTime::from_seconds(10.0 * end / options_.baud) -
-                         decode::rplidar_delay(packet.answer(), sample, options_.baud);
+                         decode::rplidar_delay(packet.response(), sample, options_.baud);
     unpacker_.add(packet, [&](std::span<const decode::RplidarPoint> points) {
       for (std::size_t i = 0; i < points.size(); ++i)
         add(points[i], last - sample * static_cast<std::int64_t>(points.size() - 1 - i));
@@ -38,8 +38,8 @@ class Writer {
   [[nodiscard]] std::string take() && { return std::move(csv_).take(); }
 
  private:
-  [[nodiscard]] Duration sample_of(decode::RplidarAnswer answer) const {
-    const bool node = answer == decode::RplidarAnswer::node;
+  [[nodiscard]] Duration sample_of(decode::RplidarResponse answer) const {
+    const bool node = answer == decode::RplidarResponse::node;
     const double us = options_.sample_us > 0.0 ? options_.sample_us
                       : node                   ? rate_.standard_us
                                                : rate_.express_us;
@@ -47,13 +47,13 @@ class Writer {
   }
   void add(const decode::RplidarPoint& p, LogTime time) {
     ++points_;
-    turns_ += p.start_of_turn ? 1 : 0;
+    turns_ += p.start_of_revolution ? 1 : 0;
     csv_.row()
         .field(io::format_nanoseconds(time.nanoseconds()))
         .field(turns_)
         .field(p.angle_deg())
         .field(p.distance_m());
-    csv_.field(p.quality).field(p.start_of_turn ? 1 : 0);
+    csv_.field(p.quality).field(p.start_of_revolution ? 1 : 0);
   }
 
   RplidarTableOptions options_;

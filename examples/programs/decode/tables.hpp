@@ -68,7 +68,7 @@ struct Table {
 };
 
 struct RplidarTableOptions {
-  decode::RplidarAnswer inside = decode::RplidarAnswer::none;  ///< where the capture begins
+  decode::RplidarResponse inside = decode::RplidarResponse::none;  ///< where the capture begins
   double baud = 115200.0;
   double sample_us = 0.0;  ///< 0: what the device says, else 500 for nodes and 250 for capsules
 };

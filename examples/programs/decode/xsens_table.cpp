@@ -49,7 +49,7 @@ constexpr std::string_view kSampleNames =
     "dqz,free_ax_mps2,free_ay_mps2,free_az_mps2,temperature_c,pressure_pa,lat_deg,lon_deg,"
     "h_ellipsoid_m,vx_mps,vy_mps,vz_mps,ecef_x_m,ecef_y_m,ecef_z_m";
 
-void add(Csv& csv, const MtSample& s, decode::RoundCounter& clock) {
+void add(Csv& csv, const MtSample& s, decode::CounterUnwrapper& clock) {
   add(csv, s.packet_counter);
   if (s.sample_time_fine) {
     csv.field(io::format_nanoseconds(100'000 * clock.at(*s.sample_time_fine)));
@@ -84,7 +84,7 @@ decode::DecoderStatistics each_message(decode::Bytes capture, Sink&& sink) {
 
 Table sample_table(decode::Bytes capture, const decode::MtLegacyLayout& layout) {
   Csv csv(kSampleNames);
-  decode::RoundCounter clock(std::uint64_t{1} << 32);
+  decode::CounterUnwrapper clock(std::uint64_t{1} << 32);
   std::size_t index = 0, samples = 0, unread = 0;
   const auto statistics = each_message(capture, [&](const decode::XbusMessage& m) {
     ++index;

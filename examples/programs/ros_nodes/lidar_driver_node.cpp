@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
   const std::vector<std::uint8_t> request =
       start ? std::vector<std::uint8_t>{0xA5, 0x20} : std::vector<std::uint8_t>{};
   examples::read_device(node, device, request, [&](decode::Bytes bytes, LogTime arrived) {
-    stream.feed(bytes, arrived, [&](const decode::RplidarTurn& turn) {
+    stream.feed(bytes, arrived, [&](const decode::RplidarRevolution& turn) {
       scans.publish(ros::message_of(decode::to_laser_scan(turn, scan), device.frame));
       ++messages;
     });

@@ -31,13 +31,13 @@ void remark(NavRecording& out, const std::string& path, const io::Problems& prob
 
 template <class Measurement>
 void order(NavRecording& out, const char* what, std::vector<Measurement>& all) {
-  const OrderReport report = put_in_order(all);
+  const SortReport report = sort_by_time(all);
   const auto say = [&](std::size_t count, const char* how) {
     if (count > 0) out.remarks.push_back(std::to_string(count) + " " + what + " " + how);
   };
-  say(report.swapped, "out of order, put in order");
-  say(report.repeated, "repeated an earlier time, left out");
-  say(report.astray, "with a time far from their neighbours', left out");
+  say(report.out_of_order, "out of order, put in order");
+  say(report.duplicates, "repeated an earlier time, left out");
+  say(report.outliers, "with a time far from their neighbours', left out");
 }
 
 Result<io::ImuFile> read_part(const NavFiles& files, const NavConfig& config, std::size_t i,

@@ -1,10 +1,9 @@
 #pragma once
 
-// Programmer's errors: a broken precondition goes to a handler, never into a result.
+// Contract violations: a failed precondition is reported to a handler, never returned as a result.
 //
-// The default handler writes the violation to standard error and aborts. A test, or a program that
-// must land a vehicle first, installs its own; a handler that returns lets the call go on at its
-// own risk, a handler may throw.
+// The default handler writes the violation to standard error and aborts. Tests and safety-critical
+// programs install their own. A handler may throw; if it returns, the call continues.
 
 #include <atomic>
 #include <cstdio>
@@ -25,7 +24,7 @@ using ContractHandler = void (*)(const ContractViolation&);
 namespace detail {
 
 inline void abort_on_violation(const ContractViolation& v) {
-  std::fprintf(stderr, "%s:%u: precondition '%s' does not hold: %s\n", v.file, v.line, v.condition,
+  std::fprintf(stderr, "%s:%u: precondition '%s' violated: %s\n", v.file, v.line, v.condition,
                v.message);
   std::abort();
 }
@@ -51,7 +50,7 @@ inline ContractHandler set_contract_handler(ContractHandler handler) noexcept {
 
 }  // namespace wayfare
 
-/// States what the caller must have ensured; checked in every build.
+/// A precondition on the caller, checked in every build.
 #define WAYFARE_EXPECTS(condition, message)                     \
   do {                                                          \
     if (!(condition)) [[unlikely]]                              \

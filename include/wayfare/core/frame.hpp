@@ -1,7 +1,7 @@
 #pragma once
 
-// Frames as types at the border of the API: a transform names both of its ends, so a chain of them
-// that does not fit together does not compile. Inside, plain groups and Eigen vectors.
+// Frames as types at the border of the API: the type of a transform names both frames, so a
+// mismatched chain does not compile. Inside, plain groups and Eigen vectors.
 
 #include <type_traits>
 #include <utility>
@@ -13,7 +13,7 @@
 
 namespace wayfare {
 
-/// REP-105 indoors (x forward, y left, z up); add a tag of your own as an empty struct.
+/// REP-105 indoors (x forward, y left, z up); add your own tag as an empty struct.
 namespace frame {
 struct Map {};    ///< fixed to the world, drift-free, may jump
 struct Odom {};   ///< fixed to the world, continuous, drifts
@@ -46,7 +46,7 @@ class Transform {
   Transform() = default;
   explicit Transform(Group raw) : raw_(std::move(raw)) {}
 
-  /// The bare group element, for the inside of an algorithm.
+  /// The group element without frames.
   [[nodiscard]] const Group& raw() const { return raw_; }
 
   [[nodiscard]] Transform<From, To, Group> inverse() const {

@@ -46,7 +46,7 @@ template <Manifold M>
                 Scalar(ManifoldTraits<M>::kDof * kHalfLog2Pi));
 }
 
-/// A draw; the covariance may be singular (semi-definite), as a robot that cannot slip has it.
+/// Draws a sample; the covariance may be singular, e.g. of a robot that cannot slip.
 template <Manifold M>
 [[nodiscard]] M sample(const Gaussian<M>& g, Rng& rng) {
   using Scalar = typename Gaussian<M>::Scalar;
@@ -79,8 +79,9 @@ template <Manifold M>
 /// The pose a ∘ b of two independent uncertain poses: Σ = Ad(b⁻¹) Σa Ad(b⁻¹)ᵀ + Σb.
 template <LieGroup G>
 [[nodiscard]] Gaussian<G> compose(const Gaussian<G>& a, const Gaussian<G>& b) {
-  const SquareOf<G> move = b.mean.inverse().adjoint();
-  return {a.mean * b.mean, SquareOf<G>(move * a.covariance * move.transpose() + b.covariance)};
+  const SquareOf<G> adjoint = b.mean.inverse().adjoint();
+  return {a.mean * b.mean,
+          SquareOf<G>(adjoint * a.covariance * adjoint.transpose() + b.covariance)};
 }
 
 }  // namespace wayfare

@@ -61,7 +61,7 @@ template <class T>
   return on_ellipsoid * (T(1) - T(2) * (T(1.0 + f + m) - T(2.0 * f) * s2) * h + T(3) * h * h);
 }
 
-/// Columns north, east, down in ECEF: takes local-level coordinates at `at` to ECEF directions.
+/// Rotates local-level coordinates (north, east, down) at `at` to ECEF.
 [[nodiscard]] inline Eigen::Matrix3d rotation_ecef_ned(const Geodetic& at) {
   const double sp = std::sin(at.latitude.radians()), cp = std::cos(at.latitude.radians());
   const double sl = std::sin(at.longitude.radians()), cl = std::cos(at.longitude.radians());
@@ -79,9 +79,9 @@ template <class T>
           (n * (1.0 - wgs84::kEccentricitySquared) + p.height_m) * sp};
 }
 
-/// Good to a few units of rounding (1e-8 m near the ground) from 10 km below the ellipsoid to
-/// beyond the satellites' orbits: Bowring's parametric latitude, repeated (Bowring 1976). The
-/// centre of the Earth comes out as a pole.
+/// Accurate to a few units of rounding (1e-8 m near the ground) from 10 km below the ellipsoid to
+/// beyond the satellites' orbits: Bowring's parametric latitude, iterated (Bowring 1976). The
+/// centre of the Earth is returned as a pole.
 [[nodiscard]] inline Geodetic geodetic_from_ecef(const Eigen::Vector3d& ecef_m) {
   constexpr double a = wgs84::kSemiMajorAxis_m, b = wgs84::kSemiMinorAxis_m;
   constexpr double e2 = wgs84::kEccentricitySquared, ep2 = e2 / (1.0 - e2);
@@ -105,7 +105,7 @@ template <class T>
           Angle::radians(std::atan2(ecef_m.y(), ecef_m.x())), height};
 }
 
-/// `p` as seen from `origin`, in the local level of `origin`, metres.
+/// Position of `p` relative to `origin`, in the local level of `origin`, metres.
 [[nodiscard]] inline Eigen::Vector3d ned_from_geodetic(const Geodetic& p, const Geodetic& origin) {
   return rotation_ecef_ned(origin).transpose() *
          (ecef_from_geodetic(p) - ecef_from_geodetic(origin));

@@ -4,7 +4,7 @@
 // enough for the offset while the anchor stays double:
 //   latitude = latitude₀ + n/(M₀ + h₀), longitude = longitude₀ + e/((N₀ + h₀) cos latitude₀),
 //   height = h₀ − d.
-// Exact, not a tangent plane: a chart of the ellipsoid. Keep offsets below about 20 km.
+// Curvilinear coordinates, a chart of the ellipsoid. For offsets below about 20 km.
 
 #include <cmath>
 
@@ -15,12 +15,12 @@
 
 namespace wayfare {
 
-/// What the Earth is like at a point of the chart.
+/// Geometry and gravity of the Earth at a point of the chart.
 template <class T>
 struct EarthAt {
   T sin_latitude, cos_latitude;
   T meridian_m, transverse_m;  ///< radii of curvature, with height
-  T north_scale, east_scale;   ///< metres of chart for a metre of ground
+  T north_scale, east_scale;   ///< metres on the chart per metre on the ground
   T gravity_mps2;
 };
 
@@ -38,7 +38,7 @@ class LocalTangentPlane {
         east_m_(transverse_m_ + anchor.height_m) {}
 
   [[nodiscard]] const Geodetic& anchor() const { return anchor_; }
-  /// Of the anchor: its ECEF position and the axes that displacement() speaks in.
+  /// The anchor's ECEF position and axes; displacement() is given in these axes.
   [[nodiscard]] const Eigen::Vector3d& ecef_m() const { return ecef_m_; }
   [[nodiscard]] const Eigen::Matrix3d& rotation_ecef_ned_at_anchor() const { return r_ecef_ned_; }
 
@@ -55,12 +55,12 @@ class LocalTangentPlane {
 
   template <class T>
   [[nodiscard]] EarthAt<T> earth(const Eigen::Matrix<T, 3, 1>& x) const {
-    const Turn<T> lat = latitude_turn(x);
+    const SinVersine<T> lat = latitude_change(x);
     EarthAt<T> e;
     e.sin_latitude = T(sin_) + T(cos_) * lat.sin - T(sin_) * lat.versine;
     e.cos_latitude = T(cos_) - T(sin_) * lat.sin - T(cos_) * lat.versine;
     const T h = T(anchor_.height_m) - x[2];
-    // One square root serves both radii: M = N (1 − e²) / w², N = a / w.
+    // One square root for both radii: M = N (1 − e²) / w², N = a / w.
     using std::sqrt;
     const T w2 = T(1) - T(wgs84::kEccentricitySquared) * e.sin_latitude * e.sin_latitude;
     const T n = T(wgs84::kSemiMajorAxis_m) / sqrt(w2);
@@ -76,7 +76,7 @@ class LocalTangentPlane {
   /// differences of nearly equal numbers are multiplied out, so single precision keeps millimetres.
   template <class T>
   [[nodiscard]] Eigen::Matrix<T, 3, 1> displacement(const Eigen::Matrix<T, 3, 1>& x) const {
-    const Turn<T> lat = latitude_turn(x), lon = longitude_turn(x);
+    const SinVersine<T> lat = latitude_change(x), lon = longitude_change(x);
     // Change of sine and cosine of latitude, and of the transverse radius.
     const T ds = T(cos_) * lat.sin - T(sin_) * lat.versine;
     const T dc = -T(sin_) * lat.sin - T(cos_) * lat.versine;
@@ -86,7 +86,7 @@ class LocalTangentPlane {
     const T w = sqrt(T(1) - T(e2) * sp * sp), w0 = T(std::sqrt(1.0 - e2 * sin_ * sin_));
     const T dn = T(wgs84::kSemiMajorAxis_m * e2) * ds * (sp + T(sin_)) / (w * w0 * (w + w0));
     const T dh = -x[2], n0h0 = T(east_m_);
-    // ECEF turned about the pole so that the anchor's meridian is x: radial, east, polar.
+    // ECEF rotated about the pole so that the anchor's meridian is x: radial, east, polar.
     const T ring = dn + dh;
     const T radial = n0h0 * dc + ring * cp - (n0h0 + ring) * cp * lon.versine;
     const T east = (n0h0 + ring) * cp * lon.sin;
@@ -95,11 +95,11 @@ class LocalTangentPlane {
     return {-T(sin_) * radial + T(cos_) * polar, east, -T(cos_) * radial - T(sin_) * polar};
   }
 
-  /// Turns local level at a point of the chart to the anchor's.
+  /// Rotation from local level at a point of the chart to the anchor's.
   template <class T>
   [[nodiscard]] Eigen::Matrix<T, 3, 3> rotation_anchor_local(
       const Eigen::Matrix<T, 3, 1>& x) const {
-    const Turn<T> lat = latitude_turn(x), lon = longitude_turn(x);
+    const SinVersine<T> lat = latitude_change(x), lon = longitude_change(x);
     const T sp = T(sin_) + T(cos_) * lat.sin - T(sin_) * lat.versine;
     const T cp = T(cos_) - T(sin_) * lat.sin - T(cos_) * lat.versine;
     const T sl = lon.sin, cl = T(1) - lon.versine;
@@ -112,23 +112,23 @@ class LocalTangentPlane {
  private:
   /// sin x and 1 − cos x of a small angle.
   template <class T>
-  struct Turn {
+  struct SinVersine {
     T sin, versine;
   };
   template <class T>
-  [[nodiscard]] static Turn<T> turn(const T& x) {
-    const T x2 = x * x;  // up to 0.05 rad: the terms left out are below 1e-18
+  [[nodiscard]] static SinVersine<T> sin_versine(const T& x) {
+    const T x2 = x * x;  // up to 0.05 rad: the neglected terms are below 1e-18
     return {
         x * (T(1) - x2 / T(6) * (T(1) - x2 / T(20) * (T(1) - x2 / T(42) * (T(1) - x2 / T(72))))),
         x2 / T(2) * (T(1) - x2 / T(12) * (T(1) - x2 / T(30) * (T(1) - x2 / T(56))))};
   }
   template <class T>
-  [[nodiscard]] Turn<T> latitude_turn(const Eigen::Matrix<T, 3, 1>& x) const {
-    return turn(T(x[0] * T(1.0 / north_m_)));
+  [[nodiscard]] SinVersine<T> latitude_change(const Eigen::Matrix<T, 3, 1>& x) const {
+    return sin_versine(T(x[0] * T(1.0 / north_m_)));
   }
   template <class T>
-  [[nodiscard]] Turn<T> longitude_turn(const Eigen::Matrix<T, 3, 1>& x) const {
-    return turn(T(x[1] * T(1.0 / (east_m_ * cos_))));
+  [[nodiscard]] SinVersine<T> longitude_change(const Eigen::Matrix<T, 3, 1>& x) const {
+    return sin_versine(T(x[1] * T(1.0 / (east_m_ * cos_))));
   }
 
   Geodetic anchor_;

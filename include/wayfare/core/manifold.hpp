@@ -1,6 +1,7 @@
 #pragma once
 
-// What estimators, graphs and Gaussians ask of a state: a point that a tangent vector can move.
+// What estimators, factor graphs and Gaussians require of a state: a point that can be perturbed by
+// a tangent vector.
 //
 // Conventions throughout: right perturbation (x ⊞ τ = x ∘ exp τ), translation first in a tangent
 // vector. Equation numbers: Solà, Deray, Atchuthan, "A micro Lie theory for state estimation in
@@ -13,8 +14,8 @@
 
 namespace wayfare {
 
-/// How a type is moved and compared. Lie groups here provide the members themselves; fixed-size
-/// Eigen column vectors are covered below; specialise it for a type of your own.
+/// Plus and minus of a type. The Lie groups provide the members themselves; fixed-size Eigen column
+/// vectors are covered below; specialise it for your own type.
 template <class M>
 struct ManifoldTraits {
   using Scalar = typename M::Scalar;
@@ -34,8 +35,8 @@ struct ManifoldTraits<Eigen::Matrix<T, N, 1>> {
   static Tangent minus(const Tangent& y, const Tangent& x) { return y - x; }
 };
 
-/// Meaning (checked by testing/manifold_laws.hpp): x ⊞ 0 = x, x ⊞ (y ⊟ x) = y,
-/// (x ⊞ τ) ⊟ x = τ near zero.
+/// Laws (checked by testing/manifold_laws.hpp): x ⊞ 0 = x, x ⊞ (y ⊟ x) = y, (x ⊞ τ) ⊟ x = τ near
+/// zero.
 template <class M>
 concept Manifold = requires(const M& x, const M& y,
                             const typename ManifoldTraits<M>::Tangent& tau) {

@@ -1,11 +1,11 @@
 #pragma once
 
-// Several numbers in one: Pack<double, 8> computes on eight lanes at once wherever a template asks
-// for a scalar, so that one instruction stream runs many filters. Written with the vector
-// extensions of GCC and Clang; every instruction set works, a pack as wide as a register is the
-// fastest. Do not pass packs between translation units compiled for different instruction sets.
+// SIMD packs: Pack<double, 8> computes on eight lanes at once wherever a template takes a scalar,
+// so that one instruction stream runs many filters. Uses the vector extensions of GCC and Clang on
+// any instruction set; a pack as wide as a register is fastest. Do not pass packs between
+// translation units compiled for different instruction sets.
 //
-// Code that serves numbers and packs alike decides by select(), any() and all() in place of `if`.
+// Code for both scalars and packs branches with select(), any() and all() instead of `if`.
 
 #include <bit>
 #include <cmath>
@@ -18,7 +18,7 @@
 
 namespace wayfare {
 
-/// One yes or no for each lane.
+/// One boolean per lane.
 template <class T, int N>
 struct Mask {
   static_assert(N > 0 && std::has_single_bit(static_cast<unsigned>(N)));
@@ -54,7 +54,7 @@ struct Pack {
   Lanes v;
 
   Pack() = default;
-  /// The same number in every lane.
+  /// The same value in every lane.
   template <class U>
   requires std::is_arithmetic_v<U> Pack(U x)
       : v(Lanes{} + static_cast<T>(x)) {}  // NOLINT(*-explicit*)
@@ -152,11 +152,11 @@ template <std::floating_point T>
   return m ? yes : no;
 }
 
-/// What a comparison of two T gives: bool, or a mask of lanes.
+/// The result of comparing two T: bool, or a mask of lanes.
 template <class T>
 using MaskOf = decltype(std::declval<const T&>() < std::declval<const T&>());
 
-/// The number type of one lane; of a plain number, itself.
+/// The scalar type of one lane; of a scalar, itself.
 template <class T>
 struct LaneOf {
   using Type = T;
@@ -173,7 +173,7 @@ struct LaneOf<Pack<T, N>> {
   static constexpr int kLanes = N;
 };
 
-/// Lane `i` of a pack or a mask; a plain number or truth value is its own only lane.
+/// Lane `i` of a pack or a mask; a scalar or bool has one lane.
 template <class T>
 [[nodiscard]] auto lane(const T& x, int i) {
   if constexpr (std::is_arithmetic_v<T>) {
@@ -225,7 +225,7 @@ struct NumTraits<wayfare::Pack<T, N>> : GenericNumTraits<wayfare::Pack<T, N>> {
 };
 
 namespace internal {
-// Arrays of packs are aligned as packs are, which may be more than what Eigen would ask for.
+// Arrays of packs are aligned as packs are, which may be more than Eigen's default.
 template <class T, int N, int Size>
 struct compute_default_alignment<wayfare::Pack<T, N>, Size> {
   enum { value = 0 };

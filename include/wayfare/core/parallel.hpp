@@ -15,16 +15,15 @@ using FractionDone = std::function<void(double)>;
 
 /// Calls f(index, worker) for the indices 0 … n-1, on up to `threads` threads, and `progress`, from
 /// one thread at a time, after each. No two concurrent calls have the same worker, which is below
-/// `threads`. The assignment of indices to threads is not specified: if f writes only to what
-/// belongs to its index or to its worker's scratch, the result is the same for any number of
-/// threads.
+/// `threads`. The assignment of indices to threads is not specified: if f writes only to data of
+/// its index or of its worker, the result does not depend on the number of threads.
 template <class F>
 void parallel_for_workers(std::size_t n, int threads, const F& f,
                           const FractionDone& progress = {}) {
   const std::size_t workers = std::min(n, static_cast<std::size_t>(std::max(threads, 1)));
   std::atomic<std::size_t> next{0};
   std::size_t done = 0;
-  std::mutex mutex;  // of done, and of calls of progress
+  std::mutex mutex;  // guards done and the calls of progress
   const auto work = [&](std::size_t worker) {
     for (std::size_t i = next++; i < n; i = next++) {
       f(i, worker);

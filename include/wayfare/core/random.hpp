@@ -1,8 +1,7 @@
 #pragma once
 
-// A seeded generator with independent streams, so that work split over any number of threads draws
-// the same numbers. The standard library's distributions differ between implementations; these do
-// not.
+// A seeded generator with independent streams: results do not depend on the number of threads, nor,
+// unlike those of the standard library's distributions, on the implementation.
 
 #include <array>
 #include <bit>
@@ -24,8 +23,8 @@ class Rng {
     for (auto& word : state_) word = split_mix(seed);
   }
 
-  /// The generator of stream `index` of this seed: independent of this one and of every other
-  /// stream, and of how many numbers were drawn before.
+  /// The generator of stream `index` of this seed: independent of this one, of every other stream
+  /// and of the numbers drawn before.
   [[nodiscard]] Rng stream(std::uint64_t index) const {
     std::uint64_t mixed = seed_ ^ (0xd1342543de82ef95ULL * (index + 1));
     return Rng(split_mix(mixed));
@@ -51,9 +50,9 @@ class Rng {
   double uniform() { return static_cast<double>((*this)() >> 11) * 0x1.0p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
-  /// Uniform in {0, …, n-1}, n > 0: draws of just enough bits, those past the end thrown away.
+  /// Uniform in {0, …, n-1}, n > 0: rejection sampling with the fewest bits.
   std::uint64_t below(std::uint64_t n) {
-    WAYFARE_EXPECTS(n > 0, "there is no number below zero to draw");
+    WAYFARE_EXPECTS(n > 0, "the number of values must be positive");
     if (n <= 1) return 0;
     const int unused_bits = std::countl_zero(n - 1);
     while (true) {

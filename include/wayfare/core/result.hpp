@@ -15,16 +15,16 @@ namespace wayfare {
 enum class ErrorCode {
   io,           ///< a file or device could not be opened, read or written
   parse,        ///< bytes or text that do not follow their format
-  invalid,      ///< well-formed values that make no sense (NaN, indefinite matrix, bad option)
-  not_found,    ///< something asked for by name or time is not there
+  invalid,      ///< well-formed but invalid values (NaN, indefinite matrix, bad option)
+  not_found,    ///< no entry of the requested name or time
   unsupported,  ///< valid, but not handled by this version or build
   degenerate,   ///< a problem without a unique solution
-  numerical,    ///< a computation that broke down
+  numerical,    ///< a computation failed
   cancelled,    ///< stopped on request
 };
 
-/// What went wrong, and where: `source` is a file or variable name, `line` counts from 1,
-/// `byte` is an offset; zero or empty means "does not apply".
+/// What failed, and where: `source` is a file or variable name, `line` counts from 1, `byte` is an
+/// offset; zero or empty means "does not apply".
 struct Error {
   ErrorCode code = ErrorCode::invalid;
   std::string message;
@@ -32,7 +32,7 @@ struct Error {
   std::size_t line = 0;
   std::size_t byte = 0;
 
-  /// `source:line: message`, the form editors and people recognise.
+  /// `source:line: message`, the form editors recognise.
   [[nodiscard]] std::string to_string() const {
     std::string text = source;
     if (line != 0) text += (text.empty() ? "line " : ":") + std::to_string(line);
@@ -65,7 +65,7 @@ class [[nodiscard]] Result {
   [[nodiscard]] const T* operator->() const { return &value(); }
 
   [[nodiscard]] const Error& error() const {
-    WAYFARE_EXPECTS(!has_value(), "a Result that holds a value has no error");
+    WAYFARE_EXPECTS(!has_value(), "a Result with a value has no error");
     return *std::get_if<1>(&content_);
   }
 
@@ -80,7 +80,7 @@ class [[nodiscard]] Result {
   std::variant<T, Error> content_;
 };
 
-/// The outcome of something that yields nothing but success.
+/// Success or the Error, without a value.
 template <>
 class [[nodiscard]] Result<void> {
  public:

@@ -59,7 +59,7 @@ class SE2 {
     return Tangent(scale * (s * t[0] + c * t[1]), scale * (s * t[1] - c * t[0]), theta);
   }
 
-  /// (159): moves a tangent vector from the body's end to the origin's.
+  /// (159): transforms a tangent vector from the body frame to the origin's.
   [[nodiscard]] Jacobian adjoint() const {
     Jacobian a = Jacobian::Identity();
     a.template topLeftCorner<2, 2>() = rotation_.matrix();
@@ -117,7 +117,7 @@ class SE2 {
 using SE2d = SE2<double>;
 using SE2f = SE2<float>;
 
-/// The pose a fraction `u` of the way from `a` to `b` along the constant-twist path between them.
+/// The pose at the fraction `u` of the constant-twist path from `a` to `b`.
 template <class G>
 [[nodiscard]] G interpolate(const G& a, const G& b, double u) {
   using Scalar = typename G::Scalar;

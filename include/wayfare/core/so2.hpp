@@ -9,7 +9,7 @@
 
 namespace wayfare {
 
-/// A rotation of the plane, counter-clockwise positive, held as a unit complex number.
+/// A rotation of the plane, counter-clockwise positive, stored as a unit complex number.
 template <class T>
 class SO2 {
  public:

@@ -18,7 +18,7 @@ template <class T>
       .finished();
 }
 
-/// A rotation of space, held as a unit quaternion. Tangent vectors are rotation vectors, radians.
+/// A rotation of space, stored as a unit quaternion. Tangent vectors are rotation vectors, radians.
 template <class T>
 class SO3 {
  public:
@@ -38,8 +38,8 @@ class SO3 {
   explicit SO3(const Eigen::Matrix<T, 3, 3>& rotation) : SO3(Quaternion(rotation)) {}
 
   [[nodiscard]] static SO3 identity() { return SO3(); }
-  /// The shortest rotation that turns `from` into the direction of `to`, of any length but zero; of
-  /// opposite directions one of them all.
+  /// The shortest rotation from the direction of `from` to that of `to`, both nonzero; for opposite
+  /// directions, any one of them.
   [[nodiscard]] static SO3 between(const Vector& from, const Vector& to) {
     using std::sqrt;
     const T length = sqrt(from.squaredNorm() * to.squaredNorm()), w = length + from.dot(to);
@@ -92,7 +92,7 @@ class SO3 {
   /// (144).
   [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& tau) {
     const T square = tau.squaredNorm();
-    // 1/θ² − (1 + cos θ)/(2θ sin θ) = (c₃ − 2c₄)/(2c₂), which neither zero nor π troubles.
+    // 1/θ² − (1 + cos θ)/(2θ sin θ) = (c₃ − 2c₄)/(2c₂), which is regular at both zero and π.
     const T c = (stumpff<3>(square) - T(2) * stumpff<4>(square)) / (T(2) * stumpff<2>(square));
     const Jacobian k = skew(tau);
     return Jacobian::Identity() + T(0.5) * k + c * k * k;

@@ -1,7 +1,6 @@
 #pragma once
 
-// Summaries of samples, and the chi-square distribution: how large the squared, normalised errors
-// of a consistent estimator are.
+// Summary statistics, and the chi-square distribution of squared, normalised errors.
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +13,7 @@
 
 namespace wayfare {
 
-/// What is said of a set of errors, in the errors' unit; NaN where there are none.
+/// Statistics of a set of errors, in the errors' unit; NaN where there are none.
 struct Summary {
   std::size_t count = 0;
   double mean = std::numeric_limits<double>::quiet_NaN();
@@ -58,8 +57,7 @@ inline double gamma_p_series(double a, double x) {
   return sum * std::exp(a * std::log(x) - x - std::lgamma(a));
 }
 
-// The upper one by its continued fraction (6.5.31), evaluated forwards by Lentz's method: for the
-// rest.
+// The upper one by its continued fraction (6.5.31), by Lentz's forward method: for x ≥ a + 1.
 inline double gamma_q_fraction(double a, double x) {
   double b = x + 1.0 - a, c = 1e300, d = 1.0 / b, h = d, factor = 0.0;
   for (double i = 1.0; std::abs(factor - 1.0) > 1e-16 && i < 1e5; i += 1.0) {
@@ -77,22 +75,23 @@ inline double gamma_q_fraction(double a, double x) {
 
 /// Probability that the sum of squares of `dof` standard normal numbers is below `x`.
 [[nodiscard]] inline double chi_square_probability(double x, double dof) {
-  WAYFARE_EXPECTS(dof > 0.0, "a chi-square distribution needs a degree of freedom");
+  WAYFARE_EXPECTS(dof > 0.0,
+                  "a chi-square distribution has a positive number of degrees of freedom");
   if (!(x > 0.0)) return x == x ? 0.0 : x;
   if (std::isinf(x)) return 1.0;
   const double a = 0.5 * dof, y = 0.5 * x;
   return y < a + 1.0 ? detail::gamma_p_series(a, y) : 1.0 - detail::gamma_q_fraction(a, y);
 }
 
-/// The x below which the sum of squares stays with probability `p` in [0, 1).
+/// The inverse of chi_square_probability at `p` in [0, 1).
 [[nodiscard]] inline double chi_square_quantile(double p, double dof) {
-  WAYFARE_EXPECTS(p >= 0.0 && p < 1.0, "a probability below one");
+  WAYFARE_EXPECTS(p >= 0.0 && p < 1.0, "the probability must be in [0, 1)");
   if (p == 0.0) return 0.0;
   double low = 0.0, high = dof + 1.0;
   while (chi_square_probability(high, dof) < p) low = high, high *= 2.0;
   while (high - low > 4.0 * std::numeric_limits<double>::epsilon() * high) {
     const double middle = 0.5 * (low + high);
-    if (!(middle > low && middle < high)) break;  // no number between them, as near zero
+    if (!(middle > low && middle < high)) break;  // no double between them, as near zero
     (chi_square_probability(middle, dof) < p ? low : high) = middle;
   }
   return 0.5 * (low + high);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Time is a whole number of nanoseconds on a named clock. Two clocks never mix by accident.
+// Time is a whole number of nanoseconds on a named clock. Mixing two clocks does not compile.
 
 #include <chrono>
 #include <compare>
@@ -15,10 +15,9 @@ namespace wayfare {
 
 using Duration = std::chrono::nanoseconds;
 
-/// The common time base of one recording, or of one running system: every measurement a system
-/// takes has been brought to it.
+/// The common time base of all measurements of one recording or running system.
 struct LogClock {};
-/// A sensor's own counter, before it is brought to the common time base.
+/// A sensor's own counter, before conversion to the common time base.
 struct DeviceClock {};
 /// The computer's monotonic clock.
 struct HostClock {};
@@ -38,8 +37,8 @@ class Time {
   [[nodiscard]] static constexpr Time from_nanoseconds(std::int64_t ns) {
     return Time(Duration(ns));
   }
-  /// Rounds to the nearest nanosecond; exact text belongs to the readers, which never pass by
-  /// double. Beyond ±292 years the nearest representable instant; NaN is the caller's error.
+  /// Rounds to the nearest nanosecond (the readers convert text exactly, without a double). Beyond
+  /// ±292 years the nearest representable instant; NaN violates the precondition.
   [[nodiscard]] static constexpr Time from_seconds(double s) {
     WAYFARE_EXPECTS(s == s, "an instant is a number of seconds, not NaN");
     using Limits = std::numeric_limits<std::int64_t>;
@@ -88,7 +87,7 @@ class Time {
 
 using LogTime = Time<LogClock>;
 
-/// A duration in seconds, as formulas want it.
+/// A duration in seconds.
 [[nodiscard]] constexpr double to_seconds(Duration d) {
   return static_cast<double>(d.count()) * 1e-9;
 }

@@ -1,12 +1,10 @@
 #pragma once
 
-// Snapshots of Xsens MTw trackers (Awinda) and what they moved by in between.
+// Snapshots of Xsens MTw trackers (Awinda) in order, and the motion between them.
 //
-// A tracker integrates its own rate and acceleration and sends the integrals, so that what is lost
-// on the air costs resolution, not motion. The message's meaning is not published; the scales here
-// were found from recordings and agree with the maker's export to the last digit it prints.
-
-// Snapshots of one Awinda station in the order they were taken, and the motion between them.
+// A tracker integrates its rate and acceleration and sends the integrals, so that lost packets cost
+// resolution, not motion. The message format is not published; the scales were found from
+// recordings and agree with the maker's export to the last digit printed.
 
 #include <algorithm>
 #include <array>
@@ -24,14 +22,14 @@
 
 namespace wayfare::decode {
 
-/// A tracker's integrals at the end of a frame, as they are sent.
+/// A tracker's integrals at the end of a frame, in the units of the message.
 struct AwindaSnapshot {
   std::uint32_t device = 0;
   std::uint32_t frame = 0;     ///< one for each sample period, of all trackers of a station
   bool retransmitted = false;  ///< late, and perhaps after later ones
   std::array<std::int32_t, 3> orientation{};  ///< 2^-31: three components of a unit quaternion
   std::array<std::int32_t, 3> velocity{};     ///< 2^-16 m/s, modulo 2^28
-  std::array<std::int16_t, 3> field{};        ///< 2^-12 of the Earth's at the place of calibration
+  std::array<std::int16_t, 3> field{};        ///< 2^-12 of the Earth's field where calibrated
   std::uint32_t pressure = 0;
   std::uint16_t status = 0;
   std::uint8_t clipped_acceleration = 0, clipped_rate = 0;  ///< counters
@@ -42,18 +40,18 @@ struct AwindaSnapshot {
   [[nodiscard]] bool clips_field() const { return (status & 0x1C0) != 0; }
   [[nodiscard]] bool has_new_field() const { return (status & 0x200) != 0; }
 
-  /// From the tracker to where it was when it began to integrate. The largest component is left
-  /// out; the status says which.
+  /// From the tracker's axes to those at the start of integration. The largest component is
+  /// omitted; the status contains its index.
   [[nodiscard]] Eigen::Quaterniond integrated_orientation() const {
-    const unsigned left_out = status >> 11 & 3U;
+    const unsigned omitted = status >> 11 & 3U;
     std::array<double, 4> q{};
     double rest = 1.0;
     for (unsigned i = 0; i < 3; ++i) {
       const double component = orientation[i] * 0x1p-31;
-      q[(left_out + 1 + i) % 4] = component;
+      q[(omitted + 1 + i) % 4] = component;
       rest -= component * component;
     }
-    q[left_out] = std::sqrt(std::max(0.0, rest));
+    q[omitted] = std::sqrt(std::max(0.0, rest));
     return Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
   }
   [[nodiscard]] Eigen::Vector3d field_au() const {
@@ -61,8 +59,7 @@ struct AwindaSnapshot {
   }
 };
 
-/// The snapshot in an MTData2 message of a station, with the signal strength beside it; nothing
-/// where there is none.
+/// The snapshot in an MTData2 message of a station, with its signal strength, if there is one.
 [[nodiscard]] inline std::optional<AwindaSnapshot> awinda_snapshot(Bytes data) {
   std::optional<AwindaSnapshot> found;
   std::optional<std::int8_t> rssi;
@@ -90,7 +87,7 @@ struct AwindaSnapshot {
   return found;
 }
 
-/// What a tracker felt on average between two snapshots, in its axes at the first.
+/// Mean rate and specific force between two snapshots, in the tracker's axes at the first.
 struct AwindaMotion {
   std::uint32_t device = 0;
   std::uint32_t frame = 0;   ///< of the later snapshot
@@ -109,9 +106,10 @@ namespace detail {
   return static_cast<std::int32_t>(difference << 4) >> 4;
 }
 
-/// J_l(θ)⁻¹ v of SO(3): undoes that v was felt while turning by θ (Sola et al. 2018, eq. 146).
-[[nodiscard]] inline Eigen::Vector3d without_turning(const Eigen::Vector3d& theta,
-                                                     const Eigen::Vector3d& v) {
+/// J_l(θ)⁻¹ v of SO(3): removes the effect of the rotation θ during which v was accumulated (Sola
+/// et al. 2018, eq. 146).
+[[nodiscard]] inline Eigen::Vector3d without_rotation(const Eigen::Vector3d& theta,
+                                                      const Eigen::Vector3d& v) {
   const double square = theta.squaredNorm(), half = 0.5 * std::sqrt(square);
   const double k =
       square < 1e-6 ? 1.0 / 12.0 + square / 720.0 : (1.0 - half / std::tan(half)) / square;
@@ -120,26 +118,26 @@ namespace detail {
 
 }  // namespace detail
 
-/// Motion from `a` to a later snapshot `b` of the same tracker; `period_s` is that of a frame.
+/// Motion from `a` to a later snapshot `b` of the same tracker; `period_s` is the frame period.
 [[nodiscard]] inline AwindaMotion awinda_motion(const AwindaSnapshot& a, const AwindaSnapshot& b,
                                                 double period_s) {
   AwindaMotion m{b.device, b.frame, b.frame - a.frame, {}, {}, b.field_au(), b.status};
-  const double lasts_s = period_s * m.frames;
+  const double duration_s = period_s * m.frames;
   const Eigen::Quaterniond qa = a.integrated_orientation(), qb = b.integrated_orientation();
-  Eigen::Quaterniond turn = qa.conjugate() * qb;
-  if (turn.w() < 0.0) turn.coeffs() *= -1.0;
-  const Eigen::Vector3d theta = SO3d(turn.normalized()).log();
-  Eigen::Vector3d gained;
+  Eigen::Quaterniond rotation = qa.conjugate() * qb;
+  if (rotation.w() < 0.0) rotation.coeffs() *= -1.0;
+  const Eigen::Vector3d theta = SO3d(rotation.normalized()).log();
+  Eigen::Vector3d delta_v;
   for (int i = 0; i < 3; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    gained[i] = detail::wrapped_28(b.velocity[k], a.velocity[k]) * 0x1p-16;
+    delta_v[i] = detail::wrapped_28(b.velocity[k], a.velocity[k]) * 0x1p-16;
   }
-  m.rate_radps = theta / lasts_s;
-  m.acceleration_mps2 = detail::without_turning(theta, qa.conjugate() * gained) / lasts_s;
+  m.rate_radps = theta / duration_s;
+  m.acceleration_mps2 = detail::without_rotation(theta, qa.conjugate() * delta_v) / duration_s;
   return m;
 }
 
-/// What a station's configuration message (0D) says: its own id and the trackers'.
+/// A station's configuration message (0D): its id and those of its trackers.
 struct AwindaConfiguration {
   std::uint32_t station = 0;
   double period_s = 0.0;  ///< of the station's clock, in units of 1/115200 s
@@ -160,26 +158,25 @@ struct AwindaConfiguration {
   return c;
 }
 
-/// Puts one tracker's snapshots into the order of their frames. A missing one is waited for until
-/// one `kWindow` frames later is there; then it is given up.
+/// Sorts one tracker's snapshots by frame. A missing one is dropped after `kWindow` frames.
 template <std::size_t kWindow = 32>
-class AwindaOrder {
+class AwindaReorderBuffer {
  public:
   template <class Sink>
   void add(const AwindaSnapshot& snapshot, Sink&& sink) {
-    if (!begun_) {
-      begun_ = true;
+    if (!started_) {
+      started_ = true;
       next_ = snapshot.frame;
     }
-    const auto ahead = static_cast<std::int32_t>(snapshot.frame - next_);  // comes round with it
-    if (ahead < 0 || held(snapshot.frame)) {
+    const auto ahead = static_cast<std::int32_t>(snapshot.frame - next_);  // wraps around
+    if (ahead < 0 || buffered(snapshot.frame)) {
       ++late_;
       return;
     }
-    // A jump of more than twice the window is another recording: what is held is all there is.
+    // A jump of more than twice the window is another recording: delivers what is buffered.
     if (static_cast<std::size_t>(ahead) >= 2 * kWindow) {
       finish(sink);
-      begun_ = true;
+      started_ = true;
       next_ = snapshot.frame;
     }
     while (snapshot.frame - next_ >= kWindow) step(sink);
@@ -187,28 +184,28 @@ class AwindaOrder {
     while (slots_[next_ % kWindow].full) step(sink);
   }
 
-  /// What is still waiting for missing ones.
+  /// Delivers the snapshots still buffered.
   template <class Sink>
   void finish(Sink&& sink) {
-    for (std::size_t i = 0; i < kWindow && begun_; ++i) {
+    for (std::size_t i = 0; i < kWindow && started_; ++i) {
       Slot& slot = slots_[(next_ + i) % kWindow];
       if (slot.full) sink(static_cast<const AwindaSnapshot&>(slot.snapshot));
       slot.full = false;
     }
-    begun_ = false;
+    started_ = false;
   }
 
-  [[nodiscard]] std::uint64_t late() const { return late_; }  ///< too late, or twice: not given
-  [[nodiscard]] std::uint64_t missing() const { return missing_; }  ///< given up
+  [[nodiscard]] std::uint64_t late() const { return late_; }        ///< late or duplicate
+  [[nodiscard]] std::uint64_t missing() const { return missing_; }  ///< dropped
 
  private:
   struct Slot {
     AwindaSnapshot snapshot;
     bool full = false;
   };
-  static_assert((kWindow & (kWindow - 1)) == 0, "frames come round at a power of two");
+  static_assert((kWindow & (kWindow - 1)) == 0, "the window must be a power of two");
 
-  [[nodiscard]] bool held(std::uint32_t frame) const {
+  [[nodiscard]] bool buffered(std::uint32_t frame) const {
     const Slot& slot = slots_[frame % kWindow];
     return slot.full && slot.snapshot.frame == frame;
   }
@@ -226,15 +223,15 @@ class AwindaOrder {
 
   std::array<Slot, kWindow> slots_{};
   std::uint32_t next_ = 0;
-  bool begun_ = false;
+  bool started_ = false;
   std::uint64_t late_ = 0, missing_ = 0;
 };
 
-/// The trackers of a station: snapshots in as they come, motions out, each tracker's in order.
+/// The trackers of a station: takes snapshots in any order, delivers ordered motions.
 template <std::size_t kTrackers = 32, std::size_t kWindow = 32>
 class AwindaStation {
  public:
-  /// `period_s`: of a frame, the station's output rate.
+  /// `period_s`: the frame period, from the station's output rate.
   explicit AwindaStation(double period_s) : period_s_(period_s) {}
 
   /// Calls `sink(const AwindaMotion&)`.
@@ -252,12 +249,12 @@ class AwindaStation {
     for (std::size_t i = 0; i < trackers_; ++i) {
       Tracker& tracker = all_[i];
       tracker.order.finish([&](const AwindaSnapshot& s) { follow(tracker, s, sink); });
-      tracker.has_before = false;
+      tracker.has_previous = false;
     }
   }
 
   [[nodiscard]] std::size_t trackers() const { return trackers_; }
-  /// Snapshots of trackers there was no room for.
+  /// Snapshots of trackers beyond `kTrackers`.
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
   [[nodiscard]] std::uint64_t late() const {
     std::uint64_t sum = 0;
@@ -273,9 +270,9 @@ class AwindaStation {
  private:
   struct Tracker {
     std::uint32_t device = 0;
-    bool has_before = false;
-    AwindaSnapshot before;
-    AwindaOrder<kWindow> order;
+    bool has_previous = false;
+    AwindaSnapshot previous;
+    AwindaReorderBuffer<kWindow> order;
   };
 
   Tracker* find(std::uint32_t device) {
@@ -287,9 +284,9 @@ class AwindaStation {
   }
   template <class Sink>
   void follow(Tracker& tracker, const AwindaSnapshot& s, Sink& sink) {
-    if (tracker.has_before) sink(awinda_motion(tracker.before, s, period_s_));
-    tracker.before = s;
-    tracker.has_before = true;
+    if (tracker.has_previous) sink(awinda_motion(tracker.previous, s, period_s_));
+    tracker.previous = s;
+    tracker.has_previous = true;
   }
 
   double period_s_;

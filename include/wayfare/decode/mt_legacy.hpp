@@ -1,6 +1,6 @@
 #pragma once
 
-// Xsens MTData, the message before MTData2: no ids, only an order that two settings describe.
+// Xsens MTData, the predecessor of MTData2: fields without ids, in an order given by two settings.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace wayfare::decode {
 
-/// What the device was told by SetOutputMode and SetOutputSettings.
+/// The device's SetOutputMode and SetOutputSettings.
 struct MtLegacyLayout {
   std::uint16_t mode = 0;
   std::uint32_t settings = 0;
@@ -39,7 +39,7 @@ struct MtLegacySample {
 
 namespace detail {
 
-/// Reads from the front; once anything is missing all that follows is.
+/// Reads from the front; once anything is missing, every later read fails.
 class MtCursor {
  public:
   MtCursor(Bytes data, MtPrecision precision) : data_(data), precision_(precision) {}
@@ -102,8 +102,8 @@ inline void take_orientation(MtCursor& in, std::uint32_t settings, MtSample& out
 
 }  // namespace detail
 
-/// The content of an MTData message of this layout; nothing where it is not exactly as long as the
-/// layout says, or a layout with a receiver's raw data (mode 1000), which is not read.
+/// The content of an MTData message of this layout; nullopt where its length does not match the
+/// layout, or where the layout includes a receiver's raw data (mode 1000), which is not supported.
 [[nodiscard]] inline std::optional<MtLegacySample> mt_legacy_sample(Bytes data,
                                                                     const MtLegacyLayout& layout) {
   const std::uint16_t mode = layout.mode;

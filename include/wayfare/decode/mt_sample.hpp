@@ -1,8 +1,6 @@
 #pragma once
 
-// What an Xsens MTi or MTw says in one message, whichever parts of it are there.
-
-// From what Xsens devices say to the library's measurements.
+// The content of one Xsens MTi or MTw message, and its conversion to measurements.
 
 #include <array>
 #include <cstdint>
@@ -21,12 +19,12 @@
 
 namespace wayfare::decode {
 
-/// The frame orientations and velocities are given in.
+/// The reference frame of orientations and velocities.
 enum class MtFrame : std::uint8_t { enu = 0, ned = 4, nwu = 8 };
 
 struct MtSample {
-  std::optional<std::uint16_t> packet_counter;    ///< comes round after 65 535
-  std::optional<std::uint32_t> sample_time_fine;  ///< 0.1 ms; comes round, at 2³² or after a day
+  std::optional<std::uint16_t> packet_counter;    ///< wraps around after 65 535
+  std::optional<std::uint32_t> sample_time_fine;  ///< 0.1 ms; wraps around at 2³² or after a day
   std::optional<std::uint32_t> sample_time_coarse;  ///< s
   std::optional<MtUtc> utc;
   std::optional<std::uint8_t> status_byte;
@@ -38,7 +36,7 @@ struct MtSample {
   std::optional<Eigen::Vector3d> delta_v_mps, rate_radps;
   std::optional<Eigen::Vector3d> acceleration_hr_mps2, rate_hr_radps;
   std::optional<Eigen::Vector3d>
-      magnetic_field_au;  ///< the Earth's at the place of calibration is 1
+      magnetic_field_au;  ///< in units of the Earth's field where calibrated
   std::optional<Eigen::Vector4d> delta_q, quaternion;  ///< w, x, y, z; sensor to `frame`
   std::optional<Eigen::Vector3d> euler_deg;            ///< roll, pitch, yaw
   std::optional<Eigen::Matrix3d> rotation_matrix;
@@ -47,13 +45,13 @@ struct MtSample {
   std::optional<Eigen::Vector3d> velocity_mps, position_ecef_m;
   std::optional<MtGnss> gnss;
   std::optional<std::int8_t> rssi_dbm;
-  MtFrame frame = MtFrame::enu;  ///< of the orientation, or of what else has one
-  std::uint16_t unknown = 0;     ///< packets that were none of these, or not of their length
+  MtFrame frame = MtFrame::enu;  ///< of the orientation, acceleration or velocity
+  std::uint16_t unknown = 0;     ///< packets of another id or of a wrong length
 };
 
 namespace detail {
 
-/// `N` numbers as an Eigen vector; false where the packet does not hold them.
+/// `N` numbers as an Eigen vector; false where the packet has another length.
 template <std::size_t N>
 bool take(const MtPacket& p, std::optional<Eigen::Matrix<double, int(N), 1>>& to) {
   const auto values = p.reals<N>();
@@ -78,7 +76,7 @@ inline bool take_matrix(const MtPacket& p, std::optional<Eigen::Matrix3d>& to) {
   return values.has_value();
 }
 
-/// Puts one packet where it belongs; false where it is not known or not of its length.
+/// Stores one packet; false where its id is unknown or its length wrong.
 inline bool take_packet(const MtPacket& p, MtSample& s) {
   switch (p.kind()) {
     case 0x0810:
@@ -145,7 +143,7 @@ inline bool take_packet(const MtPacket& p, MtSample& s) {
 
 }  // namespace detail
 
-/// The content of an MTData2 message; nothing where its packets are longer than it is.
+/// The content of an MTData2 message; nullopt where its packets exceed its length.
 [[nodiscard]] inline std::optional<MtSample> mt_sample(Bytes data) {
   MtSample sample;
   const bool whole = for_each_mt_packet(data, [&](const MtPacket& packet) {
@@ -155,14 +153,14 @@ inline bool take_packet(const MtPacket& p, MtSample& s) {
   return whole ? std::optional(sample) : std::nullopt;
 }
 
-/// Rate and acceleration; nothing where one of them is missing.
+/// Rate and acceleration; nullopt where either is missing.
 [[nodiscard]] inline std::optional<ImuSample> to_imu_sample(const MtSample& sample, LogTime time) {
   if (!sample.rate_radps || !sample.acceleration_mps2) return std::nullopt;
   return ImuSample{time, *sample.rate_radps, *sample.acceleration_mps2};
 }
 
-/// Whatever of the nine axes is there. `earth_field_uT` is the strength of the Earth's field where
-/// the device's magnetometer was calibrated, which it calls 1.
+/// The available measurements. `earth_field_uT` is the strength of the Earth's field where the
+/// device's magnetometer was calibrated, the unit of its readings.
 [[nodiscard]] inline MargSample to_marg_sample(const MtSample& sample, LogTime time,
                                                double earth_field_uT = 49.0) {
   MargSample marg;
@@ -184,23 +182,23 @@ inline bool take_packet(const MtPacket& p, MtSample& s) {
   return marg;
 }
 
-/// A counter that comes round, as one that does not: SampleTimeFine at 2³² or at 864 000 000,
-/// PacketCounter at 65 536, frames at 2³². Steps back by less than half a round go back.
-class RoundCounter {
+/// Unwraps a counter: SampleTimeFine at 2³² or at 864 000 000, PacketCounter at 65 536, frames at
+/// 2³². Steps back by less than half the period remain steps back.
+class CounterUnwrapper {
  public:
-  explicit RoundCounter(std::uint64_t round) : round_(static_cast<std::int64_t>(round)) {}
+  explicit CounterUnwrapper(std::uint64_t period) : period_(static_cast<std::int64_t>(period)) {}
 
   [[nodiscard]] std::int64_t at(std::uint32_t count) {
-    std::int64_t step = (static_cast<std::int64_t>(count) - total_) % round_;
-    if (step < 0) step += round_;
-    if (begun_ && step > round_ / 2) step -= round_;
-    begun_ = true;
+    std::int64_t step = (static_cast<std::int64_t>(count) - total_) % period_;
+    if (step < 0) step += period_;
+    if (started_ && step > period_ / 2) step -= period_;
+    started_ = true;
     return total_ += step;
   }
 
  private:
-  std::int64_t round_, total_ = 0;
-  bool begun_ = false;
+  std::int64_t period_, total_ = 0;
+  bool started_ = false;
 };
 
 }  // namespace wayfare::decode

@@ -1,7 +1,7 @@
 #pragma once
 
-// Packets out of the byte stream of a SLAMTEC RPLIDAR: descriptors, single answers, nodes and
-// capsules, whichever the last descriptor announced.
+// Packets from the byte stream of a SLAMTEC RPLIDAR: descriptors, single responses, nodes and
+// capsules, of the type the last descriptor announced.
 
 #include <algorithm>
 #include <chrono>
@@ -19,37 +19,37 @@
 
 namespace wayfare::decode {
 
-/// Framing of what an RPLIDAR sends. Outside of a known answer only a descriptor is looked for. A
-/// request ends the answer before it, so after sending one call `expect_reply()`; without it a
-/// descriptor is recognised as well, but a short answer behind a cut capsule has to wait.
+/// Framing of an RPLIDAR's stream. Outside a known response only a descriptor is searched for. A
+/// request ends the previous response, so call `expect_reply()` after sending one; a descriptor is
+/// recognised without it, but a short response after a truncated capsule is delayed.
 ///
-/// Nodes have three check bits and no checksum. One that follows another is taken where the bits
-/// are right, the angle went on by less than 10°, and the next node does too, or none begins inside
-/// it. After damage the place is chosen of five whose nodes, up to twelve, go on longest in this
-/// way, at least three.
+/// Nodes have three check bits and no checksum. A node after another one is accepted where its bits
+/// are right, its angle is within 10° of the previous one, and the same is true of the next node or
+/// no node begins inside it. After damage, the offset out of five with the longest chain of such
+/// nodes, three to twelve, is chosen.
 class RplidarFraming {
  public:
   using Message = RplidarPacket;
   static constexpr std::size_t kCapacity = 256;
 
   RplidarFraming() = default;
-  /// For a stream that begins inside an answer.
-  explicit RplidarFraming(RplidarAnswer inside) { begin(inside); }
+  /// For a stream that begins inside a response.
+  explicit RplidarFraming(RplidarResponse inside) { expect(inside); }
 
-  void expect_reply() { begin(RplidarAnswer::none); }
+  void expect_reply() { expect(RplidarResponse::none); }
 
   Look look(const Front& front, DecoderStatistics& statistics) {
     examined_ += std::min<std::size_t>(front.bytes.size(), kCapacity);
     is_descriptor_ = false;
-    switch (answer_) {
-      case RplidarAnswer::none:
+    switch (response_) {
+      case RplidarResponse::none:
         return look_for_descriptor(front);
-      case RplidarAnswer::node:
+      case RplidarResponse::node:
         return look_for_node(front, statistics);
-      case RplidarAnswer::express:
-      case RplidarAnswer::dense:
+      case RplidarResponse::express:
+      case RplidarResponse::dense:
         return look_for_capsule(front, 84, statistics);
-      case RplidarAnswer::ultra:
+      case RplidarResponse::ultra:
         return look_for_capsule(front, 132, statistics);
       default:
         return take_reply(front);
@@ -58,7 +58,7 @@ class RplidarFraming {
 
   template <class Sink>
   void deliver(Bytes bytes, std::uint64_t position, Sink& sink) {
-    const RplidarPacket packet(is_descriptor_ ? answer_ : delivered_, is_descriptor_, position,
+    const RplidarPacket packet(is_descriptor_ ? response_ : delivered_, is_descriptor_, position,
                                bytes);
     sink(packet);
   }
@@ -66,22 +66,22 @@ class RplidarFraming {
 
  private:
   static constexpr std::size_t kNode = 5, kChain = kRplidarChain, kLeastChain = 3;
-  static constexpr std::size_t kSight = kNode * kChain + 4;  ///< bytes of twelve nodes, five places
+  static constexpr std::size_t kWindow = kNode * kChain + 4;  ///< twelve nodes at five offsets
 
-  void begin(RplidarAnswer answer, std::uint32_t length = 0) {
-    answer_ = answer;
+  void expect(RplidarResponse response, std::uint32_t length = 0) {
+    response_ = response;
     length_ = length;
     locked_ = true;
     last_angle_ = -1;
   }
 
   Look take_descriptor(const RplidarDescriptor& d) {
-    begin(d.answer, d.length);
+    expect(d.response, d.length);
     is_descriptor_ = true;
     return Look::frame(RplidarDescriptor::kBytes);
   }
 
-  /// Where in `b` a descriptor begins, or may begin where more bytes are to come; else b.size().
+  /// Where in `b` a descriptor begins, or may begin when more bytes can follow; else b.size().
   static std::size_t find_descriptor(Bytes b, bool ended) {
     for (std::size_t i = 0; i < b.size(); ++i) {
       if (b[i] != 0xA5) continue;
@@ -105,9 +105,9 @@ class RplidarFraming {
 
   Look take_reply(const Front& front) {
     if (front.bytes.size() < length_) return Look::need(length_);
-    delivered_ = answer_;
+    delivered_ = response_;
     const std::size_t n = length_;
-    begin(RplidarAnswer::none);
+    expect(RplidarResponse::none);
     return Look::frame(n);
   }
 
@@ -121,30 +121,30 @@ class RplidarFraming {
       if (const auto d = rplidar_descriptor(b)) return take_descriptor(*d);
     }
     if (b.size() < size) return Look::need(size);
-    delivered_ = answer_;
+    delivered_ = response_;
     if (is_rplidar_capsule(b.first(size))) return Look::frame(size);
     ++statistics.checksum_failures;
     return Look::skip(1);
   }
 
   Look look_for_node(const Front& front, DecoderStatistics& statistics) {
-    return look_at_nodes(front, locked_ ? 2 * kNode : kSight, statistics);
+    return look_at_nodes(front, locked_ ? 2 * kNode : kWindow, statistics);
   }
 
-  /// The nodes in the first `sight` bytes, up to where a descriptor begins.
-  Look look_at_nodes(const Front& front, std::size_t sight, DecoderStatistics& statistics) {
-    const std::size_t with_descriptor = sight + RplidarDescriptor::kBytes - 1;
+  /// The nodes in the first `window` bytes, up to a descriptor.
+  Look look_at_nodes(const Front& front, std::size_t window, DecoderStatistics& statistics) {
+    const std::size_t with_descriptor = window + RplidarDescriptor::kBytes - 1;
     const Bytes b = front.bytes.first(std::min(front.bytes.size(), with_descriptor));
-    if (b.size() < sight && !front.ended) return Look::need(sight);
+    if (b.size() < window && !front.ended) return Look::need(window);
     const std::size_t descriptor = find_descriptor(b, front.ended);
-    if (descriptor < std::min(sight, b.size())) {
+    if (descriptor < std::min(window, b.size())) {
       if (b.size() - descriptor < RplidarDescriptor::kBytes && !front.ended)
         return Look::need(b.size() + 1);
       if (descriptor == 0) return take_descriptor(*rplidar_descriptor(b));
     }
     const Bytes nodes = b.first(std::min(descriptor, b.size()));
     if (nodes.size() < kNode) return Look::skip(nodes.size());
-    delivered_ = RplidarAnswer::node;
+    delivered_ = RplidarResponse::node;
     if (!locked_) return relock(nodes);
     const std::uint8_t* p = nodes.data();
     if (!is_rplidar_node(p) ||
@@ -152,8 +152,8 @@ class RplidarFraming {
       return unlock(front, statistics);
     if (nodes.size() < 2 * kNode || rplidar_chain(nodes.first(2 * kNode), 0) == 2)
       return take_node(p);
-    // What follows is damaged, or this is put together of two halves and a whole one begins in it.
-    if (sight < kSight) return look_at_nodes(front, kSight, statistics);
+    // What follows is damaged, or this is composed of two halves and a whole node begins inside it.
+    if (window < kWindow) return look_at_nodes(front, kWindow, statistics);
     for (std::size_t shift = 1; shift < kNode; ++shift)
       if (rplidar_chain(nodes, shift) >= kLeastChain) return unlock(front, statistics);
     return take_node(p);
@@ -170,9 +170,9 @@ class RplidarFraming {
     for (std::size_t shift = 1; shift < kNode; ++shift)
       if (rplidar_chain(b, shift) > here) return Look::skip(1);
     if (here == 0) return Look::skip(1);
-    const bool goes_on =
+    const bool continues =
         last_angle_ >= 0 && rplidar_follows(rplidar_node_angle(b.data()), last_angle_);
-    return goes_on || here >= kLeastChain ? take_node(b.data()) : Look::skip(1);
+    return continues || here >= kLeastChain ? take_node(b.data()) : Look::skip(1);
   }
 
   Look take_node(const std::uint8_t* p) {
@@ -181,24 +181,24 @@ class RplidarFraming {
     return Look::frame(kNode);
   }
 
-  RplidarAnswer answer_ = RplidarAnswer::none;     ///< being received
-  RplidarAnswer delivered_ = RplidarAnswer::none;  ///< what the frame just found is
+  RplidarResponse response_ = RplidarResponse::none;   ///< being received
+  RplidarResponse delivered_ = RplidarResponse::none;  ///< type of the frame just found
   std::uint32_t length_ = 0;
   bool is_descriptor_ = false;
   bool locked_ = true;
-  int last_angle_ = -1;  ///< of the node before, 1/64°
+  int last_angle_ = -1;  ///< of the previous node, 1/64°
   std::uint64_t examined_ = 0;
 };
 
 using RplidarDecoder = StreamDecoder<RplidarFraming>;
 
-/// From an RPLIDAR's bytes, while they come, to whole turns with the times of their points.
+/// Decodes an RPLIDAR's byte stream into whole revolutions with the times of their points.
 class RplidarStream {
  public:
   explicit RplidarStream(int baud) : baud_(baud) {}
 
-  /// Takes the next bytes, the last of which arrived at `arrived`; calls `sink(const RplidarTurn&)`
-  /// with every whole turn they end.
+  /// Takes the next bytes, the last of which arrived at `arrived`; calls `sink(const
+  /// RplidarRevolution&)` with every whole revolution they complete.
   template <class Sink>
   void feed(Bytes bytes, LogTime arrived, Sink&& sink) {
     fed_ += bytes.size();
@@ -210,20 +210,20 @@ class RplidarStream {
  private:
   template <class Sink>
   void take(const RplidarPacket& packet, LogTime arrived, Sink& sink) {
-    if (packet.answer() == RplidarAnswer::sample_rate && !packet.is_descriptor()) {
+    if (packet.response() == RplidarResponse::sample_rate && !packet.is_descriptor()) {
       rate_ = rplidar_sample_rate(packet.bytes()).value_or(rate_);
       return;
     }
-    // A new request began in the middle of a turn.
-    if (packet.is_descriptor()) turns_.finish([](const RplidarTurn&) {});
-    const bool nodes = packet.answer() == RplidarAnswer::node;
+    // A new request began in the middle of a revolution.
+    if (packet.is_descriptor()) revolutions_.finish([](const RplidarRevolution&) {});
+    const bool nodes = packet.response() == RplidarResponse::node;
     const Duration sample = std::chrono::microseconds(nodes ? rate_.standard_us : rate_.express_us);
     const std::uint64_t end = packet.position() + packet.bytes().size();
     const LogTime last =
-        arrived - line_time(fed_ - end, baud_) - rplidar_delay(packet.answer(), sample, baud_);
+        arrived - line_time(fed_ - end, baud_) - rplidar_delay(packet.response(), sample, baud_);
     unpacker_.add(packet, [&](std::span<const RplidarPoint> points) {
-      turns_.add(points, last, sample, [&](const RplidarTurn& turn) {
-        if (turn.whole) sink(turn);
+      revolutions_.add(points, last, sample, [&](const RplidarRevolution& revolution) {
+        if (revolution.whole) sink(revolution);
       });
     });
   }
@@ -231,8 +231,8 @@ class RplidarStream {
   int baud_;
   RplidarDecoder decoder_;
   RplidarUnpacker unpacker_;
-  RplidarTurns<> turns_;
-  /// Samples of an A1 until the device says otherwise: 2000 nodes a second, 4000 in capsules.
+  RplidarRevolutions<> revolutions_;
+  /// An A1's, until the device reports its own: 2000 nodes per second, 4000 in capsules.
   RplidarSampleRate rate_ = {500, 250};
   std::uint64_t fed_ = 0;
 };

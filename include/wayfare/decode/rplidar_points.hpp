@@ -1,6 +1,6 @@
 #pragma once
 
-// Points out of an RPLIDAR's nodes and capsules, with the arithmetic of the makers' own unpacker
+// Points from an RPLIDAR's nodes and capsules, with the arithmetic of the maker's own unpacker
 // (Slamtec/rplidar_sdk, dataunpacker), so that they agree bit for bit.
 
 #include <algorithm>
@@ -18,13 +18,13 @@ namespace wayfare::decode {
 /// One measurement. Angles grow clockwise seen from above.
 struct RplidarPoint {
   std::uint16_t angle_q6 = 0;     ///< 1/64°, below 360°
-  std::uint32_t distance_q2 = 0;  ///< 1/4 mm; 0: nothing came back
-  std::uint8_t quality = 0;       ///< of the echo, 0 to 63; capsules do not say it
-  bool start_of_turn = false;
+  std::uint32_t distance_q2 = 0;  ///< 1/4 mm; 0: no return
+  std::uint8_t quality = 0;       ///< of the echo, 0 to 63; not in capsules
+  bool start_of_revolution = false;
 
   [[nodiscard]] double angle_deg() const { return angle_q6 / 64.0; }
   [[nodiscard]] double distance_m() const { return distance_q2 / 4000.0; }
-  /// The unit newer devices and the makers' library use: 90° are 2^14.
+  /// In the unit of newer devices and the maker's library: 90° are 2^14.
   [[nodiscard]] std::uint16_t angle_z_q14() const {
     return static_cast<std::uint16_t>((std::uint32_t{angle_q6} << 8) / 90U);
   }
@@ -38,7 +38,7 @@ struct RplidarPoint {
 
 namespace detail {
 
-/// Angles of a capsule's points: evenly from its start to the next one's.
+/// Angles of a capsule's points: evenly spaced from its start to the next one's.
 struct CapsuleAngles {
   int angle_q16 = 0, step_q16 = 0;
 
@@ -46,7 +46,7 @@ struct CapsuleAngles {
     const int span_q6 = next_q6 - start_q6 + (next_q6 < start_q6 ? 360 * 64 : 0);
     step_q16 = (span_q6 << 10) / points;
   }
-  /// The next point, this much before its place.
+  /// The next point, `offset_q16` before its nominal angle.
   RplidarPoint next(std::uint32_t distance_q2, int offset_q16) {
     int q6 = (angle_q16 - offset_q16) >> 10;
     q6 += q6 < 0 ? 360 * 64 : 0;
@@ -59,7 +59,7 @@ struct CapsuleAngles {
   }
 };
 
-/// A distance of the ultra capsule: coarser the farther.
+/// A distance of the ultra capsule: the resolution decreases with distance.
 struct VariableScale {
   int value = 0, level = 0;
 
@@ -75,7 +75,7 @@ struct VariableScale {
   }
 };
 
-/// How far the beam's foot makes a near point appear turned (ultra capsules), degrees · 2^16.
+/// Angle error of near points due to the beam's offset from the axis (ultra), degrees · 2^16.
 [[nodiscard]] inline int ultra_offset_q16(std::uint32_t distance_q2) {
   constexpr double kPi = 3.1415926535;
   int radians_q16 = static_cast<int>(7.5 * kPi * (1 << 16) / 180.0);
@@ -88,30 +88,31 @@ struct VariableScale {
 
 }  // namespace detail
 
-/// Turns packets into points. A capsule's points need the start of the next one: they come with it,
-/// and not at all where bytes were lost between the two.
+/// Converts packets to points. A capsule's points need the start angle of the next one: they are
+/// delivered with it, and dropped where bytes were lost between the two.
 class RplidarUnpacker {
  public:
-  /// Calls `sink(std::span<const RplidarPoint>)` where the packet gives points: at most 96.
+  /// Calls `sink(std::span<const RplidarPoint>)` where the packet completes points, at most 96.
   template <class Sink>
   void add(const RplidarPacket& packet, Sink&& sink) {
     const Bytes b = packet.bytes();
-    if (packet.is_descriptor()) return forget();
-    if (packet.answer() == RplidarAnswer::node) {
+    if (packet.is_descriptor()) return reset();
+    if (packet.response() == RplidarResponse::node) {
       points_[0] = rplidar_node(b);
       return sink(std::span<const RplidarPoint>(points_.data(), 1));
     }
     if (b.size() != 84 && b.size() != 132) return;
-    const bool first = (b[3] & 0x80) != 0;  // after the start, or where the encoder began anew
-    if (!first && held_ == b.size() && packet.position() == end_ && packet.answer() == answer_)
+    const bool first = (b[3] & 0x80) != 0;  // the first after a start or a reset of the encoder
+    if (!first && length_ == b.size() && packet.position() == end_ &&
+        packet.response() == response_)
       sink(std::span<const RplidarPoint>(points_.data(), unpack(b)));
     std::copy(b.begin(), b.end(), capsule_.begin());
-    held_ = b.size();
+    length_ = b.size();
     end_ = packet.position() + b.size();
-    answer_ = packet.answer();
+    response_ = packet.response();
   }
 
-  void forget() { held_ = 0; }
+  void reset() { length_ = 0; }
 
  private:
   static int start_q6(const std::uint8_t* capsule) {
@@ -119,8 +120,8 @@ class RplidarUnpacker {
   }
 
   std::size_t unpack(Bytes next) {
-    if (answer_ == RplidarAnswer::express) return unpack_express(next);
-    return answer_ == RplidarAnswer::dense ? unpack_dense(next) : unpack_ultra(next);
+    if (response_ == RplidarResponse::express) return unpack_express(next);
+    return response_ == RplidarResponse::dense ? unpack_dense(next) : unpack_ultra(next);
   }
 
   std::size_t unpack_express(Bytes next) {
@@ -160,17 +161,17 @@ class RplidarUnpacker {
     return 96;
   }
 
-  /// A distance said as its difference from another; the ends of the scale say there is none.
+  /// A distance coded as the difference from another; the ends of the scale mean no return.
   static std::uint32_t predicted(std::int32_t difference, const detail::VariableScale& base) {
     if (difference == -512 || difference == 511) return 0;
     const int value = difference * (1 << base.level) + base.value;
     return value > 0 ? static_cast<std::uint32_t>(value) << 2 : 0;
   }
 
-  std::array<std::uint8_t, 132> capsule_{};  ///< the one before
-  std::size_t held_ = 0;                     ///< its length, 0 for none
+  std::array<std::uint8_t, 132> capsule_{};  ///< the previous one
+  std::size_t length_ = 0;                   ///< its length, 0 for none
   std::uint64_t end_ = 0;
-  RplidarAnswer answer_ = RplidarAnswer::none;
+  RplidarResponse response_ = RplidarResponse::none;
   std::array<RplidarPoint, 96> points_{};
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// What is said to a SLAMTEC RPLIDAR and what it answers once (SLAMTEC, RPLIDAR Interface Protocol
-// and Application Notes, rev. 2.2). Little endian.
+// Requests to a SLAMTEC RPLIDAR and its single responses (SLAMTEC, RPLIDAR Interface Protocol and
+// Application Notes, rev. 2.2). Little endian.
 
 #include <array>
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace wayfare::decode {
 
-/// Bytes to be sent, all within five seconds.
+/// Bytes to send, all within five seconds.
 struct RplidarRequest {
   std::array<std::uint8_t, 16> content{};
   std::size_t size = 0;
@@ -23,7 +23,7 @@ struct RplidarRequest {
 
 namespace detail {
 
-/// A5, command, and where there is a payload its length, itself and the XOR of all before.
+/// A5, command, and with a payload: its length, the payload and the XOR of all bytes before.
 constexpr RplidarRequest rplidar_request(std::uint8_t command,
                                          std::initializer_list<unsigned> payload = {}) {
   RplidarRequest request;
@@ -43,22 +43,22 @@ constexpr RplidarRequest rplidar_request(std::uint8_t command,
 
 }  // namespace detail
 
-/// Ends a scan; no answer. Wait 20 ms: what was under way still comes.
+/// Ends a scan; no response. Wait 20 ms: data already sent still arrives.
 constexpr RplidarRequest rplidar_stop() { return detail::rplidar_request(0x25); }
-/// Restarts the device, which says so in text; no answer. Wait half a second.
+/// Restarts the device, which prints a text; no response. Wait half a second.
 constexpr RplidarRequest rplidar_reset() { return detail::rplidar_request(0x40); }
-/// Starts a scan of single nodes; `force`: without waiting for the turn to be steady.
+/// Starts a scan of single nodes; `force`: without waiting for a steady rotation.
 constexpr RplidarRequest rplidar_scan(bool force = false) {
   return detail::rplidar_request(force ? 0x21 : 0x20);
 }
-/// Starts a scan of capsules. Mode 0 is the oldest; the others are asked for with rplidar_conf.
+/// Starts a scan of capsules. Mode 0 is the oldest; the others are queried with rplidar_get_conf.
 constexpr RplidarRequest rplidar_express_scan(std::uint8_t mode = 0) {
   return detail::rplidar_request(0x82, {mode, 0, 0, 0, 0});
 }
 constexpr RplidarRequest rplidar_get_info() { return detail::rplidar_request(0x50); }
 constexpr RplidarRequest rplidar_get_health() { return detail::rplidar_request(0x52); }
 constexpr RplidarRequest rplidar_get_sample_rate() { return detail::rplidar_request(0x59); }
-/// Asks for a setting (firmware 1.24 and later); those of 0x71, 0x74, 0x75, 0x7F are of a mode.
+/// Queries a setting (firmware 1.24 and later); keys 0x71, 0x74, 0x75, 0x7F are per mode.
 constexpr RplidarRequest rplidar_get_conf(std::uint32_t key) {
   return detail::rplidar_request(0x84, {key, key >> 8, key >> 16, key >> 24});
 }
@@ -71,13 +71,13 @@ constexpr RplidarRequest rplidar_get_conf(std::uint32_t key, std::uint16_t mode)
 constexpr RplidarRequest rplidar_motor_pwm(std::uint16_t duty) {
   return detail::rplidar_request(0xF0, {duty, static_cast<unsigned>(duty >> 8)});
 }
-/// S series: speed of the motor in turns a minute, 0 for off.
+/// S series: speed of the motor in revolutions per minute, 0 for off.
 constexpr RplidarRequest rplidar_motor_speed(std::uint16_t rpm) {
   return detail::rplidar_request(0xA8, {rpm, static_cast<unsigned>(rpm >> 8)});
 }
 
-/// What an answer is, as its descriptor says.
-enum class RplidarAnswer : std::uint8_t {
+/// The type of a response, from its descriptor.
+enum class RplidarResponse : std::uint8_t {
   none = 0,
   info = 0x04,
   health = 0x06,
@@ -91,35 +91,35 @@ enum class RplidarAnswer : std::uint8_t {
   board_flags = 0xFF,
 };
 
-/// The seven bytes in front of an answer.
+/// The seven bytes in front of a response.
 struct RplidarDescriptor {
   static constexpr std::size_t kBytes = 7;
-  RplidarAnswer answer = RplidarAnswer::none;
+  RplidarResponse response = RplidarResponse::none;
   std::uint32_t length = 0;  ///< of each packet
   bool stream = false;       ///< packets follow each other until the next request
 };
 
-/// Whether this answer exists with this length: 7 bytes that say so are no accident.
+/// Whether this response exists with this length: seven matching bytes are hardly accidental.
 [[nodiscard]] constexpr bool is_known(const RplidarDescriptor& d) {
-  switch (d.answer) {
-    case RplidarAnswer::info:
+  switch (d.response) {
+    case RplidarResponse::info:
       return !d.stream && d.length == 20;
-    case RplidarAnswer::health:
+    case RplidarResponse::health:
       return !d.stream && d.length == 3;
-    case RplidarAnswer::sample_rate:
+    case RplidarResponse::sample_rate:
       return !d.stream && d.length == 4;
-    case RplidarAnswer::conf:
+    case RplidarResponse::conf:
       return !d.stream && d.length >= 4 && d.length <= 255;
-    case RplidarAnswer::conf_set:
+    case RplidarResponse::conf_set:
       return !d.stream && d.length == 8;
-    case RplidarAnswer::board_flags:
+    case RplidarResponse::board_flags:
       return !d.stream && d.length == 4;
-    case RplidarAnswer::node:
+    case RplidarResponse::node:
       return d.stream && d.length == 5;
-    case RplidarAnswer::express:
-    case RplidarAnswer::dense:
+    case RplidarResponse::express:
+    case RplidarResponse::dense:
       return d.stream && d.length == 84;
-    case RplidarAnswer::ultra:
+    case RplidarResponse::ultra:
       return d.stream && d.length == 132;
     default:
       return false;
@@ -130,7 +130,8 @@ struct RplidarDescriptor {
 [[nodiscard]] inline std::optional<RplidarDescriptor> rplidar_descriptor(Bytes b) {
   if (b.size() < RplidarDescriptor::kBytes || b[0] != 0xA5 || b[1] != 0x5A) return std::nullopt;
   const auto word = load_le<std::uint32_t>(&b[2]);
-  const RplidarDescriptor d{static_cast<RplidarAnswer>(b[6]), word & 0x3FFFFFFFU, word >> 30 == 1};
+  const RplidarDescriptor d{static_cast<RplidarResponse>(b[6]), word & 0x3FFFFFFFU,
+                            word >> 30 == 1};
   return word >> 30 <= 1 && is_known(d) ? std::optional(d) : std::nullopt;
 }
 
@@ -142,7 +143,7 @@ struct RplidarInfo {
 
 struct RplidarHealth {
   enum class Status : std::uint8_t { good = 0, warning = 1, error = 2 };
-  Status status = Status::error;  ///< after an error only a reset helps
+  Status status = Status::error;  ///< after an error a reset is required
   std::uint16_t code = 0;
 };
 
@@ -151,7 +152,7 @@ struct RplidarSampleRate {
   std::uint16_t standard_us = 0, express_us = 0;
 };
 
-/// A setting asked for with rplidar_get_conf; the value's meaning depends on the key.
+/// A setting queried with rplidar_get_conf; the value's meaning depends on the key.
 struct RplidarConf {
   std::uint32_t key = 0;
   Bytes value;

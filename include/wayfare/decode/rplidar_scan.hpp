@@ -1,6 +1,6 @@
 #pragma once
 
-// Whole turns of an RPLIDAR, and the library's scan made of one.
+// Full revolutions of an RPLIDAR, and their conversion to a LaserScan.
 
 #include <algorithm>
 #include <array>
@@ -23,33 +23,34 @@ struct TimedRplidarPoint {
   LogTime time;
 };
 
-/// One turn, as long as it is shown. The first after a start, and one with more points than there
-/// was room for, is not whole.
-struct RplidarTurn {
+/// One revolution, valid only during the call of the sink. The first after a start, and one with
+/// more points than fit, is not whole.
+struct RplidarRevolution {
   std::span<const TimedRplidarPoint> points;
   bool whole = false;
 };
 
-/// How long before the last byte of a packet arrived its last point was measured: half a sample,
-/// the time on the line (ten bits a byte), and, of capsules, whose points come with the next one,
-/// the samples of that.
-[[nodiscard]] inline Duration rplidar_delay(RplidarAnswer answer, Duration sample, double baud) {
-  const bool node = answer == RplidarAnswer::node, ultra = answer == RplidarAnswer::ultra;
-  const int points = ultra ? 96 : answer == RplidarAnswer::dense ? 40 : 32;
+/// Time from the measurement of a packet's last point to the arrival of its last byte: half a
+/// sample, the time on the line (ten bits per byte), and for capsules, whose points are decoded
+/// with the next one, the samples of that.
+[[nodiscard]] inline Duration rplidar_delay(RplidarResponse response, Duration sample,
+                                            double baud) {
+  const bool node = response == RplidarResponse::node, ultra = response == RplidarResponse::ultra;
+  const int points = ultra ? 96 : response == RplidarResponse::dense ? 40 : 32;
   const double bits = 10.0 * (node ? 5 : ultra ? 132 : 84);
   return sample / 2 + from_seconds(bits / baud) + (node ? Duration(0) : sample * points);
 }
 
-/// Gathers points into turns of at most `kMaxPoints`.
+/// Gathers points into revolutions of at most `kMaxPoints`.
 template <std::size_t kMaxPoints = 8192>
-class RplidarTurns {
+class RplidarRevolutions {
  public:
-  /// Points in the order they were measured, the last at `last`, `sample` apart. Calls
-  /// `sink(const RplidarTurn&)` for a turn that the next one's first point ends.
+  /// Points in order of measurement, the last at `last`, `sample` apart. Calls `sink(const
+  /// RplidarRevolution&)` for a revolution when the first point of the next one arrives.
   template <class Sink>
   void add(std::span<const RplidarPoint> points, LogTime last, Duration sample, Sink&& sink) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (points[i].start_of_turn) end_turn(sink);
+      if (points[i].start_of_revolution) end_revolution(sink);
       const auto to_last = static_cast<std::int64_t>(points.size() - 1 - i);
       if (size_ == kMaxPoints) {
         ++dropped_;
@@ -60,11 +61,11 @@ class RplidarTurns {
     }
   }
 
-  /// The turn under way, whole or not, and no more.
+  /// Delivers the current, incomplete revolution.
   template <class Sink>
   void finish(Sink&& sink) {
     whole_ = false;
-    end_turn(sink);
+    end_revolution(sink);
     whole_ = false;
   }
 
@@ -72,8 +73,8 @@ class RplidarTurns {
 
  private:
   template <class Sink>
-  void end_turn(Sink& sink) {
-    if (size_ != 0) sink(RplidarTurn{std::span(points_).first(size_), whole_});
+  void end_revolution(Sink& sink) {
+    if (size_ != 0) sink(RplidarRevolution{std::span(points_).first(size_), whole_});
     size_ = 0;
     whole_ = true;
   }
@@ -86,24 +87,23 @@ class RplidarTurns {
 
 struct RplidarScanOptions {
   std::size_t beams = 360;    ///< of the scan, evenly around
-  float min_range_m = 0.15F;  ///< nearer is no return
-  float max_range_m = 12.0F;  ///< farther is no return
+  float min_range_m = 0.15F;  ///< nearer points are dropped
+  float max_range_m = 12.0F;  ///< farther points are dropped
 };
 
-/// The turn as a scan of even bearings, −π first, counter-clockwise: each beam has the nearest
-/// point of its part of the turn, NaN where there is none. Its time is that of the turn's first
-/// point.
-[[nodiscard]] inline LaserScan to_laser_scan(const RplidarTurn& turn,
+/// Converts a revolution to a scan with evenly spaced bearings from −π, counter-clockwise: each
+/// beam has the nearest point of its sector, or NaN. The scan's time is that of the first point.
+[[nodiscard]] inline LaserScan to_laser_scan(const RplidarRevolution& revolution,
                                              const RplidarScanOptions& options = {}) {
   const double step = 2.0 * std::numbers::pi / static_cast<double>(options.beams);
-  LaserScan scan{turn.points.empty() ? LogTime{} : turn.points.front().time,
+  LaserScan scan{revolution.points.empty() ? LogTime{} : revolution.points.front().time,
                  Angle::radians(-std::numbers::pi),
                  Angle::radians(step),
                  options.min_range_m,
                  options.max_range_m,
                  {}};
   scan.ranges_m.assign(options.beams, std::numeric_limits<float>::quiet_NaN());
-  for (const TimedRplidarPoint& p : turn.points) {
+  for (const TimedRplidarPoint& p : revolution.points) {
     const auto range = static_cast<float>(p.point.distance_m());
     if (!(range >= options.min_range_m && range < options.max_range_m)) continue;
     const double from_back = (180.0 - p.point.angle_deg()) / 360.0;  // clockwise to counter-

@@ -1,15 +1,16 @@
 #pragma once
 
-// The shape all decoders share: bytes in, in any chunks; messages out, to a callable.
+// The common interface of all decoders: bytes in, in any chunks; messages out, to a callable.
 //
 //   TiDecoder decoder;
 //   decoder.feed(bytes, [](const TiFrame& frame) { … });   // as often as bytes arrive
 //   decoder.finish([](const TiFrame& frame) { … });        // where the stream ends
 //
-// What differs between devices is a framing: it looks at the bytes at the front of the stream and
-// says how far they are no frame, how long the frame is they begin, or how many it must see to
-// tell. Messages refer to the bytes they were made of and are gone when the callable returns.
-// Nothing here allocates; a decoder holds two of the largest frames and is best not on a stack.
+// The device-specific part is a framing: it inspects the bytes at the front of the stream and
+// returns how many to skip, the length of the frame that begins there, or how many bytes it needs
+// to decide. Messages refer to the decoder's bytes and are valid until the callable returns.
+// Nothing here allocates; a decoder contains a buffer of two of the largest frames and is best not
+// on a stack.
 
 #include <algorithm>
 #include <array>
@@ -23,31 +24,31 @@
 
 namespace wayfare::decode {
 
-/// What became of the bytes so far.
+/// Counts of bytes and frames so far.
 struct DecoderStatistics {
   std::uint64_t bytes = 0;              ///< fed
   std::uint64_t frames = 0;             ///< delivered
   std::uint64_t skipped_bytes = 0;      ///< in no frame
   std::uint64_t checksum_failures = 0;  ///< whole frames whose checksum was wrong
-  std::uint64_t malformed = 0;          ///< frames begun whose lengths or counts contradict
+  std::uint64_t malformed = 0;          ///< candidate frames with inconsistent lengths or counts
 
   bool operator==(const DecoderStatistics&) const = default;
 };
 
-/// How often framings looked at a byte: what the time goes into. Depends on the chunks.
+/// The work of a framing, which determines its run time. Depends on the chunks.
 struct DecoderWork {
-  std::uint64_t looks = 0;     ///< at the front
-  std::uint64_t examined = 0;  ///< bytes searched, added or compared, as often as they were
+  std::uint64_t looks = 0;     ///< calls of look()
+  std::uint64_t examined = 0;  ///< bytes searched, added or compared, with repetitions
 };
 
-/// A framing's verdict on the bytes at the front.
+/// A framing's result on the bytes at the front.
 struct Look {
   enum class Kind : std::uint8_t { need, frame, skip };
   Kind kind = Kind::need;
-  /// need: how many bytes the front must hold before it is looked at again, more than it has and at
-  /// most the framing's kCapacity. frame: its length. skip: how many are no frame, at least one.
+  /// need: number of bytes required before the next look, more than present and at most the
+  /// framing's kCapacity. frame: its length. skip: number of bytes in no frame, at least one.
   std::size_t bytes = 0;
-  std::size_t advance = 0;  ///< frame: where to look on, at least 1 and at most its length
+  std::size_t advance = 0;  ///< frame: where to look next, at least 1 and at most its length
 
   [[nodiscard]] static constexpr Look need(std::size_t bytes) { return {Kind::need, bytes, 0}; }
   [[nodiscard]] static constexpr Look skip(std::size_t bytes) { return {Kind::skip, bytes, 0}; }
@@ -56,11 +57,11 @@ struct Look {
   }
 };
 
-/// The bytes a framing looks at.
+/// The bytes a framing inspects.
 struct Front {
   Bytes bytes;                 ///< never empty
   std::uint64_t position = 0;  ///< of the first of them in the stream
-  bool ended = false;          ///< no more will come
+  bool ended = false;          ///< no more bytes follow
 };
 
 template <class F>
@@ -72,7 +73,7 @@ concept Framing = std::default_initializable<F> &&
   { constant.examined() } -> std::same_as<std::uint64_t>;
 };
 
-/// A framing with the memory that makes it independent of how the bytes are cut.
+/// Buffers the stream for a framing, so that the result does not depend on the chunks.
 template <Framing F>
 class StreamDecoder {
  public:
@@ -95,8 +96,7 @@ class StreamDecoder {
     top_up(bytes.subspan(used));
   }
 
-  /// The stream has ended: what is held is looked at as all there is. The decoder may then be fed
-  /// another stream.
+  /// Ends the stream: decodes the buffered bytes. The decoder may then be fed another stream.
   template <class Sink>
   void finish(Sink&& sink) {
     if (held() != 0) walk({&buffer_[begin_], held()}, true, sink);
@@ -111,11 +111,11 @@ class StreamDecoder {
   [[nodiscard]] const F& framing() const { return framing_; }
 
  private:
-  /// Copies what is needed, or all of it where nothing is held; gives how much.
+  /// Buffers the bytes that are needed; returns their number.
   std::size_t top_up(Bytes bytes) {
     const std::size_t n = std::min(bytes.size(), need_ - held());
     if (n == 0) return 0;
-    if (end_ + n > buffer_.size()) {  // at least kCapacity bytes were used up since the last time
+    if (end_ + n > buffer_.size()) {  // at least kCapacity bytes were consumed since the last time
       std::memmove(buffer_.data(), &buffer_[begin_], held());
       end_ -= begin_;
       begin_ = 0;
@@ -125,7 +125,7 @@ class StreamDecoder {
     return n;
   }
 
-  /// Looks at the bytes from the front on until more are needed; gives how many were used up.
+  /// Decodes bytes from the front until more are needed; returns the number consumed.
   template <class Sink>
   std::size_t walk(Bytes bytes, bool ended, Sink& sink) {
     std::size_t at = 0;
@@ -156,7 +156,7 @@ class StreamDecoder {
   DecoderStatistics statistics_;
   std::uint64_t position_ = 0;  ///< of the front in the stream
   std::uint64_t looks_ = 0;
-  std::uint64_t claimed_ = 0;  ///< end of what is in frames or counted as skipped
+  std::uint64_t claimed_ = 0;  ///< end of the bytes in frames or counted as skipped
   std::size_t need_ = F::kCapacity, begin_ = 0, end_ = 0;
   std::array<std::uint8_t, 2 * F::kCapacity> buffer_;  // NOLINT: written before it is read
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-// The chirp configuration (.cfg) of a TI mmWave demo, and what it lets the sensor see.
+// The chirp configuration (.cfg) of a TI mmWave demo, and the resulting measurement limits.
 
 #include <array>
 #include <cstdint>
@@ -13,13 +13,13 @@
 
 namespace wayfare::decode {
 
-/// What one chirp does (`profileCfg`).
+/// Parameters of a chirp (`profileCfg`).
 struct TiProfile {
   int id = 0;
   double start_ghz = 0.0, idle_us = 0.0, adc_start_us = 0.0, ramp_end_us = 0.0;
   double slope_mhz_per_us = 0.0;
   int samples = 0;           ///< ADC samples of a chirp
-  double sample_ksps = 0.0;  ///< rate they are taken at
+  double sample_ksps = 0.0;  ///< sampling rate
   double gain_db = 0.0;
 };
 
@@ -42,38 +42,38 @@ struct TiCfar {
   double threshold = 0.0;  ///< dB in SDK 3, a scale before
 };
 
-/// A checked configuration. Limits of the fields of view are the firmware's cuts.
+/// A checked configuration. The field-of-view limits are those applied by the firmware.
 struct TiConfig {
   unsigned rx_mask = 0, tx_mask = 0;
   TiProfile profile;  ///< the one the frame's chirps use
   std::vector<TiChirp> chirps;
   TiFrameTiming frame;
   std::array<TiCfar, 2> cfar;                   ///< range, Doppler
-  double min_range_m = 0.0, max_range_m = 0.0;  ///< `cfarFovCfg`; both 0 where it does not say
+  double min_range_m = 0.0, max_range_m = 0.0;  ///< `cfarFovCfg`; both 0: not given
   double min_speed_mps = 0.0, max_speed_mps = 0.0;
   Angle min_azimuth = Angle::degrees(-90.0), max_azimuth = Angle::degrees(90.0);
   Angle min_elevation = Angle::degrees(-90.0), max_elevation = Angle::degrees(90.0);
   bool clutter_removal = false;
   bool extended_velocity = false;
-  /// Commands that are known to be harmless here, or unknown, as they stand in the file.
+  /// Commands that are irrelevant here or unknown, verbatim.
   std::vector<std::string> others;
 };
 
 /// Reads the text of a .cfg file; `source` names it in messages. Errors: a malformed or missing
-/// command (by line), values a chip cannot do or that contradict each other, advanced frames.
+/// command (by line), values outside the chip's range or inconsistent, advanced frames.
 [[nodiscard]] Result<TiConfig> parse_ti_config(std::string_view text, const std::string& source);
 
-/// The grid the firmware's points are on, and the limits of what they can say.
+/// The grid of the firmware's points, and their limits.
 struct TiLimits {
   double centre_hz = 0.0;           ///< mean frequency while the ADC samples
   double bandwidth_hz = 0.0;        ///< swept while the ADC samples
-  int transmitters = 0;             ///< that take turns
+  int transmitters = 0;             ///< in time-division multiplexing
   int range_bins = 0;               ///< of the range transform
   int doppler_bins = 0;             ///< of the Doppler transform
   int azimuth_antennas = 0;         ///< virtual antennas in the horizontal row
   double range_step_m = 0.0;        ///< between range bins
-  double range_resolution_m = 0.0;  ///< two points nearer to each other are one
-  double max_range_m = 0.0;         ///< last range bin, or the firmware's cut
+  double range_resolution_m = 0.0;  ///< points closer together are not separated
+  double max_range_m = 0.0;         ///< last range bin, or the firmware's limit
   double speed_step_mps = 0.0;      ///< between Doppler bins: also the resolution
   double max_speed_mps = 0.0;       ///< beyond ± this, speed is ambiguous
   Angle azimuth_resolution;         ///< straight ahead
@@ -81,10 +81,10 @@ struct TiLimits {
 };
 
 /// The chip ramps at whole multiples of 900 · 3.6e9 / 2^26 Hz/µs (2.7e9 in the 60 GHz band) and
-/// cuts a slope down to one (TI, mmWaveLink interface, rlProfileCfg); range and speed grids go by
-/// that. Speeds go by the centre of the sampled window, not the start of the ramp: for a 3.4 GHz
-/// sweep at 77 GHz that is 2.8 %. Speed of light as in the firmware, 3·10⁸ m/s, since that is the
-/// grid it puts its points on.
+/// rounds a slope down to one (TI, mmWaveLink interface, rlProfileCfg); range and speed grids are
+/// computed from that. Speeds use the centre of the sampled window, not the start of the ramp: for
+/// a 3.4 GHz sweep at 77 GHz that is 2.8 %. Speed of light as in the firmware, 3·10⁸ m/s, which
+/// determines the grid of its points.
 [[nodiscard]] TiLimits limits_of(const TiConfig& config);
 
 }  // namespace wayfare::decode

@@ -1,7 +1,7 @@
 #pragma once
 
-// Frames out of the data port of a TI mmWave sensor. The format has no checksum: a frame is taken
-// where its magic word, lengths and counts agree with each other and with where it ends.
+// Frames from the data port of a TI mmWave sensor. The format has no checksum: a frame is accepted
+// where its magic word, lengths, counts and end are consistent.
 
 #include <algorithm>
 #include <array>
@@ -16,11 +16,10 @@ namespace wayfare::decode {
 
 inline constexpr std::array<std::uint8_t, 8> kTiMagic = {2, 1, 4, 3, 6, 5, 8, 7};
 
-/// Where the magic word begins first at or after `from`, or `bytes.size()`. Its eight bytes are
-/// all different, so a byte says how far the word must be moved to fit (Horspool 1980), and no byte
-/// is looked at more than twice.
+/// The first magic word at or after `from`, or `bytes.size()`. Its eight bytes are all different,
+/// so that one byte determines the shift (Horspool 1980) and no byte is examined more than twice.
 [[nodiscard]] inline std::size_t find_ti_magic(Bytes bytes, std::size_t from) {
-  // Distance from the place of byte value v in the word to its end; 8 where it is not in it.
+  // Distance from byte value v in the word to its end; 8 where it is not part of the word.
   constexpr std::array<std::uint8_t, 9> kShift = {8, 6, 7, 4, 5, 2, 3, 8, 1};
   const std::uint64_t word = load_le<std::uint64_t>(kTiMagic.data());
   std::size_t at = from;
@@ -65,7 +64,7 @@ class TiFraming {
     examined_ += next - scanned_;
     if (next == seen && seen < total) {
       scanned_ = std::max(scanned_, seen - 7);
-      return Look::need(std::min(total, seen + kPatience));
+      return Look::need(std::min(total, seen + kRescanStep));
     }
     return close(b.first(next), header, statistics);
   }
@@ -81,9 +80,9 @@ class TiFraming {
 
  private:
   static constexpr std::size_t kLeastHeader = 36;
-  static constexpr std::size_t kPatience = 256;  ///< bytes between looks for an early end
+  static constexpr std::size_t kRescanStep = 256;  ///< bytes between searches for an early end
 
-  /// Nothing begins here: on to the next magic word, or to what may be its beginning.
+  /// No frame begins here: skips to the next magic word, or to what may be its beginning.
   Look seek(Bytes b) {
     const std::size_t magic = find_ti_magic(b, 0);
     examined_ += magic;
@@ -101,8 +100,8 @@ class TiFraming {
            h.tlvs <= h.total_bytes / 8 && h.points <= h.total_bytes / 12;
   }
 
-  /// `b` is the whole frame. Padding is left to be sought through, and the last bytes of what the
-  /// items claim as well: where bytes were lost in them, the next magic word begins there.
+  /// `b` is the whole frame. The search resumes in the last bytes of the items and the padding:
+  /// where bytes of the frame were lost, the next magic word begins there.
   Look close(Bytes b, const TiHeader& header, DecoderStatistics& statistics) {
     const std::size_t used = parse(b, header);
     examined_ += b.size();
@@ -113,7 +112,7 @@ class TiFraming {
     return {Look::Kind::frame, b.size(), std::max<std::size_t>(8, used - 7)};
   }
 
-  /// Bytes used by header and items, 0 where the frame contradicts itself. Frames are padded to a
+  /// Bytes used by header and items, 0 where the frame is inconsistent. Frames are padded to a
   /// multiple of 32 bytes.
   std::size_t parse(Bytes b, const TiHeader& header) {
     frame_ = {};
@@ -158,8 +157,8 @@ class TiFraming {
 
   TiFrame frame_;
   std::uint64_t examined_ = 0;
-  std::uint64_t start_ = 0;  ///< of the frame that is being looked at
-  std::size_t scanned_ = 8;  ///< how far it holds no other magic word
+  std::uint64_t start_ = 0;  ///< of the candidate frame
+  std::size_t scanned_ = 8;  ///< up to here it contains no other magic word
 };
 
 using TiDecoder = StreamDecoder<TiFraming>;

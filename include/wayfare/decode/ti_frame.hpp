@@ -1,8 +1,8 @@
 #pragma once
 
 // One frame of a TI mmWave sensor's data port (out-of-box demo of the mmWave SDK 1.x to 3.x):
-// header, then type-length-value items, then padding that means nothing. All little endian.
-// Layouts: TI, mmw_output.h and detected_obj.h of SDK 1.2, mmw_output.h of SDK 3.6.
+// header, type-length-value items, padding. All little endian. Layouts: TI, mmw_output.h and
+// detected_obj.h of SDK 1.2, mmw_output.h of SDK 3.6.
 
 // From a frame of a TI mmWave sensor to the library's radar scan and clock.
 
@@ -65,7 +65,7 @@ struct TiPoint {
   std::uint16_t peak = 0;        ///< before SDK 3
 };
 
-/// How the sensor fared (TLV 6).
+/// Timing and load of the sensor (TLV 6).
 struct TiStatistics {
   std::uint32_t processing_us = 0, transmit_us = 0, frame_margin_us = 0, chirp_margin_us = 0;
   std::uint32_t active_load_percent = 0, idle_load_percent = 0;
@@ -78,7 +78,7 @@ struct TiTemperature {
   std::int16_t celsius[10] = {};
 };
 
-/// A checked frame. It refers to the decoder's bytes: copy what is wanted.
+/// A checked frame. It refers to the decoder's bytes: copy what must outlive the sink.
 class TiFrame {
  public:
   TiFrame() = default;
@@ -168,10 +168,10 @@ inline std::optional<TiTemperature> TiFrame::temperature() const {
   return t;
 }
 
-/// The frame's points in the radar's frame (x forward, y left). `speed_step_mps` is what a Doppler
-/// bin is worth (`TiLimits::speed_step_mps`): before SDK 3 a frame has bins only, after it is not
-/// used. Where the frame has no side information the strength is that of the peak alone, before
-/// SDK 3 as 10 log10(peak + 1), else 0. Points that are not finite are left out.
+/// The frame's points in the radar's frame (x forward, y left). `speed_step_mps` is the width of a
+/// Doppler bin (`TiLimits::speed_step_mps`), used before SDK 3 only, whose frames have bins.
+/// Without side information the strength is 10 log10(peak + 1) before SDK 3, else 0. Points that
+/// are not finite are left out.
 [[nodiscard]] inline RadarScan to_radar_scan(const TiFrame& frame, LogTime time,
                                              double speed_step_mps = 0.0) {
   RadarScan scan{time, {}};
@@ -192,9 +192,8 @@ inline std::optional<TiTemperature> TiFrame::temperature() const {
   return scan;
 }
 
-/// Brings `TiHeader::cycles`, which come round after 21 s (7 s before SDK 3), to a clock that does
-/// not. Frames further apart than that are bridged by their numbers only where the caller knows the
-/// period; here they lose whole rounds.
+/// Unwraps `TiHeader::cycles`, which wrap around after 21 s (7 s before SDK 3). Between frames
+/// further apart, whole periods of the counter are lost.
 class TiClock {
  public:
   /// The sensor's time when the frame was built; the first frame's is its cycles.

@@ -17,7 +17,7 @@
 
 namespace wayfare::decode {
 
-/// Message ids a host meets; a request's answer has the next number.
+/// Message ids; the response to a request has the next number.
 enum class XbusId : std::uint8_t {
   configuration = 0x0D,
   goto_measurement = 0x10,
@@ -35,7 +35,7 @@ class XbusMessage {
   XbusMessage() = default;
   XbusMessage(std::uint64_t position, Bytes bytes) : position_(position), bytes_(bytes) {}
 
-  [[nodiscard]] std::uint8_t bus() const { return bytes_[1]; }  ///< FF the master or a lone device
+  [[nodiscard]] std::uint8_t bus() const { return bytes_[1]; }  ///< FF: master or single device
   [[nodiscard]] XbusId id() const { return static_cast<XbusId>(bytes_[2]); }
   [[nodiscard]] Bytes data() const {
     const std::size_t head = bytes_[3] == 0xFF ? 6 : 4;
@@ -49,10 +49,10 @@ class XbusMessage {
   Bytes bytes_;
 };
 
-/// The sum of all bytes modulo 256, eight at a time.
+/// The sum of all bytes modulo 256, computed eight at a time.
 [[nodiscard]] inline std::uint8_t byte_sum(Bytes bytes) {
   constexpr std::uint64_t kLow = 0x7F7F7F7F7F7F7F7FULL;
-  std::uint64_t lanes = 0;  // eight sums, kept from carrying into each other
+  std::uint64_t lanes = 0;  // eight sums without carries between them
   std::size_t i = 0;
   for (; i + 8 <= bytes.size(); i += 8) {
     std::uint64_t eight = 0;
@@ -65,8 +65,8 @@ class XbusMessage {
   return static_cast<std::uint8_t>(sum);
 }
 
-/// Writes a message to `out`; gives its length, or 0 where it does not fit or the data is longer
-/// than a message can be.
+/// Writes a message to `out`; returns its length, or 0 where it does not fit or the data exceeds
+/// the longest message.
 [[nodiscard]] inline std::size_t write_xbus(std::uint8_t bus, XbusId id, Bytes data,
                                             std::span<std::uint8_t> out) {
   const std::size_t head = data.size() < 0xFF ? 4 : 6, total = head + data.size() + 1;
@@ -81,11 +81,11 @@ class XbusMessage {
   return total;
 }
 
-/// Framing of the bus. A message longer than `kMaxData` bytes is taken for damage. A false start
-/// holds messages back until as many bytes came as it claims: a small limit bounds that delay.
+/// Framing of the bus. A message longer than `kMaxData` bytes is rejected as damaged. A false start
+/// delays messages until the bytes it claims have arrived: the limit bounds that delay.
 ///
-/// After a wrong checksum the search goes on one byte later, and the next candidates overlap. Their
-/// sums are differences of running sums then, so that no byte is added more than twice.
+/// After a wrong checksum the search resumes one byte later, with overlapping candidates. Their
+/// sums are differences of running sums, so that no byte is added more than twice.
 template <std::size_t kMaxData = 16384>
 class BasicXbusFraming {
  public:
@@ -113,7 +113,7 @@ class BasicXbusFraming {
     }
     const std::size_t total = (extended ? 6 : 4) + length + 1;
     if (b.size() < total) return Look::need(total);
-    if (adds_up(b.first(total), front.position)) return Look::frame(total);
+    if (checksum_matches(b.first(total), front.position)) return Look::frame(total);
     ++statistics.checksum_failures;
     return Look::skip(1);
   }
@@ -126,7 +126,7 @@ class BasicXbusFraming {
   [[nodiscard]] std::uint64_t examined() const { return examined_; }
 
  private:
-  bool adds_up(Bytes b, std::uint64_t position) {
+  bool checksum_matches(Bytes b, std::uint64_t position) {
     if (summed_ <= position) {
       examined_ += b.size();
       if (byte_sum(b.subspan(1)) == 0) return true;
@@ -138,11 +138,11 @@ class BasicXbusFraming {
     return at(position + b.size()) == at(position + 1);
   }
 
-  /// The sum of all bytes before a place, from where the search began.
+  /// The sum of all bytes before `position` since the search began.
   std::uint8_t& at(std::uint64_t position) { return sums_[position % sums_.size()]; }
 
   std::array<std::uint8_t, std::bit_ceil(kCapacity + 1)> sums_;  // NOLINT: set before it is used
-  std::uint64_t summed_ = 0;                                     ///< sums are known up to here
+  std::uint64_t summed_ = 0;                                     ///< sums are valid up to here
   std::uint64_t examined_ = 0;
 };
 

@@ -8,8 +8,8 @@
 
 namespace wayfare {
 
-/// A state and a measurement made one: what to add to the state (in its tangent space), the
-/// covariance it then has, and the weight the measurement was given.
+/// The fusion of a state and a measurement: the correction of the state (in its tangent space), its
+/// new covariance, and the weight of the measurement.
 template <int kStates>
 struct Intersected {
   Eigen::Matrix<double, kStates, 1> correction;
@@ -19,8 +19,8 @@ struct Intersected {
 
 namespace detail {
 
-/// ω in [0, 1) that makes ln det P⁺⁻¹ largest: with B = L⁻¹ C P Cᵀ L⁻ᵀ, R = L Lᵀ, that is
-/// (n − m) ln(1 − ω) + ln det((1 − ω) I + ω B), concave in ω.
+/// ω in [0, 1) that maximises ln det P⁺⁻¹: with B = L⁻¹ C P Cᵀ L⁻ᵀ, R = L Lᵀ, that is (n − m) ln(1
+/// − ω) + ln det((1 − ω) I + ω B), concave in ω.
 template <int kRows>
 double best_omega(const Eigen::Matrix<double, kRows, kRows>& B, int unmeasured) {
   using Matrix = Eigen::Matrix<double, kRows, kRows>;
@@ -29,8 +29,8 @@ double best_omega(const Eigen::Matrix<double, kRows, kRows>& B, int unmeasured) 
     const Matrix mixed = (1 - w) * identity + w * B;
     return mixed.llt().solve(B - identity).trace() - unmeasured / (1 - w);
   };
-  // Where all is measured and far better than known, ω = 1 leaves the measurement alone: the state
-  // keeps a millionth, so that what divides by 1 − ω stays finite.
+  // Where everything is measured far more accurately than known, the optimum is ω = 1, the
+  // measurement alone: the limit keeps quotients by 1 − ω finite.
   double low = 0, high = 1 - 1e-6;
   if (!(slope(low) > 0)) return 0.0;
   if (slope(high) > 0) return high;
@@ -44,11 +44,10 @@ double best_omega(const Eigen::Matrix<double, kRows, kRows>& B, int unmeasured) 
 }  // namespace detail
 
 /// Fuses a state of covariance P with a measurement `innovation` = z − h(x) of covariance R and
-/// rows C = ∂h/∂x whose errors may be correlated with the state's in any way (Julier and Uhlmann
-/// 1997): P⁺⁻¹ = (1 − ω) P⁻¹ + ω Cᵀ R⁻¹ C, in covariance form K = P Cᵀ ((1 − ω)/ω R + C P Cᵀ)⁻¹, x⁺
-/// = x + K · innovation, P⁺ = (P − K C P) / (1 − ω), with the ω that makes det P⁺ smallest. P⁺
-/// never understates the error where P and R do not. None where P or R is not positive definite, or
-/// something is not finite.
+/// rows C = ∂h/∂x whose errors may have any correlation with the state's (Julier and Uhlmann 1997):
+/// P⁺⁻¹ = (1 − ω) P⁻¹ + ω Cᵀ R⁻¹ C, in covariance form K = P Cᵀ ((1 − ω)/ω R + C P Cᵀ)⁻¹, x⁺ = x +
+/// K · innovation, P⁺ = (P − K C P) / (1 − ω), with the ω that minimises det P⁺. P⁺ is consistent
+/// where P and R are. nullopt where P or R is not positive definite, or an input is not finite.
 template <int kStates, int kRows>
 [[nodiscard]] std::optional<Intersected<kStates>> covariance_intersection(
     const Eigen::Matrix<double, kStates, kStates>& P,
@@ -70,14 +69,15 @@ template <int kStates, int kRows>
     fused.covariance = P;
     return fused;
   }
-  const double left = 1 - fused.omega;
-  const Eigen::Matrix<double, kRows, kRows> inflated = left / fused.omega * R + S;
+  const double state_weight = 1 - fused.omega;
+  const Eigen::Matrix<double, kRows, kRows> inflated = state_weight / fused.omega * R + S;
   const Eigen::Matrix<double, kStates, kRows> K = inflated.llt().solve(CP).transpose();
   fused.correction = K * innovation;
-  // Joseph's form of the same, which stays positive definite: R counts left/ω times.
+  // Joseph's form, which stays positive definite, with R scaled by (1 − ω)/ω.
   Eigen::Matrix<double, kStates, kStates> A = -K * C;
   A.diagonal().array() += 1;
-  fused.covariance = (A * P * A.transpose() + left / fused.omega * K * R * K.transpose()) / left;
+  fused.covariance =
+      (A * P * A.transpose() + state_weight / fused.omega * K * R * K.transpose()) / state_weight;
   fused.covariance = 0.5 * (fused.covariance + fused.covariance.transpose()).eval();
   return fused;
 }

@@ -1,8 +1,7 @@
 #pragma once
 
 // The extended Kalman filter in error-state form, on any manifold and any scalar, a SIMD pack
-// included. Models are const objects the caller passes in; the filter holds the state and its
-// covariance, and nothing else.
+// included. Models are const objects of the caller; the filter contains only state and covariance.
 
 #include <cmath>
 #include <concepts>
@@ -18,20 +17,20 @@
 
 namespace wayfare {
 
-/// What an update did, lane by lane for packs.
+/// The result of an update, lane by lane for packs.
 template <class T>
 struct ScalarUpdate {
   T innovation;        ///< before the update
   T variance;          ///< of the innovation: h P hᵀ + R
-  MaskOf<T> accepted;  ///< false: refused by the gate (or not finite), the state is as it was
+  MaskOf<T> accepted;  ///< false: rejected by the gate or not finite, state unchanged
 
-  /// Normalised innovation squared; χ² with one degree of freedom when all is well.
+  /// Normalised innovation squared; χ² with one degree of freedom for a consistent filter.
   [[nodiscard]] T nis() const { return innovation * innovation / variance; }
 };
 
 /// x ← f(x, u), P ← Φ P Φᵀ + Q. A process returns its step: `state`, and either `phi` and `q`
-/// (square matrices of the tangent's size) or, where it knows better than a dense product, a
-/// member `propagate(P)` that carries the covariance (symmetric, both triangles) itself.
+/// (square matrices of the tangent's size) or, to avoid the dense product, a member `propagate(P)`
+/// that propagates the covariance (symmetric, both triangles) itself.
 template <class Step, class M>
 concept DenseProcessStep = requires(const Step& s) {
   { s.state } -> std::convertible_to<M>;
@@ -48,7 +47,7 @@ concept ProcessModel = requires(const F& f, const M& x, const Input&... u) {
   requires DenseProcessStep<decltype(f(x, u...)), M> || SparseProcessStep<decltype(f(x, u...)), M>;
 };
 
-/// z − h(x) of one number: a const callable from a state to a ScalarMeasurement.
+/// A scalar measurement z − h(x): a const callable from a state to a ScalarMeasurement.
 template <class H, class M>
 concept MeasurementModel = requires(const H& h, const M& x) {
   h(x).innovation;
@@ -87,8 +86,8 @@ class Ekf {
     }
   }
 
-  /// Takes in one number. Refused where |innovation| exceeds `gate_sigma` of its own σ, where it is
-  /// not finite, and in lanes that are not `enabled`.
+  /// Updates with a scalar measurement. It is rejected where |innovation| exceeds `gate_sigma` of
+  /// its own σ, where it is not finite, and in lanes that are not `enabled`.
   template <class Model>
   requires MeasurementModel<Model, M> ScalarUpdate<Scalar> update(
       const Model& model, const Scalar& gate_sigma = std::numeric_limits<float>::max(),
@@ -97,23 +96,23 @@ class Ekf {
     const Tangent g = covariance_times(measured.row);
     const Scalar s = row_times(measured.row, g) + measured.variance;
     const Scalar nu = measured.innovation;
-    // Written so that NaN and a variance that is not positive are refused, not let in.
+    // Written so that NaN and a variance that is not positive are rejected.
     const MaskOf<Scalar> accepted = enabled && (s > Scalar(0)) && is_finite(Scalar(nu * nu / s)) &&
                                     (nu * nu <= gate_sigma * gate_sigma * s);
     if (any(accepted)) correct(measured.row, g, s, measured.variance, nu, accepted);
     return {nu, s, accepted};
   }
 
-  /// σ of a measurement's innovation, before it is used.
+  /// σ of a measurement's innovation, without an update.
   template <class Row>
   [[nodiscard]] Scalar predicted_sigma(const ScalarMeasurement<Scalar, Row>& m) const {
     using std::sqrt;
     return sqrt(row_times(m.row, covariance_times(m.row)) + m.variance);
   }
 
-  /// Takes in a vector of any length at once: innovation z − h(x), H, and the noise's covariance
-  /// R, which may be correlated. False (and nothing changed) where HPHᵀ + R is not positive
-  /// definite or the normalised innovation squared exceeds `nis_limit`. For plain numbers only.
+  /// Updates with a vector measurement: innovation z − h(x), H, and the noise covariance R, not
+  /// necessarily diagonal. False, without a change, where HPHᵀ + R is not positive definite or the
+  /// normalised innovation squared exceeds `nis_limit`. For scalars only, not packs.
   template <int Rows>
   requires std::floating_point<Scalar>
   bool update_block(const Eigen::Matrix<Scalar, Rows, 1>& innovation,
@@ -136,7 +135,7 @@ class Ekf {
   /// Adds `variance` to error i.
   void add_variance(int i, const Scalar& variance) { covariance_(i, i) += variance; }
 
-  /// Forgets all that is known of error i: no correlation left, and this variance.
+  /// Resets error i to this variance, uncorrelated with all others.
   void reset_variance(int i, const Scalar& variance, const MaskOf<Scalar>& where = true) {
     for (int j = 0; j < kDof; ++j) {
       const Scalar kept = select(where, j == i ? variance : Scalar(0), covariance_(i, j));
@@ -145,8 +144,8 @@ class Ekf {
     }
   }
 
-  /// Multiplies the standard deviations of errors first … first + count − 1 by `factor`: all
-  /// correlations stay.
+  /// Multiplies the standard deviations of errors first … first + count − 1 by `factor` and keeps
+  /// all correlations.
   void scale_sigma(int first, int count, const Scalar& factor) {
     covariance_.middleRows(first, count) *= factor;
     covariance_.middleCols(first, count) *= factor;
@@ -178,9 +177,9 @@ class Ekf {
     return row.dot(g);
   }
 
-  /// P − k s kᵀ as a product that is symmetric to the last bit. Where the measurement is so much
-  /// better than the prediction that rounding shows in what is left, the result is then made to
-  /// satisfy P hᵀ = R k, which is what Joseph's form (I − k h) P (I − k h)ᵀ + k R kᵀ is used for.
+  /// P − k s kᵀ as an exactly symmetric product. Where the measurement is so much more accurate
+  /// than the prediction that rounding errors matter, the result is corrected to satisfy P hᵀ = R
+  /// k, which is the purpose of Joseph's form (I − k h) P (I − k h)ᵀ + k R kᵀ.
   template <class Row>
   void correct(const Row& row, const Tangent& g, const Scalar& s, const Scalar& r, const Scalar& nu,
                const MaskOf<Scalar>& accepted) {
@@ -199,14 +198,15 @@ class Ekf {
     }
     using Lane = typename LaneOf<Scalar>::Type;
     const Scalar digits_left = Scalar(Lane(1e-4) / std::numeric_limits<Lane>::epsilon());
-    const MaskOf<Scalar> delicate = accepted && (s > digits_left * r);
-    if (any(delicate)) restore(row, k, r, delicate);
+    const MaskOf<Scalar> ill_conditioned = accepted && (s > digits_left * r);
+    if (any(ill_conditioned)) remove_rounding_error(row, k, r, ill_conditioned);
     state_ = ManifoldTraits<M>::plus(state_, k * select(accepted, nu, Scalar(0)));
   }
 
-  /// Takes the rounding error e = P hᵀ − R k out: P − e kᵀ − k eᵀ + (h e) k kᵀ.
+  /// Removes the rounding error e = P hᵀ − R k: P − e kᵀ − k eᵀ + (h e) k kᵀ.
   template <class Row>
-  void restore(const Row& row, const Tangent& k, const Scalar& r, const MaskOf<Scalar>& where) {
+  void remove_rounding_error(const Row& row, const Tangent& k, const Scalar& r,
+                             const MaskOf<Scalar>& where) {
     Tangent e = covariance_times(row);
     for (int i = 0; i < kDof; ++i) e[i] = select(where, e[i] - r * k[i], Scalar(0));
     const Tangent m = e - (Scalar(0.5) * row_times(row, e)) * k;

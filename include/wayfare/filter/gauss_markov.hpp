@@ -10,16 +10,16 @@ namespace wayfare {
 
 template <class T>
 struct ProcessStep1 {
-  T phi;  ///< what is kept
-  T q;    ///< variance of what is new
+  T phi;  ///< transition factor
+  T q;    ///< variance of the added noise
 };
 
 namespace detail {
-/// 1 − e^(−x), x ≥ 0, with all its digits however small x is.
+/// 1 − e^(−x), x ≥ 0, to full relative precision for small x.
 template <class T>
 [[nodiscard]] T one_minus_exp_of_minus(const T& x) {
   using std::exp;
-  // Horner's form of the series; the first term left out is below 0.03¹⁰/11! = 1e-23 of the sum.
+  // Horner's form of the series; the first neglected term is below 0.03¹⁰/11! = 1e-23 of the sum.
   T sum = T(1);
   for (int k = 10; k >= 2; --k) sum = T(1) - x * sum / T(k);
   const T series = x * sum;
@@ -33,8 +33,8 @@ template <class T>
 template <class T>
 [[nodiscard]] ProcessStep1<T> discretise_gauss_markov(const T& sigma, const T& tau_s,
                                                       const T& dt_s) {
-  const T lost = detail::one_minus_exp_of_minus(T(dt_s / tau_s));
-  return {T(1) - lost, sigma * sigma * lost * (T(2) - lost)};
+  const T decay = detail::one_minus_exp_of_minus(T(dt_s / tau_s));
+  return {T(1) - decay, sigma * sigma * decay * (T(2) - decay)};
 }
 
 /// A receiver clock over `dt_s`: bias and drift as random walks, the drift integrated into the

@@ -1,7 +1,7 @@
 #pragma once
 
-// Weights of a set of particles and drawing from them. Weights are kept as logarithms and need not
-// be normalised: the product of a few hundred likelihoods is below the smallest double.
+// Particle weights and resampling. Weights are logarithms and need not be normalised: the product
+// of a few hundred likelihoods is below the smallest double.
 
 #include <algorithm>
 #include <cmath>
@@ -15,11 +15,11 @@
 
 namespace wayfare {
 
-/// The particle drawn, by its place in the set drawn from.
+/// Index of a drawn particle in the set before resampling.
 using ParticleIndex = std::uint32_t;
 
-/// The largest weight that is a number, -inf where there is none. NaN and +inf are no weights: a
-/// likelihood that could not be worked out counts for nothing.
+/// The largest valid weight, -inf where there is none. NaN and +inf are not valid: a likelihood
+/// that could not be computed has no weight.
 [[nodiscard]] inline double max_log_weight(std::span<const double> log_weights) {
   double best = -std::numeric_limits<double>::infinity();
   for (const double l : log_weights)
@@ -27,14 +27,13 @@ using ParticleIndex = std::uint32_t;
   return best;
 }
 
-/// exp(log_weight − max), 0 for what is no weight.
+/// exp(log_weight − max), 0 for an invalid weight.
 [[nodiscard]] inline double relative_weight(double log_weight, double max) {
   const double difference = log_weight - max;
   return difference <= 0.0 ? std::exp(difference) : 0.0;  // false for NaN and +inf
 }
 
-/// ln Σ exp lᵢ without overflow or underflow; -inf for an empty set and where no weight is a
-/// number.
+/// ln Σ exp lᵢ without overflow or underflow; -inf where no weight is valid.
 [[nodiscard]] inline double log_sum_exp(std::span<const double> log_weights) {
   const double max = max_log_weight(log_weights);
   if (!std::isfinite(max)) return max;
@@ -44,16 +43,15 @@ using ParticleIndex = std::uint32_t;
 }
 
 struct Normalisation {
-  /// ln of what the weights summed to: the evidence of the measurement, where they summed to one
-  /// before it. -inf after a collapse.
+  /// ln of the sum of the weights: the evidence of the measurement, where they were normalised
+  /// before. -inf after a collapse.
   double log_sum = 0.0;
-  std::size_t refused = 0;  ///< weights that were NaN or +inf, now of no weight
-  /// No particle had any weight left, so that all now have the same: the measurement fits no
-  /// particle and said nothing.
+  std::size_t refused = 0;  ///< weights that were NaN or +inf, now zero
+  /// All weights were zero or invalid and are now equal: the measurement is ignored.
   bool collapsed = false;
 };
 
-/// Makes the weights sum to one.
+/// Normalises the weights to a sum of one.
 inline Normalisation normalise(std::span<double> log_weights) {
   Normalisation result{log_sum_exp(log_weights), 0, false};
   result.collapsed = !std::isfinite(result.log_sum);
@@ -67,8 +65,8 @@ inline Normalisation normalise(std::span<double> log_weights) {
   return result;
 }
 
-/// (Σw)² / Σw²: how many particles of equal weight say as much (Liu 1996). Between 1 and the size
-/// of the set; 0 where no weight is a number.
+/// (Σw)² / Σw²: the equivalent number of particles of equal weight (Liu 1996). Between 1 and the
+/// size of the set; 0 where no weight is valid.
 [[nodiscard]] inline double effective_sample_size(std::span<const double> log_weights) {
   const double max = max_log_weight(log_weights);
   if (!std::isfinite(max)) return 0.0;
@@ -81,21 +79,21 @@ inline Normalisation normalise(std::span<double> log_weights) {
   return sum * sum / squares;
 }
 
-/// How to draw n particles so that particle i, of normalised weight w, is expected n·w times. In
-/// order of falling variance of that count:
+/// Schemes to draw n particles with an expected count of n·w for normalised weight w, in order of
+/// decreasing variance of that count:
 enum class Resampling {
   multinomial,  ///< n independent draws: binomial, variance n·w(1 − w)
-  residual,     ///< ⌊n·w⌋ times for certain, the rest by independent draws (Liu and Chen 1998)
-  stratified,   ///< one draw in each n-th of the cumulated weight: within 2 of n·w (Kitagawa 1996)
-  low_variance  ///< the same with one random offset for all: within 1 of n·w (Kitagawa 1996)
+  residual,     ///< ⌊n·w⌋ copies, the rest by independent draws (Liu and Chen 1998)
+  stratified,   ///< one draw per 1/n of the cumulative weight: within 2 of n·w (Kitagawa 1996)
+  low_variance  ///< the same with a common random offset: within 1 of n·w (Kitagawa 1996)
 };
 
-/// Draws `drawn.size()` particles; indices come in ascending order. Particles without weight are
-/// never drawn, but where no weight is a number all have the same. An empty set gives zeros.
+/// Draws `drawn.size()` particles, indices in ascending order. Particles without weight are never
+/// drawn; where no weight is valid, all are equal. An empty set gives zeros.
 inline void resample(std::span<const double> log_weights, Resampling scheme, Rng& rng,
                      std::span<ParticleIndex> drawn);
 
-/// The same as a new list of `count`.
+/// The same, returning `count` indices.
 [[nodiscard]] inline std::vector<ParticleIndex> resample(std::span<const double> log_weights,
                                                          std::size_t count, Resampling scheme,
                                                          Rng& rng) {
@@ -116,7 +114,7 @@ class AscendingThresholds {
     const auto i = static_cast<double>(i_++), n = static_cast<double>(n_);
     if (scheme_ == Resampling::low_variance) return (i + offset_) / n;
     if (scheme_ == Resampling::stratified) return (i + rng_.uniform()) / n;
-    // The smallest of the n - i uniform numbers still to come, between the last one and 1.
+    // The smallest of the n - i remaining uniform numbers between the last one and 1.
     above_ *= std::pow(1.0 - rng_.uniform(), 1.0 / (n - i));
     return 1.0 - above_;
   }
@@ -141,34 +139,34 @@ inline void resample(std::span<const double> log_weights, Resampling scheme, Rng
   double sum = 0.0;
   for (std::size_t i = 0; i < log_weights.size(); ++i) sum += weight(i);
 
-  // What is left to chance: everything, or the fractions of the expected counts.
+  // Drawn at random: everything, or the fractional parts of the expected counts.
   const bool residual = scheme == Resampling::residual;
-  const auto certain = [&](double w) { return residual ? std::floor(n * w / sum) : 0.0; };
-  std::size_t left = drawn.size();
-  double chance_sum = 0.0;
+  const auto certain_count = [&](double w) { return residual ? std::floor(n * w / sum) : 0.0; };
+  std::size_t remaining = drawn.size();
+  double random_sum = 0.0;
   for (std::size_t i = 0; i < log_weights.size(); ++i) {
-    const double sure = certain(weight(i));
-    left -= std::min(left, static_cast<std::size_t>(sure));
-    chance_sum += n * weight(i) / sum - sure;
+    const double certain = certain_count(weight(i));
+    remaining -= std::min(remaining, static_cast<std::size_t>(certain));
+    random_sum += n * weight(i) / sum - certain;
   }
 
-  detail::AscendingThresholds thresholds(scheme, left, rng);
-  double next = left > 0 ? thresholds.next() * chance_sum : 0.0, cumulated = 0.0;
+  detail::AscendingThresholds thresholds(scheme, remaining, rng);
+  double next = remaining > 0 ? thresholds.next() * random_sum : 0.0, cumulative = 0.0;
   std::size_t at = 0;
-  ParticleIndex last_with_chance = 0;
+  ParticleIndex last_candidate = 0;
   const auto draw = [&](ParticleIndex i) { drawn[at++] = i; };
   for (ParticleIndex i = 0; i < log_weights.size(); ++i) {
-    const double expected = n * weight(i) / sum, sure = certain(weight(i));
-    for (double k = 0.0; k < sure && at < drawn.size(); ++k) draw(i);
-    if (!(expected - sure > 0.0)) continue;
-    cumulated += expected - sure;
-    last_with_chance = i;
-    while (left > 0 && next < cumulated) {
+    const double expected = n * weight(i) / sum, certain = certain_count(weight(i));
+    for (double k = 0.0; k < certain && at < drawn.size(); ++k) draw(i);
+    if (!(expected - certain > 0.0)) continue;
+    cumulative += expected - certain;
+    last_candidate = i;
+    while (remaining > 0 && next < cumulative) {
       draw(i);
-      if (--left > 0) next = thresholds.next() * chance_sum;
+      if (--remaining > 0) next = thresholds.next() * random_sum;
     }
   }
-  while (at < drawn.size()) draw(last_with_chance);  // thresholds lost to rounding at the very end
+  while (at < drawn.size()) draw(last_candidate);  // thresholds lost to rounding at the end
 }
 
 }  // namespace wayfare

@@ -1,8 +1,8 @@
 #pragma once
 
 // A Rao-Blackwellised particle filter for mapping (Doucet et al. 2000; Grisetti et al. 2007): each
-// particle is a hypothesis of the whole way, with the map that follows from it. What a map is, how
-// a scan is matched with it and how it takes one up are the caller's.
+// particle is a hypothesis of the whole trajectory, with the map that follows from it. The caller
+// defines the map, scan matching and map updates.
 
 #include <algorithm>
 #include <cmath>
@@ -23,54 +23,53 @@
 
 namespace wayfare {
 
-/// One hypothesis. Maps are copied when particles are drawn twice: they should share what does not
-/// differ, as OccupancyGrid does.
+/// One hypothesis. Maps of resampled particles are copied: copies should share their common parts,
+/// as OccupancyGrid does.
 template <class Map>
 struct RbpfParticle {
   SE2d pose;
   Map map;
-  /// ln of the evidence of everything this particle's way has explained; what the best is chosen
-  /// by. -inf without weight.
+  /// ln of the evidence of all measurements along this trajectory; selects the best particle. -inf
+  /// without weight.
   double log_evidence = 0.0;
 };
 
-/// Calls f(index, worker) for every index, one after the other.
-struct OneAfterTheOther {
+/// Calls f(index, worker) for every index in order, on the calling thread.
+struct SequentialFor {
   template <class F>
   void operator()(std::size_t n, const F& f) const {
     for (std::size_t i = 0; i < n; ++i) f(i, std::size_t{0});
   }
 };
 
-/// Every particle draws from a random stream of its own at every update, so that the result is the
-/// same however many workers share the particles out.
+/// Every particle uses its own random stream at every update, so that the result does not depend on
+/// the number of workers.
 template <std::copyable Map>
 class Rbpf {
  public:
   using Particle = RbpfParticle<Map>;
 
-  /// `count` particles that all begin at `start`.
+  /// `count` particles that all start at `start`.
   Rbpf(std::size_t count, const StampedPose& start, const Map& map, std::uint64_t seed)
       : rng_(seed),
         particles_(count, Particle{start.T_map_base.raw(), map}),
         log_weights_(count, -std::log(static_cast<double>(count))) {
-    WAYFARE_EXPECTS(count > 0, "a filter needs a particle");
-    for (std::size_t i = 0; i < count; ++i) ends_.push_back(tree_.plant(start));
+    WAYFARE_EXPECTS(count > 0, "the number of particles must be positive");
+    for (std::size_t i = 0; i < count; ++i) ends_.push_back(tree_.add_root(start));
   }
 
-  /// `step(particle, rng, worker)` moves a particle to `time`, takes up what was measured and
-  /// returns ln of the factor of its weight. `for_each(count, f)` calls f(index, worker) for every
-  /// index, on as many threads as it likes.
+  /// `step(particle, rng, worker)` moves a particle to `time`, applies the measurement and returns
+  /// ln of its weight factor. `for_each(count, f)` calls f(index, worker) for every index, on any
+  /// number of threads.
   ///
-  /// A factor of -inf says that the measurement is impossible for the particle. NaN and +inf are no
-  /// factors: the particle is refused, and counted as such, as is one whose pose is not finite.
-  /// Both leave it without weight: it is neither the best nor drawn, whatever its later factors,
-  /// and the next resampling replaces it.
+  /// A factor of -inf means that the measurement is impossible for the particle. A factor of NaN or
+  /// +inf, or a pose that is not finite, is refused and counted. Both set the weight to zero: the
+  /// particle is neither the best nor resampled from, whatever its later factors, and the next
+  /// resampling replaces it.
   ///
-  /// An Error (numerical) where no particle would have any weight left. The particles then are
-  /// where their steps led, but weights and evidence are those before this update: the measurement
-  /// counts for nothing, and particles that had no weight have none.
-  template <class Step, class ForEach = OneAfterTheOther>
+  /// Error (numerical) if no particle would keep any weight. The particles then are at the poses of
+  /// their steps, with the weights and evidence from before this update.
+  template <class Step, class ForEach = SequentialFor>
   Result<Normalisation> update(LogTime time, const Step& step, const ForEach& for_each = {}) {
     const Rng of_update = rng_.stream(++updates_);
     std::vector<double> factors(particles_.size());
@@ -81,20 +80,20 @@ class Rbpf {
     });
     for (std::size_t i = 0; i < particles_.size(); ++i)
       ends_[i] =
-          tree_.grow(ends_[i], {time, Transform2<frame::Map, frame::Base>(particles_[i].pose)});
+          tree_.append(ends_[i], {time, Transform2<frame::Map, frame::Base>(particles_[i].pose)});
     return weigh(factors);
   }
 
   /// 1 / Σ w².
   [[nodiscard]] double effective_particles() const { return effective_sample_size(log_weights_); }
 
-  /// Draws the particles anew, none without weight, where 1/Σw² is below `fraction` of their
-  /// number.
+  /// Resamples where 1/Σw² is below `fraction` of the number of particles. Particles without weight
+  /// are not drawn.
   bool resample_below(double fraction = 0.5) {
     const auto n = static_cast<double>(particles_.size());
     if (!(effective_particles() < fraction * n)) return false;
     Rng rng = rng_.stream(++updates_);
-    draw_anew(resample(log_weights_, particles_.size(), Resampling::low_variance, rng));
+    replace_particles(resample(log_weights_, particles_.size(), Resampling::low_variance, rng));
     std::fill(log_weights_.begin(), log_weights_.end(), -std::log(n));
     return true;
   }
@@ -102,7 +101,7 @@ class Rbpf {
   [[nodiscard]] std::span<const Particle> particles() const { return particles_; }
   /// Normalised; -inf without weight.
   [[nodiscard]] std::span<const double> log_weights() const { return log_weights_; }
-  /// The particle whose way explains most, of those with weight.
+  /// The particle with weight whose trajectory has the largest evidence.
   [[nodiscard]] std::size_t best() const {
     const auto less = [](const Particle& a, const Particle& b) {
       return a.log_evidence < b.log_evidence;
@@ -110,10 +109,12 @@ class Rbpf {
     return static_cast<std::size_t>(std::max_element(particles_.begin(), particles_.end(), less) -
                                     particles_.begin());
   }
-  /// A pose for the start and for every update.
-  [[nodiscard]] Trajectory way(std::size_t particle) const { return tree_.way(ends_[particle]); }
-  /// Poses of all ways together that are kept.
-  [[nodiscard]] std::size_t poses_kept() const { return tree_.size(); }
+  /// Start pose and one pose per update.
+  [[nodiscard]] Trajectory trajectory(std::size_t particle) const {
+    return tree_.trajectory(ends_[particle]);
+  }
+  /// Number of poses stored for all trajectories.
+  [[nodiscard]] std::size_t stored_poses() const { return tree_.size(); }
 
  private:
   [[nodiscard]] static bool finite(const SE2d& pose) {
@@ -135,10 +136,9 @@ class Rbpf {
     return result;
   }
 
-  /// `drawn` is in ascending order. A particle drawn is moved to its last place and copied to the
-  /// others.
-  void draw_anew(const std::vector<ParticleIndex>& drawn) {
-    for (const ParticleIndex i : drawn) tree_.hold(ends_[i]);
+  /// `drawn` is in ascending order. A particle is moved to its last index and copied to the others.
+  void replace_particles(const std::vector<ParticleIndex>& drawn) {
+    for (const ParticleIndex i : drawn) tree_.retain(ends_[i]);
     std::vector<AncestryTree::Node> ends;
     std::vector<Particle> particles;
     particles.reserve(drawn.size());

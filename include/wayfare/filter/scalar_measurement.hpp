@@ -1,6 +1,6 @@
 #pragma once
 
-// What a measurement model hands to a filter.
+// The output of a measurement model.
 
 #include <array>
 
@@ -13,8 +13,8 @@ struct SparseRow {
   std::array<T, K> value;
 };
 
-/// One number measured, linearised at the state it was predicted from: innovation z − h(x), row of
-/// ∂h/∂x in the state's tangent (a 1×n matrix or a SparseRow), variance of the noise.
+/// A scalar measurement, linearised at the predicted state: innovation z − h(x), row of ∂h/∂x in
+/// the state's tangent (a 1×n matrix or a SparseRow), variance of the noise.
 template <class T, class Row>
 struct ScalarMeasurement {
   T innovation;

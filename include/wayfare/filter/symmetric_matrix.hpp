@@ -8,7 +8,7 @@
 
 namespace wayfare {
 
-/// A row of a measurement's Jacobian that is zero but for `value[k]` at the k-th of `Index`.
+/// A row of a measurement's Jacobian with `value[k]` at the k-th of `Index`, else zero.
 template <class T, int... Index>
 struct IndexedRow {
   std::array<T, sizeof...(Index)> value;
@@ -23,8 +23,7 @@ struct IndexedRow {
   }
 };
 
-/// A symmetric N×N matrix of which each element is held once, so that it cannot become
-/// unsymmetrical. Starts as zero.
+/// A symmetric N×N matrix that stores each element once and so remains symmetric. Initially zero.
 template <class T, int N>
 class SymmetricMatrix {
  public:

@@ -1,12 +1,9 @@
 #pragma once
 
-// What a ROS 1 bag (format 2.0, "#ROSBAG V2.0") is made of: connections, each of one topic and one
-// kind of message, and the messages that came by them.
-
-// ROS 1 bags in, without ROS: whole, never indexed, cut off or damaged, compressed or not. A file
-// compressed as a whole by gzip is read into memory.
-
-// ROS 1 bags out, without ROS: chunks that are not compressed, and the index every ROS tool wants.
+// Reading and writing ROS 1 bags (format 2.0, "#ROSBAG V2.0") without ROS. A bag contains
+// connections, each of one topic and one message type, and their messages. The reader accepts bags
+// that are not indexed, truncated, damaged or compressed; a file compressed as a whole by gzip is
+// read into memory. The writer writes uncompressed chunks and the index.
 
 #include <cstddef>
 #include <cstdint>
@@ -28,11 +25,11 @@ struct BagConnection {
   std::string topic = {};
   std::string type = {};        ///< such as sensor_msgs/Imu
   std::string md5 = {};         ///< of the type's definition
-  std::string definition = {};  ///< of the type and of those within it
-  bool latching = false;        ///< the last message is repeated to whoever comes late
+  std::string definition = {};  ///< of the type and its nested types
+  bool latching = false;        ///< late subscribers receive the last message
 };
 
-/// One message as a reader delivers it; `connection` and `data` are gone when the callable returns.
+/// One message; `connection` and `data` are valid until the reader's callable returns.
 struct BagMessage {
   const BagConnection* connection = nullptr;
   LogTime time;  ///< when it was received
@@ -40,28 +37,28 @@ struct BagMessage {
 };
 
 struct BagReadOptions {
-  /// Chunks and other records larger than this are not read; memory is bounded by it.
+  /// Larger chunks and records are not read; this bounds the memory.
   std::size_t max_record_bytes = std::size_t{1} << 28;
   std::size_t max_problems = 100;  ///< kept in full; all are counted
 };
 
-/// What is in a bag, from its index; where that is missing or damaged, from the data.
+/// The contents of a bag from its index, or from the data where the index is missing or damaged.
 struct BagContents {
   std::vector<BagConnection> connections;  ///< in order of their identifiers
   std::uint64_t messages = 0;
   std::uint64_t bytes = 0;  ///< of the file when it was opened
   bool indexed = false;     ///< the file's own index was used
-  Problems problems;        ///< with the byte where each was met
+  Problems problems;        ///< each with its byte offset
 };
 
 /// A bag opened for reading.
 class BagReader {
  public:
-  /// Errors: cannot be read; does not begin as a bag of version 2.0 does. Anything else that is
-  /// wrong is a problem in `contents`.
+  /// Errors: cannot be read; does not begin as a bag of version 2.0 does. Everything else is
+  /// reported as a problem in `contents`.
   [[nodiscard]] static Result<BagReader> open(const std::string& path,
                                               const BagReadOptions& options = {});
-  /// The same of bytes in memory; `source` names them in messages.
+  /// The same for bytes in memory; `source` names them in messages.
   [[nodiscard]] static Result<BagReader> parse(std::string bytes, const std::string& source,
                                                const BagReadOptions& options = {});
   BagReader(BagReader&&) noexcept;
@@ -70,9 +67,9 @@ class BagReader {
 
   [[nodiscard]] const BagContents& contents() const;
 
-  /// Calls `sink` with all messages as they stand in the file until it returns false. What was met
-  /// on the way: damaged records and chunks are left out, as are messages of connections never
-  /// described; reading goes on at the next chunk.
+  /// Calls `sink` with all messages in the order of the file until it returns false. Returns the
+  /// problems: damaged records and chunks and messages of undescribed connections are skipped;
+  /// reading continues at the next chunk.
   Problems read(const std::function<bool(const BagMessage&)>& sink) const;
 
  private:
@@ -83,24 +80,24 @@ class BagReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Gathers a bag in memory: the head of the file says where its index is, so nothing is whole
-/// before the end. For recordings as they are made there is MCAP.
+/// Builds a bag in memory: the head of the file contains the position of its index, so that it is
+/// complete only at the end. For live recording, use MCAP.
 class BagWriter {
  public:
   explicit BagWriter(std::size_t chunk_bytes = std::size_t{768} << 10U);
 
-  /// The identifier to refer to it by; `connection.id` is not looked at.
+  /// Returns the identifier of the connection; `connection.id` is ignored.
   std::uint32_t add_connection(BagConnection connection);
 
   /// Errors: no such connection; a time before 1970 or after 2106.
   [[nodiscard]] Result<void> write(std::uint32_t connection, LogTime time, std::string_view data);
 
-  /// The bag's bytes. No more can be written.
+  /// Returns the bag's bytes and ends it.
   [[nodiscard]] std::string finish();
 
  private:
   struct Entry {
-    std::uint64_t time;  ///< as it stands in the file
+    std::uint64_t time;  ///< in the file's encoding
     std::uint32_t offset;
   };
   struct Chunk {
@@ -113,7 +110,7 @@ class BagWriter {
 
   std::size_t chunk_bytes_;
   std::vector<BagConnection> connections_;
-  std::vector<bool> described_;  ///< in some chunk already
+  std::vector<bool> described_;  ///< whether a chunk already describes it
   std::string out_, chunk_;
   Chunk open_;
   std::map<std::uint32_t, std::vector<Entry>> entries_;

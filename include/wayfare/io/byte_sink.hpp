@@ -1,6 +1,6 @@
 #pragma once
 
-// Where bytes go as they come: a file that grows, or what a test puts in its place.
+// The destination of a byte stream: a file, or a test double.
 
 #include <cstdint>
 #include <memory>
@@ -15,14 +15,14 @@ namespace wayfare::io {
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
-  /// Appends all of `bytes`, or on an error none of them.
+  /// Appends all of `bytes`, or none of them on an error.
   [[nodiscard]] virtual Result<void> write(std::string_view bytes) = 0;
-  /// What was written outlives a power cut once this returns.
+  /// When this returns, written data survives a power failure.
   [[nodiscard]] virtual Result<void> sync() = 0;
 };
 
-/// A file that grows. A write the disk has no room for is taken back, so that the file ends with
-/// the last one that succeeded.
+/// A file opened for appending. A failed write is undone, so that the file ends with the last
+/// successful one.
 class FileSink final : public ByteSink {
  public:
   [[nodiscard]] static Result<std::unique_ptr<ByteSink>> create(const std::string& path,

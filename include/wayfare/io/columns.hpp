@@ -1,7 +1,7 @@
 #pragma once
 
-// Text files of columns: the first line names each column and its unit, or a description of the
-// file does. Every reader of navigation data goes through this one.
+// Text files of columns: the first line, or a description of the file, names each column and its
+// unit. Used by all readers of navigation data.
 
 #include <cstddef>
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace wayfare::io {
 
-/// How a file's columns are called. Fields are set apart by commas or semicolons where a line has
-/// them, by blanks otherwise; a separator at the end of a line is passed over.
+/// The columns of a file. Fields are separated by commas or semicolons where a line has them, else
+/// by blanks; a separator at the end of a line is ignored.
 ///
-/// A name is a quantity and its unit: `ax_g`, `gx_degps`, `lat_deg`, or `ax [m/s^2]`. Angles come
-/// in rad or deg, turn rates in radps (rad/s) or degps (deg/s), specific force in mps2 (m/s^2), g
-/// or mg, magnetic fields in uT, nT, mT, T or G, lengths in m, cm, mm or km, speeds in mps (m/s) or
+/// A name is a quantity and its unit: `ax_g`, `gx_degps`, `lat_deg`, or `ax [m/s^2]`. Angles are in
+/// rad or deg, turn rates in radps (rad/s) or degps (deg/s), specific force in mps2 (m/s^2), g or
+/// mg, magnetic fields in uT, nT, mT, T or G, lengths in m, cm, mm or km, speeds in mps (m/s) or
 /// kmh (km/h), times in s, ms, us or ns.
 ///
 /// The time of a line is one of
@@ -22,15 +22,15 @@ namespace wayfare::io {
 /// - `week`, `tow`: GPS week (not rolled over) and time of week
 /// - `date`, `clock`: a calendar date 2025/07/08 and time of day 19:34:18.499 in GPS time
 /// - `utc_date`, `utc_clock`: the same in UTC
-/// - `utc`: UTC counted from 1970, as computers do
-/// - `unixgps`: GPS time counted from 1970 without leap seconds, as RTKLIB's files do
+/// - `utc`: Unix time: UTC from 1970
+/// - `unixgps`: GPS time from 1970 without leap seconds, as in RTKLIB's files
 struct ColumnFormat {
-  /// Names in the order of the file; "-" passes a column over. Empty: the file has a line that
-  /// names them, alone or behind a '#' or '%'.
+  /// Names in the order of the file; "-" skips a column. Empty: a line of the file names them,
+  /// optionally after '#' or '%'.
   std::vector<std::string> columns;
-  /// Lines in front that are neither names nor data.
+  /// Leading lines that are neither names nor data.
   std::size_t skip_lines = 0;
-  /// GPS time minus UTC, s: 18 since 2017-01-01. Only used for times in UTC.
+  /// GPS time minus UTC, s: 18 since 2017-01-01. Used only for times in UTC.
   int leap_seconds = 18;
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// Tables of numbers in binary: "F32 ", the number of columns as int32, of rows as int64, then the
-// rows as float32, all little endian; NaN where nothing was measured. Plain or gzip.
+// Binary tables: "F32 ", the number of columns as int32, of rows as int64, then the rows as
+// float32, all little endian; NaN: not measured. Plain or gzip.
 
 #include <cstddef>
 #include <span>
@@ -17,7 +17,7 @@ namespace wayfare::io {
 struct FloatTable {
   std::size_t columns = 0;
   std::vector<float> values;  ///< row by row
-  /// Set where the file ends before the last row: those before it are there.
+  /// Set where the file is truncated; its whole rows are read.
   Problems problems;
 
   [[nodiscard]] std::size_t rows() const { return columns == 0 ? 0 : values.size() / columns; }
@@ -26,12 +26,12 @@ struct FloatTable {
   }
 };
 
-/// Errors: cannot be read, not such a table, more bytes than the table needs, no rows.
+/// Errors: cannot be read, not such a table, excess bytes, no rows.
 [[nodiscard]] Result<FloatTable> read_float_table(const std::string& path,
                                                   const ReadOptions& options = {});
 [[nodiscard]] Result<FloatTable> parse_float_table(std::string_view bytes,
                                                    const std::string& source);
-/// Not compressed; `columns` numbers a row.
+/// Not compressed; `columns` numbers per row.
 [[nodiscard]] std::string format_float_table(std::span<const float> values, std::size_t columns);
 
 }  // namespace wayfare::io

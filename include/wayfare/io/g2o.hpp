@@ -1,10 +1,9 @@
 #pragma once
 
 // Pose graphs as g2o text: VERTEX_SE2, EDGE_SE2, VERTEX_SE3:QUAT, EDGE_SE3:QUAT and FIX.
-// A graph with a part left out is another problem, so reading is strict: the first fault refuses
-// the file and names its line.
-
-// Between the graph a file holds (vertices by id) and the graph that is optimised (poses by index).
+// A graph without some of its parts is another problem, so reading is strict: the first fault is an
+// error with its line. Also converts between the graph of a file (vertices by id) and the graph to
+// optimise (poses by index).
 
 #include <cstddef>
 #include <cstdint>
@@ -27,18 +26,18 @@ template <class G>
 struct GraphVertex {
   std::int64_t id = 0;
   G pose{};
-  std::size_t line = 0;  ///< where it stood in the file, 0 where it comes from none
+  std::size_t line = 0;  ///< in the file, 0: not from a file
 };
 
-/// The pose of vertex `to` seen from vertex `from`, with the inverse of its covariance on g2o's
-/// error: (x, y, θ), or translation then the vector part of the unit quaternion.
+/// The pose of vertex `to` in the frame of vertex `from`, with the inverse of its covariance on
+/// g2o's error: (x, y, θ), or translation then the vector part of the unit quaternion.
 template <class G>
 struct GraphEdge {
   std::int64_t from = 0;
   std::int64_t to = 0;
   G measurement{};
   SquareOf<G> information = SquareOf<G>::Identity();
-  std::size_t line = 0;  ///< where it stood in the file, 0 where it comes from none
+  std::size_t line = 0;  ///< in the file, 0: not from a file
 };
 
 /// Vertices have different ids; edges join different vertices of the graph.
@@ -48,35 +47,35 @@ struct GraphFile {
   std::vector<GraphEdge<G>> edges;
   std::vector<std::int64_t> fixed;  ///< ids of FIX lines
 
-  /// Lines of kinds this reader does not know (landmarks, parameters), left out.
+  /// Lines of unknown types (landmarks, parameters), ignored.
   std::size_t ignored_lines = 0;
-  /// Information matrices brought to the nearest positive semi-definite one, where asked for.
+  /// Information matrices projected to the nearest positive semi-definite one (option).
   std::size_t projected_edges = 0;
 };
 
 using AnyGraphFile = std::variant<GraphFile<SE2d>, GraphFile<SE3d>>;
 
 enum class IndefiniteInformation {
-  refuse,   ///< the file is refused, naming edge and line
+  refuse,   ///< an error that names edge and line
   project,  ///< negative eigenvalues become zero: the nearest semi-definite matrix (Frobenius)
 };
 
 struct G2oOptions {
   IndefiniteInformation indefinite = IndefiniteInformation::refuse;
-  /// How far below zero, against the largest, an eigenvalue may be by rounding of the text.
+  /// Tolerance of negative eigenvalues due to rounding of the text, relative to the largest.
   double eigenvalue_tolerance = 1e-6;
   ReadOptions file = {};
 };
 
-/// Errors, each with its line: malformed or non-finite numbers, a quaternion that is not a unit, an
-/// information matrix that is not finite or not positive semi-definite, a vertex given twice, an
-/// edge to an unknown vertex or to itself, planar and spatial lines mixed, no vertex at all.
+/// Errors, each with its line: malformed or non-finite numbers, a quaternion not of unit length, an
+/// information matrix that is not finite or not positive semi-definite, a duplicate vertex, an edge
+/// to an unknown vertex or to itself, planar and spatial lines mixed, no vertex at all.
 [[nodiscard]] Result<AnyGraphFile> read_g2o(const std::string& path,
                                             const G2oOptions& options = {});
 [[nodiscard]] Result<AnyGraphFile> parse_g2o(std::string_view text, const std::string& source,
                                              const G2oOptions& options = {});
 
-/// Numbers are written so that reading them gives the same bits.
+/// Numbers read back to the same bits.
 [[nodiscard]] std::string format_g2o(const GraphFile<SE2d>& graph);
 [[nodiscard]] std::string format_g2o(const GraphFile<SE3d>& graph);
 
@@ -87,8 +86,8 @@ template <class G>
 }
 
 /// Pose i is vertex i of the file, labelled by its id. Edges between vertices that are not
-/// neighbours in the file's order are marked robust: they are what a front end may get wrong.
-/// `file` must be as read_g2o gives it (ids known and different).
+/// neighbours in the file's order are marked robust, since they may be false loop closures. `file`
+/// must be as returned by read_g2o (ids known and distinct).
 template <LieGroup G>
 [[nodiscard]] PoseGraph<G> to_pose_graph(const GraphFile<G>& file) {
   PoseGraph<G> graph;
@@ -108,7 +107,7 @@ template <LieGroup G>
   return graph;
 }
 
-/// Writes the graph's poses back into the file they came from.
+/// Copies the graph's poses to the vertices of `file`.
 template <LieGroup G>
 void take_poses(const PoseGraph<G>& graph, GraphFile<G>& file) {
   for (std::size_t i = 0; i < file.vertices.size() && i < graph.poses.size(); ++i) {
@@ -116,7 +115,7 @@ void take_poses(const PoseGraph<G>& graph, GraphFile<G>& file) {
   }
 }
 
-/// A file of the graph, ids as its indices.
+/// Converts a graph to a file with its indices as ids.
 template <LieGroup G>
 [[nodiscard]] GraphFile<G> to_file(const PoseGraph<G>& graph) {
   GraphFile<G> file;

@@ -10,7 +10,7 @@
 
 namespace wayfare::io {
 
-/// Eight bits a channel, rows from the top, one (grey) or three (red, green, blue) channels.
+/// Eight bits per channel, rows from the top, one (grey) or three (red, green, blue) channels.
 struct Image {
   std::size_t width = 0;
   std::size_t height = 0;
@@ -18,7 +18,7 @@ struct Image {
   std::vector<std::uint8_t> pixels;  ///< width · height · channels
 };
 
-/// The bytes of a PNG file. Errors: no pixels, or sizes that do not agree.
+/// The bytes of a PNG file. Errors: no pixels, or inconsistent sizes.
 [[nodiscard]] Result<std::string> encode_png(const Image& image);
 
 [[nodiscard]] Result<void> write_png(const std::string& path, const Image& image,

@@ -1,6 +1,6 @@
 #pragma once
 
-// Occupancy maps as PGM and YAML, as ROS map_server reads and writes them, and as pictures.
+// Occupancy maps as PGM and YAML in the format of ROS map_server, and as images for viewing.
 
 #include <cstddef>
 #include <string>
@@ -27,36 +27,36 @@ struct GridImage {
 };
 
 struct MapImageOptions {
-  /// Occupied from here on, free up to there, unknown between: written into the YAML file too.
+  /// Occupied from the first on, free up to the second, unknown between; part of the YAML file.
   double occupied_threshold = 0.65;
   double free_threshold = 0.196;
   WriteOptions file = {};
 };
 
-/// The cells of `map` within its bounds; a single unknown one where nothing was observed.
+/// The cells of `map` within its bounds; a single unknown cell for an empty map.
 [[nodiscard]] GridImage grid_image(const OccupancyGrid& map);
 
-/// The picture for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
+/// The image for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
 [[nodiscard]] Result<std::string> format_pgm(const GridImage& grid,
                                              const MapImageOptions& options = {});
 [[nodiscard]] std::string format_map_yaml(const GridImage& grid, const std::string& image_name,
                                           const MapImageOptions& options = {});
 
-/// The picture for people: the greyer, the less certain; unknown is a cool light grey.
+/// The image for viewing: grey by occupancy; unknown is a cool light grey.
 [[nodiscard]] Image to_picture(const GridImage& grid);
 
 /// Writes `stem`.pgm and `stem`.yaml.
 [[nodiscard]] Result<void> write_map(const std::string& stem, const GridImage& grid,
                                      const MapImageOptions& options = {});
 
-/// Reads a YAML file and the PGM it names, relative to its folder. In `mode: trinary` (and without
-/// a mode) cells are 0, 1 or unknown; in `mode: scale` they keep their grey as a probability.
-/// Errors: missing or malformed keys by line, a PGM that is damaged or another kind of picture,
-/// `mode: raw`.
+/// Reads a YAML file and its PGM, whose path is relative to the YAML file's folder. In `mode:
+/// trinary` (and without a mode) cells are 0, 1 or unknown; in `mode: scale` they keep their grey
+/// as a probability. Errors: missing or malformed keys (with the line), a damaged PGM or another
+/// image type, `mode: raw`.
 [[nodiscard]] Result<GridImage> read_map(const std::string& yaml_path,
                                          const ReadOptions& options = {});
 
-/// What a map's YAML file says.
+/// The content of a map's YAML file.
 struct MapYaml {
   std::string image;
   double resolution_m = 0.0;
@@ -68,8 +68,8 @@ struct MapYaml {
 };
 [[nodiscard]] Result<MapYaml> parse_map_yaml(std::string_view text, const std::string& source);
 
-/// A grey PGM picture, binary (P5) or text (P2), with at most 255 as its largest value, which
-/// becomes 255.
+/// A grey PGM image, binary (P5) or text (P2), with a maximum of at most 255, which is scaled to
+/// 255.
 [[nodiscard]] Result<Image> parse_pgm(std::string_view bytes, const std::string& source);
 
 }  // namespace wayfare::io

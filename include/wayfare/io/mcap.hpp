@@ -1,14 +1,10 @@
 #pragma once
 
-// What an MCAP recording is made of. MCAP is a container for time-stamped messages of any encoding;
-// the format is published at mcap.dev (version 0, magic "\x89MCAP0\r\n").
-
-// MCAP recordings in, whole or damaged: of a file that was cut off, or is still being written,
-// everything up to the last complete chunk is read, and the rest is said.
-
-// MCAP recordings out: messages gathered in chunks, each with its checksum and the indexes of its
-// messages, and a summary at the end. What was flushed can be read whatever happens next; the
-// summary only makes reading quicker.
+// Reading and writing MCAP recordings. MCAP is a container for time-stamped messages of any
+// encoding; the format is published at mcap.dev (version 0, magic "\x89MCAP0\r\n"). A file that is
+// truncated, or still being written, is read up to its last complete chunk, and the rest is
+// reported. The writer groups messages in chunks with checksums and message indexes and appends a
+// summary, which only makes reading faster: flushed chunks are readable without it.
 
 #include <cstddef>
 #include <cstdint>
@@ -29,7 +25,7 @@ namespace wayfare::io {
 
 using McapMetadata = std::map<std::string, std::string>;
 
-/// What the bytes of a message mean; identifiers count from 1, 0 is "no schema".
+/// The encoding of a message's bytes; identifiers count from 1, 0 is "no schema".
 struct McapSchema {
   std::uint16_t id = 0;
   std::string name = {};      ///< such as foxglove.LaserScan
@@ -37,7 +33,7 @@ struct McapSchema {
   std::string data = {};
 };
 
-/// A stream of messages of one kind.
+/// A stream of messages of one type.
 struct McapChannel {
   std::uint16_t id = 0;
   std::uint16_t schema = 0;
@@ -46,7 +42,7 @@ struct McapChannel {
   McapMetadata metadata = {};
 };
 
-/// One message as a reader delivers it; `channel` and `data` are gone when the callable returns.
+/// One message; `channel` and `data` are valid until the reader's callable returns.
 struct McapMessage {
   const McapChannel* channel = nullptr;
   std::uint32_t sequence = 0;
@@ -55,7 +51,7 @@ struct McapMessage {
   std::string_view data;
 };
 
-/// How much a file holds.
+/// Message counts and time range of a file.
 struct McapStatistics {
   std::uint64_t messages = 0;
   std::uint32_t chunks = 0;
@@ -64,14 +60,14 @@ struct McapStatistics {
 };
 
 struct McapReadOptions {
-  /// Chunks and other records larger than this are not read; memory is bounded by it.
+  /// Larger chunks and records are not read; this bounds the memory.
   std::size_t max_record_bytes = std::size_t{1} << 28;
   std::size_t max_problems = 100;  ///< kept in full; all are counted
 };
 
 enum class McapOrder {
-  file,      ///< as written: every record from the front of the file on
-  log_time,  ///< by the index of chunks; of equal times the one written first comes first
+  file,      ///< the order of the file
+  log_time,  ///< sorted by time, for equal times by order of writing; uses the chunk index
 };
 
 struct McapQuery {
@@ -81,26 +77,26 @@ struct McapQuery {
   LogTime until = LogTime::from_nanoseconds(INT64_MAX);  ///< both ends are included
 };
 
-/// What is in a file, from its summary; where that is missing or damaged, from the data.
+/// The contents of a file from its summary, or from the data where that is missing or damaged.
 struct McapContents {
   std::string profile, library;
   std::vector<McapSchema> schemas;    ///< in order of their identifiers
   std::vector<McapChannel> channels;  ///< in order of their identifiers
   McapStatistics statistics;
-  std::map<std::string, McapMetadata> metadata;  ///< by name; the last of a name stands
+  std::map<std::string, McapMetadata> metadata;  ///< by name; the last of each name is kept
   std::uint64_t bytes = 0;                       ///< of the file when it was opened
   bool indexed = false;                          ///< the file's own summary was used
-  Problems problems;                             ///< with the byte where each was met
+  Problems problems;                             ///< each with its byte offset
 };
 
 /// A recording opened for reading.
 class McapReader {
  public:
-  /// Errors: cannot be read; does not begin as an MCAP file does. Anything else that is wrong is a
+  /// Errors: cannot be read; does not begin as an MCAP file does. Everything else is reported as a
   /// problem in `contents`.
   [[nodiscard]] static Result<McapReader> open(const std::string& path,
                                                const McapReadOptions& options = {});
-  /// The same of bytes in memory; `source` names them in messages.
+  /// The same for bytes in memory; `source` names them in messages.
   [[nodiscard]] static Result<McapReader> parse(std::string bytes, const std::string& source,
                                                 const McapReadOptions& options = {});
   McapReader(McapReader&&) noexcept;
@@ -109,10 +105,10 @@ class McapReader {
 
   [[nodiscard]] const McapContents& contents() const;
 
-  /// Calls `sink` with the messages asked for until it returns false. What was met on the way:
-  /// chunks whose checksum is wrong are left out, as are messages of channels never described.
-  /// Chunks compressed by LZ4 or Zstandard are read where wayfare was built with their libraries;
-  /// others are left out and their compression is named.
+  /// Calls `sink` with the messages of `query` until it returns false. Returns the problems: chunks
+  /// with a wrong checksum and messages of undescribed channels are skipped. Chunks compressed by
+  /// LZ4 or Zstandard are read if wayfare was built with their libraries; others are skipped and
+  /// their compression is reported.
   Problems read(const McapQuery& query, const std::function<bool(const McapMessage&)>& sink) const;
 
  private:
@@ -124,16 +120,16 @@ class McapReader {
 };
 
 struct McapWriterOptions {
-  std::string profile = {};             ///< of the file, as its format names it; none by default
-  std::string library = "wayfare";      ///< who wrote it
-  std::size_t chunk_bytes = 1U << 20U;  ///< a chunk is written out once it holds this much
+  std::string profile = {};             ///< MCAP profile of the file; none by default
+  std::string library = "wayfare";      ///< name of the writing library
+  std::size_t chunk_bytes = 1U << 20U;  ///< size at which a chunk is written
 };
 
-/// Writes one file. Chunks are not compressed. The first error stands: every later call gives it
-/// again, and the file keeps what was flushed before.
+/// Writes one file. Chunks are not compressed. After an error every later call returns the same
+/// error, and the file keeps what was flushed before.
 class McapWriter {
  public:
-  /// Errors: the file is there already (see `write`), or cannot be written.
+  /// Errors: the file exists (see `write`), or cannot be written.
   [[nodiscard]] static Result<McapWriter> create(const std::string& path,
                                                  const McapWriterOptions& options = {},
                                                  const WriteOptions& write = {});
@@ -141,11 +137,10 @@ class McapWriter {
                                                  const McapWriterOptions& options = {});
   McapWriter(McapWriter&&) noexcept;
   McapWriter& operator=(McapWriter&&) noexcept;
-  /// Closes the file where that was not done; `close` says whether it went well.
+  /// Closes the file if necessary; call `close` to obtain its errors.
   ~McapWriter();
 
-  /// Identifiers to refer to them by. Error: there are 65535 already, or a text is longer than 4
-  /// GB.
+  /// Return the identifier. Errors: more than 65535 of them, or a text longer than 4 GB.
   [[nodiscard]] Result<std::uint16_t> add_schema(const std::string& name,
                                                  const std::string& encoding,
                                                  const std::string& data);
@@ -154,22 +149,22 @@ class McapWriter {
                                                   std::uint16_t schema = 0,
                                                   const McapMetadata& metadata = {});
 
-  /// Takes a message. Errors: no such channel, a time before 1970 or what the file's own clock
-  /// calls its epoch (neither ends the file), or the disk's.
+  /// Adds a message. Errors: no such channel, a time before the clock's epoch (the file remains
+  /// usable), or a write error.
   [[nodiscard]] Result<void> write(std::uint16_t channel, LogTime log_time, LogTime publish_time,
                                    std::string_view data);
-  /// Pairs of texts about the recording as a whole; on the disk at once.
+  /// Key-value pairs about the whole recording; written at once.
   [[nodiscard]] Result<void> add_metadata(const std::string& name, const McapMetadata& pairs);
 
-  /// Closes the chunk and hands it to the operating system: it outlives this program.
+  /// Closes the chunk and passes it to the operating system: it survives a crash of the program.
   [[nodiscard]] Result<void> flush();
-  /// Flushes, and returns when it outlives a power cut.
+  /// Flushes; when this returns, the data survives a power failure.
   [[nodiscard]] Result<void> sync();
-  /// Writes the summary and ends the file. No more can be written.
+  /// Writes the summary and ends the file.
   [[nodiscard]] Result<void> close();
 
   [[nodiscard]] const McapStatistics& statistics() const;
-  [[nodiscard]] std::uint64_t bytes_written() const;  ///< without what is not flushed
+  [[nodiscard]] std::uint64_t bytes_written() const;  ///< flushed bytes only
 
  private:
   struct Impl;

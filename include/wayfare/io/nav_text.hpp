@@ -1,8 +1,8 @@
 #pragma once
 
-// What inertial and satellite navigation reads and writes as columns of text: inertial samples,
-// corrected ranges, fixes, and reference trajectories. Lines that do not make sense are skipped and
-// reported with their number; nothing else is lost. Plain or gzip.
+// Data of inertial and satellite navigation as text columns: inertial samples, corrected ranges,
+// fixes, and reference trajectories. Invalid lines are skipped and reported with their number.
+// Plain or gzip.
 
 #include <cstddef>
 #include <span>
@@ -20,14 +20,14 @@
 
 namespace wayfare::io {
 
-/// Where a line ends in its file.
+/// The end of a line in its file.
 struct LineEnd {
-  std::size_t line = 0;  ///< its number, from 1
-  std::size_t byte = 0;  ///< of the file up to and with it
+  std::size_t line = 0;  ///< number, from 1
+  std::size_t byte = 0;  ///< offset after the line
 };
 
-/// Columns gx gy gz and ax ay az; a file with three of them alone is one part of a unit whose
-/// sensors log apart.
+/// Columns gx gy gz and ax ay az; a file with only three of them is one part of a unit with
+/// separate logs per sensor.
 struct ImuFile {
   std::vector<ImuSample> samples;  ///< in the order of the file
   std::vector<LineEnd> ends;       ///< of the samples' lines
@@ -37,20 +37,20 @@ struct ImuFile {
 };
 
 /// Errors of these readers: the file cannot be read, a column is missing or has an unknown unit, or
-/// no line could be used.
+/// no line is usable.
 [[nodiscard]] Result<ImuFile> read_imu(const std::string& path, const ColumnFormat& format = {});
 [[nodiscard]] Result<ImuFile> parse_imu(std::string_view text, const std::string& source,
                                         const ColumnFormat& format = {});
 
-/// One sample for each of `gyro`'s, with `accelerometer` interpolated to its times; samples it does
-/// not reach, or where it has a gap of more than `max_gap`, are left out. Both in order of time.
+/// One sample per sample of `gyro`, with `accelerometer` interpolated to its times; samples outside
+/// its range or in a gap longer than `max_gap` are dropped. Both in order of time.
 [[nodiscard]] std::vector<ImuSample> merge_imu_parts(
     std::span<const ImuSample> gyro, std::span<const ImuSample> accelerometer,
     Duration max_gap = std::chrono::milliseconds(500));
 
 /// A line per satellite: time, sat ("G05"), position x y z and velocity vx vy vz (Earth-fixed),
-/// range and rate, range_sigma, rate_sigma, cn0; "nan" where not measured. Successive lines of one
-/// time are one epoch. Without sigma columns CorrectedRange's defaults hold.
+/// range and rate, range_sigma, rate_sigma, cn0; "nan": not measured. Successive lines of one time
+/// are one epoch. Without sigma columns CorrectedRange's defaults apply.
 struct RangesFile {
   std::vector<RangeEpoch> epochs;  ///< in the order of the file
   Problems problems;
@@ -66,30 +66,30 @@ struct RangesFile {
 /// instead of sn se sd; speed and course instead of vn ve; q (quality, RTKLIB's numbers).
 struct FixFile {
   std::vector<GnssFix> fixes;  ///< in the order of the file
-  std::vector<int> qualities;  ///< beside them; 0 where the file does not say
+  std::vector<int> qualities;  ///< of each fix; 0: not given
   Problems problems;
 };
 
-/// Also takes RTKLIB's .pos files (latitude, longitude, height), known by their '%' heading.
+/// Also reads RTKLIB's .pos files (latitude, longitude, height), recognised by their '%' heading.
 [[nodiscard]] Result<FixFile> read_fixes(const std::string& path, const ColumnFormat& format = {});
 [[nodiscard]] Result<FixFile> parse_fixes(std::string_view text, const std::string& source,
                                           const ColumnFormat& format = {});
 
 /// Columns lat lon h; vn ve and vd or vu; roll pitch yaw.
 struct NavFile {
-  NavTrajectory trajectory;  ///< in the order of the file; what it does not know is zero
+  NavTrajectory trajectory;  ///< in the order of the file; missing quantities are zero
   bool has_velocity = false;
   bool has_attitude = false;
   Problems problems;
 };
 
-/// Also takes RTKLIB's .pos files.
+/// Also reads RTKLIB's .pos files.
 [[nodiscard]] Result<NavFile> read_nav(const std::string& path, const ColumnFormat& format = {});
 [[nodiscard]] Result<NavFile> parse_nav(std::string_view text, const std::string& source,
                                         const ColumnFormat& format = {});
 
-/// Stamps of the same instants on a device's clock (column device) and in GPS time: a phone's fixes
-/// carry both.
+/// Stamps of the same instants on a device's clock (column device) and in GPS time, e.g. of a
+/// phone's fixes.
 struct ClockFile {
   std::vector<ClockPair<DeviceClock>> pairs;  ///< in the order of the file
   Problems problems;
@@ -100,7 +100,7 @@ struct ClockFile {
 [[nodiscard]] Result<ClockFile> parse_clock(std::string_view text, const std::string& source,
                                             const ColumnFormat& format = {});
 
-/// With a line that names the columns; numbers other than angles read back to the same bits.
+/// With named columns; numbers other than angles read back to the same bits.
 [[nodiscard]] std::string format_imu(std::span<const ImuSample> samples);
 [[nodiscard]] std::string format_ranges(std::span<const RangeEpoch> epochs);
 [[nodiscard]] std::string format_fixes(std::span<const GnssFix> fixes);

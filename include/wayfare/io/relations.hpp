@@ -1,7 +1,7 @@
 #pragma once
 
 // Relations files of the SLAM benchmark of Kümmerle et al. 2009: lines `t1 t2 x y z roll pitch
-// yaw`, the true pose at t2 seen from t1.
+// yaw`, the true pose at t2 relative to that at t1.
 
 #include <string>
 #include <string_view>
@@ -14,11 +14,11 @@
 namespace wayfare::io {
 
 struct RelationsFile {
-  std::vector<eval::Relation> relations;  ///< z, roll and pitch are left out
+  std::vector<eval::Relation> relations;  ///< z, roll and pitch are ignored
   Problems problems;                      ///< malformed lines, skipped
 };
 
-/// Errors: the file cannot be read, or holds no relation at all.
+/// Errors: the file cannot be read, or contains no relation.
 [[nodiscard]] Result<RelationsFile> read_relations(const std::string& path,
                                                    const ReadOptions& options = {});
 [[nodiscard]] Result<RelationsFile> parse_relations(std::string_view text,

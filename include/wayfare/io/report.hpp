@@ -1,7 +1,7 @@
 #pragma once
 
-// One HTML file that says how a run went: facts, tables, drawings and pictures, all inside it, so
-// that it opens anywhere without a network. Colours follow the reader's light or dark setting.
+// A run report as one self-contained HTML file with facts, tables, plots and images, viewable
+// without a network. Colours follow the reader's light or dark setting.
 
 #include <cstddef>
 #include <string>
@@ -30,28 +30,28 @@ struct Plot {
   std::string title;
   std::string x_label;  ///< with its unit: "time [s]"
   std::string y_label;
-  std::vector<Series> series;  ///< coloured in order; the first six differ
-  /// A metre is as long across as up, as a trajectory wants it.
+  std::vector<Series> series;  ///< coloured in order, six distinct colours
+  /// Equal scale of both axes, e.g. for trajectories.
   bool equal_aspect = false;
 };
 
-/// The drawing alone, an <svg> element that takes its colours from the report's style. Curves are
-/// thinned to what the eye can tell apart: extremes are kept, so a single spike stays visible.
+/// The plot alone, an <svg> element with colours from the report's style. Curves are thinned to the
+/// resolution of the plot; extremes are kept, so that a single spike remains visible.
 [[nodiscard]] std::string to_svg(const Plot& plot);
 
-/// Blocks follow each other in the order they are added. All text is escaped.
+/// Blocks appear in the order they are added. All text is escaped.
 class Report {
  public:
   explicit Report(std::string title, std::string subtitle = {});
 
   Report& heading(const std::string& text);
   Report& paragraph(const std::string& text);
-  /// Short figures worth seeing first: what, and how much with its unit.
+  /// Key figures: name, and value with its unit.
   Report& facts(const std::vector<std::pair<std::string, std::string>>& facts);
-  /// The first column names the rows.
+  /// The first column contains the row names.
   Report& table(const eval::Table& table, const std::string& caption = {});
   Report& plot(const Plot& plot);
-  /// A picture that cannot be encoded leaves a line that says why.
+  /// If the image cannot be encoded, a line with the reason is written instead.
   Report& image(const Image& image, const std::string& caption);
 
   [[nodiscard]] std::string html() const;
@@ -63,7 +63,7 @@ class Report {
   std::string body_;
 };
 
-/// `text` with &, <, >, " and ' as entities, and control characters and broken UTF-8 made harmless.
+/// `text` with &, <, >, " and ' as entities, and control characters and invalid UTF-8 replaced.
 [[nodiscard]] std::string escape_html(std::string_view text);
 
 }  // namespace wayfare::io

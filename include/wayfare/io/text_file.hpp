@@ -1,6 +1,6 @@
 #pragma once
 
-// Whole files in and out. Gzip is undone on reading; writing is all or nothing.
+// Reading and writing whole files. Gzip is decompressed on reading; writing is atomic.
 
 #include <cstddef>
 #include <optional>
@@ -13,27 +13,27 @@
 namespace wayfare::io {
 
 struct ReadOptions {
-  /// The largest content read, bytes after decompression; more is refused before memory is filled.
+  /// Limit of the content, bytes after decompression; a larger file is an error.
   std::size_t max_bytes = std::size_t{1} << 30;
 };
 
-/// A file's bytes, decompressed where it was gzip.
+/// A file's bytes, decompressed if it was gzip.
 struct FileContent {
   std::string bytes;
   bool was_gzip = false;
-  /// Set where a gzip stream is cut off or damaged: `bytes` then holds what came before.
+  /// Set where a gzip stream is truncated or damaged: `bytes` then contains the data before that.
   std::optional<Error> damage;
 };
 
-/// Reads all of `path`. Errors: cannot be opened or read, a folder, larger than allowed.
+/// Reads all of `path`. Errors: cannot be opened or read, is a folder, is larger than allowed.
 [[nodiscard]] Result<FileContent> read_file(const std::string& path,
                                             const ReadOptions& options = {});
 
-/// The same on bytes in memory; `source` names them in messages.
+/// The same for bytes in memory; `source` names them in messages.
 [[nodiscard]] Result<FileContent> decompress(std::string_view bytes, const std::string& source,
                                              const ReadOptions& options = {});
 
-/// What to do where the file to be written is already there.
+/// What to do if the file to be written exists.
 enum class Existing { refuse, replace };
 
 struct WriteOptions {
@@ -41,12 +41,11 @@ struct WriteOptions {
 };
 
 /// Writes `bytes` to a temporary file beside `path` and renames it there, so that `path` never
-/// holds half of them, even where the disk is full.
+/// contains only part of them, even if the disk is full.
 [[nodiscard]] Result<void> write_file(const std::string& path, std::string_view bytes,
                                       const WriteOptions& options = {});
 
-/// The faults met while reading something that could be read all the same: the first few in full
-/// and how many there were.
+/// The faults found while reading that were not fatal: their number, and the first ones in full.
 class Problems {
  public:
   Problems() = default;

@@ -1,7 +1,7 @@
 #pragma once
 
-// RTKLIB's time tags (FILE.tag): when each part of a logged stream had arrived at the computer, so
-// that a stream without times of its own, or with a device's counter, comes to GPS time.
+// RTKLIB's time tags (FILE.tag): the arrival times of a logged stream's parts at the computer,
+// which convert a stream without times, or with a device's counter, to GPS time.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace wayfare::io {
 
-/// At `time`, GPS time by the computer's clock, this many bytes of the stream had come.
+/// At `time`, GPS time by the computer's clock, this number of bytes of the stream had arrived.
 struct TimeTag {
   std::uint64_t bytes = 0;
   LogTime time;
@@ -27,18 +27,18 @@ struct TimeTag {
 /// as seconds since 1970 (uint32) and their fraction (double), GPS time; then records of the
 /// milliseconds since the start and the bytes of the stream by then (uint32 both). Little endian.
 struct TimeTagFile {
-  std::vector<TimeTag> tags;  ///< neither times nor bytes ever fall
+  std::vector<TimeTag> tags;  ///< times and bytes do not decrease
   Problems problems;          ///< records out of order, skipped
 };
 
-/// Errors: the file cannot be read, is no time tag, or holds none.
+/// Errors: the file cannot be read, is not a time tag file, or contains no tag.
 [[nodiscard]] Result<TimeTagFile> read_time_tags(const std::string& path);
 [[nodiscard]] Result<TimeTagFile> parse_time_tags(std::string_view bytes,
                                                   const std::string& source);
 
-/// The line from the times of `file`, its device's own counter, to GPS time. Each sample is set
-/// beside the tag by which it had come. Streams logged with CR LF and stored with LF alone are
-/// recognised by the bytes that the last tag counts and the file does not have.
+/// The linear fit from the times of `file`, its device's own counter, to GPS time. Each sample is
+/// paired with the first tag after its arrival. Streams logged with CR LF but stored with LF alone
+/// are detected by the byte count of the last tag, which exceeds the file's size.
 [[nodiscard]] Result<ClockFit<LogClock>> fit_time_tags(const ImuFile& file,
                                                        const TimeTagFile& tags);
 

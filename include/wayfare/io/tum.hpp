@@ -1,8 +1,7 @@
 #pragma once
 
 // Trajectories as TUM text: lines `t x y z qx qy qz qw`, metres, unit quaternion, comments with #.
-// Times go to and from whole nanoseconds without rounding; other numbers are written so that
-// reading them gives the same bits.
+// Times are exact to the nanosecond; other numbers read back to the same bits.
 
 #include <span>
 #include <string>
@@ -29,11 +28,11 @@ struct TumFile {
   Problems problems;       ///< malformed lines, skipped
 };
 
-/// Errors: the file cannot be read, or holds no pose at all.
+/// Errors: the file cannot be read, or contains no pose.
 [[nodiscard]] Result<TumFile> read_tum(const std::string& path, const ReadOptions& options = {});
 [[nodiscard]] Result<TumFile> parse_tum(std::string_view text, const std::string& source);
 
-/// The trajectory seen from above: x, y and the heading of each body's x axis.
+/// The trajectory projected onto the plane: x, y and the heading of the body's x axis.
 [[nodiscard]] Trajectory planar(std::span<const StampedPose3> trajectory);
 
 [[nodiscard]] std::string format_tum(std::span<const StampedPose> trajectory);

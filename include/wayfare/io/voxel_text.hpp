@@ -1,7 +1,7 @@
 #pragma once
 
-// Occupied voxels and places as text, one point a line, as ColoRadar's maps are published:
-// "(x y z)" or "x,y,z", metres. Brackets, commas and blanks part the numbers.
+// Occupied voxels or points as text, one per line, in the format of ColoRadar's maps: "(x y z)" or
+// "x,y,z", metres. Brackets, commas and blanks separate the numbers.
 
 #include <string>
 #include <string_view>
@@ -16,11 +16,11 @@ namespace wayfare::io {
 
 struct PointText {
   std::vector<Eigen::Vector3d> points_m;
-  Problems problems;  ///< lines that were left out
+  Problems problems;  ///< skipped lines
 };
 
-/// Empty lines and comments (#) are skipped, malformed lines reported by number and left out. Fails
-/// where the file cannot be read or holds no point.
+/// Empty lines and comments (#) are skipped, malformed lines reported by number and skipped.
+/// Errors: the file cannot be read or contains no point.
 [[nodiscard]] Result<PointText> read_points(const std::string& path);
 [[nodiscard]] Result<PointText> parse_points(std::string_view text, const std::string& source);
 

@@ -1,13 +1,12 @@
 #pragma once
 
-// How far a robot on two driven wheels got, as a Gaussian on SE(2): from its wheels alone, and from
-// its wheels' forward way and a gyro's turn (Zhang 2020, equations 5.2 and 5.3).
+// Motion of a robot with two driven wheels, as a Gaussian on SE(2): from its wheels alone, and from
+// the forward distance of its wheels and a gyro's angle (Zhang 2020, equations 5.2 and 5.3).
 //
-// Both return the increment T_before_after with its covariance in the axes of where the robot is
-// afterwards: right perturbation, (x, y, θ) in m, m, rad. The motion between two samples is a
-// circular arc, the exponential of a constant twist, which has no singularity where the robot goes
-// straight. The covariance is that of the increment alone; compose() of core/gaussian.hpp carries a
-// pose's own along.
+// Both return the increment T_before_after with its covariance in the axes of the final pose: right
+// perturbation, (x, y, θ) in m, m, rad. The motion between two samples is a circular arc, the
+// exponential of a constant twist, which is regular for straight motion. The covariance is that of
+// the increment alone; compose() of core/gaussian.hpp propagates that of a pose.
 
 #include <cmath>
 
@@ -19,18 +18,18 @@
 
 namespace wayfare {
 
-/// What neither wheels nor gyro see. With all of them zero the covariances are singular: such a
+/// Motion that neither wheels nor gyro measure. If all are zero, the covariances are singular: the
 /// robot cannot leave its arc.
 struct GroundSlip {
   /// Standard deviation of a sideways slide after one metre, growing with the root of the distance.
   double side_m_per_sqrt_m = 0.002;
-  /// Of a turn nobody measured, after one radian of turning, growing with the root of the angle.
+  /// Of an unmeasured rotation after one radian, growing with the root of the angle.
   double turn_rad_per_sqrt_rad = 0.01;
-  /// Of an increment however small, m and rad: keeps a robot at rest from being certain for ever.
+  /// Of any increment, m and rad: keeps the variance of a robot at rest from staying zero.
   double floor_m = 1e-5;
   double floor_rad = 1e-5;
 
-  /// Variances over a twist (x, y, θ).
+  /// Covariance of a twist (x, y, θ).
   [[nodiscard]] Eigen::Matrix3d covariance(const Eigen::Vector3d& twist) const {
     const double along = std::abs(twist.x()), turn = std::abs(twist.z());
     const double floor = floor_m * floor_m;
@@ -41,22 +40,22 @@ struct GroundSlip {
   }
 };
 
-/// An increment and its derivative by the two inputs of the model, in the axes of its end.
+/// An increment and its derivative by the two inputs of the model, in the axes of the final pose.
 struct InputJacobian {
   SE2d increment;
   Eigen::Matrix<double, 3, 2> by_inputs;
 };
 
-/// From the way each wheel rolled, forward positive.
+/// From the distance rolled by each wheel, forward positive.
 struct DifferentialDriveModel {
   double wheel_base_m = 0.4;
-  /// Standard deviation of each wheel's way after one metre, growing with the root of the distance.
+  /// Standard deviation of each wheel's distance after one metre, growing with its root.
   double slip_m_per_sqrt_m = 0.004;
-  /// Relative uncertainty of each wheel's radius: grows with the distance itself.
+  /// Relative uncertainty of each wheel's radius: its effect is proportional to the distance.
   double scale = 0.0;
   GroundSlip ground{};
 
-  /// Twist: the mean of the two wheels along, (right − left) / wheel base about.
+  /// Twist: mean of the two wheels along x, (right − left) / wheel base about z.
   [[nodiscard]] Eigen::Vector3d twist(double left_m, double right_m) const {
     return {0.5 * (left_m + right_m), 0.0, (right_m - left_m) / wheel_base_m};
   }
@@ -74,28 +73,29 @@ struct DifferentialDriveModel {
   [[nodiscard]] Gaussian<SE2d> operator()(double left_m, double right_m) const;
 
  private:
-  [[nodiscard]] double wheel_variance(double way_m) const {
-    return slip_m_per_sqrt_m * slip_m_per_sqrt_m * std::abs(way_m) + scale * scale * way_m * way_m;
+  [[nodiscard]] double wheel_variance(double distance_m) const {
+    return slip_m_per_sqrt_m * slip_m_per_sqrt_m * std::abs(distance_m) +
+           scale * scale * distance_m * distance_m;
   }
 };
 
-/// From the way along (the mean of the wheels', say) and a gyro's mean rate, counter-clockwise
-/// positive.
+/// From the forward distance (e.g. the mean of the wheels) and a gyro's mean rate,
+/// counter-clockwise positive.
 struct GyroMotion {
-  /// Standard deviation of the way along after one metre, growing with the root of the distance.
+  /// Standard deviation of the forward distance after one metre, growing with its root.
   double along_m_per_sqrt_m = 0.003;
-  /// Relative uncertainty of the way: grows with the distance itself.
+  /// Relative uncertainty of the distance: its effect is proportional to the distance.
   double scale = 0.0;
   /// Standard deviation of the angle after one second, growing with the root of time.
   double angle_random_walk_rad_per_sqrt_s = 0.001;
-  /// Standard deviation of the bias left in the rate: grows with time itself.
+  /// Standard deviation of the residual bias of the rate: its effect is proportional to time.
   double bias_rad_s = 0.0005;
   GroundSlip ground{};
 
   [[nodiscard]] Eigen::Vector3d twist(double along_m, double turn_rate_rad_s, double dt_s) const {
     return {along_m, 0.0, turn_rate_rad_s * dt_s};
   }
-  /// Derivatives by (way along, angle turned).
+  /// Derivatives by (forward distance, rotation angle).
   [[nodiscard]] InputJacobian linearised(double along_m, double turn_rate_rad_s,
                                          double dt_s) const {
     const Eigen::Vector3d tau = twist(along_m, turn_rate_rad_s, dt_s);
@@ -103,7 +103,7 @@ struct GyroMotion {
     by_inputs << 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
     return {SE2d::exp(tau), SE2d::right_jacobian(tau) * by_inputs};
   }
-  /// Variances of (way along, angle turned).
+  /// Variances of (forward distance, rotation angle).
   [[nodiscard]] Eigen::Vector2d input_variances(double along_m, double dt_s) const {
     const double walk = angle_random_walk_rad_per_sqrt_s, bias = bias_rad_s * dt_s;
     return {along_m_per_sqrt_m * along_m_per_sqrt_m * std::abs(along_m) +
@@ -135,18 +135,18 @@ inline Gaussian<SE2d> GyroMotion::operator()(double along_m, double turn_rate_ra
                               ground.covariance(twist(along_m, turn_rate_rad_s, dt_s)));
 }
 
-/// Both as one, by the product of their densities (Zhang 2020, equation 5.4), the heading's
-/// difference wrapped. It takes the two for independent: where both have their way along from the
-/// same wheels, that part of the covariance comes out at half its due, and the caller who minds
-/// gives GyroMotion::along_m_per_sqrt_m a value √2 times larger, and DifferentialDriveModel's slip
-/// likewise. An Error where neither covariance is definite in some direction.
+/// Fuses both by the product of their densities (Zhang 2020, equation 5.4), with the heading
+/// difference wrapped. Assumes independence: where both distances come from the same wheels, their
+/// variance is half of what it should be; to compensate, increase GyroMotion::along_m_per_sqrt_m
+/// and DifferentialDriveModel's slip by √2. An Error where both covariances are singular in the
+/// same direction.
 [[nodiscard]] inline Result<Gaussian<SE2d>> fuse(const Gaussian<SE2d>& wheels,
                                                  const Gaussian<SE2d>& gyro) {
   return product(wheels, gyro);
 }
 
-/// Draws of one Gaussian, factorised once: what moves a set of particles. The covariance may be
-/// singular.
+/// Draws samples of a Gaussian, factorised once, e.g. to move a set of particles. The covariance
+/// may be singular.
 class MotionSampler {
  public:
   explicit MotionSampler(const Gaussian<SE2d>& motion) : mean_(motion.mean) {

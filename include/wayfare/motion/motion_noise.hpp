@@ -9,8 +9,8 @@
 
 namespace wayfare {
 
-/// Standard deviation of a motion between two scans, growing with it. Larger: wider searches, less
-/// trust where the scene does not say.
+/// Standard deviation of the motion between two scans, growing with the motion. Larger values widen
+/// the search and reduce the weight of odometry where the scene is ambiguous.
 struct MotionNoise {
   double translation_floor_m = 0.03;
   double translation_per_m = 0.25;
@@ -20,7 +20,7 @@ struct MotionNoise {
   double heading_per_m_rad = 0.1;
 };
 
-/// Of (x, y, θ) after the motion `increment`, in the axes of where it ends.
+/// Of (x, y, θ) after the motion `increment`, in the axes of the final pose.
 [[nodiscard]] inline Eigen::Vector3d sigma_of(const SE2d& increment, const MotionNoise& noise) {
   const double d = increment.translation().norm();
   const double turn = std::abs(increment.heading().radians());

@@ -1,6 +1,6 @@
 #pragma once
 
-// What a GNSS receiver gives, from raw to finished: observations, corrected ranges, fixes.
+// The output of a GNSS receiver: observations, corrected ranges, fixes.
 
 #include <compare>
 #include <cstdint>
@@ -25,8 +25,7 @@ struct SatelliteId {
   auto operator<=>(const SatelliteId&) const = default;
 };
 
-/// One satellite's raw code and Doppler measurement on one signal. A value that was not measured is
-/// NaN.
+/// One satellite's raw code and Doppler measurement on one signal. NaN: not measured.
 struct SatelliteObservation {
   SatelliteId satellite;
   double pseudorange_m = std::numeric_limits<double>::quiet_NaN();
@@ -36,18 +35,17 @@ struct SatelliteObservation {
   double carrier_hz = std::numeric_limits<double>::quiet_NaN();  ///< the signal's frequency
 };
 
-/// All satellites of one reception time, as the receiver's clock read it.
+/// All satellites of one reception time on the receiver's clock.
 struct ObservationEpoch {
   Time<GpsClock> time;
   std::vector<SatelliteObservation> satellites;
 };
 
-/// A range and range rate freed of everything but the receiver: satellite clock, relativity, group
-/// delay and atmosphere are removed, so that
+/// A range and range rate without satellite clock, relativity, group delay and atmosphere:
 ///   range = |p − satellite position| + clock bias + noise,
 ///   rate  = uᵀ(satellite velocity − v) + clock drift + noise, u from receiver to satellite.
 /// The satellite is where it was at transmission, in the Earth-fixed axes of the time of reception
-/// (so Sagnac's effect is in its position and velocity). NaN: not measured.
+/// (so its position and velocity include the Sagnac effect). NaN: not measured.
 struct CorrectedRange {
   SatelliteId satellite;
   Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
@@ -64,7 +62,7 @@ struct RangeEpoch {
   std::vector<CorrectedRange> satellites;
 };
 
-/// A receiver's own finished position, and velocity where it gives one.
+/// A receiver's own position, and velocity where it reports one.
 struct GnssFix {
   LogTime time;
   Geodetic position;

@@ -6,8 +6,8 @@
 
 namespace wayfare {
 
-/// One reading of an inertial unit in its own axes. Specific force: what the accelerometers feel,
-/// +g upward at rest.
+/// One reading of an inertial unit in its own axes. Specific force: what accelerometers measure, +g
+/// upward at rest.
 struct ImuSample {
   LogTime time;
   Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();

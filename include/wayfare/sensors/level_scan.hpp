@@ -1,7 +1,7 @@
 #pragma once
 
-// A scan of a tilted range finder as one of a level plane, for carriers that sway: heads, hands,
-// small boats.
+// Projects the scan of a tilted range finder onto the level plane, for carriers that sway: heads,
+// hands, small boats.
 
 #include <cmath>
 #include <cstddef>
@@ -16,18 +16,18 @@
 namespace wayfare {
 
 struct LevelScanOptions {
-  /// Points lower or higher than these, m from the sensor, are floor and ceiling: no returns.
+  /// Lower and higher points, m above the sensor, are floor and ceiling and are dropped.
   double lowest_m = -1.2, highest_m = 0.8;
-  /// Beams of the level scan over a full turn; more keep the bearings of a tilted plane better.
+  /// Beams of the level scan over a full circle; more represent the bearings more precisely.
   std::size_t beams = 3600;
 };
 
-/// The points of `scan`, turned by `q_level_laser` (z up) and put into the level plane, as a scan
-/// of beams all round. Of points that fall into one beam the nearest counts.
+/// The points of `scan`, rotated by `q_level_laser` (z up) and projected onto the level plane, as a
+/// scan over the full circle. The nearest point of each beam is used.
 [[nodiscard]] inline LaserScan level_scan(const LaserScan& scan, const SO3d& q_level_laser,
                                           const LevelScanOptions& options = {}) {
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  const double step = kTurn / static_cast<double>(options.beams);
+  constexpr double kTwoPi = 2.0 * std::numbers::pi;
+  const double step = kTwoPi / static_cast<double>(options.beams);
   LaserScan level{scan.time,
                   Angle::radians(-std::numbers::pi),
                   Angle::radians(step),
@@ -40,10 +40,11 @@ struct LevelScanOptions {
     const Eigen::Vector3d beam(std::cos(bearing), std::sin(bearing), 0.0);
     const Eigen::Vector3d p = q_level_laser * Eigen::Vector3d(double(scan.ranges_m[i]) * beam);
     if (!(p.z() >= options.lowest_m && p.z() <= options.highest_m)) continue;
-    const double turned = (std::atan2(p.y(), p.x()) + std::numbers::pi) / step;
-    float& range = level.ranges_m[static_cast<std::size_t>(std::lround(turned)) % options.beams];
-    const auto here = static_cast<float>(p.head<2>().norm());
-    if (!(range <= here)) range = here;
+    const double beam_index = (std::atan2(p.y(), p.x()) + std::numbers::pi) / step;
+    float& range =
+        level.ranges_m[static_cast<std::size_t>(std::lround(beam_index)) % options.beams];
+    const auto projected = static_cast<float>(p.head<2>().norm());
+    if (!(range <= projected)) range = projected;
   }
   return level;
 }

@@ -9,14 +9,14 @@
 
 namespace wayfare {
 
-/// One instant of a nine-axis unit (magnetic, angular rate, gravity) in its own axes. A sensor that
-/// gave nothing then has NaN.
+/// One instant of a nine-axis unit (magnetic, angular rate, gravity) in its own axes. A missing
+/// measurement is NaN.
 struct MargSample {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   LogTime time;
   Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Constant(kNone);
-  /// What the accelerometers feel: +g upward at rest.
+  /// What accelerometers measure: +g upward at rest.
   Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Constant(kNone);
   Eigen::Vector3d magnetic_field_uT = Eigen::Vector3d::Constant(kNone);
 };

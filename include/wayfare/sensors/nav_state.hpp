@@ -11,8 +11,8 @@
 
 namespace wayfare {
 
-/// Where a vehicle is on the Earth, how it moves and how it is turned: of an estimate, or of a
-/// reference. `q_nb` rotates body (forward-right-down) to local level (north-east-down).
+/// Position, velocity and attitude of a vehicle, estimated or reference. `q_nb` rotates body
+/// (forward-right-down) to local level (north-east-down).
 struct NavState {
   LogTime time;
   Geodetic position;

@@ -1,7 +1,7 @@
 #pragma once
 
-// The points of a scan as match and map kernels want them: structure of arrays, single precision,
-// padded to whole vectors.
+// The points of a scan in the layout of the match and map kernels: structure of arrays, single
+// precision, padded to whole vectors.
 
 #include <cmath>
 #include <cstddef>
@@ -60,7 +60,7 @@ class PointSet {
   std::vector<float> x_, y_;
 };
 
-/// The end points of the beams that returned, in the frame `T_frame_laser` leads to.
+/// The end points of the beams that returned, in the target frame of `T_frame_laser`.
 [[nodiscard]] inline PointSet end_points(const LaserScan& scan, const SE2d& T_frame_laser = {}) {
   PointSet points;
   points.reserve(scan.ranges_m.size());
@@ -75,9 +75,8 @@ class PointSet {
   return points;
 }
 
-/// The points nearer than `max_norm_m` to the origin of which each is at least `spacing_m` from the
-/// one kept before it: walls close by, which a scan samples densely, then weigh no more than far
-/// ones.
+/// The points within `max_norm_m` of the origin, each at least `spacing_m` from the previous one
+/// kept: near walls, which a scan samples densely, then weigh no more than far ones.
 [[nodiscard]] inline PointSet thin(const PointSet& points, float spacing_m, float max_norm_m) {
   PointSet kept;
   kept.reserve(points.size());

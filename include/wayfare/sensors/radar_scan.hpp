@@ -13,13 +13,13 @@ struct RadarPoint {
   float y_m = 0.0F;
   float z_m = 0.0F;          ///< 0 where the radar does not measure elevation
   float doppler_m_s = 0.0F;  ///< radial speed, positive away from the radar
-  float snr_db = 0.0F;       ///< strength over the noise of its range and Doppler cell
+  float snr_db = 0.0F;       ///< signal over the noise of its range and Doppler cell
 
   friend bool operator==(const RadarPoint&, const RadarPoint&) = default;
 };
 
-/// What a radar detected in one frame; often nothing at all. Unlike a laser's missing beam, a
-/// direction without a point says nothing about free space.
+/// The detections of one radar frame; often none. Unlike a laser beam without a return, a direction
+/// without a point carries no information about free space.
 struct RadarScan {
   LogTime time;
   std::vector<RadarPoint> points = {};

@@ -12,7 +12,7 @@
 
 namespace wayfare {
 
-/// Where dead reckoning says the robot is.
+/// The robot's pose by dead reckoning.
 struct OdometrySample {
   LogTime time;
   Transform2<frame::Odom, frame::Base> T_odom_base;
@@ -26,11 +26,11 @@ struct StampedPose {
 
 using Trajectory = std::vector<StampedPose>;
 
-/// Where a trajectory may be interpolated.
+/// Limits of interpolation in a trajectory.
 struct GapLimit {
-  /// Samples further apart than this leave the time between them without a pose …
+  /// No pose between samples further apart than this …
   Duration largest_gap = Duration::max();
-  /// … but for times this near one of them.
+  /// … except at times this close to one of them.
   Duration near = Duration::zero();
 };
 
@@ -52,7 +52,7 @@ struct GapLimit {
   return interpolate(before.T_map_base.raw(), after->T_map_base.raw(), u);
 }
 
-/// Odometry as a trajectory, to be judged like one.
+/// Odometry as a trajectory, e.g. for evaluation.
 [[nodiscard]] inline Trajectory as_trajectory(std::span<const OdometrySample> odometry) {
   Trajectory result;
   result.reserve(odometry.size());

@@ -33,7 +33,7 @@ struct RadarSlamStreamOptions {
 };
 
 /// Takes each stream in its own order. How the streams are interleaved, and in what portions they
-/// come, does not change the result as long as none lags by more than `sync.patience`. Not
+/// come, does not change the result as long as none lags by more than `sync.max_wait`. Not
 /// thread-safe.
 class RadarSlamStream {
  public:

@@ -1,8 +1,8 @@
 #pragma once
 
-// One ordered stream out of wheels, gyro, radar and laser (Zhang 2020, section 5.3.1): a time base
-// of 20 Hz into which the scans' times are inserted, and radar frames, each too sparse to be
-// matched, gathered into augmented scans by the wheels' odometry.
+// One ordered stream from wheels, gyro, radar and laser (Zhang 2020, section 5.3.1): a time base of
+// 20 Hz into which the scans' times are inserted, and radar frames, each too sparse for matching,
+// accumulated to augmented scans by wheel odometry.
 
 #include <chrono>
 #include <cstddef>
@@ -22,24 +22,23 @@
 namespace wayfare {
 
 struct SyncParams {
-  Duration period{50'000'000};   ///< of the time base
-  std::size_t scans = 20;        ///< radar frames gathered into one; 10 to 40 in the source
-  std::size_t fewest_scans = 3;  ///< fewer, where the radar fell silent, are thrown away
-  double min_range_m = 0.0;      ///< nearer radar points are left out
-  double max_range_m = 1e9;      ///< farther radar points are left out
-  float min_snr_db = 0.0F;       ///< weaker radar points are left out
-  /// How long a step waits for a stream that is behind the others; then the stream counts as
-  /// silent.
-  Duration patience{500'000'000};
-  /// Wheel or gyro samples further apart than this leave the time between them unknown.
+  Duration period{50'000'000};  ///< of the time base
+  std::size_t scans = 20;       ///< radar frames gathered into one; 10 to 40 in the source
+  std::size_t min_scans = 3;    ///< fewer, before a gap in the radar stream, are dropped
+  double min_range_m = 0.0;     ///< nearer radar points are dropped
+  double max_range_m = 1e9;     ///< farther radar points are dropped
+  float min_snr_db = 0.0F;      ///< weaker radar points are dropped
+  /// How long a step waits for a stream that lags the others; then the stream counts as silent.
+  Duration max_wait{500'000'000};
+  /// Between wheel or gyro samples further apart than this, the motion is unknown.
   Duration largest_gap{300'000'000};
   double wheel_base_m = 0.0;  ///< as in the recording
   Transform2<frame::Base, frame::Radar> T_base_radar = {};
-  /// Bearings are set right for the robot's own motion where the array's largest speed is known.
+  /// Bearings are corrected for the robot's motion where the array's largest speed is known.
   RadarArray array = {};
 };
 
-/// Consecutive radar frames as one: their points where the robot stood at the first one's time.
+/// Consecutive radar frames as one scan, in the robot's pose at the time of the first.
 struct AugmentedScan {
   LogTime time;   ///< of the first frame
   LogTime until;  ///< of the last
@@ -47,16 +46,16 @@ struct AugmentedScan {
   PointSet points;  ///< in the robot's own axes (base) at `time`
 };
 
-/// What happened since the step before, up to `time`.
+/// Measurements since the previous step, up to `time`.
 struct SyncedStep {
   LogTime time;
-  Duration since{0};   ///< of the step before; 0 in the first
-  WheelSample wheels;  ///< metres rolled since the step before, by interpolation
-  GyroSample gyro;     ///< mean rate since the step before
-  /// False where the wheels were silent, or not finite. They then count nothing; what a later
-  /// sample counts over the silence comes with the step that reaches it.
+  Duration since{0};   ///< since the previous step; 0 in the first
+  WheelSample wheels;  ///< metres rolled since the previous step, interpolated
+  GyroSample gyro;     ///< mean rate since the previous step
+  /// False where the wheels were silent or not finite. They then count nothing; the distance over
+  /// the gap is added to the step that reaches the next sample.
   bool wheels_known = false;
-  bool gyro_known = false;  ///< false where the gyro was; its rate is then 0
+  bool gyro_known = false;  ///< false where the gyro was silent; its rate is then 0
   std::optional<AugmentedScan> radar = {};
   std::optional<LaserScan> laser = {};
 
@@ -67,15 +66,15 @@ struct SyncedStep {
 };
 
 struct SyncStatistics {
-  std::size_t refused_late = 0;  ///< not later than the one before of its stream, or than a step
+  std::size_t refused_late = 0;  ///< not later than the previous one of its stream, or than a step
   std::size_t refused_not_finite = 0;  ///< wheels and gyro
-  std::size_t thrown_away_scans = 0;   ///< radar frames of which too few came together
+  std::size_t dropped_scans = 0;       ///< radar frames in groups below min_scans
 };
 
-/// Takes each stream in its own order; how the streams are interleaved, and in what portions they
-/// come, does not change the steps as long as none lags by more than `patience` less its own
-/// period. A step depends on nothing later than itself but for its augmented scan, which depends on
-/// nothing later than its last frame, and on the wheels' first sample from there on.
+/// Each stream must be in order of time; how the streams are interleaved and chunked does not
+/// change the steps as long as none lags by more than `max_wait` minus its own period. A step
+/// depends on nothing later than itself, except for its augmented scan, which depends on data up to
+/// its last frame and on the wheels' first sample from there on.
 class RobotSynchroniser {
  public:
   explicit RobotSynchroniser(const SyncParams& params);
@@ -83,15 +82,15 @@ class RobotSynchroniser {
   RobotSynchroniser(RobotSynchroniser&&) noexcept;
   RobotSynchroniser& operator=(RobotSynchroniser&&) noexcept;
 
-  /// False where the measurement was refused.
+  /// False where the measurement was rejected.
   bool push(const WheelSample& sample);
   bool push(const GyroSample& sample);
   bool push(const RadarScan& scan);
   bool push(const LaserScan& scan);
-  /// Nothing more will come: what waits is given without waiting.
+  /// Ends the streams: the remaining steps are available at once.
   void finish();
 
-  /// The next step, in order of time, once all that belongs to it is there.
+  /// The next step, in order of time, once it is complete.
   [[nodiscard]] std::optional<SyncedStep> next();
 
   [[nodiscard]] const SyncStatistics& statistics() const;
@@ -101,10 +100,10 @@ class RobotSynchroniser {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What the recording says of how its sensors are mounted, filled in.
+/// `params` with the sensor geometry of the recording.
 [[nodiscard]] SyncParams sync_params(const Recording& recording, SyncParams params = {});
 
-/// All steps of a recording, and what had to be refused where that is asked for.
+/// All steps of a recording, and optionally the counts of rejected measurements.
 [[nodiscard]] std::vector<SyncedStep> synchronise(const Recording& recording,
                                                   const SyncParams& params,
                                                   SyncStatistics* statistics = nullptr);

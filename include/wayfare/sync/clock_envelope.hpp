@@ -1,9 +1,9 @@
 #pragma once
 
-// A device's clock on the host's, found while measurements come in: they arrive late by a delay
-// that varies but is never less than the link takes, so that the line goes below all arrivals.
-// Of the lines below them the one with the least sum of distances touches the lower convex hull
-// at the edge above the mean of the device's times (Moon, Skelly, Towsley 1999).
+// Estimates a device's clock relative to the host's from arriving measurements: they are delayed by
+// a varying time that is never below the minimum delay of the link, so that the line lies below all
+// arrivals. Of the lines below them, the one with the smallest sum of distances touches the lower
+// convex hull at the edge above the mean of the device's times (Moon, Skelly, Towsley 1999).
 
 #include <algorithm>
 #include <cmath>
@@ -16,19 +16,20 @@
 namespace wayfare {
 
 struct ClockEnvelopeOptions {
-  Duration window = std::chrono::seconds(60);        ///< older arrivals do not count
-  Duration bucket = std::chrono::milliseconds(250);  ///< the earliest of each counts
-  Duration settle = std::chrono::seconds(5);         ///< before, both clocks run equally fast
-  Duration jump = std::chrono::seconds(1);           ///< a device that is off by more began anew
-  double max_drift = 5e-4;                           ///< rates further from 1 are not believed
+  Duration window = std::chrono::seconds(60);        ///< older arrivals are dropped
+  Duration bucket = std::chrono::milliseconds(250);  ///< the earliest arrival of each is used
+  Duration settle = std::chrono::seconds(5);         ///< until then, equal rates are assumed
+  Duration jump =
+      std::chrono::seconds(1);  ///< a larger offset is taken for a restart of the device
+  double max_drift = 5e-4;      ///< rates further from 1 are rejected
 };
 
 class ClockEnvelope {
  public:
   explicit ClockEnvelope(const ClockEnvelopeOptions& options = {}) : options_(options) {}
 
-  /// When what the device stamped `device` and arrived at `arrived` was measured, less the least
-  /// delay of the link; never after it arrived.
+  /// The time of a measurement with the device's stamp `device` that arrived at `arrived`, up to
+  /// the minimum delay of the link; never later than the arrival.
   LogTime add(Time<DeviceClock> device, LogTime arrived) {
     if (!buckets_.empty()) {
       const Duration off = arrived - (*this)(device);
@@ -39,7 +40,7 @@ class ClockEnvelope {
     return std::min((*this)(device), arrived);
   }
 
-  /// The line found so far; before the first arrival it has no meaning.
+  /// The current line; undefined before the first arrival.
   [[nodiscard]] LogTime operator()(Time<DeviceClock> device) const {
     const Duration since = device - device_origin_;
     return log_origin_ + since + from_seconds((rate_ - 1.0) * to_seconds(since));
@@ -69,7 +70,7 @@ class ClockEnvelope {
     } else if (a.ahead() < buckets_.back().ahead()) {
       buckets_.back() = a;
     }
-    // Whatever the line: nothing arrives before it was measured.
+    // No measurement arrives before it was made.
     if ((*this)(a.device) > a.log) log_origin_ = log_origin_ - ((*this)(a.device) - a.log);
   }
 

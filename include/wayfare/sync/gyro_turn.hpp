@@ -10,13 +10,13 @@
 
 namespace wayfare {
 
-/// The turn between two times by a gyroscope's mean rates. Samples are in order of time; the span
-/// must outlive this.
+/// The heading change between two times from a gyroscope's mean rates. Samples are in order of
+/// time; the span must outlive this.
 class GyroTurn {
  public:
   explicit GyroTurn(std::span<const GyroSample> samples) : samples_(samples) {}
 
-  /// Nothing where it was silent for half a second, or ended before `to`.
+  /// nullopt where there is a gap of half a second, or no sample up to `to`.
   [[nodiscard]] std::optional<Angle> between(LogTime from, LogTime to) const {
     constexpr double kSilence_s = 0.5;
     auto s = std::partition_point(samples_.begin(), samples_.end(),

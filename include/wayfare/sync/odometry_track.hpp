@@ -10,13 +10,13 @@
 
 namespace wayfare {
 
-/// Odometry asked for at times in between its samples: interpolated along the constant twist, held
-/// at the first and last sample. Samples are in order of time; the span must outlive the track.
+/// Odometry at times between its samples: interpolated along the constant twist, constant before
+/// the first and after the last sample. Samples are in order of time; their span must outlive this.
 class OdometryTrack {
  public:
   explicit OdometryTrack(std::span<const OdometrySample> samples) : samples_(samples) {}
 
-  /// Nothing where there are no samples.
+  /// nullopt where there are no samples.
   [[nodiscard]] std::optional<Transform2<frame::Odom, frame::Base>> at(LogTime time) const {
     if (samples_.empty()) return std::nullopt;
     const auto after = std::partition_point(

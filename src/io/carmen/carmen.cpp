@@ -37,7 +37,7 @@ std::vector<T> values_of(std::vector<carmen::Measured<T>>& lines) {
   return values;
 }
 
-/// From text to a log: lines first, then what they mean together.
+/// Converts text to a log: parses the lines, then combines them.
 class CarmenReader {
  public:
   CarmenReader(const std::string& source, const CarmenOptions& options)
@@ -126,7 +126,7 @@ class CarmenReader {
     return result;
   }
 
-  /// By the odometry lines, or by the fields of the scans' lines where those say more.
+  /// From the odometry lines, or from the scans' fields if the lines cover less than half.
   void finish_odometry(std::vector<OdometryLine>& lines, const std::vector<ScanLine>& scans,
                        bool pairs) {
     carmen::order(lines, "odometry", faults_);
@@ -161,7 +161,7 @@ class CarmenReader {
 
   [[nodiscard]] Error no_scans() const {
     std::string message =
-        "no laser scan that can be used in " + std::to_string(log_.statistics.lines) + " lines";
+        "no usable laser scan in " + std::to_string(log_.statistics.lines) + " lines";
     if (log_.statistics.rear_scans != 0) message += " (only rear scans)";
     std::size_t line = 0;
     if (!log_.problems.first().empty()) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private: where what is wrong with a CARMEN log goes.
+// Private: reports the faults of a CARMEN log.
 
 #include <string>
 #include <utility>
@@ -9,18 +9,18 @@
 
 namespace wayfare::io::carmen {
 
-/// Adds to a log's problems; both log and this outlive the reading.
+/// Adds to a log's problems.
 class Faults {
  public:
   Faults(std::string source, CarmenLog& log) : source_(std::move(source)), log_(log) {}
 
-  /// The line is used all the same.
+  /// Reports a problem of a line that is used.
   void note(Error error, std::size_t line) {
     error.source = source_;
     error.line = line;
     log_.problems.add(std::move(error));
   }
-  /// The line is left out.
+  /// Reports a problem of a line that is skipped.
   void skip(Error error, std::size_t line) {
     note(std::move(error), line);
     ++log_.statistics.skipped_lines;

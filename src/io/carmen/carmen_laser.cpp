@@ -12,7 +12,7 @@ struct Fan {
   double fov_deg, step_deg;
 };
 
-/// Of laser scanners that make this number of beams out of half a circle.
+/// The fan of a scanner with this number of beams over 180 degrees.
 Fan half_circle(std::size_t n) {
   const auto beams = static_cast<double>(n);
   return {180.0, n % 2 == 1 ? 180.0 / std::max(beams - 1.0, 1.0) : 180.0 / beams};
@@ -33,7 +33,7 @@ Fan fan_by_parameters(std::size_t n, const Parameters& parameters) {
   return fan;
 }
 
-/// All ranges just below the largest that is less than `limit`, in order.
+/// The ranges within 2 % of the largest one below `limit`, sorted.
 std::vector<float> top_ranges(const std::vector<ScanLine>& scans, float limit) {
   float largest = 0.0F;
   for (const ScanLine& scan : scans)
@@ -51,8 +51,8 @@ struct Run {
   std::size_t begin = 0, count = 0;
 };
 
-/// The most frequent of ordered values. Logs printed from floats give one code as 8.183000 and
-/// 8.183001: half a millimetre is equal.
+/// The most frequent of sorted values. Values within half a millimetre are equal: logs printed from
+/// floats contain one code as 8.183000 and 8.183001.
 Run most_frequent(const std::vector<float>& values) {
   Run best;
   for (std::size_t i = 0; i < values.size();) {
@@ -64,17 +64,17 @@ Run most_frequent(const std::vector<float>& values) {
   return best;
 }
 
-/// The range a log writes where nothing came back, if it is below `limit`; else `limit`.
+/// The range that a log writes for "no return", if it is below `limit`; else `limit`.
 float no_return_value(const std::vector<ScanLine>& scans, float limit) {
-  constexpr std::size_t kFewestBeams = 10000;
+  constexpr std::size_t kMinBeams = 10000;
   std::size_t beams = 0;
   for (const ScanLine& scan : scans) beams += scan.scan.ranges_m.size();
   const std::vector<float> top = top_ranges(scans, limit);
   const Run code = most_frequent(top);
-  const bool frequent = code.count * 1000 >= beams && beams >= kFewestBeams;
-  // A wall is seen at many distances; a code at one. `begin` counts what lies just below it.
-  const bool alone = code.begin * 10 <= code.count;
-  return frequent && alone && code.count * 10 <= beams * 9 ? top[code.begin] : limit;
+  const bool frequent = code.count * 1000 >= beams && beams >= kMinBeams;
+  // Walls are measured at many distances, a code is one value; `begin` counts ranges below it.
+  const bool isolated = code.begin * 10 <= code.count;
+  return frequent && isolated && code.count * 10 <= beams * 9 ? top[code.begin] : limit;
 }
 
 }  // namespace

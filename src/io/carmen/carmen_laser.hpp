@@ -1,6 +1,6 @@
 #pragma once
 
-// Private: what a CARMEN log as a whole says of its laser.
+// Private: properties of the laser derived from a whole CARMEN log.
 
 #include <map>
 #include <optional>
@@ -19,27 +19,26 @@ class Parameters {
  public:
   explicit Parameters(const std::map<std::string, std::string>& values) : values_(values) {}
 
-  /// Nothing where the name is not there or its value is no finite number.
+  /// nullopt where the name is missing or its value is not a finite number.
   [[nodiscard]] std::optional<double> find(const std::string& name) const;
-  /// The same with a 0 for nothing.
+  /// The same, 0 instead of nullopt.
   [[nodiscard]] double operator[](const char* name) const { return find(name).value_or(0.0); }
 
  private:
   const std::map<std::string, std::string>& values_;
 };
 
-/// Bearings of a scan whose line carries none: by the number of beams, and PARAM where that is an
-/// unusual one.
+/// Bearings of a scan whose line has none: by the number of beams, or PARAM.
 void set_bearings(LaserScan& scan, const Parameters& parameters);
 
-/// The range from which on all of `scans` say "no return".
+/// Ranges of `scans` from here on mean "no return".
 [[nodiscard]] float range_limit(const std::vector<ScanLine>& scans, const Parameters& parameters,
                                 const CarmenOptions& options);
 
-/// Where the laser sits: PARAM, or a difference of laser and robot pose that never changes.
+/// Mounting of the laser: from PARAM, or from the difference of laser and robot pose if constant.
 [[nodiscard]] SE2d mounting(const std::vector<ScanLine>& scans, const Parameters& parameters);
 
-/// Where PARAM says the radar sits.
+/// Mounting of the radar, from PARAM.
 [[nodiscard]] SE2d radar_mounting(const Parameters& parameters);
 
 }  // namespace wayfare::io::carmen

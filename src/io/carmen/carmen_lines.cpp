@@ -30,7 +30,7 @@ Result<void> numbers(text::Tokens& tokens, double* values, std::size_t count, co
 
 SE2d pose(const double* v) { return SE2d(v[0], v[1], Angle::radians(v[2])); }
 
-/// How some compilers' libraries print what is not a number: 1.#QNAN, -1.#IND, 1.#INF.
+/// Non-finite numbers as printed by some libraries: 1.#QNAN, -1.#IND, 1.#INF.
 bool is_not_finite_text(std::string_view token) { return token.find('#') != token.npos; }
 
 Result<std::size_t> count(text::Tokens& tokens, const char* what) {
@@ -41,7 +41,7 @@ Result<std::size_t> count(text::Tokens& tokens, const char* what) {
                text::printable(token) + "'");
 }
 
-/// A radar's point; false where it is not finite.
+/// Reads a radar point; false where it is not finite.
 Result<bool> radar_point(text::Tokens& tokens, RadarPoint& point) {
   float* fields[] = {&point.x_m, &point.y_m, &point.z_m, &point.doppler_m_s, &point.snr_db};
   bool finite = true;
@@ -56,7 +56,7 @@ Result<bool> radar_point(text::Tokens& tokens, RadarPoint& point) {
   return finite;
 }
 
-/// A step the beams can have: positive and not more than once around.
+/// Whether the step is valid: positive, beams within 360 degrees.
 bool is_step(double step_rad, std::size_t beams) {
   if (beams == 1) return true;
   return step_rad > 0.0 && step_rad * static_cast<double>(beams - 1) < 2.01 * std::numbers::pi;
@@ -69,7 +69,7 @@ Result<void> LineParser::ranges(text::Tokens& tokens, std::vector<float>& values
   const Result<std::size_t> n = count(tokens, "ranges");
   if (!n) return n.error();
   if (*n == 0) return fault("a scan of no beams");
-  values.reserve(std::min<std::size_t>(*n, 4096));  // what the line says may be absurd
+  values.reserve(std::min<std::size_t>(*n, 4096));  // the count may be invalid
   for (std::size_t i = 0; i < *n; ++i) {
     const std::string_view token = tokens.next();
     if (token.empty()) {
@@ -96,7 +96,7 @@ Result<void> LineParser::time_and_host(text::Tokens& tokens, bool terminated, Lo
   if (!parsed) {
     return fault(stamp.empty() ? std::string("the line ends before the time stamp")
                                : "not a time stamp: '" + text::printable(stamp) +
-                                     "' (does the number of ranges agree with the line?)");
+                                     "' (is the number of ranges correct?)");
   }
   time = *parsed;
   const std::string_view host = tokens.next();
@@ -137,7 +137,7 @@ Result<ScanLine> LineParser::robot_laser(text::Tokens tokens, bool with_poses, b
   double step = head[3];
   if (!is_step(step, beams)) step = head[2] / static_cast<double>(beams - 1);
   if (!is_step(step, beams) || std::abs(head[1]) > 2.01 * std::numbers::pi)
-    return fault("the laser's start angle, field of view and resolution make no sense");
+    return fault("the laser's start angle, field of view and resolution are invalid");
   result.scan.first_bearing = Angle::radians(head[1]);
   result.scan.bearing_step = Angle::radians(step);
   result.has_bearings = true;
@@ -191,7 +191,7 @@ Result<RadarScan> LineParser::radar(text::Tokens tokens, bool terminated) {
   const Result<std::size_t> n = count(tokens, "points");
   if (!n) return n.error();
   RadarScan scan;
-  scan.points.reserve(std::min<std::size_t>(*n, 1024));  // what the line says may be absurd
+  scan.points.reserve(std::min<std::size_t>(*n, 1024));  // the count may be invalid
   for (std::size_t i = 0; i < *n; ++i) {
     RadarPoint point;
     const Result<bool> finite = radar_point(tokens, point);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private: one line of a CARMEN log at a time. What the lines mean together is carmen.cpp's.
+// Private: parses single lines of a CARMEN log; carmen.cpp combines them.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace wayfare::io::carmen {
 
-/// A scan as one line gives it. Bearings are set only where the line carries them.
+/// The scan of one line. Bearings are set only where the line contains them.
 struct ScanLine {
   std::size_t line = 0;
   LaserScan scan;
@@ -35,15 +35,14 @@ struct OdometryLine {
   SE2d pose;
 };
 
-/// A measurement and the line it stands in.
+/// A measurement and its line number.
 template <class T>
 struct Measured {
   std::size_t line = 0;
   T value = {};
 };
 
-/// Takes lines apart; the word they begin with has been taken off. A fault's line and source are
-/// the caller's to fill in.
+/// Parses lines after their first word. The caller adds line and source to an error.
 class LineParser {
  public:
   /// FLASER and RLASER.

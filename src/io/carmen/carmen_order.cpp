@@ -18,20 +18,20 @@ std::int64_t time_of(const Measured<T>& line) {
   return line.value.time.nanoseconds();
 }
 
-/// Which of `times` to keep: the largest set that does not decrease (a longest non-decreasing
-/// subsequence by patience sorting), so that one absurd stamp costs one line and not all after it.
+/// The elements of `times` to keep: a longest non-decreasing subsequence (patience sorting), so
+/// that one wrong stamp costs one line and not all after it.
 std::vector<bool> largest_ordered_set(const std::vector<std::int64_t>& times) {
   constexpr auto kNone = static_cast<std::size_t>(-1);
   std::vector<std::size_t> tails, previous(times.size(), kNone);
   for (std::size_t i = 0; i < times.size(); ++i) {
-    const auto place =
+    const auto pile =
         std::upper_bound(tails.begin(), tails.end(), times[i],
                          [&](std::int64_t t, std::size_t tail) { return t < times[tail]; });
-    if (place != tails.begin()) previous[i] = *(place - 1);
-    if (place == tails.end()) {
+    if (pile != tails.begin()) previous[i] = *(pile - 1);
+    if (pile == tails.end()) {
       tails.push_back(i);
     } else {
-      *place = i;
+      *pile = i;
     }
   }
   std::vector<bool> keep(times.size(), false);
@@ -48,25 +48,7 @@ Error out_of_order(const Line& line, const std::vector<Line>& before, const char
   return Error{ErrorCode::invalid, std::move(message)};
 }
 
-template <class Line>
-void order_by_time(std::vector<Line>& lines, const char* what, Faults& faults) {
-  std::vector<std::int64_t> times;
-  times.reserve(lines.size());
-  for (const Line& line : lines) times.push_back(time_of(line));
-  const std::vector<bool> keep = largest_ordered_set(times);
-  std::vector<Line> kept;
-  kept.reserve(lines.size());
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (keep[i]) {
-      kept.push_back(std::move(lines[i]));
-    } else {
-      faults.skip(out_of_order(lines[i], kept, what), lines[i].line);
-    }
-  }
-  lines = std::move(kept);
-}
-
-/// Leaves out every line that `repeats` the one kept before it.
+/// Drops every line that `repeats` the previous one kept.
 template <class Line, class Repeats>
 void drop_repetitions(std::vector<Line>& lines, const char* what, const Repeats& repeats,
                       Faults& faults) {
@@ -84,15 +66,6 @@ void drop_repetitions(std::vector<Line>& lines, const char* what, const Repeats&
   lines = std::move(kept);
 }
 
-template <class T>
-void order_each_time_once(std::vector<Measured<T>>& lines, const char* what, Faults& faults) {
-  order_by_time(lines, what, faults);
-  const auto at_the_same_time = [](const auto& a, const auto& b) {
-    return time_of(a) == time_of(b);
-  };
-  drop_repetitions(lines, what, at_the_same_time, faults);
-}
-
 bool same_scan(const LaserScan& a, const LaserScan& b) {
   const auto same = [](float x, float y) { return x == y || (std::isnan(x) && std::isnan(y)); };
   return a.time == b.time && std::equal(a.ranges_m.begin(), a.ranges_m.end(), b.ranges_m.begin(),
@@ -101,25 +74,39 @@ bool same_scan(const LaserScan& a, const LaserScan& b) {
 
 }  // namespace
 
-void order(std::vector<ScanLine>& lines, const char* what, Faults& faults) {
-  order_by_time(lines, what, faults);
-}
-void order(std::vector<OdometryLine>& lines, const char* what, Faults& faults) {
-  order_by_time(lines, what, faults);
+template <class Line>
+void order(std::vector<Line>& lines, const char* what, Faults& faults) {
+  std::vector<std::int64_t> times;
+  times.reserve(lines.size());
+  for (const Line& line : lines) times.push_back(time_of(line));
+  const std::vector<bool> keep = largest_ordered_set(times);
+  std::vector<Line> kept;
+  kept.reserve(lines.size());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (keep[i]) {
+      kept.push_back(std::move(lines[i]));
+    } else {
+      faults.skip(out_of_order(lines[i], kept, what), lines[i].line);
+    }
+  }
+  lines = std::move(kept);
 }
 
-void order_once(std::vector<Measured<RadarScan>>& lines, const char* what, Faults& faults) {
-  order_each_time_once(lines, what, faults);
+template <class T>
+void order_once(std::vector<Measured<T>>& lines, const char* what, Faults& faults) {
+  order(lines, what, faults);
+  const auto at_the_same_time = [](const auto& a, const auto& b) {
+    return time_of(a) == time_of(b);
+  };
+  drop_repetitions(lines, what, at_the_same_time, faults);
 }
-void order_once(std::vector<Measured<WheelSample>>& lines, const char* what, Faults& faults) {
-  order_each_time_once(lines, what, faults);
-}
-void order_once(std::vector<Measured<GyroSample>>& lines, const char* what, Faults& faults) {
-  order_each_time_once(lines, what, faults);
-}
-void order_once(std::vector<Measured<StampedPose>>& lines, const char* what, Faults& faults) {
-  order_each_time_once(lines, what, faults);
-}
+
+template void order(std::vector<ScanLine>&, const char*, Faults&);
+template void order(std::vector<OdometryLine>&, const char*, Faults&);
+template void order_once(std::vector<Measured<RadarScan>>&, const char*, Faults&);
+template void order_once(std::vector<Measured<WheelSample>>&, const char*, Faults&);
+template void order_once(std::vector<Measured<GyroSample>>&, const char*, Faults&);
+template void order_once(std::vector<Measured<StampedPose>>&, const char*, Faults&);
 
 void drop_repeated(std::vector<ScanLine>& scans, Faults& faults) {
   const auto same = [](const ScanLine& a, const ScanLine& b) { return same_scan(a.scan, b.scan); };

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private: a CARMEN log's lines in the order of their times.
+// Private: sorts out CARMEN lines that are not in order of time.
 
 #include <vector>
 
@@ -9,18 +9,16 @@
 
 namespace wayfare::io::carmen {
 
-/// Leaves out the lines that are not in order of time, as few as can be, and reports them; `what`
-/// names such a line.
-void order(std::vector<ScanLine>& lines, const char* what, Faults& faults);
-void order(std::vector<OdometryLine>& lines, const char* what, Faults& faults);
+/// Drops the smallest set of lines that are not in order of time and reports them; `what` names
+/// such a line.
+template <class Line>
+void order(std::vector<Line>& lines, const char* what, Faults& faults);
 
-/// The same, and a line with the time of the one before is left out as a repetition of it.
-void order_once(std::vector<Measured<RadarScan>>& lines, const char* what, Faults& faults);
-void order_once(std::vector<Measured<WheelSample>>& lines, const char* what, Faults& faults);
-void order_once(std::vector<Measured<GyroSample>>& lines, const char* what, Faults& faults);
-void order_once(std::vector<Measured<StampedPose>>& lines, const char* what, Faults& faults);
+/// The same, and drops duplicates: lines with the time of the previous one.
+template <class T>
+void order_once(std::vector<Measured<T>>& lines, const char* what, Faults& faults);
 
-/// Leaves out scans that say what the scan before said, and reports them.
+/// Drops scans that are equal to the previous one and reports them.
 void drop_repeated(std::vector<ScanLine>& scans, Faults& faults);
 
 }  // namespace wayfare::io::carmen

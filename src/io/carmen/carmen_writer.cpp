@@ -25,7 +25,7 @@ void append(std::string& out, const SE2d& pose) {
   append(out, pose.heading().radians());
 }
 
-// The stamp, the host and the logger's own clock, for which the recording's is as good as any.
+// The stamp, the host and the logger's clock, for which the stamp is repeated.
 void append_end(std::string& out, LogTime time) {
   const std::string stamp = format_nanoseconds(time.nanoseconds());
   out += ' ' + stamp + " wayfare " + stamp + '\n';
@@ -36,14 +36,14 @@ void append_ranges(std::string& out, const LaserScan& scan) {
   text::append_number(out, scan.ranges_m.size());
   for (const float range : scan.ranges_m) {
     out += ' ';
-    // What is not a number has no place in the format; the largest range means "no return".
+    // The format has no NaN; the maximum range means "no return".
     text::append_number(out, std::isfinite(range) && range >= 0.0F ? range : scan.max_range_m);
   }
 }
 
 bool near(double a, double b) { return std::abs(a - b) < 1e-9; }
 
-// Whether a reader knows the bearings of a FLASER line from the number of its beams.
+// Whether the bearings of a FLASER line follow from the number of its beams.
 bool has_usual_bearings(const LaserScan& scan) {
   const std::size_t n = scan.ranges_m.size();
   const double step_deg = n == 180 || n == 181 ? 1.0 : n == 360 || n == 361 ? 0.5 : 0.0;
@@ -69,7 +69,7 @@ class Writer {
  private:
   void write_head() {
     out_ = "# CARMEN log: metres, radians, seconds, decibels\n";
-    if (straight_ahead_) {  // any other mounting follows from the poses in the scans' lines
+    if (straight_ahead_) {  // other mountings follow from the poses in the scan lines
       out_ += "PARAM robot_frontlaser_offset";
       append(out_, T_base_laser_.x());
       out_ += '\n';
@@ -89,7 +89,7 @@ class Writer {
     out_ += '\n';
   }
 
-  /// In the order of lines of the same time: what a scan is to be compared with stands before it.
+  /// In the order of lines of equal time: scans last, after their odometry.
   enum class Kind { odometry, wheels, gyro, truth, radar, scan };
   struct Entry {
     LogTime time;
@@ -182,7 +182,7 @@ class Writer {
     append_end(out_, sample.time);
   }
 
-  // Held before the first sample and after the last.
+  // Constant before the first sample and after the last.
   [[nodiscard]] SE2d odometry_at(LogTime time) const {
     if (odometry_.empty()) return {};
     return *pose_at(odometry_, std::clamp(time, odometry_.front().time, odometry_.back().time));

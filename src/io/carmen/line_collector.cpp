@@ -60,7 +60,7 @@ void LineCollector::take_radar(text::Tokens tokens) {
   if (scan) {
     const std::size_t count = parser_.invalid_points();
     log_.statistics.invalid_points += count;
-    note_invalid(count, std::to_string(count) + " radar points are not finite; left out",
+    note_invalid(count, std::to_string(count) + " radar points are not finite; dropped",
                  lines_with_invalid_points_);
   }
   take_sample(std::move(scan), lines_.radar);
@@ -95,21 +95,21 @@ void LineCollector::take_bare_odometry(text::Tokens tokens) {
 }
 
 void LineCollector::take_parameter(text::Tokens& tokens) {
-  constexpr std::size_t kMost = 10000;
+  constexpr std::size_t kMax = 10000;
   const std::string_view name = tokens.next();
   const std::string_view value = tokens.next();
   if (value.empty()) return skip(Error{ErrorCode::parse, "PARAM without name and value"});
-  if (log_.parameters.size() < kMost) log_.parameters[std::string(name)] = std::string(value);
+  if (log_.parameters.size() < kMax) log_.parameters[std::string(name)] = std::string(value);
 }
 
 void LineCollector::take_other(std::string_view tag) {
-  constexpr std::size_t kMost = 64;
+  constexpr std::size_t kMax = 64;
   if (!is_word(tag)) {
     return skip(Error{ErrorCode::parse, "unreadable bytes: '" + text::printable(tag) + "'"});
   }
   auto& other = log_.statistics.other;
   const std::string key(tag);
-  const bool room = other.size() < kMost || other.contains(key);
+  const bool room = other.size() < kMax || other.contains(key);
   ++other[room ? key : "(other)"];
 }
 
@@ -123,13 +123,13 @@ void LineCollector::note_invalid_ranges(std::size_t beams) {
   log_.statistics.invalid_ranges += count;
   note_invalid(count,
                std::to_string(count) + " of " + std::to_string(beams) +
-                   " ranges are negative or not finite; taken as no return",
+                   " ranges are negative or not finite; treated as no return",
                lines_with_invalid_ranges_);
 }
 
 void LineCollector::note_invalid(std::size_t count, const std::string& message,
                                  std::size_t& lines) {
-  // Logs that write NaN for every beam without a return must not drown other problems.
+  // Logs that write NaN for every beam without a return must not hide other problems.
   constexpr std::size_t kLinesReported = 20;
   if (count == 0 || ++lines > kLinesReported) return;
   faults_.note(Error{ErrorCode::invalid, message}, line_);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private: a CARMEN log's lines by what they are, each as it stands.
+// Private: collects the parsed lines of a CARMEN log by type.
 
 #include <array>
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace wayfare::io::carmen {
 
-/// Kinds of scans, the preferred first: a log that has two gives the same scans twice.
+/// Types of scan lines, in order of preference: a log with two types contains the same scans twice.
 enum Kind : std::size_t { kRobotLaser, kFrontLaser, kRawLaser, kPair, kKinds };
 
 using ScansByKind = std::array<std::vector<ScanLine>, kKinds>;
@@ -32,7 +32,7 @@ struct LogLines {
   std::vector<Measured<StampedPose>> truth;
 };
 
-/// Takes lines in. Parameters and counts go to the log at once.
+/// Parses lines. Parameters and counts are added to the log directly.
 class LineCollector {
  public:
   LineCollector(const CarmenOptions& options, Faults& faults, CarmenLog& log)
@@ -62,7 +62,7 @@ class LineCollector {
   CarmenLog& log_;
   LineParser parser_;
   LogLines lines_;
-  std::optional<OdometryLine> bare_pose_;  // of the pair begun
+  std::optional<OdometryLine> bare_pose_;  // of the current pair
   int pairs_ = 0;
   std::size_t lines_with_invalid_ranges_ = 0;
   std::size_t lines_with_invalid_points_ = 0;

@@ -17,7 +17,7 @@ Result<ClockFile> parse_clock(std::string_view all, const std::string& source,
                               const ColumnFormat& format) {
   const auto rows = ColumnRows::open(all, source, format, kClock);
   if (!rows) return rows.error();
-  if (auto there = rows->require(0, 1); !there) return there.error();
+  if (auto present = rows->require(0, 1); !present) return present.error();
   ClockFile file;
   const auto take = [&](const ColumnRow& row) -> std::string {
     if (std::isnan(row.numbers[0])) return "the device's time is missing";
@@ -25,7 +25,7 @@ Result<ClockFile> parse_clock(std::string_view all, const std::string& source,
     return {};
   };
   if (rows->for_each(take, file.problems) == 0)
-    return nothing_in_it("pair of times", source, file.problems);
+    return no_content("pair of times", source, file.problems);
   return file;
 }
 

@@ -17,7 +17,7 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kGpsEpochUnix_s = 315964800;  // 1980-01-06
 constexpr std::int64_t kWeek_s = 604800;
 
-/// Without the mark of a comment in front.
+/// The line without a leading comment character.
 std::string_view uncommented(std::string_view line) {
   line = trimmed(line);
   while (!line.empty() && (line.front() == '#' || line.front() == '%')) line.remove_prefix(1);
@@ -83,7 +83,8 @@ Result<void> ColumnRows::name_columns(const ColumnFormat& format) {
                      source_, lines.number()};
       }
     }
-    if (names.empty()) return Error{ErrorCode::parse, "holds no line that names columns", source_};
+    if (names.empty())
+      return Error{ErrorCode::parse, "contains no line that names columns", source_};
   }
   column_count_ = names.size();
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -96,11 +97,11 @@ Result<void> ColumnRows::assign(const std::string& name, int column) {
     return Error{ErrorCode::parse, "column '" + text::printable(name) + "' " + what, source_,
                  first_line_};
   };
-  const auto time = [&](TimeKind kind, int& place, bool utc) -> Result<void> {
-    if (place >= 0) return fault("is a second time");
-    if (time_kind_ != TimeKind::none && time_kind_ != kind) return fault("is a second time");
+  const auto time = [&](TimeKind kind, int& slot, bool utc) -> Result<void> {
+    if (slot >= 0) return fault("is a second time column");
+    if (time_kind_ != TimeKind::none && time_kind_ != kind) return fault("is a second time column");
     time_kind_ = kind;
-    place = column;
+    slot = column;
     time_is_utc_ = utc;
     return {};
   };
@@ -120,7 +121,7 @@ Result<void> ColumnRows::assign(const std::string& name, int column) {
     const Quantity& q = slot.quantity;
     const bool bare = q.dimension == Dimension::none || q.dimension == Dimension::text;
     if (bare ? name != q.stem : (parts.stem != q.stem && name != q.stem)) continue;
-    if (slot.column >= 0) return fault("is there twice");
+    if (slot.column >= 0) return fault("occurs twice");
     if (!bare) {
       const Unit* unit = find_unit(parts.unit, q.dimension);
       if (unit == nullptr) return fault("needs one of the units " + units_of(q.dimension));
@@ -190,7 +191,7 @@ std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow
              std::to_string(fields.size());
     const auto end = static_cast<std::size_t>(line.data() - text_.data()) + line.size();
     ColumnRow row{{}, lines.number(), end + (lines.terminated() ? 1 : 0), numbers, texts};
-    if (std::string wrong = read_time(fields, row.time); !wrong.empty()) return wrong;
+    if (std::string problem = read_time(fields, row.time); !problem.empty()) return problem;
     for (std::size_t i = 0; i < slots_.size(); ++i) {
       const Slot& slot = slots_[i];
       numbers[i] = std::numeric_limits<double>::quiet_NaN();
@@ -212,11 +213,11 @@ std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow
   std::size_t taken = 0;
   for (std::string_view line; lines.next(line);) {
     if (lines.number() <= first_line_ || is_comment(line)) continue;
-    std::string wrong = read_line(line);
-    if (wrong.empty()) {
+    std::string problem = read_line(line);
+    if (problem.empty()) {
       ++taken;
     } else {
-      problems.add(Error{ErrorCode::parse, std::move(wrong), source_, lines.number()});
+      problems.add(Error{ErrorCode::parse, std::move(problem), source_, lines.number()});
     }
   }
   return taken;

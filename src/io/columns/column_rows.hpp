@@ -1,6 +1,6 @@
 #pragma once
 
-// Private: rows of a text file of columns, with values in SI units whatever the columns' own.
+// Private: rows of a text file of columns, converted to SI units.
 
 #include <cstddef>
 #include <cstdint>
@@ -30,25 +30,23 @@ enum class Dimension : std::uint8_t {
   decibel_hertz
 };
 
-/// A quantity a reader can use.
+/// A quantity that a reader uses.
 struct Quantity {
   std::string_view stem;
   Dimension dimension = Dimension::none;
 };
 
-/// One line: what was asked for, in the order it was asked for; NaN (or no text) where the file has
-/// no such column, or an empty field or "nan" in it.
+/// The requested values of one line, in the requested order; NaN (or no text) for a missing column,
+/// an empty field or "nan".
 struct ColumnRow {
   LogTime time;
-  std::size_t line = 0;      ///< its number
-  std::size_t end_byte = 0;  ///< of the text up to and with it
+  std::size_t line = 0;      ///< number, from 1
+  std::size_t end_byte = 0;  ///< offset in the text after the line
   std::span<const double> numbers;
   std::span<const std::string_view> texts;
 };
 
-class ColumnLayout;
-
-/// The columns of a file's text and how its lines are to be understood.
+/// The columns of a text and the format of its lines.
 class ColumnRows {
  public:
   /// Errors: no line names the columns, no time, a column named twice, an unknown unit.
@@ -60,8 +58,8 @@ class ColumnRows {
   /// An error that names the missing ones among wanted[first] .. wanted[last - 1].
   [[nodiscard]] Result<void> require(std::size_t first, std::size_t last) const;
 
-  /// Calls `take` for each line that can be read. It returns what is wrong with the line, empty if
-  /// nothing. How many lines were taken.
+  /// Calls `take` for each readable line; it returns an error message, or an empty string. Returns
+  /// the number of accepted lines.
   std::size_t for_each(const std::function<std::string(const ColumnRow&)>& take,
                        Problems& problems) const;
 
@@ -82,7 +80,7 @@ class ColumnRows {
   std::string source_;
   std::vector<Slot> slots_;
   std::size_t column_count_ = 0;
-  std::size_t first_line_ = 0;  ///< lines up to and with this one are not data
+  std::size_t first_line_ = 0;  ///< lines up to this one are not data
   TimeKind time_kind_ = TimeKind::none;
   int time_column_ = -1;         ///< t, utc, tow, clock
   int time_second_column_ = -1;  ///< week, date
@@ -92,7 +90,7 @@ class ColumnRows {
 };
 
 /// Splits a line at commas and semicolons, or at blanks where it has neither. Fields are trimmed; a
-/// separator at the end is passed over.
+/// separator at the end is ignored.
 void split_fields(std::string_view line, std::vector<std::string_view>& fields);
 
 }  // namespace wayfare::io

@@ -13,11 +13,11 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-/// Whole numbers set apart by `mark`: "2025/07/08".
+/// Whole numbers separated by `separator`: "2025/07/08".
 template <std::size_t kCount>
-bool whole_numbers(std::string_view token, char mark, std::array<int, kCount>& values) {
+bool whole_numbers(std::string_view token, char separator, std::array<int, kCount>& values) {
   for (std::size_t i = 0; i < kCount; ++i) {
-    const std::size_t end = i + 1 < kCount ? token.find(mark) : token.size();
+    const std::size_t end = i + 1 < kCount ? token.find(separator) : token.size();
     if (end == token.npos || !text::to_number(token.substr(0, end), values[i])) return false;
     token.remove_prefix(std::min(token.size(), end + 1));
   }

@@ -32,14 +32,14 @@ constexpr std::array kUnits = {
     Unit{"m/s^2", Dimension::acceleration, 1.0},
     Unit{"g", Dimension::acceleration, kGravity_mps2},
     Unit{"mg", Dimension::acceleration, 1e-3 * kGravity_mps2},
-    // In microtesla, as everybody reads the Earth's field.
+    // In microtesla, the usual unit of the Earth's field.
     Unit{"uT", Dimension::magnetic_field, 1.0},
     Unit{"nT", Dimension::magnetic_field, 1e-3},
     Unit{"mT", Dimension::magnetic_field, 1e3},
     Unit{"T", Dimension::magnetic_field, 1e6},
     Unit{"G", Dimension::magnetic_field, 1e2},
     Unit{"dbhz", Dimension::decibel_hertz, 1.0},
-    // For times the factor is how many decimals the point moves.
+    // For times the factor is the number of decimals to shift.
     Unit{"s", Dimension::time, 0.0},
     Unit{"ms", Dimension::time, 3.0},
     Unit{"us", Dimension::time, 6.0},

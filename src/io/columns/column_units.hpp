@@ -10,12 +10,12 @@ namespace wayfare::io {
 struct Unit {
   std::string_view name;
   Dimension dimension = Dimension::none;
-  double factor = 1.0;  ///< to SI units; for times how many decimals the point moves
+  double factor = 1.0;  ///< to SI units; for times the number of decimals to shift
 };
 
-/// Null where there is none of that name.
+/// Null where the unit is unknown.
 [[nodiscard]] const Unit* find_unit(std::string_view name, Dimension dimension);
-/// Their names, for people.
+/// The names of a dimension's units, for messages.
 [[nodiscard]] std::string units_of(Dimension dimension);
 
 struct ColumnName {

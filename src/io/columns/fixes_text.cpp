@@ -28,19 +28,19 @@ constexpr std::array kFix = {
 /// Variances from standard deviations.
 Eigen::Matrix3d variances(const Eigen::Vector3d& sigma) { return sigma.cwiseAbs2().asDiagonal(); }
 
-/// RTKLIB writes a covariance as its root, with the covariance's sign; its third axis is up.
+/// RTKLIB writes signed roots of covariances, with the third axis up.
 void add_covariances(const Eigen::Vector3d& ne_eu_un, Eigen::Matrix3d& covariance) {
   if (!ne_eu_un.allFinite()) return;
-  const auto covary = [](double root) { return std::copysign(root * root, root); };
+  const auto from_root = [](double root) { return std::copysign(root * root, root); };
   Eigen::Matrix3d full = covariance;
-  full(0, 1) = full(1, 0) = covary(ne_eu_un[0]);
-  full(1, 2) = full(2, 1) = -covary(ne_eu_un[1]);
-  full(0, 2) = full(2, 0) = -covary(ne_eu_un[2]);
+  full(0, 1) = full(1, 0) = from_root(ne_eu_un[0]);
+  full(1, 2) = full(2, 1) = -from_root(ne_eu_un[1]);
+  full(0, 2) = full(2, 0) = -from_root(ne_eu_un[2]);
   if (Eigen::LLT<Eigen::Matrix3d>(full).info() == Eigen::Success) covariance = full;
 }
 
 std::string take_position(std::span<const double> v, GnssFix& fix) {
-  if (std::string wrong = place(triple(v, 0), fix.position); !wrong.empty()) return wrong;
+  if (std::string fault = to_geodetic(triple(v, 0), fix.position); !fault.empty()) return fault;
   Eigen::Vector3d sigma = triple(v, 3);
   if (std::isnan(sigma[0])) sigma = {v[16] / std::sqrt(2.0), v[16] / std::sqrt(2.0), v[17]};
   if (sigma.hasNaN()) return {};
@@ -59,7 +59,7 @@ std::string take_velocity(std::span<const double> v, GnssFix& fix) {
   if (std::isnan(velocity[0]) && v[18] >= 0.0 && std::isfinite(v[19])) {
     velocity.head<2>() = v[18] * Eigen::Vector2d(std::cos(v[19]), std::sin(v[19]));
     velocity[2] = 0.0;
-    sigma[2] = std::hypot(sigma[2], 0.05 * v[18]);  // what a slope of three degrees hides
+    sigma[2] = std::hypot(sigma[2], 0.05 * v[18]);  // a slope of three degrees
   }
   if (velocity.hasNaN()) return {};
   if (!velocity.allFinite()) return "the velocity is not finite";
@@ -77,19 +77,19 @@ Result<FixFile> parse_fixes(std::string_view all, const std::string& source,
   const auto rows =
       ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kFix);
   if (!rows) return rows.error();
-  if (auto there = rows->require(0, 3); !there) return there.error();
+  if (auto present = rows->require(0, 3); !present) return present.error();
   FixFile file;
   const auto take = [&](const ColumnRow& row) -> std::string {
     GnssFix fix;
     fix.time = row.time;
-    if (std::string wrong = take_position(row.numbers, fix); !wrong.empty()) return wrong;
-    if (std::string wrong = take_velocity(row.numbers, fix); !wrong.empty()) return wrong;
+    if (std::string fault = take_position(row.numbers, fix); !fault.empty()) return fault;
+    if (std::string fault = take_velocity(row.numbers, fix); !fault.empty()) return fault;
     const double q = row.numbers[21];
     file.fixes.push_back(std::move(fix));
     file.qualities.push_back(q >= 0.0 && q < 100.0 ? static_cast<int>(q) : 0);
     return {};
   };
-  if (rows->for_each(take, file.problems) == 0) return nothing_in_it("fix", source, file.problems);
+  if (rows->for_each(take, file.problems) == 0) return no_content("fix", source, file.problems);
   return file;
 }
 
@@ -108,7 +108,7 @@ std::string format_fixes(std::span<const GnssFix> fixes) {
   };
   for (const GnssFix& fix : fixes) {
     append_time(out, fix.time);
-    append_place(out, fix.position);
+    append_position(out, fix.position);
     const Eigen::Matrix3d& p = fix.position_covariance_ned_m2;
     append_numbers(out, p.diagonal().cwiseSqrt().eval());
     append_numbers(out, std::array{root(p(0, 1)), root(-p(1, 2)), root(-p(0, 2))});

@@ -30,18 +30,19 @@ Result<FloatTable> parse_float_table(std::string_view bytes, const std::string& 
   if (bytes.size() < kHeader) return error("ends within its header", bytes.size());
   const auto columns = number_at<std::int32_t>(bytes, 4);
   const auto rows = number_at<std::int64_t>(bytes, 8);
-  if (columns < 1 || columns > 65536) return error("needs 1 to 65536 columns", 4);
+  if (columns < 1 || columns > 65536) return error("the number of columns is not in 1 to 65536", 4);
   if (rows < 0) return error("has a negative number of rows", 8);
   FloatTable table;
   table.columns = static_cast<std::size_t>(columns);
   const std::string_view body = bytes.substr(kHeader);
-  const std::size_t there = body.size() / (sizeof(float) * table.columns);
+  const std::size_t available = body.size() / (sizeof(float) * table.columns);
   const auto wanted = static_cast<std::size_t>(rows);
-  if (there > wanted || (there == wanted && body.size() % (sizeof(float) * table.columns) != 0))
-    return error("has bytes behind its last row", kHeader + wanted * table.columns * sizeof(float));
-  if (there == 0) return error("holds no rows", kHeader);
-  if (there < wanted) table.problems.add(error("ends before its last row", bytes.size()));
-  table.values.resize(there * table.columns);
+  if (available > wanted ||
+      (available == wanted && body.size() % (sizeof(float) * table.columns) != 0))
+    return error("has bytes after its last row", kHeader + wanted * table.columns * sizeof(float));
+  if (available == 0) return error("contains no rows", kHeader);
+  if (available < wanted) table.problems.add(error("ends before its last row", bytes.size()));
+  table.values.resize(available * table.columns);
   std::memcpy(table.values.data(), body.data(), table.values.size() * sizeof(float));
   return table;
 }
@@ -51,7 +52,7 @@ Result<FloatTable> read_float_table(const std::string& path, const ReadOptions& 
 }
 
 std::string format_float_table(std::span<const float> values, std::size_t columns) {
-  WAYFARE_EXPECTS(columns > 0 && values.size() % columns == 0, "rows of equal length");
+  WAYFARE_EXPECTS(columns > 0 && values.size() % columns == 0, "the rows must be of equal length");
   std::string out(kMagic);
   const auto append = [&](auto value) {
     char raw[sizeof value];

@@ -26,9 +26,9 @@ Result<ImuFile> parse_imu(std::string_view all, const std::string& source,
   file.has_accelerometer = rows->has(3) || rows->has(4) || rows->has(5);
   const bool either = file.has_gyro || file.has_accelerometer;
   if (file.has_gyro || !either)
-    if (auto there = rows->require(0, 3); !there) return there.error();
+    if (auto present = rows->require(0, 3); !present) return present.error();
   if (file.has_accelerometer)
-    if (auto there = rows->require(3, 6); !there) return there.error();
+    if (auto present = rows->require(3, 6); !present) return present.error();
   const auto take = [&](const ColumnRow& row) -> std::string {
     ImuSample sample{row.time, triple(row.numbers, 0), triple(row.numbers, 3)};
     if (!file.has_gyro) sample.angular_rate_radps.setZero();
@@ -40,7 +40,7 @@ Result<ImuFile> parse_imu(std::string_view all, const std::string& source,
     return {};
   };
   if (rows->for_each(take, file.problems) == 0)
-    return nothing_in_it("inertial sample", source, file.problems);
+    return no_content("inertial sample", source, file.problems);
   return file;
 }
 
@@ -64,9 +64,10 @@ std::vector<ImuSample> merge_imu_parts(std::span<const ImuSample> gyro,
       if (next == 0) continue;
       const ImuSample& before = accelerometer[next - 1];
       if (after.time - before.time > max_gap) continue;
-      const double part = to_seconds(g.time - before.time) / to_seconds(after.time - before.time);
+      const double fraction =
+          to_seconds(g.time - before.time) / to_seconds(after.time - before.time);
       sample.specific_force_mps2 +=
-          (part - 1.0) * (after.specific_force_mps2 - before.specific_force_mps2);
+          (fraction - 1.0) * (after.specific_force_mps2 - before.specific_force_mps2);
     }
     merged.push_back(sample);
   }

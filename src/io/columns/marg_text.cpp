@@ -34,14 +34,14 @@ Result<MargFile> parse_rows(std::string_view text, const std::string& source,
                             const ColumnFormat& format) {
   const auto rows = ColumnRows::open(text, source, format, kMarg);
   if (!rows) return rows.error();
-  if (auto there = rows->require(0, kField); !there) return there.error();
+  if (auto present = rows->require(0, kField); !present) return present.error();
   MargFile file;
   file.has_magnetometer = rows->has(kField);
   if (file.has_magnetometer)
-    if (auto there = rows->require(kField, kAttitude); !there) return there.error();
+    if (auto present = rows->require(kField, kAttitude); !present) return present.error();
   const bool has_reference = rows->has(kAttitude);
   if (has_reference)
-    if (auto there = rows->require(kAttitude, kMoving); !there) return there.error();
+    if (auto present = rows->require(kAttitude, kMoving); !present) return present.error();
   const auto take = [&](const ColumnRow& row) -> std::string {
     const std::span<const double> v = row.numbers;
     file.samples.push_back({row.time, triple(v, 0), triple(v, kForce), triple(v, kField)});
@@ -49,12 +49,11 @@ Result<MargFile> parse_rows(std::string_view text, const std::string& source,
     file.moving.push_back(!rows->has(kMoving) || v[kMoving] > 0.5);
     return {};
   };
-  if (rows->for_each(take, file.problems) == 0)
-    return nothing_in_it("sample", source, file.problems);
+  if (rows->for_each(take, file.problems) == 0) return no_content("sample", source, file.problems);
   return file;
 }
 
-/// The table as text of the same columns, a time in front where it has none.
+/// The table as text of the same columns, preceded by a time where it has none.
 std::string as_text(const FloatTable& table, double period_s) {
   std::string out;
   out.reserve(table.values.size() * 12);

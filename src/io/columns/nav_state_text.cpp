@@ -25,7 +25,7 @@ Result<NavFile> parse_nav(std::string_view all, const std::string& source,
   const auto rows =
       ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kNav);
   if (!rows) return rows.error();
-  if (auto there = rows->require(0, 3); !there) return there.error();
+  if (auto present = rows->require(0, 3); !present) return present.error();
   NavFile file;
   file.has_velocity = rows->has(3) && rows->has(4) && (rows->has(5) || rows->has(9));
   file.has_attitude = rows->has(6) && rows->has(7) && rows->has(8);
@@ -33,7 +33,7 @@ Result<NavFile> parse_nav(std::string_view all, const std::string& source,
     NavState state;
     state.time = row.time;
     const std::span<const double> v = row.numbers;
-    if (std::string wrong = place(triple(v, 0), state.position); !wrong.empty()) return wrong;
+    if (std::string fault = to_geodetic(triple(v, 0), state.position); !fault.empty()) return fault;
     if (file.has_velocity) state.velocity_ned_mps = {v[3], v[4], rows->has(5) ? v[5] : -v[9]};
     if (!state.velocity_ned_mps.allFinite()) return "the velocity is not finite";
     if (file.has_attitude) {
@@ -44,7 +44,7 @@ Result<NavFile> parse_nav(std::string_view all, const std::string& source,
     return {};
   };
   if (rows->for_each(take, file.problems) == 0)
-    return nothing_in_it("position", source, file.problems);
+    return no_content("position", source, file.problems);
   return file;
 }
 
@@ -59,7 +59,7 @@ std::string format_nav(std::span<const NavState> trajectory) {
   out.reserve(trajectory.size() * 180);
   for (const NavState& state : trajectory) {
     append_time(out, state.time);
-    append_place(out, state.position);
+    append_position(out, state.position);
     append_numbers(out, state.velocity_ned_mps);
     for (const double angle : roll_pitch_yaw_rad(state.q_nb))
       append_numbers(out, std::array{Angle::radians(angle).degrees()});

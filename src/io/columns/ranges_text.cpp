@@ -57,11 +57,11 @@ Result<RangesFile> parse_ranges(std::string_view all, const std::string& source,
                                 const ColumnFormat& format) {
   const auto rows = ColumnRows::open(all, source, format, kRanges);
   if (!rows) return rows.error();
-  if (auto there = rows->require(0, 8); !there) return there.error();
+  if (auto present = rows->require(0, 8); !present) return present.error();
   RangesFile file;
   const auto take = [&](const ColumnRow& row) -> std::string {
     CorrectedRange range;
-    if (std::string wrong = take_range(row, *rows, range); !wrong.empty()) return wrong;
+    if (std::string fault = take_range(row, *rows, range); !fault.empty()) return fault;
     if (file.epochs.empty() || file.epochs.back().time != row.time)
       file.epochs.push_back({row.time, {}});
     std::vector<CorrectedRange>& satellites = file.epochs.back().satellites;
@@ -70,8 +70,7 @@ Result<RangesFile> parse_ranges(std::string_view all, const std::string& source,
     satellites.push_back(range);
     return {};
   };
-  if (rows->for_each(take, file.problems) == 0)
-    return nothing_in_it("range", source, file.problems);
+  if (rows->for_each(take, file.problems) == 0) return no_content("range", source, file.problems);
   return file;
 }
 

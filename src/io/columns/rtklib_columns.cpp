@@ -8,7 +8,7 @@
 namespace wayfare::io {
 namespace {
 
-// Heading of RTKLIB's solutions, and what we call the column.
+// Headings of RTKLIB's solutions and the corresponding column names.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kNames = {
     {{"latitude(deg)", "lat_deg"},
      {"longitude(deg)", "lon_deg"},
@@ -55,7 +55,7 @@ std::optional<ColumnFormat> rtklib_columns(std::string_view all, const ColumnFor
       continue;
     }
     if (found.columns.empty()) return std::nullopt;
-    // The heading calls date and time, or week and time of week, by one word.
+    // The heading has one word for date and time, or week and time of week.
     split_fields(line, fields);
     if (fields.empty()) continue;
     const bool date = fields[0].find('/') != std::string_view::npos;

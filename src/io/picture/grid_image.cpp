@@ -11,7 +11,7 @@ GridImage grid_image(const OccupancyGrid& map) {
   image.width = static_cast<std::size_t>(box.width());
   image.height = static_cast<std::size_t>(box.height());
   image.resolution_m = map.resolution_m();
-  // To the nanometre: the last bit of the product would make -1.4 a -1.4000000000000001.
+  // Rounded to the nanometre, since the product may be -1.4000000000000001 instead of -1.4.
   const auto metres = [&](int cells) { return std::round(cells * map.resolution_m() * 1e9) / 1e9; };
   image.origin = SE2d(metres(box.min.x), metres(box.min.y), Angle{});
   image.occupancy.reserve(image.width * image.height);

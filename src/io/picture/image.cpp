@@ -14,7 +14,7 @@ Result<std::string> encode_png(const Image& image) {
   if (image.channels != 1 && image.channels != 3)
     return Error{ErrorCode::unsupported, "a picture has one channel or three"};
   if (image.pixels.size() != image.width * image.height * image.channels)
-    return Error{ErrorCode::invalid, "the picture's pixels do not agree with its size"};
+    return Error{ErrorCode::invalid, "the number of pixels does not match the picture's size"};
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint8_t kOccupied = 0, kFree = 254, kUnknown = 205;
 
-bool sizes_agree(const GridImage& grid) {
+bool is_consistent(const GridImage& grid) {
   return grid.width > 0 && grid.height > 0 && grid.occupancy.size() / grid.width == grid.height &&
          grid.occupancy.size() % grid.width == 0;
 }
@@ -25,7 +25,8 @@ bool sizes_agree(const GridImage& grid) {
 }  // namespace
 
 Result<std::string> format_pgm(const GridImage& grid, const MapImageOptions& options) {
-  if (!sizes_agree(grid)) return Error{ErrorCode::invalid, "the map's cells do not fit its size"};
+  if (!is_consistent(grid))
+    return Error{ErrorCode::invalid, "the number of cells does not match the map's size"};
   std::string out =
       "P5\n" + std::to_string(grid.width) + " " + std::to_string(grid.height) + "\n255\n";
   out.reserve(out.size() + grid.occupancy.size());
@@ -43,7 +44,7 @@ Result<std::string> format_pgm(const GridImage& grid, const MapImageOptions& opt
 
 std::string format_map_yaml(const GridImage& grid, const std::string& image_name,
                             const MapImageOptions& options) {
-  // A name in single quotes can hold anything; a quote in it is doubled.
+  // A name in single quotes may contain any character; a quote in it is doubled.
   std::string name;
   for (const char c : image_name) name.append(c == '\'' ? 2 : 1, c);
   std::string out = "image: '" + name + "'\nresolution: ";
@@ -63,7 +64,7 @@ std::string format_map_yaml(const GridImage& grid, const std::string& image_name
 
 Image to_picture(const GridImage& grid) {
   Image image{grid.width, grid.height, 3, {}};
-  if (!sizes_agree(grid)) return Image{};
+  if (!is_consistent(grid)) return Image{};
   image.pixels.reserve(3 * grid.occupancy.size());
   for (std::size_t row = grid.height; row-- > 0;) {
     for (std::size_t column = 0; column < grid.width; ++column) {
@@ -126,7 +127,7 @@ Result<Image> parse_pgm(std::string_view bytes, const std::string& source) {
       return fault("PGM header: not a size: '" + text::printable(word) + "'");
   }
   const auto [width, height, largest] = header;
-  if (largest > 255) return fault("PGM pictures of more than 8 bits are not read");
+  if (largest > 255) return fault("PGM pictures of more than 8 bits are not supported");
   const std::size_t count = width * height;
   const std::size_t pixel_bytes = magic == "P5" ? count + 1 : 2 * count;
   if (rest.size() + 1 < pixel_bytes) {

@@ -24,7 +24,7 @@ struct Range {
   [[nodiscard]] bool empty() const { return !(low <= high); }
   [[nodiscard]] double size() const { return high - low; }
   [[nodiscard]] double middle() const { return low + 0.5 * (high - low); }
-  /// Room around the data; a single value gets some on either side.
+  /// Margin around the data, also for a single value.
   void widen() {
     const double room = std::max(0.03 * size(), 1e-9 * std::max(std::abs(low), std::abs(high)));
     const double margin = room > 0.0 ? room : 1.0;
@@ -58,7 +58,7 @@ std::string tick_text(double value, double step) {
   return out;
 }
 
-/// The drawing area and how data come to lie in it.
+/// The plot area and the mapping of data to it.
 struct Frame {
   Range x, y;
   double height = 400.0;
@@ -128,7 +128,7 @@ void append_axes(std::string& out, const Frame& frame, const Plot& plot) {
   const double bottom = frame.height - kBottom;
   const double x_step = tick_step(frame.x, 8.0);
   const double y_step = tick_step(frame.y, std::max(3.0, frame.inner_height() / 45.0));
-  // Counting ticks keeps the loop finite where a step is lost in the size of the numbers.
+  // The tick count bounds the loop where the step is below the resolution of the numbers.
   for (int i = 0; i < 40; ++i) {
     const double x = (std::ceil(frame.x.low / x_step) + i) * x_step;
     if (x > frame.x.high) break;
@@ -145,17 +145,18 @@ void append_axes(std::string& out, const Frame& frame, const Plot& plot) {
   append_text(out, kLeft + 0.5 * frame.inner_width(), frame.height - 8.0,
               "text-anchor=\"middle\" class=\"label\"", plot.x_label);
   const double middle = kTop + 0.5 * frame.inner_height();
-  std::string turn = "text-anchor=\"middle\" class=\"label\" transform=\"rotate(-90 14 ";
-  append(turn, middle);
-  append_text(out, 14.0, middle, (turn + ")\"").c_str(), plot.y_label);
+  std::string rotation = "text-anchor=\"middle\" class=\"label\" transform=\"rotate(-90 14 ";
+  append(rotation, middle);
+  append_text(out, 14.0, middle, (rotation + ")\"").c_str(), plot.y_label);
 }
 
 struct Pixel {
   double x, y;
 };
 
-/// One unbroken piece of a curve, thinned: where x only grows, each pixel column keeps its first,
-/// lowest, highest and last point; elsewhere points less than half a pixel on are left out.
+/// Thins a contiguous piece of a curve: where x is non-decreasing, each pixel column keeps its
+/// first, lowest, highest and last point; elsewhere points less than half a pixel from the previous
+/// one are dropped.
 std::vector<Pixel> thinned(const std::vector<Pixel>& all) {
   const bool grows = std::is_sorted(all.begin(), all.end(),
                                     [](const Pixel& a, const Pixel& b) { return a.x < b.x; });

@@ -68,7 +68,7 @@ std::string base64(std::string_view bytes) {
   return out;
 }
 
-/// How many bytes the UTF-8 character at the front takes; 0 where it is broken.
+/// Length of the leading UTF-8 character in bytes; 0 where it is invalid.
 std::size_t utf8_length(std::string_view s) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(s[i]); };
   std::size_t length = 1;

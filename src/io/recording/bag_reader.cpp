@@ -13,7 +13,7 @@ struct BagReader::Impl {
   BagContents contents;
   bag::Connections known;
 
-  /// Fills connections and count by the index at the end; false where it does not hold together.
+  /// Reads connections and message count from the index at the end; false where it is inconsistent.
   bool read_index() {
     Problems ignored;
     bag::Walk walk(*source, name, options, known, ignored);
@@ -44,7 +44,7 @@ struct BagReader::Impl {
     return connections == 0 && chunks == 0;
   }
 
-  /// Gives how many messages were left out for want of a description.
+  /// Returns the number of messages of undescribed connections.
   std::size_t count_messages() {
     bag::Walk walk(*source, name, options, known, contents.problems);
     walk.run([&](const BagMessage&) {
@@ -66,7 +66,7 @@ struct BagReader::Impl {
                              "front instead",
                              name, 0, static_cast<std::size_t>(source->size())});
       const Problems before = contents.problems;
-      // A description that was damaged may stand further on again, at the latest at the end.
+      // A damaged description may be repeated further on, at the latest at the end.
       if (count_messages() != 0) {
         contents.problems = before;
         contents.messages = 0;
@@ -88,7 +88,7 @@ Result<BagReader> BagReader::from(std::unique_ptr<Impl> impl) {
   if (!magic || *magic != bag::kMagic) {
     const bool older = magic && magic->starts_with("#ROSBAG V");
     return Error{older ? ErrorCode::unsupported : ErrorCode::parse,
-                 older ? "is a bag of another version than 2.0: `rosbag fix` brings it up to date"
+                 older ? "is a bag of another version than 2.0: `rosbag fix` converts it"
                        : "does not begin as a ROS 1 bag does",
                  impl->name};
   }

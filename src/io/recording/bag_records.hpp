@@ -1,6 +1,6 @@
 #pragma once
 
-// The records of a ROS 1 bag: a header of named fields, then data, each behind its length.
+// The records of a ROS 1 bag: a header of named fields, then data, each preceded by its length.
 
 #include <cstdint>
 #include <optional>
@@ -31,7 +31,7 @@ enum class Op : std::uint8_t {
 /// `name=value` fields of a header.
 class Fields {
  public:
-  /// Nothing where a field contradicts its length or has no `=`.
+  /// nullopt where a field exceeds the header or has no `=`.
   [[nodiscard]] static std::optional<Fields> parse(std::string_view bytes) {
     Fields fields;
     ByteCursor cursor(bytes);
@@ -49,7 +49,7 @@ class Fields {
       if (key == name) return value;
     return {};
   }
-  /// Nothing where there is no such field of that size.
+  /// nullopt where there is no such field of that size.
   template <std::unsigned_integral T>
   [[nodiscard]] std::optional<T> number(std::string_view name) const {
     const std::string_view value = text(name);
@@ -75,7 +75,7 @@ struct Record {
   std::string_view data;
 };
 
-/// The record `rest` begins with, taken off it; nothing where there is none.
+/// Removes the first record from `rest`; nullopt where there is none.
 [[nodiscard]] inline std::optional<Record> take_record(std::string_view& rest) {
   ByteCursor cursor(rest);
   auto fields = Fields::parse(cursor.text());
@@ -86,7 +86,7 @@ struct Record {
   return Record{static_cast<Op>(*op), *std::move(fields), data};
 }
 
-/// What a connection's record says; nothing where it lacks its number, topic or type.
+/// The connection of a record; nullopt where its number, topic or type is missing.
 [[nodiscard]] inline std::optional<BagConnection> connection_of(const Record& record) {
   const auto id = record.fields.number<std::uint32_t>("conn");
   const auto about = Fields::parse(record.data);

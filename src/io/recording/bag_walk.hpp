@@ -1,6 +1,6 @@
 #pragma once
 
-// From record to record through a ROS 1 bag, past what is damaged.
+// Iterates over the records of a ROS 1 bag and skips damaged parts.
 
 #include <algorithm>
 #include <functional>
@@ -15,8 +15,7 @@
 
 namespace wayfare::io::bag {
 
-inline constexpr std::size_t kLongestHead = 1U
-                                            << 20U;  // of a record; definitions stand in its data
+inline constexpr std::size_t kLongestHead = 1U << 20U;  // of a record; definitions are in its data
 
 using Connections = std::map<std::uint32_t, BagConnection>;
 using Sink = std::function<bool(const BagMessage&)>;
@@ -36,8 +35,8 @@ class Walk {
         const std::uint64_t next = next_chunk(at + 1);
         fault(at, next == source_.size()
                       ? "the bag is cut off or damaged here; " + std::to_string(next - at) +
-                            " bytes at its end are left out"
-                      : "is damaged here; reading goes on with the chunk at byte " +
+                            " bytes at its end are skipped"
+                      : "is damaged here; reading continues with the chunk at byte " +
                             std::to_string(next));
         at = next;
         continue;
@@ -47,10 +46,10 @@ class Walk {
     }
   }
 
-  /// Messages left out because their connection was not described before them.
+  /// Number of messages skipped because their connection was not described before.
   [[nodiscard]] std::size_t undescribed() const { return undescribed_; }
 
-  /// The record at `at` and its length; nothing where there is none, or too large a one.
+  /// The record at `at` and its length; nullopt where there is none, or it is too large.
   std::optional<Record> record_at(std::uint64_t at, std::uint64_t& size) {
     const auto length = number_at(at);
     if (!length || *length > kLongestHead) return std::nullopt;
@@ -70,10 +69,10 @@ class Walk {
     return ByteCursor(*bytes).number<std::uint32_t>();
   }
 
-  /// Where the next chunk begins: at the length of a header that says so.
+  /// The position of the next chunk: that of its header's length.
   std::uint64_t next_chunk(std::uint64_t from) {
     constexpr std::string_view kOp{"\4\0\0\0op=\5", 8};
-    constexpr std::uint64_t kWindow = 1U << 16U, kHead = 64;  // all a chunk's header may take
+    constexpr std::uint64_t kWindow = 1U << 16U, kHead = 64;  // longest header of a chunk
     std::string window;
     for (std::uint64_t at = from; at < source_.size(); at += kWindow) {
       const std::uint64_t n = std::min(source_.size() - at, kWindow + kHead);
@@ -109,7 +108,7 @@ class Walk {
         if (auto c = connection_of(record)) {
           known_.emplace(c->id, *std::move(c));
         } else {
-          fault(at, "a connection is malformed; left out");
+          fault(at, "a connection is malformed; skipped");
         }
         return true;
       default:
@@ -121,14 +120,14 @@ class Walk {
     const auto id = record.fields.number<std::uint32_t>("conn");
     const auto time = record.fields.time("time");
     if (!id || !time) {
-      fault(at, "a message is malformed; left out");
+      fault(at, "a message is malformed; skipped");
       return true;
     }
     const auto connection = known_.find(*id);
     if (connection == known_.end()) {
       ++undescribed_;
       fault(at, "a message of connection " + std::to_string(*id) +
-                    ", which was not described; left out");
+                    ", which was not described; skipped");
       return true;
     }
     return sink({&connection->second, *time, record.data});
@@ -140,7 +139,7 @@ class Walk {
     std::string_view rest = record.data;
     std::string unpacked;
     if (!size || *size > options_.max_record_bytes) {
-      fault(at, "a chunk has no size, or too large a one; left out");
+      fault(at, "a chunk has no size or is too large; skipped");
       return true;
     }
     if (compression != "none") {
@@ -156,7 +155,7 @@ class Walk {
     while (!rest.empty()) {
       const auto inner = take_record(rest);
       if (!inner || inner->op == Op::chunk) {
-        fault(at, "the rest of a chunk is malformed; left out");
+        fault(at, "the rest of a chunk is malformed; skipped");
         return true;
       }
       if (!take(*inner, at, sink)) return false;

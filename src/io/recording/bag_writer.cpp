@@ -11,7 +11,7 @@ using bag::Op;
 
 namespace {
 
-/// The fields of a header, in the order of their names as ROS writes them.
+/// The fields of a header, sorted by name as in ROS.
 using Pairs = std::map<std::string_view, std::string>;
 
 template <std::unsigned_integral T>
@@ -48,7 +48,7 @@ void put_connection(std::string& out, const BagConnection& c) {
   put_record(out, Op::connection, {{"conn", number(c.id)}, {"topic", c.topic}}, header(about));
 }
 
-/// The bag's first record, as long whatever it says.
+/// The bag's first record, of fixed length.
 std::string head(std::uint64_t index, std::size_t connections, std::size_t chunks) {
   std::string fields = header({{"chunk_count", number(static_cast<std::uint32_t>(chunks))},
                                {"conn_count", number(static_cast<std::uint32_t>(connections))},
@@ -74,7 +74,7 @@ std::uint32_t BagWriter::add_connection(BagConnection connection) {
 
 Result<void> BagWriter::write(std::uint32_t connection, LogTime time, std::string_view data) {
   if (connection >= connections_.size())
-    return Error{ErrorCode::invalid, "there is no connection " + std::to_string(connection)};
+    return Error{ErrorCode::invalid, "no connection " + std::to_string(connection)};
   const BagConnection& c = connections_[connection];
   if (time < LogTime() || time.nanoseconds() / 1'000'000'000 > 0xFFFFFFFF)
     return Error{ErrorCode::invalid, "a time before 1970 or after 2106", c.topic};

@@ -16,7 +16,7 @@
 namespace wayfare::io {
 namespace {
 
-/// Fills `out`; false where `bytes` are damaged or hold another number of bytes.
+/// Fills `out`; false where `bytes` are damaged or do not decompress to its size.
 using Decompress = bool (*)(std::string_view bytes, std::string& out);
 
 #if WAYFARE_HAS_LZ4
@@ -51,10 +51,10 @@ constexpr Decompress kZstd = nullptr;
 
 #if WAYFARE_HAS_BZIP2
 bool from_bz2(std::string_view bytes, std::string& out) {
-  constexpr std::size_t kMost = std::numeric_limits<unsigned>::max();
-  if (bytes.size() > kMost || out.size() > kMost) return false;
+  constexpr std::size_t kMax = std::numeric_limits<unsigned>::max();
+  if (bytes.size() > kMax || out.size() > kMax) return false;
   auto n = static_cast<unsigned>(out.size());
-  // The library never writes where it reads from.
+  // The library does not write to its input.
   const int status = BZ2_bzBuffToBuffDecompress(out.data(), &n, const_cast<char*>(bytes.data()),
                                                 static_cast<unsigned>(bytes.size()), 0, 0);
   return status == BZ_OK && n == out.size();
@@ -80,14 +80,14 @@ Result<std::string> decompress_block(std::string_view name, std::string_view byt
     if (known.name != name) continue;
     if (known.decompress == nullptr)
       return Error{ErrorCode::unsupported,
-                   quoted + "which this build of wayfare was made without: " + "install " +
-                       std::string(known.package) + " and build it again"};
+                   quoted + "which this build of wayfare does not support: install " +
+                       std::string(known.package) + " and rebuild"};
     std::string out(size, '\0');
     if (known.decompress(bytes, out)) return out;
     return Error{ErrorCode::parse,
-                 quoted + "but damaged, or not of " + std::to_string(size) + " bytes; left out"};
+                 quoted + "but damaged, or not of " + std::to_string(size) + " bytes; skipped"};
   }
-  return Error{ErrorCode::unsupported, quoted + "which nobody here reads; write it again without"};
+  return Error{ErrorCode::unsupported, quoted + "which is not supported; write it uncompressed"};
 }
 
 }  // namespace wayfare::io

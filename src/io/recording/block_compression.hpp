@@ -10,9 +10,9 @@
 
 namespace wayfare::io {
 
-/// The `size` bytes that `bytes` hold, compressed by `name`: "lz4", "zstd" or "bz2". Memory is
-/// taken for `size` bytes. Errors: damaged, or not that many; a compression nobody knows, or that
-/// this build was made without.
+/// Decompresses `bytes`, compressed by `name` ("lz4", "zstd" or "bz2"), to `size` bytes. Allocates
+/// `size` bytes. Errors: damaged, or another size; a compression that is unknown or not supported
+/// by this build.
 [[nodiscard]] Result<std::string> decompress_block(std::string_view name, std::string_view bytes,
                                                    std::uint64_t size);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Little-endian numbers in the bytes of recordings.
+// Little-endian numbers in recordings.
 
 #include <concepts>
 #include <cstddef>
@@ -16,14 +16,14 @@ void put(std::string& out, T value) {
     out += static_cast<char>(static_cast<std::uint8_t>(std::uint64_t{value} >> (8 * i)));
 }
 
-/// Behind its length of four bytes.
+/// Preceded by its length in four bytes.
 inline void put_text(std::string& out, std::string_view text) {
   put(out, static_cast<std::uint32_t>(text.size()));
   out += text;
 }
 
-/// Reads numbers, and texts behind their length. Past the end everything is zero or empty and `ok`
-/// false.
+/// Reads numbers, and texts preceded by their length. Past the end all values are zero or empty and
+/// `ok` is false.
 class ByteCursor {
  public:
   explicit ByteCursor(std::string_view bytes) : rest_(bytes) {}

@@ -18,10 +18,10 @@ Error system_error(const char* what, const std::string& path) {
 
 Result<std::unique_ptr<ByteSink>> FileSink::create(const std::string& path,
                                                    const WriteOptions& options) {
-  const int how = options.existing == Existing::refuse ? O_EXCL : O_TRUNC;
-  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | how, 0666);
+  const int mode = options.existing == Existing::refuse ? O_EXCL : O_TRUNC;
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0666);
   if (fd < 0 && errno == EEXIST)
-    return Error{ErrorCode::io, "is there already; not overwritten", path};
+    return Error{ErrorCode::io, "exists already; not overwritten", path};
   if (fd < 0) return system_error("cannot be created", path);
   return std::unique_ptr<ByteSink>(new FileSink(fd, path));
 }
@@ -35,7 +35,7 @@ Result<void> FileSink::write(std::string_view bytes) {
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) {
       Error failed = system_error("cannot be written", path_);
-      // Half a record at the end would do no harm to a reader, but is of no use either.
+      // Removes the incomplete record at the end.
       if (all != bytes.size() && ::ftruncate(fd_, static_cast<off_t>(size_)) == 0)
         ::lseek(fd_, static_cast<off_t>(size_), SEEK_SET);
       return failed;
@@ -47,7 +47,7 @@ Result<void> FileSink::write(std::string_view bytes) {
 }
 
 Result<void> FileSink::sync() {
-  // Devices that keep nothing say EINVAL.
+  // EINVAL: the device does not support syncing.
   if (::fdatasync(fd_) != 0 && errno != EINVAL) return system_error("cannot be synced", path_);
   return {};
 }

@@ -17,7 +17,7 @@
 
 namespace wayfare::io {
 
-/// Bytes by their place: of a file as long as it was when it was opened, or in memory.
+/// Random access to bytes of a file (up to its size when opened) or in memory.
 class Source {
  public:
   explicit Source(std::string bytes) : bytes_(std::move(bytes)), size_(bytes_.size()) {}
@@ -44,8 +44,7 @@ class Source {
 
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
-  /// `n` bytes from `at` on, in `buffer` where they come from a file; nothing where they are not
-  /// all there.
+  /// `n` bytes from `at` on, in `buffer` if they come from a file; nullopt where not all exist.
   std::optional<std::string_view> fetch(std::uint64_t at, std::uint64_t n,
                                         std::string& buffer) const {
     if (at > size_ || n > size_ - at) return std::nullopt;

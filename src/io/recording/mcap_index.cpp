@@ -32,11 +32,11 @@ class Indexer {
     std::uint64_t begin = 0;
     const char* missing = find_summary(buffer, begin);
     if (missing == nullptr && !take_summary(buffer, begin)) {
-      missing = "has a summary that does not lead to its messages";
+      missing = "has a summary without the positions of its messages";
     }
     index_.contents.indexed = missing == nullptr;
     if (missing != nullptr) {
-      forget();
+      reset();
       index_.contents.problems.add(
           {ErrorCode::parse,
            std::string("the recording ") + missing + "; read from the front instead", name_, 0,
@@ -46,8 +46,8 @@ class Indexer {
     for (const auto& [id, schema] : index_.known.schemas) index_.contents.schemas.push_back(schema);
     for (const auto& [id, channel] : index_.known.channels)
       index_.contents.channels.push_back(channel);
-    std::stable_sort(index_.places.begin(), index_.places.end(),
-                     [](const Place& a, const Place& b) { return a.first < b.first; });
+    std::stable_sort(index_.entries.begin(), index_.entries.end(),
+                     [](const IndexEntry& a, const IndexEntry& b) { return a.first < b.first; });
     return std::move(index_);
   }
 
@@ -61,7 +61,7 @@ class Indexer {
     }
   }
 
-  /// The summary's bytes with the footer up to its checksum, or why there are none.
+  /// Reads the summary and the footer up to its checksum; returns why there is none, else null.
   const char* find_summary(std::string& buffer, std::uint64_t& begin) const {
     constexpr std::uint64_t kFooter = kRecordHead + 20;
     const std::uint64_t tail = kFooter + kMagic.size();
@@ -82,7 +82,7 @@ class Indexer {
     const auto bytes = source_.fetch(begin, until - begin, buffer);
     if (!bytes) return "has a summary that cannot be read";
     if (sum != 0 && crc(*bytes) != sum) return "has a summary with a wrong checksum";
-    // The same bytes in both cases: of memory there is no copy yet.
+    // Sources in memory do not fill the buffer.
     if (buffer.data() != bytes->data()) buffer = std::string(*bytes);
     return nullptr;
   }
@@ -109,7 +109,7 @@ class Indexer {
     if (c.ok()) index_.contents.metadata[title] = std::move(pairs);
   }
 
-  /// False where the summary does not hold together or leaves out how to find the messages.
+  /// False where the summary is inconsistent or lacks the positions of the messages.
   bool take_summary(std::string_view rest, std::uint64_t begin) {
     const std::size_t size = rest.size();
     bool counted = false;
@@ -123,18 +123,18 @@ class Indexer {
       if (record->opcode == Opcode::schema || record->opcode == Opcode::channel) {
         if (!index_.known.take(*record)) return false;
       } else if (record->opcode == Opcode::chunk_index) {
-        Place place;
-        place.first = c.time();
-        place.last = c.time();
-        place.at = c.number<std::uint64_t>();
+        IndexEntry entry;
+        entry.first = c.time();
+        entry.last = c.time();
+        entry.at = c.number<std::uint64_t>();
         const auto chunk = c.number<std::uint64_t>();
         c.text();
         const auto indexes = c.number<std::uint64_t>();
-        if (!c.ok() || place.at < kMagic.size() || place.at >= begin || chunk > begin - place.at ||
-            indexes > begin - place.at - chunk)
+        if (!c.ok() || entry.at < kMagic.size() || entry.at >= begin || chunk > begin - entry.at ||
+            indexes > begin - entry.at - chunk)
           return false;
-        place.until = place.at + chunk + indexes;
-        index_.places.push_back(place);
+        entry.until = entry.at + chunk + indexes;
+        index_.entries.push_back(entry);
       } else if (record->opcode == Opcode::statistics) {
         if (!take_statistics(c, chunks)) return false;
         counted = true;
@@ -145,14 +145,14 @@ class Indexer {
           take_metadata(*content);
       }
     }
-    return counted && chunks == index_.places.size() && all_in_chunks(begin);
+    return counted && chunks == index_.entries.size() && all_in_chunks(begin);
   }
 
-  /// Whether the index has each chunk of the data once, and no message stands outside of them: that
-  /// one has no index. `end` is that of the data.
+  /// Whether the index contains each chunk of the data once and no message is outside of the
+  /// chunks, where it has no index. `end` is that of the data.
   bool all_in_chunks(std::uint64_t end) const {
     std::map<std::uint64_t, std::uint64_t> chunks;
-    for (const Place& place : index_.places) chunks.emplace(place.at, place.until);
+    for (const IndexEntry& entry : index_.entries) chunks.emplace(entry.at, entry.until);
     std::string buffer;
     std::size_t met = 0;
     for (std::uint64_t at = kMagic.size(); at < end;) {
@@ -172,32 +172,32 @@ class Indexer {
         return false;
       at += kRecordHead + length;
     }
-    return met == index_.places.size();
+    return met == index_.entries.size();
   }
 
-  void forget() {
+  void reset() {
     index_.known = {};
-    index_.places.clear();
+    index_.entries.clear();
     index_.contents.statistics = {};
     index_.contents.metadata.clear();
   }
 
-  /// Reads all of the data; gives how many messages were left out for want of a description.
+  /// Reads all data; returns the number of messages of undescribed channels.
   std::size_t scan() {
     Messages messages(index_.known, name_, options_, index_.contents.problems);
     Walk walk(source_, name_, options_, index_.contents.problems);
     walk.run([&](const Record& record) {
-      std::optional<Place> place;
+      std::optional<IndexEntry> entry;
       messages.take(record, [&](const McapMessage& m) {
         count(m);
-        if (!place) place = Place{record.at, m.log_time, m.log_time};
-        place->first = std::min(place->first, m.log_time);
-        place->last = std::max(place->last, m.log_time);
+        if (!entry) entry = IndexEntry{record.at, m.log_time, m.log_time};
+        entry->first = std::min(entry->first, m.log_time);
+        entry->last = std::max(entry->last, m.log_time);
         return true;
       });
       if (record.opcode == Opcode::metadata) take_metadata(record.content);
       if (record.opcode == Opcode::chunk) ++index_.contents.statistics.chunks;
-      if (place) index_.places.push_back(*place);
+      if (entry) index_.entries.push_back(*entry);
       return true;
     });
     return messages.undescribed();
@@ -214,9 +214,9 @@ class Indexer {
   void scan_all() {
     const Problems before = index_.contents.problems;
     if (scan() == 0) return;
-    // A description that was damaged may stand in a later chunk again.
+    // A damaged description may be repeated in a later chunk.
     Description found = std::move(index_.known);
-    forget();
+    reset();
     index_.known = std::move(found);
     index_.contents.problems = before;
     scan();

@@ -1,7 +1,7 @@
 #pragma once
 
-// What a recording holds, and where its messages are: from its summary, or, where none holds
-// together, from all of its data.
+// The contents of a recording and the positions of its messages: from its summary, or from all its
+// data where that is missing or inconsistent.
 
 #include <cstdint>
 #include <optional>
@@ -16,7 +16,7 @@
 namespace wayfare::io::mcap {
 
 /// A chunk, or a message outside of chunks.
-struct Place {
+struct IndexEntry {
   std::uint64_t at = 0;
   LogTime first, last;
   std::uint64_t until = 0;  ///< end of the chunk and of the message indexes behind it; by a summary
@@ -25,16 +25,16 @@ struct Place {
 struct Index {
   McapContents contents;
   Description known;
-  std::vector<Place> places;  ///< in order of their first time
+  std::vector<IndexEntry> entries;  ///< in order of their first time
 };
 
-/// The content of the record at `at`, where there is one of that kind; `buffer` may hold it.
+/// The content of the record of type `opcode` at `at`, if there is one. May use `buffer`.
 [[nodiscard]] std::optional<std::string_view> content_at(const Source& source, std::uint64_t at,
                                                          Opcode opcode,
                                                          const McapReadOptions& options,
                                                          std::string& buffer);
 
-/// What was wrong is in the contents' problems.
+/// Faults are reported in the contents' problems.
 [[nodiscard]] Index make_index(const Source& source, const std::string& name,
                                const McapReadOptions& options);
 

@@ -13,7 +13,7 @@
 
 namespace wayfare::io::mcap {
 
-/// What a recording says of its messages.
+/// Schemas and channels of a recording.
 struct Description {
   std::map<std::uint16_t, McapSchema> schemas;
   std::map<std::uint16_t, McapChannel> channels;
@@ -22,7 +22,7 @@ struct Description {
   bool take(const Record& record);
 };
 
-/// Messages out of records: schemas and channels are taken in as they come.
+/// Extracts messages from records; schemas and channels are registered in order of appearance.
 class Messages {
  public:
   using Sink = std::function<bool(const McapMessage&)>;
@@ -31,14 +31,14 @@ class Messages {
            Problems& problems)
       : known_(known), name_(name), options_(options), problems_(problems) {}
 
-  /// What the messages of the record last taken refer to, where it is a compressed chunk; else
-  /// nothing: they refer to the record's own bytes.
+  /// The bytes to which the messages of the last record refer if that is a compressed chunk; null
+  /// if they refer to the record's own bytes.
   [[nodiscard]] const std::shared_ptr<const std::string>& unpacked() const { return unpacked_; }
 
-  /// Messages left out because their channel was not described before them.
+  /// Number of messages skipped because their channel was not described before.
   [[nodiscard]] std::size_t undescribed() const { return undescribed_; }
 
-  /// False once `sink` has had enough.
+  /// False once `sink` returns false.
   bool take(const Record& record, const Sink& sink);
 
  private:

@@ -13,17 +13,17 @@ using mcap::Record;
 
 namespace {
 
-bool asked_for(const McapQuery& query, const McapMessage& m) {
+bool matches(const McapQuery& query, const McapMessage& m) {
   return m.log_time >= query.from && m.log_time <= query.until &&
          (query.topics.empty() || query.topics.count(m.channel->topic) != 0);
 }
 
-struct Waiting {
+struct PendingMessage {
   McapMessage message;
-  std::uint64_t at = 0, nth = 0;  ///< place of its chunk or record, and its number in that
-  std::shared_ptr<const std::string> bytes;  ///< what the message refers to
+  std::uint64_t at = 0, nth = 0;  ///< position of its chunk or record, and its number in it
+  std::shared_ptr<const std::string> bytes;  ///< to which the message refers
 
-  bool operator<(const Waiting& other) const {  // the first to be delivered is the largest
+  bool operator<(const PendingMessage& other) const {  // the first to be delivered is the largest
     return std::tuple(message.log_time, at, nth) >
            std::tuple(other.message.log_time, other.at, other.nth);
   }
@@ -37,7 +37,7 @@ struct McapReader::Impl {
   McapReadOptions options;
   mcap::Index index;
 
-  [[nodiscard]] bool begins_well() const {
+  [[nodiscard]] bool has_magic() const {
     std::string buffer;
     const auto magic = source->fetch(0, mcap::kMagic.size(), buffer);
     return magic && *magic == mcap::kMagic;
@@ -50,7 +50,7 @@ struct McapReader::Impl {
     mcap::Walk walk(*source, name, options, problems);
     walk.run([&](const Record& record) {
       return messages.take(record,
-                           [&](const McapMessage& m) { return !asked_for(query, m) || sink(m); });
+                           [&](const McapMessage& m) { return !matches(query, m) || sink(m); });
     });
   }
 
@@ -58,28 +58,28 @@ struct McapReader::Impl {
                     Problems& problems) const {
     mcap::Description description = index.known;
     mcap::Messages messages(description, name, options, problems);
-    std::priority_queue<Waiting> waiting;
+    std::priority_queue<PendingMessage> pending;
     const auto deliver_before = [&](const LogTime* limit) {
-      while (!waiting.empty() && (limit == nullptr || waiting.top().message.log_time < *limit)) {
-        if (!sink(waiting.top().message)) return false;
-        waiting.pop();
+      while (!pending.empty() && (limit == nullptr || pending.top().message.log_time < *limit)) {
+        if (!sink(pending.top().message)) return false;
+        pending.pop();
       }
       return true;
     };
-    for (const mcap::Place& place : index.places) {
-      if (place.last < query.from || place.first > query.until) continue;
-      if (!deliver_before(&place.first)) return;
+    for (const mcap::IndexEntry& entry : index.entries) {
+      if (entry.last < query.from || entry.first > query.until) continue;
+      if (!deliver_before(&entry.first)) return;
       auto bytes = std::make_shared<std::string>();
-      const auto record = fetch_place(place, *bytes);
+      const auto record = fetch_entry(entry, *bytes);
       if (!record) {
-        problems.add({ErrorCode::parse, "an index leads to no chunk", name, 0,
-                      static_cast<std::size_t>(place.at)});
+        problems.add({ErrorCode::parse, "an index entry refers to no chunk", name, 0,
+                      static_cast<std::size_t>(entry.at)});
         continue;
       }
       std::uint64_t nth = 0;
       messages.take(*record, [&](const McapMessage& m) {
         const auto& holder = messages.unpacked();
-        if (asked_for(query, m)) waiting.push({m, place.at, nth, holder ? holder : bytes});
+        if (matches(query, m)) pending.push({m, entry.at, nth, holder ? holder : bytes});
         ++nth;
         return true;
       });
@@ -87,11 +87,11 @@ struct McapReader::Impl {
     deliver_before(nullptr);
   }
 
-  [[nodiscard]] std::optional<Record> fetch_place(const mcap::Place& place,
+  [[nodiscard]] std::optional<Record> fetch_entry(const mcap::IndexEntry& entry,
                                                   std::string& buffer) const {
     for (const Opcode opcode : {Opcode::chunk, Opcode::message})
-      if (const auto content = mcap::content_at(*source, place.at, opcode, options, buffer))
-        return Record{opcode, place.at, *content};
+      if (const auto content = mcap::content_at(*source, entry.at, opcode, options, buffer))
+        return Record{opcode, entry.at, *content};
     return std::nullopt;
   }
 };
@@ -102,7 +102,7 @@ McapReader& McapReader::operator=(McapReader&&) noexcept = default;
 McapReader::~McapReader() = default;
 
 Result<McapReader> McapReader::from(std::unique_ptr<Impl> impl) {
-  if (!impl->begins_well())
+  if (!impl->has_magic())
     return Error{ErrorCode::parse, "does not begin as an MCAP recording does", impl->name};
   impl->index = mcap::make_index(*impl->source, impl->name, impl->options);
   return McapReader(std::move(impl));

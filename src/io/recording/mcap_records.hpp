@@ -1,6 +1,6 @@
 #pragma once
 
-// The bytes MCAP's records are made of: numbers, texts and maps behind their length.
+// The encoding of MCAP records: numbers, and texts and maps preceded by their length.
 
 #include <zlib.h>
 
@@ -75,7 +75,7 @@ class Cursor : public ByteCursor {
     return pairs;
   }
 
-  /// A time as the library counts it; one past the year 2262 is no time.
+  /// Reads a time; times after the year 2262 are invalid.
   LogTime time() {
     const auto ns = number<std::uint64_t>();
     constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());

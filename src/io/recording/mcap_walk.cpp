@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kChunkHead = 40;  ///< without the name of its compression
 constexpr std::size_t kLongestCompression = 16;
 
-/// Records the format knows, and those it leaves to others.
+/// Records of the format, and private ones.
 bool is_opcode(std::uint8_t code) { return (code >= 1 && code <= 15) || code >= 128; }
 
 }  // namespace
@@ -41,12 +41,12 @@ ChunkHead read_chunk_head(std::string_view content) {
 
 Result<std::string_view> records_of(const ChunkHead& chunk, std::size_t max_bytes,
                                     std::string& buffer) {
-  if (!chunk.whole) return Error{ErrorCode::parse, "a chunk contradicts its own length; left out"};
+  if (!chunk.whole) return Error{ErrorCode::parse, "a chunk has an inconsistent length; skipped"};
   std::string_view records = chunk.records;
   if (!chunk.compression.empty()) {
     if (chunk.size > max_bytes)
       return Error{ErrorCode::unsupported,
-                   "a chunk would need " + std::to_string(chunk.size) + " bytes; left out"};
+                   "a chunk would need " + std::to_string(chunk.size) + " bytes; skipped"};
     auto unpacked = decompress_block(chunk.compression, records, chunk.size);
     if (!unpacked) return Error{unpacked.error().code, "a chunk " + unpacked.error().message};
     buffer = *std::move(unpacked);
@@ -54,7 +54,7 @@ Result<std::string_view> records_of(const ChunkHead& chunk, std::size_t max_byte
   }
   if (chunk.size != records.size() || (chunk.crc != 0 && crc(records) != chunk.crc))
     return Error{ErrorCode::parse, "a chunk of " + std::to_string(records.size()) +
-                                       " bytes has a wrong checksum; left out"};
+                                       " bytes has a wrong checksum; skipped"};
   return records;
 }
 
@@ -102,7 +102,7 @@ std::uint64_t Walk::next_chunk(std::uint64_t from) {
     for (std::size_t i = bytes->find(code); i < kWindow && i + least <= n;
          i = bytes->find(code, i + 1)) {
       if (is_chunk(at + i, bytes->substr(i, least))) return at + i;
-      // Bytes made to look like one chunk within another must not cost more than the file's size.
+      // Bounds the work on nested false chunks by the file's size.
       if (effort_ > 4 * source_.size()) return source_.size();
     }
   }
@@ -123,13 +123,13 @@ void Walk::run(const std::function<bool(const Record&)>& visit) {
     problems_.add(
         {ErrorCode::parse,
          cut ? "the file is cut off or damaged here; " + std::to_string(source_.size() - at) +
-                   " bytes at its end are left out"
-             : "is damaged here; reading goes on with the chunk at byte " + std::to_string(next),
+                   " bytes at its end are skipped"
+             : "is damaged here; reading continues with the chunk at byte " + std::to_string(next),
          name_, 0, static_cast<std::size_t>(at)});
     if (cut) return;
     at = next;
   }
-  // A file whose last record is complete, but which was never closed.
+  // The last record is complete, but the file was never closed.
   problems_.add({ErrorCode::parse, "the file was not closed: nothing follows its last record",
                  name_, 0, static_cast<std::size_t>(at)});
 }

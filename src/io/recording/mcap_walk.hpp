@@ -1,6 +1,6 @@
 #pragma once
 
-// From record to record through the data of an MCAP file, past what is damaged.
+// Iterates over the records of an MCAP file's data section and skips damaged parts.
 
 #include <cstdint>
 #include <functional>
@@ -23,23 +23,22 @@ struct Record {
   [[nodiscard]] std::uint64_t bytes() const { return kRecordHead + content.size(); }
 };
 
-/// The next record of `rest`, which begins at `at` of the file, taken off it; nothing where what is
-/// left is none.
+/// Removes the first record from `rest`, which begins at `at` in the file, if any.
 [[nodiscard]] std::optional<Record> take_record(std::string_view& rest, std::uint64_t at);
 
-/// A chunk's head and what it says of its records.
+/// A chunk's header and its records.
 struct ChunkHead {
   LogTime first, last;
   std::uint64_t size = 0;
   std::uint32_t crc = 0;
   std::string_view compression, records;
-  bool whole = false;  ///< the record's content is as long as the head says
+  bool whole = false;  ///< the content's length matches the header
 };
 
 [[nodiscard]] ChunkHead read_chunk_head(std::string_view content);
 
-/// A chunk's records, put into `buffer` where they are compressed. Errors: what is wrong with it,
-/// without a place; larger than `max_bytes`.
+/// A chunk's records, decompressed to `buffer` where necessary. Errors, without a position:
+/// damaged; larger than `max_bytes`.
 [[nodiscard]] Result<std::string_view> records_of(const ChunkHead& chunk, std::size_t max_bytes,
                                                   std::string& buffer);
 
@@ -54,7 +53,7 @@ class Walk {
 
  private:
   [[nodiscard]] std::optional<Record> record_at(std::uint64_t at);
-  /// Where the next chunk with a correct checksum begins after `from`; the end where there is none.
+  /// Position of the next chunk with a correct checksum, else the file's size.
   [[nodiscard]] std::uint64_t next_chunk(std::uint64_t from);
   [[nodiscard]] bool is_chunk(std::uint64_t at, std::string_view head);
 
@@ -63,7 +62,7 @@ class Walk {
   const McapReadOptions& options_;
   Problems& problems_;
   std::string buffer_, probe_, unpacked_;
-  std::uint64_t effort_ = 0;  ///< bytes whose checksum was tried in vain
+  std::uint64_t effort_ = 0;  ///< bytes checked for false chunks
 };
 
 }  // namespace wayfare::io::mcap

@@ -39,7 +39,7 @@ std::string content_of(const McapChannel& c) {
   return out;
 }
 
-/// Where a message stands within its chunk's records.
+/// Position of a message within its chunk's records.
 struct Entry {
   std::uint64_t time = 0;
   std::uint64_t offset = 0;
@@ -74,7 +74,7 @@ struct McapWriter::Impl {
   std::vector<McapSchema> schemas;
   std::vector<McapChannel> channels;
   std::vector<std::uint32_t> sequences;
-  std::string chunk;  ///< records of the chunk in the making
+  std::string chunk;  ///< records of the current chunk
   std::map<std::uint16_t, std::vector<Entry>> entries;
   std::uint64_t first = 0, last = 0;  ///< times in that chunk
   std::vector<ChunkIndex> chunks;
@@ -109,8 +109,8 @@ struct McapWriter::Impl {
     entries[channel].push_back({time, chunk.size()});
   }
 
-  /// The chunk, and behind it the index of each channel's messages; in one piece, so that both are
-  /// in the file or neither.
+  /// The chunk, followed by the index of each channel's messages; in one piece, so that the file
+  /// contains both or neither.
   std::string closed_chunk(ChunkIndex& index) {
     std::string head;
     put(head, first);
@@ -177,7 +177,7 @@ struct McapWriter::Impl {
     return out;
   }
 
-  /// Groups of records of one kind and, behind them, where each group is.
+  /// Groups of records of one type, followed by the position of each group.
   std::string summary() {
     const std::uint64_t begin = position;
     std::string out, offsets;
@@ -235,7 +235,7 @@ Result<McapWriter> McapWriter::create(const std::string& path, const McapWriterO
 
 Result<McapWriter> McapWriter::create(std::unique_ptr<ByteSink> sink,
                                       const McapWriterOptions& options) {
-  WAYFARE_EXPECTS(sink != nullptr, "a recording is written to somewhere");
+  WAYFARE_EXPECTS(sink != nullptr, "a recording needs a sink");
   auto impl = std::make_unique<Impl>();
   impl->sink = std::move(sink);
   impl->options = options;
@@ -270,8 +270,8 @@ Result<std::uint16_t> McapWriter::add_channel(const std::string& topic,
   if (impl_->channels.size() >= kMaxIds)
     return Error{ErrorCode::invalid, "too many channels", topic};
   if (schema > impl_->schemas.size())
-    return Error{ErrorCode::invalid, "names schema " + std::to_string(schema) + ", which is none",
-                 topic};
+    return Error{ErrorCode::invalid,
+                 "names schema " + std::to_string(schema) + ", which does not exist", topic};
   const auto id = static_cast<std::uint16_t>(impl_->channels.size());
   McapChannel channel{id, schema, topic, message_encoding, metadata};
   std::string content = content_of(channel);
@@ -287,9 +287,9 @@ Result<void> McapWriter::write(std::uint16_t channel, LogTime log_time, LogTime 
                                std::string_view data) {
   if (auto ok = impl_->usable(); !ok) return ok;
   if (channel >= impl_->channels.size())
-    return Error{ErrorCode::invalid, "there is no channel " + std::to_string(channel)};
+    return Error{ErrorCode::invalid, "no channel " + std::to_string(channel)};
   if (log_time < LogTime() || publish_time < LogTime())
-    return Error{ErrorCode::invalid, "a message's time lies before the clock's epoch",
+    return Error{ErrorCode::invalid, "a message's time is before the clock's epoch",
                  impl_->channels[channel].topic};
   impl_->note(channel, unsigned_ns(log_time));
   std::string& out = impl_->chunk;

@@ -19,8 +19,7 @@ using rinex::label;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// A message as its lines give it: clock line and up to seven lines of four numbers. A field left
-/// blank is NaN.
+/// The numbers of a message: clock line and up to seven lines of four. A blank field is NaN.
 struct Record {
   char letter = 'G';
   std::optional<SatelliteId> satellite;
@@ -29,7 +28,7 @@ struct Record {
   std::array<double, 31> v;  ///< v[0..2] of the first line, then four a line
 };
 
-/// Numbers of a message that are spares, or that some writers leave blank, count as zero.
+/// Spare numbers, and those that some writers leave blank, are zero.
 double or_zero(double value) { return std::isnan(value) ? 0.0 : value; }
 
 Duration seconds(double s) { return from_seconds(std::clamp(s, -1e9, 1e9)); }
@@ -72,7 +71,7 @@ class NavigationReader {
       if (name == "END OF HEADER") return true;
       if (name == "LEAP SECONDS") {
         int leaps = 0;
-        // BeiDou's own count, marked so or in a file of BeiDou alone, is 14 s behind.
+        // BeiDou's leap seconds, so marked or in a BeiDou-only file, are 14 s less.
         if (rinex::field(line, 0, 6, leaps)) {
           const bool beidou = columns(line, 24, 3) == "BDS" || (all_beidou_ && leaps < 14);
           nav_.ephemerides.leap_seconds = leaps + (beidou ? 14 : 0);
@@ -92,7 +91,7 @@ class NavigationReader {
     std::array<double, 4> values{};
     for (std::size_t i = 0; i < 4; ++i) {
       const auto value = rinex::fortran_number(columns(line, begin + 12 * i, 12));
-      if (!value) return;  // the other half may be whole, but half a model is none
+      if (!value) return;  // both halves of the model are required
       values[i] = *value;
     }
     if (!model) model.emplace();
@@ -132,8 +131,8 @@ class NavigationReader {
       const std::size_t indent = version2_ ? 3 : 4;
       have = lines.next(line);
       for (std::size_t k = 0; k < lines_of(record.letter, nav_.version); ++k) {
-        // A line that looks like the next message ends one that is cut short. GLONASS may lack
-        // the fourth line even where the version has it.
+        // The first line of the next message ends an incomplete one. GLONASS may lack the fourth
+        // line even in versions that have it.
         if (!have || starts_message(line)) {
           whole = whole && record.letter == 'R' && k >= 3;
           if (!whole) report(record.line, "the message is cut short");
@@ -209,9 +208,9 @@ class NavigationReader {
     g.acceleration_mps2 = 1e3 * Eigen::Vector3d(r.v[5], r.v[9], r.v[13]);
     g.health = to_int(or_zero(r.v[6]));
     g.channel = to_int(or_zero(r.v[10]));
-    if (g.channel > 128) g.channel -= 256;  // some writers keep the byte unsigned
+    if (g.channel > 128) g.channel -= 256;  // some writers write the byte as unsigned
     g.age_days = to_int(or_zero(r.v[14]));
-    // 999999999999 marks what is not known.
+    // 999999999999 means unknown.
     const double between = or_zero(r.v[16]);
     g.l2_minus_l1_s = std::abs(between) < 1e-3 ? between : 0.0;
     return g;
@@ -234,7 +233,7 @@ class NavigationReader {
     k.inclination_rad = r.v[15], k.crc_m = r.v[16], k.argument_of_perigee_rad = r.v[17];
     k.ascending_node_rate_radps = r.v[18];
     k.inclination_rate_radps = r.v[19];
-    // The low byte tells I/NAV from F/NAV in messages that leave the clock's bits out.
+    // The low byte distinguishes I/NAV from F/NAV in messages without the clock's bits.
     const int source = to_int(r.v[20]);
     k.clock_of_e5a = galileo && ((source & 0x100) != 0 || ((source & 0x200) == 0 && source == 2));
     k.accuracy_m = std::isfinite(r.v[23]) && r.v[23] > 0.0 ? r.v[23] : 2.0;
@@ -244,9 +243,8 @@ class NavigationReader {
     return k;
   }
 
-  /// Where week and time of week do not go with the date of the clock, one of them is wrong. The
-  /// week may be short of its roll-overs, and one off where orbit and clock lie on both sides of
-  /// midnight on Saturday.
+  /// Checks week and time of week against the date of the clock. The week may lack its roll-overs,
+  /// and may differ by one where orbit and clock are on either side of midnight on Saturday.
   static std::string wrong_time(const Record& r, const KeplerianEphemeris& k) {
     const double of_week = r.v[11];
     if (!(of_week >= 0.0 && of_week <= 604800.0)) return "the time of week is missing or wrong";
@@ -259,7 +257,7 @@ class NavigationReader {
     const int unrolled = beidou ? week : unrolled_week(week, k.toe);
     const int off = unrolled - week_time(beidou ? k.toe - kGpsMinusBeidou : k.toe).week;
     if (off >= -1 && off <= 1) return {};
-    return "week " + std::to_string(to_int(r.v[21])) + " does not go with the clock's date";
+    return "week " + std::to_string(to_int(r.v[21])) + " is inconsistent with the clock's date";
   }
 
   void report(std::size_t line, std::string message) {

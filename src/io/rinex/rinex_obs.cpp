@@ -17,7 +17,7 @@ namespace {
 using rinex::columns;
 using rinex::label;
 
-/// The line under way, which who cannot use it leaves to the next reader.
+/// The current line; a reader that cannot use it leaves it for the next one.
 struct Cursor {
   text::Lines lines;
   std::string_view line = {};
@@ -60,7 +60,7 @@ class EpochReader {
   }
 
  private:
-  /// Nothing where it is none.
+  /// nullopt where it is not one.
   [[nodiscard]] std::optional<EpochLine> epoch_line(std::string_view line) const {
     const bool version_2 = header_.version_2();
     if (version_2 ? line.size() < 32 : line.size() < 35 || line[0] != '>') return std::nullopt;
@@ -71,7 +71,7 @@ class EpochReader {
     const std::string_view date = line.substr(date_at, flag_at - date_at);
     if (const auto civil = rinex::civil_time(date))
       epoch.time = rinex::gps_from(*civil, header_.time_scale(), options_.leap_seconds);
-    // Only an event may go without a time.
+    // Only an event may lack a time.
     const bool event = epoch.flag >= 2 && epoch.flag <= 5;
     if (!epoch.time && !(event && rinex::is_blank(date))) return std::nullopt;
     return epoch;
@@ -81,7 +81,7 @@ class EpochReader {
     return !header_.version_2() && !line.empty() && line[0] == '>';
   }
 
-  /// One damaged epoch is one problem, whatever the number of its lines.
+  /// A damaged epoch is one problem, independent of the number of its lines.
   void skip(Cursor& at, bool& lost) {
     if (!rinex::is_blank(at.line) && (!lost || begins_epoch_3(at.line))) {
       report(at.number(), "not the beginning of an epoch; skipped up to the next");
@@ -91,7 +91,7 @@ class EpochReader {
     at.next();
   }
 
-  /// Lines that come with an event; header lines among them are obeyed.
+  /// The lines of an event; header lines among them are applied.
   void event(const EpochLine& epoch, Cursor& at) {
     bool header = false;
     at.next();
@@ -103,7 +103,7 @@ class EpochReader {
     if (header) header_.finish();
   }
 
-  /// Version 3: a line a satellite, which begins with its name.
+  /// Version 3: one line per satellite, which begins with its name.
   void epoch_3(const EpochLine& epoch, Cursor& at) {
     ObservationEpoch result{*epoch.time, {}};
     const std::size_t began = at.number();
@@ -115,7 +115,7 @@ class EpochReader {
     finish(epoch, std::move(result), found, began);
   }
 
-  /// Version 2: the names of all satellites first, then each with five values a line.
+  /// Version 2: first the names of all satellites, then their values, five per line.
   void epoch_2(const EpochLine& epoch, Cursor& at) {
     ObservationEpoch result{*epoch.time, {}};
     const std::size_t began = at.number();
@@ -133,7 +133,7 @@ class EpochReader {
     finish(epoch, std::move(result), found, began);
   }
 
-  /// Twelve a line, from the epoch's first line on.
+  /// Twelve per line, from the epoch's first line on.
   std::vector<std::string> names_2(int count, Cursor& at) const {
     std::vector<std::string> names;
     do {
@@ -150,7 +150,7 @@ class EpochReader {
     std::string_view line;
     std::size_t number = 0;
   };
-  /// Those of one satellite; none where the file or the epoch ends before them.
+  /// The lines of one satellite; nullopt where the file or the epoch ends before them.
   std::vector<Row> rows_2(Cursor& at) const {
     const std::size_t count = (header_.values_of_version_2() + 4) / 5;
     std::vector<Row> rows;
@@ -167,7 +167,7 @@ class EpochReader {
     file_.epochs.push_back(std::move(result));
   }
 
-  /// Adds what `value(place)` gives for the satellite's signal to the epoch.
+  /// Adds the satellite's observation with the values `value(place)` to the epoch.
   template <class Value>
   void satellite(std::string_view name, std::size_t line, ObservationEpoch& epoch,
                  const Value& value) {
@@ -181,7 +181,7 @@ class EpochReader {
     }
   }
 
-  /// The first signal asked for that has a code.
+  /// The first requested signal with a code measurement.
   template <class Value>
   bool observe(SatelliteId satellite, const Value& value, SatelliteObservation& o) {
     const auto at = [&](int place) {
@@ -206,7 +206,7 @@ class EpochReader {
   }
 
   /// A field of fourteen columns with three decimals; NaN where it is blank, zero or damaged. A
-  /// field that is cut off would read as another number, so all fourteen must be there.
+  /// truncated field would read as another number, so all fourteen are required.
   double value_at(std::string_view text, std::size_t line) {
     if (rinex::is_blank(text)) return kNone;
     double value = 0.0;
@@ -254,7 +254,7 @@ Result<RinexObservations> read_observations(std::string_view text, const std::st
     return Error{ErrorCode::parse, "the header has no end ('END OF HEADER')", source};
   EpochReader(header, source, options, file).read(at);
   file.lines = at.number();
-  if (file.epochs.empty()) return nothing_in_it("epoch", source, file.problems);
+  if (file.epochs.empty()) return no_content("epoch", source, file.problems);
   return file;
 }
 

@@ -8,7 +8,7 @@ namespace wayfare::io::rinex {
 namespace {
 
 /// The RINEX 3 name of a RINEX 2 observation type: C1 is C1C, P2 is C2W, L5 is L5X. RINEX 2 has one
-/// phase a band, which goes with either code.
+/// phase per band, used with either code.
 std::vector<std::string> names_of_version_2(std::string_view type) {
   if (type.size() != 2 || type[1] < '1' || type[1] > '8') return {};
   const char kind = type[0], band = type[1];
@@ -57,18 +57,18 @@ void ObservationHeader::take(std::string_view line, std::size_t number) {
   if (name == "LEAP SECONDS" && field(line, 0, 6, leaps)) file_.leap_seconds = leaps;
   double factor = 1.0;
   if (name == "SYS / SCALE FACTOR" && field(line, 2, 4, factor) && factor != 1.0)
-    report(number, "scale factors are not read; the values are taken as they stand");
+    report(number, "scale factors are not supported; the values are used unscaled");
 }
 
 void ObservationHeader::time_system(std::string_view name, std::size_t number) {
   if (name == "GPS" || name == "GAL" || name == "QZS") scale_ = TimeScale::gps;
   if (name == "GLO" || name == "UTC") scale_ = TimeScale::utc;
   if (name == "BDT") scale_ = TimeScale::beidou;
-  if (name == "IRN") report(number, "time system IRN is taken as GPS");
+  if (name == "IRN") report(number, "time system IRN is treated as GPS");
 }
 
 void ObservationHeader::types_of_system(std::string_view line, std::size_t number) {
-  // A continuation leaves the system blank.
+  // The system is blank in a continuation line.
   if (columns(line, 0, 1) != " " && !line.empty()) {
     types_letter_ = line[0];
     types_[static_cast<unsigned char>(types_letter_)].clear();
@@ -122,7 +122,7 @@ std::vector<SignalPlaces> ObservationHeader::places_among(GnssSystem system,
       return here == types.end() ? -1 : static_cast<int>(here - types.begin());
     };
     SignalPlaces place{find('C'), find('D'), find('L'), find('S'), signal[0]};
-    // BeiDou's B1I is band 1 in RINEX 3.02 alone.
+    // BeiDou's B1I is band 1 only in RINEX 3.02.
     if (system == GnssSystem::beidou && signal == "1I") place.band = '2';
     if (place.code >= 0) places.push_back(place);
   }

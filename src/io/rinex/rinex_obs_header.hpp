@@ -1,7 +1,7 @@
 #pragma once
 
-// Private: what the header of a RINEX observation file says: facts of the file, and where in a
-// satellite's list of values each signal stands.
+// Private: the header of a RINEX observation file: its properties, and the indices of each signal
+// in a satellite's list of values.
 
 #include <array>
 #include <cstddef>
@@ -16,35 +16,35 @@
 
 namespace wayfare::io::rinex {
 
-/// Where in a satellite's list of values the parts of one signal stand; −1: not in the list.
+/// Indices of a signal's parts in a satellite's list of values; −1: not in the list.
 struct SignalPlaces {
   int code = -1, doppler = -1, phase = -1, strength = -1;
   char band = '1';
 };
 
-/// Facts go to the file it is made with; damaged lines to that file's problems.
+/// Stores properties and problems in the file passed to the constructor.
 class ObservationHeader {
  public:
   ObservationHeader(const FirstLine& first, const std::string& source, const RinexOptions& options,
                     RinexObservations& file);
 
-  /// One line, of the header or after an event; finish() makes lists of types count.
+  /// Parses one line, of the header or after an event; finish() applies the lists of types.
   void take(std::string_view line, std::size_t number);
   void finish();
 
   [[nodiscard]] bool version_2() const { return version_2_; }
-  /// The system of satellites named without one.
+  /// The system of satellites whose names lack one.
   [[nodiscard]] char default_letter() const { return default_letter_; }
   [[nodiscard]] TimeScale time_scale() const { return scale_; }
-  /// How many values version 2 has for every satellite.
+  /// Number of values per satellite in version 2.
   [[nodiscard]] std::size_t values_of_version_2() const { return types_of_all_.size(); }
-  /// Of the signals asked for, in their order.
+  /// Of the requested signals, in their order.
   [[nodiscard]] const std::vector<SignalPlaces>& places(GnssSystem system) const {
     return places_[static_cast<std::size_t>(index_of(system))];
   }
 
  private:
-  /// For each value of a satellite the names it goes by in RINEX 3.
+  /// The RINEX 3 names of each value of a satellite.
   using Types = std::vector<std::vector<std::string>>;
   static constexpr std::size_t kMaxTypes = 999;
 

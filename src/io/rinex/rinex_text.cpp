@@ -39,7 +39,7 @@ Result<FirstLine> first_line(std::string_view line, const std::string& source) {
   if (!(first.version >= 2.0 && first.version < 4.0))
     return Error{ErrorCode::unsupported,
                  "RINEX " + text::printable(trimmed(columns(line, 0, 9))) +
-                     " is not read, only 2.xx and 3.xx",
+                     " is not supported, only 2.xx and 3.xx",
                  source, 1};
   first.type = columns(line, 20, 1).empty() ? ' ' : line[20];
   first.system = columns(line, 40, 1).empty() ? ' ' : line[40];

@@ -1,7 +1,6 @@
 #pragma once
 
-// Private: what RINEX observation and navigation files have in common: fixed columns, header
-// labels, dates.
+// Private: common parts of RINEX files: fixed columns, header labels, dates.
 
 #include <cmath>
 #include <cstddef>
@@ -16,7 +15,7 @@
 
 namespace wayfare::io::rinex {
 
-/// Columns from `begin`, at most `length`; what lies beyond the line is empty.
+/// Columns from `begin`, at most `length`; empty beyond the end of the line.
 inline std::string_view columns(std::string_view line, std::size_t begin, std::size_t length) {
   return begin < line.size() ? line.substr(begin, length) : std::string_view();
 }
@@ -29,13 +28,13 @@ inline std::string_view trimmed(std::string_view text) {
 
 inline bool is_blank(std::string_view text) { return trimmed(text).empty(); }
 
-/// All of a field but its blanks.
+/// Reads a number from a field, without its blanks.
 template <class T>
 bool field(std::string_view line, std::size_t begin, std::size_t length, T& value) {
   return text::to_number(trimmed(columns(line, begin, length)), value);
 }
 
-/// A number with Fortran's exponent, "1.0D+02" or "-.34d-3"; nothing where it is not one.
+/// A number with Fortran's exponent, "1.0D+02" or "-.34d-3"; nullopt where it is not one.
 inline std::optional<double> fortran_number(std::string_view text) {
   text = trimmed(text);
   char buffer[32];
@@ -51,10 +50,10 @@ inline std::optional<double> fortran_number(std::string_view text) {
 /// Years of two digits are 1980 to 2079.
 inline int full_year(int year) { return year >= 100 ? year : year + (year < 80 ? 2000 : 1900); }
 
-/// Year, month, day, hour, minute, second, apart by blanks.
+/// Year, month, day, hour, minute, second, separated by blanks.
 std::optional<CivilTime> civil_time(std::string_view text);
 
-/// A calendar time of a file in the scale it is written in.
+/// A calendar time of a file, in its time scale.
 enum class TimeScale { gps, utc, beidou };
 std::optional<Time<GpsClock>> gps_from(const CivilTime& civil, TimeScale scale,
                                        std::span<const LeapSecond> leaps);

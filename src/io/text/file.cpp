@@ -37,7 +37,7 @@ class Descriptor {
     if (fd_ >= 0) ::close(fd_);
   }
   [[nodiscard]] int get() const { return fd_; }
-  /// 0 on success; a full network disk may only say so here.
+  /// 0 on success; a full network disk may report its error only here.
   int close() { return ::close(std::exchange(fd_, -1)); }
 
  private:
@@ -85,7 +85,7 @@ class Inflater {
   [[nodiscard]] std::size_t offset() const { return total_ - rest_.size(); }
   bool restart() { return inflateReset(&stream_) == Z_OK; }
 
-  /// zlib's return code; `written` bytes came out.
+  /// zlib's return code; `written` is the number of bytes written to `out`.
   int step(char* out, std::size_t room, std::size_t& written) {
     constexpr std::size_t kMax = std::numeric_limits<uInt>::max();
     const std::size_t given = std::min(rest_.size(), kMax);
@@ -136,20 +136,14 @@ Result<FileContent> decompress(std::string_view bytes, const std::string& source
       const std::string_view rest = inflater.rest();
       if (rest.find_first_not_of('\0') == rest.npos) break;  // padding after the end is harmless
       if (!looks_like_gzip(rest) || !inflater.restart()) {
-        damaged("something that is not gzip follows the compressed data; left out");
+        damaged("something that is not gzip follows the compressed data; ignored");
         break;
       }
-    } else if (code == Z_OK || code == Z_BUF_ERROR) {
-      if (written == 0 && inflater.rest().empty()) {
-        damaged("the compressed data is cut off; what came before is used");
-        break;
-      }
-      if (code == Z_BUF_ERROR && written == 0) {
-        damaged("the compressed data is damaged; what came before is used");
-        break;
-      }
-    } else {
-      damaged("the compressed data is damaged; what came before is used");
+    } else if ((code == Z_OK || code == Z_BUF_ERROR) && written == 0 && inflater.rest().empty()) {
+      damaged("the compressed data is cut off; the data before that is used");
+      break;
+    } else if (code != Z_OK && (code != Z_BUF_ERROR || written == 0)) {
+      damaged("the compressed data is damaged; the data before that is used");
       break;
     }
   }
@@ -178,9 +172,9 @@ Result<void> write_all(Descriptor& file, std::string_view bytes, const std::stri
   return {};
 }
 
-/// Gives the finished file its name; without leave to replace, `link` fails where one is there.
-Result<void> put_in_place(const std::string& temporary, const std::string& path,
-                          Existing existing) {
+/// Gives the finished file its name; unless it may be replaced, `link` fails for an existing file.
+Result<void> rename_to_target(const std::string& temporary, const std::string& path,
+                              Existing existing) {
   const bool replace = existing == Existing::replace;
   const int code =
       replace ? ::rename(temporary.c_str(), path.c_str()) : ::link(temporary.c_str(), path.c_str());
@@ -188,7 +182,7 @@ Result<void> put_in_place(const std::string& temporary, const std::string& path,
     if (!replace) ::unlink(temporary.c_str());
     return {};
   }
-  if (errno == EEXIST) return Error{ErrorCode::io, "is there already; not overwritten", path};
+  if (errno == EEXIST) return Error{ErrorCode::io, "exists already; not overwritten", path};
   if (!replace && ::access(path.c_str(), F_OK) != 0 &&
       ::rename(temporary.c_str(), path.c_str()) == 0) {
     return {};  // a file system without hard links
@@ -196,18 +190,14 @@ Result<void> put_in_place(const std::string& temporary, const std::string& path,
   return system_error("cannot be put in place", path);
 }
 
-}  // namespace
-
-namespace {
-
-/// Devices and pipes are written straight into; replacing them by a file would do harm.
+/// Devices and pipes are written to directly, not replaced by a file.
 Result<void> write_into(const std::string& path, std::string_view bytes) {
   Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
   if (file.get() < 0) return system_error("cannot be opened for writing", path);
   return write_all(file, bytes, path);
 }
 
-/// A new file beside `path`; its name is left in `name`.
+/// Creates a new file beside `path` and stores its name in `name`.
 int create_beside(const std::string& path, std::string& name) {
   for (int attempt = 0; attempt < 100; ++attempt) {
     name = path + "." + std::to_string(::getpid()) + "-" + std::to_string(attempt) + ".part";
@@ -217,7 +207,7 @@ int create_beside(const std::string& path, std::string& name) {
   return -1;
 }
 
-/// Where a chain of symbolic links leads, so that the link stays one.
+/// The target of a chain of symbolic links, which is written instead of the link.
 std::string resolved(const std::string& path) {
   const std::unique_ptr<char, decltype(&std::free)> real(::realpath(path.c_str(), nullptr),
                                                          &std::free);
@@ -229,17 +219,17 @@ std::string resolved(const std::string& path) {
 Result<void> write_file(const std::string& path, std::string_view bytes,
                         const WriteOptions& options) {
   struct stat status {};
-  const bool there = ::stat(path.c_str(), &status) == 0;
-  if (there && S_ISDIR(status.st_mode)) return Error{ErrorCode::io, "is a folder", path};
-  if (there && !S_ISREG(status.st_mode)) return write_into(path, bytes);
-  if (there && options.existing == Existing::refuse)
-    return Error{ErrorCode::io, "is there already; not overwritten", path};
-  const std::string target = there ? resolved(path) : path;
+  const bool exists = ::stat(path.c_str(), &status) == 0;
+  if (exists && S_ISDIR(status.st_mode)) return Error{ErrorCode::io, "is a folder", path};
+  if (exists && !S_ISREG(status.st_mode)) return write_into(path, bytes);
+  if (exists && options.existing == Existing::refuse)
+    return Error{ErrorCode::io, "exists already; not overwritten", path};
+  const std::string target = exists ? resolved(path) : path;
   std::string temporary;
   Descriptor file(create_beside(target, temporary));
   if (file.get() < 0) return system_error("cannot be created", path);
   Result<void> done = write_all(file, bytes, path);
-  if (done) done = put_in_place(temporary, target, options.existing);
+  if (done) done = rename_to_target(temporary, target, options.existing);
   if (!done) ::unlink(temporary.c_str());
   return done;
 }

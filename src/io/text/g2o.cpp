@@ -15,7 +15,7 @@
 namespace wayfare::io {
 namespace {
 
-/// What differs between planar and spatial lines: their tags and how a pose is written.
+/// The tags and pose format of planar and spatial lines.
 template <class G>
 struct Dialect;
 
@@ -50,7 +50,7 @@ std::string edge_name(const GraphEdge<G>& edge) {
   return "edge " + std::to_string(edge.from) + " -> " + std::to_string(edge.to);
 }
 
-/// Reads the lines of one file; the first fault ends it.
+/// Reads the lines of one file up to the first fault.
 template <class G>
 class G2oReader {
  public:
@@ -66,8 +66,8 @@ class G2oReader {
       const Result<void> done = take_line(line);
       if (!done) return done.error();
     }
-    const Result<void> joined = check_ids();
-    if (!joined) return joined.error();
+    const Result<void> ids_known = check_ids();
+    if (!ids_known) return ids_known.error();
     return AnyGraphFile(std::move(graph_));
   }
 
@@ -94,7 +94,7 @@ class G2oReader {
     return {};
   }
 
-  /// Fills `values` with finite numbers and wants nothing after them if `last`.
+  /// Reads `count` finite numbers, which must end the line if `last`.
   Result<void> numbers(text::Tokens& tokens, double* values, std::size_t count, const char* what,
                        bool last) const {
     for (std::size_t i = 0; i < count; ++i) {
@@ -137,7 +137,7 @@ class G2oReader {
     if (!value) return value.error();
     vertex.pose = *value;
     if (!ids_.insert(vertex.id).second)
-      return fault("vertex " + std::to_string(vertex.id) + " is given a second time");
+      return fault("vertex " + std::to_string(vertex.id) + " is defined twice");
     graph_.vertices.push_back(std::move(vertex));
     return {};
   }
@@ -159,7 +159,7 @@ class G2oReader {
     Result<void> done = id(tokens, edge.from);
     if (done) done = id(tokens, edge.to);
     if (!done) return done;
-    if (edge.from == edge.to) return fault(edge_name(edge) + " joins a vertex to itself");
+    if (edge.from == edge.to) return fault(edge_name(edge) + " connects a vertex to itself");
     const Result<G> value = pose(tokens, "edge measurement", false);
     if (!value) return value.error();
     edge.measurement = *value;
@@ -183,7 +183,7 @@ class G2oReader {
   }
 
   Result<void> check_information(GraphEdge<G>& edge) {
-    // Most matrices pass the cheap test; the eigenvalues tell the semi-definite from the bad.
+    // Most matrices pass the cheap test; else the eigenvalues decide.
     if (edge.information.llt().info() == Eigen::Success) return {};
     const Eigen::SelfAdjointEigenSolver<SquareOf<G>> eigen(edge.information);
     if (eigen.info() != Eigen::Success)
@@ -206,7 +206,7 @@ class G2oReader {
     return {};
   }
 
-  /// Files may give an edge before its vertices, so ids are looked up at the end.
+  /// An edge may precede its vertices, so ids are checked at the end.
   Result<void> check_ids() {
     line_ = 0;
     if (graph_.vertices.empty()) return fault("no vertex in the file");
@@ -214,13 +214,13 @@ class G2oReader {
       for (const std::int64_t end : {edge.from, edge.to}) {
         line_ = edge.line;
         if (!ids_.contains(end))
-          return fault(edge_name(edge) + ": there is no vertex " + std::to_string(end));
+          return fault(edge_name(edge) + ": no vertex " + std::to_string(end));
       }
     }
     for (std::size_t i = 0; i < graph_.fixed.size(); ++i) {
       line_ = fix_lines_[i];
       if (!ids_.contains(graph_.fixed[i]))
-        return fault("FIX: there is no vertex " + std::to_string(graph_.fixed[i]));
+        return fault("FIX: no vertex " + std::to_string(graph_.fixed[i]));
     }
     return {};
   }
@@ -233,7 +233,7 @@ class G2oReader {
   std::size_t line_ = 0;
 };
 
-/// The first pose line decides.
+/// Decided by the first vertex or edge line.
 bool is_spatial(std::string_view all) {
   text::Lines lines(all);
   for (std::string_view line; lines.next(line);) {
@@ -280,7 +280,7 @@ Result<AnyGraphFile> parse_g2o(std::string_view all, const std::string& source,
 Result<AnyGraphFile> read_g2o(const std::string& path, const G2oOptions& options) {
   const Result<FileContent> content = read_file(path, options.file);
   if (!content) return content.error();
-  // Part of a graph is another graph: damage is not made light of here.
+  // Part of a graph is another graph: damage is an error here.
   if (content->damage) return *content->damage;
   return parse_g2o(content->bytes, path, options);
 }

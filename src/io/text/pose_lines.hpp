@@ -1,6 +1,6 @@
 #pragma once
 
-// Private: text files of one kind of line, times first and then numbers.
+// Private: text files with lines of time stamps followed by numbers.
 
 #include <array>
 #include <cmath>
@@ -20,8 +20,8 @@
 namespace wayfare::io {
 
 /// Calls `take(times, numbers)` for each line of `kTimes` time stamps and `kNumbers` finite
-/// numbers; `take` returns what is wrong with them, empty if nothing. Comments and empty lines are
-/// passed over. How many lines were taken.
+/// numbers; `take` returns an error message, or an empty string. Comments and empty lines are
+/// skipped. Returns the number of accepted lines.
 template <std::size_t kTimes, std::size_t kNumbers, class Take>
 std::size_t for_each_pose_line(std::string_view all, const std::string& source, Problems& problems,
                                Take take) {
@@ -57,15 +57,15 @@ std::size_t for_each_pose_line(std::string_view all, const std::string& source, 
   return taken;
 }
 
-/// The error for a file none of whose lines could be taken.
-inline Error nothing_in_it(const char* what, const std::string& source, const Problems& problems) {
-  std::string message = "holds no " + std::string(what);
+/// The error for a file without any accepted line.
+inline Error no_content(const char* what, const std::string& source, const Problems& problems) {
+  std::string message = "contains no " + std::string(what);
   if (problems.empty()) return Error{ErrorCode::parse, std::move(message), source};
   const Error& first = problems.first().front();
   return Error{ErrorCode::parse, message + "; first problem: " + first.message, source, first.line};
 }
 
-/// Reads a file and parses what came; a damaged gzip stream is one more problem.
+/// Reads and parses a file; a damaged gzip stream adds a problem.
 template <class File, class Parse>
 Result<File> read_and_parse(const std::string& path, const ReadOptions& options, Parse parse) {
   const Result<FileContent> content = read_file(path, options);

@@ -15,8 +15,8 @@
 
 namespace wayfare::io {
 
-/// Of seven numbers; nothing where the quaternion is not of unit length. Printed with few digits it
-/// is off by a little; by a lot it is something else.
+/// From seven numbers; nullopt where the quaternion is not of unit length, with a tolerance for
+/// rounding of the text.
 inline std::optional<SE3d> pose_of(const double* v) {
   const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
   if (!(std::abs(q.norm() - 1.0) < 0.01)) return std::nullopt;

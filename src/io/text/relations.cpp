@@ -11,7 +11,7 @@ Result<RelationsFile> parse_relations(std::string_view text, const std::string& 
     return {};
   };
   if (for_each_pose_line<2, 6>(text, source, file.problems, take) == 0)
-    return nothing_in_it("relation", source, file.problems);
+    return no_content("relation", source, file.problems);
   return file;
 }
 

@@ -9,8 +9,7 @@
 
 namespace wayfare::io {
 
-/// Stamps more than 126 years from the epoch are refused: no clock gives them, and the difference
-/// of any two others fits 64 bits.
+/// Stamps are within 126 years of the epoch, so that the difference of any two fits 64 bits.
 inline constexpr std::int64_t kLargestStamp_ns = 4'000'000'000'000'000'000;
 
 /// A time stamp of a file.

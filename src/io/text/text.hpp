@@ -15,7 +15,7 @@ namespace wayfare::io::text {
 
 inline bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-/// Splits text at '\n'; a last line without one counts too.
+/// Splits text at '\n'; the last line may lack one.
 class Lines {
  public:
   explicit Lines(std::string_view text) : rest_(text) {}
@@ -29,9 +29,9 @@ class Lines {
     ++number_;
     return true;
   }
-  /// Of the line last given, from 1.
+  /// Number of the current line, from 1.
   [[nodiscard]] std::size_t number() const { return number_; }
-  /// Whether the line last given ended in '\n'.
+  /// Whether the current line ended in '\n'.
   [[nodiscard]] bool terminated() const { return terminated_; }
 
  private:
@@ -40,8 +40,7 @@ class Lines {
   bool terminated_ = true;
 };
 
-/// All of `token` as a number in the C locale; a leading '+' is allowed. `value` is left alone
-/// where it is none.
+/// All of `token` as a number in the C locale; a leading '+' is allowed. Else `value` is unchanged.
 template <class T>
 bool to_number(std::string_view token, T& value) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
@@ -54,7 +53,7 @@ bool to_number(std::string_view token, T& value) {
     return true;
   }
   if constexpr (std::floating_point<T>) {
-    // Too small a number is zero to any reader; too large a one is refused.
+    // Underflow gives zero; overflow is rejected.
     if (token.find("e-") == token.npos && token.find("E-") == token.npos) return false;
     value = T(0);
     return true;
@@ -87,7 +86,7 @@ class Tokens {
   std::string_view rest_;
 };
 
-/// `text` fit for a message: bytes that are not printable ASCII become '.', and it is cut short.
+/// `text` for use in a message: truncated, with '.' for bytes that are not printable ASCII.
 inline std::string printable(std::string_view text, std::size_t limit = 40) {
   std::string result(text.substr(0, limit));
   for (char& c : result)
@@ -104,7 +103,7 @@ void append_number(std::string& out, T value) {
   out.append(buffer, end);
 }
 
-/// Appends each number behind a blank.
+/// Appends each number after a blank.
 template <class Numbers = std::initializer_list<double>>
 void append_numbers(std::string& out, const Numbers& numbers) {
   for (const double v : numbers) {

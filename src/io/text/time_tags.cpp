@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
+#include <string_view>
+
+#include <wayfare/core/detail/bytes.hpp>
 
 #include "io/text/pose_lines.hpp"
 
@@ -15,17 +18,7 @@ constexpr std::int64_t kGpsEpochUnix_s = 315964800;
 
 template <class T>
 T little_endian(std::string_view bytes, std::size_t at) {
-  std::uint64_t value = 0;
-  for (std::size_t i = sizeof(T); i-- > 0;)
-    value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
-  T result;
-  static_assert(sizeof(T) <= sizeof value);
-  if constexpr (std::is_integral_v<T>) {
-    result = static_cast<T>(value);
-  } else {
-    std::memcpy(&result, &value, sizeof result);
-  }
-  return result;
+  return decode::load_le<T>(reinterpret_cast<const std::uint8_t*>(bytes.data()) + at);
 }
 
 }  // namespace
@@ -51,7 +44,7 @@ Result<TimeTagFile> parse_time_tags(std::string_view bytes, const std::string& s
     }
     file.tags.push_back(tag);
   }
-  if (file.tags.empty()) return Error{ErrorCode::parse, "holds no time tag", source};
+  if (file.tags.empty()) return Error{ErrorCode::parse, "contains no time tag", source};
   return file;
 }
 
@@ -60,7 +53,7 @@ Result<TimeTagFile> read_time_tags(const std::string& path) {
 }
 
 Result<ClockFit<LogClock>> fit_time_tags(const ImuFile& file, const TimeTagFile& tags) {
-  // Counted from the last tag: with CR LF its position is one byte a line beyond the file's end.
+  // With CR LF, the position of the last tag exceeds the file's size by one byte per line.
   std::uint64_t last_line = 0;
   if (!file.ends.empty()) last_line = file.ends.back().line;
   const std::uint64_t size = file.ends.empty() ? 0 : file.ends.back().byte;

@@ -9,7 +9,7 @@ namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Takes digits off the front of `text` and appends them to `digits`; how many there were.
+/// Moves leading digits of `text` to the end of `digits`; returns their number.
 int take_digits(std::string_view& text, std::string& digits) {
   int count = 0;
   while (!text.empty() && is_digit(text.front())) {
@@ -20,7 +20,7 @@ int take_digits(std::string_view& text, std::string& digits) {
   return count;
 }
 
-/// The power of ten after 'e', 0 where there is none; nothing where it is malformed.
+/// The power of ten after 'e', 0 where there is none; nullopt where it is malformed.
 std::optional<int> take_exponent(std::string_view text) {
   if (text.empty()) return 0;
   if (text.front() != 'e' && text.front() != 'E') return std::nullopt;
@@ -49,7 +49,7 @@ std::optional<std::int64_t> rounded(const std::string& digits, long places) {
 }  // namespace
 
 std::optional<std::int64_t> parse_nanoseconds(std::string_view seconds) {
-  constexpr std::size_t kLongest = 400;  // no honest number is longer
+  constexpr std::size_t kLongest = 400;  // limits the work on malformed input
   if (seconds.size() > kLongest) return std::nullopt;
   bool negative = false;
   if (!seconds.empty() && (seconds.front() == '-' || seconds.front() == '+')) {
@@ -75,7 +75,7 @@ std::optional<std::int64_t> parse_nanoseconds(std::string_view seconds) {
 
 std::string format_nanoseconds(std::int64_t nanoseconds) {
   const bool negative = nanoseconds < 0;
-  // Unsigned, so that the most negative number has an absolute value too.
+  // Unsigned, since the absolute value of the most negative number does not fit int64.
   const auto bits = static_cast<std::uint64_t>(nanoseconds);
   std::string text = std::to_string(negative ? 0 - bits : bits);
   if (text.size() < 10) text.insert(0, 10 - text.size(), '0');

@@ -26,7 +26,7 @@ Result<TumFile> parse_tum(std::string_view all, const std::string& source) {
     return {};
   };
   if (for_each_pose_line<1, 7>(all, source, file.problems, take) == 0)
-    return nothing_in_it("pose", source, file.problems);
+    return no_content("pose", source, file.problems);
   return file;
 }
 

@@ -9,10 +9,10 @@
 namespace wayfare::io {
 namespace {
 
-bool is_mark(char c) { return c == '(' || c == ')' || c == ',' || c == ';'; }
+bool is_separator(char c) { return c == '(' || c == ')' || c == ',' || c == ';'; }
 
 Result<Eigen::Vector3d> parse_point(std::string line) {
-  std::replace_if(line.begin(), line.end(), is_mark, ' ');
+  std::replace_if(line.begin(), line.end(), is_separator, ' ');
   text::Tokens tokens(line);
   Eigen::Vector3d point;
   for (int i = 0; i < 3; ++i)
@@ -37,7 +37,7 @@ Result<PointText> parse_points(std::string_view all, const std::string& source) 
       result.problems.add({point.error().code, point.error().message, source, lines.number()});
     }
   }
-  if (result.points_m.empty()) return Error{ErrorCode::parse, "holds no point", source};
+  if (result.points_m.empty()) return Error{ErrorCode::parse, "contains no point", source};
   return result;
 }
 

@@ -13,7 +13,7 @@ class RplidarDevice final : public DeviceDecoder {
         scans_(json_stream("/" + device.name + "/scan", laser_scan_schema())) {}
 
   void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink) override {
-    stream_.feed(bytes, arrived, [&](const decode::RplidarTurn& turn) {
+    stream_.feed(bytes, arrived, [&](const decode::RplidarRevolution& turn) {
       const LaserScan scan = decode::to_laser_scan(turn);
       ++messages_;
       last_points_ = turn.points.size();

@@ -56,7 +56,7 @@ class XsensDevice final : public DeviceDecoder {
   void begin(double period_s) {
     period_s_ = period_s;
     station_ = std::make_unique<decode::AwindaStation<>>(period_s);
-    frames_ = decode::RoundCounter(std::uint64_t{1} << 32);
+    frames_ = decode::CounterUnwrapper(std::uint64_t{1} << 32);
   }
 
   void take(const decode::AwindaSnapshot& snapshot, LogTime sent, const Sink& sink) {
@@ -108,8 +108,8 @@ class XsensDevice final : public DeviceDecoder {
   decode::XbusDecoder decoder_;
   std::unique_ptr<decode::AwindaStation<>> station_;  ///< bounds how many trackers there are
   double period_s_ = 0.01;
-  decode::RoundCounter frames_{std::uint64_t{1} << 32};
-  decode::RoundCounter fine_{std::uint64_t{1} << 32};
+  decode::CounterUnwrapper frames_{std::uint64_t{1} << 32};
+  decode::CounterUnwrapper fine_{std::uint64_t{1} << 32};
   ClockEnvelope envelope_;
   std::uint64_t fed_ = 0, messages_ = 0;
   std::string sample_;

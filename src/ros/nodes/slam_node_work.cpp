@@ -175,7 +175,7 @@ bool SlamNode::stream_is_there(double now_s) {
         Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw());
   o.sync.T_base_radar = Transform2<frame::Base, frame::Radar>(radar_.mounting->T_base_sensor.raw());
   // By the clock of who calls alone.
-  o.sync.patience = std::chrono::hours(24 * 365);
+  o.sync.max_wait = std::chrono::hours(24 * 365);
   stream_.emplace(o);
   return true;
 }

@@ -68,7 +68,7 @@ class RadarSlam::Engine {
 
   [[nodiscard]] Trajectory trajectory() const {
     if (!filter_) return {};
-    const Trajectory way = filter_->way(filter_->best());
+    const Trajectory way = filter_->trajectory(filter_->best());
     Trajectory poses;
     for (const PlacedScan& s : scans_) poses.push_back({s.time, place(way, s)});
     return poses;

@@ -162,7 +162,7 @@ class RadarSlamStream::Impl {
   /// Whether the stream has come as far as `time`, or is not waited for any longer.
   [[nodiscard]] bool has_come(Stream stream, LogTime time) const {
     return !listens_to(stream) || finished_ || (marks_[stream] && *marks_[stream] >= time) ||
-           *now_ >= time + options_.sync.patience;
+           *now_ >= time + options_.sync.max_wait;
   }
 
   /// From wheels and gyro, on the common time base (steps 1 and 2).
@@ -258,7 +258,7 @@ RadarSlamStream::Impl::Group RadarSlamStream::Impl::group() const {
   const std::size_t n = frames_of_one_scan(frames, options);
   if (n == 0) return {};
   const bool silent =
-      *now_ > frames.front().time + from_seconds(options.longest_s) + options_.sync.patience;
+      *now_ > frames.front().time + from_seconds(options.longest_s) + options_.sync.max_wait;
   return {frames.first(n), n == options.frames || n < frames.size() || finished_ || silent};
 }
 

@@ -41,7 +41,7 @@ decode::Stream radar_frames() {
 }
 
 decode::Stream lidar_turns() {
-  decode::Stream all = decode::descriptor(decode::RplidarAnswer::node, 5, true);
+  decode::Stream all = decode::descriptor(decode::RplidarResponse::node, 5, true);
   for (int i = 0; i < 30 * 90; ++i)
     decode::append(all, decode::node(i % 90 * 256, 4000 + 16 * (i / 90), 15, i % 90 == 0));
   return all;
@@ -96,7 +96,7 @@ TEST_F(Live, EveryTurnOfALidarArrivesOnce) {
                              lidar_turns());
   std::vector<LaserScan> turns;
   decode::RplidarStream stream(115200);
-  stream.feed(bytes, LogTime(), [&](const decode::RplidarTurn& turn) {
+  stream.feed(bytes, LogTime(), [&](const decode::RplidarRevolution& turn) {
     turns.push_back(decode::to_laser_scan(turn));
   });
   ASSERT_GE(turns.size(), 1U);

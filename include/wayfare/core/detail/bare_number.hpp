@@ -4,8 +4,8 @@
 
 namespace wayfare {
 
-/// A number that says nothing of its unit. Types with a unit delete their constructor from it, on
-/// one line with the remedy: compilers quote that line.
+/// A number without a unit. Types with a unit delete their constructor from it, with the
+/// alternative on the same line, which compilers quote.
 template <class T>
 concept BareNumber = std::is_arithmetic_v<T>;
 

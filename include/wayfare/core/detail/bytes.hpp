@@ -1,6 +1,6 @@
 #pragma once
 
-// Numbers out of and into bytes, in either order, wherever they stand.
+// Loads and stores of numbers in either byte order at any alignment.
 
 #include <bit>
 #include <concepts>

@@ -1,15 +1,15 @@
 #pragma once
 
-// Instruction sets that inner loops are compiled for side by side, and which of them this machine
-// runs. A folder of kernels holds one portable source, compiled as baseline, avx2 and avx512 into
-// namespaces of these names; its dispatch.cpp picks by WAYFARE_VARIANT.
+// The instruction sets that kernels are compiled for, and which of them this machine supports. A
+// folder of kernels contains one portable source, compiled as baseline, avx2 and avx512 into
+// namespaces of these names; its dispatch.cpp selects with WAYFARE_VARIANT.
 
 namespace wayfare {
 
-/// `avx2` comes with fused multiply-add, `avx512` is F, BW, VL and DQ with it.
+/// `avx2` includes fused multiply-add; `avx512` is F, BW, VL and DQ with it.
 enum class Isa { baseline, avx2, avx512 };
 
-/// Whether there are kernels for it, and this machine runs them.
+/// Whether kernels for it exist and this machine supports them.
 [[nodiscard]] inline bool runs_here(Isa isa) {
   if (isa == Isa::baseline) return true;
 #ifdef __x86_64__
@@ -22,7 +22,7 @@ enum class Isa { baseline, avx2, avx512 };
 #endif
 }
 
-/// The widest that runs here.
+/// The widest one supported.
 [[nodiscard]] inline Isa best_isa() {
   static const Isa best = runs_here(Isa::avx512) ? Isa::avx512
                           : runs_here(Isa::avx2) ? Isa::avx2
@@ -32,7 +32,7 @@ enum class Isa { baseline, avx2, avx512 };
 
 }  // namespace wayfare
 
-// Declares something in every variant's namespace, and evaluates it in the one of `isa`.
+// Declares something in every variant's namespace; evaluates it in that of `isa`.
 #ifdef __x86_64__
 #define WAYFARE_DECLARE_VARIANTS(...) \
   namespace baseline {                \

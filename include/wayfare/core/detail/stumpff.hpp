@@ -18,7 +18,7 @@ constexpr double factorial(int n) {
 /// For x < 0.25.
 template <int N, class T>
 [[nodiscard]] T stumpff_series(const T& x) {
-  constexpr int kTerms = 8;  // the first one left out is below 0.25⁸/16! = 7e-19
+  constexpr int kTerms = 8;  // the first neglected term is below 0.25⁸/16! = 7e-19
   T sum = T(1.0 / factorial(N + 2 * (kTerms - 1)));
   for (int k = kTerms - 2; k >= 0; --k) sum = T(1.0 / factorial(N + 2 * k)) - x * sum;
   return sum;
@@ -26,10 +26,10 @@ template <int N, class T>
 
 }  // namespace detail
 
-/// The Stumpff function cₙ(x) = Σₖ (−x)ᵏ / (n + 2k)!, x = θ² ≥ 0. The coefficients of every
-/// exponential map and Jacobian of the rotation groups are among them:
+/// The Stumpff function cₙ(x) = Σₖ (−x)ᵏ / (n + 2k)!, x = θ² ≥ 0. They are the coefficients of the
+/// exponential maps and Jacobians of the rotation groups:
 ///   c₀ = cos θ, c₁ = sin θ/θ, c₂ = (1 − cos θ)/θ², c₃ = (θ − sin θ)/θ³, …
-/// Near zero those quotients cancel to nothing, in single precision as early as θ = 0.1.
+/// Near zero these quotients lose all digits, in single precision already at θ = 0.1.
 template <int N, class T>
 [[nodiscard]] T stumpff(const T& x) {
   using std::cos, std::sin, std::sqrt;

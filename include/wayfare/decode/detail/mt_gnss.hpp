@@ -1,6 +1,6 @@
 #pragma once
 
-// Time and the satellite receiver's solution, as Xsens devices send them.
+// Time and the GNSS receiver's solution as sent by Xsens devices.
 
 #include <array>
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace wayfare::decode {
 
-/// Universal time, with what the device knows of it.
+/// Universal time, with flags of what is valid.
 struct MtUtc {
   std::uint32_t nanoseconds = 0;
   std::uint16_t year = 0;
@@ -21,7 +21,7 @@ struct MtUtc {
   bool operator==(const MtUtc&) const = default;
 };
 
-/// A satellite receiver's solution, in the units it is sent in.
+/// A GNSS receiver's solution, in the units of the message.
 struct MtGnss {
   std::uint32_t itow_ms = 0;
   MtUtc utc;  ///< nanoseconds may be negative: see `nano`

@@ -1,6 +1,6 @@
 #pragma once
 
-// The packets inside an Xsens MTData2 message, and the four ways a number is written in them.
+// The packets inside an Xsens MTData2 message, and the four encodings of their numbers.
 
 #include <array>
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace wayfare::decode {
 
-/// How numbers are written: the lowest two bits of a packet's id.
+/// Encoding of numbers: the lowest two bits of a packet's id.
 enum class MtPrecision : std::uint8_t {
   float32 = 0,
   fixed_12_20 = 1,
@@ -39,7 +39,7 @@ enum class MtPrecision : std::uint8_t {
   }
 }
 
-/// A packet: what it is and its data.
+/// A packet: id and data.
 struct MtPacket {
   std::uint16_t id = 0;
   Bytes data;
@@ -47,7 +47,7 @@ struct MtPacket {
   [[nodiscard]] std::uint16_t kind() const { return static_cast<std::uint16_t>(id & 0xFFF0); }
   [[nodiscard]] MtPrecision precision() const { return static_cast<MtPrecision>(id & 3); }
 
-  /// `N` numbers, where the packet is as long as they are and they are finite.
+  /// `N` numbers; nullopt where the packet has a different length or one is not finite.
   template <std::size_t N>
   [[nodiscard]] std::optional<std::array<double, N>> reals() const {
     const std::size_t size = bytes_of(precision());

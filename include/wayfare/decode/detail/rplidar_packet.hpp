@@ -1,6 +1,6 @@
 #pragma once
 
-// A packet of an RPLIDAR, and the marks by which nodes and capsules are known.
+// A packet of an RPLIDAR, and the check bits of nodes and capsules.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,23 +14,23 @@ namespace wayfare::decode {
 class RplidarPacket {
  public:
   RplidarPacket() = default;
-  RplidarPacket(RplidarAnswer answer, bool descriptor, std::uint64_t position, Bytes bytes)
-      : answer_(answer), descriptor_(descriptor), position_(position), bytes_(bytes) {}
+  RplidarPacket(RplidarResponse response, bool descriptor, std::uint64_t position, Bytes bytes)
+      : response_(response), descriptor_(descriptor), position_(position), bytes_(bytes) {}
 
-  /// What it is, or, of a descriptor, what it announces.
-  [[nodiscard]] RplidarAnswer answer() const { return answer_; }
+  /// The type of the packet; of a descriptor, the type it announces.
+  [[nodiscard]] RplidarResponse response() const { return response_; }
   [[nodiscard]] bool is_descriptor() const { return descriptor_; }
   [[nodiscard]] std::uint64_t position() const { return position_; }
   [[nodiscard]] Bytes bytes() const { return bytes_; }
 
  private:
-  RplidarAnswer answer_ = RplidarAnswer::none;
+  RplidarResponse response_ = RplidarResponse::none;
   bool descriptor_ = false;
   std::uint64_t position_ = 0;
   Bytes bytes_;
 };
 
-/// Whether five bytes may be a node: start bit and its inverse, check bit, angle below 360°.
+/// Whether five bytes are a possible node: start bit and its inverse, check bit, angle below 360°.
 [[nodiscard]] inline bool is_rplidar_node(const std::uint8_t* p) {
   return ((p[0] ^ p[0] >> 1) & 1) != 0 && (p[1] & 1) != 0 && (p[1] >> 1 | p[2] << 7) < 360 * 64;
 }
@@ -43,17 +43,17 @@ class RplidarPacket {
          sum == static_cast<unsigned>((b[0] & 0xF) | (b[1] & 0xF) << 4);
 }
 
-/// Angle of five bytes that may be a node, 1/64°.
+/// Angle of a possible node, 1/64°.
 [[nodiscard]] inline int rplidar_node_angle(const std::uint8_t* p) { return p[1] >> 1 | p[2] << 7; }
 
-/// Whether two angles may be those of neighbours: less than 10° apart, either way round.
+/// Whether two angles can be those of consecutive nodes: less than 10° apart in either direction.
 [[nodiscard]] inline bool rplidar_follows(int angle, int last) {
-  constexpr int kTurn = 360 * 64, kLargestStep = 10 * 64;
-  const int step = (angle - last + kTurn + kTurn / 2) % kTurn - kTurn / 2;
+  constexpr int kFullCircle = 360 * 64, kLargestStep = 10 * 64;
+  const int step = (angle - last + kFullCircle + kFullCircle / 2) % kFullCircle - kFullCircle / 2;
   return step > -kLargestStep && step < kLargestStep;
 }
 
-/// How many nodes from `at` on follow each other; no more than this many are looked at.
+/// Number of consecutive nodes from `at` on, up to this limit.
 inline constexpr std::size_t kRplidarChain = 12;
 [[nodiscard]] inline std::size_t rplidar_chain(Bytes b, std::size_t at) {
   std::size_t n = 0;

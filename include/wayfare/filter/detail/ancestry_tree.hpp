@@ -10,23 +10,23 @@
 
 namespace wayfare {
 
-/// The ways of a set of particles, which share what they did before they were drawn from the same
-/// one: a tree of poses that forgets the ways nobody leads any more, so that it grows with time and
-/// not with time × particles.
+/// The trajectories of a particle set, which share the poses before a common ancestor: a tree of
+/// poses with reference counts, which removes the branches of dropped particles, so that its size
+/// grows with time and not with time × particles.
 class AncestryTree {
  public:
   using Node = std::int32_t;
   static constexpr Node kNone = -1;
 
-  /// The first pose of a way; the caller holds it once.
-  Node plant(const StampedPose& pose) { return make(kNone, pose); }
-  /// A way goes on: the caller holds the new node in place of `end`.
-  Node grow(Node end, const StampedPose& pose) { return make(end, pose); }
-  /// Another way that was the same up to here.
-  void hold(Node end) { ++at(end).held; }
-  /// A way is given up.
+  /// The first pose of a trajectory; the caller has one reference to the node.
+  Node add_root(const StampedPose& pose) { return add_node(kNone, pose); }
+  /// Extends a trajectory: the new node replaces the caller's reference to `end`.
+  Node append(Node end, const StampedPose& pose) { return add_node(end, pose); }
+  /// Adds a reference: another trajectory with the same poses up to `end`.
+  void retain(Node end) { ++at(end).references; }
+  /// Removes a reference, and all nodes that are then unreferenced.
   void release(Node end) {
-    while (end != kNone && --at(end).held == 0) {
+    while (end != kNone && --at(end).references == 0) {
       free_.push_back(end);
       end = at(end).parent;
     }
@@ -35,22 +35,22 @@ class AncestryTree {
   [[nodiscard]] const StampedPose& pose(Node node) const {
     return nodes_[static_cast<std::size_t>(node)].pose;
   }
-  /// From the first pose on.
-  [[nodiscard]] Trajectory way(Node end) const {
+  /// From the root to `end`.
+  [[nodiscard]] Trajectory trajectory(Node end) const {
     Trajectory poses;
     for (Node k = end; k != kNone; k = nodes_[static_cast<std::size_t>(k)].parent)
       poses.push_back(pose(k));
     std::reverse(poses.begin(), poses.end());
     return poses;
   }
-  /// Poses kept.
+  /// Number of poses stored.
   [[nodiscard]] std::size_t size() const { return nodes_.size() - free_.size(); }
 
  private:
   struct Entry {
     StampedPose pose;
     Node parent;
-    std::int32_t held;  // by ways that end here and by nodes that go on from here
+    std::int32_t references;  // by trajectories that end here and by child nodes
   };
 
   Entry& at(Node node) {
@@ -58,7 +58,7 @@ class AncestryTree {
                     "no such node in the tree");
     return nodes_[static_cast<std::size_t>(node)];
   }
-  Node make(Node parent, const StampedPose& pose) {
+  Node add_node(Node parent, const StampedPose& pose) {
     const Entry entry{pose, parent, 1};
     if (free_.empty()) {
       nodes_.push_back(entry);
