@@ -254,7 +254,7 @@ TEST(RefusedInsert, LeavesMakersOfFields) {
       [&](auto& maker, const PointSet& points, const SE2d& pose, LikelihoodField& view) {
         return maker.make(grid, points, pose, {}, {}, view);
       });
-  const DetectionViewOptions detections{.hit_probability = 0.7, .most = 30.0};
+  const DetectionViewOptions detections{.hit_probability = 0.7, .max_detections = 30.0};
   expect_maker_untouched<DetectionFieldMaker>(
       [&](auto& maker, const PointSet& points, const SE2d& pose, LikelihoodField& view) {
         return maker.make(grid, points, pose, {}, detections, view);
