@@ -16,7 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Round the room in a circle, always turning, a scan every 0.1 s at 0.5 m/s and 20 °/s.
+/// In a circle round the room, always turning: a scan every 0.1 s at 0.5 m/s and 20 °/s.
 Recording round_the_room(int scans) {
   Rng rng(11);
   const Walls room = Walls::room();
@@ -32,7 +32,7 @@ Recording round_the_room(int scans) {
   return recording;
 }
 
-TEST(HectorSlam, FollowsWithoutOdometry) {
+TEST(HectorSlam, TracksWithoutOdometry) {
   const Recording recording = round_the_room(190);
   const auto run = run_hector_slam(recording);
   ASSERT_TRUE(run) << run.error().to_string();
@@ -57,7 +57,7 @@ TEST(HectorSlam, SameRecordingSameTrajectory) {
   }
 }
 
-TEST(HectorSlam, GoesOnByMotionWhereItSeesNothing) {
+TEST(HectorSlam, PredictsScansWithoutReturns) {
   Recording recording = round_the_room(60);
   for (std::size_t i = 30; i < 35; ++i)
     for (float& r : recording.scans[i].ranges_m) r = std::numeric_limits<float>::quiet_NaN();
@@ -69,8 +69,8 @@ TEST(HectorSlam, GoesOnByMotionWhereItSeesNothing) {
   EXPECT_LT(run->trajectory[59].T_map_base.raw().minus(want).head<2>().norm(), 0.04);
 }
 
-// Wheels that say nothing of a turn of 40° on the spot, then counters that begin anew.
-TEST(HectorSlam, OdometryThatIsNotSo) {
+// Odometry that misses a rotation of 40° on the spot, then counters that are reset.
+TEST(HectorSlam, SurvivesWrongOdometry) {
   Recording recording = round_the_room(80);
   SE2d counted;
   for (std::size_t i = 0; i < recording.truth.size(); ++i) {
@@ -106,7 +106,7 @@ TEST(HectorSlam, OdometryThatIsNotSo) {
   }
 }
 
-TEST(HectorSlam, RefusesAScanAndKeepsWhatIsGood) {
+TEST(HectorSlam, RefusesABadScanAndContinues) {
   HectorSlam slam;
   ASSERT_TRUE(slam.add_scan(room_scan(1.0, 3.0, 2.0), std::nullopt));
   LaserScan empty = room_scan(2.0, 3.0, 2.0);
@@ -136,7 +136,7 @@ eval::RelationsResult freiburg_079(const std::string& log_path, const std::strin
 }
 
 // Hector itself, started by odometry, has 0.0402 m and 0.754 deg here, and without it 8.5 m. The
-// options were chosen looking at this log.
+// options were tuned on this log.
 TEST(HectorSlam, Freiburg079WithAndWithoutOdometry) {
   WAYFARE_NEEDS_RECORDING(log, "slam2d/fr079.clf.gz");
   WAYFARE_NEEDS_RECORDING(relations, "slam2d/fr079.relations.gz");
