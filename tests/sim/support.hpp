@@ -1,6 +1,6 @@
 #pragma once
 
-// Simulated runs that several families test on.
+// Simulated recordings used by the tests of several families.
 
 #include <cstdint>
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace wayfare {
 
-/// A robot with slipping wheels of unlike size, its laser ahead of its centre.
+/// A robot with slipping wheels of different size and its laser ahead of its centre.
 inline sim::RobotParams slipping_robot() {
   sim::RobotParams robot;
   robot.wheels.right_scale = 1.002;
@@ -20,7 +20,7 @@ inline sim::RobotParams slipping_robot() {
   return robot;
 }
 
-/// The floor and route of a plan; the text must be one.
+/// The floor and route of a plan; the text must be valid.
 inline sim::PlannedRoute planned(std::string_view plan_text) {
   return sim::read_plan(plan_text, "plan").value();
 }
@@ -48,7 +48,7 @@ picture
 }
 inline const std::string kOffice = office_plan("a b c");
 
-/// A ring of corridors, 18 m × 11 m, driven round twice.
+/// A loop of corridors, 18 m × 11 m, driven twice.
 inline constexpr std::string_view kRing = R"(metres_per_character 0.5
 route a b c d a b
 picture
@@ -76,7 +76,7 @@ picture
 ####################################
 )";
 
-/// A corridor of 50 m without a feature on its way.
+/// A corridor of 50 m without features.
 inline constexpr std::string_view kCorridor = R"(metres_per_character 0.5
 route a b
 picture
