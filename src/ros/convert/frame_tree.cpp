@@ -40,10 +40,10 @@ Result<TransformParts> FrameTree::find(std::string_view base, std::string_view f
   if (base == frame) return TransformParts{{}, {0.0, 0.0, 0.0, 1.0}};
   const auto direct = parents_.find(frame);
   if (direct != parents_.end() && direct->second.name == base) return direct->second.transform;
-  // Up from both, to the first frame they share. No way is longer than all frames.
+  // Up from both, to the first common frame. No path is longer than the number of frames.
   struct Step {
     std::string_view name;
-    SE3d pose;  ///< of where the way began, in `name`
+    SE3d pose;  ///< of the start of the path, in `name`
   };
   const auto way_up = [&](std::string_view from) {
     std::vector<Step> way{{from, SE3d()}};

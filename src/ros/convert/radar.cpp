@@ -15,7 +15,7 @@ Error invalid(std::string what, std::string where) {
   return {ErrorCode::invalid, std::move(what), std::move(where)};
 }
 
-/// Where a number stands in each point, and how it is written.
+/// Offset and type of a number in each point.
 struct Field {
   std::size_t offset = 0;
   std::uint8_t datatype = 0;
@@ -54,7 +54,7 @@ double value_of(const Field& field, const std::uint8_t* point, bool big) {
   }
 }
 
-/// The first of `names` among the fields; a field that reaches past the point is none.
+/// The first of `names` among the fields; a field beyond the end of the point is not valid.
 std::optional<Field> field_of(const PointCloud2& cloud,
                               std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names)

@@ -1,4 +1,4 @@
-// What the node does with messages taken: when it can work on a scan, and what it gives.
+// Processing of the messages received: when a scan can be processed, and the output.
 
 #include <algorithm>
 #include <chrono>
@@ -13,7 +13,7 @@
 namespace wayfare::ros {
 namespace {
 
-/// Samples no scan to come can need.
+/// Drops samples that no later scan can need.
 template <class Sample>
 void forget_before(std::vector<Sample>& samples, LogTime time) {
   constexpr std::ptrdiff_t kWorthIt = 1000;
@@ -31,7 +31,8 @@ Path path_of(const Trajectory& trajectory, std::string_view frame) {
   return path;
 }
 
-/// The frame of a radar upside down as one of a radar upright in the same place.
+/// Converts the frame of a radar mounted upside down to that of an upright one at the same
+/// position.
 void turn_over(wayfare::RadarScan& scan) {
   for (RadarPoint& p : scan.points) p.y_m = -p.y_m, p.z_m = -p.z_m;
 }
@@ -86,7 +87,7 @@ bool SlamNode::is_mounted(Sensed<Scan>& sensed, const Given& T_base_sensor, doub
   }
   const auto level = level_mounting_of(*found);
   if (!level) {
-    wait_for("another " + from_to + "': the one there is " + level.error().to_string(), now_s);
+    wait_for("another " + from_to + "': the present one " + level.error().to_string(), now_s);
     return false;
   }
   sensed.mounting = *level;
@@ -107,12 +108,13 @@ bool SlamNode::motion_is_known(LogTime time, double now_s) {
   const bool there = options_.odometry ? !odometry_.empty() && odometry_.back().time >= time
                                        : !gyro_.empty() && gyro_.back().time >= time;
   if (there) return true;
-  const std::string what = options_.odometry ? "odometry" : "inertial readings";
-  wait_for(what + " of the scan's time", now_s);
+  const std::string what = options_.odometry ? "odometry" : "inertial samples";
+  wait_for(what + " at the scan's time", now_s);
   if (now_s < *blocked_s_ + options_.patience_s) return false;
   motion_silent_ = true;
-  notices_.tell(Severity::warning, "silent",
-                "no " + what + " of the scan's time: goes on by scans alone until there is", now_s);
+  notices_.add(Severity::warning, "silent",
+               "no " + what + " at the scan's time: continues with scans alone until there is",
+               now_s);
   return true;
 }
 
@@ -136,11 +138,11 @@ void SlamNode::work_on_scan(double now_s, SlamNodeOutput& out) {
   if (lasers_.mounting->upside_down) scan = turned_over(std::move(scan));
   const auto outcome = slam_->add_scan(scan, hint(time));
   if (!outcome)
-    return notices_.tell(Severity::error, "refused",
-                         "left out a scan: " + outcome.error().to_string(), now_s);
+    return notices_.add(Severity::error, "refused",
+                        "left out a scan: " + outcome.error().to_string(), now_s);
   if (!outcome->matched)
-    notices_.tell(Severity::info, "unmatched",
-                  "a scan did not fit the map: the robot is placed by motion alone", now_s);
+    notices_.add(Severity::info, "unmatched", "a scan did not match the map: its pose is predicted",
+                 now_s);
   placed(time, outcome->T_map_base.raw(), now_s, out);
 }
 
@@ -174,7 +176,7 @@ bool SlamNode::stream_is_there(double now_s) {
     o.slam.T_base_laser =
         Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw());
   o.sync.T_base_radar = Transform2<frame::Base, frame::Radar>(radar_.mounting->T_base_sensor.raw());
-  // By the clock of who calls alone.
+  // By the caller's clock only.
   o.sync.patience = std::chrono::hours(24 * 365);
   stream_.emplace(o);
   return true;
@@ -196,7 +198,7 @@ void SlamNode::hand_over() {
 
 void SlamNode::work_on_stream(double now_s, SlamNodeOutput& out) {
   if (!stream_is_there(now_s)) return;
-  // What waits stays in the queues, which are bounded, until there is nothing else to do.
+  // Messages stay in the queues, which are bounded, until there is nothing else to do.
   worked_ = step(now_s, out);
   if (worked_) return;
   hand_over();
@@ -204,10 +206,10 @@ void SlamNode::work_on_stream(double now_s, SlamNodeOutput& out) {
   if (worked_) return;
   const std::string what(stream_->waits_for());
   if (!what.empty()) {
-    wait_for(what + " of the scan's time", now_s);
+    wait_for(what + " at the scan's time", now_s);
     if (now_s < *blocked_s_ + options_.patience_s) return;
-    notices_.tell(Severity::warning, "silent",
-                  "no " + what + " of the scan's time: goes on without until there is", now_s);
+    notices_.add(Severity::warning, "silent",
+                 "no " + what + " at the scan's time: continues without until there is", now_s);
     stream_->finish();
     worked_ = step(now_s, out);
   } else if (!settled_ && now_s >= *last_placed_s_ + options_.settle_s) {
@@ -256,7 +258,7 @@ void SlamNode::wait_for(std::string what, double now_s) {
   if (!blocked_s_ || what != waits_for_) blocked_s_ = now_s;
   waits_for_ = std::move(what);
   if (now_s >= *blocked_s_ + options_.patience_s)
-    notices_.tell(Severity::info, waits_for_, "waits for " + waits_for_, now_s);
+    notices_.add(Severity::info, waits_for_, "waits for " + waits_for_, now_s);
 }
 
 }  // namespace wayfare::ros

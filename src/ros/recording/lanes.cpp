@@ -63,7 +63,7 @@ Result<void> Lanes::check_clocks(io::Problems& problems) {
   Duration reference{0};
   std::vector<std::pair<const std::string, Lane>*> all;
   for (auto& lane : lanes_) all.push_back(&lane);
-  // Those that are needed say what the clock is.
+  // The required ones determine the clock.
   std::stable_partition(all.begin(), all.end(),
                         [](const auto* lane) { return !lane->second.leave_out; });
   for (auto* named : all) {

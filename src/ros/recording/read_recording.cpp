@@ -37,7 +37,7 @@ Result<MargRun> read_marg(const RecordingFile& file, const TopicNames& names) {
   layout.listen(lanes, file, run.problems);
   if (auto done = lanes.run(run.problems); !done) return done.error();
   run.q_base_unit = rotation_of(layout.tree, layout.base_frame(names), frame.value_or(""));
-  // A reading with the stamp of the unit's own joins it.
+  // A magnetometer sample with the same stamp as one of the unit is merged with it.
   const auto units = run.samples.size();
   std::size_t i = 0;
   for (const MargSample& field : fields) {
