@@ -66,7 +66,7 @@ struct Logger::Impl {
   }
 
   void obey(Command command) {
-    // A failure is seen in the status.
+    // A failure is in the status.
     if (command == Command::begin) static_cast<void>(begin());
     if (command == Command::stop) recorder.stop();
     if (command == Command::terminate) recorder.terminate();
@@ -92,7 +92,7 @@ struct Logger::Impl {
     const LoggerStatus now = status();
     std::string json = to_json(now);
     control.send(status_line(json));
-    // Of no loss where there is no room: the next one counts what was dropped.
+    // A status record dropped at a full queue is no loss: the next one has the count.
     if (const std::uint32_t session = recorder.session(); record && session != 0)
       static_cast<void>(recorder.add(session, stream, now.time, now.time, std::move(json)));
   }
@@ -114,7 +114,7 @@ Logger::~Logger() = default;
 
 Result<std::unique_ptr<Logger>> Logger::start(LoggerOptions options) {
   if (auto sound = check(options); !sound) return sound.error();
-  // Whoever reads of it in the status may be in another folder.
+  // Absolute, since readers of the status may be in another folder.
   std::error_code code;
   const auto folder = std::filesystem::absolute(options.folder, code);
   if (!code) options.folder = folder.lexically_normal().string();

@@ -1,6 +1,6 @@
 #pragma once
 
-// The thread that writes: everything the others hand over, in that order.
+// The writing thread: writes all data from the other threads in their order.
 
 #include <atomic>
 #include <condition_variable>
@@ -17,14 +17,14 @@
 
 namespace wayfare::logger {
 
-/// The clock all stamps are of.
+/// The clock of all stamps.
 class LoggerClock {
  public:
   LoggerClock();
   [[nodiscard]] LogTime now() const;
 
  private:
-  std::chrono::nanoseconds offset_;  ///< UTC less the monotonic clock
+  std::chrono::nanoseconds offset_;  ///< UTC minus the monotonic clock
 };
 
 class Recorder {
@@ -34,18 +34,18 @@ class Recorder {
   Recorder& operator=(const Recorder&) = delete;
   ~Recorder();
 
-  /// Begins a recording described by `about`. Error: it cannot be created.
+  /// Starts a recording described by `about`. Error: it cannot be created.
   Result<void> begin(const io::McapMetadata& about);
   void stop();
   void terminate();
 
-  /// Which recording is being made; 0: none.
+  /// The current recording; 0: none.
   [[nodiscard]] std::uint32_t session() const { return session_; }
-  /// Takes a message of recording `session`; false where the queue has no room for it.
+  /// Queues a message of recording `session`; false if the queue is full.
   [[nodiscard]] bool add(std::uint32_t session, const std::shared_ptr<const Stream>& stream,
                          LogTime logged, LogTime published, std::string data);
 
-  /// State, file, error, times and amounts.
+  /// State, file, error, times and byte counts.
   void fill(LoggerStatus& status) const;
   bool wait_until_stopped(Duration timeout);
 

@@ -13,7 +13,7 @@
 
 namespace wayfare::logger {
 
-/// One device: a thread that reads its line, stamps and decodes what came and hands it over.
+/// One device: a thread that reads its line, stamps and decodes the bytes and queues them.
 class Sensor {
  public:
   Sensor(SensorOptions options, std::unique_ptr<DeviceDecoder> decoder, Recorder& recorder,
@@ -23,7 +23,7 @@ class Sensor {
   ~Sensor();
 
   [[nodiscard]] SensorStatus status() const;
-  /// Rates since the call before, `interval` ago.
+  /// Rates since the previous call, `interval` ago.
   void measure_rates(Duration interval);
 
  private:
@@ -34,7 +34,7 @@ class Sensor {
 
   const SensorOptions options_;
   const std::shared_ptr<const Stream> raw_;
-  const std::unique_ptr<DeviceDecoder> decoder_;  ///< of the thread
+  const std::unique_ptr<DeviceDecoder> decoder_;  ///< used by the thread only
   Recorder& recorder_;
   const LoggerClock& clock_;
   std::atomic<bool> quit_{false};
