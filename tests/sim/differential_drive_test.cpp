@@ -64,7 +64,7 @@ TEST(DriveRoute, RefusesBadRoutes) {
   ASSERT_FALSE(nan.has_value());
   EXPECT_NE(nan.error().message.find("waypoint 1"), std::string::npos);
   DriveParams hurried;
-  hurried.give_up_after = from_seconds(1.0);
+  hurried.timeout = from_seconds(1.0);
   const auto late = drive_route(kSquareRoute, hurried);
   ASSERT_FALSE(late.has_value());
   EXPECT_EQ(late.error().code, ErrorCode::degenerate);

@@ -250,9 +250,9 @@ TEST(Reflectors, FloorClutterIsUniformPlusPatches) {
     params.floor_patches_per_m2 = patches_per_m2;
     std::size_t count = 0;
     for (const Reflector& r : furnish(plan, {}, params, Rng(3))) {
-      if (!std::isfinite(r.farthest_m)) continue;
+      if (!std::isfinite(r.max_range_m)) continue;
       ++count;
-      EXPECT_EQ(r.farthest_m, params.floor_farthest_m);
+      EXPECT_EQ(r.max_range_m, params.floor_max_range_m);
     }
     return count;
   };
@@ -265,7 +265,7 @@ TEST(Radar, FloorIsVisibleNearbyOnly) {
   std::vector<Reflector> bumps;
   for (double x = 0.8; x < 6.0; x += 0.4) {
     bumps.push_back(reflector(x, 0.3, 60.0));
-    bumps.back().farthest_m = 2.5;
+    bumps.back().max_range_m = 2.5;
   }
   const RadarScan scan = frame(far_box(), bumps);
   EXPECT_GE(scan.points.size(), 3U);
