@@ -92,7 +92,7 @@ struct Logger::Impl {
     const LoggerStatus now = status();
     std::string json = to_json(now);
     control.send(status_line(json));
-    // A status record dropped at a full queue is no loss: the next one has the count.
+    // Of no loss where there is no room: the next one counts what was dropped.
     if (const std::uint32_t session = recorder.session(); record && session != 0)
       static_cast<void>(recorder.add(session, stream, now.time, now.time, std::move(json)));
   }

@@ -149,7 +149,7 @@ void Recorder::run() {
 }
 
 void Recorder::handle(const Item& item) {
-  // Data read after the end of its recording is discarded.
+  // What was read when the recording it was for had ended already belongs to none.
   if (!writer_ || item.session != writer_session_) return;
   if (item.stream == nullptr) {
     const auto closed = writer_->close();

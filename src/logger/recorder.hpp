@@ -34,18 +34,18 @@ class Recorder {
   Recorder& operator=(const Recorder&) = delete;
   ~Recorder();
 
-  /// Starts a recording described by `about`. Error: it cannot be created.
+  /// Begins a recording described by `about`. Error: it cannot be created.
   Result<void> begin(const io::McapMetadata& about);
   void stop();
   void terminate();
 
-  /// The current recording; 0: none.
+  /// Which recording is being made; 0: none.
   [[nodiscard]] std::uint32_t session() const { return session_; }
-  /// Queues a message of recording `session`; false if the queue is full.
+  /// Takes a message of recording `session`; false where the queue has no room for it.
   [[nodiscard]] bool add(std::uint32_t session, const std::shared_ptr<const Stream>& stream,
                          LogTime logged, LogTime published, std::string data);
 
-  /// State, file, error, times and byte counts.
+  /// State, file, error, times and amounts.
   void fill(LoggerStatus& status) const;
   bool wait_until_stopped(Duration timeout);
 

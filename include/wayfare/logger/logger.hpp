@@ -56,7 +56,7 @@ struct SensorStatus {
   SensorState state = SensorState::waiting;
   std::uint64_t bytes = 0;           ///< read since the start
   std::uint64_t recorded_bytes = 0;  ///< of them queued for this recording
-  std::uint64_t dropped = 0;         ///< records dropped from this recording at a full queue
+  std::uint64_t dropped = 0;         ///< records the queue had no room for, in this recording
   double bytes_per_s = 0.0;          ///< over the last status interval
   double messages_per_s = 0.0;
   DecodingStatus decoding;
@@ -93,7 +93,7 @@ class Logger {
   Logger& operator=(const Logger&) = delete;
   ~Logger();
 
-  /// Error: the recording cannot be created. Does nothing while recording.
+  /// Error: the recording cannot be created. Does nothing while one is being made.
   Result<void> begin();
   /// Ends the recording once all data read so far is written.
   void stop();

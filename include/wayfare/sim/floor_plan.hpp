@@ -1,7 +1,9 @@
 #pragma once
 
-// Walls for simulation: line segments in the plane, indexed by a uniform grid so that a ray tests
-// only the walls near it; and floor plans as text. docs/formats.md describes the format.
+// Walls to simulate in: line segments of the plane with a uniform grid over them, so that a ray
+// looks only at the walls along its way.
+
+// Floor plans as text a person can draw. The format is described in docs/formats.md.
 
 #include <cstddef>
 #include <cstdint>

@@ -32,8 +32,8 @@ struct Reflector {
   std::uint32_t mirror = kNoMirror;
 };
 
-/// Reflectivity of a building. The strengths' defaults, means and standard deviations, come from
-/// the comparison with an AWR1843's recordings in docs/results.md.
+/// How a building's walls reflect. The strengths' defaults, means and standard deviations, come
+/// from the comparison with an AWR1843's recordings in docs/results.md.
 struct FurnishParams {
   struct Kind {
     double spacing_m;    ///< mean distance along a wall; 0: none
