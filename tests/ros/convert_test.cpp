@@ -188,7 +188,7 @@ TEST(Convert, CloudsOfOtherLayouts) {
   ASSERT_EQ(scan->points.size(), 1U);
   EXPECT_EQ(scan->points[0], (RadarPoint{1.0F, -2.0F, 200.0F, 0.0F, 30.0F}));
   cloud.data.pop_back();
-  EXPECT_THAT(why(radar_scan_of(cloud, kTime)), HasSubstr("holds 36 bytes for 1 x 2 points of 17"));
+  EXPECT_THAT(why(radar_scan_of(cloud, kTime)), HasSubstr("has 36 bytes for 1 x 2 points of 17"));
   cloud.height = cloud.width = 4'000'000'000U;
   EXPECT_FALSE(radar_scan_of(cloud, kTime));
   cloud.fields_of_point[0].offset = 10;  // beyond the end of the point

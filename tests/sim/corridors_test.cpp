@@ -63,15 +63,15 @@ TEST(Corridors, WheelsHaveAScaleError) {
   auto p = quick(sim::MotionPattern::straight);
   p.slip_m_per_sqrt_m = 0.0;
   const auto drive = sim::simulate_corridors(p, Rng(3));
-  double told = 0.0, rolled = 0.0;
-  for (const WheelSample& w : drive->recording.wheels) told += 0.5 * (w.left_m + w.right_m);
+  double reported = 0.0, rolled = 0.0;
+  for (const WheelSample& w : drive->recording.wheels) reported += 0.5 * (w.left_m + w.right_m);
   const Trajectory& truth = drive->recording.truth;
   for (std::size_t i = 1; i < truth.size(); ++i)
     rolled +=
         (truth[i].T_map_base.raw().translation() - truth[i - 1].T_map_base.raw().translation())
             .norm();
   EXPECT_NE(drive->speed_scale, 0.0);
-  EXPECT_NEAR(told / rolled - 1.0, drive->speed_scale, 1e-4);
+  EXPECT_NEAR(reported / rolled - 1.0, drive->speed_scale, 1e-4);
 }
 
 TEST(Corridors, StayPassableWithFurniture) {

@@ -27,8 +27,9 @@ inline sim::PlannedRoute planned(std::string_view plan_text) {
 
 inline sim::SimulatedRun simulate(std::string_view plan_text, const sim::RobotParams& robot,
                                   std::uint64_t seed) {
-  const sim::PlannedRoute way = planned(plan_text);
-  return sim::simulate_recording(way.plan, way.route_m, robot, Rng(seed)).value();
+  const sim::PlannedRoute planned_route = planned(plan_text);
+  return sim::simulate_recording(planned_route.plan, planned_route.route_m, robot, Rng(seed))
+      .value();
 }
 
 /// Two rooms with two gaps in the wall between them, 10 m × 4 m, driven through along the marks a

@@ -19,8 +19,8 @@ namespace {
 World beginning(std::string_view name, std::uint64_t seed) {
   World world = std::move(make_world(name, Rng(seed))).value();
   world.route_m.resize(2);
-  const Eigen::Vector2d way = world.route_m[1] - world.route_m[0];
-  world.route_m[1] = world.route_m[0] + 2.5 * way.normalized();
+  const Eigen::Vector2d leg = world.route_m[1] - world.route_m[0];
+  world.route_m[1] = world.route_m[0] + 2.5 * leg.normalized();
   return world;
 }
 
@@ -81,7 +81,7 @@ TEST(Worlds, TheRadarDoesNotChangeTheOtherSensors) {
 
 // A corridor of voxels, 6 m x 1.8 m with both ends open, and a box across it.
 TEST(Worlds, VoxelsBecomeAWorldThatCanBeDriven) {
-  std::vector<Eigen::Vector3d> voxels, way;
+  std::vector<Eigen::Vector3d> voxels, path;
   for (double x = 0.075; x < 6.0; x += 0.15) {
     for (const double z : {-0.075, 0.075}) {
       voxels.emplace_back(x, 0.075, z);
@@ -90,8 +90,8 @@ TEST(Worlds, VoxelsBecomeAWorldThatCanBeDriven) {
     voxels.emplace_back(x, 0.975, 2.0);  // the ceiling, above the slice
   }
   for (const double z : {-0.075, 0.075}) voxels.emplace_back(3.075, 0.975, z);
-  for (double x = 0.6; x < 5.4; x += 0.1) way.emplace_back(x, 0.97, 0.0);
-  const auto world = world_of_voxels(voxels, way, {}, Rng(1));
+  for (double x = 0.6; x < 5.4; x += 0.1) path.emplace_back(x, 0.97, 0.0);
+  const auto world = world_of_voxels(voxels, path, {}, Rng(1));
   ASSERT_TRUE(world.has_value()) << world.error().to_string();
   const auto recording = simulate_world(*world, turtlebot(Rng(1)), Rng(1));
   ASSERT_TRUE(recording.has_value()) << recording.error().to_string();
@@ -108,9 +108,9 @@ TEST(Worlds, ARealBuildingCanBeDriven) {
   WAYFARE_NEEDS_RECORDING(map,
                           "radar/coloradar_rmap/data/maps/ec_hallways_run0_lidar_filtered.txt.gz");
   WAYFARE_NEEDS_RECORDING(poses, "radar/coloradar_rmap/data/poses/ec_hallways_run0.txt");
-  const auto voxels = io::read_points(map), way = io::read_points(poses);
-  ASSERT_TRUE(voxels.has_value() && way.has_value());
-  auto world = world_of_voxels(voxels->points_m, way->points_m, {}, Rng(1));
+  const auto voxels = io::read_points(map), path = io::read_points(poses);
+  ASSERT_TRUE(voxels.has_value() && path.has_value());
+  auto world = world_of_voxels(voxels->points_m, path->points_m, {}, Rng(1));
   ASSERT_TRUE(world.has_value()) << world.error().to_string();
   ASSERT_GT(world->route_m.size(), 50U);
   std::size_t in_sight = 0;

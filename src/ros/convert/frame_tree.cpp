@@ -46,14 +46,14 @@ Result<TransformParts> FrameTree::find(std::string_view base, std::string_view f
     SE3d pose;  ///< of the start of the path, in `name`
   };
   const auto way_up = [&](std::string_view from) {
-    std::vector<Step> way{{from, SE3d()}};
-    while (way.size() <= parents_.size()) {
-      const auto up = parents_.find(way.back().name);
+    std::vector<Step> path{{from, SE3d()}};
+    while (path.size() <= parents_.size()) {
+      const auto up = parents_.find(path.back().name);
       const auto T = up == parents_.end() ? std::nullopt : rigid(up->second.transform);
       if (!T) break;
-      way.push_back({up->second.name, *T * way.back().pose});
+      path.push_back({up->second.name, *T * path.back().pose});
     }
-    return way;
+    return path;
   };
   const auto up_frame = way_up(frame), up_base = way_up(base);
   for (const Step& a : up_frame)

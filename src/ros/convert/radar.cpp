@@ -73,7 +73,7 @@ Result<void> check_sizes(const PointCloud2& c) {
   const std::uint64_t step = c.height == 1 ? row : c.row_step;
   if (c.point_step == 0 || step < row || c.data.size() < row ||
       (c.height > 1 && (c.data.size() - row) / step < c.height - 1))
-    return invalid("holds " + std::to_string(c.data.size()) + " bytes for " +
+    return invalid("has " + std::to_string(c.data.size()) + " bytes for " +
                        std::to_string(c.width) + " x " + std::to_string(c.height) + " points of " +
                        std::to_string(c.point_step),
                    "data");

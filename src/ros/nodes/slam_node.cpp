@@ -86,7 +86,7 @@ void SlamNode::add(const Odometry& message, double now_s) {
   if (!sample)
     return notices_.add(Severity::error, "bad odometry",
                         "left out odometry: " + sample.error().to_string(), now_s);
-  const SE2d told = sample->T_odom_base.raw();
+  const SE2d T_odom_base = sample->T_odom_base.raw();
   if (!odometry_.empty()) {
     const OdometrySample& last = odometry_.back();
     if (*time + from_seconds(options_.jump_back_s) < last.time) {
@@ -97,19 +97,19 @@ void SlamNode::add(const Odometry& message, double now_s) {
     } else {
       constexpr double kSlack_m = 0.5;
       const SE2d before = last.T_odom_base.raw();
-      const SE2d joined = T_joined_odom_ ? *T_joined_odom_ * told : told;
+      const SE2d joined = T_joined_odom_ ? *T_joined_odom_ * T_odom_base : T_odom_base;
       const double moved_m = (before.inverse() * joined).translation().norm();
       if (moved_m > kSlack_m + options_.max_speed_mps * to_seconds(*time - last.time)) {
         notices_.add(Severity::warning, "leap",
                      "odometry jumped by " + std::to_string(moved_m) +
                          " m: taken as a reset, with the robot at rest",
                      now_s);
-        T_joined_odom_ = before * told.inverse();
+        T_joined_odom_ = before * T_odom_base.inverse();
       }
     }
   }
   if (T_joined_odom_)
-    sample->T_odom_base = Transform2<frame::Odom, frame::Base>(*T_joined_odom_ * told);
+    sample->T_odom_base = Transform2<frame::Odom, frame::Base>(*T_joined_odom_ * T_odom_base);
   odometry_.push_back(*sample);
   motion_silent_ = false;
 }

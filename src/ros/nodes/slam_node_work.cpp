@@ -248,8 +248,8 @@ void SlamNode::give_pose(LogTime time, const SE2d& T_map_base, const MotionHint&
 
 void SlamNode::give_map(double now_s, SlamNodeOutput& out) {
   last_map_s_ = now_s;
-  const auto way = stream_ ? stream_->slam().trajectory() : slam_->trajectory();
-  out.path = path_of(way, options_.map_frame);
+  const auto trajectory = stream_ ? stream_->slam().trajectory() : slam_->trajectory();
+  out.path = path_of(trajectory, options_.map_frame);
   out.map = message_of(io::grid_image(stream_ ? stream_->map() : slam_->map(options_.map)),
                        *last_scan_, options_.map_frame);
 }

@@ -15,12 +15,12 @@ Result<std::string> choose_topic(const RecordingFile& file, std::string_view typ
   const std::string of_type = " of " + std::string(type);
   if (named.empty() && fitting.size() > 1)
     return Error{ErrorCode::invalid,
-                 "holds several topics" + of_type + ": name the " + what + " among " + list,
+                 "has several topics" + of_type + ": name the " + what + " among " + list,
                  file.path()};
   if (named.empty()) return fitting.empty() ? std::string() : fitting.front();
   if (std::find(fitting.begin(), fitting.end(), named) != fitting.end()) return named;
   return Error{ErrorCode::not_found,
-               "holds no topic " + named + of_type + (fitting.empty() ? "" : "; there is " + list),
+               "has no topic " + named + of_type + (fitting.empty() ? "" : "; there is " + list),
                file.path()};
 }
 

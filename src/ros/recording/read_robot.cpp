@@ -57,8 +57,7 @@ Result<RadarTopic> choose_radar(const RecordingFile& file, const std::string& na
   const auto clouds = radar_clouds(file);
   if (clouds.size() > 1)
     return Error{ErrorCode::invalid,
-                 "holds several radars: name one among " + clouds[0] + ", " + clouds[1],
-                 file.path()};
+                 "has several radars: name one among " + clouds[0] + ", " + clouds[1], file.path()};
   return RadarTopic{clouds.empty() ? std::string() : clouds.front(), true};
 }
 
@@ -151,7 +150,7 @@ Result<Chosen> choose_topics(const RecordingFile& file, const TopicNames& names,
   const auto radar = choose_radar(file, names.radar);
   if (!radar) return radar.error();
   if (scan->empty() && radar->name.empty())
-    return Error{ErrorCode::not_found, "holds no laser scan and no radar points", file.path()};
+    return Error{ErrorCode::not_found, "has no laser scan and no radar points", file.path()};
   const auto unit = choose_unit(file, names.imu, problems);
   if (!unit) return unit.error();
   return Chosen{*scan, *odometry, *unit, *truth == *odometry ? std::string() : *truth, *radar};

@@ -138,10 +138,10 @@ TEST(SlamNode, TimeGoingBackStartsANewMap) {
 TEST(SlamNode, AResetOfOdometryIsNoMotion) {
   Recording r = room_drive();
   const std::size_t half = r.odometry.size() / 2;
-  const SE2d anew = SE2d(30.0, -20.0, Angle::degrees(100.0));
+  const SE2d reset = SE2d(30.0, -20.0, Angle::degrees(100.0));
   for (std::size_t i = half; i < r.odometry.size(); ++i)
     r.odometry[i].T_odom_base =
-        Transform2<frame::Odom, frame::Base>(anew * r.odometry[i].T_odom_base.raw());
+        Transform2<frame::Odom, frame::Base>(reset * r.odometry[i].T_odom_base.raw());
   Driven driven;
   driven.transforms();
   drive(driven, r);

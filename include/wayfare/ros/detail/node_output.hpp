@@ -25,9 +25,9 @@ class Notices {
   /// `about` identifies the notice: a different text alone does not repeat it. `now_s` is of a
   /// monotonic clock.
   void add(Severity severity, const std::string& about, std::string text, double now_s) {
-    const auto told = told_s_.find(about);
-    if (told != told_s_.end() && now_s < told->second + again_s_) return;
-    told_s_[about] = now_s;
+    const auto last = last_s_.find(about);
+    if (last != last_s_.end() && now_s < last->second + again_s_) return;
+    last_s_[about] = now_s;
     waiting_.push_back({severity, std::move(text)});
   }
   /// Those not taken yet.
@@ -35,7 +35,7 @@ class Notices {
 
  private:
   double again_s_;
-  std::map<std::string, double> told_s_;
+  std::map<std::string, double> last_s_;
   std::vector<Notice> waiting_;
 };
 
