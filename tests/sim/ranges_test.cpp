@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -55,13 +56,13 @@ TEST(Walker, SpreadsItsSatellitesEvenly) {
   };
   for (int plane = 0; plane < 3; ++plane) {
     const Eigen::Vector3d pole = direction(plane, 0).cross(direction(plane, 1));
-    const double node = w.first_node.radians() + 2.0 * M_PI * plane / 3.0;
+    const double node = w.first_node.radians() + 2.0 * std::numbers::pi * plane / 3.0;
     EXPECT_NEAR(pole.z(), std::cos(w.inclination.radians()), 1e-12);
     EXPECT_NEAR(pole.dot(Eigen::Vector3d(std::cos(node), std::sin(node), 0.0)), 0.0, 1e-12);
     for (int slot = 0; slot < 4; ++slot) {
       EXPECT_NEAR(direction(plane, slot).dot(direction(plane, (slot + 1) % 4)), 0.0, 1e-12);
       // Height over the equator is proportional to the sine of the angle from the node.
-      const double along = 2.0 * M_PI * (slot / 4.0 + 2.0 * plane / 12.0);
+      const double along = 2.0 * std::numbers::pi * (slot / 4.0 + 2.0 * plane / 12.0);
       EXPECT_NEAR(direction(plane, slot).z(), std::sin(w.inclination.radians()) * std::sin(along),
                   1e-12);
     }

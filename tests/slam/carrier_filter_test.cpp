@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -176,7 +177,7 @@ Followed follow_with_lasting_errors(std::uint64_t seed, bool independent) {
     f.pose_nees += e.dot(p_pose.inverse() * e) / 3;
     ++f.matches;
   }
-  f.tilt_deg = std::sqrt(tilt2 / f.matches) * 180 / M_PI;
+  f.tilt_deg = std::sqrt(tilt2 / f.matches) * 180 / std::numbers::pi;
   f.pose_nees /= f.matches;
   return f;
 }
@@ -224,7 +225,7 @@ TEST(CarrierFilter, RestartsAfterAGapAndWhenTheLevelIsLost) {
   EXPECT_FALSE(filter.placed());
   EXPECT_NEAR(filter.planar().heading().degrees(), 90, 1e-9);
   // On its side without measured rotation: the gyro missed it.
-  const SO3d side = SO3d::exp(Eigen::Vector3d(M_PI / 2, 0, 0));
+  const SO3d side = SO3d::exp(Eigen::Vector3d(std::numbers::pi / 2, 0, 0));
   for (int i = 1; i < 300; ++i) filter.add(still(4.0 + 0.01 * i, side));
   EXPECT_EQ(filter.starts(), 3U);
   EXPECT_LT((filter.q_level_body().inverse() * Eigen::Vector3d::UnitZ() -

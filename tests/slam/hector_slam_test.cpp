@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +28,7 @@ Recording round_the_room(int scans) {
     scan.time = LogTime::from_seconds(0.1 * i);
     recording.truth.push_back({scan.time, Transform2<frame::Map, frame::Base>(pose)});
     recording.scans.push_back(scan);
-    pose = pose.plus({0.05, 0, 2 * M_PI / 180});
+    pose = pose.plus({0.05, 0, 2 * std::numbers::pi / 180});
   }
   return recording;
 }
@@ -91,7 +92,7 @@ TEST(HectorSlam, SurvivesWrongOdometry) {
       const LogTime time = recording.scans[k].time;
       recording.scans[k] = Walls::room().scan(pose, rng);
       recording.scans[k].time = time;
-      pose = pose.plus({-0.02, 0, 2 * M_PI / 180});
+      pose = pose.plus({-0.02, 0, 2 * std::numbers::pi / 180});
     }
   }
   const auto run = run_hector_slam(recording);

@@ -81,7 +81,7 @@ class SlamNode {
   /// Whether `work` can process more at once.
   [[nodiscard]] bool busy() const { return worked_ && (stream_ || !lasers_.scans.empty()); }
   /// As after a long time without scans.
-  [[nodiscard]] SlamNodeOutput settle(double now_s);
+  [[nodiscard]] SlamNodeOutput finish(double now_s);
 
   /// The missing input; empty if none.
   [[nodiscard]] const std::string& waits_for() const { return waits_for_; }
@@ -90,7 +90,7 @@ class SlamNode {
   template <class Scan>
   struct Sensed {
     std::deque<Scan> scans;  ///< not processed yet
-    std::optional<LogTime> last_heard;
+    std::optional<LogTime> last_received;
     std::string frame;  ///< of the first scan; others are dropped
     std::optional<LevelMounting> mounting;
   };
@@ -107,18 +107,18 @@ class SlamNode {
   [[nodiscard]] bool laser_is_known(double now_s);
   [[nodiscard]] bool motion_is_known(LogTime time, double now_s);
   [[nodiscard]] MotionHint hint(LogTime time) const;
-  void work_on_scan(double now_s, SlamNodeOutput& out);
+  void process_scan(double now_s, SlamNodeOutput& out);
   void placed(LogTime time, const SE2d& T_map_base, double now_s, SlamNodeOutput& out);
 
   // With radar.
-  [[nodiscard]] bool stream_is_there(double now_s);
-  void hand_over();
-  void work_on_stream(double now_s, SlamNodeOutput& out);
+  [[nodiscard]] bool has_stream(double now_s);
+  void pass_to_stream();
+  void process_stream(double now_s, SlamNodeOutput& out);
   bool step(double now_s, SlamNodeOutput& out);
 
-  void give_pose(LogTime time, const SE2d& T_map_base, const MotionHint& hint,
-                 SlamNodeOutput& out) const;
-  void give_map(double now_s, SlamNodeOutput& out);
+  void publish_pose(LogTime time, const SE2d& T_map_base, const MotionHint& hint,
+                    SlamNodeOutput& out) const;
+  void publish_map(double now_s, SlamNodeOutput& out);
   void wait_for(std::string what, double now_s);
 
   SlamNodeOptions options_;
@@ -128,14 +128,14 @@ class SlamNode {
   Sensed<wayfare::LaserScan> lasers_;
   Sensed<wayfare::RadarScan> radar_;
   RadarMessage radar_message_ = RadarMessage::none;
-  std::vector<OdometrySample> odometry_;   ///< continuous: joined at resets
-  std::optional<SE2d> T_joined_odom_;      ///< from odometry as received to the joined one
-  std::optional<LogTime> odometry_given_;  ///< passed to the stream
+  std::vector<OdometrySample> odometry_;    ///< continuous: joined at resets
+  std::optional<SE2d> T_joined_odom_;       ///< from odometry as received to the joined one
+  std::optional<LogTime> odometry_passed_;  ///< passed to the stream
   std::vector<GyroSample> gyro_;
   std::optional<LogTime> last_scan_;  ///< processed
   std::optional<double> blocked_s_, last_placed_s_;
   double last_map_s_ = 0.0;
-  bool worked_ = false, motion_silent_ = false, settled_ = true;
+  bool worked_ = false, motion_missing_ = false, settled_ = true;
   std::string waits_for_;
   Notices notices_;
 };

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <wayfare/ros/convert.hpp>
 
@@ -124,7 +125,7 @@ Result<LevelMounting> level_mounting_of(const TransformParts& T_base_sensor, dou
   if (!(std::abs(up) >= std::cos(max_tilt_rad)))
     return Error{ErrorCode::unsupported,
                  "tilts the sensor by " +
-                     std::to_string(std::acos(std::abs(up)) * 180.0 / 3.14159265) +
+                     std::to_string(std::acos(std::abs(up)) * 180.0 / std::numbers::pi) +
                      " degrees: its scan plane is not level",
                  "rotation"};
   const Eigen::Vector2d at(T_base_sensor.translation.x, T_base_sensor.translation.y);

@@ -56,18 +56,19 @@ void SlamNode::enqueue(Sensed<Scan>& to, Result<Scan> scan, const Header& header
     return notices_.add(
         Severity::error, "other than " + to.frame,
         "left out scans in frame '" + frame + "': the map uses those in '" + to.frame + "'", now_s);
-  if (to.last_heard && scan->time + from_seconds(options_.jump_back_s) < *to.last_heard) {
-    notices_.add(Severity::warning, "back",
-                 "time went back by " + seconds(*to.last_heard - scan->time) + ": begins a new map",
-                 now_s);
+  if (to.last_received && scan->time + from_seconds(options_.jump_back_s) < *to.last_received) {
+    notices_.add(
+        Severity::warning, "back",
+        "time went back by " + seconds(*to.last_received - scan->time) + ": begins a new map",
+        now_s);
     begin_anew(scan->time);
-  } else if (to.last_heard && scan->time <= *to.last_heard) {
+  } else if (to.last_received && scan->time <= *to.last_received) {
     return notices_.add(Severity::warning, "late scan",
-                        "left out a scan that is " + seconds(*to.last_heard - scan->time) +
+                        "left out a scan that is " + seconds(*to.last_received - scan->time) +
                             " earlier than the one before it",
                         now_s);
   }
-  to.last_heard = scan->time;
+  to.last_received = scan->time;
   to.scans.push_back(*std::move(scan));
   if (to.scans.size() <= options_.scans_waiting) return;
   to.scans.pop_front();
@@ -111,7 +112,7 @@ void SlamNode::add(const Odometry& message, double now_s) {
   if (T_joined_odom_)
     sample->T_odom_base = Transform2<frame::Odom, frame::Base>(*T_joined_odom_ * T_odom_base);
   odometry_.push_back(*sample);
-  motion_silent_ = false;
+  motion_missing_ = false;
 }
 
 void SlamNode::add(const Imu& message, double now_s) {
@@ -125,7 +126,7 @@ void SlamNode::add(const Imu& message, double now_s) {
     gyro_.clear();
   if (!gyro_.empty() && *time <= gyro_.back().time) return;
   gyro_.push_back({*time, rate->z()});
-  motion_silent_ = false;
+  motion_missing_ = false;
 }
 
 void SlamNode::add(const TfMessage& message) {
@@ -135,11 +136,11 @@ void SlamNode::add(const TfMessage& message) {
 void SlamNode::begin_anew(LogTime at) {
   slam_ = std::make_unique<SubmapSlam>(options_.slam);
   stream_.reset();
-  odometry_given_.reset();
+  odometry_passed_.reset();
   lasers_.scans.clear();
   radar_.scans.clear();
-  lasers_.last_heard.reset();
-  radar_.last_heard.reset();
+  lasers_.last_received.reset();
+  radar_.last_received.reset();
   last_scan_.reset();
   settled_ = true;
   // Data of the other topics up to the jump back is dropped, too.

@@ -44,7 +44,7 @@ Result<void> Lanes::run(io::Problems& problems) {
   for (const auto& [topic, lane] : lanes_)
     if (lane.stamped && lane.late.empty() && lane.first_fault) {
       Error fault = *lane.first_fault;
-      fault.message += " (and so it is with all " + std::to_string(lane.messages) + " messages)";
+      fault.message += " (the same for all " + std::to_string(lane.messages) + " messages)";
       if (auto done = refuse(lane, std::move(fault), problems); !done) return done;
     }
   return check_clocks(problems);
@@ -78,8 +78,8 @@ Result<void> Lanes::check_clocks(io::Problems& problems) {
                apart > names_.clock_tolerance || apart < -names_.clock_tolerance) {
       Error fault{ErrorCode::invalid,
                   "is stamped " + std::to_string(to_seconds(apart)) + " s from " + *first +
-                      ", counted from when both were received: their clocks differ; take the "
-                      "times of receipt instead",
+                      " relative to the times of receipt: their clocks differ; use the times "
+                      "of receipt instead",
                   topic};
       if (auto done = refuse(lane, std::move(fault), problems); !done) return done;
     }

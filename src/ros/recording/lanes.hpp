@@ -24,7 +24,7 @@ namespace wayfare::ros {
                                                const std::string& except = {});
 
 /// Whether a recording is usable without a topic.
-enum class Need { all, none };
+enum class Need { required, optional };
 
 class Lanes {
  public:
@@ -34,9 +34,9 @@ class Lanes {
   /// Nothing if `topic` is empty. An optional topic that cannot be used is dropped and reported.
   template <class M, class Value, class Convert>
   void add(const std::string& topic, std::vector<Value>& out, Convert convert,
-           Need need = Need::all) {
+           Need need = Need::required) {
     if (topic.empty()) return;
-    if (need == Need::none) lanes_[topic].leave_out = [&out] { out.clear(); };
+    if (need == Need::optional) lanes_[topic].leave_out = [&out] { out.clear(); };
     add_raw<M>(topic, [&out, convert](const M& message, LogTime time) -> Result<void> {
       Result<Value> value = convert(message, time);
       if (!value) return value.error();

@@ -67,7 +67,7 @@ Result<std::string> choose_unit(const RecordingFile& file, const std::string& na
   auto unit = choose_topic(file, Imu::kType.name, named, "inertial unit");
   if (unit || !named.empty()) return unit;
   Error several = unit.error();
-  several.message += "; none is taken";
+  several.message += "; none is used";
   problems.add(std::move(several));
   return std::string();
 }
@@ -157,7 +157,7 @@ Result<Chosen> choose_topics(const RecordingFile& file, const TopicNames& names,
 }
 
 /// For an optional topic: required if it was named.
-Need need_of(const std::string& named) { return named.empty() ? Need::none : Need::all; }
+Need need_of(const std::string& named) { return named.empty() ? Need::optional : Need::required; }
 
 Result<StampedPose> truth_of(const Pose& pose, LogTime time) {
   const auto in_plane = plane_pose_of(pose);
