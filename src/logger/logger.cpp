@@ -68,7 +68,7 @@ struct Logger::Impl {
   }
 
   void obey(Command command) {
-    // A failure is seen in the status.
+    // A failure is in the status.
     if (command == Command::begin) static_cast<void>(begin());
     if (command == Command::stop) recorder.stop();
     if (command == Command::terminate) recorder.terminate();
@@ -117,7 +117,7 @@ Logger::~Logger() = default;
 
 Result<std::unique_ptr<Logger>> Logger::start(LoggerOptions options) {
   if (auto sound = check(options); !sound) return sound.error();
-  // Whoever reads of it in the status may be in another folder.
+  // Absolute, since readers of the status may be in another folder.
   std::error_code code;
   const auto folder = std::filesystem::absolute(options.folder, code);
   if (!code) options.folder = folder.lexically_normal().string();

@@ -1,6 +1,6 @@
 #pragma once
 
-// The parts of JSON that messages are written with and read from.
+// JSON elements for writing and reading messages.
 
 #include <array>
 #include <charconv>
@@ -19,7 +19,7 @@
 
 namespace wayfare::logger::text {
 
-/// The shortest text that reads back to the same number.
+/// The shortest text that is read back as the same number.
 template <class Number>
 void put(std::string& out, Number value) {
   if constexpr (std::is_floating_point_v<Number>) {
@@ -33,15 +33,15 @@ void put(std::string& out, Number value) {
   out.append(text.data(), end.ptr);
 }
 
-/// A message's beginning: its time and frame.
+/// The beginning of a message: its time and frame.
 [[nodiscard]] std::string head(LogTime time, std::string_view frame);
 
 constexpr std::string_view kNoPose =
     R"(,"pose":{"position":{"x":0,"y":0,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":1}})";
 
-/// Numbers x, y, z, and `more` of them, as a schema's properties.
+/// Numbers x, y, z, and those in `more`, as properties of a schema.
 [[nodiscard]] std::string numbers(std::string_view more = {});
-/// The schema of a message with time, frame, perhaps a pose, and `fields`.
+/// The schema of a message with time, frame, optional pose, and `fields`.
 [[nodiscard]] std::string schema_json(const std::string& name, bool posed,
                                       const std::string& fields);
 
@@ -50,7 +50,7 @@ constexpr std::string_view kNoPose =
 
 [[nodiscard]] std::optional<double> number(const nlohmann::json& from, const char* key);
 [[nodiscard]] std::optional<LogTime> time_of(const nlohmann::json& message);
-/// Three numbers, NaN where the field is null or missing; nothing where it is something else.
+/// Three numbers, NaN if the field is null or missing; nothing if it is something else.
 [[nodiscard]] std::optional<Eigen::Vector3d> vector_of(const nlohmann::json& message,
                                                        const char* key);
 

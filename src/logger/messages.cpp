@@ -28,7 +28,7 @@ std::string json_escaped(std::string_view text) {
     if (c == '"' || c == '\\') {
       out += {'\\', c};
     } else if (code < 0x20 || code >= 0x7F) {
-      // Bytes that are not ASCII may not be valid UTF-8 either.
+      // Bytes that are not ASCII may be invalid UTF-8.
       constexpr std::string_view kDigits = "0123456789abcdef";
       out += std::string("\\u00") + kDigits[code >> 4] + kDigits[code & 15U];
     } else {

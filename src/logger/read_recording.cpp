@@ -7,7 +7,7 @@
 namespace wayfare::logger {
 namespace {
 
-/// Topics of messages with that schema, in the order of their channels.
+/// Topics with that schema, in the order of their channels.
 std::vector<std::string> topics_of(const io::McapContents& contents, std::string_view schema) {
   std::vector<std::string> topics;
   for (const io::McapChannel& channel : contents.channels)
@@ -17,7 +17,7 @@ std::vector<std::string> topics_of(const io::McapContents& contents, std::string
   return topics;
 }
 
-/// All messages of a topic that `parse` takes, in order of the times they were measured at.
+/// All messages of a topic that `parse` accepts, in order of their measurement times.
 template <class Measurement, class Parse>
 std::vector<Measurement> read_topic(const io::McapReader& reader, const std::string& topic,
                                     Parse parse, io::Problems& problems) {

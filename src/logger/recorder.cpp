@@ -10,7 +10,7 @@
 namespace wayfare::logger {
 namespace {
 
-/// "recording-20260501T120000Z": sorts by time and is no trouble to any file system.
+/// "recording-20260501T120000Z": sorts by time and is valid on any file system.
 std::string name_by_time(const std::string& prefix, LogTime time) {
   const std::time_t seconds = time.nanoseconds() / 1'000'000'000;
   std::tm utc{};
@@ -56,7 +56,7 @@ Result<io::McapWriter> Recorder::create(std::string& path) const {
   const std::string base =
       (std::filesystem::path(options_.folder) / name_by_time(options_.prefix, clock_.now()))
           .string();
-  // Two recordings begun within a second.
+  // Two recordings started within one second.
   for (int n = 0; n < 100; ++n) {
     path = base;
     if (n != 0) path.append("-").append(std::to_string(n));

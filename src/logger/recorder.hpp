@@ -1,6 +1,6 @@
 #pragma once
 
-// The thread that writes: everything the others hand over, in that order.
+// The writing thread: writes all data from the other threads in their order.
 
 #include <condition_variable>
 #include <cstddef>
@@ -19,14 +19,14 @@
 
 namespace wayfare::logger {
 
-/// The clock all stamps are of.
+/// The clock of all stamps.
 class LoggerClock {
  public:
   LoggerClock();
   [[nodiscard]] LogTime now() const;
 
  private:
-  std::chrono::nanoseconds offset_;  ///< UTC less the monotonic clock
+  std::chrono::nanoseconds offset_;  ///< UTC minus the monotonic clock
 };
 
 /// A message to be recorded.

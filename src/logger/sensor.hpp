@@ -13,7 +13,7 @@
 
 namespace wayfare::logger {
 
-/// One device: a thread that reads its line, stamps and decodes what came and hands it over.
+/// One device: a thread that reads its line, stamps and decodes the bytes and queues them.
 class Sensor {
  public:
   /// `number` is what the recorder counts its messages by.
@@ -25,7 +25,7 @@ class Sensor {
 
   /// Without what the recorder counts.
   [[nodiscard]] SensorStatus status() const;
-  /// Rates since the call before, `interval` ago.
+  /// Rates since the previous call, `interval` ago.
   void measure_rates(Duration interval);
 
  private:
@@ -37,7 +37,7 @@ class Sensor {
   const std::size_t number_;
   const SensorOptions options_;
   const std::shared_ptr<const Stream> raw_;
-  const std::unique_ptr<DeviceDecoder> decoder_;  ///< of the thread
+  const std::unique_ptr<DeviceDecoder> decoder_;  ///< used by the thread only
   Recorder& recorder_;
   const LoggerClock& clock_;
   std::atomic<bool> quit_{false};

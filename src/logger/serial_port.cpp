@@ -1,4 +1,4 @@
-// Not <termios.h>: the kernel's own structure, of which it knows nothing, takes any rate.
+// Not <termios.h>: the kernel's own structure, which that does not declare, supports any rate.
 #include <asm/termbits.h>
 #include <fcntl.h>
 #include <poll.h>
@@ -20,7 +20,7 @@ Error system_error(const char* what, const std::string& path) {
                path};
 }
 
-/// No echo, no line editing, no flow control, no translation: all 256 bytes pass. False where it
+/// No echo, no line editing, no flow control, no translation: all 256 byte values pass. False if it
 /// is no terminal.
 bool make_raw(int fd, int baud, std::string& note) {
   struct termios2 t {};

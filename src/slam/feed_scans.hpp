@@ -10,14 +10,14 @@
 
 namespace wayfare::detail {
 
-/// Scans that were not taken, and why the first of them was not.
+/// Number of scans refused, and the reason for the first.
 struct Refusals {
   std::size_t count = 0;
   std::string first;
 };
 
-/// Gives `slam` every scan with what `motion_at(i)` says of the motion up to it, until the progress
-/// callback ends it. An Error where none could be used.
+/// Passes every scan to `slam` with the motion `motion_at(i)` up to it, until the progress callback
+/// returns false. Returns an Error if no scan could be used.
 template <class Slam, class MotionAt>
 Result<Refusals> feed_scans(Slam& slam, const Recording& recording, const SlamProgress& progress,
                             const MotionAt& motion_at) {
@@ -35,7 +35,7 @@ Result<Refusals> feed_scans(Slam& slam, const Recording& recording, const SlamPr
                                        : "no scan could be used; " + refused.first};
 }
 
-/// The same with the odometry at the scans' times.
+/// The same with odometry at the scans' times.
 template <class Slam>
 Result<Refusals> feed_scans(Slam& slam, const Recording& recording, const SlamProgress& progress) {
   const OdometryTrack odometry(recording.odometry);

@@ -10,7 +10,7 @@
 
 namespace wayfare {
 
-/// A motion and how far it may be off, in the frame of where it ends.
+/// A motion with its standard deviation, in the frame at its end.
 struct Motion {
   SE2d increment;
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< m, m, rad
@@ -18,29 +18,29 @@ struct Motion {
   [[nodiscard]] Eigen::Matrix3d covariance() const { return sigma.cwiseAbs2().asDiagonal(); }
 };
 
-/// Expects the next scan where odometry says, or where the robot gets by going on as it did.
+/// Predicts the next scan's pose from odometry, or at constant velocity.
 class MotionModel {
  public:
   MotionModel(const MotionNoise& odometry, const MotionNoise& constant_velocity)
       : odometry_noise_(odometry), velocity_noise_(constant_velocity) {}
 
-  /// From the scan last told of to `time`: the increment of odometry where both ends are known,
-  /// else by the velocity between the last two scans.
+  /// From the last scan to `time`: the odometry increment if both ends are known, else at the
+  /// velocity between the last two scans.
   [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry) const;
 
-  /// A scan was placed at `pose`.
-  void tell(LogTime time, const SE2d& pose, const std::optional<SE2d>& odometry);
-  /// The scan last told of turned out to be at `pose`: that was no motion.
+  /// Adds a scan's estimated pose.
+  void update(LogTime time, const SE2d& pose, const std::optional<SE2d>& odometry);
+  /// Replaces the last scan's pose, without a change of velocity.
   void correct(const SE2d& pose) {
     if (!last_) return;
-    from_.pose = pose * last_->pose.inverse() * from_.pose;
+    velocity_from_.pose = pose * last_->pose.inverse() * velocity_from_.pose;
     last_->pose = pose;
   }
 
  private:
   friend struct SubmapState;  // saves and restores it
 
-  struct Seen {
+  struct Placed {
     LogTime time;
     SE2d pose;
     std::optional<SE2d> odometry;
@@ -52,17 +52,17 @@ class MotionModel {
   };
 
   MotionNoise odometry_noise_, velocity_noise_;
-  std::optional<Seen> last_;
-  Start from_;                                          // where the latest velocity was measured to
-  double usual_s_ = 0.0;                                // from scan to scan
+  std::optional<Placed> last_;
+  Start velocity_from_;                                 // start of the latest velocity measurement
+  double mean_interval_s_ = 0.0;                        // mean interval between scans
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();  // body frame, per second
 };
 
-/// Whether odometry leads farther from where the robot gets by going on than that should err. (What
-/// odometry itself should err grows with a jump of it.)
-[[nodiscard]] bool contradicts(const Motion& odometry, const Motion& going_on, double sigmas);
+/// Whether odometry differs from the constant-velocity prediction by more than the latter's error.
+/// (The error of odometry itself grows with the size of a jump in it.)
+[[nodiscard]] bool contradicts(const Motion& odometry, const Motion& by_velocity, double sigmas);
 
-/// Whether it leads so far from there that even a fair match where it leads is worth a doubt.
-[[nodiscard]] bool leaps(const Motion& odometry, const Motion& going_on);
+/// Whether it differs so much that even a fair match at the odometry pose must be verified.
+[[nodiscard]] bool jumps(const Motion& odometry, const Motion& by_velocity);
 
 }  // namespace wayfare

@@ -9,8 +9,8 @@
 
 namespace wayfare::detail {
 
-/// Refuses what no SLAM can take: no beams, geometry or odometry that is not finite, a scan earlier
-/// than the one before it.
+/// Refuses a scan without beams, with geometry or odometry that is not finite, or earlier than the
+/// previous one.
 inline Result<void> check_scan(const LaserScan& scan, const std::optional<SE2d>& odometry,
                                const std::optional<LogTime>& last) {
   const auto is_finite = [](Angle angle) { return std::isfinite(angle.radians()); };

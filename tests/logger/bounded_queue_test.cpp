@@ -10,24 +10,24 @@ namespace {
 
 using std::chrono::milliseconds;
 
-TEST(BoundedQueue, RefusesWhatHasNoRoomUntilWhatWasTakenIsDone) {
+TEST(BoundedQueue, RefusesItemsUntilTakenOnesAreDone) {
   BoundedQueue<int> queue(100);
   EXPECT_TRUE(queue.push(1, 60));
   EXPECT_FALSE(queue.push(2, 41));
   EXPECT_TRUE(queue.push(3, 40));
   queue.push_always(4);
   EXPECT_EQ(queue.take(milliseconds(0)), (std::deque<int>{1, 3, 4}));
-  EXPECT_FALSE(queue.push(5, 1)) << "what was taken is in memory still";
+  EXPECT_FALSE(queue.push(5, 1)) << "the items taken are still in memory";
   queue.done();
   EXPECT_EQ(queue.cost(), 0U);
   EXPECT_EQ(queue.peak(), 100U);
   EXPECT_TRUE(queue.push(6, 100));
-  EXPECT_FALSE(queue.push(7, static_cast<std::size_t>(-1))) << "costs do not come round";
+  EXPECT_FALSE(queue.push(7, static_cast<std::size_t>(-1))) << "costs do not overflow";
   EXPECT_EQ(queue.take(milliseconds(0)), std::deque<int>{6});
   EXPECT_TRUE(queue.take(milliseconds(1)).empty());
 }
 
-TEST(BoundedQueue, KeepsTheOrderOfEveryThreadAndItsBound) {
+TEST(BoundedQueue, KeepsTheOrderOfEachThreadAndItsCapacity) {
   constexpr int kEach = 20'000;
   BoundedQueue<std::pair<int, int>> queue(64);
   std::vector<std::thread> threads;

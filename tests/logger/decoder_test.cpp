@@ -1,4 +1,4 @@
-// From a device's bytes to stamped messages.
+// Decoding of a device's bytes to stamped messages.
 #include <wayfare/logger/device_decoder.hpp>
 
 #include <string>
@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 LogTime start() { return LogTime::from_nanoseconds(1'700'000'000'000'000'000); }
 
-/// Feeds a capture as a line of that rate would; gives the messages.
+/// Passes a capture at the line's rate; returns the messages.
 std::vector<DecodedMessage> decode_at(DeviceDecoder& decoder, const std::string& bytes,
                                       double bytes_per_s, std::size_t piece) {
   std::vector<DecodedMessage> messages;
@@ -32,7 +32,7 @@ std::vector<DecodedMessage> decode_at(DeviceDecoder& decoder, const std::string&
   return messages;
 }
 
-TEST(LineTime, TenBitsAByte) {
+TEST(LineTime, TenBitsPerByte) {
   EXPECT_EQ(decode::line_time(11'520, 115'200), 1s);
   EXPECT_EQ(decode::line_time(0, 300), 0s);
 }
@@ -60,7 +60,7 @@ TEST(DeviceDecoder, RadarFramesAreStampedByTheirOwnClock) {
   const std::string bytes = io::read_file(path)->bytes;
   auto decoder = make_decoder({"radar", "ti_mmwave", 921600, ""});
   ASSERT_TRUE(decoder);
-  // Frames are 100 ms apart, whatever the bursts they come in.
+  // Frames are 100 ms apart, whatever the bursts in which they arrive.
   const auto messages = decode_at(**decoder, bytes, 35000.0, 4000);
   ASSERT_GT(messages.size(), 50U);
   EXPECT_EQ(messages.size(), (*decoder)->status().messages);
@@ -76,7 +76,7 @@ TEST(DeviceDecoder, RadarFramesAreStampedByTheirOwnClock) {
   EXPECT_GT(points, 1000U);
 }
 
-TEST(DeviceDecoder, LidarTurnsAreScans) {
+TEST(DeviceDecoder, LidarRevolutionsAreScans) {
   WAYFARE_NEEDS_RECORDING(path,
                           "devices/rplidar/legacy_scan_bin/living_room_116_steps/frame_0008.bin");
   const std::string bytes = io::read_file(path)->bytes;

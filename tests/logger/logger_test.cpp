@@ -1,4 +1,4 @@
-// The logger with devices on pseudo-terminals and disks that stand still or are full.
+// The logger with devices on pseudo-terminals and stalled or full disks.
 // WAYFARE_LOGGER_TRIAL=long makes LosesNothingWhenTheDiskStandsStill take two minutes.
 #include <wayfare/logger/logger.hpp>
 
@@ -77,7 +77,7 @@ TEST(Logger, LosesNothingWhenTheDiskStandsStill) {
     EXPECT_TRUE(raw.monotonic) << i;
     all += raw.bytes.size();
   }
-  // What this was: read with --gtest_brief=0 or in the test's XML.
+  // Figures of the trial: read with --gtest_brief=0 or in the test's XML.
   RecordProperty("raw_bytes", std::to_string(all));
   RecordProperty("file_bytes", std::to_string(std::filesystem::file_size(status.file)));
   RecordProperty("queue_peak_bytes", std::to_string(status.queue_peak));
@@ -87,7 +87,7 @@ TEST(Logger, LosesNothingWhenTheDiskStandsStill) {
               status.queue_peak);
 }
 
-TEST(Logger, CountsWhatItMustDrop) {
+TEST(Logger, CountsDroppedRecords) {
   OneDevice one;
   IllDisk disk;
   one.options.open_sink = disk.opener();
@@ -106,7 +106,7 @@ TEST(Logger, CountsWhatItMustDrop) {
   const LoggerStatus status = (*logger)->status();
   EXPECT_GT(status.dropped, 0U);
   EXPECT_LE(status.queue_peak, 20'000U);
-  // What was not dropped is there.
+  // The other records are in the file.
   const auto raw = raw_channel(*io::McapReader::open(status.file), "/unit/raw");
   EXPECT_EQ(raw.bytes.size(), status.sensors[0].recorded_bytes);
   EXPECT_LT(raw.bytes.size(), 61'000U);
@@ -135,7 +135,7 @@ TEST(Logger, AFullDiskEndsTheRecordingAndKeepsIt) {
   const auto raw = raw_channel(*reader, "/unit/raw");
   EXPECT_GT(raw.bytes.size(), 20'000U);
   EXPECT_EQ(raw.bytes, sent.substr(0, raw.bytes.size()));
-  // There is room again: the next command begins another.
+  // With room on the disk the next command starts another.
   disk.room = UINT64_MAX;
   EXPECT_TRUE((*logger)->begin());
   (*logger)->stop();
@@ -144,7 +144,7 @@ TEST(Logger, AFullDiskEndsTheRecordingAndKeepsIt) {
   EXPECT_EQ((*logger)->status().error, "");
 }
 
-TEST(Logger, SaysWhenARecordingCannotBeCreated) {
+TEST(Logger, ReportsThatARecordingCannotBeCreated) {
   OneDevice one;
   one.options.folder = (one.folder / "none");
   auto logger = Logger::start(one.options);
@@ -154,13 +154,13 @@ TEST(Logger, SaysWhenARecordingCannotBeCreated) {
   EXPECT_THAT((*logger)->status().error, HasSubstr("cannot be created"));
 }
 
-TEST(Logger, OutlastsADeviceThatIsPulledOut) {
+TEST(Logger, SurvivesADeviceThatIsUnplugged) {
   OneDevice one;
   auto logger = Logger::start(one.options);
   ASSERT_TRUE((*logger)->begin());
   one.send("before");
   ASSERT_TRUE(has_read(**logger, 6));
-  // Another terminal takes its place under the same name.
+  // Another terminal replaces it under the same name.
   const std::string link = one.folder / "port";
   OneDevice other;
   std::filesystem::create_symlink(one.terminal.path(), link);
@@ -180,7 +180,7 @@ TEST(Logger, OutlastsADeviceThatIsPulledOut) {
   EXPECT_TRUE(has_read(**second, 5));
 }
 
-TEST(Logger, RefusesOptionsThatMakeNoSense) {
+TEST(Logger, RefusesInvalidOptions) {
   OneDevice one;
   LoggerOptions none = one.options, twice = one.options, kind = one.options, port = one.options;
   none.sensors.clear();
@@ -200,7 +200,7 @@ class Remote {
     const auto* data = reinterpret_cast<const std::uint8_t*>(commands.data());
     EXPECT_TRUE(terminal_.write({data, commands.size()}, 1s));
   }
-  /// Whether a status of that state comes within twenty seconds.
+  /// Whether a status of that state arrives within twenty seconds.
   bool sees(const std::string& state) {
     return wait_for(20s, [&] {
       std::uint8_t buffer[4096];
@@ -220,7 +220,7 @@ class Remote {
   std::string text_;
 };
 
-TEST(Logger, ObeysARemoteControlHoweverOftenItSaysSo) {
+TEST(Logger, FollowsRepeatedRemoteCommands) {
   OneDevice one;
   auto line = PseudoTerminal::open();
   one.options.control_port = line->path();
@@ -250,7 +250,7 @@ TEST(Logger, ObeysARemoteControlHoweverOftenItSaysSo) {
   EXPECT_TRUE(io::McapReader::open((*logger)->status().file)->contents().indexed);
 }
 
-TEST(Logger, ObeysASocketAsWell) {
+TEST(Logger, FollowsCommandsOnASocket) {
   OneDevice one;
   one.options.control_socket = one.folder / "control";
   auto logger = Logger::start(one.options);
@@ -264,7 +264,7 @@ TEST(Logger, ObeysASocketAsWell) {
     EXPECT_EQ(::connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
     return fd;
   };
-  // One that never reads, one that leaves, and one that commands.
+  // One client that never reads, one that leaves, and one that sends commands.
   const int deaf = connect(), leaving = connect(), fd = connect();
   ::close(leaving);
   ASSERT_EQ(::send(fd, "B", 1, 0), 1);
@@ -286,7 +286,7 @@ TEST(Logger, ObeysASocketAsWell) {
   ::close(deaf);
 }
 
-TEST(Logger, RecordsItsStatusAndWhatWasDecoded) {
+TEST(Logger, RecordsItsStatusAndDecodedMessages) {
   WAYFARE_NEEDS_RECORDING(path, "devices/ti_mmwave/awr1843_sdk3.6/mer1.dat.gz");
   OneDevice one;
   one.options.sensors[0].device = {"radar", "ti_mmwave", 921600, ""};
@@ -295,7 +295,7 @@ TEST(Logger, RecordsItsStatusAndWhatWasDecoded) {
   const std::string bytes = io::read_file(path)->bytes.substr(0, 100'000);
   one.send(bytes);
   ASSERT_TRUE(has_read(**logger, bytes.size()));
-  // Rates are of the time since the status before: with the second, the first was recorded.
+  // Rates are since the previous status: the second status follows the first record.
   const auto rate = [&] { return (*logger)->status().sensors[0].bytes_per_s; };
   EXPECT_TRUE(wait_for(20s, [&] { return rate() > 0.0; }));
   EXPECT_TRUE(wait_for(20s, [&] { return rate() == 0.0; }));

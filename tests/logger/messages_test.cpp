@@ -1,4 +1,4 @@
-// Measurements to JSON and back, to the same bits.
+// Measurements to JSON and back, bit by bit.
 #include <wayfare/logger/messages.hpp>
 
 #include <cmath>
@@ -74,7 +74,7 @@ TEST(Messages, Imu) {
   EXPECT_TRUE(std::isnan(parse_imu(json)->magnetic_field_uT.x()));
 }
 
-TEST(Messages, WhatIsNoMessageIsAnError) {
+TEST(Messages, InvalidMessagesAreErrors) {
   LaserScan scan{some_time(), {}, Angle::degrees(1.0), 0.1F, 5.0F, {1.0F, 2.0F}};
   const std::string good[] = {
       laser_scan_json(scan, "a"),
@@ -93,7 +93,7 @@ TEST(Messages, WhatIsNoMessageIsAnError) {
         if (i % 3 == 2) damaged.insert(at, damaged.substr(random() % damaged.size(), 20));
         if (damaged.empty()) damaged = "{}";
       }
-      // Whatever comes out, it comes out.
+      // Any result is valid, but the call must return.
       const auto cloud = parse_point_cloud(damaged);
       ASSERT_TRUE(!cloud || cloud->points.size() < 100);
       static_cast<void>(parse_laser_scan(damaged));

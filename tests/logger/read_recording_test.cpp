@@ -54,7 +54,7 @@ class ReadRecording : public ::testing::Test {
   std::string path_;
 };
 
-TEST_F(ReadRecording, GivesTheUnitAskedForAndNamesThemWhereSeveralAre) {
+TEST_F(ReadRecording, ReadsTheNamedUnitAndListsSeveral) {
   const auto left = read_marg_recording(path_, "/left");
   ASSERT_TRUE(left);
   ASSERT_EQ(left->samples.size(), 5U);
@@ -71,7 +71,7 @@ TEST_F(ReadRecording, GivesTheUnitAskedForAndNamesThemWhereSeveralAre) {
   EXPECT_FALSE(read_marg_recording(path_ + ".none"));
 }
 
-TEST_F(ReadRecording, GivesTheRobotsScans) {
+TEST_F(ReadRecording, ReadsTheRobotsScans) {
   const auto robot = read_robot_recording(path_);
   ASSERT_TRUE(robot);
   EXPECT_EQ(robot->scan_topic, "/laser");

@@ -7,7 +7,7 @@
 namespace wayfare::logger {
 namespace {
 
-TEST(RemoteControl, KnowsFourBytesAndNoOther) {
+TEST(RemoteControl, AcceptsFourBytesOnly) {
   int known = 0;
   for (int b = 0; b < 256; ++b)
     if (const auto command = command_of(static_cast<std::uint8_t>(b))) {
@@ -21,13 +21,13 @@ TEST(RemoteControl, KnowsFourBytesAndNoOther) {
   EXPECT_EQ(command_of('C'), Command::check);
 }
 
-TEST(RemoteControl, AStatusLineCarriesTheUsualChecksum) {
+TEST(RemoteControl, AStatusLineHasTheStandardChecksum) {
   // CRC-32 of "123456789" is cbf43926 (its published check value).
   EXPECT_EQ(status_line("123456789"), "123456789*cbf43926\n");
   EXPECT_EQ(status_of_line("123456789*cbf43926\r\n"), "123456789");
 }
 
-TEST(RemoteControl, ADamagedLineIsNoStatus) {
+TEST(RemoteControl, ADamagedLineIsRejected) {
   const std::string line = status_line(R"({"state":"idle","note":"a*b"})");
   ASSERT_TRUE(status_of_line(line));
   for (std::size_t i = 0; i + 1 < line.size(); ++i) {

@@ -1,4 +1,4 @@
-// Serial lines, seen from both ends of a pseudo-terminal.
+// Serial lines, from both ends of a pseudo-terminal.
 #include <wayfare/logger/serial_port.hpp>
 
 #include <atomic>
@@ -53,7 +53,7 @@ TEST(SerialPort, PassesEveryByteValueBothWays) {
   EXPECT_EQ(back, bytes);
 }
 
-TEST(SerialPort, TakesOddRatesAndLinesWithoutDtr) {
+TEST(SerialPort, AcceptsUnusualRatesAndLinesWithoutDtr) {
   auto terminal = PseudoTerminal::open();
   ASSERT_TRUE(terminal);
   for (const int baud : {57600, 256000, 3000000}) {
@@ -66,7 +66,7 @@ TEST(SerialPort, TakesOddRatesAndLinesWithoutDtr) {
   EXPECT_THAT(port->note(), HasSubstr("DTR"));
 }
 
-TEST(SerialPort, KeepsWhatCameBeforeItWasOpened) {
+TEST(SerialPort, KeepsBytesReceivedBeforeOpening) {
   auto terminal = PseudoTerminal::open();
   const auto bytes = all_bytes(2);
   ASSERT_EQ(terminal->write(bytes, 1s).value(), bytes.size());
@@ -77,7 +77,7 @@ TEST(SerialPort, KeepsWhatCameBeforeItWasOpened) {
   EXPECT_EQ(terminal->unread(), 0U);
 }
 
-TEST(SerialPort, SaysWhatIsNoLineAndWhenOneIsGone) {
+TEST(SerialPort, ReportsInvalidAndClosedLines) {
   EXPECT_THAT(SerialPort::open("/nowhere/tty").error().to_string(), HasSubstr("cannot be opened"));
   const ::wayfare::testing::TemporaryFolder folder;
   std::ofstream(folder / "file") << "x";
@@ -91,7 +91,7 @@ TEST(SerialPort, SaysWhatIsNoLineAndWhenOneIsGone) {
   EXPECT_FALSE(port->read(buffer, 1s));
 }
 
-TEST(StreamPlayer, KeepsToTheTimeAndToTheBytes) {
+TEST(StreamPlayer, KeepsTheTimesAndTheBytes) {
   auto terminal = PseudoTerminal::open();
   auto port = SerialPort::open(terminal->path());
   const auto bytes = all_bytes(40);
@@ -105,11 +105,11 @@ TEST(StreamPlayer, KeepsToTheTimeAndToTheBytes) {
   player.join();
   EXPECT_EQ(got, bytes);
   EXPECT_EQ(played, bytes.size());
-  // Never faster than asked for: half a second at five times the rate.
+  // Never faster than requested: half a second at five times the rate.
   EXPECT_GE(std::chrono::steady_clock::now() - begin, 102ms);
 }
 
-TEST(StreamPlayer, StopsWhereNobodyReads) {
+TEST(StreamPlayer, StopsWithoutAReader) {
   auto terminal = PseudoTerminal::open();
   const std::vector<std::uint8_t> bytes(1 << 20);
   std::atomic<bool> stop{false};

@@ -1,6 +1,6 @@
 #pragma once
 
-// Devices on pseudo-terminals, and disks that are not well.
+// Devices on pseudo-terminals, and faulty disks.
 
 #include <atomic>
 #include <chrono>
@@ -19,7 +19,7 @@
 
 namespace wayfare::testing {
 
-/// A capture, or where that is absent noise as long as one.
+/// A capture, or if absent noise of the same length.
 inline std::string capture_or_noise(const std::string& name) {
   const std::string path = recording(name);
   if (!path.empty()) return io::read_file(path)->bytes;
@@ -32,7 +32,7 @@ inline std::string capture_or_noise(const std::string& name) {
 struct SimulatedDevice {
   logger::DeviceDescription description;
   double bytes_per_s;   ///< of the real device
-  std::string capture;  ///< again and again
+  std::string capture;  ///< repeated
 };
 
 inline std::vector<SimulatedDevice> four_devices() {
@@ -49,7 +49,7 @@ inline std::vector<SimulatedDevice> four_devices() {
            capture_or_noise("devices/ti_mmwave/xwr1642_sdk1.2/oob_output_data.bin.gz")}};
 }
 
-/// Plays a device into a pseudo-terminal of its own.
+/// Plays a device into its own pseudo-terminal.
 class Played {
  public:
   Played(const SimulatedDevice& device, double speed, double seconds)
@@ -85,17 +85,16 @@ class Played {
   std::thread thread_;
 };
 
-/// A file on a disk that stands still when and as long as it is told to, or is full from some size
-/// on.
+/// A file on a disk that stalls on request, or is full from some size on.
 class IllDisk {
  public:
   std::atomic<int> stall_ms{0};  ///< of the next write
   std::atomic<int> slow_ms{0};   ///< of every write
   std::atomic<bool> stuck{false};
-  std::atomic<int> waiting{0};  ///< writes, while it is stuck
+  std::atomic<int> waiting{0};  ///< writes during a stall
   std::atomic<std::uint64_t> room{UINT64_MAX};
 
-  /// What a logger opens its recordings with.
+  /// Opens the logger's recordings.
   auto opener() {
     return [this](const std::string& path) -> Result<std::unique_ptr<io::ByteSink>> {
       auto file = io::FileSink::create(path);
@@ -126,7 +125,7 @@ class IllDisk {
   };
 };
 
-/// Waits until `done` says so; false after `timeout`.
+/// Waits until `done`; false after `timeout`.
 template <class Done>
 bool wait_for(std::chrono::milliseconds timeout, Done done) {
   const auto until = std::chrono::steady_clock::now() + timeout;
@@ -137,7 +136,7 @@ bool wait_for(std::chrono::milliseconds timeout, Done done) {
   return done();
 }
 
-/// A channel's messages end to end, and whether their stamps never go back.
+/// Concatenates a channel's messages, and tests whether their stamps never decrease.
 struct RawChannel {
   std::string bytes;
   bool monotonic = true;

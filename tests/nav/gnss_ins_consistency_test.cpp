@@ -36,7 +36,7 @@ Outcome judge(const InsMonteCarloOptions& options, std::size_t runs, std::uint64
   const auto courses = ins_monte_carlo(demo_drive(), gps_and_galileo(), runs, options, Rng(seed));
   const std::size_t epochs = courses[0].size();
   Outcome o{{kStates, epochs}, {9, epochs}, {1, epochs}, {1, epochs}, {}, {}};
-  for (const InsErrorCourse& course : courses) {
+  for (const InsErrorSeries& course : courses) {
     EXPECT_EQ(course.size(), epochs);
     double sum = 0.0;
     for (std::size_t k = 0; k < course.size(); ++k) {
@@ -133,7 +133,7 @@ TEST(GnssInsConsistency, StaysHonestAndPositiveDefiniteForDays) {
   o.imu.period = from_seconds(0.1);
   const auto courses = ins_monte_carlo(drive, gps_and_galileo(), kDays, o, Rng(1));
   eval::IndependentMean all, navigation;
-  for (const InsErrorCourse& course : courses) {
+  for (const InsErrorSeries& course : courses) {
     ASSERT_GT(course.size(), 86400U);
     double sum = 0.0, navigation_sum = 0.0;
     for (const InsErrorAt& at : course) {

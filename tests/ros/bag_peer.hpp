@@ -1,6 +1,6 @@
 #pragma once
 
-// librosbag_storage at work on bags; C++17, as ROS 1's headers are.
+// librosbag_storage as a peer for bags; C++17, as ROS 1's headers are.
 
 #include <cstdint>
 #include <string>
@@ -18,7 +18,7 @@ struct Message {
   }
 };
 
-/// All messages in order of time; throws where the bag is not to its liking.
+/// All messages in order of time; throws if the bag is not valid.
 std::vector<Message> read_bag(const std::string& path);
 
 /// The same messages with chunks compressed by "lz4", "bz2" or "none".

@@ -1,4 +1,4 @@
-// ROS 1's own library as the oracle of bags: it reads ours, and we read what it compressed.
+// ROS 1's own library as the oracle for bags: it reads ours, and we read its compressed ones.
 
 #include "bag_peer.hpp"
 
@@ -15,7 +15,7 @@
 namespace wayfare {
 namespace {
 
-/// By time, and of equal times by topic: librosbag_storage has its own order of these.
+/// By time, and at equal times by topic: librosbag_storage orders these differently.
 std::vector<peer::Message> in_order(std::vector<peer::Message> all) {
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return std::tie(a.sec, a.nanosec, a.topic) < std::tie(b.sec, b.nanosec, b.topic);
@@ -50,7 +50,7 @@ TEST(BagPeer, ReadsTheSameMessages) {
   EXPECT_TRUE(theirs == read_ours(folder / "a.bag"));
 }
 
-TEST(BagPeer, ItsBagsAreReadHowever) {
+TEST(BagPeer, ItsBagsAreReadWithAnyCompression) {
   const testing::TemporaryFolder folder;
   testing::write_sample(folder / "a.bag", testing::sample_run(200));
   const auto wanted = read_ours(folder / "a.bag");

@@ -1,4 +1,4 @@
-// ROS messages and measurements: what comes back, and what is refused and why.
+// ROS messages and measurements: round trips, and errors with their reasons.
 
 #include <wayfare/ros/convert.hpp>
 
@@ -23,7 +23,7 @@ std::string why(const Result<T>& result) {
   return result ? "no error" : result.error().to_string();
 }
 
-TEST(Convert, StampsAreExactAndZeroIsNone) {
+TEST(Convert, StampsAreExactAndZeroIsNotSet) {
   EXPECT_EQ(stamp_of(kTime), (Stamp{1'632'233'878, 936'484'001}));
   EXPECT_EQ(*time_of(stamp_of(kTime)), kTime);
   EXPECT_THAT(why(time_of({0, 0})), HasSubstr("is zero: the sender set no time"));
@@ -32,7 +32,7 @@ TEST(Convert, StampsAreExactAndZeroIsNone) {
   EXPECT_TRUE(time_of({0, 1}));
 }
 
-TEST(Convert, FramesAndClocksThatAreNotTheOnesWantedAreNamed) {
+TEST(Convert, ReportsOtherFramesAndClocks) {
   Header header{0, {1, 0}, "/laser"};
   EXPECT_TRUE(check_frame(header, "laser"));
   EXPECT_THAT(why(check_frame(header, "base_link")),
@@ -67,13 +67,13 @@ TEST(Convert, RotationsSurviveTheQuaternionBitForBit) {
 }
 
 TEST(Convert, YawOfATiltedPose) {
-  // Roll by 20 degrees after a yaw of 0.7 rad leaves the yaw as it was.
+  // Roll by 20 degrees after a yaw of 0.7 rad does not change the yaw.
   const Eigen::Quaterniond q(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()) *
                              Eigen::AngleAxisd(0.35, Eigen::Vector3d::UnitX()));
   EXPECT_NEAR(yaw_of({q.x(), q.y(), q.z(), q.w()})->angle().radians(), 0.7, 1e-12);
 }
 
-TEST(Convert, LaserScansComeBackTheSame) {
+TEST(Convert, LaserScansRoundTrip) {
   const wayfare::LaserScan scan{kTime,  Angle::degrees(-90.0),      Angle::degrees(1.0), 0.05F,
                                 81.83F, {1.0F, kNaN, 80.0F, 81.83F}};
   const LaserScan message = message_of(scan, "laser");
@@ -88,7 +88,7 @@ TEST(Convert, LaserScansComeBackTheSame) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(back->returned(i), scan.returned(i)) << i;
 }
 
-TEST(Convert, EveryBearingASensorHasSurvivesSinglePrecision) {
+TEST(Convert, BearingsSurviveSinglePrecision) {
   for (const double degrees : {0.25, 0.5, 1.0, 0.36, 0.3515625, 0.33333, 135.0, 119.885, 180.0}) {
     const wayfare::LaserScan scan{
         kTime, Angle::degrees(-degrees), Angle::degrees(degrees), 0.1F, 9.0F, {1.0F}};
@@ -106,7 +106,7 @@ LaserScan clockwise() {
   return m;
 }
 
-TEST(Convert, AScanThatGoesClockwiseIsTurnedRound) {
+TEST(Convert, AClockwiseScanIsReversed) {
   const auto scan = laser_scan_of(clockwise(), kTime);
   ASSERT_TRUE(scan);
   EXPECT_GT(scan->bearing_step.radians(), 0.0);
@@ -115,13 +115,13 @@ TEST(Convert, AScanThatGoesClockwiseIsTurnedRound) {
   EXPECT_NEAR(scan->bearing(2).radians(), 0.5, 1e-7);
 }
 
-TEST(Convert, ASweepCountsByItsMiddle) {
+TEST(Convert, TheTimeOfASweepIsItsMiddle) {
   LaserScan m = clockwise();
-  m.time_increment = 0.1F;  // three beams: the middle one comes 0.1 s after the stamp
+  m.time_increment = 0.1F;  // three beams: the middle one is 0.1 s after the stamp
   EXPECT_NEAR(to_seconds(laser_scan_of(m, kTime)->time - kTime), 0.1, 1e-8);
 }
 
-TEST(Convert, ScansThatMakeNoSenseAreRefused) {
+TEST(Convert, InvalidScansAreRefused) {
   LaserScan m = clockwise();
   m.range_max = 0.0F;
   EXPECT_THAT(why(laser_scan_of(m, kTime)), HasSubstr("range_min, range_max: do not enclose"));
@@ -133,8 +133,8 @@ TEST(Convert, ScansThatMakeNoSenseAreRefused) {
   EXPECT_FALSE(laser_scan_of(m, kTime));
 }
 
-TEST(Convert, ALaserUpsideDownSeesTheSamePlaces) {
-  // Rolled by half a turn, then turned by 0.4 rad: bearing b of the laser points to 0.4 - b.
+TEST(Convert, ALaserUpsideDownMeasuresTheSamePoints) {
+  // Roll by 180°, then yaw by 0.4 rad: bearing b of the laser points to 0.4 - b.
   const Eigen::Quaterniond q(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()) *
                              Eigen::AngleAxisd(kPi, Eigen::Vector3d::UnitX()));
   const auto mounting = level_mounting_of({{0.2, -0.1, 0.5}, {q.x(), q.y(), q.z(), q.w()}});
@@ -164,7 +164,7 @@ wayfare::RadarScan radar_scan() {
   return {kTime, {{1.0F, -2.0F, 0.5F, -0.25F, 12.0F}, {3.0F, 4.0F, 0.0F, 1.5F, 7.0F}}};
 }
 
-TEST(Convert, RadarScansComeBackTheSameByBothMessages) {
+TEST(Convert, RadarScansRoundTripInBothMessages) {
   EXPECT_EQ(radar_scan_of(message_of(radar_scan(), "radar"), kTime)->points, radar_scan().points);
   EXPECT_EQ(radar_scan_of(cloud_of(radar_scan(), "radar"), kTime)->points, radar_scan().points);
   RadarScan uneven = message_of(radar_scan(), "radar");
@@ -173,7 +173,7 @@ TEST(Convert, RadarScansComeBackTheSameByBothMessages) {
 }
 
 TEST(Convert, CloudsOfOtherLayouts) {
-  // Two rows of one point each, big endian, a gap in the row, a double and a byte among the fields.
+  // Two rows of one point each, big endian, a gap in the row, with a double and a byte field.
   PointCloud2 cloud;
   cloud.height = 2, cloud.width = 1, cloud.point_step = 17, cloud.row_step = 20;
   cloud.is_bigendian = true;
@@ -182,16 +182,16 @@ TEST(Convert, CloudsOfOtherLayouts) {
   cloud.data[0] = 0x3f, cloud.data[1] = 0xf0;  // 1.0
   cloud.data[8] = 0xc0;                        // -2.0
   cloud.data[12] = 200, cloud.data[16] = 30;
-  cloud.data[20] = 0x7f, cloud.data[21] = 0xf8;  // NaN: left out
+  cloud.data[20] = 0x7f, cloud.data[21] = 0xf8;  // NaN: dropped
   const auto scan = radar_scan_of(cloud, kTime);
   ASSERT_TRUE(scan) << why(scan);
   ASSERT_EQ(scan->points.size(), 1U);
   EXPECT_EQ(scan->points[0], (RadarPoint{1.0F, -2.0F, 200.0F, 0.0F, 30.0F}));
   cloud.data.pop_back();
-  EXPECT_THAT(why(radar_scan_of(cloud, kTime)), HasSubstr("holds 36 bytes for 1 x 2 points of 17"));
+  EXPECT_THAT(why(radar_scan_of(cloud, kTime)), HasSubstr("has 36 bytes for 1 x 2 points of 17"));
   cloud.height = cloud.width = 4'000'000'000U;
   EXPECT_FALSE(radar_scan_of(cloud, kTime));
-  cloud.fields_of_point[0].offset = 10;  // reaches past the point
+  cloud.fields_of_point[0].offset = 10;  // beyond the end of the point
   EXPECT_THAT(why(radar_scan_of(cloud, kTime)), HasSubstr("no x, y and z"));
 }
 
@@ -210,21 +210,21 @@ TEST(Convert, InertialUnits) {
   EXPECT_LT((field_uT_of(magnetic_message_of(field, kTime, "imu")) - field).norm(), 1e-12);
 }
 
-TEST(Convert, FixesTurnFromEastNorthUp) {
+TEST(Convert, FixesAreConvertedFromEastNorthUp) {
   NavSatFix m;
   m.latitude = 48.5, m.longitude = -9.25, m.altitude = 300.0;
   m.position_covariance = {1.0, 0.1, 0.2, 0.1, 4.0, 0.3, 0.2, 0.3, 9.0};
   m.position_covariance_type = 3;
   const auto fix = fix_of(m, kTime);
   ASSERT_TRUE(fix) << why(fix);
-  // North comes first, east second, and down is minus up.
+  // North first, east second, and down is minus up.
   const Eigen::Matrix3d ned{{4.0, 0.1, -0.3}, {0.1, 1.0, -0.2}, {-0.3, -0.2, 9.0}};
   EXPECT_EQ(fix->position_covariance_ned_m2, ned);
   EXPECT_EQ(message_of(*fix, "gnss").position_covariance, m.position_covariance);
   m.status.status = -1;
   EXPECT_THAT(why(fix_of(m, kTime)), HasSubstr("no fix"));
   m.status.status = 0, m.latitude = 91.0;
-  EXPECT_THAT(why(fix_of(m, kTime)), HasSubstr("no place on the Earth"));
+  EXPECT_THAT(why(fix_of(m, kTime)), HasSubstr("no position on the Earth"));
 }
 
 TEST(Convert, OdometryAndTransforms) {

@@ -1,4 +1,4 @@
-// ROS 2 recordings as the libraries of viewers understand them: container, schemas and CDR.
+// ROS 2 recordings as read by viewers' libraries: container, schemas and CDR.
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ std::string stamp(LogTime time, const char* frame) {
   return std::to_string(s.sec) + " " + std::to_string(s.nanosec) + " " + frame;
 }
 
-/// What stands between the words of a line as numbers, whatever their notation.
+/// The fields of a line as numbers, in any notation.
 std::vector<double> numbers(const std::string& line) {
   std::istringstream words(line);
   std::vector<double> all;
@@ -32,14 +32,14 @@ std::vector<double> numbers(const std::string& line) {
   return all;
 }
 
-/// Two lines that may write the same numbers in different ways.
+/// Two lines with the same numbers, possibly in different notation.
 void expect_line(const std::string& got, const std::string& wanted) {
   EXPECT_EQ(got.substr(0, got.find(' ', got.find("/msg/"))),
             wanted.substr(0, wanted.find(' ', wanted.find("/msg/"))));
   EXPECT_EQ(numbers(got), numbers(wanted)) << got;
 }
 
-TEST(RosMcap, IsReadByTheViewersLibraries) {
+TEST(RosMcap, IsReadByViewersLibraries) {
   const std::string missing =
       testing::peer_missing(WAYFARE_ROS_PEER, "@foxglove/rosmsg2-serialization");
   if (!missing.empty()) GTEST_SKIP() << missing;

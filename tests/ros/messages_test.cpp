@@ -1,4 +1,4 @@
-// ROS messages as bytes: against bytes worked out by hand, there and back, and cut off anywhere.
+// ROS messages as bytes: compared with bytes worked out by hand, round trips, truncation.
 
 #include <wayfare/ros/serialise.hpp>
 
@@ -30,7 +30,7 @@ PoseStamped pose() {
 }
 
 TEST(Messages, Ros1IsPackedAndLittleEndian) {
-  // seq, sec, nsec, length and text without an end, then seven doubles one after the other.
+  // seq, sec, nsec, length and text without terminator, then seven doubles.
   const std::string expected = bytes({7, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0}) + "map" +
                                bytes({0, 0, 0, 0, 0, 0, 0xf0, 0x3f}) + std::string(5 * 8, '\0') +
                                bytes({0, 0, 0, 0, 0, 0, 0, 0xc0});
@@ -38,8 +38,8 @@ TEST(Messages, Ros1IsPackedAndLittleEndian) {
 }
 
 TEST(Messages, CdrAlignsEveryNumberToItsSize) {
-  // Four bytes of encoding; sec, nsec (no seq), a text that counts its final zero: 16 bytes, so the
-  // doubles stand at a multiple of eight already.
+  // Four bytes of encoding; sec, nsec (no seq), a text with its counted terminator: 16 bytes, so
+  // the doubles are aligned to eight already.
   const std::string tail = std::string(5 * 8, '\0');
   EXPECT_EQ(to_cdr(pose()), bytes({0, 1, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 4, 0, 0, 0}) +
                                 std::string("map\0", 4) + bytes({0, 0, 0, 0, 0, 0, 0xf0, 0x3f}) +
@@ -64,7 +64,7 @@ TEST(Messages, CdrOfTheSecondVersionAlignsToFourBytes) {
   EXPECT_EQ(read->pose.position.x, 1.0);
 }
 
-TEST(Messages, AllComeBackTheSame) {
+TEST(Messages, AllRoundTrip) {
   for_each_message([](const auto& message) {
     using M = std::decay_t<decltype(message)>;
     SCOPED_TRACE(M::kType.name);
@@ -77,7 +77,7 @@ TEST(Messages, AllComeBackTheSame) {
       const auto again = from_cdr<M>(cdr);
       ASSERT_TRUE(again) << again.error().to_string();
       EXPECT_EQ(to_cdr(*again, order), cdr);
-      if (std::is_same_v<M, TfMessage>) continue;  // headers within: no seq in CDR
+      if (std::is_same_v<M, TfMessage>) continue;  // nested headers: no seq in CDR
       auto plain = *back;
       if constexpr (requires { plain.header; }) {
         plain.header.seq = 0;
@@ -87,7 +87,7 @@ TEST(Messages, AllComeBackTheSame) {
   });
 }
 
-TEST(Messages, CutOffAnywhereIsAnError) {
+TEST(Messages, TruncationIsAnError) {
   for_each_message([](const auto& message) {
     using M = std::decay_t<decltype(message)>;
     SCOPED_TRACE(M::kType.name);
@@ -95,12 +95,12 @@ TEST(Messages, CutOffAnywhereIsAnError) {
     for (std::size_t n = 0; n < packed.size(); ++n) EXPECT_FALSE(from_ros1<M>(packed.substr(0, n)));
     for (std::size_t n = 0; n < cdr.size(); ++n) EXPECT_FALSE(from_cdr<M>(cdr.substr(0, n)));
     EXPECT_FALSE(from_ros1<M>(packed + "x"));
-    EXPECT_TRUE(from_cdr<M>(cdr + std::string(3, '\0')));  // padding some senders add
+    EXPECT_TRUE(from_cdr<M>(cdr + std::string(3, '\0')));  // padding added by some senders
     EXPECT_FALSE(from_cdr<M>(cdr + std::string(8, '\0')));
   });
 }
 
-TEST(Messages, LengthsBeyondTheBytesAreRefusedBeforeMemoryIsFilled) {
+TEST(Messages, ExcessiveLengthsAreRefusedBeforeAllocation) {
   // 4294967295 transforms, ranges and letters in a few bytes.
   EXPECT_FALSE(from_ros1<TfMessage>(bytes({255, 255, 255, 255, 0, 0})));
   std::string scan = to_ros1(LaserScan{});
@@ -117,7 +117,7 @@ TEST(Messages, OtherEncodingsAreNamed) {
   EXPECT_EQ(parameters.error().code, ErrorCode::unsupported);
   EXPECT_THAT(parameters.error().to_string(), HasSubstr("CDR kind 3"));
   EXPECT_FALSE(from_cdr<Header>("ab"));
-  // A text without its final zero.
+  // A text without terminator.
   EXPECT_FALSE(from_cdr<Header>(bytes({0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 'a'})));
 }
 

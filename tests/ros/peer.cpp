@@ -28,7 +28,7 @@ std::string again(std::string bytes) {
   return std::string(reinterpret_cast<const char*>(out.message_start), out.num_bytes - 4);
 }
 
-/// Calls `visit` with an empty message of each type asked about, until it returns true.
+/// Calls `visit` with an empty message of each supported type, until it returns true.
 template <class Visit>
 bool any_message(Visit visit) {
   return visit(std_msgs::Header()) || visit(sensor_msgs::LaserScan()) ||

@@ -1,7 +1,7 @@
 #pragma once
 
-// ROS 1's own headers at work. They are C++17, which the rest of the tree is not: they know nothing
-// of it, nor it of them.
+// ROS 1's own headers as a peer. They are C++17, unlike the rest of the tree; neither includes the
+// other.
 
 #include <string>
 
@@ -11,10 +11,10 @@ struct Kind {
   std::string name, md5, definition;
 };
 
-/// What ROS's generated headers say of a message named so; empty where it is not asked about.
+/// The definition in ROS's generated headers of a message of this name; empty if not supported.
 Kind kind_of(const std::string& name);
 
-/// `bytes` read as a message named so and written again; throws where they are none.
+/// `bytes` read as a message of this name and written again; throws if invalid.
 std::string written_again(const std::string& name, const std::string& bytes);
 
 }  // namespace peer

@@ -1,4 +1,4 @@
-// ROS 1's own headers as the oracle: the same bytes, the same sums and names.
+// ROS 1's own headers as the oracle: the same bytes, checksums and names.
 
 #include "peer.hpp"
 
@@ -11,8 +11,8 @@
 namespace wayfare {
 namespace {
 
-/// A definition's fields and constants: no comments, no space that means nothing, and the header
-/// by the name both write.
+/// A definition's fields and constants, without comments and insignificant spaces, and with the
+/// header under its common name.
 std::string plain(const std::string& definition) {
   std::string out, line;
   for (const char c : definition + "\n") {
@@ -43,8 +43,8 @@ TEST(RosPeer, ReadsAndWritesTheSameBytes) {
   });
 }
 
-/// The constants stand where the published definition has them, so that a sum made of our text is
-/// the published one.
+/// Constants are in the order of the published definition, so that the checksum of our text is the
+/// published one.
 TEST(RosPeer, DefinesMessagesWithoutNestedOnesTheSame) {
   EXPECT_EQ(plain(ros::definition<ros::LaserScan>(ros::Dialect::ros1)).substr(0, 180),
             plain(peer::kind_of("sensor_msgs/LaserScan").definition).substr(0, 180));

@@ -1,5 +1,5 @@
-// Recordings of ROS messages: what was written is read again to the bit, from either container;
-// topics, frames and clocks that do not fit are named.
+// Recordings of ROS messages: round trips to the bit in both containers; errors for topics, frames
+// and clocks that do not fit.
 
 #include <wayfare/ros/recording.hpp>
 
@@ -87,7 +87,7 @@ class Recordings : public ::testing::TestWithParam<const char*> {
   TemporaryFolder folder_;
 };
 
-TEST_P(Recordings, ComeBackToTheBit) {
+TEST_P(Recordings, RoundTripToTheBit) {
   const Recording wanted = sample_run(300);
   write_sample(path(), wanted);
   EXPECT_TRUE(ros::RecordingFile::is_one(path()));
@@ -99,7 +99,7 @@ TEST_P(Recordings, ComeBackToTheBit) {
   expect_same(run->recording, wanted);
 }
 
-TEST_P(Recordings, OfARealLogComeBackToTheBit) {
+TEST_P(Recordings, OfARealLogRoundTripToTheBit) {
   const std::string log = WAYFARE_DATA_DIR "/slam2d/intel.clf.gz";
   const auto wanted = io::read_carmen(log);
   if (!wanted) GTEST_SKIP() << "needs " << log;
@@ -109,7 +109,7 @@ TEST_P(Recordings, OfARealLogComeBackToTheBit) {
   expect_same(run->recording, wanted->recording);
 }
 
-TEST_P(Recordings, WithoutAnEndAreReadAsFarAsTheyGo) {
+TEST_P(Recordings, TruncatedAreReadToTheirEnd) {
   write_sample(path(), sample_run(1000));
   const std::string bytes = io::read_file(path())->bytes;
   ASSERT_TRUE(io::write_file(path("cut"), bytes.substr(0, bytes.size() * 6 / 10)));
@@ -121,7 +121,7 @@ TEST_P(Recordings, WithoutAnEndAreReadAsFarAsTheyGo) {
   EXPECT_TRUE(same(run->recording.scans[99], sample_run(100).scans[99]));
 }
 
-/// Three scans on each of two topics, odometry whose clock is off, no transforms.
+/// Three scans on each of two topics, odometry with a clock offset, no transforms.
 void write_odd(const std::string& path, const std::string& second, Duration off,
                const std::string& frame = "laser") {
   auto writer = ros::RecordingWriter::create(path);
@@ -138,7 +138,7 @@ void write_odd(const std::string& path, const std::string& second, Duration off,
   ASSERT_TRUE(writer->close());
 }
 
-TEST_P(Recordings, TopicsOfOneTypeAreToBeNamed) {
+TEST_P(Recordings, SeveralTopicsOfATypeMustBeNamed) {
   write_odd(path(), "/rear", Duration(0));
   EXPECT_THAT(
       why(read_back(path())),
@@ -150,13 +150,13 @@ TEST_P(Recordings, TopicsOfOneTypeAreToBeNamed) {
   const auto run = read_back(path(), names);
   ASSERT_TRUE(run) << why(run);
   EXPECT_EQ(run->recording.scans.size(), 3U);
-  // Nothing says where the laser is: that is said, once.
+  // Without a transform of the laser: reported once.
   ASSERT_EQ(run->problems.count(), 1U);
   EXPECT_THAT(run->problems.first()[0].to_string(),
               HasSubstr("frame rear: no transform leads from 'base_link' to 'rear'"));
 }
 
-TEST_P(Recordings, ClocksThatDifferAreNamed) {
+TEST_P(Recordings, ReportsDifferentClocks) {
   write_odd(path(), "", from_seconds(-50.0));
   EXPECT_THAT(why(read_back(path())), HasSubstr("/odom: is stamped -50.000000 s from /front"));
   ros::TopicNames names;
@@ -170,10 +170,10 @@ TEST_P(Recordings, WithoutAScanAreRefused) {
   auto writer = ros::RecordingWriter::create(path());
   ASSERT_TRUE(writer->write("/imu", kTime, ros::message_of(ImuSample{kTime, {}, {}}, "imu")));
   ASSERT_TRUE(writer->close());
-  EXPECT_THAT(why(read_back(path())), HasSubstr("holds no laser scan and no radar points"));
+  EXPECT_THAT(why(read_back(path())), HasSubstr("has no laser scan and no radar points"));
 }
 
-TEST_P(Recordings, ATransformIsOdometryWhereNothingElseIs) {
+TEST_P(Recordings, TransformsReplaceMissingOdometry) {
   auto writer = ros::RecordingWriter::create(path());
   for (int i = 0; i < 3; ++i) {
     const LogTime time = kTime + from_seconds(0.1 * i);
@@ -191,7 +191,7 @@ TEST_P(Recordings, ATransformIsOdometryWhereNothingElseIs) {
   EXPECT_EQ(run->recording.odometry[2].T_odom_base.raw().x(), 0.2);
 }
 
-TEST_P(Recordings, OfAnInertialUnitTakeItsMagnetometerIn) {
+TEST_P(Recordings, OfAnInertialUnitIncludeItsMagnetometer) {
   auto writer = ros::RecordingWriter::create(path());
   for (int i = 0; i < 4; ++i) {
     const LogTime time = kTime + from_seconds(0.01 * i);
@@ -203,7 +203,7 @@ TEST_P(Recordings, OfAnInertialUnitTakeItsMagnetometerIn) {
   ASSERT_TRUE(writer->close());
   const auto run = ros::read_marg(*ros::RecordingFile::open(path()));
   ASSERT_TRUE(run) << why(run);
-  ASSERT_EQ(run->samples.size(), 7U);  // one reading has the unit's stamp
+  ASSERT_EQ(run->samples.size(), 7U);  // one sample has the unit's stamp
   EXPECT_TRUE(run->samples[2].angular_rate_radps.allFinite());
   EXPECT_TRUE(run->samples[2].magnetic_field_uT.allFinite());
   EXPECT_FALSE(run->samples[1].angular_rate_radps.allFinite());
@@ -213,12 +213,12 @@ TEST_P(Recordings, OfAnInertialUnitTakeItsMagnetometerIn) {
 INSTANTIATE_TEST_SUITE_P(Containers, Recordings, ::testing::Values(".bag", ".mcap"),
                          [](const auto& kind) { return std::string(kind.param).substr(1); });
 
-TEST(FrameTree, LeadsUpAndDown) {
+TEST(FrameTree, FindsPosesUpAndDown) {
   ros::FrameTree tree;
   tree.add(ros::transform_of(SE2d(1.0, 0.0, Angle::degrees(90.0)), kTime, "/base_link", "plate"));
   tree.add(ros::transform_of(SE2d(0.0, 2.0, Angle()), kTime, "plate", "laser"));
   tree.add(ros::transform_of(SE2d(0.5, 0.0, Angle()), kTime, "base_link", "radar"));
-  // Two metres to the left of a plate that looks left: behind it by two.
+  // Two metres to the left of a plate that faces left: two metres behind it.
   const auto laser = tree.find("base_link", "laser");
   ASSERT_TRUE(laser);
   EXPECT_NEAR(laser->translation.x, -1.0, 1e-12);
@@ -227,7 +227,7 @@ TEST(FrameTree, LeadsUpAndDown) {
   EXPECT_NEAR(tree.find("laser", "laser")->rotation.w, 1.0, 0.0);
   EXPECT_THAT(why(tree.find("base_link", "camera")),
               HasSubstr("there are plate -> laser, base_link -> plate"));
-  tree.add(ros::transform_of(SE2d(), kTime, "laser", "base_link"));  // a ring ends
+  tree.add(ros::transform_of(SE2d(), kTime, "laser", "base_link"));  // a cycle terminates
   EXPECT_FALSE(tree.find("base_link", "camera"));
 }
 

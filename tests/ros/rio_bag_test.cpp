@@ -1,4 +1,5 @@
-// A real bag of a radar and an inertial unit, against its values as ROS's own tools printed them.
+// A real bag of a radar and an inertial unit, compared with its values as printed by ROS's own
+// tools.
 
 #include <algorithm>
 #include <cstdio>
@@ -37,7 +38,7 @@ std::vector<std::string> lines_of(const std::string& name) {
   return lines;
 }
 
-/// As Python counts the seconds of a ROS time.
+/// Seconds of a ROS time as computed by Python.
 double seconds(LogTime time) {
   const std::int64_t ns = time.nanoseconds();
   return static_cast<double>(ns / 1'000'000'000) + 1e-9 * static_cast<double>(ns % 1'000'000'000);
@@ -50,7 +51,7 @@ std::string printed(const char* format, Values... values) {
   return line;
 }
 
-TEST_F(RioBag, HoldsTheRadarsPointsValueForValue) {
+TEST_F(RioBag, HasTheRadarsPointsExactly) {
   const std::vector<std::string> lines = lines_of("radar_scans.csv.gz");
   std::size_t next = 1, scans = 0;
   file_->read({kRadar}, [&](const ros::RecordedMessage& m) {
@@ -72,7 +73,7 @@ TEST_F(RioBag, HoldsTheRadarsPointsValueForValue) {
   EXPECT_EQ(scans, 412U);
 }
 
-TEST_F(RioBag, HoldsTheUnitsSamplesValueForValue) {
+TEST_F(RioBag, HasTheUnitsSamplesExactly) {
   const std::vector<std::string> lines = lines_of("imu.csv.gz");
   std::size_t next = 1;
   file_->read({kImu}, [&](const ros::RecordedMessage& m) {
@@ -91,7 +92,7 @@ TEST_F(RioBag, HoldsTheUnitsSamplesValueForValue) {
 }
 
 /// The radar's driver set no stamp.
-TEST_F(RioBag, SaysThatTheRadarHasNoStamps) {
+TEST_F(RioBag, ReportsThatTheRadarHasNoStamps) {
   const auto refused = ros::read_robot(*file_);
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().to_string(), HasSubstr("stamp is zero: the sender set no time"));

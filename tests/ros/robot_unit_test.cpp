@@ -1,5 +1,5 @@
-// A robot's run with an inertial unit and true poses beside its scans: which topics are taken, how
-// the unit sits, and what a run can do without.
+// A robot's recording with an inertial unit and true poses beside its scans: choice of topics,
+// mounting of the unit, and optional streams.
 
 #include <cmath>
 #include <string>
@@ -46,7 +46,7 @@ class RobotsUnit : public ::testing::Test {
       write(topic, time, ros::message_of(sample, "unit"));
     }
   }
-  /// By a quarter turn about the robot's x axis: the unit's y points up, its z to the right.
+  /// By 90° about the robot's x axis: the unit's y points up, its z to the right.
   void mount_on_its_side() {
     ros::TransformStamped t = ros::transform_of(SE2d(), kStart, "base_link", "unit");
     const auto q = SO3d::exp({std::acos(0.0), 0.0, 0.0}).quaternion();
@@ -68,7 +68,7 @@ class RobotsUnit : public ::testing::Test {
   ros::RecordingWriter writer_;
 };
 
-TEST_F(RobotsUnit, GivesTheRobotsTurningHoweverItSits) {
+TEST_F(RobotsUnit, GivesTheRobotsTurnRateForAnyMounting) {
   mount_on_its_side();
   write_unit("/imu");
   const auto run = read();
@@ -82,7 +82,7 @@ TEST_F(RobotsUnit, GivesTheRobotsTurningHoweverItSits) {
   EXPECT_NEAR((*marg->q_base_unit * Eigen::Vector3d::UnitY()).z(), 1.0, 1e-12);
 }
 
-TEST_F(RobotsUnit, PointsUpWhereNothingSaysHowItSits) {
+TEST_F(RobotsUnit, PointsUpWithoutATransform) {
   write_unit("/imu");
   const auto run = read();
   ASSERT_TRUE(run) << run.error().to_string();
@@ -92,7 +92,7 @@ TEST_F(RobotsUnit, PointsUpWhereNothingSaysHowItSits) {
   EXPECT_FALSE(ros::read_marg(*ros::RecordingFile::open(path_))->q_base_unit);
 }
 
-TEST_F(RobotsUnit, IsToBeNamedAmongSeveral) {
+TEST_F(RobotsUnit, MustBeNamedAmongSeveral) {
   write_unit("/imu/data");
   write_unit("/imu/data_raw");
   const auto without = read();
@@ -108,7 +108,7 @@ TEST_F(RobotsUnit, IsToBeNamedAmongSeveral) {
   EXPECT_FALSE(ros::read_robot(*ros::RecordingFile::open(path_), names));
 }
 
-TEST_F(RobotsUnit, OnAnotherClockIsLeftOutUnlessNamed) {
+TEST_F(RobotsUnit, OnAnotherClockIsDroppedUnlessNamed) {
   write_unit("/a_unit", from_seconds(50.0));
   const auto run = read();
   ASSERT_TRUE(run) << run.error().to_string();
@@ -122,7 +122,7 @@ TEST_F(RobotsUnit, OnAnotherClockIsLeftOutUnlessNamed) {
   EXPECT_THAT(named.error().to_string(), HasSubstr("their clocks differ"));
 }
 
-TEST_F(RobotsUnit, ThatMeasuresNoTurnsIsLeftOut) {
+TEST_F(RobotsUnit, WithoutTurnRateIsDropped) {
   ros::Imu level = ros::message_of(ImuSample{kStart, {}, {0.0, 0.0, 9.81}}, "unit");
   level.angular_velocity_covariance[0] = -1.0;
   write("/inclinometer", kStart, level);
@@ -132,7 +132,7 @@ TEST_F(RobotsUnit, ThatMeasuresNoTurnsIsLeftOut) {
   EXPECT_THAT(said(*run), HasSubstr("turn rate is not measured"));
 }
 
-TEST_F(RobotsUnit, TruthMayBeOdometryOfItsOwn) {
+TEST_F(RobotsUnit, TruthMayBeASeparateOdometry) {
   const OdometrySample truth{kStart, Transform2<frame::Odom, frame::Base>(SE2d(1.0, 2.0, Angle()))};
   write("/ground_truth", kStart, ros::message_of(truth, "world", "base_link"));
   const auto ambiguous = read();
@@ -148,7 +148,7 @@ TEST_F(RobotsUnit, TruthMayBeOdometryOfItsOwn) {
   EXPECT_EQ(run->recording.truth[0].T_map_base.raw().y(), 2.0);
 }
 
-TEST_F(RobotsUnit, ThatWasRecordedBesideALogIsWrittenWithIt) {
+TEST_F(RobotsUnit, IsWrittenWithTheRecording) {
   const std::vector<MargSample> readings = {
       {kStart, {0.1, 0.2, 0.3}, {0.0, 0.0, 9.81}, {20.0, 0.0, 40.0}},
       {kStart + Duration(5), {0.4, 0.5, 0.6}, {0.0, 1.0, 9.81}}};

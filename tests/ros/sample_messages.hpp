@@ -1,6 +1,6 @@
 #pragma once
 
-// One message of each kind, every field with a value of its own.
+// One message of each type, every field with a different value.
 
 #include <numeric>
 #include <tuple>
@@ -9,7 +9,7 @@
 
 namespace wayfare::testing {
 
-/// Fills whatever it visits with numbers that count up.
+/// Fills every field it visits with increasing numbers.
 class Filler {
  public:
   template <class T>

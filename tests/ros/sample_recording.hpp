@@ -1,6 +1,6 @@
 #pragma once
 
-// A robot's run in memory, for recordings to be written of it.
+// A robot's recording in memory, to be written.
 
 #include <cmath>
 #include <string>
@@ -12,8 +12,8 @@
 
 namespace wayfare::testing {
 
-/// `scans` scans, odometry, gyro and true poses at 10 Hz, radar frames at half of that; numbers of
-/// any bits.
+/// `scans` scans, odometry, gyro and true poses at 10 Hz, radar frames at half of that; numbers
+/// with arbitrary bits.
 inline Recording sample_run(int scans) {
   Rng rng(5);
   Recording r;

@@ -24,7 +24,7 @@ Trajectory straight(double length_m) {
 // The sample variance of `runs` normal values has relative standard deviation √(2/(n-1)); five.
 double spread(int runs) { return 5.0 * std::sqrt(2.0 / (runs - 1)); }
 
-TEST(DriveRoute, StaysWithinItsLimitsAndRollsWithoutSideSlip) {
+TEST(DriveRoute, RespectsItsLimitsAndRollsWithoutSideSlip) {
   const DriveParams params;
   const auto truth = drive_route(kSquareRoute, params);
   ASSERT_TRUE(truth.has_value()) << truth.error().to_string();
@@ -64,13 +64,13 @@ TEST(DriveRoute, RefusesBadRoutes) {
   ASSERT_FALSE(nan.has_value());
   EXPECT_NE(nan.error().message.find("waypoint 1"), std::string::npos);
   DriveParams hurried;
-  hurried.give_up_after = from_seconds(1.0);
+  hurried.timeout = from_seconds(1.0);
   const auto late = drive_route(kSquareRoute, hurried);
   ASSERT_FALSE(late.has_value());
   EXPECT_EQ(late.error().code, ErrorCode::degenerate);
 }
 
-TEST(DriveRoute, RepeatedWaypointsAreNoTrap) {
+TEST(DriveRoute, AcceptsRepeatedWaypoints) {
   const std::vector<Eigen::Vector2d> route = {{0, 0}, {0, 0}, {2, 0}, {2, 0}, {0, 0}};
   const auto truth = drive_route(route);
   ASSERT_TRUE(truth.has_value());
@@ -82,7 +82,7 @@ TEST(Odometry, WithoutNoiseFollowsTheTruth) {
   WheelParams perfect;
   perfect.slip_m_per_sqrt_m = 0.0;
   Rng rng(1);
-  // Sampled at every step there is no bent piece to approximate by an arc.
+  // Sampled at every step, each piece is exactly an arc.
   const auto wheels = simulate_wheels(truth, from_seconds(0.01), perfect, rng);
   const auto odometry = dead_reckon(wheels, perfect.wheel_base_m);
   ASSERT_EQ(odometry.size(), truth.size());
@@ -93,9 +93,9 @@ TEST(Odometry, WithoutNoiseFollowsTheTruth) {
   }
 }
 
-TEST(Odometry, AWheelOfAnotherRadiusBendsTheWay) {
-  // Over a straight way L the right wheel reports (1 + s) L: an arc of length (1 + s/2) L that
-  // turns by s L / b.
+TEST(Odometry, ADifferenceOfWheelRadiiCurvesThePath) {
+  // Over a straight path L the right wheel reports (1 + s) L: an arc of length (1 + s/2) L with the
+  // heading change s L / b.
   WheelParams params;
   params.slip_m_per_sqrt_m = 0.0;
   params.right_scale = 1.002;
@@ -109,8 +109,8 @@ TEST(Odometry, AWheelOfAnotherRadiusBendsTheWay) {
 }
 
 TEST(Odometry, SlipSpreadsAsPredicted) {
-  // Each wheel's error after L metres has variance σ² L. Heading: 2 σ² L / b². Along the way:
-  // σ² L / 2. Across it, the integral of a heading that is a random walk: (2 σ² / b²) L³ / 3.
+  // Each wheel's error after L metres has variance σ² L. Heading: 2 σ² L / b². Along the path: σ² L
+  // / 2. Across it, the integral of a heading that is a random walk: (2 σ² / b²) L³ / 3.
   const double length = 10.0, sigma = 0.002;
   WheelParams params;
   params.slip_m_per_sqrt_m = sigma;
@@ -133,7 +133,7 @@ TEST(Odometry, SlipSpreadsAsPredicted) {
   EXPECT_NEAR(across / runs / (rate * std::pow(length, 3) / 3), 1.0, spread(runs));
 }
 
-TEST(Odometry, GyroDriftsByItsBiasAndWalks) {
+TEST(Odometry, GyroHasBiasAndRandomWalk) {
   const double bias = 0.002, walk = 0.001;
   const Trajectory truth = straight(30.0);  // 30 s
   const int runs = 2000;
@@ -151,7 +151,7 @@ TEST(Odometry, GyroDriftsByItsBiasAndWalks) {
   EXPECT_NEAR(squares / runs / variance, 1.0, spread(runs));
 }
 
-TEST(Odometry, TheGyrosHeadingIsUsedWhereAsked) {
+TEST(Odometry, UsesTheGyrosHeadingOnRequest) {
   const Trajectory truth = drive_route(kSquareRoute).value();
   WheelParams bent;
   bent.slip_m_per_sqrt_m = 0.0;

@@ -31,7 +31,7 @@ FloorPlan room(double w, double h) {
       .value();
 }
 
-// Every wall in turn: o + t d = a + u (b - a) solved as a 2 x 2 system.
+// Every wall one by one: o + t d = a + u (b - a) solved as a 2 x 2 system.
 double brute_force(const std::vector<Segment>& walls, const Eigen::Vector2d& o,
                    const Eigen::Vector2d& d, double max_range) {
   double best = kInf;
@@ -69,7 +69,7 @@ TEST(FloorPlan, RangesInARegularPolygonFollowFromItsApothem) {
   }
 }
 
-TEST(FloorPlan, AgreesWithEveryWallTriedInTurn) {
+TEST(FloorPlan, AgreesWithExhaustiveSearch) {
   Rng rng(11);
   for (int scene = 0; scene < 20; ++scene) {
     std::vector<Segment> walls;
@@ -93,7 +93,7 @@ TEST(FloorPlan, AgreesWithEveryWallTriedInTurn) {
   }
 }
 
-TEST(FloorPlan, NoRaySlipsThroughTheJointOfTwoWalls) {
+TEST(FloorPlan, NoRayPassesTheJointOfTwoWalls) {
   const int sides = 64;
   const FloorPlan plan = FloorPlan::from_segments(polygon({0, 0}, 5.0, sides)).value();
   for (int i = 0; i < sides; ++i) {
@@ -144,7 +144,7 @@ TEST(FloorPlan, SolidCellsHaveNoWallBetweenThem) {
   EXPECT_FALSE(plan.blocks({0.5, 0.5}, {1.5, 1.5}));
 }
 
-TEST(FloorPlan, RefusesWallsThatMakeNoSense) {
+TEST(FloorPlan, RefusesInvalidWalls) {
   EXPECT_FALSE(FloorPlan::from_segments({}).has_value());
   const Segment good{{0, 0}, {1, 0}};
   for (const Segment& bad : {Segment{{0, 0}, {0, 0}}, Segment{{NAN, 0}, {1, 0}},
@@ -160,7 +160,7 @@ TEST(FloorPlan, RefusesWallsThatMakeNoSense) {
 
 TEST(FindLeak, ClosedRoomHasNone) { EXPECT_FALSE(find_leak(room(6, 4), {1, 1}).has_value()); }
 
-TEST(FindLeak, NamesTheWayOut) {
+TEST(FindLeak, FindsAPointOutside) {
   // The right wall is missing between y = 2.0 and 2.3.
   const FloorPlan plan = FloorPlan::from_segments({{{0, 0}, {6, 0}},
                                                    {{6, 0}, {6, 2}},
@@ -174,7 +174,7 @@ TEST(FindLeak, NamesTheWayOut) {
   EXPECT_NEAR(leak->y(), 2.15, 0.16);
 }
 
-TEST(FindLeak, APointOutsideLeaksAtOnce) {
+TEST(FindLeak, APointOutsideIsItsOwnLeak) {
   EXPECT_EQ(find_leak(room(6, 4), {9, 9}), Eigen::Vector2d(9, 9));
 }
 

@@ -7,7 +7,7 @@
 namespace wayfare::sim {
 namespace {
 
-// Stands level at 47° north for a while.
+// At rest and level at 47° north.
 VehicleTrajectory parked(double seconds) {
   std::vector<NavState> states(5);
   for (std::size_t i = 0; i < states.size(); ++i) {
@@ -19,7 +19,7 @@ VehicleTrajectory parked(double seconds) {
   return follow_solution(states, coarse).value();
 }
 
-TEST(SimulateImu, APerfectUnitAtRestFeelsGravityAndTheEarthTurn) {
+TEST(SimulateImu, APerfectUnitAtRestMeasuresGravityAndEarthRate) {
   ImuParams params;
   params.noise = perfect_imu();
   Rng rng(1);
@@ -36,7 +36,7 @@ TEST(SimulateImu, APerfectUnitAtRestFeelsGravityAndTheEarthTurn) {
   }
 }
 
-TEST(SimulateImu, ReadsInItsOwnAxes) {
+TEST(SimulateImu, MeasuresInItsOwnAxes) {
   ImuParams params;
   params.noise = perfect_imu();
   params.q_body_imu = SO3d::exp({0.3, -0.2, 2.0});
@@ -52,8 +52,8 @@ TEST(SimulateImu, ReadsInItsOwnAxes) {
       1e-12);
 }
 
-TEST(SimulateImu, MeansOfAPeriodAddUpToTheTurnAndTheWindow) {
-  // The same interval read at 5 Hz and at 200 Hz: the means of the fast one average to the slow.
+TEST(SimulateImu, MeansOverAPeriodAverageToThoseOverALongerOne) {
+  // The same interval sampled at 5 Hz and at 200 Hz: the fast means average to the slow ones.
   const VehicleTrajectory drive = demo_drive();
   ImuParams slow, fast;
   slow.noise = fast.noise = perfect_imu();
@@ -68,7 +68,7 @@ TEST(SimulateImu, MeansOfAPeriodAddUpToTheTurnAndTheWindow) {
   }
 }
 
-TEST(SimulateImu, TheSameSeedGivesTheSameReadings) {
+TEST(SimulateImu, TheSameSeedGivesTheSameSamples) {
   const VehicleTrajectory drive = parked(5.0);
   Rng a(7), b(7), c(8);
   const auto x = simulate_imu(drive, {}, a), y = simulate_imu(drive, {}, b);
@@ -81,7 +81,7 @@ TEST(SimulateImu, TheSameSeedGivesTheSameReadings) {
 }
 
 // Allan variance of rates sampled every dt, clusters of m (IEEE 952-1997, annex C), not
-// overlapping: n/m independent-enough clusters, relative spread √(3/(2(n/m − 1))) for white noise.
+// overlapping: n/m nearly independent clusters, relative spread √(3/(2(n/m − 1))) for white noise.
 double allan_variance(const std::vector<double>& x, std::size_t m) {
   std::vector<double> means;
   for (std::size_t i = 0; i + m <= x.size(); i += m) {
@@ -122,7 +122,7 @@ TEST(SimulateImu, WhiteNoiseFallsWithTheRootOfAveragingTime) {
 
 TEST(ImuErrorProcess, IsStationaryWithItsCorrelationTime) {
   // Over many units: variance σ² at the start and after any time; correlation e^(−T/τ) between.
-  // Steps of any length give the same law, since the step is exact.
+  // Steps of any length give the same distribution, since the discretisation is exact.
   ImuNoise noise;
   noise.gyro_bias_radps = {{0.1, 0.2, 0.3}, {50.0, 100.0, 200.0}};
   noise.accel_scale = {{0.01, 0.02, 0.03}, {10.0, 20.0, 40.0}};

@@ -73,7 +73,7 @@ TEST(SimulateScan, NoiseHasTheStatedMeanSpreadAndLosses) {
   EXPECT_NEAR(1 - returned / beams, lost, 5 * std::sqrt(lost * (1 - lost) / beams));
 }
 
-TEST(SimulateScan, BeamsThatMeetNothingReadTheMaximum) {
+TEST(SimulateScan, BeamsWithoutReturnReadTheMaximum) {
   Lidar2dParams params = exact();
   params.max_range_m = 6.0;  // the corners are √50 m away
   Rng rng(1);
@@ -94,9 +94,9 @@ TEST(SimulateScan, RangesAreMultiplesOfTheResolution) {
   }
 }
 
-TEST(SimulateScan, BeamsOfASweepAreTakenOneAfterAnother) {
-  // The laser moves along x at 1 m/s and all of its beams look ahead, so that each measures the
-  // distance to x = 10 from where the laser is at its time.
+TEST(SimulateScan, BeamsOfASweepAreMeasuredInSequence) {
+  // The laser moves along x at 1 m/s and all of its beams point ahead, so that each measures the
+  // distance to x = 10 from the laser's position at its time.
   Lidar2dParams params = exact();
   params.beams = 11;
   params.first_bearing = params.bearing_step = Angle{};

@@ -32,8 +32,8 @@ ObservationParams exact() {
 }
 
 TEST(SimulateObservations, ASinglePointSolutionFindsTheReceiverAndItsClock) {
-  // Simulation and correction share the models of air and orbits, but each has its own way through
-  // light time, the Earth's turn, clocks and group delay.
+  // Simulation and correction share the models of atmosphere and orbits, but have separate code for
+  // light time, Earth rotation, clocks and group delay.
   const VehicleTrajectory drive = demo_drive(kStart);
   const Ephemerides messages = sky();
   const SimulatedObservations simulated = simulate_observations(drive, messages, exact(), Rng(1));
@@ -42,7 +42,7 @@ TEST(SimulateObservations, ASinglePointSolutionFindsTheReceiverAndItsClock) {
     const double bias = simulated.clocks[k].bias_m;
     const NavState truth =
         drive.state(log_time(simulated.epochs[k].time) - from_seconds(bias / 299792458.0));
-    // Told where it is, so that the air is that of the place and not of tens of metres beside it.
+    // The position is given, so that the atmosphere is that of the position itself.
     const auto point =
         single_point(simulated.epochs[k], messages, {}, ecef_from_geodetic(truth.position));
     ASSERT_TRUE(point) << point.error().to_string();
@@ -54,7 +54,7 @@ TEST(SimulateObservations, ASinglePointSolutionFindsTheReceiverAndItsClock) {
   }
 }
 
-TEST(SimulateObservations, TheAirLengthensRanges) {
+TEST(SimulateObservations, TheAtmosphereLengthensRanges) {
   const VehicleTrajectory drive = demo_drive(kStart);
   const Ephemerides messages = sky();
   ObservationParams none = exact();
@@ -64,12 +64,12 @@ TEST(SimulateObservations, TheAirLengthensRanges) {
   for (std::size_t i = 0; i < with.epochs[3].satellites.size(); ++i) {
     const double delay =
         with.epochs[3].satellites[i].pseudorange_m - without.epochs[3].satellites[i].pseudorange_m;
-    EXPECT_GT(delay, 2.0);   // 1.1 km up the troposphere's zenith delay is about 2.1 m
-    EXPECT_LT(delay, 40.0);  // ten times that and the ionosphere near 10° of elevation
+    EXPECT_GT(delay, 2.0);   // at 1.1 km the troposphere's zenith delay is about 2.1 m
+    EXPECT_LT(delay, 40.0);  // ten times that plus the ionosphere near 10° of elevation
   }
 }
 
-TEST(SimulateObservations, NoiseIsAsAsked) {
+TEST(SimulateObservations, NoiseIsAsConfigured) {
   const VehicleTrajectory drive = demo_drive(kStart);
   const Ephemerides messages = sky();
   ObservationParams noisy = exact(), clean = exact();
@@ -97,7 +97,7 @@ TEST(BroadcastConstellation, GivesRangesToo) {
   const auto point = single_point(ranges.epochs[100]);
   ASSERT_TRUE(point) << point.error().to_string();
   const Geodetic truth = drive.state(ranges.epochs[100].time).position;
-  EXPECT_LT(ned_from_geodetic(point->position, truth).norm(), 10.0);  // 2 m and dilution
+  EXPECT_LT(ned_from_geodetic(point->position, truth).norm(), 10.0);  // 2 m times dilution
 }
 
 }  // namespace

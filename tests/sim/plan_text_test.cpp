@@ -22,7 +22,7 @@ TEST(ReadPlan, PictureWithPlacesAndRoute) {
       "#  .b#\n"
       "######\n");
   ASSERT_TRUE(read.has_value()) << read.error().to_string();
-  // Columns and rows count half metres; the lower left corner of the picture is the origin.
+  // Columns and rows are half metres; the lower left corner of the picture is the origin.
   ASSERT_EQ(read->route_m.size(), 3u);
   EXPECT_EQ(read->route_m[0], Eigen::Vector2d(0.75, 1.25));
   EXPECT_EQ(read->route_m[1], Eigen::Vector2d(2.25, 0.75));
@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadPlan{"UnknownPlace", "wall 0 0 1 0\nroute q\n", 2, "'q'"}),
     [](const auto& instance) { return std::string(instance.param.name); });
 
-TEST(ReadPlan, SurvivesEveryCutOfAGoodPlan) {
+TEST(ReadPlan, SurvivesEveryTruncationOfAValidPlan) {
   const std::string_view text = demo_building();
   for (std::size_t length = 0; length < text.size(); length += 7) {
     const auto read = read_plan(text.substr(0, length));

@@ -1,4 +1,4 @@
-// A radar's frames against what its signal processing must give for known reflectors.
+// A radar's frames compared with the theory of its signal processing for known reflectors.
 
 #include <wayfare/sensors/radar_scan.hpp>
 #include <wayfare/sim/radar.hpp>
@@ -54,9 +54,9 @@ TEST(Radar, PointsLieOnTheProcessingGrid) {
   }
 }
 
-// The strongest point is within half a bin of the truth in each coordinate; noise 40 dB down moves
+// The strongest point is within half a bin of the truth in each coordinate; noise at -40 dB moves
 // no peak by another bin.
-TEST(Radar, AReflectorIsFoundWhereItIs) {
+TEST(Radar, AReflectorIsFoundAtItsPosition) {
   Rng rng(7);
   for (int i = 0; i < 50; ++i) {
     const double range = rng.uniform(0.8, 5.5), sine = rng.uniform(-0.7, 0.7);
@@ -78,12 +78,12 @@ TEST(Radar, AReflectorIsFoundWhereItIs) {
   }
 }
 
-// The mean of the logarithms of eight exponential powers is 4.34 * 1.64 / sqrt(8) = 2.0 dB wide and
-// has lighter tails than a normal one above its mean: 9 dB is beyond 4.5 sigma, 4e-6 a cell. Two
-// hundred frames have 4e5 cells, so that a handful of points may come, not more.
-// The transmitters take turns, so that motion turns bearings: by what is left between the true
-// speed and the Doppler bin's. Means over many reflectors, whose own bins of bearing average out.
-TEST(Radar, MotionTurnsBearingsByWhatTheDopplerBinLeavesAndCanBeSetRight) {
+// The mean of the logarithms of eight exponential powers has a standard deviation of 4.34 * 1.64 /
+// sqrt(8) = 2.0 dB and lighter tails than a normal one above its mean: 9 dB is beyond 4.5 sigma,
+// 4e-6 per cell. Two hundred frames have 4e5 cells, so that a handful of points may occur. The
+// transmitters alternate, so that motion shifts bearings by the difference between the true speed
+// and the Doppler bin's. Means over many reflectors average out the bearing bins.
+TEST(Radar, MotionShiftsBearingsByTheDopplerResidualAndCanBeCorrected) {
   const RadarArray array{.max_speed_m_s = 8 * 0.1217};
   for (const double bins_off : {-0.4, 0.4}) {
     Rng rng(17);
@@ -92,11 +92,11 @@ TEST(Radar, MotionTurnsBearingsByWhatTheDopplerBinLeavesAndCanBeSetRight) {
     for (int i = 0; i < kReflectors; ++i) {
       const double range = rng.uniform(0.8, 3.0), sine = rng.uniform(-0.5, 0.5);
       const Vector2d at(range * std::sqrt(1.0 - sine * sine), range * sine);
-      // Straight at the reflector: two bins and a bit towards the radar.
+      // Straight towards the reflector: two bins and a bit.
       const Vector2d velocity = (2.0 - bins_off) * 0.1217 * at / range;
       const RadarScan scan = frame(far_box(), {reflector(at.x(), at.y(), 70.0)}, velocity,
                                    static_cast<std::uint64_t>(i) + 1);
-      // Its own Doppler bin's; the window spreads it over the neighbours, too.
+      // Its own Doppler bin; the window spreads it over the neighbours, too.
       const auto own = std::find_if(
           scan.points.begin(), scan.points.end(),
           [](const RadarPoint& p) { return std::abs(p.doppler_m_s + 2.0F * 0.1217F) < 1e-4F; });
@@ -113,18 +113,18 @@ TEST(Radar, MotionTurnsBearingsByWhatTheDopplerBinLeavesAndCanBeSetRight) {
   }
 }
 
-TEST(Radar, WhatMovesByItselfKeepsItsBearing) {
+TEST(Radar, MovingObjectsKeepTheirBearing) {
   const RadarArray array{.max_speed_m_s = 0.97};
   const RadarPoint walker{2.0F, 1.0F, 0.0F, 0.6F, 20.0F};
   EXPECT_EQ(compensate_bearing(walker, {0.2, 0.0}, array), walker);
-  // Nothing known of the array, or one transmitter alone: nothing to set right.
+  // Without a known array, or with one transmitter alone: nothing to correct.
   const RadarPoint wall{2.0F, 1.0F, 0.0F, -0.1F, 20.0F};
   EXPECT_FALSE(compensate_bearing(wall, {0.2, 0.0}, array) == wall);
   EXPECT_EQ(compensate_bearing(wall, {0.2, 0.0}, {}), wall);
   EXPECT_EQ(compensate_bearing(wall, {0.2, 0.0}, {.max_speed_m_s = 0.97, .transmitters = 1}), wall);
 }
 
-TEST(Radar, NoiseAloneHardlyEverMakesPoints) {
+TEST(Radar, NoiseAloneRarelyMakesPoints) {
   std::size_t points = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed)
     points += frame(far_box(), {}, Vector2d::Zero(), seed).points.size();
@@ -138,12 +138,12 @@ TEST(Radar, PowerFallsWithTheFourthPowerOfTheDistance) {
     for (const RadarPoint& p : scan.points) best = std::max(best, static_cast<double>(p.snr_db));
     return best;
   };
-  // Whole bins, so that no tone falls between two: 40 log10(2) = 12.04 dB, noise of the mean of 8
-  // neighbours under 1 dB.
+  // Whole bins, so that no tone is between two: 40 log10(2) = 12.04 dB, the noise of the mean of 8
+  // neighbours is below 1 dB.
   EXPECT_NEAR(strongest(46 * 0.0436) - strongest(92 * 0.0436), 12.04, 1.5);
 }
 
-TEST(Radar, NothingIsSeenBehindItOrBeyondItsRange) {
+TEST(Radar, DetectsNothingBehindItOrBeyondItsRange) {
   const std::vector<Reflector> out = {reflector(-1.0, 0.0, 70.0), reflector(6.3, 0.0, 80.0),
                                       reflector(0.3, 0.0, 40.0)};
   for (const RadarPoint& p : frame(far_box(), out).points)
@@ -155,7 +155,7 @@ FloorPlan wall_ahead() {
   return std::move(FloorPlan::from_segments({{{3.0, -4.0}, {3.0, 4.0}}})).value();
 }
 
-TEST(Radar, SeesThroughOneWallAtALoss) {
+TEST(Radar, DetectsThroughOneWallWithLoss) {
   RadarParams params;
   const Reflector behind = reflector(4.0, 0.2, 56.0);
   EXPECT_FALSE(frame(wall_ahead(), {behind}, Vector2d::Zero(), 1, params).points.empty());
@@ -166,7 +166,7 @@ TEST(Radar, SeesThroughOneWallAtALoss) {
   EXPECT_TRUE(frame(wall_ahead(), {behind}, Vector2d::Zero(), 1, params).points.empty());
 }
 
-TEST(Radar, AGhostIsSeenThroughItsMirrorAlone) {
+TEST(Radar, AGhostIsVisibleThroughItsMirrorOnly) {
   const FloorPlan plan =
       std::move(FloorPlan::from_segments({{{3.0, -0.5}, {3.0, 0.5}}, {{0.0, 3.0}, {6.0, 3.0}}}))
           .value();
@@ -177,7 +177,7 @@ TEST(Radar, AGhostIsSeenThroughItsMirrorAlone) {
       << "the line to the image passes the mirror by";
 }
 
-TEST(Radar, AFrameHasRoomForSoManyPoints) {
+TEST(Radar, AFrameHasALimitedNumberOfPoints) {
   std::vector<Reflector> many;
   for (int i = 0; i < 60; ++i) many.push_back(reflector(0.8 + 0.085 * i, 0.3 * (i % 5 - 2), 75.0));
   RadarParams params;
@@ -185,7 +185,7 @@ TEST(Radar, AFrameHasRoomForSoManyPoints) {
   EXPECT_EQ(frame(far_box(), many, {0.3, 0.0}, 1, params).points.size(), 40U);
 }
 
-// A wall's flat pieces are seen squarely, its roughness from aside as well.
+// A wall's panels are visible at normal incidence, its roughness at an angle as well.
 TEST(Radar, SharpReflectorsVanishAtAnAngle) {
   Reflector panel = reflector(3.0, 0.0, 60.0);
   panel.normal = {1.0, 0.0};
@@ -195,7 +195,7 @@ TEST(Radar, SharpReflectorsVanishAtAnAngle) {
   EXPECT_TRUE(frame(far_box(), {panel}).points.empty());
 }
 
-TEST(Reflectors, ComeAtTheRatesAsked) {
+TEST(Reflectors, HaveTheConfiguredDensities) {
   const FloorPlan plan = far_box();  // 400 m of wall, 104 m x 104 m of ground
   FurnishParams params;
   params.ghost_from_db = 1e9;
@@ -232,14 +232,14 @@ TEST(Reflectors, GhostsAreMirrorImages) {
   for (const Reflector& one : r) {
     if (one.mirror == Reflector::kNoMirror) continue;
     ++ghosts;
-    // What sits on one wall appears as far behind the other as the corridor is wide.
+    // A reflector on one wall appears behind the other by the width of the corridor.
     EXPECT_NEAR(one.at_m.y(), one.mirror == 0 ? -2.0 : 4.0, 1e-9);
   }
   EXPECT_GT(ghosts, 0U);
 }
 
-// Bumps lie evenly, and twenty times as densely in patches of 1 m; none is seen from far.
-TEST(Reflectors, FloorClutterComesEvenlyAndInPatches) {
+// Bumps are uniform, and twenty times as dense in patches of 1 m; none is visible from far away.
+TEST(Reflectors, FloorClutterIsUniformPlusPatches) {
   const FloorPlan plan = far_box();  // 104 m x 104 m of ground
   FurnishParams params;
   params.ghost_from_db = 1e9;
@@ -250,29 +250,29 @@ TEST(Reflectors, FloorClutterComesEvenlyAndInPatches) {
     params.floor_patches_per_m2 = patches_per_m2;
     std::size_t count = 0;
     for (const Reflector& r : furnish(plan, {}, params, Rng(3))) {
-      if (!std::isfinite(r.farthest_m)) continue;
+      if (!std::isfinite(r.max_range_m)) continue;
       ++count;
-      EXPECT_EQ(r.farthest_m, params.floor_farthest_m);
+      EXPECT_EQ(r.max_range_m, params.floor_max_range_m);
     }
     return count;
   };
-  // 0.8 · 104² evenly; 0.004 · 104² patches of 20 · 0.8 · π each.
+  // 0.8 · 104² uniform; 0.004 · 104² patches of 20 · 0.8 · π each.
   EXPECT_EQ(bumps(0.0), 8653U);
   EXPECT_EQ(bumps(0.004), 8653U + 43U * 50U);
 }
 
-TEST(Radar, FloorIsSeenNearbyAlone) {
+TEST(Radar, FloorIsVisibleNearbyOnly) {
   std::vector<Reflector> bumps;
   for (double x = 0.8; x < 6.0; x += 0.4) {
     bumps.push_back(reflector(x, 0.3, 60.0));
-    bumps.back().farthest_m = 2.5;
+    bumps.back().max_range_m = 2.5;
   }
   const RadarScan scan = frame(far_box(), bumps);
   EXPECT_GE(scan.points.size(), 3U);
   for (const RadarPoint& p : scan.points) EXPECT_LT(std::hypot(p.x_m, p.y_m), 2.6F);
 }
 
-TEST(Reflectors, NothingHiddenStandsInTheOpen) {
+TEST(Reflectors, NoHiddenObjectIsInSightOfTheRoute) {
   const FloorPlan plan = far_box();
   FurnishParams params;
   params.plaster.spacing_m = params.panel.spacing_m = params.strut.spacing_m = 0.0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@ RangeParams perfect() {
   return params;
 }
 
-TEST(Walker, OrbitsAsAFreeBodyDoes) {
+TEST(Walker, OrbitsAsAFreeBody) {
   // In inertial axes the second difference is −μ p/|p|³; rates are those of the position.
   const Constellation gps = walker_constellation();
   ASSERT_EQ(gps.satellites.size(), 24U);
@@ -55,13 +56,13 @@ TEST(Walker, SpreadsItsSatellitesEvenly) {
   };
   for (int plane = 0; plane < 3; ++plane) {
     const Eigen::Vector3d pole = direction(plane, 0).cross(direction(plane, 1));
-    const double node = w.first_node.radians() + 2.0 * M_PI * plane / 3.0;
+    const double node = w.first_node.radians() + 2.0 * std::numbers::pi * plane / 3.0;
     EXPECT_NEAR(pole.z(), std::cos(w.inclination.radians()), 1e-12);
     EXPECT_NEAR(pole.dot(Eigen::Vector3d(std::cos(node), std::sin(node), 0.0)), 0.0, 1e-12);
     for (int slot = 0; slot < 4; ++slot) {
       EXPECT_NEAR(direction(plane, slot).dot(direction(plane, (slot + 1) % 4)), 0.0, 1e-12);
-      // Height over the equator goes with the sine of the angle from the node.
-      const double along = 2.0 * M_PI * (slot / 4.0 + 2.0 * plane / 12.0);
+      // Height over the equator is proportional to the sine of the angle from the node.
+      const double along = 2.0 * std::numbers::pi * (slot / 4.0 + 2.0 * plane / 12.0);
       EXPECT_NEAR(direction(plane, slot).z(), std::sin(w.inclination.radians()) * std::sin(along),
                   1e-12);
     }
@@ -72,7 +73,7 @@ TEST(Walker, SpreadsItsSatellitesEvenly) {
   EXPECT_DEATH((void)walker_constellation({.satellites = 10, .planes = 3}), "same number");
 }
 
-TEST(Walker, TwoSystemsTogetherAreBoth) {
+TEST(Walker, CombinesTwoSystems) {
   const Constellation both = gps_and_galileo();
   const std::set<SatelliteId> named(both.satellites.begin(), both.satellites.end());
   EXPECT_EQ(named.size(), 48U);
@@ -89,7 +90,7 @@ TEST(Walker, TwoSystemsTogetherAreBoth) {
 
 TEST(SeenFrom, IsLightTimeAndEarthRotationEarlier) {
   // In inertial axes that coincide with Earth-fixed ones at reception, the signal travels straight
-  // at the speed of light from where the satellite was.
+  // at the speed of light from the satellite's position at transmission.
   const Constellation gps = walker_constellation();
   const Geodetic place{Angle::degrees(51.0), Angle::degrees(-114.0), 1000.0};
   const Eigen::Vector3d receiver = ecef_from_geodetic(place);
@@ -109,7 +110,7 @@ TEST(SeenFrom, IsLightTimeAndEarthRotationEarlier) {
   }
 }
 
-TEST(SimulateRanges, AreTheDistanceAndItsRate) {
+TEST(SimulateRanges, AreTheDistanceAndItsDerivative) {
   const VehicleTrajectory drive = demo_drive();
   RangeParams params = perfect();
   params.period = from_seconds(0.01);
@@ -125,13 +126,13 @@ TEST(SimulateRanges, AreTheDistanceAndItsRate) {
     const Eigen::Vector3d antenna =
         ecef_motion(drive.motion(ranges.epochs[k].time), params.antenna_lever_arm_m).position_m;
     EXPECT_NEAR(b.range_m, (b.position_ecef_m - antenna).norm(), 1e-6);
-    // The satellite's motion is given at transmission; the range's true slope is shorter by
-    // ṙ/c of it, and Earth-fixed axes of reception turn meanwhile: some millimetres per second.
+    // The satellite's motion is given at transmission; the range's true derivative is smaller by a
+    // share ṙ/c, and Earth-fixed axes of reception rotate meanwhile: some millimetres per second.
     EXPECT_NEAR((c.range_m - a.range_m) / 0.02, b.range_rate_mps, 0.02);
   }
 }
 
-TEST(SimulateRanges, SeeWhatIsAboveTheMask) {
+TEST(SimulateRanges, ContainSatellitesAboveTheMask) {
   const VehicleTrajectory drive = demo_drive();
   RangeParams params = perfect();
   const auto all = simulate_ranges(drive, gps_and_galileo(), params, Rng(1));
@@ -146,7 +147,7 @@ TEST(SimulateRanges, SeeWhatIsAboveTheMask) {
     EXPECT_TRUE(epoch.satellites.empty());
 }
 
-TEST(SimulateRanges, AnOutageTakesSatellitesAndLeavesTheRestUntouched) {
+TEST(SimulateRanges, AnOutageRemovesSatellitesAndDoesNotChangeTheRest) {
   const VehicleTrajectory drive = demo_drive();
   RangeParams params;
   params.max_satellites = 8;
@@ -166,7 +167,7 @@ TEST(SimulateRanges, AnOutageTakesSatellitesAndLeavesTheRestUntouched) {
   }
 }
 
-TEST(SimulateRanges, ErrAsTheirParametersSay) {
+TEST(SimulateRanges, HaveTheConfiguredErrors) {
   const VehicleTrajectory drive = demo_drive();
   RangeParams exact = perfect(), params;
   params.clock = {0.0, 0.0};
@@ -193,7 +194,7 @@ TEST(SimulateRanges, ErrAsTheirParametersSay) {
   EXPECT_NEAR(mean / n, 0.0, five);
 }
 
-TEST(SimulateRanges, MultipathLengthensRangesNowAndThen) {
+TEST(SimulateRanges, MultipathLengthensRangesOccasionally) {
   const VehicleTrajectory drive = demo_drive();
   RangeParams params = perfect();
   const auto truth = simulate_ranges(drive, gps_and_galileo(), params, Rng(4));
@@ -215,7 +216,7 @@ TEST(SimulateRanges, MultipathLengthensRangesNowAndThen) {
 }
 
 TEST(StepClock, SpreadsAsTwoRandomWalks) {
-  // Var drift q_d T; var bias q_b T + q_d T³/3; covariance q_d T²/2, whatever the steps.
+  // Var drift q_d T; var bias q_b T + q_d T³/3; covariance q_d T²/2, for any step.
   const ReceiverClockNoise noise{0.3, 0.1};
   double bias = 0, drift = 0, both = 0;
   const int runs = 20000;
@@ -232,7 +233,7 @@ TEST(StepClock, SpreadsAsTwoRandomWalks) {
   EXPECT_NEAR(both / (qd * t * t / 2), 1.0, 1.5 * five);
 }
 
-TEST(BestGeometry, TakesASpreadAndNests) {
+TEST(BestGeometry, SelectsASpreadAndIsNested) {
   std::vector<Eigen::Vector3d> directions;
   const auto towards = [](double azimuth, double up) {
     const double a = Angle::degrees(azimuth).radians(), e = Angle::degrees(up).radians();

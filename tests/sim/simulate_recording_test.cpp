@@ -40,7 +40,7 @@ bool same_odometry(const Recording& a, const Recording& b) {
   return true;
 }
 
-TEST(SimulateRecording, SameSeedSameBytesOtherSeedOtherBytes) {
+TEST(SimulateRecording, IsDeterminedByTheSeed) {
   const PlannedRoute o = office();
   const auto a = simulate_recording(o.plan, o.route_m, robot(), Rng(4));
   const auto b = simulate_recording(o.plan, o.route_m, robot(), Rng(4));
@@ -52,7 +52,7 @@ TEST(SimulateRecording, SameSeedSameBytesOtherSeedOtherBytes) {
   EXPECT_FALSE(same_odometry(a->recording, c->recording));
 }
 
-TEST(SimulateRecording, ChangingOneSensorLeavesTheOthersAsTheyWere) {
+TEST(SimulateRecording, ChangingOneSensorDoesNotChangeTheOthers) {
   const PlannedRoute o = office();
   RobotParams worse_wheels = robot();
   worse_wheels.wheels.slip_m_per_sqrt_m *= 2;
@@ -63,7 +63,7 @@ TEST(SimulateRecording, ChangingOneSensorLeavesTheOthersAsTheyWere) {
   EXPECT_FALSE(same_odometry(a->recording, b->recording));
 }
 
-TEST(SimulateRecording, ScansAreSeenFromTheTruePose) {
+TEST(SimulateRecording, ScansAreFromTheTruePose) {
   const PlannedRoute o = office();
   RobotParams params = robot();
   params.lidar.range_noise_m = params.lidar.resolution_m = params.lidar.missed_return = 0.0;
@@ -92,7 +92,7 @@ TEST(SimulateRecording, TimesAreInOrderAndCoverTheRun) {
   EXPECT_EQ(run->recording.odometry.front().time, run->truth.front().time);
 }
 
-TEST(SimulateRecording, NamesTheWallInTheWay) {
+TEST(SimulateRecording, ReportsAWallOnTheRoute) {
   const PlannedRoute o = office();
   const std::vector<Eigen::Vector2d> through = {{1.0, 3.3}, {8.0, 3.3}};
   const auto run = simulate_recording(o.plan, through, robot(), Rng(1));
@@ -100,7 +100,7 @@ TEST(SimulateRecording, NamesTheWallInTheWay) {
   EXPECT_THAT(run.error().message, HasSubstr("between waypoint 0"));
 }
 
-TEST(SimulateRecording, NamesThePlaceWhereTheRobotTouches) {
+TEST(SimulateRecording, ReportsThePositionOfAContact) {
   const PlannedRoute o = office();
   const std::vector<Eigen::Vector2d> close = {{1.0, 2.0}, {1.0, 0.6}, {1.0, 0.51}};
   RobotParams params = robot();
@@ -139,7 +139,7 @@ TEST(SimulateRecording, TheDemoBuildingCanBeDriven) {
   const auto demo = read_plan(demo_building());
   ASSERT_TRUE(demo.has_value());
   RobotParams params;
-  params.scan_period = from_seconds(5.0);  // the drive is what is tried here
+  params.scan_period = from_seconds(5.0);  // this test is for the drive
   const auto run = simulate_recording(demo->plan, demo->route_m, params, Rng(1));
   ASSERT_TRUE(run.has_value()) << run.error().to_string();
 }

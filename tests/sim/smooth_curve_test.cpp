@@ -10,7 +10,7 @@ namespace {
 Eigen::Vector3d quadratic(double t) { return {1 + 2 * t, 3 - t * t, 0.5 * t * t + t}; }
 
 TEST(SmoothCurve, IsExactForQuadraticsFromValuesOrDerivatives) {
-  // A quadratic has no third derivative, so it fits and costs nothing: it is the minimiser.
+  // A quadratic has no third derivative, so its cost is zero: it is the minimiser.
   std::vector<CurveSample> samples;
   for (const double t : {0.1, 1.7, 4.0}) samples.push_back({t, quadratic(t), 0.1});
   samples.push_back({3.3, {2, -6.6, 4.3}, 0.2, CurveSample::Of::derivative});
@@ -24,8 +24,8 @@ TEST(SmoothCurve, IsExactForQuadraticsFromValuesOrDerivatives) {
   }
 }
 
-TEST(SmoothCurve, ConvergesAsASplineShould) {
-  // Interpolation by cubic splines errs by order h⁴: a sixteenth when the spacing is halved.
+TEST(SmoothCurve, ConvergesWithTheFourthPowerOfTheSpacing) {
+  // The error of cubic spline interpolation is of order h⁴: a sixteenth at half the spacing.
   const auto error = [](double h) {
     std::vector<CurveSample> samples;
     const int n = static_cast<int>(std::lround(10 / h));
@@ -53,7 +53,7 @@ TEST(SmoothCurve, DerivativesAreThoseOfTheValue) {
   }
 }
 
-TEST(SmoothCurve, HoldsItsEndsOutside) {
+TEST(SmoothCurve, IsConstantOutside) {
   std::vector<CurveSample> samples;
   for (int i = 0; i <= 4; ++i) samples.push_back({1.0 * i, {1.0 * i, 0, 0}, 0.1});
   const auto curve = SmoothCurve::fit(samples, 0, 4, {1.0, 1.0});
@@ -63,7 +63,7 @@ TEST(SmoothCurve, HoldsItsEndsOutside) {
   EXPECT_NEAR(curve->at(-1).value.x(), 0.0, 1e-9);
 }
 
-TEST(SmoothCurve, RefusesWhatDoesNotDetermineIt) {
+TEST(SmoothCurve, RefusesUnderdeterminedSamples) {
   const CurveSample one{1.0, {1, 2, 3}, 0.1};
   std::vector<CurveSample> samples(2, one);
   EXPECT_FALSE(SmoothCurve::fit(samples, 0, 5));

@@ -1,6 +1,6 @@
 #pragma once
 
-// Simulated runs that several families test on.
+// Simulated recordings used by the tests of several families.
 
 #include <cstdint>
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace wayfare {
 
-/// A robot with slipping wheels of unlike size, its laser ahead of its centre.
+/// A robot with slipping wheels of different size and its laser ahead of its centre.
 inline sim::RobotParams slipping_robot() {
   sim::RobotParams robot;
   robot.wheels.right_scale = 1.002;
@@ -20,15 +20,16 @@ inline sim::RobotParams slipping_robot() {
   return robot;
 }
 
-/// The floor and route of a plan; the text must be one.
+/// The floor and route of a plan; the text must be valid.
 inline sim::PlannedRoute planned(std::string_view plan_text) {
   return sim::read_plan(plan_text, "plan").value();
 }
 
 inline sim::SimulatedRun simulate(std::string_view plan_text, const sim::RobotParams& robot,
                                   std::uint64_t seed) {
-  const sim::PlannedRoute way = planned(plan_text);
-  return sim::simulate_recording(way.plan, way.route_m, robot, Rng(seed)).value();
+  const sim::PlannedRoute planned_route = planned(plan_text);
+  return sim::simulate_recording(planned_route.plan, planned_route.route_m, robot, Rng(seed))
+      .value();
 }
 
 /// Two rooms with two gaps in the wall between them, 10 m × 4 m, driven through along the marks a
@@ -48,7 +49,7 @@ picture
 }
 inline const std::string kOffice = office_plan("a b c");
 
-/// A ring of corridors, 18 m × 11 m, driven round twice.
+/// A loop of corridors, 18 m × 11 m, driven twice.
 inline constexpr std::string_view kRing = R"(metres_per_character 0.5
 route a b c d a b
 picture
@@ -76,7 +77,7 @@ picture
 ####################################
 )";
 
-/// A corridor of 50 m without a feature on its way.
+/// A corridor of 50 m without features.
 inline constexpr std::string_view kCorridor = R"(metres_per_character 0.5
 route a b
 picture

@@ -15,9 +15,9 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 const Geodetic kOrigin{Angle::degrees(47.0), Angle::degrees(8.5), 450.0};
 
-// A strapdown written for this test alone, in the simplest frame: position and velocity in
-// Earth-centred inertial axes are not used, but Earth-fixed ones (Groves 2013, (5.29)-(5.37)) where
-// the trajectory works in local level: v̇ = C f + g − 2 ω × v, with gravity from its own formula.
+// A strapdown mechanisation independent of the library, in Earth-fixed axes (Groves 2013,
+// (5.29)-(5.37)), where the trajectory uses local level: v̇ = C f + g − 2 ω × v, with its own
+// gravity formula.
 struct EcefState {
   Eigen::Vector3d p, v;
   Eigen::Quaterniond q;  // body to ECEF
@@ -50,8 +50,8 @@ EcefState moved(EcefState s, const EcefRate& r, double dt) {
   return s;
 }
 
-// Runge and Kutta's fourth order on what a perfect unit feels; returns the largest errors of
-// position, velocity and attitude on the way.
+// Fourth-order Runge-Kutta on a perfect unit's measurements; returns the largest errors of
+// position, velocity and attitude.
 Eigen::Vector3d integrate(const VehicleTrajectory& trajectory, Duration step) {
   VehicleMotion a = trajectory.motion(trajectory.begin());
   const EcefMotion start = ecef_motion(a, Eigen::Vector3d::Zero());
@@ -115,7 +115,7 @@ TEST(VehicleTrajectory, TheBuiltInDriveIs310SecondsAnd4500Metres) {
   EXPECT_NEAR(length_m(drive), 4500.0, 20.0);
 }
 
-TEST(VehicleTrajectory, DrivesWithinItsLimitsAndStandsWhereAsked) {
+TEST(VehicleTrajectory, RespectsItsLimitsAndStops) {
   VehicleLimits limits;
   limits.speed_mps = 23.0;
   const VehicleTrajectory drive = demo_drive();
@@ -123,7 +123,7 @@ TEST(VehicleTrajectory, DrivesWithinItsLimitsAndStandsWhereAsked) {
   for (LogTime t = drive.begin(); t <= drive.end(); t += from_seconds(0.05)) {
     const VehicleMotion m = drive.motion(t);
     const double speed = m.nav.velocity_ned_mps.norm();
-    // Leave a few per cent for what the splines round off.
+    // A margin of a few per cent for the smoothing by splines.
     EXPECT_LT(speed, 1.01 * limits.speed_mps);
     EXPECT_LT(std::abs(m.angular_rate_radps.z()), 1.03 * limits.turn_rate_radps);
     const Eigen::Vector3d level = m.nav.q_nb * m.specific_force_mps2;
@@ -131,11 +131,11 @@ TEST(VehicleTrajectory, DrivesWithinItsLimitsAndStandsWhereAsked) {
               1.05 * std::hypot(limits.braking_mps2, limits.lateral_acceleration_mps2));
     if (speed < 0.01) standing_s += 0.05;
   }
-  // 8 + 4 + 4 + 4 s, less what building up acceleration takes of each.
+  // 8 + 4 + 4 + 4 s, less the rise time of the acceleration at each.
   EXPECT_NEAR(standing_s, 20.0, 3.0);
 }
 
-TEST(VehicleTrajectory, NeverMovesSidewaysOrOffItsWheels) {
+TEST(VehicleTrajectory, NeverSlipsSidewaysOrLeavesTheGround) {
   const VehicleTrajectory drive = demo_drive();
   for (LogTime t = drive.begin(); t <= drive.end(); t += from_seconds(0.05)) {
     const NavState s = drive.state(t);
@@ -152,14 +152,14 @@ TEST(VehicleTrajectory, AccelerationAndTurnRateAreContinuous) {
   VehicleMotion before = drive.motion(drive.begin());
   for (LogTime t = drive.begin() + step; t <= drive.end(); t += step) {
     const VehicleMotion m = drive.motion(t);
-    // A jump would be of the size of the acceleration itself; the jerk is below 15 m/s³.
+    // A discontinuity would be as large as the acceleration itself; the jerk is below 15 m/s³.
     EXPECT_LT((m.specific_force_mps2 - before.specific_force_mps2).norm(), 0.015);
     EXPECT_LT((m.angular_rate_radps - before.angular_rate_radps).norm(), 0.003);
     before = m;
   }
 }
 
-TEST(VehicleTrajectory, PassesWaypointsThatNeedNoCornerAtTheirHeight) {
+TEST(VehicleTrajectory, PassesCollinearWaypointsAtTheirHeight) {
   const std::vector<Waypoint> straight = {{0, 0, 0}, {200, 0, 5, 4.0}, {500, 0, 2}};
   const auto drive = drive_waypoints(kOrigin, straight);
   ASSERT_TRUE(drive);
@@ -175,7 +175,7 @@ TEST(VehicleTrajectory, PassesWaypointsThatNeedNoCornerAtTheirHeight) {
   EXPECT_NEAR(height, kOrigin.height_m + 5.0, 1e-3);
 }
 
-TEST(VehicleTrajectory, RefusesWhatCannotBeDriven) {
+TEST(VehicleTrajectory, RefusesInvalidWaypoints) {
   const auto message = [](std::vector<Waypoint> route) {
     const auto drive = drive_waypoints(kOrigin, route);
     return drive ? std::string("driven") : drive.error().message;
@@ -185,10 +185,10 @@ TEST(VehicleTrajectory, RefusesWhatCannotBeDriven) {
   EXPECT_THAT(message({{0, 0}}), HasSubstr("two waypoints"));
   EXPECT_THAT(message({{0, 0}, {0, 0}}), HasSubstr("waypoint 1"));
   EXPECT_THAT(message({{0, 0}, {NAN, 0}}), HasSubstr("waypoint 1"));
-  EXPECT_THAT(message({{0, 0}, {100, 0}, {0, 0}}), HasSubstr("turns back at waypoint 1"));
+  EXPECT_THAT(message({{0, 0}, {100, 0}, {0, 0}}), HasSubstr("reverses at waypoint 1"));
 }
 
-// Samples of a drive as a receiver with fixed ambiguities gives them, 4 Hz.
+// Samples of a drive as from a receiver with fixed ambiguities, 4 Hz.
 std::vector<NavState> solution_of(const VehicleTrajectory& drive, double noise_m,
                                   double noise_mps) {
   std::vector<NavState> solution;
@@ -228,7 +228,7 @@ TEST(FollowSolution, ReproducesPositionsToMillimetresAndAttitudesFromTheCourse) 
   EXPECT_LT(worst[2], 1e-7);
 }
 
-TEST(FollowSolution, StandsThroughAndRefusesNonsense) {
+TEST(FollowSolution, HandlesStopsAndRefusesInvalidInput) {
   const NavState still{LogTime{}, kOrigin, Eigen::Vector3d::Zero(), {}};
   std::vector<NavState> standing(20, still);
   for (std::size_t i = 0; i < standing.size(); ++i)
@@ -244,14 +244,14 @@ TEST(FollowSolution, StandsThroughAndRefusesNonsense) {
   EXPECT_FALSE(follow_solution(standing));
 }
 
-TEST(EcefMotion, OfALeverArmIsItsDifferenceQuotient) {
+TEST(EcefMotion, VelocityIsTheDifferenceQuotientOfPosition) {
   const VehicleTrajectory drive = demo_drive();
   const Eigen::Vector3d arm(1.2, -0.4, -1.5);
   for (double s : {30.0, 33.0, 60.0, 100.0, 200.0}) {
     const LogTime t = drive.begin() + from_seconds(s);
     const auto at = [&](double ds) { return ecef_motion(drive.motion(t + from_seconds(ds)), arm); };
     const Eigen::Vector3d slope = (at(1e-3).position_m - at(-1e-3).position_m) / 2e-3;
-    // The quotient's own error is h²/6 of the third derivative.
+    // The quotient's own error is h²/6 times the third derivative.
     EXPECT_LT((slope - at(0).velocity_mps).norm(), 1e-4);
   }
 }

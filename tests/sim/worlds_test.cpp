@@ -15,12 +15,12 @@
 namespace wayfare::sim {
 namespace {
 
-// The first metres of a world's route: what the laws need at a tenth of the time.
+// The first metres of a world's route, for a tenth of the time.
 World beginning(std::string_view name, std::uint64_t seed) {
   World world = std::move(make_world(name, Rng(seed))).value();
   world.route_m.resize(2);
-  const Eigen::Vector2d way = world.route_m[1] - world.route_m[0];
-  world.route_m[1] = world.route_m[0] + 2.5 * way.normalized();
+  const Eigen::Vector2d leg = world.route_m[1] - world.route_m[0];
+  world.route_m[1] = world.route_m[0] + 2.5 * leg.normalized();
   return world;
 }
 
@@ -49,7 +49,7 @@ TEST(Worlds, EveryWorldCanBeDriven) {
   }
 }
 
-TEST(Worlds, StreamsComeAtTheirRates) {
+TEST(Worlds, StreamsHaveTheirRates) {
   const Recording r = run(beginning("corridor_loop", 2), 2);
   const double length_s = to_seconds(r.truth.back().time - r.truth.front().time);
   ASSERT_GT(length_s, 8.0);
@@ -61,7 +61,7 @@ TEST(Worlds, StreamsComeAtTheirRates) {
   for (const LaserScan& scan : r.scans) EXPECT_EQ(scan.ranges_m.size(), 360U);
 }
 
-TEST(Worlds, TheSameSeedGivesTheSameBytesAnotherSeedDoesNot) {
+TEST(Worlds, AreDeterminedByTheSeed) {
   const World world = beginning("room", 3);
   const std::string a = io::format_carmen(run(world, 3));
   EXPECT_EQ(a, io::format_carmen(run(beginning("room", 3), 3)));
@@ -79,9 +79,9 @@ TEST(Worlds, TheRadarDoesNotChangeTheOtherSensors) {
   EXPECT_EQ(io::format_carmen(*a), io::format_carmen(*b));
 }
 
-// A corridor of voxels, 6 m x 1.8 m with both ends open, and a box across the way.
+// A corridor of voxels, 6 m x 1.8 m with both ends open, and a box across it.
 TEST(Worlds, VoxelsBecomeAWorldThatCanBeDriven) {
-  std::vector<Eigen::Vector3d> voxels, way;
+  std::vector<Eigen::Vector3d> voxels, path;
   for (double x = 0.075; x < 6.0; x += 0.15) {
     for (const double z : {-0.075, 0.075}) {
       voxels.emplace_back(x, 0.075, z);
@@ -90,27 +90,27 @@ TEST(Worlds, VoxelsBecomeAWorldThatCanBeDriven) {
     voxels.emplace_back(x, 0.975, 2.0);  // the ceiling, above the slice
   }
   for (const double z : {-0.075, 0.075}) voxels.emplace_back(3.075, 0.975, z);
-  for (double x = 0.6; x < 5.4; x += 0.1) way.emplace_back(x, 0.97, 0.0);
-  const auto world = world_of_voxels(voxels, way, {}, Rng(1));
+  for (double x = 0.6; x < 5.4; x += 0.1) path.emplace_back(x, 0.97, 0.0);
+  const auto world = world_of_voxels(voxels, path, {}, Rng(1));
   ASSERT_TRUE(world.has_value()) << world.error().to_string();
   const auto recording = simulate_world(*world, turtlebot(Rng(1)), Rng(1));
   ASSERT_TRUE(recording.has_value()) << recording.error().to_string();
   const Eigen::Vector2d driven = recording->truth.back().T_map_base.raw().translation() -
                                  recording->truth.front().T_map_base.raw().translation();
   EXPECT_NEAR(driven.x(), 4.7, 0.5);
-  // Walls 0.9 m to either side, whose near faces the cells put 0.825 m away.
+  // Walls 0.9 m to either side, whose near faces in cells are 0.825 m away.
   const LaserScan& scan = recording->scans[recording->scans.size() / 2];
   for (const std::size_t beam : {90U, 270U}) EXPECT_NEAR(scan.ranges_m[beam], 0.82F, 0.15F);
 }
 
-// The way its carrier went is free, has walls within sight, and can be driven.
+// The carrier's path is free, has walls in sight, and can be driven.
 TEST(Worlds, ARealBuildingCanBeDriven) {
   WAYFARE_NEEDS_RECORDING(map,
                           "radar/coloradar_rmap/data/maps/ec_hallways_run0_lidar_filtered.txt.gz");
   WAYFARE_NEEDS_RECORDING(poses, "radar/coloradar_rmap/data/poses/ec_hallways_run0.txt");
-  const auto voxels = io::read_points(map), way = io::read_points(poses);
-  ASSERT_TRUE(voxels.has_value() && way.has_value());
-  auto world = world_of_voxels(voxels->points_m, way->points_m, {}, Rng(1));
+  const auto voxels = io::read_points(map), path = io::read_points(poses);
+  ASSERT_TRUE(voxels.has_value() && path.has_value());
+  auto world = world_of_voxels(voxels->points_m, path->points_m, {}, Rng(1));
   ASSERT_TRUE(world.has_value()) << world.error().to_string();
   ASSERT_GT(world->route_m.size(), 50U);
   std::size_t in_sight = 0;
@@ -131,14 +131,14 @@ TEST(Worlds, ARealBuildingCanBeDriven) {
   EXPECT_GT(points, 30 * recording.radar.size());
 }
 
-TEST(Worlds, VoxelsWithoutAWayAreRefused) {
+TEST(Worlds, VoxelsWithoutAPathAreRefused) {
   const std::vector<Eigen::Vector3d> one = {{1.0, 1.0, 0.0}};
   EXPECT_FALSE(world_of_voxels(one, one, {}, Rng(1)).has_value());
   EXPECT_FALSE(world_of_voxels({}, {}, {}, Rng(1)).has_value());
 }
 
-// On the carpet the wheels report 2 % more than they roll. Slip over 4 m at 3 * 0.006 m/sqrt(m) is
-// 0.036 m a wheel, 0.026 m of their mean; bound at 4 sigma.
+// On the carpet the wheels report 2 % too much. Slip over 4 m at 3 * 0.006 m/sqrt(m) is 0.036 m per
+// wheel, 0.026 m of their mean; bound at 4 sigma.
 TEST(Worlds, CarpetMakesWheelsReportTooMuch) {
   Trajectory truth;
   for (int i = 0; i <= 400; ++i) {

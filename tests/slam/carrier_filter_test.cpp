@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
@@ -27,7 +28,7 @@ S some_state() {
   return x;
 }
 
-TEST(CarrierMotion, JacobianIsTheSlopeOfTheStep) {
+TEST(CarrierMotion, JacobianEqualsTheNumericDerivative) {
   const CarrierModel model;
   ImuInterval u;
   u.begin_rate_radps << 0.5, -1.0, 2.0;
@@ -37,11 +38,11 @@ TEST(CarrierMotion, JacobianIsTheSlopeOfTheStep) {
   u.dt_s = 0.01;
   const auto numeric = tests::numeric_jacobian([&](const S& x) { return model(x, u).state; },
                                                some_state(), S::Tangent::Constant(1e-5));
-  // Left out: terms of second order in the step beside a state's own.
+  // Bound: second-order terms of the step.
   EXPECT_LT((model(some_state(), u).phi - numeric).cwiseAbs().maxCoeff(), 2e-5);
 }
 
-TEST(CarrierMotion, PlanarJacobianIsTheSlopeOfXYAndHeading) {
+TEST(CarrierMotion, PlanarJacobianEqualsTheNumericDerivative) {
   const S x = some_state();
   const auto c = x.planar_jacobian();
   for (int i = 0; i < 3; ++i) {
@@ -66,7 +67,7 @@ CarrierFilter standing(double seconds, const SO3d& q_map_body = {}) {
   return filter;
 }
 
-TEST(CarrierFilter, BeginsLevelAndStaysAtRest) {
+TEST(CarrierFilter, StartsLevelAndStaysAtRest) {
   const SO3d tilted = SO3d::exp(Eigen::Vector3d(0.1, -0.2, 0.0));
   const CarrierFilter filter = standing(5, tilted);
   EXPECT_TRUE(filter.at_rest());
@@ -78,7 +79,7 @@ TEST(CarrierFilter, BeginsLevelAndStaysAtRest) {
   EXPECT_LT(std::sqrt(filter.covariance()(S::kVelocity, S::kVelocity)), 0.03);
 }
 
-TEST(CarrierFilter, IsPlacedWithoutForgettingTheLevel) {
+TEST(CarrierFilter, PlacingKeepsTheLevel) {
   CarrierFilter filter = standing(3, SO3d::exp(Eigen::Vector3d(0.1, -0.2, 0.0)));
   EXPECT_FALSE(filter.placed());
   const SO3d level = filter.q_level_body();
@@ -94,19 +95,20 @@ TEST(CarrierFilter, IsPlacedWithoutForgettingTheLevel) {
 }
 
 // P⁺⁻¹ = (1 − ω) P⁻¹ + ω Cᵀ R⁻¹ C, and the information vectors likewise (Julier and Uhlmann 1997).
-TEST(CarrierFilter, FusesAsTheMixtureOfInformation) {
+TEST(CarrierFilter, FusesByCovarianceIntersection) {
   CarrierFilter filter = standing(3, SO3d::exp(Eigen::Vector3d(0.1, -0.2, 0.0)));
   filter.place(SE2d(1, 2, Angle::degrees(30)), 0.3, Angle::degrees(5));
   const S before = filter.state();
   const CarrierFilter::Square p = filter.covariance();
   const auto c = before.planar_jacobian();
-  const Eigen::Matrix3d r = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();  // round: as turned
+  const Eigen::Matrix3d r =
+      Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();  // invariant under rotation
   const auto omega = filter.fuse(SE2d(1.1, 1.9, Angle::degrees(31)), r);
   ASSERT_TRUE(omega);
   EXPECT_GT(*omega, 0.0);
   const CarrierFilter::Square want =
       ((1 - *omega) * p.inverse() + *omega * c.transpose() * r.inverse() * c).inverse();
-  // The biases' own are bounded by what they were at first.
+  // The biases are bounded by their initial variance.
   const CarrierFilter::Square off = filter.covariance() - want;
   EXPECT_LT(off.topLeftCorner(9, 9).norm(), 1e-6 * want.norm());
   const Eigen::Vector3d z(0.1, -0.1, Angle::degrees(1).radians());
@@ -114,9 +116,9 @@ TEST(CarrierFilter, FusesAsTheMixtureOfInformation) {
   EXPECT_LT((filter.state().minus(before) - moved).norm(), 1e-6 * moved.norm());
 }
 
-// One match told a hundred times over: intersected it is the one match, while who takes each for
-// news is ten times as sure.
-TEST(CarrierFilter, TheSameMatchAgainIsNoNews) {
+// One match reported a hundred times: with covariance intersection it counts once, while as
+// independent measurements it makes the filter ten times as certain.
+TEST(CarrierFilter, ARepeatedMatchAddsNoInformation) {
   const double sigma = 0.02;
   const Eigen::Matrix3d r = Eigen::Vector3d(sigma * sigma, sigma * sigma, 1e-4).asDiagonal();
   const auto after = [&](bool independent) {
@@ -137,8 +139,8 @@ struct Followed {
   int matches = 0;
 };
 
-/// Matches whose errors last: a process of 2 cm and 0.3° with a correlation time of 5 s, as a map
-/// gives them that is off.
+/// Matches with correlated errors: 2 cm and 0.3° with a correlation time of 5 s, as from an
+/// inaccurate map.
 Followed follow_with_lasting_errors(std::uint64_t seed, bool independent) {
   const sim::HeadWalk head({{0, 0}, {10, 0}, {10, 8}, {0, 8}}, {}, Rng(seed));
   Rng rng(seed + 100);
@@ -175,12 +177,12 @@ Followed follow_with_lasting_errors(std::uint64_t seed, bool independent) {
     f.pose_nees += e.dot(p_pose.inverse() * e) / 3;
     ++f.matches;
   }
-  f.tilt_deg = std::sqrt(tilt2 / f.matches) * 180 / M_PI;
+  f.tilt_deg = std::sqrt(tilt2 / f.matches) * 180 / std::numbers::pi;
   f.pose_nees /= f.matches;
   return f;
 }
 
-TEST(CarrierFilter, StaysSureOfNoMoreThanItKnowsWhereErrorsLast) {
+TEST(CarrierFilter, IsConsistentWithCorrelatedErrors) {
   double intersected = 0.0, independent = 0.0;
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const Followed f = follow_with_lasting_errors(seed, false);
@@ -194,12 +196,12 @@ TEST(CarrierFilter, StaysSureOfNoMoreThanItKnowsWhereErrorsLast) {
   EXPECT_GT(independent, 2.0);
 }
 
-TEST(CarrierFilter, TakesNoReadingThatIsNone) {
+TEST(CarrierFilter, RefusesInvalidSamples) {
   CarrierFilter filter;
   ImuSample fall = still(0.0);
   fall.specific_force_mps2.setZero();
   EXPECT_EQ(filter.add(fall), UpdateStatus::waiting);
-  EXPECT_FALSE(filter.tells_of(LogTime::from_seconds(0)));
+  EXPECT_FALSE(filter.covers(LogTime::from_seconds(0)));
   EXPECT_EQ(filter.add(still(0.1)), UpdateStatus::used);
   const S before = filter.state();
   EXPECT_EQ(filter.add(still(0.1)), UpdateStatus::late);
@@ -213,17 +215,17 @@ TEST(CarrierFilter, TakesNoReadingThatIsNone) {
   EXPECT_TRUE(filter.state().minus(before).isZero(0));
 }
 
-TEST(CarrierFilter, BeginsAnewAfterAPauseAndWhereTheLevelIsLost) {
+TEST(CarrierFilter, RestartsAfterAGapAndWhenTheLevelIsLost) {
   CarrierFilter filter = standing(3);
   filter.place(SE2d(5, 0, Angle::degrees(90)), 0.05, Angle::degrees(1));
   EXPECT_EQ(filter.starts(), 1U);
-  EXPECT_FALSE(filter.tells_of(LogTime::from_seconds(3.5)));
+  EXPECT_FALSE(filter.covers(LogTime::from_seconds(3.5)));
   filter.add(still(4.0));
   EXPECT_EQ(filter.starts(), 2U);
   EXPECT_FALSE(filter.placed());
   EXPECT_NEAR(filter.planar().heading().degrees(), 90, 1e-9);
-  // On its side without a turn having been felt: the gyro missed it.
-  const SO3d side = SO3d::exp(Eigen::Vector3d(M_PI / 2, 0, 0));
+  // On its side without measured rotation: the gyro missed it.
+  const SO3d side = SO3d::exp(Eigen::Vector3d(std::numbers::pi / 2, 0, 0));
   for (int i = 1; i < 300; ++i) filter.add(still(4.0 + 0.01 * i, side));
   EXPECT_EQ(filter.starts(), 3U);
   EXPECT_LT((filter.q_level_body().inverse() * Eigen::Vector3d::UnitZ() -

@@ -13,13 +13,13 @@ namespace {
 using ::testing::HasSubstr;
 constexpr auto kNoOdometry = std::nullopt;
 
-TEST(GraphSlamBadInput, AnEmptyRecordingSaysSo) {
+TEST(GraphSlamBadInput, AnEmptyRecordingIsAnError) {
   const auto slam = run_graph_slam({});
   ASSERT_FALSE(slam);
   EXPECT_THAT(slam.error().message, HasSubstr("no scans"));
 }
 
-TEST(GraphSlamBadInput, RefusesAScanAndKeepsWhatIsGood) {
+TEST(GraphSlamBadInput, RefusesABadScanAndContinues) {
   GraphSlam slam;
   ASSERT_TRUE(slam.add_scan(room_scan(1.0, 3.0, 2.0), kNoOdometry));
 
@@ -58,7 +58,7 @@ TEST(GraphSlamBadInput, NanRangesAreNoReturns) {
   EXPECT_NEAR(outcome->T_map_base.raw().x(), 0.1, 0.02);
 }
 
-TEST(GraphSlamBadInput, ABlindScanIsPlacedByOdometry) {
+TEST(GraphSlamBadInput, AScanWithoutReturnsGetsTheOdometryPose) {
   GraphSlam slam;
   const auto at = [](double x) {
     return Transform2<frame::Odom, frame::Base>(SE2d(x, 0, Angle{}));
@@ -76,7 +76,7 @@ TEST(GraphSlamBadInput, ABlindScanIsPlacedByOdometry) {
   EXPECT_NEAR(seeing->T_map_base.raw().x(), 0.5, 0.02);
 }
 
-TEST(GraphSlamBadInput, ARecordingThatStartsBlindIsSurvived) {
+TEST(GraphSlamBadInput, ARecordingMayStartWithoutReturns) {
   Recording recording;
   for (int k = 0; k < 5; ++k) {
     LaserScan blind = room_scan(0.2 * k, 3.0, 2.0);
@@ -89,7 +89,7 @@ TEST(GraphSlamBadInput, ARecordingThatStartsBlindIsSurvived) {
   EXPECT_EQ(slam->trajectory.size(), 10U);
 }
 
-TEST(GraphSlamBadInput, AStopRequestKeepsWhatThereIs) {
+TEST(GraphSlamBadInput, AStopRequestKeepsTheResultsSoFar) {
   Recording recording;
   for (int k = 0; k < 10; ++k) recording.scans.push_back(room_scan(0.2 * k, 3.0, 2.0));
   const auto slam = run_graph_slam(recording, {}, [](double done) { return done < 0.35; });

@@ -1,4 +1,4 @@
-// One set of defaults on real logs. fr079 and intel were looked at when the defaults were chosen.
+// One set of defaults on real logs. The defaults were tuned on fr079 and intel.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ eval::RelationsResult relations_of(const std::string& log_path, const std::strin
   return eval::relations_error(slam->trajectory, log->relations);
 }
 
-/// What a log must reach: its bounds are ours to keep.
+/// Error bounds of a log.
 struct Bounds {
   std::size_t relations;  ///< used of the whole log
   double translation_m, rotation_deg;
@@ -56,8 +56,8 @@ TEST(GraphSlamRealLogs, Intel) {
   expect_within(relations_of(log, relations), {2945, 0.1025, 2.95});
 }
 
-// The odometry of this log is 15 m off after its round; scans of the end and of the start are of
-// the same place only if the loop is closed.
+// The odometry of this log is 15 m off after its round; the relations between its end and its start
+// agree only if the loop is closed.
 TEST(GraphSlamRealLogs, Loop5Closes) {
   WAYFARE_NEEDS_RECORDING(path, "slam2d/loop5.log.gz");
   const auto log = io::read_carmen(path);

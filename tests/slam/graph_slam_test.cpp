@@ -18,9 +18,9 @@ double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
   return eval::absolute_error(estimate, truth).translation_m.rmse;
 }
 
-// The lidar's noise is 1-2 cm and the cells are 5 cm: a closed loop that is right is right to a few
-// centimetres, one that is wrong is off by half a metre and more.
-TEST(GraphSlam, ClosesARingOfCorridorsThatOdometryDoesNot) {
+// The lidar's noise is 1-2 cm and the cells are 5 cm: a correctly closed loop is accurate to a few
+// centimetres, a wrong one is off by half a metre and more.
+TEST(GraphSlam, ClosesALoopOfCorridorsDespiteOdometryDrift) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const auto run = simulate(kRing, slipping_robot(), seed);
     const auto slam = run_graph_slam(run.recording);
@@ -33,7 +33,7 @@ TEST(GraphSlam, ClosesARingOfCorridorsThatOdometryDoesNot) {
   }
 }
 
-TEST(GraphSlam, ClosesTheRingWithoutOdometry) {
+TEST(GraphSlam, ClosesTheLoopWithoutOdometry) {
   auto run = simulate(kRing, slipping_robot(), 4);
   run.recording.odometry.clear();
   const auto slam = run_graph_slam(run.recording);
@@ -41,9 +41,9 @@ TEST(GraphSlam, ClosesTheRingWithoutOdometry) {
   EXPECT_LT(rmse_m(slam->trajectory, run.truth), 0.15);
 }
 
-// Where walls say nothing about the way along them, odometry must: matching tends to pull a robot
-// back into the part of the corridor it knows. Slip of 5 mm/√m makes 3.5 cm over 50 m; the rest is
-// room for the ends of the corridor, which do come into view.
+// Along featureless walls odometry must give the motion: matching tends to pull a robot back into
+// the known part of the corridor. Slip of 5 mm/√m makes 3.5 cm over 50 m; the margin is for the
+// ends of the corridor, which do come into view.
 TEST(GraphSlam, KeepsTheLengthOfAFeaturelessCorridor) {
   sim::RobotParams robot = slipping_robot();
   robot.wheels.right_scale = 1.0;
@@ -56,14 +56,14 @@ TEST(GraphSlam, KeepsTheLengthOfAFeaturelessCorridor) {
         .norm();
   };
   EXPECT_NEAR(length(slam->trajectory), length(run.truth), 0.02 * length(run.truth));
-  // An edge within the featureless part is surer across the corridor than along it.
+  // An edge in the featureless part is less certain along the corridor than across it.
   const auto& edge = slam->graph.edges[slam->graph.edges.size() / 2];
   EXPECT_GT(edge.information(1, 1), 2.0 * edge.information(0, 0));
 }
 
-// A blind scan is placed by odometry alone, here by no motion at all: exactly where the last one is
-// after the graph's last move.
-TEST(GraphSlam, GoesOnFromWhereFinishMovedTheGraphTo) {
+// A scan without returns is placed by odometry alone, here without motion: exactly at the pose of
+// the last one after the last optimisation.
+TEST(GraphSlam, ContinuesFromTheOptimisedPose) {
   const auto run = simulate(kRing, slipping_robot(), 1);
   const OdometryTrack odometry(run.recording.odometry);
   GraphSlamOptions options;
@@ -82,7 +82,7 @@ TEST(GraphSlam, GoesOnFromWhereFinishMovedTheGraphTo) {
   EXPECT_LT(outcome->T_map_base.raw().minus(last).norm(), 1e-12);
 }
 
-/// The scan at which closing loops moves the graph most, seen at the node before it.
+/// The scan at which loop closure moves the graph most, seen at the previous node.
 struct Jump {
   std::size_t scan = 0;
   double size_m = 0.0;
@@ -102,9 +102,9 @@ Jump largest_jump(const Recording& recording, const GraphSlamOptions& options) {
   return largest;
 }
 
-// Without odometry a blind scan is placed where the robot gets by going on as it did: as fast as
-// between the last two scans, which matching knows to 2 cm, however far the graph has moved since.
-TEST(GraphSlam, AMoveOfTheGraphIsNoVelocity) {
+// Without odometry a scan without returns is placed at constant velocity: that between the last two
+// scans, which matching measures to 2 cm, however far the graph has moved since.
+TEST(GraphSlam, GraphCorrectionsDoNotChangeTheVelocity) {
   auto run = simulate(kRing, slipping_robot(), 4);
   Recording& recording = run.recording;
   GraphSlamOptions options;
@@ -139,7 +139,7 @@ TEST(GraphSlam, GivesTheSameBytesForAnyNumberOfThreads) {
   }
 }
 
-TEST(GraphSlam, MapsTheWallsWhereTheyAre) {
+TEST(GraphSlam, MapsTheWallsAtTheirTruePositions) {
   GraphSlam slam;
   for (int k = 0; k < 20; ++k) {
     const double x = 2.0 + 0.1 * k;

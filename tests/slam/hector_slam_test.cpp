@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Round the room in a circle, always turning, a scan every 0.1 s at 0.5 m/s and 20 °/s.
+/// In a circle round the room, always turning: a scan every 0.1 s at 0.5 m/s and 20 °/s.
 Recording round_the_room(int scans) {
   Rng rng(11);
   const Walls room = Walls::room();
@@ -27,12 +28,12 @@ Recording round_the_room(int scans) {
     scan.time = LogTime::from_seconds(0.1 * i);
     recording.truth.push_back({scan.time, Transform2<frame::Map, frame::Base>(pose)});
     recording.scans.push_back(scan);
-    pose = pose.plus({0.05, 0, 2 * M_PI / 180});
+    pose = pose.plus({0.05, 0, 2 * std::numbers::pi / 180});
   }
   return recording;
 }
 
-TEST(HectorSlam, FollowsWithoutOdometry) {
+TEST(HectorSlam, TracksWithoutOdometry) {
   const Recording recording = round_the_room(190);
   const auto run = run_hector_slam(recording);
   ASSERT_TRUE(run) << run.error().to_string();
@@ -57,7 +58,7 @@ TEST(HectorSlam, SameRecordingSameTrajectory) {
   }
 }
 
-TEST(HectorSlam, GoesOnByMotionWhereItSeesNothing) {
+TEST(HectorSlam, PredictsScansWithoutReturns) {
   Recording recording = round_the_room(60);
   for (std::size_t i = 30; i < 35; ++i)
     for (float& r : recording.scans[i].ranges_m) r = std::numeric_limits<float>::quiet_NaN();
@@ -69,8 +70,8 @@ TEST(HectorSlam, GoesOnByMotionWhereItSeesNothing) {
   EXPECT_LT(run->trajectory[59].T_map_base.raw().minus(want).head<2>().norm(), 0.04);
 }
 
-// Wheels that say nothing of a turn of 40° on the spot, then counters that begin anew.
-TEST(HectorSlam, OdometryThatIsNotSo) {
+// Odometry that misses a rotation of 40° on the spot, then counters that are reset.
+TEST(HectorSlam, SurvivesWrongOdometry) {
   Recording recording = round_the_room(80);
   SE2d counted;
   for (std::size_t i = 0; i < recording.truth.size(); ++i) {
@@ -91,7 +92,7 @@ TEST(HectorSlam, OdometryThatIsNotSo) {
       const LogTime time = recording.scans[k].time;
       recording.scans[k] = Walls::room().scan(pose, rng);
       recording.scans[k].time = time;
-      pose = pose.plus({-0.02, 0, 2 * M_PI / 180});
+      pose = pose.plus({-0.02, 0, 2 * std::numbers::pi / 180});
     }
   }
   const auto run = run_hector_slam(recording);
@@ -106,7 +107,7 @@ TEST(HectorSlam, OdometryThatIsNotSo) {
   }
 }
 
-TEST(HectorSlam, RefusesAScanAndKeepsWhatIsGood) {
+TEST(HectorSlam, RefusesABadScanAndContinues) {
   HectorSlam slam;
   ASSERT_TRUE(slam.add_scan(room_scan(1.0, 3.0, 2.0), std::nullopt));
   LaserScan empty = room_scan(2.0, 3.0, 2.0);
@@ -136,7 +137,7 @@ eval::RelationsResult freiburg_079(const std::string& log_path, const std::strin
 }
 
 // Hector itself, started by odometry, has 0.0402 m and 0.754 deg here, and without it 8.5 m. The
-// options were chosen looking at this log.
+// options were tuned on this log.
 TEST(HectorSlam, Freiburg079WithAndWithoutOdometry) {
   WAYFARE_NEEDS_RECORDING(log, "slam2d/fr079.clf.gz");
   WAYFARE_NEEDS_RECORDING(relations, "slam2d/fr079.relations.gz");

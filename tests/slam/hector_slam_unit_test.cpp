@@ -11,29 +11,29 @@
 namespace wayfare {
 namespace {
 
-/// From one room to another and back on somebody's head.
+/// From one room to another and back on a person's head.
 struct Walked {
   MargRecording unit;
   Recording recording;
 };
 
 Walked walk_through_the_office(std::uint64_t seed) {
-  const sim::PlannedRoute way = planned(kOffice);
-  std::vector<Eigen::Vector2d> route = way.route_m;
+  const sim::PlannedRoute planned_route = planned(kOffice);
+  std::vector<Eigen::Vector2d> route = planned_route.route_m;
   route.push_back(route.front());
   Rng rng(seed);
   const sim::HeadWalk head(route, {.pitch = Angle::degrees(5), .roll = Angle::degrees(4)},
                            rng.stream(1));
   Walked walked;
   walked.unit = head.unit(100.0, {.accel_bias_mps2 = 0.03}, rng);
-  for (double t = 1.0; t < head.lasts_s(); t += 1 / 5.5) {
+  for (double t = 1.0; t < head.duration_s(); t += 1 / 5.5) {
     const auto pose = head.at(t);
     const auto time = LogTime::from_seconds(t);
     CarrierState truth;
     truth.position_m = pose.position_m;
     truth.q_map_body = pose.q_world_head;
     walked.recording.truth.push_back({time, Transform2<frame::Map, frame::Base>(truth.planar())});
-    walked.recording.scans.push_back(sim::scan_from_head(way.plan, pose, time, {}, rng));
+    walked.recording.scans.push_back(sim::scan_from_head(planned_route.plan, pose, time, {}, rng));
   }
   return walked;
 }
@@ -49,7 +49,7 @@ double worst_m(const Trajectory& found, const Trajectory& truth, double from_s =
   return worst;
 }
 
-TEST(HectorSlamWithUnit, FollowsAHeadThatTilts) {
+TEST(HectorSlamWithUnit, TracksATiltingHead) {
   for (const std::uint64_t seed : {1U, 2U}) {
     const Walked w = walk_through_the_office(seed);
     const auto run = run_hector_slam(w.recording, w.unit);
@@ -61,7 +61,7 @@ TEST(HectorSlamWithUnit, FollowsAHeadThatTilts) {
   }
 }
 
-TEST(HectorSlamWithUnit, GoesOnWhereTheUnitStopsAndComesBack) {
+TEST(HectorSlamWithUnit, SurvivesAnInterruptionOfTheUnit) {
   Walked w = walk_through_the_office(3);
   std::erase_if(w.unit, [](const MargSample& s) {
     return s.time.seconds() > 9.0 && s.time.seconds() < 12.0;
@@ -73,8 +73,8 @@ TEST(HectorSlamWithUnit, GoesOnWhereTheUnitStopsAndComesBack) {
   EXPECT_LT(worst_m(run->trajectory, w.recording.truth), 0.5);
 }
 
-// Every fourth scan never comes, others come twice; readings have holes of 0.15 s.
-TEST(HectorSlamWithUnit, GoesOnWithScansAndReadingsAtIrregularTimes) {
+// Every fourth scan is missing, others come twice; samples have gaps of 0.15 s.
+TEST(HectorSlamWithUnit, SurvivesIrregularScansAndSamples) {
   Walked w = walk_through_the_office(2);
   Rng rng(4);
   std::vector<LaserScan> scans;
@@ -97,9 +97,9 @@ TEST(HectorSlamWithUnit, GoesOnWithScansAndReadingsAtIrregularTimes) {
   EXPECT_LT(worst_m(run->trajectory, truth), 0.3);
 }
 
-// Five seconds in the dark and round a corner by the filter alone, which ends a metre off; then the
-// walls are found again.
-TEST(HectorSlamWithUnit, GoesOnInTheDark) {
+// Five seconds without returns and round a corner by the filter alone, with a metre of error at the
+// end; then the walls are matched again.
+TEST(HectorSlamWithUnit, CoastsWithoutReturns) {
   Walked w = walk_through_the_office(4);
   for (LaserScan& scan : w.recording.scans)
     if (scan.time.seconds() > 8.0 && scan.time.seconds() < 13.0)
@@ -110,7 +110,7 @@ TEST(HectorSlamWithUnit, GoesOnInTheDark) {
   EXPECT_LT(worst_m(run->trajectory, w.recording.truth, 15.0), 0.3);
 }
 
-TEST(HectorSlamWithUnit, AUnitThatNeverSaysAnythingChangesNothing) {
+TEST(HectorSlamWithUnit, AUnitWithoutSamplesChangesNothing) {
   Walked w = walk_through_the_office(1);
   const auto without = run_hector_slam(w.recording);
   for (MargSample& s : w.unit) s.angular_rate_radps.setConstant(MargSample::kNone);

@@ -1,4 +1,4 @@
-// Localisation with a radar: metal in the walls tells places apart that look alike to LiDAR.
+// Localisation with a radar: metal in the walls distinguishes places that look alike to LiDAR.
 
 #include <cmath>
 #include <limits>
@@ -19,11 +19,11 @@ namespace {
 
 constexpr double kReach_m = 6.0;
 const SE2d kMount(0.08, 0.0, Angle{});
-/// Takes the symmetric place, 12 m x 2.5 m, to itself.
+/// The symmetry of the place, 12 m x 2.5 m: a rotation by 180°.
 const SE2d kHalfTurn(12.0, 2.5, Angle::degrees(180.0));
 
-/// What a radar at the front sees of the reflectors from a pose: those before it, to 3 cm, and as
-/// many points again that are nothing.
+/// Radar detections from a pose: the reflectors in front of it, to 3 cm, and as many clutter
+/// points.
 RadarScan frame_at(LogTime time, const SE2d& T_map_base, const std::vector<Eigen::Vector2d>& metal,
                    Rng& rng) {
   RadarScan frame{time, {}};
@@ -44,7 +44,7 @@ struct RadarPlace : Place {
   std::vector<Eigen::Vector2d> metal;
 };
 
-/// The place that half a turn takes to itself, with metal in its walls that does not lie so.
+/// The place that is symmetric under rotation by 180°, with metal in its walls that is not.
 const RadarPlace& symmetric() {
   static const RadarPlace place = [] {
     RadarPlace p{make_place(kSymmetric, 2), {}};
@@ -79,18 +79,18 @@ int found(const LocalisationOptions& options) {
     const auto result = run(symmetric().recording, symmetric(), options, {}, seed);
     const LocalisationOutcome& last = result.outcomes.back();
     const bool right = error_of(last, symmetric().recording).head<2>().norm() < 0.15;
-    EXPECT_TRUE(right || !last.converged) << "believed where it is not, seed " << seed;
+    EXPECT_TRUE(right || !last.converged) << "converged at a wrong pose, seed " << seed;
     found += right && last.converged ? 1 : 0;
   }
   return found;
 }
 
-TEST(LocaliserWithRadar, TellsApartWhatLidarCannot) {
+TEST(LocaliserWithRadar, ResolvesWhatIsAmbiguousToLidar) {
   EXPECT_EQ(found(listening_to(true, false)), 0);
   EXPECT_EQ(found(listening_to(true, true)), 4);
 }
 
-TEST(LocaliserWithRadar, FindsAndTracksByRadarAlone) {
+TEST(LocaliserWithRadar, FindsAndTracksWithRadarAlone) {
   EXPECT_EQ(found(listening_to(false, true)), 4);
   const Recording& recording = symmetric().recording;
   const auto result =
@@ -102,8 +102,8 @@ TEST(LocaliserWithRadar, FindsAndTracksByRadarAlone) {
   expect_found(result, recording);
 }
 
-// Told the pose that half a turn takes to the true one, where LiDAR sees the same.
-TEST(LocaliserWithRadar, NoticesThatItWasToldTheWrongPlace) {
+// Started at the symmetric counterpart of the true pose, where LiDAR sees the same.
+TEST(LocaliserWithRadar, RecoversFromAWrongInitialPose) {
   const Recording& recording = symmetric().recording;
   Gaussian<SE2d> start = known_start(recording);
   start.mean = kHalfTurn * start.mean;
@@ -113,8 +113,8 @@ TEST(LocaliserWithRadar, NoticesThatItWasToldTheWrongPlace) {
   expect_found(run(recording, symmetric(), listening_to(true, true), start), recording);
 }
 
-// Driven to and fro between the ends, and turned about by half a turn without noticing.
-TEST(LocaliserWithRadar, NoticesThatItWasCarriedToWhereLidarSeesTheSame) {
+// Driven to and fro between the ends, and rotated by 180° without odometry.
+TEST(LocaliserWithRadar, RecoversFromKidnappingToTheSymmetricPose) {
   Recording recording = symmetric().recording;
   const LogTime lifted = recording.truth[recording.truth.size() / 4].time;
   Rng rng(5);
@@ -130,7 +130,7 @@ TEST(LocaliserWithRadar, NoticesThatItWasCarriedToWhereLidarSeesTheSame) {
                recording);
 }
 
-TEST(LocaliserWithRadar, GoesOnWithWhatItHas) {
+TEST(LocaliserWithRadar, ContinuesWithOneSensor) {
   Recording recording = symmetric().recording;
   const LogTime off = recording.scans[30].time, on = off + std::chrono::seconds(5);
   const auto silent = [&](const auto& s) { return s.time >= off && s.time < on; };
@@ -154,7 +154,7 @@ TEST(LocaliserWithRadar, SameSeedSameBytesForAnyNumberOfThreads) {
   expect_same(one, run(symmetric().recording, symmetric(), options));
 }
 
-TEST(LocaliserWithRadar, RefusesWhatIsNoScan) {
+TEST(LocaliserWithRadar, RefusesInvalidScans) {
   PointSet points;
   for (int i = 0; i < 20; ++i) points.push_back({1.0F, 0.1F * static_cast<float>(i)});
   const Place plain = make_place(kSymmetric, 2);
@@ -172,9 +172,9 @@ TEST(LocaliserWithRadar, RefusesWhatIsNoScan) {
     EXPECT_EQ(after[i].T_map_base.translation(), before[i].T_map_base.translation());
 }
 
-// A robot that turns on the spot by a tenth of a radian a second sees one post, 2 m before where it
-// stood at the last frame.
-TEST(GatherRadar, PlacesFramesWhereTheRobotStoodAtTheLast) {
+// A robot rotating on the spot at a tenth of a radian per second sees one post, 2 m in front of it
+// at the last frame.
+TEST(GatherRadar, ExpressesFramesInTheBaseFrameOfTheLastOne) {
   Recording recording;
   recording.T_base_radar = Transform2<frame::Base, frame::Radar>(kMount);
   const auto pose = [](double t) { return SE2d(1.0, -2.0, Angle::radians(0.1 * t)); };
@@ -194,7 +194,7 @@ TEST(GatherRadar, PlacesFramesWhereTheRobotStoodAtTheLast) {
   const auto one = gather_radar(recording, track, options);
   ASSERT_EQ(one.size(), 1U);
   EXPECT_EQ(one[0].time, LogTime::from_seconds(1.0));
-  ASSERT_EQ(one[0].points.size(), 10U);  // the one that is no number is left out
+  ASSERT_EQ(one[0].points.size(), 10U);  // the one that is not finite is left out
   for (std::size_t i = 0; i < 10; ++i) {
     EXPECT_NEAR(one[0].points[i].x(), 2.0F, 1e-5F);
     EXPECT_NEAR(one[0].points[i].y(), 0.0F, 1e-5F);
@@ -206,9 +206,9 @@ TEST(GatherRadar, PlacesFramesWhereTheRobotStoodAtTheLast) {
   EXPECT_EQ(gather_radar(recording, track, options).size(), 3U);  // 0 … 0.3, 0.4 … 0.7, the rest
 }
 
-// Straight ahead at 0.25 m/s past a post seen 30° to the left, whose Doppler fell into the bin of
-// speed 0: the sine of its bearing is off by what the radial speed, v cos 30° towards it, adds.
-TEST(GatherRadar, SetsBearingsRightForTheMotionOdometryTellsOf) {
+// Straight ahead at 0.25 m/s past a post at 30° to the left, whose Doppler is in the bin of speed
+// 0: the sine of its bearing has an error from the radial speed towards it, v cos 30°.
+TEST(GatherRadar, CorrectsBearingsForTheOdometryVelocity) {
   Recording recording;
   recording.radar_max_speed_m_s = 2.0;
   constexpr double kSpeed = 0.25;
@@ -228,11 +228,11 @@ TEST(GatherRadar, SetsBearingsRightForTheMotionOdometryTellsOf) {
   const auto gathered = gather_radar(recording, OdometryTrack(recording.odometry));
   ASSERT_EQ(gathered.size(), 1U);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(gathered[0].points[i].y(), 3.0 * sine, 1e-5);
-  // A frame alone says nothing of how fast it moved.
+  // A single frame has no velocity.
   EXPECT_NEAR(scans[0].points[0].y(), 3.0 * seen, 1e-5);
 }
 
-TEST(Kidnapped, TakesTheRadarAlong) {
+TEST(Kidnapped, AppliesToTheRadarToo) {
   const Recording& whole = symmetric().recording;
   const LogTime from = whole.truth[whole.truth.size() / 4].time;
   const LogTime to = whole.truth[whole.truth.size() / 2].time;

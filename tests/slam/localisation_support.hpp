@@ -12,7 +12,7 @@
 
 namespace wayfare {
 
-// Looks the same after half a turn: nothing can tell the two ends apart.
+// Symmetric under rotation by 180°: the two ends cannot be distinguished.
 inline constexpr const char* kSymmetric = R"(metres_per_character 0.5
 route a b a
 picture
@@ -23,13 +23,13 @@ picture
 ########################
 )";
 
-/// A run through a place, with truth, and its map.
+/// A recording in a place with its truth and map.
 struct Place {
   Recording recording;
   OccupancyGrid grid;
   std::shared_ptr<const LocalisationMap> map;
 };
-/// With 90 beams of 6 m all round, and wheels a little unlike.
+/// With 90 beams of 6 m all round, and slightly different wheels.
 Place make_place(const char* text, std::uint64_t seed);
 
 /// The defaults with few particles.
@@ -43,7 +43,7 @@ LocalisationRun run(const Recording& recording, const Place& place,
 
 Eigen::Vector3d error_of(const LocalisationOutcome& o, const Recording& recording);
 
-/// Believed at the end, and within 15 cm.
+/// Converged at the end, within 15 cm.
 void expect_found(const LocalisationRun& result, const Recording& recording);
 void expect_same(const LocalisationRun& a, const LocalisationRun& b);
 

@@ -39,17 +39,17 @@ const Place& flat() {
   return place;
 }
 
-/// Root mean square of place, m, and heading, rad, over the outcomes from `first` on.
+/// Root mean square of position, m, and heading, rad, over the outcomes from `first` on.
 std::pair<double, double> rmse(const LocalisationRun& result, const Recording& recording,
                                std::size_t first = 0) {
-  double place = 0.0, turn = 0.0;
+  double position = 0.0, turn = 0.0;
   for (std::size_t i = first; i < result.outcomes.size(); ++i) {
     const Eigen::Vector3d e = error_of(result.outcomes[i], recording);
-    place += e.head<2>().squaredNorm();
+    position += e.head<2>().squaredNorm();
     turn += e[2] * e[2];
   }
   const auto n = static_cast<double>(result.outcomes.size() - first);
-  return {std::sqrt(place / n), std::sqrt(turn / n)};
+  return {std::sqrt(position / n), std::sqrt(turn / n)};
 }
 
 class EveryModel : public ::testing::TestWithParam<ScanLikelihood> {
@@ -62,12 +62,12 @@ class EveryModel : public ::testing::TestWithParam<ScanLikelihood> {
   }
 };
 
-// 5 cm and 1 degree are the figures asked for; walls are known to half a cell of 5 cm.
+// 5 cm and 1 degree are the requirement; walls are known to half a cell of 5 cm.
 TEST_P(EveryModel, TracksWithinCentimetres) {
   const Recording& recording = flat().recording;
   const auto result = run(recording, flat(), options(), known_start(recording));
-  const auto [place, turn] = rmse(result, recording);
-  EXPECT_LT(place, 0.05);
+  const auto [position, turn] = rmse(result, recording);
+  EXPECT_LT(position, 0.05);
   EXPECT_LT(turn, 0.0175);
   for (const LocalisationOutcome& o : result.outcomes) {
     EXPECT_TRUE(o.converged);
@@ -76,7 +76,7 @@ TEST_P(EveryModel, TracksWithinCentimetres) {
   EXPECT_EQ(result.outcomes.back().particles, options().min_particles);
 }
 
-TEST_P(EveryModel, FindsTheRobotFromNowhere) {
+TEST_P(EveryModel, LocalisesGlobally) {
   const auto result = run(flat().recording, flat(), options());
   EXPECT_TRUE(result.outcomes.front().searched);
   EXPECT_FALSE(result.outcomes.front().converged);
@@ -95,7 +95,7 @@ Recording carried(const Recording& recording) {
   return sim::kidnapped(recording, at(0.1), at(0.5));
 }
 
-TEST(Kidnapped, OdometryGoesOnAndTruthJumps) {
+TEST(Kidnapped, OdometryContinuesAndTruthJumps) {
   const Recording& whole = flat().recording;
   const Recording r = carried(whole);
   const LogTime lifted = whole.truth[whole.truth.size() / 10].time;
@@ -119,17 +119,17 @@ TEST(Kidnapped, OdometryGoesOnAndTruthJumps) {
             sim::part_of(whole, LogTime{}, lifted).scans.size());
 }
 
-TEST(Localiser, NoticesThatItWasKidnapped) {
+TEST(Localiser, RecoversFromKidnapping) {
   const Recording recording = carried(flat().recording);
   const auto result = run(recording, flat(), quick(), known_start(recording));
   int moves = 0;
-  for (const LocalisationOutcome& o : result.outcomes) moves += o.moved ? 1 : 0;
+  for (const LocalisationOutcome& o : result.outcomes) moves += o.relocalised ? 1 : 0;
   EXPECT_GE(moves, 1);
   expect_found(result, recording);
 }
 
-// Ranges of no room at all: wherever the particles gather, the map says otherwise.
-TEST(Localiser, BelievesLittleWhereNothingFits) {
+// Ranges that fit no room: wherever the particles gather, the map contradicts them.
+TEST(Localiser, DoesNotConvergeWhereNothingFits) {
   Recording recording = flat().recording;
   const std::size_t out = recording.scans.size() / 3, n = recording.scans.size();
   Rng rng(6);
@@ -143,7 +143,7 @@ TEST(Localiser, BelievesLittleWhereNothingFits) {
   EXPECT_LT(static_cast<double>(after) / static_cast<double>(n - out), 0.1) << after;
 }
 
-TEST(Localiser, SaysThatASymmetricPlaceCannotBeToldFromItself) {
+TEST(Localiser, ReportsASymmetricPlaceAsAmbiguous) {
   const Place place = make_place(kSymmetric, 2);
   int ambiguous = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -165,8 +165,8 @@ TEST(Localiser, SameSeedSameBytesForAnyNumberOfThreads) {
   EXPECT_NE(one.outcomes.back().T_map_base.mean.x(), other.outcomes.back().T_map_base.mean.x());
 }
 
-// Ten seconds of five metres and a corner, by odometry alone.
-TEST(LocaliserFaults, GoesOnThroughTenSecondsWithoutLidar) {
+// Ten seconds, five metres and a corner, by odometry alone.
+TEST(LocaliserFaults, SurvivesTenSecondsWithoutLidar) {
   Recording recording = flat().recording;
   const LogTime off = recording.scans[40].time, on = off + std::chrono::seconds(10);
   std::erase_if(recording.scans, [&](const LaserScan& s) { return s.time >= off && s.time < on; });
@@ -176,7 +176,7 @@ TEST(LocaliserFaults, GoesOnThroughTenSecondsWithoutLidar) {
   expect_found(result, recording);
 }
 
-TEST(LocaliserFaults, RangesThatAreNoNumbersAreLeftOut) {
+TEST(LocaliserFaults, IgnoresRangesThatAreNotFinite) {
   Recording recording = flat().recording;
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   for (std::size_t i = 0; i < recording.scans.size(); ++i)
@@ -211,7 +211,7 @@ TEST(LocaliserFaults, OdometryThatJumpsIsRefused) {
   expect_found(result, recording);
 }
 
-TEST(LocaliserFaults, WithoutOdometryItGoesOnAsItDid) {
+TEST(LocaliserFaults, WithoutOdometryItPredictsAtConstantVelocity) {
   Recording recording = flat().recording;
   recording.odometry.clear();
   const auto result = run(recording, flat(), quick(), known_start(recording));
@@ -219,7 +219,7 @@ TEST(LocaliserFaults, WithoutOdometryItGoesOnAsItDid) {
   expect_found(result, recording);
 }
 
-TEST(LocaliserFaults, ScansLateOrDoubledAreRefusedAndChangeNothing) {
+TEST(LocaliserFaults, LateOrDuplicatedScansAreRefusedAndChangeNothing) {
   const Recording& clean = flat().recording;
   Recording recording = clean;
   recording.scans.clear();
@@ -231,11 +231,11 @@ TEST(LocaliserFaults, ScansLateOrDoubledAreRefusedAndChangeNothing) {
   }
   const auto result = run(recording, flat());
   EXPECT_EQ(result.refused_scans, extra);
-  EXPECT_EQ(result.first_refusal, "scan 6: a scan not later than the last: late or doubled");
+  EXPECT_EQ(result.first_refusal, "scan 6: a scan not later than the last: late or duplicated");
   expect_same(result, run(clean, flat()));
 }
 
-TEST(LocaliserFaults, StartThatIsNoPoseIsRefused) {
+TEST(LocaliserFaults, AnInvalidInitialPoseIsRefused) {
   Localiser localiser(flat().map, quick(), 1);
   Gaussian<SE2d> start = known_start(flat().recording);
   start.covariance(0, 0) = -1.0;
@@ -248,14 +248,14 @@ TEST(LocaliserFaults, StartThatIsNoPoseIsRefused) {
   scan.bearing_step = Angle::radians(INFINITY);
   EXPECT_FALSE(localiser.add_scan(scan, {}));
   scan = flat().recording.scans.front();
-  scan.ranges_m.clear();  // nothing seen, nothing known
+  scan.ranges_m.clear();  // no scan, no estimate
   const auto outcome = localiser.add_scan(scan, {});
   ASSERT_TRUE(outcome);
   EXPECT_FALSE(outcome->converged);
   EXPECT_EQ(outcome->particles, 0u);
 }
 
-TEST(LocalisationMap, NeedsWallsAndPlaces) {
+TEST(LocalisationMap, NeedsWallsAndFreeCells) {
   EXPECT_FALSE(LocalisationMap::make(OccupancyGrid()));
   OccupancyGrid open;
   open.update({0, 0}, LogOdds::from_probability(0.1));
@@ -266,10 +266,10 @@ TEST(LocalisationMap, NeedsWallsAndPlaces) {
   open.update({5, 0}, LogOdds::from_probability(0.95));
   const auto map = LocalisationMap::make(open);
   ASSERT_TRUE(map) << map.error().message;
-  EXPECT_EQ((*map)->places(), std::vector<Cell>{Cell{}});
+  EXPECT_EQ((*map)->free_cells(), std::vector<Cell>{Cell{}});
 }
 
-TEST(RunLocalisation, StopsWhenToldAndRefusesAnEmptyRecording) {
+TEST(RunLocalisation, StopsOnRequestAndRefusesAnEmptyRecording) {
   LocalisationControl control;
   control.progress = [](double fraction) { return fraction < 0.25; };
   control.snapshots_at = {0.0, 0.1, 1.0};
@@ -327,7 +327,7 @@ TEST(KldBound, IsTheChiSquareQuantile) {
   EXPECT_EQ(kld_bound(1, options), 1.0);
 }
 
-TEST(FindClusters, JoinsAcrossTheWrapAndPartsWhatIsApart) {
+TEST(FindClusters, JoinsAcrossTheHeadingWrapAndSeparatesDistantParticles) {
   ParticleSet set;
   for (int i = 0; i < 10; ++i) set.push_back(SE2d(0.05 * i, 0.0, Angle::degrees(175.0 + i)));
   for (int i = 0; i < 5; ++i) set.push_back(SE2d(5.0, 0.0, Angle::degrees(3.0 * i)));

@@ -18,7 +18,7 @@
 namespace wayfare {
 namespace {
 
-/// Two rooms, walked from one to the other and back: 22 m.
+/// Two rooms, from one to the other and back: 22 m.
 struct Walked {
   MargRecording unit;
   std::vector<LaserScan> scans;
@@ -26,17 +26,18 @@ struct Walked {
 };
 
 Walked walk_through_the_office(std::uint64_t seed) {
-  const sim::PlannedRoute way = planned(kOffice);
-  std::vector<Eigen::Vector2d> route = way.route_m;
+  const sim::PlannedRoute planned_route = planned(kOffice);
+  std::vector<Eigen::Vector2d> route = planned_route.route_m;
   route.push_back(route.front());
   Rng rng(seed);
   const sim::HeadWalk head(route, {}, rng.stream(1));
   Walked walked;
   walked.unit = head.unit(100.0, {}, rng);
-  for (double t = 1.0; t < head.lasts_s(); t += 1 / 5.5) {
+  for (double t = 1.0; t < head.duration_s(); t += 1 / 5.5) {
     const auto pose = head.at(t);
     walked.truth_m.emplace_back(pose.position_m.head<2>());
-    walked.scans.push_back(sim::scan_from_head(way.plan, pose, LogTime::from_seconds(t), {}, rng));
+    walked.scans.push_back(
+        sim::scan_from_head(planned_route.plan, pose, LogTime::from_seconds(t), {}, rng));
   }
   return walked;
 }
@@ -61,31 +62,32 @@ PedestrianSlam follow(const Walked& walked, const PedestrianSlamOptions& options
   return slam;
 }
 
-/// Largest distance from a time on, the estimate turned about its start by the way to the farthest
-/// place.
+/// Greatest distance from a time on, with the estimate rotated about its start to align the
+/// farthest points.
 double worst_m(const PedestrianSlam& slam, const Walked& walked, double from_s = 0.0) {
   const Trajectory t = slam.slam().trajectory();
-  // Both begin standing; the turn between the frames is that between their farthest places.
+  // Both begin standing; the rotation between the frames follows from their farthest points.
   std::size_t far = 0;
   for (std::size_t i = 0; i < t.size(); ++i)
     if ((walked.truth_m[i] - walked.truth_m[0]).norm() >
         (walked.truth_m[far] - walked.truth_m[0]).norm())
       far = i;
-  const auto way = [&](std::size_t i) {
+  const auto displacement = [&](std::size_t i) {
     return Eigen::Vector2d(t[i].T_map_base.raw().translation() -
                            t[0].T_map_base.raw().translation());
   };
-  const Eigen::Vector2d a = way(far), b = walked.truth_m[far] - walked.truth_m[0];
+  const Eigen::Vector2d a = displacement(far), b = walked.truth_m[far] - walked.truth_m[0];
   const SO2d turn(Angle::radians(std::atan2(b.y(), b.x()) - std::atan2(a.y(), a.x())));
   double worst = 0.0;
   for (std::size_t i = 0; i < t.size(); ++i)
     if (t[i].time.seconds() >= from_s)
-      worst = std::max(worst, (turn * way(i) - (walked.truth_m[i] - walked.truth_m[0])).norm());
+      worst = std::max(worst,
+                       (turn * displacement(i) - (walked.truth_m[i] - walked.truth_m[0])).norm());
   return worst;
 }
 
-// Noise is 1 to 5 cm, cells are 5 cm, and tilt of 3° moves what is 8 m away by a centimetre.
-TEST(PedestrianSlam, FollowsAWalkerThroughAnOffice) {
+// Noise is 1 to 5 cm, cells are 5 cm, and a tilt of 3° moves a point 8 m away by a centimetre.
+TEST(PedestrianSlam, TracksAWalkerThroughAnOffice) {
   for (const std::uint64_t seed : {1U, 2U}) {
     const Walked walked = walk_through_the_office(seed);
     const PedestrianSlam slam = follow(walked, on_the_head());
@@ -93,15 +95,15 @@ TEST(PedestrianSlam, FollowsAWalkerThroughAnOffice) {
   }
 }
 
-TEST(PedestrianSlam, SameReadingsSamePlaces) {
+TEST(PedestrianSlam, IsDeterministic) {
   const Walked walked = walk_through_the_office(3);
   EXPECT_EQ(follow(walked, on_the_head()).slam().save(),
             follow(walked, on_the_head()).slam().save());
 }
 
-// In the dark there are steps along the way the head points to, which is off by up to 20°; what
-// counts is that the walker is found again.
-TEST(PedestrianSlam, GoesOnWhereTheUnitStopsOrTheLaserIsCovered) {
+// Without returns there are steps along the head's direction, with an error of up to 20°; the test
+// is that the walker is found again.
+TEST(PedestrianSlam, SurvivesAnInterruptionOfTheUnitOrTheLaser) {
   Walked walked = walk_through_the_office(1);
   Walked no_unit = walked;
   std::erase_if(no_unit.unit, [](const MargSample& s) { return s.time.seconds() > 9.0; });
@@ -112,9 +114,9 @@ TEST(PedestrianSlam, GoesOnWhereTheUnitStopsOrTheLaserIsCovered) {
   EXPECT_LT(worst_m(follow(walked, on_the_head()), walked, 18.0), 0.3);
 }
 
-// Every fourth scan never comes, others come twice, each out of its turn again; readings have holes
-// of 0.4 s, longer than the unit may be silent.
-TEST(PedestrianSlam, GoesOnWithScansAndReadingsAtIrregularTimes) {
+// Every fourth scan is missing, others come twice, each late the second time; samples have gaps of
+// 0.4 s, longer than the tolerated age.
+TEST(PedestrianSlam, SurvivesIrregularScansAndSamples) {
   const Walked walked = walk_through_the_office(2);
   Rng rng(4);
   PedestrianSlam slam(on_the_head());
@@ -140,7 +142,7 @@ TEST(PedestrianSlam, GoesOnWithScansAndReadingsAtIrregularTimes) {
   EXPECT_LT(worst_m(slam, taken), 0.3);
 }
 
-/// Of the unit's forward axis, from the first scan on, at the walk's end.
+/// Heading of the unit's forward axis at the end, relative to the first scan.
 double heading_drift_deg(const Walked& walked, const PedestrianSlamOptions& options) {
   const PedestrianSlam slam = follow(walked, options);
   const Eigen::Vector3d axis = slam.pedestrian().ahrs().q_world_body() * Eigen::Vector3d::UnitX();
@@ -148,9 +150,9 @@ double heading_drift_deg(const Walked& walked, const PedestrianSlamOptions& opti
   return Angle::radians(std::atan2(axis.y(), axis.x()) - T.heading().radians()).wrapped().degrees();
 }
 
-// A gyro off by 0.5 °/s about the vertical turns 15° in half a minute; the map tells the filter so,
-// a disturbed magnetometer is not asked, and the filter finds the bias.
-TEST(PedestrianSlam, TellsTheFilterItsHeading) {
+// A gyro bias of 0.5 °/s about the vertical makes 15° in half a minute; the filter estimates it
+// from the map's heading, without the disturbed magnetometer.
+TEST(PedestrianSlam, GivesTheFilterItsHeading) {
   Walked walked = walk_through_the_office(1);
   for (MargSample& s : walked.unit) {
     s.angular_rate_radps.z() += 0.00873;
@@ -160,18 +162,18 @@ TEST(PedestrianSlam, TellsTheFilterItsHeading) {
   options.pedestrian.ahrs.use_magnetometer = true;
   options.pedestrian.ahrs.bias_sigma = 0.00873;
   EXPECT_LT(std::abs(heading_drift_deg(walked, options)), 1.5);
-  const PedestrianSlam told = follow(walked, options);
-  EXPECT_NEAR(told.pedestrian().ahrs().gyro_bias_radps().z(), 0.00873, 0.002);
-  EXPECT_GT(told.pedestrian().report().ahrs.outside.used, 15U);
-  EXPECT_EQ(told.pedestrian().report().ahrs.outside.disturbed, 0U);
-  EXPECT_EQ(told.pedestrian().report().ahrs.magnetometer.used, 0U);
+  const PedestrianSlam with_map = follow(walked, options);
+  EXPECT_NEAR(with_map.pedestrian().ahrs().gyro_bias_radps().z(), 0.00873, 0.002);
+  EXPECT_GT(with_map.pedestrian().report().ahrs.outside.used, 15U);
+  EXPECT_EQ(with_map.pedestrian().report().ahrs.outside.disturbed, 0U);
+  EXPECT_EQ(with_map.pedestrian().report().ahrs.magnetometer.used, 0U);
   options.pedestrian.ahrs.use_magnetometer = false;
-  options.pedestrian.ahrs.bias_sigma = 1e-4;  // so that rest does not tell it either
+  options.pedestrian.ahrs.bias_sigma = 1e-4;  // so that rest does not reveal it either
   options.heading = false;
   EXPECT_GT(std::abs(heading_drift_deg(walked, options)), 5.0);
 }
 
-// Steps of 0.66 m taken for 0.8 m, the axis 20° off the way.
+// Steps of 0.66 m taken for 0.8 m, with the axis 20° off the direction of motion.
 TEST(WalkFeedback, FindsScaleAndDirectionOfSteps) {
   WalkFeedback feedback({.scale_sigma = 0.2});
   const SO2d off(Angle::degrees(-20));
@@ -184,16 +186,16 @@ TEST(WalkFeedback, FindsScaleAndDirectionOfSteps) {
   EXPECT_NEAR(feedback.direction().degrees(), 20.0, 0.5);
 }
 
-TEST(WalkFeedback, LearnsNoLengthWhereTheSceneHoldsNone) {
+TEST(WalkFeedback, EstimatesNoScaleInADegenerateScene) {
   WalkFeedback feedback;
   for (int i = 0; i < 100; ++i)
     feedback.tell(LogTime::from_seconds(0.18 * i), {0.16 * i, 0.0}, {0.2 * i, 0.0}, false);
   EXPECT_EQ(feedback.scale(), 1.0);
 }
 
-// A wall 4 m ahead seen by a scanner pitched down by 10°: its points are 4 m ahead again, 0.7 m
-// lower; seen as 4/cos 10° they would be 6 cm too far.
-TEST(LevelScan, PutsATiltedPlaneInTheLevel) {
+// A wall 4 m ahead seen by a scanner pitched down by 10°: its levelled points are 4 m ahead, 0.7 m
+// lower; unlevelled, at 4/cos 10°, they would be 6 cm too far.
+TEST(LevelScan, ProjectsATiltedScanOntoTheLevelPlane) {
   const SO3d down = SO3d::exp(Eigen::Vector3d(0, Angle::degrees(10).radians(), 0));
   LaserScan scan{{}, Angle::degrees(-30), Angle::degrees(1), 0.1F, 12.0F, {}};
   for (int i = 0; i <= 60; ++i) {
@@ -209,19 +211,19 @@ TEST(LevelScan, PutsATiltedPlaneInTheLevel) {
     EXPECT_NEAR(double(level.ranges_m[i]) * std::cos(level.bearing(i).radians()), 4.0, 0.005);
   }
   EXPECT_EQ(returned, 61);
-  // 0.7 m down is floor to who says so.
+  // 0.7 m down is classified as floor with such options.
   const LaserScan none = level_scan(scan, down, {.lowest_m = -0.5});
   for (std::size_t i = 0; i < none.ranges_m.size(); ++i) EXPECT_FALSE(none.returned(i));
 }
 
-// The unit's readings integrate to the poses they were taken from.
-TEST(HeadWalk, ReadingsAreThoseOfTheMotion) {
+// The unit's samples integrate to the true poses.
+TEST(HeadWalk, SamplesIntegrateToTheMotion) {
   const sim::HeadWalk head({{0, 0}, {6, 0}, {6, 5}}, {}, Rng(5));
-  EXPECT_NEAR(head.way_m(), 11.0, 1e-12);
+  EXPECT_NEAR(head.path_length_m(), 11.0, 1e-12);
   Rng rng(1);
   const double rate = 500.0;
   const MargRecording unit =
-      head.unit(rate, {.gyro_radps = 0, .accel_mps2 = 0, .gyro_bias_a_second = Angle()}, rng);
+      head.unit(rate, {.gyro_radps = 0, .accel_mps2 = 0, .gyro_bias_per_second = Angle()}, rng);
   SO3d q = head.at(0).q_world_head;
   Eigen::Vector3d v = Eigen::Vector3d::Zero(), p = head.at(0).position_m;
   for (const MargSample& s : unit) {

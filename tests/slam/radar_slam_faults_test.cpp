@@ -1,5 +1,5 @@
-// The particle filter when sensors fail, on a robot that needs them: wheels and gyro err so that by
-// themselves they lose the way.
+// The particle filter with sensor faults, on a robot whose wheel and gyro errors make dead
+// reckoning drift.
 
 #include <limits>
 #include <string>
@@ -15,8 +15,8 @@
 namespace wayfare {
 namespace {
 
-/// The gyro reads 0.006 rad/s too much, which turns the robot by 14° in the 40 s, and the right
-/// wheel counts three parts in a hundred too many.
+/// A gyro bias of 0.006 rad/s, which rotates the robot by 14° in 40 s, and a right wheel that
+/// counts 3 % too much.
 const Recording& lame() {
   static const Recording recording = [] {
     Recording r = room();
@@ -27,7 +27,7 @@ const Recording& lame() {
   return recording;
 }
 
-// What the sensors make of it; by wheels and gyro alone it is 0.90 m. Measured: 0.10 to 0.17 m with
+// Errors with the sensors; by wheels and gyro alone it is 0.90 m. Measured: 0.10 to 0.17 m with
 // LiDAR, 0.05 to 0.12 m with radar alone.
 constexpr double kRecovered_m = 0.22;
 
@@ -39,8 +39,8 @@ bool in_the_middle(LogTime t) {
 
 double error_m(const RadarSlamRun& slam) { return largest_error_m(slam.trajectory, lame()); }
 
-// Without this the bounds of the others would say nothing.
-TEST(RadarSlamFaults, WheelsAndGyroAloneLoseTheWay) {
+// Without this the bounds of the other tests would prove nothing.
+TEST(RadarSlamFaults, WheelsAndGyroAloneDrift) {
   Recording r = lame();
   for (std::size_t i = 1; i < r.radar.size(); ++i) r.radar[i].points.clear();
   const RadarSlamRun slam = run(r, SlamSensors::radar);
@@ -53,7 +53,7 @@ TEST(RadarSlamFaults, NothingFails) {
   EXPECT_LT(error_m(radar), kRecovered_m);
   EXPECT_LT(error_m(both), kRecovered_m);
   EXPECT_TRUE(both.faults.empty()) << both.faults.front().what;
-  // Of 0.006 rad/s and what the robot's gyro had before, -0.0013, more than half is learnt in 40 s.
+  // Of 0.006 rad/s and the robot's own gyro bias, -0.0013, more than half is estimated in 40 s.
   EXPECT_GT(both.gyro_bias_rad_s, 0.5 * 0.0047);
   EXPECT_LT(both.gyro_bias_rad_s, 1.2 * 0.0047);
 }
@@ -84,7 +84,7 @@ TEST(RadarSlamFaults, LidarOff) {
   EXPECT_TRUE(says(slam, "no LiDAR returns"));
 }
 
-// Radar goes on alone.
+// Radar continues alone.
 TEST(RadarSlamFaults, LidarOffForGood) {
   Recording r = lame();
   std::erase_if(r.scans, [](const LaserScan& scan) {
@@ -122,7 +122,7 @@ TEST(RadarSlamFaults, GyroNotANumber) {
   EXPECT_TRUE(says(slam, "gyro"));
 }
 
-/// Every scan twice, and every fifth once more, 0.6 s late.
+/// Every scan twice, and every fifth a third time, 0.6 s late.
 template <class Scan>
 std::vector<Scan> repeated(const std::vector<Scan>& scans, std::size_t late) {
   std::vector<Scan> all;
@@ -133,21 +133,21 @@ std::vector<Scan> repeated(const std::vector<Scan>& scans, std::size_t late) {
   return all;
 }
 
-TEST(RadarSlamFaults, LateAndDoubledScansOfARecordingChangeNothingAndAreCounted) {
+TEST(RadarSlamFaults, LateAndDuplicatedScansOfARecordingChangeNothingAndAreCounted) {
   Recording r = lame();
   r.scans = repeated(r.scans, 3);
   r.radar = repeated(r.radar, 18);
   const RadarSlamRun slam = run(r, SlamSensors::both), clean = run(lame(), SlamSensors::both);
   EXPECT_EQ(slam.refused_scans,
             r.scans.size() - lame().scans.size() + r.radar.size() - lame().radar.size());
-  EXPECT_NE(slam.first_refusal.find("late or doubled"), std::string::npos) << slam.first_refusal;
+  EXPECT_NE(slam.first_refusal.find("late or duplicated"), std::string::npos) << slam.first_refusal;
   ASSERT_EQ(slam.trajectory.size(), clean.trajectory.size());
   for (std::size_t i = 0; i < clean.trajectory.size(); ++i)
     ASSERT_EQ(slam.trajectory[i].T_map_base.raw().translation(),
               clean.trajectory[i].T_map_base.raw().translation());
 }
 
-TEST(RadarSlamFaults, LateAndDoubledScansChangeNothing) {
+TEST(RadarSlamFaults, LateAndDuplicatedScansChangeNothing) {
   const auto scan = [](double t) { return room_scan(t, 2.0 + 0.1 * t, 2.0); };
   const Gaussian<SE2d> step{SE2d(0.1, 0, Angle{}), 1e-4 * Eigen::Matrix3d::Identity()};
   RadarSlam clean(few()), troubled(few());

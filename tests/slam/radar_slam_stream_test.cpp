@@ -1,4 +1,4 @@
-// The particle filter fed as a robot gives its measurements: what comes of it is what comes of the
+// The particle filter with measurements that arrive one by one gives the same result as with the
 // recording.
 
 #include <wayfare/slam/radar_slam_stream.hpp>
@@ -28,7 +28,7 @@ const Recording& begin_of_room() {
   return recording;
 }
 
-/// When it comes, and where it goes.
+/// Arrival time of a measurement and the call that adds it.
 using Arrival = std::pair<double, std::function<void(RadarSlamStream&)>>;
 
 template <class Stream>
@@ -37,14 +37,14 @@ void arrive(std::vector<Arrival>& all, const Stream& measurements, double lag_s)
     all.emplace_back(m.time.seconds() + lag_s, [&m](RadarSlamStream& to) { to.add(m); });
 }
 
-RadarSlamStream stream_of(const Recording& r, SlamSensors sensors, MotionFrom motion) {
+RadarSlamStream stream_of(const Recording& r, SlamSensors sensors, MotionSource motion) {
   RadarSlamStreamOptions options{few(), sensors, motion, {}, sync_params(r)};
   options.slam.T_base_laser = r.T_base_laser;
   return RadarSlamStream(options);
 }
 
-/// Each stream late by as much as it may be; worked on as soon as it can be.
-RadarSlamRun live(const Recording& r, SlamSensors sensors, MotionFrom motion) {
+/// Each stream at its greatest lag; processed as early as possible.
+RadarSlamRun live(const Recording& r, SlamSensors sensors, MotionSource motion) {
   std::vector<Arrival> all;
   arrive(all, r.wheels, 0.05), arrive(all, r.gyro, 0.0), arrive(all, r.odometry, 0.1);
   arrive(all, r.radar, 0.02), arrive(all, r.scans, 0.15);
@@ -55,7 +55,7 @@ RadarSlamRun live(const Recording& r, SlamSensors sensors, MotionFrom motion) {
     arrival.second(stream);
     while (stream.step()) continue;
   }
-  // No more than the last frames of the radar waits for its end.
+  // At most the last radar frames wait for the end.
   EXPECT_GE(to_seconds(stream.slam().pose()->time - r.radar.front().time), 10.0);
   stream.finish();
   while (stream.step()) continue;
@@ -65,26 +65,26 @@ RadarSlamRun live(const Recording& r, SlamSensors sensors, MotionFrom motion) {
   return stream.result();
 }
 
-TEST(RadarSlamStream, GivesLiveByWheelsWhatTheRecordingGives) {
+TEST(RadarSlamStream, LiveWithWheelsEqualsTheRecording) {
   for (const SlamSensors sensors : {SlamSensors::radar, SlamSensors::both})
-    EXPECT_EQ(bytes_of(live(begin_of_room(), sensors, MotionFrom::wheels)),
+    EXPECT_EQ(bytes_of(live(begin_of_room(), sensors, MotionSource::wheels)),
               bytes_of(run(begin_of_room(), sensors)));
 }
 
-TEST(RadarSlamStream, GivesLiveByOdometryWhatTheRecordingGives) {
+TEST(RadarSlamStream, LiveWithOdometryEqualsTheRecording) {
   Recording r = begin_of_room();
   r.wheels.clear();
   r.gyro.clear();
   for (const SlamSensors sensors : {SlamSensors::radar, SlamSensors::lidar, SlamSensors::both})
-    EXPECT_EQ(bytes_of(live(r, sensors, MotionFrom::odometry)), bytes_of(run(r, sensors)));
+    EXPECT_EQ(bytes_of(live(r, sensors, MotionSource::odometry)), bytes_of(run(r, sensors)));
   r.odometry.clear();
-  EXPECT_EQ(bytes_of(live(r, SlamSensors::both, MotionFrom::nothing)),
+  EXPECT_EQ(bytes_of(live(r, SlamSensors::both, MotionSource::none)),
             bytes_of(run(r, SlamSensors::both)));
 }
 
-TEST(RadarSlamStream, WaitsForWhatBelongsToAScan) {
+TEST(RadarSlamStream, WaitsForTheDataOfAScan) {
   const Recording& r = begin_of_room();
-  RadarSlamStream stream = stream_of(r, SlamSensors::both, MotionFrom::odometry);
+  RadarSlamStream stream = stream_of(r, SlamSensors::both, MotionSource::odometry);
   EXPECT_FALSE(stream.step());
   EXPECT_EQ(stream.waits_for(), "");
   stream.add(r.scans.front());
@@ -99,14 +99,14 @@ TEST(RadarSlamStream, WaitsForWhatBelongsToAScan) {
   EXPECT_EQ(*stream.step(), r.scans.front().time);
 }
 
-TEST(RadarSlamStream, RefusesWhatComesTooLate) {
+TEST(RadarSlamStream, RefusesLateMeasurements) {
   const Recording& r = begin_of_room();
-  RadarSlamStream stream = stream_of(r, SlamSensors::lidar, MotionFrom::nothing);
+  RadarSlamStream stream = stream_of(r, SlamSensors::lidar, MotionSource::none);
   stream.add(r.scans[1]);
   EXPECT_TRUE(stream.step());
   stream.add(r.scans[1]);
   stream.add(r.scans[0]);
-  stream.add(r.radar[0]);  // not listened to
+  stream.add(r.radar[0]);  // not in use
   EXPECT_FALSE(stream.step());
   EXPECT_EQ(stream.result().refused_scans, 2U);
   EXPECT_EQ(stream.result().trajectory.size(), 1U);

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the particle filter's tests share: a recording in the room, runs over it and their errors.
+// Common to the particle filter's tests: a recording in a room, runs over it and their errors.
 
 #include <algorithm>
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace wayfare {
 
-/// The first 40 s of a round in the room at 0.25 m/s, every sensor on.
+/// The first 40 s of a drive round the room at 0.25 m/s with all sensors.
 inline const Recording& room() {
   static const Recording recording = [] {
     const Rng rng(1);
@@ -32,7 +32,7 @@ inline const Recording& room() {
   return recording;
 }
 
-/// Everything a run gives, as numbers without rounding.
+/// All results of a run, as numbers without rounding.
 struct RunBytes {
   std::vector<double> poses, log_weights;
   std::vector<std::int16_t> lidar, radar;
@@ -71,7 +71,7 @@ inline RadarSlamRun run(const Recording& recording, SlamSensors sensors) {
   return *std::move(slam);
 }
 
-/// Largest distance from the truth, both begun at the same pose.
+/// Greatest distance from the truth, both starting at the same pose.
 inline double largest_error_m(const Trajectory& estimate, const Recording& recording) {
   double largest = 0;
   const SE2d start = *pose_at(recording.truth, estimate.front().time);

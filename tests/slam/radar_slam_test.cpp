@@ -13,11 +13,11 @@
 namespace wayfare {
 namespace {
 
-// 40 s at 0.25 m/s. What wheels and gyro alone are off by is below this in this stretch, so the
-// bound is that no sensor makes it worse; rounds that need the sensors are in radar_slam_study.
+// 40 s at 0.25 m/s. The drift of wheels and gyro alone is below this bound here, so the test is
+// that no sensor makes it worse; drives that need the sensors are in radar_slam_study.
 constexpr double kClose_m = 0.35;
 
-TEST(RadarSlam, FollowsTheRobotWithEitherSensorAndBoth) {
+TEST(RadarSlam, TracksWithEitherSensorAndBoth) {
   for (const SlamSensors sensors : {SlamSensors::radar, SlamSensors::lidar, SlamSensors::both}) {
     const RadarSlamRun slam = run(room(), sensors);
     EXPECT_LT(largest_error_m(slam.trajectory, room()), kClose_m);
@@ -47,7 +47,7 @@ TEST(RadarSlam, GivesTheSameBytesForAnyNumberOfThreads) {
   EXPECT_NE(one.lidar, other.lidar);
 }
 
-TEST(RadarSlam, RefusesWhatIsNoMeasurement) {
+TEST(RadarSlam, RefusesInvalidMeasurements) {
   RadarSlam slam(few());
   LaserScan empty;
   EXPECT_FALSE(slam.add_lidar(empty));
@@ -63,7 +63,7 @@ TEST(RadarSlam, RefusesWhatIsNoMeasurement) {
   std::fill(blind.ranges_m.begin(), blind.ranges_m.end(), std::numeric_limits<float>::quiet_NaN());
   const auto outcome = slam.add_lidar(blind);
   ASSERT_TRUE(outcome);
-  EXPECT_FALSE(outcome->taken_up);
+  EXPECT_FALSE(outcome->updated);
   EXPECT_TRUE(slam.add_lidar(room_scan(2, 3, 2)));
 }
 

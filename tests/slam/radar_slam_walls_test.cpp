@@ -50,12 +50,12 @@ TEST(WallPoints, LeaveNoGapInAWallSeenAtAShallowAngle) {
   const WallPointsOptions options;
   const PointSet points = with_walls(ends, options);
   ASSERT_GT(points.size(), 2 * ends.size());
-  // The first and the last gap have a neighbour on one side only, and stay.
+  // The first and the last gap have a neighbour on one side only, and are kept.
   for (std::size_t i = 2; i + 1 < points.size(); ++i)
     EXPECT_LT((points[i] - points[i - 1]).norm(), 1.001 * options.spacing_m) << i;
 }
 
-TEST(WallPoints, OfTooFewPointsAreNone) {
+TEST(WallPoints, AddsNothingToTooFewPoints) {
   PointSet ends;
   for (int i = 0; i < 4; ++i) {
     EXPECT_EQ(with_walls(ends, {}).size(), static_cast<std::size_t>(i));
@@ -67,8 +67,8 @@ struct Believed {
   double mean_m = 0.0, std_m = 0.0;
 };
 
-/// Where twenty particles end that follow a robot for 10 m along two bare walls; motion is exact,
-/// and believed to 10 %.
+/// Final positions of twenty particles after 10 m along two bare walls; the motion is exact, with
+/// an assumed error of 10 %.
 Believed along_bare_walls(std::uint64_t seed) {
   const Walls corridor = Walls::corridor(Angle::degrees(20));
   RadarSlamOptions options;
@@ -93,9 +93,10 @@ Believed along_bare_walls(std::uint64_t seed) {
   return {sum, std::sqrt(squares - sum * sum)};
 }
 
-// Nothing is seen along the walls: twenty draws of 5 cm, 0.22 m a run, in part shared by its
-// particles. As rows of dots, walls hold the robot back by a metre and leave 0.03 m of doubt.
-TEST(RadarSlamWalls, DoNotHoldARobotBackThatDrivesAlongThem) {
+// Nothing is observable along the walls: twenty samples of 5 cm, 0.22 m per run, partly common to
+// its particles. With rows of dots the walls hold the robot back by a metre, with a spread of 0.03
+// m.
+TEST(RadarSlamWalls, DoNotBiasMotionAlongThem) {
   Believed mean;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const Believed run = along_bare_walls(seed);

@@ -1,4 +1,4 @@
-// Input that is bad, late, missing or a lie.
+// Input that is bad, late, missing or wrong.
 
 #include <cmath>
 #include <functional>
@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 
-/// The ring driven round twice after something was done to its recording; how far off it ends.
+/// Two rounds of the loop with a modified recording; returns the final error.
 double rmse_after(const std::function<void(Recording&)>& harm) {
   auto run = simulate(kRing, slipping_robot(), 1);
   harm(run.recording);
@@ -30,7 +30,7 @@ double rmse_after(const std::function<void(Recording&)>& harm) {
   return eval::absolute_error(slam->trajectory, run.truth).translation_m.rmse;
 }
 
-TEST(SubmapSlamFaults, RefusesAScanAndKeepsWhatIsGood) {
+TEST(SubmapSlamFaults, RefusesABadScanAndContinues) {
   SubmapSlam slam;
   ASSERT_TRUE(slam.add_scan(room_scan(1.0, 3.0, 2.0)));
   LaserScan empty = room_scan(2.0, 3.0, 2.0);
@@ -53,7 +53,7 @@ TEST(SubmapSlamFaults, RefusesAScanAndKeepsWhatIsGood) {
   EXPECT_THAT(none.error().message, HasSubstr("no scans"));
 }
 
-TEST(SubmapSlamFaults, BeginsInTheDark) {
+TEST(SubmapSlamFaults, StartsWithoutReturns) {
   SubmapSlam slam;
   LaserScan dark = room_scan(0.0, 3.0, 2.0);
   for (float& r : dark.ranges_m) r = kNoNumber;
@@ -75,7 +75,7 @@ TEST(SubmapSlamFaults, LidarCoveredForFiveSeconds) {
             0.15);
 }
 
-TEST(SubmapSlamFaults, ScansAtIrregularTimesDoubledAndWithHoles) {
+TEST(SubmapSlamFaults, IrregularDuplicatedAndMissingScans) {
   EXPECT_LT(rmse_after([](Recording& r) {
               std::vector<LaserScan> kept;
               for (std::size_t i = 0; i < r.scans.size(); ++i) {
@@ -91,8 +91,8 @@ TEST(SubmapSlamFaults, ScansAtIrregularTimesDoubledAndWithHoles) {
             0.15);
 }
 
-// Counters that begin anew: 7 m and a right angle off from one scan to the next.
-TEST(SubmapSlamFaults, OdometryBeginsAnewOnTheWay) {
+// Counters that are reset: a jump of 7 m and 90° from one scan to the next.
+TEST(SubmapSlamFaults, OdometryReset) {
   EXPECT_LT(rmse_after([](Recording& r) {
               const LogTime from = r.scans[r.scans.size() / 2].time;
               const SE2d leap(5.0, -5.0, Angle::degrees(90));
@@ -103,9 +103,9 @@ TEST(SubmapSlamFaults, OdometryBeginsAnewOnTheWay) {
             0.15);
 }
 
-// Scans 0.2 s apart, every seventh stamped a millisecond after the one before: what moved in
-// 0.2 s is no velocity over one.
-TEST(SubmapSlamFaults, StampsThatJitterWithoutOdometry) {
+// Scans 0.2 s apart, every seventh stamped a millisecond after the previous one: a motion in 0.2 s
+// must not become a velocity over 1 ms.
+TEST(SubmapSlamFaults, TimestampJitterWithoutOdometry) {
   auto run = simulate(kRing, slipping_robot(), 1);
   run.recording.odometry.clear();
   std::vector<LogTime> when;
@@ -122,7 +122,7 @@ TEST(SubmapSlamFaults, StampsThatJitterWithoutOdometry) {
   EXPECT_LT(eval::absolute_error(slam->trajectory, run.truth).translation_m.rmse, 0.15);
 }
 
-/// The ring without odometry, by a gyroscope that is silent from a third of the way on.
+/// The loop without odometry, with a gyroscope that stops after a third.
 TEST(SubmapSlamFaults, GyroscopeStops) {
   EXPECT_LT(rmse_after([](Recording& r) {
               const auto& o = r.odometry;
@@ -136,7 +136,7 @@ TEST(SubmapSlamFaults, GyroscopeStops) {
             0.15);
 }
 
-// Whatever byte of a saved map is changed, or wherever it is cut: an Error that says where.
+// A saved map with any byte changed or truncated anywhere: an Error with its position.
 TEST(SubmapSlamFaults, DamagedSavedMapsAreRefused) {
   SubmapSlam slam;
   for (int i = 0; i < 12; ++i) ASSERT_TRUE(slam.add_scan(room_scan(0.1 * i, 3.0 + 0.05 * i, 2.0)));

@@ -1,4 +1,4 @@
-// What submap SLAM reaches, and what its results do not depend on.
+// Accuracy of submap SLAM, and independence of its results.
 
 #include <wayfare/slam/submap_slam.hpp>
 
@@ -20,7 +20,7 @@ double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
   return eval::absolute_error(estimate, truth).translation_m.rmse;
 }
 
-/// Small submaps, so that the ring has finished ones.
+/// Small submaps, so that the loop has finished ones.
 SubmapSlamOptions small_submaps() {
   SubmapSlamOptions options;
   options.submap_nodes = 20;
@@ -36,9 +36,9 @@ Result<void> feed(SubmapSlam& slam, const Recording& recording, std::size_t from
   return {};
 }
 
-// The lidar's noise is 1-2 cm and the cells are 5 cm: a closed loop that is right is right to a few
-// centimetres, one that is wrong is off by half a metre and more.
-TEST(SubmapSlam, ClosesARingOfCorridorsThatOdometryDoesNot) {
+// The lidar's noise is 1-2 cm and the cells are 5 cm: a correctly closed loop is accurate to a few
+// centimetres, a wrong one is off by half a metre and more.
+TEST(SubmapSlam, ClosesALoopOfCorridorsDespiteOdometryDrift) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const auto run = simulate(kRing, slipping_robot(), seed);
     const auto slam = run_submap_slam(run.recording, small_submaps());
@@ -49,7 +49,7 @@ TEST(SubmapSlam, ClosesARingOfCorridorsThatOdometryDoesNot) {
   }
 }
 
-TEST(SubmapSlam, ClosesTheRingByScansAlone) {
+TEST(SubmapSlam, ClosesTheLoopByScansAlone) {
   auto run = simulate(kRing, slipping_robot(), 4);
   run.recording.odometry.clear();
   const auto slam = run_submap_slam(run.recording, small_submaps());
@@ -57,7 +57,7 @@ TEST(SubmapSlam, ClosesTheRingByScansAlone) {
   EXPECT_LT(rmse_m(slam->trajectory, run.truth), 0.15);
 }
 
-// Slip of 5 mm/√m makes 3.5 cm over 50 m; the rest is room for the corridor's ends.
+// Slip of 5 mm/√m makes 3.5 cm over 50 m; the margin is for the corridor's ends.
 TEST(SubmapSlam, KeepsTheLengthOfAFeaturelessCorridor) {
   sim::RobotParams robot = slipping_robot();
   robot.wheels.right_scale = 1.0;
@@ -89,8 +89,8 @@ TEST(SubmapSlam, SameBytesForAnyNumberOfThreads) {
   }
 }
 
-// A search under way is waited for before what it reads goes.
-TEST(SubmapSlam, MayEndWhileASearchIsUnderWay) {
+// A running search is waited for before its data is destroyed.
+TEST(SubmapSlam, MayBeDestroyedDuringASearch) {
   const auto run = simulate(kRing, slipping_robot(), 1);
   SubmapSlamOptions options = small_submaps();
   options.threads = 2;
@@ -101,8 +101,8 @@ TEST(SubmapSlam, MayEndWhileASearchIsUnderWay) {
   EXPECT_EQ(slam.statistics().loop_closures, 0U);
 }
 
-// Wherever the break is: between searches, and while one is under way.
-TEST(SubmapSlam, GoesOnFromSavedBytesAsIfThereHadBeenNoBreak) {
+// Wherever the interruption is: between searches and during one.
+TEST(SubmapSlam, ContinuesFromASavedState) {
   const auto run = simulate(kRing, slipping_robot(), 2);
   SubmapSlamOptions options = small_submaps();
   options.T_base_laser = run.recording.T_base_laser;
@@ -123,8 +123,8 @@ TEST(SubmapSlam, GoesOnFromSavedBytesAsIfThereHadBeenNoBreak) {
   }
 }
 
-// Twice round the ring: the poses go on, the map is that of the newest submaps.
-TEST(SubmapSlam, ForgetsOldSubmapsAndGoesOn) {
+// Two rounds of the loop: the poses remain, the map is that of the newest submaps.
+TEST(SubmapSlam, ForgetsOldSubmapsAndContinues) {
   const auto run = simulate(kRing, slipping_robot(), 3);
   SubmapSlamOptions options = small_submaps();
   options.tables_kept = 2;
@@ -153,8 +153,8 @@ Reached relations_of(const std::string& log_path, const std::string& relations_p
           eval::relations_error(run->trajectory, log->relations, {.nearest_pose = true})};
 }
 
-// Published for Cartographer: 0.0452 m, 0.538 deg. The file's time stamps jitter by tens of
-// milliseconds, so that only the nearest scans' headings compare.
+// Published for Cartographer: 0.0452 m, 0.538 deg. The file's timestamps jitter by tens of
+// milliseconds, so only the nearest scans' headings are compared.
 TEST(SubmapSlamRealLogs, Freiburg079WithAndWithoutOdometry) {
   WAYFARE_NEEDS_RECORDING(log, "slam2d/fr079.clf.gz");
   WAYFARE_NEEDS_RECORDING(relations, "slam2d/fr079.relations.gz");

@@ -102,9 +102,9 @@ struct Figures {
   sim::InsErrorAt::Vector squares = sim::InsErrorAt::Vector::Zero();
 };
 
-Figures figures_of(const std::vector<sim::InsErrorCourse>& courses) {
+Figures figures_of(const std::vector<sim::InsErrorSeries>& courses) {
   Figures f(courses[0].size());
-  for (const sim::InsErrorCourse& course : courses) {
+  for (const sim::InsErrorSeries& course : courses) {
     double all = 0.0, navigation = 0.0;
     for (std::size_t k = 0; k < std::min(course.size(), f.all.epochs()); ++k) {
       f.add(k, course[k]);

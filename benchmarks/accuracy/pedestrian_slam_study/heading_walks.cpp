@@ -48,7 +48,7 @@ const std::vector<std::string>& heading_ways() {
 
 std::vector<HeadingErrors> follow_headings(const Walk& walk, std::uint64_t seed, Angle gyro_bias) {
   sim::HeadWalk::UnitNoise noise;
-  noise.gyro_bias_a_second = gyro_bias;
+  noise.gyro_bias_per_second = gyro_bias;
   const SimulatedWalk simulated = simulate_walk(walk, seed, noise);
   PedestrianSlamOptions options;
   options.pedestrian = head_pedestrian(simulated.step_m);

@@ -17,7 +17,7 @@ RecordedWalk record(const Walk& walk, const sim::HeadWalk& head,
                     const sim::HeadWalk::UnitNoise& noise, Rng& rng) {
   RecordedWalk r;
   r.unit = head.unit(kUnitRate_hz, noise, rng);
-  for (double t = kFirstScan_s; t < head.lasts_s() - 0.1; t += 1 / kScanRate_hz) {
+  for (double t = kFirstScan_s; t < head.duration_s() - 0.1; t += 1 / kScanRate_hz) {
     const auto time = LogTime::from_seconds(t);
     const auto pose = head.at(t);
     r.scans.push_back(sim::scan_from_head(walk.plan, pose, time, {}, rng));
@@ -34,7 +34,7 @@ double calibrated_step_m(const sim::HeadWalkParams& walker, Rng rng) {
   const sim::HeadWalk head(calibration_route(), walker, rng.stream(1));
   Pedestrian steps(head_pedestrian(1.0));
   for (const MargSample& s : head.unit(kUnitRate_hz, {}, rng)) steps.add(s);
-  return head.way_m() / steps.report().walked_m;
+  return head.path_length_m() / steps.report().walked_m;
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ WalkErrors follow_walk(const Walk& walk, std::uint64_t seed) {
   const Followed alone = follow(recorded, options);
   options.steps = options.feedback = true;
   const Followed fed_back = follow(recorded, options);
-  WalkErrors errors{simulated.head.way_m(), {}, fed_back.scale};
+  WalkErrors errors{simulated.head.path_length_m(), {}, fed_back.scale};
   for (const Trajectory& t : {with_steps.steps, follow_by_hector(with_steps.levelled), alone.slam,
                               with_steps.slam, fed_back.slam})
     errors.rmse_m.push_back(rmse_m(t, recorded.truth));

@@ -56,7 +56,7 @@ void particle_scan(benchmark::State& state, const std::string& name) {
     const RadarSlam slam = run(drive, particles, static_cast<int>(state.range(1)));
     const double took = cpu_seconds() - start;
     const std::chrono::duration<double> lasted = std::chrono::steady_clock::now() - begun;
-    if (slam.statistics().taken_up != drive.scans.size()) state.SkipWithError("scans left out");
+    if (slam.statistics().updates != drive.scans.size()) state.SkipWithError("scans left out");
     const double scans = static_cast<double>(drive.scans.size());
     state.SetIterationTime(took / scans / static_cast<double>(particles));
     state.counters["updates_per_s"] = scans / lasted.count();

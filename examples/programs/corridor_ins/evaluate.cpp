@@ -30,7 +30,7 @@ CorridorInsOptions options_for(const sim::CorridorDriveParams& p, Aiding aiding)
   o.noise.bias_tau_s = p.gyro.walk_tau_s;
   o.noise.slip_m_per_sqrt_m = p.slip_m_per_sqrt_m;
   o.noise.acceleration_sigma_m_s2 = 1e-7;  // wheels err by a scale and by slip
-  o.start_bias_rad_s = p.gyro.largest_bias_rad_s / std::sqrt(3.0);
+  o.start_bias_rad_s = p.gyro.max_bias_rad_s / std::sqrt(3.0);
   o.start_drift_rad_s2 = std::max(p.gyro.drift_rad_s2, 1e-12);
   o.start_scale = p.speed_scale_sigma;
   o.start_position_m = 1e-4;

@@ -29,7 +29,7 @@ std::vector<examples::OptionField> fields(HectorSlamOptions& o) {
           option_field("map_turn_deg", o.map_turn),
           option_field("search_sigmas", o.search_sigmas),
           option_field("independent_points", o.independent_points),
-          option_field("least_score", o.least_score),
+          option_field("least_score", o.min_score),
           option_field("tracked_score", o.tracked_score),
           option_field("lost_score", o.lost_score),
           {"depth_m", [&](double v) { o.level.lowest_m = -v; }, [&] { return -o.level.lowest_m; }},

@@ -133,7 +133,7 @@ std::vector<std::pair<std::string, std::string>> facts_of(const TimedRun& timed)
     if (s.converged && believed++ == 0)
       first = "after " + eval::fixed(to_seconds(s.time - outcomes.front().time), 1) + " s";
     searches += s.searched ? 1 : 0;
-    moves += s.moved ? 1 : 0;
+    moves += s.relocalised ? 1 : 0;
     odometry += s.odometry_refused ? 1 : 0;
     weighed += s.weighed ? 1 : 0;
     radar += s.sensor == RangeSensor::radar ? 1 : 0;

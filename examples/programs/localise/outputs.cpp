@@ -66,7 +66,7 @@ std::string table_of_poses(const LocalisationOutputs& o) {
     figure(s.agreement);
     flag(s.weighed);
     flag(s.searched);
-    flag(s.moved);
+    flag(s.relocalised);
     flag(s.odometry_refused);
     const auto error = [](double v) { return std::isnan(v) ? "" : eval::fixed(v, 4); };
     text += error(errors.m[i]) + "," + error(errors.deg[i]) +

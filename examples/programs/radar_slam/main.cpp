@@ -101,7 +101,7 @@ examples::SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, c
       no_graph,
       inputs.recording.truth.empty() ? nullptr : &inputs.recording.truth,
       {{"particles", std::to_string(slam.particles.size())},
-       {"scans", std::to_string(s.scans) + ", " + std::to_string(s.taken_up) + " taken up, " +
+       {"scans", std::to_string(s.scans) + ", " + std::to_string(s.updates) + " used in updates, " +
                      std::to_string(s.without_points) + " with too few points"},
        {"matches",
         std::to_string(s.matches) + ", " + std::to_string(s.matches_refused) + " refused"},

@@ -21,8 +21,8 @@ void read_device(ros::Node& node, const DeviceArguments& a, const std::vector<st
   while (node.ok()) {
     auto port = logger::SerialPort::open(a.port, a.line);
     if (!port) {
-      notices.tell(ros::Severity::warning, "port",
-                   "waits for the device: " + port.error().to_string(), steady_s());
+      notices.add(ros::Severity::warning, "port",
+                  "waits for the device: " + port.error().to_string(), steady_s());
       say_all(node, notices.take());
       node.spin(0.5);
       continue;

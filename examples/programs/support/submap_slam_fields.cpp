@@ -23,7 +23,7 @@ std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& o) {
           option_field("node_turn_deg", o.node_turn),
           option_field("submap_nodes", o.submap_nodes),
           option_field("independent_points", o.independent_points),
-          option_field("least_score", o.least_score),
+          option_field("least_score", o.min_score),
           option_field("tracked_score", o.tracked_score),
           option_field("lost_score", o.lost_score),
           option_field("lost_scans", o.lost_scans),

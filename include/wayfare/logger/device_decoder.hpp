@@ -1,6 +1,6 @@
 #pragma once
 
-// From a device's bytes to time-stamped messages, while they come.
+// Decoding of a device's bytes to time-stamped messages, as they arrive.
 
 #include <cstdint>
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace wayfare::logger {
 
-/// A stream of messages of one kind, as a recording describes it. Streams are told apart by topic.
+/// A stream of messages of one type, as described in a recording. The topic identifies it.
 struct Stream {
   std::string topic;
   std::string encoding = "json";
@@ -26,16 +26,16 @@ struct Stream {
 
 struct DecodedMessage {
   std::shared_ptr<const Stream> stream;
-  LogTime time;  ///< when it was measured
+  LogTime time;  ///< of the measurement
   std::string json;
 };
 
-/// What became of a device's bytes so far.
+/// Results of decoding so far.
 struct DecodingStatus {
   std::uint64_t messages = 0;
   std::uint64_t skipped_bytes = 0;
-  std::uint64_t damaged = 0;  ///< frames with a wrong checksum or lengths
-  std::string sample = {};    ///< the last message in a few words
+  std::uint64_t damaged = 0;  ///< frames with a wrong checksum or wrong lengths
+  std::string sample = {};    ///< summary of the last message
 };
 
 class DeviceDecoder {
@@ -51,14 +51,14 @@ class DeviceDecoder {
 struct DeviceDescription {
   std::string name;           ///< of the sensor: frame of its messages, first part of its topics
   std::string kind = "raw";   ///< one of device_kinds()
-  int baud = 115200;          ///< of its line: bytes arrive this much later than they were sent
-  std::string configuration;  ///< a TI radar's .cfg text, where there is one
+  int baud = 115200;          ///< of its line: determines the delay of the bytes
+  std::string configuration;  ///< text of a TI radar's .cfg, if there is one
 };
 
-/// What `make_decoder` knows.
+/// The kinds that `make_decoder` supports.
 [[nodiscard]] std::vector<std::string> device_kinds();
 
-/// Error: an unknown kind, a configuration that makes no sense. Kind "raw" decodes nothing.
+/// Errors: an unknown kind, an invalid configuration. Kind "raw" decodes nothing.
 [[nodiscard]] Result<std::unique_ptr<DeviceDecoder>> make_decoder(const DeviceDescription& device);
 
 }  // namespace wayfare::logger

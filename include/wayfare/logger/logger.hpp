@@ -1,7 +1,7 @@
 #pragma once
 
-// Several devices into one recording: a thread for each that only reads and stamps, one that
-// writes, and a bounded queue between them that outlasts a disk that stalls.
+// Several devices in one recording: one thread per device that only reads and stamps, one thread
+// that writes, and between them a bounded queue that bridges delays of the disk.
 
 #include <cstddef>
 #include <cstdint>
@@ -28,19 +28,20 @@ struct SensorOptions {
 
 struct LoggerOptions {
   std::vector<SensorOptions> sensors;
-  std::string folder = ".";          ///< recordings go here, none is overwritten
+  std::string folder = ".";          ///< of the recordings; none is overwritten
   std::string prefix = "recording";  ///< of their names
-  /// How often what came is handed to the operating system: a killed program loses at most this.
+  /// Interval of writing to the operating system: the greatest loss if the program is killed.
   Duration flush_every = std::chrono::milliseconds(100);
-  /// How often it is forced to the disk: a power cut loses at most this, and what the disk takes.
+  /// Interval of flushing to the disk: the greatest loss in a power failure, besides the disk's
+  /// own.
   Duration sync_every = std::chrono::seconds(1);
   Duration status_every = std::chrono::seconds(1);
   std::size_t queue_bytes = std::size_t{64}
                             << 20;  ///< waiting for the disk; beyond, data is dropped
   std::string control_port = {};    ///< serial line with remote control; empty: none
   int control_baud = 57600;
-  std::string control_socket = {};  ///< Unix socket that speaks the same; empty: none
-  /// Where a recording goes; empty: to a file.
+  std::string control_socket = {};  ///< Unix socket with the same protocol; empty: none
+  /// Creates the output of a recording; empty: a file.
   std::function<Result<std::unique_ptr<io::ByteSink>>(const std::string& path)> open_sink = {};
 };
 
@@ -67,19 +68,19 @@ struct SensorStatus {
   double bytes_per_s = 0.0;  ///< over the last status interval
   double messages_per_s = 0.0;
   DecodingStatus decoding;
-  std::string note;  ///< why it waits, what its line cannot do
+  std::string note;  ///< reason for waiting, limitations of the line
 };
 
 struct LoggerStatus {
   LoggerState state = LoggerState::idle;
   LogTime time;
-  std::string file;           ///< recorded to, or last
+  std::string file;           ///< current or last file
   double seconds = 0.0;       ///< of this recording
   std::uint64_t written = 0;  ///< bytes of the file
   std::uint64_t disk_free = 0;
   std::size_t queued = 0, queue_peak = 0;  ///< bytes
   std::uint64_t dropped = 0;               ///< records, of all sensors
-  std::string error;                       ///< why recording failed
+  std::string error;                       ///< reason why recording failed
   std::vector<SensorStatus> sensors;
 };
 
@@ -92,13 +93,13 @@ struct LoggerStatus {
 /// All but the destructor may be called from any thread, and act as if one after the other: a
 /// recording that is stopped while its file is being created is ended once that is done.
 ///
-/// Times are nanoseconds of UTC since 1970 by the computer's clock when the logger started, and
-/// from then on by its monotonic clock: they never jump. The recording has for each sensor the
-/// channel /NAME/raw, its bytes as they were read, stamped when they were; the channels of what was
-/// decoded from them; and /logger/status.
+/// Times are nanoseconds of UTC since 1970 by the computer's clock at the start of the logger, and
+/// by its monotonic clock from then on, so that they never jump. For each sensor the recording has
+/// the channel /NAME/raw with its bytes and their times of reading, and the channels of decoded
+/// messages; and it has /logger/status.
 class Logger {
  public:
-  /// Errors: no sensor, two of one name, an unknown kind, a control port that cannot be opened.
+  /// Errors: no sensor, two with one name, an unknown kind, a control port that cannot be opened.
   [[nodiscard]] static Result<std::unique_ptr<Logger>> start(LoggerOptions options);
   Logger(const Logger&) = delete;
   Logger& operator=(const Logger&) = delete;
@@ -107,13 +108,13 @@ class Logger {
   /// Error: the recording cannot be created; the one before is still being written; the logger is
   /// terminated. Does nothing while one is being made.
   Result<void> begin();
-  /// Ends the recording once all that was read is written.
+  /// Ends the recording once all data read so far is written.
   void stop();
-  /// Stops, and takes no further command.
+  /// Stops, and accepts no further command.
   void terminate();
 
   [[nodiscard]] LoggerStatus status() const;
-  /// Waits until nothing is being recorded; false where that took longer.
+  /// Waits until recording has ended; false after the timeout.
   bool wait_until_stopped(Duration timeout);
 
  private:

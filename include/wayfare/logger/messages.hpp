@@ -1,7 +1,8 @@
 #pragma once
 
-// Measurements as JSON messages with the published foxglove.* schemas, which viewers of MCAP
-// recordings know, and back. Foxglove has no message for an inertial unit: wayfare.Imu is our own.
+// Conversion between measurements and JSON messages with the published foxglove.* schemas, which
+// viewers of MCAP recordings support. Foxglove has no message for an inertial unit: wayfare.Imu is
+// our own.
 
 #include <string>
 #include <string_view>
@@ -13,13 +14,13 @@
 
 namespace wayfare::logger {
 
-/// A kind of message: its name and the JSON schema of its fields.
+/// A message type: its name and the JSON schema of its fields.
 struct MessageSchema {
   std::string_view name;
   std::string_view json;
 };
 
-/// foxglove.LaserScan; `range_min` and `range_max` beside its own fields, a beam that did not
+/// foxglove.LaserScan, with the additional fields `range_min` and `range_max`; a beam without
 /// return is null.
 [[nodiscard]] MessageSchema laser_scan_schema();
 [[nodiscard]] std::string laser_scan_json(const LaserScan& scan, std::string_view frame);
@@ -31,12 +32,12 @@ struct MessageSchema {
 [[nodiscard]] Result<RadarScan> parse_point_cloud(std::string_view json);
 
 /// wayfare.Imu: angular_velocity (rad/s), linear_acceleration (specific force, m/s²) and
-/// magnetic_field (µT), each null where the unit gave none.
+/// magnetic_field (µT), each null if the unit did not measure it.
 [[nodiscard]] MessageSchema imu_schema();
 [[nodiscard]] std::string imu_json(const MargSample& sample, std::string_view frame);
 [[nodiscard]] Result<MargSample> parse_imu(std::string_view json);
 
-/// Text as it stands between the quotes of a JSON string.
+/// Text in the form between the quotes of a JSON string.
 [[nodiscard]] std::string json_escaped(std::string_view text);
 
 }  // namespace wayfare::logger

@@ -1,6 +1,6 @@
 #pragma once
 
-// A logger's recordings as the measurements the systems take.
+// A logger's recordings as measurements.
 
 #include <cstddef>
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace wayfare::logger {
 
-/// Whether a path's name ends as a recording's does: `.mcap`.
+/// Whether a path has a recording's suffix, `.mcap`.
 [[nodiscard]] bool is_recording(const std::string& path);
 
 struct RecordedMarg {
@@ -22,14 +22,14 @@ struct RecordedMarg {
   io::Problems problems;
 };
 
-/// The samples of an inertial unit: messages wayfare.Imu of `topic`, which may be left empty where
-/// there is one such channel. Errors: the file cannot be read, no such topic or several (they are
-/// named).
+/// The samples of an inertial unit: messages wayfare.Imu of `topic`, which may be empty if there is
+/// only one such channel. Errors: the file cannot be read, the topic is missing, or there are
+/// several (which are listed).
 [[nodiscard]] Result<RecordedMarg> read_marg_recording(const std::string& path,
                                                        const std::string& topic = {});
 
 struct RecordedRobot {
-  Recording recording;  ///< laser scans and radar frames, each of the first such channel
+  Recording recording;  ///< laser scans and radar frames, each from the first such channel
   std::string scan_topic, radar_topic;
   io::Problems problems;
 };

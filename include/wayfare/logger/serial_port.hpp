@@ -10,34 +10,34 @@
 
 namespace wayfare::logger {
 
-/// What to do with the modem line DTR, with which an RPLIDAR A1's adapter stops its motor.
+/// Setting of the modem line DTR, by which an RPLIDAR A1's adapter stops its motor.
 enum class ModemLine { keep, on, off };
 
 struct SerialOptions {
-  int baud = 115200;  ///< any rate the driver can do, not only the usual ones
+  int baud = 115200;  ///< any rate that the driver supports, not only the standard ones
   ModemLine dtr = ModemLine::keep;
 };
 
-/// A serial line without any processing of its bytes (8 data bits, no parity), by POSIX. Works on
-/// pseudo-terminals, which have neither a rate nor modem lines.
+/// A raw POSIX serial line (8 data bits, no parity). Works on pseudo-terminals, which have neither
+/// a rate nor modem lines.
 class SerialPort {
  public:
-  /// Errors: cannot be opened, is no terminal. What waits in the line already is kept.
+  /// Errors: cannot be opened, is no terminal. Bytes received before are kept.
   [[nodiscard]] static Result<SerialPort> open(const std::string& path,
                                                const SerialOptions& options = {});
   SerialPort(SerialPort&& other) noexcept;
   SerialPort& operator=(SerialPort&& other) noexcept;
   ~SerialPort();
 
-  /// Waits up to `timeout` for bytes; gives how many came, 0 where none did. Error: the line is
-  /// gone.
+  /// Waits up to `timeout` for bytes; returns their number, 0 after the timeout. Error: the line is
+  /// closed.
   [[nodiscard]] Result<std::size_t> read(std::span<std::uint8_t> buffer,
                                          std::chrono::milliseconds timeout);
-  /// Writes what the line takes at once; gives how much that was.
+  /// Writes without waiting; returns the number of bytes written.
   [[nodiscard]] Result<std::size_t> write(std::span<const std::uint8_t> bytes);
 
   [[nodiscard]] int descriptor() const { return fd_; }
-  /// What did not work but does not matter for reading: the rate, or a modem line.
+  /// Settings that failed without effect on reading: the rate, or a modem line.
   [[nodiscard]] const std::string& note() const { return note_; }
 
  private:
@@ -47,7 +47,7 @@ class SerialPort {
   std::string path_, note_;
 };
 
-/// A pseudo-terminal: what is written to it is read by whoever opens `path()` as a serial port.
+/// A pseudo-terminal: bytes written to it can be read from `path()` as a serial port.
 class PseudoTerminal {
  public:
   [[nodiscard]] static Result<PseudoTerminal> open();
@@ -56,13 +56,13 @@ class PseudoTerminal {
   ~PseudoTerminal();
 
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// Writes what there is room for within `timeout`; gives how much that was.
+  /// Writes until `timeout`; returns the number of bytes written.
   [[nodiscard]] Result<std::size_t> write(std::span<const std::uint8_t> bytes,
                                           std::chrono::milliseconds timeout);
-  /// What the other side wrote; waits up to `timeout`.
+  /// Bytes written by the other side; waits up to `timeout`.
   [[nodiscard]] Result<std::size_t> read(std::span<std::uint8_t> buffer,
                                          std::chrono::milliseconds timeout);
-  /// Bytes written that were not read at the other end yet.
+  /// Bytes written that the other end has not read.
   [[nodiscard]] std::size_t unread() const;
 
  private:
@@ -70,7 +70,7 @@ class PseudoTerminal {
   void close();
 
   int master_ = -1;
-  int slave_ = -1;  ///< kept open, so that a reader may come and go
+  int slave_ = -1;  ///< kept open, so that readers can open and close it
   std::string path_;
 };
 

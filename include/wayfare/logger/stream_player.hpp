@@ -1,6 +1,6 @@
 #pragma once
 
-// Devices that are not there: recorded bytes into a pseudo-terminal, in their time or a multiple.
+// Simulated devices: recorded bytes in a pseudo-terminal, in real time or faster.
 
 #include <atomic>
 #include <cstdint>
@@ -13,18 +13,18 @@
 
 namespace wayfare::logger {
 
-/// Bytes and when they come, since the beginning.
+/// Bytes and their time since the beginning.
 struct TimedBytes {
   Duration at{0};
   decode::Bytes bytes;
 };
 
-/// A capture without times as a device of that rate would send it, `piece` bytes at once.
+/// A capture without times as sent by a device of that rate, `piece` bytes at a time.
 [[nodiscard]] std::vector<TimedBytes> at_rate(decode::Bytes bytes, double bytes_per_s,
                                               std::size_t piece = 256);
 
-/// Writes all of it, `speed` times as fast as it came, and waits where the reader is slower. Gives
-/// how many bytes were written: fewer where `stop` was set.
+/// Writes all of it at `speed` times its rate, waiting for a slower reader. Returns the number of
+/// bytes written: fewer if `stop` was set.
 [[nodiscard]] Result<std::uint64_t> play(PseudoTerminal& terminal,
                                          const std::vector<TimedBytes>& stream, double speed,
                                          const std::atomic<bool>& stop);

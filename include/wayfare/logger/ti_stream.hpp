@@ -9,7 +9,7 @@
 
 namespace wayfare::logger {
 
-/// From a TI radar's bytes, while they come, to scans by the computer's clock.
+/// Converts a TI radar's bytes, as they arrive, to scans in the computer's time.
 class TiStream {
  public:
   /// `speed_step_mps` as of `decode::to_radar_scan`.
@@ -17,13 +17,13 @@ class TiStream {
       : baud_(baud), speed_step_mps_(speed_step_mps) {}
 
   /// Takes the next bytes, the last of which arrived at `arrived`; calls `sink(const RadarScan&)`
-  /// with every frame they complete, points or none.
+  /// for every complete frame, with points or without.
   template <class Sink>
   void feed(decode::Bytes bytes, LogTime arrived, Sink&& sink) {
     fed_ += bytes.size();
     decoder_.feed(bytes, [&](const decode::TiFrame& frame) {
       const std::uint64_t end = frame.position() + frame.bytes().size();
-      // The frame was on the line from when it was built; behind its end more may have come.
+      // The frame was sent when it was complete; bytes of the next may have arrived after its end.
       const LogTime sent = arrived - decode::line_time(fed_ - end + frame.bytes().size(), baud_);
       sink(decode::to_radar_scan(frame, envelope_.add(clock_.at(frame.header()), sent),
                                  speed_step_mps_));

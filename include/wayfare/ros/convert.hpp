@@ -1,10 +1,10 @@
 #pragma once
 
-// Between ROS messages and measurements. What a message says of its stamp and frame is checked
-// here and nowhere else; a measurement that comes out is one the systems can take.
+// Conversion between ROS messages and measurements. Stamps and frames of messages are checked here
+// only; the resulting measurements are valid.
 //
-// `time` is given by the caller, who knows whose clock counts: `time_of(message.header.stamp)`, or
-// when the message was received.
+// `time` is given by the caller, who knows which clock applies: `time_of(message.header.stamp)`, or
+// the time of receipt.
 
 #include <optional>
 #include <string>
@@ -24,89 +24,88 @@
 
 namespace wayfare::ros {
 
-/// Errors: zero, which is "not set"; before 1970; a second or more of nanoseconds.
+/// Errors: zero, which means "not set"; before 1970; a second or more of nanoseconds.
 [[nodiscard]] Result<LogTime> time_of(const Stamp& stamp);
-/// `time` must not lie before 1970. Exact.
+/// `time` must not be before 1970. Exact.
 [[nodiscard]] Stamp stamp_of(LogTime time);
 [[nodiscard]] Header header_of(LogTime time, std::string_view frame);
 
-/// The frame a message names, without the slash ROS 1 once put before it.
+/// The frame name of a message, without the leading slash of early ROS 1.
 [[nodiscard]] std::string_view frame_of(const Header& header);
-/// Errors: the message names no frame, or another one than `wanted`.
+/// Errors: no frame in the message, or another one than `wanted`.
 [[nodiscard]] Result<void> check_frame(const Header& header, std::string_view wanted);
-/// Errors: `time` lies further than `tolerance` from `now`, as it does where two computers' clocks
-/// disagree or a recording is played without its clock.
+/// Errors: `time` differs from `now` by more than `tolerance`, as with unsynchronised computers or
+/// a recording played without its clock.
 [[nodiscard]] Result<void> check_clock(LogTime time, LogTime now, Duration tolerance);
 
-/// The quaternion from which `yaw_of` gives the same bits, where the rotation was made of an angle
-/// within half a turn; of another one the last bit may differ.
+/// A quaternion from which `yaw_of` gives the same bits, if the rotation was made from an angle
+/// within ±π; otherwise the last bit may differ.
 [[nodiscard]] Quaternion quaternion_of(const SO2d& rotation);
-/// The rotation about z; errors: not a unit quaternion (all zeros where nobody set it).
+/// The rotation about z. Errors: not a unit quaternion (all zeros if it was not set).
 [[nodiscard]] Result<SO2d> yaw_of(const Quaternion& q);
 [[nodiscard]] Pose pose_of(const SE2d& pose);
-/// The pose in the plane, its height, roll and pitch left out.
+/// The pose in the plane, without height, roll and pitch.
 [[nodiscard]] Result<SE2d> plane_pose_of(const Pose& pose);
 [[nodiscard]] TransformStamped transform_of(const SE2d& T_parent_child, LogTime time,
                                             std::string_view parent, std::string_view child);
 
 /// A sensor that measures in its own level plane.
 struct Sensor {};
-/// How such a sensor sits on the robot, upside down perhaps: its bearings count clockwise then, and
-/// the mounting is that of the scan `turned_over` gives.
+/// The mounting of such a sensor, possibly upside down: its bearings then increase clockwise, and
+/// the mounting is that of the scan returned by `turned_over`.
 struct LevelMounting {
   Transform2<frame::Base, Sensor> T_base_sensor = {};
   bool upside_down = false;
 };
-/// Errors: no unit quaternion; tilted by more than `most_tilt_rad` off the level.
+/// Errors: not a unit quaternion; tilted from the level by more than `max_tilt_rad`.
 [[nodiscard]] Result<LevelMounting> level_mounting_of(const TransformParts& T_base_sensor,
-                                                      double most_tilt_rad = 0.1);
-/// The scan of a laser upside down as one of a laser upright in the same place.
+                                                      double max_tilt_rad = 0.1);
+/// Converts the scan of a laser mounted upside down to that of an upright one at the same position.
 [[nodiscard]] wayfare::LaserScan turned_over(wayfare::LaserScan scan);
 
-/// The time is the middle of the sweep, where the message says how long one takes. A scan that goes
-/// clockwise is given counter-clockwise. Bearings are single precision on the wire: each stands for
-/// the shortest decimal number of degrees that rounds to it, where one of seven decimals does.
-/// Errors: bearings or limits that are none, more beams than a turn.
+/// The time is the middle of the sweep, if the message has the sweep's duration. A clockwise scan
+/// is converted to counter-clockwise. Bearings are single precision in the message: each is
+/// replaced by the shortest decimal number of degrees that rounds to it, if there is one of seven
+/// decimals. Errors: invalid bearings or limits, more beams than 360°.
 [[nodiscard]] Result<wayfare::LaserScan> laser_scan_of(const LaserScan& message, LogTime time);
 [[nodiscard]] LaserScan message_of(const wayfare::LaserScan& scan, std::string_view frame);
 
-/// Fields x, y and z, and where they are there a radial speed (`velocity`, `doppler`,
-/// `v_doppler_mps`) and a strength in dB (`intensity`, `snr`, `snr_db`), of any type and either
-/// byte order; points that are not finite are left out. Errors: no such fields, or sizes that
-/// contradict each other.
+/// Fields x, y and z, and if present a radial speed (`velocity`, `doppler`, `v_doppler_mps`) and a
+/// strength in dB (`intensity`, `snr`, `snr_db`), of any type and either byte order; points that
+/// are not finite are dropped. Errors: missing fields, or sizes that contradict each other.
 [[nodiscard]] Result<wayfare::RadarScan> radar_scan_of(const PointCloud2& message, LogTime time);
-/// Errors: arrays of another length than the message's width.
+/// Errors: arrays whose length is not the message's width.
 [[nodiscard]] Result<wayfare::RadarScan> radar_scan_of(const RadarScan& message, LogTime time);
 [[nodiscard]] RadarScan message_of(const wayfare::RadarScan& scan, std::string_view frame);
-/// The same as five 32-bit floats a point: x, y, z, intensity, velocity.
+/// The same as five 32-bit floats per point: x, y, z, intensity, velocity.
 [[nodiscard]] PointCloud2 cloud_of(const wayfare::RadarScan& scan, std::string_view frame);
 
-/// Errors: a unit that says it does not measure turn rate or specific force, or gives no number.
+/// Errors: turn rate or specific force marked as not measured, or not finite.
 [[nodiscard]] Result<ImuSample> imu_of(const Imu& message, LogTime time);
-/// rad/s about the unit's axes, of one that may measure nothing else. Errors: as above.
+/// rad/s about the unit's axes; specific force may be missing. Errors: as above.
 [[nodiscard]] Result<Eigen::Vector3d> turn_rate_of(const Imu& message);
-/// The orientation is marked as not measured.
+/// Orientation is marked as not measured.
 [[nodiscard]] Imu message_of(const ImuSample& sample, std::string_view frame);
-/// The same about a level frame's z axis; of specific force nothing is measured.
+/// The same about a level frame's z axis, without specific force.
 [[nodiscard]] Imu message_of(const GyroSample& sample, std::string_view frame);
-/// Of a true or an estimated pose.
+/// For a true or an estimated pose.
 [[nodiscard]] PoseStamped message_of(const StampedPose& pose, std::string_view frame);
 
-/// Microtesla; NaN where the message has it.
+/// Microtesla; NaN is passed on.
 [[nodiscard]] Eigen::Vector3d field_uT_of(const MagneticField& message);
 [[nodiscard]] MagneticField magnetic_message_of(const Eigen::Vector3d& field_uT, LogTime time,
                                                 std::string_view frame);
 
-/// Errors: no fix, or no place on the Earth. A covariance that is not known is the identity.
+/// Errors: no fix, or not a position on the Earth. An unknown covariance becomes the identity.
 [[nodiscard]] Result<GnssFix> fix_of(const NavSatFix& message, LogTime time);
 [[nodiscard]] NavSatFix message_of(const GnssFix& fix, std::string_view frame);
 
-/// Errors: a position or orientation that is none.
+/// Errors: an invalid position or orientation.
 [[nodiscard]] Result<OdometrySample> odometry_of(const Odometry& message, LogTime time);
 [[nodiscard]] Odometry message_of(const OdometrySample& sample, std::string_view odom_frame,
                                   std::string_view base_frame);
 
-/// Cells in percent as map_server has them: unknown where the probability is NaN.
+/// Cells in percent as in map_server: unknown where the probability is NaN.
 [[nodiscard]] OccupancyGrid message_of(const io::GridImage& map, LogTime time,
                                        std::string_view frame);
 

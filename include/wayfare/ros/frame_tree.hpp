@@ -9,16 +9,16 @@
 
 namespace wayfare::ros {
 
-/// Frames as transforms tell of them, each under its parent; of a transform told again the last
-/// stands. Frames are named without the slash ROS 1 once put before them.
+/// Frames and their parents, from transforms; the last one for each frame applies. Frame names are
+/// without the leading slash of early ROS 1.
 class FrameTree {
  public:
   void add(const TransformStamped& transform);
 
   [[nodiscard]] bool empty() const { return parents_.empty(); }
 
-  /// The pose of `frame` in `base`; of neighbours to the bit as it was told. Errors: nothing leads
-  /// from one to the other (the frames there are are named), or a rotation is none.
+  /// The pose of `frame` in `base`, bit-exact between parent and child. Errors: the frames are not
+  /// connected (the known frames are listed), or a rotation is invalid.
   [[nodiscard]] Result<TransformParts> find(std::string_view base, std::string_view frame) const;
 
  private:

@@ -1,8 +1,8 @@
 #pragma once
 
-// The parts ROS messages are made of, as plain values: stamp, header, and what geometry_msgs and
-// tf2_msgs hold. Every struct names its fields once, in `fields`, in the order of its published
-// definition; whatever writes, reads or describes a message goes by that list.
+// The parts of ROS messages as plain values: stamp, header, and the contents of geometry_msgs and
+// tf2_msgs. Every struct lists its fields once, in `fields`, in the order of its published
+// definition; writing, reading and describing a message use that list.
 
 #include <array>
 #include <cstdint>
@@ -12,18 +12,18 @@
 
 namespace wayfare::ros {
 
-/// A published kind of message: its ROS 1 name (`sensor_msgs/Imu`, in ROS 2 `sensor_msgs/msg/Imu`),
-/// the MD5 sum by which ROS 1 tells versions apart (empty: only ever part of others) and the
-/// constants its definition begins with.
+/// A published message type: its ROS 1 name (`sensor_msgs/Imu`, in ROS 2 `sensor_msgs/msg/Imu`),
+/// the MD5 sum by which ROS 1 distinguishes versions (empty: only ever part of others) and the
+/// constants at the beginning of its definition.
 struct MessageType {
   std::string_view name;
   std::string_view md5 = {};
   std::string_view constants = {};
 };
 
-/// Seconds and nanoseconds of the clock the sender stamped by; both zero where it set none.
+/// Seconds and nanoseconds of the sender's clock; both zero if not set.
 struct Stamp {
-  std::int64_t sec = 0;  ///< 32 bits on the wire: unsigned in ROS 1, signed in ROS 2
+  std::int64_t sec = 0;  ///< 32 bits in the message: unsigned in ROS 1, signed in ROS 2
   std::uint32_t nanosec = 0;
 
   friend bool operator==(const Stamp&, const Stamp&) = default;

@@ -1,7 +1,7 @@
 #pragma once
 
-// ROS messages of sensors, odometry and maps as plain values; units and frames are REP-103's: SI,
-// x forward, y left, z up. No ROS is needed for any of them.
+// ROS messages of sensors, odometry and maps as plain values, usable without ROS; units and frames
+// are REP-103's: SI, x forward, y left, z up.
 
 #include <array>
 #include <cstdint>
@@ -21,7 +21,7 @@ struct LaserScan {
   float time_increment = 0.0F, scan_time = 0.0F;                     ///< s
   float range_min = 0.0F, range_max = 0.0F;                          ///< m, both measurable
   std::vector<float> ranges = {};
-  std::vector<float> intensities = {};  ///< as many as ranges, or none
+  std::vector<float> intensities = {};  ///< as many as ranges, or empty
 
   template <class Self, class Archive>
   static void fields(Self& m, Archive& a) {
@@ -39,7 +39,7 @@ struct PointField {
       "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\n"
       "uint8 UINT32=6\nuint8 FLOAT32=7\nuint8 FLOAT64=8\n"};
   std::string name = {};
-  std::uint32_t offset = 0;   ///< bytes from the point's first
+  std::uint32_t offset = 0;   ///< bytes from the start of the point
   std::uint8_t datatype = 0;  ///< one of the constants above
   std::uint32_t count = 0;
 
@@ -68,7 +68,7 @@ struct PointCloud2 {
   }
 };
 
-/// A covariance that begins with -1 says that the sensor does not measure that part.
+/// A covariance whose first element is -1 marks a quantity that is not measured.
 struct Imu {
   static constexpr MessageType kType{"sensor_msgs/Imu", "6a62c6daae103f4ff57a132d6f95cec2"};
   Header header;
@@ -94,7 +94,7 @@ struct MagneticField {
   static constexpr MessageType kType{"sensor_msgs/MagneticField",
                                      "2f3b0b43eed0c9501de0fa3ff89a45aa"};
   Header header;
-  Vector3 magnetic_field;  ///< tesla; NaN where the sensor gave none
+  Vector3 magnetic_field;  ///< tesla; NaN if not measured
   std::array<double, 9> magnetic_field_covariance = {};
 
   template <class Self, class Archive>
@@ -170,7 +170,7 @@ struct Path {
 struct MapMetaData {
   static constexpr MessageType kType{"nav_msgs/MapMetaData"};
   Stamp map_load_time;
-  float resolution = 0.0F;  ///< m a cell
+  float resolution = 0.0F;  ///< m per cell
   std::uint32_t width = 0, height = 0;
   Pose origin;  ///< of the corner of cell (0, 0)
 
@@ -181,7 +181,7 @@ struct MapMetaData {
   }
 };
 
-/// Rows of cells from the origin along x; 0 to 100 percent occupied, -1 not known.
+/// Rows of cells from the origin along x; 0 to 100 percent occupied, -1 unknown.
 struct OccupancyGrid {
   static constexpr MessageType kType{"nav_msgs/OccupancyGrid", "3381f2d731d4076ec5c71b0759edbe4e"};
   Header header;
@@ -194,7 +194,7 @@ struct OccupancyGrid {
   }
 };
 
-/// The points of a radar's frame as arrays of `width` each, in the radar's own axes.
+/// The points of a radar frame as arrays of `width` elements, in the radar's own axes.
 struct RadarScan {
   static constexpr MessageType kType{"wayfare_msgs/RadarScan", "feb82c38b1eb345f1337780005e9cec0"};
   Header header;

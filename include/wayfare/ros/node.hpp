@@ -1,6 +1,6 @@
 #pragma once
 
-// A ROS 1 node with messages as plain values. Needs roscpp; only its compiled part knows it.
+// A ROS 1 node with messages as plain values. Needs roscpp, which only the compiled part includes.
 
 #include <cstdint>
 #include <functional>
@@ -18,7 +18,7 @@ template <Message M>
   return {std::string(M::kType.name), std::string(M::kType.md5), definition<M>(Dialect::ros1)};
 }
 
-/// Sends messages of one kind.
+/// Sends messages of one type.
 template <Message M>
 class Publisher {
  public:
@@ -38,13 +38,13 @@ class Node : public RawNode {
   [[nodiscard]] Publisher<M> publisher(const std::string& topic) {
     return Publisher<M>(advertise(topic, topic_type<M>(), false));
   }
-  /// The last message is kept for who subscribes later.
+  /// The last message is kept for later subscribers.
   template <Message M>
   [[nodiscard]] Publisher<M> latched_publisher(const std::string& topic) {
     return Publisher<M>(advertise(topic, topic_type<M>(), true));
   }
 
-  /// A message that contradicts its definition is said and left out.
+  /// An invalid message is reported and dropped.
   template <Message M>
   void subscribe(const std::string& topic, std::uint32_t queue,
                  std::function<void(const M&)> callback) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// Pedestrian dead reckoning as a node, without the part that speaks with ROS.
+// Pedestrian dead reckoning as a node, without the interface to ROS.
 
 #include <optional>
 #include <string>
@@ -16,22 +16,22 @@ namespace wayfare::ros {
 struct PedestrianNodeOptions {
   PedestrianParameters pedestrian{};
   std::string odom_frame = "odom", base_frame = "base_link";
-  double jump_back_s = 1.0;  ///< readings this much earlier than the last begin anew
+  double jump_back_s = 1.0;  ///< samples this much earlier than the last restart the reckoning
 };
 
 struct PedestrianNodeOutput {
-  std::vector<Odometry> odometry;  ///< one a step, with covariance
+  std::vector<Odometry> odometry;  ///< one per step, with covariance
   std::vector<Notice> notices;
 };
 
-/// `now_s` is of a clock that never goes back. Not thread-safe.
+/// `now_s` is of a monotonic clock. Not thread-safe.
 class PedestrianNode {
  public:
   explicit PedestrianNode(PedestrianNodeOptions options = {});
 
   [[nodiscard]] PedestrianNodeOutput add(const Imu& message, double now_s);
   [[nodiscard]] PedestrianNodeOutput add(const MagneticField& message, double now_s);
-  /// To be called a few times a second: says what is waited for.
+  /// Call it a few times per second: reports missing input.
   [[nodiscard]] PedestrianNodeOutput idle(double now_s);
 
  private:
@@ -45,7 +45,7 @@ class PedestrianNode {
   Notices notices_;
 };
 
-/// One step's pose as odometry; the speed is that of the way since `before`.
+/// One step's pose as odometry; the speed is that since `before`.
 [[nodiscard]] Odometry odometry_message(const PedestrianPose& pose,
                                         const std::optional<PedestrianPose>& before,
                                         const std::string& odom_frame,

@@ -1,6 +1,6 @@
 #pragma once
 
-// Recordings of ROS messages, read without ROS: MCAP files (of ROS 2, or ROS 1's messages in them)
+// Recordings of ROS messages, readable without ROS: MCAP files (of ROS 2, or with ROS 1 messages)
 // and ROS 1 bags.
 
 #include <cstdint>
@@ -26,11 +26,11 @@ namespace wayfare::ros {
 
 struct Topic {
   std::string name;
-  std::string type;  ///< as ROS 1 calls it: sensor_msgs/Imu
+  std::string type;  ///< ROS 1 name: sensor_msgs/Imu
   Dialect dialect = Dialect::ros1;
 };
 
-/// A message as it stands in the file; gone when the callable returns.
+/// A message as stored in the file; valid until the callable returns.
 struct RecordedMessage {
   const Topic& topic;
   LogTime received;
@@ -40,17 +40,17 @@ struct RecordedMessage {
 /// A file opened for reading.
 class RecordingFile {
  public:
-  /// Whether the file is one: a bag by its name (`.bag`, `.bag.gz`), an MCAP file (`.mcap`) by
-  /// holding a topic of ROS messages.
+  /// Whether the file is a recording: a bag by its name (`.bag`, `.bag.gz`), an MCAP file (`.mcap`)
+  /// by a topic of ROS messages.
   [[nodiscard]] static bool is_one(const std::string& path);
-  /// Errors: cannot be read, or is neither.
+  /// Errors: unreadable, or neither.
   [[nodiscard]] static Result<RecordingFile> open(const std::string& path);
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::vector<Topic>& topics() const { return topics_; }
   [[nodiscard]] const io::Problems& problems() const { return problems_; }
 
-  /// The messages of `topics` as they stand in the file, until `sink` returns false.
+  /// The messages of `topics` as stored in the file, until `sink` returns false.
   io::Problems read(const std::set<std::string>& topics,
                     const std::function<bool(const RecordedMessage&)>& sink) const;
 
@@ -62,49 +62,49 @@ class RecordingFile {
   std::shared_ptr<const Reader> reader_;
 };
 
-/// Whose clock a measurement's time is: the sender's stamp, or when the recorder received it.
+/// Source of a measurement's time: the sender's stamp, or the time of receipt.
 enum class StampSource { header, received };
 
-/// Empty topics are found by their type, where one topic alone has it.
+/// An empty topic stands for the only one of its type.
 struct TopicNames {
   std::string scan;      ///< sensor_msgs/LaserScan
   std::string odometry;  ///< nav_msgs/Odometry
   std::string radar;     ///< wayfare_msgs/RadarScan, or sensor_msgs/PointCloud2
-  /// Where the robot really was: geometry_msgs/PoseStamped or nav_msgs/Odometry; empty: `/truth`.
+  /// True poses: geometry_msgs/PoseStamped or nav_msgs/Odometry; empty: `/truth`.
   std::string truth;
   std::string imu;           ///< sensor_msgs/Imu
   std::string magnetometer;  ///< sensor_msgs/MagneticField
   std::string fix;           ///< sensor_msgs/NavSatFix
   std::string base_frame;    ///< the robot's; empty: the odometry's child, else base_link
   StampSource stamps = StampSource::header;
-  /// Streams whose stamps differ by more than this, taken against the times of receipt, are on
+  /// Streams whose stamps differ by more than this, relative to the times of receipt, are on
   /// different clocks.
   Duration clock_tolerance = from_seconds(1.0);
 };
 
-/// A robot's run: scans, odometry and radar frames, turn rates of an inertial unit about the
-/// robot's z axis, true poses, and how laser and radar are mounted, as the transforms say. Without
-/// a topic of odometry, the transforms from `odom` are taken for it.
+/// A robot's recording: scans, odometry and radar frames, turn rates of an inertial unit about the
+/// robot's z axis, true poses, and the mounting of laser and radar by the transforms. Without a
+/// topic of odometry, the transforms from `odom` are used instead.
 struct RobotRun {
   Recording recording;
-  /// Empty: there is none.
+  /// Empty if there is none.
   std::string scan_topic, odometry_topic, radar_topic, imu_topic, truth_topic;
   io::Problems problems;
 };
-/// Errors: neither scans nor radar; a topic that is named but not there, or one of several and not
-/// named; no message of a topic that can be used (the first one's fault is said); streams on
-/// different clocks; a laser that is not level. A unit or truths that were not named are left out
-/// instead, which `problems` say.
+/// Errors: neither scans nor radar; a named topic that is missing, or several of a type with none
+/// named; a topic without a usable message (with the first one's error); streams on different
+/// clocks; a laser that is not level. A unit or truth that was not named is dropped instead, with a
+/// note in `problems`.
 [[nodiscard]] Result<RobotRun> read_robot(const RecordingFile& file, const TopicNames& names = {});
 
 struct MargRun {
-  MargRecording samples;  ///< in order of time; a magnetometer's own readings stand by themselves
+  MargRecording samples;  ///< in order of time; a magnetometer's own samples are separate entries
   std::string topic;
-  /// Rotates the unit's axes to the robot's; nothing where no transform says.
+  /// Rotates the unit's axes to the robot's; nothing without a transform.
   std::optional<SO3d> q_base_unit{};
   io::Problems problems;
 };
-/// An inertial unit, with a magnetometer where there is one. Errors as above.
+/// An inertial unit, with a magnetometer if there is one. Errors as above.
 [[nodiscard]] Result<MargRun> read_marg(const RecordingFile& file, const TopicNames& names = {});
 
 struct VehicleRun {

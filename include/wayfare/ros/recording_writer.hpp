@@ -1,7 +1,7 @@
 #pragma once
 
-// Recordings of ROS messages out, without ROS: as ROS 2 keeps them (MCAP with CDR) or as a ROS 1
-// bag.
+// Writing recordings of ROS messages, without ROS: in the format of ROS 2 (MCAP with CDR) or as a
+// ROS 1 bag.
 
 #include <memory>
 #include <span>
@@ -19,7 +19,7 @@ namespace wayfare::ros {
 
 class RecordingWriter {
  public:
-  /// By the name's end: `.mcap` or `.bag`. Errors: another end; the file is there already (see
+  /// The format follows the name: `.mcap` or `.bag`. Errors: another suffix; the file exists (see
   /// `options`), or cannot be written.
   [[nodiscard]] static Result<RecordingWriter> create(const std::string& path,
                                                       const io::WriteOptions& options = {});
@@ -27,7 +27,7 @@ class RecordingWriter {
   RecordingWriter& operator=(RecordingWriter&&) noexcept;
   ~RecordingWriter();
 
-  /// Errors: a time before 1970, or the disk's.
+  /// Errors: a time before 1970, or of the disk.
   template <Message M>
   [[nodiscard]] Result<void> write(const std::string& topic, LogTime received, const M& message) {
     if (!knows(topic))
@@ -35,7 +35,7 @@ class RecordingWriter {
     return write_bytes(topic, received, to_bytes(message, dialect()));
   }
 
-  /// Ends the file. No more can be written; a bag is on the disk only now.
+  /// Closes the file; nothing can be written afterwards. A bag is complete on the disk only now.
   [[nodiscard]] Result<void> close();
 
  private:
@@ -51,7 +51,7 @@ class RecordingWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// An inertial unit that was recorded beside a robot's run.
+/// An inertial unit recorded with a robot.
 struct UnitRun {
   std::span<const MargSample> samples = {};  ///< in order of time
   SE2d T_base_unit = {};
@@ -64,13 +64,12 @@ struct RobotTopics {
   std::string laser_frame = "laser", radar_frame = "radar", imu_frame = "imu";
 };
 
-/// Scans, odometry (with its transforms on /tf), radar frames (as wayfare_msgs/RadarScan), the gyro
-/// (as sensor_msgs/Imu without specific force), true poses (as geometry_msgs/PoseStamped) and how
-/// the sensors are mounted (on /tf_static), in order of time; what `read_robot` gives again to the
-/// bit. Of a `unit` what turns and forces it felt together goes to the gyro's topic, and that of
-/// the recording is left out; its field has a topic of its own. Wheels have no message of ROS's own
-/// and are left out. Errors: as of `RecordingWriter::write`; a time of zero, which ROS takes for
-/// none.
+/// Writes, in order of time: scans, odometry (with its transforms on /tf), radar frames (as
+/// wayfare_msgs/RadarScan), the gyro (as sensor_msgs/Imu without specific force), true poses (as
+/// geometry_msgs/PoseStamped) and the sensors' mounting (on /tf_static). `read_robot` restores them
+/// bit for bit. Rates and forces of a `unit` replace the recording's gyro on its topic; its
+/// magnetic field has a topic of its own. Wheels have no ROS message and are dropped. Errors: as of
+/// `RecordingWriter::write`; a time of zero, which means "not set" in ROS.
 [[nodiscard]] Result<void> write_robot(RecordingWriter& writer, const Recording& recording,
                                        const RobotTopics& topics = {}, const UnitRun& unit = {});
 

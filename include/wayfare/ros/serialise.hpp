@@ -1,7 +1,7 @@
 #pragma once
 
-// ROS messages to bytes and back: CDR as ROS 2 writes it (little or big endian, plain, version 1 or
-// 2) and the packed bytes of ROS 1. Lengths are believed only as far as the bytes reach.
+// Serialisation of ROS messages: CDR as in ROS 2 (little or big endian, plain, version 1 or 2) and
+// the packed format of ROS 1. Lengths in a message are limited by its number of bytes.
 
 #include <concepts>
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace wayfare::ros {
 
-/// What a ROS message is: compiled for those of messages.hpp that travel by themselves.
+/// A complete ROS message: implemented for those of messages.hpp.
 template <class M>
 concept Message = requires {
   M::kType.md5;
@@ -21,7 +21,7 @@ concept Message = requires {
 enum class Dialect { ros1, ros2 };
 enum class ByteOrder { little, big };
 
-/// With the four bytes in front that say how it is encoded.
+/// With the four leading bytes that give the encoding.
 template <Message M>
 [[nodiscard]] std::string to_cdr(const M& message, ByteOrder order = ByteOrder::little);
 /// Errors: an encoding other than plain CDR; fewer bytes than the message needs, or more than its
@@ -44,12 +44,13 @@ template <Message M>
   return dialect == Dialect::ros1 ? from_ros1<M>(bytes) : from_cdr<M>(bytes);
 }
 
-/// The definition as a bag holds it: fields by type and name, behind them those of the messages
-/// within.
+/// The definition as in a bag: fields by type and name, followed by the definitions of nested
+/// messages.
 template <Message M>
 [[nodiscard]] std::string definition(Dialect dialect);
 
-/// `sensor_msgs/Imu` as ROS 2 calls it: `sensor_msgs/msg/Imu`; and back. Other names stand.
+/// `sensor_msgs/Imu` in the notation of ROS 2: `sensor_msgs/msg/Imu`; and back. Other names are
+/// kept.
 [[nodiscard]] std::string ros2_name(std::string_view ros1_name);
 [[nodiscard]] std::string ros1_name(std::string_view ros2_name);
 

@@ -1,10 +1,10 @@
 #pragma once
 
-// SLAM as a node, without the part that speaks with ROS: messages in, messages out. Laser scans
-// alone go to submap SLAM, radar and both to the particle filter.
+// SLAM as a node, without the interface to ROS: messages in, messages out. Laser scans alone use
+// submap SLAM; radar, alone or with laser scans, uses the particle filter.
 //
-// Scans are worked on in order, each once odometry has reached its time and the transform to its
-// laser is known, so that what comes out does not depend on which of them arrived first.
+// Scans are processed in order, each once odometry has reached its time and the transform to its
+// laser is known, so that the result does not depend on the order of arrival.
 
 #include <cstddef>
 #include <cstdint>
@@ -26,33 +26,34 @@ namespace wayfare::ros {
 
 struct SlamNodeOptions {
   SlamSensors sensors = SlamSensors::lidar;
-  SubmapSlamOptions slam{};    ///< of laser scans alone
-  OccupancyGridOptions map{};  ///< the same; the filter gives its own cells
+  SubmapSlamOptions slam{};    ///< for laser scans alone
+  OccupancyGridOptions map{};  ///< the same; the particle filter has its own cells
   RadarSlamOptions filter{};   ///< with radar
   std::string map_frame = "map", odom_frame = "odom", base_frame = "base_link";
-  /// False, for laser scans alone: there is none; the node gives `odom` -> `base_link` itself, by
-  /// matching scans and, where `imu`, the gyroscope.
+  /// False, for laser scans alone: without odometry; the node publishes `odom` -> `base_link` from
+  /// scan matching and, with `imu`, the gyroscope.
   bool odometry = true;
-  bool imu = false;  ///< without odometry: turns come from the inertial unit, its z axis upward
-  /// Where the sensors are; nothing: by transforms.
+  bool imu =
+      false;  ///< without odometry: heading changes from the inertial unit, its z axis upward
+  /// Mounting of the sensors; if empty, from transforms.
   std::optional<Transform2<frame::Base, frame::Laser>> T_base_laser{};
   std::optional<Transform2<frame::Base, frame::Radar>> T_base_radar{};
 
   // Seconds by the caller's clock.
-  double patience_s = 2.0;    ///< a scan waits so long for what else is of its time
-  double map_period_s = 5.0;  ///< between maps, while new scans come
-  double settle_s = 2.0;      ///< so long without a scan, the graph is optimised to the end
+  double patience_s = 2.0;    ///< longest wait of a scan for other data of its time
+  double map_period_s = 5.0;  ///< between maps, while scans arrive
+  double settle_s = 2.0;  ///< time without scans after which the graph is optimised to convergence
 
   // Seconds by the messages' clock.
-  double jump_back_s = 1.0;     ///< scans this much earlier than the last begin a new map
-  double post_date_s = 0.1;     ///< transforms are stamped so much later, to serve till the next
-  double odometry_gap_s = 0.5;  ///< odometry older than this says nothing of a scan
-  /// Odometry faster than this was set anew, not driven, m/s.
+  double jump_back_s = 1.0;  ///< scans this much earlier than the last start a new map
+  double post_date_s = 0.1;  ///< transforms are stamped later by this, to be valid until the next
+  double odometry_gap_s = 0.5;  ///< odometry older than this is not used for a scan
+  /// Odometry faster than this has been reset, m/s.
   double max_speed_mps = 10.0;
-  std::size_t scans_waiting = 2000;  ///< at most; the oldest are left out
+  std::size_t scans_waiting = 2000;  ///< capacity; the oldest are dropped
 };
 
-/// What is to be published.
+/// Messages to publish.
 struct SlamNodeOutput {
   std::vector<TransformStamped> transforms;  ///< on /tf
   std::vector<PoseStamped> poses;            ///< of the robot in the map
@@ -61,36 +62,36 @@ struct SlamNodeOutput {
   std::vector<Notice> notices;
 };
 
-/// `now_s` is of a clock that never goes back, of any beginning. Not thread-safe.
+/// `now_s` is of a monotonic clock with any origin. Not thread-safe.
 class SlamNode {
  public:
   explicit SlamNode(SlamNodeOptions options = {});
 
   void add(const LaserScan& message, double now_s);
-  /// Of a radar's two kinds of messages the one that comes first is listened to.
+  /// Of a radar's two message types the first received is used.
   void add(const RadarScan& message, double now_s);
   void add(const PointCloud2& message, double now_s);
   void add(const Odometry& message, double now_s);
   void add(const Imu& message, double now_s);
   void add(const TfMessage& message);
 
-  /// Works on one scan, where one can be. To be called after every message, and a few times a
-  /// second without.
+  /// Processes one scan, if possible. Call it after every message, and a few times per second
+  /// without.
   [[nodiscard]] SlamNodeOutput work(double now_s);
-  /// Whether `work` has more to do at once.
+  /// Whether `work` can process more at once.
   [[nodiscard]] bool busy() const { return worked_ && (stream_ || !lasers_.scans.empty()); }
-  /// The same as if no scan had come for long.
-  [[nodiscard]] SlamNodeOutput settle(double now_s);
+  /// As after a long time without scans.
+  [[nodiscard]] SlamNodeOutput finish(double now_s);
 
-  /// What keeps it from working; empty: nothing does.
+  /// The missing input; empty if none.
   [[nodiscard]] const std::string& waits_for() const { return waits_for_; }
 
  private:
   template <class Scan>
   struct Sensed {
-    std::deque<Scan> scans;  ///< not worked on yet
-    std::optional<LogTime> last_heard;
-    std::string frame;  ///< of the first; no other's are taken
+    std::deque<Scan> scans;  ///< not processed yet
+    std::optional<LogTime> last_received;
+    std::string frame;  ///< of the first scan; others are dropped
     std::optional<LevelMounting> mounting;
   };
   enum class RadarMessage : std::uint8_t { none, scan, cloud };
@@ -106,18 +107,18 @@ class SlamNode {
   [[nodiscard]] bool laser_is_known(double now_s);
   [[nodiscard]] bool motion_is_known(LogTime time, double now_s);
   [[nodiscard]] MotionHint hint(LogTime time) const;
-  void work_on_scan(double now_s, SlamNodeOutput& out);
+  void process_scan(double now_s, SlamNodeOutput& out);
   void placed(LogTime time, const SE2d& T_map_base, double now_s, SlamNodeOutput& out);
 
   // With radar.
-  [[nodiscard]] bool stream_is_there(double now_s);
-  void hand_over();
-  void work_on_stream(double now_s, SlamNodeOutput& out);
+  [[nodiscard]] bool has_stream(double now_s);
+  void pass_to_stream();
+  void process_stream(double now_s, SlamNodeOutput& out);
   bool step(double now_s, SlamNodeOutput& out);
 
-  void give_pose(LogTime time, const SE2d& T_map_base, const MotionHint& hint,
-                 SlamNodeOutput& out) const;
-  void give_map(double now_s, SlamNodeOutput& out);
+  void publish_pose(LogTime time, const SE2d& T_map_base, const MotionHint& hint,
+                    SlamNodeOutput& out) const;
+  void publish_map(double now_s, SlamNodeOutput& out);
   void wait_for(std::string what, double now_s);
 
   SlamNodeOptions options_;
@@ -127,14 +128,14 @@ class SlamNode {
   Sensed<wayfare::LaserScan> lasers_;
   Sensed<wayfare::RadarScan> radar_;
   RadarMessage radar_message_ = RadarMessage::none;
-  std::vector<OdometrySample> odometry_;   ///< continuous: joined where it was set anew
-  std::optional<SE2d> T_joined_odom_;      ///< from odometry as told to the joined one
-  std::optional<LogTime> odometry_given_;  ///< to the stream
+  std::vector<OdometrySample> odometry_;    ///< continuous: joined at resets
+  std::optional<SE2d> T_joined_odom_;       ///< from odometry as received to the joined one
+  std::optional<LogTime> odometry_passed_;  ///< passed to the stream
   std::vector<GyroSample> gyro_;
-  std::optional<LogTime> last_scan_;  ///< placed
+  std::optional<LogTime> last_scan_;  ///< processed
   std::optional<double> blocked_s_, last_placed_s_;
   double last_map_s_ = 0.0;
-  bool worked_ = false, motion_silent_ = false, settled_ = true;
+  bool worked_ = false, motion_missing_ = false, settled_ = true;
   std::string waits_for_;
   Notices notices_;
 };

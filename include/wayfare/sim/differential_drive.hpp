@@ -1,6 +1,6 @@
 #pragma once
 
-// A robot on two driven wheels: how it follows a route, and what its wheels and gyro say about it.
+// A robot on two driven wheels: following of a route, and the samples of its wheels and gyro.
 
 #include <span>
 #include <vector>
@@ -19,19 +19,19 @@ struct DriveParams {
   double max_turn_rate_rad_s = 1.2;
   double max_acceleration_m_s2 = 0.6;
   double max_turn_acceleration_rad_s2 = 3.0;
-  double heading_gain_per_s = 2.5;  ///< turn rate asked for per radian off course
-  double waypoint_radius_m = 0.3;   ///< a waypoint counts as reached from here on
+  double heading_gain_per_s = 2.5;  ///< turn rate per radian of heading error
+  double waypoint_radius_m = 0.3;   ///< distance at which a waypoint is reached
   Duration step{10'000'000};        ///< the speeds are constant within a step
-  Duration give_up_after{std::chrono::hours(4)};
+  Duration timeout{std::chrono::hours(4)};
 };
 
-/// The true trajectory of a robot that starts at rest on the first waypoint, heads for the second,
-/// and follows the rest: one pose every `step`. Fails on fewer than two waypoints, on waypoints
-/// that are not finite and where the last one is not reached in time.
+/// The true trajectory of a robot that starts at rest on the first waypoint, heading for the
+/// second, and follows the rest: one pose every `step`. Errors: fewer than two waypoints, waypoints
+/// that are not finite, and a timeout before the last one.
 [[nodiscard]] Result<Trajectory> drive_route(std::span<const Eigen::Vector2d> route_m,
                                              const DriveParams& params = {}, LogTime start = {});
 
-/// A piece of floor on which wheels slip more and sink in: they report more than they roll.
+/// A part of the floor on which wheels slip more and sink in: they report more than they roll.
 struct Carpet {
   Eigen::Vector2d lower_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d upper_m = Eigen::Vector2d::Zero();
@@ -50,7 +50,7 @@ struct WheelParams {
   /// Random slip of each wheel: standard deviation after one metre, growing with the root of the
   /// distance rolled (forward or backward).
   double slip_m_per_sqrt_m = 0.004;
-  std::vector<Carpet> carpets = {};  ///< in the frame of the truth; the first that covers counts
+  std::vector<Carpet> carpets = {};  ///< in the truth's frame; the first covering a point applies
 };
 
 struct GyroParams {
@@ -65,16 +65,16 @@ struct GyroParams {
 [[nodiscard]] std::vector<GyroSample> simulate_gyro(const Trajectory& truth, Duration period,
                                                     const GyroParams& params, Rng& rng);
 
-/// Dead reckoning from identity: the mean of the two wheels along an arc that turns by
+/// Dead reckoning from identity: the mean of the two wheels along an arc with the heading change
 /// (right - left) / wheel_base.
 [[nodiscard]] std::vector<OdometrySample> dead_reckon(std::span<const WheelSample> wheels,
                                                       double wheel_base_m);
-/// The same with the turn taken from the gyro; both series must have the same times.
+/// The same with the heading change from the gyro; both series must have the same times.
 [[nodiscard]] std::vector<OdometrySample> dead_reckon(std::span<const WheelSample> wheels,
                                                       std::span<const GyroSample> gyro);
 
 /// The pose at `time`, along the constant-twist path between the neighbours in `trajectory` (in
-/// order of time, not empty); held constant before the first and after the last.
+/// order of time, not empty); constant before the first and after the last.
 [[nodiscard]] SE2d true_pose_at(const Trajectory& trajectory, LogTime time);
 
 }  // namespace wayfare::sim

@@ -1,6 +1,6 @@
 #pragma once
 
-// Somebody who walks with a unit on each foot.
+// A walker with an inertial unit on each foot.
 
 #include <vector>
 
@@ -12,7 +12,7 @@
 
 namespace wayfare::sim {
 
-/// A walk in strides: each foot swings and stands in turn, the right one half a stride later.
+/// A walk in strides: each foot alternates swing and stance, the right one half a stride later.
 struct FeetPlan {
   double rate_hz = 100.0;
   int strides = 60;
@@ -21,12 +21,12 @@ struct FeetPlan {
   double stride_m = 1.3, lift_m = 0.1;
   double width_m = 0.2;       ///< from the left foot to the right
   double pitch_rad = 0.7;     ///< toe down at the highest point of a swing
-  double turn_rad = 0.0;      ///< of the way, a stride; counter-clockwise
-  double sway_radps = 0.015;  ///< largest rate of a standing foot, which is never quite still
+  double turn_rad = 0.0;      ///< heading change per stride; counter-clockwise
+  double sway_radps = 0.015;  ///< greatest rate of a foot in stance, which is never exactly at rest
 };
 
-/// One foot: readings and where it was after each, from where it began; axes x forward, y left, z
-/// up at the start.
+/// One foot: samples and its position at each, relative to its start; axes x forward, y left, z up
+/// at the start.
 struct FootTruth {
   std::vector<ImuSample> samples;
   std::vector<Eigen::Vector3d> position;
@@ -35,11 +35,11 @@ struct FootTruth {
 struct FeetTruth {
   FootTruth left, right;
   Eigen::Vector3d right_from_left;  ///< at the start
-  double length_m = 0.0;            ///< of the way
+  double length_m = 0.0;            ///< of the path
 };
 
-/// Swings go a smooth step of time (10u³ − 15u⁴ + 6u⁵) along, with a hump (64u³(1 − u)³) up; both
-/// units err as `noise` says, each for itself.
+/// A swing is a smooth step in time (10u³ − 15u⁴ + 6u⁵) forward with a bump (64u³(1 − u)³) upward;
+/// each unit has its own noise.
 [[nodiscard]] FeetTruth simulate_feet(const FeetPlan& plan, const ImuNoise& noise, const Rng& rng);
 
 }  // namespace wayfare::sim

@@ -24,42 +24,42 @@ struct Segment {
   Eigen::Vector2d b_m = Eigen::Vector2d::Zero();
 };
 
-/// Walls as a picture: square cells, row-major, the first row on top (largest y). The lower left
-/// corner of the picture is the plan's origin.
+/// Walls as an image: square cells, row-major, the first row on top (largest y). The origin of the
+/// plan is the lower left corner of the image.
 struct CellMask {
   int width = 0;
   int height = 0;
   double cell_m = 0.0;
-  std::vector<std::uint8_t> solid;  ///< width * height values, not zero where there is wall
+  std::vector<std::uint8_t> solid;  ///< width * height values, nonzero for wall
 
-  [[nodiscard]] bool is_solid(int column, int row) const;  ///< false outside the picture
+  [[nodiscard]] bool is_solid(int column, int row) const;  ///< false outside the image
 };
 
 /// Immutable; safe to read from many threads.
 class FloorPlan {
  public:
-  /// Fails (naming the segment by its index) where one is not finite, beyond 100 km or shorter than
-  /// a micrometre, and where there are none.
+  /// Errors: no segments, or one (named by its index) that is not finite, beyond 100 km or shorter
+  /// than a micrometre.
   [[nodiscard]] static Result<FloorPlan> from_segments(std::vector<Segment> segments);
 
-  /// The outlines of the solid cells, one segment for every straight run. Fails where the mask has
-  /// no solid cell or its sizes do not agree.
+  /// The outlines of the solid cells, one segment per straight run. Errors: no solid cell, or sizes
+  /// that do not agree.
   [[nodiscard]] static Result<FloorPlan> from_cells(const CellMask& mask);
 
   [[nodiscard]] std::span<const Segment> segments() const { return segments_; }
   [[nodiscard]] const Eigen::Vector2d& lower_corner_m() const { return lower_m_; }
   [[nodiscard]] const Eigen::Vector2d& upper_corner_m() const { return upper_m_; }
 
-  /// Metres from `origin_m` along the unit vector `direction` to the first wall; infinity where
-  /// there is none within `max_range_m`. A ray that meets the joint of two walls does not slip
-  /// through; a wall seen exactly edge-on is seen by its neighbours only.
+  /// Metres from `origin_m` along the unit vector `direction` to the first wall; infinity if there
+  /// is none within `max_range_m`. A ray does not pass through the joint of two walls; a wall
+  /// exactly edge-on is hit only through its neighbours.
   [[nodiscard]] double cast(const Eigen::Vector2d& origin_m, const Eigen::Vector2d& direction,
                             double max_range_m) const;
 
-  /// True where a wall stands between the two points.
+  /// Whether there is a wall between the two points.
   [[nodiscard]] bool blocks(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const;
 
-  /// Metres to the nearest wall, looked for within `max_m`; infinity where there is none.
+  /// Metres to the nearest wall within `max_m`; infinity if there is none.
   [[nodiscard]] double clearance(const Eigen::Vector2d& point_m, double max_m) const;
 
  private:
@@ -81,33 +81,33 @@ class FloorPlan {
   std::vector<std::uint32_t> members_;
 };
 
-/// A point outside the plan that can be reached from `inside_m` without crossing a wall, where
-/// there is one; nothing where the walls around `inside_m` are closed. Finds every gap wider than
-/// `step_m` (walls that meet within a step may hide a narrower one).
+/// A point outside the plan that can be reached from `inside_m` without crossing a wall; nothing if
+/// the walls around `inside_m` are closed. Finds every gap wider than `step_m` (walls that meet
+/// within a step may hide a narrower one).
 [[nodiscard]] std::optional<Eigen::Vector2d> find_leak(const FloorPlan& plan,
                                                        const Eigen::Vector2d& inside_m,
                                                        double step_m = 0.1);
 
-/// A plan and the places a robot is to visit in it, metres.
+/// A plan and the waypoints of a robot in it, metres.
 struct PlannedRoute {
   FloorPlan plan;
-  std::vector<Eigen::Vector2d> route_m;  ///< empty where the text names none
+  std::vector<Eigen::Vector2d> route_m;  ///< empty if the text has no route
 };
 
 /// Reads a plan: `wall`, `place`, `route` and `metres_per_character` lines, then, after a line
 /// `picture`, the drawing ('#' is wall, a letter or digit is a place, ' ' and '.' are free). Errors
-/// carry `source` and the line, and name the column where that helps.
+/// have `source` and the line, and name the column if useful.
 [[nodiscard]] Result<PlannedRoute> read_plan(std::string_view text,
                                              std::string_view source = "plan");
 
-/// Walls from a grey picture (rows from the top, one byte a pixel), such as a map image: a pixel
-/// darker than `wall_below` is wall.
+/// Walls from a grey image (rows from the top, one byte per pixel), such as a map image: pixels
+/// darker than `wall_below` are wall.
 [[nodiscard]] Result<FloorPlan> plan_from_picture(std::span<const std::uint8_t> pixels, int width,
                                                   int height, double metres_per_pixel,
                                                   std::uint8_t wall_below = 100);
 
-/// The text of the building the demonstration drives through, 60 m x 30 m: a loop of long, nearly
-/// featureless corridors, rooms with doors, a hall with pillars, and a route of two rounds.
+/// The plan of the demonstration's building, 60 m x 30 m: a loop of long, nearly featureless
+/// corridors, rooms with doors, a hall with pillars, and a route of two laps.
 [[nodiscard]] std::string_view demo_building();
 
 }  // namespace wayfare::sim

@@ -1,7 +1,7 @@
 #pragma once
 
-// Somebody who walks through a building with a range finder and an inertial unit on the head: bob,
-// sway, tilt and glances.
+// A walker in a building with a range finder and an inertial unit on the head: bob, sway, tilt and
+// glances.
 
 #include <vector>
 
@@ -16,23 +16,23 @@
 
 namespace wayfare::sim {
 
-/// The motion's sizes are those of ten walks recorded by a unit on the head: |a| varies by 1.9 to
-/// 2.9 m/s² at 1.6 to 1.95 steps a second, pitch by 1.7 to 3.9°, roll by 1.1 to 2.3°, glances by 10
-/// to 20°; the unit sits 2 to 5° askew.
+/// The motion is that of ten walks recorded by a unit on the head: |a| varies by 1.9 to 2.9 m/s² at
+/// 1.6 to 1.95 steps per second, pitch by 1.7 to 3.9°, roll by 1.1 to 2.3°, glances by 10 to 20°;
+/// the unit is mounted 2 to 5° mounting_sigma.
 struct HeadWalkParams {
   double speed_m_s = 1.2;
   double step_m = 0.66;
   double height_m = 1.7;
-  double bob_m = 0.027;  ///< amplitude, once a step
+  double bob_m = 0.027;  ///< amplitude, once per step
   double sway_m = 0.02;  ///< amplitude, once in two steps
   Angle glance = Angle::degrees(10), pitch = Angle::degrees(2.3), roll = Angle::degrees(1.4);
-  Angle nod = Angle::degrees(0.9);    ///< amplitude of the pitch once a step
-  Angle askew = Angle::degrees(3.5);  ///< of the unit's seat, standard deviation an axis
-  double corner_m = 0.8;              ///< the way is rounded over so much before and after a corner
-  double rest_s = 4.0;                ///< standing before and after
+  Angle nod = Angle::degrees(0.9);             ///< amplitude of the pitch, once per step
+  Angle mounting_sigma = Angle::degrees(3.5);  ///< mounting error, standard deviation per axis
+  double corner_m = 0.8;  ///< the path is rounded over this distance before and after a corner
+  double rest_s = 4.0;    ///< at rest before and after
 };
 
-/// Where the head is at any time from 0 to `lasts_s`; axes x forward, y left, z up.
+/// The head's pose at any time from 0 to `duration_s`; axes x forward, y left, z up.
 class HeadWalk {
  public:
   struct Pose {
@@ -40,19 +40,19 @@ class HeadWalk {
     Eigen::Vector3d position_m;
   };
 
-  /// Along the places `route_m`, two or more; what differs from walk to walk is drawn.
+  /// Along the waypoints `route_m`, two or more; the other properties of the walk are random.
   HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& params, Rng rng);
 
-  [[nodiscard]] double lasts_s() const { return lasts_s_; }
-  [[nodiscard]] double way_m() const { return along_.back(); }
+  [[nodiscard]] double duration_s() const { return duration_s_; }
+  [[nodiscard]] double path_length_m() const { return along_.back(); }
   [[nodiscard]] Pose at(double time_s) const;
 
   struct UnitNoise {
-    double gyro_radps = 0.002, accel_mps2 = 0.05;     ///< white, a reading
-    Angle gyro_bias_a_second = Angle::degrees(0.05);  ///< standard deviation, constant
-    double accel_bias_mps2 = 0.0;                     ///< the same
+    double gyro_radps = 0.002, accel_mps2 = 0.05;       ///< white noise per sample
+    Angle gyro_bias_per_second = Angle::degrees(0.05);  ///< standard deviation, constant
+    double accel_bias_mps2 = 0.0;                       ///< the same
   };
-  /// Nine-axis readings without a field, from the pose's derivatives.
+  /// Nine-axis samples without a magnetic field, from the pose's derivatives.
   [[nodiscard]] MargRecording unit(double rate_hz, const UnitNoise& noise, Rng& rng) const;
 
  private:
@@ -67,13 +67,13 @@ class HeadWalk {
 
   HeadWalkParams p_;
   std::vector<Eigen::Vector2d> route_m_;
-  std::vector<double> along_;  // way up to each place
+  std::vector<double> along_;  // path length up to each waypoint
   std::vector<Wave> yaw_, pitch_, roll_;
   SO3d q_head_unit_;
-  double lasts_s_ = 0.0, phase_ = 0.0;
+  double duration_s_ = 0.0, phase_ = 0.0;
 };
 
-/// A range finder that turns in the head's x-y plane: walls upright from floor to ceiling.
+/// A range finder rotating in the head's x-y plane; walls are upright from floor to ceiling.
 struct HeadLidarParams {
   int beams = 360;
   double max_range_m = 12.0, min_range_m = 0.15;

@@ -1,6 +1,6 @@
 #pragma once
 
-// An inertial unit on a vehicle, erring as its parameters say.
+// An inertial unit on a vehicle, with configurable errors.
 
 #include <vector>
 
@@ -15,13 +15,13 @@ namespace wayfare::sim {
 struct ImuParams {
   ImuNoise noise;
   Duration period{10'000'000};
-  SO3d q_body_imu;  ///< how the unit is mounted: rotates its axes to body
-  /// Each reading is the mean since the one before, as of a unit that integrates; else the
-  /// instant's.
+  SO3d q_body_imu;  ///< mounting: rotates the unit's axes to the body's
+  /// Each sample is the mean since the previous one, as of an integrating unit; else the instant's
+  /// value.
   bool mean_of_period = false;
 };
 
-/// What a unit errs by at one instant, in its own axes, besides white noise.
+/// Errors of a unit at one instant, in its own axes, besides white noise.
 struct ImuErrors {
   Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_bias_mps2 = Eigen::Vector3d::Zero();
@@ -31,11 +31,11 @@ struct ImuErrors {
 
 struct SimulatedImu {
   std::vector<ImuSample> samples;
-  std::vector<ImuErrors> errors;  ///< one for each sample
+  std::vector<ImuErrors> errors;  ///< one per sample
 };
 
-/// Errors over time: four Gauss-Markov processes a unit, begun in their stationary distribution
-/// and stepped exactly, n ← e^(−T/τ) n + σ√(1 − e^(−2T/τ)) w.
+/// Errors over time: four Gauss-Markov processes per unit, started in their stationary distribution
+/// and discretised exactly, n ← e^(−T/τ) n + σ√(1 − e^(−2T/τ)) w.
 class ImuErrorProcess {
  public:
   ImuErrorProcess(const ImuNoise& noise, Rng& rng);
@@ -47,15 +47,15 @@ class ImuErrorProcess {
   ImuErrors errors_;
 };
 
-/// A unit that rides along, one reading after another: (1 + scale) ∘ true + bias + white noise
-/// whose standard deviation is its density over √period. The trajectory must outlive it.
+/// A unit on the vehicle, sample by sample: (1 + scale) ∘ true + bias + white noise whose standard
+/// deviation is its density over √period. The trajectory must outlive it.
 class SimulatedUnit {
  public:
-  /// The first reading will be at trajectory.begin().
+  /// The first sample is at trajectory.begin().
   SimulatedUnit(const VehicleTrajectory& trajectory, const ImuParams& params, const Rng& rng);
   /// False at the end of the trajectory.
   [[nodiscard]] bool read(ImuSample& sample);
-  /// Of the last reading.
+  /// Of the last sample.
   [[nodiscard]] const ImuErrors& errors() const { return process_.errors(); }
 
  private:
@@ -66,7 +66,7 @@ class SimulatedUnit {
   LogTime next_;
 };
 
-/// All readings of a trajectory.
+/// All samples of a trajectory.
 [[nodiscard]] SimulatedImu simulate_imu(const VehicleTrajectory& trajectory,
                                         const ImuParams& params, const Rng& rng);
 

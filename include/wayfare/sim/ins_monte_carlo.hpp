@@ -1,8 +1,7 @@
 #pragma once
 
-// The same drive many times over, each time with other errors of the unit, the ranges and the
-// start: does the navigation filter know how far it is off? (Link wayfare::nav, whose filter it
-// runs.)
+// Monte-Carlo test of the navigation filter's consistency: one drive with different errors of the
+// unit, the ranges and the start. (Link wayfare::nav, whose filter it runs.)
 
 #include <array>
 #include <cstddef>
@@ -21,7 +20,7 @@
 
 namespace wayfare::sim {
 
-/// Squares of normalised innovations, refused ones as well.
+/// Sum of squared normalised innovations, rejected ones included.
 struct NisSum {
   double sum = 0.0;
   std::size_t count = 0;
@@ -29,8 +28,8 @@ struct NisSum {
 /// By InnovationRecord::Kind.
 using NisByKind = std::array<NisSum, 6>;
 
-/// Errors of the 23 states at one range epoch (truth minus estimate, in the states' order) and what
-/// the filter thought of them.
+/// Errors of the 23 states at one range epoch (truth minus estimate, in the states' order) and the
+/// filter's standard deviations.
 struct InsErrorAt {
   using Vector = Eigen::Matrix<double, ins_state::kSize, 1>;
   LogTime time;
@@ -38,18 +37,18 @@ struct InsErrorAt {
   Vector sigma = Vector::Zero();
   double nees = std::numeric_limits<double>::quiet_NaN();             ///< all 23 states
   double navigation_nees = std::numeric_limits<double>::quiet_NaN();  ///< the first nine
-  NisByKind nis;  ///< of the measurements since the entry before, this epoch's included
+  NisByKind nis;  ///< of the measurements since the previous entry, this epoch's included
 };
-using InsErrorCourse = std::vector<InsErrorAt>;
+using InsErrorSeries = std::vector<InsErrorAt>;
 
 struct InsMonteCarloOptions {
   ImuParams imu;
   RangeParams ranges;
   /// Noise parameters, mounting and lever arm are taken from the simulated sensors.
   GnssInsOptions filter;
-  /// Standard deviations of the start; its state is drawn around the truth.
+  /// Standard deviations of the initial state, which is drawn around the truth.
   GnssInsStart start;
-  int threads = 1;  ///< the result is the same for any number
+  int threads = 1;  ///< any number gives the same result
 };
 
 namespace detail {
@@ -60,7 +59,7 @@ inline Eigen::Vector3d draw(const Eigen::Vector3d& sigma, Rng& rng) {
   return w;
 }
 
-/// Level and heading err about north, east and down.
+/// Level and heading errors are about north, east and down.
 inline GnssInsStart drawn_start(const NavState& truth, GnssInsStart start, Rng& rng) {
   const double p = start.position_sigma_m, v = start.velocity_sigma_mps;
   const double level = start.level_sigma_rad;
@@ -99,8 +98,8 @@ inline InsErrorAt error_at(const GnssInsEstimate& e, const NavState& truth, cons
 
 }  // namespace detail
 
-/// One run: an entry for each range epoch after the first that falls on a reading of the unit.
-[[nodiscard]] inline InsErrorCourse ins_error_course(const VehicleTrajectory& trajectory,
+/// One run: an entry for each range epoch after the first that coincides with a sample of the unit.
+[[nodiscard]] inline InsErrorSeries ins_error_series(const VehicleTrajectory& trajectory,
                                                      const Constellation& constellation,
                                                      const InsMonteCarloOptions& options,
                                                      const Rng& rng) {
@@ -117,7 +116,7 @@ inline InsErrorAt error_at(const GnssInsEstimate& e, const NavState& truth, cons
   filter.start(
       detail::drawn_start(trajectory.state(trajectory.begin()), options.start, start_noise));
 
-  InsErrorCourse course;
+  InsErrorSeries series;
   std::size_t k = 0;
   for (ImuSample sample; unit.read(sample);) {
     const LogTime now = sample.time;
@@ -126,26 +125,26 @@ inline InsErrorAt error_at(const GnssInsEstimate& e, const NavState& truth, cons
       (void)filter.add(ranges.epochs[k]);
       if (ranges.epochs[k].time != now || !filter.started()) continue;
       const NisByKind nis = detail::nis_by_kind(filter.take_innovations());
-      if (k == 0) continue;  // the clock is set by these ranges themselves
-      course.push_back(detail::error_at(filter.estimate(), trajectory.state(now), unit.errors(),
+      if (k == 0) continue;  // these ranges initialise the clock
+      series.push_back(detail::error_at(filter.estimate(), trajectory.state(now), unit.errors(),
                                         ranges.clocks[k]));
-      course.back().nis = nis;
+      series.back().nis = nis;
     }
   }
-  return course;
+  return series;
 }
 
-/// `runs` courses, each drawing from its own stream of `rng`.
-[[nodiscard]] inline std::vector<InsErrorCourse> ins_monte_carlo(
+/// `runs` runs, each drawing from its own stream of `rng`.
+[[nodiscard]] inline std::vector<InsErrorSeries> ins_monte_carlo(
     const VehicleTrajectory& trajectory, const Constellation& constellation, std::size_t runs,
     const InsMonteCarloOptions& options, const Rng& rng,
     const std::function<void(double)>& progress = {}) {
-  std::vector<InsErrorCourse> courses(runs);
+  std::vector<InsErrorSeries> all_series(runs);
   const auto one = [&](std::size_t r) {
-    courses[r] = ins_error_course(trajectory, constellation, options, rng.stream(r));
+    all_series[r] = ins_error_series(trajectory, constellation, options, rng.stream(r));
   };
   parallel_for(runs, options.threads, one, progress);
-  return courses;
+  return all_series;
 }
 
 }  // namespace wayfare::sim

@@ -1,7 +1,7 @@
 #pragma once
 
-// Raw code and Doppler measurements as a receiver logs them, from broadcast messages: satellite
-// clocks, group delay, air and the receiver's own clock are still in them.
+// Raw code and Doppler measurements as logged by a receiver, from broadcast messages: with
+// satellite clocks, group delay, atmosphere and the receiver's own clock.
 
 #include <vector>
 
@@ -10,13 +10,12 @@
 
 namespace wayfare::sim {
 
-/// Satellites where their messages (the ones nearest in time) put them; unhealthy ones too.
-/// `ephemerides` must outlive it.
+/// Satellite positions from the messages nearest in time, unhealthy ones included. `ephemerides`
+/// must outlive it.
 [[nodiscard]] Constellation broadcast_constellation(const Ephemerides& ephemerides);
 
-/// Messages of satellites on nearly circular orbits, spread as a Walker constellation: what an
-/// almanac gives where there is no navigation file. Clocks differ by up to a tenth of a
-/// millisecond.
+/// Messages of satellites on nearly circular orbits in a Walker constellation, for use without a
+/// navigation file. Clocks differ by up to a tenth of a millisecond.
 [[nodiscard]] Ephemerides walker_ephemerides(const WalkerParams& params, Time<GpsClock> reference);
 
 struct ObservationParams {
@@ -27,7 +26,7 @@ struct ObservationParams {
   ReceiverClockNoise clock;
   double clock_bias_m = 300.0;  ///< at the start
   double clock_drift_mps = 5.0;
-  bool ionosphere = true;   ///< Klobuchar's, with the messages' coefficients where they have them
+  bool ionosphere = true;   ///< Klobuchar's, with the messages' coefficients if present
   bool troposphere = true;  ///< Saastamoinen's
   double cn0_zenith_dbhz = 48.0;
   double cn0_horizon_dbhz = 35.0;

@@ -1,6 +1,6 @@
 #pragma once
 
-// The map a perfect mapper would draw of a floor plan.
+// The ideal map of a floor plan.
 
 #include <Eigen/Core>
 
@@ -10,9 +10,9 @@
 
 namespace wayfare::sim {
 
-/// Cells a wall passes through are occupied, those that can be reached from `inside_m` without
-/// crossing one are free, the rest unknown. Fails where the plan has more cells than memory should
-/// hold, and where `inside_m` is in a wall or outside.
+/// Cells that a wall passes through are occupied, those that can be reached from `inside_m` without
+/// crossing one are free, the rest unknown. Errors: more cells than fit in memory, or an `inside_m`
+/// in a wall or outside.
 [[nodiscard]] Result<OccupancyGrid> map_of_plan(const FloorPlan& plan,
                                                 const Eigen::Vector2d& inside_m,
                                                 const OccupancyGridOptions& options = {});

@@ -1,9 +1,9 @@
 #pragma once
 
-// A millimetre-wave radar of the AWR1843's kind, down to the cells of its own signal processing:
-// range and Doppler transform, adaptive threshold in both, angle transform over eight virtual
-// antennas. Points therefore come as the device gives them: on its grid, many or none to an object,
-// with side lobes, and nothing where the neighbourhood is as bright.
+// A millimetre-wave radar like the AWR1843, down to the cells of its signal processing: range and
+// Doppler transform, constant false alarm rate threshold in both, angle transform over eight
+// virtual antennas. Points are therefore those of the device: on its grid, many or none per object,
+// with side lobes, and none where the neighbourhood is as bright.
 
 #include <cstddef>
 #include <span>
@@ -22,28 +22,28 @@ namespace wayfare::sim {
 struct RadarParams {
   double range_bin_m = 0.0436;
   double doppler_bin_m_s = 0.1217;
-  std::size_t doppler_bins = 16;  ///< a power of two; speeds wrap at half of them
+  std::size_t doppler_bins = 16;  ///< a power of two; speeds alias at half of them
   std::size_t azimuth_bins = 64;  ///< equal steps of the sine, over [-1, 1)
   double wavelength_m = 0.003785;
-  double min_range_m = 0.5;  ///< nearer points are the antennas seeing each other: cut off
+  double min_range_m = 0.5;  ///< nearer points are antenna coupling, and cut off
   double max_range_m = 6.0;
-  std::size_t max_points = 100;  ///< what a frame has room for; the farthest are cut off
+  std::size_t max_points = 100;  ///< capacity of a frame; the farthest are cut off
   double threshold_db = 9.0;     ///< over the mean of the neighbours, in range and in Doppler
-  std::size_t range_guard = 4;   ///< cells on either side that are not neighbours
-  std::size_t range_window = 8;  ///< neighbours on either side; the side that is darker counts
+  std::size_t range_guard = 4;   ///< guard cells on either side
+  std::size_t range_window = 8;  ///< neighbours on either side; the darker side counts
   std::size_t doppler_guard = 2;
   std::size_t doppler_window = 4;  ///< neighbours on either side, both count
-  /// A second point in a cell where the next peak in angle has this share of the first one's power:
-  /// the firmware's one half, taken for one of amplitudes, which is nearer to what recordings show.
+  /// A second point in a cell if the next peak in angle has this share of the first one's power:
+  /// the firmware's one half, taken as a ratio of amplitudes, which agrees better with recordings.
   double second_peak = 0.25;
-  double beam_exponent = 6.0;  ///< power falls with this power of cos(azimuth), both ways
-  double wall_loss_db = 8.0;   ///< of a wall that is looked through, both ways
+  double beam_exponent = 6.0;  ///< two-way power falls with this power of cos(azimuth)
+  double wall_loss_db = 8.0;   ///< two-way loss of a wall in between
   int walls_seen_through = 1;
 };
 
-/// The frame at `time` of a radar at `T_plan_radar` that moves with `velocity_m_s` (its own axes).
-/// `rng` draws the receivers' noise; what the reflectors send back is fixed by the geometry to a
-/// fraction of the wavelength.
+/// The frame at `time` of a radar at `T_plan_radar` that moves with `velocity_m_s` (in its own
+/// axes). `rng` draws the receivers' noise; the echoes are determined by the geometry to a fraction
+/// of the wavelength.
 [[nodiscard]] RadarScan simulate_radar(const FloorPlan& plan, std::span<const Reflector> reflectors,
                                        const SE2d& T_plan_radar,
                                        const Eigen::Vector2d& velocity_m_s, LogTime time,

@@ -1,8 +1,6 @@
 #pragma once
 
-// Satellites to measure ranges to.
-
-// Corrected ranges and range rates to a vehicle's antenna.
+// Satellite constellations, and corrected ranges and range rates to a vehicle's antenna.
 
 #include <cstddef>
 #include <functional>
@@ -23,17 +21,17 @@ namespace wayfare::sim {
 struct SatelliteMotion {
   Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
-  double clock_bias_s = 0.0;  ///< how far its clock is ahead
+  double clock_bias_s = 0.0;  ///< advance of its clock
   double clock_drift = 0.0;   ///< s/s
 };
 
-/// Which satellites there are and where: nothing for one that is unknown at that time.
+/// Satellites and their motion; nothing for one that is unknown at that time.
 struct Constellation {
   std::vector<SatelliteId> satellites;
   std::function<std::optional<SatelliteMotion>(SatelliteId, Time<GpsClock>)> motion;
 };
 
-/// Circular orbits spread evenly: `planes` of equal inclination, equally spaced nodes (Walker
+/// Evenly spread circular orbits: `planes` of equal inclination, equally spaced nodes (Walker
 /// 1984).
 struct WalkerParams {
   GnssSystem system = GnssSystem::gps;
@@ -46,29 +44,29 @@ struct WalkerParams {
 };
 
 [[nodiscard]] Constellation walker_constellation(const WalkerParams& params = {});
-/// The satellites of both, which must not name one twice.
+/// The satellites of both, which must be distinct.
 [[nodiscard]] Constellation combined(Constellation a, Constellation b);
 /// GPS (24 satellites in 6 planes) and Galileo (24 in 3): about 8 and 8 above 10°.
 [[nodiscard]] Constellation gps_and_galileo();
 
-/// The satellite as a range measured at `reception` sees it: where it was at transmission, in the
+/// The satellite for a range measured at `reception`: its position at transmission, in the
 /// Earth-fixed axes of reception.
 [[nodiscard]] std::optional<SatelliteMotion> seen_from(const Constellation& constellation,
                                                        SatelliteId satellite,
                                                        Time<GpsClock> reception,
                                                        const Eigen::Vector3d& receiver_ecef_m);
 
-/// Above the horizon of a receiver.
+/// Above the receiver's horizon.
 [[nodiscard]] Angle elevation(const Geodetic& receiver, const Eigen::Vector3d& satellite_ecef_m);
 
-/// Reflections that lengthen a range for a while: begin at random, each of constant size.
+/// Reflections that lengthen a range for a while: random onsets, each of constant size.
 struct MultipathBursts {
-  double per_satellite_hour = 0.0;  ///< how many begin; none by default
+  double per_satellite_hour = 0.0;  ///< rate of onsets; none by default
   double mean_duration_s = 10.0;
   double mean_excess_m = 20.0;  ///< duration and size are exponentially distributed
 };
 
-/// From `begin` (included) to `end` (excluded) only so many satellites are seen.
+/// From `begin` (included) to `end` (excluded) only this number of satellites is visible.
 struct SatelliteOutage {
   LogTime begin, end;
   std::size_t satellites_left = 0;
@@ -77,7 +75,7 @@ struct SatelliteOutage {
 struct RangeParams {
   Duration period = std::chrono::seconds(1);
   Angle elevation_mask = Angle::degrees(10.0);
-  /// No more than so many, chosen for their geometry.
+  /// Upper limit; the best geometry is selected.
   std::size_t max_satellites = 64;
   double range_sigma_m = 2.0;
   double range_rate_sigma_mps = 0.1;
@@ -87,7 +85,7 @@ struct RangeParams {
   MultipathBursts multipath;
   std::vector<SatelliteOutage> outages;
   Eigen::Vector3d antenna_lever_arm_m = Eigen::Vector3d::Zero();  ///< in body axes
-  /// Added to log time to give GPS time: where in their orbits the satellites are.
+  /// Added to log time to give GPS time, which determines the satellites' positions.
   Duration gps_minus_log{0};
 };
 
@@ -98,27 +96,27 @@ struct ReceiverClock {
 
 struct SimulatedRanges {
   std::vector<RangeEpoch> epochs;     ///< satellites in the constellation's order
-  std::vector<ReceiverClock> clocks;  ///< true, one for each epoch
+  std::vector<ReceiverClock> clocks;  ///< true, one per epoch
 };
 
 /// One epoch every `period` from trajectory.begin() on, empty ones included. Every satellite draws
-/// from its own stream of `rng`, seen or not, so that a mask or an outage leaves the noise of the
-/// others and of other epochs as it was.
+/// from its own stream of `rng`, visible or not, so that a mask or an outage does not change the
+/// noise of the others and of other epochs.
 [[nodiscard]] SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
                                               const Constellation& constellation,
                                               const RangeParams& params, const Rng& rng);
 
-/// How many satellites outages leave at `time`; the largest number where there is none.
+/// Number of satellites that outages leave at `time`; the largest number without one.
 [[nodiscard]] std::size_t satellites_allowed(std::span<const SatelliteOutage> outages,
                                              LogTime time);
 
-/// The clock after `seconds` more: bias and drift are random walks, discretised exactly.
+/// The clock after `seconds`: bias and drift are random walks, discretised exactly.
 [[nodiscard]] ReceiverClock step_clock(const ReceiverClock& clock, const ReceiverClockNoise& noise,
                                        double seconds, Rng& rng);
 
-/// Indices of up to `count` of the `directions` (unit vectors from the receiver), in their order:
-/// one after another is taken that helps position and clock most. A smaller choice is part of every
-/// larger one.
+/// Indices of up to `count` of the `directions` (unit vectors from the receiver), in their order,
+/// selected greedily by their benefit for position and clock. A smaller selection is a subset of
+/// every larger one.
 [[nodiscard]] std::vector<std::size_t> best_geometry(const std::vector<Eigen::Vector3d>& directions,
                                                      std::size_t count);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Where a road vehicle truly is at any time, and what a perfect inertial unit on it feels: driven
+// True motion of a road vehicle, and the measurements of a perfect inertial unit on it: driven
 // through waypoints, or along a recorded solution.
 
 #include <span>
@@ -16,12 +16,12 @@
 
 namespace wayfare::sim {
 
-/// A place to drive by, from the drive's origin.
+/// A position on the drive, from its origin.
 struct Waypoint {
   double north_m = 0.0;
   double east_m = 0.0;
   double height_m = 0.0;
-  double stop_s = 0.0;  ///< to stand there; at a corner, before it
+  double stop_s = 0.0;  ///< time at rest there; at a corner, before it
 };
 
 struct VehicleLimits {
@@ -30,30 +30,29 @@ struct VehicleLimits {
   double braking_mps2 = 2.5;
   double lateral_acceleration_mps2 = 2.5;
   double turn_rate_radps = 0.5;
-  double turn_radius_m = 15.0;  ///< the tightest; corners are rounded, not reached
-  /// How long acceleration takes to build up, s: bounds the jerk.
+  double turn_radius_m = 15.0;  ///< the smallest; corners are rounded, not reached
+  /// Rise time of the acceleration, s: bounds the jerk.
   double build_up_s = 0.8;
   /// Roll of the body outward per lateral acceleration, rad/(m/s²).
   double roll_per_lateral = 0.006;
 };
 
-/// How closely a recorded solution is followed: standard deviations of its noise, and how hard the
-/// vehicle is jerked about.
+/// Fit to a recorded solution: standard deviations of its noise, and of the vehicle's jerk.
 struct TrackFit {
   double position_sigma_m = 0.005;
   double velocity_sigma_mps = 0.05;
-  /// Velocities hold this much before their stamp, s: half the interval for receivers that give the
-  /// mean over it.
+  /// Velocities are valid this time before their stamp, s: half the interval for receivers that
+  /// give the mean over it.
   double velocity_late_s = 0.0;
   double jerk_sigma_mps3 = 3.0;
   double knot_spacing_s = 0.25;
-  /// Slower than this the course says nothing of the heading, m/s.
-  double least_course_speed_mps = 1.0;
+  /// Below this speed, m/s, the course does not determine the heading.
+  double min_course_speed_mps = 1.0;
   bool attitude_from_course = true;  ///< else the solution's own attitude
 };
 
-/// State of the vehicle and what a unit aligned with its body would read without error: specific
-/// force, and rate against inertial space.
+/// State of the vehicle and the ideal measurement of a unit aligned with its body: specific force,
+/// and rate relative to inertial space.
 struct VehicleMotion {
   NavState nav;
   Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
@@ -64,7 +63,7 @@ struct VehicleMotion {
 class VehicleTrajectory {
  public:
   /// Both curves over seconds since `start`: north, east, down in the local level of `origin`;
-  /// roll, pitch and yaw (not wrapped) against the local level of the place itself, radians.
+  /// roll, pitch and yaw (not wrapped) relative to the local level at the position itself, radians.
   VehicleTrajectory(const Geodetic& origin, LogTime start, SmoothCurve position,
                     SmoothCurve attitude)
       : origin_(origin),
@@ -74,7 +73,7 @@ class VehicleTrajectory {
 
   [[nodiscard]] LogTime begin() const { return start_; }
   [[nodiscard]] LogTime end() const { return start_ + from_seconds(position_.end_s()); }
-  /// Standing still before begin() and after end().
+  /// At rest before begin() and after end().
   [[nodiscard]] NavState state(LogTime time) const { return motion(time).nav; }
   [[nodiscard]] VehicleMotion motion(LogTime time) const;
 
@@ -85,25 +84,24 @@ class VehicleTrajectory {
 };
 
 /// Starts and ends at rest; corners are rounded with continuous curvature, speed is as high as the
-/// limits allow. Fails on fewer than two distinct waypoints, values that are not finite, and turns
-/// of more than 170°.
+/// limits allow. Errors: fewer than two distinct waypoints, values that are not finite, and heading
+/// changes of more than 170°.
 [[nodiscard]] Result<VehicleTrajectory> drive_waypoints(const Geodetic& origin,
                                                         std::span<const Waypoint> waypoints,
                                                         const VehicleLimits& limits = {},
                                                         LogTime start = {});
 
-/// Follows a recorded solution, which is in order of time. The vehicle is taken to drive forward
-/// and to keep its heading while it stands. Fails where there are fewer than four states or they
-/// are not finite.
+/// Follows a recorded solution in order of time. The vehicle is assumed to drive forward and to
+/// keep its heading at rest. Errors: fewer than four states, or states that are not finite.
 [[nodiscard]] Result<VehicleTrajectory> follow_solution(std::span<const NavState> solution,
                                                         const TrackFit& fit = {});
 
 /// A drive through streets with turns to both sides, hills and stops at lights, 310 s and 4.5 km
-/// long: the length of the test drive of Zhang 2020.
+/// long, as the test drive of Zhang 2020.
 [[nodiscard]] VehicleTrajectory demo_drive(LogTime start = {});
 
-/// So many rounds of a block of 900 m by 800 m, five minutes each, with hills and stops; gently
-/// enough for a unit of ten readings a second.
+/// Laps of a block of 900 m by 800 m, five minutes each, with hills and stops; smooth enough for a
+/// unit at 10 Hz.
 [[nodiscard]] VehicleTrajectory round_drive(int rounds, LogTime start = {});
 
 /// Position and velocity of a point fixed to the body, in Earth-fixed axes.

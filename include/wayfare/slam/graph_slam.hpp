@@ -1,12 +1,12 @@
 #pragma once
 
-// LiDAR graph SLAM (Zhang 2020, chapter 4): scans in, a corrected trajectory, a pose graph and a
-// map out.
+// LiDAR graph SLAM (Zhang 2020, chapter 4): takes scans, gives a corrected trajectory, a pose graph
+// and a map.
 //
-// Every scan is matched against a local map of the latest nodes, starting where odometry says the
-// robot is; every so much travel a scan becomes a node, joined to the one before; nodes are matched
-// against whatever older part of the map their uncertainty lets them reach, and accepted matches
-// become loop closures; the graph is optimised whenever one was found.
+// Every scan is matched to a local map of the latest nodes, starting at the pose predicted from
+// odometry. After a set travelled distance a scan becomes a node, joined to the previous one. Nodes
+// are matched to the older parts of the map within their position uncertainty; accepted matches
+// become loop closures, after which the graph is optimised.
 
 #include <cstddef>
 #include <memory>
@@ -29,42 +29,43 @@ struct GraphSlamOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};
 
   // Points.
-  double max_range_m = 30.0;      ///< farther returns are not matched; wide beams blur there
-  double point_spacing_m = 0.03;  ///< between neighbouring points; smaller: slower, no sharper
+  double max_range_m = 30.0;  ///< farther returns are not matched: the beam footprint is too wide
+  double point_spacing_m = 0.03;  ///< between neighbouring points; smaller is slower, not sharper
 
   // Motion.
   MotionNoise odometry{};
-  /// Without odometry the robot is expected to go on as it did; twice as wide fits walking pace.
+  /// Noise of the constant-velocity prediction used without odometry; twice as wide fits walking
+  /// pace.
   MotionNoise constant_velocity{0.20, 0.50, 0.05, Angle::degrees(8.0), 0.4, 0.2};
 
   // Nodes.
-  double node_distance_m = 0.25;          ///< travel that makes a node; larger: faster, coarser
-  Angle node_turn = Angle::degrees(8.0);  ///< turn that makes a node
+  double node_distance_m = 0.25;          ///< travel between nodes; larger: faster, coarser
+  Angle node_turn = Angle::degrees(8.0);  ///< heading change between nodes
 
   // Local map.
-  double cell_m = 0.05;          ///< side of a cell of the local maps
-  int local_nodes = 30;          ///< latest nodes in the map the search runs on
-  int sharp_nodes = 8;           ///< latest nodes in the map that places the scan exactly
+  double cell_m = 0.05;          ///< cell side of the local maps
+  int local_nodes = 30;          ///< latest nodes in the search map
+  int sharp_nodes = 8;           ///< latest nodes in the refinement map
   double local_radius_m = 8.0;   ///< nodes farther from the latest are left out
-  double search_sigma_m = 0.10;  ///< blur of the map searched: what attracts from afar
-  double sharp_sigma_m = 0.03;   ///< blur of the map refined on: the range finder's own noise
+  double search_sigma_m = 0.10;  ///< blur of the search map: sets the range of attraction
+  double sharp_sigma_m = 0.03;   ///< blur of the refinement map: the range finder's own noise
   double tracked_score = 0.55;   ///< mean agreement in [0, 1] below which the search is widened
-  double lost_score = 0.50;      ///< below which odometry stands and the edge is loose
+  double lost_score = 0.50;      ///< below it the odometry pose is kept and the edge is weak
 
   // Loop closures.
-  int nodes_between_loops = 3;      ///< a search for loops every so many nodes
-  int loop_gap_nodes = 30;          ///< nodes this recent are no loop
-  double loop_gap_travel_m = 6.0;   ///< nor are nodes with less travel in between
-  double loop_overlap_m = 2.0;      ///< how far apart two nodes that share a view may be
-  double loop_reach_m = 6.0;        ///< farthest search, whatever the uncertainty
+  int nodes_between_loops = 3;      ///< nodes between searches for loops
+  int loop_gap_nodes = 30;          ///< the latest nodes, which are no loop candidates
+  double loop_gap_travel_m = 6.0;   ///< least travel between the nodes of a loop
+  double loop_overlap_m = 2.0;      ///< greatest distance of two nodes with a common view
+  double loop_reach_m = 6.0;        ///< upper limit of the search radius
   int loop_context_nodes = 8;       ///< nodes before the latest that are matched together with it
-  int loop_map_nodes = 12;          ///< nodes before and after a candidate that make its map
-  int loops_per_search = 5;         ///< candidates tried at one node
-  double loop_score = 0.60;         ///< accepted when the search is narrow (below 1 m) …
-  double wide_loop_score = 0.68;    ///< … and when it is wide, where wrong peaks are likelier
-  double loop_kernel_sigmas = 1.0;  ///< Cauchy kernel of loop closures; smaller: more suspicious
+  int loop_map_nodes = 12;          ///< nodes before and after a candidate in its map
+  int loops_per_search = 5;         ///< candidates matched for one node
+  double loop_score = 0.60;         ///< least score of a narrow search (below 1 m) …
+  double wide_loop_score = 0.68;    ///< … and of a wide one, where false maxima are likelier
+  double loop_kernel_sigmas = 1.0;  ///< Cauchy kernel of loop closures; smaller: more robust
 
-  int threads = 1;  ///< loop candidates matched at a time; the result is the same for any number
+  int threads = 1;  ///< loop candidates matched in parallel; any number gives the same result
 };
 
 struct GraphSlamStatistics {
@@ -72,11 +73,11 @@ struct GraphSlamStatistics {
   std::size_t unmatched_scans = 0;
   std::size_t widened_searches = 0;
   std::size_t loop_closures = 0;
-  std::size_t loops_refused = 0;  ///< candidates matched and not believed
+  std::size_t loops_refused = 0;  ///< candidates matched and rejected
   std::size_t optimisations = 0;
 };
 
-/// The system, fed scan by scan. Not thread-safe; results do not depend on timing or threads.
+/// Processes one scan at a time. Not thread-safe; results do not depend on timing or threads.
 class GraphSlam {
  public:
   explicit GraphSlam(const GraphSlamOptions& options = {});
@@ -84,22 +85,21 @@ class GraphSlam {
   GraphSlam(GraphSlam&&) noexcept;
   GraphSlam& operator=(GraphSlam&&) noexcept;
 
-  /// Takes the next scan and, where there is any, the odometry at its time. A scan without beams,
-  /// with other than finite geometry or earlier than the one before is refused with an Error and
-  /// changes nothing; one with too few returns is placed by the motion model.
+  /// Processes the next scan with the odometry at its time, if any. Returns an Error and changes
+  /// nothing for a scan without beams, with non-finite geometry, or earlier than the previous one.
+  /// A scan with too few returns gets the pose predicted by the motion model.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 
-  /// Optimises to the end; call it after the last scan (and go on feeding afterwards if there are
-  /// more).
+  /// Optimises to convergence; call it after the last scan. More scans may follow.
   Result<void> finish();
 
-  /// One pose a scan taken, at the scan's own time, by the graph as it is now.
+  /// One pose per accepted scan, at the scan's own time, by the current graph.
   [[nodiscard]] Trajectory trajectory() const;
   /// Node poses and edges; loop closures are the edges marked `robust`.
   [[nodiscard]] const PoseGraph2& graph() const;
   [[nodiscard]] const GraphSlamStatistics& statistics() const;
-  /// The map of all nodes' scans at the poses they have now.
+  /// The map of all nodes' scans at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
                                   const InverseLidarModel& model = {}) const;
 
@@ -108,18 +108,18 @@ class GraphSlam {
   std::unique_ptr<Engine> engine_;
 };
 
-/// A whole recording at once.
+/// Results for a whole recording.
 struct GraphSlamRun {
   Trajectory trajectory;
   PoseGraph2 graph;
   OccupancyGrid map;
   GraphSlamStatistics statistics;
   std::size_t refused_scans = 0;
-  std::string first_refusal;  ///< why the first of them was
+  std::string first_refusal;  ///< reason for the first of them
 };
 
-/// Runs graph SLAM over `recording` (odometry interpolated at the scans' times). An Error where no
-/// scan could be used.
+/// Runs graph SLAM over `recording`, with odometry interpolated at the scans' times. Returns an
+/// Error if no scan could be used.
 Result<GraphSlamRun> run_graph_slam(const Recording& recording, GraphSlamOptions options = {},
                                     const SlamProgress& progress = {});
 

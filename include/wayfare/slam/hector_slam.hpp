@@ -1,9 +1,9 @@
 #pragma once
 
-// SLAM by matching every scan to one map at several resolutions (Kohlbrecher et al. 2011): no loop
-// closures, no odometry needed where scans follow each other closely. Where there are readings of
-// an inertial unit a navigation filter of six degrees of freedom runs beside it: it levels the
-// scans and starts each match, and each match enters it by covariance intersection.
+// SLAM by matching every scan to one multi-resolution map (Kohlbrecher et al. 2011): no loop
+// closures, and no odometry needed at a high scan rate. With an inertial unit, a navigation filter
+// with six degrees of freedom runs alongside: it levels the scans and gives the initial pose of
+// each match, and each match is fused into it by covariance intersection.
 
 #include <memory>
 #include <optional>
@@ -28,47 +28,48 @@ struct HectorSlamOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};
 
   MultiResolutionOptions map{};
-  /// A robot may turn farther from scan to scan than the widest cells lead back.
+  /// Heading step of the start poses: between scans a robot may turn beyond the basin of
+  /// convergence.
   GaussNewtonOptions match{.max_iterations = 20, .start_step = Angle::degrees(4)};
   double max_range_m = 30.0;      ///< farther returns are not matched
-  double point_spacing_m = 0.03;  ///< between neighbouring points; smaller: slower, no sharper
+  double point_spacing_m = 0.03;  ///< between neighbouring points; smaller is slower, not sharper
 
-  /// Travel or turn after which a scan goes into the map. Less: the map is there sooner, and every
-  /// scan's error in it.
+  /// Travel or heading change after which a scan is added to the map. Smaller values extend the map
+  /// sooner, and add the pose error of every scan to it.
   double map_travel_m = 0.4;
   Angle map_turn = Angle::degrees(20);
 
-  /// How far odometry, or going on as before, may be off: how far is searched, and what holds the
-  /// robot where the scene says nothing.
+  /// Noise of odometry and of the constant-velocity prediction: sets the search window and the
+  /// prior along directions that the scene does not constrain.
   MotionNoise odometry{0.06, 0.50, 0.04, Angle::degrees(3.0), 0.4, 0.2};
   MotionNoise constant_velocity{0.20, 0.50, 0.05, Angle::degrees(8.0), 0.4, 0.2};
   double search_sigmas = 4.0;
-  /// A scan's points err together: this many count against the motion.
+  /// Errors of a scan's points are correlated: the effective number of points against the prior.
   double independent_points = 100.0;
-  double least_score = 0.1;     ///< agreement in [0, 1] below which the motion stands
-  double tracked_score = 0.55;  ///< agreement below which headings farther off are tried as well …
-  double lost_score = 0.50;     ///< … and believed from here
+  double min_score = 0.1;       ///< agreement in [0, 1] below which the predicted pose is kept
+  double tracked_score = 0.55;  ///< agreement below which more distant headings are tried as well …
+  double lost_score = 0.50;     ///< … and accepted from here on
 
-  /// With an inertial unit: rotates its axes to the base's (x forward, y left, z up) …
+  /// With an inertial unit: rotates the unit's axes to the base's (x forward, y left, z up) …
   SO3d q_base_unit{};
   CarrierFilterParameters carrier{};
-  /// … what of a tilted scan is floor and ceiling …
+  /// … selects floor and ceiling returns of a tilted scan …
   LevelScanOptions level{};
-  /// … and how far off the filter's pose may be at least, by the match: m and angle, σ.
-  double least_sigma_m = 0.03;
-  Angle least_sigma = Angle::degrees(1);
-  /// A level less known than this, σ, is none: the scan is taken as it is.
+  /// … least standard deviation of the filter's pose as a prior of the match.
+  double min_sigma_m = 0.03;
+  Angle min_sigma = Angle::degrees(1);
+  /// Above this standard deviation of the level, scans are not levelled.
   Angle level_sigma = Angle::degrees(5);
 };
 
 struct HectorStatistics {
   std::size_t scans = 0, unmatched_scans = 0, scans_in_map = 0;
-  /// With an inertial unit: scans put level by it, matches that entered its filter, and how often
-  /// that began anew (pauses, a level that was lost).
+  /// With an inertial unit: levelled scans, matches fused into the filter, and initialisations of
+  /// the filter (after gaps or when the level was lost).
   std::size_t levelled_scans = 0, fused_scans = 0, carrier_starts = 0;
 };
 
-/// The system, fed scan by scan. Not thread-safe.
+/// Processes one scan at a time. Not thread-safe.
 class HectorSlam {
  public:
   explicit HectorSlam(const HectorSlamOptions& options = {});
@@ -76,20 +77,19 @@ class HectorSlam {
   HectorSlam(HectorSlam&&) noexcept;
   HectorSlam& operator=(HectorSlam&&) noexcept;
 
-  /// A reading of an inertial unit on the same carrier, before the scans that follow it.
+  /// Adds a sample of an inertial unit on the same body, before the scans that follow it.
   UpdateStatus add(const ImuSample& sample);
 
-  /// Takes the next scan and, where there is any, the odometry at its time. Refused as by
-  /// GraphSlam::add_scan.
+  /// Processes the next scan with the odometry at its time, if any. Errors as GraphSlam::add_scan.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 
-  /// One pose a scan taken.
+  /// One pose per accepted scan.
   [[nodiscard]] const Trajectory& trajectory() const;
   [[nodiscard]] const OccupancyGrid& map() const;
   [[nodiscard]] const HectorStatistics& statistics() const;
-  /// After a scan the filter is at the scan's time, the match taken in. It knows nothing where
-  /// `tells_of` that time is false.
+  /// After a scan the filter is at the scan's time with the match fused. Its state is meaningless
+  /// for a time at which `covers` is false.
   [[nodiscard]] const CarrierFilter& carrier() const;
 
  private:
@@ -97,7 +97,7 @@ class HectorSlam {
   std::unique_ptr<Engine> engine_;
 };
 
-/// A whole recording at once.
+/// Results for a whole recording.
 struct HectorRun {
   Trajectory trajectory;
   OccupancyGrid map;
@@ -108,7 +108,7 @@ struct HectorRun {
 
 Result<HectorRun> run_hector_slam(const Recording& recording, HectorSlamOptions options = {},
                                   const SlamProgress& progress = {});
-/// With the readings of an inertial unit of the same clock, in order of time.
+/// With the samples of an inertial unit on the same clock, in order of time.
 Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecording& unit,
                                   HectorSlamOptions options = {},
                                   const SlamProgress& progress = {});

@@ -1,14 +1,13 @@
 #pragma once
 
-// Monte-Carlo localisation on a known map (Dellaert et al. 1999): scans and odometry in, the pose
-// of the robot, its covariance and whether it is to be believed out. Scans are a LiDAR's, a radar's
-// on a map of what radar sees, or both: along a smooth corridor LiDAR cannot tell one place from
-// the next, where radar sees the metal in the walls.
+// Monte-Carlo localisation on a known map (Dellaert et al. 1999): takes scans and odometry, gives
+// the robot's pose, its covariance and whether the filter has converged. Scans are from a LiDAR,
+// from a radar on a map of radar detections, or both: along a smooth corridor LiDAR cannot
+// distinguish positions, where radar sees the metal in the walls.
 //
-// Particles move by odometry and are weighed by how well each scan fits the map; their number
-// follows how far they spread (KLD sampling, Fox 2003). Where the scans of late fit badly, a second
-// set begins all over the map and takes over once it explains what was seen since so much better
-// that the robot must have been carried away.
+// Particles move by odometry and are weighted by the likelihood of each scan in the map; their
+// number adapts to their spread (KLD sampling, Fox 2003). When recent scans fit badly, a second set
+// is drawn over the whole map; it takes over once the evidence says that the robot was kidnapped.
 
 #include <cstddef>
 #include <cstdint>
@@ -27,29 +26,29 @@
 
 namespace wayfare {
 
-/// How a scan is held against the map.
+/// Likelihood model of a scan.
 enum class ScanLikelihood {
-  likelihood_field,  ///< how near to a wall each beam ends: smooth, fast, blind to what is between
-  beam,  ///< the range each beam should have: knows walls from free space, no returns too
+  likelihood_field,  ///< distance of each end point to a wall: smooth, fast, ignores occlusion
+  beam,              ///< expected range of each beam: uses free space and missing returns too
 };
 
-/// The densities of the beam model (Thrun, Burgard and Fox 2005, 6.3), against that of a beam that
-/// is just as long as it should be.
+/// Densities of the beam model (Thrun, Burgard and Fox 2005, 6.3), relative to that of a beam with
+/// exactly the expected range.
 struct BeamModel {
-  double p_short = 0.15;    ///< ends before the wall: somebody stands there
+  double p_short = 0.15;    ///< ends before the wall: an unmapped object
   double p_through = 0.03;  ///< ends behind it
-  double p_missed = 0.10;   ///< does not return though there is a wall in reach
+  double p_missed = 0.10;   ///< no return from a wall within range
 };
 
-/// How a radar's scans are weighed, of many frames each.
+/// Weighting of radar scans, each of many frames.
 struct RadarWeighing {
-  int points = 128;     ///< of a scan that are looked at
-  int min_points = 15;  ///< a scan with fewer says nothing
-  /// What a radar sees of one thing comes again and again: a scan counts as so many independent
-  /// points, fewer while it is open where the robot is.
+  int points = 128;     ///< points of a scan that are used
+  int min_points = 15;  ///< a scan with fewer is not used
+  /// A radar sees the same reflector again and again: effective number of independent points of a
+  /// scan, and the (smaller) one until the filter has converged.
   double independent_points = 16.0;
-  double independent_undecided = 8.0;
-  /// Of the recording's frames that make one scan, and the longest time they may take.
+  double independent_unconverged = 8.0;
+  /// Frames of a recording that make one scan, and the longest time they may span.
   std::size_t frames = 20;
   double longest_s = 1.5;
 };
@@ -57,69 +56,70 @@ struct RadarWeighing {
 struct LocalisationOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};
   RadarWeighing radar{};
-  /// Which of a recording's sensors are listened to; radar where the map knows what it sees.
+  /// Sensors of a recording that are used; radar only if the map has radar detections.
   bool use_lidar = true, use_radar = true;
 
   // Scans.
   ScanLikelihood model = ScanLikelihood::likelihood_field;
   BeamModel beam{};
-  int beams = 64;             ///< of a scan that are looked at, evenly spread; more: slower, surer
-  int min_beams = 12;         ///< a scan with fewer returns says nothing
+  int beams = 64;             ///< beams of a scan that are used, evenly spread; more: slower, surer
+  int min_beams = 12;         ///< a scan with fewer returns is not used
   double max_range_m = 30.0;  ///< farther returns are left out
-  /// Neighbouring beams err together: the beams looked at count as so many independent ones.
+  /// Errors of neighbouring beams are correlated: effective number of independent beams.
   double independent_beams = 16.0;
-  double independent_undecided = 8.0;  ///< while it is open where the robot is
-  /// A scan is weighed once the robot has gone or turned so far, or so long after the last one:
-  /// what the map has wrong is the same in neighbouring scans, and counts once.
-  double between_m = 0.1;
-  Angle between_turn = Angle::degrees(3.0);
-  double between_s = 1.0;
+  double independent_unconverged = 8.0;  ///< the same until the filter has converged
+  /// Travel, heading change or time after which the next scan is weighted: map errors are the same
+  /// for neighbouring scans and must count once.
+  double update_travel_m = 0.1;
+  Angle update_turn = Angle::degrees(3.0);
+  double update_time_s = 1.0;
 
   // Motion.
   MotionNoise odometry{0.01, 0.20, 0.02, Angle::degrees(0.5), 0.20, 0.10};
-  /// Where odometry is missing or refused, the robot is expected to go on as it did.
+  /// Noise of the constant-velocity prediction, used when odometry is missing or refused.
   MotionNoise constant_velocity{0.05, 0.50, 0.05, Angle::degrees(3.0), 0.4, 0.2};
-  double max_speed_m_s = 3.0;  ///< odometry that moves faster, or turns so, is refused
-  Angle max_turn_rate = Angle::degrees(360.0);  ///< a second
+  double max_speed_m_s = 3.0;  ///< odometry with a higher speed or turn rate is refused
+  Angle max_turn_rate = Angle::degrees(360.0);  ///< per second
 
   // Particles.
   std::size_t min_particles = 500;
-  std::size_t min_undecided = 5000;  ///< while it is open where the robot is
+  std::size_t min_unconverged = 5000;  ///< until the filter has converged
   std::size_t max_particles = 20000;
-  double kld_error = 0.05;      ///< between the particles' histogram and the true one …
-  double kld_quantile = 2.326;  ///< … held with this normal quantile (99 %)
-  double bin_m = 0.5;           ///< of that histogram; also what parts one cluster from another
+  double kld_error = 0.05;      ///< bound on the KL distance of the particles' histogram …
+  double kld_quantile = 2.326;  ///< … with this quantile of the normal distribution (99 %)
+  double bin_m = 0.5;           ///< bin side of that histogram; also separates clusters
   Angle bin_turn = Angle::degrees(15.0);
 
   // Search over the whole map.
-  double candidates_per_m2 = 600.0;      ///< poses weighed by the scan
-  std::size_t min_candidates = 100'000;  ///< also of a small map: two places alike get alike many
+  double candidates_per_m2 = 600.0;      ///< poses weighted by the scan
+  std::size_t min_candidates = 100'000;  ///< on small maps too: similar positions get equal shares
   std::size_t max_candidates = 1'000'000;
-  double suspicion = 0.85;  ///< share of its usual agreement below which a search is made …
-  int scans_between_searches = 5;    ///< … but not at every scan
-  double kidnap_probability = 0.05;  ///< a scan's prior of having been carried away, once suspected
+  double search_ratio = 0.85;      ///< share of the usual agreement below which a search starts …
+  int scans_between_searches = 5;  ///< … at most once in this number of scans
+  double kidnap_probability =
+      0.05;  ///< prior probability of a kidnapped robot when a search starts
 
-  // Belief.
-  double converged_mass = 0.9;  ///< of the weight in one cluster, for the pose to be believed …
-  double converged_sigma_m = 0.5;  ///< … the largest standard deviation of its place …
-  double disbelief = 0.75;  ///< … and the least share of what agreement with the map used to be
-  int threads = 1;          ///< results are the same for any number
+  // Convergence.
+  double converged_mass = 0.9;     ///< least weight in one cluster …
+  double converged_sigma_m = 0.5;  ///< … greatest standard deviation of its position …
+  double rejection_ratio = 0.75;   ///< … and least share of the best agreement with the map
+  int threads = 1;                 ///< any number gives the same result
 };
 
-/// What became of one scan.
+/// Result of one scan.
 struct LocalisationOutcome {
   LogTime time;
   RangeSensor sensor = RangeSensor::lidar;
   Gaussian<SE2d> T_map_base;  ///< of the heaviest cluster of particles
-  bool converged = false;     ///< whether that is where the robot is, as far as one can tell
-  double mass = 0.0;          ///< of the weight in that cluster
-  std::size_t clusters = 0;   ///< places that hold a hundredth of the weight or more
+  bool converged = false;     ///< whether the pose is reliable
+  double mass = 0.0;          ///< weight in that cluster
+  std::size_t clusters = 0;   ///< clusters with at least a hundredth of the weight
   std::size_t particles = 0;
   double agreement = 0.0;         ///< of the scan with the map at the pose, in [0, 1]
-  bool weighed = false;           ///< false: too few beams, or nothing new; motion stands alone
-  bool odometry_refused = false;  ///< missing, not finite or faster than the robot
-  bool searched = false;          ///< a search over the whole map began
-  bool moved = false;             ///< it found the robot elsewhere, and is believed from here on
+  bool weighed = false;           ///< false: too few beams, or too little motion since the last one
+  bool odometry_refused = false;  ///< missing, not finite or faster than the robot can move
+  bool searched = false;          ///< a search over the whole map started
+  bool relocalised = false;  ///< that search found another pose, which replaces the previous one
 };
 
 /// One particle, of weight in [0, 1].
@@ -128,7 +128,7 @@ struct PoseParticle {
   double weight = 0.0;
 };
 
-/// The localiser, fed scan by scan. Not thread-safe; the same map, options, seed and input give the
+/// Processes one scan at a time. Not thread-safe; the same map, options, seed and input give the
 /// same bytes for any number of threads.
 class Localiser {
  public:
@@ -138,26 +138,26 @@ class Localiser {
   Localiser(Localiser&&) noexcept;
   Localiser& operator=(Localiser&&) noexcept;
 
-  /// Puts the particles about a pose. An Error where it is not finite or its covariance no
-  /// covariance.
+  /// Draws the particles around a pose. Returns an Error if the pose is not finite or the
+  /// covariance not positive semi-definite.
   Result<void> start_at(const Gaussian<SE2d>& T_map_base);
-  /// Nothing is known: the next scan with enough beams is looked for all over the map. This is also
-  /// how a new localiser starts.
+  /// Global localisation: the next scan with enough beams is searched for in the whole map. This is
+  /// also the initial state.
   void start_anywhere();
 
-  /// Moves the particles to where odometry says the robot is by `time`, without a scan: for long
-  /// gaps between scans, whose noise then grows with the way and not with where it led. Refused
-  /// with an Error: a time not later than the last.
+  /// Moves the particles by the odometry up to `time`, without a scan. For long gaps between scans:
+  /// the noise then grows with the path driven rather than with the displacement. Returns an Error
+  /// for a time not later than the last.
   Result<void> add_motion(LogTime time,
                           const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 
-  /// Takes the next scan and, where there is any, odometry at its time. Refused with an Error,
-  /// changing nothing: a scan with other than finite geometry, one not later than the last.
+  /// Processes the next scan with the odometry at its time, if any. Returns an Error and changes
+  /// nothing for a scan with non-finite geometry or one not later than the last.
   Result<LocalisationOutcome> add_scan(
       const LaserScan& scan, const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 
-  /// The same with a radar's detections, in the robot's own frame at `time`; not earlier than the
-  /// last scan. Refused: points that are not finite, a map that knows nothing of radar.
+  /// The same for radar detections in the base frame at `time`, which is not earlier than the last
+  /// scan. Returns an Error for points that are not finite, or a map without radar detections.
   Result<LocalisationOutcome> add_radar(
       LogTime time, const PointSet& points_base,
       const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
@@ -169,33 +169,34 @@ class Localiser {
   std::unique_ptr<Engine> engine_;
 };
 
-/// The particles at one time.
+/// The particles at a time.
 struct ParticleSnapshot {
   LogTime time;
   std::vector<PoseParticle> particles;
 };
 
 struct LocalisationRun {
-  std::vector<LocalisationOutcome> outcomes;  ///< one a scan taken, of two at a time the later one
-  std::vector<ParticleSnapshot> snapshots;    ///< where asked for
+  std::vector<LocalisationOutcome> outcomes;  ///< one per time: of two scans at one time the later
+  std::vector<ParticleSnapshot> snapshots;    ///< those requested
   std::size_t refused_scans = 0;
-  std::string first_refusal;  ///< why the first of them was
+  std::string first_refusal;  ///< reason for the first of them
 
-  /// The poses, each at its scan's time; of converged outcomes only, where asked.
+  /// The poses, each at its scan's time; of converged outcomes only, if requested.
   [[nodiscard]] Trajectory trajectory(bool converged_only = false) const;
 };
 
 struct LocalisationControl {
-  /// Called with the fraction done; return false to stop with what there is so far.
+  /// Called with the fraction done; return false to stop and keep the results so far.
   std::function<bool(double fraction)> progress = {};
-  /// Called before each scan: where it gives a pose, the particles are put there.
+  /// Called before each scan; may set the particles through `localiser`.
   std::function<void(std::size_t scan, Localiser& localiser)> before_scan = {};
-  /// Snapshots are kept at this fraction of the scans …
+  /// Fractions of the scans at which snapshots are kept.
   std::vector<double> snapshots_at = {};
 };
 
-/// Localises a whole recording (odometry interpolated at the scans' times; a radar's frames
-/// gathered by it into scans) from `start`, or from nowhere. An Error where no scan could be used.
+/// Localises a whole recording, with odometry interpolated at the scans' times and radar frames
+/// combined into scans by it. Starts from `start`, or globally. Returns an Error if no scan could
+/// be used.
 Result<LocalisationRun> run_localisation(const Recording& recording,
                                          std::shared_ptr<const LocalisationMap> map,
                                          LocalisationOptions options, std::uint64_t seed,

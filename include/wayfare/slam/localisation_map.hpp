@@ -1,7 +1,7 @@
 #pragma once
 
-// A known map as localisation reads it: how likely a point of a scan is everywhere, rays, and where
-// the robot may be.
+// A known map prepared for localisation: likelihood fields of end points, ray casting, and the free
+// cells.
 
 #include <array>
 #include <cstddef>
@@ -16,35 +16,34 @@
 
 namespace wayfare {
 
-/// Whose scan it is.
+/// The sensor of a scan.
 enum class RangeSensor : std::uint8_t { lidar, radar };
 
-/// How a sensor's points lie about what the map has of it.
+/// Distribution of a sensor's points around the mapped surfaces.
 struct FieldShape {
-  /// Of a point about it, m: while the robot is tracked, and while it is searched for, when
-  /// particles are farther apart.
+  /// Standard deviation, m: while tracking, and during a search, when particles are sparser.
   double sigma_m = 0.08;
   double search_sigma_m = 0.25;
-  /// Likelihood of a point that fits nothing, against one that fits: larger bears more strangers.
+  /// Likelihood of an outlier relative to a point that fits: larger tolerates more outliers.
   double floor_probability = 0.05;
 };
 
 struct LocalisationMapOptions {
-  double occupied_probability = 0.65;  ///< a cell is a wall from here on …
-  double free_probability = 0.35;      ///< … and somewhere to be up to here
-  double clearance_m = 0.1;            ///< the robot's place keeps this far from walls
+  double occupied_probability = 0.65;  ///< least occupancy of a wall
+  double free_probability = 0.35;      ///< greatest occupancy of a free cell
+  double clearance_m = 0.1;            ///< least distance of the robot's position to walls
   FieldShape lidar{};
-  /// Half of a radar's points are clutter, and its bearings are off by a degree or two.
+  /// Half of a radar's points are clutter, and its bearing error is a degree or two.
   FieldShape radar{0.08, 0.20, 0.2};
-  double seen_probability = 0.9;  ///< a cell of the radar's map shows something from here on
+  double seen_probability = 0.9;  ///< least occupancy of a reflector in the radar map
 };
 
-/// The map as localisation reads it. Not changed once made; shared by localisers and threads.
+/// The prepared map. Immutable; shared by localisers and threads.
 class LocalisationMap {
  public:
-  /// Of the walls, and where a grid of a radar's detections is given (radar_slam's, or any made by
-  /// counting them) of what radar sees as well. An Error where a grid is empty or too large, or has
-  /// no wall or nowhere to be.
+  /// From a grid of the walls and, optionally, a grid of radar detections (of radar_slam, or made
+  /// by counting them). Returns an Error if a grid is empty or too large, or has no wall or no free
+  /// cell.
   [[nodiscard]] static Result<std::shared_ptr<const LocalisationMap>> make(
       const OccupancyGrid& grid, const LocalisationMapOptions& options = {},
       const OccupancyGrid* radar = nullptr);
@@ -52,7 +51,7 @@ class LocalisationMap {
   [[nodiscard]] const LocalisationMapOptions& options() const { return options_; }
   [[nodiscard]] double resolution_m() const { return fields_[0].sharp.resolution_m(); }
   [[nodiscard]] bool has(RangeSensor sensor) const { return !fields(sensor).sharp.empty(); }
-  /// ln p of a point, by sigma_m and by search_sigma_m.
+  /// ln p of a point, with sigma_m and with search_sigma_m.
   struct Fields {
     LikelihoodField sharp, broad;
   };
@@ -60,14 +59,14 @@ class LocalisationMap {
     return fields_[static_cast<std::size_t>(sensor)];
   }
   [[nodiscard]] const RayCaster& rays() const { return rays_; }
-  /// Where the robot may be.
-  [[nodiscard]] const std::vector<Cell>& places() const { return places_; }
+  /// Cells in which the robot's position may lie.
+  [[nodiscard]] const std::vector<Cell>& free_cells() const { return free_cells_; }
 
  private:
   LocalisationMapOptions options_;
   std::array<Fields, 2> fields_;
   RayCaster rays_;
-  std::vector<Cell> places_;
+  std::vector<Cell> free_cells_;
 };
 
 }  // namespace wayfare

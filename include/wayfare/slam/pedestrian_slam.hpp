@@ -1,7 +1,7 @@
 #pragma once
 
-// Submap SLAM on a walker, with pedestrian dead reckoning as its odometry and what the map says fed
-// back to it (after Sadruddin 2020, 3.5 and chapter 5): scans are levelled by the unit's attitude.
+// Submap SLAM for a pedestrian, with pedestrian dead reckoning as odometry and feedback from the
+// map to it (after Sadruddin 2020, 3.5 and chapter 5). Scans are levelled with the unit's attitude.
 
 #include <memory>
 #include <optional>
@@ -21,19 +21,20 @@ struct PedestrianSlamOptions {
   SubmapSlamOptions slam{};
   PedestrianParameters pedestrian{};
   LevelScanOptions level{};
-  SO3d q_unit_laser{};   ///< rotates the laser's axes (z up) to the inertial unit's
-  bool steps = true;     ///< whether steps are the odometry; else the gyroscope's turn alone
-  bool feedback = true;  ///< whether the map corrects the steps' length and direction …
-  WalkFeedbackParameters walk{};  ///< … by this
-  /// And whether it tells the unit's heading, by which the gyro's bias is found. The magnetometer
-  /// is then not used.
+  SO3d q_unit_laser{};  ///< rotates the laser's axes (z up) to the inertial unit's
+  bool steps =
+      true;  ///< whether odometry comes from steps; else only the gyroscope's heading change
+  bool feedback = true;           ///< whether the map corrects step length and direction …
+  WalkFeedbackParameters walk{};  ///< … with these parameters
+  /// Whether the map also gives heading measurements, from which the gyro bias is estimated. The
+  /// magnetometer is then not used.
   bool heading = true;
   MapHeadingParameters map_heading{};
 };
 
 class Pedestrian;
 
-/// Fed in order of time, readings and scans. Not thread-safe.
+/// Takes samples and scans in order of time. Not thread-safe.
 class PedestrianSlam {
  public:
   explicit PedestrianSlam(const PedestrianSlamOptions& options = {});
@@ -41,18 +42,18 @@ class PedestrianSlam {
   PedestrianSlam(PedestrianSlam&&) noexcept;
   PedestrianSlam& operator=(PedestrianSlam&&) noexcept;
 
-  /// A reading of the unit on the same carrier as the laser.
+  /// Adds a sample of the unit on the same body as the laser.
   MargUpdateStatus add(const MargSample& sample);
-  /// Before there is an attitude a scan is taken for level.
+  /// A scan before the first attitude is taken as level.
   Result<ScanOutcome> add_scan(const LaserScan& scan);
   Result<void> finish() { return slam().finish(); }
 
-  /// The walker by steps alone, as corrected so far: what SLAM took for odometry.
+  /// The trajectory by dead reckoning with the corrections so far: the odometry of the SLAM.
   [[nodiscard]] const Trajectory& dead_reckoning() const;
   [[nodiscard]] const WalkFeedback& feedback() const;
-  /// The filter of attitude and steps (estimate/pedestrian.hpp).
+  /// The filter of attitude and steps.
   [[nodiscard]] const Pedestrian& pedestrian() const;
-  /// The scan as it was matched, and the map behind.
+  /// The scan as it was matched.
   [[nodiscard]] const LaserScan& levelled() const;
   [[nodiscard]] const SubmapSlam& slam() const;
   [[nodiscard]] SubmapSlam& slam();
@@ -62,14 +63,15 @@ class PedestrianSlam {
   std::unique_ptr<Engine> engine_;
 };
 
-/// A whole walk at once.
+/// Results for a whole walk.
 struct PedestrianSlamRun {
   SubmapSlamRun slam;
   Trajectory dead_reckoning;
-  double step_scale = 1.0;  ///< what feedback made of the steps' length
+  double step_scale = 1.0;  ///< factor on the step length, as estimated by the feedback
 };
 
-/// Scans and readings of one clock, each in order of time. An Error where no scan could be used.
+/// Scans and samples on one clock, each in order of time. Returns an Error if no scan could be
+/// used.
 Result<PedestrianSlamRun> run_pedestrian_slam(const Recording& recording, const MargRecording& unit,
                                               PedestrianSlamOptions options = {},
                                               const SlamProgress& progress = {});

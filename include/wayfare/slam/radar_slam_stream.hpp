@@ -1,6 +1,6 @@
 #pragma once
 
-// The particle filter fed measurement by measurement, as a robot gives them.
+// The particle filter for measurements that arrive one by one, as on a robot.
 
 #include <memory>
 #include <optional>
@@ -15,26 +15,25 @@
 
 namespace wayfare {
 
-/// What tells how the robot moved between scans.
-enum class MotionFrom {
-  wheels,    ///< and the gyro; odometry is left alone
-  odometry,  ///< as poses; wheels and gyro are left alone
-  nothing    ///< the robot is about where it was
+/// Source of the motion between scans.
+enum class MotionSource {
+  wheels,    ///< and the gyro; odometry is ignored
+  odometry,  ///< as poses; wheels and gyro are ignored
+  none       ///< the pose is expected to stay, with a wide search
 };
 
 struct RadarSlamStreamOptions {
-  RadarSlamOptions slam{};  ///< with where the laser is
+  RadarSlamOptions slam{};  ///< with the laser's mounting pose
   SlamSensors sensors = SlamSensors::both;
-  MotionFrom motion = MotionFrom::odometry;
+  MotionSource motion = MotionSource::odometry;
   DeadReckoningOptions reckoning{};
-  /// Where the radar is, and how long a stream is waited for by the measurements' clock; with
-  /// wheels all of it.
+  /// The radar's mounting pose, and how long to wait for a stream by the measurements' clock; with
+  /// wheels all of its parameters apply.
   SyncParams sync{};
 };
 
-/// Takes each stream in its own order. How the streams are interleaved, and in what portions they
-/// come, does not change the result as long as none lags by more than `sync.max_wait`. Not
-/// thread-safe.
+/// Takes each stream in its own order. Interleaving and batching of the streams do not change the
+/// result as long as none lags by more than `sync.max_wait`. Not thread-safe.
 class RadarSlamStream {
  public:
   explicit RadarSlamStream(const RadarSlamStreamOptions& options = {});
@@ -42,27 +41,27 @@ class RadarSlamStream {
   RadarSlamStream(RadarSlamStream&&) noexcept;
   RadarSlamStream& operator=(RadarSlamStream&&) noexcept;
 
-  /// What is not later than the one before of its stream, or than what was worked on, is refused
-  /// and counted.
+  /// A measurement not later than the last of its stream, or than the last one processed, is
+  /// refused and counted.
   void add(const WheelSample& sample);
   void add(const GyroSample& sample);
   void add(const OdometrySample& sample);
   void add(const RadarScan& scan);
   void add(const LaserScan& scan);
-  /// What waits is worked on without waiting further. With wheels nothing may come any more; else
-  /// what comes afterwards is waited for again.
+  /// Processes what is queued without further waiting. With wheels nothing may follow; otherwise
+  /// later measurements are waited for again.
   void finish();
 
-  /// Works on what is next in order of time, once all that belongs to it is there; up to when that
-  /// leads. Nothing: it is not there.
+  /// Processes the next measurement in order of time, once its data is complete. Returns the time
+  /// reached; nothing if data is missing.
   std::optional<LogTime> step();
-  /// The stream that keeps a scan waiting ("odometry"); empty: none does. Not told of wheels.
+  /// The stream that delays a scan ("odometry"); empty if none. Not determined with wheels.
   [[nodiscard]] std::string_view waits_for() const;
 
   [[nodiscard]] const RadarSlam& slam() const;
-  /// Of the sensor that frees cells, where there is one.
+  /// Of the sensor that frees cells, if used.
   [[nodiscard]] const OccupancyGrid& map() const;
-  /// All of it so far.
+  /// Results so far.
   [[nodiscard]] RadarSlamRun result() const;
 
  private:

@@ -1,8 +1,8 @@
 #pragma once
 
-// SLAM by submaps and loop closure (after Hess et al. 2016): every scan is matched to a submap of
-// the latest ones on a smooth grid; finished submaps are searched for places seen again by branch
-// and bound, in the background; poses of submaps and scans are adjusted together.
+// SLAM with submaps and loop closure (after Hess et al. 2016): every scan is matched to a submap of
+// the latest scans on a smooth grid; finished submaps are searched for loop closures by branch and
+// bound in the background; poses of submaps and scans are optimised together.
 
 #include <cstddef>
 #include <cstdint>
@@ -29,58 +29,61 @@ struct SubmapSlamOptions {
 
   // Points.
   double max_range_m = 30.0;  ///< farther returns are not used; at most 60
-  double voxel_m = 0.03;      ///< one point a square of this side is kept; larger: faster, coarser
+  double voxel_m = 0.03;      ///< one point per square of this side; larger: faster, coarser
 
   // Motion.
   MotionNoise odometry{0.06, 0.50, 0.04, Angle::degrees(3.0), 0.4, 0.2};
   MotionNoise constant_velocity{0.20, 0.50, 0.05, Angle::degrees(8.0), 0.4, 0.2};
-  /// Of a gyroscope's turn between two scans: a floor, and its share of the turn.
+  /// Standard deviation of a gyroscope's heading change between scans: floor, and share of the
+  /// change.
   Angle gyro_floor = Angle::degrees(0.5);
   double gyro_per_rad = 0.02;
-  double search_sigmas = 4.0;  ///< how far a match may be from where motion led
+  double search_sigmas = 4.0;  ///< half width of the search window, in σ of the prediction
 
   // Submaps.
   MultiResolutionOptions grid{};
-  /// A robot may turn farther from scan to scan than the widest cells lead back.
+  /// Heading step of the start poses: between scans a robot may turn beyond the basin of
+  /// convergence.
   GaussNewtonOptions match{.max_iterations = 20, .start_step = Angle::degrees(4)};
-  double node_distance_m = 0.4;            ///< travel after which a scan goes into the submaps …
-  Angle node_turn = Angle::degrees(20.0);  ///< … or turn
-  int submap_nodes = 60;  ///< scans in a finished submap; every half as many a new one begins
-  /// A scan's points err together: this many count against the motion.
+  double node_distance_m = 0.4;  ///< travel after which a scan is added to the submaps …
+  Angle node_turn = Angle::degrees(20.0);  ///< … or heading change
+  int submap_nodes = 60;  ///< scans in a finished submap; a new one starts after every half of them
+  /// Errors of a scan's points are correlated: effective number of points against the prior.
   double independent_points = 20.0;
-  double least_score = 0.1;     ///< agreement in [0, 1] below which motion stands
-  double tracked_score = 0.55;  ///< agreement below which places farther off are tried as well …
-  double lost_score = 0.50;     ///< … where agreement with a wider field is this at least
-  /// So many scans in a row without agreement begin a submap of their own, tied loosely.
+  double min_score = 0.1;       ///< agreement in [0, 1] below which the predicted pose is kept
+  double tracked_score = 0.55;  ///< agreement below which a wider search follows …
+  double lost_score = 0.50;     ///< … whose agreement with a broader field must reach this
+  /// After this number of consecutive scans without agreement a new submap starts, weakly joined.
   int lost_scans = 5;
 
   // Loop closures.
-  int nodes_between_loops = 3;      ///< a search every so many nodes …
-  int loop_latency_scans = 8;       ///< … joined so many scans later, however fast it was
-  double loop_gap_travel_m = 6.0;   ///< submaps with less travel since are no loop
-  double loop_overlap_m = 2.0;      ///< how far from a submap's scans one may be that shares a view
-  double loop_reach_m = 6.0;        ///< farthest search, whatever the uncertainty
+  int nodes_between_loops = 3;      ///< nodes between searches …
+  int loop_latency_scans = 8;       ///< … whose results are used this number of scans later
+  double loop_gap_travel_m = 6.0;   ///< least travel since a submap that closes a loop
+  double loop_overlap_m = 2.0;      ///< greatest distance from a submap's scans with a common view
+  double loop_reach_m = 6.0;        ///< upper limit of the search radius
   int loop_context_nodes = 8;       ///< nodes before the latest that are matched together with it
-  int loops_per_search = 5;         ///< submaps tried at one node, the nearest
+  int loops_per_search = 5;         ///< submaps matched for one node, the nearest
   double loop_sigma_m = 0.10;       ///< blur of the field searched
-  double loop_score = 0.60;         ///< accepted when the search is narrow (below 1 m) …
-  double wide_loop_score = 0.68;    ///< … and when it is wide, where wrong peaks are likelier
-  double loop_kernel_sigmas = 1.0;  ///< Cauchy kernel of loop closures; smaller: more suspicious
+  double loop_score = 0.60;         ///< least score of a narrow search (below 1 m) …
+  double wide_loop_score = 0.68;    ///< … and of a wide one, where false maxima are likelier
+  double loop_kernel_sigmas = 1.0;  ///< Cauchy kernel of loop closures; smaller: more robust
 
   // Memory.
-  int tables_kept = 12;  ///< finished submaps ready to be searched; others are packed points
-  /// Finished submaps kept for loop closures; older ones are forgotten, their path stays where it
-  /// is. 0: all.
+  int tables_kept =
+      12;  ///< finished submaps with search tables in memory; others are packed points
+  /// Finished submaps kept for loop closures; older ones are dropped and their trajectory is fixed.
+  /// 0: all.
   int max_submaps = 0;
 
-  /// More than one: loops are searched beside the caller's thread, by one less than this many.
+  /// More than one: loops are searched in the background by this number less one.
   int threads = 1;
 };
 
-/// What is known of the motion up to a scan; whatever is missing is expected to go on as it did.
+/// Motion up to a scan; constant velocity replaces what is missing.
 struct MotionHint {
   std::optional<Transform2<frame::Odom, frame::Base>> odometry{};  ///< at the scan's time
-  std::optional<Angle> turn{};  ///< since the scan before, by a gyroscope
+  std::optional<Angle> turn{};  ///< heading change since the previous scan, by a gyroscope
 };
 
 struct SubmapSlamStatistics {
@@ -88,17 +91,17 @@ struct SubmapSlamStatistics {
   std::size_t loop_closures = 0, loops_refused = 0, optimisations = 0;
 };
 
-/// Where the latest scan was placed, in a frame no loop closure bends.
+/// Pose of the latest scan, in a frame that loop closures do not deform.
 struct LocalPlacement {
   Transform2<frame::Odom, frame::Base> T_local_base;
-  bool matched = false;  ///< false: by motion alone
-  double openness = 1;   ///< 0: the scene holds every direction, 1: not at all along one of them
-  /// Of the match by the scan's points alone: x, y along the base's axes, m, heading, rad.
+  bool matched = false;  ///< false: predicted
+  double openness = 1;   ///< degeneracy; 0: all directions constrained, 1: one direction not at all
+  /// Of the match, from the scan's points alone: x, y along the base's axes, m, heading, rad.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d expected_sigma = Eigen::Vector3d::Zero();  ///< of the pose it was sought about
+  Eigen::Vector3d predicted_sigma = Eigen::Vector3d::Zero();  ///< of the predicted pose
 };
 
-/// The system, fed scan by scan. Not thread-safe; results depend neither on timing nor on threads.
+/// Processes one scan at a time. Not thread-safe; results depend neither on timing nor on threads.
 class SubmapSlam {
  public:
   explicit SubmapSlam(const SubmapSlamOptions& options = {});
@@ -106,29 +109,29 @@ class SubmapSlam {
   SubmapSlam(SubmapSlam&&) noexcept;
   SubmapSlam& operator=(SubmapSlam&&) noexcept;
 
-  /// Takes the next scan and what is known of the way there. Refused as by GraphSlam::add_scan.
+  /// Processes the next scan with the motion up to it, if known. Errors as GraphSlam::add_scan.
   Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint = {});
 
-  /// Joins the search under way, looks for loops from the latest scans once more and optimises to
-  /// the end; more scans may follow.
+  /// Joins the running search, searches for loops from the latest scans once more and optimises to
+  /// convergence; more scans may follow.
   Result<void> finish();
 
-  /// One pose a scan taken, at the scan's own time, by the graph as it is now.
+  /// One pose per accepted scan, at the scan's own time, by the current graph.
   [[nodiscard]] Trajectory trajectory() const;
   /// Poses of submaps and nodes; loop closures are the edges marked `robust`.
   [[nodiscard]] const PoseGraph2& graph() const;
   [[nodiscard]] const SubmapSlamStatistics& statistics() const;
   [[nodiscard]] const LocalPlacement& local() const;
-  /// Of all nodes not forgotten, at the poses they have now.
+  /// Of all nodes kept, at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
                                   const InverseLidarModel& model = {}) const;
-  /// Bytes held by points, grids and tables.
+  /// Bytes used by points, grids and tables.
   [[nodiscard]] std::size_t memory_bytes() const;
 
-  /// Everything needed to go on later as if there had been no break.
+  /// The complete state, to continue later as if without interruption.
   [[nodiscard]] std::vector<std::uint8_t> save() const;
-  /// Goes on from saved bytes, with the options it was saved under. An Error names the byte where
-  /// they are not such a state.
+  /// Continues from a saved state, with the options it was saved under. An Error names the byte at
+  /// which it is not valid.
   [[nodiscard]] static Result<SubmapSlam> restore(std::span<const std::uint8_t> bytes,
                                                   const SubmapSlamOptions& options = {});
 
@@ -139,20 +142,20 @@ class SubmapSlam {
   std::unique_ptr<Engine> engine_;
 };
 
-/// A whole recording at once.
+/// Results for a whole recording.
 struct SubmapSlamRun {
   Trajectory trajectory;
   PoseGraph2 graph;
   OccupancyGrid map;
   SubmapSlamStatistics statistics;
   std::size_t refused_scans = 0;
-  std::string first_refusal;  ///< why the first of them was
+  std::string first_refusal;  ///< reason for the first of them
   std::size_t memory_bytes = 0;
   std::vector<std::uint8_t> state;  ///< SubmapSlam::save() at the end
 };
 
-/// Runs over `recording` with its odometry, or else its gyroscope where there is one, going on from
-/// `saved` where that is not empty. An Error where no scan could be used.
+/// Runs over `recording` with its odometry, or else its gyroscope if it has one, continuing from
+/// `saved` if not empty. Returns an Error if no scan could be used.
 Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOptions options = {},
                                       const SlamProgress& progress = {},
                                       std::span<const std::uint8_t> saved = {});

@@ -1,12 +1,12 @@
 #pragma once
 
-// The meaning of a decoder, as checks on any of them:
+// The laws of a decoder, as checks on any decoder type:
 //
 //   DecoderLaws<TiDecoder> laws{stream, [](const auto& message) { return text_of(message); }};
 //   laws.check();                                    // splits, garbage, bounded work
-//   const DamageReport damage = laws.damage(10000);  // what cuts, flips and insertions cost
+//   const DamageReport damage = laws.damage(10000);  // effect of cuts, flips and insertions
 //
-// A message says where in the stream it begins (`position()`) and which bytes it is (`bytes()`).
+// A message has its position in the stream (`position()`) and its bytes (`bytes()`).
 
 #include <algorithm>
 #include <cstddef>
@@ -29,11 +29,11 @@ template <class Decoder>
 struct DecoderLaws {
   using Text = std::function<std::string(const typename Decoder::Message&)>;
 
-  std::vector<std::uint8_t> stream;  ///< whole frames without damage, and nothing else
+  std::vector<std::uint8_t> stream;  ///< complete undamaged frames only
   Text text;
   /// A decoder that is ready for `stream`.
   std::function<std::unique_ptr<Decoder>()> make = [] { return std::make_unique<Decoder>(); };
-  /// Most often a byte may be examined, whatever the input.
+  /// Upper limit of how often a byte is examined, for any input.
   double work_per_byte = 32.0;
 
   void check() const {
@@ -67,14 +67,14 @@ struct DecoderLaws {
     return seen;
   }
 
-  /// However the bytes are cut, with damage or without: the same messages and the same counts.
+  /// For any split of the bytes, with damage or without: the same messages and the same counts.
   void any_split_gives_the_same() const {
     Rng rng(11);
     for (int trial = 0; trial < 40; ++trial) {
       const DamagedStream d = trial == 0 ? undamaged(stream) : damaged(stream, rng, 3);
       decode::DecoderStatistics expected, counted;
       const Seen messages = decode(d.bytes, {}, &expected);
-      EXPECT_TRUE(trial != 0 || messages.size() > 2) << "the stream holds too few frames to judge";
+      EXPECT_TRUE(trial != 0 || messages.size() > 2) << "the stream has too few frames";
       std::vector<std::size_t> chunks;
       for (int i = 0; i < 50; ++i)
         chunks.push_back(1 + rng.below(std::uint64_t{1} << rng.below(13)));
@@ -87,7 +87,7 @@ struct DecoderLaws {
     }
   }
 
-  /// Bytes between the frames that cannot begin one cost nothing and are all counted.
+  /// Bytes between frames that cannot begin one lose no frame, and all of them are counted.
   void garbage_costs_nothing(std::uint8_t garbage = 0) const {
     const Seen frames = decode(stream);
     std::vector<std::uint8_t> bytes;
@@ -108,13 +108,13 @@ struct DecoderLaws {
     EXPECT_EQ(statistics.skipped_bytes, inserted);
   }
 
-  /// No input, in no chunks, makes a byte be looked at more often than a fixed number of times.
+  /// For any input and any chunks, a byte is examined at most a fixed number of times.
   void work_is_bounded() const {
     Rng rng(12);
     std::vector<std::vector<std::uint8_t>> nasty;
     const Seen frames = decode(stream);
     const auto begin = stream.begin() + static_cast<long>(frames.at(0).position);
-    for (const std::size_t prefix : {1U, 2U, 4U, 5U, 8U, 16U, 40U}) {  // frames that only begin
+    for (const std::size_t prefix : {1U, 2U, 4U, 5U, 8U, 16U, 40U}) {  // incomplete frames
       std::vector<std::uint8_t> bytes;
       while (bytes.size() < 100'000)
         bytes.insert(bytes.end(), begin, begin + static_cast<long>(prefix));
@@ -139,7 +139,7 @@ struct DecoderLaws {
     }
   }
 
-  /// Cuts, flips and inserts bytes, one to `edits` times a stream.
+  /// Cuts, flips and inserts bytes, one to `edits` times per stream.
   [[nodiscard]] DamageReport damage(int streams, int edits = 3, std::uint64_t seed = 1) const {
     Rng rng(seed);
     DamageReport report;

@@ -1,6 +1,6 @@
 #pragma once
 
-// What every Kalman filter must keep, as checks on any state, process and measurement:
+// The laws of a Kalman filter, as checks on any state, process and measurement:
 //
 //   FilterLaws<MyState>{{my_filter}}.check_update(my_measurement);
 //   FilterLaws<MyState>{{my_filter}}.check_predict(my_process, my_input);
@@ -17,7 +17,7 @@
 
 namespace wayfare::testing {
 
-/// Symmetric to the last bit, and positive definite once every error is measured in its own σ.
+/// Exactly symmetric, and positive definite after scaling by the standard deviations.
 template <class Derived>
 [[nodiscard]] ::testing::AssertionResult is_covariance(
     const Eigen::MatrixBase<Derived>& covariance) {
@@ -43,14 +43,14 @@ template <class Derived>
 template <Manifold M>
 struct FilterLaws {
   Ekf<M> filter;
-  /// Largest difference allowed between two ways to the same covariance, relative to √(PᵢᵢPⱼⱼ).
+  /// Greatest difference between two ways to compute a covariance, relative to √(PᵢᵢPⱼⱼ).
   double tolerance = 1e-9;
 
   using Scalar = typename ManifoldTraits<M>::Scalar;
   using Square = SquareOf<M>;
   using Row = Eigen::Matrix<Scalar, 1, ManifoldTraits<M>::kDof>;
 
-  /// Prediction keeps P a covariance, and equals Φ P Φᵀ + Q where the process can say Φ and Q.
+  /// Prediction keeps P a covariance, and equals Φ P Φᵀ + Q if the process gives Φ and Q.
   template <class Process, class... Input>
   void check_predict(const Process& process, const Input&... input) const {
     Ekf<M> after = filter;
@@ -67,7 +67,7 @@ struct FilterLaws {
     }
   }
 
-  /// The three laws of an update with one number.
+  /// The three laws of a scalar update.
   template <class Model>
   void check_update(const Model& model) const {
     update_is_josephs(model);
@@ -75,7 +75,7 @@ struct FilterLaws {
     refused_changes_nothing(model);
   }
 
-  /// (I − k h) P (I − k h)ᵀ + k R kᵀ, written out.
+  /// (I − k h) P (I − k h)ᵀ + k R kᵀ, evaluated directly.
   template <class Model>
   void update_is_josephs(const Model& model) const {
     const auto m = model(filter.state());
@@ -95,7 +95,7 @@ struct FilterLaws {
         << "k ν";
   }
 
-  /// P⁺⁻¹ = P⁻¹ + hᵀ h / R, looked at as P⁺ (P⁻¹ + hᵀ h / R) = I.
+  /// P⁺⁻¹ = P⁻¹ + hᵀ h / R, tested as P⁺ (P⁻¹ + hᵀ h / R) = I.
   template <class Model>
   void information_adds_up(const Model& model) const {
     const auto m = model(filter.state());
@@ -106,7 +106,7 @@ struct FilterLaws {
     expect_same(information.inverse(), after.covariance(), "information adds up");
   }
 
-  /// What a gate refuses, and NaN, leave state and covariance as they were, bit by bit.
+  /// Gated measurements and NaN leave state and covariance unchanged, bit by bit.
   template <class Model>
   void refused_changes_nothing(const Model& model) const {
     for (const Scalar bad : {Scalar(NAN), Scalar(INFINITY), Scalar(1e20)}) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// Checks on Gaussians and on samples said to come from one. The bounds follow from the number of
-// samples, not from what a run happened to give.
+// Checks on Gaussians and on samples drawn from one. The bounds follow from the number of samples,
+// not from the results of a particular run.
 
 #include <cmath>
 #include <cstddef>
@@ -25,7 +25,7 @@ inline void expect_covariance(const Eigen::MatrixXd& matrix, double tolerance = 
   EXPECT_GT(least_pivot(raised), 0.0) << matrix;
 }
 
-/// As expect_samples_follow below; `differences`: sample ⊖ mean, a column each.
+/// As expect_samples_follow below; `differences`: sample ⊖ mean, one column each.
 inline void expect_differences_follow(const Eigen::MatrixXd& covariance,
                                       const Eigen::MatrixXd& differences, double sigmas,
                                       double curvature) {
@@ -55,7 +55,7 @@ inline void expect_differences_follow(const Eigen::MatrixXd& covariance,
 ///   mean of zᵢzⱼ, i ≠ j  : variance 1/n
 ///   mean of zᵢ²          : variance 2/n about 1
 ///   mean of zᵀz          : variance 2d/n about d  (the mean normalised error squared)
-/// `sigmas` standard deviations are allowed; six pass all but about one in 10⁹ true samples.
+/// `sigmas` standard deviations are allowed; six fail about one in 10⁹ valid sample sets.
 /// `curvature` is added to each bound, for samples that are Gaussian to first order only.
 template <Manifold M>
 void expect_samples_follow(const Gaussian<M>& g, const std::vector<M>& samples, double sigmas = 6.0,

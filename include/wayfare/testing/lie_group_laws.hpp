@@ -1,6 +1,6 @@
 #pragma once
 
-// The meaning of the LieGroup concept, as checks on any type:
+// The laws of the LieGroup concept, as checks on any type:
 //
 //   TEST(MyPose, IsALieGroup) { wayfare::testing::LieGroupLaws<MyPose>{}.check(); }
 //
@@ -75,7 +75,7 @@ struct LieGroupLaws : ManifoldLaws<G> {
   }
 
   /// exp(τ/n)ⁿ = exp τ: a long product neither leaves the group nor drifts by more than one
-  /// rounding error a factor.
+  /// rounding error per factor.
   void powers() const {
     constexpr int kCount = 1000;
     for (const Tangent& tau : inputs.tangents) {
@@ -87,7 +87,7 @@ struct LieGroupLaws : ManifoldLaws<G> {
     }
   }
 
-  /// (z ∘ y) ⊟ (z ∘ x) = y ⊟ x: errors are those of the body, wherever the world's origin is.
+  /// (z ∘ y) ⊟ (z ∘ x) = y ⊟ x: errors are in the body frame, independent of the world's origin.
   void minus_ignores_a_common_left_factor() const {
     for (std::size_t i = 0; i < inputs.tangents.size(); ++i) {
       const G &x = inputs.point(i), &z = inputs.point(7 * i + 2);
@@ -138,7 +138,7 @@ struct LieGroupLaws : ManifoldLaws<G> {
     }
   }
 
-  /// For a group that moves points of a space: (x ∘ y) p = x (y p), e p = p.
+  /// For a group that acts on points: (x ∘ y) p = x (y p), e p = p.
   void action() const {
     if constexpr (requires(const G& x, typename G::Vector p) { p = x * p; }) {
       using Point = typename G::Vector;
@@ -159,7 +159,7 @@ struct LieGroupLaws : ManifoldLaws<G> {
                                  Scalar tolerance) {
     EXPECT_LE((a - b).norm(), tolerance) << law << "\n" << a << "\nagainst\n" << b;
   }
-  /// Where the truncation of central differences, h², meets their rounding, ε/h.
+  /// Balances the truncation error of central differences, h², with their rounding error, ε/h.
   static Scalar difference_step() { return std::cbrt(LawInputs<G>::kEpsilon); }
   static Scalar difference_tolerance() { return 20 * difference_step() * difference_step(); }
 };

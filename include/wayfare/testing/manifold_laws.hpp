@@ -1,6 +1,6 @@
 #pragma once
 
-// The meaning of the Manifold concept, as checks on any type:
+// The laws of the Manifold concept, as checks on any type:
 //
 //   TEST(MyState, IsAManifold) { wayfare::testing::ManifoldLaws<MyState>{}.check(); }
 
@@ -56,8 +56,8 @@ struct ManifoldLaws {
     for (const M& x : inputs.points) expect_small(Traits::minus(x, x), "x ⊟ x = 0");
   }
 
-  /// (x ⊞ δ₁) ⊞ δ₂ = x ⊞ (δ₁ + δ₂) up to the product of the two steps: the chart is smooth, and
-  /// straight at its middle.
+  /// (x ⊞ δ₁) ⊞ δ₂ = x ⊞ (δ₁ + δ₂) up to the product of the two steps: the chart is smooth, with
+  /// identity derivative at its origin.
   void small_steps_add_up() const {
     using std::sqrt;
     const Scalar step = sqrt(inputs.tolerance);

@@ -60,7 +60,7 @@ Result<void> ControlLine::listen(const std::string& path) {
   if (path.size() >= sizeof address.sun_path)
     return Error{ErrorCode::invalid, "is too long for a socket's name", path};
   std::memcpy(address.sun_path, path.c_str(), path.size());
-  // What a killed logger left behind; anything that is not a socket stays.
+  // Remove the socket of a killed logger; keep anything that is not a socket.
   struct stat there {};
   if (::lstat(path.c_str(), &there) == 0 && S_ISSOCK(there.st_mode)) ::unlink(path.c_str());
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -103,7 +103,7 @@ void ControlLine::poll(std::chrono::milliseconds timeout,
     if (auto opened = SerialPort::open(port_path_, {baud_, ModemLine::keep}))
       port_.emplace(std::move(*opened));
   }
-  // Clients first: those accepted below were not polled.
+  // Clients first: those accepted below have not been polled.
   std::vector<pollfd> fds;
   for (const int client : clients_) fds.push_back({client, POLLIN, 0});
   fds.push_back({listener_, POLLIN, 0});

@@ -1,6 +1,6 @@
 #pragma once
 
-// Those who control a logger: a serial line, and the clients of a Unix socket.
+// The controllers of a logger: a serial line, and the clients of a Unix socket.
 
 #include <chrono>
 #include <functional>
@@ -17,7 +17,7 @@ namespace wayfare::logger {
 
 class ControlLine {
  public:
-  /// Either may be empty. Errors: the port cannot be opened, the socket cannot be made.
+  /// Either may be empty. Errors: the port cannot be opened, the socket cannot be created.
   static Result<ControlLine> open(const std::string& port, int baud, const std::string& socket);
   ControlLine(ControlLine&& other) noexcept;
   ControlLine& operator=(ControlLine&&) = delete;
@@ -25,14 +25,14 @@ class ControlLine {
 
   /// Waits up to `timeout` for commands.
   void poll(std::chrono::milliseconds timeout, const std::function<void(Command)>& sink);
-  /// To everybody who listens; who does not take it at once does not get it.
+  /// To all clients; one that cannot take it at once does not get it.
   void send(std::string_view line);
 
  private:
   ControlLine() = default;
   Result<void> listen(const std::string& path);
   void accept();
-  /// False where the client is gone.
+  /// False if the client has closed.
   static bool take(int client, const std::function<void(Command)>& sink);
 
   std::string port_path_, socket_path_;

@@ -6,7 +6,7 @@
 namespace wayfare::logger {
 namespace {
 
-/// CRC-32 (polynomial 04C11DB7, reflected), bit by bit: status lines are short and seldom.
+/// CRC-32 (polynomial 04C11DB7, reflected), bit by bit: status lines are short and infrequent.
 std::uint32_t crc32(std::string_view bytes) {
   std::uint32_t sum = 0xFFFFFFFFU;
   for (const char c : bytes) {

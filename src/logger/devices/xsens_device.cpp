@@ -14,7 +14,7 @@
 namespace wayfare::logger {
 namespace {
 
-/// An MTi on a line of its own, or a station with its trackers, each of which has a stream.
+/// An MTi on its own line, or a station with its trackers, each of which has a stream.
 class XsensDevice final : public DeviceDecoder {
  public:
   explicit XsensDevice(const DeviceDescription& device)
@@ -39,7 +39,7 @@ class XsensDevice final : public DeviceDecoder {
  private:
   void take(const decode::XbusMessage& message, LogTime sent, const Sink& sink) {
     if (message.id() == decode::XbusId::configuration) {
-      // A station tells its rate once; until then, and where it is missed, 100 Hz.
+      // A station sends its rate once; before, or if that is missed, 100 Hz.
       if (const auto c = decode::awinda_configuration(message.data()); c && c->period_s > 0.0)
         begin(c->period_s);
       return;
@@ -60,7 +60,7 @@ class XsensDevice final : public DeviceDecoder {
   }
 
   void take(const decode::AwindaSnapshot& snapshot, LogTime sent, const Sink& sink) {
-    // One sent again is late by more than the line; its frame says when it was.
+    // A retransmission is late by more than the line's delay; its frame counter gives its time.
     const auto device = [&](std::uint32_t frame) {
       return Time<DeviceClock>() + from_seconds(static_cast<double>(frames_.at(frame)) * period_s_);
     };

@@ -40,20 +40,20 @@ Result<TransformParts> FrameTree::find(std::string_view base, std::string_view f
   if (base == frame) return TransformParts{{}, {0.0, 0.0, 0.0, 1.0}};
   const auto direct = parents_.find(frame);
   if (direct != parents_.end() && direct->second.name == base) return direct->second.transform;
-  // Up from both, to the first frame they share. No way is longer than all frames.
+  // Up from both, to the first common frame. No path is longer than the number of frames.
   struct Step {
     std::string_view name;
-    SE3d pose;  ///< of where the way began, in `name`
+    SE3d pose;  ///< of the start of the path, in `name`
   };
   const auto way_up = [&](std::string_view from) {
-    std::vector<Step> way{{from, SE3d()}};
-    while (way.size() <= parents_.size()) {
-      const auto up = parents_.find(way.back().name);
+    std::vector<Step> path{{from, SE3d()}};
+    while (path.size() <= parents_.size()) {
+      const auto up = parents_.find(path.back().name);
       const auto T = up == parents_.end() ? std::nullopt : rigid(up->second.transform);
       if (!T) break;
-      way.push_back({up->second.name, *T * way.back().pose});
+      path.push_back({up->second.name, *T * path.back().pose});
     }
-    return way;
+    return path;
   };
   const auto up_frame = way_up(frame), up_base = way_up(base);
   for (const Step& a : up_frame)

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <wayfare/ros/convert.hpp>
 
@@ -10,8 +11,8 @@ namespace {
 
 constexpr std::uint32_t kSecond = 1'000'000'000;
 
-/// The rotation of (0, 0, z, w), by way of its angle: it alone has the last bits of a heading that
-/// was read from text.
+/// The rotation of (0, 0, z, w), computed from its angle: this preserves the last bits of a heading
+/// read from text.
 SO2d half_angle(double z, double w) { return SO2d(Angle::radians(2.0 * std::atan2(z, w))); }
 
 bool same_bits(const SO2d& a, const SO2d& b) { return a.cos() == b.cos() && a.sin() == b.sin(); }
@@ -35,13 +36,13 @@ bool is_finite(const Point& p) { return std::isfinite(p.x) && std::isfinite(p.y)
 Result<LogTime> time_of(const Stamp& stamp) {
   const auto wrong = [](const char* what) { return Error{ErrorCode::invalid, what, "stamp"}; };
   if (stamp == Stamp{}) return wrong("is zero: the sender set no time");
-  if (stamp.sec < 0) return wrong("lies before 1970");
+  if (stamp.sec < 0) return wrong("is before 1970");
   if (stamp.nanosec >= kSecond) return wrong("has a second or more of nanoseconds");
   return LogTime::from_nanoseconds(stamp.sec * std::int64_t{kSecond} + stamp.nanosec);
 }
 
 Stamp stamp_of(LogTime time) {
-  WAYFARE_EXPECTS(time >= LogTime(), "ROS knows no time before 1970");
+  WAYFARE_EXPECTS(time >= LogTime(), "ROS has no time before 1970");
   return {time.nanoseconds() / kSecond, static_cast<std::uint32_t>(time.nanoseconds() % kSecond)};
 }
 
@@ -90,7 +91,7 @@ Quaternion quaternion_of(const SO2d& rotation) {
 
 Result<SO2d> yaw_of(const Quaternion& q) {
   if (!is_unit(q))
-    return Error{ErrorCode::invalid, "is no unit quaternion: nobody set it?", "orientation"};
+    return Error{ErrorCode::invalid, "is no unit quaternion: was it set?", "orientation"};
   if (q.x == 0.0 && q.y == 0.0) return half_angle(q.z, q.w);
   return SO2d(Angle::radians(
       std::atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)));
@@ -115,17 +116,17 @@ TransformStamped transform_of(const SE2d& T_parent_child, LogTime time, std::str
       {{T_parent_child.x(), T_parent_child.y(), 0.0}, quaternion_of(T_parent_child.rotation())}};
 }
 
-Result<LevelMounting> level_mounting_of(const TransformParts& T_base_sensor, double most_tilt_rad) {
+Result<LevelMounting> level_mounting_of(const TransformParts& T_base_sensor, double max_tilt_rad) {
   const Quaternion& q = T_base_sensor.rotation;
   const auto yaw = yaw_of(q);
   if (!yaw) return yaw.error();
-  // Where the laser's z axis points: up, down, or to the side.
+  // Direction of the laser's z axis: up, down, or sideways.
   const double up = q.w * q.w - q.x * q.x - q.y * q.y + q.z * q.z;
-  if (!(std::abs(up) >= std::cos(most_tilt_rad)))
+  if (!(std::abs(up) >= std::cos(max_tilt_rad)))
     return Error{ErrorCode::unsupported,
                  "tilts the sensor by " +
-                     std::to_string(std::acos(std::abs(up)) * 180.0 / 3.14159265) +
-                     " degrees: its scans are not of a level plane",
+                     std::to_string(std::acos(std::abs(up)) * 180.0 / std::numbers::pi) +
+                     " degrees: its scan plane is not level",
                  "rotation"};
   const Eigen::Vector2d at(T_base_sensor.translation.x, T_base_sensor.translation.y);
   if (!at.allFinite()) return Error{ErrorCode::invalid, "is not finite", "translation"};

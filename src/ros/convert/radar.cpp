@@ -15,7 +15,7 @@ Error invalid(std::string what, std::string where) {
   return {ErrorCode::invalid, std::move(what), std::move(where)};
 }
 
-/// Where a number stands in each point, and how it is written.
+/// Offset and type of a number in each point.
 struct Field {
   std::size_t offset = 0;
   std::uint8_t datatype = 0;
@@ -54,7 +54,7 @@ double value_of(const Field& field, const std::uint8_t* point, bool big) {
   }
 }
 
-/// The first of `names` among the fields; a field that reaches past the point is none.
+/// The first of `names` among the fields; a field beyond the end of the point is not valid.
 std::optional<Field> field_of(const PointCloud2& cloud,
                               std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names)
@@ -73,7 +73,7 @@ Result<void> check_sizes(const PointCloud2& c) {
   const std::uint64_t step = c.height == 1 ? row : c.row_step;
   if (c.point_step == 0 || step < row || c.data.size() < row ||
       (c.height > 1 && (c.data.size() - row) / step < c.height - 1))
-    return invalid("holds " + std::to_string(c.data.size()) + " bytes for " +
+    return invalid("has " + std::to_string(c.data.size()) + " bytes for " +
                        std::to_string(c.width) + " x " + std::to_string(c.height) + " points of " +
                        std::to_string(c.point_step),
                    "data");

@@ -14,7 +14,7 @@ Error invalid(std::string what, std::string where) {
   return {ErrorCode::invalid, std::move(what), std::move(where)};
 }
 
-/// The angle a single-precision number of radians was rounded from, as far as that can be told.
+/// The angle that was rounded to a single-precision number of radians, if it can be determined.
 Angle bearing_of(float radians) {
   const double degrees = Angle::radians(static_cast<double>(radians)).degrees();
   double scale = 1.0;
@@ -28,7 +28,7 @@ Angle bearing_of(float radians) {
 Eigen::Vector3d vector_of(const Vector3& v) { return {v.x, v.y, v.z}; }
 Vector3 message_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// ROS counts east, north, up; the same in north, east, down, and back.
+/// Converts between the order east, north, up of ROS and north, east, down.
 Eigen::Matrix3d turned(const Eigen::Matrix3d& covariance) {
   const Eigen::Matrix3d turn{{0.0, 1.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 0.0, -1.0}};
   return turn * covariance * turn.transpose();
@@ -81,7 +81,7 @@ LaserScan message_of(const wayfare::LaserScan& scan, std::string_view frame) {
 
 Result<Eigen::Vector3d> turn_rate_of(const Imu& m) {
   if (m.angular_velocity_covariance[0] == -1.0)
-    return invalid("says that turn rate is not measured", "covariance");
+    return invalid("marks turn rate as not measured", "covariance");
   const Eigen::Vector3d rate = vector_of(m.angular_velocity);
   if (!rate.allFinite()) return invalid("is not finite", "angular_velocity");
   return rate;
@@ -91,7 +91,7 @@ Result<ImuSample> imu_of(const Imu& m, LogTime time) {
   const auto rate = turn_rate_of(m);
   if (!rate) return rate.error();
   if (m.linear_acceleration_covariance[0] == -1.0)
-    return invalid("says that specific force is not measured", "covariance");
+    return invalid("marks specific force as not measured", "covariance");
   const ImuSample sample{time, *rate, vector_of(m.linear_acceleration)};
   if (!sample.specific_force_mps2.allFinite())
     return invalid("is not finite", "linear_acceleration");
@@ -128,10 +128,10 @@ MagneticField magnetic_message_of(const Eigen::Vector3d& field_uT, LogTime time,
 }
 
 Result<GnssFix> fix_of(const NavSatFix& m, LogTime time) {
-  if (m.status.status < 0) return invalid("says that there is no fix", "status");
+  if (m.status.status < 0) return invalid("has no fix", "status");
   if (!(std::abs(m.latitude) <= 90.0 && std::abs(m.longitude) <= 360.0 &&
         std::isfinite(m.altitude)))
-    return invalid("is no place on the Earth", "latitude, longitude, altitude");
+    return invalid("is no position on the Earth", "latitude, longitude, altitude");
   GnssFix fix;
   fix.time = time;
   fix.position = {Angle::degrees(m.latitude), Angle::degrees(m.longitude), m.altitude};

@@ -1,4 +1,4 @@
-// Compiled as C++17: roscpp's headers use what C++20 took away.
+// Compiled as C++17: roscpp's headers use features removed in C++20.
 
 #include <wayfare/ros/detail/raw_node.hpp>
 
@@ -14,7 +14,7 @@
 
 namespace {
 
-/// A message of any kind: its bytes.
+/// A message of any type, as bytes.
 struct AnyMessage {
   std::string bytes;
 };
@@ -62,7 +62,7 @@ struct Serializer<AnyMessage> {
 namespace wayfare::ros {
 namespace {
 
-constexpr std::uint32_t kSendQueue = 1000;  ///< a burst must not push out what was sent before
+constexpr std::uint32_t kSendQueue = 1000;  ///< a burst must not displace earlier messages
 
 class TopicPublisher final : public RawPublisher {
  public:
@@ -74,7 +74,7 @@ class TopicPublisher final : public RawPublisher {
   ::ros::Publisher publisher_;
 };
 
-/// A parameter as it would be written on a command line; empty for lists and structures.
+/// A parameter in the notation of a command line; empty for lists and structures.
 std::string text_of(XmlRpc::XmlRpcValue& value) {
   switch (value.getType()) {
     case XmlRpc::XmlRpcValue::TypeBoolean:
@@ -101,7 +101,7 @@ struct RawNode::Connected {
 };
 
 RawNode::RawNode(std::vector<std::string>& arguments, const std::string& name) {
-  // What ROS prints is to be seen at once, into a file or pipe as well.
+  // Output of ROS must appear at once, in a file or pipe as well.
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
@@ -159,7 +159,7 @@ void RawNode::subscribe(const std::string& topic, const TopicType& type, std::ui
       });
   options.md5sum = type.md5;
   options.datatype = type.name;
-  // Small messages are sent at once, not gathered until more have come.
+  // Small messages are sent at once, without coalescing.
   options.transport_hints = ::ros::TransportHints().tcpNoDelay();
   connected_->subscribers.push_back(connected_->node.subscribe(options));
 }

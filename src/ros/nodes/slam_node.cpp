@@ -48,34 +48,34 @@ void SlamNode::add_radar(const Message& message, RadarMessage kind, double now_s
 template <class Scan>
 void SlamNode::enqueue(Sensed<Scan>& to, Result<Scan> scan, const Header& header, double now_s) {
   if (!scan)
-    return notices_.tell(Severity::error, "bad scan",
-                         "left out a scan: " + scan.error().to_string(), now_s);
+    return notices_.add(Severity::error, "bad scan", "left out a scan: " + scan.error().to_string(),
+                        now_s);
   const std::string frame(frame_of(header));
   if (to.frame.empty()) to.frame = frame;
   if (frame != to.frame)
-    return notices_.tell(
+    return notices_.add(
         Severity::error, "other than " + to.frame,
-        "left out scans in frame '" + frame + "': the map is made of those in '" + to.frame + "'",
-        now_s);
-  if (to.last_heard && scan->time + from_seconds(options_.jump_back_s) < *to.last_heard) {
-    notices_.tell(
+        "left out scans in frame '" + frame + "': the map uses those in '" + to.frame + "'", now_s);
+  if (to.last_received && scan->time + from_seconds(options_.jump_back_s) < *to.last_received) {
+    notices_.add(
         Severity::warning, "back",
-        "time went back by " + seconds(*to.last_heard - scan->time) + ": begins a new map", now_s);
+        "time went back by " + seconds(*to.last_received - scan->time) + ": begins a new map",
+        now_s);
     begin_anew(scan->time);
-  } else if (to.last_heard && scan->time <= *to.last_heard) {
-    return notices_.tell(Severity::warning, "late scan",
-                         "left out a scan that is " + seconds(*to.last_heard - scan->time) +
-                             " earlier than the one before it",
-                         now_s);
+  } else if (to.last_received && scan->time <= *to.last_received) {
+    return notices_.add(Severity::warning, "late scan",
+                        "left out a scan that is " + seconds(*to.last_received - scan->time) +
+                            " earlier than the one before it",
+                        now_s);
   }
-  to.last_heard = scan->time;
+  to.last_received = scan->time;
   to.scans.push_back(*std::move(scan));
   if (to.scans.size() <= options_.scans_waiting) return;
   to.scans.pop_front();
-  notices_.tell(Severity::warning, "too many",
-                "scans come faster than they are worked on, or while it waits: the oldest are "
-                "left out",
-                now_s);
+  notices_.add(Severity::warning, "too many",
+               "scans arrive faster than they are processed, or while it waits: the oldest are "
+               "left out",
+               now_s);
 }
 
 void SlamNode::add(const Odometry& message, double now_s) {
@@ -85,9 +85,9 @@ void SlamNode::add(const Odometry& message, double now_s) {
   if (ok && !time) ok = time.error();
   auto sample = ok ? odometry_of(message, *time) : Result<OdometrySample>(ok.error());
   if (!sample)
-    return notices_.tell(Severity::error, "bad odometry",
-                         "left out odometry: " + sample.error().to_string(), now_s);
-  const SE2d told = sample->T_odom_base.raw();
+    return notices_.add(Severity::error, "bad odometry",
+                        "left out odometry: " + sample.error().to_string(), now_s);
+  const SE2d T_odom_base = sample->T_odom_base.raw();
   if (!odometry_.empty()) {
     const OdometrySample& last = odometry_.back();
     if (*time + from_seconds(options_.jump_back_s) < last.time) {
@@ -98,21 +98,21 @@ void SlamNode::add(const Odometry& message, double now_s) {
     } else {
       constexpr double kSlack_m = 0.5;
       const SE2d before = last.T_odom_base.raw();
-      const SE2d joined = T_joined_odom_ ? *T_joined_odom_ * told : told;
+      const SE2d joined = T_joined_odom_ ? *T_joined_odom_ * T_odom_base : T_odom_base;
       const double moved_m = (before.inverse() * joined).translation().norm();
       if (moved_m > kSlack_m + options_.max_speed_mps * to_seconds(*time - last.time)) {
-        notices_.tell(Severity::warning, "leap",
-                      "odometry leapt by " + std::to_string(moved_m) +
-                          " m: it is taken to have been set anew, the robot to have stood",
-                      now_s);
-        T_joined_odom_ = before * told.inverse();
+        notices_.add(Severity::warning, "leap",
+                     "odometry jumped by " + std::to_string(moved_m) +
+                         " m: taken as a reset, with the robot at rest",
+                     now_s);
+        T_joined_odom_ = before * T_odom_base.inverse();
       }
     }
   }
   if (T_joined_odom_)
-    sample->T_odom_base = Transform2<frame::Odom, frame::Base>(*T_joined_odom_ * told);
+    sample->T_odom_base = Transform2<frame::Odom, frame::Base>(*T_joined_odom_ * T_odom_base);
   odometry_.push_back(*sample);
-  motion_silent_ = false;
+  motion_missing_ = false;
 }
 
 void SlamNode::add(const Imu& message, double now_s) {
@@ -120,13 +120,13 @@ void SlamNode::add(const Imu& message, double now_s) {
   const auto time = time_of(message.header.stamp);
   const auto rate = time ? turn_rate_of(message) : Result<Eigen::Vector3d>(time.error());
   if (!rate)
-    return notices_.tell(Severity::error, "bad reading",
-                         "left out an inertial reading: " + rate.error().to_string(), now_s);
+    return notices_.add(Severity::error, "bad reading",
+                        "left out an inertial sample: " + rate.error().to_string(), now_s);
   if (!gyro_.empty() && *time + from_seconds(options_.jump_back_s) < gyro_.back().time)
     gyro_.clear();
   if (!gyro_.empty() && *time <= gyro_.back().time) return;
   gyro_.push_back({*time, rate->z()});
-  motion_silent_ = false;
+  motion_missing_ = false;
 }
 
 void SlamNode::add(const TfMessage& message) {
@@ -136,14 +136,14 @@ void SlamNode::add(const TfMessage& message) {
 void SlamNode::begin_anew(LogTime at) {
   slam_ = std::make_unique<SubmapSlam>(options_.slam);
   stream_.reset();
-  odometry_given_.reset();
+  odometry_passed_.reset();
   lasers_.scans.clear();
   radar_.scans.clear();
-  lasers_.last_heard.reset();
-  radar_.last_heard.reset();
+  lasers_.last_received.reset();
+  radar_.last_received.reset();
   last_scan_.reset();
   settled_ = true;
-  // What the other topics said before they went back as well.
+  // Data of the other topics up to the jump back is dropped, too.
   const LogTime until = at + from_seconds(options_.jump_back_s);
   forget_after(odometry_, until);
   forget_after(gyro_, until);

@@ -1,4 +1,4 @@
-// What the node does with messages taken: when it can work on a scan, and what it gives.
+// Processing of the messages received: when a scan can be processed, and the output.
 
 #include <algorithm>
 #include <chrono>
@@ -13,7 +13,7 @@
 namespace wayfare::ros {
 namespace {
 
-/// Samples no scan to come can need.
+/// Drops samples that no later scan can need.
 template <class Sample>
 void forget_before(std::vector<Sample>& samples, LogTime time) {
   constexpr std::ptrdiff_t kWorthIt = 1000;
@@ -31,8 +31,9 @@ Path path_of(const Trajectory& trajectory, std::string_view frame) {
   return path;
 }
 
-/// The frame of a radar upside down as one of a radar upright in the same place.
-void turn_over(wayfare::RadarScan& scan) {
+/// Converts the frame of a radar mounted upside down to that of an upright one at the same
+/// position.
+void mirror(wayfare::RadarScan& scan) {
   for (RadarPoint& p : scan.points) p.y_m = -p.y_m, p.z_m = -p.z_m;
 }
 
@@ -42,24 +43,24 @@ SlamNodeOutput SlamNode::work(double now_s) {
   SlamNodeOutput out;
   worked_ = false;
   if (options_.sensors != SlamSensors::lidar) {
-    work_on_stream(now_s, out);
+    process_stream(now_s, out);
   } else if (!lasers_.scans.empty()) {
-    work_on_scan(now_s, out);
-  } else if (!lasers_.last_heard) {
+    process_scan(now_s, out);
+  } else if (!lasers_.last_received) {
     wait_for("laser scans", now_s);
   } else if (!settled_ && now_s >= *last_placed_s_ + options_.settle_s) {
-    out = settle(now_s);
+    out = finish(now_s);
   }
   const auto notices = notices_.take();
   out.notices.insert(out.notices.end(), notices.begin(), notices.end());
   return out;
 }
 
-SlamNodeOutput SlamNode::settle(double now_s) {
+SlamNodeOutput SlamNode::finish(double now_s) {
   SlamNodeOutput out;
   if (settled_) return out;
   if (stream_) {
-    hand_over();
+    pass_to_stream();
     stream_->finish();
     while (step(now_s, out)) continue;
   } else if (const auto done = slam_->finish(); !done) {
@@ -67,7 +68,7 @@ SlamNodeOutput SlamNode::settle(double now_s) {
         {Severity::error, "the graph could not be optimised: " + done.error().to_string()});
   }
   settled_ = true;
-  give_map(now_s, out);
+  publish_map(now_s, out);
   return out;
 }
 
@@ -86,7 +87,7 @@ bool SlamNode::is_mounted(Sensed<Scan>& sensed, const Given& T_base_sensor, doub
   }
   const auto level = level_mounting_of(*found);
   if (!level) {
-    wait_for("another " + from_to + "': the one there is " + level.error().to_string(), now_s);
+    wait_for("another " + from_to + "': the present one " + level.error().to_string(), now_s);
     return false;
   }
   sensed.mounting = *level;
@@ -103,16 +104,17 @@ bool SlamNode::laser_is_known(double now_s) {
 }
 
 bool SlamNode::motion_is_known(LogTime time, double now_s) {
-  if ((!options_.odometry && !options_.imu) || motion_silent_) return true;
+  if ((!options_.odometry && !options_.imu) || motion_missing_) return true;
   const bool there = options_.odometry ? !odometry_.empty() && odometry_.back().time >= time
                                        : !gyro_.empty() && gyro_.back().time >= time;
   if (there) return true;
-  const std::string what = options_.odometry ? "odometry" : "inertial readings";
-  wait_for(what + " of the scan's time", now_s);
+  const std::string what = options_.odometry ? "odometry" : "inertial samples";
+  wait_for(what + " at the scan's time", now_s);
   if (now_s < *blocked_s_ + options_.patience_s) return false;
-  motion_silent_ = true;
-  notices_.tell(Severity::warning, "silent",
-                "no " + what + " of the scan's time: goes on by scans alone until there is", now_s);
+  motion_missing_ = true;
+  notices_.add(Severity::warning, "silent",
+               "no " + what + " at the scan's time: continues with scans alone until there is",
+               now_s);
   return true;
 }
 
@@ -125,7 +127,7 @@ MotionHint SlamNode::hint(LogTime time) const {
   return {};
 }
 
-void SlamNode::work_on_scan(double now_s, SlamNodeOutput& out) {
+void SlamNode::process_scan(double now_s, SlamNodeOutput& out) {
   if (!laser_is_known(now_s) || !motion_is_known(lasers_.scans.front().time, now_s)) return;
   wayfare::LaserScan scan = std::move(lasers_.scans.front());
   lasers_.scans.pop_front();
@@ -136,11 +138,11 @@ void SlamNode::work_on_scan(double now_s, SlamNodeOutput& out) {
   if (lasers_.mounting->upside_down) scan = turned_over(std::move(scan));
   const auto outcome = slam_->add_scan(scan, hint(time));
   if (!outcome)
-    return notices_.tell(Severity::error, "refused",
-                         "left out a scan: " + outcome.error().to_string(), now_s);
+    return notices_.add(Severity::error, "refused",
+                        "left out a scan: " + outcome.error().to_string(), now_s);
   if (!outcome->matched)
-    notices_.tell(Severity::info, "unmatched",
-                  "a scan did not fit the map: the robot is placed by motion alone", now_s);
+    notices_.add(Severity::info, "unmatched", "a scan did not match the map: its pose is predicted",
+                 now_s);
   placed(time, outcome->T_map_base.raw(), now_s, out);
 }
 
@@ -149,14 +151,14 @@ void SlamNode::placed(LogTime time, const SE2d& T_map_base, double now_s, SlamNo
   last_scan_ = time;
   last_placed_s_ = now_s;
   settled_ = false;
-  give_pose(time, T_map_base, motion, out);
-  if (now_s >= last_map_s_ + options_.map_period_s) give_map(now_s, out);
+  publish_pose(time, T_map_base, motion, out);
+  if (now_s >= last_map_s_ + options_.map_period_s) publish_map(now_s, out);
   const LogTime needed = time - from_seconds(1.0);
   forget_before(odometry_, needed);
   forget_before(gyro_, needed);
 }
 
-bool SlamNode::stream_is_there(double now_s) {
+bool SlamNode::has_stream(double now_s) {
   if (stream_) return true;
   const bool lasers = options_.sensors == SlamSensors::both;
   if (lasers && lasers_.frame.empty() && lasers_.scans.empty()) {
@@ -174,44 +176,44 @@ bool SlamNode::stream_is_there(double now_s) {
     o.slam.T_base_laser =
         Transform2<frame::Base, frame::Laser>(lasers_.mounting->T_base_sensor.raw());
   o.sync.T_base_radar = Transform2<frame::Base, frame::Radar>(radar_.mounting->T_base_sensor.raw());
-  // By the clock of who calls alone.
+  // By the caller's clock only.
   o.sync.max_wait = std::chrono::hours(24 * 365);
   stream_.emplace(o);
   return true;
 }
 
-void SlamNode::hand_over() {
+void SlamNode::pass_to_stream() {
   for (const OdometrySample& sample : odometry_)
-    if (!odometry_given_ || sample.time > *odometry_given_) stream_->add(sample);
-  if (!odometry_.empty()) odometry_given_ = odometry_.back().time;
+    if (!odometry_passed_ || sample.time > *odometry_passed_) stream_->add(sample);
+  if (!odometry_.empty()) odometry_passed_ = odometry_.back().time;
   for (wayfare::LaserScan& scan : lasers_.scans)
     stream_->add(lasers_.mounting->upside_down ? turned_over(std::move(scan)) : std::move(scan));
   for (wayfare::RadarScan& scan : radar_.scans) {
-    if (radar_.mounting->upside_down) turn_over(scan);
+    if (radar_.mounting->upside_down) mirror(scan);
     stream_->add(scan);
   }
   lasers_.scans.clear();
   radar_.scans.clear();
 }
 
-void SlamNode::work_on_stream(double now_s, SlamNodeOutput& out) {
-  if (!stream_is_there(now_s)) return;
-  // What waits stays in the queues, which are bounded, until there is nothing else to do.
+void SlamNode::process_stream(double now_s, SlamNodeOutput& out) {
+  if (!has_stream(now_s)) return;
+  // Messages stay in the queues, which are bounded, until there is nothing else to do.
   worked_ = step(now_s, out);
   if (worked_) return;
-  hand_over();
+  pass_to_stream();
   worked_ = step(now_s, out);
   if (worked_) return;
   const std::string what(stream_->waits_for());
   if (!what.empty()) {
-    wait_for(what + " of the scan's time", now_s);
+    wait_for(what + " at the scan's time", now_s);
     if (now_s < *blocked_s_ + options_.patience_s) return;
-    notices_.tell(Severity::warning, "silent",
-                  "no " + what + " of the scan's time: goes on without until there is", now_s);
+    notices_.add(Severity::warning, "silent",
+                 "no " + what + " at the scan's time: continues without until there is", now_s);
     stream_->finish();
     worked_ = step(now_s, out);
   } else if (!settled_ && now_s >= *last_placed_s_ + options_.settle_s) {
-    out = settle(now_s);
+    out = finish(now_s);
   }
 }
 
@@ -225,8 +227,8 @@ bool SlamNode::step(double now_s, SlamNodeOutput& out) {
   return true;
 }
 
-void SlamNode::give_pose(LogTime time, const SE2d& T_map_base, const MotionHint& motion,
-                         SlamNodeOutput& out) const {
+void SlamNode::publish_pose(LogTime time, const SE2d& T_map_base, const MotionHint& motion,
+                            SlamNodeOutput& out) const {
   out.poses.push_back({header_of(time, options_.map_frame), pose_of(T_map_base)});
   const LogTime dated = time + from_seconds(options_.post_date_s);
   const auto give = [&](const SE2d& T_odom_base) {
@@ -244,10 +246,10 @@ void SlamNode::give_pose(LogTime time, const SE2d& T_map_base, const MotionHint&
   }
 }
 
-void SlamNode::give_map(double now_s, SlamNodeOutput& out) {
+void SlamNode::publish_map(double now_s, SlamNodeOutput& out) {
   last_map_s_ = now_s;
-  const auto way = stream_ ? stream_->slam().trajectory() : slam_->trajectory();
-  out.path = path_of(way, options_.map_frame);
+  const auto trajectory = stream_ ? stream_->slam().trajectory() : slam_->trajectory();
+  out.path = path_of(trajectory, options_.map_frame);
   out.map = message_of(io::grid_image(stream_ ? stream_->map() : slam_->map(options_.map)),
                        *last_scan_, options_.map_frame);
 }
@@ -256,7 +258,7 @@ void SlamNode::wait_for(std::string what, double now_s) {
   if (!blocked_s_ || what != waits_for_) blocked_s_ = now_s;
   waits_for_ = std::move(what);
   if (now_s >= *blocked_s_ + options_.patience_s)
-    notices_.tell(Severity::info, waits_for_, "waits for " + waits_for_, now_s);
+    notices_.add(Severity::info, waits_for_, "waits for " + waits_for_, now_s);
 }
 
 }  // namespace wayfare::ros

@@ -15,12 +15,12 @@ Result<std::string> choose_topic(const RecordingFile& file, std::string_view typ
   const std::string of_type = " of " + std::string(type);
   if (named.empty() && fitting.size() > 1)
     return Error{ErrorCode::invalid,
-                 "holds several topics" + of_type + ": name the " + what + " among " + list,
+                 "has several topics" + of_type + ": name the " + what + " among " + list,
                  file.path()};
   if (named.empty()) return fitting.empty() ? std::string() : fitting.front();
   if (std::find(fitting.begin(), fitting.end(), named) != fitting.end()) return named;
   return Error{ErrorCode::not_found,
-               "holds no topic " + named + of_type + (fitting.empty() ? "" : "; there is " + list),
+               "has no topic " + named + of_type + (fitting.empty() ? "" : "; there is " + list),
                file.path()};
 }
 
@@ -44,7 +44,7 @@ Result<void> Lanes::run(io::Problems& problems) {
   for (const auto& [topic, lane] : lanes_)
     if (lane.stamped && lane.late.empty() && lane.first_fault) {
       Error fault = *lane.first_fault;
-      fault.message += " (and so it is with all " + std::to_string(lane.messages) + " messages)";
+      fault.message += " (the same for all " + std::to_string(lane.messages) + " messages)";
       if (auto done = refuse(lane, std::move(fault), problems); !done) return done;
     }
   return check_clocks(problems);
@@ -63,7 +63,7 @@ Result<void> Lanes::check_clocks(io::Problems& problems) {
   Duration reference{0};
   std::vector<std::pair<const std::string, Lane>*> all;
   for (auto& lane : lanes_) all.push_back(&lane);
-  // Those that are needed say what the clock is.
+  // The required ones determine the clock.
   std::stable_partition(all.begin(), all.end(),
                         [](const auto* lane) { return !lane->second.leave_out; });
   for (auto* named : all) {
@@ -78,8 +78,8 @@ Result<void> Lanes::check_clocks(io::Problems& problems) {
                apart > names_.clock_tolerance || apart < -names_.clock_tolerance) {
       Error fault{ErrorCode::invalid,
                   "is stamped " + std::to_string(to_seconds(apart)) + " s from " + *first +
-                      ", counted from when both were received: their clocks differ; take the "
-                      "times of receipt instead",
+                      " relative to the times of receipt: their clocks differ; use the times "
+                      "of receipt instead",
                   topic};
       if (auto done = refuse(lane, std::move(fault), problems); !done) return done;
     }

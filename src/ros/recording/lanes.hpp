@@ -1,7 +1,7 @@
 #pragma once
 
-// Topics of a recording taken in together: each message read, stamped and made a measurement, in
-// one pass over the file.
+// Topics of a recording read together: each message parsed, stamped and converted to a measurement,
+// in one pass over the file.
 
 #include <algorithm>
 #include <functional>
@@ -17,27 +17,26 @@
 
 namespace wayfare::ros {
 
-/// The one topic of `type` to take: `named`, which must be there, or else the only one; empty where
-/// there is none. `except` is another's, unless named. Errors: not there, or several of them.
+/// The topic of `type` to read: `named`, which must exist, or else the only one; empty if there is
+/// none. `except` is in use by another, unless named. Errors: missing, or several of them.
 [[nodiscard]] Result<std::string> choose_topic(const RecordingFile& file, std::string_view type,
                                                const std::string& named, const char* what,
                                                const std::string& except = {});
 
-/// Whether what was read is of use without a topic.
-enum class Need { all, none };
+/// Whether a recording is usable without a topic.
+enum class Need { required, optional };
 
 class Lanes {
  public:
   Lanes(const RecordingFile& file, const TopicNames& names) : file_(file), names_(names) {}
 
-  /// Messages M of `topic` go to `out` as `convert` makes them of a message and its time, in order
-  /// of time. Nothing where `topic` is empty. A topic without need that cannot be used is left
-  /// out, and that is said.
+  /// Converts the messages M of `topic` with their times by `convert`, into `out` in order of time.
+  /// Nothing if `topic` is empty. An optional topic that cannot be used is dropped and reported.
   template <class M, class Value, class Convert>
   void add(const std::string& topic, std::vector<Value>& out, Convert convert,
-           Need need = Need::all) {
+           Need need = Need::required) {
     if (topic.empty()) return;
-    if (need == Need::none) lanes_[topic].leave_out = [&out] { out.clear(); };
+    if (need == Need::optional) lanes_[topic].leave_out = [&out] { out.clear(); };
     add_raw<M>(topic, [&out, convert](const M& message, LogTime time) -> Result<void> {
       Result<Value> value = convert(message, time);
       if (!value) return value.error();
@@ -50,7 +49,7 @@ class Lanes {
     });
   }
 
-  /// Every message of `topic` whatever its stamp.
+  /// Every message of `topic`, with any stamp.
   template <class M>
   void visit(const std::string& topic, std::function<void(const M&)> visit) {
     lanes_[topic].take = [visit](const RecordedMessage& raw, Lane&) -> Result<void> {
@@ -61,16 +60,16 @@ class Lanes {
     };
   }
 
-  /// Reads the file. Errors: a topic of which nothing can be used; topics on different clocks.
+  /// Reads the file. Errors: a topic without usable messages; topics on different clocks.
   [[nodiscard]] Result<void> run(io::Problems& problems);
 
  private:
   struct Lane {
     std::function<Result<void>(const RecordedMessage&, Lane&)> take;
-    std::function<void()> leave_out;  ///< where there is no need of it
+    std::function<void()> leave_out;  ///< if optional
     bool stamped = false;
     std::size_t messages = 0;
-    std::vector<Duration> late;  ///< stamp after receipt, of each that was used
+    std::vector<Duration> late;  ///< stamp minus receipt, of each message used
     std::optional<Error> first_fault;
   };
 

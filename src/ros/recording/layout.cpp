@@ -42,9 +42,10 @@ Result<LevelMounting> mounting_of(const FrameTree& tree, const std::string& base
                                   const std::string& frame, io::Problems& problems) {
   const auto found = tree.find(base, frame);
   if (found) return level_mounting_of(*found);
-  problems.add({ErrorCode::not_found,
-                found.error().message + ": the sensor is taken to be where the robot's frame is",
-                "frame " + frame});
+  problems.add(
+      {ErrorCode::not_found,
+       found.error().message + ": the sensor is assumed at the origin of the robot's frame",
+       "frame " + frame});
   return LevelMounting{};
 }
 

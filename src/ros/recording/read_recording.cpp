@@ -11,7 +11,7 @@ Result<MargRun> read_marg(const RecordingFile& file, const TopicNames& names) {
   const auto imu = choose_topic(file, Imu::kType.name, names.imu, "inertial unit");
   if (!imu) return imu.error();
   if (imu->empty())
-    return Error{ErrorCode::not_found, "holds no inertial unit (sensor_msgs/Imu)", file.path()};
+    return Error{ErrorCode::not_found, "has no inertial unit (sensor_msgs/Imu)", file.path()};
   const auto magnetometer =
       choose_topic(file, MagneticField::kType.name, names.magnetometer, "magnetometer");
   if (!magnetometer) return magnetometer.error();
@@ -37,7 +37,7 @@ Result<MargRun> read_marg(const RecordingFile& file, const TopicNames& names) {
   layout.listen(lanes, file, run.problems);
   if (auto done = lanes.run(run.problems); !done) return done.error();
   run.q_base_unit = rotation_of(layout.tree, layout.base_frame(names), frame.value_or(""));
-  // A reading with the stamp of the unit's own joins it.
+  // A magnetometer sample with the same stamp as one of the unit is merged with it.
   const auto units = run.samples.size();
   std::size_t i = 0;
   for (const MargSample& field : fields) {
@@ -59,7 +59,7 @@ Result<VehicleRun> read_vehicle(const RecordingFile& file, const TopicNames& nam
   const auto fix = choose_topic(file, NavSatFix::kType.name, names.fix, "receiver's fixes");
   if (!fix) return fix.error();
   if (imu->empty() && fix->empty())
-    return Error{ErrorCode::not_found, "holds no inertial unit and no fixes", file.path()};
+    return Error{ErrorCode::not_found, "has no inertial unit and no fixes", file.path()};
   VehicleRun run;
   run.problems = file.problems();
   Lanes lanes(file, names);

@@ -10,7 +10,7 @@
 namespace wayfare::ros {
 namespace {
 
-/// Any of the type where `name` is empty.
+/// Any of the type if `name` is empty.
 bool has_topic(const RecordingFile& file, const std::string& name, std::string_view type) {
   for (const Topic& topic : file.topics())
     if (topic.type == type && (name.empty() || topic.name == name)) return true;
@@ -24,7 +24,7 @@ bool has_speed(const PointCloud2& cloud) {
   return false;
 }
 
-/// Point clouds of a radar among those of other sensors: the first message says.
+/// A radar's point clouds among those of other sensors: determined by the first message.
 std::vector<std::string> radar_clouds(const RecordingFile& file) {
   std::vector<std::string> radars;
   for (const Topic& topic : file.topics()) {
@@ -57,23 +57,22 @@ Result<RadarTopic> choose_radar(const RecordingFile& file, const std::string& na
   const auto clouds = radar_clouds(file);
   if (clouds.size() > 1)
     return Error{ErrorCode::invalid,
-                 "holds several radars: name one among " + clouds[0] + ", " + clouds[1],
-                 file.path()};
+                 "has several radars: name one among " + clouds[0] + ", " + clouds[1], file.path()};
   return RadarTopic{clouds.empty() ? std::string() : clouds.front(), true};
 }
 
-/// The inertial unit as named; else the only one. Of several none: a robot's run can do without.
+/// The named inertial unit, else the only one. With several, none: it is optional for a robot.
 Result<std::string> choose_unit(const RecordingFile& file, const std::string& named,
                                 io::Problems& problems) {
   auto unit = choose_topic(file, Imu::kType.name, named, "inertial unit");
   if (unit || !named.empty()) return unit;
   Error several = unit.error();
-  several.message += "; none is taken";
+  several.message += "; none is used";
   problems.add(std::move(several));
   return std::string();
 }
 
-/// Where the robot really was: as named, else what `write_robot` calls so.
+/// The true poses: as named, else the topic that `write_robot` uses.
 Result<std::string> choose_truth(const RecordingFile& file, const std::string& named) {
   const std::string name = named.empty() ? RobotTopics{}.truth : named;
   if (has_topic(file, name, Odometry::kType.name)) return name;
@@ -85,7 +84,7 @@ struct Frames {
   std::optional<std::string> scan, radar, unit;
 };
 
-/// What a unit felt, about its own axes.
+/// Measurements of a unit, about its own axes.
 struct TurnRate {
   LogTime time;
   Eigen::Vector3d rate_radps;
@@ -106,7 +105,7 @@ Result<void> mount_radar(Recording& r, const LevelMounting& mounting) {
   return {};
 }
 
-/// The robot's turning, of a unit however it sits; where nothing says, its z axis points up.
+/// The robot's turn rate, for any mounting of the unit; without a transform its z axis points up.
 void mount_unit(RobotRun& run, const std::vector<TurnRate>& rates, const Layout& layout,
                 const std::string& base, const std::string& frame) {
   if (rates.empty()) return;
@@ -133,7 +132,7 @@ Result<void> mount_sensors(RobotRun& run, const Layout& layout, const std::strin
   return done ? mount(!run.recording.radar.empty(), frames.radar, mount_radar) : done;
 }
 
-/// Topics of a robot's run.
+/// Topics of a robot.
 struct Chosen {
   std::string scan, odometry, unit, truth;
   RadarTopic radar;
@@ -151,14 +150,14 @@ Result<Chosen> choose_topics(const RecordingFile& file, const TopicNames& names,
   const auto radar = choose_radar(file, names.radar);
   if (!radar) return radar.error();
   if (scan->empty() && radar->name.empty())
-    return Error{ErrorCode::not_found, "holds no laser scan and no radar points", file.path()};
+    return Error{ErrorCode::not_found, "has no laser scan and no radar points", file.path()};
   const auto unit = choose_unit(file, names.imu, problems);
   if (!unit) return unit.error();
   return Chosen{*scan, *odometry, *unit, *truth == *odometry ? std::string() : *truth, *radar};
 }
 
-/// Of a topic a run can do without: it is needed where it was asked for.
-Need need_of(const std::string& named) { return named.empty() ? Need::none : Need::all; }
+/// For an optional topic: required if it was named.
+Need need_of(const std::string& named) { return named.empty() ? Need::optional : Need::required; }
 
 Result<StampedPose> truth_of(const Pose& pose, LogTime time) {
   const auto in_plane = plane_pose_of(pose);

@@ -35,7 +35,7 @@ std::vector<Topic> topics_of(const io::BagContents& contents) {
 
 }  // namespace
 
-/// One of the two is there.
+/// One of the two is set.
 struct RecordingFile::Reader {
   std::optional<io::BagReader> bag;
   std::optional<io::McapReader> mcap;
@@ -65,7 +65,7 @@ Result<RecordingFile> RecordingFile::open(const std::string& path) {
     file.problems_ = mcap->contents().problems;
     reader->mcap = *std::move(mcap);
   }
-  // Several publishers of one topic are one topic.
+  // Several publishers of a topic are merged.
   auto& topics = file.topics_;
   const auto before = [](const Topic& a, const Topic& b) { return a.name < b.name; };
   std::stable_sort(topics.begin(), topics.end(), before);

@@ -11,7 +11,7 @@
 
 namespace wayfare::ros {
 
-/// One of the two is there.
+/// One of the two is set.
 struct RecordingWriter::Impl {
   std::string path;
   io::WriteOptions options;
@@ -80,7 +80,7 @@ Result<void> RecordingWriter::close() {
 
 namespace {
 
-/// The streams of a recording as messages, the earliest next.
+/// The streams of a recording as messages, earliest first.
 class RobotWriter {
  public:
   RobotWriter(RecordingWriter& writer, const Recording& recording, const RobotTopics& topics,
@@ -91,7 +91,7 @@ class RobotWriter {
         unit_(unit),
         gyro_(unit.samples.empty() ? std::span(recording.gyro) : std::span<const GyroSample>()) {}
 
-  /// Of equal times in the order of the streams here.
+  /// At equal times in the order of the streams here.
   Result<void> run() {
     const Recording& r = recording_;
     const auto next_of = [](const auto& stream, std::size_t i) {
@@ -106,7 +106,7 @@ class RobotWriter {
         if (time != nullptr && (next == nullptr || *time < *next)) next = time;
       if (next == nullptr) return {};
       if (*next <= LogTime())
-        return Error{ErrorCode::invalid, "has a time of zero or before: ROS takes it for none"};
+        return Error{ErrorCode::invalid, "has a time of zero or before: ROS takes that as not set"};
       auto done = write_mountings(*next);
       if (done)
         done = next == times[0]   ? write(r.odometry[odometry++])
@@ -120,7 +120,7 @@ class RobotWriter {
   }
 
  private:
-  /// Once, before all else.
+  /// Once, before everything else.
   Result<void> write_mountings(LogTime time) {
     if (std::exchange(mounted_, true)) return {};
     TfMessage message;

@@ -1,7 +1,7 @@
 #pragma once
 
-// Archives over the fields of a message: one that writes, one that reads. How a layout aligns and
-// ends its texts is all that tells CDR and ROS 1 apart.
+// Archives over the fields of a message: one writes, one reads. CDR and ROS 1 differ only in
+// alignment and in how strings end.
 
 #include <array>
 #include <bit>
@@ -35,7 +35,7 @@ template <Number T>
   return bytes;
 }
 
-/// Bytes to skip at `at` so that a number of `size` bytes stands where the layout wants it.
+/// Padding at `at` so that a number of `size` bytes is aligned as the layout requires.
 [[nodiscard]] inline std::size_t padding(const Layout& layout, std::size_t at, std::size_t size) {
   const std::size_t align = size < layout.max_align ? size : layout.max_align;
   return (align - at % align) % align;
@@ -93,7 +93,7 @@ class Writer {
   std::string out_;
 };
 
-/// Past the end everything is left as it was and `ok` is false.
+/// Past the end all values are unchanged and `ok` is false.
 class Reader {
  public:
   Reader(std::string_view bytes, Layout layout) : bytes_(bytes), layout_(layout) {}
@@ -139,7 +139,7 @@ class Reader {
     std::uint32_t sec = 0;
     get(sec);
     get(stamp.nanosec);
-    // ROS 2 counts up to 2038 and down to 1901; ROS 1 from 1970 on.
+    // ROS 2 has the range 1901 to 2038; ROS 1 starts in 1970.
     stamp.sec = layout_.has_seq ? std::int64_t{sec} : std::int64_t{static_cast<std::int32_t>(sec)};
   }
   void get(std::string& text) {
@@ -158,7 +158,7 @@ class Reader {
     get(size);
     if (!ok_) return;
     if constexpr (Number<T>) {
-      // No more room than bytes there are to fill it with.
+      // No more memory than there are bytes to fill it.
       if (size > left() / sizeof(T)) {
         ok_ = false;
         return;

@@ -1,6 +1,6 @@
 #pragma once
 
-// The text of a message's definition, from the fields it names.
+// The text of a message's definition, from its list of fields.
 
 #include <array>
 #include <cstdint>

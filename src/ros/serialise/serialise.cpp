@@ -38,7 +38,7 @@ std::string write(const M& message, const Layout& layout) {
   return writer.take();
 }
 
-/// Of the two bytes that say how a message is encoded.
+/// Of the two bytes that give a message's encoding.
 Result<Layout> layout_of(std::string_view bytes, std::string_view name) {
   if (bytes.size() < 4)
     return Error{ErrorCode::parse, "is shorter than CDR's four bytes", std::string(name)};

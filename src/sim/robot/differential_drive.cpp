@@ -13,7 +13,7 @@ double approach(double value, double target, double max_change) {
   return value + std::clamp(target - value, -max_change, max_change);
 }
 
-// Steers for the waypoint, slowing down for the turn that follows it.
+// Steers to the waypoint, slowing down for the next corner.
 class Driver {
  public:
   Driver(std::span<const Eigen::Vector2d> route, const DriveParams& params)
@@ -50,7 +50,7 @@ class Driver {
     return std::min(params_.max_speed_m_s * facing * facing, braking);
   }
 
-  // Full speed straight on, a walking pace where the route doubles back or ends.
+  // Full speed straight ahead, walking pace where the route reverses or ends.
   [[nodiscard]] double speed_through(std::size_t i) const {
     const double slowest = 0.1 * params_.max_speed_m_s;
     if (i + 1 >= route_.size()) return slowest;
@@ -73,8 +73,8 @@ Carpet floor_at(std::span<const Carpet> carpets, const Eigen::Vector2d& place) {
   return {.slip_factor = 1.0, .reported_scale = 1.0};
 }
 
-// Calls visit(pose, forward, turn) at the end of every `period`: metres rolled forward and radians
-// turned since the call before.
+// Calls visit(pose, forward, turn) at the end of every `period`: distance rolled, m, and heading
+// change, rad, since the previous call.
 template <class Visit>
 void for_each_period(const Trajectory& truth, Duration period, const Visit& visit) {
   WAYFARE_EXPECTS(period > Duration::zero(), "a sensor needs a positive period");
@@ -125,7 +125,7 @@ Result<Trajectory> drive_route(std::span<const Eigen::Vector2d> route_m, const D
     pose = driver.advance(pose);
     now += params.step;
     truth.push_back({now, Transform2<frame::Map, frame::Base>(pose)});
-    if (now - start <= params.give_up_after) continue;
+    if (now - start <= params.timeout) continue;
     return Error{ErrorCode::degenerate,
                  "waypoint " + std::to_string(driver.target()) + " was not reached in time"};
   }

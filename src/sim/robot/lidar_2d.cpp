@@ -8,7 +8,7 @@ namespace wayfare::sim {
 namespace {
 
 double measure(double true_range_m, const Lidar2dParams& params, Rng& rng) {
-  // Both draws are made for every beam, so that one beam's fate does not shift the noise of others.
+  // Both numbers are drawn for every beam, so that one beam does not shift the noise of others.
   const double noise_m = params.range_noise_m * rng.normal();
   const bool missed = rng.uniform() < params.missed_return;
   if (missed || !(true_range_m < params.max_range_m)) return params.max_range_m;

@@ -14,9 +14,9 @@ using Eigen::Vector2d;
 
 constexpr double kPi = std::numbers::pi;
 
-// Walls between two points, counted up to one more than `at_most`.
+// Number of walls between two points, up to one more than `at_most`.
 int walls_between(const FloorPlan& plan, const Vector2d& from, const Vector2d& to, int at_most) {
-  constexpr double kOwnWall_m = 0.03;  // what a reflector sits on does not hide it
+  constexpr double kOwnWall_m = 0.03;  // the wall of a reflector does not hide it
   const Vector2d line = to - from;
   double left = line.norm() - kOwnWall_m;
   if (left <= 0.0) return 0;
@@ -32,7 +32,7 @@ int walls_between(const FloorPlan& plan, const Vector2d& from, const Vector2d& t
   return at_most + 1;
 }
 
-// Whether the mirror image is seen in its wall: the line to it meets the wall, and nothing before.
+// Whether a mirror image is visible: the line to it meets its mirror, and no wall before it.
 bool seen_in_mirror(const FloorPlan& plan, const Reflector& ghost, const Vector2d& from) {
   const Segment& wall = plan.segments()[ghost.mirror];
   const Vector2d along = wall.b_m - wall.a_m, line = ghost.at_m - from;
@@ -58,11 +58,11 @@ class Illumination {
         to_(T_plan_radar.inverse()),
         velocity_(velocity_m_s) {}
 
-  /// False where nothing worth adding comes back.
-  bool echo(const Reflector& reflector, std::size_t index, double farthest_m, Echo& echo) const {
+  /// False if the echo is negligible.
+  bool echo(const Reflector& reflector, std::size_t index, double max_range_m, Echo& echo) const {
     const Vector2d p = to_ * reflector.at_m;
     const double range = p.norm();
-    if (p.x() <= 0.0 || range > farthest_m || range > reflector.farthest_m || range < 0.1)
+    if (p.x() <= 0.0 || range > max_range_m || range > reflector.max_range_m || range < 0.1)
       return false;
     const Vector2d u = p / range;
     double db = reflector.strength_db - 40.0 * std::log10(range) +
@@ -77,7 +77,7 @@ class Illumination {
     echo.doppler_bins = -velocity_.dot(u) / params_.doppler_bin_m_s;
     echo.sine = u.y();
     echo.amplitude = db_to_amplitude(db);
-    // There and back; reflectors differ by more than the millimetres their places are given to.
+    // Two-way; the reflectors' ranges differ by more than the millimetres of their positions.
     const double own = 2.399963 * static_cast<double>(index);
     echo.phase = std::remainder(4.0 * kPi * range / params_.wavelength_m + own, 2.0 * kPi);
     return true;

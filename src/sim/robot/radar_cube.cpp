@@ -12,7 +12,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 // Response of a windowed transform of `length` samples to a tone `offset` bins away, 1 at 0,
-// without its phase, which is the same for all tones of a bin: sum over n of w(n) cos(2 pi offset
+// Without its phase, which is the same for all tones of a bin: sum over n of w(n) cos(2 pi offset
 // (n - m) / N) about the middle m, for a window that is a sum of cosines.
 template <std::size_t Terms>
 double window_response(const std::array<double, Terms>& cosines, std::size_t length,
@@ -30,7 +30,7 @@ double window_response(const std::array<double, Terms>& cosines, std::size_t len
   return sum / gain;
 }
 
-// The response in steps of 1/64 bin, looked up to the nearest.
+// The response tabulated in steps of 1/64 bin, nearest entry.
 class Kernel {
  public:
   template <std::size_t Terms>
@@ -63,8 +63,8 @@ const Kernel& doppler_kernel() {
   return kernel;
 }
 
-// Complex normal deviates of unit power. Frames draw stretches of one long list, which costs a
-// hundredth of drawing each number; a stretch comes again after a million draws.
+// Complex normal numbers of unit power. Frames use random parts of one long list, at a hundredth of
+// the cost of drawing each number; a part repeats after a million draws.
 std::span<const Complex> noise_list() {
   static const std::vector<Complex> list = [] {
     Rng rng(20190411);
@@ -106,8 +106,8 @@ void add_echo(Cube& cube, const Echo& echo) {
                           static_cast<int>(std::floor(echo.range_bins + in_range.half_width())));
   for (int d = d0; d <= d1; ++d) {
     const float gain = in_doppler(echo.doppler_bins - d);
-    // The second transmitter sends half a chirp pair later; the firmware turns its phase back by
-    // the bin's Doppler, not by the echo's own.
+    // The second transmitter sends half a chirp pair later; the firmware compensates this phase
+    // with the bin's Doppler, not with the echo's own.
     const double late = 2.0 * kPi * (echo.doppler_bins - d) / (2.0 * bins);
     const Complex second(static_cast<float>(std::cos(late)), static_cast<float>(std::sin(late)));
     const auto doppler = static_cast<std::size_t>((d % bins + bins) % bins);

@@ -1,7 +1,6 @@
 #pragma once
 
-// What a radar's receivers hear in one frame, after the firmware's transforms over range and
-// Doppler.
+// The receivers' signals in one frame, after the firmware's transforms over range and Doppler.
 
 #include <complex>
 #include <cstddef>
@@ -13,10 +12,10 @@ namespace wayfare::sim {
 
 using Complex = std::complex<float>;
 
-/// Two transmitters by four receivers, half a wavelength apart.
+/// Two transmitters and four receivers, half a wavelength apart.
 inline constexpr std::size_t kAntennas = 8;
 
-/// One frame's signal: range bins by Doppler bins by antennas.
+/// The signal of one frame: range bins by Doppler bins by antennas.
 class Cube {
  public:
   /// Of noise of unit power.
@@ -35,7 +34,7 @@ class Cube {
   std::vector<Complex> cells_;
 };
 
-/// What comes back from one reflector.
+/// The echo of one reflector.
 struct Echo {
   double range_bins, doppler_bins, sine;
   double amplitude, phase;

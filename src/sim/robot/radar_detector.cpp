@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Mean over the antennas of each cell's power in decibels, as the firmware sums logarithms.
+// Mean over the antennas of each cell's power in decibels: the firmware sums logarithms.
 std::vector<float> detection_matrix(const Cube& cube) {
   std::vector<float> db(cube.ranges() * cube.dopplers());
   for (std::size_t r = 0; r < cube.ranges(); ++r) {
@@ -53,7 +53,7 @@ class Detector {
     add_points(r, d, over_range);
   }
 
-  // The darker side of the two, so that the edge of something bright is found.
+  // The darker of the two sides, so that the edge of a bright area is detected.
   [[nodiscard]] double range_noise(std::size_t r, std::size_t d) const {
     const auto side = [&](int sign) {
       double sum = 0.0;
@@ -80,7 +80,7 @@ class Detector {
     return sum / (2.0 * static_cast<double>(params_.doppler_window));
   }
 
-  // The highest peak of the angle transform, and the next where it is nearly as high.
+  // The highest peak of the angle transform, and the next if nearly as high.
   void add_points(std::size_t r, std::size_t d, double snr_db) {
     const std::vector<double> power = angle_spectrum(cube_.antennas(r, d));
     const std::size_t n = power.size();

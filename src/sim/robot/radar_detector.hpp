@@ -9,7 +9,7 @@
 
 namespace wayfare::sim {
 
-/// The firmware's points: constant false alarm rate over range and Doppler, then angles.
+/// The firmware's detector: constant false alarm rate over range and Doppler, then angles.
 [[nodiscard]] std::vector<RadarPoint> detect(const Cube& cube, const RadarParams& params);
 
 }  // namespace wayfare::sim

@@ -25,7 +25,7 @@ Result<void> check_route(const FloorPlan& plan, std::span<const Eigen::Vector2d>
   }
   if (const auto leak = find_leak(plan, route_m[0])) {
     return Error{ErrorCode::invalid, "the plan is not closed: from the start at " +
-                                         place(route_m[0]) + " there is a way out at " +
+                                         place(route_m[0]) + " the outside can be reached at " +
                                          place(*leak)};
   }
   return {};

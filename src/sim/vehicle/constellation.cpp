@@ -82,7 +82,7 @@ std::optional<SatelliteMotion> seen_from(const Constellation& constellation, Sat
     const Eigen::AngleAxisd turn(-wgs84::kEarthRate_radps * travel_s, Eigen::Vector3d::UnitZ());
     m->position_ecef_m = turn * m->position_ecef_m;
     m->velocity_ecef_mps = turn * m->velocity_ecef_mps;
-    // Each round shortens the error by v/c, about 1e-5: metres, micrometres, nothing.
+    // Each iteration reduces the error by v/c, about 1e-5.
     travel_s = (m->position_ecef_m - receiver_ecef_m).norm() / kSpeedOfLight_mps;
     if (round == 3) return m;
   }

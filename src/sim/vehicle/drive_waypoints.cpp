@@ -1,4 +1,4 @@
-// A drive in three steps: a path with continuous curvature, a speed along it within the limits, and
+// A drive in three steps: a path with continuous curvature, a speed profile within the limits, and
 // smooth curves over time through both.
 
 #include <cmath>

@@ -14,13 +14,13 @@ double unwrapped(double angle, double reference) {
   return reference + wrap_to_pi(angle - reference);
 }
 
-// Heading, grade and no roll wherever the vehicle moves fast enough to show them.
+// Heading and grade, without roll, while the vehicle is fast enough to determine them.
 Samples course_samples(const SmoothCurve& position, const TrackFit& fit) {
   Samples moving;
   for (double t = position.begin_s(); t <= position.end_s(); t += fit.knot_spacing_s) {
     const Eigen::Vector3d v = position.at(t).first;
     const double speed = v.head<2>().norm();
-    if (speed < fit.least_course_speed_mps) continue;
+    if (speed < fit.min_course_speed_mps) continue;
     double yaw = std::atan2(v.y(), v.x());
     if (!moving.empty()) yaw = unwrapped(yaw, moving.back().value[2]);
     const double sigma = 0.3 * fit.velocity_sigma_mps / speed;
@@ -29,7 +29,7 @@ Samples course_samples(const SmoothCurve& position, const TrackFit& fit) {
   return moving;
 }
 
-// While it stands between two moves, whatever turn there was is spread over the time between.
+// At rest between two drives, the heading difference is spread over the time between.
 Samples fill_standstills(const Samples& moving, const SmoothCurve& position, const TrackFit& fit) {
   CurveSample level{position.begin_s(), Eigen::Vector3d::Zero(), 0.05};
   if (moving.empty()) {

@@ -28,7 +28,7 @@ Reading reading_at(const VehicleTrajectory& trajectory, LogTime time) {
   return {m.angular_rate_radps, m.specific_force_mps2};
 }
 
-// Gauss-Legendre on two points: exact to the third order within a spline's segment.
+// Two-point Gauss-Legendre: exact to the third order within a spline's segment.
 Reading mean_reading(const VehicleTrajectory& trajectory, LogTime from, Duration period) {
   const double half = 0.5 * to_seconds(period), offset = half / std::sqrt(3.0);
   const Reading a = reading_at(trajectory, from + from_seconds(half - offset));

@@ -34,7 +34,7 @@ double air_delay_m(const ObservationParams& params, const Ephemerides& ephemerid
                                     sight, carrier_hz);
 }
 
-// An epoch's receiver: where it truly is, when, and what its clock shows.
+// The receiver at an epoch: true position, time, and its clock's reading.
 struct Receiver {
   EcefMotion antenna;
   Geodetic place;
@@ -53,8 +53,8 @@ SatelliteObservation observe(const Receiver& receiver, const Ephemeris& message,
   const double delay_s = group_delay_s(message, o.carrier_hz).value_or(0.0);
   o.pseudorange_m =
       line.norm() + receiver.clock.bias_m - c * (satellite.clock_bias_s - delay_s) + air_m;
-  // The derivative of the range by the time of reception: the satellite is seen moving slower by
-  // the rate at which its signal's travel grows, and the axes of reception turn meanwhile.
+  // The derivative of the range with respect to the time of reception: the travel time changes too,
+  // and the axes of reception rotate meanwhile.
   const double stretch = u.dot(satellite.velocity_ecef_mps) / c;
   const Eigen::Vector3d& p = satellite.position_ecef_m;
   const Eigen::Vector3d seen =

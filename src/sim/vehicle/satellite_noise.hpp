@@ -1,6 +1,6 @@
 #pragma once
 
-// Private: what disturbs one satellite's measurements, from epoch to epoch.
+// Errors of one satellite's measurements over the epochs.
 
 #include <cmath>
 #include <cstddef>
@@ -39,7 +39,7 @@ class SatelliteNoise {
   double burst_left_s_ = 0.0, excess_m_ = 0.0;
 };
 
-/// One a satellite, each with a stream of its own from `first_stream` on.
+/// One per satellite, with streams from `first_stream` on.
 [[nodiscard]] inline std::vector<SatelliteNoise> satellite_noises(const Rng& rng,
                                                                   std::uint64_t first_stream,
                                                                   std::size_t count) {

@@ -7,7 +7,7 @@
 namespace wayfare::sim {
 namespace {
 
-// The four basis functions that reach a segment, at u in [0, 1] of it.
+// The four basis functions that are nonzero on a segment, at u in [0, 1] of it.
 std::array<double, 4> basis(double u) {
   const double v = 1.0 - u;
   return {v * v * v / 6.0, (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0,
@@ -19,7 +19,7 @@ std::array<double, 4> basis_first(double u) {
 }
 std::array<double, 4> basis_second(double u) { return {1.0 - u, 3.0 * u - 2.0, 1.0 - 3.0 * u, u}; }
 
-// Normal equations whose unknowns meet only their three neighbours on either side.
+// Normal equations with half bandwidth three.
 class BandedNormal {
  public:
   explicit BandedNormal(std::size_t unknowns)
@@ -33,7 +33,7 @@ class BandedNormal {
     }
   }
 
-  // LDLᵀ within the band; nothing where the matrix is not positive definite.
+  // Banded LDLᵀ; nothing if the matrix is not positive definite.
   bool solve() {
     const std::size_t n = band_.size();
     for (std::size_t i = 0; i < n; ++i) {

@@ -19,7 +19,7 @@ double faster(double v, double acceleration, double ds) {
   return std::sqrt(v * v + 2.0 * acceleration * ds);
 }
 
-// A corner's speed holds a little before and after it, since smoothing shifts the profile.
+// A corner's speed extends a little before and after it, since smoothing shifts the profile.
 void limit_corners(const WaypointPath& path, const VehicleLimits& limits, double ds,
                    std::vector<double>& speed) {
   for (const PathPiece& piece : path.pieces()) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// How fast a vehicle drives along its path within its limits.
+// Speed along a path within the vehicle's limits.
 
 #include <vector>
 
@@ -10,14 +10,14 @@
 
 namespace wayfare::sim {
 
-/// Distance along the path over time: constant acceleration between grid points, and stops.
+/// Distance along the path over time: constant acceleration between grid points, with stops.
 class SpeedProfile {
  public:
   SpeedProfile(const WaypointPath& path, const VehicleLimits& limits);
 
   [[nodiscard]] double duration_s() const { return marks_.back().time_s; }
   [[nodiscard]] double along_m(double t) const;
-  /// Mean over the `width` before `t`, s: the acceleration becomes continuous.
+  /// Mean over the `width` before `t`, s, which makes the acceleration continuous.
   [[nodiscard]] double smooth_along_m(double t, double width) const;
 
  private:

@@ -7,20 +7,20 @@
 namespace wayfare::sim {
 namespace {
 
-// Rate of the Earth in local level.
+// Earth rate in local level.
 Eigen::Vector3d earth_rate_ned(double latitude) {
   return {wgs84::kEarthRate_radps * std::cos(latitude), 0.0,
           -wgs84::kEarthRate_radps * std::sin(latitude)};
 }
 
-// Rate at which local level turns because the place moves (Groves 2013, (5.44)).
+// Transport rate: rotation of local level due to motion over the Earth (Groves 2013, (5.44)).
 Eigen::Vector3d transport_rate_ned(const Geodetic& p, const Eigen::Vector3d& v) {
   const double s = std::sin(p.latitude.radians()), t = std::tan(p.latitude.radians());
   const double rn = transverse_radius_m(s) + p.height_m, rm = meridian_radius_m(s) + p.height_m;
   return {v.y() / rn, -v.x() / rm, -v.y() * t / rn};
 }
 
-// Rate of the body against local level, in body axes, from roll, pitch, yaw and their rates.
+// Rate of the body relative to local level, in body axes, from roll, pitch, yaw and their rates.
 Eigen::Vector3d body_rate(const Eigen::Vector3d& rpy, const Eigen::Vector3d& rate) {
   const double sr = std::sin(rpy[0]), cr = std::cos(rpy[0]);
   const double sp = std::sin(rpy[1]), cp = std::cos(rpy[1]);
@@ -42,8 +42,8 @@ VehicleMotion VehicleTrajectory::motion(LogTime time) const {
   m.nav.velocity_ned_mps = v;
   m.nav.q_nb = rotation_from_roll_pitch_yaw(a.value);
 
-  // The curve's second derivative is the acceleration against Earth-fixed axes, so only Coriolis
-  // is missing; the centrifugal part is in gravity.
+  // The curve's second derivative is the acceleration in Earth-fixed axes, so only Coriolis is
+  // missing; the centrifugal part is in gravity.
   const double latitude = m.nav.position.latitude.radians();
   const Eigen::Vector3d w_ie = earth_rate_ned(latitude);
   const Eigen::Vector3d gravity(0.0, 0.0,

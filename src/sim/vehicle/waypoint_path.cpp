@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 
 Vector2d direction(double heading) { return {std::cos(heading), std::sin(heading)}; }
 
-// ∫₀^s of the direction of a unit-length corner that turns by `turn`: its curvature is
+// ∫₀^s of the direction along a unit-length corner with heading change `turn`: its curvature is
 // 2 turn sin²(πs), so that it starts and ends at zero with zero slope.
 Vector2d unit_corner(double turn, double s) {
   constexpr int kSteps = 64;  // Simpson
@@ -27,7 +27,7 @@ Vector2d unit_corner(double turn, double s) {
   return sum * s / (3.0 * kSteps);
 }
 
-// A waypoint with the leg that leaves it and the corner that rounds it.
+// A waypoint with the leg after it and its corner.
 struct Corner {
   Vector2d at = Vector2d::Zero();
   double leg_m = 0.0, heading = 0.0;
@@ -48,14 +48,13 @@ Result<std::vector<Corner>> corners_of(std::span<const Waypoint> waypoints) {
       before.leg_m = leg.norm();
       if (before.leg_m < 0.1)
         return Error{ErrorCode::invalid,
-                     "waypoint " + std::to_string(i) + " is the same place as the one before"};
+                     "waypoint " + std::to_string(i) + " is at the position of the previous one"};
       const double heading = std::atan2(leg.y(), leg.x());
       const double last = i > 1 ? corners[i - 2].heading : heading;
       before.turn = wrap_to_pi(heading - last);
       before.heading = last + before.turn;
       if (std::abs(before.turn) > 170.0 / 180.0 * std::numbers::pi)
-        return Error{ErrorCode::invalid,
-                     "the drive turns back at waypoint " + std::to_string(i - 1)};
+        return Error{ErrorCode::invalid, "the drive reverses at waypoint " + std::to_string(i - 1)};
     }
     corners.push_back(c);
   }
@@ -63,7 +62,7 @@ Result<std::vector<Corner>> corners_of(std::span<const Waypoint> waypoints) {
   return corners;
 }
 
-// As wide as the limits ask, as small as the legs on both sides allow.
+// As wide as the limits require, as small as the adjacent legs permit.
 void round_corners(std::vector<Corner>& corners, double radius_m) {
   for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
     Corner& c = corners[i];

@@ -1,6 +1,6 @@
 #pragma once
 
-// The way of a vehicle through waypoints: straight pieces and corners, with continuous curvature.
+// The path of a vehicle through waypoints: straight pieces and corners, with continuous curvature.
 
 #include <span>
 #include <vector>
@@ -21,7 +21,7 @@ struct PathPiece {
   double turn = 0.0;
 };
 
-/// A place on the path; curvature is positive to the right, as headings are.
+/// A point on the path; curvature is positive to the right, as headings are.
 struct PathPoint {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();
   double heading = 0.0;
@@ -51,7 +51,7 @@ class WaypointPath {
   [[nodiscard]] double length_so_far() const { return length_m_so_far_; }
 
   [[nodiscard]] PathPoint at(double along_m) const;
-  /// Level at every waypoint, by a cubic between.
+  /// Horizontal at every waypoint, cubic between.
   [[nodiscard]] double height_at(double along_m) const;
 
  private:
@@ -63,9 +63,9 @@ class WaypointPath {
   double length_m_so_far_ = 0.0;
 };
 
-/// Rounds the corners as wide as the limits ask, as small as the legs on both sides allow. Errors:
-/// fewer than two waypoints, one that is not finite or the same place as the one before, a drive
-/// that turns back.
+/// Rounds the corners as widely as the limits require and the adjacent legs permit. Errors: fewer
+/// than two waypoints, one that is not finite or at the position of the previous one, a path that
+/// reverses.
 [[nodiscard]] Result<WaypointPath> path_through(std::span<const Waypoint> waypoints,
                                                 const VehicleLimits& limits);
 

@@ -26,13 +26,13 @@ Vector white(Rng& rng) {
   return w;
 }
 
-/// One foot's way: where it stands after each of its strides, and when it swings.
+/// One foot's path: its position after each stride, and the times of its swings.
 class Foot {
  public:
   Foot(const FeetPlan& plan, bool left) : plan_(plan) {
     late_s_ = left ? 0.0 : 0.5 * (plan.swing_s + plan.stance_s);
     const double side_m = (left ? 0.5 : -0.5) * plan.width_m;
-    // The left foot begins and the right one ends with half a stride, and they stand together.
+    // The left foot starts and the right one ends with half a stride, and they end side by side.
     for (int i = 0; i <= plan.strides; ++i) {
       const double strides = left ? std::max(0.0, i - 0.5) : std::min(i * 1.0, plan.strides - 0.5);
       const double heading = strides * plan.turn_rad;
@@ -58,8 +58,7 @@ class Foot {
     const auto next = done ? from : from + 1;
     const Vector along = stands_[next] - stands_[from];
     const Vector up(0.0, 0.0, plan_.lift_m);
-    // A foot that stands rolls a little about where it touches the ground, as its own beginning of
-    // the walk does.
+    // A foot in stance rolls a little about its point of contact.
     constexpr double kSway_hz = 0.8;
     const double sway = plan_.sway_radps / (2.0 * std::numbers::pi * kSway_hz) *
                         std::sin(2.0 * std::numbers::pi * kSway_hz * (t + late_s_));
@@ -69,10 +68,10 @@ class Foot {
   }
 
  private:
-  /// The middle between the feet after so many strides: on a circle or straight.
+  /// The midpoint between the feet after this number of strides: on a circle or straight.
   [[nodiscard]] Vector along(double strides) const {
-    const double angle = strides * plan_.turn_rad, way = strides * plan_.stride_m;
-    if (std::abs(plan_.turn_rad) < 1e-12) return {way, 0.0, 0.0};
+    const double angle = strides * plan_.turn_rad, length_m = strides * plan_.stride_m;
+    if (std::abs(plan_.turn_rad) < 1e-12) return {length_m, 0.0, 0.0};
     const double radius = plan_.stride_m / plan_.turn_rad;
     return {radius * std::sin(angle), radius * (1.0 - std::cos(angle)), 0.0};
   }

@@ -9,7 +9,7 @@
 namespace wayfare::sim {
 namespace {
 
-constexpr double kStart_s = 1.5;  // from standing to walking
+constexpr double kStart_s = 1.5;  // from rest to walking
 constexpr double kGravity = 9.80665;
 constexpr double kPi = std::numbers::pi;
 
@@ -25,9 +25,10 @@ HeadWalk::HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& p
   yaw_ = waves(p_.glance.radians(), rng);
   pitch_ = waves(p_.pitch.radians(), rng);
   roll_ = waves(p_.roll.radians(), rng);
-  q_head_unit_ = SO3d::exp(p_.askew.radians() * Eigen::Vector3d(rng.normal(), rng.normal(), 0.0));
+  q_head_unit_ =
+      SO3d::exp(p_.mounting_sigma.radians() * Eigen::Vector3d(rng.normal(), rng.normal(), 0.0));
   phase_ = 2 * kPi * rng.uniform();
-  lasts_s_ = 2 * p_.rest_s + kStart_s + along_.back() / p_.speed_m_s;
+  duration_s_ = 2 * p_.rest_s + kStart_s + along_.back() / p_.speed_m_s;
 }
 
 /// Five waves of 2.5 to 12 s.
@@ -46,7 +47,7 @@ double HeadWalk::sum(const std::vector<Wave>& waves, double time_s) {
   return total;
 }
 
-/// Standing, up to speed along a cosine, down again.
+/// Speed over time: at rest, accelerating along a cosine, decelerating.
 double HeadWalk::travelled(double time_s) const {
   const auto ramp = [&](double t) {  // the integral of (1 - cos) / 2 over the start
     if (t <= 0) return 0.0;
@@ -65,7 +66,7 @@ Eigen::Vector2d HeadWalk::on_route(double s) const {
   return route_m_[i - 1] + u * (route_m_[i] - route_m_[i - 1]);
 }
 
-/// The route under a triangular window: its second derivative is continuous.
+/// The route smoothed by a triangular window: its second derivative is continuous.
 Eigen::Vector2d HeadWalk::rounded(double s) const {
   constexpr int kHalf = 40;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
@@ -82,15 +83,15 @@ HeadWalk::Pose HeadWalk::at(double time_s) const {
   const double s = travelled(time_s);
   const double pace = (travelled(time_s + 0.05) - travelled(time_s - 0.05)) / (0.1 * p_.speed_m_s);
   const double step = 2 * kPi * s / p_.step_m + 0.4 * std::sin(s / 2.3 + phase_);
-  // Who walks looks where the way goes a little later.
+  // A walker looks in the direction of the path a little later.
   const Eigen::Vector2d ahead = rounded(s + 0.7) - rounded(s - 0.1);
-  const double way = std::atan2(ahead.y(), ahead.x());
-  const Eigen::Vector2d left(-std::sin(way), std::cos(way));
+  const double heading = std::atan2(ahead.y(), ahead.x());
+  const Eigen::Vector2d left(-std::sin(heading), std::cos(heading));
   const double moved = std::min(1.0, time_s / p_.rest_s);  // stands still at first
   Pose pose;
   const Eigen::Vector2d place = rounded(s) + pace * p_.sway_m * std::sin(step / 2) * left;
   pose.position_m << place, p_.height_m + pace * p_.bob_m * std::sin(step);
-  const double yaw = way + moved * pace * sum(yaw_, time_s);
+  const double yaw = heading + moved * pace * sum(yaw_, time_s);
   const double pitch =
       moved * sum(pitch_, time_s) * (0.2 + 0.8 * pace) + pace * p_.nod.radians() * std::cos(step);
   const double roll = moved * sum(roll_, time_s) * (0.2 + 0.8 * pace);
@@ -106,11 +107,11 @@ MargRecording HeadWalk::unit(double rate_hz, const UnitNoise& noise, Rng& rng) c
   const auto white = [&](double sigma) {
     return Eigen::Vector3d(sigma * Eigen::Vector3d(rng.normal(), rng.normal(), rng.normal()));
   };
-  const Eigen::Vector3d bias = white(noise.gyro_bias_a_second.radians());
+  const Eigen::Vector3d bias = white(noise.gyro_bias_per_second.radians());
   const bool biased = noise.accel_bias_mps2 > 0;
   const Eigen::Vector3d accel_bias =
       biased ? white(noise.accel_bias_mps2) : Eigen::Vector3d(Eigen::Vector3d::Zero());
-  const auto count = static_cast<int>(lasts_s_ * rate_hz);
+  const auto count = static_cast<int>(duration_s_ * rate_hz);
   for (int i = 0; i < count; ++i) {
     const double t = i / rate_hz;
     const Pose before = at(t - kStep_s), here = at(t), after = at(t + kStep_s);

@@ -12,7 +12,7 @@ constexpr double kDoor_m = 0.9;
 constexpr double kPane_m = 1.5;
 constexpr double kRoom_m = 3.0;
 
-/// A straight wall laid out from its start: metres along it, and into the corridor.
+/// A straight wall in coordinates of its start: metres along it, and into the corridor.
 class WallBuilder {
  public:
   WallBuilder(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::vector<Segment>& walls)
@@ -21,7 +21,7 @@ class WallBuilder {
   [[nodiscard]] Eigen::Vector2d at(double along_m, double inward_m) const {
     return a_ + along_m * along_ + inward_m * inward_;
   }
-  /// Places (along, inward), joined by walls.
+  /// Points (along, inward), joined by walls.
   void path(const std::vector<std::pair<double, double>>& places) {
     for (std::size_t i = 1; i < places.size(); ++i)
       walls_.push_back(
@@ -41,7 +41,7 @@ class WallBuilder {
   std::vector<Segment>& walls_;
 };
 
-/// What interrupts a wall, from `begin` on over `width`: a recess, or a room.
+/// An interruption of a wall, from `begin` over `width`: a recess, or a room.
 struct Opening {
   double begin = 0.0, width = 0.0;
   bool room = false, leaf = false;
@@ -71,7 +71,7 @@ void place(WallBuilder& wall, const Opening& o, const CorridorFurniture& f) {
     return;
   }
   wall.path({{o.begin, 0.0}, {o.begin, -kRoom_m}, {end, -kRoom_m}, {end, 0.0}});
-  // A leaf that stands open by two thirds of a quarter turn.
+  // The leaf of an open door, at 60°.
   if (o.leaf) wall.path({{o.begin, 0.0}, {o.begin + 0.45, -0.78}});
 }
 
@@ -103,7 +103,7 @@ void append_furnished_wall(const Eigen::Vector2d& a_m, const Eigen::Vector2d& b_
 Result<FloorPlan> three_corridors(const CorridorsParams& p, const Rng& rng) {
   const double h = 0.5 * p.width_m, back = 1.5;
   const double x1 = p.lengths_m[0], y1 = p.lengths_m[1], x2 = x1 + p.lengths_m[2];
-  // Once round the inside, the corridor on the left of the way.
+  // Once round the inside, with the corridor on the left.
   const std::vector<Eigen::Vector2d> corners = {
       {-back, -h},         {x1 + h, -h},     {x1 + h, y1 - h}, {x2 + back, y1 - h},
       {x2 + back, y1 + h}, {x1 - h, y1 + h}, {x1 - h, h},      {-back, h}};
@@ -111,7 +111,7 @@ Result<FloorPlan> three_corridors(const CorridorsParams& p, const Rng& rng) {
   const double depth = std::max(0.0, h - 0.7);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     Rng own = rng.stream(i);
-    // The ends of the building and the walls that face a corridor stay plain.
+    // The ends of the building and the walls that face a corridor have no furniture.
     const Eigen::Vector2d &a = corners[i], &b = corners[(i + 1) % corners.size()];
     const CorridorFurniture plain{.door_spacing_m = 0.0};
     const bool is_end = (b - a).norm() < p.width_m + 0.1;

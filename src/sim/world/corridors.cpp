@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kQuarter = 0.5 * std::numbers::pi;
 
-/// A stretch of the way: how long it is and where its heading is at each place.
+/// A part of the path: its length and its heading over it.
 struct Stretch {
   double length_m = 0.0;
   double heading_rad = 0.0;  ///< at its start
@@ -47,7 +47,7 @@ Stretch corridor(double forward_m, double heading_rad, const CorridorDriveParams
   return s;
 }
 
-std::array<Stretch, 5> way(const CorridorDriveParams& p) {
+std::array<Stretch, 5> path_stretches(const CorridorDriveParams& p) {
   const auto& l = p.place.lengths_m;
   const double r = p.corner_radius_m, arc = r * kQuarter;
   return {corridor(l[0] - r, 0.0, p), Stretch{arc, 0.0, kQuarter, 0.0, 0},
@@ -60,7 +60,7 @@ struct Driven {
   std::array<LogTime, 4> section_ends;
 };
 
-/// Lengths along the way where the walls of a corridor begin or end to be beside the vehicle.
+/// Path lengths at which the walls of a corridor begin or end beside the vehicle.
 std::array<double, 4> section_lengths(const std::array<Stretch, 5>& stretches, double margin) {
   std::array<double, 4> ends{};
   double s = 0.0;
@@ -72,7 +72,7 @@ std::array<double, 4> section_lengths(const std::array<Stretch, 5>& stretches, d
 }
 
 Driven drive(const CorridorDriveParams& p) {
-  const auto stretches = way(p);
+  const auto stretches = path_stretches(p);
   const auto ends = section_lengths(stretches, 0.5 * p.place.width_m);
   const Duration step{10'000'000};
   const double dt = to_seconds(step);
@@ -103,14 +103,14 @@ Driven drive(const CorridorDriveParams& p) {
   return driven;
 }
 
-/// Constant, ramp and Gauss-Markov part of the bias over time, and the noise of a reading.
+/// Constant, ramp and Gauss-Markov part of the bias over time, and a sample's noise.
 class GyroErrors {
  public:
   GyroErrors(const CorridorGyro& g, double dt_s, Rng& rng)
       : gyro_(g),
         rng_(rng),
         step_(discretise_gauss_markov(g.walk_sigma_rad_s, g.walk_tau_s, dt_s)) {
-    constant_ = rng_.uniform(-g.largest_bias_rad_s, g.largest_bias_rad_s);
+    constant_ = rng_.uniform(-g.max_bias_rad_s, g.max_bias_rad_s);
     drift_ = rng_.uniform() < 0.5 ? -g.drift_rad_s2 : g.drift_rad_s2;
     walk_ = g.walk_sigma_rad_s * rng_.normal();
     noise_ = g.angle_random_walk_rad_per_sqrt_s / std::sqrt(dt_s);
@@ -132,7 +132,7 @@ void read_gyro(const CorridorDriveParams& p, Rng rng, CorridorDrive& drive) {
   const Trajectory& truth = drive.recording.truth;
   const double dt = to_seconds(p.motion_period);
   GyroErrors errors(p.gyro, dt, rng);
-  // Up is the axis: the Earth turns the same way.
+  // Up is the axis: the Earth rotates in the same sense.
   const double earth = wgs84::kEarthRate_radps * std::sin(p.latitude_rad);
   SE2d before = truth.front().T_map_base.raw();
   for (LogTime t = truth.front().time; t <= truth.back().time; t += p.motion_period) {
@@ -181,7 +181,7 @@ Result<CorridorDrive> simulate_corridors(const CorridorDriveParams& p, const Rng
   WheelParams wheels{.wheel_base_m = recording.wheel_base_m,
                      .left_scale = 1.0 + result.speed_scale,
                      .right_scale = 1.0 + result.speed_scale,
-                     // Two wheels err each for itself: their mean by a root of two less.
+                     // Two wheels with independent errors: the mean has 1/√2 of one wheel's.
                      .slip_m_per_sqrt_m = std::numbers::sqrt2 * p.slip_m_per_sqrt_m};
   recording.wheels = simulate_wheels(recording.truth, p.motion_period, wheels, wheel_rng);
   read_gyro(p, rng.stream(3), result);

@@ -20,8 +20,7 @@ std::optional<Eigen::Vector2d> find_leak(const FloorPlan& plan, const Eigen::Vec
   };
   if (outside(inside_m)) return inside_m;
 
-  // The lattice passes through `inside_m`, so that no step starts on a wall by bad luck of
-  // rounding.
+  // The lattice passes through `inside_m`, so that rounding starts no step on a wall.
   const Eigen::Array2i below = ((inside_m - lower) / step).array().floor().cast<int>();
   const Eigen::Array2i size =
       below + 2 + ((plan.upper_corner_m() - inside_m) / step).array().ceil().cast<int>();

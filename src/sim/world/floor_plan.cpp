@@ -12,14 +12,14 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFarthest_m = 1e5;
 constexpr double kShortest_m = 1e-6;
-// Lets a wall reach a hair past its ends, so that no ray slips through the joint of two.
+// Extends a wall slightly past its ends, so that no ray passes between two that join.
 constexpr double kJoint_m = 1e-9;
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-// Distance along the ray to the wall, infinity where they do not meet: o + t d = a + u (b - a).
+// Distance along the ray to the wall, infinity without intersection: o + t d = a + u (b - a).
 double distance_to(const Segment& s, const Eigen::Vector2d& origin, const Eigen::Vector2d& d) {
   const Eigen::Vector2d along = s.b_m - s.a_m;
   const double det = cross(d, along);
@@ -37,7 +37,7 @@ double distance_to(const Segment& s, const Eigen::Vector2d& p) {
   return (p - s.a_m - u * along).norm();
 }
 
-// The part [t_in, t_out] of the ray between two parallel lines; empty where t_in > t_out.
+// The part [t_in, t_out] of the ray between two parallel lines; empty if t_in > t_out.
 void clip_slab(double origin, double d, double low, double high, double& t_in, double& t_out) {
   if (d == 0.0) {
     if (origin < low || origin > high) t_out = -kInfinity;
@@ -55,8 +55,8 @@ bool is_sound(const Segment& s) {
          (s.b_m - s.a_m).norm() >= kShortest_m;
 }
 
-// Straight runs of cell borders along one axis. `wall_at(line, k)` says on which side of grid line
-// `line` there is wall at position k: +1, -1 or 0 for none or both.
+// Straight runs of cell borders along one axis. `wall_at(line, k)` gives the side of grid line
+// `line` with wall at position k: +1, -1 or 0 for none or both.
 template <class WallAt, class Emit>
 void trace_runs(int lines, int length, const WallAt& wall_at, const Emit& emit) {
   for (int line = 0; line <= lines; ++line) {
@@ -149,7 +149,7 @@ int FloorPlan::row_of(double y_m) const {
   return static_cast<int>(std::clamp((y_m - lower_m_.y()) / cell_m_, 0.0, rows_ - 1.0));
 }
 
-// Every cell the wall touches, with a margin for rounding at cell borders.
+// Every cell touched by the wall, with a margin for rounding at cell borders.
 template <class Visit>
 void FloorPlan::for_cells_of(const Segment& s, Visit&& visit) const {
   const double margin = 1e-6 * cell_m_;
@@ -185,7 +185,7 @@ double FloorPlan::cast(const Eigen::Vector2d& origin_m, const Eigen::Vector2d& d
   }
   if (!(t_in <= t_out)) return kInfinity;
 
-  // Amanatides and Woo 1987: step into whichever neighbour the ray enters first.
+  // Amanatides and Woo 1987: step to the neighbour that the ray enters first.
   const Eigen::Vector2d entry = origin_m + t_in * direction;
   int at[2] = {column_of(entry.x()), row_of(entry.y())};
   const int size[2] = {columns_, rows_};

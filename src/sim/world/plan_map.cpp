@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t kMaxCells = std::int64_t{1} << 26;
 
-/// One byte a cell of a box.
+/// One byte per cell of a box.
 class Marks {
  public:
   explicit Marks(const CellBox& box)
@@ -39,7 +39,7 @@ Result<OccupancyGrid> map_of_plan(const FloorPlan& plan, const Eigen::Vector2d& 
                                          std::to_string(box.height()) + " cells cannot be held"};
   constexpr std::uint8_t kWall = 1, kFree = 2;
   Marks marks(box);
-  // A wall on the line between two cells is in both: seen by a sensor it is in either.
+  // A wall on the line between two cells occupies both: a sensor may detect it in either.
   const double aside_m = 1e-3 * cell_m;
   for (const Segment& s : plan.segments())
     for (const double dx : {-aside_m, aside_m})
@@ -52,7 +52,7 @@ Result<OccupancyGrid> map_of_plan(const FloorPlan& plan, const Eigen::Vector2d& 
       }
   const Cell start = cell_of(inside_m, cell_m);
   if (!marks.inside(start) || marks.at(start) == kWall)
-    return Error{ErrorCode::invalid, "map_of_plan: the place inside is in a wall or outside"};
+    return Error{ErrorCode::invalid, "map_of_plan: the inside point is in a wall or outside"};
   std::vector<Cell> open{start};
   marks.at(start) = kFree;
   while (!open.empty()) {

@@ -33,7 +33,7 @@ std::vector<std::string_view> split_words(std::string_view line) {
   return words;
 }
 
-std::string quoted(std::string_view word) {
+std::string in_quotes(std::string_view word) {
   std::string text(1, '\'');
   text.append(word.substr(0, 40));
   text.push_back('\'');
@@ -94,18 +94,18 @@ class Reader {
       return fail("a picture needs a line 'metres_per_character NUMBER' before it");
     }
     return fail("expected wall, place, route, metres_per_character or picture, found " +
-                quoted(words[0]));
+                in_quotes(words[0]));
   }
 
   // Numbers of `words` from `first` on, `count` of them.
   Result<std::vector<double>> numbers(const std::vector<std::string_view>& words, std::size_t first,
                                       std::size_t count, const char* usage) const {
     std::vector<double> values;
-    if (words.size() != first + count) return fail("expected " + quoted(usage));
+    if (words.size() != first + count) return fail("expected " + in_quotes(usage));
     for (std::size_t i = first; i < words.size(); ++i) {
       const std::optional<double> value = to_number(words[i]);
       if (!value) {
-        return fail(quoted(words[i]) + " is not a number of metres; expected " + quoted(usage));
+        return fail(in_quotes(words[i]) + " is not a number of metres; expected " + in_quotes(usage));
       }
       values.push_back(*value);
     }
@@ -129,7 +129,7 @@ class Reader {
 
   Result<void> add_place(std::string name, const Eigen::Vector2d& p) {
     if (places_.emplace(name, p).second) return {};
-    return fail("there is already a place " + quoted(name));
+    return fail("there is already a place " + in_quotes(name));
   }
 
   Result<void> read_route(const std::vector<std::string_view>& words) {
@@ -206,7 +206,7 @@ class Reader {
       if (place == places_.end()) {
         return fail_at(
             stop.line,
-            "the route names " + quoted(stop.name) + ", which is not a place of this plan",
+            "the route names " + in_quotes(stop.name) + ", which is not a place of this plan",
             ErrorCode::not_found);
       }
       result.route_m.push_back(place->second);

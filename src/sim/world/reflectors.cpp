@@ -53,7 +53,7 @@ class Furnisher {
     add_along(wall, params_.strut, params_.strut_share, rng);
   }
 
-  // At random places, exponentially apart: a wall's pieces do not stand in step.
+  // At random positions with exponential spacing: a wall's features are not periodic.
   void add_along(const Segment& wall, const FurnishParams::Kind& kind, double share, Rng& rng) {
     if (kind.spacing_m <= 0.0) return;
     const double length_m = (wall.b_m - wall.a_m).norm();
@@ -109,7 +109,7 @@ class Furnisher {
 
   void add_bump(const Vector2d& at, Rng& rng) {
     add(at, {0.0, params_.floor_strength_db, params_.floor_spread_db, 0.0}, {0.0, 0.0}, rng);
-    reflectors_.back().farthest_m = params_.floor_farthest_m;
+    reflectors_.back().max_range_m = params_.floor_max_range_m;
   }
 
   void add_floor(Rng& rng) {
@@ -132,7 +132,7 @@ class Furnisher {
       if ((walls[w].b_m - walls[w].a_m).norm() < params_.ghost_wall_m) continue;
       const Vector2d normal = across(walls[w]);
       const double distance = normal.dot(source.at_m - walls[w].a_m);
-      if (std::abs(distance) < 0.1 || std::abs(distance) > params_.ghost_farthest_m) continue;
+      if (std::abs(distance) < 0.1 || std::abs(distance) > params_.ghost_max_distance_m) continue;
       Reflector ghost = source;
       ghost.at_m -= 2.0 * distance * normal;
       ghost.normal -= 2.0 * normal.dot(source.normal) * normal;

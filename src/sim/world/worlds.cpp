@@ -13,12 +13,12 @@ using Eigen::Vector2d;
 enum Stream : std::uint64_t { kFurniture, kRobot, kDrive, kRadar };
 
 constexpr std::array<WorldName, 3> kWorlds{{
-    {"corridor_loop", "long corridors around a block, 18 m x 30 m, one round and a bit"},
-    {"room", "a room of 6 m x 8 m with a little furniture, two rounds"},
-    {"cluttered_room", "the same room full of things, driven to and fro over the same places"},
+    {"corridor_loop", "long corridors around a block, 18 m x 30 m, one lap and a bit"},
+    {"room", "a room of 6 m x 8 m with a little furniture, two laps"},
+    {"cluttered_room", "the same room full of objects, driven to and fro over the same floor"},
 }};
 
-// A closed polygon's walls, and the posts of doors set back into them.
+// The walls of a closed polygon, and the posts of recessed doors in them.
 class Walls {
  public:
   void add_polygon(const std::vector<Vector2d>& corners) {
@@ -28,7 +28,7 @@ class Walls {
   void add_box(const Vector2d& lower, const Vector2d& upper) {
     add_polygon({lower, {upper.x(), lower.y()}, upper, {lower.x(), upper.y()}});
   }
-  // A wall from `a` to `b` with doors of 0.9 m, their leaves set back to the right hand.
+  // A wall from `a` to `b` with doors of 0.9 m, recessed to the right.
   void add_wall_with_doors(const Vector2d& a, const Vector2d& b, double recess_m, Rng& rng) {
     constexpr double kDoor_m = 0.9;
     const double length = (b - a).norm();
@@ -53,7 +53,7 @@ class Walls {
   std::vector<Vector2d> frames_;
 };
 
-// Boxes are known to be sound walls.
+// Boxes are always valid walls.
 FloorPlan plan_of(std::vector<Segment> segments) {
   return std::move(FloorPlan::from_segments(std::move(segments))).value();
 }
@@ -74,7 +74,7 @@ World corridor_loop(const Rng& rng) {
   ring(0.0, true);
   ring(kCorridor_m, false);
   const double m = 0.5 * kCorridor_m, x = kWidth_m - m, y = kLength_m - m;
-  // Clockwise, past the start into the second round.
+  // Clockwise, past the start into the second lap.
   std::vector<Vector2d> route{{m, 6.0}, {m, y}, {x, y}, {x, m}, {m, m}, {m, 6.0}, {m, 12.0}};
   World world = furnished_world(plan_of(walls.segments_), std::move(route), walls.frames_, {}, rng);
   world.carpets.push_back({{8.0, 0.0}, {12.0, kCorridor_m}});
@@ -110,7 +110,7 @@ World room(const Rng& rng, bool cluttered) {
   return world;
 }
 
-// Every half metre of the way.
+// Points every half metre of the path.
 std::vector<Vector2d> places_along(const std::vector<Vector2d>& route_m) {
   std::vector<Vector2d> places;
   for (std::size_t i = 1; i < route_m.size(); ++i) {
@@ -121,13 +121,13 @@ std::vector<Vector2d> places_along(const std::vector<Vector2d>& route_m) {
   return places;
 }
 
-// Voxels between two heights as a picture of solid cells, the way through it kept clear.
+// Voxels between two heights as an image of solid cells, with the path kept clear.
 class VoxelSlice {
  public:
-  VoxelSlice(std::span<const Eigen::Vector3d> voxels_m, std::span<const Vector2d> way_m,
+  VoxelSlice(std::span<const Eigen::Vector3d> voxels_m, std::span<const Vector2d> path_m,
              const VoxelWorldParams& params)
       : params_(params) {
-    Vector2d lower = way_m[0], upper = way_m[0];
+    Vector2d lower = path_m[0], upper = path_m[0];
     for (const Eigen::Vector3d& v : voxels_m) {
       if (v.z() < params.lowest_m || v.z() > params.highest_m) continue;
       lower = lower.cwiseMin(v.head<2>());
@@ -140,7 +140,7 @@ class VoxelSlice {
     mask_.width = 1 + static_cast<int>(extent.x() / params.voxel_m);
     mask_.height = 1 + static_cast<int>(extent.y() / params.voxel_m);
     count(voxels_m);
-    for (const Vector2d& place : places_along({way_m.begin(), way_m.end()})) clear(place);
+    for (const Vector2d& place : places_along({path_m.begin(), path_m.end()})) clear(place);
     bar();
   }
 
@@ -166,7 +166,7 @@ class VoxelSlice {
       std::uint8_t& cell = mask_.solid[index(column_of(v.x()), row_of(v.y()))];
       if (cell < 255) ++cell;
     }
-    for (std::uint8_t& cell : mask_.solid) cell = cell >= params_.fewest ? 1 : 0;
+    for (std::uint8_t& cell : mask_.solid) cell = cell >= params_.min_stacked ? 1 : 0;
   }
 
   void clear(const Vector2d& place) {
@@ -189,7 +189,7 @@ class VoxelSlice {
   CellMask mask_;
 };
 
-// Speed of the radar over the floor in its own axes, by the poses around the frame.
+// Velocity of the radar in its own axes, from the poses around the frame.
 Vector2d velocity_at(const Trajectory& truth, LogTime time, const SE2d& T_base_radar) {
   constexpr Duration kHalf{10'000'000};
   const SE2d before = true_pose_at(truth, time - kHalf) * T_base_radar;
@@ -262,20 +262,20 @@ WorldRobot turtlebot(const Rng& rng) {
 }
 
 Result<World> world_of_voxels(std::span<const Eigen::Vector3d> voxels_m,
-                              std::span<const Eigen::Vector3d> way_m,
+                              std::span<const Eigen::Vector3d> path_m,
                               const VoxelWorldParams& params, const Rng& rng) {
   std::vector<Vector2d> route;
-  for (const Eigen::Vector3d& at : way_m)
+  for (const Eigen::Vector3d& at : path_m)
     if (route.empty() || (at.head<2>() - route.back()).norm() >= params.step_m)
       route.emplace_back(at.head<2>());
   if (route.size() < 3)
-    return Error{ErrorCode::invalid, "the way through the voxels is shorter than two steps"};
+    return Error{ErrorCode::invalid, "the path through the voxels is shorter than two steps"};
   VoxelSlice slice(voxels_m, route, params);
   auto plan = slice.plan();
   if (!plan) return plan.error();
   for (Vector2d& place : route) place -= slice.origin_m();
   FurnishParams furnish;
-  // A wall of cells has two faces, and steps all along it that are no corners.
+  // A wall of cells has two faces, and steps that are no corners.
   furnish.corner_wall_m = 4.0 * params.voxel_m;
   return furnished_world(std::move(plan).value(), std::move(route), {}, furnish, rng);
 }

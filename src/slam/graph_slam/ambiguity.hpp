@@ -9,7 +9,7 @@
 
 namespace wayfare {
 
-/// How far a match may be off in each direction of its spread.
+/// Ambiguity of a match along each axis of its spread.
 struct Ambiguity {
   explicit Ambiguity(const Placement& match);
 
@@ -17,12 +17,12 @@ struct Ambiguity {
   Eigen::Vector2d variance;    ///< m²
 };
 
-/// The match moved towards what the motion model predicted, along the directions in which the scene
-/// leaves it open: x = x_match + Σ_match (Σ_match + Σ_motion)⁻¹ (x_motion − x_match).
+/// The match shifted to the motion model's prediction along directions that the scene does not
+/// constrain: x = x_match + Σ_match (Σ_match + Σ_motion)⁻¹ (x_motion − x_match).
 [[nodiscard]] SE2d settle(const Placement& match, const SE2d& predicted, const Motion& motion);
 
-/// Ω of an edge whose match is `sigma_m` and `sigma_rad` sure, and less where the scene leaves it
-/// open; `rotation` leads from the edge's axes to the map's.
+/// Ω of an edge whose match has `sigma_m` and `sigma_rad`, lower along directions that the scene
+/// does not constrain; `rotation` leads from the edge's axes to the map's.
 [[nodiscard]] Eigen::Matrix3d match_information(const Placement& match, const SO2d& rotation,
                                                 double sigma_m, double sigma_rad);
 

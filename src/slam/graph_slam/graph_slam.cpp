@@ -16,7 +16,7 @@
 namespace wayfare {
 namespace {
 
-/// Where a scan was, relative to the node it hangs on.
+/// A scan's pose relative to its node.
 struct ScanPose {
   LogTime time;
   int node;
@@ -40,8 +40,8 @@ class GraphSlam::Engine {
     const PointSet points = points_of(scan);
     ScanOutcome outcome = nodes_.size() == 0
                               ? begin(points, odometry)
-                              : go_on(points, motion_model_.predict(scan.time, odometry));
-    motion_model_.tell(scan.time, pose_, odometry);
+                              : track_scan(points, motion_model_.predict(scan.time, odometry));
+    motion_model_.update(scan.time, pose_, odometry);
     if (outcome.became_node) outcome.loop_closures = close_loops();
     outcome.T_map_base = Transform2<frame::Map, frame::Base>(pose_);
     scans_.push_back({scan.time, nodes_.latest(), latest_node().inverse() * pose_});
@@ -72,7 +72,7 @@ class GraphSlam::Engine {
     ScanRaster raster;
     const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
     for (int k = 0; k < nodes_.size(); ++k) {
-      // A scan too wide for the raster leaves the map as it is: the others still make one.
+      // A scan too large for the raster is left out of the map.
       (void)insert_points(grid, nodes_.pose(k), nodes_.points(k), model, raster, laser);
     }
     return grid;
@@ -88,7 +88,7 @@ class GraphSlam::Engine {
                 static_cast<float>(options_.max_range_m));
   }
 
-  /// The first scan is the first node, where odometry has it.
+  /// The first scan is the first node, at the odometry pose.
   ScanOutcome begin(const PointSet& points, const std::optional<SE2d>& odometry) {
     pose_ = odometry.value_or(SE2d());
     nodes_.start(pose_, points);
@@ -97,11 +97,11 @@ class GraphSlam::Engine {
     return outcome;
   }
 
-  /// Tracking, and a node where it is time for one.
-  ScanOutcome go_on(const PointSet& points, const Motion& motion) {
+  /// Tracks the scan; adds a node if one is due.
+  ScanOutcome track_scan(const PointSet& points, const Motion& motion) {
     const auto [match, widened] = tracker_.place(nodes_, points, pose_ * motion.increment, motion);
     pose_ = match.T_map_points;
-    node_maker_.tell(motion);
+    node_maker_.accumulate(motion);
     ScanOutcome outcome;
     outcome.score = match.score;
     outcome.matched = match.score >= options_.lost_score;
@@ -124,7 +124,7 @@ class GraphSlam::Engine {
     return static_cast<int>(loops.edges.size());
   }
 
-  /// The latest scan is at `pose` now: the graph moved, not the robot.
+  /// Corrects the pose of the latest scan after a change of the graph.
   void nodes_have_moved(const SE2d& pose) {
     pose_ = pose;
     motion_model_.correct(pose_);

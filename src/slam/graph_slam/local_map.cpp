@@ -8,11 +8,11 @@
 namespace wayfare {
 namespace {
 
-/// Probability of a point that fits nothing: a point 1.8 σ off counts as such, so that what moved
-/// or was hidden before does not pull.
+/// Likelihood of an outlier relative to a fit. A point counts as one from 1.8 σ, so that moved or
+/// previously occluded objects do not attract it.
 constexpr double kOutlierProbability = 0.2;
-/// A scan's points err together, and in a corridor those beyond the edge of the known map pull the
-/// pose back: this few count as independent against the prior.
+/// Errors of a scan's points are correlated, and in a corridor those beyond the mapped area bias
+/// the pose: effective number of independent points against the prior.
 constexpr double kIndependentPoints = 8.0;
 
 /// The translation block of information⁻¹, scaled to 1 in its best-known direction.
@@ -26,7 +26,7 @@ Eigen::Matrix2d spread_of(const Eigen::Matrix3d& information) {
   return covariance / std::max(eigen.eigenvalues()[0], 1e-300);
 }
 
-/// The match, where there is one; else the prior with a score of 0.
+/// The match, if any; else the prior with a score of 0.
 Placement placement(const Result<std::optional<MatchResult>>& match, const SE2d& prior) {
   if (!match || !*match) return {prior};
   return {(*match)->T_map_points, (*match)->score};
@@ -59,7 +59,7 @@ Placement LocalMap::search_far(const PointSet& points, const SE2d& prior,
 Placement LocalMap::refine(const PointSet& points, const SE2d& start) const {
   const auto fine = wayfare::refine(grid_, points, start);
   if (!fine) return {start};
-  // The information is in the pose's own axes; the spread is in the map's.
+  // The information is in the pose's own axes, the spread in the map's.
   const Eigen::Matrix2d r = fine->T_map_points.rotation().matrix();
   return {fine->T_map_points, fine->score, r * spread_of(fine->information) * r.transpose()};
 }

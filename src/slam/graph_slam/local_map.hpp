@@ -13,7 +13,7 @@
 
 namespace wayfare {
 
-/// Where points lie in a local map, and how sure that is.
+/// Pose of points in a local map, with its uncertainty.
 struct Placement {
   SE2d T_map_points;
   double score = 0.0;  ///< agreement in [0, 1]; 0: no match
@@ -22,30 +22,29 @@ struct Placement {
   Eigen::Matrix2d spread = Eigen::Matrix2d::Identity();
 };
 
-/// A likelihood field of some scans, and the ways to place another scan in it. One a thread.
+/// A likelihood field of some scans, with matchers for another scan. One per thread.
 class LocalMap {
  public:
-  /// False where the scans make no field (none, or spread beyond all measure): nothing matches
-  /// then.
+  /// False if the scans make no field (none, or extending too far): nothing matches then.
   bool render(std::span<const PlacedPoints> scans, double cell_m, double sigma_m);
 
-  /// Exhaustive search of a small window, to a cell and a heading step.
+  /// Exhaustive search of a small window, to one cell and one heading step.
   [[nodiscard]] Placement search(const PointSet& points, const SE2d& prior,
                                  const SearchWindow& window,
                                  const std::optional<Eigen::Matrix3d>& prior_information = {});
 
-  /// The same for a large window by branch and bound; nothing scoring below `min_score` is found.
-  /// The first call after `render` is the slower one: it prepares the map for those that follow.
+  /// The same for a large window by branch and bound, for scores of at least `min_score`. The first
+  /// call after `render` is slower: it computes the precomputation grids.
   [[nodiscard]] Placement search_far(const PointSet& points, const SE2d& prior,
                                      const SearchWindow& window, double min_score);
 
-  /// Between cells, from nearby; the spread is known only after this.
+  /// Refinement between cells; only this estimates the spread.
   [[nodiscard]] Placement refine(const PointSet& points, const SE2d& start) const;
 
  private:
   LikelihoodFieldMaker maker_;
   LikelihoodField grid_;
-  std::optional<PrecomputationGrids> pyramid_;  // of the grid, once it was asked for
+  std::optional<PrecomputationGrids> pyramid_;  // of the grid, once needed
   CorrelativeMatcher near_;
   BranchAndBoundMatcher far_;
 };

@@ -12,7 +12,7 @@
 namespace wayfare {
 namespace {
 
-/// Three standard deviations of the place, in the direction of the axis that is known less.
+/// Three standard deviations of the position along its less certain axis.
 double reach_m(const Eigen::Matrix3d& covariance) {
   return 3.0 * std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
 }
@@ -35,7 +35,7 @@ Loops LoopCloser::search(const NodeMap& nodes) {
   return loops;
 }
 
-/// One node for every stretch of the trajectory that may share a view with the latest node: the
+/// One node for each stretch of the trajectory that may share a view with the latest node: the
 /// nearest of the stretch.
 std::vector<LoopCloser::Candidate> LoopCloser::candidates(const NodeMap& nodes) {
   const PoseGraph2& graph = nodes.graph();
@@ -45,7 +45,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::candidates(const NodeMap& nodes) 
   const PathUncertainty& known = uncertainty_.find(graph, nodes.latest(), usable);
   std::vector<Candidate> result;
   double nearest_m = 0.0;
-  int misses = 2;  // nodes since the last that qualified; a single one does not end a stretch
+  int misses = 2;  // nodes since the last that qualified; a single miss does not end a stretch
   for (int k = 0; k < nodes.latest() - options_.loop_gap_nodes; ++k) {
     if (!may_share_view(nodes, known, k)) {
       ++misses;
@@ -72,8 +72,8 @@ bool LoopCloser::may_share_view(const NodeMap& nodes, const PathUncertainty& kno
   return nodes.distance_m(k, latest) - reach < options_.loop_overlap_m;
 }
 
-/// The latest nodes' points together, in the latest node's frame, one a 10 cm cell: a wider and
-/// less ambiguous view than a single scan.
+/// The points of the latest nodes in the latest node's frame, one per 10 cm cell: a larger and less
+/// ambiguous view than a single scan.
 PointSet LoopCloser::context(const NodeMap& nodes) const {
   constexpr double kCell_m = 0.1;
   const int latest = nodes.latest();
@@ -92,7 +92,7 @@ PointSet LoopCloser::context(const NodeMap& nodes) const {
   return context;
 }
 
-/// The edge from a candidate to the latest node, if the latest scans are found around it.
+/// The edge from a candidate to the latest node, if the latest scans match there.
 std::optional<PoseEdge<SE2d>> LoopCloser::match(const NodeMap& nodes, const Candidate& candidate,
                                                 const PointSet& context) const {
   const int latest = nodes.latest();
@@ -118,7 +118,7 @@ SearchWindow LoopCloser::window(const Candidate& candidate) const {
   return {reach, reach, Angle::radians(turn)};
 }
 
-/// Nothing where the best place in the window does not agree well enough.
+/// Nothing if the best pose in the window scores too low.
 std::optional<SE2d> LoopCloser::find(std::span<const PlacedPoints> around, const PointSet& context,
                                      const SE2d& prior, const SearchWindow& window) const {
   const double reach = window.half_x_m;

@@ -16,21 +16,21 @@
 
 namespace wayfare {
 
-/// What a search for loops gave.
+/// Result of a search for loops.
 struct Loops {
   std::vector<PoseEdge<SE2d>> edges;  ///< from older nodes to the latest
-  std::size_t refused = 0;            ///< candidates matched and not believed
+  std::size_t refused = 0;            ///< candidates matched and rejected
 };
 
-/// Finds older nodes whose surroundings the latest node sees again.
+/// Finds older nodes that share a view with the latest node.
 class LoopCloser {
  public:
   explicit LoopCloser(const GraphSlamOptions& options) : options_(options) {}
 
-  /// Searches every so many nodes; gives nothing at the others.
+  /// Searches at intervals of `nodes_between_loops`; returns nothing otherwise.
   [[nodiscard]] Loops search(const NodeMap& nodes);
 
-  /// How far the optimiser is to believe a loop closure.
+  /// Robust kernel of loop closures.
   [[nodiscard]] RobustKernel kernel() const {
     return {RobustKernelKind::cauchy, options_.loop_kernel_sigmas};
   }

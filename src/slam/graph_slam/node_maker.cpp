@@ -8,7 +8,7 @@
 
 namespace wayfare {
 
-void NodeMaker::tell(const Motion& motion) {
+void NodeMaker::accumulate(const Motion& motion) {
   const Eigen::Matrix3d turn = motion.increment.inverse().adjoint();
   since_node_ = turn * since_node_ * turn.transpose() + motion.covariance();
 }
@@ -26,7 +26,7 @@ void NodeMaker::add(NodeMap& nodes, const SE2d& pose, const PointSet& points,
   since_node_.setZero();
 }
 
-/// What the match says, and along what it leaves open what odometry says.
+/// Information of the match, plus that of odometry along directions the match does not constrain.
 Eigen::Matrix3d NodeMaker::information(const SE2d& step, const SO2d& rotation,
                                        const Placement& match) const {
   const double d = step.translation().norm();

@@ -10,18 +10,18 @@
 
 namespace wayfare {
 
-/// Makes a node of a scan when the robot has moved enough, and says how sure the way there is.
+/// Adds a node after sufficient motion, with the information of its edge.
 class NodeMaker {
  public:
   explicit NodeMaker(const GraphSlamOptions& options) : options_(options) {}
 
-  /// The robot made this motion since the scan before.
-  void tell(const Motion& motion);
+  /// Accumulates the covariance of the motion since the previous scan.
+  void accumulate(const Motion& motion);
 
-  /// Whether the robot at `pose` is far enough from the latest node for another.
+  /// Whether `pose` is far enough from the latest node for another.
   [[nodiscard]] bool is_due(const NodeMap& nodes, const SE2d& pose) const;
 
-  /// Adds a node at `pose`, which `match` led to.
+  /// Adds a node at `pose`, estimated by `match`.
   void add(NodeMap& nodes, const SE2d& pose, const PointSet& points, const Placement& match);
 
  private:
@@ -29,7 +29,7 @@ class NodeMaker {
                                             const Placement& match) const;
 
   GraphSlamOptions options_;
-  Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // the motions' covariance since then
+  Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // covariance of the motion since the node
 };
 
 }  // namespace wayfare

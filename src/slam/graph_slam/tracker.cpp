@@ -22,7 +22,7 @@ Track Tracker::place(const NodeMap& nodes, const PointSet& points, const SE2d& p
   return {{settle(sharp, prior, motion), best.score, sharp.spread}, widened};
 }
 
-/// First farther around the prediction, then in every direction against all that is near.
+/// First in a wider window at the prediction, then at all headings in a map of all nodes nearby.
 Placement Tracker::search_wider(const NodeMap& nodes, const PointSet& points, const SE2d& prior,
                                 const Eigen::Matrix3d& information, Placement best) {
   const auto better = [&best](const Placement& other, double margin) {

@@ -10,22 +10,22 @@
 
 namespace wayfare {
 
-/// Where a scan was found, and whether that took more than a look around the prediction.
+/// Pose of a scan, and whether it required a wider search.
 struct Track {
   Placement placement;
   bool widened = false;
 };
 
-/// Places scans in a local map of the latest nodes.
+/// Matches scans to a local map of the latest nodes.
 class Tracker {
  public:
   explicit Tracker(const GraphSlamOptions& options) : options_(options) {}
 
-  /// The scan's pose by the local map; `prior`, where `motion` led, when nothing agrees.
+  /// The scan's pose by the local map; `prior`, predicted by `motion`, if nothing agrees.
   [[nodiscard]] Track place(const NodeMap& nodes, const PointSet& points, const SE2d& prior,
                             const Motion& motion);
 
-  /// There is a new node, or nodes have moved.
+  /// A node was added, or nodes have moved.
   void nodes_changed() { maps_are_old_ = true; }
 
  private:

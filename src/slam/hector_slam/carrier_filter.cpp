@@ -12,7 +12,7 @@ namespace {
 using S = CarrierState;
 using Row = SparseRow<double, 1>;
 
-constexpr double kHold_s = 0.1;  // between one hold and the next
+constexpr double kConstraintPeriod_s = 0.1;  // interval of the constraints
 
 ScalarMeasurement<double, Row> element(int i, double off, double variance) {
   return {off, Row{{i}, {1.0}}, variance};
@@ -22,7 +22,7 @@ bool is_finite(const ImuSample& s) {
   return s.angular_rate_radps.allFinite() && s.specific_force_mps2.allFinite();
 }
 
-/// `along` of the way from a to b.
+/// Linear interpolation.
 ImuSample between(const ImuSample& a, const ImuSample& b, LogTime time) {
   const double u = to_seconds(time - a.time) / to_seconds(b.time - a.time);
   return {time, (1 - u) * a.angular_rate_radps + u * b.angular_rate_radps,
@@ -55,14 +55,15 @@ UpdateStatus CarrierFilter::add(const ImuSample& sample) {
   last_ = sample;
   rest_.add_rate(sample.angular_rate_radps, dt);
   rest_.add_force(sample.specific_force_mps2, dt);
-  since_hold_s_ += dt;
-  if (since_hold_s_ >= kHold_s) hold(std::exchange(since_hold_s_, 0.0));
-  if (lost(sample, dt)) start(sample);
+  since_constraint_s_ += dt;
+  if (since_constraint_s_ >= kConstraintPeriod_s)
+    apply_floor_constraints(std::exchange(since_constraint_s_, 0.0));
+  if (level_lost(sample, dt)) start(sample);
   return UpdateStatus::used;
 }
 
-/// The plumb line by one reading that could be gravity's, good to 2° where the body rests. What was
-/// learned of the biases stays.
+/// The vertical from one sample whose specific force could be gravity's: good to 2° at rest. The
+/// bias estimates are kept.
 void CarrierFilter::start(const ImuSample& sample) {
   const double g = CarrierModel::kGravity_mps2;
   const double off = sample.specific_force_mps2.norm() / g - 1;
@@ -91,7 +92,7 @@ void CarrierFilter::start(const ImuSample& sample) {
   ekf_ = Ekf<S>(x, p);
   rest_.reset();
   mean_force_ = g * Eigen::Vector3d::UnitZ();
-  lost_s_ = since_hold_s_ = 0.0;
+  lost_s_ = since_constraint_s_ = 0.0;
   last_ = sample;
   time_ = sample.time;
   placed_ = false;
@@ -103,7 +104,7 @@ void CarrierFilter::step(const ImuSample& from, const ImuSample& to) {
   time_ = to.time;
 }
 
-bool CarrierFilter::tells_of(LogTime time) const {
+bool CarrierFilter::covers(LogTime time) const {
   return last_ && std::abs(to_seconds(time - last_->time)) <= p_.silence_s;
 }
 
@@ -115,11 +116,11 @@ void CarrierFilter::advance(LogTime time) {
   step(now, then);
 }
 
-/// Errors that stay for a while count as so much white noise: a process of variance σ² and
-/// correlation time τ, looked at every T, as 2 σ² τ/T each.
-void CarrierFilter::hold(double elapsed_s) {
+/// Correlated errors as equivalent white noise: a process of variance σ² and correlation time τ,
+/// measured every T, has variance 2 σ² τ/T per measurement.
+void CarrierFilter::apply_floor_constraints(double elapsed_s) {
   if (at_rest()) {
-    hold_at_rest(elapsed_s);
+    apply_zero_velocity(elapsed_s);
     return;
   }
   const double spread = 2 * p_.height_time_s / elapsed_s;
@@ -130,7 +131,7 @@ void CarrierFilter::hold(double elapsed_s) {
   floor(S::kVelocity + 2, state().velocity_mps.z(), p_.climb_sigma_mps);
   const double most = p_.speed_sigma_mps * p_.speed_sigma_mps;
   for (int i = 0; i < 2; ++i) {
-    // With this noise the variance becomes `most`: what was known all along counts once.
+    // With this noise the variance becomes `most`: the constraint is not counted repeatedly.
     const double v2 = covariance()(S::kVelocity + i, S::kVelocity + i);
     if (v2 > most)
       ekf_.update([&](const S& x) {
@@ -140,13 +141,13 @@ void CarrierFilter::hold(double elapsed_s) {
 }
 
 /// The gyro reads its bias, the velocity is zero.
-void CarrierFilter::hold_at_rest(double elapsed_s) {
+void CarrierFilter::apply_zero_velocity(double elapsed_s) {
   const double rate2 = p_.rest_rate_density * p_.rest_rate_density / elapsed_s;
   for (int i = 0; i < 3; ++i) {
     const double v2 = p_.rest_sigma_mps * p_.rest_sigma_mps;
     ekf_.update([&](const S& x) { return element(S::kVelocity + i, -x.velocity_mps[i], v2); });
     const double mean = rest_.mean_rate()[i];
-    // A slow steady turn is not a bias.
+    // A slow steady rotation is not a bias: gate the update.
     ekf_.update(
         [&](const S& x) { return element(S::kGyroBias + i, mean - x.gyro_bias_radps[i], rate2); },
         4.0);
@@ -157,7 +158,7 @@ bool CarrierFilter::at_rest() const {
   return rest_.still_s() > p_.rest_time_s && rest_.mean_rate().norm() < p_.rest_bias_limit;
 }
 
-bool CarrierFilter::lost(const ImuSample& sample, double dt_s) {
+bool CarrierFilter::level_lost(const ImuSample& sample, double dt_s) {
   const Eigen::Vector3d force = state().q_map_body * sample.specific_force_mps2;
   mean_force_ += (force - mean_force_) * (dt_s / (1 + dt_s));
   const bool tilted =
@@ -178,7 +179,7 @@ void CarrierFilter::place(const SE2d& T_map_base, double sigma_m, Angle sigma) {
   g.block<3, 3>(S::kPosition, S::kPosition) = r;
   g.block<3, 3>(S::kVelocity, S::kVelocity) = r;
   Square p = g * covariance() * g.transpose();
-  // The attitude's error about the plumb line is known to `sigma`, whatever it was.
+  // The attitude error about the vertical is set to `sigma`.
   const Eigen::Vector3d up = x.q_map_body.inverse() * Eigen::Vector3d::UnitZ();
   Square drop = Square::Identity();
   drop.block<3, 3>(S::kAttitude, S::kAttitude) -= up * up.transpose();
@@ -225,7 +226,7 @@ std::optional<double> CarrierFilter::fuse(const SE2d& T_map_base,
                                                          noise, innovation);
   if (!fused) return std::nullopt;
   ekf_ = Ekf<S>(state().plus(fused->correction), fused->covariance);
-  // Intersection blows up what the match does not see; a bias is never less known than at first.
+  // Intersection inflates unobserved states; a bias is never less certain than initially.
   for (int i = S::kGyroBias; i < S::kDof; ++i) {
     const double most = i < S::kAccelBias ? p_.noise.gyro_bias_radps : p_.noise.accel_bias_mps2;
     const double factor = most / std::sqrt(covariance()(i, i));

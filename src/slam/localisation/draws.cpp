@@ -13,7 +13,7 @@
 namespace wayfare {
 namespace {
 
-constexpr std::size_t kBlock = 1024;  // of one stream of random numbers, whatever the threads
+constexpr std::size_t kBlock = 1024;  // draws per random stream, independent of the threads
 
 template <class F>
 void for_blocks(std::size_t n, int threads, const Rng& rng, const F& f) {
@@ -42,10 +42,10 @@ double kld_bound(std::size_t k, const LocalisationOptions& options) {
   return freedom / (2.0 * options.kld_error) * cube * cube * cube;
 }
 
-// Single draws tell how many are needed; those taken are drawn with low variance, so that of two
-// places that explain everything alike neither wins by chance.
-ParticleSet draw_adaptively(const ParticleSet& from, const PoseBins& bins,
-                            const LocalisationOptions& options, std::size_t least, Rng& rng) {
+// Single draws determine the number; the sample itself is drawn with low variance, so that neither
+// of two equally likely poses wins by chance.
+ParticleSet resample_adaptively(const ParticleSet& from, const PoseBins& bins,
+                                const LocalisationOptions& options, std::size_t least, Rng& rng) {
   const std::vector<double> sums = cumulated_weights(from);
   const std::size_t most = std::max(options.max_particles, options.min_particles);
   BinCounter seen;
@@ -65,8 +65,8 @@ ParticleSet draw_adaptively(const ParticleSet& from, const PoseBins& bins,
   return drawn;
 }
 
-ParticleSet draw_and_spread(const ParticleSet& from, std::size_t count, double sigma_m,
-                            double sigma_rad, Rng& rng) {
+ParticleSet resample_with_noise(const ParticleSet& from, std::size_t count, double sigma_m,
+                                double sigma_rad, Rng& rng) {
   ParticleSet drawn;
   for (const ParticleIndex i : resample(from.log_weight, count, Resampling::low_variance, rng)) {
     const double x = from.x_m[i] + sigma_m * rng.normal();
@@ -76,10 +76,10 @@ ParticleSet draw_and_spread(const ParticleSet& from, std::size_t count, double s
   return drawn;
 }
 
-ParticleSet poses_anywhere(const LocalisationMap& map, const LocalisationOptions& options,
-                           const Rng& rng) {
+ParticleSet uniform_poses(const LocalisationMap& map, const LocalisationOptions& options,
+                          const Rng& rng) {
   const double cell_m = map.resolution_m();
-  const auto places = static_cast<double>(map.places().size());
+  const auto places = static_cast<double>(map.free_cells().size());
   const double wanted = options.candidates_per_m2 * places * cell_m * cell_m;
   const double most = static_cast<double>(std::max<std::size_t>(options.max_candidates, 1));
   const double least = std::min(static_cast<double>(options.min_candidates), most);
@@ -88,8 +88,8 @@ ParticleSet poses_anywhere(const LocalisationMap& map, const LocalisationOptions
   const double stride = places / static_cast<double>(poses.size());
   for_blocks(poses.size(), options.threads, rng, [&](std::size_t i, Rng& own) {
     const double at = (static_cast<double>(i) + own.uniform()) * stride;
-    const auto place = std::min(static_cast<std::size_t>(at), map.places().size() - 1);
-    const Cell& c = map.places()[place];
+    const auto place = std::min(static_cast<std::size_t>(at), map.free_cells().size() - 1);
+    const Cell& c = map.free_cells()[place];
     poses.x_m[i] = (c.x + own.uniform()) * cell_m;
     poses.y_m[i] = (c.y + own.uniform()) * cell_m;
     poses.heading_rad[i] = own.uniform(-std::numbers::pi, std::numbers::pi);

@@ -11,25 +11,25 @@
 
 namespace wayfare {
 
-/// Fox 2003, equation (7): particles that hold the Kullback-Leibler distance of a histogram of `k`
-/// bins below the options' error.
+/// Fox 2003, equation (7): number of particles that bounds the Kullback-Leibler distance of a
+/// histogram of `k` bins by the options' error.
 [[nodiscard]] double kld_bound(std::size_t k, const LocalisationOptions& options);
 
-/// As many draws by weight as the bins they fall into ask for, at least `least` and within
-/// the options' limit.
-[[nodiscard]] ParticleSet draw_adaptively(const ParticleSet& from, const PoseBins& bins,
-                                          const LocalisationOptions& options, std::size_t least,
-                                          Rng& rng);
+/// Draws by weight, as many as KLD sampling requires, at least `least` and within the options'
+/// limit.
+[[nodiscard]] ParticleSet resample_adaptively(const ParticleSet& from, const PoseBins& bins,
+                                              const LocalisationOptions& options, std::size_t least,
+                                              Rng& rng);
 
-/// `count` draws by weight, each moved a little: apart from one another, where many are of one.
-[[nodiscard]] ParticleSet draw_and_spread(const ParticleSet& from, std::size_t count,
-                                          double sigma_m, double sigma_rad, Rng& rng);
+/// `count` draws by weight, each with normal noise: separates copies of one particle.
+[[nodiscard]] ParticleSet resample_with_noise(const ParticleSet& from, std::size_t count,
+                                              double sigma_m, double sigma_rad, Rng& rng);
 
-/// Poses all over the map, evenly spread over its free places, each at a random heading.
-[[nodiscard]] ParticleSet poses_anywhere(const LocalisationMap& map,
-                                         const LocalisationOptions& options, const Rng& rng);
+/// Poses evenly spread over the map's free cells, each at a random heading.
+[[nodiscard]] ParticleSet uniform_poses(const LocalisationMap& map,
+                                        const LocalisationOptions& options, const Rng& rng);
 
-/// Moves every particle by its own draw of `motion`.
+/// Moves every particle by its own sample of `motion`.
 void move(ParticleSet& particles, const Gaussian<SE2d>& motion, int threads, const Rng& rng);
 
 }  // namespace wayfare

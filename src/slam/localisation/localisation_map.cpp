@@ -40,11 +40,11 @@ Result<std::shared_ptr<const LocalisationMap>> LocalisationMap::make(
       wall = wall || distance == 0.0;
       if (grid.observed(c) && grid.probability(c) <= options.free_probability &&
           distance >= options.clearance_m)
-        map->places_.push_back(c);
+        map->free_cells_.push_back(c);
     }
   if (!wall) return Error{ErrorCode::invalid, "LocalisationMap: the map has no wall"};
-  if (map->places_.empty())
-    return Error{ErrorCode::invalid, "LocalisationMap: the map has no free place"};
+  if (map->free_cells_.empty())
+    return Error{ErrorCode::invalid, "LocalisationMap: the map has no free cell"};
   return std::shared_ptr<const LocalisationMap>(std::move(map));
 }
 

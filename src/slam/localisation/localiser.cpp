@@ -27,14 +27,15 @@ Result<void> check(const LaserScan& scan) {
 
 }  // namespace
 
-/// A second set of particles, begun from nowhere where the first is in doubt, and the odds of it.
+/// A second set of particles, drawn globally when the first is unreliable, and its odds.
 struct RelocalisationHypothesis {
   PoseFilter filter;
-  double log_odds;             // that it, and not the first, is right
-  bool in_doubt = false;       // begun because scans fit badly, not to make sure
-  std::array<int, 2> scans{};  // of lidar and radar
+  double log_odds;             // that it is right rather than the first
+  bool for_poor_fit = false;   // started because of a poor fit, not for confirmation
+  std::array<int, 2> scans{};  // of LiDAR and radar
 
-  /// Of the sensor that had most: a second sensor must not shorten the way both are given.
+  /// The larger of the two counts: a second sensor must not shorten the path allowed to a
+  /// hypothesis.
   [[nodiscard]] int age() const { return std::max(scans[0], scans[1]); }
 };
 
@@ -43,18 +44,18 @@ bool same_place(const SE2d& a, const SE2d& b, const LocalisationOptions& options
          std::abs((a.heading() - b.heading()).wrapped().radians()) < options.bin_turn.radians();
 }
 
-/// What a sensor saw last, and how well it used to agree with the map.
-struct SensorMemory {
+/// Recent scans of one sensor and their agreement with the map.
+struct SensorHistory {
   SE2d since_weighed;  // motion since the last scan that was weighed
   std::optional<LogTime> weighed_at;
-  double recent = 0.0, last = 0.0;  // agreement of late, and of the last scan
-  double usual = 0.0;               // while converged, and since a search that found no better
-  double best = 0.0;  // while converged: what a place that fits no better than others is known by
+  double recent = 0.0, last = 0.0;  // recent agreement, and that of the last scan
+  double usual = 0.0;               // while converged, and since a search that found nothing better
+  double best = 0.0;  // while converged: reveals a pose that fits no better than others
 
-  /// Elsewhere: what is usual on this map stays, for a wrong place to be known by.
-  void begin_anew() { recent = last = 0.0; }
-  void remember(double agreement, bool converged, double suspicion);
-  [[nodiscard]] bool says_something_new(LogTime time, const LocalisationOptions& options) const;
+  /// After a change of pose. The usual agreement on this map is kept, to detect a wrong pose.
+  void reset_recent() { recent = last = 0.0; }
+  void remember(double agreement, bool converged, double search_ratio);
+  [[nodiscard]] bool is_due(LogTime time, const LocalisationOptions& options) const;
   [[nodiscard]] bool fits_worse_than_usual(double share) const {
     return recent > 0.0 && recent < share * usual;
   }
@@ -63,24 +64,24 @@ struct SensorMemory {
   }
 };
 
-void SensorMemory::remember(double agreement, bool converged, double suspicion) {
+void SensorHistory::remember(double agreement, bool converged, double search_ratio) {
   constexpr double kFast = 0.3, kSlow = 0.02;
   last = agreement;
   recent += (recent == 0.0 ? 1.0 : kFast) * (agreement - recent);
   if (!converged) return;
-  // Slower still while in doubt, or what was usual would follow the robot that was carried away.
+  // Slower still at a poor fit, or the usual agreement would follow a kidnapped robot.
   const auto follow = [&](double& value) {
-    const double rate = recent < suspicion * value ? 0.1 * kSlow : kSlow;
+    const double rate = recent < search_ratio * value ? 0.1 * kSlow : kSlow;
     value += (value == 0.0 ? 1.0 : rate) * (agreement - value);
   };
   follow(usual);
   follow(best);
 }
 
-bool SensorMemory::says_something_new(LogTime time, const LocalisationOptions& options) const {
-  return !weighed_at || since_weighed.translation().norm() >= options.between_m ||
-         std::abs(since_weighed.heading().radians()) >= options.between_turn.radians() ||
-         to_seconds(time - *weighed_at) >= options.between_s;
+bool SensorHistory::is_due(LogTime time, const LocalisationOptions& options) const {
+  return !weighed_at || since_weighed.translation().norm() >= options.update_travel_m ||
+         std::abs(since_weighed.heading().radians()) >= options.update_turn.radians() ||
+         to_seconds(time - *weighed_at) >= options.update_time_s;
 }
 
 class Localiser::Engine {
@@ -105,22 +106,22 @@ class Localiser::Engine {
   bool move_to(LogTime time, const std::optional<SE2d>& odometry);
   LocalisationOutcome add(LogTime time, const ScanWeigher& scan,
                           const std::optional<SE2d>& odometry);
-  void take(const ScanWeigher& scan, LocalisationOutcome& outcome);
-  void challenge(const ScanWeigher& scan);
-  void settle(LocalisationOutcome& outcome);
-  [[nodiscard]] bool in_doubt() const;
-  [[nodiscard]] bool fits_badly() const {
-    return std::any_of(memories_.begin(), memories_.end(), [&](const SensorMemory& m) {
-      return m.fits_worse_than_usual(options_.suspicion);
+  void apply(const ScanWeigher& scan, LocalisationOutcome& outcome);
+  void update_hypothesis(const ScanWeigher& scan);
+  void resolve_hypothesis(LocalisationOutcome& outcome);
+  [[nodiscard]] bool search_is_due() const;
+  [[nodiscard]] bool fit_is_poor() const {
+    return std::any_of(histories_.begin(), histories_.end(), [&](const SensorHistory& h) {
+      return h.fits_worse_than_usual(options_.search_ratio);
     });
   }
-  [[nodiscard]] bool unbelievable() const {
-    return std::any_of(memories_.begin(), memories_.end(), [&](const SensorMemory& m) {
-      return m.fits_worse_than_best(options_.disbelief);
+  [[nodiscard]] bool agreement_is_poor() const {
+    return std::any_of(histories_.begin(), histories_.end(), [&](const SensorHistory& h) {
+      return h.fits_worse_than_best(options_.rejection_ratio);
     });
   }
-  [[nodiscard]] SensorMemory& memory_of(const ScanWeigher& scan) {
-    return memories_[static_cast<std::size_t>(scan.sensor())];
+  [[nodiscard]] SensorHistory& history_of(const ScanWeigher& scan) {
+    return histories_[static_cast<std::size_t>(scan.sensor())];
   }
   [[nodiscard]] PoseFilter new_filter() { return {map_, options_, rng_.stream(filters_++)}; }
 
@@ -131,10 +132,10 @@ class Localiser::Engine {
   MotionGuard motion_{options_};
   std::optional<PoseFilter> filter_;  // none where nothing is known
   std::optional<RelocalisationHypothesis> relocalisation_;
-  std::array<SensorMemory, 2> memories_;  // of lidar and radar
-  bool confirmed_ = false;                // a search from nowhere came to the same pose
-  bool given_ = false;    // the pose was told: one search that finds no better is enough
-  int since_search_ = 0;  // scans weighed
+  std::array<SensorHistory, 2> histories_;  // of LiDAR and radar
+  bool confirmed_ = false;                  // a global search found the same pose
+  bool pose_given_ = false;  // the pose was given: one search without a better result confirms it
+  int since_search_ = 0;     // scans weighted
 };
 
 Result<void> Localiser::Engine::start_at(const Gaussian<SE2d>& pose) {
@@ -146,26 +147,26 @@ Result<void> Localiser::Engine::start_at(const Gaussian<SE2d>& pose) {
   start_anywhere();
   filter_ = new_filter();
   filter_->start_at(pose);
-  given_ = true;
+  pose_given_ = true;
   return {};
 }
 
 void Localiser::Engine::start_anywhere() {
   filter_.reset();
   relocalisation_.reset();
-  memories_ = {};
-  confirmed_ = given_ = false;
+  histories_ = {};
+  confirmed_ = pose_given_ = false;
   since_search_ = 0;
 }
 
-// True where odometry could not be used.
+// Returns true if odometry could not be used.
 bool Localiser::Engine::move_to(LogTime time, const std::optional<SE2d>& odometry) {
   const bool first = !motion_.time();
   const MotionGuard::Step step = motion_.step(time, odometry);
   if (first) return step.refused;
   if (filter_) filter_->move(step.motion);
   if (relocalisation_) relocalisation_->filter.move(step.motion);
-  for (SensorMemory& m : memories_) m.since_weighed = m.since_weighed * step.motion.mean;
+  for (SensorHistory& h : histories_) h.since_weighed = h.since_weighed * step.motion.mean;
   return step.refused;
 }
 
@@ -180,14 +181,14 @@ Result<LocalisationOutcome> Localiser::Engine::add_scan(const LaserScan& scan,
                                                         const std::optional<SE2d>& odometry) {
   if (auto ok = check(scan); !ok) return ok.error();
   if (motion_.time() && scan.time <= *motion_.time())
-    return Error{ErrorCode::invalid, "a scan not later than the last: late or doubled"};
+    return Error{ErrorCode::invalid, "a scan not later than the last: late or duplicated"};
   return add(scan.time, ScanWeigher(scan, options_), odometry);
 }
 
 Result<LocalisationOutcome> Localiser::Engine::add_radar(LogTime time, const PointSet& points,
                                                          const std::optional<SE2d>& odometry) {
   if (!map_->has(RangeSensor::radar))
-    return Error{ErrorCode::invalid, "the map knows nothing of what radar sees"};
+    return Error{ErrorCode::invalid, "the map has no radar detections"};
   if (motion_.time() && time < *motion_.time())
     return Error{ErrorCode::invalid, "a radar scan earlier than the last scan"};
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -202,28 +203,28 @@ LocalisationOutcome Localiser::Engine::add(LogTime time, const ScanWeigher& scan
   outcome.time = time;
   outcome.sensor = scan.sensor();
   if (!motion_.time() || time > *motion_.time()) outcome.odometry_refused = move_to(time, odometry);
-  outcome.weighed = scan.enough() && memory_of(scan).says_something_new(time, options_);
-  if (outcome.weighed) take(scan, outcome);
+  outcome.weighed = scan.enough() && history_of(scan).is_due(time, options_);
+  if (outcome.weighed) apply(scan, outcome);
   outcome.T_map_base.covariance = Eigen::Matrix3d::Constant(INFINITY);
   if (!filter_) return outcome;
-  const PoseBelief& belief = filter_->believe();
-  motion_.tell(belief.pose.mean);
-  outcome.T_map_base = belief.pose;
-  outcome.mass = belief.mass;
-  outcome.clusters = belief.clusters;
+  const PoseEstimate& estimate = filter_->update_estimate();
+  motion_.update(estimate.pose.mean);
+  outcome.T_map_base = estimate.pose;
+  outcome.mass = estimate.mass;
+  outcome.clusters = estimate.clusters;
   outcome.particles = filter_->particles().size();
   if (outcome.weighed) {
-    outcome.agreement = scan.agreement(*map_, belief.pose.mean);
-    memory_of(scan).remember(outcome.agreement, belief.converged, options_.suspicion);
+    outcome.agreement = scan.agreement(*map_, estimate.pose.mean);
+    history_of(scan).remember(outcome.agreement, estimate.converged, options_.search_ratio);
   }
-  outcome.converged = belief.converged && !unbelievable();
+  outcome.converged = estimate.converged && !agreement_is_poor();
   return outcome;
 }
 
-void Localiser::Engine::take(const ScanWeigher& scan, LocalisationOutcome& outcome) {
-  SensorMemory& memory = memory_of(scan);
-  memory.weighed_at = outcome.time;
-  memory.since_weighed = SE2d();
+void Localiser::Engine::apply(const ScanWeigher& scan, LocalisationOutcome& outcome) {
+  SensorHistory& history = history_of(scan);
+  history.weighed_at = outcome.time;
+  history.since_weighed = SE2d();
   ++since_search_;
   if (!filter_) {
     filter_ = new_filter();
@@ -232,69 +233,69 @@ void Localiser::Engine::take(const ScanWeigher& scan, LocalisationOutcome& outco
     outcome.searched = true;
     return;
   }
-  // One begun to make sure has the odds of its time against it: doubts begin anew.
-  if (relocalisation_ && !relocalisation_->in_doubt && filter_->belief().converged && fits_badly())
+  // A confirmation search started earlier has odds biased by the time before: start a new one.
+  if (relocalisation_ && !relocalisation_->for_poor_fit && filter_->estimate().converged &&
+      fit_is_poor())
     relocalisation_.reset();
-  if (relocalisation_ || in_doubt()) {
+  if (relocalisation_ || search_is_due()) {
     outcome.searched = !relocalisation_;
-    challenge(scan);
+    update_hypothesis(scan);
   }
-  if (filter_->belief().converged && memory.last < options_.suspicion * memory.usual)
-    filter_->scatter();
+  if (filter_->estimate().converged && history.last < options_.search_ratio * history.usual)
+    filter_->add_noisy_copies();
   filter_->weigh(scan);
   filter_->resample_if_due();
-  if (relocalisation_) settle(outcome);
+  if (relocalisation_) resolve_hypothesis(outcome);
 }
 
-// Scans fit worse than they used to; or the pose was told, or found from nowhere by one search
-// only.
-bool Localiser::Engine::in_doubt() const {
+// At a poor fit, or when the pose was given or found by a single global search and is unconfirmed.
+bool Localiser::Engine::search_is_due() const {
   const int wait = std::max(options_.scans_between_searches, 1);
-  const PoseBelief& belief = filter_->belief();
-  if (belief.converged && fits_badly()) return since_search_ >= wait;
-  return (!belief.converged || !confirmed_) && since_search_ >= 4 * wait;
+  const PoseEstimate& estimate = filter_->estimate();
+  if (estimate.converged && fit_is_poor()) return since_search_ >= wait;
+  return (!estimate.converged || !confirmed_) && since_search_ >= 4 * wait;
 }
 
-// Odds that the robot was carried away: prior odds, times what each scan since said of poses
-// anywhere against what it said of the particles, each as the scans before left them.
-void Localiser::Engine::challenge(const ScanWeigher& scan) {
+// Odds that the robot was kidnapped: the prior, times each scan's evidence for poses anywhere over
+// its evidence for the current particles, each weighted by the scans before.
+void Localiser::Engine::update_hypothesis(const ScanWeigher& scan) {
   if (!relocalisation_) {
     const double prior = options_.kidnap_probability;
     relocalisation_ =
-        RelocalisationHypothesis{new_filter(), std::log(prior / (1.0 - prior)), fits_badly()};
+        RelocalisationHypothesis{new_filter(), std::log(prior / (1.0 - prior)), fit_is_poor()};
     relocalisation_->log_odds =
         log_odds_after(relocalisation_->log_odds, relocalisation_->filter.start_anywhere(scan),
                        filter_->log_evidence(scan, true));
   } else {
     PoseFilter& other = relocalisation_->filter;
-    const bool broad = !other.belief().converged || !filter_->belief().converged;
+    const bool broad = !other.estimate().converged || !filter_->estimate().converged;
     relocalisation_->log_odds =
         log_odds_after(relocalisation_->log_odds, other.log_evidence(scan, broad),
                        filter_->log_evidence(scan, broad));
     other.weigh(scan);
     other.resample_if_due();
   }
-  relocalisation_->filter.believe();
+  relocalisation_->filter.update_estimate();
   ++relocalisation_->scans[static_cast<std::size_t>(scan.sensor())];
 }
 
-void Localiser::Engine::settle(LocalisationOutcome& outcome) {
-  constexpr double kDecided = 8.0;           // nats: odds of 3000 to 1
-  constexpr int kFair = 30, kLongest = 100;  // scans: to show some promise, and in all
-  const PoseBelief& theirs = relocalisation_->filter.belief();
-  const PoseBelief& ours = filter_->believe();
-  const bool same = theirs.converged && same_place(theirs.pose.mean, ours.pose.mean, options_);
-  if (relocalisation_->log_odds > kDecided && !same) {
+void Localiser::Engine::resolve_hypothesis(LocalisationOutcome& outcome) {
+  constexpr double kDecisive = 8.0;              // nats: odds of 3000 to 1
+  constexpr int kPatience = 30, kLongest = 100;  // scans: without promising odds, and in total
+  const PoseEstimate& other = relocalisation_->filter.estimate();
+  const PoseEstimate& current = filter_->update_estimate();
+  const bool same = other.converged && same_place(other.pose.mean, current.pose.mean, options_);
+  if (relocalisation_->log_odds > kDecisive && !same) {
     filter_ = std::move(relocalisation_->filter);
-    outcome.moved = true;
-    for (SensorMemory& m : memories_) m.begin_anew();
-    confirmed_ = given_ = false;
-  } else if (same && ours.converged) {
+    outcome.relocalised = true;
+    for (SensorHistory& h : histories_) h.reset_recent();
+    confirmed_ = pose_given_ = false;
+  } else if (same && current.converged) {
     confirmed_ = true;
-    for (SensorMemory& m : memories_) m.usual = m.recent;  // it fits no better anywhere
-  } else if (relocalisation_->age() < (relocalisation_->log_odds < 0.0 ? kFair : kLongest)) {
+    for (SensorHistory& h : histories_) h.usual = h.recent;  // no pose fits better
+  } else if (relocalisation_->age() < (relocalisation_->log_odds < 0.0 ? kPatience : kLongest)) {
     return;
-  } else if (given_) {
+  } else if (pose_given_) {
     confirmed_ = true;
   }
   relocalisation_.reset();

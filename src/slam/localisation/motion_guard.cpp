@@ -17,11 +17,12 @@ Gaussian<SE2d> uncertain(const SE2d& increment, const MotionNoise& noise) {
 
 }  // namespace
 
-std::optional<SE2d> MotionGuard::believed(const std::optional<SE2d>& odometry, double dt) const {
+std::optional<SE2d> MotionGuard::plausible_increment(const std::optional<SE2d>& odometry,
+                                                     double dt) const {
   if (!odometry || !odometry_) return std::nullopt;
   const SE2d increment = odometry_->inverse() * *odometry;
   const double turn = std::abs(increment.heading().radians());
-  // Time stamps jitter by tenths of a second: a motion as of half a second is always possible.
+  // Timestamps jitter by tenths of a second: the motion possible in 0.5 s is always accepted.
   const double time = std::max(dt, 0.5);
   const bool possible = increment.translation().norm() <= options_.max_speed_m_s * time &&
                         turn <= options_.max_turn_rate.radians() * time;
@@ -33,11 +34,11 @@ MotionGuard::Step MotionGuard::step(LogTime time, const std::optional<SE2d>& odo
   Step step{{SE2d::identity(), Eigen::Matrix3d::Zero()}, !given};
   if (time_) {
     const double dt = to_seconds(time - *time_);
-    if (const auto increment = believed(given, dt)) {
+    if (const auto increment = plausible_increment(given, dt)) {
       velocity_ = increment->log() / dt;
       step = {uncertain(*increment, options_.odometry), false};
     } else {
-      constexpr double kLongest_s = 0.5;  // nobody coasts through a gap in the log
+      constexpr double kLongest_s = 0.5;  // no extrapolation through a gap in the log
       const SE2d guess = SE2d::exp(velocity_ * std::min(dt, kLongest_s));
       step = {uncertain(guess, options_.constant_velocity), true};
     }
@@ -47,10 +48,10 @@ MotionGuard::Step MotionGuard::step(LogTime time, const std::optional<SE2d>& odo
   return step;
 }
 
-void MotionGuard::tell(const SE2d& pose) {
-  if (seen_ && !odometry_ && *time_ > seen_->time)
-    velocity_ = pose.minus(seen_->pose) / to_seconds(*time_ - seen_->time);
-  seen_ = Seen{*time_, pose};
+void MotionGuard::update(const SE2d& pose) {
+  if (estimated_ && !odometry_ && *time_ > estimated_->time)
+    velocity_ = pose.minus(estimated_->pose) / to_seconds(*time_ - estimated_->time);
+  estimated_ = Estimated{*time_, pose};
 }
 
 }  // namespace wayfare

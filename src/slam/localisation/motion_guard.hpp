@@ -8,7 +8,7 @@
 
 namespace wayfare {
 
-/// Turns odometry at the scans' times into motions, and what cannot have been one into a guess.
+/// Converts odometry at the scans' times to motions; replaces implausible ones by a prediction.
 class MotionGuard {
  public:
   explicit MotionGuard(const LocalisationOptions& options) : options_(options) {}
@@ -18,25 +18,26 @@ class MotionGuard {
     bool refused = false;
   };
 
-  /// From the time last told of to `time`.
+  /// From the previous time to `time`.
   Step step(LogTime time, const std::optional<SE2d>& odometry);
 
-  /// Where the robot turned out to be at that time: its velocity, where odometry does not say.
-  void tell(const SE2d& pose);
+  /// Estimated pose at that time: gives the velocity when there is no odometry.
+  void update(const SE2d& pose);
 
   [[nodiscard]] const std::optional<LogTime>& time() const { return time_; }
 
  private:
-  [[nodiscard]] std::optional<SE2d> believed(const std::optional<SE2d>& odometry, double dt) const;
+  [[nodiscard]] std::optional<SE2d> plausible_increment(const std::optional<SE2d>& odometry,
+                                                        double dt) const;
 
   const LocalisationOptions& options_;
   std::optional<LogTime> time_;
   std::optional<SE2d> odometry_;
-  struct Seen {
+  struct Estimated {
     LogTime time;
     SE2d pose;
   };
-  std::optional<Seen> seen_;
+  std::optional<Estimated> estimated_;
   Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();  // body frame, per second
 };
 

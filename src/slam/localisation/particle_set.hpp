@@ -7,7 +7,7 @@
 
 namespace wayfare {
 
-/// Poses and log weights, structure of arrays.
+/// Poses and log weights as a structure of arrays.
 struct ParticleSet {
   std::vector<double> x_m, y_m, heading_rad, log_weight;
 

@@ -15,7 +15,7 @@
 
 namespace wayfare {
 
-/// Boxes of poses: what KLD sampling counts, and what neighbours each other in a cluster.
+/// Bins of poses: counted by KLD sampling; adjacent ones form a cluster.
 class PoseBins {
  public:
   PoseBins(double side_m, Angle turn)
@@ -42,10 +42,10 @@ class PoseBins {
   int turns_;
 };
 
-/// Tells new bins from those seen. Open addressing; grows as it fills.
+/// Counts distinct bins. Open addressing; grows as it fills.
 class BinCounter {
  public:
-  /// Whether the bin is new; counts it then.
+  /// Counts the bin if it is new, and returns whether it was.
   bool add(const PoseBins::Key& key) {
     if (2 * (count_ + 1) > slots_.size()) grow();
     Slot& slot = find(key);
@@ -80,7 +80,7 @@ class BinCounter {
   std::size_t count_ = 0;
 };
 
-/// Particles whose bins touch, heaviest cluster first.
+/// Particles in adjacent bins; the heaviest cluster comes first.
 struct Cluster {
   double mass = 0.0;
   std::vector<std::uint32_t> members;

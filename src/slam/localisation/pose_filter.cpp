@@ -14,9 +14,9 @@
 namespace wayfare {
 namespace {
 
-/// Mean and covariance of some of the particles, in the axes of the mean.
-Gaussian<SE2d> moments(const ParticleSet& particles, const std::vector<double>& weights,
-                       const std::vector<std::uint32_t>& members) {
+/// Weighted mean and covariance of particles, in the axes of the mean.
+Gaussian<SE2d> mean_and_covariance(const ParticleSet& particles, const std::vector<double>& weights,
+                                   const std::vector<std::uint32_t>& members) {
   double sum = 0.0, c = 0.0, s = 0.0;
   Eigen::Vector2d place = Eigen::Vector2d::Zero();
   for (const std::uint32_t i : members) {
@@ -42,7 +42,7 @@ std::vector<double> weights_of(const ParticleSet& particles) {
   return weights;
 }
 
-constexpr double kSpread_m = 0.08, kSpread_rad = 0.05;  // about the candidates' own spacing
+constexpr double kSpread_m = 0.08, kSpread_rad = 0.05;  // the spacing of the candidates
 
 }  // namespace
 
@@ -53,11 +53,12 @@ void PoseFilter::start_at(const Gaussian<SE2d>& pose) {
 }
 
 double PoseFilter::start_anywhere(const ScanWeigher& scan) {
-  ParticleSet candidates = poses_anywhere(*map_, options_, next_stream());
+  ParticleSet candidates = uniform_poses(*map_, options_, next_stream());
   scan.weigh_by_field(*map_, true, candidates, candidates.log_weight);
   Rng rng = next_stream();
-  particles_ = draw_and_spread(candidates, std::max(options_.max_particles, options_.min_particles),
-                               kSpread_m, kSpread_rad, rng);
+  particles_ =
+      resample_with_noise(candidates, std::max(options_.max_particles, options_.min_particles),
+                          kSpread_m, kSpread_rad, rng);
   return log_sum_exp(candidates.log_weight) - std::log(static_cast<double>(candidates.size()));
 }
 
@@ -67,16 +68,16 @@ void PoseFilter::move(const Gaussian<SE2d>& motion) {
 
 void PoseFilter::weigh(const ScanWeigher& scan) {
   std::vector<double> joint(particles_.size());
-  scan.weigh(*map_, !belief_.converged, particles_, joint);
+  scan.weigh(*map_, !estimate_.converged, particles_, joint);
   for (std::size_t i = 0; i < joint.size(); ++i) joint[i] += particles_.log_weight[i];
   if (!normalise(joint).collapsed) particles_.log_weight = std::move(joint);
 }
 
-void PoseFilter::scatter() {
+void PoseFilter::add_noisy_copies() {
   constexpr double kAside_m = 0.2, kAside_rad = 0.1;
   Rng rng = next_stream();
   const std::size_t n = particles_.size();
-  ParticleSet aside = draw_and_spread(particles_, n, kAside_m, kAside_rad, rng);
+  ParticleSet aside = resample_with_noise(particles_, n, kAside_m, kAside_rad, rng);
   for (const ParticleIndex i : resample(particles_.log_weight, n, Resampling::low_variance, rng))
     aside.push_back(particles_.pose(i));
   particles_ = std::move(aside);
@@ -93,26 +94,26 @@ void PoseFilter::resample_if_due() {
   const double effective = effective_sample_size(particles_.log_weight);
   if (effective >= 0.5 * static_cast<double>(particles_.size())) return;
   Rng rng = next_stream();
-  particles_ =
-      draw_adaptively(particles_, {options_.bin_m, options_.bin_turn}, options_,
-                      belief_.converged ? options_.min_particles : options_.min_undecided, rng);
+  particles_ = resample_adaptively(
+      particles_, {options_.bin_m, options_.bin_turn}, options_,
+      estimate_.converged ? options_.min_particles : options_.min_unconverged, rng);
 }
 
-const PoseBelief& PoseFilter::believe() {
-  if (particles_.empty()) return belief_;
+const PoseEstimate& PoseFilter::update_estimate() {
+  if (particles_.empty()) return estimate_;
   const std::vector<double> weights = weights_of(particles_);
   const std::vector<Cluster> clusters =
       find_clusters(particles_, weights, {options_.bin_m, options_.bin_turn});
-  const bool before = belief_.converged;
-  belief_.mass = clusters.front().mass;
-  belief_.clusters = static_cast<std::size_t>(std::count_if(
+  const bool before = estimate_.converged;
+  estimate_.mass = clusters.front().mass;
+  estimate_.clusters = static_cast<std::size_t>(std::count_if(
       clusters.begin(), clusters.end(), [](const Cluster& c) { return c.mass >= 0.01; }));
-  belief_.pose = moments(particles_, weights, clusters.front().members);
-  const double sigma_m = std::sqrt(belief_.pose.covariance.topLeftCorner<2, 2>().trace());
-  // Once believed, a pose is given up only when most of the weight is elsewhere.
-  belief_.converged = belief_.mass >= (before ? 0.5 : options_.converged_mass) &&
-                      sigma_m <= (before ? 2.0 : 1.0) * options_.converged_sigma_m;
-  return belief_;
+  estimate_.pose = mean_and_covariance(particles_, weights, clusters.front().members);
+  const double sigma_m = std::sqrt(estimate_.pose.covariance.topLeftCorner<2, 2>().trace());
+  // Hysteresis: convergence is lost only when most of the weight is elsewhere.
+  estimate_.converged = estimate_.mass >= (before ? 0.5 : options_.converged_mass) &&
+                        sigma_m <= (before ? 2.0 : 1.0) * options_.converged_sigma_m;
+  return estimate_;
 }
 
 double log_odds_after(double log_odds, double first, double second) {

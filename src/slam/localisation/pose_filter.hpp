@@ -13,15 +13,15 @@
 
 namespace wayfare {
 
-/// Where one set of particles says the robot is.
-struct PoseBelief {
+/// Pose estimate of one set of particles.
+struct PoseEstimate {
   Gaussian<SE2d> pose;  ///< of the heaviest cluster
-  double mass = 0.0;    ///< in it
+  double mass = 0.0;    ///< weight in that cluster
   std::size_t clusters = 0;
   bool converged = false;
 };
 
-/// One set of particles and its own course of belief.
+/// One set of particles and its estimate.
 class PoseFilter {
  public:
   PoseFilter(std::shared_ptr<const LocalisationMap> map, const LocalisationOptions& options,
@@ -29,24 +29,24 @@ class PoseFilter {
       : map_(std::move(map)), options_(options), rng_(rng) {}
 
   void start_at(const Gaussian<SE2d>& pose);
-  /// Draws particles from all over the map by how they fit the scan. The ln of what the scan says
-  /// of poses anywhere.
+  /// Draws particles over the whole map by their likelihood. Returns ln of the scan's evidence for
+  /// poses anywhere.
   double start_anywhere(const ScanWeigher& scan);
 
   void move(const Gaussian<SE2d>& motion);
-  /// By the map's sharp fields once converged, by the broad ones before. A scan that no particle
-  /// can have seen says nothing: the weights stay.
+  /// With the map's sharp fields once converged, with the broad ones before. A scan that is
+  /// impossible for every particle leaves the weights unchanged.
   void weigh(const ScanWeigher& scan);
-  /// ln of what the scan says of the particles as they are weighed now; -inf where none of them
-  /// can have seen it.
+  /// ln of the scan's evidence for the particles at their current weights; -inf if it is impossible
+  /// for all of them.
   [[nodiscard]] double log_evidence(const ScanWeigher& scan, bool broad) const;
-  /// Puts as many particles again somewhere about: for a set that lost its way by a little.
-  void scatter();
+  /// Adds as many particles with noise: for a set that is slightly off.
+  void add_noisy_copies();
   void resample_if_due();
-  /// Makes up its mind; to be called once a scan.
-  const PoseBelief& believe();
+  /// Updates the estimate; call it once per scan.
+  const PoseEstimate& update_estimate();
 
-  [[nodiscard]] const PoseBelief& belief() const { return belief_; }
+  [[nodiscard]] const PoseEstimate& estimate() const { return estimate_; }
   [[nodiscard]] const ParticleSet& particles() const { return particles_; }
 
  private:
@@ -57,11 +57,11 @@ class PoseFilter {
   Rng rng_;
   std::uint64_t streams_ = 0;
   ParticleSet particles_;
-  PoseBelief belief_;
+  PoseEstimate estimate_;
 };
 
-/// The odds of the first set against the second after a scan of which they say `first` and
-/// `second`, by log_evidence. A scan impossible for both says nothing; finite whatever they say.
+/// Log odds of the first set against the second after a scan of log evidence `first` and `second`.
+/// A scan that is impossible for both leaves them unchanged. Always finite.
 [[nodiscard]] double log_odds_after(double log_odds, double first, double second);
 
 }  // namespace wayfare

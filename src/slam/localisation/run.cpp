@@ -11,42 +11,43 @@
 namespace wayfare {
 namespace {
 
-// Odometry through a gap between scans, in steps short enough that each is one arc.
-void drive_through_gap(Localiser& localiser, const OdometryTrack& odometry, LogTime from,
-                       LogTime to) {
+// Adds the odometry in a gap between scans, in steps short enough to be single arcs.
+void add_odometry_of_gap(Localiser& localiser, const OdometryTrack& odometry, LogTime from,
+                         LogTime to) {
   constexpr Duration kStep{500'000'000};
   if (to - from <= 2 * kStep) return;
   const auto steps = std::min<std::int64_t>((to - from) / kStep, 7200);
   for (std::int64_t k = 1; k < steps; ++k) {
     const LogTime time = from + (to - from) / steps * k;
-    // Refused only where time does not advance, which the next step makes good.
+    // A step whose time does not advance is refused; the next one covers it.
     static_cast<void>(localiser.add_motion(time, odometry.at(time)).has_value());
   }
 }
 
-/// One sensor's scan, when its time comes.
-struct Turn {
+/// A scan of one sensor.
+struct SensorScan {
   LogTime time;
   std::size_t index = 0;  // among its sensor's
   const LaserScan* lidar = nullptr;
   const GatheredRadar* radar = nullptr;
 };
 
-// Each sensor's scans in their own order, late ones too, LiDAR first of two at a time.
-std::vector<Turn> turns_of(std::span<const LaserScan> scans, std::span<const GatheredRadar> radar) {
-  std::vector<Turn> turns;
-  turns.reserve(scans.size() + radar.size());
+// Each sensor's scans in their given order, late ones too; LiDAR first at equal times.
+std::vector<SensorScan> scans_by_time(std::span<const LaserScan> scans,
+                                      std::span<const GatheredRadar> radar) {
+  std::vector<SensorScan> scans_in_order;
+  scans_in_order.reserve(scans.size() + radar.size());
   std::size_t r = 0;
   const auto take_radar = [&] {
-    turns.push_back({radar[r].time, r, nullptr, &radar[r]});
+    scans_in_order.push_back({radar[r].time, r, nullptr, &radar[r]});
     ++r;
   };
   for (std::size_t i = 0; i < scans.size(); ++i) {
     while (r < radar.size() && radar[r].time < scans[i].time) take_radar();
-    turns.push_back({scans[i].time, i, &scans[i], nullptr});
+    scans_in_order.push_back({scans[i].time, i, &scans[i], nullptr});
   }
   while (r < radar.size()) take_radar();
-  return turns;
+  return scans_in_order;
 }
 
 }  // namespace
@@ -70,27 +71,27 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
   if (options.use_radar && map->has(RangeSensor::radar))
     radar = gather_radar(recording, odometry, {options.radar.frames, options.radar.longest_s});
   const std::size_t lidar_scans = options.use_lidar ? recording.scans.size() : 0;
-  const auto turns = turns_of(std::span(recording.scans).first(lidar_scans), radar);
+  const auto scans_in_order = scans_by_time(std::span(recording.scans).first(lidar_scans), radar);
   Localiser localiser(std::move(map), options, seed);
   if (start)
     if (auto ok = localiser.start_at(*start); !ok) return ok.error();
-  const std::size_t n = turns.size();
+  const std::size_t n = scans_in_order.size();
   std::vector<std::size_t> snapshots;
   for (const double u : control.snapshots_at)
     snapshots.push_back(
         static_cast<std::size_t>(std::clamp(u, 0.0, 1.0) * static_cast<double>(n > 0 ? n - 1 : 0)));
   LocalisationRun run;
   for (std::size_t i = 0; i < n; ++i) {
-    const Turn& turn = turns[i];
+    const SensorScan& scan = scans_in_order[i];
     if (control.before_scan) control.before_scan(i, localiser);
     if (!run.outcomes.empty())
-      drive_through_gap(localiser, odometry, run.outcomes.back().time, turn.time);
-    const auto odometry_now = odometry.at(turn.time);
-    auto outcome = turn.radar ? localiser.add_radar(turn.time, turn.radar->points, odometry_now)
-                              : localiser.add_scan(*turn.lidar, odometry_now);
+      add_odometry_of_gap(localiser, odometry, run.outcomes.back().time, scan.time);
+    const auto odometry_now = odometry.at(scan.time);
+    auto outcome = scan.radar ? localiser.add_radar(scan.time, scan.radar->points, odometry_now)
+                              : localiser.add_scan(*scan.lidar, odometry_now);
     if (!outcome) {
       if (run.refused_scans++ == 0)
-        run.first_refusal = (turn.radar ? "radar scan " : "scan ") + std::to_string(turn.index) +
+        run.first_refusal = (scan.radar ? "radar scan " : "scan ") + std::to_string(scan.index) +
                             ": " + outcome.error().message;
     } else if (!run.outcomes.empty() && run.outcomes.back().time == outcome->time) {
       run.outcomes.back() = *outcome;
@@ -98,14 +99,13 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
       run.outcomes.push_back(*outcome);
     }
     if (std::find(snapshots.begin(), snapshots.end(), i) != snapshots.end())
-      run.snapshots.push_back({turn.time, localiser.particles()});
+      run.snapshots.push_back({scan.time, localiser.particles()});
     if (control.progress && !control.progress(static_cast<double>(i + 1) / static_cast<double>(n)))
       break;
   }
   if (run.outcomes.empty())
-    return Error{
-        ErrorCode::invalid,
-        n == 0 ? "the recording has no scan of a sensor that is listened to" : run.first_refusal};
+    return Error{ErrorCode::invalid,
+                 n == 0 ? "the recording has no scan of a sensor in use" : run.first_refusal};
   return run;
 }
 

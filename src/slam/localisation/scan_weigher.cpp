@@ -10,7 +10,7 @@
 namespace wayfare {
 namespace {
 
-constexpr std::size_t kBlock = 1024;  // particles a thread takes at a time
+constexpr std::size_t kBlock = 1024;  // particles per task
 
 }  // namespace
 
@@ -52,7 +52,7 @@ void ScanWeigher::pick_ends(const LaserScan& scan) {
   pad_ends();
 }
 
-// Padding lies outside every map, where points count nothing.
+// Padding lies outside every map, where the likelihood is the floor.
 void ScanWeigher::pad_ends() {
   while (end_x_.size() % 16 != 0) {
     end_x_.push_back(1e30F);
@@ -68,7 +68,7 @@ void ScanWeigher::pick_beams(const LaserScan& scan) {
     const std::size_t i = k * n / count;
     const float range = scan.ranges_m[i];
     const bool returned = scan.returned(i) && range < longest_m_;
-    // Shorter than the sensor measures, or no number: says nothing.
+    // Below the sensor's minimum range, or not a number: not used.
     if (!returned && !(range >= longest_m_)) continue;
     const double bearing = scan.bearing(i).radians();
     cosines_.push_back(static_cast<float>(std::cos(bearing)));

@@ -12,33 +12,33 @@
 
 namespace wayfare {
 
-/// One scan's beams, picked and laid out for weighing many poses of the robot.
+/// One scan's beams, selected and laid out for weighting many poses.
 class ScanWeigher {
  public:
   ScanWeigher(const LaserScan& scan, const LocalisationOptions& options);
-  /// Of a radar's points in the robot's frame.
+  /// Of a radar's points in the base frame.
   ScanWeigher(const PointSet& points, const LocalisationOptions& options);
 
   [[nodiscard]] RangeSensor sensor() const { return sensor_; }
 
-  /// Whether there are enough beams to say anything.
+  /// Whether there are enough beams.
   [[nodiscard]] bool enough() const { return enough_; }
 
-  /// log[i] = ln of the likelihood of the scan at particle i, of as many independent beams as the
-  /// options say; by the map's broad fields or the sharp ones.
+  /// log_likelihood[i] = ln p(scan | particle i), scaled to the options' number of independent
+  /// beams; with the map's broad fields or the sharp ones.
   void weigh(const LocalisationMap& map, bool broad, const ParticleSet& particles,
              std::span<double> log_likelihood) const;
-  /// The same by the likelihood field, whatever the options' model.
+  /// The same with the likelihood field, whatever the options' model.
   void weigh_by_field(const LocalisationMap& map, bool broad, const ParticleSet& particles,
                       std::span<double> log_likelihood) const;
-  /// How well the beams' ends fit the map at one pose, in [0, 1].
+  /// Mean likelihood of the end points at one pose, in [0, 1].
   [[nodiscard]] double agreement(const LocalisationMap& map, const SE2d& T_map_base) const;
 
  private:
   [[nodiscard]] double independent(bool broad) const {
     if (sensor_ == RangeSensor::radar)
-      return broad ? options_.radar.independent_undecided : options_.radar.independent_points;
-    return broad ? options_.independent_undecided : options_.independent_beams;
+      return broad ? options_.radar.independent_unconverged : options_.radar.independent_points;
+    return broad ? options_.independent_unconverged : options_.independent_beams;
   }
   void weigh_by_beams(const LocalisationMap& map, bool broad, const ParticleSet& particles,
                       std::span<double> log_likelihood) const;
@@ -52,9 +52,9 @@ class ScanWeigher {
   RangeSensor sensor_ = RangeSensor::lidar;
   bool enough_ = false;
   std::size_t ends_ = 0;              // without padding
-  std::vector<float> end_x_, end_y_;  // of the picked returns in the robot's frame, padded to 16
-  std::vector<float> cosines_, sines_, ranges_;  // of the picked beams; 0: did not return
-  float longest_m_ = 0.0F;                       // a beam without return is at least this long
+  std::vector<float> end_x_, end_y_;  // of the selected returns in the base frame, padded to 16
+  std::vector<float> cosines_, sines_, ranges_;  // of the selected beams; 0: no return
+  float longest_m_ = 0.0F;                       // least range of a beam without return
 };
 
 }  // namespace wayfare

@@ -11,10 +11,10 @@
 namespace wayfare {
 namespace {
 
-/// Steps as a way over time: between them at an even pace, after the last for a while as before.
-class StepWay {
+/// The path by steps: linear in time between steps, extrapolated for a while after the last.
+class StepPath {
  public:
-  /// A step's vector, in axes that turn with the unit's heading.
+  /// A step vector, in axes that rotate with the unit's heading.
   void add(LogTime time, double interval_s, const Eigen::Vector2d& step_m) {
     constexpr std::size_t kKept = 64;
     const LogTime began = time - from_seconds(std::clamp(interval_s, 0.2, 1.5));
@@ -30,16 +30,16 @@ class StepWay {
     const auto after =
         std::find_if(feet_.begin(), feet_.end(), [&](const Foot& f) { return f.time >= time; });
     if (after == feet_.begin()) return after->position_m;
-    if (after == feet_.end()) return beyond(time);
+    if (after == feet_.end()) return extrapolate(time);
     return between(*(after - 1), *after, time);
   }
-  /// Whether somebody walked until just now, as far as is known.
-  [[nodiscard]] bool walks(LogTime time) const {
-    return !feet_.empty() && to_seconds(time - feet_.back().time) < kGoesOn_s;
+  /// Whether the last known step is recent.
+  [[nodiscard]] bool is_walking(LogTime time) const {
+    return !feet_.empty() && to_seconds(time - feet_.back().time) < kExtrapolate_s;
   }
 
  private:
-  static constexpr double kGoesOn_s = 1.2;  // steps become known late
+  static constexpr double kExtrapolate_s = 1.2;  // a step is detected with this delay
   struct Foot {
     LogTime time;
     Eigen::Vector2d position_m;
@@ -49,10 +49,10 @@ class StepWay {
     const double u = to_seconds(time - a.time) / to_seconds(b.time - a.time);
     return a.position_m + u * (b.position_m - a.position_m);
   }
-  [[nodiscard]] Eigen::Vector2d beyond(LogTime time) const {
+  [[nodiscard]] Eigen::Vector2d extrapolate(LogTime time) const {
     const Foot& last = feet_.back();
     if (feet_.size() < 2) return last.position_m;
-    const LogTime most = last.time + from_seconds(kGoesOn_s);
+    const LogTime most = last.time + from_seconds(kExtrapolate_s);
     return between(feet_[feet_.size() - 2], last, std::min(time, most));
   }
 
@@ -72,12 +72,12 @@ class PedestrianSlam::Engine {
 
   MargUpdateStatus add(const MargSample& sample) {
     const MargUpdateStatus status = pedestrian_.add(sample, [&](const PedestrianPose& p) {
-      way_.add(p.time, p.step.interval_s,
-               p.length_m *
-                   Eigen::Vector2d(std::cos(p.heading.radians()), std::sin(p.heading.radians())));
+      steps_.add(p.time, p.step.interval_s,
+                 p.length_m *
+                     Eigen::Vector2d(std::cos(p.heading.radians()), std::sin(p.heading.radians())));
     });
-    if (status.gyro == UpdateStatus::used) reading_ = sample.time;
-    take_heading();
+    if (status.gyro == UpdateStatus::used) last_sample_ = sample.time;
+    read_heading();
     return status;
   }
 
@@ -87,15 +87,15 @@ class PedestrianSlam::Engine {
     const MotionHint hint = hint_at(scan.time);
     auto outcome = slam_.add_scan(levelled_, hint);
     if (!outcome) {
-      walker_ = walker;  // the way there is gone once, with the next scan that is taken
+      walker_ = walker;  // the next scan accepted takes this motion as well
       return outcome;
     }
     dead_reckoning_.push_back({scan.time, Transform2<frame::Map, frame::Base>(walker_)});
-    if (options_.feedback) tell_heading(scan.time);
-    before_.reset();
-    if (hears_unit(scan.time))
-      before_ = Before{scan.time, heading_at(scan.time), turned_at(scan.time)};
-    if (options_.feedback && options_.steps && before_) tell_steps(scan.time);
+    if (options_.feedback) add_map_heading(scan.time);
+    previous_.reset();
+    if (has_recent_sample(scan.time))
+      previous_ = PreviousScan{scan.time, heading_at(scan.time), rotation_at(scan.time)};
+    if (options_.feedback && options_.steps && previous_) update_feedback(scan.time);
     return outcome;
   }
 
@@ -106,15 +106,16 @@ class PedestrianSlam::Engine {
   [[nodiscard]] SubmapSlam& slam() { return slam_; }
 
  private:
-  static constexpr double kHistory_s = 1.0;  // how late a scan may be placed
-  static constexpr double kSilence_s = 0.3;  // after which the unit tells nothing of a scan
-  struct Before {
+  static constexpr double kHistory_s = 1.0;  // greatest delay of a scan
+  static constexpr double kMaxAge_s = 0.3;   // greatest age of the last sample at a scan
+  struct PreviousScan {
     LogTime time;
     double heading;
-    HeadingTrack::Sum turned;
+    HeadingTrack::Sum rotation;
   };
 
-  /// Where the map tells the heading no magnetometer is to: it knows north, and the map does not.
+  /// With heading from the map no magnetometer is used: it measures north, which the map does not
+  /// know.
   static PedestrianParameters pedestrian_parameters(const PedestrianSlamOptions& o) {
     PedestrianParameters p = o.pedestrian;
     p.ahrs.heading_history_s = kHistory_s;
@@ -124,68 +125,70 @@ class PedestrianSlam::Engine {
     return p;
   }
 
-  [[nodiscard]] bool hears_unit(LogTime time) const {
-    return reading_ && to_seconds(time - *reading_) <= kSilence_s;
+  [[nodiscard]] bool has_recent_sample(LogTime time) const {
+    return last_sample_ && to_seconds(time - *last_sample_) <= kMaxAge_s;
   }
-  [[nodiscard]] HeadingTrack::Sum turned_at(LogTime time) const {
+  [[nodiscard]] HeadingTrack::Sum rotation_at(LogTime time) const {
     const HeadingTrack& track = pedestrian_.ahrs().heading_track();
     return track.at(time).value_or(track.now());
   }
-  [[nodiscard]] double turn_since(const HeadingTrack::Sum& then, LogTime time) const {
-    return (turned_at(time) - then).turn(pedestrian_.ahrs().gyro_bias_radps());
+  [[nodiscard]] double rotation_since(const HeadingTrack::Sum& then, LogTime time) const {
+    return (rotation_at(time) - then).turn(pedestrian_.ahrs().gyro_bias_radps());
   }
-  /// By what is known now.
+  /// By the current estimate.
   [[nodiscard]] double heading_at(LogTime time) const {
-    return heading_ + turn_since(pedestrian_.ahrs().heading_track().now(), time);
+    return heading_ + rotation_since(pedestrian_.ahrs().heading_track().now(), time);
   }
 
-  /// The map's heading, which turns with no gyro, to the filter that expected it.
-  void tell_heading(LogTime time) {
+  /// Gives the map's heading, free of gyro drift, to the attitude filter.
+  void add_map_heading(LogTime time) {
     const LocalPlacement& local = slam_.local();
     if (!options_.heading || !local.matched) return;
-    const double prior = local.expected_sigma[2];
+    const double prior = local.predicted_sigma[2];
     const auto variance = map_heading_.tell(time, local.covariance(2, 2), prior * prior);
     if (!variance) return;
     pedestrian_.add_heading(time, local.T_local_base.raw().heading(), *variance);
-    take_heading();
+    read_heading();
   }
 
-  /// The steps' axes turn with the unit's heading, the map's by what heading it found.
-  void tell_steps(LogTime time) {
+  /// The step axes rotate with the unit's heading; they are rotated by the heading found in the
+  /// map.
+  void update_feedback(LogTime time) {
     const LocalPlacement& local = slam_.local();
     const SE2d& T = local.T_local_base.raw();
-    const SO2d to_map = T.rotation() * SO2d(Angle::radians(before_->heading)).inverse();
+    const SO2d to_map = T.rotation() * SO2d(Angle::radians(previous_->heading)).inverse();
     by_steps_ += to_map * increment_;
     if (local.matched) feedback_.tell(time, T.translation(), by_steps_, local.openness == 0.0);
   }
 
-  void take_heading() {
+  void read_heading() {
     if (!pedestrian_.ahrs().ready()) return;
     const Eigen::Vector3d axis = pedestrian_.ahrs().q_world_body() * options_.pedestrian.forward;
     heading_ = std::atan2(axis.y(), axis.x());
   }
 
-  /// From the laser to level axes whose x is the unit's forward axis, levelled.
+  /// From the laser to level axes whose x is the unit's forward axis.
   [[nodiscard]] SO3d q_level_laser() const {
     if (!pedestrian_.ahrs().ready()) return options_.q_unit_laser;
     return SO3d::exp(Eigen::Vector3d(0, 0, -heading_)) * pedestrian_.ahrs().q_world_body() *
            options_.q_unit_laser;
   }
 
-  /// What is known of the motion since the scan before; moves the walker along it.
+  /// The motion since the previous scan; also updates the dead-reckoned pose.
   MotionHint hint_at(LogTime time) {
     increment_.setZero();
     const std::uint64_t restarts = pedestrian_.report().ahrs.restarts;
-    if (!hears_unit(time) || std::exchange(restarts_, restarts) != restarts) before_.reset();
-    if (!pedestrian_.ahrs().ready() || !before_) return {};
-    const Angle turn = Angle::radians(turn_since(before_->turned, time));
-    const bool rests = pedestrian_.ahrs().at_rest();
-    const bool steps_tell = options_.steps && (rests || way_.walks(time));
-    if (steps_tell) increment_ = way_.at(time) - way_.at(before_->time);
-    const SO2d level = SO2d(Angle::radians(before_->heading)).inverse();
+    if (!has_recent_sample(time) || std::exchange(restarts_, restarts) != restarts)
+      previous_.reset();
+    if (!pedestrian_.ahrs().ready() || !previous_) return {};
+    const Angle turn = Angle::radians(rotation_since(previous_->rotation, time));
+    const bool at_rest = pedestrian_.ahrs().at_rest();
+    const bool steps_known = options_.steps && (at_rest || steps_.is_walking(time));
+    if (steps_known) increment_ = steps_.at(time) - steps_.at(previous_->time);
+    const SO2d level = SO2d(Angle::radians(previous_->heading)).inverse();
     const Eigen::Vector2d step = feedback_.scale() * (SO2d(feedback_.direction()) * increment_);
     walker_ = walker_ * SE2d(Eigen::Vector2d(level * step), SO2d(turn));
-    if (!steps_tell) return {{}, turn};
+    if (!steps_known) return {{}, turn};
     return {Transform2<frame::Odom, frame::Base>(walker_), turn};
   }
 
@@ -194,10 +197,10 @@ class PedestrianSlam::Engine {
   WalkFeedback feedback_;
   MapHeading map_heading_;
   SubmapSlam slam_;
-  StepWay way_;
-  double heading_ = 0.0;          // of the unit's forward axis, rad
-  std::optional<Before> before_;  // the scan before, where the unit told of it
-  std::optional<LogTime> reading_;
+  StepPath steps_;
+  double heading_ = 0.0;                  // of the unit's forward axis, rad
+  std::optional<PreviousScan> previous_;  // the previous scan, if it had recent samples
+  std::optional<LogTime> last_sample_;
   std::uint64_t restarts_ = 0;
   SE2d walker_;
   Eigen::Vector2d increment_ = Eigen::Vector2d::Zero();

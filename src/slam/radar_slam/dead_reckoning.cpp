@@ -5,14 +5,14 @@
 
 namespace wayfare {
 
-void FaultLog::tell(const std::string& what, bool so, LogTime time) {
+void FaultLog::set(const std::string& what, bool present, LogTime time) {
   const auto open = open_.find(what);
   if (open != open_.end()) all_[open->second].until = time;
-  if (so && open == open_.end()) {
+  if (present && open == open_.end()) {
     open_[what] = all_.size();
     all_.push_back({what, time, time});
   }
-  if (!so && open != open_.end()) open_.erase(open);
+  if (!present && open != open_.end()) open_.erase(open);
 }
 
 std::vector<SensorFault> FaultLog::faults(Duration shortest) const {
@@ -27,12 +27,14 @@ GyroBias::GyroBias(const GyroBiasOptions& options, double angle_random_walk_rad_
       walk_(angle_random_walk_rad_per_sqrt_s),
       variance_(options.prior_rad_s * options.prior_rad_s) {}
 
-void GyroBias::learn(double turn_correction_rad, double over_s) {
+void GyroBias::learn(double turn_correction_rad, double interval_s) {
   const double prior = options_.prior_rad_s * options_.prior_rad_s;
-  if (!(prior > 0) || !(over_s > 0) || std::abs(turn_correction_rad) > options_.largest_rad) return;
-  const double kept = std::exp(-over_s / options_.remembered_s);
-  drift_rad_ = kept * drift_rad_ + turn_correction_rad - rad_s_ * over_s;
-  time_s_ = kept * time_s_ + over_s;
+  if (!(prior > 0) || !(interval_s > 0) ||
+      std::abs(turn_correction_rad) > options_.max_correction_rad)
+    return;
+  const double decay = std::exp(-interval_s / options_.correlation_time_s);
+  drift_rad_ = decay * drift_rad_ + turn_correction_rad - rad_s_ * interval_s;
+  time_s_ = decay * time_s_ + interval_s;
   const double noise = walk_ * walk_ * time_s_ + 2.0 * options_.heading_rad * options_.heading_rad;
   variance_ = 1.0 / (1.0 / prior + time_s_ * time_s_ / noise);
   rad_s_ = -variance_ * time_s_ / noise * drift_rad_;
@@ -43,8 +45,8 @@ DeadReckoner::DeadReckoner(const DeadReckoningOptions& options, double wheel_bas
   options_.wheels.wheel_base_m = wheel_base_m > 0 ? wheel_base_m : options.wheels.wheel_base_m;
 }
 
-/// A wheel that counts exactly nothing while the other rolls, which would turn the robot, and the
-/// gyro sees less than half of that turn.
+/// A wheel is stuck if it reports exactly no motion while the other rolls, and the gyro measures
+/// less than half of the rotation which that implies.
 DeadReckoner::Stuck DeadReckoner::stuck(const SyncedStep& step) {
   const double dt = to_seconds(step.since);
   const bool both = step.wheels.left_m != 0 && step.wheels.right_m != 0;
@@ -63,7 +65,7 @@ DeadReckoner::Stuck DeadReckoner::stuck(const SyncedStep& step) {
   return right_m_ == 0 ? Stuck::right : Stuck::none;
 }
 
-/// As fast as before, believed less and less.
+/// At the last speed, with growing uncertainty.
 Gaussian<SE2d> DeadReckoner::coasting(const SyncedStep& step, double dt) const {
   constexpr double kAcceleration = 0.3;  // m/s² a robot may brake or start with
   const double along = speed_m_s_ * dt;
@@ -75,7 +77,7 @@ Gaussian<SE2d> DeadReckoner::coasting(const SyncedStep& step, double dt) const {
   return g;
 }
 
-/// 0 where the gyro is silent.
+/// 0 without gyro data.
 double DeadReckoner::turn_rate(const SyncedStep& step) const {
   return step.gyro_known ? step.gyro.turn_rate_rad_s - bias_.rad_s() : 0.0;
 }
@@ -84,13 +86,13 @@ Gaussian<SE2d> DeadReckoner::by_gyro(double along_m, const SyncedStep& step, dou
   Gaussian<SE2d> g = options_.gyro(along_m, turn_rate(step), dt);
   const GyroBiasOptions& bias = options_.gyro_bias;
   if (bias.prior_rad_s > 0)
-    g.covariance(2, 2) +=
-        std::max(bias_.variance(), bias.least_rad_s * bias.least_rad_s) * bias.unchecked_s * dt;
+    g.covariance(2, 2) += std::max(bias_.variance(), bias.min_sigma_rad_s * bias.min_sigma_rad_s) *
+                          bias.residual_time_s * dt;
   return g;
 }
 
 void DeadReckoner::learn(const RbpfOutcome& outcome) {
-  if (!outcome.taken_up) return;
+  if (!outcome.updated) return;
   if (outcome.matched > 0 && gyro_throughout_)
     bias_.learn(outcome.turn_correction.radians(), since_match_s_);
   since_match_s_ = 0.0;
@@ -103,10 +105,10 @@ Gaussian<SE2d> DeadReckoner::increment(const SyncedStep& step, FaultLog& faults)
   since_match_s_ += dt;
   gyro_throughout_ = gyro_throughout_ && (step.gyro_known || !(dt > 0));
   if (dt > 0) {
-    faults.tell("wheels silent", !step.wheels_known, step.time);
-    faults.tell("gyro silent or not finite", !step.gyro_known, step.time);
-    faults.tell("left wheel stuck", which == Stuck::left, step.time);
-    faults.tell("right wheel stuck", which == Stuck::right, step.time);
+    faults.set("wheels silent", !step.wheels_known, step.time);
+    faults.set("gyro silent or not finite", !step.gyro_known, step.time);
+    faults.set("left wheel stuck", which == Stuck::left, step.time);
+    faults.set("right wheel stuck", which == Stuck::right, step.time);
   }
   if (!step.wheels_known) return coasting(step, dt);
   double left = step.wheels.left_m, right = step.wheels.right_m;

@@ -11,12 +11,12 @@
 
 namespace wayfare {
 
-/// Faults as they begin and end.
+/// Faults with their beginning and end.
 class FaultLog {
  public:
-  /// Whether `what` is so at this time.
-  void tell(const std::string& what, bool so, LogTime time);
-  /// Those that lasted at least `shortest`, in order of their beginning.
+  /// Sets whether `what` is present at this time.
+  void set(const std::string& what, bool present, LogTime time);
+  /// Faults that lasted at least `shortest`, by their beginning.
   [[nodiscard]] std::vector<SensorFault> faults(Duration shortest) const;
 
  private:
@@ -24,14 +24,14 @@ class FaultLog {
   std::map<std::string, std::size_t> open_;
 };
 
-/// Σ of what matches turned the robot by further than the gyro said is −b T and noise of variance
-/// q T + 2 R: q the gyro's random walk, R a matched heading's.
+/// The sum of heading corrections is −b T plus noise of variance q T + 2 R: q the gyro's random
+/// walk, R a matched heading's.
 class GyroBias {
  public:
   GyroBias(const GyroBiasOptions& options, double angle_random_walk_rad_per_sqrt_s);
 
-  /// A match corrected the heading after `over_s` seconds of motion less bias.
-  void learn(double turn_correction_rad, double over_s);
+  /// Adds a match's heading correction after `interval_s` seconds of bias-corrected motion.
+  void learn(double turn_correction_rad, double interval_s);
   [[nodiscard]] double rad_s() const { return rad_s_; }
   [[nodiscard]] double variance() const { return variance_; }
 
@@ -42,13 +42,13 @@ class GyroBias {
   double rad_s_ = 0.0, variance_;
 };
 
-/// Step 4: the product of wheel and gyro model, with what is left of them when one fails.
+/// Step 4: the product of wheel and gyro model, or one of them when the other fails.
 class DeadReckoner {
  public:
   DeadReckoner(const DeadReckoningOptions& options, double wheel_base_m);
 
   [[nodiscard]] Gaussian<SE2d> increment(const SyncedStep& step, FaultLog& faults);
-  /// What became of a scan after it.
+  /// Adds the outcome of a scan at its end.
   void learn(const RbpfOutcome& outcome);
   [[nodiscard]] double gyro_bias_rad_s() const { return bias_.rad_s(); }
 

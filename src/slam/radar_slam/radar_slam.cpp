@@ -11,7 +11,7 @@
 namespace wayfare {
 namespace {
 
-/// A scan that was placed by the motion since the update before it, or by a match.
+/// A scan with the motion since the previous update, predicted or matched.
 struct PlacedScan {
   LogTime time;
   std::size_t update;
@@ -55,7 +55,7 @@ class RadarSlam::Engine {
     const PointSet points = thin(end_points(scan, options_.T_base_laser.raw()),
                                  static_cast<float>(options_.lidar.point_spacing_m),
                                  static_cast<float>(options_.lidar.max_range_m));
-    return take(scan.time, kLidar, points, &scan);
+    return process(scan.time, kLidar, points, &scan);
   }
 
   Result<RbpfOutcome> add_radar(LogTime time, const PointSet& points) {
@@ -63,14 +63,14 @@ class RadarSlam::Engine {
     for (std::size_t i = 0; i < points.size(); ++i)
       if (!points[i].allFinite())
         return Error{ErrorCode::invalid, "a detection of the scan is not finite"};
-    return take(time, kRadar, points, nullptr);
+    return process(time, kRadar, points, nullptr);
   }
 
   [[nodiscard]] Trajectory trajectory() const {
     if (!filter_) return {};
-    const Trajectory way = filter_->trajectory(filter_->best());
+    const Trajectory path = filter_->trajectory(filter_->best());
     Trajectory poses;
-    for (const PlacedScan& s : scans_) poses.push_back({s.time, place(way, s)});
+    for (const PlacedScan& s : scans_) poses.push_back({s.time, pose_of(path, s)});
     return poses;
   }
   [[nodiscard]] std::optional<StampedPose> pose() const {
@@ -105,19 +105,19 @@ class RadarSlam::Engine {
     return {};
   }
 
-  Result<RbpfOutcome> take(LogTime time, Sensor sensor, const PointSet& points,
-                           const LaserScan* scan) {
+  Result<RbpfOutcome> process(LogTime time, Sensor sensor, const PointSet& points,
+                              const LaserScan* scan) {
     last_[sensor] = time;
     ++statistics_.scans;
     const RbpfSensorOptions& options = of(sensor);
-    const bool enough = points.size() >= options.fewest_points;
+    const bool enough = points.size() >= options.min_points;
     statistics_.without_points += enough ? 0 : 1;
     if (!filter_) begin(time);
     Result<RbpfOutcome> outcome = RbpfOutcome{};
-    std::optional<SE2d> seen;  // the way since the last update, by a match
+    std::optional<SE2d> seen;  // motion since the last update, by a match
     bool now = due(time, sensor, moved_.mean);
-    if (enough && !now && sensor == kLidar && options_.match_between) {
-      seen = way_by_match(points);
+    if (enough && !now && sensor == kLidar && options_.match_skipped) {
+      seen = motion_by_match(points);
       now = seen && due(time, sensor, *seen);
     }
     if (enough && now) {
@@ -142,20 +142,20 @@ class RadarSlam::Engine {
   [[nodiscard]] bool map_due(Sensor sensor) const {
     const SE2d since = at_map_[sensor].inverse() * moved_.mean;
     const RbpfSensorOptions& options = of(sensor);
-    return !begun_[sensor] || since.translation().norm() >= options.map_travel_m ||
+    return !has_scans_[sensor] || since.translation().norm() >= options.map_travel_m ||
            std::abs(since.heading().radians()) >= options.map_turn.radians();
   }
-  [[nodiscard]] bool due(LogTime time, Sensor sensor, const SE2d& way) const {
-    const SE2d since = at_update_[sensor].inverse() * way;
-    return !begun_[sensor] || since.translation().norm() >= options_.update_travel_m ||
+  [[nodiscard]] bool due(LogTime time, Sensor sensor, const SE2d& motion) const {
+    const SE2d since = at_update_[sensor].inverse() * motion;
+    return !has_scans_[sensor] || since.translation().norm() >= options_.update_travel_m ||
            std::abs(since.heading().radians()) >= options_.update_turn.radians() ||
            to_seconds(time - updated_) >= options_.update_time_s;
   }
 
-  /// Since the last update, by the best particle's map. No motion for the next update: it would
-  /// tell it twice what the same walls say, and a robot creeping along a corridor would never seem
-  /// to have moved.
-  std::optional<SE2d> way_by_match(const PointSet& points) {
+  /// The motion since the last update, by matching to the best particle's map. Not used as motion
+  /// of the next update: the same walls would count twice, and a robot creeping along a corridor
+  /// would never seem to have moved.
+  std::optional<SE2d> motion_by_match(const PointSet& points) {
     const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
     Gaussian<SE2d> expected{best.pose * moved_.mean, moved_.covariance};
     expected.covariance += 1e-10 * Eigen::Matrix3d::Identity();
@@ -176,15 +176,15 @@ class RadarSlam::Engine {
                       {.spacing_m = options_.lidar.grid.resolution_m});
   }
 
-  /// Along the motion, bent so that it ends where the update after it says.
-  [[nodiscard]] Transform2<frame::Map, frame::Base> place(const Trajectory& way,
-                                                          const PlacedScan& s) const {
-    const SE2d start = way[s.update].T_map_base.raw();
-    if (s.matched || s.update + 1 >= way.size())
+  /// Along the predicted motion, corrected linearly in time to end at the next update.
+  [[nodiscard]] Transform2<frame::Map, frame::Base> pose_of(const Trajectory& path,
+                                                            const PlacedScan& s) const {
+    const SE2d start = path[s.update].T_map_base.raw();
+    if (s.matched || s.update + 1 >= path.size())
       return Transform2<frame::Map, frame::Base>(start * s.since);
-    const SE2d end = way[s.update + 1].T_map_base.raw();
-    const double whole = to_seconds(way[s.update + 1].time - way[s.update].time);
-    const double part = whole > 0 ? to_seconds(s.time - way[s.update].time) / whole : 0.0;
+    const SE2d end = path[s.update + 1].T_map_base.raw();
+    const double whole = to_seconds(path[s.update + 1].time - path[s.update].time);
+    const double part = whole > 0 ? to_seconds(s.time - path[s.update].time) / whole : 0.0;
     const Eigen::Vector3d gap = end.minus(start * increments_[s.update]);
     return Transform2<frame::Map, frame::Base>((start * s.since).plus(part * gap));
   }
@@ -195,9 +195,9 @@ class RadarSlam::Engine {
   std::optional<Rbpf<RbpfMaps>> filter_;
   Gaussian<SE2d> moved_{SE2d(), Eigen::Matrix3d::Zero()};  // since the last update
   SE2d tracked_;                     // the same by the best particle's matches, then motion
-  std::array<SE2d, 2> at_map_{};     // where each sensor last went into the maps, and
-  std::array<SE2d, 2> at_update_{};  // where each sensor was last taken up, seen from there
-  std::array<bool, 2> begun_{};
+  std::array<SE2d, 2> at_map_{};     // pose of each sensor's last scan in the maps, and
+  std::array<SE2d, 2> at_update_{};  // in the filter, relative to the last update
+  std::array<bool, 2> has_scans_{};
   std::array<std::optional<LogTime>, 2> last_{};
   LogTime updated_;
   std::vector<SE2d> increments_;  // from each update to the next
@@ -209,22 +209,23 @@ Result<RbpfOutcome> RadarSlam::Engine::update(LogTime time, Sensor sensor, const
                                               const LaserScan* scan) {
   Gaussian<SE2d> motion = moved_;
   motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
-  const bool first = !begun_[sensor], maps_grow = map_due(sensor);
-  if (!first && sensor == kLidar) (void)way_by_match(points);
-  const PointSet seen = maps_grow && scan != nullptr ? walls_of(*scan) : points;
-  std::vector<Settled> settled(options_.particles);
+  const bool first = !has_scans_[sensor], map_due_now = map_due(sensor);
+  if (!first && sensor == kLidar) (void)motion_by_match(points);
+  const PointSet seen = map_due_now && scan != nullptr ? walls_of(*scan) : points;
+  std::vector<DrawnPose> drawn(options_.particles);
   std::vector<double> turned(options_.particles, 0.0);
   const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
     Worker& worker = workers_[w];
     const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
     SensorStep& match = sensor == kLidar ? worker.lidar : worker.radar;
     const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
-    const Settled s = first ? Settled{sample(expected, rng)}
-                            : match.settle(grid, points, expected, particle.pose * tracked_, rng);
+    const DrawnPose s =
+        first ? DrawnPose{sample(expected, rng)}
+              : match.draw_pose(grid, points, expected, particle.pose * tracked_, rng);
     particle.pose = s.pose;
-    if (maps_grow) map(particle, sensor, seen, worker.raster);
+    if (map_due_now) map(particle, sensor, seen, worker.raster);
     const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
-    settled[index] = s;
+    drawn[index] = s;
     turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
     return s.log_factor;
   };
@@ -232,13 +233,13 @@ Result<RbpfOutcome> RadarSlam::Engine::update(LogTime time, Sensor sensor, const
     parallel_for_workers(n, options_.threads, f);
   });
   RbpfOutcome outcome;
-  outcome.taken_up = true;
+  outcome.updated = true;
   if (weighed) outcome.particles_refused = weighed->refused;
   double weight = 0.0, turn = 0.0;
-  for (std::size_t i = 0; i < settled.size(); ++i) {
-    if (!settled[i].matched) continue;
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    if (!drawn[i].matched) continue;
     ++outcome.matched;
-    outcome.mean_score += settled[i].score;
+    outcome.mean_score += drawn[i].score;
     const double w = std::exp(filter_->log_weights()[i]);
     if (!(w > 0)) continue;
     weight += w;
@@ -248,19 +249,19 @@ Result<RbpfOutcome> RadarSlam::Engine::update(LogTime time, Sensor sensor, const
   if (weight > 0) outcome.turn_correction = Angle::radians(turn / weight);
   outcome.effective_particles = filter_->effective_particles();
   outcome.resampled = filter_->resample_below(options_.resample_below);
-  ++statistics_.taken_up;
+  ++statistics_.updates;
   statistics_.matches += outcome.matched;
-  statistics_.matches_refused += first ? 0 : settled.size() - outcome.matched;
+  statistics_.matches_refused += first ? 0 : drawn.size() - outcome.matched;
   statistics_.resampled += outcome.resampled ? 1 : 0;
-  // The covariance begins anew.
+  // Start of the next motion.
   increments_.push_back(moved_.mean);
   for (auto* places : {&at_update_, &at_map_})
     for (SE2d& place : *places) place = moved_.mean.inverse() * place;
-  if (maps_grow) at_map_[sensor] = SE2d();
+  if (map_due_now) at_map_[sensor] = SE2d();
   at_update_[sensor] = SE2d();
   moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
   tracked_ = SE2d();
-  begun_[sensor] = true;
+  has_scans_[sensor] = true;
   updated_ = time;
   if (!weighed) return weighed.error();
   return outcome;
@@ -269,7 +270,7 @@ Result<RbpfOutcome> RadarSlam::Engine::update(LogTime time, Sensor sensor, const
 void RadarSlam::Engine::map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
                             ScanRaster& raster) const {
   if (sensor == kLidar) {
-    // A scan too wide for the raster leaves the map as it is.
+    // A scan too large for the raster is left out of the map.
     (void)insert_points<FillBetweenBeams>(particle.map.lidar, particle.pose, points,
                                           options_.lidar_model, raster,
                                           options_.T_base_laser.raw().translation());

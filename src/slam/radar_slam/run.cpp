@@ -7,12 +7,12 @@
 namespace wayfare {
 namespace {
 
-MotionFrom motion_of(const Recording& recording) {
-  if (!recording.wheels.empty()) return MotionFrom::wheels;
-  return recording.odometry.empty() ? MotionFrom::nothing : MotionFrom::odometry;
+MotionSource motion_of(const Recording& recording) {
+  if (!recording.wheels.empty()) return MotionSource::wheels;
+  return recording.odometry.empty() ? MotionSource::none : MotionSource::odometry;
 }
 
-/// How much of the recording lies before a time, [0, 1].
+/// Share of the recording before a time, [0, 1].
 class Share {
  public:
   explicit Share(const Recording& recording) {
@@ -53,7 +53,7 @@ Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions
   while (const auto time = stream.step())
     if (progress && !progress(share.at(*time))) break;
   RadarSlamRun run = stream.result();
-  if (run.statistics.taken_up > 0) return run;
+  if (run.statistics.updates > 0) return run;
   return Error{ErrorCode::invalid,
                "no scan could be used" + (run.refused_scans > 0 ? "; " + run.first_refusal : "")};
 }

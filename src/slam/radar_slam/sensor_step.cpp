@@ -10,12 +10,12 @@ namespace wayfare {
 
 namespace {
 
-Gaussian<SE2d> half_believed(const SE2d& mean, const Gaussian<SE2d>& motion) {
+Gaussian<SE2d> inflated(const SE2d& mean, const Gaussian<SE2d>& motion) {
   return {mean, 4.0 * motion.covariance};
 }
 
-/// Every k-th, so that no more are left.
-PointSet some_of(const PointSet& points, std::size_t most) {
+/// Every k-th point, at most `most`.
+PointSet every_kth(const PointSet& points, std::size_t most) {
   const std::size_t k = most > 0 ? (points.size() + most - 1) / most : 1;
   PointSet some;
   some.reserve(points.size() / k + 1);
@@ -25,13 +25,13 @@ PointSet some_of(const PointSet& points, std::size_t most) {
 
 }  // namespace
 
-Settled SensorStep::settle(const OccupancyGrid& map, const PointSet& points,
-                           const Gaussian<SE2d>& expected, const SE2d& tracked, Rng& rng) {
+DrawnPose SensorStep::draw_pose(const OccupancyGrid& map, const PointSet& points,
+                                const Gaussian<SE2d>& expected, const SE2d& tracked, Rng& rng) {
   const auto about_tracked = [&](const Gaussian<SE2d>& loose) {
-    return look(map, points, loose, {kNear_m, kNear_m, kNearTurn}, wide_view_);
+    return match_in(map, points, loose, {kNear_m, kNear_m, kNearTurn}, wide_view_);
   };
   if (const auto found = find(map, points, expected, tracked, about_tracked)) {
-    const auto prior = found->widened ? half_believed(tracked, expected) : expected;
+    const auto prior = found->widened ? inflated(tracked, expected) : expected;
     const auto drawn = proposal_.draw(view_, points, found->pose, prior, rng, proposal_options_);
     if (drawn) return {drawn->T_map_points, drawn->log_evidence, found->score, true};
   }
@@ -42,49 +42,49 @@ Settled SensorStep::settle(const OccupancyGrid& map, const PointSet& points,
 std::optional<ScanMatch> SensorStep::track(const OccupancyGrid& map, const PointSet& points,
                                            const Gaussian<SE2d>& expected, const SE2d& tracked) {
   const auto far_about = [&](const Gaussian<SE2d>& loose) {
-    return look_wider(map, points, loose);
+    return match_wide(map, points, loose);
   };
   return find(map, points, expected, tracked, far_about);
 }
 
-/// `elsewhere(motion)` looks again, where the walls do not agree with `expected`.
+/// `elsewhere(motion)` searches again if the agreement at `expected` is poor.
 template <class Elsewhere>
 std::optional<ScanMatch> SensorStep::find(const OccupancyGrid& map, const PointSet& points,
                                           const Gaussian<SE2d>& expected, const SE2d& tracked,
                                           const Elsewhere& elsewhere) {
-  auto found = look(map, points, expected, window_of(expected), view_);
+  auto found = match_in(map, points, expected, window_of(expected), view_);
   if (options_.wide_m <= 0 || (found && found->score >= options_.tracked_score)) return found;
-  const Gaussian<SE2d> loose = half_believed(tracked, expected);
+  const Gaussian<SE2d> loose = inflated(tracked, expected);
   auto other = elsewhere(loose);
-  const ScanMatch stay = found.value_or(ScanMatch{expected, options_.least_score});
-  if (!other ||
-      explained(*other, loose, points) < explained(stay, loose, points) + options_.wide_nats)
+  const ScanMatch stay = found.value_or(ScanMatch{expected, options_.min_score});
+  if (!other || log_posterior(*other, loose, points) <
+                    log_posterior(stay, loose, points) + options_.wide_margin_nats)
     return found;
   std::swap(view_, wide_view_);
   other->widened = true;
   return other;
 }
 
-/// ln of what the scan and the motion say of a match, but for a constant.
-double SensorStep::explained(const ScanMatch& match, const Gaussian<SE2d>& motion,
-                             const PointSet& points) const {
-  const double n = independent(points) * static_cast<double>(points.size());
+/// Log posterior of a match given scan and motion, up to a constant.
+double SensorStep::log_posterior(const ScanMatch& match, const Gaussian<SE2d>& motion,
+                                 const PointSet& points) const {
+  const double n = point_weight(points) * static_cast<double>(points.size());
   const Eigen::Vector3d off = match.pose.mean.minus(motion.mean);
   return n * (1.0 - match.score) * std::log(options_.field.floor_probability) -
          0.5 * off.dot(motion.covariance.ldlt().solve(off));
 }
 
-std::optional<ScanMatch> SensorStep::look(const OccupancyGrid& map, const PointSet& points,
-                                          const Gaussian<SE2d>& expected,
-                                          const SearchWindow& window, LikelihoodField& view) {
+std::optional<ScanMatch> SensorStep::match_in(const OccupancyGrid& map, const PointSet& points,
+                                              const Gaussian<SE2d>& expected,
+                                              const SearchWindow& window, LikelihoodField& view) {
   const FieldReach reach{std::max(window.half_x_m, window.half_y_m) + map.resolution_m(),
                          window.half_heading.radians()};
   if (!make_view(map, points, expected.mean, reach, view)) return std::nullopt;
   const Eigen::Matrix3d information = expected.covariance.inverse();
-  const auto coarse = matcher_.match(view, some_of(points, options_.search_points), expected.mean,
+  const auto coarse = matcher_.match(view, every_kth(points, options_.search_points), expected.mean,
                                      window, match_options(information));
   if (!coarse || !*coarse) return std::nullopt;
-  return sharpened(view, points, **coarse, expected, information);
+  return refined(view, points, **coarse, expected, information);
 }
 
 bool SensorStep::make_view(const OccupancyGrid& map, const PointSet& points, const SE2d& expected,
@@ -94,8 +94,8 @@ bool SensorStep::make_view(const OccupancyGrid& map, const PointSet& points, con
              : fields_.make(map, points, expected, reach, options_.field, view).has_value();
 }
 
-/// Farther about, by branch and bound.
-std::optional<ScanMatch> SensorStep::look_wider(const OccupancyGrid& map, const PointSet& points,
+/// A wide window, by branch and bound.
+std::optional<ScanMatch> SensorStep::match_wide(const OccupancyGrid& map, const PointSet& points,
                                                 const Gaussian<SE2d>& expected) {
   const SearchWindow window{options_.wide_m, options_.wide_m, options_.wide_turn};
   const FieldReach reach{options_.wide_m + map.resolution_m(), options_.wide_turn.radians()};
@@ -105,12 +105,12 @@ std::optional<ScanMatch> SensorStep::look_wider(const OccupancyGrid& map, const 
   const auto coarse =
       far_matcher_.match(pyramid_, points, expected.mean, window, match_options(information));
   if (!coarse || !*coarse) return std::nullopt;
-  return sharpened(wide_view_, points, **coarse, expected, information);
+  return refined(wide_view_, points, **coarse, expected, information);
 }
 
 MatchOptions SensorStep::match_options(const Eigen::Matrix3d& information) const {
   MatchOptions result;
-  result.min_score = options_.least_score;
+  result.min_score = options_.min_score;
   result.prior_information = information;
   result.independent_points = options_.independent_points;
   return result;
@@ -127,15 +127,14 @@ SearchWindow SensorStep::window_of(const Gaussian<SE2d>& expected) const {
           Angle::radians(std::min(turn, options_.max_turn_correction.radians()))};
 }
 
-/// From the best cell to the summit between cells, then towards what motion says along the
-/// directions the scan leaves open.
-std::optional<ScanMatch> SensorStep::sharpened(const LikelihoodField& view, const PointSet& points,
-                                               const MatchResult& coarse,
-                                               const Gaussian<SE2d>& expected,
-                                               const Eigen::Matrix3d& information) const {
+/// Refined from the best cell, then combined with the motion as a prior.
+std::optional<ScanMatch> SensorStep::refined(const LikelihoodField& view, const PointSet& points,
+                                             const MatchResult& coarse,
+                                             const Gaussian<SE2d>& expected,
+                                             const Eigen::Matrix3d& information) const {
   const auto fine = refine(view, points, coarse.T_map_points);
   if (!fine) return std::nullopt;
-  const Eigen::LLT<Eigen::Matrix3d> both(independent(points) * fine->information + information);
+  const Eigen::LLT<Eigen::Matrix3d> both(point_weight(points) * fine->information + information);
   if (both.info() != Eigen::Success) return std::nullopt;
   const Eigen::Vector3d back = expected.mean.minus(fine->T_map_points);
   const SE2d pose = fine->T_map_points.plus(both.solve(information * back));
@@ -146,7 +145,7 @@ std::optional<ScanMatch> SensorStep::sharpened(const LikelihoodField& view, cons
   return ScanMatch{{pose, both.solve(Eigen::Matrix3d::Identity())}, coarse.score};
 }
 
-double SensorStep::independent(const PointSet& points) const {
+double SensorStep::point_weight(const PointSet& points) const {
   return std::min(1.0, options_.independent_points / static_cast<double>(points.size()));
 }
 
@@ -155,7 +154,7 @@ double SensorStep::log_likelihood(const PointSet& points, const SE2d& pose) cons
   for (std::size_t i = 0; i < points.size(); ++i)
     sum += view_.log_likelihood(
         cell_of(pose * Eigen::Vector2d(points[i].cast<double>()), view_.resolution_m()));
-  return independent(points) * sum;
+  return point_weight(points) * sum;
 }
 
 }  // namespace wayfare

@@ -15,22 +15,22 @@
 
 namespace wayfare {
 
-/// A scan found in a particle's map.
+/// A match of a scan with a particle's map.
 struct ScanMatch {
   Gaussian<SE2d> pose;
   double score = 0.0;
-  bool widened = false;  ///< found where the motion was believed half as much
+  bool widened = false;  ///< found with the inflated motion covariance
 };
 
-/// Where a particle comes to be, and what that says of it.
-struct Settled {
+/// A particle's new pose and its weight factor.
+struct DrawnPose {
   SE2d pose;
   double log_factor = 0.0;  ///< of the particle's weight
   double score = 0.0;       ///< of the match, 0 where there was none
   bool matched = false;
 };
 
-/// Steps 5 and 6 for one particle and one sensor. Keeps its scratch memory: one a thread.
+/// Steps 5 and 6 for one particle and one sensor. Has scratch memory: one per thread.
 class SensorStep {
  public:
   SensorStep(const RbpfSensorOptions& options, const PoseProposalOptions& proposal)
@@ -38,16 +38,16 @@ class SensorStep {
     proposal_options_.independent_points = options.independent_points;
   }
 
-  /// `expected`: where motion leads to; `tracked`: where the best particle's matches do. Where the
-  /// walls agree with the first too little, they are asked about the second.
-  [[nodiscard]] Settled settle(const OccupancyGrid& map, const PointSet& points,
-                               const Gaussian<SE2d>& expected, const SE2d& tracked, Rng& rng);
-  /// The match alone, sought farther about `tracked` where need be.
+  /// `expected`: predicted by the motion; `tracked`: by the best particle's matches. The second is
+  /// searched if the agreement around the first is poor.
+  [[nodiscard]] DrawnPose draw_pose(const OccupancyGrid& map, const PointSet& points,
+                                    const Gaussian<SE2d>& expected, const SE2d& tracked, Rng& rng);
+  /// The match alone, searched in a wide window around `tracked` if necessary.
   [[nodiscard]] std::optional<ScanMatch> track(const OccupancyGrid& map, const PointSet& points,
                                                const Gaussian<SE2d>& expected, const SE2d& tracked);
 
  private:
-  /// Particles differ by less than this in what they make of a motion.
+  /// Bound on the difference between particles in one motion.
   static constexpr double kNear_m = 0.2;
   static constexpr Angle kNearTurn = Angle::degrees(8.0);
 
@@ -56,24 +56,24 @@ class SensorStep {
                                               const Gaussian<SE2d>& expected, const SE2d& tracked,
                                               const Elsewhere& elsewhere);
   [[nodiscard]] SearchWindow window_of(const Gaussian<SE2d>& expected) const;
-  [[nodiscard]] std::optional<ScanMatch> look(const OccupancyGrid& map, const PointSet& points,
-                                              const Gaussian<SE2d>& expected,
-                                              const SearchWindow& window, LikelihoodField& view);
-  [[nodiscard]] std::optional<ScanMatch> look_wider(const OccupancyGrid& map,
+  [[nodiscard]] std::optional<ScanMatch> match_in(const OccupancyGrid& map, const PointSet& points,
+                                                  const Gaussian<SE2d>& expected,
+                                                  const SearchWindow& window,
+                                                  LikelihoodField& view);
+  [[nodiscard]] std::optional<ScanMatch> match_wide(const OccupancyGrid& map,
                                                     const PointSet& points,
                                                     const Gaussian<SE2d>& expected);
   [[nodiscard]] bool make_view(const OccupancyGrid& map, const PointSet& points,
                                const SE2d& expected, const FieldReach& reach,
                                LikelihoodField& view);
   [[nodiscard]] MatchOptions match_options(const Eigen::Matrix3d& information) const;
-  [[nodiscard]] std::optional<ScanMatch> sharpened(const LikelihoodField& view,
-                                                   const PointSet& points,
-                                                   const MatchResult& coarse,
-                                                   const Gaussian<SE2d>& expected,
-                                                   const Eigen::Matrix3d& information) const;
-  [[nodiscard]] double explained(const ScanMatch& match, const Gaussian<SE2d>& motion,
-                                 const PointSet& points) const;
-  [[nodiscard]] double independent(const PointSet& points) const;
+  [[nodiscard]] std::optional<ScanMatch> refined(const LikelihoodField& view,
+                                                 const PointSet& points, const MatchResult& coarse,
+                                                 const Gaussian<SE2d>& expected,
+                                                 const Eigen::Matrix3d& information) const;
+  [[nodiscard]] double log_posterior(const ScanMatch& match, const Gaussian<SE2d>& motion,
+                                     const PointSet& points) const;
+  [[nodiscard]] double point_weight(const PointSet& points) const;
   [[nodiscard]] double log_likelihood(const PointSet& points, const SE2d& pose) const;
 
   RbpfSensorOptions options_;

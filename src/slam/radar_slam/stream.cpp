@@ -17,7 +17,7 @@
 namespace wayfare {
 namespace {
 
-/// What goes wrong is counted, and the first of it kept.
+/// Counts refusals and keeps the first.
 struct Refusals {
   std::size_t count = 0;
   std::string first = {};
@@ -30,19 +30,19 @@ struct Refusals {
   }
   void add_late(std::size_t measurements) {
     if (measurements == 0) return;
-    first = std::to_string(measurements) + " measurements late or doubled";
+    first = std::to_string(measurements) + " measurements late or duplicated";
     count += measurements;
   }
 };
 
-/// A sensor that has fallen silent, or sees nothing.
-class Watch {
+/// Reports a sensor without data or detections.
+class SilenceWatch {
  public:
-  explicit Watch(std::string what) : what_(std::move(what)) {}
-  void saw(LogTime time) { last_ = time; }
-  void tell(LogTime now, FaultLog& faults) const {
+  explicit SilenceWatch(std::string what) : what_(std::move(what)) {}
+  void detected(LogTime time) { last_ = time; }
+  void report(LogTime now, FaultLog& faults) const {
     constexpr double kLongest_s = 3.0;
-    if (last_) faults.tell(what_, to_seconds(now - *last_) > kLongest_s, now);
+    if (last_) faults.set(what_, to_seconds(now - *last_) > kLongest_s, now);
   }
 
  private:
@@ -50,29 +50,29 @@ class Watch {
   std::optional<LogTime> last_;
 };
 
-/// Measurements that wait, in one piece of memory.
+/// A queue in contiguous memory.
 template <class Measurement>
-class Waiting {
+class Pending {
  public:
   void push(const Measurement& m) { all_.push_back(m); }
   void pop(std::size_t n) {
-    gone_ += n;
-    if (2 * gone_ < all_.size()) return;
-    all_.erase(all_.begin(), all_.begin() + static_cast<std::ptrdiff_t>(gone_));
-    gone_ = 0;
+    popped_ += n;
+    if (2 * popped_ < all_.size()) return;
+    all_.erase(all_.begin(), all_.begin() + static_cast<std::ptrdiff_t>(popped_));
+    popped_ = 0;
   }
-  [[nodiscard]] bool empty() const { return gone_ == all_.size(); }
-  [[nodiscard]] const Measurement& front() const { return all_[gone_]; }
+  [[nodiscard]] bool empty() const { return popped_ == all_.size(); }
+  [[nodiscard]] const Measurement& front() const { return all_[popped_]; }
   [[nodiscard]] std::span<const Measurement> span() const {
-    return std::span<const Measurement>(all_).subspan(gone_);
+    return std::span<const Measurement>(all_).subspan(popped_);
   }
 
  private:
   std::vector<Measurement> all_;
-  std::size_t gone_ = 0;
+  std::size_t popped_ = 0;
 };
 
-Gaussian<SE2d> believed(const SE2d& increment, const MotionNoise& noise) {
+Gaussian<SE2d> with_noise(const SE2d& increment, const MotionNoise& noise) {
   const double d = increment.translation().norm();
   const double turn = std::abs(increment.heading().radians());
   const auto square = [](double x) { return x * x; };
@@ -85,13 +85,13 @@ Gaussian<SE2d> believed(const SE2d& increment, const MotionNoise& noise) {
 
 RadarSlamOptions slam_options(const RadarSlamStreamOptions& o) {
   RadarSlamOptions slam = o.slam;
-  if (o.motion == MotionFrom::nothing) {
-    // Where nothing says how far the robot went, what it sees must, and often.
+  if (o.motion == MotionSource::none) {
+    // Without odometry the motion must come from frequent scan matches.
     slam.update_time_s = std::min(slam.update_time_s, 1.0);
-  } else if (o.motion == MotionFrom::odometry) {
+  } else if (o.motion == MotionSource::odometry) {
     slam.update_travel_m = o.reckoning.odometry_update_travel_m;
     slam.update_turn = o.reckoning.odometry_update_turn;
-    slam.match_between = true;
+    slam.match_skipped = true;
   }
   return slam;
 }
@@ -115,19 +115,19 @@ class RadarSlamStream::Impl {
     if (by_wheels()) synchroniser_.push(sample);
   }
   void add(const OdometrySample& sample) {
-    if (take_time(kOdometry, sample.time)) odometry_.push(sample);
+    if (accept(kOdometry, sample.time)) odometry_.push(sample);
   }
   void add(const RadarScan& scan) {
     if (by_wheels()) {
       synchroniser_.push(scan);
-    } else if (take_time(kRadar, scan.time)) {
+    } else if (accept(kRadar, scan.time)) {
       radar_.push(scan);
     }
   }
   void add(const LaserScan& scan) {
     if (by_wheels()) {
       synchroniser_.push(scan);
-    } else if (take_time(kLaser, scan.time)) {
+    } else if (accept(kLaser, scan.time)) {
       lasers_.push(scan);
     }
   }
@@ -142,42 +142,41 @@ class RadarSlamStream::Impl {
   [[nodiscard]] RadarSlamRun result() const;
 
  private:
-  [[nodiscard]] bool by_wheels() const { return options_.motion == MotionFrom::wheels; }
-  [[nodiscard]] bool listens_to(Stream stream) const {
-    if (stream == kOdometry) return options_.motion == MotionFrom::odometry;
+  [[nodiscard]] bool by_wheels() const { return options_.motion == MotionSource::wheels; }
+  [[nodiscard]] bool uses(Stream stream) const {
+    if (stream == kOdometry) return options_.motion == MotionSource::odometry;
     return options_.sensors != (stream == kRadar ? SlamSensors::lidar : SlamSensors::radar);
   }
 
-  bool take_time(Stream stream, LogTime time) {
-    if (!listens_to(stream)) return false;
-    if ((marks_[stream] && time <= *marks_[stream]) || (last_ && time < *last_)) {
+  bool accept(Stream stream, LogTime time) {
+    if (!uses(stream)) return false;
+    if ((stream_time_[stream] && time <= *stream_time_[stream]) || (last_ && time < *last_)) {
       ++late_;
       return false;
     }
-    marks_[stream] = time;
+    stream_time_[stream] = time;
     now_ = now_ ? std::max(*now_, time) : time;
     finished_ = false;
     return true;
   }
-  /// Whether the stream has come as far as `time`, or is not waited for any longer.
-  [[nodiscard]] bool has_come(Stream stream, LogTime time) const {
-    return !listens_to(stream) || finished_ || (marks_[stream] && *marks_[stream] >= time) ||
+  /// Whether the stream has reached `time`, or is not waited for any longer.
+  [[nodiscard]] bool has_reached(Stream stream, LogTime time) const {
+    return !uses(stream) || finished_ || (stream_time_[stream] && *stream_time_[stream] >= time) ||
            *now_ >= time + options_.sync.max_wait;
   }
 
-  /// From wheels and gyro, on the common time base (steps 1 and 2).
+  /// With wheels and gyro, on the common time base (steps 1 and 2).
   std::optional<LogTime> step_by_wheels();
-  /// From poses of odometry at the scans' times; without them the robot stays about where it was.
+  /// With odometry poses at the scans' times; without any, the pose is predicted to stay.
   std::optional<LogTime> step_by_poses();
-  /// The frames that make the next scan of the radar, which can end no sooner than they do; of how
-  /// many more belong to it nothing is known where it is not whole.
+  /// Radar frames of the next augmented scan; more may follow if it is not `whole`.
   struct Group {
     std::span<const RadarScan> frames;
     bool whole = false;
   };
   [[nodiscard]] Group group() const;
-  LogTime place_radar(std::span<const RadarScan> frames);
-  LogTime place_laser();
+  LogTime process_radar(std::span<const RadarScan> frames);
+  LogTime process_laser();
   void move_to(LogTime time, const char* sensor);
   std::nullopt_t wait_for(std::string_view what) {
     waits_for_ = what;
@@ -186,13 +185,13 @@ class RadarSlamStream::Impl {
 
   RbpfOutcome lidar_scan(const LaserScan& scan);
   RbpfOutcome radar_scan(LogTime time, const PointSet& points);
-  RbpfOutcome taken(const Result<RbpfOutcome>& outcome, const char* sensor, LogTime time) {
+  RbpfOutcome record(const Result<RbpfOutcome>& outcome, const char* sensor, LogTime time) {
     refusals_.add(outcome, sensor, time);
     return outcome ? *outcome : RbpfOutcome{};
   }
   LogTime done(LogTime time) {
-    laser_watch_.tell(time, faults_);
-    radar_watch_.tell(time, faults_);
+    laser_watch_.report(time, faults_);
+    radar_watch_.report(time, faults_);
     waits_for_ = {};
     return time;
   }
@@ -201,32 +200,32 @@ class RadarSlamStream::Impl {
   RadarSlam slam_;
   RobotSynchroniser synchroniser_;
   DeadReckoner reckoner_;
-  Waiting<OdometrySample> odometry_;
-  Waiting<RadarScan> radar_;
-  Waiting<LaserScan> lasers_;
-  std::array<std::optional<LogTime>, kStreams> marks_{};  // how far each stream has come
-  std::optional<LogTime> now_, last_;                     // the latest of all; of what was placed
+  Pending<OdometrySample> odometry_;
+  Pending<RadarScan> radar_;
+  Pending<LaserScan> lasers_;
+  std::array<std::optional<LogTime>, kStreams> stream_time_{};  // latest time of each stream
+  std::optional<LogTime> now_, last_;  // latest time of all; of those processed
   std::optional<SE2d> T_odom_last_;
   bool finished_ = false, begun_ = false;
   std::string_view waits_for_;
   std::size_t late_ = 0;
   FaultLog faults_;
   Refusals refusals_;
-  Watch laser_watch_{"no LiDAR returns"}, radar_watch_{"no radar points"};
+  SilenceWatch laser_watch_{"no LiDAR returns"}, radar_watch_{"no radar points"};
 };
 
 RbpfOutcome RadarSlamStream::Impl::lidar_scan(const LaserScan& scan) {
-  if (!listens_to(kLaser)) return {};
+  if (!uses(kLaser)) return {};
   bool returned = false;
   for (std::size_t i = 0; i < scan.ranges_m.size() && !returned; ++i) returned = scan.returned(i);
-  if (returned) laser_watch_.saw(scan.time);
-  return taken(slam_.add_lidar(scan), "LiDAR", scan.time);
+  if (returned) laser_watch_.detected(scan.time);
+  return record(slam_.add_lidar(scan), "LiDAR", scan.time);
 }
 
 RbpfOutcome RadarSlamStream::Impl::radar_scan(LogTime time, const PointSet& points) {
-  if (!listens_to(kRadar)) return {};
-  if (!points.empty()) radar_watch_.saw(time);
-  return taken(slam_.add_radar(time, points), "radar", time);
+  if (!uses(kRadar)) return {};
+  if (!points.empty()) radar_watch_.detected(time);
+  return record(slam_.add_radar(time, points), "radar", time);
 }
 
 std::optional<LogTime> RadarSlamStream::Impl::step_by_wheels() {
@@ -243,13 +242,13 @@ std::optional<LogTime> RadarSlamStream::Impl::step_by_poses() {
   if (lasers_.empty() && !whole) return wait_for({});
   if (!lasers_.empty()) {
     const LogTime time = lasers_.front().time;
-    if (frames.empty() ? has_come(kRadar, time) : frames.back().time >= time)
-      return has_come(kOdometry, time) ? std::optional(place_laser()) : wait_for("odometry");
+    if (frames.empty() ? has_reached(kRadar, time) : frames.back().time >= time)
+      return has_reached(kOdometry, time) ? std::optional(process_laser()) : wait_for("odometry");
     if (!whole) return wait_for("radar scans");
   }
   const LogTime time = frames.back().time;
-  if (lasers_.empty() && !has_come(kLaser, time)) return wait_for("laser scans");
-  return has_come(kOdometry, time) ? std::optional(place_radar(frames)) : wait_for("odometry");
+  if (lasers_.empty() && !has_reached(kLaser, time)) return wait_for("laser scans");
+  return has_reached(kOdometry, time) ? std::optional(process_radar(frames)) : wait_for("odometry");
 }
 
 RadarSlamStream::Impl::Group RadarSlamStream::Impl::group() const {
@@ -262,7 +261,7 @@ RadarSlamStream::Impl::Group RadarSlamStream::Impl::group() const {
   return {frames.first(n), n == options.frames || n < frames.size() || finished_ || silent};
 }
 
-LogTime RadarSlamStream::Impl::place_radar(std::span<const RadarScan> frames) {
+LogTime RadarSlamStream::Impl::process_radar(std::span<const RadarScan> frames) {
   const GatheredRadar scan = gather(frames, options_.sync.T_base_radar, options_.sync.array,
                                     OdometryTrack(odometry_.span()));
   radar_.pop(frames.size());
@@ -271,7 +270,7 @@ LogTime RadarSlamStream::Impl::place_radar(std::span<const RadarScan> frames) {
   return done(scan.time);
 }
 
-LogTime RadarSlamStream::Impl::place_laser() {
+LogTime RadarSlamStream::Impl::process_laser() {
   const LaserScan scan = lasers_.front();
   lasers_.pop(1);
   move_to(scan.time, "motion to LiDAR");
@@ -280,18 +279,18 @@ LogTime RadarSlamStream::Impl::place_laser() {
 }
 
 void RadarSlamStream::Impl::move_to(LogTime time, const char* sensor) {
-  constexpr MotionNoise kBlind{0.15, 0.0, 0.0, Angle::degrees(8.0), 0.0, 0.0};
+  constexpr MotionNoise kNoOdometry{0.15, 0.0, 0.0, Angle::degrees(8.0), 0.0, 0.0};
   const auto samples = odometry_.span();
-  const auto told = OdometryTrack(samples).at(time);
-  const std::optional<SE2d> now = told ? std::optional(told->raw()) : std::nullopt;
+  const auto interpolated = OdometryTrack(samples).at(time);
+  const std::optional<SE2d> now = interpolated ? std::optional(interpolated->raw()) : std::nullopt;
   if (std::exchange(begun_, true))
-    refusals_.add(slam_.move(now && T_odom_last_ ? believed(T_odom_last_->inverse() * *now,
-                                                            options_.reckoning.odometry)
-                                                 : believed(SE2d(), kBlind)),
+    refusals_.add(slam_.move(now && T_odom_last_ ? with_noise(T_odom_last_->inverse() * *now,
+                                                              options_.reckoning.odometry)
+                                                 : with_noise(SE2d(), kNoOdometry)),
                   sensor, time);
   T_odom_last_ = now;
   last_ = time;
-  // Frames of the radar that wait are no older than this.
+  // Queued radar frames are no older than this.
   const LogTime needed =
       std::min(time, radar_.empty() ? time : radar_.front().time) - from_seconds(1.0);
   const auto first = std::partition_point(samples.begin(), samples.end(),

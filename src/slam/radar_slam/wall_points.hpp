@@ -5,14 +5,14 @@
 namespace wayfare {
 
 struct WallPointsOptions {
-  double spacing_m = 0.05;     ///< between the points made
-  double longest_gap_m = 1.0;  ///< to a neighbour of the same wall
-  double least_cos = 0.97;     ///< of the bend from a gap to those before and after it
+  double spacing_m = 0.05;  ///< between the interpolated points
+  double max_gap_m = 1.0;   ///< between neighbours on one wall
+  double min_cos = 0.97;    ///< of the angle between a gap and the adjacent ones
 };
 
-/// A scan's end points, in the order of their beams, and points on the wall between neighbours
-/// that run on straight. A wall seen at a shallow angle is otherwise a row of dots that lie the
-/// same in the next scan, whatever way along it the robot went: matching would hold it back.
+/// A scan's end points, in the order of their beams, with points interpolated on straight walls
+/// between neighbours. A wall seen at a shallow angle is otherwise a row of separate dots, the same
+/// in the next scan wherever the robot moved along it, and matching would underestimate the motion.
 [[nodiscard]] PointSet with_walls(const PointSet& ends, const WallPointsOptions& options);
 
 }  // namespace wayfare

@@ -23,7 +23,7 @@ Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const Mo
   const auto last = scans_.empty() ? std::nullopt : std::optional(scans_.back().time);
   if (auto ok = detail::check_scan(scan, odometry, last); !ok) return ok.error();
   if (hint.turn && !std::isfinite(hint.turn->radians()))
-    return Error{ErrorCode::invalid, "the gyroscope's turn is not finite"};
+    return Error{ErrorCode::invalid, "the gyroscope's heading change is not finite"};
   const auto points = points_of(scan);
   if (!points) return points.error();
   ScanOutcome outcome;
@@ -40,8 +40,8 @@ Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const Mo
   if (is_due(placed.matched))
     if (auto ok = add_node(*points, placed); !ok) return ok.error();
   local_ = {Transform2<frame::Odom, frame::Base>(T_local_base_), placed.matched, placed.openness,
-            placed.covariance, placed.expected_sigma};
-  motion_model_.tell(scan.time, T_local_base_, odometry);
+            placed.covariance, placed.predicted_sigma};
+  motion_model_.update(scan.time, T_local_base_, odometry);
   outcome.became_node = map_.nodes.size() > before;
   scans_.push_back(
       {scan.time, map_.latest(), map_.nodes.back().T_local_node.inverse() * T_local_base_});
@@ -53,7 +53,7 @@ Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const Mo
   return outcome;
 }
 
-/// Within range, one a voxel, finite by LaserScan::returned.
+/// Within range, one per voxel; finite by LaserScan::returned.
 Result<PointSet> SubmapSlam::Engine::points_of(const LaserScan& scan) const {
   const double range = std::min(options_.max_range_m, PackedPoints::kMaxRange_m);
   return voxel_filter(
@@ -71,24 +71,25 @@ Motion SubmapSlam::Engine::predict(LogTime time, const std::optional<SE2d>& odom
   return motion;
 }
 
-/// By `motion`; where that is odometry, and has the robot where little agrees and it would not get
-/// by `going_on`, by the latter if more agrees there: counters are reset, wheels lifted.
+/// Matches around the prediction `motion`. If that is odometry, contradicts `by_velocity` and
+/// agrees poorly, tries the latter too: counters are reset, wheels lifted.
 SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, const Motion& motion,
-                                                     const std::optional<Motion>& going_on) {
+                                                     const std::optional<Motion>& by_velocity) {
   const SE2d expected = T_local_base_ * motion.increment;
   const Eigen::Matrix3d turn = motion.increment.inverse().adjoint();
   for (Eigen::Matrix3d* since : {&since_node_, &since_match_})
     *since = turn * *since * turn.transpose() + motion.covariance();
-  // After scans that were not placed the robot may be farther off than one motion's error.
+  // After unmatched scans the error may exceed that of one motion.
   const Eigen::Vector3d most(1.0, 1.0, Angle::degrees(60).radians());
   const Eigen::Vector3d sigma = since_match_.diagonal().cwiseSqrt().cwiseMin(most);
   auto found = tracker_.place(map_, points, expected, {motion.increment, sigma});
   const bool poor = !found || found->score < options_.tracked_score;
-  if (going_on && (poor || leaps(motion, *going_on)) &&
-      contradicts(motion, *going_on, options_.search_sigmas)) {
-    constexpr double kClearly = 0.05;
-    const auto other = tracker_.place(map_, points, T_local_base_ * going_on->increment, *going_on);
-    if (other && other->score > (found ? found->score : 0.0) + kClearly) found = other;
+  if (by_velocity && (poor || jumps(motion, *by_velocity)) &&
+      contradicts(motion, *by_velocity, options_.search_sigmas)) {
+    constexpr double kMargin = 0.05;
+    const auto other =
+        tracker_.place(map_, points, T_local_base_ * by_velocity->increment, *by_velocity);
+    if (other && other->score > (found ? found->score : 0.0) + kMargin) found = other;
   }
   if (found) since_match_.setZero();
   T_local_base_ = found ? found->T_local_points : expected;
@@ -96,7 +97,7 @@ SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, con
   return found ? Placed{found->score, true, found->covariance, found->openness, sigma} : Placed{};
 }
 
-/// A scan nothing agrees with is kept once it is clear that this is no passing trouble.
+/// An unmatched scan becomes a node only after several in a row.
 bool SubmapSlam::Engine::is_due(bool matched) const {
   if (map_.nodes.empty()) return true;
   if (!matched) return lost_ >= options_.lost_scans;
@@ -105,8 +106,7 @@ bool SubmapSlam::Engine::is_due(bool matched) const {
          std::abs(moved.heading().radians()) >= options_.node_turn.radians();
 }
 
-/// What a match says of a step of such a length: the place it was matched at errs as well, the more
-/// the farther away that is.
+/// Information of a match over a distance `length_m` with which the error of its reference grows.
 Eigen::Matrix3d SubmapSlam::Engine::match_information(const Eigen::Matrix3d& matched,
                                                       double length_m, double turn_rad) const {
   const double sigma_m = 0.02 + 0.02 * length_m;
@@ -133,8 +133,8 @@ Result<void> SubmapSlam::Engine::add_node(const PointSet& points, const Placed& 
   return end_submaps(!placed.matched);
 }
 
-/// To the node before by match and motion, to the submap by the match alone; where that agreed
-/// badly, to the node before alone and loosely.
+/// Joined to the previous node by match and motion, and to the submap by the match; at poor
+/// agreement only to the previous node, weakly.
 void SubmapSlam::Engine::join_node(const std::shared_ptr<const PackedPoints>& points,
                                    const Placed& placed) {
   const SubmapNode& before = map_.nodes.back();
@@ -143,9 +143,9 @@ void SubmapSlam::Engine::join_node(const std::shared_ptr<const PackedPoints>& po
   const Eigen::Matrix3d by_motion = since_node_.inverse();
   if (placed.score < options_.tracked_score) {
     const double sigma_m = 0.1 + 0.3 * d, sigma_rad = Angle::degrees(10).radians() + 0.5 * turn;
-    const Eigen::Matrix3d loose =
+    const Eigen::Matrix3d weak =
         Eigen::Vector3d(sigma_m, sigma_m, sigma_rad).cwiseAbs2().cwiseInverse().asDiagonal();
-    map_.add_node(T_local_base_, points, placed.matched ? loose : by_motion);
+    map_.add_node(T_local_base_, points, placed.matched ? weak : by_motion);
     return;
   }
   const Submap& submap = matched_submap(map_);
@@ -154,8 +154,8 @@ void SubmapSlam::Engine::join_node(const std::shared_ptr<const PackedPoints>& po
   map_.join_latest(submap, match_information(placed.covariance, since_first, 0.0));
 }
 
-/// The latest node goes into the unfinished submaps; a full one ends, at half of it another begins.
-/// Where the robot was lost both end: what comes is not where they are.
+/// Adds the latest node to the unfinished submaps. A full one is finished, at half of it another
+/// starts. If the robot was lost all are finished.
 Result<void> SubmapSlam::Engine::end_submaps(bool lost) {
   int unfinished = 0;
   for (Submap& s : map_.submaps) {
@@ -192,11 +192,11 @@ int SubmapSlam::Engine::join_loops() {
   map_.graph.edges.insert(map_.graph.edges.end(), found.edges.begin(), found.edges.end());
   statistics_.loop_closures += found.edges.size();
   statistics_.loops_refused += found.refused;
-  if (!found.edges.empty()) (void)optimise(5, 1e-4);  // where it fails the poses stay as they were
+  if (!found.edges.empty()) (void)optimise(5, 1e-4);  // on failure the poses are unchanged
   return static_cast<int>(found.edges.size());
 }
 
-/// Only while no search is under way: its edges name poses.
+/// Only without a running search: its edges refer to poses.
 void SubmapSlam::Engine::forget() {
   const auto finished = [&] {
     return std::count_if(map_.submaps.begin(), map_.submaps.end(),
@@ -212,7 +212,7 @@ void SubmapSlam::Engine::forget() {
     scans_.erase(scans_.begin(), kept);
     for (SubmapScan& s : scans_) s.node -= gone;
     map_.forget_oldest();
-    search_.graph_was_cut();
+    search_.poses_dropped();
     ++statistics_.forgotten_submaps;
   }
 }
@@ -230,7 +230,7 @@ Result<void> SubmapSlam::Engine::optimise(int iterations, double min_gain) {
 
 Result<void> SubmapSlam::Engine::finish() {
   if (join_at_) join_loops();
-  // Who comes round at the very end has places not yet looked for.
+  // Search once more, for loops closed by the very last nodes.
   if (nodes_since_search_ > 0 && search_.begin(map_)) join_loops();
   if (map_.nodes.size() < 2) return {};
   return optimise(50, 1e-6);
@@ -251,7 +251,7 @@ OccupancyGrid SubmapSlam::Engine::map(const OccupancyGridOptions& shape,
   ScanRaster raster;
   const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
   for (int k = 0; k <= map_.latest(); ++k) {
-    // A scan too wide for the raster leaves the map as it is: the others still make one.
+    // A scan too large for the raster is left out of the map.
     (void)insert_points(grid, map_.pose(k), map_.node(k).points->unpacked(), model, raster, laser);
   }
   return grid;

@@ -15,7 +15,7 @@
 
 namespace wayfare {
 
-/// Where a scan was, relative to the node it hangs on.
+/// A scan's pose relative to its node.
 struct SubmapScan {
   LogTime time;
   int node = 0;
@@ -39,20 +39,20 @@ class SubmapSlam::Engine {
   Result<void> restore(std::span<const std::uint8_t> bytes);
 
  private:
-  /// What came of placing a scan.
+  /// Result of matching a scan.
   struct Placed {
     double score = 0.0;
     bool matched = false;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     double openness = 1.0;
-    Eigen::Vector3d expected_sigma = Eigen::Vector3d::Zero();
+    Eigen::Vector3d predicted_sigma = Eigen::Vector3d::Zero();
   };
 
   [[nodiscard]] Result<PointSet> points_of(const LaserScan& scan) const;
   [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry,
                                const std::optional<Angle>& turn) const;
   [[nodiscard]] Placed place(const PointSet& points, const Motion& motion,
-                             const std::optional<Motion>& going_on);
+                             const std::optional<Motion>& by_velocity);
   [[nodiscard]] bool is_due(bool matched) const;
   Result<void> add_node(const PointSet& points, const Placed& placed);
   void join_node(const std::shared_ptr<const PackedPoints>& points, const Placed& placed);
@@ -75,12 +75,12 @@ class SubmapSlam::Engine {
   SubmapGraph map_;
   LocalPlacement local_;
   SE2d T_local_base_;                                     // of the latest scan
-  Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // the motions' covariance since then
+  Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // covariance of the motion since then
   Eigen::Matrix3d since_match_ = Eigen::Matrix3d::Zero();
-  int lost_ = 0;  // scans in a row without agreement
+  int lost_ = 0;  // consecutive scans without agreement
   int nodes_since_search_ = 0;
-  std::optional<std::uint64_t> join_at_;  // scans taken when the search under way is joined
-  Trajectory forgotten_;                  // of scans whose nodes were
+  std::optional<std::uint64_t> join_at_;  // number of scans at which the running search is joined
+  Trajectory forgotten_;                  // of scans whose nodes were dropped
   std::vector<SubmapScan> scans_;
   SubmapSlamStatistics statistics_;
 };

@@ -33,7 +33,7 @@ std::optional<LocalTracker::Placement> LocalTracker::place(const SubmapGraph& ma
   constexpr std::size_t kFewestPoints = 10;
   if (points.size() < kFewestPoints) return std::nullopt;
   MatchOptions options;
-  options.min_score = options_.least_score;
+  options.min_score = options_.min_score;
   options.independent_points = options_.independent_points;
   options.prior_information = Eigen::Matrix3d(motion.sigma.cwiseAbs2().cwiseInverse().asDiagonal());
   options.covariance = true;
@@ -42,9 +42,9 @@ std::optional<LocalTracker::Placement> LocalTracker::place(const SubmapGraph& ma
   auto best =
       match(map, points, T_local_expected, {half_m, half_m, Angle::radians(reach[2])}, options);
   if (!best || best->score < options_.tracked_score) {
-    constexpr double kClearly = 0.05;
+    constexpr double kMargin = 0.05;
     const auto other = search_wider(map, points, T_local_expected, motion);
-    if (other && other->score > (best ? best->score : 0.0) + kClearly) best = other;
+    if (other && other->score > (best ? best->score : 0.0) + kMargin) best = other;
   }
   if (!best) return std::nullopt;
   const OpenDirection open(*best->constraint, detail::rms_distance_m(points));
@@ -52,12 +52,12 @@ std::optional<LocalTracker::Placement> LocalTracker::place(const SubmapGraph& ma
                    open.widen(*best->covariance), open.openness()};
 }
 
-/// Every place and heading about where motion led, in a field that attracts from afar.
+/// All poses in a window around the prediction, in a field with a wide basin of attraction.
 std::optional<MatchResult> LocalTracker::search_wider(const SubmapGraph& map,
                                                       const PointSet& points,
                                                       const SE2d& T_local_expected,
                                                       const Motion& motion) const {
-  constexpr double kOutlierProbability = 0.2, kLooser = 0.25, kIndependentPoints = 8.0;
+  constexpr double kOutlierProbability = 0.2, kPriorWeight = 0.25, kIndependentPoints = 8.0;
   const Submap& s = matched_submap(map);
   std::vector<PointSet> scans;
   std::vector<PlacedPoints> placed;
@@ -73,13 +73,13 @@ std::optional<MatchResult> LocalTracker::search_wider(const SubmapGraph& map,
   options.min_score = options_.lost_score;
   options.independent_points = kIndependentPoints;
   options.prior_information =
-      kLooser * Eigen::Matrix3d(motion.sigma.cwiseAbs2().cwiseInverse().asDiagonal());
+      kPriorWeight * Eigen::Matrix3d(motion.sigma.cwiseAbs2().cwiseInverse().asDiagonal());
   const double half_m = std::max({0.8, 2 * motion.sigma[0], 2 * motion.sigma[1]});
   const auto found = CorrelativeMatcher().match(*field, points, T_local_expected,
                                                 {half_m, half_m, Angle::degrees(50)}, options);
   if (!found || !*found) return std::nullopt;
   options = {};
-  options.min_score = options_.least_score;
+  options.min_score = options_.min_score;
   options.covariance = true;
   return match(map, points, (*found)->T_map_points, {0.3, 0.3, Angle::degrees(5)}, options);
 }

@@ -15,25 +15,26 @@
 
 namespace wayfare {
 
-/// Grids of the unfinished submaps, and scans placed in the older of them.
+/// Grids of the unfinished submaps; matches scans to the older of them.
 class LocalTracker {
  public:
   explicit LocalTracker(const SubmapSlamOptions& options)
       : options_(options), matcher_(options.match) {}
 
-  /// Where points are in the local frame: by match, and by motion along what the scene leaves open.
+  /// Pose of points in the local frame: by the match, and by the prediction along unconstrained
+  /// directions.
   struct Placement {
     SE2d T_local_points;
     double score = 0.0;
     Eigen::Matrix3d covariance;
     double openness = 0.0;  ///< as LocalPlacement's
   };
-  /// None where nothing near agrees.
+  /// Nothing without agreement nearby.
   [[nodiscard]] std::optional<Placement> place(const SubmapGraph& map, const PointSet& points,
                                                const SE2d& T_local_expected,
                                                const Motion& motion) const;
 
-  /// The latest node has come, or a submap has begun or ended: the grids follow.
+  /// Updates the grids after a node was added, or a submap began or ended.
   Result<void> follow(const SubmapGraph& map);
 
   [[nodiscard]] std::size_t memory_bytes() const;
@@ -41,7 +42,7 @@ class LocalTracker {
  private:
   struct Active {
     std::int64_t id;
-    int nodes;  // in it
+    int nodes;  // number inserted
     MultiResolutionGrid grid;
   };
 

@@ -17,7 +17,7 @@
 namespace wayfare {
 namespace {
 
-/// Three standard deviations of the place, along the axis that is known less.
+/// Three standard deviations of the position along its less certain axis.
 double reach_m(const Eigen::Matrix3d& covariance) {
   return 3.0 * std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
 }
@@ -56,7 +56,7 @@ const FoundLoops& LoopSearch::result() {
   return found_;
 }
 
-/// The nearest of the submaps that may share a view with the latest node.
+/// The nearest submaps that may share a view with the latest node.
 std::vector<LoopSearch::Candidate> LoopSearch::candidates(const SubmapGraph& map) {
   const SubmapNode& latest = map.nodes.back();
   const auto usable = [&](const PoseEdge<SE2d>& edge) {
@@ -78,7 +78,7 @@ std::vector<LoopSearch::Candidate> LoopSearch::candidates(const SubmapGraph& map
   std::vector<Candidate> result;
   for (const auto& [away, s] : near) {
     const SE2d T_submap_node = map.graph_pose(s->pose).inverse() * map.pose(map.latest());
-    // The finder's covariance is of the submap seen from the node.
+    // The covariance found is of the submap relative to the node.
     const Eigen::Matrix3d move = T_submap_node.adjoint();
     Candidate c{*s, {}, T_submap_node, {}, nullptr};
     c.covariance = move.inverse() * known.covariance[static_cast<std::size_t>(s->pose)] *
@@ -91,8 +91,8 @@ std::vector<LoopSearch::Candidate> LoopSearch::candidates(const SubmapGraph& map
   return result;
 }
 
-/// The latest nodes' points together, in the latest node's frame, one a 10 cm cell: a wider and
-/// less ambiguous view than a single scan.
+/// The points of the latest nodes in the latest node's frame, one per 10 cm cell: a larger and less
+/// ambiguous view than a single scan.
 PointSet LoopSearch::context(const SubmapGraph& map) const {
   constexpr double kCell_m = 0.1;
   const SE2d T_node_local = map.nodes.back().T_local_node.inverse();
@@ -116,20 +116,20 @@ FoundLoops LoopSearch::search(Query& query) {
 }
 
 std::shared_ptr<const LoopSearch::Tables> LoopSearch::tables(const Candidate& c) {
-  const auto have = std::find_if(kept_.begin(), kept_.end(),
+  const auto have = std::find_if(cache_.begin(), cache_.end(),
                                  [&](const auto& entry) { return entry.first == c.submap.id; });
-  if (have != kept_.end()) {
-    kept_.splice(kept_.begin(), kept_, have);
+  if (have != cache_.end()) {
+    cache_.splice(cache_.begin(), cache_, have);
   } else {
-    kept_.emplace_front(c.submap.id, make_tables(c));
+    cache_.emplace_front(c.submap.id, make_tables(c));
     const auto most = static_cast<std::size_t>(std::max(options_.tables_kept, 1));
-    if (kept_.size() > most) kept_.pop_back();
+    if (cache_.size() > most) cache_.pop_back();
   }
-  return kept_.front().second;
+  return cache_.front().second;
 }
 
 std::shared_ptr<const LoopSearch::Tables> LoopSearch::make_tables(const Candidate& c) const {
-  constexpr double kOutlierProbability = 0.2;  // of a point that fits nothing
+  constexpr double kOutlierProbability = 0.2;
   const auto made = std::make_shared<Tables>();
   std::vector<PointSet> points;
   std::vector<PlacedPoints> placed;
@@ -140,7 +140,7 @@ std::shared_ptr<const LoopSearch::Tables> LoopSearch::make_tables(const Candidat
   for (const auto& [index, pose, packed] : c.scans) {
     points.push_back(packed->unpacked());
     placed.push_back({&points.back(), pose});
-    // A scan too wide for the raster is left out: the others still make a grid.
+    // A scan too large for the raster is left out of the grid.
     (void)insert_points(grid, pose, points.back(), options_.grid.model, raster, laser);
   }
   if (auto field = likelihood_field(
@@ -151,7 +151,7 @@ std::shared_ptr<const LoopSearch::Tables> LoopSearch::make_tables(const Candidat
   return made;
 }
 
-/// Searched coarsely for the latest nodes together, then placed exactly by the last of them.
+/// Coarse search with the points of the latest nodes, refinement with those of the last one.
 std::optional<PoseEdge<SE2d>> LoopSearch::match(const Query& query, const Candidate& c) const {
   if (c.tables->field.grid().empty() || c.tables->grid.empty()) return std::nullopt;
   const double reach = std::clamp(reach_m(c.covariance), 0.3, options_.loop_reach_m);
@@ -169,7 +169,7 @@ std::optional<PoseEdge<SE2d>> LoopSearch::match(const Query& query, const Candid
   options = {};
   options.independent_points = options_.independent_points;
   options.covariance = true;
-  options.min_score = options_.least_score;
+  options.min_score = options_.min_score;
   const auto near = GaussNewtonMatcher(smooth).match(
       c.tables->grid, query.points, (*found)->T_map_points, {0.3, 0.3, Angle::degrees(6)}, options);
   if (!near || !*near) return std::nullopt;
@@ -177,7 +177,7 @@ std::optional<PoseEdge<SE2d>> LoopSearch::match(const Query& query, const Candid
   const OpenDirection open(*(*near)->constraint, detail::rms_distance_m(query.points));
   const Eigen::Matrix3d covariance =
       open.widen(*(*near)->covariance) + Eigen::Matrix3d(floor.cwiseAbs2().asDiagonal());
-  // Tied to the submap's scan nearest by: the loop says most of that.
+  // Joined to the nearest scan of the submap, whose relative pose is the best known.
   const SE2d& T_submap_found = (*near)->T_map_points;
   const auto away = [&](const Candidate::Scan& s) {
     return (s.T_submap_node.translation() - T_submap_found.translation()).squaredNorm();
@@ -204,7 +204,7 @@ std::size_t LoopSearch::Tables::bytes() const {
 std::size_t LoopSearch::memory_bytes() {
   (void)result();
   std::size_t sum = 0;
-  for (const auto& entry : kept_) sum += entry.second->bytes();
+  for (const auto& entry : cache_) sum += entry.second->bytes();
   return sum;
 }
 

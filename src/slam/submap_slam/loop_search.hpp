@@ -18,36 +18,36 @@
 
 namespace wayfare {
 
-/// What a search for loops gave: edges of the graph as it was when the search began.
+/// Result of a search for loops: edges of the graph as it was when the search began.
 struct FoundLoops {
   std::vector<PoseEdge<SE2d>> edges;
-  std::size_t refused = 0;  ///< submaps searched, the place not found or not believed
+  std::size_t refused = 0;  ///< submaps without a match
 };
 
-/// Searches finished submaps for the place of the latest nodes, beside the caller's thread where
-/// there is more than one. Nothing of the graph is read once `begin` has returned.
+/// Searches finished submaps for the latest nodes, in the background with more than one thread. The
+/// graph is not read after `begin` has returned.
 class LoopSearch {
  public:
   explicit LoopSearch(const SubmapSlamOptions& options) : options_(options) {}
 
-  /// Begins a search from the latest node; false where there is nothing to be searched.
+  /// Begins a search from the latest node; false if there are no candidates.
   bool begin(const SubmapGraph& map);
-  /// The result of the search begun, waited for where it is not there yet.
+  /// The result of the last search; waits for it.
   [[nodiscard]] const FoundLoops& result();
-  /// What a search begun before the system was saved had found.
+  /// Result of a search that was running when the state was saved.
   void set_result(FoundLoops found) { found_ = std::move(found); }
 
-  /// How far the optimiser is to believe a loop closure.
+  /// Robust kernel of loop closures.
   [[nodiscard]] RobustKernel kernel() const {
     return {RobustKernelKind::cauchy, options_.loop_kernel_sigmas};
   }
   /// Poses were dropped from the graph.
-  void graph_was_cut() { uncertainty_ = {}; }
-  /// Of the tables; waits for the search under way.
+  void poses_dropped() { uncertainty_ = {}; }
+  /// Of the tables; waits for the running search.
   [[nodiscard]] std::size_t memory_bytes();
 
  private:
-  /// What a finished submap is searched by; made from its points when it is asked for.
+  /// Search tables of a finished submap; made from its points when needed.
   struct Tables {
     PrecomputationGrids field;
     ProbabilityPyramid grid;
@@ -56,13 +56,13 @@ class LoopSearch {
   struct Candidate {
     Submap submap;
     struct Scan {
-      int pose;  // its place in the graph
+      int pose;  // index in the graph
       SE2d T_submap_node;
       std::shared_ptr<const PackedPoints> points;
     };
     std::vector<Scan> scans;
     SE2d T_submap_node;
-    Eigen::Matrix3d covariance;  // of that
+    Eigen::Matrix3d covariance;  // of T_submap_node
     std::shared_ptr<const Tables> tables;
   };
   struct Query {
@@ -82,8 +82,9 @@ class LoopSearch {
   SubmapSlamOptions options_;
   PathUncertaintyFinder uncertainty_;
   FoundLoops found_;
-  std::list<std::pair<std::int64_t, std::shared_ptr<const Tables>>> kept_;  // latest used first
-  std::future<FoundLoops> running_;  // last: waited for before what it uses goes
+  std::list<std::pair<std::int64_t, std::shared_ptr<const Tables>>>
+      cache_;                        // most recently used first
+  std::future<FoundLoops> running_;  // last: destroyed, and so waited for, before what it uses
 };
 
 }  // namespace wayfare

@@ -9,14 +9,14 @@
 
 namespace wayfare {
 
-/// Points in a quarter of a PointSet's memory, to the millimetre or two.
+/// Points in a quarter of a PointSet's memory, at a resolution of 2 mm.
 class PackedPoints {
  public:
   static constexpr float kUnit_m = 0.002F;  // ±65 m
   static constexpr double kMaxRange_m = 60.0;
 
   PackedPoints() = default;
-  /// None of the points is farther than kMaxRange_m along an axis.
+  /// All points lie within kMaxRange_m along each axis.
   explicit PackedPoints(const PointSet& points) {
     xy_.reserve(2 * points.size());
     for (std::size_t i = 0; i < points.size(); ++i)

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x32'50'41'4d'42'55'53'57;  // "WSUBMAP2", least byte first
 
-/// FNV-1a: a damaged file is told from a good one.
+/// FNV-1a, to detect a damaged file.
 std::uint64_t digest(std::span<const std::uint8_t> bytes) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const std::uint8_t b : bytes) hash = (hash ^ b) * 0x100000001b3;
@@ -22,7 +22,7 @@ bool in(int index, std::size_t size) {
 
 }  // namespace
 
-/// What a SubmapSlam is made of, field by field.
+/// The fields of a SubmapSlam.
 struct SubmapState {
   template <class A>
   static void edges(A& a, std::vector<PoseEdge<SE2d>>& edges) {
@@ -61,14 +61,14 @@ struct SubmapState {
 
   template <class A>
   static void motion(A& a, MotionModel& model) {
-    perhaps(a, model.last_, [&](auto& last) {
+    optional_field(a, model.last_, [&](auto& last) {
       field(a, last.time);
       field(a, last.pose);
-      perhaps(a, last.odometry, [&](SE2d& pose) { field(a, pose); });
+      optional_field(a, last.odometry, [&](SE2d& pose) { field(a, pose); });
     });
-    field(a, model.from_.time);
-    field(a, model.from_.pose);
-    field(a, model.usual_s_);
+    field(a, model.velocity_from_.time);
+    field(a, model.velocity_from_.pose);
+    field(a, model.mean_interval_s_);
     field(a, model.velocity_);
   }
 
@@ -88,7 +88,7 @@ struct SubmapState {
   }
 
   template <class A>
-  static void everything(A& a, SubmapSlam::Engine& e, FoundLoops& under_way) {
+  static void all_fields(A& a, SubmapSlam::Engine& e, FoundLoops& pending) {
     map(a, e.map_);
     motion(a, e.motion_model_);
     path(a, e);
@@ -97,17 +97,17 @@ struct SubmapState {
     field(a, e.since_match_);
     field(a, e.lost_);
     field(a, e.nodes_since_search_);
-    perhaps(a, e.join_at_, [&](std::uint64_t& n) { field(a, n); });
-    edges(a, under_way.edges);
+    optional_field(a, e.join_at_, [&](std::uint64_t& n) { field(a, n); });
+    edges(a, pending.edges);
     SubmapSlamStatistics& s = e.statistics_;
     for (std::size_t* n :
-         {&under_way.refused, &s.scans, &s.unmatched_scans, &s.nodes, &s.submaps,
+         {&pending.refused, &s.scans, &s.unmatched_scans, &s.nodes, &s.submaps,
           &s.forgotten_submaps, &s.loop_closures, &s.loops_refused, &s.optimisations})
       field(a, *n);
   }
 
-  /// Whether every index leads somewhere, and what the system relies on is so.
-  static bool sound(const SubmapSlam::Engine& e, const FoundLoops& under_way) {
+  /// Whether all indices are valid and the invariants hold.
+  static bool is_valid(const SubmapSlam::Engine& e, const FoundLoops& pending) {
     const SubmapGraph& m = e.map_;
     const std::size_t poses = m.graph.poses.size(), nodes = m.nodes.size();
     const auto edge = [&](const PoseEdge<SE2d>& x) { return in(x.from, poses) && in(x.to, poses); };
@@ -116,7 +116,7 @@ struct SubmapState {
     };
     if (m.nodes.empty())
       return m.submaps.empty() && poses == 0 && m.graph.edges.empty() && e.scans_.empty();
-    return all(m.graph.edges, edge) && all(under_way.edges, edge) &&
+    return all(m.graph.edges, edge) && all(pending.edges, edge) &&
            all(m.nodes,
                [&](const SubmapNode& n) {
                  return in(n.pose, poses) && n.points->xy().size() % 2 == 0;
@@ -134,9 +134,9 @@ struct SubmapState {
 std::vector<std::uint8_t> SubmapSlam::Engine::save() {
   StateWriter a;
   a.number(kMagic);
-  FoundLoops under_way = search_.result();
-  if (!join_at_) under_way = {};
-  SubmapState::everything(a, *this, under_way);
+  FoundLoops pending = search_.result();
+  if (!join_at_) pending = {};
+  SubmapState::all_fields(a, *this, pending);
   a.number(digest(a.bytes));
   return std::move(a.bytes);
 }
@@ -150,13 +150,13 @@ Result<void> SubmapSlam::Engine::restore(std::span<const std::uint8_t> bytes) {
     return fault("not a map saved by submap SLAM", 0);
   const auto content = bytes.first(bytes.size() - sizeof(std::uint64_t));
   if (decode::load_le<std::uint64_t>(bytes.data() + content.size()) != digest(content))
-    return fault("damaged or cut off: the digest at its end does not fit", content.size());
+    return fault("damaged or truncated: the digest at its end does not match", content.size());
   StateReader a(content.subspan(sizeof(std::uint64_t)));
-  FoundLoops under_way;
-  SubmapState::everything(a, *this, under_way);
-  if (!a.ok() || a.left() != 0 || !SubmapState::sound(*this, under_way))
-    return fault("values that make no map", sizeof(std::uint64_t) + a.at());
-  search_.set_result(std::move(under_way));
+  FoundLoops pending;
+  SubmapState::all_fields(a, *this, pending);
+  if (!a.ok() || a.left() != 0 || !SubmapState::is_valid(*this, pending))
+    return fault("values that are not a valid map", sizeof(std::uint64_t) + a.at());
+  search_.set_result(std::move(pending));
   return map_.nodes.empty() ? Result<void>() : tracker_.follow(map_);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Values into bytes and back, by one list of fields for both ways: little endian, every vector led
+// Serialisation with one list of fields for both directions: little endian, every vector preceded
 // by its length.
 
 #include <cmath>
@@ -31,7 +31,7 @@ class StateWriter {
   [[nodiscard]] static bool ok() { return true; }
 };
 
-/// Reads nothing more after the first fault, which it remembers.
+/// Stops reading at the first fault.
 class StateReader {
  public:
   static constexpr bool kReads = true;
@@ -90,7 +90,7 @@ void each(A& a, std::vector<T>& values, const Each& one) {
   std::uint64_t n = values.size();
   a.number(n);
   if constexpr (A::kReads) {
-    if (!a.ok() || n > a.left()) return a.fail();  // every value takes a byte or more
+    if (!a.ok() || n > a.left()) return a.fail();  // every value takes at least one byte
     values.clear();
     for (std::uint64_t i = 0; i < n && a.ok(); ++i) one(values.emplace_back());
   } else {
@@ -98,7 +98,7 @@ void each(A& a, std::vector<T>& values, const Each& one) {
   }
 }
 template <class A, class T, class Inner>
-void perhaps(A& a, std::optional<T>& value, const Inner& inner) {
+void optional_field(A& a, std::optional<T>& value, const Inner& inner) {
   bool has = value.has_value();
   field(a, has);
   if constexpr (A::kReads) value = has ? std::optional<T>(T{}) : std::nullopt;

@@ -13,25 +13,25 @@
 
 namespace wayfare {
 
-/// A scan that was kept.
+/// A scan in the graph.
 struct SubmapNode {
-  int pose = 0;  ///< its place in the graph
+  int pose = 0;  ///< index in the graph
   SE2d T_local_node;
   double travel_m = 0.0;  ///< from the first node
   std::shared_ptr<const PackedPoints> points;
 };
 
-/// Nodes first … last, in the frame of where the first was, with the local frame's axes.
+/// Nodes first … last, in a frame at the first node's position with the local frame's axes.
 struct Submap {
   std::int64_t id = 0;  ///< counted from the first ever
-  int pose = 0;         ///< its place in the graph
+  int pose = 0;         ///< index in the graph
   SE2d T_local_submap;
   int first = 0, last = 0;
   bool finished = false;
 };
 
-/// Submaps, nodes and what joins them. The local frame is that of the scans' way from one to the
-/// next, which no loop closure bends.
+/// Submaps, nodes and the edges between them. The local frame is that of scan-to-scan tracking,
+/// which loop closures do not deform.
 class SubmapGraph {
  public:
   std::vector<SubmapNode> nodes;
@@ -44,19 +44,19 @@ class SubmapGraph {
   [[nodiscard]] const SE2d& graph_pose(int index) const {
     return graph.poses[static_cast<std::size_t>(index)];
   }
-  /// What loop closures have bent: T_map_local at the latest node.
+  /// T_map_local at the latest node: the correction by loop closures.
   [[nodiscard]] SE2d T_map_local() const {
     return pose(latest()) * nodes.back().T_local_node.inverse();
   }
 
-  /// A node, joined to the one before by what `information` says of the step between them.
+  /// Adds a node, joined to the previous one by their relative pose with `information`.
   void add_node(const SE2d& T_local_node, std::shared_ptr<const PackedPoints> points,
                 const Eigen::Matrix3d& information);
-  /// Joins the latest node to a submap by where it was matched there.
+  /// Joins the latest node to a submap by its pose in it.
   void join_latest(const Submap& submap, const Eigen::Matrix3d& information);
-  /// A submap of which the latest node is the first.
+  /// A submap whose first node is the latest one.
   void begin_submap();
-  /// Forgets the oldest submap with the nodes that are in no other; gives how many those were.
+  /// Drops the oldest submap with the nodes in no other; returns the number of those nodes.
   int forget_oldest();
 
  private:

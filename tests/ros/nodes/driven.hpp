@@ -10,7 +10,7 @@
 
 namespace wayfare::testing {
 
-/// A node with all it gave, and a clock of its own.
+/// A node with all its output, and its own clock.
 class Driven {
  public:
   explicit Driven(ros::SlamNodeOptions options = {}) : node(std::move(options)) {}

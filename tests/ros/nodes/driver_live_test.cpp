@@ -1,4 +1,4 @@
-// Devices on pseudo-terminals through the driver nodes: every frame once, as it is.
+// Devices on pseudo-terminals through the driver nodes: every frame once, unchanged.
 
 #include <signal.h>
 
@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using testing::Live;
 using testing::Process;
 
-/// A real capture, or where that is absent one built by the layout.
+/// A real capture, or if absent one built according to the format.
 decode::Stream capture(const std::string& name, const decode::Stream& built) {
   const std::string path = testing::recording(name);
   if (path.empty()) return built;
@@ -47,7 +47,7 @@ decode::Stream lidar_turns() {
   return all;
 }
 
-/// Plays the bytes to a driver whose messages somebody hears; what the driver said at its end.
+/// Plays the bytes to a driver with a subscriber; returns the driver's last output.
 template <class Heard>
 std::string drive(const std::string& program, const decode::Stream& bytes, const Heard& heard,
                   std::size_t messages) {
@@ -63,7 +63,7 @@ std::string drive(const std::string& program, const decode::Stream& bytes, const
   EXPECT_TRUE(Live::spin_until(30.0, [&] { return heard->size() >= messages; }))
       << heard->size() << " of " << messages << " messages\n"
       << driver.output();
-  Live::spin_until(0.5, [] { return false; });  // none comes twice
+  Live::spin_until(0.5, [] { return false; });  // none is duplicated
   EXPECT_EQ(driver.end(SIGTERM), 0);
   return driver.output();
 }
@@ -84,14 +84,14 @@ TEST_F(Live, EveryFrameOfARadarArrivesOnce) {
     const ros::RadarScan& m = (*heard)[i];
     EXPECT_EQ(m.header.frame_id, "radar");
     EXPECT_EQ(ros::radar_scan_of(m, LogTime())->points, frames[i].points) << i;
-    // By this computer's clock; closer than a minute is not to be had where frames come faster than
-    // the radar's own clock, by which they are stamped, says.
+    // Relative to this computer's clock; within a minute only, since frames arrive faster than at
+    // the rate of the radar's own clock, by which they are stamped.
     const LogTime now = LogTime::from_nanoseconds(node_->now_ns());
     EXPECT_TRUE(ros::check_clock(*ros::time_of(m.header.stamp), now, from_seconds(60.0)));
   }
 }
 
-TEST_F(Live, EveryTurnOfALidarArrivesOnce) {
+TEST_F(Live, EveryRevolutionOfALidarArrivesOnce) {
   const auto bytes = capture("devices/rplidar/legacy_scan_bin/living_room_116_steps/frame_0008.bin",
                              lidar_turns());
   std::vector<LaserScan> turns;

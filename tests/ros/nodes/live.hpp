@@ -19,7 +19,7 @@ namespace wayfare::testing {
 
 using Command = std::vector<std::string>;
 
-/// The master, and the test as a node; roscpp knows one node a process.
+/// The master, and the test as a node; roscpp allows one node per process.
 class Live : public ::testing::Test {
  public:
   static void SetUpTestSuite() {
@@ -50,7 +50,7 @@ class Live : public ::testing::Test {
   static bool spin_until(double seconds, const std::function<bool()>& done) {
     return until(seconds, done, [] { node_->spin(0.02); });
   }
-  /// Topics are named after the test, as latched messages of another must not be heard.
+  /// Topics have the test's name, so that latched messages of other tests are not received.
   static std::string topic(const std::string& name) {
     std::string full = "/";
     full += ::testing::UnitTest::GetInstance()->current_test_info()->name();
@@ -62,7 +62,7 @@ class Live : public ::testing::Test {
       command.push_back(std::string("/").append(name).append(":=").append(topic(name)));
     return command;
   }
-  /// A recording, twenty times as fast as it was, once every topic of `heard` has a listener.
+  /// Plays a recording at twenty times its speed, once every topic of `heard` has a subscriber.
   static Process play(const std::string& recording, const Command& heard,
                       const Command& options = {}) {
     Command command = {WAYFARE_PLAY_RECORDING, recording, "--speed", "20", "__name:=player"};
@@ -70,7 +70,7 @@ class Live : public ::testing::Test {
     command.insert(command.end(), options.begin(), options.end());
     return Process(in_its_own_topics(command), path("player.txt"));
   }
-  /// What is heard on a topic from now on.
+  /// Messages received on a topic from now on.
   template <class M>
   static std::shared_ptr<std::vector<M>> listen(const std::string& name) {
     auto heard = std::make_shared<std::vector<M>>();

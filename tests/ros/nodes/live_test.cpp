@@ -49,7 +49,7 @@ Process play_room(const Command& options) {
   return Live::play(room, {"/scan", "/odom"}, options);
 }
 
-/// Whether every occupied cell of `a` has one of `b` within a cell of it.
+/// Whether every occupied cell of `a` has one of `b` within a distance of one cell.
 bool has_all(const ros::OccupancyGrid& a, const ros::OccupancyGrid& b) {
   constexpr int kOccupied = 65;
   const auto cells = [&](double a_m, double b_m) {
@@ -83,10 +83,10 @@ const ros::OccupancyGrid& offline_map() {
   return map;
 }
 
-TEST_F(Live, ABagAtTwentyTimesItsSpeedMakesTheMapThatIsMadeOffline) {
+TEST_F(Live, ABagAtTwentyTimesItsSpeedGivesTheOfflineMap) {
   Process slam = slam_node("20");
   ASSERT_EQ(play_room({}).wait(120.0), 0) << slam.output();
-  // Nobody listened so far: the map is there for who comes late.
+  // No subscriber so far: the map is latched for later ones.
   spin_until(3.0, [] { return false; });
   const auto maps = listen<ros::OccupancyGrid>("map");
   const auto paths = listen<ros::Path>("path");
@@ -115,7 +115,7 @@ void replay_intel(double seconds, const std::string& map_period_s) {
   const auto paths = Live::listen<ros::Path>("path");
   const auto begin = std::chrono::steady_clock::now();
   auto player = Live::play(bag_of(r, "intel.bag"), {"/scan", "/odom"});
-  // What is heard meanwhile is taken up: a queue holds a thousand.
+  // Process what is received meanwhile: a queue has a capacity of a thousand.
   int code = -1;
   const double lasts_s = to_seconds(r.scans.back().time - r.scans.front().time);
   Live::spin_until(60.0 + lasts_s / 10.0, [&] { return (code = player.wait(0.0)) != -1; });
@@ -132,14 +132,12 @@ void replay_intel(double seconds, const std::string& map_period_s) {
   EXPECT_EQ(slam.end(SIGTERM), 0);
 }
 
-TEST_F(Live, ARealLogAtTwentyTimesItsSpeedMakesTheMapThatIsMadeOffline) {
-  replay_intel(400.0, "0.5");
-}
+TEST_F(Live, ARealLogAtTwentyTimesItsSpeedGivesTheOfflineMap) { replay_intel(400.0, "0.5"); }
 
-// Minutes: to be asked for.
-TEST_F(Live, DISABLED_AWholeRealLogMakesTheMapThatIsMadeOffline) { replay_intel(1e6, "5"); }
+// Takes minutes: enabled on request.
+TEST_F(Live, DISABLED_AWholeRealLogGivesTheOfflineMap) { replay_intel(1e6, "5"); }
 
-TEST_F(Live, RadarMakesTheMapThatIsMadeOffline) {
+TEST_F(Live, RadarGivesTheOfflineMap) {
   const Recording& drive = testing::radar_drive();
   RadarSlamOptions few;
   few.particles = 4;
@@ -179,7 +177,7 @@ TEST_F(Live, SurvivesARestartedPublisherAndTimeGoingBack) {
   EXPECT_EQ(slam.end(SIGTERM), 0);
 }
 
-TEST_F(Live, SaysThatItWaitsForATransformAndGoesOnOnceItIsThere) {
+TEST_F(Live, ReportsAMissingTransformAndContinuesOnceItIsThere) {
   Process slam = slam_node("1");
   const auto poses = listen<ros::PoseStamped>("pose");
   EXPECT_TRUE(spin_until(30.0, [&] {

@@ -1,4 +1,4 @@
-// The pedestrian's node as a process: readings in, steps out.
+// The pedestrian node as a process: samples in, steps out.
 
 #include <signal.h>
 
@@ -31,7 +31,7 @@ std::vector<std::string> odometry_made_offline(const std::vector<ImuSample>& sam
   return messages;
 }
 
-TEST_F(Live, AWalkMakesTheStepsThatAreMadeOffline) {
+TEST_F(Live, AWalkGivesTheOfflineSteps) {
   const auto samples = testing::walk(20.0);
   auto bag = ros::RecordingWriter::create(path("walk.bag"));
   ASSERT_TRUE(bag);
@@ -43,7 +43,7 @@ TEST_F(Live, AWalkMakesTheStepsThatAreMadeOffline) {
   const auto steps = listen<ros::Odometry>("odom");
   const auto transforms = listen<ros::TfMessage>("tf");
   EXPECT_TRUE(spin_until(30.0, [&] {
-    return node.output().find("waits for inertial readings") != std::string::npos;
+    return node.output().find("waits for inertial samples") != std::string::npos;
   })) << node.output();
   ASSERT_EQ(play(path("walk.bag"), {"/imu"}).wait(60.0), 0) << node.output();
 
@@ -52,7 +52,7 @@ TEST_F(Live, AWalkMakesTheStepsThatAreMadeOffline) {
   EXPECT_TRUE(spin_until(10.0, [&] { return transforms->size() >= offline.size(); }));
   ASSERT_EQ(steps->size(), offline.size()) << node.output();
   for (std::size_t i = 0; i < steps->size(); ++i) {
-    // ROS 1 counts a topic's messages in their headers.
+    // ROS 1 numbers a topic's messages in their headers.
     ros::Odometry step = (*steps)[i];
     step.header.seq = 0;
     EXPECT_EQ(ros::to_ros1(step), offline[i]) << i;

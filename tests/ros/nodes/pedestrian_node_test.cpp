@@ -1,4 +1,4 @@
-// Steps out of inertial messages, without ROS.
+// Steps from inertial messages, without ROS.
 
 #include <string>
 #include <vector>
@@ -25,7 +25,7 @@ struct Given {
   }
 };
 
-TEST(PedestrianNode, GivesEveryStepOfTheReckoning) {
+TEST(PedestrianNode, PublishesEveryStepOfTheDeadReckoning) {
   ros::PedestrianNode node;
   Pedestrian reckoning;
   std::vector<PedestrianPose> steps;
@@ -48,12 +48,12 @@ TEST(PedestrianNode, GivesEveryStepOfTheReckoning) {
     EXPECT_DOUBLE_EQ(m.pose.covariance[35], steps[i].covariance(2, 2));
     EXPECT_DOUBLE_EQ(m.pose.covariance[5], steps[i].covariance(0, 2));
   }
-  // Two steps a second of so many metres each.
+  // Two steps per second, with this number of metres each.
   const ros::Odometry& last = given.odometry.back();
   EXPECT_NEAR(last.twist.twist.linear.x, 2.0 * steps.back().length_m, 0.05);
 }
 
-TEST(PedestrianNode, BeginsAnewWhereTimeGoesBack) {
+TEST(PedestrianNode, RestartsWhenTimeGoesBack) {
   ros::PedestrianNode node;
   Given first, second;
   for (const ImuSample& s : walk(12.0)) first.take(node.add(ros::message_of(s, "imu"), 0.0));
@@ -64,16 +64,16 @@ TEST(PedestrianNode, BeginsAnewWhereTimeGoesBack) {
             first.odometry.back().pose.pose.position.x);
 }
 
-TEST(PedestrianNode, SaysWhatItWaitsForAndWhatItLeavesOut) {
+TEST(PedestrianNode, ReportsMissingAndInvalidInput) {
   ros::PedestrianNode node;
   Given given;
   given.take(node.idle(1.0));
   given.take(node.idle(2.0));
   EXPECT_EQ(given.said, "");
   given.take(node.idle(3.5));
-  EXPECT_EQ(given.said, "waits for inertial readings\n");
+  EXPECT_EQ(given.said, "waits for inertial samples\n");
   given.take(node.add(ros::Imu{}, 4.0));
-  EXPECT_THAT(given.said, HasSubstr("left out an inertial reading"));
+  EXPECT_THAT(given.said, HasSubstr("left out an inertial sample"));
 }
 
 }  // namespace

@@ -9,8 +9,7 @@
 
 namespace wayfare::testing {
 
-/// A program running beside the test, what it prints in a file made anew; killed where it still
-/// runs at the end.
+/// A program run by the test, with its output in a new file; killed if still running at the end.
 class Process {
  public:
   Process(const std::vector<std::string>& command, std::string output_file);
@@ -19,9 +18,9 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   [[nodiscard]] std::string output() const;
-  /// Asks it to end, with the signal, and waits; its exit code, -1 where it had to be killed.
+  /// Sends it the signal and waits; its exit code, -1 if it had to be killed.
   int end(int signal);
-  /// Waits for it to end by itself; its exit code, -1 where it did not within `seconds`.
+  /// Waits for it to end; its exit code, -1 if it did not within `seconds`.
   int wait(double seconds);
 
  private:
@@ -29,10 +28,10 @@ class Process {
   std::string output_file_;
 };
 
-/// Until `done` says so, `step` meanwhile; false after `seconds`.
+/// Repeats `step` until `done`; false after `seconds`.
 bool until(double seconds, const std::function<bool()>& done, const std::function<void()>& step);
 
-/// A port of the loopback address nobody uses now.
+/// A free port of the loopback address.
 int free_port();
 
 /// Whether the shell finds a program of this name.

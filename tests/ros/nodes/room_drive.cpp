@@ -32,8 +32,8 @@ const Recording& radar_drive() {
     world.route_m.resize(3);
     Recording r = *sim::simulate_world(world, sim::turtlebot(rng), rng);
     r.wheels.clear(), r.gyro.clear();
-    r.radar_max_speed_m_s = 0.0;  // no message says it
-    // Ending one after the other, so that nothing is waited for in vain.
+    r.radar_max_speed_m_s = 0.0;  // not in the messages
+    // Staggered ends, so that nothing is waited for in vain.
     const auto cut_and_shift = [begin = r.truth.front().time](auto& stream, double end_s) {
       const LogTime end = begin + from_seconds(end_s);
       std::erase_if(stream, [&](const auto& sample) { return sample.time > end; });

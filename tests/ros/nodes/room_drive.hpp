@@ -9,13 +9,13 @@ namespace wayfare::testing {
 
 inline constexpr const char* kOdomFrame = "odom";
 
-/// Round a simulated room, from second 1000 of the clock on; built once.
+/// A drive round a simulated room, from second 1000 of the clock on; built once.
 const Recording& room_drive();
 
-/// The first ten seconds of a round with radar in a furnished room, by odometry, the same.
+/// The first ten seconds of a drive with radar in a furnished room, with odometry, likewise.
 const Recording& radar_drive();
 
-/// What a robot's own transforms say.
+/// The robot's own transforms.
 ros::TfMessage mounting(const Recording& recording);
 
 }  // namespace wayfare::testing

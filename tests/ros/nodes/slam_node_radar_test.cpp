@@ -1,4 +1,4 @@
-// The node with radar, without ROS: its map is the one made offline, however the messages come.
+// The node with radar, without ROS: its map is the offline one, for any order of messages.
 
 #include <algorithm>
 #include <functional>
@@ -78,7 +78,7 @@ void expect_as_offline(const Driven& driven, SlamSensors sensors) {
   EXPECT_EQ(driven.path->poses.size(), expected.poses);
 }
 
-TEST(SlamNodeWithRadar, MakesTheMapThatIsMadeOffline) {
+TEST(SlamNodeWithRadar, GivesTheOfflineMap) {
   for (const SlamSensors sensors : {SlamSensors::radar, SlamSensors::both}) {
     Driven driven = driven_by(sensors);
     driven.transforms(radar_drive());
@@ -114,7 +114,7 @@ TEST(SlamNodeWithRadar, OrderOfArrivalDoesNotMatter) {
   expect_as_offline(driven, SlamSensors::both);
 }
 
-TEST(SlamNodeWithRadar, TakesCloudsAsWellAndOneKindOfMessageAlone) {
+TEST(SlamNodeWithRadar, AcceptsCloudsButOnlyOneMessageType) {
   Driven driven = driven_by(SlamSensors::radar, 1e9);
   driven.transforms(radar_drive());
   for (const RadarScan& scan : radar_drive().radar) {
@@ -127,17 +127,17 @@ TEST(SlamNodeWithRadar, TakesCloudsAsWellAndOneKindOfMessageAlone) {
   EXPECT_THAT(driven.said, IsEmpty());
 }
 
-TEST(SlamNodeWithRadar, GoesOnWithoutOdometryThatDoesNotCome) {
+TEST(SlamNodeWithRadar, ContinuesWithoutMissingOdometry) {
   Driven driven = driven_by(SlamSensors::radar);
   driven.transforms(radar_drive());
   for (const RadarScan& scan : radar_drive().radar) driven.radar(scan);
   driven.wait(6.0);
   EXPECT_GE(driven.poses.size(), offline(SlamSensors::radar).poses);
-  EXPECT_THAT(driven.said, HasSubstr("no odometry of the scan's time: goes on without"));
-  EXPECT_THAT(driven.transforms_out, IsEmpty()) << "nobody knows where odom is";
+  EXPECT_THAT(driven.said, HasSubstr("no odometry at the scan's time: continues without"));
+  EXPECT_THAT(driven.transforms_out, IsEmpty()) << "the odom frame is unknown";
 }
 
-TEST(SlamNodeWithRadar, TimeGoingBackBeginsANewMap) {
+TEST(SlamNodeWithRadar, TimeGoingBackStartsANewMap) {
   Driven driven = driven_by(SlamSensors::both);
   driven.transforms(radar_drive());
   drive(driven, from_seconds(500.0));

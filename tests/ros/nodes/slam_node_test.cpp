@@ -1,5 +1,5 @@
-// The node's own work, without ROS: what it waits for, what it makes of clocks and publishers that
-// begin anew, and that order of arrival does not matter.
+// The node's logic, without ROS: missing input, clocks and publishers that restart, and
+// independence of the order of arrival.
 
 #include <optional>
 #include <string>
@@ -43,7 +43,7 @@ ros::OccupancyGrid offline_map(const Recording& r) {
   return ros::message_of(io::grid_image(run->map), r.scans.back().time, "map");
 }
 
-TEST(SlamNode, MakesTheMapThatIsMadeOffline) {
+TEST(SlamNode, GivesTheOfflineMap) {
   Driven driven;
   driven.transforms();
   drive(driven, room_drive());
@@ -94,7 +94,7 @@ TEST(SlamNode, OrderOfArrivalDoesNotMatter) {
   EXPECT_EQ(driven.map->data, offline_map(r).data);
 }
 
-TEST(SlamNode, SaysThatItWaitsForScans) {
+TEST(SlamNode, ReportsThatItWaitsForScans) {
   Driven driven;
   driven.wait(1.0);
   EXPECT_THAT(driven.said, IsEmpty());
@@ -102,17 +102,17 @@ TEST(SlamNode, SaysThatItWaitsForScans) {
   EXPECT_EQ(driven.said, "waits for laser scans\n");
 }
 
-TEST(SlamNode, GoesOnWithoutOdometryThatDoesNotCome) {
+TEST(SlamNode, ContinuesWithoutMissingOdometry) {
   Driven driven;
   driven.transforms();
   for (const LaserScan& scan : room_drive().scans) driven.scan(scan);
   driven.wait(5.0);
   EXPECT_EQ(driven.poses.size(), room_drive().scans.size());
-  EXPECT_THAT(driven.said, HasSubstr("goes on by scans alone"));
-  EXPECT_THAT(driven.transforms_out, IsEmpty()) << "nobody knows where odom is";
+  EXPECT_THAT(driven.said, HasSubstr("continues with scans alone"));
+  EXPECT_THAT(driven.transforms_out, IsEmpty()) << "the odom frame is unknown";
 }
 
-TEST(SlamNode, GivesOdomItselfWhereThereIsNone) {
+TEST(SlamNode, PublishesOdomWithoutOdometry) {
   ros::SlamNodeOptions options;
   options.odometry = false;
   Driven driven(options);
@@ -123,7 +123,7 @@ TEST(SlamNode, GivesOdomItselfWhereThereIsNone) {
   EXPECT_EQ(driven.transforms_out[1].child_frame_id, "base_link");
 }
 
-TEST(SlamNode, TimeGoingBackBeginsANewMap) {
+TEST(SlamNode, TimeGoingBackStartsANewMap) {
   Driven driven;
   driven.transforms();
   drive(driven, room_drive(), from_seconds(500.0));
@@ -135,25 +135,25 @@ TEST(SlamNode, TimeGoingBackBeginsANewMap) {
   EXPECT_EQ(driven.map->data, offline_map(room_drive()).data);
 }
 
-TEST(SlamNode, ARestartedOdometryIsNoMotion) {
+TEST(SlamNode, AResetOfOdometryIsNoMotion) {
   Recording r = room_drive();
   const std::size_t half = r.odometry.size() / 2;
-  const SE2d anew = SE2d(30.0, -20.0, Angle::degrees(100.0));
+  const SE2d reset = SE2d(30.0, -20.0, Angle::degrees(100.0));
   for (std::size_t i = half; i < r.odometry.size(); ++i)
     r.odometry[i].T_odom_base =
-        Transform2<frame::Odom, frame::Base>(anew * r.odometry[i].T_odom_base.raw());
+        Transform2<frame::Odom, frame::Base>(reset * r.odometry[i].T_odom_base.raw());
   Driven driven;
   driven.transforms();
   drive(driven, r);
   driven.wait(5.0);
-  EXPECT_THAT(driven.said, HasSubstr("odometry leapt by"));
+  EXPECT_THAT(driven.said, HasSubstr("odometry jumped by"));
   Driven whole;
   whole.transforms();
   drive(whole, room_drive());
   ASSERT_EQ(driven.poses.size(), whole.poses.size());
   const SE2d end = *ros::plane_pose_of(driven.poses.back().pose);
   EXPECT_LT(end.minus(*ros::plane_pose_of(whole.poses.back().pose)).norm(), 0.05);
-  // The transform goes by the odometry as it is told.
+  // The transform is relative to the odometry as received.
   const auto& t = driven.transforms_out.back().transform;
   const SE2d T_map_odom =
       *ros::plane_pose_of({{t.translation.x, t.translation.y, 0.0}, t.rotation});
@@ -161,7 +161,7 @@ TEST(SlamNode, ARestartedOdometryIsNoMotion) {
   EXPECT_LT((T_map_odom * OdometryTrack(r.odometry).at(time)->raw()).minus(end).norm(), 1e-9);
 }
 
-TEST(SlamNode, LeavesOutWhatCannotBeUsed) {
+TEST(SlamNode, DropsUnusableMessages) {
   Driven driven;
   driven.transforms();
   auto scan = ros::message_of(room_drive().scans.front(), "laser");
@@ -181,12 +181,12 @@ TEST(SlamNode, LeavesOutWhatCannotBeUsed) {
   EXPECT_THAT(driven.said, HasSubstr("second_laser"));
 }
 
-TEST(Notices, AreToldAgainAfterAWhile) {
+TEST(Notices, AreRepeatedAfterAWhile) {
   ros::Notices notices(10.0);
-  notices.tell(ros::Severity::info, "a", "first", 0.0);
-  notices.tell(ros::Severity::info, "a", "too soon", 9.0);
-  notices.tell(ros::Severity::info, "b", "other", 9.0);
-  notices.tell(ros::Severity::info, "a", "again", 10.0);
+  notices.add(ros::Severity::info, "a", "first", 0.0);
+  notices.add(ros::Severity::info, "a", "too soon", 9.0);
+  notices.add(ros::Severity::info, "b", "other", 9.0);
+  notices.add(ros::Severity::info, "a", "again", 10.0);
   const auto taken = notices.take();
   ASSERT_EQ(taken.size(), 3U);
   EXPECT_EQ(taken[1].text, "other");

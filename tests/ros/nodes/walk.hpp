@@ -8,7 +8,7 @@
 
 namespace wayfare::testing {
 
-/// Readings of a unit that bobs up and down twice a second, as a walking body does.
+/// Samples of a unit that bobs twice a second, as a walker's body does.
 inline std::vector<ImuSample> walk(double seconds) {
   std::vector<ImuSample> samples;
   for (int i = 0; i < static_cast<int>(100.0 * seconds); ++i) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// Between threads that must not wait and one that may have to.
+// Decouples threads that must not wait from one that may.
 
 #include <algorithm>
 #include <chrono>
@@ -12,26 +12,26 @@
 
 namespace wayfare::logger {
 
-/// First in, first out, up to `capacity` of what items cost (bytes). Any thread may push; one
+/// First in, first out, up to a total cost of `capacity` (bytes). Any thread may push; one thread
 /// takes.
 template <class T>
 class BoundedQueue {
  public:
   explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) {}
 
-  /// False, and nothing done, where there is no room.
+  /// False, without effect, if the queue is full.
   [[nodiscard]] bool push(T item, std::size_t cost) { return put(std::move(item), cost, false); }
-  /// For the few items that must get through.
+  /// For the few items that must not be dropped.
   void push_always(T item) { put(std::move(item), 0, true); }
 
-  /// Everything there is; waits for it up to `timeout`. Its cost counts until `done` is called.
+  /// All items; waits for the first up to `timeout`. Their cost counts until `done` is called.
   [[nodiscard]] std::deque<T> take(std::chrono::nanoseconds timeout) {
     std::unique_lock lock(mutex_);
     filled_.wait_for(lock, timeout, [&] { return !items_.empty(); });
     taken_ = waiting_;
     return std::exchange(items_, {});
   }
-  /// What was taken last is gone from memory.
+  /// The items taken last have been released.
   void done() {
     const std::lock_guard lock(mutex_);
     waiting_ -= std::exchange(taken_, 0);

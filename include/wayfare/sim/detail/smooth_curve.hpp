@@ -11,7 +11,7 @@
 
 namespace wayfare::sim {
 
-/// One thing known of a curve: its value, or its first derivative, at a time.
+/// A constraint on a curve: its value, or its first derivative, at a time.
 struct CurveSample {
   enum class Of { value, derivative };
 
@@ -23,7 +23,7 @@ struct CurveSample {
 
 struct CurveFit {
   double knot_spacing_s = 0.1;
-  /// How large a third derivative is ordinary (unit of the value per s³): smaller is smoother.
+  /// Standard deviation of the third derivative (unit of the value per s³): smaller is smoother.
   double third_derivative_sigma = 1e3;
 };
 
@@ -36,12 +36,12 @@ class SmoothCurve {
   };
 
   /// The curve over [begin_s, end_s] that minimises the squared residuals of `samples`, each over
-  /// its σ, plus the integral of the squared third derivative over its σ. Fails on a span that is
-  /// empty, values that are not finite, and fewer than three values.
+  /// its σ, plus the integral of the squared third derivative over its σ. Errors: an empty span,
+  /// values that are not finite, and fewer than three values.
   [[nodiscard]] static Result<SmoothCurve> fit(std::span<const CurveSample> samples, double begin_s,
                                                double end_s, const CurveFit& options = {});
 
-  /// Held at its ends' values outside of [begin_s, end_s].
+  /// Constant outside [begin_s, end_s].
   [[nodiscard]] Point at(double time_s) const;
   [[nodiscard]] double begin_s() const { return begin_s_; }
   [[nodiscard]] double end_s() const { return end_s_; }

@@ -1,8 +1,7 @@
 #pragma once
 
-// How a sensor on a head, in a hand or on a rig moves: inertial navigation in six degrees of
-// freedom over a flat floor that does not turn, for rooms and minutes. (Over the Earth:
-// ins_model.hpp.)
+// Motion of a sensor on a head, in a hand or on a rig: inertial navigation in six degrees of
+// freedom over a flat, non-rotating floor, for rooms and minutes. (Over the Earth: ins_model.hpp.)
 
 #include <algorithm>
 #include <cmath>
@@ -50,8 +49,8 @@ struct CarrierState {
   [[nodiscard]] Eigen::Matrix<double, 3, kDof> planar_jacobian() const;
 };
 
-/// White noise of the unit's readings, rad/√s and m/s/√s, and its biases as Gauss-Markov processes.
-/// The noise stands for what the model leaves out as well: scale, alignment, knocks.
+/// White noise of the samples, rad/√s and m/s/√s, and biases as Gauss-Markov processes. The noise
+/// also covers scale and alignment errors and shocks.
 struct CarrierNoise {
   double gyro_white = 0.001;
   double accel_white = 0.03;
@@ -60,7 +59,7 @@ struct CarrierNoise {
 };
 
 /// The process model (see ProcessModel): q⁺ = q exp(Δθ), v⁺ = v + q Δv − g Δt, p⁺ = p + Δt (v +
-/// v⁺)/2 with Δθ, Δv of the readings less their biases.
+/// v⁺)/2 with Δθ, Δv of the samples less the biases.
 class CarrierModel {
  public:
   static constexpr double kGravity_mps2 = 9.80665;
@@ -73,7 +72,7 @@ class CarrierModel {
 
   explicit CarrierModel(const CarrierNoise& noise = {}) : noise_(noise) {}
 
-  /// Readings in the body's axes.
+  /// Samples in the body's axes.
   [[nodiscard]] Step operator()(const CarrierState& x, const ImuInterval& u) const;
 
  private:
@@ -87,7 +86,7 @@ inline SE2d CarrierState::planar() const {
 
 /// The axis a = q e₁ moves by −q [e₁]× δθ, and the heading of a by (a₁ da₂ − a₂ da₁)/(a₁² + a₂²).
 inline Eigen::Matrix<double, 3, CarrierState::kDof> CarrierState::planar_jacobian() const {
-  constexpr double kUpright = 1e-6;  // straight up there is no heading
+  constexpr double kUpright = 1e-6;  // no heading when x is vertical
   const Eigen::Matrix3d r = q_map_body.matrix();
   const Eigen::Matrix3d moved = -r * skew(Eigen::Vector3d(Eigen::Vector3d::UnitX()));
   const double level2 = std::max(kUpright, r(0, 0) * r(0, 0) + r(1, 0) * r(1, 0));

@@ -1,6 +1,6 @@
 #pragma once
 
-// Streams of frames damaged in known places, and what a decoder made of them.
+// Streams of frames with known damage, and a decoder's results on them.
 
 #include <algorithm>
 #include <cmath>
@@ -15,27 +15,27 @@
 
 namespace wayfare::testing {
 
-/// A message as far as the laws look at it.
+/// The properties of a message that the laws compare.
 struct SeenMessage {
   std::uint64_t position = 0;
   std::uint64_t length = 0;
-  std::string text;  ///< all it says but where it was
+  std::string text;  ///< its content without the position
 
   bool operator==(const SeenMessage&) const = default;
 };
 
-/// What became of the frames of damaged streams.
+/// Results on damaged streams.
 struct DamageReport {
   std::uint64_t streams = 0;
   std::uint64_t edits = 0;         ///< cuts, flips and insertions
-  std::uint64_t damaged = 0;       ///< frames some of whose bytes were cut, changed or parted
+  std::uint64_t damaged = 0;       ///< frames with bytes cut, changed or separated
   std::uint64_t undamaged = 0;     ///< the others
-  std::uint64_t hidden = 0;        ///< undamaged ones not delivered, under a frame that is none
-  std::uint64_t lost = 0;          ///< undamaged ones not delivered for no such reason
-  std::uint64_t false_frames = 0;  ///< delivered, but not as they were sent
-  std::uint64_t refused = 0;       ///< whole frames whose checksum was wrong
+  std::uint64_t hidden = 0;        ///< undamaged ones not delivered, overlapped by a false frame
+  std::uint64_t lost = 0;          ///< undamaged ones not delivered without such a reason
+  std::uint64_t false_frames = 0;  ///< delivered, but different from those sent
+  std::uint64_t refused = 0;       ///< complete frames with a wrong checksum
 
-  /// Writes the counts into the test's record (--gtest_output=xml:FILE).
+  /// Writes the counts to the test's properties (--gtest_output=xml:FILE).
   void record(const std::string& name) const {
     const auto write = [&](const char* what, std::uint64_t n) {
       ::testing::Test::RecordProperty(name + "_" + what, std::to_string(n));
@@ -50,15 +50,15 @@ struct DamageReport {
     write("refused", refused);
   }
 
-  /// Most false frames a checksum that lets one in `strength` pass gives: as many as expected of
-  /// all it judged and five standard deviations more.
+  /// Upper limit of false frames with a checksum that passes one in `strength`: the expected number
+  /// of all it checked plus five standard deviations.
   [[nodiscard]] double most_false(double strength) const {
     const double expected = static_cast<double>(refused + false_frames) / strength;
     return expected + 5.0 * std::sqrt(expected) + 1.0;
   }
 };
 
-/// A damaged stream; `origin` is where in the undamaged one a byte was, or -1.
+/// A damaged stream; `origin` is a byte's position in the undamaged one, or -1.
 struct DamagedStream {
   std::vector<std::uint8_t> bytes;
   std::vector<long> origin;
@@ -100,7 +100,7 @@ struct DamagedStream {
   return d;
 }
 
-/// Where in the damaged stream the frame now is, or -1 where it is damaged.
+/// Position of the frame in the damaged stream, or -1 if it is damaged.
 [[nodiscard]] inline long place(const SeenMessage& frame, const DamagedStream& d) {
   const auto first = static_cast<long>(frame.position);
   const auto at = std::find(d.origin.begin(), d.origin.end(), first);
@@ -110,7 +110,7 @@ struct DamagedStream {
   return at - d.origin.begin();
 }
 
-/// Adds what became of the frames of a damaged stream.
+/// Adds the results on one damaged stream.
 inline void judge(const std::vector<SeenMessage>& frames, const DamagedStream& d,
                   const std::vector<SeenMessage>& seen, DamageReport& report) {
   ++report.streams;

@@ -11,8 +11,8 @@
 
 namespace wayfare::testing {
 
-/// What a law suite is tried on. The defaults suit every manifold whose chart reaches to π; change
-/// the members for a type with a smaller one, or to add the values your program meets.
+/// Inputs of a law suite. The defaults suit every manifold whose chart extends to π; change the
+/// members for a smaller chart, or to add the values of an application.
 template <Manifold M>
 struct LawInputs {
   using Scalar = typename ManifoldTraits<M>::Scalar;
@@ -20,17 +20,17 @@ struct LawInputs {
 
   static constexpr Scalar kEpsilon = std::numeric_limits<Scalar>::epsilon();
 
-  /// Vectors of the chart around a point: where `minus` gives back what `plus` took.
+  /// Tangent vectors within the chart, in which `minus` inverts `plus`.
   std::vector<Tangent> tangents = default_tangents();
   /// Points of the manifold.
   std::vector<M> points = points_from(tangents);
-  /// Largest rounding error allowed, relative to numbers near one.
+  /// Greatest rounding error, relative to numbers near one.
   Scalar tolerance = 100 * kEpsilon;
 
   [[nodiscard]] const M& point(std::size_t i) const { return points[i % points.size()]; }
 
   /// Both signs of every axis and a few random directions, at lengths from far below the square
-  /// root of the rounding error, where a careless series cancels, to just short of π.
+  /// root of the rounding error, where a naive series loses precision, to just below π.
   [[nodiscard]] static std::vector<Tangent> default_tangents() {
     const double reach = std::numbers::pi - 4.0 * std::sqrt(static_cast<double>(kEpsilon));
     std::vector<Tangent> result{Tangent::Zero()};

@@ -8,9 +8,9 @@
 namespace wayfare::testing {
 
 /// The smallest pivot of the factorisation L D Lᵀ of `m` (symmetric, its lower triangle is read):
-/// above 0 exactly where `m` is positive definite, never above its smallest diagonal element. From
-/// the first pivot that is not positive on nothing further is looked at; NaN counts as that. By
-/// hand, since a decomposition of Eigen's takes every test that uses it seconds to compile.
+/// above 0 exactly if `m` is positive definite, never above its smallest diagonal element. Stops at
+/// the first pivot that is not positive or is NaN. Not an Eigen decomposition, which adds seconds
+/// to the compilation of every test.
 [[nodiscard]] inline double least_pivot(Eigen::MatrixXd m) {
   double least = std::numeric_limits<double>::infinity();
   for (Eigen::Index k = 0; k < m.rows(); ++k) {
