@@ -95,7 +95,7 @@ TEST(ClockFit, LateStampsDoNotShiftTheFit) {
   EXPECT_LT(error, 0.025);  // half the mean delay; the plain fit is 0.05 late
 }
 
-TEST(ClockFit, RequiresTwoInstants) {
+TEST(ClockFit, RejectsASingleInstant) {
   std::vector<ClockPair<DeviceClock>> pairs(1);
   EXPECT_FALSE(fit_clock<DeviceClock>(pairs));
   pairs.resize(5);

@@ -21,7 +21,7 @@ class ByteSink {
   [[nodiscard]] virtual Result<void> sync() = 0;
 };
 
-/// A file opened for appending. A failed write is undone, so that the file ends with the last
+/// A file written from its start on. A failed write is undone, so that the file ends with the last
 /// successful one.
 class FileSink final : public ByteSink {
  public:
