@@ -162,8 +162,8 @@ TEST(PedestrianSlam, TellsTheFilterItsHeading) {
   EXPECT_LT(std::abs(heading_drift_deg(walked, options)), 1.5);
   const PedestrianSlam told = follow(walked, options);
   EXPECT_NEAR(told.pedestrian().ahrs().gyro_bias_radps().z(), 0.00873, 0.002);
-  EXPECT_GT(told.pedestrian().report().ahrs.outside.used, 15U);
-  EXPECT_EQ(told.pedestrian().report().ahrs.outside.disturbed, 0U);
+  EXPECT_GT(told.pedestrian().report().ahrs.external.used, 15U);
+  EXPECT_EQ(told.pedestrian().report().ahrs.external.disturbed, 0U);
   EXPECT_EQ(told.pedestrian().report().ahrs.magnetometer.used, 0U);
   options.pedestrian.ahrs.use_magnetometer = false;
   options.pedestrian.ahrs.bias_sigma = 1e-4;  // so that rest does not tell it either

@@ -132,7 +132,7 @@ class PedestrianSlam::Engine {
     return track.at(time).value_or(track.now());
   }
   [[nodiscard]] double turn_since(const HeadingTrack::Sum& then, LogTime time) const {
-    return (turned_at(time) - then).turn(pedestrian_.ahrs().gyro_bias_radps());
+    return (turned_at(time) - then).rotation(pedestrian_.ahrs().gyro_bias_radps());
   }
   /// By what is known now.
   [[nodiscard]] double heading_at(LogTime time) const {
