@@ -144,7 +144,8 @@ class PedestrianSlam::Engine {
     const LocalPlacement& local = slam_.local();
     if (!options_.heading || !local.matched) return;
     const double prior = local.expected_sigma[2];
-    const auto variance = map_heading_.tell(time, local.covariance(2, 2), prior * prior);
+    const auto variance =
+        map_heading_.independent_variance(time, local.covariance(2, 2), prior * prior);
     if (!variance) return;
     pedestrian_.add_heading(time, local.T_local_base.raw().heading(), *variance);
     take_heading();
@@ -156,7 +157,7 @@ class PedestrianSlam::Engine {
     const SE2d& T = local.T_local_base.raw();
     const SO2d to_map = T.rotation() * SO2d(Angle::radians(before_->heading)).inverse();
     by_steps_ += to_map * increment_;
-    if (local.matched) feedback_.tell(time, T.translation(), by_steps_, local.openness == 0.0);
+    if (local.matched) feedback_.add(time, T.translation(), by_steps_, local.openness == 0.0);
   }
 
   void take_heading() {
