@@ -1,4 +1,4 @@
-// What walls tell of the way, once seen.
+// Measurement updates with detected walls.
 
 #include <cmath>
 #include <numbers>
@@ -12,9 +12,8 @@ namespace {
 using namespace corridor_state;
 using Row = Eigen::Matrix<double, 1, kSize>;
 
-/// Behind a corner the wall that stood across stands beside, one of the two: the same points must
-/// not count twice.
-bool stands_along(const corridor::Predicted& p, const CorridorWalls& seen) {
+/// After a corner the end wall becomes a side wall: its points must not be used twice.
+bool end_is_side_wall(const corridor::Predicted& p, const CorridorWalls& seen) {
   constexpr double kAcross_rad = 0.5;
   if (!p.walls.end) return false;
   const double off = (p.walls.end->alpha - seen.direction).radians();
@@ -23,7 +22,8 @@ bool stands_along(const corridor::Predicted& p, const CorridorWalls& seen) {
 
 }  // namespace
 
-void CorridorIns::Engine::take(const corridor::Predicted& predicted, CorridorScanUpdate& update) {
+void CorridorIns::Engine::use_walls(const corridor::Predicted& predicted,
+                                    CorridorScanUpdate& update) {
   const CorridorWalls& seen = *update.walls;
   const bool lost = scan_time_ && *scan_time_ - walls_time_ > options_.lost_after;
   const bool same = walls_.has_walls() && use_sides(predicted, seen);
@@ -38,9 +38,9 @@ void CorridorIns::Engine::take(const corridor::Predicted& predicted, CorridorSca
     ++rejections_;
     ++report_.refused_walls;
     update.outcome = WallOutcome::refused;
-    if (rejections_ == 1) say(*scan_time_, "walls are not where they should be");
+    if (rejections_ == 1) log_event(*scan_time_, "walls do not match their prediction");
   }
-  if (options_.use_end_walls) update.end_used = take_end(predicted, seen, update);
+  if (options_.use_end_walls) update.end_used = use_end(predicted, seen, update);
   if (options_.memory == WallMemory::one_scan) remember_this_scan(seen);
 }
 
@@ -49,12 +49,12 @@ void CorridorIns::Engine::begin_corridor(const CorridorWalls& seen, CorridorScan
   ++report_.corridors;
   update.outcome = WallOutcome::reacquired;
   walls_.enter(seen, filter_);
-  if (options_.memory == WallMemory::corridor) say(*scan_time_, "walls acquired");
+  if (options_.memory == WallMemory::corridor) log_event(*scan_time_, "walls acquired");
   if (options_.square_sigma_rad > 0.0) set_square(seen);
 }
 
 void CorridorIns::Engine::set_square(const CorridorWalls& seen) {
-  constexpr double kNearly_rad = 0.2, kLong_m = 2.0;
+  constexpr double kTolerance_rad = 0.2, kLong_m = 2.0;
   const auto is_long = [](const auto& wall) {
     return wall && wall->end_m - wall->begin_m > kLong_m;
   };
@@ -62,7 +62,7 @@ void CorridorIns::Engine::set_square(const CorridorWalls& seen) {
   const double direction = filter_.state()[kDirection];
   if (!first_direction_rad_) first_direction_rad_ = direction;
   const double off = std::remainder(direction - *first_direction_rad_, 0.5 * std::numbers::pi);
-  if (std::abs(off) > kNearly_rad) return;
+  if (std::abs(off) > kTolerance_rad) return;
   Row row = Row::Zero();
   row[kDirection] = 1.0;
   filter_.update([&](const CorridorVector&) {
@@ -105,10 +105,11 @@ bool CorridorIns::Engine::use_rows(const corridor::Predicted& p, const CorridorW
   return filter_.update_block<Eigen::Dynamic>(innovation, h, r, gates_[n]);
 }
 
-bool CorridorIns::Engine::take_end(const corridor::Predicted& p, const CorridorWalls& seen,
-                                   const CorridorScanUpdate& update) {
-  if (stands_along(p, seen)) walls_.forget_end();
-  if (!seen.end || update.outcome == WallOutcome::refused || stands_along(p, seen)) return false;
+bool CorridorIns::Engine::use_end(const corridor::Predicted& p, const CorridorWalls& seen,
+                                  const CorridorScanUpdate& update) {
+  if (end_is_side_wall(p, seen)) walls_.forget_end();
+  if (!seen.end || update.outcome == WallOutcome::refused || end_is_side_wall(p, seen))
+    return false;
   if (p.walls.end) {
     const Eigen::Vector2d innovation(wrap_to_pi((seen.end->alpha - p.walls.end->alpha).radians()),
                                      seen.end->rho_m - p.walls.end->rho_m);

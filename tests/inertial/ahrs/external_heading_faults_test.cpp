@@ -188,16 +188,16 @@ TEST(MapHeading, DecorrelatesMatchesAtTheSpacing) {
   const double prior = 1e-2;
   ASSERT_TRUE(map.independent_variance(LogTime::from_seconds(1.0), 1e-9, prior));
   EXPECT_FALSE(map.independent_variance(LogTime::from_seconds(1.9), 1e-9, prior));
-  const auto told = map.independent_variance(LogTime::from_seconds(2.0), 1e-9, prior);
-  ASSERT_TRUE(told);
+  const auto variance = map.independent_variance(LogTime::from_seconds(2.0), 1e-9, prior);
+  ASSERT_TRUE(variance);
   constexpr int n = 2000;
   double sum = 0.0;
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) sum += 1e-4 * std::exp(-std::abs(i - j) / p.correlation_s);
-  EXPECT_NEAR(*told / n, sum / n / n, 0.01 * *told / n);
+  EXPECT_NEAR(*variance / n, sum / n / n, 0.01 * *variance / n);
   const auto half = map.independent_variance(LogTime::from_seconds(3.0), prior / 3,
                                              prior);  // a quarter the prior's
-  EXPECT_NEAR(*half, (*told + prior / 3) / (0.75 * 0.75), 1e-6);
+  EXPECT_NEAR(*half, (*variance + prior / 3) / (0.75 * 0.75), 1e-6);
   EXPECT_FALSE(map.independent_variance(LogTime::from_seconds(5.0), 5.0 * prior, prior));
   for (const double bad : {kNan, kInf, 0.0, -1.0}) {
     EXPECT_FALSE(map.independent_variance(LogTime::from_seconds(7.0), bad, prior));
