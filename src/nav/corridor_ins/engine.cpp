@@ -40,7 +40,7 @@ CorridorIns::Engine::Engine(const CorridorInsOptions& options, const SE2d& start
     : options_(options),
       filter_(start_filter(options, start)),
       process_(options.noise),
-      check_(options),
+      watch_(options),
       detector_(detector_options(options)),
       walls_(options.T_base_laser.raw()) {
   for (int dof = 1; dof <= 3; ++dof)
@@ -87,7 +87,7 @@ void CorridorIns::Engine::log_event(LogTime time, std::string what) {
 }
 
 void CorridorIns::Engine::step(const MotionSample& s, Duration dt) {
-  const auto checked = check_.check(s, dt);
+  const auto checked = watch_.check(s, dt);
   report_.saturated_samples += checked.saturated ? 1 : 0;
   report_.slipping_samples += checked.slipping ? 1 : 0;
   if (checked.saturated && !saturated_) log_event(s.time, "gyro beyond its range");

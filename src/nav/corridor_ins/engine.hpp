@@ -37,20 +37,20 @@ class CorridorIns::Engine {
                             CorridorScanUpdate& update);
 
   void use_walls(const corridor::Predicted& predicted, CorridorScanUpdate& update);
-  void begin_corridor(const CorridorWalls& seen, CorridorScanUpdate& update);
+  void begin_corridor(const CorridorWalls& detected, CorridorScanUpdate& update);
   /// Constrains nearly parallel or orthogonal walls to be exactly so relative to the first ones.
-  void set_square(const CorridorWalls& seen);
-  void remember_this_scan(const CorridorWalls& seen);
+  void set_square(const CorridorWalls& detected);
+  void remember_this_scan(const CorridorWalls& detected);
   /// Updates with direction and both offsets; if rejected, with one side or the other.
-  bool use_sides(const corridor::Predicted& p, const CorridorWalls& seen);
-  bool use_rows(const corridor::Predicted& p, const CorridorWalls& seen, bool left, bool right);
-  bool use_end(const corridor::Predicted& p, const CorridorWalls& seen,
+  bool use_sides(const corridor::Predicted& p, const CorridorWalls& detected);
+  bool use_rows(const corridor::Predicted& p, const CorridorWalls& detected, bool left, bool right);
+  bool use_end(const corridor::Predicted& p, const CorridorWalls& detected,
                const CorridorScanUpdate& update);
 
   CorridorInsOptions options_;
   corridor::Filter filter_;
   CorridorMotion process_;
-  corridor::MotionCheck check_;
+  corridor::MotionWatch watch_;
   WallDetector detector_;
   corridor::WallStates walls_;
   CorridorReport report_;

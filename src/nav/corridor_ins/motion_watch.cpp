@@ -7,7 +7,7 @@
 
 namespace wayfare::corridor {
 
-void MotionCheck::check_wheels(const MotionSample& sample, Duration step, Checked& checked) {
+void MotionWatch::check_wheels(const MotionSample& sample, Duration step, Checked& checked) {
   const double dt = to_seconds(step);
   // Braking during wheel spin is not measured: lower speeds are accepted sooner after longer spin.
   const double gain = sample.speed_m_s - speed_m_s_;
@@ -23,7 +23,7 @@ void MotionCheck::check_wheels(const MotionSample& sample, Duration step, Checke
   }
 }
 
-MotionCheck::Checked MotionCheck::check(const MotionSample& sample, Duration step) {
+MotionWatch::Checked MotionWatch::check(const MotionSample& sample, Duration step) {
   Checked checked;
   CorridorInput& input = checked.input;
   input.dt_s = to_seconds(step);

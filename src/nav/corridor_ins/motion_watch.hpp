@@ -7,9 +7,9 @@
 namespace wayfare::corridor {
 
 /// Checks consecutive samples.
-class MotionCheck {
+class MotionWatch {
  public:
-  explicit MotionCheck(const CorridorInsOptions& options) : options_(options) {}
+  explicit MotionWatch(const CorridorInsOptions& options) : options_(options) {}
 
   struct Checked {
     CorridorInput input;

@@ -37,10 +37,10 @@ class WallStates {
   [[nodiscard]] SE2d laser_pose(const CorridorVector& x) const;
   [[nodiscard]] Predicted predict(const Filter& filter) const;
 
-  /// Augments the state with `seen` walls: all of them, or the missing side.
-  void enter(const CorridorWalls& seen, Filter& filter);
-  void enter_missing_side(const CorridorWalls& seen, Filter& filter);
-  void enter_end(const NormalPoint& seen, Filter& filter);
+  /// Augments the state with `detected` walls: all of them, or the missing side.
+  void enter(const CorridorWalls& detected, Filter& filter);
+  void enter_missing_side(const CorridorWalls& detected, Filter& filter);
+  void enter_end(const NormalPoint& detected, Filter& filter);
 
  private:
   void replace(const Rows& by_state, const Eigen::MatrixXd& noise, const Eigen::VectorXi& entries,
@@ -52,7 +52,7 @@ class WallStates {
   bool left_ = false, right_ = false, end_ = false;
 };
 
-/// `seen` with direction and sides reversed if opposite to `predicted`.
-[[nodiscard]] CorridorWalls facing(const CorridorWalls& seen, Angle predicted);
+/// `detected` with direction and sides reversed if opposite to `predicted`.
+[[nodiscard]] CorridorWalls facing(const CorridorWalls& detected, Angle predicted);
 
 }  // namespace wayfare::corridor

@@ -31,7 +31,7 @@ class AhrsReadings {
   }
 
   UpdateStatus add_rate(LogTime time, const Vector& rate) {
-    const Judgement j = judge(rate, p_.rate_range, rate_clock_, time);
+    const Check j = check(rate, p_.rate_range, rate_clock_, time);
     if (!j.usable) return report_.gyro.note(j.status);
     const T dt = T(rate_clock_.step_s());
     if (j.first || dt > T(p_.restart_gap_s)) {
@@ -44,7 +44,7 @@ class AhrsReadings {
   }
 
   UpdateStatus add_force(LogTime time, const Vector& force) {
-    const Judgement j = judge(force, p_.force_range, force_clock_, time);
+    const Check j = check(force, p_.force_range, force_clock_, time);
     if (!j.usable) return report_.accelerometer.note(j.status);
     if (!gyro_is_near(time) || (!ready_ && !start(force))) {
       force_clock_.forget();
@@ -60,7 +60,7 @@ class AhrsReadings {
   }
 
   UpdateStatus add_field(LogTime time, const Vector& field) {
-    const Judgement j = judge(field, p_.field_range, field_clock_, time);
+    const Check j = check(field, p_.field_range, field_clock_, time);
     if (!p_.use_magnetometer || !j.usable || j.status == UpdateStatus::saturated)
       return report_.magnetometer.note(p_.use_magnetometer ? j.status : UpdateStatus::missing);
     if (!ready_ || !gyro_is_near(time)) return report_.magnetometer.note(UpdateStatus::waiting);
@@ -97,14 +97,14 @@ class AhrsReadings {
  private:
   static constexpr double kLongestHold_s = 0.25;  // for which the last reading remains valid
 
-  struct Judgement {
+  struct Check {
     UpdateStatus status = UpdateStatus::used;
     bool usable = false;
     bool first = false;  ///< no previous reading
   };
 
   /// A saturated reading is still usable; one of several times the range is not.
-  static Judgement judge(const Vector& reading, double range, SampleClock& clock, LogTime time) {
+  static Check check(const Vector& reading, double range, SampleClock& clock, LogTime time) {
     if (!reading.allFinite()) return {UpdateStatus::missing};
     const T largest = reading.cwiseAbs().maxCoeff();
     if (largest > T(4.0 * range)) return {UpdateStatus::saturated};
@@ -155,9 +155,9 @@ class AhrsReadings {
     const Vector corrected = mean - filter_.bias();
     if (!external_.on())
       return filter_.turn(corrected, dt, variance, gyro_noise_.bias_variance(dt));
-    const auto begun = external_.begin_turn(filter_, dt, variance);
+    const auto turn = external_.begin_turn(filter_, dt, variance);
     filter_.turn(corrected, dt, variance, gyro_noise_.bias_variance(dt));
-    external_.end_turn(time, begun, filter_);
+    external_.end_turn(time, turn, filter_);
   }
 
   void accelerate(LogTime time, const Vector& force, T dt, bool saturated) {
