@@ -103,7 +103,7 @@ TEST(Ephemerides, MergesMissingData) {
 }
 
 struct BadMessage {
-  const char* says;
+  const char* message;
   void (*spoil)(KeplerianEphemeris&);
 };
 
@@ -127,8 +127,8 @@ TEST(Ephemerides, RejectsInvalidOrbits) {
     KeplerianEphemeris k = message(GnssSystem::gps, 5, testing::sky_time(), 2);
     b.spoil(k);
     const auto added = all.add(k);
-    ASSERT_FALSE(added) << b.says;
-    EXPECT_THAT(added.error().message, HasSubstr(b.says));
+    ASSERT_FALSE(added) << b.message;
+    EXPECT_THAT(added.error().message, HasSubstr(b.message));
   }
   GlonassEphemeris g = testing::sky_glonass(3);
   g.channel = 14;

@@ -86,7 +86,7 @@ TEST(RestDetector, MeasuresTheTimeSinceTheLastMotion) {
   EXPECT_LT(rest.still_s(), 0.2);
   feed(5.0, 0.004, 0.05);
   EXPECT_GT(rest.still_s(), 3.0);
-  feed(1.0, 0.004, 2.0);  // shaken without rotation
+  feed(1.0, 0.004, 2.0);  // vibration without rotation
   EXPECT_LT(rest.still_s(), 0.2);
   feed(5.0, 0.004, 0.05);
   rest.reset();

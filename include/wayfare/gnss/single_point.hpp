@@ -90,9 +90,11 @@ struct SinglePoint {
 /// 11.2). If the sum of squares fails its χ² test (Parkinson and Axelrad 1988) a robust solution
 /// replaces it: the loss Σ ln(1 + (r / (scale · σ))²), minimised by iterative reweighting from the
 /// best of the solutions with up to two satellites removed; outliers to it are excluded.
-/// `near_ecef_m` may be zero. Errors: `degenerate` for too few satellites (the message gives the
-/// number by system) or a poor geometry; `numerical` if the iteration does not converge; `invalid`
-/// if the satellites disagree and `answer_inconsistent` is false.
+/// `near_ecef_m` may be zero.
+///
+/// Errors: `degenerate` for too few satellites (the message gives the number by system) or a poor
+/// geometry; `numerical` if the iteration does not converge; `invalid` if the satellites disagree
+/// and `answer_inconsistent` is false.
 [[nodiscard]] Result<SinglePoint> single_point(
     const RangeEpoch& epoch, const SinglePointOptions& options = {},
     const Eigen::Vector3d& near_ecef_m = Eigen::Vector3d::Zero());

@@ -15,8 +15,9 @@ namespace wayfare {
 /// Causal attitude of a body in `W` (frame::Ned or frame::Enu), relative to true north if the
 /// declination is given. Each sensor may have its own, irregular rate. A gyro or accelerometer
 /// reading is the mean since the previous one; a magnetometer reading is instantaneous. Starts at
-/// rest or in motion; allocates no memory. Without magnetometer the heading starts at zero and
-/// drifts with the gyro. Not for vehicles: sustained turns and braking look like a tilt.
+/// rest or in motion; needs gyro and accelerometer; allocates no memory. Without magnetometer the
+/// heading starts at zero and drifts with the gyro. Not for vehicles: sustained turns and braking
+/// look like a tilt.
 template <LevelFrame W = frame::Ned, std::floating_point T = double>
 class Ahrs {
  public:

@@ -50,11 +50,12 @@ struct InsFitnessOptions {
   std::string kernel;
 };
 
-/// Copies share the immutable drive: cheap and thread-safe. The filter is that of the navigation
-/// system with one receiver clock, without constraints, zero-velocity updates and covariance
-/// inflation: a filter that rejects all measurements diverges and scores badly. Lanes are
-/// independent and every kernel rounds identically: scores are bit-identical for any neighbours,
-/// instruction set and number of threads.
+/// Copies share the immutable drive: cheap and thread-safe.
+///
+/// The filter is that of the navigation system with one receiver clock, without constraints,
+/// zero-velocity updates and covariance inflation: a filter that rejects all measurements diverges
+/// and scores badly. Lanes are independent and every kernel rounds identically: scores are
+/// bit-identical for any neighbours, instruction set and number of threads.
 class InsFitness {
  public:
   /// Errors: no readings or epochs after the start, no truth, an unknown or unsupported kernel.

@@ -123,7 +123,7 @@ After run_with(const std::function<double(int, double)>& corrupt) {
   return {Angle::radians(wrap_to_pi(off)).degrees(), ahrs.report()};
 }
 
-TEST(ExternalHeadingFaults, OutliersAreRefused) {
+TEST(ExternalHeadingFaults, OutliersAreRejected) {
   Rng rng(1);
   const After a = run_with(
       [&](int second, double heading) { return second % 5 == 3 ? rng.uniform() * 6.28 : heading; });
