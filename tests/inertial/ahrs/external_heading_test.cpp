@@ -112,7 +112,7 @@ struct Scenario {
   bool stamped_late = false;  // with their time of arrival
 };
 
-Scenario matched(std::uint64_t seed) {
+Scenario scenario(std::uint64_t seed) {
   Scenario t;
   AhrsParameters& p = t.parameters;
   p.use_magnetometer = false;
@@ -169,7 +169,7 @@ TEST(ExternalHeading, ErrorsAndInnovationsHaveTheirVariance) {
   double nis = 0.0, heading = 0.0, bias = 0.0;
   int n_nis = 0, n = 0, refused = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const Scenario t = matched(seed);
+    const Scenario t = scenario(seed);
     int count = 0;
     run(t, [&](const auto& ahrs, const MargSample&, const SO3d& truth, auto status) {
       if (!status) return;
@@ -198,7 +198,7 @@ TEST(ExternalHeading, ErrorsAndInnovationsHaveTheirVariance) {
 }
 
 TEST(ExternalHeading, EstimatesTheGyroBias) {
-  Scenario t = matched(4);
+  Scenario t = scenario(4);
   t.motion.bias_radps = {0.0, 0.0, 0.6 * kDegree};
   // No tilting and little acceleration, either of which makes the bias observable from gravity.
   t.motion.turn_radps = 0.0;
@@ -228,7 +228,7 @@ TEST(ExternalHeading, DelayIsHarmlessWithTheTimeOfValidity) {
     });
     return n > 0 ? std::sqrt(squares / n) : INFINITY;
   };
-  Scenario t = matched(6);
+  Scenario t = scenario(6);
   t.motion.turn_radps = 1.0;
   t.delay_s = 0.0;
   const double prompt = rms(t);
@@ -242,7 +242,7 @@ TEST(ExternalHeading, DelayIsHarmlessWithTheTimeOfValidity) {
 
 TEST(ExternalHeading, IsDeterministic) {
   const auto none = [](auto&&...) {};
-  const auto a = run(matched(7), none), b = run(matched(7), none);
+  const auto a = run(scenario(7), none), b = run(scenario(7), none);
   EXPECT_EQ(a.q_world_body().quaternion().coeffs(), b.q_world_body().quaternion().coeffs());
   EXPECT_EQ(a.world_covariance(), b.world_covariance());
   EXPECT_EQ(a.gyro_bias_radps(), b.gyro_bias_radps());
