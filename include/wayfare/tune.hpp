@@ -1,6 +1,6 @@
 #pragma once
 
-// A genetic algorithm and the parameters of the INS filter it tunes.
+// A genetic algorithm and the INS filter parameters it tunes.
 
 #include <wayfare/tune/genetic.hpp>
 #include <wayfare/tune/ins_fitness.hpp>

@@ -24,7 +24,7 @@ double ionosphere_delay_m(const KlobucharModel& model, Time<GpsClock> time,
                           const Geodetic& receiver, const LineOfSight& sight, double carrier_hz) {
   constexpr double kLayerHeight = 400e3;
   if (!(sight.elevation_rad > 0.0) || receiver.height_m > kLayerHeight) return 0.0;
-  // The model speaks in semicircles.
+  // The model is in semicircles.
   const double elevation = sight.elevation_rad / kPi;
   const double earth_angle = 0.0137 / (elevation + 0.11) - 0.022;
   const double latitude = std::clamp(
@@ -41,7 +41,7 @@ double ionosphere_delay_m(const KlobucharModel& model, Time<GpsClock> time,
   const double period = std::max(cubic(model.beta), 72000.0);
   const double slant = 1.0 + 16.0 * std::pow(0.53 - elevation, 3);
   const double x = 2.0 * kPi * (local - 50400.0) / period;
-  // The cosine's expansion as the model prescribes it, not the cosine.
+  // The model prescribes this expansion of the cosine.
   const double day = std::abs(x) < 1.57 ? amplitude * (1.0 + x * x * (-0.5 + x * x / 24.0)) : 0.0;
   const double ratio = model.carrier_hz / carrier_hz;
   return kSpeedOfLight_mps * slant * (5e-9 + day) * ratio * ratio;

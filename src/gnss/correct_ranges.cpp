@@ -11,16 +11,16 @@
 namespace wayfare {
 namespace {
 
-/// The signal's and the elevation's part of a variance.
-double growing(double elevation, double signal, double decade, double elevation_rad,
-               double cn0_dbhz) {
+/// Elevation- and signal-dependent part of a variance.
+double variable_part(double elevation, double signal, double decade, double elevation_rad,
+                     double cn0_dbhz) {
   const double cn0 = std::isfinite(cn0_dbhz) ? std::clamp(cn0_dbhz, 10.0, 65.0) : 45.0;
   const double low = elevation / std::max(std::sin(elevation_rad), 0.05);
   const double weak = signal * std::pow(10.0, (45.0 - cn0) / decade);
   return low * low + weak * weak;
 }
 
-/// What is the same for all satellites of an epoch.
+/// Corrects the satellites of one epoch.
 class Corrector {
  public:
   Corrector(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
@@ -30,16 +30,16 @@ class Corrector {
     if (known_) near_ = geodetic_from_ecef(near_ecef_m);
   }
 
-  /// The corrected range, or why not.
+  /// The corrected range, or the reason for rejection.
   [[nodiscard]] std::variant<CorrectedRange, RangeRefusal> correct(
       const SatelliteObservation& o) const;
 
  private:
   [[nodiscard]] std::optional<RangeRefusal> unusable(const SatelliteObservation& o) const;
-  void place(const SatelliteState& at_transmission, CorrectedRange& range) const;
+  void rotate_to_reception(const SatelliteState& at_transmission, CorrectedRange& range) const;
   struct Air {
     double delay_m = 0.0;
-    double unknown_m = 0.0;  ///< standard deviation of what the ionosphere's model leaves
+    double sigma_m = 0.0;  ///< of the ionosphere after correction
   };
   [[nodiscard]] Air air(const LineOfSight& sight, double carrier_hz) const;
 
@@ -54,18 +54,19 @@ class Corrector {
 std::optional<RangeRefusal> Corrector::unusable(const SatelliteObservation& o) const {
   if (!options_.systems[static_cast<std::size_t>(index_of(o.satellite.system))])
     return RangeRefusal::not_wanted;
-  const auto& no = options_.excluded;
-  if (std::find(no.begin(), no.end(), o.satellite) != no.end()) return RangeRefusal::not_wanted;
+  const auto& excluded = options_.excluded;
+  if (std::find(excluded.begin(), excluded.end(), o.satellite) != excluded.end())
+    return RangeRefusal::not_wanted;
   if (!std::isfinite(o.pseudorange_m) && !std::isfinite(o.doppler_hz))
     return RangeRefusal::not_measured;
-  // From 20 000 km overhead to 42 000 km at the horizon, with a clock off by up to 100 ms.
+  // 20 000 km at the zenith to 42 000 km at the horizon, with a clock error of up to 100 ms.
   if (std::isfinite(o.pseudorange_m) && !(o.pseudorange_m > -1e7 && o.pseudorange_m < 7.5e7))
-    return RangeRefusal::absurd;
+    return RangeRefusal::implausible;
   if (std::isfinite(o.cn0_dbhz) && o.cn0_dbhz < options_.min_cn0_dbhz) return RangeRefusal::weak;
   return std::nullopt;
 }
 
-/// The carrier on which `o` was measured; GLONASS channels are the message's own.
+/// The carrier of `o`; GLONASS channels are from the message.
 double carrier_of(const SatelliteObservation& o, const Ephemeris& ephemeris) {
   const auto* glonass = std::get_if<GlonassEphemeris>(&ephemeris);
   const bool second = o.carrier_hz < 1.4e9;
@@ -75,16 +76,17 @@ double carrier_of(const SatelliteObservation& o, const Ephemeris& ephemeris) {
   return o.satellite.system == GnssSystem::beidou ? carrier::kB1I : carrier::kL1;
 }
 
-/// Turns the satellite into the axes of reception. Its velocity is the derivative of the turned
-/// position by the time of reception, as a rate of range needs it.
-void Corrector::place(const SatelliteState& s, CorrectedRange& range) const {
+/// Rotates the satellite into the Earth-fixed axes at reception (Sagnac effect). Its velocity is
+/// the derivative of the rotated position by the time of reception, as range rates require.
+void Corrector::rotate_to_reception(const SatelliteState& s, CorrectedRange& range) const {
   constexpr double w = wgs84::kEarthRate_radps, c = kSpeedOfLight_mps;
   double travel_s = known_ ? (s.position_ecef_m - near_ecef_m_).norm() / c : 0.075;
   for (int i = 0; i < (known_ ? 2 : 1); ++i) {
     const double co = std::cos(w * travel_s), si = std::sin(w * travel_s);
-    const Eigen::Matrix3d turn = (Eigen::Matrix3d() << co, si, 0, -si, co, 0, 0, 0, 1).finished();
-    range.position_ecef_m = turn * s.position_ecef_m;
-    range.velocity_ecef_mps = turn * s.velocity_ecef_mps;
+    const Eigen::Matrix3d rotation =
+        (Eigen::Matrix3d() << co, si, 0, -si, co, 0, 0, 0, 1).finished();
+    range.position_ecef_m = rotation * s.position_ecef_m;
+    range.velocity_ecef_mps = rotation * s.velocity_ecef_mps;
     if (known_) travel_s = (range.position_ecef_m - near_ecef_m_).norm() / c;
   }
   if (!known_) return;
@@ -102,8 +104,8 @@ Corrector::Air Corrector::air(const LineOfSight& sight, double carrier_hz) const
   if (options_.ionosphere) {
     result.delay_m = ionosphere_delay_m(broadcast ? *broadcast : nominal_ionosphere(), time_, near_,
                                         sight, carrier_hz);
-    result.unknown_m = result.delay_m * (broadcast ? options_.sigma.ionosphere_fraction
-                                                   : options_.sigma.nominal_ionosphere_fraction);
+    result.sigma_m = result.delay_m * (broadcast ? options_.sigma.ionosphere_fraction
+                                                 : options_.sigma.nominal_ionosphere_fraction);
   }
   if (options_.troposphere)
     result.delay_m += troposphere_delay_m(near_, sight, options_.relative_humidity);
@@ -112,26 +114,26 @@ Corrector::Air Corrector::air(const LineOfSight& sight, double carrier_hz) const
 
 std::variant<CorrectedRange, RangeRefusal> Corrector::correct(const SatelliteObservation& o) const {
   if (const auto why = unusable(o)) return *why;
-  // Without a range a rate still needs the satellite; 1 m/s is lost for each second it is late.
+  // A rate without range still needs the satellite's state: 1 m/s of error per second of time.
   const double measured_m = std::isfinite(o.pseudorange_m) ? o.pseudorange_m : 2.3e7;
-  const Time<GpsClock> roughly = time_ - from_seconds(measured_m / kSpeedOfLight_mps);
-  const Ephemeris* ephemeris = ephemerides_.nearest(o.satellite, roughly);
+  const Time<GpsClock> transmission = time_ - from_seconds(measured_m / kSpeedOfLight_mps);
+  const Ephemeris* ephemeris = ephemerides_.nearest(o.satellite, transmission);
   if (ephemeris == nullptr) return RangeRefusal::no_ephemeris;
   const Duration limit =
       options_.limits.age[static_cast<std::size_t>(index_of(o.satellite.system))];
-  const Duration age = roughly - reference_time(*ephemeris);
+  const Duration age = transmission - reference_time(*ephemeris);
   if (age > limit || age < -limit) return RangeRefusal::ephemeris_too_far;
   const double carrier = carrier_of(o, *ephemeris);
   if (!is_healthy(*ephemeris, carrier)) return RangeRefusal::unhealthy;
   const std::optional<double> delay_s = group_delay_s(*ephemeris, carrier);
   if (!delay_s) return RangeRefusal::unknown_signal;
 
-  const double clock_s = satellite_state(*ephemeris, roughly).clock_s;
-  const SatelliteState state = satellite_state(*ephemeris, roughly - from_seconds(clock_s));
+  const double clock_s = satellite_state(*ephemeris, transmission).clock_s;
+  const SatelliteState state = satellite_state(*ephemeris, transmission - from_seconds(clock_s));
   CorrectedRange range;
   range.satellite = o.satellite;
   range.cn0_dbhz = o.cn0_dbhz;
-  place(state, range);
+  rotate_to_reception(state, range);
   LineOfSight sight{0.0, 0.5};
   Air air;
   if (known_) {
@@ -143,7 +145,7 @@ std::variant<CorrectedRange, RangeRefusal> Corrector::correct(const SatelliteObs
                   air.delay_m;  // NaN stays NaN
   range.range_rate_mps =
       -o.doppler_hz * kSpeedOfLight_mps / carrier + kSpeedOfLight_mps * state.clock_drift;
-  range.range_sigma_m = options_.sigma.range_m(sight.elevation_rad, o.cn0_dbhz, air.unknown_m);
+  range.range_sigma_m = options_.sigma.range_m(sight.elevation_rad, o.cn0_dbhz, air.sigma_m);
   range.range_rate_sigma_mps = options_.sigma.rate_mps(sight.elevation_rad, o.cn0_dbhz);
   return range;
 }
@@ -152,15 +154,16 @@ std::variant<CorrectedRange, RangeRefusal> Corrector::correct(const SatelliteObs
 
 double RangeSigmaModel::range_m(double elevation_rad, double cn0_dbhz,
                                 double unknown_ionosphere_m) const {
-  const double variance = growing(elevation_m, signal_m, decade_dbhz, elevation_rad, cn0_dbhz);
+  const double variance =
+      variable_part(elevation_m, signal_m, decade_dbhz, elevation_rad, cn0_dbhz);
   return scale *
          std::sqrt(floor_m * floor_m + unknown_ionosphere_m * unknown_ionosphere_m + variance);
 }
 
 double RangeSigmaModel::rate_mps(double elevation_rad, double cn0_dbhz) const {
-  return scale *
-         std::sqrt(rate_floor_mps * rate_floor_mps + growing(rate_elevation_mps, rate_signal_mps,
-                                                             decade_dbhz, elevation_rad, cn0_dbhz));
+  return scale * std::sqrt(rate_floor_mps * rate_floor_mps +
+                           variable_part(rate_elevation_mps, rate_signal_mps, decade_dbhz,
+                                         elevation_rad, cn0_dbhz));
 }
 
 KlobucharModel nominal_ionosphere() {
@@ -171,12 +174,12 @@ const char* to_text(RangeRefusal why) {
   switch (why) {
     case RangeRefusal::not_measured:
       return "neither range nor rate";
-    case RangeRefusal::absurd:
-      return "absurd range";
+    case RangeRefusal::implausible:
+      return "implausible range";
     case RangeRefusal::not_wanted:
-      return "not wanted";
+      return "excluded";
     case RangeRefusal::duplicate:
-      return "twice in the epoch";
+      return "duplicate in the epoch";
     case RangeRefusal::no_ephemeris:
       return "no ephemeris";
     case RangeRefusal::ephemeris_too_far:

@@ -9,7 +9,7 @@
 namespace wayfare {
 namespace {
 
-/// The reason a message cannot be one, or null.
+/// The reason a message is invalid, or null.
 const char* fault_of(const KeplerianEphemeris& k) {
   const double all[] = {k.sqrt_semi_major_axis,
                         k.eccentricity,
@@ -73,7 +73,7 @@ const char* fault_of(const GlonassEphemeris& g) {
   return g.satellite.system == GnssSystem::glonass ? nullptr : "only GLONASS has such a message";
 }
 
-/// Galileo's F/NAV comes after its I/NAV.
+/// Galileo's I/NAV has priority over F/NAV.
 int source_rank(const Ephemeris& e) {
   const auto* k = std::get_if<KeplerianEphemeris>(&e);
   return k != nullptr && k->clock_of_e5a ? 1 : 0;
@@ -118,7 +118,7 @@ Result<void> Ephemerides::add(const Ephemeris& ephemeris) {
 
 void Ephemerides::add(const Ephemerides& other) {
   for (const auto& [satellite, list] : other.messages_)
-    for (const Ephemeris& ephemeris : list) (void)add(ephemeris);  // checked where it is now
+    for (const Ephemeris& ephemeris : list) (void)add(ephemeris);  // already valid
   if (!gps_ionosphere) gps_ionosphere = other.gps_ionosphere;
   if (!beidou_ionosphere) beidou_ionosphere = other.beidou_ionosphere;
   if (!leap_seconds) leap_seconds = other.leap_seconds;
@@ -126,11 +126,11 @@ void Ephemerides::add(const Ephemerides& other) {
 
 const Ephemeris* Ephemerides::nearest(SatelliteId satellite, Time<GpsClock> time) const {
   const Ephemeris* best = nullptr;
-  // The distance in the messages' own order decides; of equals the first, which is the I/NAV one.
+  // Of equal distances the first, which is the I/NAV message.
   Duration least = Duration::max();
   for (const Ephemeris& e : of(satellite)) {
-    const Duration from_it = reference_time(e) - time;
-    const Duration distance = from_it < Duration(0) ? -from_it : from_it;
+    const Duration difference = reference_time(e) - time;
+    const Duration distance = difference < Duration(0) ? -difference : difference;
     if (distance >= least) continue;
     least = distance;
     best = &e;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/gnss/signal.hpp>
@@ -9,7 +10,7 @@
 namespace wayfare {
 namespace {
 
-/// Each system's own constants: a broadcast orbit means what it was fitted with.
+/// Each system's constants, with which its broadcast orbits are fitted.
 struct EarthConstants {
   double mu_m3ps2;
   double rate_radps;
@@ -26,7 +27,7 @@ EarthConstants earth_of(GnssSystem system) {
   }
 }
 
-/// E − e sin E = M by Newton; the step is held back where a nearly parabolic orbit would throw it.
+/// E − e sin E = M by Newton with a limited step, for nearly parabolic orbits.
 double eccentric_anomaly(double mean_anomaly, double e) {
   double result = mean_anomaly + e * std::sin(mean_anomaly);
   for (int i = 0; i < 50; ++i) {
@@ -48,7 +49,7 @@ Rated harmonic(double c, double s, const Rated& angle) {
   return {c * co + s * si, (s * co - c * si) * angle.rate};
 }
 
-/// The satellite in its orbital plane and the plane's tilt.
+/// The satellite in its orbital plane, and the plane's inclination.
 struct InPlane {
   Rated x, y, inclination;
 };
@@ -72,11 +73,11 @@ InPlane in_plane(const KeplerianEphemeris& k, double tk, const Rated& anomaly) {
            k.inclination_rate_radps + di.rate}};
 }
 
-/// Out of the orbital plane, whose node is at `node` in the target frame.
+/// From the orbital plane to the target frame, in which its node is at `node`.
 void leave_plane(const InPlane& p, const Rated& node, SatelliteState& state) {
   const double co = std::cos(node.value), so = std::sin(node.value);
   const double ci = std::cos(p.inclination.value), si = std::sin(p.inclination.value);
-  // The part along the node's perpendicular in the equator, and along the pole.
+  // Components perpendicular to the node in the equator, and along the pole.
   const Rated across{p.y.value * ci, p.y.rate * ci - p.y.value * si * p.inclination.rate};
   const Rated up{p.y.value * si, p.y.rate * si + p.y.value * ci * p.inclination.rate};
   state.position_ecef_m = {p.x.value * co - across.value * so, p.x.value * so + across.value * co,
@@ -86,10 +87,10 @@ void leave_plane(const InPlane& p, const Rated& node, SatelliteState& state) {
       p.x.rate * so + across.rate * co + state.position_ecef_m.x() * node.rate, up.rate};
 }
 
-/// BDS-SIS-ICD table 5-10: geostationary orbits are given in a frame tilted by −5° about x that
-/// does not turn with the Earth; this brings them to the Earth-fixed axes.
+/// BDS-SIS-ICD table 5-10: geostationary orbits are in a non-rotating frame tilted by −5° about x;
+/// this transforms them to Earth-fixed axes.
 void from_geostationary_frame(double earth_angle, double earth_rate, SatelliteState& state) {
-  constexpr double kTilt = -5.0 * 3.14159265358979323846 / 180.0;
+  constexpr double kTilt = -5.0 * std::numbers::pi / 180.0;
   const double ct = std::cos(kTilt), st = std::sin(kTilt);
   const double ca = std::cos(earth_angle), sa = std::sin(earth_angle);
   const Eigen::Matrix3d tilt = (Eigen::Matrix3d() << 1, 0, 0, 0, ct, st, 0, -st, ct).finished();
@@ -101,7 +102,7 @@ void from_geostationary_frame(double earth_angle, double earth_rate, SatelliteSt
   state.position_ecef_m = turn * (tilt * state.position_ecef_m);
 }
 
-/// Seconds of the week of the orbit's reference time, in the system's own week.
+/// Time of week of the orbit's reference time, s, in the system's week.
 double seconds_of_week(const KeplerianEphemeris& k) {
   const bool beidou = k.satellite.system == GnssSystem::beidou;
   return to_seconds(week_time(beidou ? k.toe - kGpsMinusBeidou : k.toe).of_week);
@@ -114,7 +115,7 @@ constexpr double kGlonassEarthRate = 7.292115e-5;
 
 using OrbitState = Eigen::Matrix<double, 6, 1>;
 
-/// GLONASS ICD 5.1 (A.3.1.2.1): the equations of motion in turning Earth-fixed axes.
+/// GLONASS ICD 5.1 (A.3.1.2.1): the equations of motion in Earth-fixed axes.
 OrbitState derivative(const OrbitState& s, const Eigen::Vector3d& sun_and_moon) {
   const double x = s[0], y = s[1], z = s[2], w = kGlonassEarthRate;
   const double r2 = s.head<3>().squaredNorm(), r3 = r2 * std::sqrt(r2);
@@ -206,7 +207,7 @@ std::optional<double> group_delay_s(const GlonassEphemeris& g, double carrier_hz
 
 bool is_healthy(const KeplerianEphemeris& k, double carrier_hz) {
   if (k.satellite.system != GnssSystem::galileo) return k.health == 0;
-  // RINEX 3.04 table A8: three bits a signal, E1-B lowest, then E5a, E5b.
+  // RINEX 3.04 table A8: three bits per signal, E1-B lowest, then E5a, E5b.
   if (is_near(carrier_hz, carrier::kE5a)) return ((k.health >> 3) & 7) == 0;
   if (is_near(carrier_hz, carrier::kE5b)) return ((k.health >> 6) & 7) == 0;
   return (k.health & 7) == 0;

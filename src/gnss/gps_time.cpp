@@ -25,7 +25,7 @@ constexpr std::array kLeapSeconds = {
     leap(1996, 1, 11), leap(1997, 7, 12), leap(1999, 1, 13), leap(2006, 1, 14), leap(2009, 1, 15),
     leap(2012, 7, 16), leap(2015, 7, 17), leap(2017, 1, 18)};
 
-/// Time since midnight of `epoch`.
+/// Time since `epoch`.
 std::optional<Duration> since(sys_days epoch, const CivilTime& c) {
   const auto in = [](int value, int low, int high) { return value >= low && value <= high; };
   if (!in(c.year, 1980, 2099) || !in(c.month, 1, 12) || !in(c.day, 1, 31)) return std::nullopt;
@@ -57,7 +57,7 @@ Time<GpsClock> to_gps(Time<UtcClock> t, std::span<const LeapSecond> table) {
 Time<UtcClock> to_utc(Time<GpsClock> t, std::span<const LeapSecond> table) {
   int leaps = 0;
   for (const LeapSecond& entry : table) {
-    // The leap second itself ends when GPS has moved on by the new difference.
+    // The leap second ends at the new difference.
     const Duration starts = entry.from.since_epoch() + std::chrono::seconds(leaps);
     if (t.since_epoch() >= starts) leaps = entry.gps_minus_utc_s;
   }

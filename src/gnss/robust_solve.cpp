@@ -10,8 +10,8 @@
 namespace wayfare::robust {
 namespace {
 
-/// The normal equations for given weights; unknowns no row speaks of any more (the clock of a
-/// system whose satellites are all left out) are held at zero.
+/// The normal equations for given weights; unobserved unknowns (the clock of a system without
+/// satellites in use) are fixed at zero.
 class Normal {
  public:
   explicit Normal(int unknowns)
@@ -24,18 +24,18 @@ class Normal {
     side_ += weight * value * row;
   }
 
-  [[nodiscard]] int untouched() const {
+  [[nodiscard]] int unobserved() const {
     return static_cast<int>((matrix_.diagonal().array() == 0.0).count());
   }
 
-  /// Position or velocity, which come first, have rows that speak of them; a clock may have none.
-  [[nodiscard]] bool fixes_motion() const {
+  /// Position or velocity, which come first, are observed; a clock may not be.
+  [[nodiscard]] bool observes_motion() const {
     return (matrix_.diagonal().head<3>().array() > 0.0).all();
   }
 
   std::optional<Eigen::VectorXd> solve() {
-    if (!fixes_motion()) return std::nullopt;
-    hold_untouched();
+    if (!observes_motion()) return std::nullopt;
+    fix_unobserved();
     const Eigen::VectorXd scale = matrix_.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix_ * scale.asDiagonal();
     const Eigen::LDLT<Eigen::MatrixXd> factors(scaled);
@@ -45,7 +45,7 @@ class Normal {
   }
 
   std::optional<Eigen::MatrixXd> inverse() {
-    hold_untouched();
+    fix_unobserved();
     const Eigen::LDLT<Eigen::MatrixXd> factors(matrix_);
     if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0.0))
       return std::nullopt;
@@ -53,7 +53,7 @@ class Normal {
   }
 
  private:
-  void hold_untouched() {
+  void fix_unobserved() {
     for (Eigen::Index i = 0; i < matrix_.rows(); ++i)
       if (matrix_(i, i) == 0.0) matrix_(i, i) = 1.0;
   }
@@ -73,7 +73,7 @@ Normal normal_of(const System& s, const Eigen::VectorXd& weight) {
   return normal;
 }
 
-/// In σ.
+/// Residual in σ.
 double normalised(const System& s, const Eigen::VectorXd& x, int i) {
   return (s.value(i) - s.row(i).dot(x)) / s.sigma(i);
 }
@@ -87,7 +87,7 @@ double robust_cost(const System& s, const Eigen::VectorXd& x, double scale) {
   return cost;
 }
 
-/// The best start of those with up to two measurements left out, by robust cost.
+/// The solution of least robust cost among those with up to two measurements removed.
 Eigen::VectorXd best_start(const System& s, const Eigen::VectorXd& all, double scale) {
   const int n = s.measurements();
   Eigen::VectorXd best = all, weight = Eigen::VectorXd::Ones(n);
@@ -98,8 +98,8 @@ Eigen::VectorXd best_start(const System& s, const Eigen::VectorXd& all, double s
       if (cost < least) least = cost, best = *x;
     }
   };
-  const bool pairs = s.spare() >= 3;
-  for (int i = 0; i < n && s.spare() >= 2; ++i) {
+  const bool pairs = s.redundancy() >= 3;
+  for (int i = 0; i < n && s.redundancy() >= 2; ++i) {
     weight[i] = 0.0;
     attempt();
     for (int j = i + 1; j < n && pairs; ++j) {
@@ -112,10 +112,10 @@ Eigen::VectorXd best_start(const System& s, const Eigen::VectorXd& all, double s
   return best;
 }
 
-/// Reweights until it stands still; the weights of the last round are left in `weight`.
-Eigen::VectorXd reweighted(const System& s, Eigen::VectorXd x, const Options& options,
-                           Eigen::VectorXd& weight) {
-  for (int round = 0; round < 50; ++round) {
+/// Iteratively reweighted least squares; returns the last weights in `weight`.
+Eigen::VectorXd solve_reweighted(const System& s, Eigen::VectorXd x, const Options& options,
+                                 Eigen::VectorXd& weight) {
+  for (int iteration = 0; iteration < 50; ++iteration) {
     for (int i = 0; i < s.measurements(); ++i) {
       const double r = normalised(s, x, i) / options.scale;
       weight[i] = 1.0 / (1.0 + r * r);
@@ -129,14 +129,14 @@ Eigen::VectorXd reweighted(const System& s, Eigen::VectorXd x, const Options& op
   return x;
 }
 
-void leave_out_far(const System& s, const Eigen::VectorXd& x, double limit,
-                   Eigen::VectorXd& weight) {
+void exclude_outliers(const System& s, const Eigen::VectorXd& x, double limit,
+                      Eigen::VectorXd& weight) {
   for (int i = 0; i < s.measurements(); ++i)
     if (std::abs(normalised(s, x, i)) > limit) weight[i] = 0.0;
 }
 
-/// Completes a solution from its unknowns and weights.
-std::optional<Solution> finished(const System& s, const Eigen::VectorXd& x,
+/// Residuals and covariance of a solution from its unknowns and weights.
+std::optional<Solution> complete(const System& s, const Eigen::VectorXd& x,
                                  const Eigen::VectorXd& weight) {
   Solution solution{x, Eigen::VectorXd(s.measurements()), weight, {}, 0.0, 0};
   Normal normal = normal_of(s, weight);
@@ -149,10 +149,10 @@ std::optional<Solution> finished(const System& s, const Eigen::VectorXd& x,
     }
     if (i >= s.measurements() || weight[i] > 0.0) solution.chi_square += r * r;
   }
-  solution.spare = used - (s.unknowns() - normal.untouched());
+  solution.redundancy = used - (s.unknowns() - normal.unobserved());
   const auto inverse = normal.inverse();
   if (!inverse) return std::nullopt;
-  const double excess = solution.spare > 0 ? solution.chi_square / solution.spare : 1.0;
+  const double excess = solution.redundancy > 0 ? solution.chi_square / solution.redundancy : 1.0;
   solution.covariance = std::max(excess, 1.0) * *inverse;
   return solution;
 }
@@ -169,21 +169,21 @@ Eigen::MatrixXd System::unweighted_covariance(const Eigen::VectorXd& weight) con
 }
 
 std::optional<Solution> solve(const System& s, const Options& options) {
-  if (s.spare() < 0) return std::nullopt;
+  if (s.redundancy() < 0) return std::nullopt;
   Eigen::VectorXd weight = Eigen::VectorXd::Ones(s.measurements());
   const auto all = normal_of(s, weight).solve();
   if (!all) return std::nullopt;
-  const std::optional<Solution> plain = finished(s, *all, weight);
-  if (!options.exclude || !plain || s.spare() < 1 || plain->chi_square <= options.threshold)
+  const std::optional<Solution> plain = complete(s, *all, weight);
+  if (!options.exclude || !plain || s.redundancy() < 1 || plain->chi_square <= options.threshold)
     return plain;
   const Eigen::VectorXd start = best_start(s, *all, options.scale);
-  const Eigen::VectorXd robust = reweighted(s, start, options, weight);
-  leave_out_far(s, robust, options.exclusion_sigma, weight);
-  // With the far ones gone for good the others are weighed once more.
+  const Eigen::VectorXd robust = solve_reweighted(s, start, options, weight);
+  exclude_outliers(s, robust, options.exclusion_sigma, weight);
+  // Without the outliers, the others get their full weights.
   const auto last = normal_of(s, weight).solve();
   if (!last) return plain;
-  const std::optional<Solution> solution = finished(s, *last, weight);
-  return solution && solution->spare >= 0 ? solution : plain;
+  const std::optional<Solution> solution = complete(s, *last, weight);
+  return solution && solution->redundancy >= 0 ? solution : plain;
 }
 
 }  // namespace wayfare::robust

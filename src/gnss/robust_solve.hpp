@@ -1,6 +1,6 @@
 #pragma once
 
-// Private: linear equations with faulty rows among them.
+// Private: robust linear least squares with outliers.
 
 #include <optional>
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace wayfare::robust {
 
-/// Rows a·x = y with standard deviations, three of motion first among the unknowns and clocks after
-/// them; priors are rows that are never at fault and come last.
+/// Rows a·x = y with standard deviations. The unknowns are three of position or velocity, then
+/// clocks; priors are rows that are never excluded and come last.
 class System {
  public:
   explicit System(int unknowns) : unknowns_(unknowns) {}
@@ -27,15 +27,15 @@ class System {
   [[nodiscard]] int unknowns() const { return unknowns_; }
   [[nodiscard]] int measurements() const { return measurements_; }
   [[nodiscard]] int rows() const { return static_cast<int>(rows_.size()); }
-  /// Rows more than unknowns.
-  [[nodiscard]] int spare() const { return rows() - unknowns_; }
+  /// Degrees of freedom: rows less unknowns.
+  [[nodiscard]] int redundancy() const { return rows() - unknowns_; }
   [[nodiscard]] const Eigen::VectorXd& row(int i) const {
     return rows_[static_cast<std::size_t>(i)];
   }
   [[nodiscard]] double value(int i) const { return values_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] double sigma(int i) const { return sigmas_[static_cast<std::size_t>(i)]; }
 
-  /// (AᵀA)⁻¹ over the measurements with a weight and all priors; infinite where it is singular.
+  /// (AᵀA)⁻¹ over the measurements with non-zero weight and all priors; infinite if singular.
   [[nodiscard]] Eigen::MatrixXd unweighted_covariance(const Eigen::VectorXd& weight) const;
 
  private:
@@ -61,13 +61,13 @@ struct Options {
 struct Solution {
   Eigen::VectorXd step;
   Eigen::VectorXd residual;    ///< of the measurements
-  Eigen::VectorXd weight;      ///< of the measurements, 1 down to 0 (left out)
-  Eigen::MatrixXd covariance;  ///< grown where the residuals are larger than their σ
+  Eigen::VectorXd weight;      ///< of the measurements, 1 to 0 (excluded)
+  Eigen::MatrixXd covariance;  ///< scaled up if the residuals exceed their σ
   double chi_square = 0.0;     ///< of the rows in use
-  int spare = 0;               ///< rows in use more than unknowns they fix
+  int redundancy = 0;          ///< of the rows in use
 };
 
-/// Nothing where the rows do not fix the unknowns.
+/// None if the rows do not determine the unknowns.
 [[nodiscard]] std::optional<Solution> solve(const System& system, const Options& options);
 
 }  // namespace wayfare::robust

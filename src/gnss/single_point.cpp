@@ -18,10 +18,10 @@ namespace {
 using robust::Solution;
 using robust::System;
 
-/// The ranges that are there, in order, and which systems they are of.
+/// The usable ranges in order, and their systems.
 struct RangeSet {
   std::vector<const CorrectedRange*> ranges;
-  std::array<int, kGnssSystems> column{};  ///< of each system's clock; −1: not seen
+  std::array<int, kGnssSystems> column{};  ///< of each system's clock; −1: none
   int systems = 0;
 };
 
@@ -41,8 +41,7 @@ RangeSet ranges_of(const RangeEpoch& epoch) {
   return set;
 }
 
-/// The range equations about `x` (position, clocks), with known offsets as equations of their own
-/// at the end.
+/// The range equations linearised at `x` (position, clocks), with known offsets as priors.
 System linearise(const RangeSet& set, const Eigen::VectorXd& x, const SinglePointOptions& options) {
   System s(static_cast<int>(x.size()));
   for (const CorrectedRange* r : set.ranges) {
@@ -81,29 +80,30 @@ Error too_few(const RangeSet& set, const std::string& what) {
   return Error{ErrorCode::degenerate, what + " (" + systems_text(set) + ")", "single point"};
 }
 
-/// Iterates on the equations until the position stands still; the last solution's weights stay.
+/// Gauss-Newton iterations until the position converges.
 Result<Solution> iterate(const RangeSet& set, const SinglePointOptions& options,
                          Eigen::VectorXd& x) {
   robust::Options how;
   how.scale = options.robust_scale;
   how.exclusion_sigma = options.exclusion_sigma;
-  // Far from the solution the equations' own bend looks like faults; those are sought once it is
-  // near, or as near as the faults let it come.
+  // Far from the solution, nonlinearity looks like faults; exclusion starts once it is near, or as
+  // near as the faults allow.
   bool near = false;
-  for (int round = 0; round < 40; ++round) {
+  for (int iteration = 0; iteration < 40; ++iteration) {
     const System equations = linearise(set, x, options);
     how.exclude = near && options.exclude_faults;
-    how.threshold = chi_square_threshold(std::max(equations.spare(), 1), options.false_alarm);
+    how.threshold = chi_square_threshold(std::max(equations.redundancy(), 1), options.false_alarm);
     const std::optional<Solution> solution = robust::solve(equations, how);
     if (!solution)
-      return too_few(set, "the satellites do not fix a position: their directions are too alike");
+      return too_few(
+          set, "the satellites do not determine a position: their directions are too similar");
     x += solution->step;
     if (!x.allFinite() || x.head<3>().norm() > 1e9) break;
     const double moved_m = solution->step.head<3>().norm();
     if (near && moved_m < 1e-4) return *solution;
     near = near || moved_m < 1e3;
   }
-  return Error{ErrorCode::numerical, "the iteration for the position does not end", "single point"};
+  return Error{ErrorCode::numerical, "the position does not converge", "single point"};
 }
 
 void fill_geometry(const System& equations, const Solution& solution,
@@ -111,7 +111,7 @@ void fill_geometry(const System& equations, const Solution& solution,
   const Eigen::Matrix3d to_ned = ecef_ned.transpose();
   point.position_covariance_ned_m2 =
       to_ned * solution.covariance.topLeftCorner<3, 3>() * to_ned.transpose();
-  // Dilution counts the satellites used, all alike.
+  // Dilution of precision weighs all used satellites equally.
   const Eigen::MatrixXd q = equations.unweighted_covariance(solution.weight);
   const Eigen::Matrix3d q_ned = to_ned * q.topLeftCorner<3, 3>() * to_ned.transpose();
   const double clocks = q.diagonal().tail(q.rows() - 3).sum();
@@ -122,7 +122,7 @@ void fill_geometry(const System& equations, const Solution& solution,
   point.dop.geometry = std::sqrt(q_ned.trace() + clocks);
 }
 
-/// Velocity and clock drift from the range rates; nothing where they do not suffice.
+/// Velocity and clock drift from the range rates, if sufficient.
 void solve_velocity(const RangeEpoch& epoch, const SinglePointOptions& options,
                     const Eigen::Matrix3d& ecef_ned, SinglePoint& point) {
   System equations(4);
@@ -138,12 +138,12 @@ void solve_velocity(const RangeEpoch& epoch, const SinglePointOptions& options,
     equations.add(row, r.range_rate_mps - u.dot(r.velocity_ecef_mps), r.range_rate_sigma_mps);
     which.push_back(i);
   }
-  if (equations.spare() < 0) return;
+  if (equations.redundancy() < 0) return;
   robust::Options how;
   how.exclude = options.exclude_faults;
   how.scale = options.robust_scale;
   how.exclusion_sigma = options.exclusion_sigma;
-  how.threshold = chi_square_threshold(std::max(equations.spare(), 1), options.false_alarm);
+  how.threshold = chi_square_threshold(std::max(equations.redundancy(), 1), options.false_alarm);
   const std::optional<Solution> solution = robust::solve(equations, how);
   if (!solution || solution->step.head<3>().norm() > 1e4) return;
   point.velocity_ned_mps = ecef_ned.transpose() * solution->step.head<3>();
@@ -177,7 +177,7 @@ void fill_residuals(const RangeEpoch& epoch, const RangeSet& set, const Solution
   }
 }
 
-/// The clocks of the systems with a satellite in use, and the instant by the first of them.
+/// The clocks of the systems in use, and the true time by the first of them.
 void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, SinglePoint& point) {
   double first = std::numeric_limits<double>::quiet_NaN();
   for (const SatelliteResidual& r : point.residuals) {
@@ -193,7 +193,7 @@ void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, SinglePoint& poi
 }  // namespace
 
 double chi_square_threshold(int degrees_of_freedom, double probability) {
-  // The normal quantile by bisection of its tail: a threshold is found once an epoch.
+  // The normal quantile by bisection of its tail, once per epoch.
   double low = -10.0, high = 10.0;
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
@@ -209,7 +209,7 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
   Eigen::VectorXd x = Eigen::VectorXd::Zero(3 + set.systems);
   if (near_ecef_m.allFinite()) x.head<3>() = near_ecef_m;
   const int have = static_cast<int>(set.ranges.size());
-  const int needed = set.ranges.empty() ? 4 : have - linearise(set, x, options).spare();
+  const int needed = set.ranges.empty() ? 4 : have - linearise(set, x, options).redundancy();
   if (have < needed) {
     const int clocks = std::max(set.systems, 1);
     return too_few(set, "a position with " + std::to_string(clocks) +
@@ -225,13 +225,13 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
   point.position_ecef_m = x.head<3>();
   point.position = geodetic_from_ecef(point.position_ecef_m);
   point.chi_square = solution->chi_square;
-  point.degrees_of_freedom = solution->spare;
+  point.degrees_of_freedom = solution->redundancy;
   point.consistent =
-      solution->spare < 1 ||
-      solution->chi_square <= chi_square_threshold(solution->spare, options.false_alarm);
+      solution->redundancy < 1 ||
+      solution->chi_square <= chi_square_threshold(solution->redundancy, options.false_alarm);
   if (!point.consistent && !options.answer_inconsistent)
-    return Error{ErrorCode::invalid, "the ranges contradict each other, and no set of them agrees",
-                 "single point"};
+    return Error{ErrorCode::invalid,
+                 "the ranges are inconsistent, and no consistent subset was found", "single point"};
   const Eigen::Matrix3d ecef_ned = rotation_ecef_ned(point.position);
   fill_geometry(linearise(set, x, options), *solution, ecef_ned, point);
   if (!(point.dop.position <= options.max_pdop))
@@ -245,27 +245,28 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
 
 namespace {
 
-/// Corrects where the last position was until that does not change it any more.
-Result<SinglePoint> settle(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
-                           const SinglePointOptions& options, Eigen::Vector3d near) {
+/// Alternates range correction and position until the position converges.
+Result<SinglePoint> converge(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
+                             const SinglePointOptions& options, Eigen::Vector3d near) {
   std::vector<RefusedRange> refused;
-  SinglePointOptions on_the_way = options;  // geometry and agreement are judged at the end alone
-  on_the_way.max_pdop = std::numeric_limits<double>::infinity();
-  on_the_way.answer_inconsistent = true;
-  for (int round = 0; round < 8; ++round) {
+  SinglePointOptions intermediate =
+      options;  // geometry and consistency are checked at the end only
+  intermediate.max_pdop = std::numeric_limits<double>::infinity();
+  intermediate.answer_inconsistent = true;
+  for (int iteration = 0; iteration < 8; ++iteration) {
     refused.clear();
     const RangeEpoch ranges =
         correct_ranges(epoch, ephemerides, near, options.corrections, &refused);
-    Result<SinglePoint> point = single_point(ranges, on_the_way, near);
+    Result<SinglePoint> point = single_point(ranges, intermediate, near);
     if (!point) return point.error();
-    const bool settled = near.norm() > 1e6 && (point->position_ecef_m - near).norm() < 1.0;
-    if (settled) point = single_point(ranges, options, near);
+    const bool converged = near.norm() > 1e6 && (point->position_ecef_m - near).norm() < 1.0;
+    if (converged) point = single_point(ranges, options, near);
     if (!point) return point.error();
-    if (settled) point->refused = std::move(refused);
-    if (settled) return point;
+    if (converged) point->refused = std::move(refused);
+    if (converged) return point;
     near = point->position_ecef_m;
   }
-  return Error{ErrorCode::numerical, "the position does not settle", "single point"};
+  return Error{ErrorCode::numerical, "the range corrections do not converge", "single point"};
 }
 
 }  // namespace
@@ -275,11 +276,11 @@ Result<SinglePoint> single_point(const ObservationEpoch& epoch, const Ephemeride
                                  const Eigen::Vector3d& near_ecef_m) {
   const bool given = near_ecef_m.allFinite() && near_ecef_m.norm() > 1e6;
   if (given) {
-    Result<SinglePoint> point = settle(epoch, ephemerides, options, near_ecef_m);
+    Result<SinglePoint> point = converge(epoch, ephemerides, options, near_ecef_m);
     if (point) return point;
   }
-  // A place that is far from the truth hides satellites behind the horizon.
-  return settle(epoch, ephemerides, options, Eigen::Vector3d::Zero());
+  // A wrong approximate position hides satellites below the horizon.
+  return converge(epoch, ephemerides, options, Eigen::Vector3d::Zero());
 }
 
 GnssFix to_fix(const SinglePoint& point) {

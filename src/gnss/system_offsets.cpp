@@ -32,7 +32,7 @@ std::optional<ClockOffset> SystemOffsets::of(GnssSystem system) const {
   const Track& track = tracks_[index(system)];
   if (system == GnssSystem::gps) return ClockOffset{0.0, 0.0};
   if (track.count < 10) return std::nullopt;
-  // Errors of following epochs go together; the mean is trusted to half of one epoch's.
+  // Errors of successive epochs are correlated: half of one epoch's deviation.
   return ClockOffset{track.mean_m, std::max(0.5 * track.spread_m, 0.3)};
 }
 

@@ -12,7 +12,7 @@
 namespace wayfare {
 namespace {
 
-// Steps between means: all small ones, then four to the octave.
+// Averaging lengths: dense up to 8, then four per octave.
 constexpr std::array kFirstSteps = {1,  2,  3,  4,  5,  6,  7,  8,  10, 11,
                                     13, 16, 19, 23, 27, 32, 38, 45, 54, 64};
 constexpr std::array kLaterSteps = {38, 45, 54, 64};
@@ -20,22 +20,22 @@ constexpr std::array kLaterSteps = {38, 45, 54, 64};
 }  // namespace
 
 AllanRecorder::AllanRecorder(double period_s) : period_s_(period_s) {
-  WAYFARE_EXPECTS(period_s > 0.0, "readings follow each other in time");
-  take(0, 0.0);
+  WAYFARE_EXPECTS(period_s > 0.0, "the sampling period is positive");
+  add_sum(0, 0.0);
 }
 
 void AllanRecorder::add(double value) {
   if (!std::isfinite(value)) return;
   if (count_ == 0) first_ = value;
-  // Kahan's sum: a record of days must not lose its small differences in a large total.
-  const double term = value - first_ - lost_;
+  // Kahan summation: days of readings accumulate a large total with small differences.
+  const double term = value - first_ - compensation_;
   const double sum = sum_ + term;
-  lost_ = (sum - sum_) - term;
+  compensation_ = (sum - sum_) - term;
   sum_ = sum;
   ++count_;
   std::size_t level = 0;
   for (std::size_t n = count_;; n /= 2, ++level) {
-    take(level, sum_);
+    add_sum(level, sum_);
     if (n % 2 != 0) break;
   }
 }
@@ -44,7 +44,7 @@ double AllanRecorder::mean() const {
   return count_ == 0 ? 0.0 : first_ + sum_ / static_cast<double>(count_);
 }
 
-void AllanRecorder::take(std::size_t level, double sum) {
+void AllanRecorder::add_sum(std::size_t level, double sum) {
   while (levels_.size() <= level) {
     Level next;
     const auto add_steps = [&next](const auto& all) {
@@ -60,15 +60,15 @@ void AllanRecorder::take(std::size_t level, double sum) {
   }
   Level& l = levels_[level];
   l.sum[l.count % kRing] = sum;
-  const auto back = [&l](std::size_t k) { return l.sum[(l.count - k) % kRing]; };
+  const auto before = [&l](std::size_t k) { return l.sum[(l.count - k) % kRing]; };
   for (Sums& s : l.sums) {
     const auto m = static_cast<std::size_t>(s.steps);
     if (l.count < 2 * m) break;
-    const double d2 = sum - 2.0 * back(m) + back(2 * m);
+    const double d2 = sum - 2.0 * before(m) + before(2 * m);
     s.allan += d2 * d2;
     ++s.allan_count;
     if (l.count < 3 * m) continue;
-    const double d3 = sum - 3.0 * back(m) + 3.0 * back(2 * m) - back(3 * m);
+    const double d3 = sum - 3.0 * before(m) + 3.0 * before(2 * m) - before(3 * m);
     s.hadamard += d3 * d3;
     ++s.hadamard_count;
   }
@@ -100,7 +100,7 @@ using Parts = Eigen::Matrix<double, kParts, 1>;
 using Normal = Eigen::Matrix<double, kParts, kParts>;
 constexpr double kFlicker = 2.0 * std::numbers::ln2 / std::numbers::pi;
 
-/// What each squared coefficient adds to the variance.
+/// Contribution of each unit squared coefficient to the variance.
 Parts parts_at(double tau) { return {3.0 / (tau * tau), 1.0 / tau, kFlicker, tau / 3.0}; }
 
 struct Solution {
@@ -108,16 +108,15 @@ struct Solution {
   Parts sigma = Parts::Zero();
 };
 
-/// No sensor is made of these four parts alone: short averaging times, known to a thousandth, would
-/// otherwise bend the fit of long ones.
+/// Relative error of the four-part model: without it, short averaging times, known to a thousandth,
+/// distort the fit of long ones.
 constexpr double kModelError = 0.03;
 
-/// Rows of parts over the variance expected, made independent of each other and of unit variance:
-/// points at neighbouring averaging times share most of their readings, so that their errors are
-/// taken to correlate as the ratio of the times.
+/// Equations divided by the expected variance and whitened. Neighbouring averaging times share most
+/// readings: the correlation of their errors is modelled as the ratio of the times.
 struct Weighted {
   Eigen::Matrix<double, Eigen::Dynamic, kParts> rows;
-  Eigen::VectorXd goal;
+  Eigen::VectorXd right;
 };
 
 Weighted weighted(std::span<const AllanPoint> curve, const Eigen::VectorXd& expected) {
@@ -127,7 +126,7 @@ Weighted weighted(std::span<const AllanPoint> curve, const Eigen::VectorXd& expe
   for (Eigen::Index i = 0; i < n; ++i) {
     const AllanPoint& p = curve[static_cast<std::size_t>(i)];
     w.rows.row(i) = parts_at(p.tau_s).transpose() / expected[i];
-    w.goal[i] = p.deviation * p.deviation / expected[i];
+    w.right[i] = p.deviation * p.deviation / expected[i];
     for (Eigen::Index j = 0; j < n; ++j) {
       const AllanPoint& q = curve[static_cast<std::size_t>(j)];
       covariance(i, j) = 4.0 * p.relative_sigma * q.relative_sigma * std::min(p.tau_s, q.tau_s) /
@@ -137,26 +136,26 @@ Weighted weighted(std::span<const AllanPoint> curve, const Eigen::VectorXd& expe
   }
   const Eigen::LLT<Eigen::MatrixXd> root(covariance);
   root.matrixL().solveInPlace(w.rows);
-  root.matrixL().solveInPlace(w.goal);
+  root.matrixL().solveInPlace(w.right);
   return w;
 }
 
-/// The best of all choices of parts whose coefficients all come out positive.
-Parts not_negative(const Weighted& w) {
+/// Least squares over all subsets of parts whose coefficients are all non-negative.
+Parts solve_non_negative(const Weighted& w) {
   Parts best = Parts::Zero();
-  double least = w.goal.squaredNorm();
+  double least = w.right.squaredNorm();
   for (unsigned choice = 1; choice < 1U << kParts; ++choice) {
     std::vector<int> used;
     for (int k = 0; k < kParts; ++k)
       if ((choice >> k & 1U) != 0) used.push_back(k);
     const Eigen::MatrixXd a = w.rows(Eigen::all, used);
-    // The parts differ by many decades: each is scaled to one before the equations are solved.
+    // The parts differ by many decades: columns are normalised.
     const Eigen::VectorXd scale = a.colwise().norm();
     const Eigen::MatrixXd scaled = a * scale.cwiseInverse().asDiagonal();
     const Eigen::VectorXd x =
-        (scaled.transpose() * scaled).ldlt().solve(scaled.transpose() * w.goal);
+        (scaled.transpose() * scaled).ldlt().solve(scaled.transpose() * w.right);
     if (!x.allFinite() || x.minCoeff() < 0.0) continue;
-    const double cost = (scaled * x - w.goal).squaredNorm();
+    const double cost = (scaled * x - w.right).squaredNorm();
     if (cost >= least) continue;
     least = cost;
     best.setZero();
@@ -166,7 +165,7 @@ Parts not_negative(const Weighted& w) {
   return best;
 }
 
-Parts spread_of(const Weighted& w, const Parts& squares) {
+Parts sigma_of(const Weighted& w, const Parts& squares) {
   std::vector<int> used;
   for (int k = 0; k < kParts; ++k)
     if (squares[k] > 0.0) used.push_back(k);
@@ -193,11 +192,12 @@ Solution solve(std::span<const AllanPoint> curve) {
     expected[i] = d * d;
   }
   Solution s;
-  // Weights by the curve itself would favour points that came out low by chance.
+  // Iteratively reweighted: weights from the curve itself would favour points that are low by
+  // chance.
   for (int round = 0; round < 6; ++round) {
     const Weighted w = weighted(curve, expected);
-    s.squares = not_negative(w);
-    s.sigma = spread_of(w, s.squares);
+    s.squares = solve_non_negative(w);
+    s.sigma = sigma_of(w, s.squares);
     for (Eigen::Index i = 0; i < expected.size(); ++i) {
       const double model = parts_at(curve[static_cast<std::size_t>(i)].tau_s).dot(s.squares);
       if (model > 0.0) expected[i] = model;

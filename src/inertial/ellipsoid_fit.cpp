@@ -17,8 +17,8 @@ namespace {
 using Row = Eigen::Matrix<double, 9, 1>;
 using Points = std::span<const Eigen::Vector3d>;
 
-/// Least squares of the quadric xᵀQx + 2gᵀx = 1, which is linear; nothing where it is no ellipsoid.
-/// The points must lie around the origin.
+/// Linear least squares of the quadric xᵀQx + 2gᵀx = 1; none if it is not an ellipsoid. The points
+/// must surround the origin.
 std::optional<Ellipsoid> algebraic_fit(Points points) {
   Eigen::MatrixXd a(static_cast<Eigen::Index>(points.size()), 9);
   Eigen::Index i = 0;
@@ -41,7 +41,7 @@ std::optional<Ellipsoid> algebraic_fit(Points points) {
   return e;
 }
 
-/// How far `p` is outside in terms of the radius, and by what that changes with the parameters.
+/// Signed distance of `p` from the surface relative to the radius, and its Jacobian.
 double distance(const Ellipsoid& e, const Eigen::Vector3d& p, Row& jacobian) {
   const Eigen::Vector3d d = p - e.centre, image = e.matrix * d;
   const double norm = std::max(image.norm(), std::numeric_limits<double>::min());
@@ -58,14 +58,14 @@ void move(Ellipsoid& e, const Row& step) {
   e.matrix += change;
 }
 
-/// Standard deviation of the middle half, as of a normal distribution.
+/// Robust standard deviation: 1.4826 times the median magnitude.
 double spread_of(std::vector<double> magnitudes) {
   const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
   std::nth_element(magnitudes.begin(), middle, magnitudes.end());
   return 1.4826 * *middle;
 }
 
-/// The points about their mean, in units of the farthest one's distance.
+/// The points relative to their mean, scaled to a largest norm of one.
 struct Scaled {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   double scale = 0.0;
@@ -85,14 +85,14 @@ struct Equations {
   Row gradient = Row::Zero();
 };
 
-/// With Huber's weights, which bend at one and a half times `e.residual`.
+/// With Huber weights of threshold 1.5 `e.residual`.
 Equations linearise(const Ellipsoid& e, Points points) {
   Equations equations;
-  const double bend = std::max(1.5 * e.residual, 1e-12);
+  const double threshold = std::max(1.5 * e.residual, 1e-12);
   Row jacobian;
   for (const auto& p : points) {
     const double r = distance(e, p, jacobian);
-    const double weight = std::min(1.0, bend / std::max(std::abs(r), bend));
+    const double weight = std::min(1.0, threshold / std::max(std::abs(r), threshold));
     equations.information += weight * jacobian * jacobian.transpose();
     equations.gradient += weight * r * jacobian;
   }
@@ -107,15 +107,15 @@ double residual_of(const Ellipsoid& e, Points points) {
   return spread_of(std::move(magnitudes));
 }
 
-/// Gauss-Newton on `e`: the information at the end, nothing where it diverges.
+/// Gauss-Newton on `e`: the final information matrix, none if it diverges.
 std::optional<Ellipsoid::Covariance> refine(Ellipsoid& e, Points points) {
   Equations equations;
-  for (int round = 0; round < 50; ++round) {
+  for (int iteration = 0; iteration < 50; ++iteration) {
     e.residual = residual_of(e, points);
     equations = linearise(e, points);
     const Row step = -equations.information.ldlt().solve(equations.gradient);
     if (!step.allFinite() || step.norm() > 1e3) return std::nullopt;
-    // A step of more than half the size would turn the ellipsoid inside out.
+    // A step of more than half the size could invert the ellipsoid.
     move(e, step * std::min(1.0, 0.5 / step.norm()));
     if (step.norm() < 1e-10) break;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -12,8 +13,8 @@
 namespace wayfare {
 
 AutocorrelationRecorder::AutocorrelationRecorder(double period_s, std::size_t blocks)
-    : period_s_(period_s), most_(blocks + blocks % 2) {
-  WAYFARE_EXPECTS(period_s > 0.0 && blocks >= 16, "a period, and some blocks to keep");
+    : period_s_(period_s), max_blocks_(blocks + blocks % 2) {
+  WAYFARE_EXPECTS(period_s > 0.0 && blocks >= 16, "a positive period and at least 16 blocks");
 }
 
 void AutocorrelationRecorder::add(double value) {
@@ -28,7 +29,7 @@ void AutocorrelationRecorder::close_block() {
   means_.push_back(block_sum_ / static_cast<double>(length_));
   block_sum_ = 0.0;
   in_block_ = 0;
-  if (means_.size() < most_) return;
+  if (means_.size() < max_blocks_) return;
   for (std::size_t i = 0; i < means_.size() / 2; ++i)
     means_[i] = 0.5 * (means_[2 * i] + means_[2 * i + 1]);
   means_.resize(means_.size() / 2);
@@ -49,8 +50,8 @@ double correlation(const std::vector<double>& x, double mean, std::size_t lag) {
   return sum / static_cast<double>(x.size() - lag);
 }
 
-/// R at lag t of block means of length d, of a process of unit variance, less what subtracting the
-/// mean over `length` takes off.
+/// R(t) of means over blocks of length d, for unit variance, less the bias from subtracting the
+/// mean over `length`.
 double model(double t, double tau, double d, double length) {
   const double half = 0.5 * d / tau, u = length / tau;
   const double smoothing = half < 1e-4 ? 1.0 : std::sinh(half) / half;
@@ -71,7 +72,7 @@ std::vector<double> AutocorrelationRecorder::autocorrelation(std::size_t lags) c
 
 namespace {
 
-/// Lags in steps that grow, up to where the correlation has fallen to a quarter.
+/// Lags in increasing steps, until the correlation has fallen to a quarter.
 struct Lags {
   std::vector<std::size_t> lag;
   Eigen::VectorXd value;
@@ -94,9 +95,8 @@ Lags early_lags(const std::vector<double>& means, double mean) {
   return lags;
 }
 
-/// Generalised least squares on the lags: their errors correlate as Bartlett 1946 says,
-/// n·cov(R(i), R(j)) = Σ R(k) R(k + j − i) + R(k) R(k + j + i), here of R(k) = σ² ρ^|k| + w at
-/// zero.
+/// Generalised least squares on the lags with their covariance by Bartlett 1946, n·cov(R(i), R(j))
+/// = Σ R(k) R(k + j − i) + R(k) R(k + j + i), for R(k) = σ² ρ^|k| + w at zero.
 class LagFit {
  public:
   LagFit(const Lags& lags, double block_s, std::size_t blocks, double at_zero)
@@ -111,19 +111,19 @@ class LagFit {
                    block_s_, block_s_ * blocks_);
     return m;
   }
-  /// For each τ the best σ² follows directly.
+  /// The best σ² for a given τ, in closed form.
   [[nodiscard]] double variance(double tau) const {
     const Eigen::VectorXd m = shape(tau), wm = weight_ * m;
     return wm.dot(lags_.value) / wm.dot(m);
   }
-  /// By golden section over the logarithm.
+  /// Golden-section search over the logarithm.
   [[nodiscard]] double best_tau() const {
     const auto cost = [this](double log_tau) {
       const double tau = std::exp(log_tau);
       const Eigen::VectorXd e = lags_.value - variance(tau) * shape(tau);
       return e.dot(weight_ * e);
     };
-    constexpr double kGolden = 0.6180339887498949;
+    constexpr double kGolden = std::numbers::phi - 1.0;
     double low = std::log(0.3 * block_s_), high = std::log(0.5 * block_s_ * blocks_);
     for (int i = 0; i < 60; ++i) {
       const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
@@ -135,7 +135,7 @@ class LagFit {
   void weigh_by(double tau, double variance) {
     const double rho = std::exp(-block_s_ / tau), white = std::max(0.0, at_zero_ - variance);
     const auto products = [&](double h) {
-      const double kept = std::pow(rho, h), slow = variance * kept;
+      const double slow = variance * std::pow(rho, h);
       return variance * slow * (h + (1.0 + rho * rho) / (1.0 - rho * rho)) + 2.0 * white * slow +
              (h == 0.0 ? white * white : 0.0);
     };
@@ -147,12 +147,12 @@ class LagFit {
         c(i, j) = (products(std::abs(b - a)) + products(a + b)) / blocks_;
       }
     }
-    // A sensor is no single process: lags known well must not drown the others.
+    // A model error keeps precisely known lags from dominating the others.
     constexpr double kModelError = 0.05;
     c.diagonal().array() += kModelError * kModelError * variance * variance;
     weight_ = c.ldlt().solve(Eigen::MatrixXd::Identity(c.rows(), c.cols()));
   }
-  /// Of σ² and τ, from how the model turns with each.
+  /// Covariance of σ² and τ, from the model's derivatives.
   [[nodiscard]] Eigen::Matrix2d covariance(double tau, double variance) const {
     Eigen::MatrixXd j(lags_.value.size(), 2);
     j.col(0) = shape(tau);

@@ -14,7 +14,7 @@ namespace {
 
 using Readings = std::vector<Eigen::Vector3d>;
 
-Readings that_count(std::span<const Eigen::Vector3d> readings, double change) {
+Readings distinct(std::span<const Eigen::Vector3d> readings, double change) {
   Readings kept;
   for (const Eigen::Vector3d& m : readings) {
     if (!m.allFinite() || m.isZero()) continue;
@@ -57,13 +57,13 @@ MagnetometerCalibration from_ellipsoid(const Ellipsoid& e, double field_uT) {
 
 Result<MagnetometerCalibration> calibrate_magnetometer(
     std::span<const Eigen::Vector3d> readings, const MagnetometerCalibrationOptions& options) {
-  const auto kept = that_count(readings, options.least_change);
+  const auto kept = distinct(readings, options.least_change);
   const auto too_little = [](const std::string& what) {
     return Error{ErrorCode::degenerate,
-                 what + "; turn the sensor slowly through all orientations, away from iron"};
+                 what + "; rotate the sensor slowly through all orientations, away from iron"};
   };
   if (kept.size() < options.least_readings)
-    return too_little("the magnetometer was hardly turned: " + std::to_string(kept.size()) +
+    return too_little("the magnetometer was hardly rotated: " + std::to_string(kept.size()) +
                       " different readings, " + std::to_string(options.least_readings) +
                       " are needed");
   const auto e = fit_ellipsoid(kept);
@@ -73,11 +73,12 @@ Result<MagnetometerCalibration> calibrate_magnetometer(
   c.raw_residual_uT = strength_deviation(kept);
   c.spread = spread_of_directions(kept, *e);
   if (c.spread < options.least_spread)
-    return too_little("the field was seen from too few sides: spread " + std::to_string(c.spread) +
-                      ", at least " + std::to_string(options.least_spread) + " is needed");
+    return too_little("the field was measured in too few directions: spread " +
+                      std::to_string(c.spread) + ", at least " +
+                      std::to_string(options.least_spread) + " is needed");
   const double radius = 1.0 / std::cbrt(e->matrix.determinant());
   if (c.offset_sigma_uT.maxCoeff() > options.largest_offset_sigma * radius)
-    return too_little("the offset is only known to " +
+    return too_little("the standard deviation of the offset is " +
                       std::to_string(c.offset_sigma_uT.maxCoeff()) + " uT");
   if (!(e->residual < 0.2))
     return Error{ErrorCode::invalid,

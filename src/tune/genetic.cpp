@@ -25,10 +25,12 @@ double Gene::unit(double value) const {
 
 GeneticSearch::GeneticSearch(std::vector<Gene> genes, const GeneticOptions& options)
     : genes_(std::move(genes)), options_(options) {
-  WAYFARE_EXPECTS(!genes_.empty() && options.population >= 2, "genes, and two parents");
-  WAYFARE_EXPECTS(options.elite < options.population, "the elite is part of the population");
+  WAYFARE_EXPECTS(!genes_.empty() && options.population >= 2,
+                  "at least one gene and two individuals");
+  WAYFARE_EXPECTS(options.elite < options.population, "the elite is smaller than the population");
   for (const Gene& g : genes_)
-    WAYFARE_EXPECTS(g.low <= g.high && (!g.logarithmic || g.low > 0.0), "bounds in order");
+    WAYFARE_EXPECTS(g.low <= g.high && (!g.logarithmic || g.low > 0.0),
+                    "ordered bounds, positive for logarithmic genes");
 }
 
 GeneticState GeneticSearch::start(const BatchFitness& fitness,
@@ -39,18 +41,18 @@ GeneticState GeneticSearch::start(const BatchFitness& fitness,
   state.units.reserve(options_.population * n);
   for (std::size_t i = 0; i < options_.population; ++i)
     for (std::size_t g = 0; g < n; ++g) {
-      const double drawn = rng.uniform();
-      state.units.push_back(i < rows ? genes_[g].unit(known[i * n + g]) : drawn);
+      const double random = rng.uniform();
+      state.units.push_back(i < rows ? genes_[g].unit(known[i * n + g]) : random);
     }
   state.scores.assign(options_.population, 0.0);
-  judge(state, 0, 0, fitness);
+  evaluate(state, 0, 0, fitness);
   return state;
 }
 
 namespace {
 
-/// Linear ranking (Baker 1985): the k-th best of n is drawn with probability
-/// (p − (2p − 2) k/(n − 1))/n.
+/// Linear ranking (Baker 1985): the k-th best of n is selected with probability (p − (2p − 2) k/(n
+/// − 1))/n.
 class RankWheel {
  public:
   RankWheel(std::size_t n, double pressure) {
@@ -58,24 +60,24 @@ class RankWheel {
     for (std::size_t k = 0; k < n; ++k) {
       sum +=
           pressure - (2.0 * pressure - 2.0) * static_cast<double>(k) / static_cast<double>(n - 1);
-      upto_.push_back(sum);
+      cumulative_.push_back(sum);
     }
   }
   [[nodiscard]] std::size_t draw(Rng& rng) const {
-    const double at = rng.uniform(0.0, upto_.back());
-    const auto it = std::upper_bound(upto_.begin(), upto_.end(), at);
-    return std::min(static_cast<std::size_t>(it - upto_.begin()), upto_.size() - 1);
+    const double at = rng.uniform(0.0, cumulative_.back());
+    const auto it = std::upper_bound(cumulative_.begin(), cumulative_.end(), at);
+    return std::min(static_cast<std::size_t>(it - cumulative_.begin()), cumulative_.size() - 1);
   }
 
  private:
-  std::vector<double> upto_;
+  std::vector<double> cumulative_;
 };
 
 }  // namespace
 
 GeneticState GeneticSearch::next(const GeneticState& state, const BatchFitness& fitness) const {
   const std::size_t n = genes_.size();
-  WAYFARE_EXPECTS(state.units.size() == options_.population * n, "a state of this search");
+  WAYFARE_EXPECTS(state.units.size() == options_.population * n, "the state is of this search");
   Rng rng = Rng(options_.seed).stream(state.generation());
   const RankWheel wheel(options_.population, options_.selection_pressure);
   const double done = static_cast<double>(state.generation()) /
@@ -101,12 +103,12 @@ GeneticState GeneticSearch::next(const GeneticState& state, const BatchFitness& 
       child.units.push_back(u);
     }
   }
-  judge(child, options_.elite, state.history.back().evaluations, fitness);
+  evaluate(child, options_.elite, state.history.back().evaluations, fitness);
   return child;
 }
 
-void GeneticSearch::judge(GeneticState& state, std::size_t from, std::size_t evaluations,
-                          const BatchFitness& fitness) const {
+void GeneticSearch::evaluate(GeneticState& state, std::size_t from, std::size_t evaluations,
+                             const BatchFitness& fitness) const {
   const std::size_t n = genes_.size(), all = options_.population;
   std::vector<double> values;
   values.reserve((all - from) * n);
@@ -155,19 +157,13 @@ void put(std::string& text, double v) {
   text.append(digits, end.ptr);
 }
 
-/// Words of the text one after another.
+/// Sequential tokens of a text.
 class Words {
  public:
   Words(std::string_view text, const std::string& source) : text_(text), source_(source) {}
 
-  [[nodiscard]] bool number(double& v) {
-    skip();
-    const auto end = std::from_chars(text_.data() + at_, text_.data() + text_.size(), v);
-    if (end.ec != std::errc()) return false;
-    at_ = static_cast<std::size_t>(end.ptr - text_.data());
-    return true;
-  }
-  [[nodiscard]] bool count(std::size_t& v) {
+  template <class T>
+  [[nodiscard]] bool number(T& v) {
     skip();
     const auto end = std::from_chars(text_.data() + at_, text_.data() + text_.size(), v);
     if (end.ec != std::errc()) return false;
@@ -195,7 +191,7 @@ class Words {
 
 }  // namespace
 
-std::string GeneticSearch::heading() const {
+std::string GeneticSearch::header() const {
   std::string text = "genetic-search-1\nseed " + std::to_string(options_.seed) + "\npopulation " +
                      std::to_string(options_.population) + "\nelite " +
                      std::to_string(options_.elite) + "\nhow ";
@@ -217,7 +213,7 @@ std::string GeneticSearch::heading() const {
 }
 
 std::string GeneticSearch::format(const GeneticState& state) const {
-  std::string text = heading() + "generations " + std::to_string(state.history.size()) + "\n";
+  std::string text = header() + "generations " + std::to_string(state.history.size()) + "\n";
   for (const GenerationSummary& s : state.history) {
     put(text, s.best);
     text += ' ';
@@ -237,22 +233,20 @@ std::string GeneticSearch::format(const GeneticState& state) const {
 }
 
 Result<GeneticState> GeneticSearch::parse(std::string_view text, const std::string& source) const {
-  const std::string mine = heading();
-  if (!text.starts_with(mine))
+  const std::string expected = header();
+  if (!text.starts_with(expected))
     return Error{ErrorCode::invalid,
-                 "is of another search: genes, bounds, seed and options must be those it was begun "
-                 "with",
-                 source};
-  Words words(text.substr(mine.size()), source);
+                 "is of another search: genes, bounds, seed and options must be unchanged", source};
+  Words words(text.substr(expected.size()), source);
   GeneticState state;
   std::size_t generations = 0;
-  if (!words.expect("generations") || !words.count(generations) || generations == 0 ||
+  if (!words.expect("generations") || !words.number(generations) || generations == 0 ||
       generations > 1'000'000)
     return words.fault("expected the number of generations");
   for (std::size_t i = 0; i < generations; ++i) {
     GenerationSummary s;
-    if (!words.number(s.best) || !words.number(s.mean) || !words.count(s.failed) ||
-        !words.count(s.evaluations))
+    if (!words.number(s.best) || !words.number(s.mean) || !words.number(s.failed) ||
+        !words.number(s.evaluations))
       return words.fault("expected best, mean, failed and evaluations of a generation");
     state.history.push_back(s);
   }
@@ -267,7 +261,7 @@ Result<GeneticState> GeneticSearch::parse(std::string_view text, const std::stri
       state.units.push_back(v);
     }
   }
-  if (!words.expect("end")) return words.fault("is cut off");
+  if (!words.expect("end")) return words.fault("is truncated");
   return state;
 }
 

@@ -37,20 +37,21 @@ std::vector<kernel::Kernel> kernels() {
   return all;
 }
 
-ImuSample halfway(const ImuSample& a, const ImuSample& b, LogTime t) {
+ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime t) {
   const double u = to_seconds(t - a.time) / to_seconds(b.time - a.time);
   return {t, a.angular_rate_radps + u * (b.angular_rate_radps - a.angular_rate_radps),
           a.specific_force_mps2 + u * (b.specific_force_mps2 - a.specific_force_mps2)};
 }
 
-/// Lays a drive out as steps: readings cut at the epochs, so that every epoch ends one.
+/// A drive as a sequence of steps: readings are split at the epochs, so that every epoch ends a
+/// step.
 class Layout {
  public:
   std::vector<kernel::Step> steps;
   std::vector<kernel::Satellite> satellites;
   std::vector<kernel::Truth> truths;
   std::vector<kernel::Anchor> anchors;
-  double usual_dt_s = 0.0;
+  double nominal_dt_s = 0.0;
 
   Layout(const TuningDrive& drive, const InsFitnessOptions& options)
       : drive_(drive), interval_s_(options.score_interval_s), plane_(drive.start.nav.position) {
@@ -64,7 +65,7 @@ class Layout {
       if (s.time < drive.start.nav.time || (last && s.time <= last->time)) continue;
       while (last && epoch != drive.ranges.end() && epoch->time < s.time) {
         if (epoch->time > last->time) {
-          const ImuSample cut = halfway(*last, s, epoch->time);
+          const ImuSample cut = interpolate(*last, s, epoch->time);
           add(*last, cut, &*epoch);
           last = cut;
         }
@@ -77,7 +78,7 @@ class Layout {
       }
       last = s;
     }
-    find_usual_dt();
+    find_nominal_dt();
   }
 
  private:
@@ -93,7 +94,7 @@ class Layout {
     put(from.specific_force_mps2, s.begin_force);
     put(to.specific_force_mps2, s.end_force);
     s.dt_s = to_seconds(to.time - from.time);
-    watch_shake(from, to, s.dt_s);
+    update_vibration(from, to, s.dt_s);
     put(vibration_, s.vibration);
     s.truth = -1;
     s.first_satellite = static_cast<int>(satellites.size());
@@ -104,11 +105,11 @@ class Layout {
     steps.push_back(s);
   }
 
-  /// As the navigation system watches it: fading over half a second.
-  void watch_shake(const ImuSample& from, const ImuSample& to, double dt_s) {
-    const double take = 1.0 - std::exp(-dt_s / 0.5);
+  /// As in the navigation system: exponential mean over half a second.
+  void update_vibration(const ImuSample& from, const ImuSample& to, double dt_s) {
+    const double gain = 1.0 - std::exp(-dt_s / 0.5);
     const Vector3d step = to.angular_rate_radps - from.angular_rate_radps;
-    vibration_ += take * (0.5 * step.cwiseAbs2() - vibration_);
+    vibration_ += gain * (0.5 * step.cwiseAbs2() - vibration_);
   }
 
   void add_satellites(const RangeEpoch& epoch) {
@@ -131,7 +132,7 @@ class Layout {
     if (!state) return;
     next_score_ = time + from_seconds(interval_s_ - 1e-6);
     Vector3d at = plane_.offset(state->position);
-    // The chart follows the truth, not a filter, so that it is the same for all.
+    // The plane follows the truth, not a filter, so that it is the same for all.
     if (at.norm() > 5000.0) {
       plane_ = LocalTangentPlane(state->position);
       add_anchor();
@@ -142,19 +143,19 @@ class Layout {
     put(at, t.offset_m);
     put(state->q_nb, t.q_nb);
     t.has_level = drive_.has_level;
-    // Heading taken from the course holds only while the vehicle drives.
+    // A heading from the course over ground is valid only in motion.
     t.has_heading =
         drive_.has_heading && (drive_.has_level || state->velocity_ned_mps.head<2>().norm() > 3.0);
     s.truth = static_cast<int>(truths.size());
     truths.push_back(t);
   }
 
-  void find_usual_dt() {
+  void find_nominal_dt() {
     if (steps.empty()) return;
     std::vector<double> all;
     for (const kernel::Step& s : steps) all.push_back(s.dt_s);
     std::nth_element(all.begin(), all.begin() + std::ssize(all) / 2, all.end());
-    usual_dt_s = all[all.size() / 2];
+    nominal_dt_s = all[all.size() / 2];
   }
 
   const TuningDrive& drive_;
@@ -164,7 +165,7 @@ class Layout {
   Vector3d vibration_ = Vector3d::Zero();
 };
 
-/// The receiver's clock as the first epoch's ranges and rates from the start tell it.
+/// Initialises the receiver clock from the first epoch's ranges and rates.
 void set_clock(const TuningDrive& drive, kernel::Problem& p) {
   p.clock_sigma_m = 100.0;
   p.clock_drift_sigma_mps = 10.0;
@@ -210,7 +211,7 @@ struct InsFitness::Content {
     kernel::Problem& p = problem;
     p.steps = layout.steps.data();
     p.step_count = static_cast<int>(layout.steps.size());
-    p.usual_dt_s = layout.usual_dt_s;
+    p.nominal_dt_s = layout.nominal_dt_s;
     p.satellites = layout.satellites.data();
     p.truths = layout.truths.data();
     p.anchors = layout.anchors.data();
@@ -232,12 +233,12 @@ struct InsFitness::Content {
 };
 
 Result<InsFitness> InsFitness::make(const TuningDrive& drive, const InsFitnessOptions& options) {
-  WAYFARE_EXPECTS(static_cast<bool>(drive.truth), "a drive to tune on has a truth");
+  WAYFARE_EXPECTS(static_cast<bool>(drive.truth), "a tuning drive needs a truth");
   auto content = std::make_shared<Content>(drive, options);
   if (content->layout.steps.empty() || content->layout.satellites.empty())
     return Error{ErrorCode::invalid, "there are no readings or no ranges after the start"};
   if (content->layout.truths.empty())
-    return Error{ErrorCode::invalid, "the reference does not reach into the recording"};
+    return Error{ErrorCode::invalid, "the reference does not overlap the recording"};
   const auto all = kernels();
   const auto chosen = std::find_if(all.begin(), all.end(), [&options](const kernel::Kernel& k) {
     return options.kernel.empty() || options.kernel == k.name;
@@ -259,9 +260,9 @@ std::vector<InsRmse> InsFitness::rmse(std::span<const double> individuals,
   const auto block = [&](std::size_t b) {
     std::vector<double> genes(kInsGenes * lanes), scores(kernel::kScores * lanes);
     for (std::size_t i = 0; i < lanes; ++i) {
-      const std::size_t who = std::min(b * lanes + i, n - 1);
+      const std::size_t individual = std::min(b * lanes + i, n - 1);
       for (std::size_t g = 0; g < kInsGenes; ++g)
-        genes[g * lanes + i] = individuals[who * kInsGenes + g];
+        genes[g * lanes + i] = individuals[individual * kInsGenes + g];
     }
     c.kernel.evaluate(c.problem, genes.data(), scores.data());
     constexpr double kDegree = std::numbers::pi / 180.0;

@@ -1,8 +1,8 @@
 #pragma once
 
-// What the fitness kernels are given: plain numbers only, so that a kernel compiled for another
-// instruction set shares no inline function with the rest of the program. The kernels see Eigen and
-// this library under names of their own (kernel.inl); this header belongs to both sides.
+// Input of the fitness kernels: plain numbers only, so that a kernel compiled for another
+// instruction set shares no inline function with the rest of the program. The kernels use Eigen and
+// this library under separate namespace names (kernel.inl); this header is shared.
 
 namespace wf_tune_kernel {
 
@@ -15,9 +15,9 @@ struct Satellite {
   bool has_range, has_rate;
 };
 
-/// Where the unit truly is at the end of a step.
+/// True state of the unit at the end of a step.
 struct Truth {
-  double offset_m[3];  ///< on the step's chart
+  double offset_m[3];  ///< on the step's plane
   double q_nb[4];      ///< w x y z
   bool has_level, has_heading;
 };
@@ -26,7 +26,7 @@ struct Truth {
 struct Step {
   double begin_rate[3], end_rate[3], begin_force[3], end_force[3];
   double dt_s;
-  double vibration[3];  ///< variance of the gyros from reading to reading, (rad/s)²
+  double vibration[3];  ///< sample-to-sample variance of the gyros, (rad/s)²
   int first_satellite, satellites;
   int truth;  ///< index; −1: not scored here
   int plane;  ///< index of the anchor its positions are on
@@ -39,7 +39,7 @@ struct Anchor {
 struct Problem {
   const Step* steps;
   int step_count;
-  double usual_dt_s;
+  double nominal_dt_s;
   const Satellite* satellites;
   const Truth* truths;
   const Anchor* anchors;

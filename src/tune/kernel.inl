@@ -1,6 +1,6 @@
-// The navigation filter over a whole drive, once a lane. Included by kernel_*.cpp, which say how
-// many lanes (WF_LANES), the function's name (WF_EVALUATE) and an instruction set's own names for
-// the two namespaces: functions of the same name compiled with different flags must not be merged.
+// The navigation filter over a whole drive, one per lane. Included by kernel_*.cpp, which define
+// the number of lanes (WF_LANES), the function's name (WF_EVALUATE) and names of the two namespaces
+// per instruction set: functions compiled with different flags must not be merged by the linker.
 
 #define Eigen WF_EIGEN
 #define wayfare WF_WAYFARE
@@ -38,7 +38,7 @@ class Individuals {
       for (int i = 0; i < WF_LANES; ++i) value_[g].set(i, genes[g * WF_LANES + i]);
   }
   [[nodiscard]] InsNoise<T> noise() const {
-    constexpr int kBlocks[] = {0, 12, 6, 18};  // where the filter's four triples stand
+    constexpr int kBlocks[] = {0, 12, 6, 18};  // positions of the filter's four triples
     InsNoise<T> n;
     for (int b = 0; b < 4; ++b) {
       for (int i = 0; i < 3; ++i) {
@@ -67,16 +67,16 @@ LocalTangentPlane plane_of(const wf_tune_kernel::Anchor& a) {
 
 class Drive {
  public:
-  Drive(const Problem& problem, const Individuals& who)
+  Drive(const Problem& problem, const Individuals& individuals)
       : problem_(problem),
-        noise_(who.noise()),
-        range_scale_(who.range_scale()),
+        noise_(individuals.noise()),
+        range_scale_(individuals.range_scale()),
         lever_(vector(problem.lever_imu_m).cast<T>()),
         imu_body_(rotation(problem.q_body_imu).inverse().cast<T>()),
         plane_(plane_of(problem.anchors[0])),
         model_(plane_, noise_),
         filter_(start(), covariance()) {
-    model_.prepare(problem.usual_dt_s);
+    model_.prepare(problem.nominal_dt_s);
     for (T& s : squares_) s = T(0);
   }
 
@@ -121,17 +121,17 @@ class Drive {
   }
 
   void step(const Step& s) {
-    if (s.plane != at_plane_) move_to(s.plane);
+    if (s.plane != at_plane_) recentre(s.plane);
     const ImuInterval imu{vector(s.begin_rate), vector(s.end_rate), vector(s.begin_force),
                           vector(s.end_force), s.dt_s};
     filter_.predict(model_, imu);
     add_vibration(s);
     if (s.truth >= 0) score(problem_.truths[s.truth]);
-    if (s.satellites > 0) take_in(s, imu);
+    if (s.satellites > 0) update(s, imu);
   }
 
-  /// As the navigation system does: the share of the vehicle's vibration that sampling folds to low
-  /// frequencies is an error of each reading.
+  /// As in the navigation system: the aliased fraction of the vibration is an error of each
+  /// reading.
   void add_vibration(const Step& s) {
     const double share = problem_.vibration_share * s.dt_s;
     if (share == 0.0) return;
@@ -143,7 +143,7 @@ class Drive {
     }
   }
 
-  void take_in(const Step& s, const ImuInterval& imu) {
+  void update(const Step& s, const ImuInterval& imu) {
     const Vector3 rate = imu.end_rate_radps.cast<T>();
     const T gate = T(problem_.gate_sigma);
     for (int k = s.first_satellite; k < s.first_satellite + s.satellites; ++k) {
@@ -175,8 +175,8 @@ class Drive {
       counts_[i] += 1.0;
     }
     if (!truth.has_level && !truth.has_heading) return;
-    const SO3<T> apart = rotation(truth.q_nb).inverse().cast<T>() * (x.q_nu * imu_body_);
-    const Eigen::Matrix<T, 3, 3> r = apart.matrix();
+    const SO3<T> error = rotation(truth.q_nb).inverse().cast<T>() * (x.q_nu * imu_body_);
+    const Eigen::Matrix<T, 3, 3> r = error.matrix();
     if (truth.has_level) {
       add(3, atan2(r(2, 1), r(2, 2)));
       add(4, atan2(-r(2, 0), sqrt(r(0, 0) * r(0, 0) + r(1, 0) * r(1, 0))));
@@ -188,7 +188,7 @@ class Drive {
     counts_[k] += 1.0;
   }
 
-  void move_to(int anchor) {
+  void recentre(int anchor) {
     const LocalTangentPlane next = plane_of(problem_.anchors[anchor]);
     State x = filter_.state();
     for (int i = 0; i < WF_LANES; ++i) {
@@ -201,7 +201,7 @@ class Drive {
     plane_ = next;
     at_plane_ = anchor;
     model_ = InsModel<T, 0>(plane_, noise_);
-    model_.prepare(problem_.usual_dt_s);
+    model_.prepare(problem_.nominal_dt_s);
   }
 
   const Problem& problem_;

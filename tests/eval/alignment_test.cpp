@@ -39,7 +39,7 @@ TEST(Alignment, RecoversAnyRigidMotionExactly) {
 TEST(Alignment, AgreesWithUmeyamaBySvdAndIsAMinimum) {
   Rng rng(8);
   for (int k = 0; k < 20; ++k) {
-    const auto p = cloud(rng, 30), q = cloud(rng, 30);  // nothing to do with each other
+    const auto p = cloud(rng, 30), q = cloud(rng, 30);  // unrelated
     const SE2d T = rigid_alignment(p, q);
     Eigen::MatrixXd a(2, 30), b(2, 30);
     for (int i = 0; i < 30; ++i) {
@@ -59,7 +59,7 @@ TEST(Alignment, AgreesWithUmeyamaBySvdAndIsAMinimum) {
   }
 }
 
-TEST(Alignment, WithoutEnoughPointsOnlyShifts) {
+TEST(Alignment, WithoutEnoughPointsOnlyTranslates) {
   EXPECT_EQ(rigid_alignment({}, {}).log().norm(), 0.0);
   const std::vector<Eigen::Vector2d> p = {{1, 2}}, q = {{4, 6}};
   const SE2d T = rigid_alignment(p, q);

@@ -10,7 +10,7 @@
 namespace wayfare::eval {
 namespace {
 
-TEST(NormalisedSquared, IsTheMahalanobisDistanceWhateverTheUnits) {
+TEST(NormalisedSquared, IsTheMahalanobisDistanceInAnyUnits) {
   const Eigen::Matrix3d p = (Eigen::Matrix3d() << 4, 1, 0.5, 1, 3, -0.2, 0.5, -0.2, 2).finished();
   const Eigen::Vector3d e(1, -2, 0.5);
   const double expected = e.dot(p.inverse() * e);
@@ -21,7 +21,7 @@ TEST(NormalisedSquared, IsTheMahalanobisDistanceWhateverTheUnits) {
   EXPECT_TRUE(std::isnan(normalised_squared(e, Eigen::Matrix3d(-p))));
 }
 
-// Runs of independent values: what the bounds are for.
+// Runs of independent values, as assumed by the bounds.
 NeesOverRuns draw(double inflation, int dof, std::size_t epochs, int runs) {
   NeesOverRuns nees(dof, epochs);
   Rng rng(3);
@@ -35,28 +35,28 @@ NeesOverRuns draw(double inflation, int dof, std::size_t epochs, int runs) {
   return nees;
 }
 
-TEST(NeesOverRuns, HonestErrorsAreWithinTheBoundsAtTheirRate) {
+TEST(NeesOverRuns, ConsistentErrorsAreWithinTheBoundsAtTheirRate) {
   const NeesOverRuns nees = draw(1.0, 23, 2000, 50);
-  // Binomial spread over 2000 epochs: 0.005.
+  // Binomial standard deviation over 2000 epochs: 0.005.
   EXPECT_NEAR(nees.share_within(0.95), 0.95, 0.02);
   EXPECT_NEAR(nees.share_within(0.5), 0.5, 0.05);
   EXPECT_NEAR(nees.mean_of_all(), 23.0, 5 * std::sqrt(2.0 * 23 / (2000 * 50)));
 }
 
-TEST(NeesOverRuns, TenPerCentTooProudIsSeen) {
+TEST(NeesOverRuns, DetectsTenPercentOverconfidence) {
   EXPECT_LT(draw(1.1, 23, 500, 100).share_within(0.95), 0.3);
   EXPECT_LT(draw(0.9, 23, 500, 100).share_within(0.95), 0.3);
 }
 
-TEST(NeesOverRuns, NothingFiniteIsOutside) {
+TEST(NeesOverRuns, NonFiniteValuesAreOutside) {
   NeesOverRuns nees(3, 2);
   nees.add(0, NAN);
   nees.add(0, 3.0);
-  EXPECT_EQ(nees.share_within(), 0.0);  // epoch 1 is not judged
+  EXPECT_EQ(nees.share_within(), 0.0);  // epoch 1 has no values
   EXPECT_TRUE(std::isinf(nees.mean(0)));
 }
 
-TEST(NeesOverRuns, SumsCountAsManyValues) {
+TEST(NeesOverRuns, SumsCountAsTheirValues) {
   NeesOverRuns one(1, 1), other(1, 1);
   for (const double x : {0.5, 2.0, 0.1}) one.add(0, x);
   other.add(0, 2.6, 3);
@@ -64,7 +64,7 @@ TEST(NeesOverRuns, SumsCountAsManyValues) {
   EXPECT_EQ(other.count(), 3U);
 }
 
-TEST(IndependentMean, HasTheScatterOfItsValues) {
+TEST(IndependentMean, HasTheDeviationOfItsValues) {
   IndependentMean mean;
   for (const double x : {1.0, 2.0, 4.0, 5.0}) mean.add(x);
   EXPECT_DOUBLE_EQ(mean.mean(), 3.0);

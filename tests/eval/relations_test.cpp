@@ -18,15 +18,15 @@ StampedPose sample(double t, double x, double y, double degrees) {
 }
 
 TEST(Relations, GoldenByHand) {
-  // Straight along x at 1 m/s for 2 s, then a quarter turn on the spot.
+  // Straight along x at 1 m/s for 2 s, then a quarter turn in place.
   const Trajectory trajectory = {sample(0, 0, 0, 0), sample(2, 2, 0, 0), sample(3, 2, 0, 90)};
   const std::vector<Relation> relations = {
       {at(0.5), at(1.5), SE2d(1, 0, Angle())},             // exact, both interpolated
-      {at(0), at(2), SE2d(1.7, 0.4, Angle::degrees(10))},  // off by (0.3, -0.4), 10°
-      {at(2), at(2.5), SE2d(0, 0, Angle::degrees(47))},    // half the turn is 45°: off by 2°
-      {at(3), at(1), SE2d(0, 1, Angle::degrees(-90))},     // backwards, seen from the turned robot
-      {at(-1), at(2), SE2d()},                             // starts before the trajectory
-      {at(0), at(3.0001), SE2d()},                         // ends after it
+      {at(0), at(2), SE2d(1.7, 0.4, Angle::degrees(10))},  // error (0.3, -0.4), 10°
+      {at(2), at(2.5), SE2d(0, 0, Angle::degrees(47))},    // half the turn is 45°: error 2°
+      {at(3), at(1), SE2d(0, 1, Angle::degrees(-90))},  // backwards, relative to the rotated robot
+      {at(-1), at(2), SE2d()},                          // starts before the trajectory
+      {at(0), at(3.0001), SE2d()},                      // ends after it
   };
   const RelationsResult result = relations_error(trajectory, relations);
   EXPECT_EQ(result.used, 4U);
@@ -58,7 +58,7 @@ TEST(Relations, DoNotDependOnTheFrameOfTheMap) {
   EXPECT_NEAR(ra.rotation_deg.mean, rb.rotation_deg.mean, 1e-9);
 }
 
-TEST(Relations, AcrossALargeGapAreLeftOut) {
+TEST(Relations, AcrossALargeGapAreNotUsed) {
   const Trajectory trajectory = {sample(0, 0, 0, 0), sample(1, 1, 0, 0), sample(9, 9, 0, 0)};
   const std::vector<Relation> relations = {{at(0.5), at(5), SE2d()}, {at(0.5), at(9), SE2d()}};
   const RelationsResult result =
@@ -80,13 +80,13 @@ TEST(Relations, MayEndAtTheNearestPose) {
   EXPECT_GT(relations_error(trajectory, relations).rotation_deg.max, 1.0);
 }
 
-TEST(Relations, NothingToCompare) {
+TEST(Relations, EmptyInput) {
   const RelationsResult result = relations_error({}, std::vector<Relation>(3));
   EXPECT_EQ(result.outside, 3U);
   EXPECT_TRUE(std::isnan(result.translation_m.mean));
 }
 
-/// The figures a folder of recordings states for its logs' wheel odometry, to their rounding.
+/// Published figures of the wheel odometry of two logs, to their rounding.
 TEST(Relations, RealOdometry) {
   struct Expected {
     const char* name;

@@ -28,7 +28,7 @@ TEST(Interpolation, InsideOutsideAndOnASample) {
   EXPECT_TRUE(pose_at(t, LogTime::from_seconds(4), {from_seconds(1)}));
 }
 
-TEST(Interpolation, GoesTheShortWayRound) {
+TEST(Interpolation, TakesTheShorterRotation) {
   const Trajectory t = {sample(0, SE2d(0, 0, Angle::degrees(170))),
                         sample(1, SE2d(0, 0, Angle::degrees(-170)))};
   EXPECT_NEAR(std::abs(pose_at(t, LogTime::from_seconds(0.5))->heading().degrees()), 180.0, 1e-9);
@@ -47,7 +47,7 @@ TEST(Statistics, GoldenByHand) {
 }
 
 TEST(AbsoluteError, GoldenByHandWithoutAlignment) {
-  // The truth runs 4 m along x; the estimate is off by (0, 0), (0, 1), (3, 4) and turned by 90°.
+  // The truth runs 4 m along x; the estimate has errors (0, 0), (0, 1), (3, 4) and 90°.
   const Trajectory truth = {sample(0, SE2d()), sample(4, SE2d(4, 0, Angle()))};
   const Trajectory estimate = {sample(-1, SE2d()), sample(0, SE2d()),
                                sample(1, SE2d(1, 1, Angle())),
@@ -77,7 +77,7 @@ Trajectory wander(int n) {
   return t;
 }
 
-TEST(AbsoluteError, RigidAlignmentTakesAwayAnyMotionOfTheMap) {
+TEST(AbsoluteError, RigidAlignmentRemovesAnyMotionOfTheMap) {
   const Trajectory truth = wander(200);
   const SE2d move(-30, 12, Angle::degrees(200));
   Trajectory estimate;
@@ -91,7 +91,7 @@ TEST(AbsoluteError, RigidAlignmentTakesAwayAnyMotionOfTheMap) {
 }
 
 TEST(RelativeError, ByTimeAndByDistance) {
-  // The truth runs 1 m a second along x; the estimate 2 % too far.
+  // The truth runs at 1 m/s along x; the estimate 2 % too far.
   Trajectory truth, estimate;
   for (int i = 0; i <= 100; ++i) {
     truth.push_back(sample(i, SE2d(i, 0, Angle())));

@@ -1,4 +1,4 @@
-// Values worked by hand from the published formulas; rtklib_test.cpp compares with another program.
+// Values computed by hand from the published formulas; rtklib_test.cpp compares with RTKLIB.
 
 #include <wayfare/gnss/atmosphere.hpp>
 
@@ -34,9 +34,9 @@ TEST(Ionosphere, AtNightIsFiveNanoseconds) {
   EXPECT_NEAR(delay, 1.49961, 1e-5);
 }
 
-// On the meridian of Greenwich looking straight up local time is the time of day; it peaks at 14 h
-// with the amplitude α₀ and falls as the cosine's expansion 1 − x²/2 + x⁴/24, here at x = 1: by a
-// period of 72000 s/2π later, the period being no shorter than that.
+// At Greenwich towards the zenith local time is the time of day; the delay peaks at 14 h with the
+// amplitude α₀ and falls as 1 − x²/2 + x⁴/24, with x = 1 at 72000 s/2π later, for the minimum
+// period.
 TEST(Ionosphere, PeaksAtTwoInTheAfternoon) {
   KlobucharModel model;
   model.alpha[0] = 2e-8;
@@ -50,12 +50,12 @@ TEST(Ionosphere, PeaksAtTwoInTheAfternoon) {
   EXPECT_NEAR(at(50400.0 + quarter_s), 5e-9 + 2e-8 * (1.0 - 0.5 + 1.0 / 24.0), 1e-16);
   EXPECT_NEAR(at(50400.0 - quarter_s), at(50400.0 + quarter_s), 1e-16);
   EXPECT_NEAR(at(50400.0 + 1.58 * quarter_s), 5e-9, 1e-20);
-  model.beta[0] = 144000.0;  // twice as long: at the same time x = ½
+  model.beta[0] = 144000.0;  // doubled: at the same time x = ½
   EXPECT_NEAR(at(50400.0 + quarter_s), 5e-9 + 2e-8 * (1.0 - 0.125 + 1.0 / 384.0), 1e-16);
 }
 
-// Local time goes with the longitude, 4 minutes a degree: 90° east peaks at 8 h, 90° west at 20 h.
-TEST(Ionosphere, LocalTimeGoesWithLongitude) {
+// Local time is 4 minutes per degree of longitude: 90° east peaks at 8 h, 90° west at 20 h.
+TEST(Ionosphere, LocalTimeDependsOnLongitude) {
   KlobucharModel model;
   model.alpha[0] = 2e-8;
   for (const double longitude : {-90.0, 0.0, 90.0, 179.0}) {
@@ -67,7 +67,7 @@ TEST(Ionosphere, LocalTimeGoesWithLongitude) {
 }
 
 // φ_m = φ_i + 0.064 cos((λ_i − 1.617)π): at λ = 1.617 semicircles (−68.94°) and φ = 36°, so that
-// φ_i = 0.2 + 0.000459, φ_m = 0.264459; each α weighs its power of it.
+// φ_i = 0.2 + 0.000459, φ_m = 0.264459; each α is the coefficient of its power.
 TEST(Ionosphere, AmplitudeIsACubicOfTheMagneticLatitude) {
   const double longitude = (1.617 - 2.0) * 180.0, magnetic = 0.2 + 0.0137 / 0.61 - 0.022 + 0.064;
   const double peak_s = 50400.0 - longitude * 240.0;
@@ -87,7 +87,7 @@ TEST(Ionosphere, AmplitudeIsACubicOfTheMagneticLatitude) {
   }
 }
 
-TEST(Ionosphere, GoesWithTheSquareOfTheWavelengthAndTheSlant) {
+TEST(Ionosphere, ScalesWithTheSquaredWavelengthAndTheSlant) {
   KlobucharModel model;
   const auto at = [&](double elevation_deg, double carrier_hz, double height_m = 0.0) {
     return ionosphere_delay_m(model, of_week(0), place(45, 7, height_m),
@@ -127,7 +127,7 @@ TEST(Troposphere, ThinsWithHeight) {
   EXPECT_EQ(at(10'001, 0.7), 0.0);
 }
 
-TEST(Troposphere, MappingIsNearTheCosecantAndBentNearTheHorizon) {
+TEST(Troposphere, MappingIsTheCosecantExceptNearTheHorizon) {
   EXPECT_NEAR(troposphere_mapping(0.5 * kPi), 1.0, 1e-15);
   const auto against_cosecant = [](double degrees) {
     const double e = degrees * kPi / 180.0;

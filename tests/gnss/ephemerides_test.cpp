@@ -23,8 +23,8 @@ KeplerianEphemeris message(GnssSystem system, int number, Time<GpsClock> toe, in
 
 int issue_of(const Ephemeris* e) { return e ? std::get<KeplerianEphemeris>(*e).issue : -1; }
 
-// Every second hour over the end of a week, put in out of order: the nearest by brute force.
-TEST(Ephemerides, NearestIsNearestOverTheEndOfTheWeek) {
+// Every second hour across the end of a week, added out of order, against brute force.
+TEST(Ephemerides, NearestWorksAcrossTheEndOfTheWeek) {
   const SatelliteId satellite{GnssSystem::gps, 5};
   const Time<GpsClock> end_of_week = gps_time(2101, Duration(0));
   Ephemerides all;
@@ -46,8 +46,8 @@ TEST(Ephemerides, NearestIsNearestOverTheEndOfTheWeek) {
     EXPECT_LT(reference_time(list[i - 1]), reference_time(list[i]));
 }
 
-// Two messages of one time of week, years apart in the roll-over of ten bits: each serves its own.
-TEST(Ephemerides, ARollOverOfTheWeekNumberIsAnotherTime) {
+// Two messages with one time of week, a ten-bit roll-over apart: each is valid at its own time.
+TEST(Ephemerides, DistinguishesWeekRollOvers) {
   Ephemerides all;
   const Time<GpsClock> now = gps_time(2100, hours(30)), then = gps_time(2100 - 1024, hours(30));
   ASSERT_TRUE(all.add(message(GnssSystem::gps, 5, now, 1)));
@@ -57,7 +57,7 @@ TEST(Ephemerides, ARollOverOfTheWeekNumberIsAnotherTime) {
   EXPECT_EQ(issue_of(all.nearest({GnssSystem::gps, 5}, then + hours(24))), 2);
 }
 
-TEST(Ephemerides, TheSameMessageAgainReplacesIt) {
+TEST(Ephemerides, ReplacesARepeatedMessage) {
   Ephemerides all;
   const Time<GpsClock> t = testing::sky_time();
   ASSERT_TRUE(all.add(message(GnssSystem::gps, 5, t, 1)));
@@ -68,7 +68,7 @@ TEST(Ephemerides, TheSameMessageAgainReplacesIt) {
   EXPECT_TRUE(all.of({GnssSystem::gps, 6}).empty());
 }
 
-TEST(Ephemerides, OfGalileosTwoTheOneForE1ComesFirst) {
+TEST(Ephemerides, PrefersGalileoInav) {
   const Time<GpsClock> t = testing::sky_time();
   for (const bool e5a_first : {false, true}) {
     Ephemerides all;
@@ -83,7 +83,7 @@ TEST(Ephemerides, OfGalileosTwoTheOneForE1ComesFirst) {
   }
 }
 
-TEST(Ephemerides, MergesWhatIsMissing) {
+TEST(Ephemerides, MergesMissingData) {
   Ephemerides a, b;
   ASSERT_TRUE(a.add(message(GnssSystem::gps, 1, testing::sky_time(), 1)));
   ASSERT_TRUE(b.add(message(GnssSystem::gps, 1, testing::sky_time(), 7)));
@@ -103,11 +103,11 @@ TEST(Ephemerides, MergesWhatIsMissing) {
 }
 
 struct BadMessage {
-  const char* says;
+  const char* message;
   void (*spoil)(KeplerianEphemeris&);
 };
 
-TEST(Ephemerides, RefusesWhatIsNoOrbitAndKeepsWhatItHas) {
+TEST(Ephemerides, RejectsInvalidOrbits) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   static constexpr double kNanCopy = kNan;
   const BadMessage bad[] = {
@@ -127,8 +127,8 @@ TEST(Ephemerides, RefusesWhatIsNoOrbitAndKeepsWhatItHas) {
     KeplerianEphemeris k = message(GnssSystem::gps, 5, testing::sky_time(), 2);
     b.spoil(k);
     const auto added = all.add(k);
-    ASSERT_FALSE(added) << b.says;
-    EXPECT_THAT(added.error().message, HasSubstr(b.says));
+    ASSERT_FALSE(added) << b.message;
+    EXPECT_THAT(added.error().message, HasSubstr(b.message));
   }
   GlonassEphemeris g = testing::sky_glonass(3);
   g.channel = 14;

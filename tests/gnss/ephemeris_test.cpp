@@ -1,4 +1,4 @@
-// Laws of orbits and clocks; rtklib_test.cpp compares positions with another program.
+// Laws of orbits and clocks; rtklib_test.cpp compares positions with RTKLIB.
 
 #include <wayfare/gnss/ephemerides.hpp>
 
@@ -47,14 +47,14 @@ KeplerianEphemeris with_everything(GnssSystem system, int number) {
   return k;
 }
 
-/// In axes that do not turn and that are the Earth's at the beginning of the week.
+/// In inertial axes that coincide with the Earth's at the start of the week.
 Vector3d inertial(const Vector3d& ecef, Time<GpsClock> t) {
   return Eigen::AngleAxisd(kEarthRate * to_seconds(week_time(t).of_week), Vector3d::UnitZ()) * ecef;
 }
 
-// Kepler's laws on a message without corrections: an ellipse about the Earth's middle, its period
+// Kepler's laws on a message without corrections: an ellipse about the Earth's centre, its period
 // 2π√(a³/μ), equal areas in equal times; the accelerations follow from the second differences.
-TEST(KeplerianEphemeris, MovesAsKeplerSays) {
+TEST(KeplerianEphemeris, ObeysKeplersLaws) {
   for (const double e : {0.0, 0.02, 0.3}) {
     const KeplerianEphemeris k = plain(e);
     const double a = 5153.7 * 5153.7, root = std::sqrt(kMu * a * (1.0 - e * e));
@@ -79,16 +79,16 @@ TEST(KeplerianEphemeris, MovesAsKeplerSays) {
   }
 }
 
-// At the perigee, at the time of reference, on the equator's node: a (1 − e) along the node.
-TEST(KeplerianEphemeris, StandsAtItsNodeWhereItsElementsSay) {
+// At perigee, reference time and node: a (1 − e) along the node.
+TEST(KeplerianEphemeris, PositionAtTheNodeMatchesTheElements) {
   KeplerianEphemeris k = plain(0.1);
   k.mean_anomaly_rad = k.argument_of_perigee_rad = 0.0;
   const double a = 5153.7 * 5153.7;
   const double node = k.ascending_node_rad - kEarthRate * 80.0 * 3600.0;
   const Vector3d want = 0.9 * a * Vector3d(std::cos(node), std::sin(node), 0.0);
   EXPECT_LT((satellite_state(k, k.toe).position_ecef_m - want).norm(), 1e-6);
-  k.crc_m = 100.0;   // cos of twice nothing
-  k.crs_m = 1000.0;  // sin of twice nothing
+  k.crc_m = 100.0;   // cos 0
+  k.crs_m = 1000.0;  // sin 0
   EXPECT_LT((satellite_state(k, k.toe).position_ecef_m - want * (1.0 + 100.0 / (0.9 * a))).norm(),
             1e-6);
 }
@@ -102,7 +102,7 @@ TEST(KeplerianEphemeris, VelocityAndDriftAreTheDerivatives) {
     for (double s = -6000.0; s <= 6000.0; s += 1500.0) {
       const auto at = [&](double by) { return satellite_state(k, k.toe + from_seconds(s + by)); };
       const Vector3d velocity = (at(0.5).position_ecef_m - at(-0.5).position_ecef_m);
-      // The third derivative, a ω³ = 8e-5 m/s³, leaves a 24th of itself.
+      // Error: a 24th of the third derivative, a ω³ = 8e-5 m/s³.
       EXPECT_LT((velocity - at(0).velocity_ecef_mps).norm(), 1e-5) << to_string(k.satellite);
       EXPECT_NEAR((at(50).clock_s - at(-50).clock_s) / 100.0, at(0).clock_drift, 1e-15);
     }
@@ -127,9 +127,9 @@ TEST(KeplerianEphemeris, ClockIsItsPolynomialAndRelativity) {
   }
 }
 
-// Ω₀ counts from the beginning of the week: a message of the first hours of a week and one of the
-// last hours of the week before are one orbit where the node is moved by the Earth's turn.
-TEST(KeplerianEphemeris, GoesOnOverTheEndOfTheWeek) {
+// Ω₀ refers to the start of the week: messages on either side of a week boundary describe one orbit
+// if the node is shifted by the Earth's rotation.
+TEST(KeplerianEphemeris, IsContinuousAcrossTheEndOfTheWeek) {
   KeplerianEphemeris before = plain(0.01);
   before.toe = before.toc = gps_time(2100, hours(7 * 24) - seconds(1800));
   KeplerianEphemeris after = before;
@@ -156,13 +156,13 @@ GlonassEphemeris glonass() {
   return g;
 }
 
-TEST(GlonassEphemeris, GoesThereAndBackAndConvergesToFourthOrder) {
+TEST(GlonassEphemeris, IsReversibleAndConvergesToFourthOrder) {
   const GlonassEphemeris g = glonass();
   const SatelliteState there = satellite_state(g, g.toe + seconds(900));
   GlonassEphemeris back = g;
   back.toe = g.toe + seconds(900);
   back.position_m = there.position_ecef_m, back.velocity_mps = there.velocity_ecef_mps;
-  // The state is sent in steps of 2⁻¹¹ km, 0.49 m: a hundredth of that is nothing beside it.
+  // The state is quantised to 2⁻¹¹ km, 0.49 m: a hundredth of that is negligible.
   EXPECT_LT((satellite_state(back, g.toe).position_ecef_m - g.position_m).norm(), 4.9e-3);
   EXPECT_EQ(satellite_state(g, g.toe).position_ecef_m, g.position_m);
   const auto error_m = [&](double step_s, int after_s) {
@@ -192,18 +192,18 @@ TEST(GlonassEphemeris, KeepsJacobisConstant) {
   const double start = constant(g.position_m, g.velocity_mps);
   for (const int s : {900, -900, 7200}) {
     const SatelliteState x = satellite_state(g, g.toe + seconds(s));
-    // Steps of a minute leave millimetres, of 25 000 km; without J₂ it would change by 1e-5.
+    // Steps of a minute leave millimetres of 25 000 km; without J₂ the change is 1e-5.
     EXPECT_NEAR(constant(x.position_ecef_m, x.velocity_ecef_mps) / start, 1.0, 1e-9);
   }
 }
 
-TEST(GroupDelay, IsOfTheSignalTheMessageSpeaksOf) {
+TEST(GroupDelay, DependsOnTheSignal) {
   KeplerianEphemeris k = plain();
   k.group_delay_s[0] = 4e-9, k.group_delay_s[1] = -6e-9;
   const double gamma = std::pow(carrier::kL1 / carrier::kL2, 2);
   EXPECT_DOUBLE_EQ(*group_delay_s(k, carrier::kL1), 4e-9);
   EXPECT_DOUBLE_EQ(*group_delay_s(k, carrier::kL2), gamma * 4e-9);
-  EXPECT_FALSE(group_delay_s(k, carrier::kL5));  // its delay is in messages of L2C and L5 only
+  EXPECT_FALSE(group_delay_s(k, carrier::kL5));  // broadcast in CNAV messages only
   k.satellite.system = GnssSystem::galileo;
   EXPECT_DOUBLE_EQ(*group_delay_s(k, carrier::kE1), -6e-9);
   k.clock_of_e5a = true;
@@ -223,7 +223,7 @@ TEST(GroupDelay, IsOfTheSignalTheMessageSpeaksOf) {
 }
 
 // RINEX 3.04 table A8 for Galileo: E1-B in bits 0-2, E5a in 3-5, E5b in 6-8.
-TEST(Health, IsByTheBitsOfTheSignal) {
+TEST(Health, UsesTheBitsOfTheSignal) {
   KeplerianEphemeris k = plain();
   EXPECT_TRUE(is_healthy(k, carrier::kL1));
   k.health = 63;
@@ -242,13 +242,13 @@ TEST(Health, IsByTheBitsOfTheSignal) {
   EXPECT_FALSE(is_healthy(g, 1602e6));
 }
 
-TEST(Beidou, GeostationaryOnesStayOverOnePlace) {
+TEST(Beidou, GeostationarySatellitesAreStationary) {
   EXPECT_TRUE(is_beidou_geostationary({GnssSystem::beidou, 5}));
   EXPECT_FALSE(is_beidou_geostationary({GnssSystem::beidou, 6}));
   EXPECT_TRUE(is_beidou_geostationary({GnssSystem::beidou, 59}));
   EXPECT_FALSE(is_beidou_geostationary({GnssSystem::gps, 3}));
-  // A circle as long as a sidereal day, tilted against the turned frame as that is against the
-  // equator, the other way round: it lies in the equator.
+  // A circle of one sidereal day, with the opposite tilt to that of the frame: it lies in the
+  // equator.
   KeplerianEphemeris k = plain();
   k.satellite = {GnssSystem::beidou, 3};
   constexpr double kRate = 7.2921150e-5;

@@ -18,12 +18,12 @@ Geodetic at(double latitude_deg, double longitude_deg, double height_m) {
   return {Angle::degrees(latitude_deg), Angle::degrees(longitude_deg), height_m};
 }
 
-/// Latitudes with the poles and the equator, heights from the bottom of the sea to the satellites.
+/// Latitudes including poles and equator, heights from the sea floor to the satellites.
 const double kLatitudes[] = {-90.0, -89.9999999, -60.0, -1e-7, 0.0, 1e-9, 22.3, 45.0, 89.99, 90.0};
 const double kLongitudes[] = {-180.0, -90.0, -0.1, 0.0, 114.2, 179.999999};
 const double kHeights[] = {-10000.0, 0.0, 400.0, 1e4, 4e5, 2.02e7, 4.2e7};
 
-TEST(GeodesyOracle, ToEarthCentredAndBack) {
+TEST(GeodesyOracle, EcefRoundTrip) {
   for (const double latitude : kLatitudes) {
     for (const double longitude : kLongitudes) {
       for (const double height : kHeights) {
@@ -38,7 +38,7 @@ TEST(GeodesyOracle, ToEarthCentredAndBack) {
         const Geodetic back = geodetic_from_ecef(theirs);
         EXPECT_NEAR(back.latitude.degrees(), lat, 1e-12) << height;
         EXPECT_NEAR(back.height_m, h, 5e-8);
-        // Where the axis is a millimetre away, longitude is what rounding makes of it.
+        // Within a millimetre of the axis the longitude is arbitrary.
         if (std::abs(latitude) < 89.9999) {
           EXPECT_NEAR(std::remainder(back.longitude.degrees() - lon, 360.0), 0.0, 1e-12);
         }
@@ -100,8 +100,8 @@ TEST(GeodesyOracle, NormalGravity) {
     for (const double height : {-1000.0, 500.0, 5000.0, 1e4}) {
       double north = 0.0, down = 0.0;
       theirs.Gravity(latitude, height, north, down);
-      // The series leaves out 4 g (h/a)³, 1.5e-7 at 10 km, and flattening squared in its first
-      // term, some f² · 2 g h/a = 3.5e-7.
+      // The series neglects 4 g (h/a)³, 1.5e-7 at 10 km, and the squared flattening of its first
+      // term, about f² · 2 g h/a = 3.5e-7.
       EXPECT_NEAR(normal_gravity_mps2(s, height), std::hypot(north, down), 1e-6)
           << latitude << ' ' << height;
     }

@@ -37,7 +37,7 @@ TEST(GpsTime, RollOvers) {
 }
 
 TEST(GpsTime, TimeOfWeekNearestToAnother) {
-  // A message of Saturday 23:59 received on Sunday belongs to the week before, and the reverse.
+  // A message of Saturday 23:59 received on Sunday belongs to the previous week, and vice versa.
   EXPECT_EQ(nearest_time_of_week(kGpsWeek - seconds(60), gps_time(2051, seconds(30))),
             gps_time(2050, kGpsWeek - seconds(60)));
   EXPECT_EQ(nearest_time_of_week(seconds(60), gps_time(2050, kGpsWeek - seconds(30))),
@@ -51,19 +51,19 @@ TEST(GpsTime, LeapSeconds) {
   EXPECT_EQ(gps_minus_utc_s(utc(2016, 12, 31, 23, 59, 59)), 17);
   EXPECT_EQ(gps_minus_utc_s(utc(2017, 1, 1)), 18);
   EXPECT_EQ(gps_minus_utc_s(utc(2023, 1, 8)), 18);
-  // The second 23:59:60 of 2016 lies between; UTC's reading of it is that of 00:00:00.
+  // Across 23:59:60 of 2016, whose UTC reading is that of 00:00:00.
   EXPECT_EQ(to_gps(utc(2016, 12, 31, 23, 59, 59)), gps(2017, 1, 1, 0, 0, 16));
   EXPECT_EQ(to_gps(utc(2017, 1, 1)), gps(2017, 1, 1, 0, 0, 18));
   EXPECT_EQ(to_utc(gps(2017, 1, 1, 0, 0, 16)), utc(2016, 12, 31, 23, 59, 59));
   EXPECT_EQ(to_utc(gps(2017, 1, 1, 0, 0, 17)), utc(2017, 1, 1));
   EXPECT_EQ(to_utc(gps(2017, 1, 1, 0, 0, 18)), utc(2017, 1, 1));
   EXPECT_EQ(to_utc(gps(2017, 1, 1, 0, 0, 19)), utc(2017, 1, 1, 0, 0, 1));
-  // A table of the caller's own, for a leap second yet to come.
+  // A user's table with a future leap second.
   const LeapSecond future[] = {{utc(2030, 1, 1), 19}};
   EXPECT_EQ(to_gps(utc(2030, 1, 1), future), gps(2030, 1, 1, 0, 0, 19));
 }
 
-TEST(GpsTime, EveryLeapSecondGoesThereAndBack) {
+TEST(GpsTime, LeapSecondRoundTrips) {
   for (const LeapSecond& leap : leap_second_table()) {
     for (int s = -3; s <= 3; ++s) {
       const Time<UtcClock> t = leap.from + seconds(s);

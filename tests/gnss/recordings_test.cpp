@@ -1,4 +1,4 @@
-// Whole recordings through the single-point solution, against their references.
+// Single-point positioning of whole recordings against their references.
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +33,7 @@ std::vector<ObservationEpoch> epochs_of(const std::string& path) {
   return obs ? std::move(obs->epochs) : std::vector<ObservationEpoch>{};
 }
 
-/// Root mean squares of what a run is off by.
+/// Root mean square errors of a run.
 struct Errors {
   double horizontal_m = 0.0, vertical_m = 0.0, velocity_mps = 0.0;
   double largest_m = 0.0;
@@ -51,7 +51,7 @@ struct Errors {
   }
 };
 
-/// The simulator's own antenna track: ten samples a second from 36000 s of week 2244 on.
+/// The simulator's antenna track: 10 Hz from 36000 s of week 2244.
 struct Truth {
   std::map<std::int64_t, std::pair<Geodetic, Eigen::Vector3d>> at_ms;
 };
@@ -102,7 +102,7 @@ Errors spirent_errors(const std::string& path, const SinglePointOptions& options
   return errors;
 }
 
-TEST(Recordings, SimulatorWithoutAtmosphereWithinACentimetre) {
+TEST(Recordings, SimulatorWithoutAtmosphereToACentimetre) {
   WAYFARE_NEEDS_RECORDING(path, kSpirent + "iono-none_tropo-none/Rover-dynamic_MO_Spirent.obs.gz");
   SinglePointOptions options;
   options.corrections.ionosphere = options.corrections.troposphere = false;
@@ -120,8 +120,8 @@ TEST(Recordings, SimulatorWithAtmosphere) {
   EXPECT_LE(e.vertical_m, 1.05);
 }
 
-/// The seconds of week 2051 for which RTKLIB 2.4.3 b34 has a single point (GPS and BeiDou,
-/// Klobuchar, Saastamoinen, mask 15°) and the reference goes on: 140 of 485.
+/// The seconds of week 2051 with a single point by RTKLIB 2.4.3 b34 (GPS and BeiDou, Klobuchar,
+/// Saastamoinen, mask 15°) and a reference: 140 of 485.
 bool rtklib_answers(std::int64_t second) {
   constexpr std::pair<int, int> kRuns[] = {
       {46817, 46819}, {46883, 46895}, {46900, 46900}, {46902, 46904}, {46907, 46911},

@@ -1,7 +1,7 @@
 #pragma once
 
-// The few functions of RTKLIB's library that serve as an oracle. Debian ships the library without
-// its header, so they are declared here as of version 2.4.3 b34; the test `Rtklib.SpeaksAsDeclared`
+// The functions of RTKLIB's library used as an oracle. Debian ships the library without its header,
+// so they are declared here as of version 2.4.3 b34; the test `Rtklib.MatchesTheDeclarations`
 // guards the declarations.
 
 #include <ctime>

@@ -1,4 +1,4 @@
-// Orbits, clocks and atmosphere against RTKLIB's library, on the real navigation files.
+// Orbits, clocks and atmosphere against RTKLIB's library, on recorded navigation files.
 
 #include <cmath>
 #include <random>
@@ -15,7 +15,7 @@
 #include "io/support.hpp"
 #include "rtklib.hpp"
 
-// What the library calls back in the program that shows its progress.
+// Progress callbacks required by the library.
 extern "C" {
 int showmsg(const char*, ...) { return 0; }
 void settspan(gtime_t, gtime_t) {}
@@ -65,11 +65,11 @@ SatelliteState oracle(const KeplerianEphemeris& k, Time<GpsClock> t) {
   return s;
 }
 
-TEST(Rtklib, SpeaksAsDeclared) {
+TEST(Rtklib, MatchesTheDeclarations) {
   EXPECT_GT(satno(0x01, 5), 0);
-  const gtime_t t = gpst2time(2051, 46690.0);  // 2019-04-28T12:58:10, as date -u gives it
+  const gtime_t t = gpst2time(2051, 46690.0);  // 2019-04-28T12:58:10, by date -u
   EXPECT_EQ(t.time, 315964800 + 2051LL * 604800 + 46690);
-  // A satellite on a circle of 26 560 km in the equator above Greenwich, at its reference time.
+  // A circular equatorial orbit of 26 560 km above Greenwich, at its reference time.
   KeplerianEphemeris k;
   k.satellite = {GnssSystem::gps, 1};
   k.toe = k.toc = gps_time(2051, Duration(0));
@@ -80,7 +80,7 @@ TEST(Rtklib, SpeaksAsDeclared) {
   EXPECT_NEAR(s.clock_s, 1e-4, 1e-18);
 }
 
-/// All messages of a file at times up to the age limit and beyond both ends of it.
+/// All messages of a file at times up to the age limit, before and after.
 void compare(const std::string& path, GnssSystem system, std::size_t at_least) {
   const auto nav = io::read_rinex_navigation(path);
   ASSERT_TRUE(nav) << nav.error().to_string();
@@ -98,8 +98,8 @@ void compare(const std::string& path, GnssSystem system, std::size_t at_least) {
         const SatelliteState ours = satellite_state(k, t), theirs = oracle(k, t);
         worst_m = std::max(worst_m, (ours.position_ecef_m - theirs.position_ecef_m).norm());
         worst_clock_m = std::max(worst_clock_m, kC * std::abs(ours.clock_s - theirs.clock_s));
-        // RTKLIB has no velocity of its own; a central difference of its positions over 0.2 s
-        // leaves 1e-9 m / 0.2 s of rounding and 0.1²/6 s² × 0.006 m/s³ of curvature.
+        // RTKLIB has no velocities; a central difference of its positions over 0.2 s has 1e-9 m /
+        // 0.2 s of rounding and 0.1²/6 s² × 0.006 m/s³ of truncation.
         const Duration h = std::chrono::milliseconds(100);
         const Eigen::Vector3d rate =
             (oracle(k, t + h).position_ecef_m - oracle(k, t - h).position_ecef_m) / 0.2;
@@ -126,13 +126,13 @@ TEST(Rtklib, GalileoOrbitsAndClocks) {
   compare(path, GnssSystem::galileo, 20);
 }
 
-TEST(Rtklib, BeidouOrbitsAndClocksWithGeostationaryOnes) {
+TEST(Rtklib, BeidouOrbitsAndClocksIncludingGeostationary) {
   WAYFARE_NEEDS_RECORDING(path, "gnss/urbannav_tst/hksc1180.19b");
   compare(path, GnssSystem::beidou, 15);
 }
 
 TEST(Rtklib, GlonassOrbitsAndClocks) {
-  // No recording with a GLONASS message is at hand: orbits of the system's size in all positions.
+  // Without a recorded GLONASS message: orbits of its size in all positions.
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 50; ++i) {
@@ -183,7 +183,7 @@ TEST(Rtklib, AtmosphereAndDirections) {
     const Time<GpsClock> t = gps_time(2000 + i % 300, from_seconds(604800.0 * unit(random)));
     EXPECT_NEAR(ionosphere_delay_m(model, t, at, sight, carrier::kL1),
                 ionmodel(of(t), ion, pos, azel), 1e-6);
-    // RTKLIB maps the zenith's delay by 1 / sin of the elevation.
+    // RTKLIB maps the zenith delay by 1 / sin of the elevation.
     EXPECT_NEAR(zenith_troposphere_delay_m(at, 0.7) / std::sin(sight.elevation_rad),
                 tropmodel(of(t), pos, azel, 0.7), 1e-6);
   }
@@ -194,7 +194,7 @@ TEST(Rtklib, AtmosphereAndDirections) {
     const double niell = tropmapf(of(gps_time(2051, Duration(0))), middle, azel, nullptr);
     EXPECT_NEAR(troposphere_mapping(elevation) / niell, 1.0, 0.01) << elevation;
   }
-  // Sagnac's effect and the direction, to satellites all around.
+  // Sagnac effect and direction, to satellites in all directions.
   for (int i = 0; i < 200; ++i) {
     const Geodetic at{Angle::degrees(-80.0 + 160.0 * unit(random)),
                       Angle::degrees(360.0 * unit(random) - 180.0), 100.0};

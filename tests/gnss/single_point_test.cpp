@@ -37,11 +37,11 @@ bool is_used(const SinglePoint& p, SatelliteId satellite) {
 RangeRefusal refusal_of(const SinglePoint& p, SatelliteId satellite) {
   for (const RefusedRange& r : p.refused)
     if (r.satellite == satellite) return r.why;
-  ADD_FAILURE() << to_string(satellite) << " was not refused";
+  ADD_FAILURE() << to_string(satellite) << " was not rejected";
   return {};
 }
 
-class UnderTheSky : public ::testing::Test {
+class SinglePointTest : public ::testing::Test {
  protected:
   Ephemerides messages_ = testing::sky_messages();
   SkyReceiver receiver_;
@@ -55,7 +55,7 @@ class UnderTheSky : public ::testing::Test {
   }
 };
 
-TEST_F(UnderTheSky, PositionVelocityAndClocks) {
+TEST_F(SinglePointTest, PositionVelocityAndClocks) {
   receiver_.velocity_ned_mps = {12.0, -7.0, 0.5};
   const ObservationEpoch e = epoch();
   ASSERT_GE(e.satellites.size(), 20U);
@@ -63,7 +63,7 @@ TEST_F(UnderTheSky, PositionVelocityAndClocks) {
   ASSERT_TRUE(p) << p.error().to_string();
   EXPECT_LT(distance_m(*p, receiver_), 2e-4);
   ASSERT_TRUE(p->velocity_ned_mps);
-  // The receiver's own motion is left out of the travel time's rate: 14 m/s · 4 km/s / c.
+  // The rate of the travel time neglects the receiver's motion: 14 m/s · 4 km/s / c.
   EXPECT_LT((*p->velocity_ned_mps - receiver_.velocity_ned_mps).norm(), 1e-3);
   for (std::size_t s = 0; s < 4; ++s)
     EXPECT_NEAR(p->clock_bias_m[s], receiver_.clock_m[s], 2e-3) << s;
@@ -75,7 +75,7 @@ TEST_F(UnderTheSky, PositionVelocityAndClocks) {
   for (const SatelliteResidual& r : p->residuals) EXPECT_LT(std::abs(r.range_m), 1e-3);
 }
 
-TEST_F(UnderTheSky, TheStartDoesNotMatter) {
+TEST_F(SinglePointTest, IsIndependentOfTheInitialPosition) {
   const Eigen::Vector3d there = ecef_from_geodetic(receiver_.position);
   for (const Eigen::Vector3d& near :
        {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(-there), Eigen::Vector3d(kNan, 0, 0),
@@ -86,7 +86,7 @@ TEST_F(UnderTheSky, TheStartDoesNotMatter) {
   }
 }
 
-TEST_F(UnderTheSky, FaultsAreFoundAndLeftOut) {
+TEST_F(SinglePointTest, FaultsAreExcluded) {
   for (const double fault : {60.0, -200.0, 5000.0, 1e6}) {
     for (std::size_t faults = 1; faults <= 3; ++faults) {
       ObservationEpoch e = epoch();
@@ -103,7 +103,7 @@ TEST_F(UnderTheSky, FaultsAreFoundAndLeftOut) {
   }
 }
 
-TEST_F(UnderTheSky, AFaultyDopplerIsLeftOut) {
+TEST_F(SinglePointTest, AFaultyDopplerIsExcluded) {
   ObservationEpoch e = epoch();
   e.satellites[2].doppler_hz += 200.0;
   e.satellites[3].doppler_hz = kNan;
@@ -115,7 +115,7 @@ TEST_F(UnderTheSky, AFaultyDopplerIsLeftOut) {
   EXPECT_TRUE(p->residuals[3].range_used);
 }
 
-TEST_F(UnderTheSky, WhatCannotBeUsedIsRefusedByName) {
+TEST_F(SinglePointTest, RejectionsHaveTheirReasons) {
   ObservationEpoch e = epoch();
   auto& s = e.satellites;
   s[0].pseudorange_m = 1e9;
@@ -134,20 +134,20 @@ TEST_F(UnderTheSky, WhatCannotBeUsedIsRefusedByName) {
   const Result<SinglePoint> p = single_point(e, messages_, options);
   ASSERT_TRUE(p) << p.error().to_string();
   EXPECT_LT(distance_m(*p, receiver_), 2e-4);
-  EXPECT_EQ(refusal_of(*p, s[0].satellite), RangeRefusal::absurd);
-  EXPECT_EQ(refusal_of(*p, s[1].satellite), RangeRefusal::absurd);
+  EXPECT_EQ(refusal_of(*p, s[0].satellite), RangeRefusal::implausible);
+  EXPECT_EQ(refusal_of(*p, s[1].satellite), RangeRefusal::implausible);
   EXPECT_EQ(refusal_of(*p, s[2].satellite), RangeRefusal::not_measured);
   EXPECT_EQ(refusal_of(*p, s[3].satellite), RangeRefusal::not_measured);
   EXPECT_EQ(refusal_of(*p, twice.satellite), RangeRefusal::duplicate);
   EXPECT_EQ(refusal_of(*p, {GnssSystem::gps, 32}), RangeRefusal::no_ephemeris);
   EXPECT_EQ(refusal_of(*p, s[6].satellite), RangeRefusal::weak);
   EXPECT_EQ(refusal_of(*p, s[7].satellite), RangeRefusal::not_wanted);
-  // The elevation mask is the caller's.
+  // With another elevation mask.
   options.corrections.elevation_mask = Angle::degrees(89.0);
   EXPECT_FALSE(single_point(e, messages_, options));
 }
 
-TEST_F(UnderTheSky, UnhealthyAndOldMessages) {
+TEST_F(SinglePointTest, UnhealthyAndOldMessages) {
   ObservationEpoch e = epoch();
   const SatelliteId sick = e.satellites[0].satellite;
   KeplerianEphemeris k = testing::sky_message(sick.system, sick.number);
@@ -156,7 +156,7 @@ TEST_F(UnderTheSky, UnhealthyAndOldMessages) {
   const Result<SinglePoint> p = single_point(e, messages_, without_air());
   ASSERT_TRUE(p);
   EXPECT_EQ(refusal_of(*p, sick), RangeRefusal::unhealthy);
-  // An epoch whose week is wrong by a roll-over finds no message, and says so.
+  // An epoch off by a week roll-over finds no message, and reports that.
   e.time += 1024 * kGpsWeek;
   const Result<SinglePoint> late = single_point(e, messages_, without_air());
   ASSERT_FALSE(late);
@@ -167,7 +167,7 @@ TEST_F(UnderTheSky, UnhealthyAndOldMessages) {
   EXPECT_EQ(refused.size(), e.satellites.size());
 }
 
-TEST_F(UnderTheSky, FewSatellites) {
+TEST_F(SinglePointTest, FewSatellites) {
   const auto answer = [&](std::size_t count) {
     SinglePointOptions options = without_air();
     options.max_pdop = 1e6;
@@ -190,7 +190,7 @@ TEST_F(UnderTheSky, FewSatellites) {
   const Result<SinglePoint> two = single_point(mixed, messages_, without_air());
   ASSERT_FALSE(two);
   EXPECT_THAT(two.error().message, HasSubstr("2 of GPS, 2 of Galileo"));
-  // What the clocks differ by, known beforehand, is the fifth equation.
+  // A known clock offset is the fifth equation.
   SinglePointOptions options = without_air();
   options.offsets[2] = ClockOffset{receiver_.clock_m[2] - receiver_.clock_m[0], 0.1};
   options.max_pdop = 1e3;
@@ -199,7 +199,7 @@ TEST_F(UnderTheSky, FewSatellites) {
   EXPECT_LT(distance_m(*known, receiver_), 0.01);
 }
 
-TEST_F(UnderTheSky, PoorGeometryIsNoAnswer) {
+TEST_F(SinglePointTest, PoorGeometryIsAnError) {
   // All in nearly one direction.
   RangeEpoch ranges;
   const Eigen::Vector3d here = ecef_from_geodetic(receiver_.position);
@@ -215,12 +215,12 @@ TEST_F(UnderTheSky, PoorGeometryIsNoAnswer) {
   const Result<SinglePoint> p = single_point(ranges, {}, here);
   ASSERT_FALSE(p);
   EXPECT_EQ(p.error().code, ErrorCode::degenerate);
-  // The same direction six times over.
+  // Six times the same direction.
   for (CorrectedRange& r : ranges.satellites) r.position_ecef_m = here + 2.2e7 * here.normalized();
   EXPECT_FALSE(single_point(ranges, {}, here));
 }
 
-TEST_F(UnderTheSky, ContradictionIsSaidOrRefused) {
+TEST_F(SinglePointTest, InconsistencyIsReportedOrAnError) {
   ObservationEpoch e = only(GnssSystem::gps, 6);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> far(-800.0, 800.0);
@@ -230,14 +230,14 @@ TEST_F(UnderTheSky, ContradictionIsSaidOrRefused) {
   const Result<SinglePoint> p = single_point(e, messages_, options);
   ASSERT_TRUE(p) << p.error().to_string();
   EXPECT_FALSE(p->consistent);
-  EXPECT_GT(std::sqrt(p->position_covariance_ned_m2.trace()), 100.0);  // as bad as it is
+  EXPECT_GT(std::sqrt(p->position_covariance_ned_m2.trace()), 100.0);  // covers the error
   options.answer_inconsistent = false;
   const Result<SinglePoint> none = single_point(e, messages_, options);
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().code, ErrorCode::invalid);
 }
 
-TEST_F(UnderTheSky, ContradictionsOfAnySizeLeaveASolutionOrAnError) {
+TEST_F(SinglePointTest, InconsistenciesOfAnySizeGiveASolutionOrAnError) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> exponent(0.0, 7.0), sign(-1.0, 1.0);
   for (int i = 0; i < 100; ++i) {
@@ -255,10 +255,10 @@ TEST_F(UnderTheSky, ContradictionsOfAnySizeLeaveASolutionOrAnError) {
   }
 }
 
-TEST_F(UnderTheSky, ErrorsAreAsLargeAsTheCovarianceSays) {
-  // 400 epochs with the noise the model states: the normalised squared error has the mean of a χ²
-  // variable with 3 degrees of freedom, 3 ± 4 · √(6 / 400) = 0.49; the sum of squares that of its
-  // own; and the test calls about one in a thousand faulty.
+TEST_F(SinglePointTest, ErrorsMatchTheCovariance) {
+  // 400 epochs with the modelled noise: the normalised squared error has the mean of χ² with 3
+  // degrees of freedom, 3 ± 4 · √(6 / 400) = 0.49, the sum of squares that of its own degrees of
+  // freedom, and about one in a thousand is a false alarm.
   std::mt19937 random(9);
   std::normal_distribution<double> noise;
   const SinglePointOptions options = without_air();
@@ -293,13 +293,13 @@ TEST_F(UnderTheSky, ErrorsAreAsLargeAsTheCovarianceSays) {
   EXPECT_LE(faulty, 4);
 }
 
-TEST_F(UnderTheSky, OffsetsOfSystemsAreLearnt) {
+TEST_F(SinglePointTest, EstimatesSystemOffsets) {
   SystemOffsets offsets;
   EXPECT_FALSE(offsets.of(GnssSystem::galileo));
   Result<SinglePoint> p = single_point(epoch(), messages_, without_air());
   ASSERT_TRUE(p);
   for (int i = 0; i < 30; ++i) {
-    if (i == 20) p->clock_bias_m[2] += 1000.0;  // one wrong one moves nothing
+    if (i == 20) p->clock_bias_m[2] += 1000.0;  // an outlier has no effect
     offsets.learn(*p);
     if (i == 20) p->clock_bias_m[2] -= 1000.0;
   }
@@ -307,7 +307,7 @@ TEST_F(UnderTheSky, OffsetsOfSystemsAreLearnt) {
   EXPECT_NEAR(offsets.of(GnssSystem::galileo)->offset_m, 12.0, 0.1);
   EXPECT_NEAR(offsets.of(GnssSystem::glonass)->offset_m, 60.0, 0.1);
   EXPECT_NEAR(offsets.of(GnssSystem::beidou)->offset_m, -15.0, 0.1);
-  // All ranges on one clock: a filter with a single clock sees them agree.
+  // All ranges on one clock are consistent for a filter with a single clock.
   const Eigen::Vector3d here = ecef_from_geodetic(receiver_.position);
   RangeCorrectionOptions no_air = without_air().corrections;
   const RangeEpoch ranges = correct_ranges(epoch(), messages_, here, no_air);
@@ -319,7 +319,7 @@ TEST_F(UnderTheSky, OffsetsOfSystemsAreLearnt) {
     EXPECT_EQ(std::isfinite(r.range_m), r.satellite.system == GnssSystem::gps);
 }
 
-TEST_F(UnderTheSky, AirIsRemovedWithTheModelThatPutItOn) {
+TEST_F(SinglePointTest, AtmosphereIsRemovedByTheSimulatedModel) {
   messages_.gps_ionosphere = nominal_ionosphere();
   ObservationEpoch e = epoch();
   for (auto& o : e.satellites) {
@@ -332,12 +332,12 @@ TEST_F(UnderTheSky, AirIsRemovedWithTheModelThatPutItOn) {
   }
   const Result<SinglePoint> p = single_point(e, messages_);
   ASSERT_TRUE(p);
-  // Satellites move by 300 m in 80 ms, 1e-5 rad as seen from here: 1e-3 m of the air's delay.
+  // Satellites move by 300 m in 80 ms, 1e-5 rad as seen from the ground: 1e-3 m of delay.
   EXPECT_LT(distance_m(*p, receiver_), 5e-3);
 }
 
 TEST(ChiSquare, Thresholds) {
-  // Tables of the χ² distribution's upper quantiles; the approximation is good to 3 %.
+  // Tabulated upper quantiles of χ²; the approximation is good to 3 %.
   EXPECT_NEAR(chi_square_threshold(1, 0.05), 3.841, 0.115);
   EXPECT_NEAR(chi_square_threshold(5, 0.001), 20.515, 0.4);
   EXPECT_NEAR(chi_square_threshold(10, 0.001), 29.588, 0.6);

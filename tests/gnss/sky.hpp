@@ -1,8 +1,7 @@
 #pragma once
 
-// A sky of satellites of all four systems and what a receiver under it measures, worked out in
-// axes that do not turn: nothing here is shared with what is under test but the satellites' own
-// states.
+// Satellites of all four systems and a receiver's measurements, computed in inertial axes: shares
+// only the satellite states with the code under test.
 
 #include <cmath>
 #include <random>
@@ -37,7 +36,7 @@ inline KeplerianEphemeris sky_message(GnssSystem system, int number) {
 }
 
 inline GlonassEphemeris sky_glonass(int number) {
-  // A state taken off an ellipse of the right size.
+  // A state from an ellipse of the right size.
   KeplerianEphemeris k = sky_message(GnssSystem::gps, number);
   k.sqrt_semi_major_axis = 5050.5;
   k.inclination_rad = 1.13;
@@ -51,14 +50,14 @@ inline GlonassEphemeris sky_glonass(int number) {
   return g;
 }
 
-/// 24 satellites a system.
+/// 24 satellites per system.
 inline Ephemerides sky_messages() {
   Ephemerides all;
   for (int number = 1; number <= 24; ++number) {
     for (const GnssSystem system : {GnssSystem::gps, GnssSystem::galileo})
-      WAYFARE_EXPECTS(all.add(sky_message(system, number)), "a message that can be");
-    WAYFARE_EXPECTS(all.add(sky_message(GnssSystem::beidou, number + 10)), "a message that can be");
-    WAYFARE_EXPECTS(all.add(sky_glonass(number)), "a message that can be");
+      WAYFARE_EXPECTS(all.add(sky_message(system, number)), "a valid message");
+    WAYFARE_EXPECTS(all.add(sky_message(GnssSystem::beidou, number + 10)), "a valid message");
+    WAYFARE_EXPECTS(all.add(sky_glonass(number)), "a valid message");
   }
   return all;
 }
@@ -74,7 +73,7 @@ inline Eigen::Vector3d to_inertial(const Eigen::Vector3d& ecef, double since_s) 
   return Eigen::AngleAxisd(7.2921151467e-5 * since_s, Eigen::Vector3d::UnitZ()) * ecef;
 }
 
-/// c · (time of reception − time of transmission), both in the system's time.
+/// c · (time of reception − time of transmission), in system time.
 inline double sky_delay_m(const Ephemeris& message, const SkyReceiver& receiver, double at_s) {
   const Eigen::Vector3d ecef =
       ecef_from_geodetic(receiver.position) +
@@ -119,7 +118,7 @@ inline ObservationEpoch sky_epoch(const Ephemerides& messages, const SkyReceiver
     o.carrier_hz = carrier;
     o.cn0_dbhz = 45.0;
     o.pseudorange_m = sky_range_m(message, receiver, carrier, 0.0);
-    // The difference over 1 s has third derivatives of 1e-4 m/s³ in it: 4e-6 m/s.
+    // Truncation of the difference over 1 s by third derivatives of 1e-4 m/s³: 4e-6 m/s.
     const double rate = sky_range_m(message, receiver, carrier, 0.5) -
                         sky_range_m(message, receiver, carrier, -0.5);
     o.doppler_hz = -rate * carrier / kSpeedOfLight_mps;

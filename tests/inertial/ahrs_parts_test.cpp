@@ -1,4 +1,4 @@
-// The parts of the AHRS one by one; tests/ahrs has the whole.
+// Unit tests of the AHRS components; ahrs/ tests the whole.
 
 #include <cmath>
 #include <numbers>
@@ -28,12 +28,12 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 TEST(Attitude, EastNorthUpToNorthEastDown) {
   const SO3d ned = rotation_from_enu<frame::Ned, double>();
   EXPECT_LT((ned * Vector3d(1, 2, 3) - Vector3d(2, 1, -3)).norm(), 1e-15);
-  EXPECT_LT((ned * ned).log().norm(), 1e-7);  // there and back is the same
+  EXPECT_LT((ned * ned).log().norm(), 1e-7);  // an involution
   const SO3d enu = rotation_from_enu<frame::Enu, double>();
   EXPECT_EQ((enu * Vector3d(1, 2, 3)), Vector3d(1, 2, 3));
 }
 
-// x to the east is 90° on a compass whichever frame says so.
+// x to the east is 90° in both frames.
 TEST(Attitude, CompassIsClockwiseFromNorth) {
   for (double degrees = -170.0; degrees <= 170.0; degrees += 20.0) {
     for (const double pitch : {0.0, 0.6}) {
@@ -62,7 +62,7 @@ TEST(SensorReport, CountsEveryOutcomeOnce) {
   EXPECT_EQ(report.disturbed, 6U);
 }
 
-Filter turned_filter() {
+Filter rotated_filter() {
   Filter f;
   f.set_attitude(SO3d::exp({0.4, -0.9, 1.1}));
   for (int i = 0; i < Filter::kSize; ++i)
@@ -70,17 +70,17 @@ Filter turned_filter() {
   return f;
 }
 
-TEST(Alignment, LevellingTurnsByTheShortestWay) {
+TEST(Alignment, LevellingIsTheSmallestRotation) {
   Rng rng(1);
   for (int round = 0; round < 50; ++round) {
-    Filter f = turned_filter();
+    Filter f = rotated_filter();
     const SO3d before = f.q_enu_body();
     const double x = rng.normal(), y = rng.normal();
     const Vector3d force = kGravity * Vector3d(x, y, rng.normal()).normalized();
     align::level(f, force, 0.02);
     EXPECT_LT((f.rotation() * force - Vector3d(0, 0, kGravity)).norm(), 1e-9);
     const Vector3d turn = (f.q_enu_body() * before.inverse()).log();
-    EXPECT_NEAR(turn.z(), 0.0, 1e-9);  // none about the vertical
+    EXPECT_NEAR(turn.z(), 0.0, 1e-9);  // no rotation about the vertical
     const double angle = std::acos((before * force).z() / kGravity);
     EXPECT_NEAR(turn.norm(), angle, 1e-7);
     const auto p = f.covariance().dense();
@@ -88,12 +88,12 @@ TEST(Alignment, LevellingTurnsByTheShortestWay) {
     EXPECT_NEAR(p(2, 2), 0.5 + 0.25 * angle * angle, 1e-7);
     EXPECT_EQ(p(0, 1), 0.0);
     EXPECT_EQ(p(0, 3), 0.0);
-    EXPECT_EQ(p(3, 4), 0.01);  // the bias keeps what is known of it
+    EXPECT_EQ(p(3, 4), 0.01);  // the bias covariance is kept
   }
 }
 
-TEST(Alignment, TurningTheHeadingTurnsAllThatIsSeenFromIt) {
-  Filter f = turned_filter();
+TEST(Alignment, TurningTheHeadingRotatesTheVelocity) {
+  Filter f = rotated_filter();
   f.set_velocity({1.0, 2.0});
   const Vector3d up_before = f.q_enu_body().inverse() * Vector3d::UnitZ();
   const double heading = compass_of_x<frame::Enu>(f.q_enu_body()).radians();
@@ -106,9 +106,9 @@ TEST(Alignment, TurningTheHeadingTurnsAllThatIsSeenFromIt) {
   EXPECT_NEAR(f.covariance()(2, 2), 0.01, 1e-15);
 }
 
-TEST(Alignment, ForgettingLeavesTheRestAlone) {
+TEST(Alignment, ForgettingKeepsTheOtherStates) {
   const AhrsParameters p;
-  Filter f = turned_filter();
+  Filter f = rotated_filter();
   f.set_bias({0.1, 0.2, 0.3});
   f.set_velocity({1.0, 2.0});
   align::forget_bias(f, p);
@@ -124,7 +124,7 @@ TEST(Alignment, ForgettingLeavesTheRestAlone) {
   EXPECT_EQ(f.covariance()(0, 1), 0.01);
 }
 
-TEST(AhrsLevel, StartsFromWhatCouldBeGravity) {
+TEST(AhrsLevel, StartsFromReadingsCloseToGravity) {
   AhrsLevel<double> level{AhrsParameters{}};
   Filter f;
   EXPECT_FALSE(level.start(f, Vector3d(0, 0, 0.4 * kGravity), Vector3d::Zero()));
@@ -138,8 +138,8 @@ TEST(AhrsLevel, StartsFromWhatCouldBeGravity) {
   EXPECT_NEAR(f.covariance()(0, 0), 0.0012 + 9.0 * 0.04 + 0.16, 1e-9);
 }
 
-// At rest the gyro reads its bias and the level comes out to what the forces say.
-TEST(AhrsLevel, AtRestFindsTheBias) {
+// At rest the gyro reads its bias and the tilt converges to the measured gravity.
+TEST(AhrsLevel, EstimatesTheBiasAtRest) {
   AhrsParameters p;
   AhrsLevel<double> level(p);
   Filter f;
@@ -160,7 +160,7 @@ TEST(AhrsLevel, AtRestFindsTheBias) {
   EXPECT_FALSE(level.at_rest());
 }
 
-TEST(AhrsLevel, UpsideDownIsFoundOut) {
+TEST(AhrsLevel, RecoversFromUpsideDown) {
   AhrsParameters p;
   AhrsLevel<double> level(p);
   Filter f;
@@ -185,57 +185,57 @@ Filter levelled() {
   return f;
 }
 
-/// A field of 48 µT dipping by 60° as a body with a compass heading sees it in a filter that takes
-/// its own x axis for east.
-Vector3d seen_from(double compass_of_x_deg) {
+/// A field of 48 µT and 60° dip measured at a compass heading, in a filter whose x axis points
+/// east.
+Vector3d field_at(double compass_of_x_deg) {
   const double turned = (compass_of_x_deg - 90.0) * kDegree;  // clockwise
   return SO3d::exp({0.0, 0.0, turned}) * Vector3d(0.0, 24.0, -24.0 * std::sqrt(3.0));
 }
 
-TEST(AhrsHeading, IsTakenFromTheFirstFieldAndHeldByTheNext) {
+TEST(AhrsHeading, InitialisesFromTheFirstField) {
   AhrsParameters p;
   p.declination = Angle::degrees(4.0);
   for (const double compass : {-150.0, 20.0, 90.0}) {
     AhrsHeading<double> heading(p);
     Filter f = levelled();
     EXPECT_FALSE(heading.known());
-    const auto first = heading.take(f, seen_from(compass), Vector3d::Zero(), 0.02);
+    const auto first = heading.update(f, field_at(compass), Vector3d::Zero(), 0.02);
     EXPECT_EQ(first.status, UpdateStatus::used);
     EXPECT_TRUE(heading.known());
-    // The field points to magnetic north: 4° east of the true one.
+    // Magnetic north is 4° east of true north.
     EXPECT_NEAR(
         std::remainder(compass_of_x<frame::Enu>(f.q_enu_body()).degrees() - compass - 4.0, 360.0),
         0.0, 1e-9);
-    // 0.17 rad of its own, and a level off by 1° in a field that dips by 60°: 1°·tan 60°.
+    // 0.17 rad of the reading, and a tilt error of 1° with a dip of 60°: 1°·tan 60°.
     EXPECT_NEAR(f.covariance()(2, 2), 0.17 * 0.17 + 3.0 * kDegree * kDegree, 1e-9);
   }
 }
 
-TEST(AhrsHeading, WaitsForTheLevelAndPassesPolesAndDisturbances) {
+TEST(AhrsHeading, WaitsForTheTiltAndRejectsPolesAndDisturbances) {
   AhrsParameters p;
   p.field_norm_uT = 48.0;
   p.field_dip = Angle::degrees(60.0);
   AhrsHeading<double> heading(p);
   Filter tilted = levelled();
   tilted.covariance().decouple(0, 1.0);
-  EXPECT_EQ(heading.take(tilted, seen_from(0), Vector3d::Zero(), 0.02).status,
+  EXPECT_EQ(heading.update(tilted, field_at(0), Vector3d::Zero(), 0.02).status,
             UpdateStatus::waiting);
   Filter f = levelled();
-  EXPECT_EQ(heading.take(f, Vector3d(0.0, 1.0, -48.0), Vector3d::Zero(), 0.02).status,
+  EXPECT_EQ(heading.update(f, Vector3d(0.0, 1.0, -48.0), Vector3d::Zero(), 0.02).status,
             UpdateStatus::disturbed);  // 89° steep
   EXPECT_FALSE(heading.known());
   heading.set(f, Angle::degrees(30.0), Angle::degrees(2.0));
   EXPECT_TRUE(heading.known());
   EXPECT_NEAR(compass_of_x<frame::Enu>(f.q_enu_body()).degrees(), 30.0, 1e-9);
-  EXPECT_EQ(heading.take(f, 2.0 * seen_from(90), Vector3d::Zero(), 0.02).status,
+  EXPECT_EQ(heading.update(f, 2.0 * field_at(90), Vector3d::Zero(), 0.02).status,
             UpdateStatus::disturbed);
   EXPECT_NEAR(compass_of_x<frame::Enu>(f.q_enu_body()).degrees(), 30.0, 1e-9);
   heading.forget();
   EXPECT_FALSE(heading.known());
 }
 
-// Each sensor's readings are judged before they touch anything.
-TEST(AhrsReadings, JudgesReadingsByTimeRangeAndNumber) {
+// Readings are checked before they change anything.
+TEST(AhrsReadings, ChecksTimeRangeAndFiniteness) {
   AhrsParameters p;
   AhrsReadings<double> ahrs(p);
   const Vector3d up(0.0, 0.0, kGravity), nothing = Vector3d::Zero();
@@ -247,24 +247,25 @@ TEST(AhrsReadings, JudgesReadingsByTimeRangeAndNumber) {
   EXPECT_EQ(ahrs.add_rate(at(0.02), {p.rate_range, 0.0, 0.0}), UpdateStatus::saturated);
   EXPECT_EQ(ahrs.add_rate(at(0.03), {5.0 * p.rate_range, 0.0, 0.0}), UpdateStatus::saturated);
   EXPECT_EQ(ahrs.add_rate(at(0.03), {0.0, std::nan(""), 0.0}), UpdateStatus::missing);
-  EXPECT_EQ(ahrs.add_rate(at(0.03), nothing), UpdateStatus::used);  // the absurd one took no time
+  EXPECT_EQ(ahrs.add_rate(at(0.03), nothing),
+            UpdateStatus::used);  // the rejected one did not advance time
   EXPECT_FALSE(ahrs.ready());
   EXPECT_EQ(ahrs.add_force(at(0.03), up), UpdateStatus::used);
   EXPECT_TRUE(ahrs.ready());
   EXPECT_EQ(ahrs.add_force(at(9.0), up),
-            UpdateStatus::waiting);  // the gyro has stopped long before
+            UpdateStatus::waiting);  // the gyro stopped long before
   const AhrsReport& report = ahrs.report();
   EXPECT_EQ(report.gyro.used, 3U);
   EXPECT_EQ(report.gyro.late, 1U);
   EXPECT_EQ(report.gyro.saturated, 2U);
   EXPECT_EQ(report.gyro.missing, 1U);
   EXPECT_EQ(report.accelerometer.waiting, 2U);
-  EXPECT_EQ(ahrs.add_rate(at(9.0), nothing), UpdateStatus::used);  // after a pause: begun anew
+  EXPECT_EQ(ahrs.add_rate(at(9.0), nothing), UpdateStatus::used);  // after a gap: restarts
   EXPECT_FALSE(ahrs.ready());
   EXPECT_EQ(report.restarts, 1U);
 }
 
-TEST(AhrsReadings, WithoutAMagnetometerFieldsAreNone) {
+TEST(AhrsReadings, IgnoresFieldsWithoutMagnetometer) {
   AhrsParameters p;
   p.use_magnetometer = false;
   AhrsReadings<double> ahrs(p);

@@ -19,7 +19,7 @@ std::vector<double> white(std::size_t n, double sigma, std::uint64_t seed) {
 }
 
 /// By the definition: means of m readings, m apart, starting at every reading.
-double plain_allan(const std::vector<double>& x, std::size_t m, bool hadamard) {
+double direct_allan(const std::vector<double>& x, std::size_t m, bool hadamard) {
   const auto mean = [&](std::size_t i) {
     double sum = 0.0;
     for (std::size_t k = 0; k < m; ++k) sum += x[i + k];
@@ -35,7 +35,7 @@ double plain_allan(const std::vector<double>& x, std::size_t m, bool hadamard) {
   return std::sqrt(squares / ((hadamard ? 6.0 : 2.0) * static_cast<double>(n)));
 }
 
-TEST(Allan, FollowsItsDefinitionUpToSixtyFourReadings) {
+TEST(Allan, EqualsTheDefinitionUpTo64Readings) {
   const auto x = white(700, 1.0, 3);
   AllanRecorder recorder(0.5);
   for (const double v : x) recorder.add(v + 1e3);
@@ -43,26 +43,26 @@ TEST(Allan, FollowsItsDefinitionUpToSixtyFourReadings) {
     for (const AllanPoint& p : hadamard ? recorder.hadamard() : recorder.allan()) {
       if (p.tau_s > 32.0) break;
       const auto m = static_cast<std::size_t>(std::lround(p.tau_s / 0.5));
-      EXPECT_NEAR(p.deviation, plain_allan(x, m, hadamard), 1e-9) << m;
+      EXPECT_NEAR(p.deviation, direct_allan(x, m, hadamard), 1e-9) << m;
     }
   }
 }
 
-TEST(Allan, LongAveragesInStepsAgreeWithEveryStart) {
+TEST(Allan, LongAveragesAgreeWithFullOverlap) {
   const auto x = white(20000, 1.0, 4);
   AllanRecorder recorder(1.0);
   for (const double v : x) recorder.add(v);
   int compared = 0;
   for (const AllanPoint& p : recorder.allan()) {
     if (p.tau_s < 65.0 || p.tau_s > 1100.0) continue;
-    const double every = plain_allan(x, static_cast<std::size_t>(std::lround(p.tau_s)), false);
+    const double every = direct_allan(x, static_cast<std::size_t>(std::lround(p.tau_s)), false);
     EXPECT_NEAR(p.deviation, every, 0.02 * every) << p.tau_s;
     ++compared;
   }
   EXPECT_GE(compared, 12);
 }
 
-TEST(Allan, OfWhiteNoiseFallsWithTheRootOfTime) {
+TEST(Allan, OfWhiteNoiseFallsWithTheSquareRootOfTime) {
   AllanRecorder recorder(0.01);
   for (const double v : white(200000, 2.0, 5)) recorder.add(v);
   for (const AllanPoint& p : recorder.allan()) {
@@ -71,7 +71,7 @@ TEST(Allan, OfWhiteNoiseFallsWithTheRootOfTime) {
   }
 }
 
-TEST(Allan, OfARampIsItsSlopeAndHadamardSeesNone) {
+TEST(Allan, OfARampIsItsSlopeAndHadamardIsZero) {
   AllanRecorder recorder(2.0);
   for (int i = 0; i < 5000; ++i) recorder.add(0.25 * 2.0 * i);
   for (const AllanPoint& p : recorder.allan())
@@ -79,8 +79,8 @@ TEST(Allan, OfARampIsItsSlopeAndHadamardSeesNone) {
   for (const AllanPoint& p : recorder.hadamard()) EXPECT_LT(p.deviation, 1e-9 * p.tau_s);
 }
 
-/// White noise N, flicker noise B, random walk K. Flicker noise as a sum of Gauss-Markov processes
-/// of equal variance B² ln r/π, their times r apart: over the band they span its density is
+/// White noise N, flicker noise B, random walk K. Flicker noise is a sum of Gauss-Markov processes
+/// of equal variance B² ln r/π with correlation times in ratio r: its density over their band is
 /// B²/(2πf).
 struct Mixed {
   double n, b, k;
@@ -111,8 +111,8 @@ struct Mixed {
   }
 };
 
-TEST(Allan, RecoversWhatSyntheticRecordsAreMadeOf) {
-  // White noise ends at 10 s, the walk begins at about 200 s, of 300 000 s.
+TEST(Allan, RecoversSyntheticCoefficients) {
+  // White noise dominates to 10 s, the random walk from about 200 s, of 300 000 s.
   const Mixed truth{2.0, 1.0, 0.08};
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const AllanFit fit = truth.fit(300000, seed);
@@ -124,16 +124,16 @@ TEST(Allan, RecoversWhatSyntheticRecordsAreMadeOf) {
   }
 }
 
-TEST(Allan, NamesOnlyWhatIsThere) {
+TEST(Allan, FindsOnlyWhiteNoiseInWhiteNoise) {
   AllanRecorder recorder(0.01);
   for (const double v : white(300000, 1.0, 9)) recorder.add(v);
   const AllanFit fit = fit_allan(recorder.allan());
   EXPECT_NEAR(fit.random_walk.value, 0.1, 0.01);
-  EXPECT_LT(fit.rate_random_walk.value, 3e-4);  // the walk would be 1/300 of the noise at 100 s
+  EXPECT_LT(fit.rate_random_walk.value, 3e-4);  // 1/300 of the noise at 100 s
   EXPECT_EQ(fit.random_walk.from_s, 0.01);
 }
 
-TEST(Allan, OfNothingSaysNothing) {
+TEST(Allan, EmptyAndConstantRecords) {
   const AllanRecorder none(0.01);
   EXPECT_TRUE(none.allan().empty());
   EXPECT_EQ(fit_allan(none.allan()).random_walk.value, 0.0);
@@ -165,8 +165,8 @@ TEST(GaussMarkovFit, RecoversSigmaAndTimeUnderWhiteNoise) {
   }
 }
 
-TEST(GaussMarkovFit, BlockMeansKeepTheirAutocorrelation) {
-  // Readings 0, 1, 2, 3 over and over: means of two are 0.5 and 2.5, ±1 about their mean.
+TEST(GaussMarkovFit, AutocorrelationOfBlockMeans) {
+  // Readings 0, 1, 2, 3 repeated: means of two are 0.5 and 2.5, ±1 about their mean.
   AutocorrelationRecorder recorder(1.0, 16);
   for (int i = 0; i < 16; ++i) recorder.add(i % 4);
   EXPECT_EQ(recorder.block_s(), 2.0);
@@ -177,11 +177,11 @@ TEST(GaussMarkovFit, BlockMeansKeepTheirAutocorrelation) {
   EXPECT_DOUBLE_EQ(r[2], 1.0);
 }
 
-TEST(GaussMarkovFit, WhiteNoiseAndARampHaveNone) {
+TEST(GaussMarkovFit, RampAndEmptyRecord) {
   AutocorrelationRecorder ramp(1.0);
   for (int i = 0; i < 1000; ++i) ramp.add(i);
   const GaussMarkovFit of_ramp = ramp.fit();
-  // A trend looks like a process slower than the record can tell.
+  // A trend looks like a process slower than the record.
   EXPECT_TRUE(!of_ramp.found || of_ramp.tau_s > 100.0);
   AutocorrelationRecorder empty(1.0);
   EXPECT_FALSE(empty.fit().found);

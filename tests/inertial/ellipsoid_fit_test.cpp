@@ -16,11 +16,11 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 const Vector3d kCentre(40.0, -25.0, 110.0);
-/// Half axes of about 33, 55 and 45, turned.
+/// Half axes of about 33, 55 and 45, rotated.
 const Matrix3d kMatrix =
     (Matrix3d() << 0.030, 0.002, -0.001, 0.002, 0.0185, 0.0005, -0.001, 0.0005, 0.022).finished();
 
-/// On the ellipsoid but for `noise`, as part of the radius, along it.
+/// On the ellipsoid with radial `noise`, relative to the radius.
 std::vector<Vector3d> points(Rng& rng, int count, double noise = 0.0) {
   std::vector<Vector3d> result;
   for (int i = 0; i < count; ++i) {
@@ -43,17 +43,16 @@ TEST(EllipsoidFit, FindsAKnownEllipsoid) {
   }
 }
 
-// Points moved and stretched give the ellipsoid moved and stretched, from millimetres to light
-// years from the origin as long as the shape is in the numbers.
-TEST(EllipsoidFit, GoesWithItsPoints) {
+// Translated and scaled points give the translated and scaled ellipsoid.
+TEST(EllipsoidFit, IsEquivariantUnderTranslationAndScale) {
   Rng rng(2);
-  const auto at_home = points(rng, 100, 0.01);
-  const auto fit = fit_ellipsoid(at_home);
+  const auto original = points(rng, 100, 0.01);
+  const auto fit = fit_ellipsoid(original);
   ASSERT_TRUE(fit);
   for (const double scale : {1e-6, 1.0, 1e6}) {
     const Vector3d shift = scale * Vector3d(3e4, -1e4, 500.0);
     std::vector<Vector3d> moved;
-    for (const Vector3d& p : at_home) moved.push_back(scale * p + shift);
+    for (const Vector3d& p : original) moved.push_back(scale * p + shift);
     const auto other = fit_ellipsoid(moved);
     ASSERT_TRUE(other);
     EXPECT_LT((other->centre - (scale * fit->centre + shift)).norm(), 1e-6 * scale);
@@ -62,9 +61,9 @@ TEST(EllipsoidFit, GoesWithItsPoints) {
   }
 }
 
-// Over many sets the errors have the covariance each fit claims: their mean square, each over its
-// variance, is one (200 sets: ±0.2 for four standard deviations of a parameter's mean).
-TEST(EllipsoidFit, CovarianceIsThatOfTheErrors) {
+// The mean normalised squared error over many sets is one (200 sets: ±0.2 for four standard
+// deviations of a parameter's mean).
+TEST(EllipsoidFit, CovarianceMatchesTheErrors) {
   Rng rng(3);
   Eigen::Matrix<double, 9, 1> ratio = Eigen::Matrix<double, 9, 1>::Zero();
   constexpr int kSets = 200;
@@ -79,19 +78,19 @@ TEST(EllipsoidFit, CovarianceIsThatOfTheErrors) {
   for (int i = 0; i < 9; ++i) EXPECT_NEAR(ratio[i], 1.0, 0.45) << "parameter " << i;
 }
 
-TEST(EllipsoidFit, ATenthOfWildPointsDoesNotPull) {
+TEST(EllipsoidFit, IsRobustAgainstTenPercentOutliers) {
   Rng rng(4);
-  auto some_wild = points(rng, 400, 0.005);
-  for (std::size_t i = 0; i < some_wild.size(); i += 10)
-    some_wild[i] = kCentre + 1.5 * (some_wild[i] - kCentre);
-  const auto fit = fit_ellipsoid(some_wild);
+  auto with_outliers = points(rng, 400, 0.005);
+  for (std::size_t i = 0; i < with_outliers.size(); i += 10)
+    with_outliers[i] = kCentre + 1.5 * (with_outliers[i] - kCentre);
+  const auto fit = fit_ellipsoid(with_outliers);
   ASSERT_TRUE(fit);
   EXPECT_LT((fit->centre - kCentre).norm(), 0.3);
   EXPECT_NEAR(fit->matrix.determinant() / kMatrix.determinant(), 1.0, 0.02);
   EXPECT_NEAR(fit->residual, 0.005, 0.0015);
 }
 
-TEST(EllipsoidFit, RefusesPointsThatDoNotDetermineIt) {
+TEST(EllipsoidFit, RejectsPointsThatDoNotDetermineIt) {
   Rng rng(5);
   EXPECT_FALSE(fit_ellipsoid({}));
   EXPECT_FALSE(fit_ellipsoid(points(rng, 8)));
@@ -108,9 +107,9 @@ TEST(EllipsoidFit, RefusesPointsThatDoNotDetermineIt) {
   EXPECT_FALSE(fit_ellipsoid(line));
   EXPECT_FALSE(fit_ellipsoid(repeated));
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e308}) {
-    auto spoilt = points(rng, 50);
-    spoilt[17].y() = bad;
-    EXPECT_FALSE(fit_ellipsoid(spoilt)) << bad;
+    auto corrupted = points(rng, 50);
+    corrupted[17].y() = bad;
+    EXPECT_FALSE(fit_ellipsoid(corrupted)) << bad;
   }
 }
 

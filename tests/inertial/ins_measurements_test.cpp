@@ -39,7 +39,7 @@ CorrectedRange satellite() {
   return s;
 }
 
-/// h of the model against central differences of its innovation (z − h(x): the sign turns).
+/// h of the model against central differences of its innovation (z − h(x): opposite sign).
 template <class Model>
 void expect_derivative(const Model& model, double tolerance) {
   const State x = some_state();
@@ -49,7 +49,7 @@ void expect_derivative(const Model& model, double tolerance) {
       tests::numeric_gradient([&](const State& s) { return -model(s).innovation; }, x, step);
   const auto h = testing::FilterLaws<State>::dense(model(x).row);
   for (int i = 0; i < h.size(); ++i) {
-    // The gyros' scale moves a lever arm's swing too; the models leave that out.
+    // The models neglect the gyro scale in the lever arm's velocity.
     if (i >= ins_state::kGyroScale && i < ins_state::kAccelScale) continue;
     EXPECT_NEAR(h[i], numeric[i], tolerance) << "entry " << i;
   }
@@ -58,21 +58,21 @@ void expect_derivative(const Model& model, double tolerance) {
 TEST(RangeModel, RowIsTheDerivative) {
   const LocalTangentPlane plane(kAnchor);
   const SatelliteView view(satellite(), plane);
-  // Differences of 2e7 m leave 4e-9 m; over 2e-4 rad that is 2e-5.
+  // Rounding of 2e7 m is 4e-9 m; over 2e-4 rad that is 2e-5.
   expect_derivative(RangeModel<double, 2>{plane, view, 1000.0, 4.0, kLever, -1}, 5e-5);
   expect_derivative(RangeModel<double, 2>{plane, view, 1000.0, 4.0, kLever, 1}, 5e-5);
 }
 
 TEST(RangeRateModel, RowIsTheDerivative) {
   const LocalTangentPlane plane(kAnchor);
-  // The local level turns with position, by the velocity over the Earth's radius: left out.
+  // The model neglects the rotation of the local level with position.
   expect_derivative(RangeRateModel<double, 2>{plane, SatelliteView(satellite(), plane), 150.0, 0.01,
                                               kLever, kGyro},
                     5e-6);
 }
 
-// Range and rate of a state written out in ECEF.
-TEST(RangeModel, InnovationIsTheGeometry) {
+// Range and range rate of a state computed in ECEF.
+TEST(RangeModel, InnovationMatchesTheGeometry) {
   const LocalTangentPlane plane(kAnchor);
   const State x = some_state();
   const CorrectedRange s = satellite();
@@ -94,7 +94,7 @@ TEST(RangeModel, InnovationIsTheGeometry) {
   EXPECT_NEAR(rates(x).innovation, s.range_rate_mps - u.dot(s.velocity_ecef_mps - v) - 3.0, 1e-9);
 }
 
-// Ranges of 23 000 km in single precision: millimetres survive.
+// Ranges of 23 000 km in single precision, to millimetres.
 TEST(RangeModel, SinglePrecisionKeepsMillimetres) {
   const LocalTangentPlane plane(kAnchor);
   const SatelliteView view(satellite(), plane);
@@ -112,10 +112,10 @@ TEST(Constraints, RowsAreDerivatives) {
   expect_derivative(ZeroTurnRateModel<double, 2>{2, 0.001, 1e-6}, 1e-9);
   expect_derivative(AntennaPositionModel<double, 2>{plane, Vector3d(1190.0, -2795.0, 14.0),
                                                     Vector3d(0.6, 0.0, 0.8), kLever, 1.0},
-                    3e-4);  // scales of the chart change with position
+                    3e-4);  // scales of the plane change with position
 }
 
-TEST(Constraints, AntennaVelocityIsTheUnitsAndItsSwing) {
+TEST(Constraints, AntennaVelocityIncludesTheLeverArm) {
   const State x = some_state();
   const Vector3d direction(0.48, -0.64, 0.6), measured(11.0, -6.0, 0.2);
   const AntennaVelocityModel<double, 2> model{measured, direction, kLever, kGyro, 0.04};
@@ -123,7 +123,7 @@ TEST(Constraints, AntennaVelocityIsTheUnitsAndItsSwing) {
   const Vector3d want = x.velocity_mps + x.q_nu * Vector3d(rate.cross(kLever));
   EXPECT_NEAR(model(x).innovation, direction.dot(measured - want), 1e-14);
   EXPECT_EQ(model(x).variance, 0.04);
-  // The gyros' biases move the swing too; the model leaves that out.
+  // The model neglects the gyro biases in the lever arm's velocity.
   const auto h = testing::FilterLaws<State>::dense(model(x).row);
   TangentOf<State> step = TangentOf<State>::Constant(1e-4);
   const auto numeric =
@@ -132,7 +132,7 @@ TEST(Constraints, AntennaVelocityIsTheUnitsAndItsSwing) {
   for (int i = ins_state::kGyroBias; i < h.size(); ++i) EXPECT_EQ(h[i], 0.0) << i;
 }
 
-// A point of the vehicle that stands still while the unit swings about it says nothing is moving.
+// The point at the lever arm stands still while the unit rotates about it.
 TEST(Constraints, BodyVelocityIsThatOfThePointAtTheLever) {
   State x = some_state();
   const Vector3d rate = kGyro - x.gyro_bias_radps;
@@ -143,7 +143,7 @@ TEST(Constraints, BodyVelocityIsThatOfThePointAtTheLever) {
   }
 }
 
-TEST(InsFilterOnPacks, UpdatesLikeOneByOne) {
+TEST(InsFilterOnPacks, EqualsSeparateFilters) {
   using P = Pack<double, 4>;
   const auto p = InsFilter<double, 0>::Square(0.01 * InsFilter<double, 0>::Square::Identity());
   InsState<double, 0> x;
@@ -157,7 +157,7 @@ TEST(InsFilterOnPacks, UpdatesLikeOneByOne) {
     one.predict(still);
     many.predict(still);
     EXPECT_TRUE(one.update_range(s, 2.0, 5.0).accepted);
-    // Lane 2 refuses: its gate is shut.
+    // Lane 2 rejects: its gate is closed.
     P gate(5.0);
     gate.set(2, 1e-9);
     const auto u = many.update_range(s, P(2.0), gate);
@@ -165,7 +165,7 @@ TEST(InsFilterOnPacks, UpdatesLikeOneByOne) {
     one.update_range_rate(s, 0.1, 1e9);
     many.update_range_rate(s, P(0.1), P(1e9));
   }
-  // Rates that do not fit throw the state far at every update, which magnifies rounding.
+  // Inconsistent rates move the state far at every update, which magnifies rounding.
   for (int lane : {0, 1, 3}) {
     for (int i = 0; i < 23; ++i) {
       EXPECT_NEAR(many.covariance()(i, i)[lane], one.covariance()(i, i),

@@ -59,8 +59,8 @@ Eigen::Matrix<double, N, N> some_covariance(std::uint64_t seed) {
 TEST(InsState, IsAManifold) { testing::ManifoldLaws<InsState<double, 0>>{}.check(); }
 TEST(InsState, IsAManifoldWithMoreClocks) { testing::ManifoldLaws<InsState<double, 3>>{}.check(); }
 
-// What Φ leaves out on purpose is below 1e-6 of an error per second: gravity's change with height
-// (3e-6/s²), the transport rate's with velocity (2e-7/m), second-order terms of the step.
+// Φ neglects terms below 1e-6 of an error per second: gravity gradient (3e-6/s²), derivative of the
+// transport rate by velocity (2e-7/m), second-order terms of the step.
 TEST(InsModel, PhiIsTheDerivativeOfTheStep) {
   const LocalTangentPlane c = plane();
   const InsModel<double, 1> model(c, InsNoise<double>(ImuNoise{}, {}));
@@ -73,7 +73,7 @@ TEST(InsModel, PhiIsTheDerivativeOfTheStep) {
   const auto phi = model(x, kTurning).transition.phi();
   for (int i = 0; i < phi.rows(); ++i) {
     for (int j = 0; j < phi.cols(); ++j) {
-      // Signals turn within the step: T²/2 of forces and rates, below 6e-4 m/s and 4e-5 rad.
+      // Rotation within the step: T²/2 of forces and rates, below 6e-4 m/s and 4e-5 rad.
       const bool unit = j >= ins_state::kAttitude && j < ins_state::kClock;
       const double tolerance = !unit ? 2e-6 : i < ins_state::kAttitude ? 6e-4 : 4e-5;
       EXPECT_NEAR(phi(i, j), numeric(i, j), tolerance) << i << ", " << j;
@@ -81,8 +81,7 @@ TEST(InsModel, PhiIsTheDerivativeOfTheStep) {
   }
 }
 
-// Of a rate that noise alone could have made the filter learns no scale: a regressor made of the
-// noise it is regressed on would draw it to one side.
+// A rate explained by noise alone must not update the scale, whose estimate it would bias.
 TEST(InsModel, NoiseIsNoEvidenceOfScale) {
   const LocalTangentPlane c = plane();
   const InsModel<double, 0> model(c, InsNoise<double>(ImuNoise{}, {}));
@@ -96,7 +95,6 @@ TEST(InsModel, NoiseIsNoEvidenceOfScale) {
   EXPECT_NEAR(f.scale_force.y(), -0.15, 1e-12);
 }
 
-// Twice the rate: the covariance step's second-order errors vanish with the step's square.
 TEST(InsModel, SparsePropagationIsTheDenseProduct) {
   const LocalTangentPlane c = plane();
   {
@@ -115,8 +113,8 @@ using Packs = ::testing::Types<Pack<double, 2>, Pack<double, 4>, Pack<double, 8>
                                Pack<float, 8>, Pack<float, 16>>;
 TYPED_TEST_SUITE(InsPacks, Packs);
 
-// Every lane has its own noise and its own start; each must do what a filter of its own does.
-TYPED_TEST(InsPacks, EveryLaneIsAFilterOfItsOwn) {
+// Every lane has its own noise and initial state, and must match a separate filter.
+TYPED_TEST(InsPacks, LanesAreIndependentFilters) {
   using P = TypeParam;
   using T = typename P::Lane;
   const LocalTangentPlane c = plane();

@@ -1,4 +1,4 @@
-// Navigation by one gyro and wheels, in latitude and longitude and in a plane; how its errors grow.
+// Navigation with one gyro and wheels, in latitude and longitude and in a plane; error growth.
 
 #include <wayfare/inertial/reduced_ins.hpp>
 
@@ -14,7 +14,7 @@
 namespace wayfare {
 namespace {
 
-TEST(ReducedIns, GoesTheSameWayOnTheEarthAsInThePlane) {
+TEST(ReducedIns, GeodeticAndPlanarPathsAgree) {
   const Geodetic origin{Angle::degrees(44.2), Angle::degrees(-76.5), 80.0};
   const LocalPlane plane{origin, Angle::degrees(37)};
   GeodeticHeading on_earth{origin, plane.azimuth_of_x};
@@ -29,19 +29,19 @@ TEST(ReducedIns, GoesTheSameWayOnTheEarthAsInThePlane) {
   const GeodeticHeading expected = plane.geodetic(in_plane);
   const Eigen::Vector3d apart = ned_from_geodetic(on_earth.position, expected.position);
   EXPECT_LT(apart.head<2>().norm(), 0.02);
-  // The plane's x axis is not quite north's neighbour 600 m on: meridians converge.
+  // Meridian convergence over 600 m.
   EXPECT_NEAR(wrap_to_pi((on_earth.azimuth - expected.azimuth).radians()), 0.0, 2e-4);
 }
 
-TEST(ReducedIns, TurnsWithTheEarthWhereItStands) {
-  // A vehicle that stands turns with the Earth, and its gyro feels all of that: azimuth stays.
+TEST(ReducedIns, CompensatesTheEarthRateAtStandstill) {
+  // At standstill the gyro measures the Earth rate; the azimuth is constant.
   const Geodetic at{Angle::degrees(60), Angle::degrees(10), 0.0};
   const GeodeticHeading start{at, Angle::degrees(30)};
   const double measured = wgs84::kEarthRate_radps * std::sin(at.latitude.radians());
   EXPECT_NEAR(level_rate_rad_s(at, 0.0), measured, 1e-12);
   const auto later = advance(start, measured, 0.0, 3600.0);
   EXPECT_NEAR(later.azimuth.degrees(), 30.0, 1e-9);
-  // Gyro up is counter-clockwise: azimuth goes down as it turns (Liu's signs agree only so).
+  // The upward gyro is positive counter-clockwise: the azimuth decreases (Liu's signs).
   EXPECT_NEAR(advance(start, measured + 0.01, 0.0, 10.0).azimuth.radians(),
               start.azimuth.radians() - 0.1, 1e-12);
 }
@@ -60,21 +60,21 @@ CorridorVector some_state() {
 const CorridorInput kInput{
     .dt_s = 0.2, .turn_rate_rad_s = 0.4, .speed_m_s = 0.7, .speed_before_m_s = 0.6};
 
-TEST(CorridorMotion, DerivativeIsThatOfTheStep) {
+TEST(CorridorMotion, PhiIsTheDerivativeOfTheStep) {
   const CorridorMotion motion({.bias_tau_s = 5.0});
   const auto step = motion(some_state(), kInput);
   for (int i = 0; i < kSize; ++i) {
     const double h = 1e-6;
     CorridorVector up = some_state(), down = some_state();
     up[i] += h, down[i] -= h;
-    // v_x and v_y follow from the speed and the heading; what they were before has no say.
+    // v_x and v_y follow from speed and heading, not from their previous values.
     const CorridorVector slope = (motion(up, kInput).state - motion(down, kInput).state) / (2 * h);
     for (int j = 0; j < kSize; ++j) EXPECT_NEAR(step.phi(j, i), slope[j], 1e-7) << j << ' ' << i;
   }
 }
 
 TEST(CorridorMotion, GaussMarkovPartsAreExactForAnyStep) {
-  // One step of 2 s and forty of 50 ms: the same variance and the same correlation left.
+  // One step of 2 s and forty of 50 ms give the same state and variance.
   const CorridorNoise noise{.bias_sigma_rad_s = 1e-3,
                             .bias_tau_s = 3.0,
                             .acceleration_sigma_m_s2 = 0.1,
@@ -90,13 +90,13 @@ TEST(CorridorMotion, GaussMarkovPartsAreExactForAnyStep) {
     EXPECT_NEAR(once.state()[i], often.state()[i], 1e-12);
     EXPECT_NEAR(once.covariance()(i, i), often.covariance()(i, i), 1e-14);
   }
-  // A process left alone ends in its stationary variance.
+  // Without measurements the variance becomes stationary.
   input.dt_s = 100.0;
   once.predict(motion, input);
   EXPECT_NEAR(std::sqrt(once.covariance()(kBiasWalk, kBiasWalk)), 1e-3, 1e-9);
 }
 
-TEST(CorridorMotion, KeepsItsCovarianceOne) {
+TEST(CorridorMotion, KeepsTheCovarianceValid) {
   const Ekf<CorridorVector> filter(some_state(), 1e-3 * CorridorMatrix::Identity());
   testing::FilterLaws<CorridorVector>{filter}.check_predict(CorridorMotion(), kInput);
   CorridorInput rest = kInput;

@@ -1,7 +1,8 @@
-// What watches the readings of an inertial unit: their times, rest, noise, the magnetic field.
+// Checks of inertial readings: time stamps, rest, noise, magnetic field.
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -19,6 +20,7 @@ namespace {
 
 using Eigen::Vector3d;
 using Verdict = SampleClock::Verdict;
+using tests::at;
 
 Vector3d noise(Rng& rng, double sigma) {
   const double x = rng.normal(), y = rng.normal();
@@ -31,27 +33,27 @@ TEST(SampleClock, GivesTheStepBetweenReadingsInOrder) {
   EXPECT_EQ(clock.check(at(5.0)), Verdict::first);
   EXPECT_EQ(clock.check(at(5.25)), Verdict::next);
   EXPECT_EQ(clock.step_s(), 0.25);
-  EXPECT_EQ(clock.check(at(5.25)), Verdict::late);  // the same again
+  EXPECT_EQ(clock.check(at(5.25)), Verdict::late);  // duplicate
   EXPECT_EQ(clock.check(at(5.1)), Verdict::late);
   EXPECT_EQ(clock.check(at(5.5)), Verdict::next);
-  EXPECT_EQ(clock.step_s(), 0.25);  // from the last in order, not from the late ones
+  EXPECT_EQ(clock.step_s(), 0.25);  // from the last reading in order
   EXPECT_EQ(clock.last(), at(5.5));
   clock.forget();
   EXPECT_FALSE(clock.started());
   EXPECT_EQ(clock.check(at(2.0)), Verdict::first);
 }
 
-TEST(SampleClock, BeginsAnewWhereTheClockWasSetBack) {
+TEST(SampleClock, RestartsAfterTheClockWasSetBack) {
   SampleClock clock(1.0);
   (void)clock.check(at(100.0));
-  double refused_until = 0.0;
-  for (double t = 3.0; clock.check(at(t)) == Verdict::late; t += 0.1) refused_until = t;
-  EXPECT_NEAR(refused_until, 4.0, 0.05);  // a second of nothing else
+  double rejected_until = 0.0;
+  for (double t = 3.0; clock.check(at(t)) == Verdict::late; t += 0.1) rejected_until = t;
+  EXPECT_NEAR(rejected_until, 4.0, 0.05);  // after a second of late readings only
   EXPECT_EQ(clock.check(at(4.2)), Verdict::next);
 }
 
-// Late readings now and then, however many in all, are no clock set back.
-TEST(SampleClock, StragglersAreNoClockSetBack) {
+// Occasional late readings, however many in total, are not a clock set back.
+TEST(SampleClock, OccasionalLateReadingsDoNotRestart) {
   SampleClock clock(1.0);
   for (int i = 0; i < 1000; ++i) {
     EXPECT_EQ(clock.check(at(0.01 * i)), i == 0 ? Verdict::first : Verdict::next);
@@ -59,12 +61,12 @@ TEST(SampleClock, StragglersAreNoClockSetBack) {
       EXPECT_EQ(clock.check(at(0.01 * (i - 50))), Verdict::late);
     }
   }
-  // Nor is a jumble that gets nowhere.
+  // Nor are shuffled times without progress.
   for (int i = 0; i < 1000; ++i)
     EXPECT_EQ(clock.check(at(5.0 + 0.01 * (i * 37 % 101))), Verdict::late) << i;
 }
 
-TEST(RestDetector, CountsFromWhenEverythingIsStill) {
+TEST(RestDetector, MeasuresTheTimeSinceTheLastMotion) {
   Rng rng(1);
   RestDetector<double> rest(0.05, 0.5);
   const Vector3d bias(0.01, -0.02, 0.005), up(0.3, -0.2, 9.8);
@@ -74,31 +76,31 @@ TEST(RestDetector, CountsFromWhenEverythingIsStill) {
       rest.add_force(up + noise(rng, force_sigma), 0.01);
     }
   };
-  // From zero its averages, half a second long, have to find gravity first: 9.8 m/s² falls below
-  // half a metre after about 3 time constants.
+  // Its averages of half a second start at zero and converge to gravity first: 9.8 m/s² decays
+  // below 0.5 m/s² in about 3 time constants.
   feed(10.0, 0.004, 0.05);
   EXPECT_GT(rest.still_s(), 7.0);
   EXPECT_LT(rest.still_s(), 10.0);
   EXPECT_LT((rest.mean_rate() - bias).norm(), 0.002);
-  feed(1.0, 0.2, 0.05);  // turned about
+  feed(1.0, 0.2, 0.05);  // rotated
   EXPECT_LT(rest.still_s(), 0.2);
   feed(5.0, 0.004, 0.05);
   EXPECT_GT(rest.still_s(), 3.0);
-  feed(1.0, 0.004, 2.0);  // shaken without a turn
+  feed(1.0, 0.004, 2.0);  // vibration without rotation
   EXPECT_LT(rest.still_s(), 0.2);
   feed(5.0, 0.004, 0.05);
   rest.reset();
   EXPECT_EQ(rest.still_s(), 0.0);
 }
 
-TEST(RestDetector, OneSensorMovingIsNoRest) {
+TEST(RestDetector, NeedsBothSensors) {
   RestDetector<float> rest(0.05F, 0.5F);
   for (int i = 0; i < 1000; ++i) rest.add_rate(Eigen::Vector3f::Zero(), 0.01F);
-  EXPECT_EQ(rest.still_s(), 0.0F);  // nothing is known of the forces
+  EXPECT_EQ(rest.still_s(), 0.0F);  // no forces yet
 }
 
-// Variance of the angle: (σ² + s²ω²)·dt white, so that steps add up whatever their length.
-TEST(GyroNoise, OfWhiteNoiseAddsUpOverSteps) {
+// Variance of the angle: (σ² + s²ω²)·dt, additive over steps of any length.
+TEST(GyroNoise, WhiteNoiseIsAdditiveOverSteps) {
   AhrsParameters p;
   const Vector3d rate(1.0, -2.0, 2.0);
   GyroNoise<double> noise(p);
@@ -110,9 +112,9 @@ TEST(GyroNoise, OfWhiteNoiseAddsUpOverSteps) {
   EXPECT_NEAR(noise.bias_variance(4.0), 4.0 * p.bias_walk * p.bias_walk, 1e-18);
 }
 
-// A saturated sensor is off by part·ω all the time: (part·ω·t)² after t, at any rate of readings,
-// and a new count after it recovered.
-TEST(GyroNoise, OfASaturatedSensorGrowsWithTime) {
+// A saturated sensor has a constant error fraction·ω: variance (fraction·ω·t)² after t, at any
+// sampling rate, restarting after recovery.
+TEST(GyroNoise, SaturationGrowsWithTime) {
   AhrsParameters p;
   p.rate_noise = p.rate_scale_noise = 0.0;
   p.saturated_part = 0.3;
@@ -129,7 +131,7 @@ TEST(GyroNoise, OfASaturatedSensorGrowsWithTime) {
   }
 }
 
-TEST(GyroNoise, OfACoarseStepIsHalfTheChangeOfRate) {
+TEST(GyroNoise, CoarseStepAddsHalfTheChangeOfRate) {
   AhrsParameters p;
   p.rate_noise = p.rate_scale_noise = 0.0;
   GyroNoise<double> noise(p);
@@ -139,11 +141,11 @@ TEST(GyroNoise, OfACoarseStepIsHalfTheChangeOfRate) {
 }
 
 using Gate = MagneticGate<double>;
-using tests::at;
 
 /// `dip_deg` below the horizon, towards `heading_deg` east of north.
 Vector3d field(double norm_uT, double dip_deg, double heading_deg = 0.0) {
-  const double dip = dip_deg * M_PI / 180.0, heading = heading_deg * M_PI / 180.0;
+  const double dip = dip_deg * std::numbers::pi / 180.0,
+               heading = heading_deg * std::numbers::pi / 180.0;
   return norm_uT * Vector3d(std::cos(dip) * std::sin(heading), std::cos(dip) * std::cos(heading),
                             -std::sin(dip));
 }
@@ -152,11 +154,11 @@ Vector3d field(double norm_uT, double dip_deg, double heading_deg = 0.0) {
 Gate::Field feed(Gate& gate, const Vector3d& f, double seconds, bool turning = false) {
   Gate::Field last{};
   for (int i = 0; i < static_cast<int>(std::lround(seconds * 50.0)); ++i)
-    last = gate.take(f, 0.02, turning);
+    last = gate.update(f, 0.02, turning);
   return last;
 }
 
-TEST(MagneticGate, LearnsTheFieldAndTellsAnotherByStrengthAndDip) {
+TEST(MagneticGate, LearnsTheFieldAndDetectsOthersByStrengthAndDip) {
   AhrsParameters p;
   p.field_norm_gate = 0.1;
   p.field_dip_gate = Angle::degrees(10.0);
@@ -175,13 +177,13 @@ TEST(MagneticGate, LearnsTheFieldAndTellsAnotherByStrengthAndDip) {
     EXPECT_EQ(feed(gate, field(50, 65), 0.9), Gate::Field::settling);
     EXPECT_EQ(feed(gate, field(50, 65), 0.3), Gate::Field::earth);
     EXPECT_NEAR(gate.earth().norm(), 50.0, 1e-9);
-    gate.forget_average();  // as where the world was turned under it
-    EXPECT_EQ(gate.take(field(c.norm, c.dip, c.heading), 0.02, false), c.want)
+    gate.forget_average();  // as after a heading reset
+    EXPECT_EQ(gate.update(field(c.norm, c.dip, c.heading), 0.02, false), c.want)
         << c.norm << ' ' << c.dip << ' ' << c.heading;
   }
 }
 
-TEST(MagneticGate, SettlesAnewAfterADisturbance) {
+TEST(MagneticGate, SettlesAgainAfterADisturbance) {
   AhrsParameters p;
   Gate gate(p);
   feed(gate, field(50, 65), 30.0);
@@ -191,7 +193,7 @@ TEST(MagneticGate, SettlesAnewAfterADisturbance) {
   EXPECT_NEAR(gate.earth().norm(), 50.0, 0.1);
 }
 
-TEST(MagneticGate, TakesANewPlacesFieldWhileTheBodyTurnsOnly) {
+TEST(MagneticGate, RelearnsOnlyWhileTurning) {
   AhrsParameters p;
   p.field_relearn_s = 20.0;
   Gate still(p), turning(p);
@@ -206,7 +208,7 @@ TEST(MagneticGate, TakesANewPlacesFieldWhileTheBodyTurnsOnly) {
   EXPECT_NEAR(turning.earth().norm(), 40.0, 0.5);
 }
 
-TEST(MagneticGate, AGivenFieldStaysAsItIs) {
+TEST(MagneticGate, GivenFieldIsFixed) {
   AhrsParameters p;
   p.field_norm_uT = 48.0;
   p.field_dip = Angle::degrees(60.0);

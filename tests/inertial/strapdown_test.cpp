@@ -1,6 +1,7 @@
 #include <wayfare/inertial/strapdown.hpp>
 
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Takes a signal of rates and forces through integrate() and strapdown_step().
+/// Integrates a signal of rates and forces by integrate() and strapdown_step().
 template <class Signal>
 Navigation<double> run(const LocalTangentPlane& plane, Navigation<double> x, const Signal& signal,
                        double dt, int steps) {
@@ -21,9 +22,9 @@ Navigation<double> run(const LocalTangentPlane& plane, Navigation<double> x, con
   return x;
 }
 
-// At rest a unit feels the Earth turn and gravity; an hour later it must still be there. (The
-// height is unstable by itself, but not within the rounding of an hour.)
-TEST(Strapdown, RestsOnTheTurningEarth) {
+// At rest a unit measures the Earth rate and gravity; after an hour it must not have moved. (The
+// vertical channel is unstable, but not visibly within an hour's rounding.)
+TEST(Strapdown, StaysAtRestOnTheRotatingEarth) {
   const LocalTangentPlane plane({Angle::degrees(52.0), Angle::degrees(13.0), 40.0});
   const EarthAt<double> at = plane.earth<double>(Vector3d::Zero());
   const SO3d q = SO3d::exp(Vector3d(0.1, -0.2, 2.0));
@@ -38,11 +39,10 @@ TEST(Strapdown, RestsOnTheTurningEarth) {
   EXPECT_LT(end.q_nu.minus(q).norm(), 1e-9);
 }
 
-// Classical coning: the axis describes a cone of half angle β at frequency Ω, and a gyro integrated
-// rate by rate drifts by β²Ω/2 rad/s (Savage 1998, part 1). With 20 samples a turn of the cone the
-// two-sample term leaves less than a hundredth of that.
+// Classical coning: the axis describes a cone of half angle β at frequency Ω, and plain integration
+// of the rates drifts by β²Ω/2 rad/s (Savage 1998, part 1).
 TEST(Strapdown, FollowsConing) {
-  const double beta = 0.02, omega = 2.0 * 3.141592653589793 * 5.0, dt = 0.01;
+  const double beta = 0.02, omega = 2.0 * std::numbers::pi * 5.0, dt = 0.01;
   // Attitude: rotation vector β (cos Ωt, sin Ωt, 0); its body rate in closed form.
   const auto attitude = [&](double t) {
     return SO3d::exp(beta * Vector3d(std::cos(omega * t), std::sin(omega * t), 0.0));
@@ -60,13 +60,13 @@ TEST(Strapdown, FollowsConing) {
     plain = plain * SO3d::exp(0.5 * dt * (a + b));
   }
   const double drift = 0.5 * beta * beta * omega * steps * dt;  // 0.13 rad
-  // The trapezoid rule loses (Ω dt)²/12 of the cone's angle too, alike in both.
+  // Both lose (Ω dt)²/12 of the cone's angle by the trapezoidal rule.
   EXPECT_LT(full.minus(attitude(steps * dt)).norm(), 0.15 * drift);
   EXPECT_LT(full.minus(attitude(steps * dt)).norm(),
             0.8 * plain.minus(attitude(steps * dt)).norm());
 }
 
-// Second order: half the step, a quarter of the error, for rates and forces that turn together.
+// Second order: half the step, a quarter of the error.
 TEST(Strapdown, ConvergesToSecondOrder) {
   const LocalTangentPlane plane({Angle::degrees(40.0), Angle::degrees(-105.0), 1600.0});
   const auto signal = [](double t) {

@@ -1,4 +1,4 @@
-// Faults on the way through corridors: gates hold, the filter recovers, the report tells.
+// Faults in corridors: gates reject them, the filter recovers, the report lists them.
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 
 using examples::Aiding;
 
-/// One long corridor to be in for two minutes.
+/// One long corridor for two minutes of driving.
 sim::CorridorDriveParams params_of() {
   sim::CorridorDriveParams p;
   p.place.lengths_m = {80.0, 10.0, 10.0};
@@ -41,7 +41,7 @@ struct Fault {
     return (e.pose.translation() - sim::true_pose_at(drive.recording.truth, e.time).translation())
         .norm();
   }
-  /// How many standard deviations the position misses by, where it misses by most.
+  /// Largest position error in standard deviations.
   [[nodiscard]] double worst_sigmas(double from_s) const {
     double worst = 0.0;
     for (const CorridorEpoch& e : run.epochs) {
@@ -51,7 +51,7 @@ struct Fault {
     }
     return worst;
   }
-  [[nodiscard]] bool tells(const std::string& what) const {
+  [[nodiscard]] bool has_event(const std::string& what) const {
     return std::any_of(run.report.events.begin(), run.report.events.end(),
                        [&](const auto& event) { return event.what == what; });
   }
@@ -72,7 +72,7 @@ bool within(LogTime time, double from_s, double to_s) {
   return time.seconds() >= from_s && time.seconds() < to_s;
 }
 
-TEST(CorridorFaults, SixtySecondsWithoutWallsAreBridgedByWhatWasLearnt) {
+TEST(CorridorFaults, BridgesSixtySecondsWithoutWalls) {
   const Fault f = drive_with([](Recording& r) {
     for (LaserScan& s : r.scans)
       if (within(s.time, 80, 140)) std::fill(s.ranges_m.begin(), s.ranges_m.end(), 0.0F);
@@ -80,14 +80,14 @@ TEST(CorridorFaults, SixtySecondsWithoutWallsAreBridgedByWhatWasLearnt) {
   EXPECT_NEAR(to_seconds(f.run.report.longest_outage), 60.0, 0.5);
   EXPECT_LT(f.error_m(139.9), 1.0);
   EXPECT_LT(f.worst_sigmas(30), 5.0);
-  // The same walls stand there afterwards.
+  // The same walls are visible afterwards.
   EXPECT_GT(f.run.report.scans_used, f.run.report.scans - 60 * 5 - 200);
   EXPECT_LT(std::abs(f.run.epochs.back().gyro_bias.value -
                      examples::true_bias_at(f.drive, f.run.epochs.back().time)),
             3 * f.run.epochs.back().gyro_bias.sigma);
 }
 
-/// Lays a plate over part of every scan: ranges to it where it is nearer.
+/// Adds a plate to every scan: ranges to it where it is nearer.
 void show_plate(Recording& r, double from_s, double to_s,
                 const std::function<std::pair<Eigen::Vector2d, Eigen::Vector2d>(double)>& plate) {
   for (LaserScan& s : r.scans) {
@@ -102,9 +102,9 @@ void show_plate(Recording& r, double from_s, double to_s,
   }
 }
 
-TEST(CorridorFaults, ACartThatDrivesBesideIsNoWall) {
+TEST(CorridorFaults, ACartAlongsideIsNoWall) {
   const Fault f = drive_with([](Recording& r) {
-    // Its side hides the left wall and comes nearer, turning.
+    // Its side hides the left wall and approaches while rotating.
     show_plate(r, 80, 100, [](double t) {
       const double y = 0.75 - 0.01 * t, turn = 0.004 * t;
       return std::pair{Eigen::Vector2d(-1.0, y), Eigen::Vector2d(5.0, y + 6.0 * turn)};
@@ -114,7 +114,7 @@ TEST(CorridorFaults, ACartThatDrivesBesideIsNoWall) {
   EXPECT_LT(f.worst_sigmas(30), 5.0);
 }
 
-TEST(CorridorFaults, WallsThatAreNotParallelAreNotTakenForACorridor) {
+TEST(CorridorFaults, WallsThatAreNotParallelAreNoCorridor) {
   const Fault f = drive_with([](Recording& r) {
     show_plate(r, 80, 100, [](double) {
       return std::pair{Eigen::Vector2d(-0.5, 0.6), Eigen::Vector2d(6.0, 0.95)};
@@ -124,25 +124,25 @@ TEST(CorridorFaults, WallsThatAreNotParallelAreNotTakenForACorridor) {
   EXPECT_LT(f.worst_sigmas(30), 5.0);
 }
 
-TEST(CorridorFaults, AGyroBeyondItsRangeIsNotBelieved) {
+TEST(CorridorFaults, ASaturatedGyroIsNotUsed) {
   const Fault f = drive_with([](Recording& r) {
     for (GyroSample& g : r.gyro)
       if (within(g.time, 90, 90.4)) g.turn_rate_rad_s = 1.745;
   });
   EXPECT_EQ(f.run.report.saturated_samples, 8U);
-  EXPECT_TRUE(f.tells("gyro beyond its range"));
+  EXPECT_TRUE(f.has_event("gyro beyond its range"));
   EXPECT_LT(f.error_m(130), 0.3);
   EXPECT_LT(f.worst_sigmas(30), 5.0);
 }
 
-TEST(CorridorFaults, SpinningWheelsAreNotBelieved) {
+TEST(CorridorFaults, SpinningWheelsAreNotUsed) {
   const Fault f = drive_with([](Recording& r) {
     for (WheelSample& w : r.wheels)
       if (within(w.time, 90, 92)) w.left_m *= 3, w.right_m *= 3;
   });
   EXPECT_GE(f.run.report.slipping_samples, 35U);
-  EXPECT_TRUE(f.tells("wheels slip"));
-  EXPECT_LT(f.error_m(130), 0.3);  // believed, two seconds of it are 2.4 m
+  EXPECT_TRUE(f.has_event("wheels slip"));
+  EXPECT_LT(f.error_m(130), 0.3);  // if used, two seconds of it are 2.4 m
   EXPECT_LT(f.worst_sigmas(30), 5.0);
 }
 
@@ -157,7 +157,7 @@ TEST(CorridorFaults, BadSamplesChangeNothing) {
   EXPECT_FALSE(ins.add_motion({LogTime::from_seconds(3), 0.1, nan}));
   EXPECT_EQ(ins.state(), before);
   EXPECT_EQ(ins.report().refused_samples, 3U);
-  EXPECT_TRUE(ins.add_scan({}));  // of no beams: seen nothing
+  EXPECT_TRUE(ins.add_scan({}));  // without beams
   EXPECT_FALSE(ins.add_scan({}));
   EXPECT_EQ(ins.report().scans_used, 0U);
   EXPECT_FALSE(run_corridor_ins({}, {}));

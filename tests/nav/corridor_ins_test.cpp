@@ -1,4 +1,4 @@
-// Dead reckoning held by corridor walls: what it reaches, and what it makes of faults.
+// Accuracy of dead reckoning aided by corridor walls.
 
 #include <wayfare/nav/corridor_ins.hpp>
 
@@ -15,7 +15,7 @@ namespace {
 
 using examples::Aiding;
 
-/// Quicker than the study's: a minute and a half in all.
+/// Shorter than the study's: a minute and a half in total.
 sim::CorridorDriveParams params_of(sim::MotionPattern pattern) {
   sim::CorridorDriveParams p;
   p.pattern = pattern;
@@ -35,7 +35,7 @@ class CorridorIns_ : public testing::TestWithParam<sim::MotionPattern> {};
 INSTANTIATE_TEST_SUITE_P(Patterns, CorridorIns_,
                          testing::Values(sim::MotionPattern::straight, sim::MotionPattern::curved));
 
-TEST_P(CorridorIns_, HoldsPositionAndFindsTheBiasOfTheGyro) {
+TEST_P(CorridorIns_, BoundsThePositionAndEstimatesTheGyroBias) {
   const auto p = params_of(GetParam());
   const auto drive = sim::simulate_corridors(p, Rng(11));
   ASSERT_TRUE(drive);
@@ -56,7 +56,7 @@ TEST_P(CorridorIns_, HoldsPositionAndFindsTheBiasOfTheGyro) {
   EXPECT_GT(rmse[0], 5 * rmse[1]);
 }
 
-TEST(CorridorIns, CannotTellTheWayAlongStraightWallsUnlessOneStandsAcross) {
+TEST(CorridorIns, NeedsAnEndWallToObserveTheDistanceAlong) {
   const auto p = params_of(sim::MotionPattern::straight);
   const auto drive = sim::simulate_corridors(p, Rng(12));
   double scale_left[2];
@@ -73,11 +73,11 @@ TEST(CorridorIns, CannotTellTheWayAlongStraightWallsUnlessOneStandsAcross) {
     }
     scale_left[across ? 1 : 0] = ins.speed_scale().sigma / o.start_scale;
   }
-  EXPECT_GT(scale_left[0], 0.9);  // in one straight corridor nothing is learnt of it
+  EXPECT_GT(scale_left[0], 0.9);  // unobservable in one straight corridor
   EXPECT_LT(scale_left[1], 0.15);
 }
 
-TEST(CorridorIns, IsOneForAllTheSame) {
+TEST(CorridorIns, IsDeterministic) {
   const auto p = params_of(sim::MotionPattern::curved);
   const auto drive = sim::simulate_corridors(p, Rng(13));
   const auto a = run_of(*drive, {}), b = run_of(*drive, {});

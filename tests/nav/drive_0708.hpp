@@ -1,7 +1,7 @@
 #pragma once
 
-// A real drive: car, MEMS unit at 100 Hz, fixed RTK positions at 4 Hz (rtklibexplorer/GNSS_IMU).
-// There are no raw observations: ranges are simulated from the RTK positions.
+// A recorded drive: car, MEMS unit at 100 Hz, fixed RTK positions at 4 Hz
+// (rtklibexplorer/GNSS_IMU). Without raw observations, ranges are simulated from the RTK positions.
 
 #include <filesystem>
 #include <numbers>
@@ -43,7 +43,7 @@ inline Result<Drive0708> load_drive_0708() {
   return drive;
 }
 
-/// Where the antenna was at any time.
+/// Antenna position at any time.
 inline Result<sim::VehicleTrajectory> antenna_trajectory(const Drive0708& drive) {
   sim::TrackFit fit;
   fit.velocity_late_s = 0.13;
@@ -58,8 +58,8 @@ inline sim::SimulatedRanges simulated_ranges(const sim::VehicleTrajectory& anten
   return sim::simulate_ranges(antenna, sim::gps_and_galileo(), params, Rng(seed));
 }
 
-/// How the unit is mounted and, by its data sheet, how it measures; its times lag those of the
-/// positions. What the car's vibration adds the filter sees for itself.
+/// Mounting, data sheet noise and time offset of the unit. The filter estimates the car's vibration
+/// itself.
 inline GnssInsOptions drive_0708_options() {
   constexpr double kDegree = std::numbers::pi / 180.0;
   GnssInsOptions o;

@@ -1,5 +1,5 @@
-// A real inertial unit on a real drive, ranges simulated from the RTK positions: eight satellites,
-// 2 m, 0.1 m/s, fixed seeds.
+// A recorded inertial unit, ranges simulated from the RTK positions: eight satellites, 2 m, 0.1
+// m/s, fixed seeds.
 
 #include "drive_0708.hpp"
 
@@ -33,7 +33,7 @@ class RealDrive : public testing::Test {
     ranges_ = simulated_ranges(*antenna_, 1).epochs;
   }
 
-  /// What the filter says of the antenna, as far as the track goes.
+  /// The filter's antenna positions along the track.
   [[nodiscard]] Result<std::vector<GnssInsPoint>> antenna_points(const GnssInsRecording& recording,
                                                                  const GnssInsOptions& o) const {
     auto result = run_gnss_ins(recording, o);
@@ -47,10 +47,10 @@ class RealDrive : public testing::Test {
   [[nodiscard]] OutagePlan plan() const {
     OutagePlan plan;
     plan.threads = 2;
-    plan.places = outage_places(antenna_->begin() + seconds(120), antenna_->end() - seconds(10),
+    plan.starts = outage_starts(antenna_->begin() + seconds(120), antenna_->end() - seconds(10),
                                 seconds(30), 10);
-    // Whole seconds after the start, where epochs are.
-    for (LogTime& t : plan.places) t = t - (t - antenna_->begin()) % seconds(1);
+    // Whole seconds after the start, at epochs.
+    for (LogTime& t : plan.starts) t = t - (t - antenna_->begin()) % seconds(1);
     return plan;
   }
 
@@ -58,7 +58,7 @@ class RealDrive : public testing::Test {
                                      const std::vector<RangeEpoch>& ranges) const {
     const auto truth = [&](LogTime t) { return antenna_->state(t); };
     const auto run = [&](const OutageWindow& w) -> Result<NavTrajectory> {
-      GnssInsRecording r{drive_.imu, take_satellites(ranges, w, truth(w.begin).position), {}, {}};
+      GnssInsRecording r{drive_.imu, mask_satellites(ranges, w, truth(w.begin).position), {}, {}};
       std::erase_if(r.imu, [&](const auto& s) { return s.time > w.end + seconds(1); });
       std::erase_if(r.ranges, [&](const auto& e) { return e.time >= w.end; });
       const auto points = antenna_points(r, options);
@@ -72,7 +72,7 @@ class RealDrive : public testing::Test {
     return *std::move(report);
   }
 
-  /// Error at the end by seconds and satellites left, mean over ten places and five seeds.
+  /// Error at the end by seconds and satellites left, mean over ten starts and five seeds.
   using Ends = std::map<std::pair<int, std::size_t>, double>;
   [[nodiscard]] Ends mean_ends(const GnssInsOptions& options, const OutagePlan& plan) {
     constexpr int kSeeds = 5;
@@ -137,9 +137,9 @@ TEST_F(RealDrive, IsNeverWorseThanPlainGnss) {
 }
 
 // KF-GINS (loosely coupled, positions only) drifts 4.5, 14.6 and 35.2 m on this drive. The gyros
-// feel the car's vibration as slow turns of up to 0.4 °/s, so that even ranges of 5 cm and rates of
-// 2 cm/s leave 28 m after 30 s.
-TEST_F(RealDrive, CompleteOutagesWithoutKnowledgeOfWheels) {
+// alias the car's vibration to rates of up to 0.4 °/s, so that even ranges of 5 cm and rates of 2
+// cm/s leave 28 m after 30 s.
+TEST_F(RealDrive, CompleteOutagesWithoutConstraints) {
   GnssInsOptions options = drive_0708_options();
   options.non_holonomic_in_outage = false;
   OutagePlan complete = plan();

@@ -1,6 +1,6 @@
 // A recorded drive with a simulated unit and satellites: the demonstration set of a laboratory's
-// tightly coupled filter (200 s, 100 Hz). Its ranges are exact; the noise its own description names
-// is added here: 0.5 m and a receiver clock 10 m ahead. There are no range rates.
+// tightly coupled filter (200 s, 100 Hz). Its ranges are exact; the noise of its description is
+// added here: 0.5 m and a receiver clock 10 m ahead. There are no range rates.
 
 #include <filesystem>
 #include <memory>
@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// One structure of a MATLAB file (level 5), read by matio.
+/// One structure of a MATLAB file (level 5), read with matio.
 class MatStruct {
  public:
   MatStruct(const std::string& path, const char* name)
@@ -32,7 +32,7 @@ class MatStruct {
   }
   [[nodiscard]] bool found() const { return variable_ != nullptr; }
 
-  /// Column by column; empty where there is no such field.
+  /// Column by column; empty if there is no such field.
   [[nodiscard]] std::vector<double> numbers(const char* field) const {
     return numbers_of(Mat_VarGetStructFieldByName(variable_.get(), field, 0));
   }
@@ -95,8 +95,8 @@ EmsDrive to_drive(const MatStruct& mat, Rng rng) {
   return drive;
 }
 
-/// What the set says of its unit: constant biases of 0.2 to 0.6 °/s and 0.1 to 0.3 m/s², noise of
-/// 0.1 °/s and 0.029 m/s² a reading.
+/// The set's unit: constant biases of 0.2 to 0.6 °/s and 0.1 to 0.3 m/s², noise of 0.1 °/s and
+/// 0.029 m/s² per reading.
 GnssInsOptions ems_options() {
   GnssInsOptions o;
   o.imu.gyro_white_rad_per_sqrt_s.setConstant(0.1 * kDegree * 0.1);
@@ -142,7 +142,7 @@ TEST_F(EmsTc, ErrorsStayWithinThreeSigma) {
   const auto result = run_gnss_ins(recording, ems_options());
   ASSERT_TRUE(result) << result.error().to_string();
 
-  // Errors of position, velocity and attitude from 20 s on, when the biases have settled.
+  // Errors of position, velocity and attitude from 20 s on, when the biases have converged.
   eval::SigmaCount<9> within;
   Eigen::Matrix<double, 9, 1> squares = Eigen::Matrix<double, 9, 1>::Zero();
   double yaw_variance = 0.0;
@@ -168,16 +168,15 @@ TEST_F(EmsTc, ErrorsStayWithinThreeSigma) {
   EXPECT_LT(rmse.head<2>().norm(), 0.6);
   EXPECT_LT(rmse[2], 1.0);
   EXPECT_LT(rmse.segment<3>(3).norm(), 0.2);
-  // Without rates yaw is seen by turns alone: the filter itself is sure of it to 0.9 degrees. Its
-  // error keeps for minutes, so that of one run is like one draw: within two σ.
+  // Without rates yaw is only observable in turns: σ is 0.9 degrees. Its error persists for
+  // minutes, so one run is one sample: within two σ.
   EXPECT_LT(yaw_sigma, 1.0 * kDegree);
   EXPECT_LT(rmse[8], 2.0 * yaw_sigma);
-  // One run, and errors that last for many seconds: some component may leave its bounds for a
-  // while.
+  // One run with correlated errors: a component may leave its bounds for a while.
   EXPECT_GT(within.share(3).mean(), 0.98);
   EXPECT_GT(within.share(3).minCoeff(), 0.9);
 
-  // The biases it was made with.
+  // The simulated biases.
   const auto& last = result->points.back().imu_errors;
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(last[i], 0.2 * (i + 1) * kDegree, 0.02 * kDegree);

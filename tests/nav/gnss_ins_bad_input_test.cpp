@@ -1,4 +1,4 @@
-// Gaps, late and broken measurements, jumps of the receiver's clock: survived and said.
+// Gaps, late and faulty measurements, receiver clock jumps: handled and reported.
 
 #include <algorithm>
 
@@ -17,7 +17,7 @@ namespace {
 using namespace tests;
 using testing::is_covariance;
 
-/// A minute of driving with good ranges twice a second, to be spoilt.
+/// A minute of driving with good ranges at 2 Hz, to be modified.
 struct Scene {
   Drive drive;
   Simulated truth = simulate(drive, 60.0);
@@ -45,9 +45,9 @@ void expect_sound(const GnssInsResult& r) {
 
 class ImuGap : public ::testing::TestWithParam<double> {};
 
-// After the gap the filter is unsure by what a vehicle can do meanwhile, and its error is inside
-// that; at the end it is back where it would have been.
-TEST_P(ImuGap, IsBridgedHonestly) {
+// After the gap the covariance covers the possible motion and the error; at the end the solution
+// has recovered.
+TEST_P(ImuGap, IsBridgedConsistently) {
   Scene s;
   const double from = 30.0, to = from + GetParam();
   std::erase_if(s.recording.imu, [&](const ImuSample& i) {
@@ -74,7 +74,7 @@ TEST_P(ImuGap, IsBridgedHonestly) {
 }
 INSTANTIATE_TEST_SUITE_P(GnssIns, ImuGap, ::testing::Values(0.1, 0.5, 1.0, 3.0, 9.5));
 
-TEST(GnssInsBadInput, StartsAnewAfterAGapTooLong) {
+TEST(GnssInsBadInput, ReinitialisesAfterALongGap) {
   Scene s;
   std::erase_if(s.recording.imu, [](const ImuSample& i) {
     return i.time.seconds() > 20.0 && i.time.seconds() < 35.0;
@@ -83,12 +83,12 @@ TEST(GnssInsBadInput, StartsAnewAfterAGapTooLong) {
   ASSERT_TRUE(r) << r.error().to_string();
   EXPECT_LT(end_error_m(s, *r), 4.0);
   const bool said = std::any_of(r->notices.begin(), r->notices.end(), [](const auto& n) {
-    return n.text.find("starting anew") != std::string::npos;
+    return n.text.find("reinitialising") != std::string::npos;
   });
   EXPECT_TRUE(said);
 }
 
-TEST(GnssInsBadInput, DuplicatedAndSwappedReadingsAreRefused) {
+TEST(GnssInsBadInput, DuplicatedAndSwappedReadingsAreRejected) {
   Scene clean, s;
   s.recording.imu.insert(s.recording.imu.begin() + 3000, s.recording.imu[2999]);
   std::swap(s.recording.imu[4000], s.recording.imu[4001]);
@@ -100,12 +100,12 @@ TEST(GnssInsBadInput, DuplicatedAndSwappedReadingsAreRefused) {
             2);
 }
 
-TEST(GnssInsBadInput, NanIsRefusedWithAReason) {
+TEST(GnssInsBadInput, NanIsRejectedWithAReason) {
   GnssIns filter{GnssInsOptions{}};
   ImuSample bad;
   bad.specific_force_mps2.x() = NAN;
   EXPECT_FALSE(filter.add(bad));
-  EXPECT_THAT(filter.add(bad).error().message, ::testing::HasSubstr("absurd"));
+  EXPECT_THAT(filter.add(bad).error().message, ::testing::HasSubstr("implausible"));
   RangeEpoch empty;
   EXPECT_FALSE(filter.add(empty));
   GnssFix fix;
@@ -114,8 +114,8 @@ TEST(GnssInsBadInput, NanIsRefusedWithAReason) {
   EXPECT_FALSE(filter.started());
 }
 
-// One satellite NaN, one absurd by a thousand kilometres, one inside the Earth: the rest is used.
-TEST(GnssInsBadInput, BrokenSatellitesSpoilNothing) {
+// One satellite NaN, one off by a thousand kilometres, one inside the Earth: the rest is used.
+TEST(GnssInsBadInput, FaultySatellitesAreIgnored) {
   Scene clean, s;
   for (std::size_t i = 40; i < 80; ++i) {
     auto& e = s.recording.ranges[i].satellites;
@@ -156,8 +156,8 @@ TEST_P(ClockJump, DoesNotMoveThePosition) {
 INSTANTIATE_TEST_SUITE_P(GnssIns, ClockJump,
                          ::testing::Values(299792.458, -299792.458, 29.9792458e6, 500.0));
 
-// Ranges that arrive two seconds late give the same end as ranges in time.
-TEST(GnssIns, LateRangesAreLivedThroughAgain) {
+// Ranges that arrive two seconds late give the same result as in time.
+TEST(GnssIns, LateRangesAreReplayed) {
   const Scene s;
   GnssIns in_time(s.options), late(s.options);
   in_time.start(*s.recording.start);
@@ -182,14 +182,14 @@ TEST(GnssIns, LateRangesAreLivedThroughAgain) {
   const auto x = in_time.estimate(), y = late.estimate();
   EXPECT_LT(distance_m(x.nav, y.nav), 1e-6);
   EXPECT_TRUE(x.covariance.isApprox(y.covariance, 1e-6));
-  // Too late is refused, and twice too.
+  // Too late or duplicated is rejected.
   RangeEpoch old = s.recording.ranges[10];
   EXPECT_FALSE(late.add(old));
   EXPECT_FALSE(late.add(s.recording.ranges.back()));
   EXPECT_LT(distance_m(late.estimate().nav, y.nav), 1e-12);
 }
 
-// A filter that has been led away (a start 300 m off and sure of itself) must come back.
+// An overconfident start 300 m off must be recovered from.
 TEST(GnssIns, GateReopens) {
   Scene s;
   s.recording.start->nav.position = geodetic_from_ned({300.0, -200.0, 50.0}, s.drive.origin);
@@ -213,7 +213,7 @@ TEST(GnssIns, TwoSystemsHaveTwoClocks) {
   EXPECT_NEAR(r->points.back().clock_bias_m, 1300.0, 3.0);
 }
 
-TEST(GnssIns, TakesFixesInPlaceOfRanges) {
+TEST(GnssIns, AcceptsFixesInsteadOfRanges) {
   Scene s;
   Rng rng(5);
   for (std::size_t i = 100; i < s.truth.truth.size(); i += 100) {
@@ -233,8 +233,8 @@ TEST(GnssIns, TakesFixesInPlaceOfRanges) {
   EXPECT_LT(end_error_m(s, *r), 1.5);
 }
 
-// Driving on perfectly smoothly, straight, at constant speed feels like standing. 20 s without
-// satellites must not stop it.
+// Smooth straight driving at constant speed resembles standstill. 20 s without satellites must not
+// stop it.
 TEST(GnssIns, SmoothDrivingIsNoStandstill) {
   Scene s;
   s.drive.swing_rad = 0.0;
@@ -254,7 +254,7 @@ TEST(GnssIns, SmoothDrivingIsNoStandstill) {
 
 TEST(GnssIns, ConstraintsHelpWithoutSatellites) {
   Scene s;
-  // A gyro that drifts by 0.3 °/s unknown to the filter's start.
+  // A gyro bias of 0.3 °/s unknown at the start.
   for (ImuSample& i : s.recording.imu) i.angular_rate_radps += Eigen::Vector3d(3e-3, -2e-3, 1e-3);
   s.options.imu.gyro_bias_radps.sigma.setConstant(5e-3);
   std::erase_if(s.recording.ranges, [](const RangeEpoch& e) { return e.time.seconds() > 30.0; });
@@ -265,7 +265,7 @@ TEST(GnssIns, ConstraintsHelpWithoutSatellites) {
   EXPECT_LT(end_error_m(s, *with), 0.7 * end_error_m(free, *without));
 }
 
-TEST(GnssIns, SameInputSameBits) {
+TEST(GnssIns, IsDeterministic) {
   const Scene s;
   const auto a = s.run(), b = s.run();
   ASSERT_TRUE(a && b);
@@ -276,7 +276,7 @@ TEST(GnssIns, SameInputSameBits) {
   }
 }
 
-TEST(GnssInsBadInput, NothingToRunIsAnError) {
+TEST(GnssInsBadInput, EmptyRecordingIsAnError) {
   EXPECT_FALSE(run_gnss_ins({}, {}));
   Scene s;
   s.recording.ranges.clear();
@@ -289,8 +289,8 @@ TEST(GnssInsBadInput, NothingToRunIsAnError) {
   EXPECT_EQ(stopped.error().code, ErrorCode::cancelled);
 }
 
-// A day at ten readings and one epoch a second, at rest on the turning Earth.
-TEST(InsFilter, CovarianceStaysSoundForADay) {
+// A day at 10 Hz and one epoch per second, at rest on the rotating Earth.
+TEST(InsFilter, CovarianceStaysValidForADay) {
   const Geodetic here{Angle::degrees(48.7), Angle::degrees(9.1), 300.0};
   const LocalTangentPlane plane(here);
   const EarthAt<double> at = plane.earth<double>(Eigen::Vector3d::Zero());

@@ -1,5 +1,5 @@
-// Does the navigation filter know how far it is off? Simulated drives of 310 s and 4.5 km with an
-// automotive unit, eight satellites, 2 m and 0.1 m/s.
+// Consistency of the navigation filter on simulated drives of 310 s and 4.5 km with an automotive
+// unit, eight satellites, 2 m and 0.1 m/s.
 
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kStates = ins_state::kSize;
 
-// Only what the filter models: no knowledge of wheels and standstill, which are not noise.
+// Without constraints, whose errors are not white noise.
 InsMonteCarloOptions modelled() {
   InsMonteCarloOptions o;
   o.ranges.max_satellites = 8;
@@ -52,26 +52,26 @@ Outcome judge(const InsMonteCarloOptions& options, std::size_t runs, std::uint64
   return o;
 }
 
-TEST(GnssInsConsistency, ErrorsOfAHundredDrivesAreWhatTheFilterSays) {
+TEST(GnssInsConsistency, ErrorsOfAHundredDrivesMatchTheCovariance) {
   const Outcome o = judge(modelled(), 100, 7);
   EXPECT_EQ(o.all.epochs(), 310U);
   // Runs are independent: three standard errors of their mean.
   EXPECT_NEAR(o.run_means.mean(), kStates, 3.0 * o.run_means.standard_error());
   EXPECT_LT(o.run_means.standard_error(), 0.03 * kStates);
-  // Honest: 0.95 of the epochs. Errors outlast many epochs: over ten such groups of a hundred runs
-  // (seeds 1000 to 1009) the share scatters by 0.05.
+  // Expected: 0.95 of the epochs. Errors are correlated over epochs: over ten such groups of a
+  // hundred runs (seeds 1000 to 1009) the share has a standard deviation of 0.05.
   EXPECT_GT(o.all.share_within(0.95), 0.85);
   EXPECT_GT(o.navigation.share_within(0.95), 0.85);
   EXPECT_NEAR(o.navigation.mean_of_all(), 9.0, 0.05 * 9.0);
   EXPECT_NEAR(o.within.share(1).mean(), 0.6827, 0.02);
   EXPECT_NEAR(o.within.share(2).mean(), 0.9545, 0.01);
   EXPECT_NEAR(o.within.share(3).mean(), 0.9973, 0.003);
-  // Scale factors hardly change in a run: of these a hundred values only are independent.
+  // Scale factors hardly change within a run: only a hundred values are independent.
   EXPECT_GT(o.within.share(3).minCoeff(), 0.98);
 }
 
-// The innovations of an honest filter are independent, so that all of a kind are one large sample.
-TEST(GnssInsConsistency, InnovationsOfAHundredDrivesAreWhatTheFilterExpects) {
+// The innovations of a consistent filter are independent: all of a kind form one sample.
+TEST(GnssInsConsistency, InnovationsOfAHundredDrivesAreConsistent) {
   const Outcome o = judge(modelled(), 100, 8);
   for (const eval::NeesOverRuns* nis : {&o.ranges, &o.rates}) {
     EXPECT_EQ(nis->count(), 100U * 310U * 8U);
@@ -82,23 +82,23 @@ TEST(GnssInsConsistency, InnovationsOfAHundredDrivesAreWhatTheFilterExpects) {
   }
 }
 
-TEST(GnssInsConsistency, InnovationsShowMeasurementsThatAreWorseThanTheySay) {
+TEST(GnssInsConsistency, InnovationsRevealOptimisticMeasurementSigmas) {
   InsMonteCarloOptions o = modelled();
-  o.filter.range_sigma_scale = 0.5;  // ranges and rates are twice as bad as the filter believes
+  o.filter.range_sigma_scale = 0.5;  // assumed σ is half the true one
   const Outcome proud = judge(o, 5, 8);
   EXPECT_GT(proud.ranges.mean_of_all(), 2.0);
   EXPECT_GT(proud.rates.mean_of_all(), 2.0);
   EXPECT_LT(proud.rates.share_within(0.95), 0.1);
 }
 
-TEST(GnssInsConsistency, TheTestSeesAFilterThatIsTooProud) {
+TEST(GnssInsConsistency, TheTestDetectsAnOverconfidentFilter) {
   InsMonteCarloOptions proud = modelled();
   proud.filter.range_sigma_scale = 0.8;
   const Outcome o = judge(proud, 12, 7);
   EXPECT_LT(o.all.share_within(0.95), 0.5);
 }
 
-TEST(GnssInsConsistency, HoldsWithConstraintsThroughOutagesAndAMountedUnit) {
+TEST(GnssInsConsistency, ConsistentWithConstraintsOutagesAndMounting) {
   InsMonteCarloOptions o;
   o.ranges.max_satellites = 8;
   o.imu.q_body_imu = SO3d::exp({0.4, -0.3, 2.0});
@@ -106,7 +106,7 @@ TEST(GnssInsConsistency, HoldsWithConstraintsThroughOutagesAndAMountedUnit) {
                       {LogTime::from_seconds(150), LogTime::from_seconds(170), 2}};
   o.threads = 2;
   const Outcome outcome = judge(o, 20, 3);
-  // Constraints hold better than they claim, so errors may be smaller than said, never larger.
+  // Constraints are more accurate than assumed: errors may be smaller, never larger.
   EXPECT_GT(outcome.within.share(3).minCoeff(), 0.97);
   EXPECT_GT(outcome.within.share(3).mean(), 0.995);
   EXPECT_LT(outcome.all.mean_of_all(), 1.1 * kStates);
@@ -121,11 +121,11 @@ TEST(GnssInsConsistency, IsTheSameForAnyNumberOfThreads) {
     for (std::size_t k = 0; k < a[r].size(); ++k) EXPECT_EQ(a[r][k].error, b[r][k].error);
 }
 
-// Four days, each with other errors. The mean of a day's NEES has a variance of at most
-// Σ 2 τ/T over the 23 errors, τ being how long each lasts: at the most 20 000 s for six scale
-// factors and 3000 s for the rest, T a day, together 3.96. A day of navigation errors, which last
-// for a minute or so, has 2 · 9 · 60 s/T = 0.11².
-TEST(GnssInsConsistency, StaysHonestAndPositiveDefiniteForDays) {
+// Four days with independent errors. The mean of a day's NEES has a variance of at most Σ 2 τ/T
+// over the 23 errors with correlation times τ of at most 20 000 s for six scale factors and 3000 s
+// for the rest, T a day: 3.96 in total. Navigation errors, with τ of about a minute, have 2 · 9 ·
+// 60 s/T = 0.11².
+TEST(GnssInsConsistency, StaysConsistentAndPositiveDefiniteForDays) {
   constexpr int kDays = WAYFARE_TEST_SCANS > 0 ? 1 : 4;
   const VehicleTrajectory drive = round_drive(320);
   ASSERT_GT(to_seconds(drive.end() - drive.begin()), 24.0 * 3600.0);

@@ -1,5 +1,4 @@
-// Navigation through everything that goes wrong with measurements. The same simulated drive each
-// time, with one thing broken; what is asked is that the filter says so, stays finite, and is back
+// Faulty measurements in one simulated drive: the filter must report them, stay finite, and be
 // within a few metres at the end.
 
 #include <cmath>
@@ -56,10 +55,11 @@ void expect_finite(const GnssInsResult& result) {
   }
 }
 
-/// Runs the drive after `spoil`; the filter must come through.
-GnssInsResult survives(const std::function<void(GnssInsRecording&)>& spoil, double within_m = 5.0) {
+/// Runs the drive modified by `corrupt`; the filter must finish.
+GnssInsResult survives(const std::function<void(GnssInsRecording&)>& corrupt,
+                       double within_m = 5.0) {
   GnssInsRecording recording = good().recording;
-  spoil(recording);
+  corrupt(recording);
   const auto result = run_gnss_ins(recording, {});
   EXPECT_TRUE(result) << result.error().to_string();
   if (!result) return {};
@@ -68,7 +68,7 @@ GnssInsResult survives(const std::function<void(GnssInsRecording&)>& spoil, doub
   return *result;
 }
 
-TEST(GnssInsDamage, NothingWrong) {
+TEST(GnssInsDamage, WithoutFaults) {
   survives([](GnssInsRecording&) {}, 3.0);
 }
 
@@ -82,7 +82,7 @@ TEST(GnssInsDamage, RepeatedAndSwappedEpochs) {
   EXPECT_FALSE(result.notices.empty());
 }
 
-TEST(GnssInsDamage, AbsurdRanges) {
+TEST(GnssInsDamage, ImplausibleRanges) {
   for (const double wrong_m : {60.0, 1e4, -3e7, 1e12, 1e300}) {
     SCOPED_TRACE(wrong_m);
     const GnssInsResult result = survives([&](GnssInsRecording& r) {
@@ -100,7 +100,7 @@ TEST(GnssInsDamage, AbsurdRanges) {
   }
 }
 
-TEST(GnssInsDamage, HalfTheSatellitesWrongForAWhile) {
+TEST(GnssInsDamage, HalfTheSatellitesFaultyTemporarily) {
   survives([](GnssInsRecording& r) {
     for (std::size_t i = 50; i < 60; ++i)
       for (std::size_t s = 0; s < 4; ++s)
@@ -108,7 +108,7 @@ TEST(GnssInsDamage, HalfTheSatellitesWrongForAWhile) {
   });
 }
 
-TEST(GnssInsDamage, NotANumberAnywhere) {
+TEST(GnssInsDamage, NonFiniteValues) {
   survives([](GnssInsRecording& r) {
     for (std::size_t i = 100; i < r.imu.size(); i += 501) {
       r.imu[i].angular_rate_radps[i % 3] = kNan;
@@ -128,14 +128,14 @@ TEST(GnssInsDamage, NotANumberAnywhere) {
   });
 }
 
-TEST(GnssInsDamage, AReadingLikeAnExplosion) {
+TEST(GnssInsDamage, HugeReading) {
   survives([](GnssInsRecording& r) {
     r.imu[6000].specific_force_mps2 = {1e9, -1e9, 1e9};
     r.imu[7000].angular_rate_radps = {1e6, 0.0, 0.0};
   });
 }
 
-TEST(GnssInsDamage, NothingToWorkWithIsAnError) {
+TEST(GnssInsDamage, EmptyInputIsAnError) {
   const GnssInsRecording& r = good().recording;
   const auto fails = [](const GnssInsRecording& recording) {
     const auto result = run_gnss_ins(recording, {});
@@ -154,7 +154,7 @@ TEST(GnssInsDamage, NothingToWorkWithIsAnError) {
   fails(another_week);
 }
 
-TEST(GnssInsDamage, WithoutEphemeridesNoRangeIsMadeUp) {
+TEST(GnssInsDamage, WithoutEphemeridesThereAreNoRanges) {
   ObservationEpoch epoch{Time<GpsClock>::from_seconds(1.4e9), {}};
   for (std::uint8_t n = 1; n <= 8; ++n) {
     SatelliteObservation o;

@@ -1,6 +1,6 @@
 #pragma once
 
-// A drive whose inertial readings follow from it exactly, and ranges to satellites that stand.
+// A drive with exact inertial readings, and ranges to stationary satellites.
 
 #include <cmath>
 #include <vector>
@@ -33,8 +33,8 @@ struct Drive {
   }
 };
 
-/// Readings every `dt_s`, each the rate and force at its instant, and the true states; integrated
-/// with the drive's own velocity, so that readings and states agree to the integration's order.
+/// Instantaneous readings every `dt_s` and the true states, integrated from the drive's velocity,
+/// so that both agree to the order of the integration.
 struct Simulated {
   std::vector<ImuSample> imu;
   NavTrajectory truth;

@@ -10,8 +10,8 @@ using namespace tests;
 
 GnssInsStart start_at(const NavState& nav) { return {nav, 1.0, 0.1, 0.01, 0.05}; }
 
-// The vehicle neither rolls nor pitches, and the unit is exact: 60 s without GNSS leave only what
-// integration at 100 Hz leaves.
+// An exact unit without roll and pitch: 60 s without GNSS leave only the integration error at 100
+// Hz.
 TEST(GnssIns, IntegratesExactReadings) {
   const Drive drive;
   const Simulated s = simulate(drive, 60.0);
@@ -24,7 +24,7 @@ TEST(GnssIns, IntegratesExactReadings) {
   EXPECT_LT(result->points.back().nav.q_nb.minus(s.truth.back().q_nb).norm(), 1e-5);
 }
 
-TEST(GnssIns, StartsItselfAndFollowsRanges) {
+TEST(GnssIns, InitialisesItselfAndFollowsRanges) {
   const Drive drive;
   const Simulated s = simulate(drive, 60.0);
   const Eigen::Vector3d lever(0.5, -0.3, -1.2);

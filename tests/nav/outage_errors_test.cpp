@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/eval/outage_table.hpp>
+
 #include "core/at.hpp"
 
 namespace wayfare::eval {
@@ -15,7 +17,7 @@ using tests::at;
 
 const Geodetic kCentre{Angle::degrees(48.0), Angle::degrees(9.0), 250.0};
 
-/// Round a circle of 50 m in 20 s.
+/// Around a circle of 50 m in 20 s.
 NavState on_circle(LogTime t) {
   const double phase = 2.0 * std::numbers::pi * t.seconds() / 20.0;
   NavState s;
@@ -32,14 +34,14 @@ TEST(OutageWindow, BeginsAndEndsWithWholeEpochs) {
   EXPECT_FALSE(w.contains(at(20)));
 }
 
-TEST(DriftThrough, MeasuresWayAndErrorFromTheBeginning) {
+TEST(DriftDuring, MeasuresDistanceAndErrorFromTheBeginning) {
   NavTrajectory estimates;
   for (int i = 0; i <= 400; ++i) {
     NavState s = on_circle(at(0.1 * i));
-    s.position = geodetic_from_ned({3.0, -4.0, 100.0}, s.position);  // height does not count
+    s.position = geodetic_from_ned({3.0, -4.0, 100.0}, s.position);  // the height is ignored
     estimates.push_back(s);
   }
-  const auto drift = drift_through({at(4.95), at(25.05), 0}, estimates, on_circle);
+  const auto drift = drift_during({at(4.95), at(25.05), 0}, estimates, on_circle);
   ASSERT_EQ(drift.size(), 201U);  // 5.0 … 25.0
   EXPECT_NEAR(drift.front().time_s, 0.05, 1e-12);
   EXPECT_NEAR(drift.back().time_s, 20.05, 1e-12);
@@ -48,10 +50,10 @@ TEST(DriftThrough, MeasuresWayAndErrorFromTheBeginning) {
   for (const DriftPoint& p : drift) EXPECT_NEAR(p.error_m, 5.0, 1e-3);
 }
 
-// Errors 2, 1, 5 m: of the first two √((4 + 1)/2), of all √10.
+// Errors 2, 1, 5 m: √((4 + 1)/2) over the first two, √10 over all.
 TEST(ErrorOf, IsOfTheDriftBeforeTheDuration) {
   const std::vector<DriftPoint> drift = {{1.0, 10.0, 2.0}, {2.0, 21.0, 1.0}, {3.0, 33.0, 5.0}};
-  const OutageError two = error_of(drift, seconds(3));  // the third stands at its end
+  const OutageError two = error_of(drift, seconds(3));  // the third is at its end
   EXPECT_DOUBLE_EQ(two.rmse_m, std::sqrt(2.5));
   EXPECT_EQ(two.max_m, 2.0);
   EXPECT_EQ(two.end_m, 1.0);
@@ -62,7 +64,7 @@ TEST(ErrorOf, IsOfTheDriftBeforeTheDuration) {
   EXPECT_EQ(all.end_m, 5.0);
 }
 
-TEST(OutageReport, FindsTheMeanOfOneKindOfOutage) {
+TEST(OutageReport, FindsTheMeanOfADurationAndSatelliteCount) {
   OutageReport report;
   for (const int s : {10, 20})
     for (const std::size_t left : {0U, 3U})

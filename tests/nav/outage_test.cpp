@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <wayfare/eval/outage_table.hpp>
+
 #include "core/at.hpp"
 
 namespace wayfare::eval {
@@ -24,8 +26,7 @@ NavState truth(LogTime t) {
   return s;
 }
 
-// Drifts east by half t² divided by one more than the satellites left; climbs too, which does not
-// count.
+// Drifts east by half t² divided by one more than the satellites left; the height error is ignored.
 Result<NavTrajectory> drifting(const OutageWindow& w) {
   NavTrajectory result;
   for (LogTime t = at(0); t <= at(200); t += from_seconds(0.1)) {
@@ -40,17 +41,17 @@ Result<NavTrajectory> drifting(const OutageWindow& w) {
 
 OutagePlan plan() {
   OutagePlan p;
-  p.places = outage_places(at(10), at(130), seconds(30), 10);
+  p.starts = outage_starts(at(10), at(130), seconds(30), 10);
   return p;
 }
 
-TEST(OutagePlaces, SpreadEvenlyAndEndInTime) {
-  const auto places = outage_places(at(10), at(130), seconds(30), 10);
-  ASSERT_EQ(places.size(), 10U);
-  EXPECT_EQ(places.front(), at(10));
-  EXPECT_EQ(places.back() + seconds(30), at(130));
-  for (std::size_t i = 1; i < places.size(); ++i) EXPECT_EQ(places[i] - places[i - 1], seconds(10));
-  EXPECT_EQ(outage_places(at(1), at(90), seconds(30), 1).front(), at(1));
+TEST(OutageStarts, AreEvenlySpacedAndEndInTime) {
+  const auto starts = outage_starts(at(10), at(130), seconds(30), 10);
+  ASSERT_EQ(starts.size(), 10U);
+  EXPECT_EQ(starts.front(), at(10));
+  EXPECT_EQ(starts.back() + seconds(30), at(130));
+  for (std::size_t i = 1; i < starts.size(); ++i) EXPECT_EQ(starts[i] - starts[i - 1], seconds(10));
+  EXPECT_EQ(outage_starts(at(1), at(90), seconds(30), 1).front(), at(1));
 }
 
 TEST(RunOutages, MeasuresADriftInClosedForm) {
@@ -83,7 +84,7 @@ TEST(RunOutages, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(last, 1.0);
 }
 
-TEST(RunOutages, PassesErrorsOnAndWantsAnAnswer) {
+TEST(RunOutages, PassesErrorsOnAndNeedsEstimates) {
   const auto failing = run_outages(
       plan(),
       [](const OutageWindow& w) -> Result<NavTrajectory> {
@@ -99,7 +100,7 @@ TEST(RunOutages, PassesErrorsOnAndWantsAnAnswer) {
   EXPECT_EQ(silent.error().code, ErrorCode::not_found);
 }
 
-TEST(OutageTable, HasARowADurationAndAColumnANumberOfSatellites) {
+TEST(OutageTable, HasRowsOfDurationsAndColumnsOfSatelliteCounts) {
   const auto report = run_outages(plan(), drifting, truth);
   const Table table = outage_table(*report, &OutageError::end_m, 1);
   EXPECT_EQ(table.rows().size(), 5U);
@@ -109,7 +110,7 @@ TEST(OutageTable, HasARowADurationAndAColumnANumberOfSatellites) {
   EXPECT_EQ(table.rows()[4][1], "447.0");
 }
 
-// Satellites by number, each at an elevation of ten times its number at the given azimuth.
+// Satellite n has an elevation of 10°·n at the given azimuth.
 CorrectedRange satellite(int number, double elevation_deg) {
   const double e = elevation_deg * M_PI / 180, a = number;
   CorrectedRange r;
@@ -128,22 +129,22 @@ std::vector<int> numbers(const RangeEpoch& epoch) {
   return result;
 }
 
-TEST(TakeSatellites, LeavesTheHighestAndKeepsThem) {
+TEST(MaskSatellites, KeepsTheHighestThroughout) {
   using testing::ElementsAre;
   std::vector<RangeEpoch> epochs;
   for (int t = 0; t <= 4; ++t) {
-    // 3 sinks from the top, 5 is the second and misses an epoch.
+    // 3 descends from the top, 5 is the second and is missing in one epoch.
     RangeEpoch e{at(t), {satellite(1, 20), satellite(2, 40), satellite(3, 80 - 15 * t)}};
     if (t != 3) e.satellites.push_back(satellite(5, 60));
     epochs.push_back(e);
   }
-  const auto left = take_satellites(epochs, {at(0), at(4), 2}, kOrigin);
-  EXPECT_THAT(numbers(left[0]), ElementsAre(1, 2, 3, 5));  // the window's begin is outside it
+  const auto left = mask_satellites(epochs, {at(0), at(4), 2}, kOrigin);
+  EXPECT_THAT(numbers(left[0]), ElementsAre(1, 2, 3, 5));  // the begin is outside the window
   EXPECT_THAT(numbers(left[1]), ElementsAre(3, 5));
   EXPECT_THAT(numbers(left[2]), ElementsAre(3, 5));
   EXPECT_THAT(numbers(left[3]), ElementsAre(3, 2));
   EXPECT_THAT(numbers(left[4]), ElementsAre(1, 2, 3, 5));
-  const auto none = take_satellites(epochs, {at(0), at(4), 0}, kOrigin);
+  const auto none = mask_satellites(epochs, {at(0), at(4), 0}, kOrigin);
   EXPECT_TRUE(none[2].satellites.empty());
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Recordings of units on a foot, where they are: PyShoe's with optical truth (Wagstaff et al. 2019)
+// Foot-mounted recordings, if available: PyShoe's with optical ground truth (Wagstaff et al. 2019)
 // and OpenShoe's closed loops (Nilsson et al. 2012).
 
 #include <cmath>
@@ -18,14 +18,14 @@ namespace wayfare::testing {
 
 struct FootRecording {
   std::vector<ImuSample> samples;
-  std::vector<Eigen::Vector3d> truth;  ///< beside them
+  std::vector<Eigen::Vector3d> truth;  ///< at the samples
 };
 
 /// Columns: specific force, angular rate, true position.
 inline Result<FootRecording> read_foot(const std::string& path, double rate_hz) {
   const auto table = io::read_float_table(path);
   if (!table) return table.error();
-  if (table->columns != 9) return Error{ErrorCode::invalid, "has other columns", path};
+  if (table->columns != 9) return Error{ErrorCode::invalid, "does not have nine columns", path};
   FootRecording r;
   for (std::size_t i = 0; i < table->rows(); ++i) {
     const auto row = table->row(i);
@@ -50,14 +50,14 @@ inline std::vector<std::string> files_in(const std::string& folder) {
   return files;
 }
 
-/// One pose a sample.
+/// One pose per sample.
 inline std::vector<FootPose> run_foot(const std::vector<ImuSample>& samples,
                                       const FootParameters& parameters) {
   FootTracker tracker(parameters);
   std::vector<FootPose> poses;
-  const auto keep = [&](const FootPose& p) { poses.push_back(p); };
-  for (const ImuSample& s : samples) tracker.add(s, keep);
-  tracker.finish(keep);
+  const auto store = [&](const FootPose& p) { poses.push_back(p); };
+  for (const ImuSample& s : samples) tracker.add(s, store);
+  tracker.finish(store);
   return poses;
 }
 
@@ -65,7 +65,7 @@ struct FootError {
   double end_m = 0.0, horizontal_m = 0.0;
 };
 
-/// At the end, after turning about the start by the angle that fits the truth best.
+/// At the end, after the rotation about the start that fits the truth best.
 inline FootError end_error(const std::vector<FootPose>& poses, const FootRecording& r) {
   double along = 0.0, across = 0.0;
   const std::size_t skipped = r.samples.size() - poses.size();  // before the first attitude
@@ -77,8 +77,8 @@ inline FootError end_error(const std::vector<FootPose>& poses, const FootRecordi
     along += p.x() * t.x() + p.y() * t.y();
     across += p.x() * t.y() - p.y() * t.x();
   }
-  const SO3d turn = SO3d::exp({0.0, 0.0, std::atan2(across, along)});
-  const Eigen::Vector3d e = turn * poses.back().position_m - off(poses.size() - 1);
+  const SO3d rotation = SO3d::exp({0.0, 0.0, std::atan2(across, along)});
+  const Eigen::Vector3d e = rotation * poses.back().position_m - off(poses.size() - 1);
   return {e.norm(), e.head<2>().norm()};
 }
 

@@ -1,4 +1,4 @@
-// The foot-mounted tracker on simulated walks, and on what should not happen.
+// The foot-mounted tracker on simulated walks and faulty input.
 #include <wayfare/pedestrian/detail/foot_filter.hpp>
 #include <wayfare/pedestrian/detail/foot_noise.hpp>
 #include <wayfare/pedestrian/detail/foot_readings.hpp>
@@ -26,15 +26,13 @@ using testing::FootWalkOptions;
 using testing::run_foot;
 using testing::walk_foot;
 
-/// Between the last pose and the true place. The tracker's x axis is the sensor's at the start, so
-/// both agree where the sensor sits straight.
+/// Distance of the last pose from the true position. The tracker's x axis is the sensor's initial
+/// one, so both agree for an aligned sensor.
 double end_error(const std::vector<FootPose>& poses, const FootWalk& walk) {
   return (poses.back().position_m - walk.position.back()).norm();
 }
 
 TEST(StanceStatistic, IsAboutOneAtRestAndGrowsWithMotion) {
-  // Readings one standard deviation off on each axis: 3 from the turning, 3 less what the window's
-  // own mean takes up from the force; without noise none.
   FootParameters p;
   std::vector<ImuSample> still(11);
   for (auto& s : still) s.specific_force_mps2 = {0.0, 0.0, p.gravity_mps2};
@@ -47,7 +45,7 @@ TEST(StanceStatistic, IsAboutOneAtRestAndGrowsWithMotion) {
   EXPECT_NEAR(stance_statistic(still.begin(), still.end(), p), 1.0, 1e-12);
 }
 
-// Forty strides with biases and noise of a good unit: 0.3 % of 52 m.
+// Forty strides with the biases and noise of a good unit: 0.3 % of 52 m.
 TEST(FootTracker, FollowsAWalk) {
   for (const auto statistic : {StanceStatistic::shoe, StanceStatistic::ared}) {
     FootParameters p;
@@ -60,7 +58,7 @@ TEST(FootTracker, FollowsAWalk) {
   }
 }
 
-// One setting from a stroll to a run of 3.7 m/s whose stance is a tenth of a second.
+// One setting from a stroll to a run of 3.7 m/s with stances of a tenth of a second.
 TEST(FootTracker, OneSettingServesEverySpeed) {
   struct Gait {
     double swing_s, stance_s, stride_m;
@@ -93,18 +91,18 @@ TEST(FootTracker, ClimbsStairsAndKeepsFloorsLevel) {
   EXPECT_LT(level, 0.5 * without);
 }
 
-// However the sensor sits, and at other rates, it is the same way.
-TEST(FootTracker, DoesNotMindMountingAndRate) {
+// The path does not depend on mounting or sampling rate.
+TEST(FootTracker, IsIndependentOfMountingAndRate) {
   FootWalkOptions o;
   const FootWalk straight = walk_foot(o);
-  const double went = run_foot(straight.samples, {}).back().position_m.norm();
+  const double distance = run_foot(straight.samples, {}).back().position_m.norm();
   o.q_foot_sensor = SO3d::exp({1.1, -0.7, 2.0});
   o.rate_bias.setZero();
   o.force_bias.setZero();
   const FootWalk turned = walk_foot(o);
   const Vector3d end = run_foot(turned.samples, {}).back().position_m;
   EXPECT_NEAR(end.norm(), straight.position.back().norm(), 0.05);
-  EXPECT_NEAR(went, straight.position.back().norm(), 0.003 * straight.length_m);
+  EXPECT_NEAR(distance, straight.position.back().norm(), 0.003 * straight.length_m);
   for (const double hz : {100.0, 400.0}) {
     o = {};
     o.rate_hz = hz;
@@ -140,13 +138,13 @@ TEST(FootTracker, CovarianceStaysPositiveAndCoversTheError) {
     squares +=
         e.head<2>().dot(end.position_covariance_m2.topLeftCorner<2, 2>().inverse() * e.head<2>());
   }
-  // Two degrees of freedom a run. The filter takes the world for rougher than this simulation, so
-  // it must not claim more than it has; nor a hundred times less.
+  // Two degrees of freedom per run. The filter's noise exceeds the simulation's: it must not be
+  // overconfident, nor more than a hundredfold underconfident.
   EXPECT_LT(squares / kRuns, 3.0);
   EXPECT_GT(squares / kRuns, 0.02);
 }
 
-// What a gyro cut off cannot be had back, but who knows its range does not claim to know the turn.
+// A clipped rotation is lost, but with a known range the covariance covers it.
 TEST(FootTracker, SaturationAddsToTheUncertainty) {
   FootWalkOptions o;
   o.pitch_rad = 1.2;
@@ -174,7 +172,7 @@ TEST(FootTracker, IsAnOdometryTrack) {
   EXPECT_NEAR(end->raw().heading().radians(), wrap_to_pi(6.0), 0.02);
 }
 
-TEST(FootTracker, ComesOutAsLateAsItSays) {
+TEST(FootTracker, DelayIsAsDocumented) {
   const FootWalk walk = walk_foot({});
   FootTracker tracker;
   double latest_s = 0.0;
@@ -185,7 +183,7 @@ TEST(FootTracker, ComesOutAsLateAsItSays) {
   EXPECT_LT(latest_s, p.stance_apart_s + 0.5 * p.stance_window_s + 0.011);
 }
 
-// --- what should not happen -------------------------------------------------------------------
+// --- faulty input -----------------------------------------------------------------------------
 
 struct Damaged {
   FootTracker tracker;
@@ -202,7 +200,8 @@ struct Damaged {
   }
 };
 
-/// The walk with what `change(i, sample)` makes of its middle second, or without what it refuses.
+/// The walk with its middle second modified by `change(i, sample)`, which returns false to drop a
+/// sample.
 template <class Change>
 std::vector<ImuSample> damage(const FootWalk& walk, Change change) {
   std::vector<ImuSample> samples;
@@ -225,7 +224,7 @@ TEST(FootBadInput, MissingReadingsAreReportedAndBridged) {
   EXPECT_LT(end_error(some.poses, walk), 0.5);
   const Damaged second(damage(walk, [](std::size_t, ImuSample&) { return false; }));
   EXPECT_EQ(second.tracker.report().gaps, 1u);
-  // A stride that nobody saw, and no more.
+  // One unobserved stride, and no more.
   EXPECT_LT(end_error(second.poses, walk), 3.0);
   EXPECT_GT(second.poses.back().position_covariance_m2.trace(), 0.5);
 }
@@ -238,7 +237,7 @@ TEST(FootBadInput, TimeBackwardsIsLate) {
   }));
   EXPECT_EQ(d.tracker.report().gyro.late, 10u);
   EXPECT_LT(end_error(d.poses, walk), 1.0);
-  // A clock that was set back for good begins a new time and keeps the place.
+  // After a clock set back permanently, time restarts and the position is kept.
   auto samples = walk.samples;
   for (std::size_t i = samples.size() / 2; i < samples.size(); ++i)
     samples[i].time = samples[i].time - std::chrono::seconds(100);
@@ -248,7 +247,7 @@ TEST(FootBadInput, TimeBackwardsIsLate) {
   EXPECT_LT(end_error(set_back.poses, walk), 10.0);
 }
 
-TEST(FootBadInput, AbsurdReadingsAreMissing) {
+TEST(FootBadInput, ReadingsFarOutOfRangeAreMissing) {
   const FootWalk walk = walk_foot({});
   const Damaged d(damage(walk, [](std::size_t i, ImuSample& s) {
     if (i % 20 == 0) s.angular_rate_radps.x() = 1e30;
@@ -258,15 +257,15 @@ TEST(FootBadInput, AbsurdReadingsAreMissing) {
   EXPECT_LT(end_error(d.poses, walk), 1.0);
 }
 
-// Thrown: it tumbles and falls freely for a second, hits the ground, and walks on.
-TEST(FootBadInput, ThrownAndFreeFallingItRecovers) {
+// Tumbling in free fall for a second, impact, and walking on.
+TEST(FootBadInput, RecoversFromFreeFall) {
   const FootWalk walk = walk_foot({});
   const Damaged d(damage(walk, [](std::size_t i, ImuSample& s) {
     s.specific_force_mps2 = i > 190 ? Vector3d(150.0, -150.0, 150.0) : Vector3d(0.05, 0.0, 0.1);
     s.angular_rate_radps = {20.0 * std::sin(0.1 * double(i)), 15.0, -10.0};
     return true;
   }));
-  // At rest at the end: still, upright, and sure of both.
+  // At rest at the end: zero velocity and correct tilt.
   const FootPose& end = d.poses.back();
   EXPECT_LT(end.velocity_mps.norm(), 0.05);
   const Vector3d up = end.q_world_foot * d.tracker.filter().force_bias() * 0.0 +
@@ -283,7 +282,7 @@ TEST(FootBadInput, WaitsForGravityBeforeItStarts) {
   EXPECT_EQ(tracker.report().stances, 0u);
 }
 
-TEST(FootBadInput, AnythingLeavesItFinite) {
+TEST(FootBadInput, StaysFiniteOnRandomInput) {
   Rng rng(5);
   const FootWalk walk = walk_foot({});
   FootTracker tracker;

@@ -1,6 +1,6 @@
 #pragma once
 
-// A foot that walks a known way, and what an inertial unit on it would say.
+// A foot on a known path and the readings of an inertial unit on it.
 
 #include <algorithm>
 #include <cmath>
@@ -20,25 +20,25 @@ struct FootWalkOptions {
   int strides = 40;
   double rest_s = 2.0;  ///< at the start and the end
   double swing_s = 0.45, stance_s = 0.4;
-  double stride_m = 1.3, lift_m = 0.12, climb_m = 0.0;  ///< a stride
-  double turn_rad = 0.15;                               ///< a stride
+  double stride_m = 1.3, lift_m = 0.12, climb_m = 0.0;  ///< per stride
+  double turn_rad = 0.15;                               ///< per stride
   double pitch_rad = 0.6;
   Eigen::Vector3d rate_bias{0.001, -0.0015, 0.001};
   Eigen::Vector3d force_bias{0.03, -0.02, 0.04};
   double rate_density = 0.0001, force_density = 0.002;
-  double rate_range = 1e9;  ///< readings are cut off here
+  double rate_range = 1e9;  ///< readings are clipped here
   SO3d q_foot_sensor;
   std::uint64_t seed = 1;
 };
 
 struct FootWalk {
   std::vector<ImuSample> samples;
-  std::vector<Eigen::Vector3d> position;  ///< after them, from the start; z up
+  std::vector<Eigen::Vector3d> position;  ///< after the samples, from the start; z up
   double length_m = 0.0;
 };
 
 /// Each swing is a smooth step of time (10u³ − 15u⁴ + 6u⁵) along a straight line, with a hump
-/// (64u³(1 − u)³) for the lift and for the toe that points down.
+/// (64u³(1 − u)³) for lift and pitch.
 inline FootWalk walk_foot(const FootWalkOptions& o) {
   struct Pose {
     Eigen::Vector3d p, v;

@@ -1,4 +1,4 @@
-// The drift of a gyro's heading by a magnetometer with iron about it that nobody told.
+// Gyro heading drift from a magnetometer with unknown hard iron.
 #include <wayfare/pedestrian/detail/magnetic_heading_drift.hpp>
 
 #include <cmath>
@@ -18,27 +18,27 @@ using testing::PhoneWalk;
 using testing::PhoneWalkOptions;
 using testing::walk_phone;
 
-MagneticHeadingDriftParameters never_calibrated() {
+MagneticHeadingDriftParameters uncalibrated() {
   MagneticHeadingDriftParameters p;
   p.offset_sigma_uT = 50.0;
   return p;
 }
 
-struct Rounds {
+struct CircuitOptions {
   double duration_s = 240.0;
-  double leg_s = 15.0;  ///< straight, then a quarter turn; nothing but straight where it is longer
+  double leg_s = 15.0;  ///< straight, then a quarter turn
   double bias_radps = 0.012;
   Eigen::Vector3d offset_uT{-30.0, 22.0, 15.0};
-  double bent_uT = 4.0;  ///< Gauss-Markov, 2 s
+  double disturbance_uT = 4.0;  ///< Gauss-Markov, 2 s
   std::uint64_t seed = 1;
 };
 
-/// A head that nods goes round the block; `each(i, reading)` may change what is read.
+/// Rectangular circuits with a nodding head; `each(i, reading)` may modify the readings.
 template <class Each>
-MagneticHeadingDrift go_round(const Rounds& o, MagneticHeadingDrift drift, Each each) {
+MagneticHeadingDrift walk_circuit(const CircuitOptions& o, MagneticHeadingDrift drift, Each each) {
   Rng rng(o.seed);
-  Eigen::Vector3d bend = Eigen::Vector3d::Zero();
-  const double dt = 0.05, keeps = std::exp(-dt / 2.0);
+  Eigen::Vector3d disturbance = Eigen::Vector3d::Zero();
+  const double dt = 0.05, decay = std::exp(-dt / 2.0);
   for (int i = 0; i < static_cast<int>(o.duration_s / dt); ++i) {
     const double t = i * dt, leg = std::floor(t / o.leg_s), into = t - leg * o.leg_s;
     const double heading = 0.5 * std::numbers::pi * (leg + std::min(1.0, std::max(0.0, into)));
@@ -46,48 +46,49 @@ MagneticHeadingDrift go_round(const Rounds& o, MagneticHeadingDrift drift, Each 
     const SO3d truth = SO3d::exp({0.0, 0.0, heading}) * nod;
     const SO3d by_gyro = SO3d::exp({0.0, 0.0, heading + o.bias_radps * t}) * nod;
     for (int k = 0; k < 3; ++k)
-      bend[k] = keeps * bend[k] + o.bent_uT * std::sqrt(1.0 - keeps * keeps) * rng.normal();
+      disturbance[k] =
+          decay * disturbance[k] + o.disturbance_uT * std::sqrt(1.0 - decay * decay) * rng.normal();
     Eigen::Vector3d reading =
-        truth.inverse() * (Eigen::Vector3d(0.0, 20.0, -44.0) + bend) + o.offset_uT;
+        truth.inverse() * (Eigen::Vector3d(0.0, 20.0, -44.0) + disturbance) + o.offset_uT;
     each(i, reading);
     drift.add(LogTime::from_nanoseconds(std::llround((t + 1.0) * 1e9)), by_gyro, reading);
   }
   return drift;
 }
-MagneticHeadingDrift go_round(const Rounds& o) {
-  return go_round(o, MagneticHeadingDrift(never_calibrated()), [](int, Eigen::Vector3d&) {});
+MagneticHeadingDrift walk_circuit(const CircuitOptions& o) {
+  return walk_circuit(o, MagneticHeadingDrift(uncalibrated()), [](int, Eigen::Vector3d&) {});
 }
-double drift_error(const Rounds& o, const MagneticHeadingDrift& drift) {
+double drift_error(const CircuitOptions& o, const MagneticHeadingDrift& drift) {
   return drift.correction() + o.bias_radps * (o.duration_s - 0.05);
 }
 
-// The gyro alone is off by 165° at the end.
-TEST(MagneticHeadingDrift, TellsDriftAndOffsetApartByTurning) {
-  const Rounds o;
-  const MagneticHeadingDrift drift = go_round(o);
+// The gyro alone has an error of 165° at the end.
+TEST(MagneticHeadingDrift, SeparatesDriftAndOffsetByTurns) {
+  const CircuitOptions o;
+  const MagneticHeadingDrift drift = walk_circuit(o);
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.1);
   EXPECT_NEAR(drift.rate_radps(), -o.bias_radps, 0.001);
   EXPECT_LT((drift.offset_uT() - o.offset_uT).head<2>().norm(), 4.0);
   EXPECT_LT((drift.offset_sigma_uT()).head<2>().norm(), 3.0);
 }
 
-// Seventy-two errors of one degree of freedom each: their mean square is within 99.9 % of one.
+// Seventy-two errors of one degree of freedom each: bounds of their mean square at 99.9 %.
 TEST(MagneticHeadingDrift, ErrorsHaveTheirVariance) {
   double squares = 0.0;
   int n = 0;
   for (std::uint64_t seed = 1; seed <= 18; ++seed) {
     Rng rng(seed + 100);
-    auto p = never_calibrated();
+    auto p = uncalibrated();
     p.offset_sigma_uT = 20.0;
     p.rate_noise = 0.0;
     p.bias_walk = 0.0;
-    Rounds o;
+    CircuitOptions o;
     o.seed = seed;
     o.duration_s = 120.0;
     o.bias_radps = p.bias_sigma * rng.normal();
     for (int k = 0; k < 3; ++k) o.offset_uT[k] = 20.0 * rng.normal();
     const MagneticHeadingDrift drift =
-        go_round(o, MagneticHeadingDrift(p), [](int, Eigen::Vector3d&) {});
+        walk_circuit(o, MagneticHeadingDrift(p), [](int, Eigen::Vector3d&) {});
     squares += std::pow(drift_error(o, drift), 2) / drift.variance();
     for (int k = 0; k < 3; ++k)
       squares += std::pow((drift.offset_uT() - o.offset_uT)[k] / drift.offset_sigma_uT()[k], 2);
@@ -98,10 +99,10 @@ TEST(MagneticHeadingDrift, ErrorsHaveTheirVariance) {
   EXPECT_LT(squares / n, 1.65);
 }
 
-TEST(MagneticHeadingDrift, DoesNotMindHowTheUnitIsTurned) {
-  const Rounds o;
+TEST(MagneticHeadingDrift, IsIndependentOfMounting) {
+  const CircuitOptions o;
   const SO3d mounted = SO3d::exp({1.0, -0.7, 2.0});
-  MagneticHeadingDrift turned{never_calibrated()}, straight{never_calibrated()};
+  MagneticHeadingDrift turned{uncalibrated()}, straight{uncalibrated()};
   for (int i = 0; i < 600; ++i) {
     const auto time = LogTime::from_nanoseconds(std::int64_t{50'000'000} * (i + 1));
     const SO3d q = SO3d::exp({0.1 * std::sin(0.1 * i), 0.0, 0.02 * i});
@@ -117,35 +118,35 @@ TEST(MagneticHeadingDrift, DoesNotMindHowTheUnitIsTurned) {
   EXPECT_LT((mounted * turned.offset_uT() - straight.offset_uT()).norm(), 1e-6);
 }
 
-// Who never turns tells iron from field by nods alone: hardly, and is not sure of it.
-TEST(MagneticHeadingDrift, WithoutATurnTheOffsetStaysUnknown) {
-  Rounds o;
+// Without turns only nods separate iron from field, and the uncertainty stays large.
+TEST(MagneticHeadingDrift, OffsetStaysUnknownWithoutTurns) {
+  CircuitOptions o;
   o.leg_s = 1e9;
   o.duration_s = 60.0;
   o.bias_radps = 0.0;
   const MagneticHeadingDrift drift =
-      go_round(o, MagneticHeadingDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
+      walk_circuit(o, MagneticHeadingDrift(uncalibrated()), [](int i, Eigen::Vector3d& m) {
         if (i < 20) m.setConstant(std::nan(""));  // the turn at the start
       });
   EXPECT_GT(drift.offset_sigma_uT().head<2>().minCoeff(), 3.0);
   EXPECT_LT(std::abs(drift_error(o, drift)), 3.0 * std::sqrt(drift.variance()));
 }
 
-TEST(MagneticHeadingDrift, AMagnetBroughtNearIsReportedAndHarmsLittle) {
-  const Rounds o;
+TEST(MagneticHeadingDrift, MagnetNearbyIsRejected) {
+  const CircuitOptions o;
   const MagneticHeadingDrift drift =
-      go_round(o, MagneticHeadingDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
+      walk_circuit(o, MagneticHeadingDrift(uncalibrated()), [](int i, Eigen::Vector3d& m) {
         if (i > 2400 && i < 2600) m.x() += 150.0;
       });
-  EXPECT_GT(drift.report().disturbed, 90u);  // ten seconds, ten a second
+  EXPECT_GT(drift.report().disturbed, 90u);  // ten seconds at 10 Hz
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.12);
 }
 
-TEST(MagneticHeadingDrift, AnotherFieldThatLastsIsLearned) {
-  const Rounds o;
+TEST(MagneticHeadingDrift, PersistentFieldIsLearned) {
+  const CircuitOptions o;
   const MagneticHeadingDrift drift =
-      go_round(o, MagneticHeadingDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
-        if (i > 2400) m += Eigen::Vector3d(-80.0, 60.0, 0.0);  // iron that was put on
+      walk_circuit(o, MagneticHeadingDrift(uncalibrated()), [](int i, Eigen::Vector3d& m) {
+        if (i > 2400) m += Eigen::Vector3d(-80.0, 60.0, 0.0);  // iron attached to the unit
       });
   EXPECT_LT(drift.report().disturbed, 260u);
   EXPECT_LT((drift.offset_uT() - o.offset_uT - Eigen::Vector3d(-80.0, 60.0, 0.0)).head<2>().norm(),
@@ -153,10 +154,10 @@ TEST(MagneticHeadingDrift, AnotherFieldThatLastsIsLearned) {
   EXPECT_LT(std::abs(drift_error(o, drift)), 0.25);
 }
 
-TEST(MagneticHeadingDrift, MissingLateAndAbsurdReadings) {
-  const Rounds o;
+TEST(MagneticHeadingDrift, MissingLateAndHugeReadings) {
+  const CircuitOptions o;
   MagneticHeadingDrift drift =
-      go_round(o, MagneticHeadingDrift(never_calibrated()), [](int i, Eigen::Vector3d& m) {
+      walk_circuit(o, MagneticHeadingDrift(uncalibrated()), [](int i, Eigen::Vector3d& m) {
         if (i % 7 == 0) m.y() = std::nan("");
         if (i % 1001 == 1000) m.z() = 1e30;
       });
@@ -167,8 +168,8 @@ TEST(MagneticHeadingDrift, MissingLateAndAbsurdReadings) {
   EXPECT_EQ(drift.correction(), before);
 }
 
-// A walk about long bends with iron at the phone and a gyro that drifts: 22° in the three minutes.
-TEST(MagneticHeadingDrift, BringsAWalkerHome) {
+// A walk along long bends with iron at the phone and a gyro drift of 22° in three minutes.
+TEST(MagneticHeadingDrift, CorrectsAWalk) {
   PhoneWalkOptions o;
   o.steps = 300;
   o.start_rad = 0.5 * std::numbers::pi;
@@ -179,7 +180,7 @@ TEST(MagneticHeadingDrift, BringsAWalkerHome) {
   }
   PedestrianParameters p;
   p.length = ConstantStep{1.0};
-  p.ahrs.rest_rate_density = 1e3;  // the rest at the start would tell the bias
+  p.ahrs.rest_rate_density = 1e3;  // the initial rest would reveal the bias
   const auto heading_error = [&](double offset_sigma_uT, bool magnetometer) {
     p.magnetic_drift.offset_sigma_uT = offset_sigma_uT;
     p.ahrs.use_magnetometer = magnetometer;

@@ -1,4 +1,4 @@
-// Steps, their lengths and the way they go, on simulated walks and on what should not happen.
+// Steps, their lengths and directions, on simulated walks and faulty input.
 #include <wayfare/pedestrian/detail/band_pass_filter.hpp>
 #include <wayfare/pedestrian/detail/gait_start_detector.hpp>
 #include <wayfare/pedestrian/detail/straight_walk.hpp>
@@ -41,7 +41,7 @@ std::vector<Step> steps_of(const MargRecording& samples, const StepParameters& p
   return steps;
 }
 
-TEST(StepDetector, CountsAtEveryPaceAndStrength) {
+TEST(StepDetector, CountsAtAnyFrequencyAndAmplitude) {
   for (const double hz : {1.2, 1.8, 2.6})
     for (const double bounce : {1.2, 3.0, 8.0})
       for (const double rate : {50.0, 100.0, 200.0}) {
@@ -56,19 +56,19 @@ TEST(StepDetector, CountsAtEveryPaceAndStrength) {
       }
 }
 
-TEST(StepDetector, DoesNotMindHowItIsTurned) {
+TEST(StepDetector, IsIndependentOfMounting) {
   PhoneWalkOptions o;
   const auto straight = steps_of(walk_phone(o).samples);
   o.q_body_phone = SO3d::exp({2.0, 1.0, -0.5});
   EXPECT_EQ(steps_of(walk_phone(o).samples).size(), straight.size());
 }
 
-TEST(StepDetector, AtRestAndInHandlingThereAreNone) {
+TEST(StepDetector, IgnoresRestAndHandling) {
   PhoneWalkOptions o;
   o.steps = 0;
   o.rest_s = 60.0;
   EXPECT_TRUE(steps_of(walk_phone(o).samples).empty());
-  // Five shakes are no walk; nor is what shakes twelve times a second.
+  // Five shakes are no walk, nor is vibration of 12 Hz.
   o.steps = 5;
   EXPECT_TRUE(steps_of(walk_phone(o).samples).empty());
   o.steps = 400;
@@ -76,7 +76,7 @@ TEST(StepDetector, AtRestAndInHandlingThereAreNone) {
   EXPECT_TRUE(steps_of(walk_phone(o).samples).empty());
 }
 
-/// Steps of an upright unit whose vertical acceleration is this, at 100 Hz.
+/// Steps of an upright unit with this vertical acceleration, at 100 Hz.
 template <class Acceleration>
 std::vector<Step> steps_of_vertical(double duration_s, Acceleration acceleration) {
   MargRecording samples;
@@ -90,19 +90,19 @@ std::vector<Step> steps_of_vertical(double duration_s, Acceleration acceleration
 }
 double wave(double hz, double t) { return std::sin(2.0 * std::numbers::pi * hz * t); }
 
-// Thirty steps of 1.8 a second, then a bag that goes on swinging a little: as often, a fifth as
-// far.
-TEST(StepDetector, WhatSwingsOnAfterAWalkIsNoWalk) {
+// Thirty steps at 1.8 Hz, then a bag swinging on at the same frequency with a fifth of the
+// amplitude.
+TEST(StepDetector, IgnoresSwingingAfterAWalk) {
   const auto steps =
       steps_of_vertical(30.0, [](double t) { return (t < 30.0 / 1.8 ? 3.0 : 0.6) * wave(1.8, t); });
   EXPECT_NEAR(double(steps.size()), 30.0, 1.0);
 }
 
-// Between steps of one walk a swing that a moving arm took away is a step; a pause is none.
-TEST(StepDetector, AStepThatIsNotSeenIsCounted) {
+// A swing missed within a walk, cancelled by a moving arm, counts as a step; a pause does not.
+TEST(StepDetector, CountsAMissedStep) {
   const auto gap = [](double missing) {
     return steps_of_vertical(40.0, [=](double t) {
-      const double step = t * 2.0;  // two a second
+      const double step = t * 2.0;  // at 2 Hz
       return step > 30.0 && step < 30.0 + missing ? 0.0 : 3.0 * wave(2.0, t);
     });
   };
@@ -115,7 +115,7 @@ TEST(StepDetector, AStepThatIsNotSeenIsCounted) {
   EXPECT_NEAR(double(gap(8.0).size()), 72.0, 1.0);
 }
 
-// A runner who walks on swings less than a third as far; who walks on running, three times as far.
+// From running to walking the swing falls to less than a third, and rises again.
 TEST(StepDetector, FollowsFromRunningToWalkingAndBack) {
   const auto steps = steps_of_vertical(60.0, [](double t) {
     const bool runs = t < 20.0 || t > 40.0;
@@ -124,7 +124,7 @@ TEST(StepDetector, FollowsFromRunningToWalkingAndBack) {
   EXPECT_NEAR(double(steps.size()), 50.0 + 40.0 + 50.0, 4.0);
 }
 
-TEST(StepLength, ModelsGiveTheirFormulas) {
+TEST(StepLength, ModelsMatchTheirFormulas) {
   const Step s{LogTime(), 0.5, 3.0, -1.0, 0.512};
   EXPECT_NEAR(ConstantStep{0.7}(s), 0.7, 1e-12);
   EXPECT_NEAR(WeinbergStep{0.5}(s), 0.5 * std::sqrt(2.0), 1e-12);  // (3 + 1)^¼ = √2
@@ -132,7 +132,7 @@ TEST(StepLength, ModelsGiveTheirFormulas) {
   EXPECT_NEAR((HeightFrequencyStep{0.3, 2.0}(s)), 0.6 * std::sqrt(2.0), 1e-12);
 }
 
-TEST(StepLength, CalibratedTheStepsAddUpToTheWay) {
+TEST(StepLength, CalibratedStepsAddUpToTheDistance) {
   const auto steps = steps_of(walk_phone({}).samples);
   for (const StepLength& model : {StepLength(KimStep{}), StepLength(ConstantStep{}),
                                   StepLength(WeinbergStep{}), StepLength(HeightFrequencyStep{})}) {
@@ -141,7 +141,7 @@ TEST(StepLength, CalibratedTheStepsAddUpToTheWay) {
     for (const Step& s : steps) sum += length_of(s, fitted);
     EXPECT_NEAR(sum, 61.0, 1e-9);
   }
-  // The constant is the way over the number of steps.
+  // The constant is the distance over the number of steps.
   EXPECT_NEAR(length_of(steps[0], calibrated(ConstantStep{}, steps, 61.0)),
               61.0 / double(steps.size()), 1e-12);
   EXPECT_EQ(length_of(Step{}, calibrated(ConstantStep{0.7}, {}, 61.0)), 0.7);
@@ -156,7 +156,7 @@ PedestrianParameters metre_steps() {
 TEST(Pedestrian, FollowsAWalk) {
   for (const bool magnetometer : {true, false}) {
     PhoneWalkOptions o;
-    if (!magnetometer) o.start_rad = 1.5707963267948966;  // forward is the way it calls north
+    if (!magnetometer) o.start_rad = 0.5 * std::numbers::pi;  // its initial heading is called north
     const PhoneWalk walk = walk_phone(o);
     auto p = metre_steps();
     p.ahrs.use_magnetometer = magnetometer;
@@ -169,7 +169,7 @@ TEST(Pedestrian, FollowsAWalk) {
     EXPECT_NEAR(pose.heading.radians(), wrap_to_pi(walk.heading_rad), 0.15) << magnetometer;
     const OdometryTrack track(odometry);
     EXPECT_LT((track.at(pose.time)->raw().translation() - pose.position_m).norm(), 1e-9);
-    EXPECT_NEAR(pedestrian.report().walked_m, double(odometry.size()), 1e-9);
+    EXPECT_NEAR(pedestrian.report().distance_m, double(odometry.size()), 1e-9);
   }
 }
 
@@ -196,7 +196,7 @@ TEST(Pedestrian, CovarianceCoversTheErrorAndStaysPositive) {
   EXPECT_GE(inside, 17);
 }
 
-// Five steps are no walk to a counter of steps, but to who walks.
+// Five steps are too few for a step counter, but not with walking_step_parameters().
 TEST(Pedestrian, FollowsAFewSteps) {
   PhoneWalkOptions o;
   o.steps = 5;
@@ -204,12 +204,12 @@ TEST(Pedestrian, FollowsAFewSteps) {
   ASSERT_TRUE(steps_of(walk.samples).empty());
   Pedestrian pedestrian(metre_steps());
   for (const auto& s : walk.samples) pedestrian.add(s);
-  EXPECT_NEAR(pedestrian.report().walked_m, 5.0, 1.0);
+  EXPECT_NEAR(pedestrian.report().distance_m, 5.0, 1.0);
   EXPECT_LT((pedestrian.pose().position_m - walk.end).norm(), 1.2);
 }
 
-// In a pocket, any way round: the axis it sways along is found.
-TEST(Pedestrian, FindsTheWayOfWalkingFromTheSway) {
+// In a pocket with any mounting: the sway axis is found.
+TEST(Pedestrian, FindsTheWalkingDirectionFromTheSway) {
   for (const double turned : {-2.5, -0.9, 0.6, 1.6, 3.0}) {
     PhoneWalkOptions o;
     o.q_body_phone = SO3d::exp({0.0, 0.0, turned});
@@ -220,14 +220,14 @@ TEST(Pedestrian, FindsTheWayOfWalkingFromTheSway) {
     Pedestrian pedestrian(metre_steps());
     for (const auto& s : walk.samples) pedestrian.add(s);
     const double offset = pedestrian.direction().offset().radians();
-    // The sway and the rising are a half turn or none apart: the axis is what is sure.
+    // Only the axis is determined: the sign is ambiguous here.
     EXPECT_NEAR(std::abs(std::cos(offset + turned)), 1.0, 0.02) << turned;
-    EXPECT_GT(pedestrian.direction().clearness(), 3.0);
+    EXPECT_GT(pedestrian.direction().variance_ratio(), 3.0);
   }
 }
 
-// Legs of a quarter of a minute with a square turn between them; a gyro that drifts 17° a minute.
-TEST(Pedestrian, StraightLegsTellTheDrift) {
+// Legs of 15 s with right-angle turns; a gyro drift of 17° per minute.
+TEST(Pedestrian, StraightLegsRevealTheDrift) {
   PhoneWalkOptions o;
   o.steps = 300;
   o.turn_radps = 0.0;
@@ -239,7 +239,7 @@ TEST(Pedestrian, StraightLegsTellTheDrift) {
   }
   auto p = metre_steps();
   p.ahrs.use_magnetometer = false;
-  p.ahrs.rest_rate_density = 1e3;  // the rest at the start would tell the bias
+  p.ahrs.rest_rate_density = 1e3;  // the initial rest would reveal the bias
   const auto turned = [&] {
     Pedestrian pedestrian(p);
     for (const auto& s : walk.samples) pedestrian.add(s);
@@ -252,23 +252,23 @@ TEST(Pedestrian, StraightLegsTellTheDrift) {
   EXPECT_LT(turned(), 5.0);
 }
 
-TEST(StraightWalk, TheRateThatReturnsIsTheBiasHoweverManyBendsThereAre) {
+TEST(StraightWalk, TheRecurringRateIsTheBiasDespiteBends) {
   StraightWalkParameters p;
   p.bias_sigma_radps = 0.01;
   StraightWalk straight(p);
   double heading = 0.0, drift = 0.0;
-  for (int i = 0; i < 600; ++i) {  // two steps a second, a third of the time bends to either side
+  for (int i = 0; i < 600; ++i) {  // 2 Hz, bends to either side a third of the time
     const double bend = i % 30 < 5 ? 0.6 : i % 30 < 10 ? -0.3 : 0.0;
     heading += 0.5 * (0.008 + bend);
     drift = straight.step(LogTime::from_nanoseconds(std::int64_t{500'000'000} * i), heading);
   }
   EXPECT_NEAR(straight.bias_radps(), 0.008, 0.001);
   EXPECT_NEAR(drift, 0.008 * 299.5, 0.3);
-  // Off it leaves the heading as it is.
+  // Disabled by default.
   EXPECT_EQ(StraightWalk({}).step(LogTime(), 1.0), 0.0);
 }
 
-// --- what should not happen -------------------------------------------------------------------
+// --- faulty input -----------------------------------------------------------------------------
 
 struct Walked {
   Pedestrian pedestrian{metre_steps()};
@@ -298,7 +298,7 @@ TEST(PedestrianBadInput, DropoutsNanAndLateReadingsAreReported) {
   EXPECT_LT((run.pedestrian.pose().position_m - walk.end).norm(), 6.0);
 }
 
-TEST(PedestrianBadInput, AGapLosesTheStepsInItAndNoMore) {
+TEST(PedestrianBadInput, AGapLosesOnlyItsSteps) {
   const PhoneWalk walk = walk_phone({});
   auto samples = walk.samples;
   const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
@@ -307,8 +307,8 @@ TEST(PedestrianBadInput, AGapLosesTheStepsInItAndNoMore) {
   EXPECT_NEAR(double(run.pedestrian.report().steps), 80.0 - 5.4, 3.0);
 }
 
-// Thrown: a second of free fall with tumbling, a blow that saturates, and the walk goes on.
-TEST(PedestrianBadInput, ThrownItGoesOnCounting) {
+// Tumbling in free fall for a second, a saturating impact, and walking on.
+TEST(PedestrianBadInput, ContinuesAfterFreeFall) {
   const PhoneWalk walk = walk_phone({});
   auto samples = walk.samples;
   const std::size_t middle = samples.size() / 2;
@@ -321,7 +321,7 @@ TEST(PedestrianBadInput, ThrownItGoesOnCounting) {
   EXPECT_NEAR(double(run.pedestrian.report().steps), 80.0, 6.0);
 }
 
-TEST(PedestrianBadInput, AnythingLeavesItFinite) {
+TEST(PedestrianBadInput, StaysFiniteOnRandomInput) {
   Rng rng(9);
   auto samples = walk_phone({}).samples;
   for (auto& s : samples)

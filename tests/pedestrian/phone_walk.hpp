@@ -1,6 +1,6 @@
 #pragma once
 
-// Somebody who walks with a phone, and what its sensors would say.
+// A person walking with a phone, and its sensor readings.
 
 #include <cmath>
 #include <cstdint>
@@ -22,8 +22,8 @@ struct PhoneWalkOptions {
   double step_hz = 1.8;
   double bounce_mps2 = 3.0;  ///< amplitude of the vertical acceleration
   double sway_mps2 = 1.0;    ///< of the forward acceleration
-  double turn_radps = 0.1;   ///< of the way, counter-clockwise
-  double start_rad = 0.4;    ///< of walking at the start, from east
+  double turn_radps = 0.1;   ///< of the path, counter-clockwise
+  double start_rad = 0.4;    ///< initial walking direction, from east
   double noise_mps2 = 0.1;
   double rate_noise_radps = 0.005;
   SO3d q_body_phone;  ///< body: x right, y forward, z up
@@ -32,7 +32,7 @@ struct PhoneWalkOptions {
 
 struct PhoneWalk {
   MargRecording samples;
-  Eigen::Vector2d end = Eigen::Vector2d::Zero();  ///< with steps of a metre
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();  ///< with steps of one metre
   double heading_rad = 0.0;
 };
 
@@ -53,7 +53,7 @@ inline PhoneWalk walk_phone(const PhoneWalkOptions& o) {
     const double phase = 2.0 * std::numbers::pi * o.step_hz * since;
     const Eigen::Vector3d moves(0.0, walks ? o.sway_mps2 * std::cos(phase) : 0.0,
                                 walks ? -o.bounce_mps2 * std::cos(phase) : 0.0);
-    // The body's y axis is forward: its x axis is a quarter turn clockwise of it.
+    // The body's y axis is forward, its x axis to the right.
     const SO3d q_enu_body = SO3d::exp({0.0, 0.0, walk.heading_rad - 0.5 * std::numbers::pi});
     const SO3d to_phone = o.q_body_phone.inverse();
     MargSample s;

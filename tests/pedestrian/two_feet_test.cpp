@@ -1,4 +1,4 @@
-// Two feet on simulated walks: what the bound on their distance brings.
+// Two feet on simulated walks with a bound on their distance.
 #include <wayfare/pedestrian/two_feet.hpp>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/sim/feet.hpp>
 #include <wayfare/sim/imu.hpp>
 
@@ -19,7 +20,7 @@ using Side = TwoFeet::Side;
 
 struct Ends {
   double left_m = 0.0, right_m = 0.0, middle_m = 0.0, apart_m = 0.0;
-  std::uint64_t drawn = 0;
+  std::uint64_t projections = 0;
 };
 
 TwoFeet walked(const sim::FeetTruth& truth, const TwoFeetParameters& p) {
@@ -40,18 +41,14 @@ Ends walk(const sim::FeetTruth& truth, const TwoFeetParameters& p) {
   const Eigen::Vector3d rt = truth.right_from_left + truth.right.position.back();
   const auto level = [](const Eigen::Vector3d& v) { return v.head<2>().norm(); };
   return {level(l - lt), level(r - rt), level(0.5 * (l + r) - 0.5 * (lt + rt)), (l - r).norm(),
-          feet.drawn()};
+          feet.projections()};
 }
 
-double root_mean_square(const std::vector<double>& x) {
-  double sum = 0.0;
-  for (const double v : x) sum += v * v;
-  return std::sqrt(sum / double(x.size()));
-}
+double root_mean_square(const std::vector<double>& x) { return summarise(x).rmse; }
 
-// What a simulated foot reads leads, integrated without any filter, where it went; and two of them
-// are never further apart than half a stride and what they stand apart.
-TEST(SimulatedFeet, ReadingsLeadWhereTheyWent) {
+// Integrating the simulated readings without a filter reproduces the path; the feet are never
+// further apart than half a stride and their width.
+TEST(SimulatedFeet, ReadingsReproduceThePath) {
   sim::FeetPlan plan;
   plan.strides = 12;
   plan.turn_rad = 0.2;
@@ -82,9 +79,9 @@ TEST(SimulatedFeet, ReadingsLeadWhereTheyWent) {
   EXPECT_GT(farthest, 0.5 * plan.stride_m);
 }
 
-// Without turns of the way the drift of a heading is an error across it, each foot's own: of two
-// as of one the middle errs by less, and the bound leaves no foot far behind the middle.
-TEST(TwoFeet, TheBoundDrawsTheWorseFootBack) {
+// On a straight path the heading drift of each foot is an independent cross-track error: the
+// midpoint has a smaller error than one foot, and the bound limits that of the worse foot.
+TEST(TwoFeet, TheBoundCorrectsTheWorseFoot) {
   sim::FeetPlan plan;
   plan.strides = 150;
   std::vector<double> one, free, bound, worst_free, worst_bound;
@@ -93,7 +90,7 @@ TEST(TwoFeet, TheBoundDrawsTheWorseFootBack) {
     TwoFeetParameters p;
     p.farthest_m = 0.0;
     const Ends apart = walk(truth, p);
-    EXPECT_EQ(apart.drawn, 0u);
+    EXPECT_EQ(apart.projections, 0u);
     p.farthest_m = 0.85;
     const Ends together = walk(truth, p);
     one.push_back(apart.left_m);
@@ -112,8 +109,8 @@ TEST(TwoFeet, TheBoundDrawsTheWorseFootBack) {
   EXPECT_LT(root_mean_square(worst_bound), 0.7 * root_mean_square(worst_free));
 }
 
-// However the units are turned towards each other, if it is told.
-TEST(TwoFeet, AreTurnedAsTheyAreMounted) {
+// The relative heading of the units is accounted for.
+TEST(TwoFeet, UseTheRelativeMounting) {
   sim::FeetPlan plan;
   plan.strides = 20;
   auto truth = sim::simulate_feet(plan, {}, Rng(3));

@@ -1,7 +1,7 @@
 #pragma once
 
-// Recordings of walks with a phone (Microsoft's indoor location data, 2020) and with a unit on the
-// head (Rocip), where they are.
+// Recordings of walks with a phone (Microsoft's indoor location data, 2020) and with a head-mounted
+// unit (Rocip), if available.
 
 #include <cmath>
 #include <filesystem>
@@ -33,7 +33,7 @@ inline void measure_length(WalkRecording& walk, std::size_t stride) {
     walk.length_m += (walk.truth[i].p - walk.truth[i - stride].p).norm();
 }
 
-/// Recordings begin at zero; their samples a thousand seconds later, for waypoints may come before.
+/// Recordings begin at zero, the samples a thousand seconds later, since waypoints may be earlier.
 inline LogTime recording_time(double t_s) {
   return LogTime::from_nanoseconds(std::llround((t_s + 1000.0) * 1e9));
 }
@@ -41,7 +41,7 @@ inline LogTime recording_time(double t_s) {
 inline Result<WalkRecording> read_phone_walk(const std::string& path) {
   const auto table = io::read_float_table(path);
   if (!table) return table.error();
-  if (table->columns < 10) return Error{ErrorCode::invalid, "has other columns", path};
+  if (table->columns < 10) return Error{ErrorCode::invalid, "has too few columns", path};
   WalkRecording walk;
   for (std::size_t i = 0; i < table->rows(); ++i) {
     const auto r = table->row(i);
@@ -62,12 +62,12 @@ inline Result<WalkRecording> read_phone_walk(const std::string& path) {
 inline Result<WalkRecording> read_head_walk(const std::string& path) {
   const auto table = io::read_float_table(path);
   if (!table) return table.error();
-  if (table->columns < 16) return Error{ErrorCode::invalid, "has other columns", path};
+  if (table->columns < 16) return Error{ErrorCode::invalid, "has too few columns", path};
   WalkRecording walk;
   for (std::size_t i = 0; i < table->rows(); ++i) {
     const auto r = table->row(i);
     const auto v = [&](std::size_t c) { return Eigen::Vector3d(r[c], r[c + 1], r[c + 2]); };
-    // Not calibrated: in units of the Earth's field, about.
+    // Uncalibrated, roughly in units of the Earth's field.
     const Eigen::Vector3d field = 45.0 * v(7);
     walk.samples.push_back(
         {recording_time(double(r[0])), v(1), v(4),
@@ -95,9 +95,9 @@ inline std::vector<WalkedStep> steps_along(const WalkRecording& walk,
   return steps;
 }
 
-/// The walked way at the times of the truth, interpolated between steps.
-inline std::vector<Eigen::Vector2d> way_of(const std::vector<WalkedStep>& steps,
-                                           const WalkRecording& walk) {
+/// The dead-reckoned path at the times of the truth, interpolated between steps.
+inline std::vector<Eigen::Vector2d> path_of(const std::vector<WalkedStep>& steps,
+                                            const WalkRecording& walk) {
   std::vector<TimedPoint> track;
   Eigen::Vector2d p = Eigen::Vector2d::Zero();
   for (const WalkedStep& s : steps) {
@@ -122,8 +122,8 @@ inline std::vector<Eigen::Vector2d> way_of(const std::vector<WalkedStep>& steps,
   return points;
 }
 
-/// The direction of the true way between the points `reach_s` before and after a time or, with
-/// zero, between the two about it.
+/// The direction of the true path between the points `reach_s` before and after a time or, with
+/// zero, between the two around it.
 inline double true_direction(const WalkRecording& walk, double t_s, double reach_s) {
   const auto after = [&](double t) {
     std::size_t i = 1;
@@ -136,13 +136,13 @@ inline double true_direction(const WalkRecording& walk, double t_s, double reach
   return std::atan2(d.y(), d.x());
 }
 
-/// What would be left were every step known to go the true way.
+/// With the true direction of every step.
 inline std::vector<WalkedStep> with_true_directions(std::vector<WalkedStep> steps,
                                                     const WalkRecording& walk, double reach_s) {
   for (WalkedStep& s : steps) s.heading_rad = true_direction(walk, s.t_s, reach_s);
   return steps;
 }
-/// Were the walk's length known.
+/// With the true length of the walk.
 inline std::vector<WalkedStep> with_true_length(std::vector<WalkedStep> steps,
                                                 const WalkRecording& walk) {
   double sum = 0.0;
@@ -150,7 +150,7 @@ inline std::vector<WalkedStep> with_true_length(std::vector<WalkedStep> steps,
   for (WalkedStep& s : steps) s.length_m *= sum > 0.0 ? walk.length_m / sum : 1.0;
   return steps;
 }
-/// Were the gyro's mean bias known: without the drift of the heading that fits a line.
+/// With the gyro's mean bias known: without the linear part of the heading drift.
 inline std::vector<WalkedStep> without_drift(std::vector<WalkedStep> steps,
                                              const WalkRecording& walk, double reach_s) {
   double unwrapped = 0.0, t = 0.0, h = 0.0, tt = 0.0, th = 0.0;
@@ -170,7 +170,7 @@ inline PedestrianParameters head_parameters() {
   PedestrianParameters p;
   p.forward = Eigen::Vector3d::UnitZ();
   p.length = KimStep{0.65};
-  // A magnetometer that was never calibrated must be refused where it does not fit.
+  // An uncalibrated magnetometer needs the gates.
   const AhrsParameters usual;
   p.ahrs.field_norm_gate = usual.field_norm_gate;
   p.ahrs.field_dip_gate = usual.field_dip_gate;
@@ -179,37 +179,37 @@ inline PedestrianParameters head_parameters() {
 }
 
 struct WalkErrors {
-  double absolute = 0.0;  ///< at the end, as part of the distance, heading as it is
-  double turned = 0.0;    ///< the same, turned about the start to fit the truth best
-  double ate_m = 0.0;     ///< root mean square after the best rigid fit
+  double absolute = 0.0;  ///< at the end, relative to the distance, without alignment
+  double turned = 0.0;    ///< the same after the best rotation about the start
+  double ate_m = 0.0;     ///< root mean square after rigid alignment
 };
 
 inline WalkErrors walk_errors(const std::vector<WalkedStep>& steps, const WalkRecording& walk) {
-  const std::vector<Eigen::Vector2d> way = way_of(steps, walk);
-  const auto best_turn = [&](const Eigen::Vector2d& a0, const Eigen::Vector2d& b0) {
+  const std::vector<Eigen::Vector2d> path = path_of(steps, walk);
+  const auto best_rotation = [&](const Eigen::Vector2d& a0, const Eigen::Vector2d& b0) {
     double dot = 0.0, cross = 0.0;
-    for (std::size_t i = 0; i < way.size(); ++i) {
-      const Eigen::Vector2d a = way[i] - a0, b = walk.truth[i].p - b0;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      const Eigen::Vector2d a = path[i] - a0, b = walk.truth[i].p - b0;
       dot += a.dot(b);
       cross += a.x() * b.y() - a.y() * b.x();
     }
     return Eigen::Rotation2Dd(std::atan2(cross, dot));
   };
-  const Eigen::Vector2d a0 = way.front(), b0 = walk.truth.front().p;
-  const Eigen::Vector2d a = way.back() - a0, b = walk.truth.back().p - b0;
+  const Eigen::Vector2d a0 = path.front(), b0 = walk.truth.front().p;
+  const Eigen::Vector2d a = path.back() - a0, b = walk.truth.back().p - b0;
   WalkErrors e;
   e.absolute = (a - b).norm() / walk.length_m;
-  e.turned = (best_turn(a0, b0) * a - b).norm() / walk.length_m;
+  e.turned = (best_rotation(a0, b0) * a - b).norm() / walk.length_m;
   Eigen::Vector2d am = Eigen::Vector2d::Zero(), bm = am;
-  const double n = double(way.size());
-  for (std::size_t i = 0; i < way.size(); ++i) {
-    am += way[i] / n;
+  const double n = double(path.size());
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    am += path[i] / n;
     bm += walk.truth[i].p / n;
   }
-  const auto turn = best_turn(am, bm);
+  const auto rotation = best_rotation(am, bm);
   double squares = 0.0;
-  for (std::size_t i = 0; i < way.size(); ++i)
-    squares += (turn * (way[i] - am) - (walk.truth[i].p - bm)).squaredNorm();
+  for (std::size_t i = 0; i < path.size(); ++i)
+    squares += (rotation * (path[i] - am) - (walk.truth[i].p - bm)).squaredNorm();
   e.ate_m = std::sqrt(squares / n);
   return e;
 }

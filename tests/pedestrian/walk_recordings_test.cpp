@@ -13,6 +13,8 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/core/statistics.hpp>
+
 #include "foot_recordings.hpp"
 #include "io/support.hpp"
 #include "walk_recordings.hpp"
@@ -28,12 +30,8 @@ std::string stem_of(const std::string& file) {
   const auto name = std::filesystem::path(file).filename().string();
   return name.substr(0, name.find(".f32"));
 }
-double median(std::vector<double> x) {
-  std::sort(x.begin(), x.end());
-  return 0.5 * (x[(x.size() - 1) / 2] + x[x.size() / 2]);
-}
 
-/// The whole numbers behind `key` up to the list's end.
+/// The integers of the list at `key`.
 std::vector<long> numbers(const std::string& json, const std::string& key) {
   const std::size_t begin = json.find('[', json.find('"' + key + '"'));
   std::size_t end = begin;
@@ -53,7 +51,7 @@ std::vector<long> numbers(const std::string& json, const std::string& key) {
 
 struct Counted {
   int steps = 0;
-  /// What the time from the first to the last step holds at the median pace.
+  /// Steps between the first and the last at the median interval.
   double at_pace = 0.0;
 };
 
@@ -74,11 +72,12 @@ Counted count_steps(const io::FloatTable& table, std::size_t column, double from
                  });
   }
   if (times.empty()) return {};
-  return {static_cast<int>(times.size()), 1.0 + (times.back() - times.front()) / median(intervals)};
+  return {static_cast<int>(times.size()),
+          1.0 + (times.back() - times.front()) / median_of(intervals)};
 }
 
-// Phones in hands, pockets, pouches, purses and on arms (Salvi et al. 2018). Every other one (+)
-// was used for choosing the parameters. Asked for was 1 %.
+// Phones in hands, pockets, pouches, purses and on arms (Salvi et al. 2018). The parameters were
+// chosen on every other one (+). Target: 1 %.
 TEST(StepRecordings, OxfordPhones) {
   WAYFARE_NEEDS_RECORDING(truth, "pdr/oxford_steps/optimisation_steps.json");
   const std::string json = text_of(truth);
@@ -104,8 +103,8 @@ TEST(StepRecordings, OxfordPhones) {
   EXPECT_LE(all, 0.0145);
 }
 
-// The lower back: ten metres, a turn about, ten metres (Truong et al. 2019); within the bounds of
-// the trials as they are annotated. Every other one (+) was used for choosing.
+// The lower back: ten metres, a half turn, ten metres (Truong et al. 2019), within the annotated
+// bounds of the trials. The parameters were chosen on every other one (+).
 TEST(StepRecordings, LowerBack) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/ipol_gait/1-3.f32.gz");
   double sums[2] = {0.0, 0.0};
@@ -141,14 +140,14 @@ using testing::WalkedStep;
 using testing::WalkRecording;
 using Steps = std::vector<WalkedStep>;
 
-/// A way to walk along a recording: as measured, or with something that only the truth tells.
+/// A variant of the evaluation: as measured, or with a quantity from the truth.
 struct Trial {
   const char* name;
   Steps (*change)(Steps, const WalkRecording&);
 };
 
-// A phone held before one, in two buildings. Lengths were calibrated on the first alone. Asked for
-// was 3.5 % turned and 6 % absolute.
+// A hand-held phone in two buildings. Lengths were calibrated on the first alone. Target: 3.5 %
+// turned and 6 % absolute.
 TEST(WalkRecordings, PhoneInHand) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/loc20/site1_F1_5dd9e7cb9191710006b5706b.f32.gz");
   const Trial trials[] = {
@@ -173,22 +172,23 @@ TEST(WalkRecordings, PhoneInHand) {
     ASSERT_EQ(absolute["all"].size(), 30u);
     for (const auto& [site, errors] : absolute)
       std::printf("%s, %s: %zu walks, end error, median: %.2f %% turned, %.2f %% absolute\n",
-                  trial.name, site.c_str(), errors.size(), median(turned[site]), median(errors));
-    EXPECT_LE(median(turned["all"]), 4.1);
-    EXPECT_LE(median(absolute["all"]), 7.5);
+                  trial.name, site.c_str(), errors.size(), median_of(turned[site]),
+                  median_of(errors));
+    EXPECT_LE(median_of(turned["all"]), 4.1);
+    EXPECT_LE(median_of(absolute["all"]), 7.5);
   }
 }
 
-// On the head, minutes long, with a magnetometer that was never calibrated. Asked for was 8 m.
-// Every other one was used for choosing how straight walks are told.
+// Head-mounted, minutes long, with an uncalibrated magnetometer. Target: 8 m. The parameters of
+// straight walks were chosen on every other one.
 TEST(WalkRecordings, OnTheHead) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/rocip_head/w34.f32.gz");
   constexpr double kReach_s = 0.5;
-  struct Way : Trial {
+  struct HeadTrial : Trial {
     bool magnetometer = false, straight = false, drift = false;
   };
   const auto as_it_is = [](Steps s, const WalkRecording&) { return s; };
-  const Way ways[] = {
+  const HeadTrial trials[] = {
       {{"gyro alone", as_it_is}},
       {{"magnetometer", as_it_is}, true},
       {{"gyro alone, straight pieces", as_it_is}, false, true},
@@ -205,7 +205,7 @@ TEST(WalkRecordings, OnTheHead) {
       {{"every step's direction known", [](Steps s, const WalkRecording& w) {
           return testing::with_true_directions(std::move(s), w, kReach_s);
         }}}};
-  for (const Way& w : ways) {
+  for (const HeadTrial& w : trials) {
     auto p = testing::head_parameters();
     p.ahrs.use_magnetometer = w.magnetometer;
     p.straight.bias_sigma_radps = w.straight ? 0.0035 : 0.0;  // 0.2 °/s
@@ -225,9 +225,9 @@ TEST(WalkRecordings, OnTheHead) {
     double mean = 0.0;
     for (const double e : errors) mean += e / double(errors.size());
     std::printf("; median %.1f m, of those chosen on %.1f, of the others %.1f; mean %.1f\n",
-                median(errors), median(chosen), median(others), mean);
+                median_of(errors), median_of(chosen), median_of(others), mean);
     const double bound = w.drift && !w.straight ? 8.0 : w.magnetometer || w.straight ? 9.5 : 11.0;
-    EXPECT_LE(median(errors), bound);
+    EXPECT_LE(median_of(errors), bound);
   }
 }
 

@@ -164,8 +164,8 @@ TEST(PedestrianSlam, GivesTheFilterItsHeading) {
   EXPECT_LT(std::abs(heading_drift_deg(walked, options)), 1.5);
   const PedestrianSlam with_map = follow(walked, options);
   EXPECT_NEAR(with_map.pedestrian().ahrs().gyro_bias_radps().z(), 0.00873, 0.002);
-  EXPECT_GT(with_map.pedestrian().report().ahrs.outside.used, 15U);
-  EXPECT_EQ(with_map.pedestrian().report().ahrs.outside.disturbed, 0U);
+  EXPECT_GT(with_map.pedestrian().report().ahrs.external.used, 15U);
+  EXPECT_EQ(with_map.pedestrian().report().ahrs.external.disturbed, 0U);
   EXPECT_EQ(with_map.pedestrian().report().ahrs.magnetometer.used, 0U);
   options.pedestrian.ahrs.use_magnetometer = false;
   options.pedestrian.ahrs.bias_sigma = 1e-4;  // so that rest does not reveal it either

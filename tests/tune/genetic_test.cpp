@@ -18,7 +18,7 @@ std::vector<Gene> genes(std::size_t n) {
   return all;
 }
 
-/// Zero where every linear gene is 1 and every logarithmic one 10.
+/// Zero if every linear gene is 1 and every logarithmic one 10.
 void bowl(std::size_t n, std::span<const double> x, std::span<double> scores) {
   for (std::size_t i = 0; i < scores.size(); ++i) {
     double sum = 0.0;
@@ -41,7 +41,7 @@ GeneticState run(const GeneticSearch& search, const BatchFitness& fitness) {
   return s;
 }
 
-TEST(Gene, GoesFromUnitToValueAndBack) {
+TEST(Gene, UnitValueRoundTrip) {
   const Gene linear{"a", -2.0, 6.0, false}, logarithmic{"b", 1e-4, 1e2, true};
   EXPECT_DOUBLE_EQ(linear.value(0.25), 0.0);
   EXPECT_NEAR(logarithmic.value(0.5), 0.1, 1e-15);
@@ -53,18 +53,18 @@ TEST(Gene, GoesFromUnitToValueAndBack) {
   EXPECT_EQ(logarithmic.unit(-1.0), 0.0);
 }
 
-TEST(Genetic, FindsTheBottomOfABowl) {
+TEST(Genetic, FindsTheMinimumOfABowl) {
   const GeneticOptions o{.population = 200, .generations = 60, .elite = 4};
   const GeneticSearch search(genes(8), o);
   const GeneticState s = run(search, bowl_of(8));
-  // A draw of the first generation is 12 away in the mean: 8·(range²/12 + offset²).
+  // The first generation has a mean score of 12: 8·(range²/12 + offset²).
   EXPECT_LT(s.scores.front(), 0.05);
   EXPECT_GT(s.history.front().best, 20.0 * s.scores.front());
   const auto best = search.best(s);
   for (std::size_t g = 0; g < 8; g += 2) EXPECT_NEAR(best[g], 1.0, 0.25);
 }
 
-TEST(Genetic, NeverLosesTheBestAndStaysInBounds) {
+TEST(Genetic, KeepsTheBestAndStaysInBounds) {
   const GeneticOptions o{
       .population = 40, .generations = 15, .elite = 1, .mutation_rate = 0.9, .mutation_sigma = 2.0};
   const GeneticSearch search(genes(5), o);
@@ -79,7 +79,7 @@ TEST(Genetic, NeverLosesTheBestAndStaysInBounds) {
   EXPECT_EQ(s.history.back().evaluations, 40U + 14U * 39U);
 }
 
-TEST(Genetic, WorstScoresDoNotEndTheRun) {
+TEST(Genetic, NonFiniteScoresDoNotEndTheRun) {
   const GeneticOptions o{.population = 60, .generations = 10, .elite = 2};
   const GeneticSearch search(genes(4), o);
   const BatchFitness half = [](auto x, auto scores) {
@@ -103,7 +103,7 @@ TEST(Genetic, PutsKnownIndividualsFirst) {
   EXPECT_NEAR(s.scores.front(), 0.0, 1e-20);
 }
 
-TEST(Genetic, ResumesFromTextToTheLastBit) {
+TEST(Genetic, ResumesFromTextBitExactly) {
   const GeneticOptions o{.population = 30, .generations = 8, .elite = 2};
   const GeneticSearch search(genes(6), o);
   const GeneticState whole = run(search, bowl_of(6));
@@ -117,7 +117,7 @@ TEST(Genetic, ResumesFromTextToTheLastBit) {
   EXPECT_EQ(s.scores, whole.scores);
 }
 
-TEST(Genetic, RefusesWhatIsNotItsCheckpoint) {
+TEST(Genetic, RejectsForeignCheckpoints) {
   const GeneticOptions o{.population = 12, .elite = 2};
   const GeneticSearch search(genes(3), o);
   const GeneticState s = search.start(bowl_of(3));
@@ -126,14 +126,14 @@ TEST(Genetic, RefusesWhatIsNotItsCheckpoint) {
     EXPECT_FALSE(search.parse(text.substr(0, cut), "cut").has_value()) << cut;
   GeneticOptions other = o;
   other.seed = 2;
-  const auto refused = GeneticSearch(genes(3), other).parse(text, "run.checkpoint");
-  ASSERT_FALSE(refused.has_value());
-  EXPECT_EQ(refused.error().source, "run.checkpoint");
+  const auto rejected = GeneticSearch(genes(3), other).parse(text, "run.checkpoint");
+  ASSERT_FALSE(rejected.has_value());
+  EXPECT_EQ(rejected.error().source, "run.checkpoint");
   EXPECT_FALSE(GeneticSearch(genes(4), o).parse(text, "x").has_value());
 }
 
-TEST(Genetic, RanksChooseParents) {
-  // Without crossover and mutation children are copies: the better half must give more of them.
+TEST(Genetic, SelectsParentsByRank) {
+  // Without crossover and mutation children are copies, mostly of the better half.
   const GeneticOptions o{.population = 400,
                          .elite = 1,
                          .selection_pressure = 2.0,

@@ -14,7 +14,7 @@
 namespace wayfare {
 namespace {
 
-/// The first seconds of the built-in drive from where it moves.
+/// The first seconds in motion of the built-in drive.
 struct Simulated {
   sim::VehicleTrajectory trajectory = sim::demo_drive();
   TuningDrive drive;
@@ -37,7 +37,7 @@ struct Simulated {
   }
 };
 
-/// Individuals about the default parameters, the last of them absurd.
+/// Individuals around the default parameters, the last one far off.
 std::vector<double> crowd(std::size_t n) {
   const auto bounds = ins_gene_bounds(GnssInsOptions{});
   Rng rng(7);
@@ -48,7 +48,7 @@ std::vector<double> crowd(std::size_t n) {
   return all;
 }
 
-TEST(InsGenes, GoThereAndBack) {
+TEST(InsGenes, RoundTrip) {
   std::vector<double> genes;
   for (std::size_t i = 0; i < kInsGenes; ++i) genes.push_back(1.0 + static_cast<double>(i));
   const GnssInsOptions o = with_ins_genes(GnssInsOptions{}, genes);
@@ -66,7 +66,7 @@ TEST(InsGenes, GoThereAndBack) {
   for (std::size_t i = 0; i < kInsGenes; ++i) EXPECT_NEAR(bounds[i].unit(genes[i]), 0.5, 1e-12);
 }
 
-TEST(InsFitness, SameBitsForAnyKernelNeighboursAndThreads) {
+TEST(InsFitness, IsBitIdenticalForAnyKernelNeighboursAndThreads) {
   const Simulated s(8.0);
   const auto who = crowd(11);
   InsFitnessOptions o;
@@ -81,7 +81,7 @@ TEST(InsFitness, SameBitsForAnyKernelNeighboursAndThreads) {
       o.kernel = name;
       o.threads = threads;
       const auto other = InsFitness::make(s.drive, o);
-      if (!other) continue;  // this processor has no such instructions
+      if (!other) continue;  // not supported by this processor
       std::vector<double> scores(11);
       (*other)(who, scores);
       EXPECT_EQ(scores, expected) << name << ' ' << threads;
@@ -92,7 +92,7 @@ TEST(InsFitness, SameBitsForAnyKernelNeighboursAndThreads) {
   }
 }
 
-TEST(InsFitness, IsTheNavigationSystemsError) {
+TEST(InsFitness, MatchesTheNavigationSystem) {
   const Simulated s(20.0);
   const auto fitness = InsFitness::make(s.drive);
   ASSERT_TRUE(fitness.has_value());
@@ -108,7 +108,7 @@ TEST(InsFitness, IsTheNavigationSystemsError) {
     yaw += e.attitude_body_rad[2] * e.attitude_body_rad[2];
     n += 1.0;
   }
-  // Not the same to the bit: the system sets its clock otherwise and scores every reading.
+  // Not bit-identical: the system initialises its clock differently and scores every reading.
   const Eigen::Vector3d rmse = (squares / n).cwiseSqrt();
   EXPECT_NEAR(mine[0].north_m, rmse[0], 0.15 * rmse[0] + 0.03);
   EXPECT_NEAR(mine[0].east_m, rmse[1], 0.15 * rmse[1] + 0.03);
@@ -116,13 +116,13 @@ TEST(InsFitness, IsTheNavigationSystemsError) {
   EXPECT_NEAR(mine[0].heading_deg, std::sqrt(yaw / n) * 57.3, 0.1);
 }
 
-TEST(InsFitness, WeighsItsErrors) {
+TEST(InsFitness, AppliesTheWeights) {
   InsFitnessWeights w{1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
   EXPECT_DOUBLE_EQ(w.sum({1.0, 1.0, 1.0, 1.0, 1.0, 1.0}), 21.0);
   EXPECT_DOUBLE_EQ(w.sum({0.0, 0.0, 0.0, 0.0, 0.0, 2.0}), 12.0);
 }
 
-TEST(InsFitness, SaysWhatItCannotTuneOn) {
+TEST(InsFitness, ReportsUnusableInput) {
   Simulated s(2.0);
   InsFitnessOptions o;
   o.kernel = "mmx";

@@ -97,7 +97,7 @@ Result<examples::OutageVariant> run_variant(const std::string& name,
   const auto run = [&](const OutageWindow& window) -> Result<NavTrajectory> {
     GnssInsRecording recording = drive.recording;
     recording.ranges =
-        take_satellites(recording.ranges, window, drive.antenna_truth(window.begin).position);
+        mask_satellites(recording.ranges, window, drive.antenna_truth(window.begin).position);
     const auto result = run_gnss_ins(recording, options);
     if (!result) return result.error();
     NavTrajectory track = antenna_track(result->points, options);
@@ -154,9 +154,9 @@ Result<OutagePlan> plan_of(const Options& o, const examples::KnownDrive& drive) 
   if (end - first < plan.durations.back())
     return Error{ErrorCode::invalid, "the drive is too short for an outage of 30 s after " +
                                          eval::fixed(o.first_s, 0) + " s"};
-  plan.places = outage_places(first, end, plan.durations.back(), o.places);
+  plan.starts = outage_starts(first, end, plan.durations.back(), o.places);
   // From an epoch on, so that an outage is as long as it says.
-  for (LogTime& place : plan.places) {
+  for (LogTime& place : plan.starts) {
     LogTime epoch = place;
     for (const RangeEpoch& e : drive.recording.ranges)
       if (e.time <= place) epoch = e.time;

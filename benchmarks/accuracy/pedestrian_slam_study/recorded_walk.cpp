@@ -34,7 +34,7 @@ double calibrated_step_m(const sim::HeadWalkParams& walker, Rng rng) {
   const sim::HeadWalk head(calibration_route(), walker, rng.stream(1));
   Pedestrian steps(head_pedestrian(1.0));
   for (const MargSample& s : head.unit(kUnitRate_hz, {}, rng)) steps.add(s);
-  return head.path_length_m() / steps.report().walked_m;
+  return head.path_length_m() / steps.report().distance_m;
 }
 
 }  // namespace

@@ -200,8 +200,8 @@ std::string report_html(const AhrsOutputs& o) {
        {"took", eval::fixed(o.took_s, 2) + " s"},
        {"heading known to", eval::fixed(kDegrees * last.sigma_rad.z(), 1) + " deg at the end"},
        {"begun anew", std::to_string(r.restarts) + " times after a gap"},
-       {"lost", "level " + std::to_string(r.levelled_anew) + ", heading " +
-                    std::to_string(r.headings_taken) + " times"}});
+       {"lost", "level " + std::to_string(r.level_resets) + ", heading " +
+                    std::to_string(r.heading_resets) + " times"}});
   if (has_reference(o)) report.table(error_table(o), "Root mean squares (Laidig et al. 2021)");
   report.table(status_table(r), "What became of the readings");
   plot_angles(report, o);

@@ -42,7 +42,7 @@ WalkRun run_steps(const MargRecording& samples, const PedestrianParameters& para
   }
   const PedestrianReport report = pedestrian.report();
   run.events = report.steps;
-  run.walked_m = report.walked_m;
+  run.walked_m = report.distance_m;
   run.facts = {
       {"gyro", readings(report.ahrs.gyro)},
       {"accelerometer", readings(report.ahrs.accelerometer)},
@@ -61,7 +61,7 @@ WalkRun run_foot(const MargRecording& samples, const FootParameters& parameters,
   Eigen::Vector3d last = Eigen::Vector3d::Zero();
   const auto keep = [&](const FootPose& p) {
     WalkRow row{p.time, p.position_m, p.heading,   p.position_covariance_m2.diagonal().cwiseSqrt(),
-                0.0,    0.0,          p.statistic, p.stands > 0.5};
+                0.0,    0.0,          p.statistic, p.stance > 0.5};
     if (row.event) {
       row.step_m = (p.position_m - last).head<2>().norm();
       run.walked_m += row.step_m;
@@ -79,7 +79,7 @@ WalkRun run_foot(const MargRecording& samples, const FootParameters& parameters,
   run.events = report.stances;
   run.facts = {{"gyro", readings(report.gyro)},
                {"accelerometer", readings(report.accelerometer)},
-               {"stances doubted", std::to_string(report.doubted)},
+               {"stances doubted", std::to_string(report.rejected)},
                {"gaps", std::to_string(report.gaps)},
                {"taken anew", std::to_string(report.lost)}};
   return run;

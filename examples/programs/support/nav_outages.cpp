@@ -47,7 +47,7 @@ void apply_outages(const std::vector<NavOutage>& outages, GnssInsRecording& reco
       if (receiver && epoch.time > begin) break;
       if (const auto point = single_point(epoch)) receiver = point->position;
     }
-    recording.ranges = take_satellites(recording.ranges, window, receiver.value_or(Geodetic{}));
+    recording.ranges = mask_satellites(recording.ranges, window, receiver.value_or(Geodetic{}));
     std::erase_if(recording.fixes, [&](const GnssFix& f) { return window.contains(f.time); });
   }
 }

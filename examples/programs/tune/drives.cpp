@@ -125,8 +125,8 @@ Result<OutageReport> outages(const LoadedDrive& drive, const GnssInsOptions& opt
   const Duration settle = from_seconds(std::min(60.0, 0.3 * to_seconds(end - begin)));
   if (end - begin - settle < plan.durations.back())
     return Error{ErrorCode::invalid, "is too short for outages of 30 s", drive.name};
-  plan.places = outage_places(begin + settle, end, plan.durations.back(), 10);
-  for (LogTime& place : plan.places) {
+  plan.starts = outage_starts(begin + settle, end, plan.durations.back(), 10);
+  for (LogTime& place : plan.starts) {
     LogTime epoch = place;
     for (const RangeEpoch& e : drive.tuning.ranges)
       if (e.time <= place) epoch = e.time;
@@ -137,7 +137,7 @@ Result<OutageReport> outages(const LoadedDrive& drive, const GnssInsOptions& opt
   };
   const auto run = [&](const OutageWindow& window) -> Result<NavTrajectory> {
     GnssInsRecording recording = recording_of(drive);
-    recording.ranges = take_satellites(recording.ranges, window, truth(window.begin).position);
+    recording.ranges = mask_satellites(recording.ranges, window, truth(window.begin).position);
     // Nothing after the outage is looked at.
     while (!recording.imu.empty() && recording.imu.back().time > window.end)
       recording.imu.pop_back();

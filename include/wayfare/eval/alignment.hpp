@@ -13,16 +13,16 @@ namespace wayfare::eval {
 
 enum class Alignment {
   none,   ///< both trajectories are in the same frame already
-  rigid,  ///< the estimate is moved as a whole to fit the reference best
+  rigid,  ///< rigid transformation of the estimate that fits the reference best
 };
 
 /// The rigid motion T that minimises Σ ‖T pᵢ − qᵢ‖²: Umeyama 1991 without scale. In the plane the
-/// rotation has a closed form: tan θ = Σ (pᵢ − p̄) × (qᵢ − q̄) / Σ (pᵢ − p̄) · (qᵢ − q̄), and
-/// t = q̄ − R p̄. Where the points do not fix the rotation (one point, or all in one place) it is
-/// none. Both lists are of the same length.
+/// rotation has a closed form: tan θ = Σ (pᵢ − p̄) × (qᵢ − q̄) / Σ (pᵢ − p̄) · (qᵢ − q̄), and t =
+/// q̄ − R p̄. If the points do not determine the rotation (one point, or all equal) it is the
+/// identity. Both lists have the same length.
 [[nodiscard]] inline SE2d rigid_alignment(std::span<const Eigen::Vector2d> from,
                                           std::span<const Eigen::Vector2d> to) {
-  WAYFARE_EXPECTS(from.size() == to.size(), "points to align come in pairs");
+  WAYFARE_EXPECTS(from.size() == to.size(), "as many points to align as references");
   if (from.empty()) return {};
   Eigen::Vector2d mean_from = Eigen::Vector2d::Zero(), mean_to = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < from.size(); ++i) mean_from += from[i], mean_to += to[i];

@@ -8,9 +8,9 @@
 
 namespace wayfare::eval {
 
-/// How far an attitude is from the true one. Laidig et al. 2021 ("BROAD", section 4): of the error
-/// quaternion in world axes with its z up (or down), the whole angle, its part about the vertical,
-/// and the angle by which the vertical is off.
+/// Attitude error by Laidig et al. 2021 ("BROAD", section 4): the total angle of the error
+/// quaternion in world axes with z up (or down), its part about the vertical, and the inclination
+/// error.
 struct AttitudeError {
   Angle total;
   Angle heading;
@@ -19,7 +19,7 @@ struct AttitudeError {
 
 [[nodiscard]] inline AttitudeError attitude_error(const SO3d& q_world_body, const SO3d& truth) {
   const auto q = (q_world_body * truth.inverse()).quaternion();
-  // Angles from both sine and cosine, since an arc cosine near one is good to 1e-8 only.
+  // Angles from both sine and cosine, since an arc cosine near one is accurate to 1e-8 only.
   const double level = std::hypot(q.x(), q.y());
   return {Angle::radians(2.0 * std::atan2(q.vec().norm(), std::abs(q.w()))),
           Angle::radians(2.0 * std::atan2(std::abs(q.z()), std::abs(q.w()))),
@@ -36,7 +36,7 @@ class AttitudeRmse {
     ++count_;
   }
   [[nodiscard]] std::size_t count() const { return count_; }
-  /// NaN of nothing.
+  /// NaN without errors.
   [[nodiscard]] AttitudeError value() const {
     const auto root = [&](double sum) {
       return Angle::radians(std::sqrt(sum / static_cast<double>(count_)));

@@ -1,7 +1,7 @@
 #pragma once
 
-// Is an estimator as good as it says? Normalised squared errors over repeated runs against the
-// bounds an honest estimator keeps (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2).
+// Consistency of an estimator: normalised squared errors over repeated runs against their bounds
+// (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2).
 
 #include <cmath>
 #include <cstddef>
@@ -15,12 +15,12 @@
 
 namespace wayfare::eval {
 
-/// eᵀ P⁻¹ e: of an estimation error and its covariance (NEES), or of an innovation and its own
-/// (NIS). Its mean is its dimension where P is honest. NaN where P is not positive definite.
+/// eᵀ P⁻¹ e of an estimation error (NEES) or an innovation (NIS) and its covariance. Its mean is
+/// its dimension if P is consistent. NaN if P is not positive definite.
 template <class Vector, class Matrix>
 [[nodiscard]] double normalised_squared(const Eigen::MatrixBase<Vector>& error,
                                         const Eigen::MatrixBase<Matrix>& covariance) {
-  // Scaled to a unit diagonal: states of metres and of microradians stand side by side.
+  // Scaled to a unit diagonal: states range from metres to microradians.
   const auto scale = covariance.diagonal().cwiseSqrt().cwiseInverse().eval();
   const Eigen::LLT<typename Matrix::PlainObject> llt(
       (scale.asDiagonal() * covariance * scale.asDiagonal()).eval());
@@ -33,8 +33,7 @@ struct Interval {
   [[nodiscard]] bool contains(double x) const { return x >= low && x <= high; }
 };
 
-/// Where the mean of `samples` independent values of dimension `dof` lies with `probability`, as
-/// much outside below as above.
+/// Symmetric `probability` interval of the mean of `samples` independent values of dimension `dof`.
 [[nodiscard]] inline Interval mean_nees_bounds(int dof, std::size_t samples,
                                                double probability = 0.95) {
   const auto n = static_cast<double>(samples);
@@ -43,8 +42,8 @@ struct Interval {
           chi_square_quantile(1.0 - outside, dof * n) / n};
 }
 
-/// The mean of values that owe each other nothing, such as those of whole runs (an estimator's
-/// errors at neighbouring epochs do), and how far it may be off: judged by their own scatter.
+/// Mean of independent values, such as those of whole runs (not of neighbouring epochs), and its
+/// standard error from their sample variance.
 class IndependentMean {
  public:
   void add(double x) {
@@ -55,7 +54,7 @@ class IndependentMean {
   }
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] double mean() const { return mean_; }
-  /// Of one value; NaN for fewer than two.
+  /// Standard deviation of one value; NaN for fewer than two.
   [[nodiscard]] double deviation() const {
     return std::sqrt(squares_ / (static_cast<double>(count_) - 1.0));
   }
@@ -68,32 +67,32 @@ class IndependentMean {
   double mean_ = 0.0, squares_ = 0.0;
 };
 
-/// Normalised squared errors of many runs of the same length: one mean an epoch, over the runs. Of
-/// innovations as well (NIS), each an entry of dimension one.
+/// Normalised squared errors of many runs of the same length: one mean per epoch over the runs.
+/// Also for innovations (NIS), each of dimension one.
 class NeesOverRuns {
  public:
   NeesOverRuns(int dof, std::size_t epochs) : dof_(dof), sums_(epochs, 0.0), counts_(epochs, 0) {}
 
-  /// A value that is not finite counts as infinitely large.
+  /// Non-finite values count as infinite.
   void add(std::size_t epoch, double nees) {
-    WAYFARE_EXPECTS(epoch < sums_.size(), "there are only so many epochs");
+    WAYFARE_EXPECTS(epoch < sums_.size(), "the epoch is out of range");
     sums_[epoch] += std::isfinite(nees) ? nees : std::numeric_limits<double>::infinity();
     ++counts_[epoch];
   }
-  /// `count` values whose sum this is.
+  /// The sum of `count` values.
   void add(std::size_t epoch, double sum, std::size_t count) {
-    WAYFARE_EXPECTS(epoch < sums_.size(), "there are only so many epochs");
+    WAYFARE_EXPECTS(epoch < sums_.size(), "the epoch is out of range");
     sums_[epoch] += std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
     counts_[epoch] += count;
   }
-  /// Of all epochs.
+  /// Over all epochs.
   [[nodiscard]] std::size_t count() const {
     std::size_t all = 0;
     for (const std::size_t n : counts_) all += n;
     return all;
   }
   [[nodiscard]] std::size_t epochs() const { return sums_.size(); }
-  /// NaN where no run has added one.
+  /// NaN without values.
   [[nodiscard]] double mean(std::size_t epoch) const {
     return sums_[epoch] / static_cast<double>(counts_[epoch]);
   }
@@ -103,17 +102,17 @@ class NeesOverRuns {
       sum += sums_[k], count += static_cast<double>(counts_[k]);
     return sum / count;
   }
-  /// The share of epochs whose mean lies within its bounds: about `probability` where the
-  /// estimator is honest. It scatters more than shares of independent values do: errors outlast
-  /// an epoch. (Innovations do not.)
+  /// Fraction of epochs with a mean within its bounds: about `probability` for a consistent
+  /// estimator. Its variance exceeds that for independent values, since errors are correlated over
+  /// epochs (innovations are not).
   [[nodiscard]] double share_within(double probability = 0.95) const {
-    double inside = 0.0, judged = 0.0;
+    double inside = 0.0, epochs_with_values = 0.0;
     for (std::size_t k = 0; k < epochs(); ++k) {
       if (counts_[k] == 0) continue;
-      judged += 1.0;
+      epochs_with_values += 1.0;
       if (mean_nees_bounds(dof_, counts_[k], probability).contains(mean(k))) inside += 1.0;
     }
-    return inside / judged;
+    return inside / epochs_with_values;
   }
 
  private:
@@ -122,8 +121,8 @@ class NeesOverRuns {
   std::vector<std::size_t> counts_;
 };
 
-/// Counts how often each component of an error stays within k standard deviations: 0.6827, 0.9545,
-/// 0.9973 for k = 1, 2, 3 where the estimator is honest.
+/// Fraction of errors within k standard deviations per component: 0.6827, 0.9545, 0.9973 for k = 1,
+/// 2, 3 if the estimator is consistent.
 template <int N>
 class SigmaCount {
  public:

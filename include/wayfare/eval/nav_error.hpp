@@ -1,6 +1,6 @@
 #pragma once
 
-// By how much a navigation solution misses the truth.
+// Error of a navigation solution.
 
 #include <Eigen/Core>
 
@@ -8,7 +8,7 @@
 
 namespace wayfare::eval {
 
-/// What must be added to an estimate to give the truth.
+/// Truth minus estimate.
 struct NavError {
   Eigen::Vector3d position_ned_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();

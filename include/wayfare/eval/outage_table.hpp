@@ -9,7 +9,7 @@
 
 namespace wayfare::eval {
 
-/// One row a duration, one column a number of satellites left; `figure` picks what is shown.
+/// One row per duration, one column per number of satellites left; `figure` selects the value.
 [[nodiscard]] inline Table outage_table(const OutageReport& report, double OutageError::*figure,
                                         int decimals = 2) {
   std::vector<Table::Column> columns = {{"outage", "s"}};

@@ -1,9 +1,8 @@
 #pragma once
 
 // The relations metric: Kümmerle, Steder, Dornhege, Ruhnke, Grisetti, Stachniss, Kleiner, "On
-// measuring the accuracy of SLAM algorithms", Autonomous Robots 27 (2009). It compares relative
-// poses a person verified, so that an error early in the run does not count again in all that
-// follows.
+// measuring the accuracy of SLAM algorithms", Autonomous Robots 27 (2009). It compares manually
+// verified relative poses, so that an early error does not count again in all later poses.
 
 #include <algorithm>
 #include <cmath>
@@ -19,16 +18,16 @@
 
 namespace wayfare::eval {
 
-/// The true pose of the robot at `second` seen from where it was at `first`.
+/// The true pose of the robot at `second` relative to that at `first`.
 struct Relation {
   LogTime first;
   LogTime second;
   SE2d T_first_second;
 };
 
-/// How far one relation is off: the translation and the turn of δ* ⊖ δ.
+/// Error of one relation: translation and rotation of δ* ⊖ δ.
 struct RelationError {
-  std::size_t relation = 0;  ///< its place in the list given
+  std::size_t relation = 0;  ///< its index in the list
   double translation_m = 0.0;
   double rotation_deg = 0.0;  ///< absolute
 };
@@ -37,23 +36,23 @@ struct RelationsResult {
   Summary translation_m;
   Summary rotation_deg;
   std::size_t used = 0;
-  /// Relations with an end outside the trajectory (or in a gap too large): left out.
+  /// Relations with an end outside the trajectory, or in too large a gap; not used.
   std::size_t outside = 0;
-  std::vector<RelationError> errors;  ///< one for each relation used, in order
+  std::vector<RelationError> errors;  ///< one per relation used, in order
 };
 
 struct RelationsOptions {
-  /// A relation that starts or ends in a gap of the trajectory would judge the interpolation more
-  /// than the trajectory. With this limit 2945 of the 2984 relations of a reduced Intel log count.
+  /// Relations that start or end in a gap would measure the interpolation rather than the
+  /// trajectory. With this limit 2945 of the 2984 relations of a reduced Intel log are used.
   GapLimit gaps = {.largest_gap = from_seconds(2.5), .near = from_seconds(0.015)};
-  /// Takes the pose nearest in time instead of one between two: relations are between scans, and a
-  /// log whose time stamps jitter has a scan's time wrong, not its pose.
+  /// Uses the pose nearest in time instead of interpolating: relations are between scans, and
+  /// jittering time stamps affect a scan's time, not its pose.
   bool nearest_pose = false;
 };
 
 namespace detail {
 
-/// pose_at, or the pose nearest to where there would be one.
+/// pose_at, or the pose nearest in time if there is one.
 [[nodiscard]] inline std::optional<SE2d> end_of_relation(std::span<const StampedPose> trajectory,
                                                          LogTime time,
                                                          const RelationsOptions& options) {
@@ -67,8 +66,8 @@ namespace detail {
 
 }  // namespace detail
 
-/// ε(δ) of eq. (4) there, translation and rotation apart as in its section 4: for each relation
-/// δ*ᵢⱼ the error (δ*ᵢⱼ)⁻¹ ∘ xᵢ⁻¹ ∘ xⱼ with xᵢ, xⱼ interpolated on SE(2) at the two times.
+/// ε(δ) of eq. (4) there, translation and rotation separately as in its section 4: for each
+/// relation δ*ᵢⱼ the error (δ*ᵢⱼ)⁻¹ ∘ xᵢ⁻¹ ∘ xⱼ with xᵢ, xⱼ interpolated on SE(2) at the two times.
 /// `trajectory` is in order of time.
 [[nodiscard]] inline RelationsResult relations_error(std::span<const StampedPose> trajectory,
                                                      std::span<const Relation> relations,

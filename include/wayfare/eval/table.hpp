@@ -26,12 +26,12 @@ namespace wayfare::eval {
   return fixed(mean, decimals) + " \u00b1 " + fixed(std, decimals);
 }
 
-/// A table of text: the first column names the rows, the others hold figures.
+/// A text table: the first column contains row names, the others figures.
 class Table {
  public:
   struct Column {
     std::string name;
-    std::string unit = {};  ///< shown in brackets under or beside the name; may be empty
+    std::string unit = {};  ///< shown in brackets with the name; may be empty
   };
 
   Table() = default;
@@ -70,7 +70,7 @@ class Table {
   }
 
  private:
-  /// In characters: bytes that continue a UTF-8 character take no room.
+  /// In characters: UTF-8 continuation bytes have no width.
   static std::size_t width(std::string_view text) {
     return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
       return (static_cast<unsigned char>(c) & 0xc0) != 0x80;

@@ -1,7 +1,7 @@
 #pragma once
 
 // Absolute and relative trajectory error (Sturm, Engelhard, Endres, Burgard, Cremers, "A benchmark
-// for the evaluation of RGB-D SLAM systems", IROS 2012), with the error per axis beside them.
+// for the evaluation of RGB-D SLAM systems", IROS 2012), and the error per axis.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@
 
 namespace wayfare::eval {
 
-/// Metres driven along the trajectory.
+/// Length of the trajectory.
 [[nodiscard]] inline double path_length_m(std::span<const StampedPose> trajectory) {
   double length = 0.0;
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
@@ -40,7 +40,7 @@ struct PosePair {
 };
 
 /// Every sample of `estimate` with the reference interpolated at its time; samples outside the
-/// reference or in a gap of it have none.
+/// reference or in its gaps are omitted.
 [[nodiscard]] inline std::vector<PosePair> associate(std::span<const StampedPose> estimate,
                                                      std::span<const StampedPose> reference,
                                                      const GapLimit& limit = {}) {
@@ -54,18 +54,18 @@ struct PosePair {
 
 struct AbsoluteError {
   Summary translation_m;
-  Summary heading_deg;  ///< of the absolute error
+  Summary heading_deg;  ///< absolute value
   double rmse_x_m = std::numeric_limits<double>::quiet_NaN();
   double rmse_y_m = std::numeric_limits<double>::quiet_NaN();
   double rmse_heading_deg = std::numeric_limits<double>::quiet_NaN();
   /// Of the reference, between the first and the last pair.
   double path_length_m = 0.0;
-  /// RMSE of the translation against the path's length, percent.
+  /// RMSE of the translation relative to the path length, percent.
   double percent_of_path = std::numeric_limits<double>::quiet_NaN();
   SE2d alignment;             ///< applied to the estimate from the left
   std::size_t unmatched = 0;  ///< estimated poses without a reference
   std::vector<LogTime> times;
-  std::vector<double> translations_m;  ///< at `times`, for drawing
+  std::vector<double> translations_m;  ///< at `times`, for plots
 };
 
 namespace detail {
@@ -99,12 +99,12 @@ struct AbsoluteOptions {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const SE2d aligned = result.alignment * pairs[i].estimate;
     const Eigen::Vector2d d = aligned.translation() - pairs[i].reference.translation();
-    const SO2d turn = pairs[i].reference.rotation().inverse() * aligned.rotation();
+    const SO2d rotation = pairs[i].reference.rotation().inverse() * aligned.rotation();
     result.times.push_back(pairs[i].time);
     result.translations_m.push_back(d.norm());
     x.push_back(d.x());
     y.push_back(d.y());
-    headings.push_back(std::abs(turn.angle().degrees()));
+    headings.push_back(std::abs(rotation.angle().degrees()));
     if (i > 0) {
       result.path_length_m +=
           (pairs[i].reference.translation() - pairs[i - 1].reference.translation()).norm();
@@ -120,7 +120,7 @@ struct AbsoluteOptions {
   return result;
 }
 
-/// How far apart the two ends of a relative error are.
+/// Separation of the two poses of a relative error.
 struct Span {
   enum class Kind { time, distance };
 
@@ -133,7 +133,7 @@ struct Span {
 
 struct RelativeError {
   Summary translation_m;
-  Summary heading_deg;  ///< of the absolute error
+  Summary heading_deg;  ///< absolute value
 };
 
 /// From every pair to the first one at least a span later: (x̂ᵢ⁻¹ x̂ⱼ) against (xᵢ⁻¹ xⱼ).
@@ -145,7 +145,7 @@ struct RelativeError {
     at[i] = span.kind == Span::Kind::time ? to_seconds(pairs[i].time - pairs[0].time)
                                           : at[i - 1] + step.norm();
   }
-  // A span that rounding made a hair longer than the steps it is made of still ends at its step.
+  // Rounding must not make a span longer than the sum of its steps.
   const double length = span.length * (1.0 - 1e-12);
   std::size_t j = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the air does to a range: ionosphere by Klobuchar's model, troposphere by Saastamoinen's.
+// Atmospheric range delays: Klobuchar's ionosphere model, Saastamoinen's troposphere model.
 
 #include <array>
 
@@ -25,7 +25,7 @@ struct LineOfSight {
 struct KlobucharModel {
   std::array<double, 4> alpha{};  ///< amplitude: s, s/semicircle, …
   std::array<double, 4> beta{};   ///< period: s, s/semicircle, …
-  double carrier_hz = 1575.42e6;  ///< the delay is for this carrier
+  double carrier_hz = 1575.42e6;  ///< carrier of the coefficients
 };
 
 /// Delay in metres on `carrier_hz` (IS-GPS-200 20.3.3.5.2.5; scaled by the square of the
@@ -39,8 +39,8 @@ struct KlobucharModel {
 [[nodiscard]] double zenith_troposphere_delay_m(const Geodetic& receiver,
                                                 double relative_humidity = 0.7);
 
-/// How much longer than at the zenith the way through the troposphere is (Black and Eisner 1984):
-/// near 1 / sin of the elevation above 20°, 3 % less at 10°, 10 % at 5°, as the curved air has it.
+/// Mapping function of the troposphere (Black and Eisner 1984): close to 1 / sin of the elevation
+/// above 20°, 3 % less at 10° and 10 % less at 5° because of the Earth's curvature.
 [[nodiscard]] double troposphere_mapping(double elevation_rad);
 
 /// The product of the two; zero below the horizon.

@@ -1,6 +1,6 @@
 #pragma once
 
-// From what a receiver measured to ranges that depend on the receiver alone.
+// Corrects measured pseudoranges and Dopplers for satellite clock, group delay and atmosphere.
 
 #include <array>
 #include <limits>
@@ -13,22 +13,21 @@
 
 namespace wayfare {
 
-/// Standard deviation of a corrected range and rate. Noise and reflections grow as the signal
-/// weakens, what is left of the atmosphere grows towards the horizon and with what was removed:
+/// Standard deviation of a corrected range and rate. Noise and multipath grow with decreasing C/N0,
+/// atmospheric residuals with decreasing elevation and with the correction:
 ///   σ² = floor² + (elevation / sin el)² + (signal · 10^((45 dB-Hz − C/N0) / decade))²
 ///      + (fraction · ionosphere)².
-/// Without C/N0 the signal term is that of 45 dB-Hz. Thermal noise alone would have a decade of
-/// 20 dB; that weak signals are often reflected ones makes it less on small receivers and phones.
+/// Without C/N0 the signal term is that of 45 dB-Hz. Thermal noise alone has a decade of 20 dB; it
+/// is less on small receivers and phones, where weak signals are often multipath.
 struct RangeSigmaModel {
   double floor_m = 0.5;      ///< orbit, clock and receiver
-  double elevation_m = 0.5;  ///< troposphere and reflections, at the zenith
-  double signal_m = 1.5;     ///< code noise and reflections at 45 dB-Hz
+  double elevation_m = 0.5;  ///< troposphere and multipath, at the zenith
+  double signal_m = 1.5;     ///< code noise and multipath at 45 dB-Hz
   double rate_floor_mps = 0.03;
   double rate_elevation_mps = 0.02;
   double rate_signal_mps = 0.06;  ///< at 45 dB-Hz
-  double decade_dbhz = 16.0;      ///< so much less C/N0 is ten times the noise
-  /// Of the ionosphere's delay this part is still unknown: with a broadcast model, and with the
-  /// nominal one.
+  double decade_dbhz = 16.0;      ///< decrease of C/N0 for ten times the noise
+  /// Residual fraction of the ionospheric delay: with a broadcast model, and with the nominal one.
   double ionosphere_fraction = 0.3, nominal_ionosphere_fraction = 0.5;
   double scale = 1.0;  ///< multiplies both
   [[nodiscard]] double range_m(double elevation_rad, double cn0_dbhz,
@@ -36,19 +35,19 @@ struct RangeSigmaModel {
   [[nodiscard]] double rate_mps(double elevation_rad, double cn0_dbhz) const;
 };
 
-/// A quiet sun's model for messages without coefficients: 7.5 m at the zenith in the afternoon,
-/// 1.5 m at night.
+/// Model at low solar activity for messages without coefficients: 7.5 m at the zenith in the
+/// afternoon, 1.5 m at night.
 [[nodiscard]] KlobucharModel nominal_ionosphere();
 
 struct RangeCorrectionOptions {
   /// Which systems to use: GPS, GLONASS, Galileo, BeiDou.
   std::array<bool, kGnssSystems> systems = {true, true, true, true};
   std::vector<SatelliteId> excluded;
-  /// Satellites lower than this are left out; multipath and the atmosphere spoil them.
+  /// Satellites below this elevation are excluded because of multipath and atmosphere.
   Angle elevation_mask = Angle::degrees(10.0);
-  /// Signals weaker than this are left out, dB-Hz; ranges without C/N0 are kept.
+  /// Weaker signals are excluded, dB-Hz; ranges without C/N0 are kept.
   double min_cn0_dbhz = 0.0;
-  /// Klobuchar's model with the coefficients of the messages, or nominal ones where they have none.
+  /// Klobuchar's model with the broadcast coefficients, or nominal ones if there are none.
   bool ionosphere = true;
   /// Saastamoinen's model.
   bool troposphere = true;
@@ -57,18 +56,18 @@ struct RangeCorrectionOptions {
   EphemerisLimits limits;
 };
 
-/// Why a satellite of an epoch is not among the ranges.
+/// Why a satellite of an epoch was rejected.
 enum class RangeRefusal : std::uint8_t {
   not_measured,       ///< neither a range nor a rate
-  absurd,             ///< a range no satellite can have
-  not_wanted,         ///< its system or itself is switched off
-  duplicate,          ///< the satellite came earlier in the epoch
-  no_ephemeris,       ///< no message of it at all
+  implausible,        ///< a range no satellite can have
+  not_wanted,         ///< excluded by the options
+  duplicate,          ///< repeated within the epoch
+  no_ephemeris,       ///< no message of this satellite
   ephemeris_too_far,  ///< the nearest message is beyond the age limit
   unhealthy,
   unknown_signal,  ///< no group delay is known for its carrier
   low,             ///< below the elevation mask
-  weak,            ///< below the least C/N0
+  weak,            ///< below the minimum C/N0
 };
 [[nodiscard]] const char* to_text(RangeRefusal why);
 
@@ -77,11 +76,11 @@ struct RefusedRange {
   RangeRefusal why = RangeRefusal::not_measured;
 };
 
-/// Corrects one epoch. `near_ecef_m` is about where the receiver is: it decides the elevation, the
-/// atmosphere and the last centimetres of Sagnac's effect (6 mm for each km it is off). Where it is
-/// nearer than 1000 km to the Earth's centre it counts as unknown: then there is no atmosphere and
-/// no elevation mask. A satellite with a rate but no range is kept with a NaN range, and the other
-/// way round. The clock of the result is GPS time (`log_time`). `refused` takes the others.
+/// Corrects one epoch. `near_ecef_m` is the approximate receiver position, for elevation,
+/// atmosphere and Sagnac effect (6 mm per km of error). Within 1000 km of the Earth's centre it
+/// counts as unknown: no atmosphere and no elevation mask are applied. A satellite with a rate but
+/// no range is kept with a NaN range, and vice versa. The result is in GPS time (`log_time`).
+/// Rejected satellites are appended to `refused`.
 [[nodiscard]] RangeEpoch correct_ranges(const ObservationEpoch& epoch,
                                         const Ephemerides& ephemerides,
                                         const Eigen::Vector3d& near_ecef_m,

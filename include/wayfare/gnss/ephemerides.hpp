@@ -1,8 +1,6 @@
 #pragma once
 
-// What a satellite says about its own orbit and clock, and where it is by that.
-
-// All broadcast messages of a recording: which one holds for a satellite at an instant.
+// Broadcast ephemerides: satellite orbits and clocks, and the message valid at a time.
 
 #include <array>
 #include <cstddef>
@@ -22,7 +20,7 @@
 namespace wayfare {
 
 /// Broadcast orbit and clock of GPS, Galileo and BeiDou: a Kepler ellipse with corrections
-/// (IS-GPS-200 table 20-I and its kin). Angles in rad, rates per second.
+/// (IS-GPS-200 table 20-I and its equivalents). Angles in rad, rates per second.
 struct KeplerianEphemeris {
   SatelliteId satellite;
   Time<GpsClock> toe;                 ///< reference time of the orbit
@@ -33,7 +31,7 @@ struct KeplerianEphemeris {
   double mean_motion_difference_radps = 0.0;
   double inclination_rad = 0.0;
   double inclination_rate_radps = 0.0;
-  double ascending_node_rad = 0.0;  ///< Ω₀, at the beginning of the week of `toe`
+  double ascending_node_rad = 0.0;  ///< Ω₀, at the start of the week of `toe`
   double ascending_node_rate_radps = 0.0;
   double argument_of_perigee_rad = 0.0;
   double cuc_rad = 0.0, cus_rad = 0.0;  ///< argument of latitude, cos and sin of twice itself
@@ -42,21 +40,21 @@ struct KeplerianEphemeris {
   double clock_bias_s = 0.0, clock_drift = 0.0, clock_drift_rate_per_s = 0.0;
   /// GPS: T_GD. Galileo: BGD E5a/E1 and E5b/E1. BeiDou: T_GD1 (B1/B3) and T_GD2 (B2/B3).
   double group_delay_s[2] = {0.0, 0.0};
-  /// Galileo: the clock is that of the E5a/E1 pair (F/NAV); otherwise of E5b/E1 (I/NAV).
+  /// Galileo: clock of the E5a/E1 pair (F/NAV), otherwise of E5b/E1 (I/NAV).
   bool clock_of_e5a = false;
   double accuracy_m = 2.0;  ///< URA, SISA
   int issue = 0;            ///< IODE, IODnav, AODE
   int health = 0;           ///< as sent
 };
 
-/// Broadcast state of a GLONASS satellite, Earth-fixed (PZ-90, taken as WGS-84).
+/// Broadcast state of a GLONASS satellite, Earth-fixed (PZ-90, treated as WGS-84).
 struct GlonassEphemeris {
   SatelliteId satellite;
   Time<GpsClock> toe;
   int channel = 0;  ///< of the carrier, −7…13
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< of Sun and Moon
+  Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< due to Sun and Moon
   double clock_bias_s = 0.0;                                    ///< −τ_n
   double clock_drift = 0.0;                                     ///< γ_n
   double l2_minus_l1_s = 0.0;                                   ///< Δτ_n
@@ -64,7 +62,7 @@ struct GlonassEphemeris {
   int age_days = 0;
 };
 
-/// Where a satellite is and what its clock is off by, in Earth-fixed axes of the same instant.
+/// Position, velocity and clock error of a satellite, in Earth-fixed axes of the same instant.
 struct SatelliteState {
   Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
@@ -72,18 +70,18 @@ struct SatelliteState {
   double clock_drift = 0.0;  ///< its rate, s/s
 };
 
-/// IS-GPS-200 20.3.3.4.3 (GPS), Galileo OS SIS ICD 5.1.1, BDS-SIS-ICD 5.2.4.12 with the turned
+/// IS-GPS-200 20.3.3.4.3 (GPS), Galileo OS SIS ICD 5.1.1, BDS-SIS-ICD 5.2.4.12 with the rotated
 /// frame of geostationary satellites; the velocity is the formulas' derivative.
 [[nodiscard]] SatelliteState satellite_state(const KeplerianEphemeris& ephemeris,
                                              Time<GpsClock> time);
 
-/// GLONASS ICD 5.1 A.3.1.2: Runge-Kutta of fourth order, Earth's flattening by J2, at most
-/// `step_s` a step; the clock needs no relativity correction.
+/// GLONASS ICD 5.1 A.3.1.2: Runge-Kutta of fourth order, Earth's flattening by J2, steps of at most
+/// `step_s`; the clock needs no relativity correction.
 [[nodiscard]] SatelliteState satellite_state(const GlonassEphemeris& ephemeris, Time<GpsClock> time,
                                              double step_s = 60.0);
 
-/// How much later than the broadcast clock's own signal (or pair) the one on `carrier_hz` leaves,
-/// s: to be subtracted from the satellite clock. Nothing for a signal the message has no delay for.
+/// Group delay of the signal on `carrier_hz` relative to the broadcast clock's signal (or pair), s:
+/// to be subtracted from the satellite clock. None if the message has no delay for this signal.
 [[nodiscard]] std::optional<double> group_delay_s(const KeplerianEphemeris& ephemeris,
                                                   double carrier_hz);
 [[nodiscard]] std::optional<double> group_delay_s(const GlonassEphemeris& ephemeris,
@@ -93,10 +91,10 @@ struct SatelliteState {
 [[nodiscard]] bool is_healthy(const KeplerianEphemeris& ephemeris, double carrier_hz);
 [[nodiscard]] bool is_healthy(const GlonassEphemeris& ephemeris, double carrier_hz);
 
-/// BeiDou's geostationary satellites, whose ephemerides are meant in a turned frame.
+/// BeiDou's geostationary satellites, whose ephemerides are in a rotated frame.
 [[nodiscard]] bool is_beidou_geostationary(SatelliteId satellite);
 
-/// How far from its reference time a message may be used; beyond it the orbit's error grows from
+/// Largest age of a message relative to its reference time; beyond it the orbit error grows from
 /// metres to kilometres. By system: GPS, GLONASS, Galileo, BeiDou.
 struct EphemerisLimits {
   std::array<Duration, kGnssSystems> age = {std::chrono::seconds(7201), std::chrono::seconds(1801),
@@ -115,18 +113,18 @@ using Ephemeris = std::variant<KeplerianEphemeris, GlonassEphemeris>;
 
 class Ephemerides {
  public:
-  /// Refused: values that are not finite or cannot be the orbit of a navigation satellite. A
-  /// message with the same satellite, time and source as one that is there replaces it.
+  /// Rejects values that are not finite or not an orbit of a navigation satellite. Replaces a
+  /// stored message of the same satellite, time and source.
   Result<void> add(const Ephemeris& ephemeris);
-  /// Adds all of `other`; its ionosphere and leap seconds fill in what is missing here.
+  /// Adds all of `other`, and its ionosphere and leap seconds if missing here.
   void add(const Ephemerides& other);
 
-  /// The message whose reference time is nearest to `time`, however far; null where there is none.
-  /// Of a Galileo satellite's two messages the I/NAV one, made for E1, comes first.
+  /// The message with the reference time nearest to `time`, at any distance; null if there is none.
+  /// Of equal Galileo messages the I/NAV one, for E1, is preferred.
   [[nodiscard]] const Ephemeris* nearest(SatelliteId satellite, Time<GpsClock> time) const;
 
   [[nodiscard]] bool empty() const { return messages_.empty(); }
-  /// Messages in all.
+  /// Total number of messages.
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] std::vector<SatelliteId> satellites() const;
   /// A satellite's messages in order of reference time.
@@ -134,7 +132,7 @@ class Ephemerides {
 
   std::optional<KlobucharModel> gps_ionosphere;
   std::optional<KlobucharModel> beidou_ionosphere;
-  /// GPS − UTC, where a message said so.
+  /// GPS − UTC, if broadcast.
   std::optional<int> leap_seconds;
 
  private:

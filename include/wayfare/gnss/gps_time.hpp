@@ -1,8 +1,8 @@
 #pragma once
 
-// The time scales of satellite navigation, each a clock of its own, and the ways between them.
-// Offsets of nanoseconds between the systems' own realisations (GGTO and the like) are left to the
-// receiver's clock states, one per system.
+// The time scales of satellite navigation as clock types, and their conversions. Nanosecond offsets
+// between the systems' realisations (such as GGTO) are part of the receiver's clock states, one per
+// system.
 
 #include <chrono>
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace wayfare {
 
 /// UTC as days of 86400 s since 1980-01-06: a leap second and the second after it share a reading.
 struct UtcClock {};
-/// GLONASS time: UTC + 3 h, leap seconds and all; readings since 1980-01-06T00:00 of that scale.
+/// GLONASS time: UTC + 3 h including leap seconds; since 1980-01-06T00:00 of that scale.
 struct GlonassClock {};
 /// BeiDou time since 2006-01-01T00:00 UTC; no leap seconds, 14 s behind GPS.
 struct BeidouClock {};
@@ -28,7 +28,7 @@ inline constexpr int kBeidouWeekZero = 1356;
 inline constexpr int kGalileoWeekZero = 1024;
 inline constexpr Duration kGpsMinusBeidou = std::chrono::seconds(14);
 
-/// A time as receivers and files write it: week and time of week, [0, 7 d).
+/// Week and time of week, [0, 7 d), as used by receivers and files.
 struct WeekTime {
   int week = 0;
   Duration of_week{0};
@@ -44,8 +44,7 @@ struct WeekTime {
   return {static_cast<int>(week), t - week * kGpsWeek};
 }
 
-/// The instant with this time of week that is nearest to `near`: a time of week of a message, of
-/// which the week is known only by when it was received.
+/// The instant with this time of week nearest to `near`, for messages without a week number.
 [[nodiscard]] constexpr Time<GpsClock> nearest_time_of_week(Duration of_week, Time<GpsClock> near) {
   const Time<GpsClock> there = gps_time(week_time(near).week, of_week);
   if (there - near > kGpsWeek / 2) return there - kGpsWeek;
@@ -95,7 +94,7 @@ struct LeapSecond {
 
 [[nodiscard]] Time<GpsClock> to_gps(Time<UtcClock> t,
                                     std::span<const LeapSecond> table = leap_second_table());
-/// Within a leap second the reading of the second after it.
+/// Within a leap second, the reading of the following second.
 [[nodiscard]] Time<UtcClock> to_utc(Time<GpsClock> t,
                                     std::span<const LeapSecond> table = leap_second_table());
 
@@ -105,7 +104,7 @@ struct CivilTime {
   Duration of_minute{0};
 };
 
-/// Nothing for a date that does not exist, a time of day out of range, or a year outside 1980-2099.
+/// None for a date that does not exist, a time of day out of range, or a year outside 1980-2099.
 [[nodiscard]] std::optional<Time<GpsClock>> gps_from_civil(const CivilTime& civil);
 [[nodiscard]] std::optional<Time<UtcClock>> utc_from_civil(const CivilTime& civil);
 [[nodiscard]] std::optional<Time<BeidouClock>> beidou_from_civil(const CivilTime& civil);

@@ -12,8 +12,8 @@
 
 namespace wayfare {
 
-/// A satellite as seen from a chart's anchor, in the anchor's north, east and down; the anchor's
-/// range is taken off in double precision.
+/// A satellite relative to the tangent plane's anchor, in the anchor's north, east and down; the
+/// anchor's range is subtracted in double precision.
 struct SatelliteView {
   Eigen::Vector3d position_m, velocity_mps;
   double anchor_range_m = 0.0;
@@ -25,7 +25,7 @@ struct SatelliteView {
         anchor_range_m(position_m.norm()) {}
 };
 
-/// The antenna of a state, in the anchor's axes, and what moves it.
+/// Position and velocity of the antenna in the anchor's axes, and their derivatives.
 template <class T>
 struct AntennaView {
   using Vector3 = Eigen::Matrix<T, 3, 1>;
@@ -34,7 +34,7 @@ struct AntennaView {
   Matrix3 anchor_unit;         ///< the unit's axes to the anchor's
   Vector3 position_m;          ///< from the anchor
   Vector3 velocity_mps;        ///< over the Earth
-  Vector3 plane_scale;         ///< metres of ground for a metre of chart
+  Vector3 plane_scale;         ///< metres on the ground per metre on the plane
   Vector3 lever_m, swing_mps;  ///< lever arm, and ω × lever arm, in the unit's axes
 
   /// `lever_m` from the unit to the antenna and `rate_radps` the turn rate, both in its axes.
@@ -52,8 +52,8 @@ struct AntennaView {
   }
 };
 
-/// What both models share: line of sight and the difference of range to the anchor's, written so
-/// that single precision keeps it: |s − x| − |s| = (|x|² − 2 s·x)/(|s − x| + |s|).
+/// Line of sight and range difference to the anchor, in a form accurate in single precision: |s −
+/// x| − |s| = (|x|² − 2 s·x)/(|s − x| + |s|).
 template <class T>
 struct RangeGeometry {
   using Vector3 = Eigen::Matrix<T, 3, 1>;
@@ -72,8 +72,8 @@ struct RangeGeometry {
   }
 };
 
-/// range − |s − p| − clock. `excess_m` is the measured range less the anchor's range and less the
-/// clock's own anchor; `clock_offset` names the further clock to add (−1: none).
+/// range − |s − p| − clock. `excess_m` is the measured range less the anchor's range and the
+/// clock's anchor; `clock_offset` is the index of an inter-system offset to add (−1: none).
 template <class T, int Offsets = 0>
 struct RangeModel {
   const LocalTangentPlane& plane;
@@ -91,7 +91,7 @@ struct RangeModel {
     using Vector3 = Eigen::Matrix<T, 3, 1>;
     const AntennaView<T> antenna(x, plane, lever_m, Vector3::Zero());
     const RangeGeometry<T> sight(satellite, antenna);
-    // The position's error moves p along the local level's axes; δθ turns the lever arm.
+    // The position error moves p along the local level axes; δθ rotates the lever arm.
     const Vector3 by_position =
         -(antenna.anchor_local.transpose() * sight.direction).cwiseProduct(antenna.plane_scale);
     const Vector3 u_unit = antenna.anchor_unit.transpose() * sight.direction;
@@ -130,7 +130,7 @@ struct RangeRateModel {
     const RangeGeometry<T> sight(satellite, antenna);
     const Vector3 relative = satellite.velocity_mps.cast<T>() - antenna.velocity_mps;
     const T along = sight.direction.dot(relative);
-    // Moving the antenna turns the line of sight (small); moving changes the rate.
+    // A position error rotates the line of sight (small).
     const Vector3 turn = (sight.direction * along - relative) / sight.range_m;
     const Vector3 by_position =
         (antenna.anchor_local.transpose() * turn).cwiseProduct(antenna.plane_scale);

@@ -29,16 +29,16 @@ inline constexpr GnssSystem kAllGnssSystems[] = {GnssSystem::gps, GnssSystem::gl
 /// RINEX's letter: G, R, E, C.
 [[nodiscard]] constexpr char letter_of(GnssSystem system) { return "GREC"[index_of(system)]; }
 [[nodiscard]] const char* name_of(GnssSystem system);
-/// By letter; nothing for other systems (J, S, I).
+/// By letter; none for other systems (J, S, I).
 [[nodiscard]] std::optional<GnssSystem> system_of(char letter);
 
 /// "G05".
 [[nodiscard]] std::string to_string(SatelliteId satellite);
-/// From "G05", "G 5" or " 5" (GPS); nothing for other systems and numbers that do not exist.
+/// From "G05", "G 5" or " 5" (GPS); none for other systems and invalid numbers.
 [[nodiscard]] std::optional<SatelliteId> parse_satellite(std::string_view text);
 
-/// The carrier of a RINEX 3 band digit ('1' of "C1C"), Hz. GLONASS: of channel
-/// `glonass_channel`. Nothing where the system has no such band.
+/// The carrier of a RINEX 3 band digit ('1' of "C1C"), Hz. GLONASS: of channel `glonass_channel`.
+/// None if the system has no such band.
 [[nodiscard]] std::optional<double> carrier_hz(GnssSystem system, char band,
                                                int glonass_channel = 0);
 

@@ -1,7 +1,6 @@
 #pragma once
 
-// Position, velocity and time of a receiver from one epoch, by least squares that find and leave
-// out faulty satellites.
+// Position, velocity and time from one epoch by least squares with fault exclusion.
 
 #include <array>
 #include <limits>
@@ -16,8 +15,8 @@
 
 namespace wayfare {
 
-/// What a receiver's clock shows more against one system than against another, m: the systems'
-/// own difference and the receiver's delays.
+/// Inter-system clock offset of a receiver, m: difference of the system times and of the receiver's
+/// delays.
 struct ClockOffset {
   double offset_m = 0.0;
   double sigma_m = 0.0;
@@ -25,21 +24,21 @@ struct ClockOffset {
 
 struct SinglePointOptions {
   RangeCorrectionOptions corrections;
-  /// Looks for satellites whose ranges do not go with the others' and leaves them out.
+  /// Detects and excludes satellites with inconsistent ranges.
   bool exclude_faults = true;
-  /// How often ranges that follow their standard deviations may be taken for faulty.
+  /// False alarm probability of the χ² test.
   double false_alarm = 1e-3;
-  /// Where the robust loss turns from a square to a logarithm, σ.
+  /// Scale at which the robust loss changes from quadratic to logarithmic, σ.
   double robust_scale = 2.0;
-  /// Satellites whose residuals are larger than this in the robust solution are left out, σ.
+  /// Satellites with larger residuals in the robust solution are excluded, σ.
   double exclusion_sigma = 5.0;
-  /// What to do where the satellites left still disagree: an answer whose covariance is as large as
-  /// its residuals say and whose `consistent` is false, or an error.
+  /// If the remaining satellites disagree: returns a solution with `consistent` false and a
+  /// covariance scaled by its residuals, or else an error.
   bool answer_inconsistent = true;
-  /// A geometry worse than this gives no answer.
+  /// Above this PDOP there is no solution.
   double max_pdop = 30.0;
-  /// Another system's clock against GPS's where that is known beforehand (see SystemOffsets): m and
-  /// its standard deviation, by system. Each is worth one satellite.
+  /// Known clock offsets of other systems to GPS (see SystemOffsets), by system. Each replaces one
+  /// satellite.
   std::array<std::optional<ClockOffset>, kGnssSystems> offsets = {};
 };
 
@@ -49,7 +48,7 @@ struct DilutionOfPrecision {
   double geometry = 0.0, position = 0.0, horizontal = 0.0, vertical = 0.0, time = 0.0;
 };
 
-/// What one satellite had to do with the solution.
+/// One satellite's part in the solution.
 struct SatelliteResidual {
   SatelliteId satellite;
   LineOfSight sight;
@@ -63,15 +62,15 @@ struct SatelliteResidual {
 };
 
 struct SinglePoint {
-  LogTime time;     ///< as the receiver's clock read
-  LogTime instant;  ///< when that was: `time` less the clock's bias against the first system used
+  LogTime time;     ///< of the receiver's clock
+  LogTime instant;  ///< true time: `time` less the clock bias to the first system used
   Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
   Geodetic position;
   Eigen::Matrix3d position_covariance_ned_m2 = Eigen::Matrix3d::Zero();
-  /// Absent where too few Doppler measurements agree.
+  /// None if too few Doppler measurements agree.
   std::optional<Eigen::Vector3d> velocity_ned_mps;
   Eigen::Matrix3d velocity_covariance_ned = Eigen::Matrix3d::Zero();
-  /// Receiver clock against each system's, m; NaN for systems without a used satellite.
+  /// Receiver clock bias to each system, m; NaN for systems without a used satellite.
   std::array<double, kGnssSystems> clock_bias_m = {
       std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN(),
       std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
@@ -79,28 +78,28 @@ struct SinglePoint {
   DilutionOfPrecision dop;
   int used = 0;
   int degrees_of_freedom = 0;
-  /// Sum of squared residuals over their variances, of the satellites used.
+  /// Sum of squared normalised residuals of the satellites used.
   double chi_square = 0.0;
-  /// The satellites used agree. Without a degree of freedom nothing was there to disagree.
+  /// The satellites used agree; true without a degree of freedom.
   bool consistent = true;
   std::vector<SatelliteResidual> residuals;
   std::vector<RefusedRange> refused;
 };
 
-/// Iterated weighted least squares for position and one clock a system (Kaplan and Hegarty 2017,
-/// 11.2). Where the sum of squares fails its χ² test (Parkinson and Axelrad 1988) a robust solution
-/// takes its place: the loss Σ ln(1 + (r / (scale · σ))²), minimised by reweighting from the best
-/// of the solutions without none, each one and each two of the satellites; what is far from it is
-/// left out. `near_ecef_m` may be left at zero.
+/// Iterated weighted least squares for position and one clock per system (Kaplan and Hegarty 2017,
+/// 11.2). If the sum of squares fails its χ² test (Parkinson and Axelrad 1988) a robust solution
+/// replaces it: the loss Σ ln(1 + (r / (scale · σ))²), minimised by iterative reweighting from the
+/// best of the solutions with up to two satellites removed; outliers to it are excluded.
+/// `near_ecef_m` may be zero.
 ///
-/// Errors: `degenerate` where there are too few satellites (the message says how many, and of which
-/// systems) or their geometry is too poor; `numerical` where iteration does not end; `invalid`
-/// where the satellites disagree and an answer to that is not wanted.
+/// Errors: `degenerate` for too few satellites (the message gives the number by system) or a poor
+/// geometry; `numerical` if the iteration does not converge; `invalid` if the satellites disagree
+/// and `answer_inconsistent` is false.
 [[nodiscard]] Result<SinglePoint> single_point(
     const RangeEpoch& epoch, const SinglePointOptions& options = {},
     const Eigen::Vector3d& near_ecef_m = Eigen::Vector3d::Zero());
 
-/// The same from raw observations, which are corrected anew as the position becomes known.
+/// The same from raw observations, with iterated range corrections.
 [[nodiscard]] Result<SinglePoint> single_point(
     const ObservationEpoch& epoch, const Ephemerides& ephemerides,
     const SinglePointOptions& options = {},
@@ -110,15 +109,13 @@ struct SinglePoint {
 /// Wilson and Hilferty's approximation (1931), good to 3 % down to one degree of freedom.
 [[nodiscard]] double chi_square_threshold(int degrees_of_freedom, double probability);
 
-/// Learns from solutions what the systems' clocks differ by, so that in a street with few
-/// satellites a second system need not spend one on its own clock. An exponential mean with
-/// outliers held back.
+/// Estimates inter-system clock offsets from solutions, so that with few satellites a second system
+/// does not need one for its own clock. An exponential mean with clipped outliers.
 class SystemOffsets {
  public:
-  /// Takes the clocks of a consistent solution; others are passed over. It should have been made
-  /// without known offsets, or they confirm themselves.
+  /// Uses the clocks of consistent solutions only. They must be computed without known offsets.
   void learn(const SinglePoint& point);
-  /// What is known, against GPS; nothing before ten solutions.
+  /// The offset to GPS; none before ten solutions.
   [[nodiscard]] std::optional<ClockOffset> of(GnssSystem system) const;
   [[nodiscard]] std::array<std::optional<ClockOffset>, kGnssSystems> all() const;
 
@@ -131,9 +128,9 @@ class SystemOffsets {
   std::array<Track, kGnssSystems> tracks_;
 };
 
-/// Brings the ranges of all systems to GPS's clock, for a filter with one receiver clock. Ranges of
-/// systems whose offset is not known lose their range and keep their rate; the offset's uncertainty
-/// goes into the others' standard deviations.
+/// Converts the ranges of all systems to the GPS clock, for a filter with one receiver clock.
+/// Systems with unknown offset lose their ranges and keep their rates; the others' standard
+/// deviations include that of the offset.
 [[nodiscard]] RangeEpoch on_one_clock(const RangeEpoch& epoch, const SystemOffsets& offsets);
 
 /// The solution as a fix for a loosely coupled filter.

@@ -1,6 +1,6 @@
 #pragma once
 
-// Attitude and heading from gyro, accelerometer and (where there is one) magnetometer.
+// Attitude and heading from gyro, accelerometer and, optionally, magnetometer.
 
 #include <concepts>
 
@@ -12,12 +12,12 @@
 
 namespace wayfare {
 
-/// Causal attitude of a body in `W` (frame::Ned or frame::Enu), true north where the declination is
-/// given. Readings may come at any and irregular rates, each sensor at its own; readings of
-/// gyro and accelerometer speak for the time since the one before, those of the magnetometer for
-/// their instant. Starts at rest or in motion, needs gyro and
-/// accelerometer, and no memory beyond itself. Without magnetometer the heading starts at zero and
-/// drifts with the gyro. Not for vehicles: long turns and braking look like a tilt.
+/// Causal attitude of a body in `W` (frame::Ned or frame::Enu), relative to true north if the
+/// declination is given. Each sensor may have its own, irregular rate. A gyro or accelerometer
+/// reading is the mean since the previous one; a magnetometer reading is instantaneous. Starts at
+/// rest or in motion; needs gyro and accelerometer; allocates no memory. Without magnetometer the
+/// heading starts at zero and drifts with the gyro. Not for vehicles: sustained turns and braking
+/// look like a tilt.
 template <LevelFrame W = frame::Ned, std::floating_point T = double>
 class Ahrs {
  public:
@@ -28,7 +28,7 @@ class Ahrs {
 
   explicit Ahrs(const AhrsParameters& parameters = {}) : readings_(parameters) {}
 
-  /// One sensor's reading; those of one instant in this order.
+  /// One sensor's reading; simultaneous readings in this order.
   UpdateStatus add_rate(LogTime time, const Vector& radps) {
     return readings_.add_rate(time, radps);
   }
@@ -43,7 +43,7 @@ class Ahrs {
             add_field(s.time, s.magnetic_field_uT.cast<T>())};
   }
 
-  /// Whether there is an attitude, and whether its heading has a meaning beyond being its own.
+  /// Whether there is an attitude, and whether its heading refers to north.
   [[nodiscard]] bool ready() const { return readings_.ready(); }
   [[nodiscard]] bool heading_known() const { return readings_.heading().known(); }
 
@@ -51,13 +51,13 @@ class Ahrs {
   [[nodiscard]] SO3<T> q_world_body() const {
     return rotation_from_enu<World, T>() * filter().q_enu_body();
   }
-  /// Of the attitude's error as a rotation vector in world axes, rad²; its last diagonal element is
-  /// the heading's variance.
+  /// Covariance of the attitude error as a rotation vector in world axes, rad²; the last diagonal
+  /// element is the heading variance.
   [[nodiscard]] Covariance world_covariance() const {
     const Covariance c = rotation_from_enu<World, T>().matrix();
     return c * attitude_covariance() * c.transpose();
   }
-  /// The same in body axes, as the library's perturbations are: q ⊞ τ = q·exp(τ).
+  /// The same in body axes, the library's right perturbation q ⊞ τ = q·exp(τ).
   [[nodiscard]] Covariance body_covariance() const {
     const Covariance& r = filter().rotation();
     return r.transpose() * attitude_covariance() * r;
@@ -71,23 +71,22 @@ class Ahrs {
   [[nodiscard]] T magnetometer_delay_s() const { return filter().delay(); }
   [[nodiscard]] bool at_rest() const { return readings_.level().at_rest(); }
 
-  /// Gives the heading from outside: the direction of the body's x axis, clockwise from north.
+  /// Sets the heading: direction of the body's x axis, clockwise from north.
   void set_compass(Angle x_axis, Angle sigma) { readings_.set_compass(x_axis, sigma); }
 
-  /// Where AhrsParameters::heading_axis pointed, told from outside and as late as
-  /// AhrsParameters::heading_history_s: corrects attitude and gyro bias. Where nothing gave the
-  /// heading before it is taken as it is. `waiting` without an attitude of that time yet, `late`
-  /// beyond what is kept or not after the fix before, `missing` where it is no number or the
-  /// variance not positive, `disturbed` where it is too far off.
+  /// External heading of AhrsParameters::heading_axis, up to AhrsParameters::heading_history_s old:
+  /// corrects attitude and gyro bias. The first one initialises an unknown heading. `waiting`: no
+  /// attitude at that time yet; `late`: older than the history, or not after the previous fix;
+  /// `missing`: not finite, or variance not positive; `disturbed`: rejected by the gate.
   UpdateStatus add_heading(const HeadingFix& fix) { return readings_.add_heading(fix); }
-  /// What the gyro alone turned that axis, counter-clockwise seen from above.
-  [[nodiscard]] const HeadingTrack& heading_track() const { return readings_.outside().track(); }
+  /// Rotation of that axis integrated from the gyro alone, counter-clockwise seen from above.
+  [[nodiscard]] const HeadingTrack& heading_track() const { return readings_.external().track(); }
 
   [[nodiscard]] const AhrsReport& report() const { return readings_.report(); }
-  /// Squared innovations of the last readings over their variances, one degree of freedom each.
+  /// Normalised innovation squared of the last readings, one degree of freedom each.
   [[nodiscard]] AhrsNis<T> nis() const {
     const auto& level = readings_.level().nis();
-    return {level[0], level[1], readings_.heading().nis(), readings_.outside().nis()};
+    return {level[0], level[1], readings_.heading().nis(), readings_.external().nis()};
   }
 
  private:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <numbers>
 
 #include <Eigen/Core>
 
@@ -8,60 +9,60 @@
 
 namespace wayfare {
 
-/// What the attitude filter takes for granted. Densities of white noise are standard deviations
-/// after one second of averaging. The defaults suit a MEMS unit on a hand, a limb or a head.
+/// Parameters of the attitude filter. White-noise densities are standard deviations after one
+/// second of averaging. The defaults suit a MEMS unit on a hand, a limb or a head.
 struct AhrsParameters {
-  /// Gyro noise, rad/s/√Hz. Larger than a data sheet's: it also stands for what the model leaves
-  /// out. Larger trusts accelerometer and magnetometer more.
+  /// Gyro noise, rad/s/√Hz. Larger than the data sheet value, since it covers unmodelled errors.
+  /// Larger values weight accelerometer and magnetometer more.
   double rate_noise = 0.3 * kDegree;
-  /// Gyro noise that grows with the rate (scale, alignment, timing), √s: a scale error of standard
+  /// Gyro noise proportional to the rate (scale, alignment, timing), √s: a scale error of standard
   /// deviation s and correlation time τ gives s·√(2τ).
   double rate_scale_noise = 0.003;
-  /// Walk of the gyro bias, rad/s/√s, and its standard deviation at the start, rad/s.
+  /// Random walk of the gyro bias, rad/s/√s, and its initial standard deviation, rad/s.
   double bias_walk = 0.002 * kDegree;
   double bias_sigma = 1.0 * kDegree;
   /// Accelerometer noise, m/s²/√Hz.
   double force_noise = 0.02;
 
-  /// The body's horizontal velocity is a first-order Gauss-Markov process with mean zero: its
-  /// correlation time, s, and its density, m/s·√s (a walk of its integral; σ√(2τ)). Smaller holds
-  /// on to the plumb line more, larger bears longer accelerations.
+  /// The body's horizontal velocity is a zero-mean first-order Gauss-Markov process: its
+  /// correlation time, s, and density σ√(2τ), m/s·√s. Smaller values follow the measured gravity
+  /// direction more closely, larger ones tolerate longer accelerations.
   double velocity_time_s = 0.1;
   double velocity_density = 0.4;
 
   bool use_magnetometer = true;
-  /// Of magnetic north from true north, clockwise. Zero gives magnetic headings.
+  /// Magnetic north from true north, clockwise. Zero gives magnetic headings.
   Angle declination;
   /// Error of the magnetic heading as white noise, rad·√s: an error of standard deviation s and
   /// correlation time τ gives s·√(2τ).
   double heading_density = 10.0 * kDegree;
-  /// How long after the field the magnetometer's reading is stamped, s, and how far that may be
-  /// off; the filter finds the rest. Zero for the latter holds it fixed.
+  /// Delay of the magnetometer's time stamps, s, and its initial standard deviation, s; the filter
+  /// estimates it. A zero deviation keeps the delay fixed.
   double magnetometer_delay_s = 0.0;
   double magnetometer_delay_sigma_s = 0.02;
-  /// A field is the Earth's where its strength is within this part of the known one, and its dip
-  /// within this angle …
+  /// A field is accepted as the Earth's if its strength is within this fraction of the reference,
+  /// and its dip within this angle …
   double field_norm_gate = 0.1;
   Angle field_dip_gate = Angle::degrees(10.0);
   /// … for at least this long, s.
   double field_settle_s = 1.0;
-  /// Another field that lasts this long, s, or as long as the first was known, while the body turns
-  /// is taken for the Earth's.
+  /// A different field that lasts this long, s, or as long as the reference was known, while the
+  /// body turns becomes the new reference.
   double field_relearn_s = 20.0;
   /// The Earth's field, µT, and its dip below the horizon; NaN: learned from the first readings.
   double field_norm_uT = std::numeric_limits<double>::quiet_NaN();
   Angle field_dip;
 
-  /// Headings told from outside are of this axis of the body …
+  /// Body axis that external headings refer to …
   Eigen::Vector3d heading_axis = Eigen::Vector3d::UnitX();
-  /// … and may come so late, s; zero: none are taken, and nothing is kept for them.
+  /// … and their greatest delay, s; zero: external headings are not used.
   double heading_history_s = 0.0;
-  /// Those off by more standard deviations than this are refused, unless they are off alike for
-  /// `lost_heading_s`.
+  /// Gate for external headings, standard deviations; rejected ones that agree with each other for
+  /// `lost_heading_s` reset the heading.
   double heading_gate_sigmas = 4.0;
 
-  /// At rest is who keeps rate (rad/s) and specific force (m/s²) this near to their averages for
-  /// this long, s, and whose average rate could be a bias (rad/s).
+  /// At rest: rate (rad/s) and specific force (m/s²) stay this close to their averages for this
+  /// time, s, and the average rate could be a bias (rad/s).
   double rest_rate = 2.0 * kDegree;
   double rest_force = 0.5;
   double rest_time_s = 1.5;
@@ -70,27 +71,28 @@ struct AhrsParameters {
   double rest_rate_density = 0.03 * kDegree;
   double rest_velocity_density = 0.01;
 
-  /// A component from here on is saturated: rad/s, m/s², µT. For units of ±2000 °/s and ±16 g.
+  /// A component of at least this magnitude is saturated: rad/s, m/s², µT. For units of ±2000 °/s
+  /// and ±16 g.
   double rate_range = 34.8;
   double force_range = 156.0;
   double field_range = 5000.0;
-  /// What a saturated sensor leaves out, as part of its reading.
+  /// Error of a saturated reading as a fraction of its magnitude.
   double saturated_part = 0.3;
 
-  /// A longer pause of the gyro than the first, s, adds to the uncertainty, than the second starts
-  /// the attitude anew (the bias is kept).
+  /// A gyro gap longer than the first, s, increases the uncertainty; one longer than the second
+  /// reinitialises the attitude (the bias is kept).
   double coarse_gap_s = 0.05;
   double restart_gap_s = 1.0;
-  /// Horizontal acceleration, m/s², that no motion sustains for a second: the attitude is wrong and
-  /// levelled anew. The second holds at rest.
+  /// Mean horizontal acceleration, m/s², that no motion sustains for a second: the attitude is
+  /// wrong and is levelled again. The second applies at rest.
   double lost_level = 4.0;
   double lost_level_at_rest = 1.0;
-  /// A magnetic heading that differs by more than this for this long, s, is taken as it is.
+  /// A magnetic heading that differs by more than this for this long, s, resets the heading.
   Angle lost_heading = Angle::degrees(30.0);
   double lost_heading_s = 10.0;
 
  private:
-  static constexpr double kDegree = 0.017453292519943295;
+  static constexpr double kDegree = std::numbers::pi / 180.0;
 };
 
 }  // namespace wayfare

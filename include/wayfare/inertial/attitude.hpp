@@ -1,6 +1,6 @@
 #pragma once
 
-// How a body is turned in a local level frame, and what every estimator of it offers.
+// Attitude in a local level frame, and the interface of its estimators.
 
 #include <cmath>
 #include <concepts>
@@ -16,11 +16,11 @@
 
 namespace wayfare {
 
-/// The local level frames attitudes are given in: frame::Ned and frame::Enu.
+/// Local level frames of attitudes: frame::Ned and frame::Enu.
 template <class World>
 concept LevelFrame = std::same_as<World, frame::Ned> || std::same_as<World, frame::Enu>;
 
-/// Takes east-north-up coordinates to those of `World`.
+/// Rotates east-north-up coordinates to `World`.
 template <LevelFrame World, class T>
 [[nodiscard]] SO3<T> rotation_from_enu() {
   if constexpr (std::same_as<World, frame::Enu>) return SO3<T>::identity();
@@ -28,8 +28,8 @@ template <LevelFrame World, class T>
   return SO3<T>(Eigen::Quaternion<T>(T(0), T(1), T(1), T(0)));
 }
 
-/// Where the body's x axis points, clockwise from north as a compass has it; its roll, pitch and
-/// yaw are in core/roll_pitch_yaw.hpp.
+/// Compass direction of the body's x axis, clockwise from north; roll, pitch and yaw are in
+/// core/roll_pitch_yaw.hpp.
 template <LevelFrame World, class T>
 [[nodiscard]] Angle compass_of_x(const SO3<T>& q_world_body) {
   const Eigen::Matrix<T, 3, 1> x = q_world_body.matrix().col(0);
@@ -37,27 +37,26 @@ template <LevelFrame World, class T>
   return Angle::radians(std::atan2(x.x(), x.y()));
 }
 
-/// What became of one reading.
+/// Result of adding one reading.
 enum class UpdateStatus {
-  used,       ///< it moved the estimate
-  waiting,    ///< held back: no attitude yet, or no gyro reading near its time
-  missing,    ///< not a number: the sensor gave nothing
-  late,       ///< not after the one before it
-  saturated,  ///< at the end of the sensor's range, or beyond what it can measure
-  disturbed,  ///< a magnetic field that is not the Earth's as known here, a heading that is not
-              ///< ours
+  used,       ///< it updated the estimate
+  waiting,    ///< no attitude yet, or no gyro reading near its time
+  missing,    ///< not finite: no measurement
+  late,       ///< not after the previous one
+  saturated,  ///< at or beyond the sensor's range
+  disturbed,  ///< rejected: magnetic disturbance, or external heading outside the gate
 };
 
-/// What became of one sensor's reading at each.
+/// Result of adding one sample.
 struct MargUpdateStatus {
   UpdateStatus gyro = UpdateStatus::missing;
   UpdateStatus accelerometer = UpdateStatus::missing;
   UpdateStatus magnetometer = UpdateStatus::missing;
 };
 
-/// Causal estimators of attitude from inertial and magnetic readings, with one interface. `World`
-/// is the frame `q_world_body` leads to. A reading that cannot be used leaves the estimate as it
-/// was; the return value says why.
+/// Causal attitude estimators from inertial and magnetic readings. `World` is the target frame of
+/// `q_world_body`. A reading that cannot be used leaves the estimate unchanged; the return value
+/// says why.
 template <class E>
 concept AttitudeEstimator = requires(E e, const E& c, const MargSample& sample) {
   typename E::World;
@@ -68,7 +67,7 @@ concept AttitudeEstimator = requires(E e, const E& c, const MargSample& sample) 
   { c.q_world_body() } -> std::same_as<SO3<typename E::Scalar>>;
 };
 
-/// What became of one sensor's readings.
+/// Counts of one sensor's readings by status.
 struct SensorReport {
   std::uint64_t used = 0;
   std::uint64_t waiting = 0;
@@ -77,7 +76,7 @@ struct SensorReport {
   std::uint64_t saturated = 0;
   std::uint64_t disturbed = 0;
 
-  /// Counts `intake` and passes it on.
+  /// Counts `status` and returns it.
   UpdateStatus note(UpdateStatus status) {
     switch (status) {
       case UpdateStatus::used:
@@ -103,25 +102,24 @@ struct SensorReport {
   }
 };
 
-/// What an attitude filter met on its way.
+/// Events of an attitude filter.
 struct AhrsReport {
   SensorReport gyro;
   SensorReport accelerometer;
   SensorReport magnetometer;
-  SensorReport outside;             ///< headings told from outside
-  std::uint64_t restarts = 0;       ///< after a gap of the gyro, or its clock set back
-  std::uint64_t levelled_anew = 0;  ///< the attitude did not fit gravity any more
-  std::uint64_t headings_taken =
-      0;  ///< the heading did not fit the field, or what was told, any more
+  SensorReport external;             ///< external headings
+  std::uint64_t restarts = 0;        ///< after a gyro gap or a clock set back
+  std::uint64_t level_resets = 0;    ///< attitude inconsistent with gravity
+  std::uint64_t heading_resets = 0;  ///< heading inconsistent with the field or external headings
 };
 
-/// Squares of innovations over their variances; NaN before the first.
+/// Normalised innovations squared; NaN before the first.
 template <class T>
 struct AhrsNis {
   T velocity_east;
   T velocity_north;
   T heading;
-  T outside;  ///< of a heading told from outside
+  T external;  ///< external heading
 };
 
 }  // namespace wayfare

@@ -1,7 +1,7 @@
 #pragma once
 
-// The two attitude filters everybody knows, to measure others by: Madgwick's gradient descent and
-// Mahony's complementary filter, behind the interface of Ahrs.
+// Baseline attitude filters with the interface of Ahrs: Madgwick's gradient descent and Mahony's
+// complementary filter.
 
 #include <cmath>
 #include <concepts>
@@ -28,8 +28,8 @@ struct MahonyRule {
   }
 };
 
-/// Madgwick et al. 2011 (33), (42): the quaternion descends along its error's gradient with a rate
-/// of `gain` (β, rad/s): a turn in the direction of Mahony's error, but of constant speed.
+/// Madgwick et al. 2011 (33), (42): gradient descent of the quaternion with rate `gain` (β, rad/s):
+/// a rotation in the direction of Mahony's error, but at constant speed.
 struct MadgwickRule {
   double gain = 0.12;
   bool use_magnetometer = true;
@@ -41,8 +41,8 @@ struct MadgwickRule {
   }
 };
 
-/// `Rule` makes a correction of the rate from the error: the vector by which the body would have to
-/// turn for accelerometer and magnetometer to fit up and north, body axes.
+/// `Rule` maps the error to a correction of the rate. The error is the rotation, in body axes, that
+/// would align accelerometer and magnetometer with up and north.
 template <class Rule, LevelFrame W = frame::Ned, std::floating_point T = double>
 class BasicAhrs {
  public:
@@ -52,7 +52,7 @@ class BasicAhrs {
 
   explicit BasicAhrs(const Rule& rule = {}) : rule_(rule) {}
 
-  /// One sensor's reading. Force and field work until the next of their kind, through the rates.
+  /// One sensor's reading. Force and field are held until the next one and act at each rate.
   UpdateStatus add_rate(LogTime time, const Vector& radps) {
     if (!radps.allFinite()) return UpdateStatus::missing;
     const auto verdict = rate_clock_.check(time);
@@ -91,7 +91,7 @@ class BasicAhrs {
     return UpdateStatus::used;
   }
 
-  /// Up by the accelerometer, then north by the magnetometer where there is one.
+  /// Up from the accelerometer, then north from the magnetometer, if used.
   void start() {
     if (force_.direction.isZero() || (rule_.use_magnetometer && field_.direction.isZero())) return;
     q_ = SO3<T>::between(force_.direction, Vector::UnitZ());
@@ -104,7 +104,7 @@ class BasicAhrs {
     const auto r = q_.matrix();
     Vector e = force_.direction.cross(r.row(2).transpose());
     if (rule_.use_magnetometer) {
-      // The Earth's field is given the dip that is measured, so that it moves the heading alone.
+      // The reference field has the measured dip, so that it corrects the heading only.
       const Vector m = r * field_.direction;
       const Vector north(T(0), std::hypot(m.x(), m.y()), m.z());
       e += field_.direction.cross(r.transpose() * north);

@@ -1,7 +1,7 @@
 #pragma once
 
-// How an inertial unit and a receiver clock err: the parameters that calibration finds and filters
-// are tuned by. Defaults are those of an automotive MEMS unit such as the MPU-9250.
+// Error models of an inertial unit and a receiver clock. Defaults are those of an automotive MEMS
+// unit such as the MPU-9250.
 
 #include <numbers>
 
@@ -30,7 +30,7 @@ struct ImuNoise {
   GaussMarkov3 accel_scale = {Eigen::Vector3d::Constant(0.003), Eigen::Vector3d::Constant(20000.0)};
 };
 
-/// A receiver clock as random walks of bias and drift, in metres (times the speed of light).
+/// Receiver clock: random walks of bias and drift, in metres (times the speed of light).
 struct ReceiverClockNoise {
   double bias_walk_m_per_sqrt_s = 0.3;
   double drift_walk_mps_per_sqrt_s = 0.1;

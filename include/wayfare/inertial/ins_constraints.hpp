@@ -1,7 +1,7 @@
 #pragma once
 
-// What a vehicle's habits tell an inertial filter: wheels do not slide sideways, standing still is
-// neither moving nor turning; and finished positions and velocities, axis by axis.
+// Motion constraints of a vehicle (non-holonomic, zero velocity, zero turn rate), and loosely
+// coupled positions and velocities, one axis at a time.
 
 #include <Eigen/Core>
 
@@ -47,8 +47,8 @@ struct VelocityModel {
   }
 };
 
-/// At standstill a gyro reads its bias and the Earth's rotation (left to the variance: 7e-5 rad/s
-/// is below what any unit that needs this keeps).
+/// At standstill a gyro reads its bias and the Earth's rotation (7e-5 rad/s, covered by the
+/// variance: below the bias stability of any unit that needs this).
 template <class T, int Offsets = 0>
 struct ZeroTurnRateModel {
   int axis;
@@ -61,12 +61,12 @@ struct ZeroTurnRateModel {
   }
 };
 
-/// The antenna's position along `direction` (local level), as a GNSS receiver computed it.
+/// The antenna's position along `direction` (local level), as computed by a GNSS receiver.
 template <class T, int Offsets = 0>
 struct AntennaPositionModel {
   using Vector3 = Eigen::Matrix<T, 3, 1>;
   const LocalTangentPlane& plane;
-  Vector3 position_m;  ///< on the chart
+  Vector3 position_m;  ///< on the tangent plane
   Vector3 direction, lever_m;
   T variance;
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// The process of the 23-state filter: strapdown navigation, Gauss-Markov errors of the unit, the
-// receiver's clock.
+// Process model of the 23-state filter: strapdown navigation, Gauss-Markov sensor errors, receiver
+// clock.
 
 #include <Eigen/Core>
 
@@ -14,14 +14,14 @@
 namespace wayfare {
 
 /// ImuNoise and ReceiverClockNoise in the filter's scalar, so that each lane of a pack may have its
-/// own. Orders of the twelve: gyro bias, accelerometer bias, gyro scale, accelerometer scale.
+/// own. Order of the twelve: gyro bias, accelerometer bias, gyro scale, accelerometer scale.
 template <class T>
 struct InsNoise {
   using Vector3 = Eigen::Matrix<T, 3, 1>;
   Eigen::Matrix<T, 12, 1> sigma, tau_s;
   Vector3 gyro_white, accel_white;
   T clock_bias_walk, clock_drift_walk;
-  /// Of the offsets between the clocks of satellite systems, m/√s.
+  /// Random walk of the inter-system clock offsets, m/√s.
   T clock_offset_walk = T(0.01);
 
   InsNoise() = default;
@@ -39,7 +39,7 @@ struct InsNoise {
   }
 };
 
-/// What InsModel gives the filter.
+/// Predicted state and transition of one step.
 template <class T, int Offsets = 0>
 struct InsStep {
   InsState<T, Offsets> state;
@@ -78,7 +78,7 @@ struct CorrectedImu {
   }
 };
 
-/// The process model (see ProcessModel): from a state over an ImuInterval.
+/// A ProcessModel with ImuInterval as input.
 template <class T, int Offsets = 0>
 class InsModel {
  public:
@@ -89,8 +89,7 @@ class InsModel {
   InsModel(const LocalTangentPlane& plane, const InsNoise<T>& noise)
       : plane_(plane), noise_(noise) {}
 
-  /// Works out what steps of exactly this length share, for a model that is kept: no result
-  /// changes, each comes sooner.
+  /// Precomputes the terms shared by steps of exactly this length. Results do not change.
   void prepare(double dt_s) {
     prepared_ = error_steps(T(dt_s));
     prepared_dt_s_ = dt_s;
@@ -108,12 +107,12 @@ class InsModel {
     step.state.position_m = next.position_m;
     step.state.velocity_mps = next.velocity_mps;
     step.state.q_nu = next.q_nu;
-    relax(step.state, step.transition.kept, dt);
+    decay(step.state, step.transition.kept, dt);
     return step;
   }
 
  private:
-  static void relax(State& x, const Eigen::Matrix<T, 12, 1>& kept, const T& dt) {
+  static void decay(State& x, const Eigen::Matrix<T, 12, 1>& kept, const T& dt) {
     x.gyro_bias_radps.array() *= kept.template segment<3>(0).array();
     x.accel_bias_mps2.array() *= kept.template segment<3>(3).array();
     x.gyro_scale.array() *= kept.template segment<3>(6).array();
@@ -134,9 +133,9 @@ class InsModel {
     f.velocity_attitude = -c * skew(measured.velocity_mps);
     f.velocity_accel_bias = c * (-dt * imu.inverse_accel_scale).asDiagonal();
     f.scale_force = beyond_noise(measured.mean_force_mps2, noise_.accel_white, 3, dt);
-    const Vector3 turned =
+    const Vector3 rotation =
         measured.rotation_rad - c.transpose() * Vector3(dt * (rates.earth + rates.transport));
-    const Matrix3 k = skew(turned);
+    const Matrix3 k = skew(rotation);
     f.attitude_attitude = Matrix3::Identity() - k + T(0.5) * k * k;
     f.attitude_gyro_bias = -dt * imu.inverse_gyro_scale;
     f.attitude_gyro_scale = f.attitude_gyro_bias.cwiseProduct(
@@ -145,22 +144,21 @@ class InsModel {
     return f;
   }
 
-  /// What a reading says of the scale: nothing where noise and bias alone could have made it. A
-  /// regressor that contains the very noise it is regressed on draws its coefficient to one side
-  /// (Fuller 1987, section 1.1), here the scale of an axis the vehicle seldom turns about, and in
-  /// hours by many times what the filter believes.
+  /// Regressor of the scale: zero if noise and bias alone explain the reading. A regressor with
+  /// measurement noise biases its coefficient (Fuller 1987, section 1.1), here the scale of rarely
+  /// excited axes, over hours by many times its estimated standard deviation.
   Vector3 beyond_noise(const Vector3& measured, const Vector3& white, int bias, const T& dt) const {
     constexpr double kSigmas = 3.0;
     Vector3 beyond;
     for (int i = 0; i < 3; ++i) {
       const T variance = white[i] * white[i] / dt + noise_.sigma[bias + i] * noise_.sigma[bias + i];
-      const MaskOf<T> told = measured[i] * measured[i] > T(kSigmas * kSigmas) * variance;
-      beyond[i] = select(told, measured[i], T(0));
+      const MaskOf<T> significant = measured[i] * measured[i] > T(kSigmas * kSigmas) * variance;
+      beyond[i] = select(significant, measured[i], T(0));
     }
     return beyond;
   }
 
-  /// The unit's twelve errors and the receiver's clock over a step.
+  /// The twelve sensor errors and the receiver clock over a step.
   struct ErrorSteps {
     Eigen::Matrix<T, 12, 1> kept = Eigen::Matrix<T, 12, 1>::Zero();
     Eigen::Matrix<T, 12, 1> noise = Eigen::Matrix<T, 12, 1>::Zero();

@@ -1,7 +1,7 @@
 #pragma once
 
-// The state of inertial navigation with GNSS: Zhang 2020, section 3.1, with a unit quaternion and
-// an attitude error of three.
+// State of inertial navigation with GNSS: Zhang 2020, section 3.1, with a unit quaternion and a
+// three-dimensional attitude error.
 
 #include <Eigen/Core>
 
@@ -24,7 +24,7 @@ inline constexpr int kSize = 23;
 }  // namespace ins_state
 
 /// `position_m` is on a LocalTangentPlane; `q_nu` rotates the unit's axes to local level. `Offsets`
-/// more clocks follow the receiver's own: of further satellite systems, relative to it, in metres.
+/// inter-system clock offsets (m) follow the receiver clock.
 template <class T, int Offsets = 0>
 struct InsState {
   using Scalar = T;
@@ -65,7 +65,7 @@ struct InsState {
     return tau;
   }
 
-  /// The same in another scalar; into a pack, in every lane.
+  /// The same in another scalar type; broadcast to every lane of a pack.
   template <class U>
   [[nodiscard]] InsState<U, Offsets> cast() const {
     InsState<U, Offsets> y;

@@ -1,7 +1,7 @@
 #pragma once
 
-// Hard and soft iron of a magnetometer from a recording of it being turned about: the readings of a
-// constant field lie on an ellipsoid.
+// Hard- and soft-iron calibration of a magnetometer rotated in a constant field: its readings lie
+// on an ellipsoid.
 
 #include <cstddef>
 #include <limits>
@@ -14,17 +14,17 @@
 namespace wayfare {
 
 struct MagnetometerCalibrationOptions {
-  /// Strength of the field the readings are brought to, µT; NaN: the ellipsoid's mean radius, so
-  /// that the correction changes directions and not the scale.
+  /// Field strength after calibration, µT; NaN: the ellipsoid's mean radius, so that the correction
+  /// changes directions and not the scale.
   double field_uT = std::numeric_limits<double>::quiet_NaN();
-  /// A reading counts that differs by this part of its strength from the one that counted before,
-  /// so that a long rest does not outweigh the turning.
+  /// A reading is used if it differs from the previous used one by this fraction of its strength,
+  /// so that a long rest does not dominate.
   double least_change = 0.05;
   std::size_t least_readings = 50;
-  /// Of the directions the field was seen in, the smallest mean square along any axis: ⅓ for all
-  /// alike, 0 where they lie in a plane.
+  /// Smallest eigenvalue of the second moment of the measured field directions: ⅓ for a uniform
+  /// distribution, 0 for directions in a plane.
   double least_spread = 0.05;
-  /// Largest standard deviation of an offset, of the field's strength.
+  /// Largest standard deviation of an offset, as a fraction of the field strength.
   double largest_offset_sigma = 0.05;
 };
 
@@ -36,7 +36,7 @@ struct MagnetometerCalibration {
   Eigen::Matrix3d correction_sigma = Eigen::Matrix3d::Zero();
   double field_uT = 0.0;         ///< strength of the calibrated field
   double residual_uT = 0.0;      ///< standard deviation of its strength
-  double raw_residual_uT = 0.0;  ///< the same of the raw readings
+  double raw_residual_uT = 0.0;  ///< the same for the raw readings
   double spread = 0.0;           ///< see MagnetometerCalibrationOptions::least_spread
   std::size_t used = 0;
 
@@ -45,8 +45,8 @@ struct MagnetometerCalibration {
   }
 };
 
-/// Readings in the sensor's axes, µT, NaN or zero where there is none. Errors: `degenerate` where
-/// the sensor was turned too little to tell, `invalid` where the readings lie on no ellipsoid.
+/// Readings in the sensor's axes, µT, NaN or zero if missing. Errors: `degenerate` if the sensor
+/// was rotated too little, `invalid` if the readings do not lie on an ellipsoid.
 [[nodiscard]] Result<MagnetometerCalibration> calibrate_magnetometer(
     std::span<const Eigen::Vector3d> readings, const MagnetometerCalibrationOptions& options = {});
 

@@ -1,8 +1,8 @@
 #pragma once
 
-// Navigation with one vertical gyro and the wheels (Liu, Atia, Karamat and Noureldin 2015, section
-// 3.1): in latitude and longitude, and in a local plane. The gyro's axis points up, so that it
-// counts counter-clockwise as positive; azimuth counts clockwise from north.
+// Navigation with one vertical gyro and wheel odometry (Liu, Atia, Karamat and Noureldin 2015,
+// section 3.1): in latitude and longitude, and in a local plane. The gyro's axis points up
+// (counter-clockwise positive); azimuth is clockwise from north.
 
 #include <cmath>
 
@@ -11,21 +11,21 @@
 
 namespace wayfare {
 
-/// Where a vehicle is on the Earth and where it faces.
+/// Geodetic position and azimuth of a vehicle.
 struct GeodeticHeading {
   Geodetic position;
   Angle azimuth;  ///< clockwise from north
 };
 
-/// What a gyro that points up feels of the Earth's turn and of the level's own (1), rad/s.
+/// Earth rate and transport rate measured by an upward gyro (1), rad/s.
 [[nodiscard]] inline double level_rate_rad_s(const Geodetic& at, double east_speed_m_s) {
   const double s = std::sin(at.latitude.radians());
   return wgs84::kEarthRate_radps * s +
          east_speed_m_s * std::tan(at.latitude.radians()) / (transverse_radius_m(s) + at.height_m);
 }
 
-/// (1) to (5) over `dt_s` with the turn rate and the forward speed held; `turn_rate_rad_s` is the
-/// gyro's reading less its bias. The heading of the middle of the step is used: second order.
+/// (1) to (5) over `dt_s` at constant turn rate and forward speed; `turn_rate_rad_s` is the gyro
+/// reading less its bias. Midpoint heading: second order.
 [[nodiscard]] inline GeodeticHeading advance(const GeodeticHeading& from, double turn_rate_rad_s,
                                              double speed_m_s, double dt_s) {
   const double a0 = from.azimuth.radians();
@@ -40,13 +40,13 @@ struct GeodeticHeading {
           Angle::radians(a1).wrapped()};
 }
 
-/// The same in a plane: along the arc. `turn_rate_rad_s` is also less the level's own rate.
+/// The same in a plane, along the arc. `turn_rate_rad_s` is also less the Earth and transport rate.
 [[nodiscard]] inline SE2d advance(const SE2d& from, double turn_rate_rad_s, double speed_m_s,
                                   double dt_s) {
   return from.plus({speed_m_s * dt_s, 0.0, turn_rate_rad_s * dt_s});
 }
 
-/// A plane laid on the Earth: its origin, and where its x axis points.
+/// A local plane on the Earth: its origin and the azimuth of its x axis.
 struct LocalPlane {
   Geodetic origin;
   Angle azimuth_of_x;

@@ -1,8 +1,8 @@
 #pragma once
 
-// Inertial navigation over the rotating ellipsoid: attitude, velocity and position from turn rates
-// and specific forces, good to second order in the step for signals that change linearly within it
-// (coning and sculling included). Savage 1998, parts 1 and 2; Groves 2013, section 5.4.
+// Strapdown mechanisation over the rotating ellipsoid, second order in the step for signals that
+// change linearly within it (coning and sculling included). Savage 1998, parts 1 and 2; Groves
+// 2013, section 5.4.
 
 #include <Eigen/Core>
 
@@ -24,7 +24,8 @@ struct ImuInterval {
           end.specific_force_mps2, to_seconds(end.time - begin.time)};
 }
 
-/// What the unit did over an interval, free of its errors, in its axes at the beginning.
+/// Integrated rotation and velocity change over an interval, corrected for sensor errors, in the
+/// unit's axes at the beginning.
 template <class T>
 struct InertialIncrement {
   Eigen::Matrix<T, 3, 1> rotation_rad;     ///< rotation vector
@@ -33,8 +34,8 @@ struct InertialIncrement {
   Eigen::Matrix<T, 3, 1> mean_force_mps2;
 };
 
-/// Integrates rates and forces that change linearly from begin to end: θ = T(ω₀ + ω₁)/2 +
-/// T²/12 ω₀ × ω₁ and v = T(f₀ + f₁)/2 + ∫θ × f, both without terms of third order.
+/// Integrates rates and forces that change linearly from begin to end, to second order: θ = T(ω₀ +
+/// ω₁)/2 + T²/12 ω₀ × ω₁ and v = T(f₀ + f₁)/2 + ∫θ × f.
 template <class T>
 [[nodiscard]] InertialIncrement<T> integrate(const Eigen::Matrix<T, 3, 1>& w0,
                                              const Eigen::Matrix<T, 3, 1>& w1,
@@ -51,8 +52,7 @@ template <class T>
   return i;
 }
 
-/// Turn rates of the local level: of the Earth in space, and of the level over the Earth as the
-/// vehicle travels (Groves 2013, (5.41), (5.44)), rad/s, in local level.
+/// Earth rate and transport rate (Groves 2013, (5.41), (5.44)), rad/s, in local level axes.
 template <class T>
 struct LevelRates {
   Eigen::Matrix<T, 3, 1> earth, transport;
@@ -65,7 +65,7 @@ template <class T>
           {east_turn, -v[0] / at.meridian_m, -east_turn * at.sin_latitude / at.cos_latitude}};
 }
 
-/// Position on the chart, velocity and attitude of an inertial unit.
+/// Position on the tangent plane, velocity and attitude of an inertial unit.
 template <class T>
 struct Navigation {
   Eigen::Matrix<T, 3, 1> position_m;
@@ -73,8 +73,8 @@ struct Navigation {
   SO3<T> q_nu;
 };
 
-/// One step: Zhang 2020, section 3.1, with the attitude turned first by what the unit felt and by
-/// what the level turned meanwhile.
+/// One step: Zhang 2020, section 3.1; the attitude is updated first, by the measured rotation and
+/// that of the local level.
 template <class T>
 [[nodiscard]] Navigation<T> strapdown_step(const Navigation<T>& x, const EarthAt<T>& at,
                                            const InertialIncrement<T>& measured, const T& dt) {
@@ -83,9 +83,9 @@ template <class T>
   const Vector3 level_turn = dt * (rates.earth + rates.transport);
   Navigation<T> y;
   y.q_nu = x.q_nu * SO3<T>::exp(measured.rotation_rad - x.q_nu.inverse() * level_turn);
-  const Vector3 pushed = x.q_nu * measured.velocity_mps;
+  const Vector3 impulse = x.q_nu * measured.velocity_mps;
   const Vector3 coriolis = (T(2) * rates.earth + rates.transport).cross(x.velocity_mps);
-  y.velocity_mps = x.velocity_mps + pushed - T(0.5) * level_turn.cross(pushed) - dt * coriolis;
+  y.velocity_mps = x.velocity_mps + impulse - T(0.5) * level_turn.cross(impulse) - dt * coriolis;
   y.velocity_mps[2] += dt * at.gravity_mps2;
   const Vector3 travelled = (T(0.5) * dt) * (x.velocity_mps + y.velocity_mps);
   y.position_m = x.position_m +

@@ -1,7 +1,7 @@
 #pragma once
 
-// The 23-state filter as a whole, for one vehicle or, on packs, for many at once that differ in
-// noise, start and accepted measurements but share the recording.
+// The 23-state filter for one vehicle or, on packs, for many at once that share the recording but
+// differ in noise, initial state and accepted measurements.
 
 #include <array>
 #include <cmath>
@@ -29,8 +29,8 @@ class InsFilter {
   static constexpr int kDof = State::kDof;
 
   InsFilter() = default;
-  /// `lever_m` from the unit to the antenna in the unit's axes. Positions of `state` are on a chart
-  /// around `anchor`; its clock bias is relative to `clock_anchor_m`.
+  /// `lever_m` from the unit to the antenna in the unit's axes. Positions of `state` are on a plane
+  /// tangent at `anchor`; its clock bias is relative to `clock_anchor_m`.
   InsFilter(const Geodetic& anchor, double clock_anchor_m, const State& state,
             const Square& covariance, const InsNoise<T>& noise, const Eigen::Vector3d& lever_m)
       : plane_(anchor),
@@ -61,12 +61,12 @@ class InsFilter {
   void predict(const ImuInterval& imu) {
     gyro_radps_ = imu.end_rate_radps.cast<T>();
     filter_.predict(InsModel<T, Offsets>(plane_, noise_), imu);
-    if (any(state().position_m.squaredNorm() > T(kReach_m * kReach_m))) recentre();
+    if (any(state().position_m.squaredNorm() > T(kRange_m * kRange_m))) recentre();
     const T clock = state().clock[0];
-    if (any(clock * clock > T(kReach_m * kReach_m))) recentre_clock();
+    if (any(clock * clock > T(kRange_m * kRange_m))) recentre_clock();
   }
 
-  /// `clock_offset`: which further clock the satellite's system has (−1: none).
+  /// `clock_offset`: index of the system's clock offset (−1: none).
   Update update_range(const CorrectedRange& satellite, const T& sigma_m, const T& gate_sigma,
                       int clock_offset = -1, const MaskOf<T>& enabled = true) {
     return filter_.update(range_model(satellite, sigma_m, clock_offset), gate_sigma, enabled);
@@ -95,14 +95,14 @@ class InsFilter {
             gyro_radps_};
   }
 
-  /// The receiver's clock has jumped by `jump_m`, known to `sigma_m`.
+  /// The receiver clock has jumped by `jump_m`, with standard deviation `sigma_m`.
   void jump_clock(double jump_m, const T& sigma_m) {
     clock_anchor_m_ += jump_m;
     filter_.add_variance(ins_state::kClock, sigma_m * sigma_m);
   }
 
  private:
-  static constexpr double kReach_m = 5000.0;
+  static constexpr double kRange_m = 5000.0;
 
   void recentre() {
     const LocalTangentPlane next(position());

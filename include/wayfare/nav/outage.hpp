@@ -1,7 +1,7 @@
 #pragma once
 
-// What satellite outages do to a navigation system: the same drive again and again, each time with
-// most satellites taken away for a while at another place (Zhang 2020, section 3.5.3).
+// Satellite outage experiments: repeated runs over one drive, each with most satellites removed
+// during a different window (Zhang 2020, section 3.5.3).
 
 #include <algorithm>
 #include <cstddef>
@@ -24,25 +24,24 @@ struct OutagePlan {
                                      std::chrono::seconds(20), std::chrono::seconds(25),
                                      std::chrono::seconds(30)};
   std::vector<std::size_t> satellites_left = {0, 1, 2, 3, 4};
-  std::vector<LogTime> places;  ///< where outages begin
+  std::vector<LogTime> starts;  ///< start times of the outages
   int threads = 1;              ///< the report is the same for any number
 };
 
-/// `count` times spread evenly so that an outage of `longest` ends by `last` from each.
-[[nodiscard]] inline std::vector<LogTime> outage_places(LogTime first, LogTime last,
+/// `count` evenly spaced times such that an outage of `longest` ends by `last`.
+[[nodiscard]] inline std::vector<LogTime> outage_starts(LogTime first, LogTime last,
                                                         Duration longest, std::size_t count) {
-  std::vector<LogTime> places;
+  std::vector<LogTime> starts;
   const Duration step =
       (last - first - longest) / std::max<std::int64_t>(1, std::int64_t(count) - 1);
   for (std::size_t i = 0; i < count; ++i)
-    places.push_back(first + static_cast<std::int64_t>(i) * step);
-  return places;
+    starts.push_back(first + static_cast<std::int64_t>(i) * step);
+  return starts;
 }
 
-/// The epochs with no more satellites in the window than it leaves: those that stand highest over
-/// `receiver`, as between buildings. A satellite that is left stays left: others step in only where
-/// one of them is missing.
-[[nodiscard]] inline std::vector<RangeEpoch> take_satellites(std::span<const RangeEpoch> epochs,
+/// The epochs with at most `window.satellites_left` satellites within the window: the highest ones
+/// at `receiver`, as between buildings. The selection is kept; others replace only missing ones.
+[[nodiscard]] inline std::vector<RangeEpoch> mask_satellites(std::span<const RangeEpoch> epochs,
                                                              const OutageWindow& window,
                                                              const Geodetic& receiver) {
   const Eigen::Vector3d here = ecef_from_geodetic(receiver);
@@ -51,7 +50,7 @@ struct OutagePlan {
   const auto rank = [&](const CorrectedRange& r) {
     return std::find(ranking.begin(), ranking.end(), r.satellite) - ranking.begin();
   };
-  const auto height = [&](const CorrectedRange& r) {
+  const auto elevation = [&](const CorrectedRange& r) {
     return up.dot((r.position_ecef_m - here).normalized());
   };
   std::vector<RangeEpoch> result(epochs.begin(), epochs.end());
@@ -59,7 +58,7 @@ struct OutagePlan {
     if (!window.contains(epoch.time)) continue;
     auto& all = epoch.satellites;
     std::stable_sort(all.begin(), all.end(), [&](const auto& a, const auto& b) {
-      return rank(a) != rank(b) ? rank(a) < rank(b) : height(a) > height(b);
+      return rank(a) != rank(b) ? rank(a) < rank(b) : elevation(a) > elevation(b);
     });
     for (const CorrectedRange& r : all)
       if (rank(r) == std::ptrdiff_t(ranking.size())) ranking.push_back(r.satellite);
@@ -68,12 +67,11 @@ struct OutagePlan {
   return result;
 }
 
-/// Takes a system through one outage and returns what it put out, in order of time; estimates
-/// outside of the window may be left out. Must be causal and safe to call from several threads:
-/// since nothing it says within an outage depends on when that ends, one run through the longest
-/// answers for the shorter ones too.
+/// Runs a system through one outage and returns its estimates in order of time; those outside the
+/// window may be omitted. Must be causal, so that one run of the longest outage covers the shorter
+/// ones, and safe to call from several threads.
 using OutageRun = std::function<Result<NavTrajectory>(const OutageWindow&)>;
-/// Where the system truly was; safe to call from several threads.
+/// The true state; safe to call from several threads.
 using TrueState = std::function<NavState(LogTime)>;
 
 namespace detail {
@@ -82,14 +80,14 @@ inline Result<OutageCourse> one_outage(const OutagePlan& plan, const OutageWindo
                                        const OutageRun& run, const TrueState& truth) {
   const auto estimates = run(window);
   if (!estimates) return estimates.error();
-  OutageCourse course{window, drift_through(window, *estimates, truth), {}};
+  OutageCourse course{window, drift_during(window, *estimates, truth), {}};
   if (course.drift.empty() || course.drift.front().time_s >= to_seconds(plan.durations.front()))
-    return Error{ErrorCode::not_found, "the system says nothing within an outage"};
+    return Error{ErrorCode::not_found, "the system has no estimates within an outage"};
   for (const Duration d : plan.durations) course.by_duration.push_back(error_of(course.drift, d));
   return course;
 }
 
-inline OutageError mean_over_places(const OutageReport& report, std::size_t first,
+inline OutageError mean_over_starts(const OutageReport& report, std::size_t first,
                                     std::size_t count, std::size_t duration) {
   OutageError mean;
   for (std::size_t i = first; i < first + count; ++i) {
@@ -103,19 +101,19 @@ inline OutageError mean_over_places(const OutageReport& report, std::size_t firs
 
 }  // namespace detail
 
-/// Every number of satellites left at every place. Fails with the first of the runs' errors, and
-/// where a run says nothing within its window.
+/// Runs every number of satellites at every start. Fails with the first error of a run, or if a run
+/// has no estimates within its window.
 [[nodiscard]] inline Result<OutageReport> run_outages(
     const OutagePlan& plan, const OutageRun& run, const TrueState& truth,
     const std::function<void(double)>& progress = {}) {
-  WAYFARE_EXPECTS(!plan.durations.empty() && !plan.satellites_left.empty() && !plan.places.empty(),
-                  "outages need a duration, a number of satellites and a place");
-  const std::size_t places = plan.places.size(), runs = places * plan.satellites_left.size();
+  WAYFARE_EXPECTS(!plan.durations.empty() && !plan.satellites_left.empty() && !plan.starts.empty(),
+                  "outages need a duration, a number of satellites and a start");
+  const std::size_t starts = plan.starts.size(), runs = starts * plan.satellites_left.size();
   std::vector<std::optional<Result<OutageCourse>>> courses(runs);
   const auto one = [&](std::size_t i) {
-    const LogTime begin = plan.places[i % places];
+    const LogTime begin = plan.starts[i % starts];
     courses[i] = detail::one_outage(
-        plan, {begin, begin + plan.durations.back(), plan.satellites_left[i / places]}, run, truth);
+        plan, {begin, begin + plan.durations.back(), plan.satellites_left[i / starts]}, run, truth);
   };
   parallel_for(runs, plan.threads, one, progress);
 
@@ -127,7 +125,7 @@ inline OutageError mean_over_places(const OutageReport& report, std::size_t firs
   for (std::size_t d = 0; d < plan.durations.size(); ++d)
     for (std::size_t s = 0; s < plan.satellites_left.size(); ++s)
       report.cells.push_back({plan.durations[d], plan.satellites_left[s],
-                              detail::mean_over_places(report, s * places, places, d)});
+                              detail::mean_over_starts(report, s * starts, starts, d)});
   return report;
 }
 

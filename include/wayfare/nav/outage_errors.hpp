@@ -1,6 +1,6 @@
 #pragma once
 
-// How far a navigation system drifts while satellites are missing.
+// Drift of a navigation system during satellite outages.
 
 #include <algorithm>
 #include <cmath>
@@ -15,23 +15,23 @@
 
 namespace wayfare {
 
-/// After `begin` (an epoch at that instant is whole) and before `end`.
+/// The open interval from `begin` to `end`.
 struct OutageWindow {
   LogTime begin, end;
   std::size_t satellites_left = 0;
   [[nodiscard]] bool contains(LogTime t) const { return t > begin && t < end; }
 };
 
-/// Horizontal error over an outage, or over its first part.
+/// Horizontal error over the first part of an outage.
 struct OutageError {
   double rmse_m = 0.0, max_m = 0.0;
   double end_m = 0.0;       ///< of the last estimate
-  double distance_m = 0.0;  ///< travelled meanwhile
+  double distance_m = 0.0;  ///< travelled during the outage
 };
 
 /// Horizontal error at one instant of an outage.
 struct DriftPoint {
-  double time_s = 0.0, distance_m = 0.0;  ///< since it began
+  double time_s = 0.0, distance_m = 0.0;  ///< since its start
   double error_m = 0.0;
 };
 
@@ -39,10 +39,10 @@ struct DriftPoint {
 struct OutageCourse {
   OutageWindow window;
   std::vector<DriftPoint> drift;         ///< at every estimate
-  std::vector<OutageError> by_duration;  ///< in the order of the durations asked for
+  std::vector<OutageError> by_duration;  ///< in the order of the plan's durations
 };
 
-/// The mean over all places.
+/// The mean over all starts.
 struct OutageCell {
   Duration duration{0};
   std::size_t satellites_left = 0;
@@ -51,9 +51,9 @@ struct OutageCell {
 
 struct OutageReport {
   std::vector<OutageCell> cells;      ///< by duration, then by satellites left
-  std::vector<OutageCourse> courses;  ///< by satellites left, then by place
+  std::vector<OutageCourse> courses;  ///< by satellites left, then by start
 
-  /// Must be among those asked for.
+  /// Must be in the plan.
   [[nodiscard]] const OutageError& mean(Duration duration, std::size_t satellites_left) const {
     for (const OutageCell& c : cells)
       if (c.duration == duration && c.satellites_left == satellites_left) return c.mean;
@@ -64,9 +64,9 @@ struct OutageReport {
 
 /// Error and distance at every estimate within the window; `truth` maps a time to a NavState.
 template <class Truth>
-[[nodiscard]] std::vector<DriftPoint> drift_through(const OutageWindow& window,
-                                                    std::span<const NavState> estimates,
-                                                    const Truth& truth) {
+[[nodiscard]] std::vector<DriftPoint> drift_during(const OutageWindow& window,
+                                                   std::span<const NavState> estimates,
+                                                   const Truth& truth) {
   std::vector<DriftPoint> drift;
   NavState before = truth(window.begin);
   double distance = 0.0;
@@ -81,7 +81,7 @@ template <class Truth>
   return drift;
 }
 
-/// Of the drift before `duration`.
+/// Error over the drift before `duration`.
 [[nodiscard]] inline OutageError error_of(std::span<const DriftPoint> drift, Duration duration) {
   OutageError error;
   double squares = 0.0, count = 0.0;

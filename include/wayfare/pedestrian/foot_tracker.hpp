@@ -1,7 +1,6 @@
 #pragma once
 
-// Where a foot is, from an inertial unit on it: strapdown navigation that is told its velocity
-// whenever the foot stands.
+// Foot-mounted inertial navigation with zero-velocity updates in stance.
 
 #include <algorithm>
 #include <cmath>
@@ -19,37 +18,37 @@
 
 namespace wayfare {
 
-/// Causal, with a delay: what add() is given comes out stance_apart_s and half the window later.
+/// Causal; poses are delayed by stance_apart_s and half the window.
 class FootTracker {
  public:
   explicit FootTracker(const FootParameters& parameters = {})
       : p_(parameters), readings_(parameters) {}
 
-  /// Takes a reading and hands those that are due to `sink(const FootPose&)`. Both sensors must
-  /// have given something; what cannot be used leaves the state as it was.
+  /// Adds a reading and passes the poses that are due to `sink(const FootPose&)`. Needs both
+  /// sensors; a reading that cannot be used leaves the state unchanged.
   template <class Sink>
   UpdateStatus add(const ImuSample& sample, Sink&& sink) {
-    const UpdateStatus status = judge(sample);
+    const UpdateStatus status = check(sample);
     if (status != UpdateStatus::used && status != UpdateStatus::saturated) return status;
-    if (broken_off_) finish(sink);
-    broken_off_ = false;
+    if (restarted_) finish(sink);
+    restarted_ = false;
     readings_.add(sample);
-    hand_out(sink);
+    process(sink);
     return status;
   }
   UpdateStatus add(const ImuSample& sample) {
     return add(sample, [](const FootPose&) {});
   }
-  /// Hands out what was waiting for later readings: at the end of a recording.
+  /// Passes the remaining poses to `sink`, at the end of a recording.
   template <class Sink>
   void finish(Sink&& sink) {
     readings_.close();
-    hand_out(sink);
+    process(sink);
     readings_.clear();
   }
 
   [[nodiscard]] bool ready() const { return ready_; }
-  /// As handed out last.
+  /// The latest pose.
   [[nodiscard]] const FootPose& pose() const { return pose_; }
   [[nodiscard]] const FootFilter& filter() const { return filter_; }
   [[nodiscard]] FootFilter& filter() { return filter_; }
@@ -59,7 +58,7 @@ class FootTracker {
   using Vector = Eigen::Vector3d;
   static constexpr double kPatience_s = 1.0;
 
-  UpdateStatus judge(const ImuSample& s) {
+  UpdateStatus check(const ImuSample& s) {
     const double rate = s.angular_rate_radps.cwiseAbs().maxCoeff();
     const double force = s.specific_force_mps2.cwiseAbs().maxCoeff();
     const bool has_rate = s.angular_rate_radps.allFinite();
@@ -74,13 +73,13 @@ class FootTracker {
     UpdateStatus both = !has_rate || !has_force      ? UpdateStatus::missing
                         : gyro != UpdateStatus::used ? gyro
                                                      : accelerometer;
-    // What lies far outside the range was not measured.
-    const bool absurd = rate > 4.0 * p_.rate_range || force > 4.0 * p_.force_range;
-    if (both != UpdateStatus::missing && !absurd) {
+    // Readings far outside the range are invalid.
+    const bool invalid = rate > 4.0 * p_.rate_range || force > 4.0 * p_.force_range;
+    if (both != UpdateStatus::missing && !invalid) {
       const auto when = clock_.check(s.time);
       if (when == SampleClock::Verdict::late) gyro = accelerometer = both = UpdateStatus::late;
-      if (when == SampleClock::Verdict::first) broken_off_ = true;
-    } else if (absurd) {
+      if (when == SampleClock::Verdict::first) restarted_ = true;
+    } else if (invalid) {
       both = UpdateStatus::missing;
     }
     report_.gyro.note(gyro);
@@ -89,7 +88,7 @@ class FootTracker {
   }
 
   template <class Sink>
-  void hand_out(Sink&& sink) {
+  void process(Sink&& sink) {
     FootReadings::Entry entry;
     while (readings_.next(entry)) {
       step(entry);
@@ -100,7 +99,7 @@ class FootTracker {
   }
 
   void step(const FootReadings::Entry& e) {
-    stands_ = 0.0;
+    stance_ = 0.0;
     const double dt = has_last_ ? to_seconds(e.time - last_.time) : 0.0;
     if (!ready_) {
       start(e);
@@ -110,7 +109,7 @@ class FootTracker {
       filter_.predict(e.angular_rate_radps, e.specific_force_mps2, p_.gravity_mps2, dt);
       filter_.add_noise(noise_(last_, e, filter_.q_world_foot(), dt));
       since_stance_s_ += dt;
-      if (e.stillest) use_stance(e);
+      if (e.stillest) update_stance(e);
       if (const auto bias = rest_.add(e.angular_rate_radps, e.statistic, dt))
         filter_.observe<FootFilter::kRateBias>(bias->rate_radps,
                                                bias->sigma_radps * bias->sigma_radps);
@@ -119,7 +118,7 @@ class FootTracker {
     has_last_ = true;
   }
 
-  /// At the first stillest reading whose force could be gravity.
+  /// Starts at the first reading whose force is close to gravity.
   void start(const FootReadings::Entry& e) {
     const double norm = e.specific_force_mps2.norm();
     if (!(std::abs(norm - p_.gravity_mps2) < 0.5 * p_.gravity_mps2)) return;
@@ -131,7 +130,7 @@ class FootTracker {
     ready_ = true;
   }
 
-  /// Takes velocity and tilt from a reading; the heading stays, for it would be lost.
+  /// Resets velocity and tilt from a reading; keeps the heading, which is not observable.
   void level(const FootReadings::Entry& e, bool quiet) {
     const SO3d& q = filter_.q_world_foot();
     const Vector up = q * e.specific_force_mps2;
@@ -153,25 +152,25 @@ class FootTracker {
     rest_.interrupt();
   }
 
-  void use_stance(const FootReadings::Entry& e) {
+  void update_stance(const FootReadings::Entry& e) {
     const double variance = p_.stance_speed * p_.stance_speed * (1.0 + e.statistic);
     if (!(variance < p_.stance_speed_limit * p_.stance_speed_limit)) return;
     const double quiet = std::max(1.0, p_.quiet_statistic / std::max(e.statistic, 1e-6));
-    stands_ = filter_.stand_or_move(variance, p_.moving_speed * p_.moving_speed,
-                                    p_.quiet_power * std::log(quiet));
-    if (stands_ > 0.5) {
+    stance_ = filter_.update_zero_velocity(variance, p_.moving_speed * p_.moving_speed,
+                                           p_.quiet_power * std::log(quiet));
+    if (stance_ > 0.5) {
       ++report_.stances;
       since_stance_s_ = 0.0;
-      hold_height();
+      update_height();
       return;
     }
-    ++report_.doubted;
+    ++report_.rejected;
     if (since_stance_s_ < p_.lost_after_s) return;
     ++report_.lost;
     level(e, e.statistic < p_.rest_statistic);
   }
 
-  void hold_height() {
+  void update_height() {
     const double z = filter_.position().z();
     if (has_height_ && std::abs(z - height_m_) < p_.level_step_m)
       filter_.observe_along(Vector::UnitZ(), height_m_, p_.level_sigma_m * p_.level_sigma_m);
@@ -180,15 +179,15 @@ class FootTracker {
   }
 
   void write_pose(const FootReadings::Entry& e) {
-    const Eigen::Quaterniond turned = (filter_.q_world_foot() * q_start_.inverse()).quaternion();
+    const Eigen::Quaterniond rotation = (filter_.q_world_foot() * q_start_.inverse()).quaternion();
     pose_ = {e.time,
              filter_.position(),
              filter_.velocity(),
              filter_.q_world_foot(),
              filter_.covariance().topLeftCorner<3, 3>(),
-             Angle::radians(2.0 * std::atan2(turned.z(), turned.w())).wrapped(),
+             Angle::radians(2.0 * std::atan2(rotation.z(), rotation.w())).wrapped(),
              e.statistic,
-             stands_};
+             stance_};
   }
 
   FootParameters p_;
@@ -201,8 +200,8 @@ class FootTracker {
   FootPose pose_;
   FootReport report_;
   SO3d q_start_;
-  double since_stance_s_ = 0.0, height_m_ = 0.0, stands_ = 0.0;
-  bool ready_ = false, has_last_ = false, has_height_ = false, broken_off_ = false;
+  double since_stance_s_ = 0.0, height_m_ = 0.0, stance_ = 0.0;
+  bool ready_ = false, has_last_ = false, has_height_ = false, restarted_ = false;
 };
 
 }  // namespace wayfare

@@ -1,6 +1,6 @@
 #pragma once
 
-// How much of a heading that a map tells is news to the filter that helped to make the map.
+// Variance of a map-matched heading for the filter that provided its prior.
 
 #include <cmath>
 #include <optional>
@@ -11,31 +11,33 @@
 namespace wayfare {
 
 struct MapHeadingParameters {
-  double spacing_s = 1.0;             ///< from one heading that is told to the next
-  Angle sigma = Angle::degrees(0.5);  ///< of the map's own heading, beside the match's
-  double correlation_s = 5.0;         ///< how long an error of the map's heading lasts
-  double largest_share = 0.8;         ///< of the prior in a match, above which it tells nothing
+  double spacing_s = 1.0;             ///< between headings used
+  Angle sigma = Angle::degrees(0.5);  ///< of the map's heading, in addition to the match's
+  double correlation_s = 5.0;         ///< of the map's heading error
+  double largest_share = 0.8;         ///< of the prior in a match; above it the match is not used
 };
 
-/// A matched heading is no independent measurement: its prior came from the same gyro, and scans
-/// matched to one map share the map's error. So what the prior brought is not counted again, and of
-/// errors that last an independent one's equivalent is told.
+/// A matched heading is not independent: its prior comes from the same gyro, and scans matched to
+/// one map share its error. The returned variance removes the prior's share and replaces the
+/// correlated error by an equivalent independent one.
 class MapHeading {
  public:
   explicit MapHeading(const MapHeadingParameters& p = {}) : p_(p) {}
 
-  /// The variance to tell a match's heading with, rad²; none where it is not to be told. `match`:
-  /// its variance by the scan alone, `prior`: that of the expected heading, rad².
-  [[nodiscard]] std::optional<double> tell(LogTime time, double match, double prior) {
+  /// Variance to use for a matched heading, rad²; none if it must not be used. `match`: its
+  /// variance from the scan alone, `prior`: that of the predicted heading, rad².
+  [[nodiscard]] std::optional<double> independent_variance(LogTime time, double match,
+                                                           double prior) {
     if (!(match > 0.0) || !(prior > 0.0) || !std::isfinite(match + prior)) return std::nullopt;
     const double dt = last_ ? to_seconds(time - *last_) : p_.correlation_s;
     if (last_ && dt >= 0.0 && dt < p_.spacing_s) return std::nullopt;
-    // The matched heading is (1 − s)·scan + s·prior: an innovation of it is 1 − s of the scan's.
+    // The matched heading is (1 − s)·scan + s·prior: its innovation is 1 − s times the scan's.
     const double share = match / (match + prior);
     if (share > p_.largest_share) return std::nullopt;
     last_ = time;
     const double sigma = p_.sigma.radians();
-    // A Gauss-Markov error sampled every dt has the mean of a white one (1 + ρ)/(1 − ρ) as large.
+    // The mean of a Gauss-Markov error sampled every dt has (1 + ρ)/(1 − ρ) times the variance of
+    // that of a white one.
     const double rho = std::exp(-std::abs(dt) / p_.correlation_s);
     return (match + sigma * sigma * (1.0 + rho) / (1.0 - rho)) / ((1.0 - share) * (1.0 - share));
   }

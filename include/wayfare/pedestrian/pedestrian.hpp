@@ -1,6 +1,6 @@
 #pragma once
 
-// Pedestrian dead reckoning: steps, their lengths, and the way they go.
+// Pedestrian dead reckoning: steps, their lengths and directions.
 
 #include <cmath>
 
@@ -18,7 +18,7 @@
 
 namespace wayfare {
 
-/// Causal. Steps come out shortly after they were made, the first of a walk together.
+/// Causal. Steps are reported with a short delay, the first ones of a walk together.
 class Pedestrian {
  public:
   explicit Pedestrian(const PedestrianParameters& parameters = {})
@@ -30,28 +30,29 @@ class Pedestrian {
         magnetic_drift_(parameters.magnetic_drift),
         covariance_(parameters) {}
 
-  /// Hands the pose after each step to `sink(const PedestrianPose&)`.
+  /// Passes the pose after each step to `sink(const PedestrianPose&)`.
   template <class Sink>
   MargUpdateStatus add(const MargSample& s, Sink&& sink) {
     MargUpdateStatus status = ahrs_.add(s);
-    if (magnetic_drift_.on()) status.magnetometer = take_field(s);
-    if (status.gyro == UpdateStatus::used || status.gyro == UpdateStatus::saturated) follow(s);
+    if (magnetic_drift_.on()) status.magnetometer = add_field(s);
+    if (status.gyro == UpdateStatus::used || status.gyro == UpdateStatus::saturated)
+      update_heading(s);
     if (status.accelerometer != UpdateStatus::missing && status.accelerometer != UpdateStatus::late)
-      detector_.add(s.time, s.specific_force_mps2, [&](const Step& step) { walk(step, sink); });
+      detector_.add(s.time, s.specific_force_mps2, [&](const Step& step) { add_step(step, sink); });
     return status;
   }
   MargUpdateStatus add(const MargSample& s) {
     return add(s, [](const PedestrianPose&) {});
   }
 
-  /// Where the forward axis pointed, told from outside as by Ahrs::add_heading(): counter-clockwise
-  /// from x, rad² of an error that is another at each. Needs PedestrianParameters::ahrs's history.
-  /// Steps that come out from now on go by it. Not beside the field's drift.
+  /// External heading of the forward axis, as Ahrs::add_heading(): counter-clockwise from x, rad²
+  /// of an error independent between fixes. Needs PedestrianParameters::ahrs.heading_history_s.
+  /// Affects steps reported later. Not used with magnetic_drift.
   UpdateStatus add_heading(LogTime time, Angle heading, double variance) {
     if (magnetic_drift_.on()) return UpdateStatus::waiting;
     const double before = forward_radians();
     const UpdateStatus status = ahrs_.add_heading({time, Angle::degrees(90) - heading, variance});
-    if (status == UpdateStatus::used) heading_.turn(wrap_to_pi(forward_radians() - before));
+    if (status == UpdateStatus::used) heading_.rotate(wrap_to_pi(forward_radians() - before));
     return status;
   }
 
@@ -74,7 +75,7 @@ class Pedestrian {
     return ahrs;
   }
 
-  UpdateStatus take_field(const MargSample& s) {
+  UpdateStatus add_field(const MargSample& s) {
     return ahrs_.ready() ? magnetic_drift_.add(s.time, ahrs_.q_world_body(), s.magnetic_field_uT)
                          : UpdateStatus::waiting;
   }
@@ -84,8 +85,8 @@ class Pedestrian {
     return std::atan2(axis.y(), axis.x());
   }
 
-  /// The heading of the sensor's axis, kept until the steps of its time are known.
-  void follow(const MargSample& s) {
+  /// Stores the heading of the sensor's axis until the steps of its time are reported.
+  void update_heading(const MargSample& s) {
     if (!ahrs_.ready()) return;
     const auto q = ahrs_.q_world_body();
     const double heading = forward_radians() + magnetic_drift_.correction();
@@ -98,7 +99,7 @@ class Pedestrian {
   }
 
   template <class Sink>
-  void walk(const Step& step, Sink&& sink) {
+  void add_step(const Step& step, Sink&& sink) {
     ++report_.steps;
     const WalkingHeading::Entry* h = heading_.at(step.time);
     if (h == nullptr) {
@@ -115,7 +116,7 @@ class Pedestrian {
     pose_.step = step;
     pose_.length_m = length;
     pose_.covariance = covariance_.step(length, along, pose_.position_m, h->variance);
-    report_.walked_m += length;
+    report_.distance_m += length;
     sink(static_cast<const PedestrianPose&>(pose_));
   }
 

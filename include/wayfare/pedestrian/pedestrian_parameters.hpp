@@ -1,6 +1,6 @@
 #pragma once
 
-// What pedestrian dead reckoning hands out.
+// Parameters, poses and report of pedestrian dead reckoning.
 
 #include <cstdint>
 
@@ -17,14 +17,14 @@
 
 namespace wayfare {
 
-/// Where the direction of walking is taken from.
+/// Source of the walking direction.
 enum class WalkingAxis {
   sensor,     ///< an axis of the sensor, as held in the hand or worn on head, chest or hip
-  principal,  ///< found from how the body sways: the sensor may sit any way round
+  principal,  ///< estimated from the body's sway: any mounting
 };
 
-/// For an attitude indoors, of a unit whose gyro bias was taken off before, as phones do: the field
-/// is bent everywhere, so none of it is refused and each reading counts for little.
+/// For attitude indoors with a gyro whose bias was removed, as phones do: the field is disturbed
+/// everywhere, so every reading is used with a low weight.
 [[nodiscard]] inline AhrsParameters indoor_ahrs_parameters() {
   AhrsParameters p;
   p.bias_sigma *= 0.03;
@@ -34,8 +34,8 @@ enum class WalkingAxis {
   return p;
 }
 
-/// For who is known to walk, if only a few steps before the next pause; what counts steps all day
-/// asks for more in a row.
+/// For a person known to walk, if only a few steps between pauses; all-day step counting requires
+/// more in a row.
 [[nodiscard]] inline StepParameters walking_step_parameters() {
   StepParameters p;
   p.least_steps = 4;
@@ -47,25 +47,26 @@ struct PedestrianParameters {
   StepLength length = KimStep{};
   AhrsParameters ahrs = indoor_ahrs_parameters();
   WalkingAxis axis = WalkingAxis::sensor;
-  /// The sensor's axis that points where the body walks; y on a phone.
+  /// The sensor's axis along the walking direction; y on a phone.
   Eigen::Vector3d forward = Eigen::Vector3d::UnitY();
-  /// The heading is averaged for so long before a step, s: heads and hands turn to and fro.
+  /// Averaging time of the heading before a step, s: heads and hands turn to and fro.
   double heading_time_s = 0.5;
-  /// What is unknown of the length of each step, and of all alike, as part of it.
+  /// Relative standard deviations of each step's length, and of the common scale.
   double length_sigma = 0.1;
   double length_scale_sigma = 0.06;
-  /// What is unknown of the way each step goes, and of all alike, rad; beside the attitude's own.
+  /// Standard deviations of each step's direction, and of the common offset, rad; in addition to
+  /// the attitude's.
   double direction_sigma = 0.1;
   double direction_offset_sigma = 0.15;
-  /// Drift of the heading taken away by what ways have in common. Helps along straight pieces,
-  /// harms on long bends; for units without a magnetometer whose bias nobody took off.
+  /// Removes heading drift assuming straight segments. Helps on straight paths, harms on long
+  /// bends; for units without magnetometer whose bias was not removed.
   StraightWalkParameters straight;
-  /// Drift taken away by a magnetometer that was never calibrated; headings then count from the
-  /// start, by gyro and accelerometer.
+  /// Removes heading drift by an uncalibrated magnetometer; headings are then relative to the
+  /// start.
   MagneticHeadingDriftParameters magnetic_drift;
 };
 
-/// After a step. World axes: x east, y north where there is a magnetometer, else as at the start.
+/// Pose after a step. World axes: x east, y north with a magnetometer, else from the start.
 struct PedestrianPose {
   LogTime time;
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();
@@ -83,8 +84,8 @@ struct PedestrianPose {
 struct PedestrianReport {
   AhrsReport ahrs;
   std::uint64_t steps = 0;
-  std::uint64_t without_heading = 0;  ///< steps before there was an attitude
-  double walked_m = 0.0;
+  std::uint64_t without_heading = 0;  ///< steps before the attitude was initialised
+  double distance_m = 0.0;
 };
 
 }  // namespace wayfare

@@ -1,6 +1,6 @@
 #pragma once
 
-// How long a step was, by what the detector says of it. Models are const callables.
+// Step length models. Models are const callables.
 
 #include <algorithm>
 #include <cmath>
@@ -12,20 +12,20 @@
 
 namespace wayfare {
 
-/// Gives metres; its factor scales all lengths alike, so that one calibration serves every model.
+/// Returns metres; `factor` scales all lengths, so that one calibration serves every model.
 template <class M>
 concept StepLengthModel = requires(M m, const M& c, const Step& step) {
   { c(step) } -> std::same_as<double>;
   { m.factor } -> std::same_as<double&>;
 };
 
-/// Every step as long: the length of a known way over the steps it took (Sadruddin 2020, 2.6.3).
+/// Constant length: distance over number of steps (Sadruddin 2020, 2.6.3).
 struct ConstantStep {
   double factor = 0.69;  ///< m
   double operator()(const Step& /*step*/) const { return factor; }
 };
 
-/// By the range of the acceleration within the step: k·(a_max − a_min)^¼ (Weinberg 2002).
+/// Range of the acceleration within the step: k·(a_max − a_min)^¼ (Weinberg 2002).
 struct WeinbergStep {
   double factor = 0.434;  ///< m·(m/s²)^-¼
   double operator()(const Step& s) const {
@@ -33,7 +33,7 @@ struct WeinbergStep {
   }
 };
 
-/// By the mean strength of the acceleration within the step: k·(Σ|a|/n)^⅓ (Kim et al. 2004).
+/// Mean magnitude of the acceleration within the step: k·(Σ|a|/n)^⅓ (Kim et al. 2004).
 struct KimStep {
   double factor = 0.545;  ///< m·(m/s²)^-⅓
   double operator()(const Step& s) const {
@@ -41,7 +41,7 @@ struct KimStep {
   }
 };
 
-/// By the body's height and the frequency of steps: k·h·√f (Tian et al. 2015).
+/// Body height and step frequency: k·h·√f (Tian et al. 2015).
 struct HeightFrequencyStep {
   double factor = 0.3139;
   double height_m = 1.75;
@@ -56,8 +56,8 @@ using StepLength = std::variant<KimStep, ConstantStep, WeinbergStep, HeightFrequ
   return std::visit([&](const auto& m) { return m(step); }, model);
 }
 
-/// The model with the factor by which the steps of a walk add up to its known length. Unchanged
-/// where they add up to nothing.
+/// The model with its factor calibrated so that the steps of a walk add up to its known length.
+/// Unchanged if they add up to zero.
 [[nodiscard]] inline StepLength calibrated(StepLength model, std::span<const Step> steps,
                                            double length_m) {
   double sum = 0.0;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Two feet that cannot be further apart than legs allow.
+// Two foot-mounted trackers with a bound on their distance.
 
 #include <array>
 #include <cmath>
@@ -16,19 +16,18 @@ namespace wayfare {
 
 struct TwoFeetParameters {
   FootParameters foot;
-  /// The units are never further apart, m; zero leaves each foot to itself. A long step is what to
-  /// allow for.
+  /// Largest distance of the units, m, that of a long step; zero disables the constraint.
   double farthest_m = 1.0;
-  /// Where the right foot's unit begins and how it is turned, in the axes of the left one's, as
-  /// FootPose has them; counter-clockwise.
+  /// Initial position and heading (counter-clockwise) of the right unit in the axes of the left
+  /// one's FootPose.
   Eigen::Vector3d right_from_left_m = {0.0, -0.2, 0.0};
   Angle right_from_left;
 };
 
-/// A tracker a foot, and an upper bound on their distance (Skog et al. 2012): where the two are
-/// further apart, their positions are projected to where they are not, each moved as far as it is
-/// uncertain. Headings and biases are each foot's own: drawing these along as well, as a joint
-/// filter does, agrees on headings that neither foot had. Both need the same clock.
+/// One tracker per foot, and an upper bound on their distance (Skog et al. 2012): positions further
+/// apart are projected onto the bound, each shifted in proportion to its variance. Headings and
+/// biases are not corrected: a joint filter converges to headings that neither foot had. Both need
+/// the same clock.
 class TwoFeet {
  public:
   enum class Side { left, right };
@@ -36,26 +35,26 @@ class TwoFeet {
   explicit TwoFeet(const TwoFeetParameters& parameters = {})
       : p_(parameters), feet_{FootTracker(parameters.foot), FootTracker(parameters.foot)} {}
 
-  /// Hands poses to `sink(Side, const FootPose&)`, each foot's in its own axes (see position()).
+  /// Passes poses to `sink(Side, const FootPose&)`, each in its foot's axes (see position()).
   template <class Sink>
   UpdateStatus add(Side side, const ImuSample& sample, Sink&& sink) {
-    return foot(side).add(sample, [&](const FootPose& pose) { take(side, pose, sink); });
+    return foot(side).add(sample, [&](const FootPose& pose) { handle(side, pose, sink); });
   }
   template <class Sink>
   void finish(Sink&& sink) {
     for (const Side side : {Side::left, Side::right})
-      foot(side).finish([&](const FootPose& pose) { take(side, pose, sink); });
+      foot(side).finish([&](const FootPose& pose) { handle(side, pose, sink); });
   }
 
   [[nodiscard]] const FootTracker& tracker(Side side) const {
     return feet_[static_cast<std::size_t>(side)];
   }
-  /// In the left foot's axes, from where it began.
+  /// In the left foot's axes, relative to its start.
   [[nodiscard]] Eigen::Vector3d position(Side side) const {
     const Eigen::Vector3d& p = tracker(side).filter().position();
-    return side == Side::left ? p : Eigen::Vector3d(p_.right_from_left_m + turned() * p);
+    return side == Side::left ? p : Eigen::Vector3d(p_.right_from_left_m + right_rotation() * p);
   }
-  /// Half way between the feet, turned as they are on average.
+  /// Midpoint and mean heading of the feet.
   [[nodiscard]] OdometrySample odometry() const {
     const FootPose &l = tracker(Side::left).pose(), &r = tracker(Side::right).pose();
     const Eigen::Vector3d middle = 0.5 * (position(Side::left) + position(Side::right));
@@ -64,21 +63,23 @@ class TwoFeet {
     return {std::max(l.time, r.time),
             Transform2<frame::Odom, frame::Base>(SE2d(middle.x(), middle.y(), heading))};
   }
-  /// How often the feet were too far apart.
-  [[nodiscard]] std::uint64_t drawn() const { return drawn_; }
+  /// Number of projections onto the distance bound.
+  [[nodiscard]] std::uint64_t projections() const { return projections_; }
 
  private:
   FootTracker& foot(Side side) { return feet_[static_cast<std::size_t>(side)]; }
-  [[nodiscard]] SO3d turned() const { return SO3d::exp({0.0, 0.0, p_.right_from_left.radians()}); }
-
-  template <class Sink>
-  void take(Side side, const FootPose& pose, Sink&& sink) {
-    sink(side, pose);
-    if (pose.stands > 0.5) draw(side);
+  [[nodiscard]] SO3d right_rotation() const {
+    return SO3d::exp({0.0, 0.0, p_.right_from_left.radians()});
   }
 
-  /// A foot stands; the other is on its way.
-  void draw(Side side) {
+  template <class Sink>
+  void handle(Side side, const FootPose& pose, Sink&& sink) {
+    sink(side, pose);
+    if (pose.stance > 0.5) project(side);
+  }
+
+  /// Projects the feet onto the bound while `side` is in stance.
+  void project(Side side) {
     const FootTracker& other = tracker(side == Side::left ? Side::right : Side::left);
     if (!(p_.farthest_m > 0.0) || !other.ready()) return;
     constexpr double kTogether_s = 0.05;
@@ -88,7 +89,7 @@ class TwoFeet {
     const double distance = between.norm();
     if (!(distance > p_.farthest_m)) return;
     const Eigen::Vector3d u = between / distance;
-    const Eigen::Vector3d own = turned().inverse() * u;  // in the right foot's axes
+    const Eigen::Vector3d own = right_rotation().inverse() * u;  // in the right foot's axes
     FootFilter &l = foot(Side::left).filter(), &r = foot(Side::right).filter();
     const auto variance = [](const FootFilter& f, const Eigen::Vector3d& along) {
       return along.dot(f.covariance().topLeftCorner<3, 3>() * along);
@@ -98,12 +99,12 @@ class TwoFeet {
     const double part = of_left + of_right > 0.0 ? of_left / (of_left + of_right) : 0.5;
     l.shift(part * excess * u);
     r.shift(-(1.0 - part) * excess * own);
-    ++drawn_;
+    ++projections_;
   }
 
   TwoFeetParameters p_;
   std::array<FootTracker, 2> feet_;
-  std::uint64_t drawn_ = 0;
+  std::uint64_t projections_ = 0;
 };
 
 }  // namespace wayfare

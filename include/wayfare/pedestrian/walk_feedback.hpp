@@ -1,6 +1,6 @@
 #pragma once
 
-// What a map tells a pedestrian filter: how long steps are and which way they go.
+// Step scale and walking direction from map matching.
 
 #include <algorithm>
 #include <cmath>
@@ -14,17 +14,18 @@
 namespace wayfare {
 
 struct WalkFeedbackParameters {
-  double scale_sigma = 0.06;     ///< of the step length's logarithm, beforehand
-  double direction_sigma = 0.3;  ///< of the walking direction against the unit's axis, rad
-  /// How far the direction wanders in a second, rad: who wears the unit looks about.
+  double scale_sigma = 0.06;  ///< prior, of the logarithm of the step scale
+  double direction_sigma =
+      0.3;  ///< prior, of the walking direction relative to the unit's axis, rad
+  /// Random walk of the direction, rad/√s: the wearer looks around.
   double direction_wander = 0.15;
-  double window_m = 1.5;        ///< way over which map and steps are compared
-  double sigma_m = 0.06;        ///< of the map's displacement over such a way
-  double scale_wander = 0.002;  ///< of the logarithm, over such a way
+  double window_m = 1.5;        ///< distance over which map and steps are compared
+  double sigma_m = 0.06;        ///< of the map's displacement over this distance
+  double scale_wander = 0.002;  ///< of the logarithm, over this distance
 };
 
-/// Two numbers, each followed by a scalar Kalman filter: the logarithm of the steps' scale and the
-/// angle from the steps' direction to the way gone.
+/// Two scalar Kalman filters: the logarithm of the step scale and the angle from the steps'
+/// direction to the direction of motion.
 class WalkFeedback {
  public:
   explicit WalkFeedback(const WalkFeedbackParameters& p = {})
@@ -35,10 +36,10 @@ class WalkFeedback {
   [[nodiscard]] double scale() const { return std::exp(log_scale_); }
   [[nodiscard]] Angle direction() const { return Angle::radians(direction_); }
 
-  /// At each scan: where the map has the walker, where the steps alone (not corrected by this),
-  /// both in frames that turn alike; `length_known`: whether the scene holds the way along.
-  void tell(LogTime time, const Eigen::Vector2d& by_map_m, const Eigen::Vector2d& by_steps_m,
-            bool length_known) {
+  /// At each scan: position by the map and by the uncorrected steps, in frames with the same
+  /// heading; `length_known`: whether the scene constrains the motion along the path.
+  void add(LogTime time, const Eigen::Vector2d& by_map_m, const Eigen::Vector2d& by_steps_m,
+           bool length_known) {
     if (!past_.empty()) {
       const double dt = std::clamp(to_seconds(time - past_.back().time), 0.0, 5.0);
       direction_variance_ += p_.direction_wander * p_.direction_wander * dt;
@@ -47,7 +48,7 @@ class WalkFeedback {
     const Past& first = past_.front();
     const Eigen::Vector2d map = by_map_m - first.by_map_m, steps = by_steps_m - first.by_steps_m;
     if (!(steps.norm() >= p_.window_m)) {
-      if (past_.size() > kMostScans) past_.pop_front();
+      if (past_.size() > kMaxScans) past_.pop_front();
       return;
     }
     const double length = std::max(map.norm(), 0.3);
@@ -64,7 +65,7 @@ class WalkFeedback {
   }
 
  private:
-  static constexpr std::size_t kMostScans = 400;
+  static constexpr std::size_t kMaxScans = 400;
   struct Past {
     LogTime time;
     Eigen::Vector2d by_map_m, by_steps_m;

@@ -1,8 +1,8 @@
 #pragma once
 
-// A genetic algorithm for real numbers within bounds (Goldberg 1989): selection by rank, two-point
-// crossover, small mutations, elitism. Individuals are judged many at a time, so that a fitness can
-// work on all of them at once and on as many threads as it likes.
+// A real-coded genetic algorithm with bounds (Goldberg 1989): rank selection, two-point crossover,
+// small mutations, elitism. Individuals are evaluated in batches, so that a fitness can vectorise
+// and use any number of threads.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,11 +16,11 @@
 
 namespace wayfare {
 
-/// One number to be found.
+/// One parameter of the search.
 struct Gene {
   std::string name;
   double low = 0.0, high = 1.0;
-  /// Evenly spread over its logarithm (`low` > 0), for quantities known to decades only.
+  /// Uniform in its logarithm (`low` > 0), for quantities known to decades only.
   bool logarithmic = false;
 
   [[nodiscard]] double value(double unit) const;  ///< of a position in [0, 1]
@@ -30,36 +30,36 @@ struct Gene {
 struct GeneticOptions {
   std::size_t population = 1000;
   std::size_t generations = 25;
-  std::size_t elite = 20;  ///< the best go on unchanged
-  /// The best individual is chosen as a parent this many times as often as the middle one, the
-  /// worst as rarely as two less this; from 1 (chance alone) to 2.
+  std::size_t elite = 20;  ///< number of best individuals copied unchanged
+  /// Selection probability of the best individual relative to the median one; that of the worst is
+  /// two less this. From 1 (uniform) to 2.
   double selection_pressure = 1.8;
-  double crossover_rate = 0.9;  ///< else the child is its first parent
+  double crossover_rate = 0.9;  ///< else the child copies its first parent
   double mutation_rate = 0.06;  ///< of each gene
-  /// Standard deviation of a mutation, as a share of the gene's range; falls evenly to a tenth of
-  /// it by the last generation.
+  /// Standard deviation of a mutation, as a fraction of the gene's range; decreases linearly to a
+  /// tenth by the last generation.
   double mutation_sigma = 0.15;
   std::uint64_t seed = 1;
 };
 
-/// Lower is better; what is not finite counts as worst.
+/// Lower scores are better; non-finite ones are worst.
 struct GenerationSummary {
   double best = 0.0;
-  double mean = 0.0;            ///< of the finite ones
+  double mean = 0.0;            ///< of the finite scores
   std::size_t failed = 0;       ///< not finite
   std::size_t evaluations = 0;  ///< since the start
 };
 
-/// Everything a run is between two generations; nothing else is needed to go on.
+/// The complete state of a run between two generations.
 struct GeneticState {
   std::vector<double> units;   ///< individuals row by row, each gene in [0, 1], best first
   std::vector<double> scores;  ///< of the individuals
-  std::vector<GenerationSummary> history;  ///< one for each generation judged
+  std::vector<GenerationSummary> history;  ///< one per evaluated generation
 
   [[nodiscard]] std::size_t generation() const { return history.size(); }
 };
 
-/// Scores of individuals: genes row by row in their own units, one score for each.
+/// Scores of individuals: genes row by row in their own units, one score per row.
 using BatchFitness =
     std::function<void(std::span<const double> individuals, std::span<double> scores)>;
 
@@ -70,11 +70,11 @@ class GeneticSearch {
   [[nodiscard]] const std::vector<Gene>& genes() const { return genes_; }
   [[nodiscard]] const GeneticOptions& options() const { return options_; }
 
-  /// The first generation, spread over the bounds and judged; `known` (rows of genes in their own
-  /// units) take the first places.
+  /// The first generation, uniform over the bounds and evaluated; `known` (rows of genes in their
+  /// own units) are its first individuals.
   [[nodiscard]] GeneticState start(const BatchFitness& fitness,
                                    std::span<const double> known = {}) const;
-  /// The next generation. Draws from a stream of its own, so that it depends on `state` alone.
+  /// The next generation. Has its own random stream, so that it depends on `state` only.
   [[nodiscard]] GeneticState next(const GeneticState& state, const BatchFitness& fitness) const;
 
   [[nodiscard]] bool finished(const GeneticState& state) const {
@@ -83,14 +83,14 @@ class GeneticSearch {
   /// The best individual in its own units.
   [[nodiscard]] std::vector<double> best(const GeneticState& state) const;
 
-  /// A state as text, to the last bit, with what it depends on; reading checks all of it.
+  /// A state as text, bit-exact, with genes and options; parsing checks all of it.
   [[nodiscard]] std::string format(const GeneticState& state) const;
   [[nodiscard]] Result<GeneticState> parse(std::string_view text, const std::string& source) const;
 
  private:
-  void judge(GeneticState& state, std::size_t from, std::size_t evaluations,
-             const BatchFitness& fitness) const;
-  [[nodiscard]] std::string heading() const;
+  void evaluate(GeneticState& state, std::size_t from, std::size_t evaluations,
+                const BatchFitness& fitness) const;
+  [[nodiscard]] std::string header() const;
 
   std::vector<Gene> genes_;
   GeneticOptions options_;

@@ -1,8 +1,7 @@
 #pragma once
 
-// How well the navigation filter does over a drive with known truth, for many sets of parameters at
-// once (Zhang 2020, figure 3.2): as many filters as a register holds run side by side, on the
-// widest instruction set the processor has.
+// Accuracy of the navigation filter over a drive with known truth, for many parameter sets at once
+// (Zhang 2020, figure 3.2): one filter per SIMD lane, on the widest available instruction set.
 
 #include <array>
 #include <cstddef>
@@ -21,10 +20,10 @@ namespace wayfare {
 /// A drive to tune on.
 struct TuningDrive {
   std::vector<ImuSample> imu;
-  std::vector<RangeEpoch> ranges;  ///< of one clock: offsets between systems are taken out
-  /// Of the unit; nothing where the reference does not reach.
+  std::vector<RangeEpoch> ranges;  ///< of one clock: inter-system offsets removed
+  /// True state of the unit; none outside the reference.
   std::function<std::optional<NavState>(LogTime)> truth;
-  bool has_level = true, has_heading = true;  ///< what of the truth's attitude is known
+  bool has_level = true, has_heading = true;  ///< known parts of the true attitude
   GnssInsOptions options;                     ///< mounting, lever arm, gate and time offset
   GnssInsStart start;
 };
@@ -35,7 +34,7 @@ struct InsRmse {
   double roll_deg = 0.0, pitch_deg = 0.0, heading_deg = 0.0;
 };
 
-/// What each counts in the weighted sum that is the fitness; heading most.
+/// Weights of the errors in the fitness; heading has the largest.
 struct InsFitnessWeights {
   double north = 1.0, east = 1.0, down = 1.0;
   double roll = 1.0, pitch = 1.0, heading = 2.0;
@@ -46,26 +45,24 @@ struct InsFitnessWeights {
 struct InsFitnessOptions {
   InsFitnessWeights weights;
   double score_interval_s = 0.2;  ///< between comparisons with the truth
-  int threads = 1;                ///< no result depends on it
-  /// "avx512", "avx2", "baseline"; empty: the widest that runs here. No result depends on it.
+  int threads = 1;                ///< does not change results
+  /// "avx512", "avx2", "baseline"; empty: the widest available. Does not change results.
   std::string kernel;
 };
 
-/// Copies share the drive, which does not change: cheap, and safe from several threads.
+/// Copies share the immutable drive: cheap and thread-safe.
 ///
 /// The filter is that of the navigation system with one receiver clock, without constraints,
-/// without standstill, and without doubt in itself: whoever refuses all measurements is lost and
-/// scores badly. Lanes do not touch each other, and every kernel rounds alike: a set of parameters
-/// scores the same to the last bit whatever its neighbours, the instruction set and the number of
-/// threads.
+/// zero-velocity updates and covariance inflation: a filter that rejects all measurements diverges
+/// and scores badly. Lanes are independent and every kernel rounds identically: scores are
+/// bit-identical for any neighbours, instruction set and number of threads.
 class InsFitness {
  public:
-  /// Errors: no readings or epochs after the start, no truth to compare with, an unknown kernel or
-  /// one this processor does not run.
+  /// Errors: no readings or epochs after the start, no truth, an unknown or unsupported kernel.
   [[nodiscard]] static Result<InsFitness> make(const TuningDrive& drive,
                                                const InsFitnessOptions& options = {});
 
-  /// Rows of kInsGenes in, one score each out; infinity for whoever diverges.
+  /// One score per row of kInsGenes; infinity on divergence.
   void operator()(std::span<const double> individuals, std::span<double> scores,
                   const std::function<void(double)>& progress = {}) const;
   [[nodiscard]] std::vector<InsRmse> rmse(std::span<const double> individuals,

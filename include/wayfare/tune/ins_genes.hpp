@@ -1,9 +1,9 @@
 #pragma once
 
-// The 33 parameters of the navigation filter that are tuned, in the order of Zhang 2020, table 2:
-// σ and τ of gyro bias, gyro scale, accelerometer bias and accelerometer scale (three axes each),
-// white noise of gyros and accelerometers, random walks of the clock's bias and drift, scale of the
-// ranges' standard deviations.
+// The 33 tuned parameters of the navigation filter, in the order of Zhang 2020, table 2: σ and τ of
+// gyro bias, gyro scale, accelerometer bias and accelerometer scale (three axes each), white noise
+// of gyros and accelerometers, random walks of the clock's bias and drift, scale of the ranges'
+// standard deviations.
 
 #include <cstddef>
 #include <span>
@@ -16,7 +16,7 @@ namespace wayfare {
 
 inline constexpr std::size_t kInsGenes = 33;
 
-/// By how many times a parameter may be larger or smaller than the nominal one.
+/// Largest ratio of a parameter to its nominal value and vice versa.
 struct InsGeneSpans {
   double noise = 30.0;  ///< standard deviations and white noises
   double tau = 30.0;
@@ -25,10 +25,10 @@ struct InsGeneSpans {
 };
 
 [[nodiscard]] std::vector<double> ins_genes(const GnssInsOptions& options);
-/// `options` with these 33; the rest as it was.
+/// `options` with these 33 parameters replaced.
 [[nodiscard]] GnssInsOptions with_ins_genes(const GnssInsOptions& options,
                                             std::span<const double> genes);
-/// Bounds about the nominal parameters, all on a logarithmic scale.
+/// Logarithmic bounds around the nominal parameters.
 [[nodiscard]] std::vector<Gene> ins_gene_bounds(const GnssInsOptions& nominal,
                                                 const InsGeneSpans& spans = {});
 

@@ -54,9 +54,9 @@ Result<void> CorridorIns::Engine::add_motion(const MotionSample& s) {
   }
   if (time_ && s.time <= *time_) {
     ++report_.refused_samples;
-    return Error{ErrorCode::invalid, "a motion sample is not after the one before", {}};
+    return Error{ErrorCode::invalid, "a motion sample is not after the previous one", {}};
   }
-  // The first sample says when things begin: what it tells of was before.
+  // The first sample only gives the start time.
   if (time_) step(s, s.time - *time_);
   time_ = s.time;
   return {};
@@ -64,16 +64,16 @@ Result<void> CorridorIns::Engine::add_motion(const MotionSample& s) {
 
 Result<CorridorScanUpdate> CorridorIns::Engine::add_scan(const LaserScan& scan) {
   if (scan_time_ && scan.time <= *scan_time_)
-    return Error{ErrorCode::invalid, "a scan is not after the one before", {}};
+    return Error{ErrorCode::invalid, "a scan is not after the previous one", {}};
   if (!scan_time_) walls_time_ = scan.time;
   scan_time_ = scan.time;
   ++report_.scans;
   CorridorScanUpdate update;
   if (!options_.use_walls) return update;
   const corridor::Predicted predicted = walls_.predict(filter_);
-  see(scan, predicted, update);
+  detect_walls(scan, predicted, update);
   if (update.walls) {
-    take(predicted, update);
+    use_walls(predicted, update);
     walls_time_ = scan.time;
   } else {
     report_.longest_outage = std::max(report_.longest_outage, scan.time - walls_time_);
@@ -82,19 +82,19 @@ Result<CorridorScanUpdate> CorridorIns::Engine::add_scan(const LaserScan& scan) 
   return update;
 }
 
-void CorridorIns::Engine::say(LogTime time, std::string what) {
+void CorridorIns::Engine::log_event(LogTime time, std::string what) {
   if (report_.events.size() < 100) report_.events.push_back({time, std::move(what)});
 }
 
 void CorridorIns::Engine::step(const MotionSample& s, Duration dt) {
-  const auto judged = watch_.judge(s, dt);
-  report_.saturated_samples += judged.saturated ? 1 : 0;
-  report_.slipping_samples += judged.slipping ? 1 : 0;
-  if (judged.saturated && !saturated_) say(s.time, "gyro beyond its range");
-  if (judged.slip_began) say(s.time, "wheels slip");
-  saturated_ = judged.saturated;
-  filter_.predict(process_, judged.input);
-  if (judged.input.at_rest) calibrate_at_rest(judged.input);
+  const auto checked = watch_.check(s, dt);
+  report_.saturated_samples += checked.saturated ? 1 : 0;
+  report_.slipping_samples += checked.slipping ? 1 : 0;
+  if (checked.saturated && !saturated_) log_event(s.time, "gyro beyond its range");
+  if (checked.slip_began) log_event(s.time, "wheels slip");
+  saturated_ = checked.saturated;
+  filter_.predict(process_, checked.input);
+  if (checked.input.at_rest) calibrate_at_rest(checked.input);
 }
 
 void CorridorIns::Engine::calibrate_at_rest(const CorridorInput& u) {
@@ -110,35 +110,36 @@ void CorridorIns::Engine::calibrate_at_rest(const CorridorInput& u) {
       6.0);
 }
 
-void CorridorIns::Engine::see(const LaserScan& scan, const corridor::Predicted& predicted,
-                              CorridorScanUpdate& update) {
+void CorridorIns::Engine::detect_walls(const LaserScan& scan, const corridor::Predicted& predicted,
+                                       CorridorScanUpdate& update) {
   if (walls_.has_walls() && rejections_ < options_.rejections_to_reacquire) {
     update.walls = detector_.track(scan, predicted.walls);
     update.tracked = update.walls.has_value();
   }
   if (update.tracked) {
     ++report_.tracked;
-    look_for_more(scan, predicted, update);
+    search_missing_walls(scan, predicted, update);
   } else {
     update.walls = detector_.acquire(scan);
     report_.acquisitions += update.walls ? 1 : 0;
     if (update.walls && walls_.has_walls())
       update.walls = corridor::facing(*update.walls, predicted.walls.direction);
   }
-  if (update.walls) roughen(*update.walls);
+  if (update.walls) add_wall_noise(*update.walls);
   report_.scans_with_walls += update.walls ? 1 : 0;
   report_.not_parallel += update.walls && !update.walls->parallel ? 1 : 0;
 }
 
-void CorridorIns::Engine::roughen(CorridorWalls& walls) const {
+void CorridorIns::Engine::add_wall_noise(CorridorWalls& walls) const {
   const double turn2 = options_.wall_direction_sigma_rad * options_.wall_direction_sigma_rad;
   const double offset2 = options_.wall_offset_sigma_m * options_.wall_offset_sigma_m;
   walls.covariance.diagonal() += Eigen::Vector3d(turn2, offset2, offset2);
   if (walls.end) walls.end->covariance.diagonal() += Eigen::Vector2d(offset2, turn2);
 }
 
-void CorridorIns::Engine::look_for_more(const LaserScan& scan, const corridor::Predicted& predicted,
-                                        CorridorScanUpdate& update) {
+void CorridorIns::Engine::search_missing_walls(const LaserScan& scan,
+                                               const corridor::Predicted& predicted,
+                                               CorridorScanUpdate& update) {
   constexpr int kEvery = 5;
   const bool one_side = !predicted.walls.left || !predicted.walls.right;
   const bool no_end = options_.use_end_walls && !predicted.walls.end;

@@ -10,7 +10,7 @@
 
 namespace wayfare {
 
-/// What corridor dead reckoning does with a motion sample and with a scan.
+/// Implementation of CorridorIns.
 class CorridorIns::Engine {
  public:
   Engine(const CorridorInsOptions& options, const SE2d& start);
@@ -22,29 +22,30 @@ class CorridorIns::Engine {
   [[nodiscard]] const CorridorReport& report() const { return report_; }
 
  private:
-  void say(LogTime time, std::string what);
+  void log_event(LogTime time, std::string what);
 
   void step(const MotionSample& s, Duration dt);
-  /// All a gyro reads while the wheels stand is bias and noise.
+  /// While the wheels stand the gyro reads bias and noise only.
   void calibrate_at_rest(const CorridorInput& u);
 
-  /// Tracking where there is something to track, else, or where that fails, acquisition.
-  void see(const LaserScan& scan, const corridor::Predicted& predicted, CorridorScanUpdate& update);
-  void roughen(CorridorWalls& walls) const;
-  /// From time to time: the other wall, or one across, may have come into view.
-  void look_for_more(const LaserScan& scan, const corridor::Predicted& predicted,
-                     CorridorScanUpdate& update);
+  /// Tracks the walls; acquires new ones if there are none or tracking fails.
+  void detect_walls(const LaserScan& scan, const corridor::Predicted& predicted,
+                    CorridorScanUpdate& update);
+  void add_wall_noise(CorridorWalls& walls) const;
+  /// Periodic search for the other side wall, or one across the corridor.
+  void search_missing_walls(const LaserScan& scan, const corridor::Predicted& predicted,
+                            CorridorScanUpdate& update);
 
-  void take(const corridor::Predicted& predicted, CorridorScanUpdate& update);
-  void begin_corridor(const CorridorWalls& seen, CorridorScanUpdate& update);
-  /// New walls at right angles to the first ones, or along them, where they nearly are.
-  void set_square(const CorridorWalls& seen);
-  void remember_this_scan(const CorridorWalls& seen);
-  /// Direction and both offsets at once; where that is refused, with one side and with the other.
-  bool use_sides(const corridor::Predicted& p, const CorridorWalls& seen);
-  bool use_rows(const corridor::Predicted& p, const CorridorWalls& seen, bool left, bool right);
-  bool take_end(const corridor::Predicted& p, const CorridorWalls& seen,
-                const CorridorScanUpdate& update);
+  void use_walls(const corridor::Predicted& predicted, CorridorScanUpdate& update);
+  void begin_corridor(const CorridorWalls& detected, CorridorScanUpdate& update);
+  /// Constrains nearly parallel or orthogonal walls to be exactly so relative to the first ones.
+  void set_square(const CorridorWalls& detected);
+  void remember_this_scan(const CorridorWalls& detected);
+  /// Updates with direction and both offsets; if rejected, with one side or the other.
+  bool use_sides(const corridor::Predicted& p, const CorridorWalls& detected);
+  bool use_rows(const corridor::Predicted& p, const CorridorWalls& detected, bool left, bool right);
+  bool use_end(const corridor::Predicted& p, const CorridorWalls& detected,
+               const CorridorScanUpdate& update);
 
   CorridorInsOptions options_;
   corridor::Filter filter_;

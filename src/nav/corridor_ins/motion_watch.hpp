@@ -1,28 +1,28 @@
 #pragma once
 
-// What of gyro and wheels cannot be believed.
+// Plausibility checks of gyro and wheels.
 
 #include <wayfare/nav/corridor_ins.hpp>
 
 namespace wayfare::corridor {
 
-/// Judges samples one after another.
+/// Checks consecutive samples.
 class MotionWatch {
  public:
   explicit MotionWatch(const CorridorInsOptions& options) : options_(options) {}
 
-  struct Judged {
+  struct Checked {
     CorridorInput input;
     bool saturated = false, slipping = false, slip_began = false;
   };
-  /// The step from the sample before to this one; both times are known to be in order.
-  [[nodiscard]] Judged judge(const MotionSample& sample, Duration step);
+  /// The step from the previous sample to this one; times are in order.
+  [[nodiscard]] Checked check(const MotionSample& sample, Duration step);
 
  private:
-  void judge_wheels(const MotionSample& sample, Duration step, Judged& judged);
+  void check_wheels(const MotionSample& sample, Duration step, Checked& checked);
 
   CorridorInsOptions options_;
-  double speed_m_s_ = 0.0;  ///< last believed
+  double speed_m_s_ = 0.0;  ///< last accepted
   Duration standing_{0}, slipping_{0};
 };
 

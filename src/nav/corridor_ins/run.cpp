@@ -6,49 +6,48 @@
 namespace wayfare {
 namespace {
 
-/// What the odometry moved from one sample to the next.
+/// Odometry motion between two samples.
 Eigen::Vector3d step_between(const OdometrySample& before, const OdometrySample& after) {
   return (before.T_odom_base.raw().inverse() * after.T_odom_base.raw()).log();
 }
 
-/// The way the robot had rolled by a time as its wheels say, else its odometry; between samples in
-/// proportion.
-class RolledWay {
+/// Distance travelled by a time from the wheels, else from odometry; interpolated linearly.
+class DistanceTravelled {
  public:
-  explicit RolledWay(const Recording& r) {
-    for (const WheelSample& w : r.wheels) roll(w.time, 0.5 * (w.left_m + w.right_m));
+  explicit DistanceTravelled(const Recording& r) {
+    for (const WheelSample& w : r.wheels) append(w.time, 0.5 * (w.left_m + w.right_m));
     if (!r.wheels.empty()) return;
     for (std::size_t i = 0; i < r.odometry.size(); ++i)
-      roll(r.odometry[i].time, i > 0 ? step_between(r.odometry[i - 1], r.odometry[i]).x() : 0.0);
+      append(r.odometry[i].time, i > 0 ? step_between(r.odometry[i - 1], r.odometry[i]).x() : 0.0);
   }
   [[nodiscard]] double at(LogTime time) const {
     const auto next = std::upper_bound(times_.begin(), times_.end(), time);
     const auto i = static_cast<std::size_t>(next - times_.begin());
-    if (i == 0) return way_m_.front();
-    if (i == times_.size()) return way_m_.back();
+    if (i == 0) return distance_m_.front();
+    if (i == times_.size()) return distance_m_.back();
     const double u = to_seconds(time - times_[i - 1]) / to_seconds(times_[i] - times_[i - 1]);
-    return way_m_[i - 1] + u * (way_m_[i] - way_m_[i - 1]);
+    return distance_m_[i - 1] + u * (distance_m_[i] - distance_m_[i - 1]);
   }
 
  private:
-  void roll(LogTime time, double by_m) {
-    way_m_.push_back(by_m + (way_m_.empty() ? 0.0 : way_m_.back()));
+  void append(LogTime time, double by_m) {
+    distance_m_.push_back(by_m + (distance_m_.empty() ? 0.0 : distance_m_.back()));
     times_.push_back(time);
   }
 
   std::vector<LogTime> times_;
-  std::vector<double> way_m_;
+  std::vector<double> distance_m_;
 };
 
 std::vector<MotionSample> from_gyro(const Recording& r) {
-  const RolledWay rolled(r);
+  const DistanceTravelled travelled(r);
   std::vector<MotionSample> motion;
   for (std::size_t i = 0; i < r.gyro.size(); ++i) {
     const LogTime time = r.gyro[i].time;
     const double dt = i > 0 ? to_seconds(time - r.gyro[i - 1].time) : 0.0;
     if (i > 0 && !(dt > 0.0)) continue;
-    const double way = i > 0 ? rolled.at(time) - rolled.at(r.gyro[i - 1].time) : 0.0;
-    motion.push_back({time, r.gyro[i].turn_rate_rad_s, i > 0 ? way / dt : 0.0});
+    const double distance = i > 0 ? travelled.at(time) - travelled.at(r.gyro[i - 1].time) : 0.0;
+    motion.push_back({time, r.gyro[i].turn_rate_rad_s, i > 0 ? distance / dt : 0.0});
   }
   return motion;
 }
@@ -74,8 +73,8 @@ std::vector<MotionSample> from_odometry(const Recording& r) {
 }  // namespace
 
 std::vector<MotionSample> motion_of(const Recording& recording, double added_bias_rad_s) {
-  const bool rolls = !recording.wheels.empty() || !recording.odometry.empty();
-  const bool has_gyro = !recording.gyro.empty() && rolls;
+  const bool has_distance = !recording.wheels.empty() || !recording.odometry.empty();
+  const bool has_gyro = !recording.gyro.empty() && has_distance;
   auto motion = has_gyro ? from_gyro(recording) : from_odometry(recording);
   for (MotionSample& sample : motion) sample.turn_rate_rad_s += added_bias_rad_s;
   return motion;
@@ -93,7 +92,7 @@ Result<CorridorRun> run_corridor_ins(const Recording& recording,
   CorridorRun run;
   std::size_t next = 0, done = 0;
   for (const LaserScan& scan : recording.scans) {
-    // What is refused is counted in the report.
+    // Rejected samples are counted in the report.
     for (; next < motion.size() && motion[next].time <= scan.time; ++next)
       static_cast<void>(ins.add_motion(motion[next]).has_value());
     auto update = ins.add_scan(scan);

@@ -12,8 +12,8 @@ using Row = Eigen::Matrix<double, 1, kSize>;
 Eigen::Vector2d unit(double angle_rad) { return {std::cos(angle_rad), std::sin(angle_rad)}; }
 Eigen::Vector2d quarter_turn(const Eigen::Vector2d& v) { return {-v.y(), v.x()}; }
 
-/// ∂(n · p)/∂state for the laser at p, n held.
-Row by_place(const Eigen::Vector2d& n, const CorridorVector& x, const SE2d& T_base_laser) {
+/// ∂(n · p)/∂state for the laser at p and constant n.
+Row position_row(const Eigen::Vector2d& n, const CorridorVector& x, const SE2d& T_base_laser) {
   const SO2d turn(Angle::radians(x[kHeading]));
   Row row = Row::Zero();
   row[kX] = n.x();
@@ -38,32 +38,33 @@ Predicted WallStates::predict(const Filter& filter) const {
   p.rows(0, kDirection) = 1.0;
   p.rows(0, kHeading) = -1.0;
   const Eigen::Vector2d u = unit(x[kDirection]), n = quarter_turn(u);
-  const Eigen::Vector2d away = laser_pose(x).translation() - place_m_;
-  const Row place = by_place(n, x, T_base_laser_);
+  const Eigen::Vector2d offset = laser_pose(x).translation() - reference_m_;
+  const Row by_position = position_row(n, x, T_base_laser_);
   for (const int side : {1, 2}) {
     const int entry = side == 1 ? kLeft : kRight;
-    p.rows.row(side) = -place;
-    p.rows(side, kDirection) = u.dot(away);
+    p.rows.row(side) = -by_position;
+    p.rows(side, kDirection) = u.dot(offset);
     p.rows(side, entry) = 1.0;
     auto& wall = side == 1 ? p.walls.left : p.walls.right;
-    if (side == 1 ? left_ : right_) wall = Wall{x[entry] - n.dot(away)};
+    if (side == 1 ? left_ : right_) wall = Wall{x[entry] - n.dot(offset)};
   }
   p.walls.covariance = p.rows * filter.covariance() * p.rows.transpose();
   if (!end_) return p;
   const Eigen::Vector2d m = unit(x[kEndAlpha]);
-  const Eigen::Vector2d end_away = laser_pose(x).translation() - end_place_m_;
+  const Eigen::Vector2d end_offset = laser_pose(x).translation() - end_reference_m_;
   p.end_rows(0, kEndAlpha) = 1.0;
   p.end_rows(0, kHeading) = -1.0;
-  p.end_rows.row(1) = -by_place(m, x, T_base_laser_);
-  p.end_rows(1, kEndAlpha) = -quarter_turn(m).dot(end_away);
+  p.end_rows.row(1) = -position_row(m, x, T_base_laser_);
+  p.end_rows(1, kEndAlpha) = -quarter_turn(m).dot(end_offset);
   p.end_rows(1, kEndOffset) = 1.0;
   p.walls.end =
-      NormalPoint{x[kEndOffset] - m.dot(end_away),
+      NormalPoint{x[kEndOffset] - m.dot(end_offset),
                   Angle::radians(x[kEndAlpha] - laser_heading).wrapped(), Eigen::Matrix2d::Zero()};
   return p;
 }
 
-/// x' = (x, y(x) + noise): entries of the state made anew from the rest of it and a measurement.
+/// x' = (x, y(x) + noise): replaces entries of the state by functions of the rest and a
+/// measurement.
 void WallStates::replace(const Rows& by_state, const Eigen::MatrixXd& noise,
                          const Eigen::VectorXi& entries, const Eigen::VectorXd& values,
                          Filter& filter) const {
@@ -79,66 +80,66 @@ void WallStates::replace(const Rows& by_state, const Eigen::MatrixXd& noise,
   filter.set_covariance(0.5 * (p + p.transpose()));
 }
 
-void WallStates::enter(const CorridorWalls& seen, Filter& filter) {
+void WallStates::enter(const CorridorWalls& detected, Filter& filter) {
   const CorridorVector& x = filter.state();
-  place_m_ = laser_pose(x).translation();
+  reference_m_ = laser_pose(x).translation();
   const double direction =
-      x[kHeading] + T_base_laser_.heading().radians() + seen.direction.radians();
-  left_ = seen.left.has_value();
-  right_ = seen.right.has_value();
-  const Row place = by_place(quarter_turn(unit(direction)), x, T_base_laser_);
+      x[kHeading] + T_base_laser_.heading().radians() + detected.direction.radians();
+  left_ = detected.left.has_value();
+  right_ = detected.right.has_value();
+  const Row by_position = position_row(quarter_turn(unit(direction)), x, T_base_laser_);
   Rows rows = Rows::Zero(3, kSize);
   rows(0, kHeading) = 1.0;
-  rows.row(1) = place;
-  rows.row(2) = place;
-  Eigen::Matrix3d noise = seen.covariance;
-  // An entry without a wall stands for nothing: of some variance, tied to nothing.
+  rows.row(1) = by_position;
+  rows.row(2) = by_position;
+  Eigen::Matrix3d noise = detected.covariance;
+  // An entry without a wall is independent of the others, with a nominal variance.
   if (!left_) rows.row(1).setZero(), noise(1, 1) = 1.0;
   if (!right_) rows.row(2).setZero(), noise(2, 2) = 1.0;
   replace(rows, noise, Eigen::Vector3i(kDirection, kLeft, kRight),
-          Eigen::Vector3d(direction, left_ ? seen.left->offset_m : 0.0,
-                          right_ ? seen.right->offset_m : 0.0),
+          Eigen::Vector3d(direction, left_ ? detected.left->offset_m : 0.0,
+                          right_ ? detected.right->offset_m : 0.0),
           filter);
 }
 
-void WallStates::enter_missing_side(const CorridorWalls& seen, Filter& filter) {
+void WallStates::enter_missing_side(const CorridorWalls& detected, Filter& filter) {
   const CorridorVector& x = filter.state();
-  const bool is_left = !left_ && seen.left, is_right = !right_ && seen.right;
+  const bool is_left = !left_ && detected.left, is_right = !right_ && detected.right;
   if (is_left == is_right) return;
   const Eigen::Vector2d u = unit(x[kDirection]), n = quarter_turn(u);
-  const Eigen::Vector2d away = laser_pose(x).translation() - place_m_;
+  const Eigen::Vector2d offset = laser_pose(x).translation() - reference_m_;
   Rows row = Rows::Zero(1, kSize);
-  row.row(0) = by_place(n, x, T_base_laser_);
-  row(0, kDirection) = -u.dot(away);
-  const double seen_m = is_left ? seen.left->offset_m : seen.right->offset_m;
+  row.row(0) = position_row(n, x, T_base_laser_);
+  row(0, kDirection) = -u.dot(offset);
+  const double measured_m = is_left ? detected.left->offset_m : detected.right->offset_m;
   const Eigen::Index k = is_left ? 1 : 2;
-  // The same scan's direction has been used by now, with which this offset's error goes: twice its
+  // The offset's error is correlated with the direction of the same scan, already used: twice its
   // variance covers that.
-  replace(row, Eigen::MatrixXd::Constant(1, 1, 2.0 * seen.covariance(k, k)),
+  replace(row, Eigen::MatrixXd::Constant(1, 1, 2.0 * detected.covariance(k, k)),
           Eigen::VectorXi::Constant(1, is_left ? kLeft : kRight),
-          Eigen::VectorXd::Constant(1, seen_m + n.dot(away)), filter);
+          Eigen::VectorXd::Constant(1, measured_m + n.dot(offset)), filter);
   (is_left ? left_ : right_) = true;
 }
 
-void WallStates::enter_end(const NormalPoint& seen, Filter& filter) {
+void WallStates::enter_end(const NormalPoint& detected, Filter& filter) {
   const CorridorVector& x = filter.state();
-  end_place_m_ = laser_pose(x).translation();
-  const double alpha = x[kHeading] + T_base_laser_.heading().radians() + seen.alpha.radians();
+  end_reference_m_ = laser_pose(x).translation();
+  const double alpha = x[kHeading] + T_base_laser_.heading().radians() + detected.alpha.radians();
   Rows rows = Rows::Zero(2, kSize);
   rows(0, kHeading) = 1.0;
-  rows.row(1) = by_place(unit(alpha), x, T_base_laser_);
+  rows.row(1) = position_row(unit(alpha), x, T_base_laser_);
   Eigen::Matrix2d noise;  // (α, ρ) of (ρ, α)
-  noise << seen.covariance(1, 1), seen.covariance(0, 1), seen.covariance(0, 1),
-      seen.covariance(0, 0);
-  replace(rows, noise, Eigen::Vector2i(kEndAlpha, kEndOffset), Eigen::Vector2d(alpha, seen.rho_m),
-          filter);
+  noise << detected.covariance(1, 1), detected.covariance(0, 1), detected.covariance(0, 1),
+      detected.covariance(0, 0);
+  replace(rows, noise, Eigen::Vector2i(kEndAlpha, kEndOffset),
+          Eigen::Vector2d(alpha, detected.rho_m), filter);
   end_ = true;
 }
 
-CorridorWalls facing(const CorridorWalls& seen, Angle predicted) {
+CorridorWalls facing(const CorridorWalls& detected, Angle predicted) {
   const bool against =
-      std::abs(wrap_to_pi((seen.direction - predicted).radians())) > 0.5 * std::numbers::pi;
-  return against ? reversed(seen) : seen;
+      std::abs(wrap_to_pi((detected.direction - predicted).radians())) > 0.5 * std::numbers::pi;
+  return against ? reversed(detected) : detected;
 }
 
 }  // namespace wayfare::corridor

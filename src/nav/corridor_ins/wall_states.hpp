@@ -1,6 +1,6 @@
 #pragma once
 
-// The walls in the filter's state: what a scan should show of them, and how one enters.
+// The walls in the filter's state: predicted measurements, and augmentation by new walls.
 
 #include <optional>
 
@@ -16,15 +16,15 @@ namespace wayfare::corridor {
 using Filter = Ekf<CorridorVector>;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, corridor_state::kSize>;
 
-/// Measurements of walls at a state: what they should be, and their derivatives.
+/// Predicted wall measurements and their Jacobians.
 struct Predicted {
   CorridorWalls walls;
   Eigen::Matrix<double, 3, corridor_state::kSize> rows;      ///< of direction, left, right
   Eigen::Matrix<double, 2, corridor_state::kSize> end_rows;  ///< of α and ρ of the wall across
 };
 
-/// Which walls the state knows, and the places their offsets count from. (Offsets from a place
-/// nearby keep angles and offsets of far corridors from being all one error.)
+/// Walls in the state and the reference points of their offsets, which are nearby so that angle and
+/// offset errors of far corridors are not fully correlated.
 class WallStates {
  public:
   explicit WallStates(const SE2d& T_base_laser) : T_base_laser_(T_base_laser) {}
@@ -37,21 +37,22 @@ class WallStates {
   [[nodiscard]] SE2d laser_pose(const CorridorVector& x) const;
   [[nodiscard]] Predicted predict(const Filter& filter) const;
 
-  /// New walls as `seen` from the filter's place: all of them, or the side that is not yet known.
-  void enter(const CorridorWalls& seen, Filter& filter);
-  void enter_missing_side(const CorridorWalls& seen, Filter& filter);
-  void enter_end(const NormalPoint& seen, Filter& filter);
+  /// Augments the state with `detected` walls: all of them, or the missing side.
+  void enter(const CorridorWalls& detected, Filter& filter);
+  void enter_missing_side(const CorridorWalls& detected, Filter& filter);
+  void enter_end(const NormalPoint& detected, Filter& filter);
 
  private:
   void replace(const Rows& by_state, const Eigen::MatrixXd& noise, const Eigen::VectorXi& entries,
                const Eigen::VectorXd& values, Filter& filter) const;
 
   SE2d T_base_laser_;
-  Eigen::Vector2d place_m_ = Eigen::Vector2d::Zero(), end_place_m_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d reference_m_ = Eigen::Vector2d::Zero(),
+                  end_reference_m_ = Eigen::Vector2d::Zero();
   bool left_ = false, right_ = false, end_ = false;
 };
 
-/// `seen` with its direction and sides exchanged where it faces against `predicted`.
-[[nodiscard]] CorridorWalls facing(const CorridorWalls& seen, Angle predicted);
+/// `detected` with direction and sides reversed if opposite to `predicted`.
+[[nodiscard]] CorridorWalls facing(const CorridorWalls& detected, Angle predicted);
 
 }  // namespace wayfare::corridor

@@ -14,7 +14,7 @@ namespace wayfare {
 
 namespace {
 
-using nav::Diary;
+using nav::EventLog;
 using nav::InsEngine;
 using nav::plausible;
 using nav::Starter;
@@ -40,23 +40,24 @@ ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime at) {
 
 }  // namespace
 
-/// Keeps what arrived lately in order of time, and copies of the engine to go back to.
+/// Recent measurements in order of time, and snapshots of the engine for replay.
 class GnssIns::Filter {
  public:
   explicit Filter(const GnssInsOptions& options) : options_(options), starter_(options) {}
 
   void start(const GnssInsStart& start) {
     engine_.reset();
-    given_ = start;
+    given_start_ = start;
     log_.clear();
-    kept_.clear();
+    snapshots_.clear();
     done_ = 0;
   }
   [[nodiscard]] bool started() const { return engine_.has_value(); }
 
   Result<void> add(ImuSample s) {
     s.time += from_seconds(options_.imu_time_offset_s);
-    if (!plausible(s)) return refused(ErrorCode::invalid, s.time, "an inertial reading is absurd");
+    if (!plausible(s))
+      return refused(ErrorCode::invalid, s.time, "an inertial reading is implausible");
     if (last_imu_ && s.time <= last_imu_->time) {
       return refused(ErrorCode::invalid, s.time,
                      s.time == last_imu_->time ? "an inertial reading arrived twice"
@@ -65,10 +66,10 @@ class GnssIns::Filter {
     const double gap_s = last_imu_ ? to_seconds(s.time - last_imu_->time) : 0.0;
     const std::string missing = "no inertial readings for " + std::to_string(gap_s) + " s: ";
     if (engine_ && gap_s > options_.max_imu_gap_s) {
-      diary_.note(last_imu_->time, missing + "starting anew");
+      events_.note(last_imu_->time, missing + "reinitialising");
       forget();
     } else if (engine_ && is_gap(*last_imu_, s)) {
-      diary_.note(last_imu_->time, missing + "bridged");
+      events_.note(last_imu_->time, missing + "bridged");
     }
     if (gap_s > 0.0 && gap_s < 1.0) {
       interval_s_ = interval_s_ == 0.0
@@ -88,16 +89,16 @@ class GnssIns::Filter {
 
   template <class Gnss>
   Result<void> add(const Gnss& m) {
-    if (!plausible(m)) return refused(ErrorCode::invalid, m.time, "nothing in it can be used");
+    if (!plausible(m)) return refused(ErrorCode::invalid, m.time, "no usable measurement");
     if (!engine_) {
-      if (given_) return refused(ErrorCode::not_found, m.time, "before the given start");
+      if (given_start_) return refused(ErrorCode::not_found, m.time, "before the given start");
       auto start = starter_.add(m);
       if (start && last_imu_) begin(*start, *last_imu_);
       return {};
     }
-    const LogTime oldest = kept_.empty() ? engine_->time() : kept_.front().engine.time();
+    const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
     if (m.time < oldest) {
-      return refused(ErrorCode::invalid, m.time, "too late to be used");
+      return refused(ErrorCode::invalid, m.time, "too late");
     }
     for (const Entry& e : log_) {
       if (std::holds_alternative<Gnss>(e.measurement) && time_of(e.measurement) == m.time) {
@@ -116,14 +117,14 @@ class GnssIns::Filter {
     WAYFARE_EXPECTS(engine_.has_value(), "the filter has started");
     return *engine_;
   }
-  Diary& diary() { return diary_; }
+  EventLog& events() { return events_; }
 
  private:
   struct Entry {
     Measurement measurement;
-    bool told = false;  ///< already lived through once
+    bool processed = false;  ///< already reported
   };
-  struct Kept {
+  struct Snapshot {
     std::size_t done;
     InsEngine engine;
   };
@@ -132,30 +133,30 @@ class GnssIns::Filter {
     engine_.reset();
     starter_ = Starter(options_);
     log_.clear();
-    kept_.clear();
+    snapshots_.clear();
     done_ = 0;
   }
 
   void begin(const GnssInsStart& start, const ImuSample& first) {
     engine_.emplace(options_, start, first);
-    given_.reset();
+    given_start_.reset();
     log_.clear();
-    kept_.clear();
+    snapshots_.clear();
     done_ = 0;
-    kept_.push_back({0, *engine_});
-    diary_.note(start.nav.time, "inertial navigation started");
+    snapshots_.push_back({0, *engine_});
+    events_.note(start.nav.time, "inertial navigation started");
   }
 
   void try_given_start(const ImuSample& s) {
-    if (!given_ || s.time < given_->nav.time) return;
-    const LogTime from = last_imu_ ? std::max(last_imu_->time, given_->nav.time) : s.time;
-    if (s.time - given_->nav.time > from_seconds(options_.max_imu_gap_s) &&
+    if (!given_start_ || s.time < given_start_->nav.time) return;
+    const LogTime from = last_imu_ ? std::max(last_imu_->time, given_start_->nav.time) : s.time;
+    if (s.time - given_start_->nav.time > from_seconds(options_.max_imu_gap_s) &&
         s.time - from > from_seconds(options_.max_imu_gap_s)) {
-      diary_.note(s.time, "the given start lies too far before the inertial readings");
-      given_.reset();
+      events_.note(s.time, "the given start is too long before the inertial readings");
+      given_start_.reset();
       return;
     }
-    begin(*given_, s);
+    begin(*given_start_, s);
   }
 
   void insert(const Measurement& m) {
@@ -172,11 +173,11 @@ class GnssIns::Filter {
     if (index < done_) rewind(index);
   }
 
-  /// To the newest kept engine that has not lived past entry `index`.
+  /// Restores the newest snapshot before entry `index`.
   void rewind(std::size_t index) {
-    while (kept_.size() > 1 && kept_.back().done > index) kept_.pop_back();
-    engine_ = kept_.back().engine;
-    done_ = kept_.back().done;
+    while (snapshots_.size() > 1 && snapshots_.back().done > index) snapshots_.pop_back();
+    engine_ = snapshots_.back().engine;
+    done_ = snapshots_.back().done;
   }
 
   void run() {
@@ -186,17 +187,18 @@ class GnssIns::Filter {
     prune();
   }
 
-  /// False where the next measurement has to wait for a reading after it.
+  /// False if the next measurement must wait for an inertial reading after it.
   bool step() {
     Entry& entry = log_[done_];
     if (const auto* s = std::get_if<ImuSample>(&entry.measurement)) {
-      diary_.open = !entry.told;
-      engine_->advance(*s, is_gap(engine_->last_sample(), *s), diary_);
-      diary_.open = true;
-      entry.told = true;
+      events_.open = !entry.processed;
+      engine_->advance(*s, is_gap(engine_->last_sample(), *s), events_);
+      events_.open = true;
+      entry.processed = true;
       ++done_;
-      if (kept_.empty() || engine_->time() - kept_.back().engine.time() > from_seconds(0.25)) {
-        kept_.push_back({done_, *engine_});
+      if (snapshots_.empty() ||
+          engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25)) {
+        snapshots_.push_back({done_, *engine_});
       }
       return true;
     }
@@ -207,21 +209,21 @@ class GnssIns::Filter {
       if (next == log_.end()) return false;
       const auto& s = std::get<ImuSample>(next->measurement);
       const ImuSample last = engine_->last_sample();
-      engine_->advance(interpolate(last, s, t), is_gap(last, s), diary_);
+      engine_->advance(interpolate(last, s, t), is_gap(last, s), events_);
     }
-    diary_.open = !entry.told;
+    events_.open = !entry.processed;
     std::visit(
         [this](const auto& m) {
           if constexpr (!std::is_same_v<std::decay_t<decltype(m)>, ImuSample>) {
-            engine_->apply(m, diary_);
+            engine_->apply(m, events_);
           }
         },
         entry.measurement);
-    diary_.open = true;
-    entry.told = true;
+    events_.open = true;
+    entry.processed = true;
     ++done_;
     if (engine_->lost()) {
-      diary_.note(t, "measurements and solution have parted for good: starting anew");
+      events_.note(t, "the solution has diverged from the measurements: reinitialising");
       forget();
     }
     return true;
@@ -235,26 +237,26 @@ class GnssIns::Filter {
     if (!engine_) return;
     const LogTime limit = engine_->time() - from_seconds(options_.max_lateness_s);
     std::size_t drop = 0;
-    while (kept_.size() > 1 && kept_[1].engine.time() <= limit) {
-      kept_.pop_front();
+    while (snapshots_.size() > 1 && snapshots_[1].engine.time() <= limit) {
+      snapshots_.pop_front();
     }
-    drop = kept_.front().done;
+    drop = snapshots_.front().done;
     if (drop == 0) return;
     log_.erase(log_.begin(), log_.begin() + static_cast<std::ptrdiff_t>(drop));
-    for (Kept& k : kept_) k.done -= drop;
+    for (Snapshot& k : snapshots_) k.done -= drop;
     done_ -= drop;
   }
 
   GnssInsOptions options_;
   Starter starter_;
-  std::optional<GnssInsStart> given_;
+  std::optional<GnssInsStart> given_start_;
   std::optional<InsEngine> engine_;
   std::optional<ImuSample> last_imu_;
   double interval_s_ = 0.0;
   std::deque<Entry> log_;
   std::size_t done_ = 0;
-  std::deque<Kept> kept_;
-  Diary diary_;
+  std::deque<Snapshot> snapshots_;
+  EventLog events_;
 };
 
 GnssIns::GnssIns(const GnssInsOptions& options) : filter_(std::make_unique<Filter>(options)) {}
@@ -270,10 +272,10 @@ Result<void> GnssIns::add(const GnssFix& fix) { return filter_->add(fix); }
 GnssInsEstimate GnssIns::estimate() const { return filter_->engine().estimate(); }
 GnssInsPoint GnssIns::point() const { return filter_->engine().point(); }
 std::vector<InnovationRecord> GnssIns::take_innovations() {
-  return std::exchange(filter_->diary().innovations, {});
+  return std::exchange(filter_->events().innovations, {});
 }
 std::vector<GnssInsNotice> GnssIns::take_notices() {
-  return std::exchange(filter_->diary().notices, {});
+  return std::exchange(filter_->events().notices, {});
 }
 
 }  // namespace wayfare

@@ -23,7 +23,7 @@ InsEngine::Filter make_filter(const GnssInsOptions& o, const GnssInsStart& start
   };
   set(kPosition, Vector3d::Constant(start.position_sigma_m));
   set(kVelocity, Vector3d::Constant(start.velocity_sigma_mps));
-  // Level and heading are about north, east and down; the state's error about the unit's axes.
+  // Tilt and heading are about north, east and down; the state's error about the unit's axes.
   const Eigen::Matrix3d c = x.q_nu.matrix();
   const Vector3d level(start.level_sigma_rad, start.level_sigma_rad, start.heading_sigma_rad);
   p.block<3, 3>(kAttitude, kAttitude) = c.transpose() * level.cwiseAbs2().asDiagonal() * c;
@@ -50,10 +50,10 @@ InsEngine::InsEngine(const GnssInsOptions& options, const GnssInsStart& start,
   last_.time = start.nav.time;
 }
 
-void InsEngine::advance(const ImuSample& sample, bool in_gap, Diary& diary) {
+void InsEngine::advance(const ImuSample& sample, bool in_gap, EventLog& events) {
   const double dt = to_seconds(sample.time - last_.time);
   if (dt <= 0.0) return;
-  // Long steps are cut up: coefficients that hold for a step change over a second.
+  // Long steps are subdivided: the coefficients are constant within a step.
   const int parts = std::max(1, static_cast<int>(std::ceil(dt / 0.1)));
   ImuInterval imu = between(last_, sample);
   imu.dt_s = dt / parts;
@@ -73,14 +73,14 @@ void InsEngine::advance(const ImuSample& sample, bool in_gap, Diary& diary) {
   } else {
     recent_.add(sample, dt);
   }
-  constrain(diary);
+  constrain(events);
 }
 
 void InsEngine::predict(const ImuInterval& imu, bool in_gap) {
   filter_.predict(imu);
   add_vibration(imu.dt_s);
   if (!in_gap) return;
-  // Unknown motion, as if drawn anew every second: white noise of a density a²·1 s.
+  // Unknown motion, independent from second to second: white noise of density a²·1 s.
   using namespace ins_state;
   const double v = options_.gap_acceleration_mps2 * options_.gap_acceleration_mps2 * imu.dt_s;
   const double w = options_.gap_turn_rate_radps * options_.gap_turn_rate_radps * imu.dt_s;
@@ -91,31 +91,31 @@ void InsEngine::predict(const ImuInterval& imu, bool in_gap) {
 }
 
 void InsEngine::add_vibration(double dt_s) {
-  // What readings scatter by more than the unit's own noise is the vehicle's vibration; the share
-  // of it that sampling folds to low frequencies is an error of each reading, held for a step.
+  // Variation beyond the unit's own noise is vibration; its aliased fraction is an error of each
+  // reading, constant for a step.
   const Eigen::Array3d own =
       2.0 * options_.imu.gyro_white_rad_per_sqrt_s.array().square() / std::max(dt_s, 1e-3);
-  const Eigen::Array3d vibration = (recent_.shake_radps2().array() - own).max(0.0);
+  const Eigen::Array3d vibration = (recent_.vibration_radps2().array() - own).max(0.0);
   const double angle = options_.gyro_vibration_share * dt_s;
   for (int i = 0; i < 3; ++i)
     filter_.ekf().add_variance(ins_state::kAttitude + i, angle * angle * vibration[i]);
 }
 
-void InsEngine::record(Diary& diary, Kind kind, SatelliteId id,
+void InsEngine::record(EventLog& events, Kind kind, SatelliteId id,
                        const ScalarUpdate<double>& u) const {
-  if (!diary.open) return;
-  diary.innovations.push_back(
+  if (!events.open) return;
+  events.innovations.push_back(
       {last_.time, kind, id, u.innovation, std::sqrt(std::max(u.variance, 0.0)), u.accepted});
 }
 
-void InsEngine::constrain(Diary& diary) {
-  if (last_hold_ && to_seconds(last_.time - *last_hold_) < 0.099) return;
-  last_hold_ = last_.time;
-  if (options_.zero_velocity_updates) hold_still(diary);
-  if (options_.non_holonomic_in_outage) hold_wheels(diary);
+void InsEngine::constrain(EventLog& events) {
+  if (last_constraint_ && to_seconds(last_.time - *last_constraint_) < 0.099) return;
+  last_constraint_ = last_.time;
+  if (options_.zero_velocity_updates) update_standstill(events);
+  if (options_.non_holonomic_in_outage) update_non_holonomic(events);
 }
 
-void InsEngine::hold_still(Diary& diary) {
+void InsEngine::update_standstill(EventLog& events) {
   const auto velocity_variance = filter_.covariance().diagonal().segment<3>(ins_state::kVelocity);
   if (!zero_velocity_.update(last_.time, recent_,
                              {filter_.state().gyro_bias_radps, filter_.state().velocity_mps.norm(),
@@ -124,10 +124,10 @@ void InsEngine::hold_still(Diary& diary) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto v = filter_.ekf().update(VelocityModel<double, kOffsets>{axis, 0.0, 0.05 * 0.05},
                                         options_.gate_sigma);
-    record(diary, Kind::standstill, {}, v);
+    record(events, Kind::standstill, {}, v);
     if (!v.accepted) return;
   }
-  // The mean of half a second, taken ten times a second: each value counts for a fifth.
+  // The mean of half a second, used at 10 Hz: each value counts for a fifth.
   const double sigma = 3e-4 + 0.3 * recent_.rate_spread_radps();
   for (int axis = 0; axis < 3; ++axis) {
     const double measured = recent_.mean_rate_radps()[axis];
@@ -136,7 +136,7 @@ void InsEngine::hold_still(Diary& diary) {
   }
 }
 
-void InsEngine::hold_wheels(Diary& diary) {
+void InsEngine::update_non_holonomic(EventLog& events) {
   const double limit_s = std::max(0.3, 1.5 * epoch_interval_s_);
   if (last_full_epoch_ && to_seconds(last_.time - *last_full_epoch_) < limit_s) return;
   if (filter_.state().velocity_mps.norm() < 0.5) return;
@@ -147,29 +147,29 @@ void InsEngine::hold_wheels(Diary& diary) {
         BodyVelocityModel<double, kOffsets>{direction, Vector3d::Zero(), filter_.gyro_radps(), 0.0,
                                             sigma * sigma},
         options_.gate_sigma);
-    record(diary, Kind::constraint, {}, u);
+    record(events, Kind::constraint, {}, u);
   }
 }
 
-void InsEngine::reopen(Doubt& doubt, int accepted, int total, Diary& diary) {
+void InsEngine::reopen(std::optional<LogTime>& since, int accepted, int total, EventLog& events) {
   if (total == 0) return;
   if (2 * accepted >= total) {
-    doubt.since.reset();
+    since.reset();
     return;
   }
-  if (!doubt.since) doubt.since = last_.time;
-  const double refused_s = to_seconds(last_.time - *doubt.since);
-  if (refused_s < options_.gate_reopen_s) return;
+  if (!since) since = last_.time;
+  const double rejected_s = to_seconds(last_.time - *since);
+  if (rejected_s < options_.gate_reopen_s) return;
   using namespace ins_state;
   const auto worst = [this](int first) {
     return filter_.covariance().diagonal().segment<3>(first).maxCoeff();
   };
   if (worst(kPosition) < 1e8) filter_.ekf().scale_sigma(kPosition, 6, 1.5);
-  // Level and heading go astray less easily, and a filter without them is worth nothing.
+  // Tilt and heading are more reliable, and essential: inflated less.
   if (worst(kAttitude) < 0.15 * 0.15) filter_.ekf().scale_sigma(kAttitude, 3, 1.5);
   filter_.ekf().scale_sigma(kClock, 2, 1.5);
-  diary.note(last_.time, "most ranges or rates refused for long: the filter doubts itself");
-  if (refused_s > 10.0 * options_.gate_reopen_s) lost_ = true;
+  events.note(last_.time, "most ranges or rates rejected for long: the covariance is inflated");
+  if (rejected_s > 10.0 * options_.gate_reopen_s) lost_ = true;
 }
 
 void InsEngine::note_full_epoch() {
@@ -180,35 +180,35 @@ void InsEngine::note_full_epoch() {
   last_full_epoch_ = last_.time;
 }
 
-void InsEngine::apply(const RangeEpoch& epoch, Diary& diary) {
-  std::string said;
-  const bool ready = clocks_.prepare(filter_, epoch, said);
-  if (!said.empty()) diary.note(last_.time, said);
+void InsEngine::apply(const RangeEpoch& epoch, EventLog& events) {
+  std::string notice;
+  const bool ready = clocks_.prepare(filter_, epoch, notice);
+  if (!notice.empty()) events.note(last_.time, notice);
   if (!ready) return;
   int ranges = 0, ranges_in = 0, rates = 0, rates_in = 0;
   for (const CorrectedRange& s : epoch.satellites) {
     if (has_range(s)) {
       const auto u = filter_.update_range(s, clocks_.range_sigma_m(s), options_.gate_sigma,
                                           clocks_.offset_of(s.satellite.system));
-      record(diary, Kind::range, s.satellite, u);
+      record(events, Kind::range, s.satellite, u);
       ++ranges;
       ranges_in += u.accepted ? 1 : 0;
     }
     if (has_rate(s)) {
       const auto u = filter_.update_range_rate(s, clocks_.rate_sigma_mps(s), options_.gate_sigma);
-      record(diary, Kind::range_rate, s.satellite, u);
+      record(events, Kind::range_rate, s.satellite, u);
       ++rates;
       rates_in += u.accepted ? 1 : 0;
     }
   }
-  reopen(range_doubt_, ranges_in, ranges, diary);
-  reopen(rate_doubt_, rates_in, rates, diary);
+  reopen(ranges_rejected_since_, ranges_in, ranges, events);
+  reopen(rates_rejected_since_, rates_in, rates, events);
   if (ranges_in < 4) return;
   note_full_epoch();
   if (rates_in >= 4) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
 }
 
-void InsEngine::apply(const GnssFix& fix, Diary& diary) {
+void InsEngine::apply(const GnssFix& fix, EventLog& events) {
   const Vector3d lever = options_.q_body_imu.inverse() * options_.antenna_lever_arm_m;
   const auto axes = [](const Eigen::Matrix3d& covariance) {
     return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance);
@@ -222,11 +222,11 @@ void InsEngine::apply(const GnssFix& fix, Diary& diary) {
         AntennaPositionModel<double, kOffsets>{filter_.plane(), at, position.eigenvectors().col(i),
                                                lever, scale * position.eigenvalues()[i]},
         options_.gate_sigma);
-    record(diary, Kind::position, {}, u);
+    record(events, Kind::position, {}, u);
     in += u.accepted ? 1 : 0;
   }
-  // One axis that stays refused is a lock-out as well: the others cannot draw it back.
-  reopen(range_doubt_, in == 3 ? 1 : 0, 1, diary);
+  // One axis rejected permanently is a lock-out as well: the others cannot correct it.
+  reopen(ranges_rejected_since_, in == 3 ? 1 : 0, 1, events);
   if (in == 3) note_full_epoch();
   if (!fix.velocity_ned_mps) return;
   const auto velocity = axes(fix.velocity_covariance_ned);
@@ -237,10 +237,10 @@ void InsEngine::apply(const GnssFix& fix, Diary& diary) {
             *fix.velocity_ned_mps, velocity.eigenvectors().col(i), lever, filter_.gyro_radps(),
             scale * velocity.eigenvalues()[i]},
         options_.gate_sigma);
-    record(diary, Kind::velocity, {}, u);
+    record(events, Kind::velocity, {}, u);
     in += u.accepted ? 1 : 0;
   }
-  reopen(rate_doubt_, in == 3 ? 1 : 0, 1, diary);
+  reopen(rates_rejected_since_, in == 3 ? 1 : 0, 1, events);
   if (in == 3) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
 }
 
@@ -260,10 +260,11 @@ GnssInsEstimate InsEngine::estimate() const {
   e.accel_scale = x.accel_scale;
   e.clock_bias_m = filter_.clock_bias_m();
   e.clock_drift_mps = x.clock[1];
-  // The attitude's error turns with the axes: body error = R_body_unit · unit error.
-  Eigen::Matrix<double, kSize, kSize> turn = Eigen::Matrix<double, kSize, kSize>::Identity();
-  turn.block<3, 3>(kAttitude, kAttitude) = options_.q_body_imu.matrix();
-  e.covariance = turn * filter_.covariance().topLeftCorner<kSize, kSize>() * turn.transpose();
+  // The attitude error in body axes: R_body_unit · unit error.
+  Eigen::Matrix<double, kSize, kSize> rotation = Eigen::Matrix<double, kSize, kSize>::Identity();
+  rotation.block<3, 3>(kAttitude, kAttitude) = options_.q_body_imu.matrix();
+  e.covariance =
+      rotation * filter_.covariance().topLeftCorner<kSize, kSize>() * rotation.transpose();
   return e;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// The filter and all that it remembers between measurements, as one value that can be copied: a
-// late measurement goes back to a copy and lives the time since again.
+// The filter with all its memory as one copyable value, so that late measurements are processed by
+// replay from a copy.
 
 #include <array>
 #include <optional>
@@ -17,8 +17,8 @@
 
 namespace wayfare::nav {
 
-/// What the engine tells about: nothing while it lives time again.
-struct Diary {
+/// Innovations and notices; closed during replay.
+struct EventLog {
   std::vector<InnovationRecord> innovations;
   std::vector<GnssInsNotice> notices;
   bool open = true;
@@ -37,31 +37,27 @@ class InsEngine {
 
   [[nodiscard]] LogTime time() const { return last_.time; }
   [[nodiscard]] const ImuSample& last_sample() const { return last_; }
-  /// To `sample`'s time; `in_gap`: readings between are missing.
-  void advance(const ImuSample& sample, bool in_gap, Diary& diary);
-  void apply(const RangeEpoch& epoch, Diary& diary);
-  void apply(const GnssFix& fix, Diary& diary);
+  /// Propagates to `sample`'s time; `in_gap`: readings in between are missing.
+  void advance(const ImuSample& sample, bool in_gap, EventLog& events);
+  void apply(const RangeEpoch& epoch, EventLog& events);
+  void apply(const GnssFix& fix, EventLog& events);
 
   [[nodiscard]] GnssInsEstimate estimate() const;
   [[nodiscard]] GnssInsPoint point() const;
-  /// Measurements have disagreed for so long that starting anew is better.
+  /// Measurements have been rejected for so long that the filter should be reinitialised.
   [[nodiscard]] bool lost() const { return lost_; }
 
  private:
-  /// Doubt: how long measurements of one kind have been refused.
-  struct Doubt {
-    std::optional<LogTime> since;
-  };
-
   void predict(const ImuInterval& imu, bool in_gap);
   void add_vibration(double dt_s);
-  void constrain(Diary& diary);
-  void hold_still(Diary& diary);
-  void hold_wheels(Diary& diary);
+  void constrain(EventLog& events);
+  void update_standstill(EventLog& events);
+  void update_non_holonomic(EventLog& events);
   void note_full_epoch();
-  void record(Diary& diary, InnovationRecord::Kind kind, SatelliteId id,
+  void record(EventLog& events, InnovationRecord::Kind kind, SatelliteId id,
               const ScalarUpdate<double>& u) const;
-  void reopen(Doubt& doubt, int accepted, int total, Diary& diary);
+  /// Inflates the covariance after long rejection; `since`: start of the rejections.
+  void reopen(std::optional<LogTime>& since, int accepted, int total, EventLog& events);
   [[nodiscard]] NavState nav() const;
 
   GnssInsOptions options_;
@@ -69,11 +65,11 @@ class InsEngine {
   ImuSample last_;
   RecentReadings recent_;
   ZeroVelocityDetector zero_velocity_;
-  std::optional<LogTime> last_hold_, last_full_epoch_;
+  std::optional<LogTime> last_constraint_, last_full_epoch_;
   double epoch_interval_s_ = 1.0;
   bool lost_ = false;
   ReceiverClocks clocks_;
-  Doubt range_doubt_, rate_doubt_;
+  std::optional<LogTime> ranges_rejected_since_, rates_rejected_since_;
 };
 
 }  // namespace wayfare::nav

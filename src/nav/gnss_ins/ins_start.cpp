@@ -5,18 +5,16 @@
 
 #include <Eigen/Cholesky>
 
+#include "nav/gnss_ins/receiver_clocks.hpp"
+
 namespace wayfare::nav {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// The Earth's rotation, which stays in the mean at rest, and what the engine's vibration leaves.
+/// Earth rate, which is part of the mean at rest, and residual engine vibration.
 constexpr double kBiasAtRestSigma_radps = 3e-4;
-
-bool usable(const CorrectedRange& s) {
-  return std::isfinite(s.range_m) && s.position_ecef_m.allFinite() && s.range_sigma_m > 0.0;
-}
 
 /// Position and one clock for each system.
 constexpr int kUnknowns = 3 + kGnssSystems;
@@ -39,8 +37,8 @@ Unknowns row_of(const CorrectedRange& s, const Vector3d& u) {
   return row;
 }
 
-/// Clocks of systems that are not there are held at zero.
-void hold_unseen(Normals& n) {
+/// Fixes the clocks of unobserved systems at zero.
+void fix_unobserved(Normals& n) {
   for (int i = 3; i < kUnknowns; ++i) {
     if (n.a(i, i) == 0.0) n.a(i, i) = 1.0;
   }
@@ -51,9 +49,7 @@ std::optional<Vector3d> solve_velocity(const RangeEpoch& epoch, const Vector3d& 
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
   int count = 0;
   for (const CorrectedRange& s : epoch.satellites) {
-    if (!usable(s) || !std::isfinite(s.range_rate_mps) || !s.velocity_ecef_mps.allFinite())
-      continue;
-    if (!(s.range_rate_sigma_mps > 0.0)) continue;
+    if (!has_range(s) || !has_rate(s)) continue;
     const Vector3d u = (s.position_ecef_m - position).normalized();
     const Eigen::Vector4d row(-u.x(), -u.y(), -u.z(), 1.0);
     const double weight = 1.0 / (s.range_rate_sigma_mps * s.range_rate_sigma_mps);
@@ -77,7 +73,7 @@ std::optional<RangeSolution> solve_ranges(const RangeEpoch& epoch) {
     Normals n;
     int count = 0;
     for (const CorrectedRange& s : epoch.satellites) {
-      if (!usable(s)) continue;
+      if (!has_range(s)) continue;
       const Vector3d to = s.position_ecef_m - r.position_ecef_m;
       const Unknowns row = row_of(s, to.normalized());
       const double residual = s.range_m - to.norm() - x[3 + static_cast<int>(s.satellite.system)];
@@ -85,7 +81,7 @@ std::optional<RangeSolution> solve_ranges(const RangeEpoch& epoch) {
       ++count;
     }
     if (count < 4) return std::nullopt;
-    hold_unseen(n);
+    fix_unobserved(n);
     const Eigen::LLT<Normal> llt(n.a);
     if (llt.info() != Eigen::Success) return std::nullopt;
     const Unknowns step = llt.solve(n.b);
@@ -110,7 +106,7 @@ void Starter::add(const ImuSample& sample) {
   if (dt > 1.0) recent_.forget();
   recent_.add(sample, std::min(dt, 1.0));
   last_ = sample;
-  // Satellites say that it stands; handled or boarded meanwhile, it would be shaken.
+  // Standing by GNSS velocity, and not being handled or boarded.
   if (!standing_ || !recent_.full() || recent_.force_spread_mps2() > 0.3) return;
   standing_rate_sum_ += sample.angular_rate_radps;
   standing_s_ += std::min(dt, 1.0);
@@ -122,24 +118,24 @@ std::optional<GnssInsStart> Starter::add(const RangeEpoch& epoch) {
   if (!solved || !solved->has_velocity) return std::nullopt;
   const Geodetic antenna = geodetic_from_ecef(solved->position_ecef_m);
   const Vector3d v = rotation_ecef_ned(antenna).transpose() * solved->velocity_ecef_mps;
-  return consider(epoch.time, antenna, v, std::max(3.0, 2.0 * solved->position_sigma_m));
+  return try_start(epoch.time, antenna, v, std::max(3.0, 2.0 * solved->position_sigma_m));
 }
 
 std::optional<GnssInsStart> Starter::add(const GnssFix& fix) {
   const double sigma = std::sqrt(fix.position_covariance_ned_m2.diagonal().maxCoeff());
   Vector3d v = fix.velocity_ned_mps.value_or(Vector3d::Zero());
-  return consider(fix.time, fix.position, v, std::max(0.5, 2.0 * sigma));
+  return try_start(fix.time, fix.position, v, std::max(0.5, 2.0 * sigma));
 }
 
-std::optional<GnssInsStart> Starter::consider(LogTime time, const Geodetic& antenna,
-                                              const Vector3d& v, double position_sigma_m) {
-  const std::optional<Seen> before = before_;
-  before_ = Seen{time, v};
+std::optional<GnssInsStart> Starter::try_start(LogTime time, const Geodetic& antenna,
+                                               const Vector3d& v, double position_sigma_m) {
+  const std::optional<VelocityFix> before = before_;
+  before_ = VelocityFix{time, v};
   standing_ = v.norm() < 0.3;
   const double speed = std::hypot(v.x(), v.y());
   if (!recent_.full() || speed < options_.start_speed_mps || speed > 200.0) return std::nullopt;
   if (!last_ || std::abs(to_seconds(time - last_->time)) > 1.0) return std::nullopt;
-  // Two velocities in a row must agree, so that one bad epoch starts nothing.
+  // Two consecutive velocities must agree, so that one bad epoch does not start the filter.
   if (!before) return std::nullopt;
   const double dt = to_seconds(time - before->time);
   if (dt <= 0.0 || dt > 2.5) return std::nullopt;
@@ -157,11 +153,13 @@ std::optional<GnssInsStart> Starter::consider(LogTime time, const Geodetic& ante
   const double down = std::sin(roll) * measured.y() + std::cos(roll) * measured.z();
   const double pitch =
       wrap_to_pi(std::atan2(force.x(), force.z()) - std::atan2(measured.x(), down));
-  const auto turn = [](int axis, double angle) { return SO3d::exp(angle * Vector3d::Unit(axis)); };
+  const auto rotation = [](int axis, double angle) {
+    return SO3d::exp(angle * Vector3d::Unit(axis));
+  };
 
   GnssInsStart start;
   start.nav.time = time;
-  start.nav.q_nb = turn(2, heading) * turn(1, pitch) * turn(0, roll);
+  start.nav.q_nb = rotation(2, heading) * rotation(1, pitch) * rotation(0, roll);
   start.nav.velocity_ned_mps = v;
   start.nav.position = geodetic_from_ned(-(start.nav.q_nb * options_.antenna_lever_arm_m), antenna);
   start.position_sigma_m = position_sigma_m;

@@ -8,7 +8,7 @@
 
 namespace wayfare::nav {
 
-/// Where an antenna is and how it moves, by least squares on one epoch alone.
+/// Antenna position and velocity by least squares on one epoch.
 struct RangeSolution {
   Eigen::Vector3d position_ecef_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
@@ -16,11 +16,10 @@ struct RangeSolution {
   double position_sigma_m = 0.0;  ///< the worst axis
 };
 
-/// Nothing where too few ranges are there or they do not agree.
+/// None for too few or inconsistent ranges.
 [[nodiscard]] std::optional<RangeSolution> solve_ranges(const RangeEpoch& epoch);
 
-/// Waits for all that a start needs: a position, a velocity that tells the heading, readings that
-/// tell the level.
+/// Collects the initial state: position, heading from velocity, tilt from inertial readings.
 class Starter {
  public:
   explicit Starter(const GnssInsOptions& options) : options_(options) {}
@@ -30,19 +29,19 @@ class Starter {
   [[nodiscard]] std::optional<GnssInsStart> add(const GnssFix& fix);
 
  private:
-  struct Seen {
+  struct VelocityFix {
     LogTime time;
     Eigen::Vector3d velocity_ned_mps;
   };
-  [[nodiscard]] std::optional<GnssInsStart> consider(LogTime time, const Geodetic& antenna,
-                                                     const Eigen::Vector3d& velocity_ned_mps,
-                                                     double position_sigma_m);
+  [[nodiscard]] std::optional<GnssInsStart> try_start(LogTime time, const Geodetic& antenna,
+                                                      const Eigen::Vector3d& velocity_ned_mps,
+                                                      double position_sigma_m);
 
   GnssInsOptions options_;
   RecentReadings recent_;
   std::optional<ImuSample> last_;
-  std::optional<Seen> before_;
-  bool standing_ = false;  ///< so say the newest satellites
+  std::optional<VelocityFix> before_;
+  bool standing_ = false;  ///< by the latest GNSS velocity
   Eigen::Vector3d standing_rate_sum_ = Eigen::Vector3d::Zero();
   int standing_count_ = 0;
   double standing_s_ = 0.0;

@@ -5,8 +5,7 @@
 
 namespace wayfare::nav {
 
-/// Whether a measurement could have been made at all: finite, and no more than a sensor of this
-/// kind can tell.
+/// Whether a measurement is finite and within the range of any sensor of its kind.
 [[nodiscard]] bool plausible(const ImuSample& s);
 [[nodiscard]] bool plausible(const RangeEpoch& e);
 [[nodiscard]] bool plausible(const GnssFix& f);

@@ -15,7 +15,7 @@ double median(std::vector<double> v) {
   return *middle;
 }
 
-double spread_about(const std::vector<double>& v, double centre) {
+double robust_sigma(const std::vector<double>& v, double centre) {
   std::vector<double> d;
   for (double x : v) d.push_back(std::abs(x - centre));
   return 1.4826 * median(d);
@@ -28,7 +28,7 @@ RangeEpoch of_system(const RangeEpoch& epoch, GnssSystem system) {
   return own;
 }
 
-/// Of the measurements that `usable` lets through, as `model_of` predicts them.
+/// Innovations and their sigmas of the usable measurements.
 template <class Residuals, class Usable, class ModelOf>
 Residuals residuals(const InsRangeFilter& filter, const RangeEpoch& epoch, const Usable& usable,
                     const ModelOf& model_of) {
@@ -43,7 +43,7 @@ Residuals residuals(const InsRangeFilter& filter, const RangeEpoch& epoch, const
   return r;
 }
 
-/// Adds `step` to clock `i` of the state, of which nothing is known but `variance`.
+/// Adds `step` to clock `i` of the state and resets its variance.
 void restart(InsRangeFilter& filter, int i, double step, double variance) {
   InsRangeFilter::State x = filter.state();
   x.clock[i] += step;
@@ -73,16 +73,16 @@ ReceiverClocks::Residuals ReceiverClocks::rates(const InsRangeFilter& filter,
   });
 }
 
-bool ReceiverClocks::prepare(InsRangeFilter& filter, const RangeEpoch& epoch, std::string& said) {
+bool ReceiverClocks::prepare(InsRangeFilter& filter, const RangeEpoch& epoch, std::string& notice) {
   if (!known_) {
     set(filter, epoch);
     if (!known_) return false;
-    said = "receiver clock set from the first ranges";
+    notice = "receiver clock set from the first ranges";
   }
-  meet_new_systems(filter, epoch);
-  const double jump_m = mend_jump(filter, epoch);
+  add_new_systems(filter, epoch);
+  const double jump_m = correct_jump(filter, epoch);
   if (jump_m != 0.0)
-    said = "receiver clock jumped by " + std::to_string(std::llround(jump_m)) + " m";
+    notice = "receiver clock jumped by " + std::to_string(std::llround(jump_m)) + " m";
   return true;
 }
 
@@ -101,26 +101,26 @@ void ReceiverClocks::set(InsRangeFilter& filter, const RangeEpoch& epoch) {
   const bool drifts = !rate.innovation.empty();
   restart(filter, 1, drifts ? median(rate.innovation) : 0.0, drifts ? 1e2 : 1e6);
   known_ = true;
-  met_ = {};
-  met(reference_) = true;
+  initialised_ = {};
+  initialised(reference_) = true;
 }
 
-void ReceiverClocks::meet_new_systems(InsRangeFilter& filter, const RangeEpoch& epoch) {
+void ReceiverClocks::add_new_systems(InsRangeFilter& filter, const RangeEpoch& epoch) {
   for (int i = 0; i < kGnssSystems; ++i) {
     const auto system = static_cast<GnssSystem>(i);
-    if (met(system)) continue;
+    if (initialised(system)) continue;
     const Residuals range = ranges(filter, of_system(epoch, system));
     if (range.innovation.empty()) continue;
     restart(filter, 2 + offset_of(system), median(range.innovation), kUnknownClock_m2);
-    met(system) = true;
+    initialised(system) = true;
   }
 }
 
-double ReceiverClocks::mend_jump(InsRangeFilter& filter, const RangeEpoch& epoch) const {
+double ReceiverClocks::correct_jump(InsRangeFilter& filter, const RangeEpoch& epoch) const {
   const Residuals range = ranges(filter, epoch);
   if (range.innovation.empty()) return 0.0;
   const double shift = median(range.innovation), sigma = median(range.sigma);
-  const double scatter = spread_about(range.innovation, shift);
+  const double scatter = robust_sigma(range.innovation, shift);
   const double whole = std::round(shift / kLightMillisecond_m) * kLightMillisecond_m;
   const bool millisecond =
       whole != 0.0 && std::abs(shift - whole) < std::max(100.0, gate_sigma_ * sigma);

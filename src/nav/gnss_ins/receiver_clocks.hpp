@@ -1,7 +1,7 @@
 #pragma once
 
-// What is known of the receiver's clocks: which satellite system keeps the time, which others have
-// been met, and whether it has jumped.
+// Receiver clock handling: reference system, initialisation of the other systems' offsets, and
+// clock jumps.
 
 #include <array>
 #include <cmath>
@@ -29,11 +29,11 @@ class ReceiverClocks {
   ReceiverClocks(double range_sigma_scale, double gate_sigma)
       : sigma_scale_(range_sigma_scale), gate_sigma_(gate_sigma) {}
 
-  /// Makes the filter ready for the ranges of an epoch. False where no clock can be known yet;
-  /// `said` is what there is to tell, or empty.
-  [[nodiscard]] bool prepare(InsRangeFilter& filter, const RangeEpoch& epoch, std::string& said);
+  /// Initialises the filter's clocks for the ranges of an epoch. False if no clock can be
+  /// determined yet; `notice` is set on events.
+  [[nodiscard]] bool prepare(InsRangeFilter& filter, const RangeEpoch& epoch, std::string& notice);
 
-  /// Which further clock of the filter a system has; −1 for the one that keeps the time.
+  /// Index of a system's clock offset; −1 for the reference system.
   [[nodiscard]] int offset_of(GnssSystem system) const;
   [[nodiscard]] double range_sigma_m(const CorrectedRange& s) const {
     return s.range_sigma_m * sigma_scale_;
@@ -43,23 +43,25 @@ class ReceiverClocks {
   }
 
  private:
-  /// Where measurements stand against their prediction before any of them is used.
+  /// Innovations before any update.
   struct Residuals {
     std::vector<double> innovation, sigma;
   };
 
   void set(InsRangeFilter& filter, const RangeEpoch& epoch);
-  void meet_new_systems(InsRangeFilter& filter, const RangeEpoch& epoch);
-  /// By how much, or zero.
-  double mend_jump(InsRangeFilter& filter, const RangeEpoch& epoch) const;
+  void add_new_systems(InsRangeFilter& filter, const RangeEpoch& epoch);
+  /// Returns the jump, or zero.
+  double correct_jump(InsRangeFilter& filter, const RangeEpoch& epoch) const;
   [[nodiscard]] Residuals ranges(const InsRangeFilter& filter, const RangeEpoch& epoch) const;
   [[nodiscard]] Residuals rates(const InsRangeFilter& filter, const RangeEpoch& epoch) const;
-  [[nodiscard]] bool& met(GnssSystem system) { return met_[static_cast<std::size_t>(system)]; }
+  [[nodiscard]] bool& initialised(GnssSystem system) {
+    return initialised_[static_cast<std::size_t>(system)];
+  }
 
   double sigma_scale_, gate_sigma_;
   bool known_ = false;
   GnssSystem reference_ = GnssSystem::gps;
-  std::array<bool, kGnssSystems> met_{};
+  std::array<bool, kGnssSystems> initialised_{};
 };
 
 }  // namespace wayfare::nav

@@ -8,19 +8,19 @@
 
 namespace wayfare::nav {
 
-/// Mean and spread of the newest second or so of a unit's readings, fading exponentially.
+/// Exponential mean and deviation of about the last second of readings.
 class RecentReadings {
  public:
   void add(const ImuSample& s, double dt_s) {
-    const double keep = std::exp(-dt_s / kMemory_s), take = 1.0 - keep;
+    const double decay = std::exp(-dt_s / kMemory_s), gain = 1.0 - decay;
     if (seen_s_ > 0.0) {
       const Eigen::Vector3d step = s.angular_rate_radps - newest_rate_;
-      vibration_ += take * (0.5 * step.cwiseAbs2() - vibration_);
+      vibration_ += gain * (0.5 * step.cwiseAbs2() - vibration_);
     }
     newest_rate_ = s.angular_rate_radps;
     seen_s_ += dt_s;
-    blend(s.angular_rate_radps, keep, take, rate_, rate_variance_);
-    blend(s.specific_force_mps2, keep, take, force_, force_variance_);
+    blend(s.angular_rate_radps, decay, gain, rate_, rate_variance_);
+    blend(s.specific_force_mps2, decay, gain, force_, force_variance_);
   }
   void forget() { *this = RecentReadings(); }
 
@@ -30,19 +30,19 @@ class RecentReadings {
   /// Of the three axes together.
   [[nodiscard]] double rate_spread_radps() const { return std::sqrt(rate_variance_); }
   [[nodiscard]] double force_spread_mps2() const { return std::sqrt(force_variance_); }
-  /// Variance of each gyro from one reading to the next, (rad/s)²: noise and vibration without
-  /// the vehicle's turns.
-  [[nodiscard]] const Eigen::Vector3d& shake_radps2() const { return vibration_; }
+  /// Sample-to-sample variance of each gyro, (rad/s)²: noise and vibration without the vehicle's
+  /// rotation.
+  [[nodiscard]] const Eigen::Vector3d& vibration_radps2() const { return vibration_; }
 
  private:
   static constexpr double kMemory_s = 0.5;
 
-  void blend(const Eigen::Vector3d& x, double keep, double take, Eigen::Vector3d& mean,
+  void blend(const Eigen::Vector3d& x, double decay, double gain, Eigen::Vector3d& mean,
              double& variance) const {
     if (seen_s_ == 0.0) mean = x;
     const Eigen::Vector3d d = x - mean;
-    mean += take * d;
-    variance = keep * (variance + take * d.squaredNorm());
+    mean += gain * d;
+    variance = decay * (variance + gain * d.squaredNorm());
   }
 
   double seen_s_ = 0.0;

@@ -9,7 +9,7 @@
 namespace wayfare {
 namespace {
 
-/// Feeds a recording to a filter in the order in which it arrived.
+/// Feeds a recording to a filter in order of arrival.
 struct Replay {
   const GnssInsRecording& recording;
   GnssIns filter;
@@ -20,7 +20,7 @@ struct Replay {
   void step(const ImuSample& s) {
     feed(recording.ranges, ranges, s.time + imu_offset);
     feed(recording.fixes, fixes, s.time + imu_offset);
-    const bool used = tell(s.time + imu_offset, filter.add(s));
+    const bool used = report(s.time + imu_offset, filter.add(s));
     if (used && filter.started()) result.points.push_back(filter.point());
   }
 
@@ -36,9 +36,9 @@ struct Replay {
   template <class Gnss>
   void feed(const std::vector<Gnss>& all, std::size_t& next, LogTime until) {
     for (; next < all.size() && all[next].time <= until; ++next)
-      tell(all[next].time, filter.add(all[next]));
+      report(all[next].time, filter.add(all[next]));
   }
-  bool tell(LogTime time, const Result<void>& r) {
+  bool report(LogTime time, const Result<void>& r) {
     if (!r) result.notices.push_back({time, r.error().message});
     return r.has_value();
   }
@@ -64,9 +64,9 @@ Result<GnssInsResult> run_gnss_ins(const GnssInsRecording& recording, const Gnss
   GnssInsResult result = replay.finish();
   if (progress) progress(1.0);
   if (result.points.empty())
-    return Error{ErrorCode::degenerate,
-                 "inertial navigation never started: it needs a position, and a velocity that "
-                 "tells the heading"};
+    return Error{
+        ErrorCode::degenerate,
+        "inertial navigation never started: it needs a position, and a velocity for the heading"};
   return result;
 }
 

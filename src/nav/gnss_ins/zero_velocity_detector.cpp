@@ -10,8 +10,8 @@ void ZeroVelocityDetector::learn(const RecentReadings& recent, double speed_mps)
 }
 
 bool ZeroVelocityDetector::calm(const RecentReadings& recent, const Motion& motion) const {
-  // Next to nothing, or less than a third of what it feels under way; engines shake the gyros by
-  // some 0.2 rad/s for each m/s².
+  // Below a third of the vibration in motion, within limits; engines vibrate the gyros by some 0.2
+  // rad/s per m/s².
   const double force = std::clamp(0.3 * moving_spread_mps2_, 0.15, 0.4);
   return recent.full() && recent.force_spread_mps2() < force &&
          recent.rate_spread_radps() < 0.2 * force &&
@@ -19,16 +19,16 @@ bool ZeroVelocityDetector::calm(const RecentReadings& recent, const Motion& moti
 }
 
 double ZeroVelocityDetector::speed_limit(const RecentReadings& recent, const Motion& motion) const {
-  // A smooth ride may feel like a stop. Where this vehicle has been felt to shake as it moves, its
-  // calm is believed against a velocity that is less sure; else only next to none.
-  const bool shakes = recent.force_spread_mps2() < 0.5 * moving_spread_mps2_;
-  return shakes ? std::clamp(3.0 * motion.speed_sigma_mps, 0.3, 3.0) : 0.3;
+  // A smooth ride resembles a stop. With a known vibration in motion, calm is accepted at less
+  // certain velocities; else only at almost zero.
+  const bool vibrates_in_motion = recent.force_spread_mps2() < 0.5 * moving_spread_mps2_;
+  return vibrates_in_motion ? std::clamp(3.0 * motion.speed_sigma_mps, 0.3, 3.0) : 0.3;
 }
 
 bool ZeroVelocityDetector::update(LogTime now, const RecentReadings& recent, const Motion& motion) {
-  // A gentle start neither shakes nor turns the unit; what it feels changes all the same.
-  const bool pushed = since_ && (recent.mean_force_mps2() - force_mps2_).norm() > 0.08;
-  if (pushed || !calm(recent, motion) || motion.speed_mps > speed_limit(recent, motion)) {
+  // A gentle start causes neither vibration nor rotation, but changes the mean force.
+  const bool force_changed = since_ && (recent.mean_force_mps2() - force_mps2_).norm() > 0.08;
+  if (force_changed || !calm(recent, motion) || motion.speed_mps > speed_limit(recent, motion)) {
     since_.reset();
     return false;
   }

@@ -10,8 +10,8 @@
 
 namespace wayfare::nav {
 
-/// Tells from an inertial unit whether its vehicle stands. How much it is shaken under way is
-/// learnt, since an engine idling in one car shakes as much as a smooth ride in another.
+/// Detects standstill of a vehicle from inertial readings. Learns the vibration level in motion,
+/// since an idling engine in one car vibrates as much as a smooth ride in another.
 class ZeroVelocityDetector {
  public:
   struct Motion {
@@ -19,9 +19,9 @@ class ZeroVelocityDetector {
     double speed_mps, speed_sigma_mps;
   };
 
-  /// While satellites tell the speed.
+  /// To call while the speed is known from satellites.
   void learn(const RecentReadings& recent, double speed_mps);
-  /// True where it has stood for half a second.
+  /// True after half a second of standstill.
   [[nodiscard]] bool update(LogTime now, const RecentReadings& recent, const Motion& motion);
   void forget() { since_.reset(); }
 
@@ -29,9 +29,9 @@ class ZeroVelocityDetector {
   [[nodiscard]] bool calm(const RecentReadings& recent, const Motion& motion) const;
   [[nodiscard]] double speed_limit(const RecentReadings& recent, const Motion& motion) const;
 
-  double moving_spread_mps2_ = 0.0;  ///< of the accelerometers under way; zero: not known
+  double moving_spread_mps2_ = 0.0;  ///< of the accelerometers in motion; zero: unknown
   std::optional<LogTime> since_;
-  Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Zero();  ///< felt when standing began
+  Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Zero();  ///< at the start of the standstill
 };
 
 }  // namespace wayfare::nav

@@ -133,7 +133,7 @@ class PedestrianSlam::Engine {
     return track.at(time).value_or(track.now());
   }
   [[nodiscard]] double rotation_since(const HeadingTrack::Sum& then, LogTime time) const {
-    return (rotation_at(time) - then).turn(pedestrian_.ahrs().gyro_bias_radps());
+    return (rotation_at(time) - then).rotation(pedestrian_.ahrs().gyro_bias_radps());
   }
   /// By the current estimate.
   [[nodiscard]] double heading_at(LogTime time) const {
@@ -145,7 +145,8 @@ class PedestrianSlam::Engine {
     const LocalPlacement& local = slam_.local();
     if (!options_.heading || !local.matched) return;
     const double prior = local.predicted_sigma[2];
-    const auto variance = map_heading_.tell(time, local.covariance(2, 2), prior * prior);
+    const auto variance =
+        map_heading_.independent_variance(time, local.covariance(2, 2), prior * prior);
     if (!variance) return;
     pedestrian_.add_heading(time, local.T_local_base.raw().heading(), *variance);
     read_heading();
@@ -158,7 +159,7 @@ class PedestrianSlam::Engine {
     const SE2d& T = local.T_local_base.raw();
     const SO2d to_map = T.rotation() * SO2d(Angle::radians(previous_->heading)).inverse();
     by_steps_ += to_map * increment_;
-    if (local.matched) feedback_.tell(time, T.translation(), by_steps_, local.openness == 0.0);
+    if (local.matched) feedback_.add(time, T.translation(), by_steps_, local.openness == 0.0);
   }
 
   void read_heading() {

@@ -1,4 +1,4 @@
-// What sensors do to a filter: it stays finite, comes back, and says what it refused.
+// Faulty readings: the filter stays finite, recovers, and reports what it rejected.
 
 #include <cmath>
 #include <functional>
@@ -40,8 +40,8 @@ struct Outcome {
   bool finite = true;
 };
 
-/// Runs the motion with each sample changed by `harm`, which may also leave it out.
-Outcome run_with(const std::function<bool(double, MargSample&)>& harm,
+/// Runs the motion with each sample modified by `corrupt`, which returns false to drop it.
+Outcome run_with(const std::function<bool(double, MargSample&)>& corrupt,
                  Motion motion = calm_motion(), const AhrsParameters& parameters = {}) {
   Ahrs<frame::Enu> ahrs(parameters);
   Outcome outcome;
@@ -49,7 +49,7 @@ Outcome run_with(const std::function<bool(double, MargSample&)>& harm,
   const auto n = motion.samples.size();
   for (std::size_t i = 0; i < n; ++i) {
     const double t = static_cast<double>(i) / kRate_hz;
-    if (!harm(t, motion.samples[i])) continue;
+    if (!corrupt(t, motion.samples[i])) continue;
     ahrs.add(motion.samples[i]);
     outcome.finite = outcome.finite && ahrs.q_world_body().quaternion().coeffs().allFinite() &&
                      ahrs.world_covariance().allFinite() && ahrs.gyro_bias_radps().allFinite();
@@ -63,22 +63,22 @@ Outcome run_with(const std::function<bool(double, MargSample&)>& harm,
 
 bool within(double t, double from, double to) { return t >= from && t < to; }
 
-TEST(AhrsBadInput, NothingWrongIsTheMeasure) {
+TEST(AhrsBadInput, BaselineWithoutFaults) {
   const Outcome o = run_with([](double, MargSample&) { return true; });
   EXPECT_TRUE(o.finite);
   EXPECT_LT(o.at_end_deg, 1.0);
   EXPECT_EQ(o.report.gyro.used, 9000U);
   EXPECT_EQ(o.report.magnetometer.disturbed, 0U);
-  EXPECT_EQ(o.report.restarts + o.report.levelled_anew + o.report.headings_taken, 0U);
+  EXPECT_EQ(o.report.restarts + o.report.level_resets + o.report.heading_resets, 0U);
 }
 
 TEST(AhrsBadInput, Dropouts) {
-  // Every sensor silent for 0.3 s, then for 5 s, in the middle of turning.
+  // All sensors silent for 0.3 s, then for 5 s, while turning.
   const Outcome o = run_with(
       [](double t, MargSample&) { return !within(t, 30.0, 30.3) && !within(t, 40.0, 45.0); });
   EXPECT_TRUE(o.finite);
   EXPECT_LT(o.at_end_deg, 2.0);
-  EXPECT_EQ(o.report.restarts, 1U);  // only the longer pause is one
+  EXPECT_EQ(o.report.restarts, 1U);  // only the longer gap
 }
 
 TEST(AhrsBadInput, OneSensorSilent) {
@@ -90,7 +90,7 @@ TEST(AhrsBadInput, OneSensorSilent) {
   };
   const Outcome gyro = silent(&MargSample::angular_rate_radps);
   EXPECT_EQ(gyro.report.gyro.missing, 1000U);
-  EXPECT_GT(gyro.report.accelerometer.waiting, 950U);  // nothing to relate them to
+  EXPECT_GT(gyro.report.accelerometer.waiting, 950U);  // no gyro reading near their time
   EXPECT_LT(gyro.at_end_deg, 2.0);
   const Outcome force = silent(&MargSample::specific_force_mps2);
   EXPECT_EQ(force.report.accelerometer.missing, 1000U);
@@ -102,7 +102,7 @@ TEST(AhrsBadInput, OneSensorSilent) {
 }
 
 TEST(AhrsBadInput, SaturatedSensors) {
-  // For 20 s the gyro cannot follow: three rad/s are read as two and a half.
+  // For 20 s the gyro saturates: 3 rad/s read as 2.5.
   MotionOptions fast;
   fast.rate_hz = kRate_hz;
   fast.duration_s = 90.0;
@@ -122,7 +122,7 @@ TEST(AhrsBadInput, SaturatedSensors) {
   EXPECT_LT(o.at_end_deg, 3.0);
 }
 
-TEST(AhrsBadInput, AbsurdNumbers) {
+TEST(AhrsBadInput, HugeNumbers) {
   const Outcome o = run_with([](double t, MargSample& s) {
     if (within(t, 30.0, 31.0)) s.angular_rate_radps.setConstant(1e30);
     if (within(t, 40.0, 41.0)) s.specific_force_mps2.setConstant(-1e300);
@@ -135,8 +135,8 @@ TEST(AhrsBadInput, AbsurdNumbers) {
   EXPECT_EQ(o.report.accelerometer.saturated, 100U);
 }
 
-TEST(AhrsBadInput, TimeGoesBack) {
-  // A sample out of order, a clock set back by a minute for good, and one stamped years ahead.
+TEST(AhrsBadInput, TimeStampsOutOfOrder) {
+  // A sample out of order, a clock set back by a minute permanently, and one stamped years ahead.
   const Outcome order = run_with([](double t, MargSample& s) {
     if (std::fmod(t, 1.0) < 0.005) s.time = s.time - std::chrono::milliseconds(25);
     return true;
@@ -163,8 +163,8 @@ TEST(AhrsBadInput, TimeGoesBack) {
   EXPECT_LT(ahead.at_end_deg, 2.0);
 }
 
-TEST(AhrsBadInput, AMagnetBroughtNear) {
-  // 60 µT of a magnet fixed to the body's surroundings for 20 s.
+TEST(AhrsBadInput, MagnetNearby) {
+  // A magnet's 60 µT, fixed to the surroundings, for 20 s.
   const Motion motion = calm_motion();
   Motion disturbed = motion;
   const Eigen::Vector3d magnet(60.0, 20.0, 30.0);
@@ -180,8 +180,8 @@ TEST(AhrsBadInput, AMagnetBroughtNear) {
   EXPECT_LT(o.at_end_deg, 1.5);
 }
 
-TEST(AhrsBadInput, ANewPlacesFieldIsLearned) {
-  // Indoors for good: another strength and dip, the same north.
+TEST(AhrsBadInput, LearnsAnotherField) {
+  // Indoors from then on: different strength and dip, same north.
   const Motion motion = calm_motion();
   const Outcome o = run_with(
       [&, i = std::size_t{0}](double t, MargSample& s) mutable {
@@ -196,7 +196,7 @@ TEST(AhrsBadInput, ANewPlacesFieldIsLearned) {
 }
 
 TEST(AhrsBadInput, FreeFallAndLanding) {
-  // Nothing to feel for 0.6 s, then a blow beyond the accelerometer's range.
+  // Zero specific force for 0.6 s, then a shock beyond the accelerometer's range.
   const Outcome o = run_with([](double t, MargSample& s) {
     if (within(t, 40.0, 40.6)) s.specific_force_mps2 *= 0.01;
     if (within(t, 40.6, 40.62)) s.specific_force_mps2.setConstant(156.96);
@@ -207,8 +207,8 @@ TEST(AhrsBadInput, FreeFallAndLanding) {
   EXPECT_LT(o.at_end_deg, 1.0);
 }
 
-TEST(AhrsBadInput, APhoneThrown) {
-  // In the air for 1 s and tumbling faster than the gyro can tell; caught and held otherwise.
+TEST(AhrsBadInput, ThrownPhone) {
+  // In the air for 1 s, tumbling beyond the gyro's range; caught in a different attitude.
   MotionOptions before, after;
   before.rate_hz = after.rate_hz = kRate_hz;
   before.duration_s = 20.0;
@@ -242,7 +242,7 @@ TEST(AhrsBadInput, APhoneThrown) {
   EXPECT_LT(o.at_end_deg, 3.0);
 }
 
-TEST(AhrsBadInput, WhateverComesItStaysFinite) {
+TEST(AhrsBadInput, StaysFiniteOnRandomInput) {
   Rng rng(5);
   Ahrs<frame::Ned, float> ahrs;
   LogTime time;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Trials of the BROAD recordings (Laidig et al. 2021), where they are.
+// Trials of the BROAD recordings (Laidig et al. 2021), if available.
 
 #include <cmath>
 #include <string>
@@ -15,7 +15,7 @@ namespace wayfare::testing {
 
 struct BroadTrial {
   MargRecording samples;
-  std::vector<SO3d> q_enu_body;  ///< the reference; identity where it is missing
+  std::vector<SO3d> q_enu_body;  ///< the reference; identity if missing
   std::vector<bool> counts;      ///< moving, and with a reference
 };
 
@@ -23,7 +23,7 @@ inline Result<BroadTrial> read_broad(const std::string& path) {
   const Result<io::FloatTable> table = io::read_float_table(path);
   if (!table) return table.error();
   if (table->columns != 14)
-    return Error{ErrorCode::invalid, "has other columns than a trial", path};
+    return Error{ErrorCode::invalid, "does not have the 14 columns of a trial", path};
   BroadTrial trial;
   for (std::size_t i = 0; i < table->rows(); ++i) {
     const auto r = table->row(i);
@@ -39,7 +39,7 @@ inline Result<BroadTrial> read_broad(const std::string& path) {
   return trial;
 }
 
-/// Root mean square over what counts.
+/// Root mean square over the samples that count.
 template <class Estimator>
 eval::AttitudeError broad_error(Estimator& estimator, const BroadTrial& trial) {
   const SO3d from_world = rotation_from_enu<typename Estimator::World, double>().inverse();

@@ -1,4 +1,4 @@
-// Real recordings with optical truth: BROAD (Laidig et al. 2021).
+// Recordings with optical ground truth: BROAD (Laidig et al. 2021).
 
 #include <array>
 #include <string>
@@ -13,8 +13,8 @@
 namespace wayfare {
 namespace {
 
-// The parameters' defaults were chosen on the first half; the magnetometer's delay was noticed on
-// all ten.
+// The default parameters were chosen on the first half; the magnetometer delay was found on all
+// ten.
 constexpr std::array<const char*, 5> kChosenOn = {
     "02_undisturbed_slow_rotation_B", "09_undisturbed_fast_rotation_with_breaks_B",
     "16_undisturbed_fast_translation_B", "21_undisturbed_fast_combined",
@@ -48,7 +48,7 @@ Eigen::Vector3d mean_error(const std::array<const char*, 5>& trials, double wors
   WAYFARE_NEEDS_RECORDING(broad, "ahrs/broad10_half/33_disturbed_attached_magnet_2cm.f32.gz")
 
 // The best filter published with one set of parameters (VQF, Laidig and Seel 2023) has 2.43° total,
-// 2.27° heading and 0.72° inclination over all thirty trials that are like these.
+// 2.27° heading and 0.72° inclination over all thirty comparable trials.
 TEST(AhrsBroad, BelowTheBestPublishedErrors) {
   WAYFARE_NEEDS_BROAD();
   const auto chosen = mean_error<Ahrs<frame::Enu>>(kChosenOn, 2.4);
@@ -57,7 +57,7 @@ TEST(AhrsBroad, BelowTheBestPublishedErrors) {
   EXPECT_LT(all[0], 2.1);
   EXPECT_LT(all[1], 1.9);
   EXPECT_LT(all[2], 0.72);
-  // Measured 1.16 / 1.01 / 0.52: what was not seen while choosing is not worse.
+  // Measured 1.16 / 1.01 / 0.52: the test trials are not worse.
   EXPECT_LT(tested[0], 1.4);
   EXPECT_LT(tested[1], 1.25);
   EXPECT_LT(tested[2], 0.6);
@@ -69,8 +69,8 @@ TEST(AhrsBroad, FloatIsAsGood) {
   EXPECT_LT(tested[0], 1.4);
 }
 
-// Published for their best common gains: Madgwick 4.88°, Mahony 8.18°. That ours come near says
-// that they are those filters, and that the errors are counted as they were there.
+// Published for their best common gains: Madgwick 4.88°, Mahony 8.18°. Agreement confirms the
+// implementations and the error measure.
 TEST(AhrsBroad, BaselinesHaveTheirPublishedErrors) {
   WAYFARE_NEEDS_BROAD();
   const auto madgwick = 0.5 * (mean_error<MadgwickAhrs<frame::Enu>>(kChosenOn, 15.0)[0] +

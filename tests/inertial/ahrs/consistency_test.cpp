@@ -1,4 +1,4 @@
-// On data that obeys the filter's model its uncertainty is its error's.
+// On data from the filter's model its covariance matches its errors.
 
 #include <cmath>
 
@@ -15,7 +15,7 @@ using testing::kDegree;
 using testing::Motion;
 using testing::MotionOptions;
 
-/// Parameters and a motion that has exactly these.
+/// Parameters and a motion with exactly these.
 struct Matched {
   AhrsParameters parameters;
   MotionOptions motion;
@@ -44,8 +44,8 @@ Matched matched(std::uint64_t seed) {
   o.seed = seed;
   Rng rng(seed + 100);
   o.bias_radps = testing::normal3(rng, p.bias_sigma);
-  o.rest_s = 0.05;  // for a start that is as level as the filter takes it for
-  // Level, so that an error of level is none of the heading, which the filter leaves out.
+  o.rest_s = 0.05;  // for an initial tilt within the filter's assumption
+  // Nearly horizontal: the filter neglects heading errors from tilt.
   o.field_enu_uT = {0.0, 40.0, -5.0};
   return m;
 }
@@ -59,7 +59,7 @@ TEST(AhrsConsistency, InnovationsHaveTheirVariance) {
     Ahrs<frame::Enu> ahrs(m.parameters);
     for (std::size_t i = 0; i < motion.samples.size(); ++i) {
       const MargUpdateStatus status = ahrs.add(motion.samples[i]);
-      if (i < 500) continue;  // ten seconds to settle
+      if (i < 500) continue;  // ten seconds to converge
       const auto nis = ahrs.nis();
       velocity += nis.velocity_east + nis.velocity_north;
       n_velocity += 2;
@@ -68,9 +68,8 @@ TEST(AhrsConsistency, InnovationsHaveTheirVariance) {
       ++n_heading;
     }
   }
-  // The sum of n squares of white standard normal numbers is χ² with n degrees of freedom: its mean
-  // is n and its standard deviation √(2n). n = 95 000 and 47 500; five deviations are 2.3 and 3.2
-  // %.
+  // χ² with n degrees of freedom has mean n and standard deviation √(2n). n = 95 000 and 47 500;
+  // five deviations are 2.3 and 3.2 %.
   ASSERT_GT(n_velocity, 90000);
   ASSERT_GT(n_heading, 45000);
   EXPECT_NEAR(velocity / n_velocity, 1.0, 5.0 * std::sqrt(2.0 / n_velocity));
@@ -96,7 +95,7 @@ TEST(AhrsConsistency, AttitudeErrorsHaveTheirCovariance) {
     }
   }
   // Three degrees of freedom each: χ² with 3·60 = 180 has 99.9 % of its values within 122 … 252;
-  // the start's reading of the magnetometer and the bias, which holds still, make it less free.
+  // the common initial heading and the constant bias correlate the samples.
   ASSERT_EQ(count, 60);
   EXPECT_GT(nees, 110.0);
   EXPECT_LT(nees, 280.0);
@@ -111,7 +110,7 @@ TEST(AhrsConsistency, BodyAndWorldCovarianceAreTheSame) {
   for (std::size_t i = 0; i < 2000; ++i) ned.add(motion.samples[i]), enu.add(motion.samples[i]);
   const Eigen::Matrix3d r = ned.q_world_body().matrix();
   EXPECT_LT((r * ned.body_covariance() * r.transpose() - ned.world_covariance()).norm(), 1e-15);
-  // North is the first axis of the one and the second of the other; the vertical is one.
+  // North is the first axis of NED and the second of ENU.
   EXPECT_NEAR(ned.world_covariance()(0, 0), enu.world_covariance()(1, 1), 1e-15);
   EXPECT_NEAR(ned.world_covariance()(2, 2), enu.world_covariance()(2, 2), 1e-15);
   EXPECT_NEAR(ned.world_covariance()(0, 2), -enu.world_covariance()(1, 2), 1e-15);
@@ -134,7 +133,7 @@ TEST(AhrsConsistency, BiasesConvergeAtRestAndInMotion) {
   }
 }
 
-TEST(AhrsConsistency, TheMagnetometersDelayIsFound) {
+TEST(AhrsConsistency, EstimatesTheMagnetometerDelay) {
   MotionOptions o = matched(6).motion;
   o.rate_hz = 100.0;
   o.heading_density = 0.0;
@@ -142,11 +141,11 @@ TEST(AhrsConsistency, TheMagnetometersDelayIsFound) {
   o.magnetometer_delay_s = 0.03;
   o.turn_radps = 2.0;
   const Motion motion = testing::simulate(o);
-  AhrsParameters seeing;
-  seeing.heading_density = 3.0 * kDegree;
-  AhrsParameters blind = seeing;
-  blind.magnetometer_delay_sigma_s = 0.0;
-  Ahrs<frame::Enu> with(seeing), without(blind);
+  AhrsParameters estimating;
+  estimating.heading_density = 3.0 * kDegree;
+  AhrsParameters fixed = estimating;
+  fixed.magnetometer_delay_sigma_s = 0.0;
+  Ahrs<frame::Enu> with(estimating), without(fixed);
   eval::AttitudeRmse error_with, error_without;
   for (std::size_t i = 0; i < motion.samples.size(); ++i) {
     with.add(motion.samples[i]), without.add(motion.samples[i]);

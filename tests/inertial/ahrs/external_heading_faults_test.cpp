@@ -1,4 +1,4 @@
-// Headings from outside that are wrong: refused and said so, and nothing is lost by them.
+// Wrong external headings: rejected and reported, without effect on the estimate.
 
 #include <cmath>
 #include <functional>
@@ -35,7 +35,7 @@ Motion slow_motion(double duration_s = 60.0) {
   return testing::simulate(o);
 }
 
-AhrsParameters by_outside() {
+AhrsParameters external_heading_only() {
   AhrsParameters p;
   p.use_magnetometer = false;
   p.heading_history_s = 1.0;
@@ -45,10 +45,10 @@ AhrsParameters by_outside() {
 /// Clockwise from north.
 double compass_of(const SO3d& q) { return compass_of_x<frame::Enu>(q).radians(); }
 
-/// A filter at the end of two seconds, its heading told.
+/// A filter after two seconds, its heading initialised.
 struct Started {
   Motion motion = slow_motion(2.0);
-  Ahrs<frame::Enu> ahrs{by_outside()};
+  Ahrs<frame::Enu> ahrs{external_heading_only()};
   LogTime now = motion.samples.back().time;
 
   Started() {
@@ -59,26 +59,26 @@ struct Started {
   }
 };
 
-TEST(ExternalHeadingFaults, WhatIsNoHeadingIsRefusedAndChangesNothing) {
+TEST(ExternalHeadingFaults, InvalidFixesAreRejectedWithoutEffect) {
   Started s;
   const auto q = s.ahrs.q_world_body().quaternion().coeffs();
   const Eigen::Matrix3d p = s.ahrs.world_covariance();
-  const auto tell = [&](double after_s, double degrees, double variance) {
+  const auto add = [&](double after_s, double degrees, double variance) {
     return s.ahrs.add_heading({s.now + from_seconds(after_s), Angle::degrees(degrees), variance});
   };
-  EXPECT_EQ(tell(0, kNan, kVariance), UpdateStatus::missing);
-  EXPECT_EQ(tell(0, kInf, kVariance), UpdateStatus::missing);
+  EXPECT_EQ(add(0, kNan, kVariance), UpdateStatus::missing);
+  EXPECT_EQ(add(0, kInf, kVariance), UpdateStatus::missing);
   for (const double variance : {kNan, kInf, 0.0, -1.0})
-    EXPECT_EQ(tell(0, 90, variance), UpdateStatus::missing);
-  EXPECT_EQ(tell(0.2, 90, kVariance), UpdateStatus::waiting);  // to come
-  EXPECT_EQ(tell(1e6, 90, kVariance), UpdateStatus::waiting);
-  EXPECT_EQ(tell(-1.2, 90, kVariance), UpdateStatus::late);  // too long past
-  EXPECT_EQ(tell(-1e6, 90, kVariance), UpdateStatus::late);
-  EXPECT_EQ(tell(-0.1, 90, kVariance), UpdateStatus::late);  // told before
-  EXPECT_EQ(tell(0, 150, kVariance), UpdateStatus::disturbed);
+    EXPECT_EQ(add(0, 90, variance), UpdateStatus::missing);
+  EXPECT_EQ(add(0.2, 90, kVariance), UpdateStatus::waiting);  // in the future
+  EXPECT_EQ(add(1e6, 90, kVariance), UpdateStatus::waiting);
+  EXPECT_EQ(add(-1.2, 90, kVariance), UpdateStatus::late);  // older than the history
+  EXPECT_EQ(add(-1e6, 90, kVariance), UpdateStatus::late);
+  EXPECT_EQ(add(-0.1, 90, kVariance), UpdateStatus::late);  // not after the previous fix
+  EXPECT_EQ(add(0, 150, kVariance), UpdateStatus::disturbed);
   EXPECT_EQ(s.ahrs.q_world_body().quaternion().coeffs(), q);
   EXPECT_EQ(s.ahrs.world_covariance(), p);
-  const SensorReport& r = s.ahrs.report().outside;
+  const SensorReport& r = s.ahrs.report().external;
   EXPECT_EQ(r.used, 1U);
   EXPECT_EQ(r.missing, 6U);
   EXPECT_EQ(r.waiting, 2U);
@@ -86,17 +86,17 @@ TEST(ExternalHeadingFaults, WhatIsNoHeadingIsRefusedAndChangesNothing) {
   EXPECT_EQ(r.disturbed, 1U);
 }
 
-TEST(ExternalHeadingFaults, NothingIsTakenBeforeThereIsAnAttitudeOrWhereNothingIsKept) {
-  Ahrs<frame::Enu> fresh(by_outside());
+TEST(ExternalHeadingFaults, WaitsWithoutAttitudeHistoryOrHeading) {
+  Ahrs<frame::Enu> fresh(external_heading_only());
   EXPECT_EQ(fresh.add_heading({LogTime(), Angle(), kVariance}), UpdateStatus::waiting);
-  AhrsParameters none = by_outside();
+  AhrsParameters none = external_heading_only();
   none.heading_history_s = 0.0;
-  Ahrs<frame::Enu> keeps_nothing(none);
+  Ahrs<frame::Enu> without_history(none);
   const Motion motion = slow_motion(2.0);
-  for (const MargSample& s : motion.samples) keeps_nothing.add(s);
-  EXPECT_EQ(keeps_nothing.add_heading({motion.samples.back().time, Angle(), kVariance}),
+  for (const MargSample& s : motion.samples) without_history.add(s);
+  EXPECT_EQ(without_history.add_heading({motion.samples.back().time, Angle(), kVariance}),
             UpdateStatus::waiting);
-  AhrsParameters upright = by_outside();
+  AhrsParameters upright = external_heading_only();
   upright.heading_axis = Eigen::Vector3d::UnitZ();
   Ahrs<frame::Enu> no_heading(upright);
   for (const MargSample& s : motion.samples) no_heading.add(s);
@@ -109,44 +109,45 @@ struct After {
   AhrsReport report;
 };
 
-/// A heading a second, each changed by `harm(second, rad)`.
-After run_with(const std::function<double(int, double)>& harm) {
+/// One heading per second, each modified by `corrupt(second, rad)`.
+After run_with(const std::function<double(int, double)>& corrupt) {
   const Motion motion = slow_motion();
-  Ahrs<frame::Enu> ahrs(by_outside());
+  Ahrs<frame::Enu> ahrs(external_heading_only());
   for (std::size_t i = 0; i < motion.samples.size(); ++i) {
     ahrs.add(motion.samples[i]);
     if (i % 100 != 50) continue;
-    const double told = harm(static_cast<int>(i / 100), compass_of(motion.q_enu_body[i]));
-    ahrs.add_heading({motion.samples[i].time, Angle::radians(told), kVariance});
+    const double heading = corrupt(static_cast<int>(i / 100), compass_of(motion.q_enu_body[i]));
+    ahrs.add_heading({motion.samples[i].time, Angle::radians(heading), kVariance});
   }
   const double off = compass_of(ahrs.q_world_body()) - compass_of(motion.q_enu_body.back());
   return {Angle::radians(wrap_to_pi(off)).degrees(), ahrs.report()};
 }
 
-TEST(ExternalHeadingFaults, OutliersAreRefused) {
+TEST(ExternalHeadingFaults, OutliersAreRejected) {
   Rng rng(1);
   const After a = run_with(
-      [&](int second, double told) { return second % 5 == 3 ? rng.uniform() * 6.28 : told; });
+      [&](int second, double heading) { return second % 5 == 3 ? rng.uniform() * 6.28 : heading; });
   EXPECT_LT(std::abs(a.off_deg), 1.0);
-  EXPECT_GE(a.report.outside.disturbed, 10U);
-  EXPECT_EQ(a.report.headings_taken, 0U);
+  EXPECT_GE(a.report.external.disturbed, 10U);
+  EXPECT_EQ(a.report.heading_resets, 0U);
 }
 
-TEST(ExternalHeadingFaults, WhatIsOffAlikeForLongIsRightAfterAll) {
-  const After a = run_with([](int second, double told) { return second < 30 ? told : told + 0.5; });
+TEST(ExternalHeadingFaults, ConsistentlyRejectedHeadingsResetTheHeading) {
+  const After a =
+      run_with([](int second, double heading) { return second < 30 ? heading : heading + 0.5; });
   EXPECT_NEAR(a.off_deg, 28.65, 1.0);
-  EXPECT_EQ(a.report.headings_taken, 1U);
-  EXPECT_NEAR(static_cast<double>(a.report.outside.disturbed), 10.0, 1.0);
+  EXPECT_EQ(a.report.heading_resets, 1U);
+  EXPECT_NEAR(static_cast<double>(a.report.external.disturbed), 10.0, 1.0);
   Rng rng(2);
-  const After b =
-      run_with([&](int second, double told) { return second < 30 ? told : rng.uniform() * 6.28; });
-  // Now and then one is within the gate, which after 30 s is 4·√(30·0.3² + 1²) = 7.7° wide.
+  const After b = run_with(
+      [&](int second, double heading) { return second < 30 ? heading : rng.uniform() * 6.28; });
+  // Some fall within the gate, which after 30 s is 4·√(30·0.3² + 1²) = 7.7° wide.
   EXPECT_LT(std::abs(b.off_deg), 10.0);
-  EXPECT_EQ(b.report.headings_taken, 0U);
+  EXPECT_EQ(b.report.heading_resets, 0U);
 }
 
-// A pause in which the gyro is silent: the heading begins anew, and is what is told next.
-TEST(ExternalHeadingFaults, AfterAPauseTheHeadingIsTakenAsItIs) {
+// After a gyro gap the next external heading initialises the heading.
+TEST(ExternalHeadingFaults, InitialisesTheHeadingAfterAGap) {
   Started s;
   const LogTime later = s.now + from_seconds(5.0);
   for (int i = 0; i < 20; ++i) {
@@ -161,9 +162,9 @@ TEST(ExternalHeadingFaults, AfterAPauseTheHeadingIsTakenAsItIs) {
   EXPECT_NEAR(compass_of(s.ahrs.q_world_body()), 10 * kDegree, 0.02 * kDegree);
 }
 
-TEST(ExternalHeadingFaults, WhateverIsToldItStaysFinite) {
+TEST(ExternalHeadingFaults, StaysFiniteOnRandomFixes) {
   Rng rng(5);
-  Ahrs<frame::Ned, float> ahrs(by_outside());
+  Ahrs<frame::Ned, float> ahrs(external_heading_only());
   const Motion motion = slow_motion(300.0);
   for (const MargSample& s : motion.samples) {
     ahrs.add(s);
@@ -175,58 +176,58 @@ TEST(ExternalHeadingFaults, WhateverIsToldItStaysFinite) {
     ASSERT_TRUE(ahrs.gyro_bias_radps().allFinite());
     ASSERT_GE(ahrs.world_covariance().diagonal().minCoeff(), 0.0F);
   }
-  EXPECT_GT(ahrs.report().outside.used, 100U);
+  EXPECT_GT(ahrs.report().external.used, 100U);
 }
 
-// The mean of n samples of a Gauss-Markov error has, for large n, the variance of the mean of white
-// ones (1 + ρ)/(1 − ρ) as large; and a match of which the prior has a part moves the less.
-TEST(MapHeading, TellsWhatIsNewsAtMostOnceASpacing) {
+// The mean of n samples of a Gauss-Markov error has, for large n, (1 + ρ)/(1 − ρ) times the
+// variance of the mean of white ones; a match correlated with its prior gets a larger variance.
+TEST(MapHeading, DecorrelatesMatchesAtTheSpacing) {
   const MapHeadingParameters p{
       .spacing_s = 1.0, .sigma = Angle::radians(0.01), .correlation_s = 5.0};
   MapHeading map(p);
   const double prior = 1e-2;
-  ASSERT_TRUE(map.tell(LogTime::from_seconds(1.0), 1e-9, prior));
-  EXPECT_FALSE(map.tell(LogTime::from_seconds(1.9), 1e-9, prior));
-  const auto told = map.tell(LogTime::from_seconds(2.0), 1e-9, prior);
-  ASSERT_TRUE(told);
+  ASSERT_TRUE(map.independent_variance(LogTime::from_seconds(1.0), 1e-9, prior));
+  EXPECT_FALSE(map.independent_variance(LogTime::from_seconds(1.9), 1e-9, prior));
+  const auto variance = map.independent_variance(LogTime::from_seconds(2.0), 1e-9, prior);
+  ASSERT_TRUE(variance);
   constexpr int n = 2000;
   double sum = 0.0;
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) sum += 1e-4 * std::exp(-std::abs(i - j) / p.correlation_s);
-  EXPECT_NEAR(*told / n, sum / n / n, 0.01 * *told / n);
-  const auto half =
-      map.tell(LogTime::from_seconds(3.0), prior / 3, prior);  // a quarter the prior's
-  EXPECT_NEAR(*half, (*told + prior / 3) / (0.75 * 0.75), 1e-6);
-  EXPECT_FALSE(map.tell(LogTime::from_seconds(5.0), 5.0 * prior, prior));
+  EXPECT_NEAR(*variance / n, sum / n / n, 0.01 * *variance / n);
+  const auto half = map.independent_variance(LogTime::from_seconds(3.0), prior / 3,
+                                             prior);  // a quarter the prior's
+  EXPECT_NEAR(*half, (*variance + prior / 3) / (0.75 * 0.75), 1e-6);
+  EXPECT_FALSE(map.independent_variance(LogTime::from_seconds(5.0), 5.0 * prior, prior));
   for (const double bad : {kNan, kInf, 0.0, -1.0}) {
-    EXPECT_FALSE(map.tell(LogTime::from_seconds(7.0), bad, prior));
-    EXPECT_FALSE(map.tell(LogTime::from_seconds(7.0), 1e-4, bad));
+    EXPECT_FALSE(map.independent_variance(LogTime::from_seconds(7.0), bad, prior));
+    EXPECT_FALSE(map.independent_variance(LogTime::from_seconds(7.0), 1e-4, bad));
   }
 }
 
-TEST(HeadingTrack, SumsBetweenReadingsAndALittleBeyond) {
+TEST(HeadingTrack, InterpolatesAndExtrapolatesBriefly) {
   HeadingTrack track(1.0);
   for (int i = 0; i <= 200; ++i) track.add(at(0.01 * i), {0.02, {0.0, 0.0, 0.01}, 1e-6});
   const auto then = track.at(at(1.505));
   ASSERT_TRUE(then);
   const HeadingTrack::Sum since = track.now() - *then;
-  EXPECT_NEAR(since.turned, 49.5 * 0.02, 1e-12);
-  EXPECT_NEAR(since.turn({0, 0, 0.5}), 49.5 * (0.02 - 0.005), 1e-12);
+  EXPECT_NEAR(since.angle, 49.5 * 0.02, 1e-12);
+  EXPECT_NEAR(since.rotation({0, 0, 0.5}), 49.5 * (0.02 - 0.005), 1e-12);
   EXPECT_NEAR(since.variance, 49.5e-6, 1e-15);
-  EXPECT_NEAR((*track.at(at(2.03)) - track.now()).turned, 3 * 0.02, 1e-12);
+  EXPECT_NEAR((*track.at(at(2.03)) - track.now()).angle, 3 * 0.02, 1e-12);
   EXPECT_FALSE(track.at(at(0.99)));
-  EXPECT_FALSE(track.to_come(at(0.99)));
+  EXPECT_FALSE(track.in_future(at(0.99)));
   EXPECT_FALSE(track.at(at(2.2)));
-  EXPECT_TRUE(track.to_come(at(2.2)));
+  EXPECT_TRUE(track.in_future(at(2.2)));
 }
 
-// At 5 kHz readings are kept at longer intervals, for the same time.
-TEST(HeadingTrack, KeepsItsTimeAtAnyRate) {
+// At 5 kHz entries are spaced further apart than the readings, for the same duration.
+TEST(HeadingTrack, KeepsItsDurationAtAnyRate) {
   HeadingTrack track(1.0);
   for (int i = 0; i <= 10000; ++i) track.add(at(0.0002 * i), {0.001, {0, 0, 0}, 0.0});
   for (double s = 1.001; s < 2.0; s += 0.0137) {
     ASSERT_TRUE(track.at(at(s))) << s;
-    EXPECT_NEAR((track.now() - *track.at(at(s))).turned, (2.0 - s) / 0.0002 * 0.001, 0.0011);
+    EXPECT_NEAR((track.now() - *track.at(at(s))).angle, (2.0 - s) / 0.0002 * 0.001, 0.0011);
   }
 }
 

@@ -1,5 +1,5 @@
-// Headings told from outside: the filter's algebra against a dense one that carries the past state
-// along, and what comes of them in simulation.
+// External headings: the filter's algebra against a dense filter with a cloned past state, and
+// consistency in simulation.
 
 #include <wayfare/inertial/detail/external_heading.hpp>
 
@@ -42,8 +42,8 @@ TEST(AxisHeading, RowIsTheNumericDerivative) {
       AxisHeading<double>::of(Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitZ()).level);
 }
 
-/// Nine states and, as the tenth, the heading's error at one time, all dense.
-struct Carried {
+/// Nine states and, as the tenth, the cloned heading error at the time of the fix, dense.
+struct Cloned {
   Eigen::Matrix<double, 10, 10> p = Eigen::Matrix<double, 10, 10>::Zero();
 
   void turn(const Eigen::Matrix3d& r, double dt, double angle, double bias) {
@@ -55,32 +55,32 @@ struct Carried {
   }
 };
 
-// A second of turning about the vertical after the time of the fix: without noise of the bias the
-// row of the bias and the noise in common are exact.
-TEST(ExternalHeading, ALateFixIsTheUpdateOfAFilterThatCarriesThePastStateAlong) {
+// One second of rotation about the vertical after the time of the fix: without bias noise the bias
+// row and the shared noise are exact.
+TEST(ExternalHeading, DelayedFixEqualsStochasticCloning) {
   for (const double bias_noise : {0.0, 1e-9}) {
     Rng rng(3);
     Eigen::Matrix<double, 9, 9> a;
     for (double& x : a.reshaped()) x = rng.normal();
-    Carried dense;
+    Cloned dense;
     dense.p.topLeftCorner<9, 9>() = 1e-3 * (a * a.transpose() + decltype(a)::Identity());
     AhrsParameters parameters;
     parameters.heading_history_s = 2.0;
-    ExternalHeading<double> outside(parameters);
+    ExternalHeading<double> external(parameters);
     Filter f;
     f.set_attitude(SO3d::exp({0.0, 0.0, 0.4}));
     for (int i = 0; i < 9; ++i)
       for (int j = 0; j < 9; ++j) f.covariance()(i, j) = dense.p(i, j);
     constexpr double dt = 0.01, noise = 2e-5;
-    double told = 0.0;
+    double heading = 0.0;
     for (int i = 0; i < 150; ++i) {
-      const auto begun = outside.begin_turn(f, dt, noise);
+      const auto begun = external.begin_turn(f, dt, noise);
       dense.turn(f.rotation(), dt, noise, bias_noise);
       f.turn({0.0, 0.0, 1.5}, dt, noise, bias_noise);
-      outside.end_turn(at(0.01 * i), begun, f);
+      external.end_turn(at(0.01 * i), begun, f);
       if (i != 49) continue;
-      const auto then = outside.now(f);
-      told = then.radians + 0.03;
+      const auto then = external.now(f);
+      heading = then.radians + 0.03;
       Eigen::Matrix<double, 10, 1> h = Eigen::Matrix<double, 10, 1>::Zero();
       h.head<3>() = then.row;
       dense.p.col(9).head<9>() = (dense.p * h).head<9>();
@@ -92,10 +92,10 @@ TEST(ExternalHeading, ALateFixIsTheUpdateOfAFilterThatCarriesThePastStateAlong) 
     const Eigen::Matrix<double, 9, 9> expected =
         (dense.p - gain * dense.p.row(9)).topLeftCorner<9, 9>();
     const SO3d before = f.q_enu_body();
-    const auto outcome =
-        outside.take(f, {at(0.49), Angle::radians(std::numbers::pi / 2 - told), variance}, true);
+    const auto outcome = external.update(
+        f, {at(0.49), Angle::radians(std::numbers::pi / 2 - heading), variance}, true);
     EXPECT_EQ(outcome.status, UpdateStatus::used);
-    // The row leaves out what noise of the bias in between does: 1e-9 of 1e-3.
+    // The row neglects the bias noise in between: 1e-9 of 1e-3.
     const double tolerance = bias_noise > 0 ? 1e-4 : 1e-9;
     EXPECT_LT((f.covariance().dense() - expected).norm(), tolerance * expected.norm());
     const Eigen::Vector3d moved = (f.q_enu_body() * before.inverse()).log();
@@ -104,16 +104,16 @@ TEST(ExternalHeading, ALateFixIsTheUpdateOfAFilterThatCarriesThePastStateAlong) 
   }
 }
 
-/// A motion with exactly the parameters' noise, and headings of it as late as is said.
-struct Told {
+/// A motion with exactly the parameters' noise, and delayed headings of it.
+struct Scenario {
   AhrsParameters parameters;
   MotionOptions motion;
   double delay_s = 0.15, sigma = 1.0 * kDegree, spacing_s = 1.0;
-  bool stamped_late = false;  // with the time they come at, as who knows no better does
+  bool stamped_late = false;  // with their time of arrival
 };
 
-Told matched(std::uint64_t seed) {
-  Told t;
+Scenario scenario(std::uint64_t seed) {
+  Scenario t;
   AhrsParameters& p = t.parameters;
   p.use_magnetometer = false;
   p.heading_history_s = 1.0;
@@ -143,9 +143,9 @@ double heading_of(const SO3d& q) {
   return AxisHeading<double>::of(q.matrix(), Eigen::Vector3d::UnitX()).radians;
 }
 
-/// Calls `after(ahrs, sample, intake of the fix or none)`.
+/// Calls `after(ahrs, sample, truth, status of the fix or none)`.
 template <class After>
-Ahrs<frame::Enu> run(const Told& t, After after) {
+Ahrs<frame::Enu> run(const Scenario& t, After after) {
   const Motion motion = testing::simulate(t.motion);
   Ahrs<frame::Enu> ahrs(t.parameters);
   Rng rng(t.motion.seed + 500);
@@ -155,10 +155,10 @@ Ahrs<frame::Enu> run(const Told& t, After after) {
     ahrs.add(motion.samples[i]);
     std::optional<UpdateStatus> status;
     if (i > late && i % every == 0) {
-      const double told = heading_of(motion.q_enu_body[i - late]) + t.sigma * rng.normal();
+      const double heading = heading_of(motion.q_enu_body[i - late]) + t.sigma * rng.normal();
       const LogTime time = motion.samples[t.stamped_late ? i : i - late].time;
-      status =
-          ahrs.add_heading({time, Angle::radians(std::numbers::pi / 2 - told), t.sigma * t.sigma});
+      status = ahrs.add_heading(
+          {time, Angle::radians(std::numbers::pi / 2 - heading), t.sigma * t.sigma});
     }
     after(ahrs, motion.samples[i], motion.q_enu_body[i], status);
   }
@@ -169,13 +169,13 @@ TEST(ExternalHeading, ErrorsAndInnovationsHaveTheirVariance) {
   double nis = 0.0, heading = 0.0, bias = 0.0;
   int n_nis = 0, n = 0, refused = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const Told t = matched(seed);
+    const Scenario t = scenario(seed);
     int count = 0;
     run(t, [&](const auto& ahrs, const MargSample&, const SO3d& truth, auto status) {
       if (!status) return;
       refused += *status == UpdateStatus::disturbed ? 1 : 0;
       if (++count < 10) return;
-      nis += ahrs.nis().outside;
+      nis += ahrs.nis().external;
       ++n_nis;
       if (count % 20 != 0) return;
       const double off = wrap_to_pi(heading_of(ahrs.q_world_body()) - heading_of(truth));
@@ -185,9 +185,9 @@ TEST(ExternalHeading, ErrorsAndInnovationsHaveTheirVariance) {
       ++n;
     });
   }
-  // Squares of n independent standard normal numbers: mean 1 ± √(2/n); 5 deviations of 2200 are
-  // 15 %. Headings 20 s apart are nearly independent (n = 100: 5 deviations are 0.7); the bias
-  // holds still, so that a seed counts once (n = 20: 4 deviations are 1.3).
+  // Mean square of n independent standard normal numbers: 1 ± √(2/n); for 2200, 5 deviations are 15
+  // %. Headings 20 s apart are nearly independent (n = 100: 5 deviations are 0.7); the bias is
+  // constant, so each seed counts once (n = 20: 4 deviations are 1.3).
   ASSERT_GT(n_nis, 2100);
   EXPECT_LE(refused, 2);  // four deviations are exceeded by 6 in 100 000: 0.15 of these
   EXPECT_NEAR(nis / n_nis, 1.0, 5 * std::sqrt(2.0 / n_nis));
@@ -197,38 +197,38 @@ TEST(ExternalHeading, ErrorsAndInnovationsHaveTheirVariance) {
   EXPECT_LT(bias / n, 2.3);
 }
 
-TEST(ExternalHeading, TellsTheGyrosBias) {
-  Told t = matched(4);
+TEST(ExternalHeading, EstimatesTheGyroBias) {
+  Scenario t = scenario(4);
   t.motion.bias_radps = {0.0, 0.0, 0.6 * kDegree};
-  // Who tilts to and fro finds it by gravity, who is shaken as hard as above by where that leads.
+  // No tilting and little acceleration, either of which makes the bias observable from gravity.
   t.motion.turn_radps = 0.0;
   t.motion.velocity_sigma = 0.05;
   t.motion.duration_s = 20.0;
   const auto none = [](auto&&...) {};
-  const auto told = run(t, none);
-  EXPECT_NEAR(told.gyro_bias_radps().z(), t.motion.bias_radps.z(), 0.25 * kDegree);
+  const auto with = run(t, none);
+  EXPECT_NEAR(with.gyro_bias_radps().z(), t.motion.bias_radps.z(), 0.25 * kDegree);
   // 20 headings of 1° and noise of 0.2°/√20: √(12/20³ + 0.2²/20) = 0.06°/s.
-  EXPECT_LT(told.gyro_bias_sigma_radps().z(), 0.1 * kDegree);
-  t.parameters.heading_history_s = 0.0;  // takes none
-  const auto alone = run(t, none);
-  EXPECT_GT(alone.gyro_bias_sigma_radps().z(), 0.25 * kDegree);
+  EXPECT_LT(with.gyro_bias_sigma_radps().z(), 0.1 * kDegree);
+  t.parameters.heading_history_s = 0.0;  // external headings unused
+  const auto without = run(t, none);
+  EXPECT_GT(without.gyro_bias_sigma_radps().z(), 0.25 * kDegree);
 }
 
-// Turning at up to 1 rad/s half a second is half a radian: stamped with its own time that costs
-// nothing, with that of its arrival it spoils the heading.
-TEST(ExternalHeading, DelayDoesNoHarmWhereTheStampIsTheHeadingsOwn) {
-  const auto rms = [](Told t) {
+// At 1 rad/s a delay of half a second is half a radian: harmless if stamped with the time of
+// validity, not with that of arrival.
+TEST(ExternalHeading, DelayIsHarmlessWithTheTimeOfValidity) {
+  const auto rms = [](Scenario t) {
     double squares = 0.0;
     int n = 0;
     run(t, [&](const auto& ahrs, const MargSample&, const SO3d& truth, auto) {
-      if (ahrs.report().outside.used < 10) return;
+      if (ahrs.report().external.used < 10) return;
       const double off = wrap_to_pi(heading_of(ahrs.q_world_body()) - heading_of(truth));
       squares += off * off;
       ++n;
     });
     return n > 0 ? std::sqrt(squares / n) : INFINITY;
   };
-  Told t = matched(6);
+  Scenario t = scenario(6);
   t.motion.turn_radps = 1.0;
   t.delay_s = 0.0;
   const double prompt = rms(t);
@@ -240,9 +240,9 @@ TEST(ExternalHeading, DelayDoesNoHarmWhereTheStampIsTheHeadingsOwn) {
   EXPECT_GT(rms(t), 5.0 * prompt);
 }
 
-TEST(ExternalHeading, SameReadingsSameBits) {
+TEST(ExternalHeading, IsDeterministic) {
   const auto none = [](auto&&...) {};
-  const auto a = run(matched(7), none), b = run(matched(7), none);
+  const auto a = run(scenario(7), none), b = run(scenario(7), none);
   EXPECT_EQ(a.q_world_body().quaternion().coeffs(), b.q_world_body().quaternion().coeffs());
   EXPECT_EQ(a.world_covariance(), b.world_covariance());
   EXPECT_EQ(a.gyro_bias_radps(), b.gyro_bias_radps());

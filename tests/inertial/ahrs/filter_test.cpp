@@ -1,4 +1,4 @@
-// The filter's linear algebra against plain dense matrices and numeric derivatives.
+// The filter's linear algebra against dense matrices and numeric derivatives.
 
 #include <wayfare/inertial/detail/ahrs_filter.hpp>
 
@@ -15,7 +15,7 @@ using State = Eigen::Matrix<double, 9, 1>;
 using Matrix = Eigen::Matrix<double, 9, 9>;
 using Vector = Eigen::Vector3d;
 
-/// The state with an error put on it, in the filter's own sense.
+/// The state with the filter's definition of its error.
 struct Nominal {
   SO3d q = SO3d::exp({0.3, -1.1, 2.0});
   Vector bias{0.01, -0.02, 0.03};
@@ -62,7 +62,7 @@ Matrix jacobian(const Nominal& x, Step step) {
   return j;
 }
 
-TEST(AhrsFilter, TurningCarriesTheCovarianceByTheNumericJacobian) {
+TEST(AhrsFilter, TurnPropagatesTheCovarianceByTheNumericJacobian) {
   Rng rng(1);
   const Nominal x;
   const Matrix p = random_covariance(rng);
@@ -77,12 +77,12 @@ TEST(AhrsFilter, TurningCarriesTheCovarianceByTheNumericJacobian) {
   Matrix expected = phi * p * phi.transpose();
   expected.diagonal().head<3>().array() += 0.25;
   expected.diagonal().segment<3>(3).array() += 0.5;
-  // The filter leaves out what is of second order in the turn of one step (2 mrad here).
+  // The filter neglects second-order terms of one step's rotation (2 mrad here).
   EXPECT_LT((f.covariance().dense() - expected).norm(), 1e-5 * expected.norm());
   EXPECT_LT((f.q_enu_body().minus(x.q * SO3d::exp((reading - x.bias) * dt))).norm(), 1e-12);
 }
 
-TEST(AhrsFilter, AccelerationCarriesTheCovarianceByTheNumericJacobian) {
+TEST(AhrsFilter, AccelerationPropagatesTheCovarianceByTheNumericJacobian) {
   Rng rng(2);
   const Nominal x;
   const Matrix p = random_covariance(rng);
@@ -100,7 +100,7 @@ TEST(AhrsFilter, AccelerationCarriesTheCovarianceByTheNumericJacobian) {
   EXPECT_LT((f.velocity() - x.velocity - (x.q * force).head<2>() * dt).norm(), 1e-12);
 }
 
-TEST(AhrsFilter, ObservationsAreTheKalmanUpdateOfAllAtOnce) {
+TEST(AhrsFilter, SequentialUpdatesEqualTheJointOne) {
   Rng rng(3);
   const Nominal x;
   const Matrix p = random_covariance(rng);
@@ -121,8 +121,8 @@ TEST(AhrsFilter, ObservationsAreTheKalmanUpdateOfAllAtOnce) {
 }
 
 TEST(AhrsFilter, GaussMarkovInnovationsAreWhiteAtAnyRate) {
-  // A process of the model, its acceleration known: the innovations have the variance the model
-  // says, and none of it is left from one to the next.
+  // A process of the model with known acceleration: the innovations are white with the model's
+  // variance.
   AhrsParameters parameters;
   parameters.velocity_time_s = 0.2;
   parameters.velocity_density = 0.5;
@@ -137,7 +137,7 @@ TEST(AhrsFilter, GaussMarkovInnovationsAreWhiteAtAnyRate) {
     constexpr int kSteps = 20000;
     for (int i = 0; i < kSteps; ++i) {
       const double next = phi * v + rng.normal(0.0, std::sqrt(sigma2 * (1.0 - phi * phi)));
-      const double white = next + model.reach() * (next - v) / dt;
+      const double white = next + model.acceleration_gain_s() * (next - v) / dt;
       squares += white * white, products += white * last;
       last = white, v = next;
     }

@@ -1,4 +1,4 @@
-// Estimators that run in a driver's callback must not wait for the heap.
+// Estimators that run in a driver's callback must not allocate.
 
 #include <cstddef>
 
@@ -22,7 +22,7 @@ std::size_t allocations_of(Estimator& estimator, const MargRecording& samples) {
   return allocations - before;
 }
 
-TEST(NoHeap, AttitudeAndWalkTakeNone) {
+TEST(NoHeap, AttitudeAndPedestrianAllocateNothing) {
   WAYFARE_NEEDS_COUNTED_HEAP();
   testing::MotionOptions o;
   o.duration_s = 30.0;

@@ -1,4 +1,4 @@
-// What must hold for every estimator of attitude.
+// Laws of every attitude estimator.
 
 #include <cmath>
 
@@ -24,8 +24,8 @@ using Estimators = ::testing::Types<Ahrs<frame::Enu, double>, Ahrs<frame::Ned, d
                                     MahonyAhrs<frame::Ned>, MahonyAhrs<frame::Enu, float>>;
 TYPED_TEST_SUITE(AttitudeLaws, Estimators);
 
-/// The filter with a model of the motion follows it better, and only it has no error of constant
-/// speed that jumps from side to side (Madgwick's does, by 2β·dt = 2.4 mrad here).
+/// Limits: the filter with a motion model is more accurate; Madgwick's correction of constant speed
+/// oscillates by 2β·dt = 2.4 mrad here.
 template <class E>
 struct Expected {
   static constexpr double kRmse_deg = 3.0, kSameness = 5e-3;
@@ -39,7 +39,7 @@ struct Expected<Ahrs<W, float>> {
   static constexpr double kRmse_deg = 1.0, kSameness = 2e-3;
 };
 
-/// In ENU and double, whatever the estimator speaks.
+/// In ENU and double for any estimator.
 template <class E>
 SO3d enu(const E& e) {
   return rotation_from_enu<typename E::World, double>().inverse() *
@@ -80,9 +80,9 @@ TYPED_TEST(AttitudeLaws, FollowsAKnownMotion) {
   EXPECT_LT(rmse.value().total.degrees(), Expected<TypeParam>::kRmse_deg);
 }
 
-TYPED_TEST(AttitudeLaws, SensorsTurnedOnTheBodyGiveTheSameBodyTurned) {
+TYPED_TEST(AttitudeLaws, IsEquivariantUnderSensorMounting) {
   MotionOptions o = noisy_motion();
-  o.rate_density = o.force_density = o.field_noise_uT = 0.0;  // noise does not turn along
+  o.rate_density = o.force_density = o.field_noise_uT = 0.0;  // noise is not rotated along
   const Motion straight = testing::simulate(o);
   o.q_body_sensor = SO3d::exp({0.4, 2.0, -1.3});
   const Motion turned = testing::simulate(o);
@@ -92,7 +92,7 @@ TYPED_TEST(AttitudeLaws, SensorsTurnedOnTheBodyGiveTheSameBodyTurned) {
     ASSERT_LT(qb[i].minus(qa[i] * o.q_body_sensor).norm(), Expected<TypeParam>::kSameness) << i;
 }
 
-TYPED_TEST(AttitudeLaws, NotANumberLeavesTheEstimateAsItWas) {
+TYPED_TEST(AttitudeLaws, NonFiniteReadingsLeaveTheEstimateUnchanged) {
   const Motion motion = testing::simulate(noisy_motion());
   TypeParam clean, dirty;
   for (std::size_t i = 0; i < motion.samples.size(); ++i) {
@@ -113,7 +113,7 @@ TYPED_TEST(AttitudeLaws, NotANumberLeavesTheEstimateAsItWas) {
   }
 }
 
-TYPED_TEST(AttitudeLaws, LateReadingsAreRefused) {
+TYPED_TEST(AttitudeLaws, LateReadingsAreRejected) {
   const Motion motion = testing::simulate(noisy_motion());
   TypeParam e;
   run(e, MargRecording(motion.samples.begin(), motion.samples.begin() + 100));

@@ -24,8 +24,8 @@ Eigen::Vector3d direction(Rng& rng) {
   return Eigen::Vector3d(x, y, rng.normal()).normalized();
 }
 
-/// Fields of 48 µT from all sides as a magnetometer with that iron about it reads them.
-Readings turned_about(std::size_t n, double noise_uT, std::uint64_t seed) {
+/// Readings of a 48 µT field in all directions with that hard and soft iron.
+Readings rotated_readings(std::size_t n, double noise_uT, std::uint64_t seed) {
   Rng rng(seed);
   Readings readings;
   for (std::size_t i = 0; i < n; ++i) {
@@ -38,7 +38,7 @@ Readings turned_about(std::size_t n, double noise_uT, std::uint64_t seed) {
 TEST(MagnetometerCalibration, FindsTheIronExactlyWithoutNoise) {
   MagnetometerCalibrationOptions options;
   options.field_uT = 48.0;
-  const auto c = calibrate_magnetometer(turned_about(200, 0.0, 1), options);
+  const auto c = calibrate_magnetometer(rotated_readings(200, 0.0, 1), options);
   ASSERT_TRUE(c) << c.error().to_string();
   EXPECT_LT((c->offset_uT - kOffset).norm(), 1e-8);
   EXPECT_LT((c->correction - kSoftIron.inverse()).norm(), 1e-9);
@@ -48,21 +48,21 @@ TEST(MagnetometerCalibration, FindsTheIronExactlyWithoutNoise) {
       1e-7);
 }
 
-TEST(MagnetometerCalibration, WithoutAFieldTheMeanStrengthStays) {
-  const auto c = calibrate_magnetometer(turned_about(200, 0.0, 2));
+TEST(MagnetometerCalibration, WithoutAFieldKeepsTheMeanStrength) {
+  const auto c = calibrate_magnetometer(rotated_readings(200, 0.0, 2));
   ASSERT_TRUE(c);
   EXPECT_NEAR(c->correction.determinant(), 1.0, 1e-9);
   EXPECT_NEAR(c->field_uT, 48.0 * std::cbrt(kSoftIron.determinant()), 1e-7);
 }
 
-TEST(MagnetometerCalibration, UncertaintyIsTheError) {
+TEST(MagnetometerCalibration, UncertaintyMatchesTheErrors) {
   MagnetometerCalibrationOptions options;
   options.field_uT = 48.0;
   double squares = 0.0;
   constexpr int kRuns = 60;
   for (int k = 0; k < kRuns; ++k) {
     const auto c = calibrate_magnetometer(
-        turned_about(300, 0.5, 100 + static_cast<std::uint64_t>(k)), options);
+        rotated_readings(300, 0.5, 100 + static_cast<std::uint64_t>(k)), options);
     ASSERT_TRUE(c);
     EXPECT_NEAR(c->residual_uT, 0.5, 0.12);
     squares += (c->offset_uT - kOffset).cwiseQuotient(c->offset_sigma_uT).squaredNorm();
@@ -71,12 +71,12 @@ TEST(MagnetometerCalibration, UncertaintyIsTheError) {
                    .cwiseQuotient(c->correction_sigma.diagonal())
                    .squaredNorm();
   }
-  // Six squares of standard normal numbers a run: mean 6, deviation of the mean √(12/60) = 0.45.
+  // χ² of 6 degrees of freedom per run: mean 6, deviation of the mean √(12/60) = 0.45.
   EXPECT_NEAR(squares / kRuns, 6.0, 1.8);
 }
 
-TEST(MagnetometerCalibration, ShrugsOffSomeDisturbedReadings) {
-  Readings readings = turned_about(400, 0.3, 3);
+TEST(MagnetometerCalibration, IsRobustAgainstOutliers) {
+  Readings readings = rotated_readings(400, 0.3, 3);
   Rng rng(4);
   for (std::size_t i = 0; i < readings.size(); i += 20) readings[i] += 40.0 * direction(rng);
   MagnetometerCalibrationOptions options;
@@ -86,15 +86,15 @@ TEST(MagnetometerCalibration, ShrugsOffSomeDisturbedReadings) {
   EXPECT_LT((c->offset_uT - kOffset).norm(), 0.5);
 }
 
-TEST(MagnetometerCalibration, RefusesTooLittleMotion) {
+TEST(MagnetometerCalibration, RejectsTooLittleRotation) {
   const auto message = [](const Readings& readings) {
     const auto c = calibrate_magnetometer(readings);
     return c ? std::string("calibrated") : c.error().message;
   };
   Rng rng(5);
   const Readings at_rest(5000, Eigen::Vector3d(20.0, 3.0, -40.0));
-  EXPECT_THAT(message(at_rest), HasSubstr("hardly turned"));
-  EXPECT_THAT(message({}), HasSubstr("hardly turned"));
+  EXPECT_THAT(message(at_rest), HasSubstr("hardly rotated"));
+  EXPECT_THAT(message({}), HasSubstr("hardly rotated"));
   Readings level, cap;
   for (int i = 0; i < 1000; ++i) {
     const double a = 0.3 * i;
@@ -106,11 +106,11 @@ TEST(MagnetometerCalibration, RefusesTooLittleMotion) {
                                          std::cos(tilt)) +
                   noise);
   }
-  EXPECT_THAT(message(level), HasSubstr("turn the sensor slowly through all orientations"));
-  EXPECT_THAT(message(cap), HasSubstr("turn the sensor slowly through all orientations"));
+  EXPECT_THAT(message(level), HasSubstr("rotate the sensor slowly through all orientations"));
+  EXPECT_THAT(message(cap), HasSubstr("rotate the sensor slowly through all orientations"));
 }
 
-TEST(MagnetometerCalibration, RefusesWhatIsNoEllipsoid) {
+TEST(MagnetometerCalibration, RejectsReadingsOffAnEllipsoid) {
   Rng rng(6);
   Readings junk;
   for (int i = 0; i < 1000; ++i) junk.push_back(50.0 * rng.uniform() * direction(rng));
@@ -119,8 +119,8 @@ TEST(MagnetometerCalibration, RefusesWhatIsNoEllipsoid) {
   EXPECT_FALSE(c.error().message.empty());
 }
 
-TEST(MagnetometerCalibration, MissingReadingsAreLeftOut) {
-  Readings readings = turned_about(300, 0.0, 7);
+TEST(MagnetometerCalibration, IgnoresMissingReadings) {
+  Readings readings = rotated_readings(300, 0.0, 7);
   for (std::size_t i = 0; i < readings.size(); i += 3)
     readings[i].setConstant(i % 2 == 0 ? std::nan("") : 0.0);
   const auto c = calibrate_magnetometer(readings);

@@ -1,6 +1,6 @@
 #pragma once
 
-// A simulated body that turns and moves, and what its sensors would say.
+// A simulated moving body and its sensor readings.
 
 #include <cmath>
 #include <numbers>
@@ -21,7 +21,7 @@ struct MotionOptions {
   double rate_hz = 100.0;
   double duration_s = 60.0;
   double rest_s = 0.0;          ///< at the start
-  double turn_radps = 1.0;      ///< amplitude of the turning about each axis
+  double turn_radps = 1.0;      ///< amplitude of the rate about each axis
   double velocity_sigma = 0.0;  ///< Gauss-Markov, m/s
   double velocity_time_s = 0.1;
   Eigen::Vector3d bias_radps = Eigen::Vector3d::Zero();
@@ -31,7 +31,7 @@ struct MotionOptions {
   double field_noise_uT = 0.0;
   double heading_density = 0.0;       ///< of the field's direction, rad·√s
   double magnetometer_delay_s = 0.0;  ///< a multiple of the period
-  SO3d q_body_sensor;                 ///< how the sensor sits on the body
+  SO3d q_body_sensor;                 ///< mounting of the sensor
   SO3d start = SO3d::exp({0.1, -0.2, 0.7});
   std::uint64_t seed = 1;
 };

@@ -1,4 +1,4 @@
-// Any rates, any frame, any precision, with and without magnetometer: the same attitude.
+// The attitude does not depend on sensor rates, frame, precision or use of the magnetometer.
 
 #include <algorithm>
 #include <cmath>
@@ -25,9 +25,9 @@ MotionOptions smooth_motion(double rate_hz) {
   return o;
 }
 
-TEST(AhrsRates, TheSameMotionAtAnotherRate) {
-  // Rates that are constant within a period differ from those within another by half a period of
-  // turning; with 0.8 rad/s and accelerations of 0.8·1.3 rad/s² that is below 0.1° from 50 Hz up.
+TEST(AhrsRates, SameMotionAtDifferentRates) {
+  // Piecewise constant rates at different periods differ by half a period of rotation; with 0.8
+  // rad/s and 0.8·1.3 rad/s² that is below 0.1° from 50 Hz up.
   for (const double rate_hz : {50.0, 100.0, 200.0, 800.0}) {
     const Motion motion = testing::simulate(smooth_motion(rate_hz));
     Ahrs<frame::Enu> ahrs;
@@ -42,14 +42,14 @@ TEST(AhrsRates, TheSameMotionAtAnotherRate) {
 }
 
 TEST(AhrsRates, UncertaintyDoesNotDependOnTheRate) {
-  // Densities, not variances a sample: after the same time at rest the same is known.
+  // Densities, not variances per sample: equal uncertainty after equal time at rest.
   Eigen::Vector3d sigma[2];
   for (const int k : {0, 1}) {
     MotionOptions o = smooth_motion(k == 0 ? 50.0 : 400.0);
     o.rest_s = 100.0;
     o.duration_s = 10.0;
     AhrsParameters p;
-    p.rest_time_s = 1e9;  // rest is looked for in steps of time, which do differ
+    p.rest_time_s = 1e9;  // disabled: rest is evaluated at discrete times, which differ
     Ahrs<frame::Enu> ahrs(p);
     for (const MargSample& s : testing::simulate(o).samples) ahrs.add(s);
     sigma[k] = ahrs.world_covariance().diagonal().cwiseSqrt();
@@ -57,7 +57,7 @@ TEST(AhrsRates, UncertaintyDoesNotDependOnTheRate) {
   EXPECT_LT(sigma[0].cwiseQuotient(sigma[1]).array().log().abs().maxCoeff(), 0.05);
 }
 
-TEST(AhrsRates, SensorsApartAndIrregular) {
+TEST(AhrsRates, SeparateIrregularSensors) {
   // Gyro at 200 Hz with jittering times, accelerometer near 67 Hz, magnetometer near 20 Hz.
   MotionOptions o = smooth_motion(1000.0);
   o.rate_density = 0.02 * kDegree;
@@ -99,7 +99,7 @@ TEST(AhrsRates, SensorsApartAndIrregular) {
   EXPECT_EQ(ahrs.report().gyro.late + ahrs.report().accelerometer.late, 0U);
 }
 
-TEST(AhrsRates, NedIsEnuTurned) {
+TEST(AhrsRates, NedAndEnuAgree) {
   const Motion motion = testing::simulate(smooth_motion(100.0));
   Ahrs<frame::Ned> ned;
   Ahrs<frame::Enu> enu;
@@ -127,7 +127,7 @@ TEST(AhrsRates, FloatStaysNearDouble) {
   EXPECT_LT(worst, 0.1 * kDegree);
 }
 
-TEST(AhrsRates, DeclinationTurnsMagneticToTrueNorth) {
+TEST(AhrsRates, DeclinationGivesTrueNorth) {
   MotionOptions o = smooth_motion(100.0);
   const SO3d east = SO3d::exp({0.0, 0.0, -10.0 * kDegree});  // clockwise
   o.field_enu_uT = east * o.field_enu_uT;

@@ -10,7 +10,7 @@
 
 namespace wayfare::align {
 
-/// Bias and delay as at the start.
+/// Resets bias and delay to their initial values.
 template <class T>
 void forget_bias(AhrsFilter<T>& filter, const AhrsParameters& p) {
   for (int i = 0; i < 3; ++i)
@@ -28,14 +28,14 @@ void forget_velocity(AhrsFilter<T>& filter, T variance) {
   filter.covariance().decouple(AhrsFilter<T>::kVelocity + 1, variance);
 }
 
-/// Turns the attitude by the shortest way so that `force` points up; the level is then known to
-/// `sigma`, and the heading less well by as much as the turn.
+/// Applies the smallest rotation that makes `force` point up. The tilt then has standard deviation
+/// `sigma`; the heading variance grows with the rotation angle.
 template <class T>
 void level(AhrsFilter<T>& filter, const Eigen::Matrix<T, 3, 1>& force, T sigma) {
   using Vector = Eigen::Matrix<T, 3, 1>;
-  const auto turn = SO3<T>::between(filter.rotation() * force, Vector::UnitZ());
-  filter.set_attitude(turn * filter.q_enu_body());
-  const T angle = turn.log().norm();
+  const auto rotation = SO3<T>::between(filter.rotation() * force, Vector::UnitZ());
+  filter.set_attitude(rotation * filter.q_enu_body());
+  const T angle = rotation.log().norm();
   auto& p = filter.covariance();
   const T heading = p(2, 2) + T(0.25) * angle * angle;
   p.decouple(0, sigma * sigma);
@@ -43,7 +43,8 @@ void level(AhrsFilter<T>& filter, const Eigen::Matrix<T, 3, 1>& force, T sigma) 
   p.decouple(2, heading);
 }
 
-/// Turns the attitude about the vertical, counter-clockwise, to a heading known to `sigma`.
+/// Rotates the attitude about the vertical by `angle`, counter-clockwise; the heading then has
+/// standard deviation `sigma`.
 template <class T>
 void turn_heading(AhrsFilter<T>& filter, T angle, T sigma) {
   filter.set_attitude(SO3<T>::exp({T(0), T(0), angle}) * filter.q_enu_body());

@@ -1,7 +1,6 @@
 #pragma once
 
-// The error-state Kalman filter inside the AHRS: nine states, their covariance, and the few
-// operations it is made of. World axes are east, north, up.
+// The error-state Kalman filter of the AHRS, nine states. World axes are east, north, up.
 
 #include <algorithm>
 #include <array>
@@ -14,16 +13,15 @@
 
 namespace wayfare {
 
-/// Attitude with its error as a rotation vector in *world* axes (true = exp(θ)·q), so that a
-/// heading error stays one whichever way the body turns; gyro bias; horizontal velocity; the delay
-/// of the magnetometer. The accelerometer is not taken for a plumb line but integrated: what the
-/// velocity may not do is what levels the attitude.
+/// States: attitude error as a rotation vector in *world* axes (true = exp(θ)·q), so that a heading
+/// error stays one under rotation; gyro bias; horizontal velocity; magnetometer delay. The
+/// accelerometer is integrated, and the bounded velocity levels the attitude.
 template <class T>
 class AhrsFilter {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
   using Rotation = Eigen::Matrix<T, 3, 3>;
-  /// Variance of an angle of which nothing is known, rad².
+  /// Variance of an unknown angle, rad².
   static constexpr T kUnknown = T(10);
   static constexpr int kAttitude = 0, kBias = 3, kVelocity = 6, kDelay = 8, kSize = 9;
   using Covariance = SymmetricMatrix<T, kSize>;
@@ -44,8 +42,8 @@ class AhrsFilter {
   void set_bias(const Vector& b) { bias_ = b; }
   void set_delay(T delay) { delay_ = delay; }
 
-  /// Turns by the body's rate (bias taken off) for dt; each axis gains `angle_variance`, the bias
-  /// `bias_variance`.
+  /// Propagates by the body's rate (bias subtracted) for dt; each angle gains `angle_variance`,
+  /// each bias `bias_variance`.
   void turn(const Vector& rate, T dt, T angle_variance, T bias_variance) {
     // θ' = θ − R·dt·b: P_bb, then its products, then P_θθ from the old and the new P_θb.
     const Rotation step = r_ * dt;
@@ -65,7 +63,7 @@ class AhrsFilter {
     set_attitude(q_ * small_turn(rate * dt));
   }
 
-  /// Takes up the world's acceleration (specific force in world axes) for dt.
+  /// Integrates the specific force in world axes for dt.
   void accelerate(const Vector& force, T dt, T velocity_variance) {
     // v' = v + G·θ with G = −[a]×·dt, its first two rows.
     velocity_ += force.template head<2>() * dt;
@@ -85,28 +83,28 @@ class AhrsFilter {
   }
 
   /// One scalar measurement with Jacobian `h` and variance `r`; `innovation` is measured minus
-  /// predicted at the estimate as apply() last left it. Gives its square over its variance.
+  /// predicted at the estimate after the last apply(). Returns the normalised innovation squared.
   template <int... Index>
   T observe(const IndexedRow<T, Index...>& h, T innovation, T r) {
     const typename Covariance::Vector ph = p_.times(h);
-    return take(h, ph, h.sum(element_of(ph)), innovation, r);
+    return update(h, ph, h.sum(element_of(ph)), innovation, r);
   }
-  /// The same where the measurement's error has −`shared`, rad², in common with that of the
-  /// heading; `h` takes the heading as it is.
+  /// The same if the measurement error has covariance −`shared`, rad², with the heading error; the
+  /// heading's coefficient in `h` is one.
   template <int... Index>
   T observe_shared(const IndexedRow<T, Index...>& h, T innovation, T r, T shared) {
     typename Covariance::Vector ph = p_.times(h);
     const T expected = h.sum(element_of(ph)) - T(2) * shared;
     ph[kAttitude + 2] -= shared;
-    return take(h, ph, expected, innovation, r);
+    return update(h, ph, expected, innovation, r);
   }
-  /// Of what the row gives of the state's error.
+  /// Variance h P hᵀ of the state error along the row.
   template <int... Index>
   [[nodiscard]] T variance_of(const IndexedRow<T, Index...>& h) const {
     return h.sum(element_of(p_.times(h)));
   }
 
-  /// Moves the estimate by what the measurements since the last call say.
+  /// Applies the correction accumulated since the last call to the estimate.
   void apply() {
     const auto& d = pending_;
     set_attitude(small_turn({d[0], d[1], d[2]}) * q_);
@@ -123,11 +121,11 @@ class AhrsFilter {
     return [&v](int i) { return v[std::size_t(i)]; };
   }
 
-  /// `ph`: what state and innovation have in common.
+  /// `ph`: covariance of state and innovation; `expected`: h P hᵀ.
   template <int... Index>
-  T take(const IndexedRow<T, Index...>& h, const typename Covariance::Vector& ph, T expected,
-         T innovation, T r) {
-    // Rounding must not make a variance negative, after which nothing would hold.
+  T update(const IndexedRow<T, Index...>& h, const typename Covariance::Vector& ph, T expected,
+           T innovation, T r) {
+    // Rounding must not make a variance negative.
     const T weight = T(1) / (std::max(expected, T(0)) + r);
     const T rest = innovation - h.sum(element_of(pending_));
     for (std::size_t i = 0; i < kSize; ++i) pending_[i] += ph[i] * (rest * weight);
@@ -135,7 +133,7 @@ class AhrsFilter {
     return rest * rest * weight;
   }
 
-  /// exp(v) to 1e-15 from a short series, as nearly every turn allows.
+  /// exp(v) to 1e-15 from a short series if v is small.
   [[nodiscard]] static SO3<T> small_turn(const Vector& v) {
     const T x = T(0.25) * v.squaredNorm();
     if (x > T(0.01)) return SO3<T>::exp(v);

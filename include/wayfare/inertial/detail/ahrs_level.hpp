@@ -1,6 +1,6 @@
 #pragma once
 
-// What keeps the AHRS level: a velocity that stays about zero, rest, and a way back where lost.
+// Levelling of the AHRS: bounded velocity, rest, and recovery of a wrong attitude.
 
 #include <array>
 #include <cmath>
@@ -32,20 +32,19 @@ class AhrsLevel {
         lost_level_(T(p.lost_level)),
         lost_level_at_rest_(T(p.lost_level_at_rest)) {}
 
-  /// The first attitude, by one reading that could be gravity's: good to 2° at rest, and to little
-  /// where the body moves.
+  /// Initial attitude from one reading close to gravity: good to 2° at rest, and less in motion.
   bool start(Filter& filter, const Vector& force, const Vector& rate) {
     const T off = force.norm() / T(kGravity) - T(1);
     if (!(std::abs(off) < T(0.5))) return false;
     const T turning = rate.norm() > T(0.3) ? T(0.4) : T(0);
     filter.set_attitude(SO3<T>());
     align::level(filter, force, std::sqrt(T(0.0012) + T(9) * off * off + turning * turning));
-    break_off(filter);
+    reset_velocity(filter);
     return true;
   }
 
-  /// The velocity is not known any more: after a pause.
-  void break_off(Filter& filter) {
+  /// Forgets the velocity, after a gap.
+  void reset_velocity(Filter& filter) {
     align::forget_velocity(filter, velocity_model_.variance());
     mean_.setZero();
     lost_s_ = T(0);
@@ -53,26 +52,26 @@ class AhrsLevel {
 
   void add_rate(const Vector& rate, T dt) { rest_.add_rate(rate, dt); }
 
-  /// Moves the filter by the specific force in body and world axes and levels it. Whether the level
-  /// was lost and was taken anew.
+  /// Propagates the filter by the specific force, given in body and world axes, and levels it.
+  /// Returns whether a wrong attitude was levelled again.
   bool add_force(Filter& filter, const Vector& body, const Vector& world, T dt, T variance) {
     rest_.add_force(body, dt);
     filter.accelerate(world, dt, variance);
-    hold_velocity(filter, world, dt);
+    update_velocity(filter, world, dt);
     since_rest_s_ += dt;
     if (since_rest_s_ > T(0.05)) {
-      if (at_rest()) use_rest(filter, since_rest_s_);
+      if (at_rest()) update_at_rest(filter, since_rest_s_);
       since_rest_s_ = T(0);
     }
     filter.apply();
-    return find_again(filter, body, world, dt);
+    return relevel_if_lost(filter, body, world, dt);
   }
 
   [[nodiscard]] bool at_rest() const {
     return rest_.still_s() > rest_time_s_ && rest_.mean_rate().squaredNorm() < rest_bias_limit2_;
   }
   void forget_rest() { rest_.reset(); }
-  /// Of the last reading, east and north: squared innovations over their variances.
+  /// Normalised innovations squared of the last reading, east and north.
   [[nodiscard]] const std::array<T, 2>& nis() const { return nis_; }
 
  private:
@@ -80,20 +79,20 @@ class AhrsLevel {
   using Row = IndexedRow<T, Index...>;
   static constexpr double kGravity = 9.80665;
 
-  /// The velocity's model as a measurement: v + reach·a is white noise (velocity_model.hpp).
-  void hold_velocity(Filter& filter, const Vector& f, T dt) {
+  /// The velocity model as a measurement: v + k·a is white noise (velocity_model.hpp).
+  void update_velocity(Filter& filter, const Vector& f, T dt) {
     velocity_model_.set_step(dt);
-    const T k = velocity_model_.reach(), r = velocity_model_.innovation_variance();
+    const T k = velocity_model_.acceleration_gain_s(), r = velocity_model_.innovation_variance();
     const auto& v = filter.velocity();
     nis_[0] = filter.observe(Row<1, 2, 6>{{k * f.z(), -k * f.y(), T(1)}}, -(v.x() + k * f.x()), r);
     nis_[1] = filter.observe(Row<0, 2, 7>{{-k * f.z(), k * f.x(), T(1)}}, -(v.y() + k * f.y()), r);
   }
 
   /// At rest the gyro reads its bias and the velocity is zero.
-  void use_rest(Filter& filter, T elapsed) {
+  void update_at_rest(Filter& filter, T elapsed) {
     const Vector off = rest_.mean_rate() - filter.bias();
     for (int i = 0; i < 3; ++i) {
-      // A slow steady turn is not a bias.
+      // A slow steady rotation is not a bias.
       const T expected = filter.covariance()(3 + i, 3 + i) + T(2) * rest_rate2_;
       if (off[i] * off[i] > T(16) * expected) return;
     }
@@ -104,23 +103,23 @@ class AhrsLevel {
     filter.observe(Row<7>{{T(1)}}, -filter.velocity().y(), rest_velocity2_ / elapsed);
   }
 
-  /// Where the mean force is not up for half a second, however the body moves, the attitude is
-  /// wrong; upside down it would otherwise be at home.
-  bool find_again(Filter& filter, const Vector& body, const Vector& world, T dt) {
+  /// If the mean force does not point up for half a second the attitude is wrong; upside down is
+  /// otherwise an equilibrium.
+  bool relevel_if_lost(Filter& filter, const Vector& body, const Vector& world, T dt) {
     mean_ += (world - mean_) * (dt / (T(1) + dt));
     const T limit = rest_.still_s() > T(0.5) ? lost_level_at_rest_ : lost_level_;
     const bool tilted = mean_.template head<2>().squaredNorm() > limit * limit;
     lost_s_ = tilted || mean_.z() < -limit ? lost_s_ + dt : T(0);
     if (lost_s_ < T(0.5) || std::abs(body.norm() - T(kGravity)) > T(0.3 * kGravity)) return false;
     align::level(filter, body, T(0.3));
-    break_off(filter);
+    reset_velocity(filter);
     return true;
   }
 
   HorizontalVelocityModel<T> velocity_model_;
   RestDetector<T> rest_;
   T rest_time_s_, rest_bias_limit2_, rest_rate2_, rest_velocity2_, lost_level_, lost_level_at_rest_;
-  Vector mean_ = Vector::Zero();  ///< specific force in world axes, over a second
+  Vector mean_ = Vector::Zero();  ///< specific force in world axes, averaged over a second
   T lost_s_ = T(0), since_rest_s_ = T(0);
   std::array<T, 2> nis_{std::numeric_limits<T>::quiet_NaN(), std::numeric_limits<T>::quiet_NaN()};
 };

@@ -1,7 +1,6 @@
 #pragma once
 
-// The AHRS's way in: what is wrong with a reading, how the attitude turns with the gyro, and when
-// to begin anew.
+// Front end of the AHRS: checks of the readings, propagation by the gyro, restarts.
 
 #include <algorithm>
 #include <cmath>
@@ -20,32 +19,32 @@
 
 namespace wayfare {
 
-/// The inside of Ahrs, in east-north-up.
+/// Implementation of Ahrs, in east-north-up.
 template <class T>
 class AhrsReadings {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
 
   explicit AhrsReadings(const AhrsParameters& p)
-      : p_(p), gyro_noise_(p), level_(p), heading_(p), outside_(p) {
+      : p_(p), gyro_noise_(p), level_(p), heading_(p), external_(p) {
     align::forget_bias(filter_, p_);
   }
 
   UpdateStatus add_rate(LogTime time, const Vector& rate) {
-    const Judgement j = judge(rate, p_.rate_range, rate_clock_, time);
+    const Check j = check(rate, p_.rate_range, rate_clock_, time);
     if (!j.usable) return report_.gyro.note(j.status);
     const T dt = T(rate_clock_.step_s());
     if (j.first || dt > T(p_.restart_gap_s)) {
       restart();
     } else {
-      turn(time, rate, dt, j.status == UpdateStatus::saturated);
+      propagate(time, rate, dt, j.status == UpdateStatus::saturated);
     }
     last_rate_ = rate;
     return report_.gyro.note(j.status);
   }
 
   UpdateStatus add_force(LogTime time, const Vector& force) {
-    const Judgement j = judge(force, p_.force_range, force_clock_, time);
+    const Check j = check(force, p_.force_range, force_clock_, time);
     if (!j.usable) return report_.accelerometer.note(j.status);
     if (!gyro_is_near(time) || (!ready_ && !start(force))) {
       force_clock_.forget();
@@ -53,59 +52,59 @@ class AhrsReadings {
     }
     const T dt = T(force_clock_.step_s());
     if (j.first || dt > T(kLongestHold_s)) {
-      level_.break_off(filter_);
+      level_.reset_velocity(filter_);
     } else {
-      move(time, force, dt, j.status == UpdateStatus::saturated);
+      accelerate(time, force, dt, j.status == UpdateStatus::saturated);
     }
     return report_.accelerometer.note(j.status);
   }
 
   UpdateStatus add_field(LogTime time, const Vector& field) {
-    const Judgement j = judge(field, p_.field_range, field_clock_, time);
+    const Check j = check(field, p_.field_range, field_clock_, time);
     if (!p_.use_magnetometer || !j.usable || j.status == UpdateStatus::saturated)
       return report_.magnetometer.note(p_.use_magnetometer ? j.status : UpdateStatus::missing);
     if (!ready_ || !gyro_is_near(time)) return report_.magnetometer.note(UpdateStatus::waiting);
     const T dt = std::min(T(field_clock_.step_s()), T(kLongestHold_s));
     const Vector world = in_world(field, after_gyro(time) - filter_.delay());
-    const auto outcome = heading_.take(filter_, world, last_rate_ - filter_.bias(), dt);
-    report_.headings_taken += outcome.taken_anew ? 1 : 0;
-    if (outcome.taken_anew) outside_.settle();
+    const auto outcome = heading_.update(filter_, world, last_rate_ - filter_.bias(), dt);
+    report_.heading_resets += outcome.reset ? 1 : 0;
+    if (outcome.reset) external_.settle();
     return report_.magnetometer.note(outcome.status);
   }
 
   UpdateStatus add_heading(const HeadingFix& fix) {
-    if (!ready_ || !outside_.on()) return report_.outside.note(UpdateStatus::waiting);
-    const auto outcome = outside_.take(filter_, fix, heading_.known());
-    if (outcome.take_as_it_is) {
-      report_.headings_taken += heading_.known() ? 1 : 0;
-      heading_.turn(filter_, outcome.off, outcome.sigma);
+    if (!ready_ || !external_.on()) return report_.external.note(UpdateStatus::waiting);
+    const auto outcome = external_.update(filter_, fix, heading_.known());
+    if (outcome.reset) {
+      report_.heading_resets += heading_.known() ? 1 : 0;
+      heading_.reset(filter_, outcome.off, outcome.sigma);
     }
-    return report_.outside.note(outcome.status);
+    return report_.external.note(outcome.status);
   }
 
   void set_compass(Angle x_axis, Angle sigma) {
     heading_.set(filter_, x_axis, sigma);
-    outside_.settle();
+    external_.settle();
   }
 
   [[nodiscard]] bool ready() const { return ready_; }
   [[nodiscard]] const AhrsFilter<T>& filter() const { return filter_; }
   [[nodiscard]] const AhrsLevel<T>& level() const { return level_; }
   [[nodiscard]] const AhrsHeading<T>& heading() const { return heading_; }
-  [[nodiscard]] const ExternalHeading<T>& outside() const { return outside_; }
+  [[nodiscard]] const ExternalHeading<T>& external() const { return external_; }
   [[nodiscard]] const AhrsReport& report() const { return report_; }
 
  private:
-  static constexpr double kLongestHold_s = 0.25;  // that the last reading speaks for what follows
+  static constexpr double kLongestHold_s = 0.25;  // for which the last reading remains valid
 
-  struct Judgement {
+  struct Check {
     UpdateStatus status = UpdateStatus::used;
     bool usable = false;
-    bool first = false;  ///< nothing is known of the time before
+    bool first = false;  ///< no previous reading
   };
 
-  /// A saturated reading still says something; one of several times the range says nothing.
-  static Judgement judge(const Vector& reading, double range, SampleClock& clock, LogTime time) {
+  /// A saturated reading is still usable; one of several times the range is not.
+  static Check check(const Vector& reading, double range, SampleClock& clock, LogTime time) {
     if (!reading.allFinite()) return {UpdateStatus::missing};
     const T largest = reading.cwiseAbs().maxCoeff();
     if (largest > T(4.0 * range)) return {UpdateStatus::saturated};
@@ -121,13 +120,13 @@ class AhrsReadings {
   [[nodiscard]] bool gyro_is_near(LogTime time) const {
     return rate_clock_.started() && std::abs(after_gyro(time)) <= T(kLongestHold_s);
   }
-  /// `v`, read `after_s` after the attitude's time, in world axes.
+  /// `v`, measured `after_s` after the attitude's time, in world axes.
   [[nodiscard]] Vector in_world(const Vector& v, T after_s) const {
-    Vector turn = (last_rate_ - filter_.bias()) * after_s;
-    const T angle2 = turn.squaredNorm();
-    if (angle2 > T(0.25)) turn *= T(0.5) / std::sqrt(angle2);
-    const Vector first = turn.cross(v);
-    return filter_.rotation() * (v + first + T(0.5) * turn.cross(first));
+    Vector angle = (last_rate_ - filter_.bias()) * after_s;
+    const T angle2 = angle.squaredNorm();
+    if (angle2 > T(0.25)) angle *= T(0.5) / std::sqrt(angle2);
+    const Vector first = angle.cross(v);
+    return filter_.rotation() * (v + first + T(0.5) * angle.cross(first));
   }
 
   void restart() {
@@ -137,35 +136,36 @@ class AhrsReadings {
     force_clock_.forget();
     field_clock_.forget();
     level_.forget_rest();
-    outside_.forget();
+    external_.forget();
   }
 
   bool start(const Vector& force) {
     ready_ = level_.start(filter_, force, last_rate_);
-    // Until it is known the heading is what it is called: no error, and none that could leak.
+    // An unknown heading defines the frame: it has no error and no correlations.
     if (ready_) align::turn_heading(filter_, T(0), T(0));
     return ready_;
   }
 
-  void turn(LogTime time, const Vector& rate, T dt, bool saturated) {
+  void propagate(LogTime time, const Vector& rate, T dt, bool saturated) {
     level_.add_rate(rate, dt);
     if (!ready_) return;
     const bool coarse = dt > T(p_.coarse_gap_s);
     const Vector mean = coarse ? Vector(T(0.5) * (rate + last_rate_)) : rate;
     const T variance = gyro_noise_.angle_variance(mean, last_rate_, dt, coarse, saturated);
-    const Vector turning = mean - filter_.bias();
-    if (!outside_.on()) return filter_.turn(turning, dt, variance, gyro_noise_.bias_variance(dt));
-    const auto begun = outside_.begin_turn(filter_, dt, variance);
-    filter_.turn(turning, dt, variance, gyro_noise_.bias_variance(dt));
-    outside_.end_turn(time, begun, filter_);
+    const Vector corrected = mean - filter_.bias();
+    if (!external_.on())
+      return filter_.turn(corrected, dt, variance, gyro_noise_.bias_variance(dt));
+    const auto turn = external_.begin_turn(filter_, dt, variance);
+    filter_.turn(corrected, dt, variance, gyro_noise_.bias_variance(dt));
+    external_.end_turn(time, turn, filter_);
   }
 
-  void move(LogTime time, const Vector& force, T dt, bool saturated) {
+  void accelerate(LogTime time, const Vector& force, T dt, bool saturated) {
     const Vector world = in_world(force, after_gyro(time) - T(0.5) * dt);
     T variance = T(p_.force_noise * p_.force_noise) * dt;
     if (saturated)
       variance += T(p_.saturated_part * p_.saturated_part) * force.squaredNorm() * dt * dt;
-    report_.levelled_anew += level_.add_force(filter_, force, world, dt, variance) ? 1 : 0;
+    report_.level_resets += level_.add_force(filter_, force, world, dt, variance) ? 1 : 0;
   }
 
   AhrsParameters p_;
@@ -173,7 +173,7 @@ class AhrsReadings {
   GyroNoise<T> gyro_noise_;
   AhrsLevel<T> level_;
   AhrsHeading<T> heading_;
-  ExternalHeading<T> outside_;
+  ExternalHeading<T> external_;
   SampleClock rate_clock_{p_.restart_gap_s}, force_clock_{p_.restart_gap_s},
       field_clock_{p_.restart_gap_s};
   Vector last_rate_ = Vector::Zero();

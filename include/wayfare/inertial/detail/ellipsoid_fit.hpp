@@ -14,13 +14,14 @@ struct Ellipsoid {
 
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  /// Of the centre, then of M's elements 00, 11, 22, 01, 02, 12.
+  /// Order: centre, then M's elements 00, 11, 22, 01, 02, 12.
   Covariance covariance = Covariance::Zero();
   double residual = 0.0;  ///< robust standard deviation of |M·(x − c)|
 };
 
-/// Least distance to the surface by Gauss-Newton with Huber's weights from the algebraic fit (or a
-/// sphere), points in any position and scale. Nothing where the points do not determine it.
+/// Minimises the distances to the surface by Gauss-Newton with Huber weights, starting from the
+/// algebraic fit (or a sphere); points of any position and scale. None if the points do not
+/// determine it.
 [[nodiscard]] std::optional<Ellipsoid> fit_ellipsoid(std::span<const Eigen::Vector3d> points);
 
 }  // namespace wayfare

@@ -6,7 +6,7 @@
 
 namespace wayfare {
 
-/// How much less certain an attitude is after it was turned by one gyro reading.
+/// Growth of the attitude variance over one gyro reading.
 template <class T>
 class GyroNoise {
  public:
@@ -18,14 +18,13 @@ class GyroNoise {
         walk2_(T(p.bias_walk * p.bias_walk)),
         saturated2_(T(p.saturated_part * p.saturated_part)) {}
 
-  /// Variance of the angle about any axis, rad², gained over dt in which it turned by `rate` on
-  /// average after `last`. `coarse`: too long a time to call it constant.
+  /// Variance gained about any axis over dt, rad², at mean rate `rate` after `last`. `coarse`: dt
+  /// is too long to assume a constant rate.
   T angle_variance(const Vector& rate, const Vector& last, T dt, bool coarse, bool saturated) {
     const T square = rate.squaredNorm();
     T variance = (rate2_ + scale2_ * square) * dt;
     if (coarse) variance += T(0.25) * (rate - last).squaredNorm() * dt * dt;
-    // A saturated gyro is wrong in one direction all the time: its deviation grows with time, not
-    // its variance.
+    // The error of a saturated gyro is constant: its standard deviation grows linearly with time.
     const T before = saturated_s_;
     saturated_s_ = saturated ? saturated_s_ + dt : T(0);
     if (saturated)

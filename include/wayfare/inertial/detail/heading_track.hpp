@@ -1,6 +1,6 @@
 #pragma once
 
-// How a heading turned of late by the gyro alone, so that one which is told late can be carried on.
+// Recent heading changes from the gyro alone, to use delayed headings.
 
 #include <algorithm>
 #include <array>
@@ -13,27 +13,26 @@
 
 namespace wayfare {
 
-/// Sums over the gyro's readings, kept for a while. No heap.
+/// History of sums over the gyro readings. No heap allocation.
 class HeadingTrack {
  public:
-  /// Since the beginning: how far the heading turned by the gyro with no bias taken off, rad; how
-  /// much less it were per bias along each of the body's axes, s; the variance gained by noise,
-  /// rad².
+  /// Since the beginning: heading change without bias correction, rad; its derivative by minus the
+  /// bias along each body axis, s; variance gained by noise, rad².
   struct Sum {
-    double turned = 0.0;
+    double angle = 0.0;
     Eigen::Vector3d by_bias = Eigen::Vector3d::Zero();
     double variance = 0.0;
 
     Sum operator+(const Sum& o) const {
-      return {turned + o.turned, by_bias + o.by_bias, variance + o.variance};
+      return {angle + o.angle, by_bias + o.by_bias, variance + o.variance};
     }
     Sum operator-(const Sum& o) const {
-      return {turned - o.turned, by_bias - o.by_bias, variance - o.variance};
+      return {angle - o.angle, by_bias - o.by_bias, variance - o.variance};
     }
-    Sum operator*(double k) const { return {k * turned, k * by_bias, k * variance}; }
-    /// The turn, a bias taken off.
-    [[nodiscard]] double turn(const Eigen::Vector3d& bias) const {
-      return turned - by_bias.dot(bias);
+    Sum operator*(double k) const { return {k * angle, k * by_bias, k * variance}; }
+    /// Heading change corrected for a bias.
+    [[nodiscard]] double rotation(const Eigen::Vector3d& bias) const {
+      return angle - by_bias.dot(bias);
     }
   };
 
@@ -43,7 +42,7 @@ class HeadingTrack {
   [[nodiscard]] bool on() const { return history_s_ > 0.0; }
   void forget() { count_ = 0; }
 
-  /// One reading's part, known at `time`, which comes after the one before.
+  /// Adds one reading's part, valid at `time`; times increase.
   void add(LogTime time, const Sum& part) {
     sum_ = sum_ + part;
     if (count_ < 2 || to_seconds(entry(0).time - entry(1).time) >= spacing_s_) {
@@ -54,8 +53,8 @@ class HeadingTrack {
   }
 
   [[nodiscard]] const Sum& now() const { return sum_; }
-  /// Between readings in proportion, and a little beyond the last as before it; none for what is
-  /// to come or too long past.
+  /// Interpolated between readings and extrapolated briefly beyond the last; none if further in the
+  /// future or older than the history.
   [[nodiscard]] std::optional<Sum> at(LogTime time) const {
     if (count_ == 0 || to_seconds(entry(0).time - time) > history_s_) return std::nullopt;
     if (time == entry(0).time) return entry(0).sum;
@@ -65,8 +64,8 @@ class HeadingTrack {
         return between(entry(age), entry(age - 1), time);
     return std::nullopt;
   }
-  /// Whether that is because the time has not come.
-  [[nodiscard]] bool to_come(LogTime time) const {
+  /// Whether `time` is beyond the extrapolation.
+  [[nodiscard]] bool in_future(LogTime time) const {
     return count_ == 0 || to_seconds(time - entry(0).time) > kAhead_s;
   }
 

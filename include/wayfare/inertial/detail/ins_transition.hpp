@@ -1,6 +1,6 @@
 #pragma once
 
-// One step of the 23-state filter's covariance, which knows where Φ is empty.
+// Covariance propagation of the 23-state filter, exploiting the sparsity of Φ.
 
 #include <algorithm>
 
@@ -12,21 +12,21 @@
 
 namespace wayfare {
 
-/// The blocks of Φ that are not trivial, and the noise of one step.
+/// The non-trivial blocks of Φ, and the process noise of one step.
 template <class T, int Offsets = 0>
 struct InsTransition {
   using Vector3 = Eigen::Matrix<T, 3, 1>;
   using Matrix3 = Eigen::Matrix<T, 3, 3>;
   static constexpr int kDof = ins_state::kSize + Offsets;
 
-  Vector3 half_dt;        ///< metres of chart for the sum of both velocities
+  Vector3 half_dt;        ///< position on the plane per sum of both velocities
   Vector3 velocity_turn;  ///< velocity's block of itself is I + [velocity_turn]×
   Matrix3 velocity_attitude, velocity_accel_bias;
-  /// Each column of velocity_accel_bias times this is that of the accelerometer's scale.
+  /// Columns of velocity_accel_bias times this are those of the accelerometer scale.
   Vector3 scale_force;
   Matrix3 attitude_attitude;
   Vector3 attitude_gyro_bias, attitude_gyro_scale;  ///< diagonals
-  Eigen::Matrix<T, 12, 1> kept;                     ///< of the unit's errors
+  Eigen::Matrix<T, 12, 1> kept;                     ///< decay of the sensor errors, diagonal
   T dt_s;
 
   Matrix3 velocity_noise;
@@ -35,9 +35,9 @@ struct InsTransition {
   ClockStep<T> clock_noise;
   T clock_offset_noise;
 
-  /// P ← Φ P Φᵀ + Q, `p` column-major, both triangles in and out; never a product with a zero of
-  /// Φ, and of what is symmetric only one half. Plain loops over columns, which compilers turn
-  /// into vector code for numbers and which are vector code for packs.
+  /// P ← Φ P Φᵀ + Q, `p` column-major, both triangles in and out. Skips the zeros of Φ and computes
+  /// one triangle of symmetric blocks. Plain loops over columns, vectorised by compilers for
+  /// numbers and by themselves for packs.
   void propagate(T* p) const {
     using namespace ins_state;
     constexpr int n = kDof;
@@ -53,7 +53,7 @@ struct InsTransition {
         p[n * (9 + j) + i] = p[n * i + 9 + j] = rows[i][9 + j] * kept[j];
       }
     }
-    unit_errors(p);
+    sensor_errors(p);
     clock(p, rows);
     add_noise(p);
   }
@@ -93,15 +93,16 @@ struct InsTransition {
     using namespace ins_state;
     constexpr int n = kDof;
     const auto column = [p](int i) { return p + n * i; };
-    T pushed[3][n];  // rows of P that bias and scale act by together
+    T accel[3][n];  // rows of P of accelerometer bias and scale combined
     for (int i = 0; i < 3; ++i) {
       const T *b = column(kAccelBias + i), *s = column(kAccelScale + i);
       const T force = scale_force[i];
-      for (int c = 0; c < n; ++c) pushed[i][c] = b[c] + force * s[c];
+      for (int c = 0; c < n; ++c) accel[i][c] = b[c] + force * s[c];
     }
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
-      T *out = rows[kVelocity + i], *turned = rows[kAttitude + i], *moved = rows[kPosition + i];
+      T *velocity = rows[kVelocity + i], *attitude = rows[kAttitude + i],
+        *position = rows[kPosition + i];
       const T *v = column(kVelocity + i), *vj = column(kVelocity + j), *vk = column(kVelocity + k);
       const T *x = column(kPosition + i), *a0 = column(kAttitude);
       const T *gb = column(kGyroBias + i), *gs = column(kGyroScale + i);
@@ -111,29 +112,29 @@ struct InsTransition {
       const T vb0 = velocity_accel_bias(i, 0), vb1 = velocity_accel_bias(i, 1),
               vb2 = velocity_accel_bias(i, 2);
       for (int c = 0; c < n; ++c) {
-        out[c] = v[c] + (tj * vk[c] - tk * vj[c]) +
-                 (va0 * a0[c] + va1 * a0[n + c] + va2 * a0[2 * n + c]) +
-                 (vb0 * pushed[0][c] + vb1 * pushed[1][c] + vb2 * pushed[2][c]);
+        velocity[c] = v[c] + (tj * vk[c] - tk * vj[c]) +
+                      (va0 * a0[c] + va1 * a0[n + c] + va2 * a0[2 * n + c]) +
+                      (vb0 * accel[0][c] + vb1 * accel[1][c] + vb2 * accel[2][c]);
       }
-      for (int c = 0; c < n; ++c) moved[c] = x[c] + half * (v[c] + out[c]);
+      for (int c = 0; c < n; ++c) position[c] = x[c] + half * (v[c] + velocity[c]);
       const T aa0 = attitude_attitude(i, 0), aa1 = attitude_attitude(i, 1),
               aa2 = attitude_attitude(i, 2);
       const T by_bias = attitude_gyro_bias[i], by_scale = attitude_gyro_scale[i];
       for (int c = 0; c < n; ++c) {
-        turned[c] = (aa0 * a0[c] + aa1 * a0[n + c] + aa2 * a0[2 * n + c]) +
-                    (by_bias * gb[c] + by_scale * gs[c]);
+        attitude[c] = (aa0 * a0[c] + aa1 * a0[n + c] + aa2 * a0[2 * n + c]) +
+                      (by_bias * gb[c] + by_scale * gs[c]);
       }
     }
   }
 
-  /// Row `w` of Φ P times row i of Φ's velocity part; `pushed` is what bias and scale give.
-  [[nodiscard]] T velocity_entry(const T* w, const T* pushed, int i) const {
+  /// Row `w` of Φ P times row i of Φ's velocity block; `accel`: bias and scale combined.
+  [[nodiscard]] T velocity_entry(const T* w, const T* accel, int i) const {
     using namespace ins_state;
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     T sum = w[kVelocity + i] +
             (velocity_turn[j] * w[kVelocity + k] - velocity_turn[k] * w[kVelocity + j]);
     for (int m = 0; m < 3; ++m) sum += velocity_attitude(i, m) * w[kAttitude + m];
-    for (int m = 0; m < 3; ++m) sum += velocity_accel_bias(i, m) * pushed[m];
+    for (int m = 0; m < 3; ++m) sum += velocity_accel_bias(i, m) * accel[m];
     return sum;
   }
   [[nodiscard]] T attitude_entry(const T* w, int i) const {
@@ -147,11 +148,11 @@ struct InsTransition {
   void right_product(const T (*rows)[kDof], T (*nav)[9]) const {
     using namespace ins_state;
     for (int j = 0; j < 6; ++j) {
-      T pushed[3];
+      T accel[3];
       for (int m = 0; m < 3; ++m)
-        pushed[m] = rows[j][kAccelBias + m] + scale_force[m] * rows[j][kAccelScale + m];
+        accel[m] = rows[j][kAccelBias + m] + scale_force[m] * rows[j][kAccelScale + m];
       for (int i = std::max(0, j - kVelocity); i < 3; ++i)
-        nav[kVelocity + i][j] = velocity_entry(rows[j], pushed, i);
+        nav[kVelocity + i][j] = velocity_entry(rows[j], accel, i);
     }
     for (int j = 0; j < 9; ++j) {
       for (int i = std::max(0, j - kAttitude); i < 3; ++i)
@@ -163,7 +164,7 @@ struct InsTransition {
     }
   }
 
-  void unit_errors(T* p) const {
+  void sensor_errors(T* p) const {
     constexpr int n = kDof;
     for (int j = 0; j < 12; ++j) {
       for (int i = 0; i <= j; ++i) {

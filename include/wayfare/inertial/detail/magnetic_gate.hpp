@@ -9,13 +9,13 @@
 
 namespace wayfare {
 
-/// Tells the Earth's magnetic field from a disturbed one by strength and dip, neither of which
-/// depends on the heading, and learns both.
+/// Detects magnetic disturbances by the field's strength and dip, which do not depend on the
+/// heading, and learns both.
 template <class T>
 class MagneticGate {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
-  /// Horizontal and downward part, µT.
+  /// Horizontal and downward component, µT.
   using Shape = Eigen::Matrix<T, 2, 1>;
 
   explicit MagneticGate(const AhrsParameters& p)
@@ -32,15 +32,15 @@ class MagneticGate {
   }
 
   enum class Field {
-    earth,      ///< and has been for long enough
-    settling,   ///< but not for long
+    earth,      ///< accepted for long enough
+    settling,   ///< accepted recently
     disturbed,  ///< not the Earth's
   };
 
-  /// Takes a reading in world axes (up is z) and says what field it is. `turning`: only a field
-  /// that keeps its shape while the body turns is one of the place and not of the body.
-  Field take(const Vector& field_enu, T dt, bool turning) {
-    // Averaged in world axes, where the Earth's field stands still.
+  /// Classifies a reading in world axes (z up). `turning`: only a field that is constant while the
+  /// body turns is external to the body.
+  Field update(const Vector& field_enu, T dt, bool turning) {
+    // Averaged in world axes, where the Earth's field is constant.
     mean_ = started_ ? Vector(mean_ + (field_enu - mean_) * (dt / (T(0.05) + dt))) : field_enu;
     started_ = true;
     const Shape shape(mean_.template head<2>().norm(), -mean_.z());
@@ -50,7 +50,7 @@ class MagneticGate {
     }
     if (!alike(shape, earth_)) {
       undisturbed_s_ = T(0);
-      consider(shape, dt, turning);
+      update_candidate(shape, dt, turning);
       return Field::disturbed;
     }
     undisturbed_s_ += dt;
@@ -60,12 +60,12 @@ class MagneticGate {
     return undisturbed_s_ > settle_s_ ? Field::earth : Field::settling;
   }
 
-  /// The world axes were turned under it.
+  /// To call when the world axes were rotated.
   void forget_average() { started_ = false; }
 
-  /// The Earth's field as known here; zero before the first reading.
+  /// Reference field; zero before the first reading.
   [[nodiscard]] const Shape& earth() const { return earth_; }
-  /// How often another field was taken for the Earth's.
+  /// Number of times the reference was replaced.
   [[nodiscard]] int relearned() const { return relearned_; }
 
  private:
@@ -76,7 +76,7 @@ class MagneticGate {
            a.dot(b) > T(0);
   }
 
-  void consider(const Shape& shape, T dt, bool turning) {
+  void update_candidate(const Shape& shape, T dt, bool turning) {
     if (candidate_s_ == T(0) || !alike(shape, candidate_)) {
       candidate_ = shape;
       candidate_s_ = dt;
@@ -84,7 +84,7 @@ class MagneticGate {
     }
     candidate_ += (shape - candidate_) * (dt / (T(1) + dt));
     if (turning) candidate_s_ += dt;
-    // What was known for a short time only is given up as soon.
+    // A reference known for a short time only is replaced as soon.
     if (candidate_s_ <= std::clamp(learned_s_, T(2), relearn_s_)) return;
     earth_ = candidate_;
     learned_s_ = candidate_s_ = T(0);

@@ -4,13 +4,13 @@
 
 namespace wayfare {
 
-/// Tells rest from motion by how far rate and specific force are from their own averages.
+/// Detects rest from the deviations of rate and specific force from their own averages.
 template <class T>
 class RestDetector {
  public:
   using Vector = Eigen::Matrix<T, 3, 1>;
 
-  /// How far a reading at rest is from the average at most: rad/s and m/s².
+  /// Largest deviation from the average at rest: rad/s and m/s².
   RestDetector(T rate_limit, T force_limit) : rate_limit_(rate_limit), force_limit_(force_limit) {}
 
   void add_rate(const Vector& rate, T dt) { rate_.add(rate, dt, rate_limit_); }

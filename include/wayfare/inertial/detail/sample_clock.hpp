@@ -4,17 +4,17 @@
 
 namespace wayfare {
 
-/// Watches the time stamps of one sensor. Readings that do not come after the one before are late;
-/// where nothing else comes any more, the clock was set back, and time begins anew.
+/// Checks the time stamps of one sensor. Readings not after the previous one are late; if only late
+/// ones follow, the clock was set back, and the sequence restarts.
 class SampleClock {
  public:
   enum class Verdict { first, next, late };
 
   explicit SampleClock(double patience_s) : patience_(from_seconds(patience_s)) {}
 
-  /// For a reading at `t`; after `next`, step_s() says how long since the one before.
+  /// For a reading at `t`; after `next`, step_s() is the time since the previous one.
   Verdict check(LogTime t) {
-    if (!started_) return begin(t);
+    if (!started_) return restart(t);
     if (t > last_) {
       step_s_ = to_seconds(t - last_);
       last_ = t;
@@ -26,7 +26,7 @@ class SampleClock {
       late_first_ = t;
     }
     late_last_ = t;
-    return t - late_first_ > patience_ ? begin(t) : Verdict::late;
+    return t - late_first_ > patience_ ? restart(t) : Verdict::late;
   }
 
   void forget() { started_ = late_run_ = false; }
@@ -35,7 +35,7 @@ class SampleClock {
   [[nodiscard]] LogTime last() const { return last_; }
 
  private:
-  Verdict begin(LogTime t) {
+  Verdict restart(LogTime t) {
     started_ = true;
     late_run_ = false;
     last_ = t;

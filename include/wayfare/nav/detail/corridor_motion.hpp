@@ -1,8 +1,7 @@
 #pragma once
 
-// How the errors of gyro and wheels grow into those of a position in a corridor: the eight states
-// of Liu, Atia, Karamat and Noureldin (2015), (16) to (23), and what a steady sensor and the walls
-// add to them.
+// Process model of corridor-aided dead reckoning: the eight states of Liu, Atia, Karamat and
+// Noureldin (2015), (16) to (23), with constant and drifting bias, scale and walls.
 
 #include <cmath>
 
@@ -13,9 +12,9 @@
 
 namespace wayfare {
 
-/// The state's entries. The first eight are Liu's, with displacements and heading counted from the
-/// start in the axes of the plane (x forward, y left, counter-clockwise); his bias is a first-order
-/// Gauss-Markov process about zero, so that a constant and a drift of their own stand beside it.
+/// State indices. The first eight are Liu's, with displacements and heading relative to the start
+/// in the axes of the plane (x forward, y left, counter-clockwise); his bias is a zero-mean
+/// first-order Gauss-Markov process, so a constant and a drift are added.
 namespace corridor_state {
 enum Index : int {
   kX,             ///< Δx, m
@@ -24,16 +23,16 @@ enum Index : int {
   kSpeedX,        ///< v_x = v_f cos ΔA, m/s
   kSpeedY,        ///< v_y = v_f sin ΔA, m/s
   kHeading,       ///< ΔA, rad
-  kAcceleration,  ///< a_od, error of the acceleration the wheels tell, m/s²
+  kAcceleration,  ///< a_od, error of the odometry's acceleration, m/s²
   kBiasWalk,      ///< b_z, rad/s
   kBiasConstant,  ///< rad/s
   kBiasDrift,     ///< rad/s²
-  kScale,         ///< metres rolled per metre told, less one
+  kScale,         ///< true distance per measured distance, less one
   kDirection,     ///< of the corridor in the plane, rad
-  kLeft,          ///< offset of its left wall from the reference place, m
+  kLeft,          ///< offset of its left wall from the reference point, m
   kRight,         ///< of its right wall, m (negative)
-  kEndAlpha,      ///< normal of a wall across in the plane, rad
-  kEndOffset,     ///< and its offset from the reference place of that wall, m
+  kEndAlpha,      ///< normal of a wall across the corridor, rad
+  kEndOffset,     ///< its offset from its reference point, m
   kSize
 };
 }  // namespace corridor_state
@@ -41,25 +40,25 @@ enum Index : int {
 using CorridorVector = Eigen::Matrix<double, corridor_state::kSize, 1>;
 using CorridorMatrix = Eigen::Matrix<double, corridor_state::kSize, corridor_state::kSize>;
 
-/// Over the time since the sample before.
+/// Input over the time since the previous sample.
 struct CorridorInput {
   double dt_s = 0.0;
-  double turn_rate_rad_s = 0.0;  ///< the gyro's mean, less the Earth's own turn
+  double turn_rate_rad_s = 0.0;  ///< the gyro's mean, less the Earth rate
   double speed_m_s = 0.0;        ///< the wheels' mean
   double speed_before_m_s = 0.0;
-  bool at_rest = false;           ///< the wheels stand: neither place nor heading changes
-  double extra_turn_rad = 0.0;    ///< standard deviation of a turn nobody measured
-  double extra_distance_m = 0.0;  ///< of a way nobody measured
+  bool at_rest = false;           ///< the wheels stop: position and heading are constant
+  double extra_turn_rad = 0.0;    ///< standard deviation of an unmeasured rotation
+  double extra_distance_m = 0.0;  ///< of an unmeasured distance
 };
 
-/// Larger values: the sensors are trusted less and the walls more.
+/// Larger values weight the sensors less and the walls more.
 struct CorridorNoise {
   double angle_random_walk_rad_per_sqrt_s = 6.545e-4;  ///< 2.25 °/√h
   double bias_sigma_rad_s = 3.5e-5;                    ///< Gauss-Markov part of the bias
   double bias_tau_s = 100.0;
   double acceleration_sigma_m_s2 = 1e-5;  ///< Gauss-Markov error of the wheels' acceleration
   double acceleration_tau_s = 10.0;
-  double slip_m_per_sqrt_m = 0.0005;  ///< random part of the way rolled
+  double slip_m_per_sqrt_m = 0.0005;  ///< random error of the distance
 };
 
 struct CorridorStep {
@@ -77,7 +76,7 @@ class CorridorMotion {
     CorridorStep step{x, CorridorMatrix::Identity(), CorridorMatrix::Zero()};
     advance_errors(x, u.dt_s, step);
     if (u.at_rest) {
-      stand(step);
+      stop(step);
     } else {
       drive(x, u, step);
     }
@@ -86,7 +85,7 @@ class CorridorMotion {
   }
 
  private:
-  static constexpr double kTinySpeed = 1e-7;  // keeps speeds known exactly from being singular
+  static constexpr double kTinySpeed = 1e-7;  // keeps the covariance regular at known speeds
 
   /// Gauss-Markov processes exactly, (22) and (23); the constant by its drift.
   void advance_errors(const CorridorVector& x, double dt, CorridorStep& step) const {
@@ -104,7 +103,7 @@ class CorridorMotion {
     step.state[kBiasConstant] = x[kBiasConstant] + dt * x[kBiasDrift];
   }
 
-  static void stand(CorridorStep& step) {
+  static void stop(CorridorStep& step) {
     using namespace corridor_state;
     for (int i : {kSpeed, kSpeedX, kSpeedY}) {
       step.phi.row(i).setZero();
@@ -115,7 +114,7 @@ class CorridorMotion {
   void drive(const CorridorVector& x, const CorridorInput& u, CorridorStep& step) const {
     using namespace corridor_state;
     const double t = u.dt_s, dw = u.speed_m_s - u.speed_before_m_s;
-    // What the Gauss-Markov processes add up to over the step: their means decay as they do.
+    // Integrals of the decaying Gauss-Markov processes over the step.
     const double a_sum = noise_.acceleration_tau_s * (1.0 - step.phi(kAcceleration, kAcceleration));
     const double b_sum = noise_.bias_tau_s * (1.0 - step.phi(kBiasWalk, kBiasWalk));
     const double turn = u.turn_rate_rad_s * t - b_sum * x[kBiasWalk] - t * x[kBiasConstant] -
@@ -147,17 +146,17 @@ class CorridorMotion {
     add_noise(u, {cm, sm}, {-t * speed * sm, t * speed * cm}, step);
   }
 
-  /// White noise of the gyro, half of it already there in the middle of the step, and slip.
+  /// White noise of the gyro, which acts half in the middle of the step, and slip.
   void add_noise(const CorridorInput& u, const Eigen::Vector2d& along,
                  const Eigen::Vector2d& by_heading, CorridorStep& step) const {
     using namespace corridor_state;
     const double walk = noise_.angle_random_walk_rad_per_sqrt_s;
     const double turn = walk * walk * u.dt_s + u.extra_turn_rad * u.extra_turn_rad;
-    const double way =
+    const double distance =
         noise_.slip_m_per_sqrt_m * noise_.slip_m_per_sqrt_m * std::abs(u.speed_m_s) * u.dt_s +
         u.extra_distance_m * u.extra_distance_m;
     step.q.topLeftCorner<2, 2>() +=
-        way * along * along.transpose() + turn / 3.0 * by_heading * by_heading.transpose();
+        distance * along * along.transpose() + turn / 3.0 * by_heading * by_heading.transpose();
     step.q(kHeading, kHeading) += turn;
     step.q.block<2, 1>(kX, kHeading) += 0.5 * turn * by_heading;
     step.q.block<1, 2>(kHeading, kX) += 0.5 * turn * by_heading.transpose();

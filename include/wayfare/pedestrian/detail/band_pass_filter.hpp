@@ -1,10 +1,11 @@
 #pragma once
 
-// The swings of the specific force's strength: what of it has the frequencies of walking.
+// Band-pass filter of the specific force's magnitude at walking frequencies, with its swings.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include <wayfare/core/time.hpp>
@@ -12,28 +13,27 @@
 
 namespace wayfare {
 
-/// A crest and the trough before it.
+/// A crest and the preceding trough.
 struct Swing {
   LogTime time;  ///< of the crest
   double crest_mps2 = 0.0, trough_mps2 = 0.0;
 };
 
-/// Band-limits a strength and finds its swings.
+/// Filters a magnitude and detects its swings.
 class BandPassFilter {
  public:
   explicit BandPassFilter(const StepParameters& p) : low_hz_(0.5 * p.low_hz), high_hz_(p.high_hz) {}
 
-  void restart(double strength) {
-    slow_ = {strength, strength};
-    quick_.fill(0.0);
+  void restart(double magnitude) {
+    slow_ = {magnitude, magnitude};
+    fast_.fill(0.0);
     now_ = 0.0;
     above_ = false;
   }
 
-  /// The swing that ends with this reading, where one does: the strength has passed its mean by
-  /// `pass`.
-  [[nodiscard]] std::optional<Swing> add(LogTime time, double strength, double dt, double pass) {
-    now_ = filter(strength, dt);
+  /// The swing that ends with this reading, if any: the filtered value has fallen below −`pass`.
+  [[nodiscard]] std::optional<Swing> add(LogTime time, double magnitude, double dt, double pass) {
+    now_ = filter(magnitude, dt);
     if (above_) {
       if (now_ > swing_.crest_mps2) {
         swing_.crest_mps2 = now_;
@@ -55,21 +55,21 @@ class BandPassFilter {
   [[nodiscard]] double now() const { return now_; }
 
  private:
-  /// Without the mean, which is near gravity, and what is too quick for steps; two poles each.
-  [[nodiscard]] double filter(double strength, double dt) {
-    const auto part = [dt](double hz) { return -std::expm1(-6.283185307179586 * hz * dt); };
-    double x = strength;
-    for (double& s : slow_) s += part(low_hz_) * (x - s);
+  /// Removes the mean (gravity) and frequencies above those of steps; two poles each.
+  [[nodiscard]] double filter(double magnitude, double dt) {
+    const auto gain = [dt](double hz) { return -std::expm1(-2.0 * std::numbers::pi * hz * dt); };
+    double x = magnitude;
+    for (double& s : slow_) s += gain(low_hz_) * (x - s);
     x -= slow_[1];
-    for (double& q : quick_) {
-      q += part(high_hz_) * (x - q);
-      x = q;
+    for (double& f : fast_) {
+      f += gain(high_hz_) * (x - f);
+      x = f;
     }
     return x;
   }
 
   double low_hz_, high_hz_;
-  std::array<double, 2> slow_{}, quick_{};
+  std::array<double, 2> slow_{}, fast_{};
   double now_ = 0.0, lowest_ = 0.0;
   bool above_ = false;
   Swing swing_;

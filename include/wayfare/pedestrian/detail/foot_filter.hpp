@@ -1,7 +1,7 @@
 #pragma once
 
-// The error-state Kalman filter inside the foot-mounted tracker: fifteen states and the few
-// operations it is made of. World axes: z up, x and y as the sensor stood at the start.
+// The error-state Kalman filter of the foot-mounted tracker, fifteen states. World axes: z up, x
+// and y from the sensor's initial heading.
 
 #include <cmath>
 
@@ -29,7 +29,7 @@ class FootFilter {
   [[nodiscard]] const Vector& force_bias() const { return force_bias_; }
   [[nodiscard]] const Covariance& covariance() const { return p_; }
 
-  /// Takes on a value, its errors independent of all others and of this variance an axis.
+  /// Sets a state; its error becomes independent of all others, with this variance per axis.
   void set_position(const Vector& p, double variance) {
     position_ = p;
     decouple(kPosition, Vector::Constant(variance));
@@ -47,14 +47,14 @@ class FootFilter {
     decouple(kForceBias, Vector::Constant(force));
   }
 
-  /// Variances that a step adds on each axis; `missed_turn`: covariance of a turn that the gyro may
-  /// have missed, world axes.
+  /// Variances added per axis by a step; `missed_turn`: covariance of a rotation clipped by the
+  /// gyro, world axes.
   struct Noise {
     double position = 0.0, velocity = 0.0, angle = 0.0, rate_bias = 0.0, force_bias = 0.0;
     Eigen::Matrix3d missed_turn = Eigen::Matrix3d::Zero();
   };
 
-  /// Strapdown over dt with readings that speak for it.
+  /// Strapdown step over dt with its mean readings.
   void predict(const Vector& rate, const Vector& force, double gravity, double dt) {
     const Vector turn = (rate - rate_bias_) * dt;
     const Eigen::Matrix3d middle = (q_ * SO3d::exp(0.5 * turn)).matrix();
@@ -79,7 +79,7 @@ class FootFilter {
     p_.block<3, 3>(kAttitude, kAttitude) += n.missed_turn;
   }
 
-  /// `value` was measured for the three states from `First` on, with this variance an axis.
+  /// Updates the three states from `First` on with `value`, of this variance per axis.
   template <int First>
   void observe(const Vector& value, double variance) {
     const Eigen::Matrix3d s = innovation_covariance<First>(variance);
@@ -89,27 +89,27 @@ class FootFilter {
     move(k * off);
   }
 
-  /// The velocity is zero with `variance`, or else anything with `wide_variance`; standing is
-  /// exp(log_odds) times likelier beforehand. Weighs the two as probabilistic data association does
-  /// (Bar-Shalom et al. 2009) and gives the probability of standing.
-  double stand_or_move(double variance, double wide_variance, double log_odds) {
+  /// Zero-velocity update by probabilistic data association (Bar-Shalom et al. 2009): stance,
+  /// velocity zero with `variance` and prior log odds `log_odds`, or motion with `wide_variance`.
+  /// Returns the probability of stance.
+  double update_zero_velocity(double variance, double wide_variance, double log_odds) {
     const Eigen::Matrix3d s = innovation_covariance<kVelocity>(variance);
     const Vector off = -velocity_;
-    const double likelier =
+    const double log_ratio =
         log_density(off, s) - log_density(off, innovation_covariance<kVelocity>(wide_variance));
-    const double stands = 1.0 / (1.0 + std::exp(-(likelier + log_odds)));
-    if (!(stands > 1e-9)) return 0.0;
+    const double stance = 1.0 / (1.0 + std::exp(-(log_ratio + log_odds)));
+    if (!(stance > 1e-9)) return 0.0;
     const Eigen::Matrix<double, kSize, 3> k = gain<kVelocity>(s);
     const Error step = k * off;
-    p_ += stands * ((1.0 - stands) * step * step.transpose() - k * s * k.transpose());
-    move(stands * step);
-    return stands;
+    p_ += stance * ((1.0 - stance) * step * step.transpose() - k * s * k.transpose());
+    move(stance * step);
+    return stance;
   }
 
-  /// Moves the position by what somebody else knows; how certain it is stays.
+  /// Shifts the position, by an external constraint; the covariance is unchanged.
   void shift(const Vector& by) { position_ += by; }
 
-  /// The component of the position along `unit`, a vector, is `value`.
+  /// Updates the component of the position along the unit vector `unit` with `value`.
   void observe_along(const Vector& unit, double value, double variance) {
     const Error ph = p_.middleCols<3>(kPosition) * unit;
     const double s = unit.dot(ph.head<3>()) + variance;

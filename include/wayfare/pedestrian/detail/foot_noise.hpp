@@ -1,6 +1,6 @@
 #pragma once
 
-// What a step of the foot's strapdown navigation may have got wrong.
+// Process noise of the foot's strapdown navigation.
 
 #include <algorithm>
 #include <cmath>
@@ -14,15 +14,15 @@
 
 namespace wayfare {
 
-/// Grows with motion, with the jump from reading to reading (an impact between them was missed) and
-/// where a reading is saturated.
+/// Grows with motion, with the difference between readings (undersampled impacts) and with
+/// saturation.
 class FootNoise {
  public:
   using Vector = Eigen::Vector3d;
 
   explicit FootNoise(const FootParameters& parameters) : p_(parameters) {}
 
-  /// Of the step of `dt` seconds from `last` to `now` by a foot in the attitude `q`.
+  /// Noise of the step of `dt` seconds from `last` to `now` in attitude `q`.
   [[nodiscard]] FootFilter::Noise operator()(const ImuSample& last, const ImuSample& now,
                                              const SO3d& q, double dt) {
     const Vector& w = now.angular_rate_radps;
@@ -41,20 +41,19 @@ class FootNoise {
     return n;
   }
 
-  /// Of a pause in which nobody saw what the foot did.
+  /// Noise of a gap without readings.
   [[nodiscard]] static FootFilter::Noise pause(double gap_s, double speed_mps) {
-    constexpr double kTurn_radps = 1.0;
+    constexpr double kRate_radps = 1.0;
     FootFilter::Noise n;
     n.position = square(speed_mps * gap_s);
-    n.angle = square(std::min(kTurn_radps * gap_s, 1.0));
+    n.angle = square(std::min(kRate_radps * gap_s, 1.0));
     return n;
   }
 
  private:
   static double square(double x) { return x * x; }
 
-  /// A saturated axis misses a turn in one direction all the time: the deviation grows, not the
-  /// variance.
+  /// The error of a saturated axis is constant: its standard deviation grows linearly with time.
   [[nodiscard]] Eigen::Matrix3d missed_turn(const Vector& w, const SO3d& q, double dt) {
     Vector missed = Vector::Zero();
     for (int i = 0; i < 3; ++i)

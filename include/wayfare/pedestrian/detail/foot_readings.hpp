@@ -1,6 +1,6 @@
 #pragma once
 
-// The foot tracker's memory: the last readings, how still each was, and which are stances.
+// Buffer of the foot tracker: recent readings, their stance statistics and the local minima.
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,8 @@
 
 namespace wayfare {
 
-/// Statistic of the hypothesis that a foot stands, over readings [begin, end) (Skog et al. 2010
-/// (12) for SHOE, (15) for ARED): of mean about one where it does.
+/// Stance statistic over readings [begin, end) (Skog et al. 2010 (12) for SHOE, (15) for ARED),
+/// with mean about one in stance.
 template <class Iterator>
 [[nodiscard]] double stance_statistic(Iterator begin, Iterator end, const FootParameters& p) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -35,7 +35,7 @@ template <class Iterator>
   return n > 0 ? sum / n : 0.0;
 }
 
-/// A queue that gives each reading back once it is known whether it is the stillest about.
+/// Queue that releases each reading once it is known whether its statistic is a local minimum.
 class FootReadings {
  public:
   struct Entry : ImuSample {
@@ -50,55 +50,55 @@ class FootReadings {
 
   void add(const ImuSample& sample) {
     entries_.push_back({sample});
-    while (judged_ < entries_.size() && sample.time - entries_[judged_].time >= half_window_)
-      judge();
+    while (evaluated_ < entries_.size() && sample.time - entries_[evaluated_].time >= half_window_)
+      evaluate();
   }
-  /// No readings come any more that belong to these.
+  /// No more readings follow.
   void close() {
-    while (judged_ < entries_.size()) judge();
+    while (evaluated_ < entries_.size()) evaluate();
     closed_ = true;
   }
   void clear() {
     entries_.clear();
-    judged_ = next_ = 0;
+    evaluated_ = next_ = 0;
     closed_ = false;
   }
 
-  /// Gives the next reading where it is due; the caller asks again until there is none.
+  /// Returns the next reading that is due; to be called until false.
   [[nodiscard]] bool next(Entry& entry) {
-    if (next_ >= judged_) return false;
-    if (!closed_ && entries_[judged_ - 1].time - entries_[next_].time < apart_) return false;
+    if (next_ >= evaluated_) return false;
+    if (!closed_ && entries_[evaluated_ - 1].time - entries_[next_].time < apart_) return false;
     entry = entries_[next_];
     entry.stillest = is_stillest();
     ++next_;
     const LogTime oldest = entry.time - std::max(apart_, half_window_);
     while (entries_.front().time < oldest) {
       entries_.pop_front();
-      --judged_;
+      --evaluated_;
       --next_;
     }
     return true;
   }
 
  private:
-  void judge() {
-    Entry& e = entries_[judged_];
+  void evaluate() {
+    Entry& e = entries_[evaluated_];
     const auto near = [&](const Entry& o) {
       return o.time - e.time <= half_window_ && e.time - o.time <= half_window_;
     };
-    auto first = judged_, last = judged_ + 1;
+    auto first = evaluated_, last = evaluated_ + 1;
     while (first > 0 && near(entries_[first - 1])) --first;
     while (last < entries_.size() && near(entries_[last])) ++last;
     const auto at = [&](std::size_t i) {
       return entries_.begin() + static_cast<std::ptrdiff_t>(i);
     };
     e.statistic = stance_statistic(at(first), at(last), p_);
-    ++judged_;
+    ++evaluated_;
   }
 
   [[nodiscard]] bool is_stillest() const {
     const Entry& e = entries_[next_];
-    for (std::size_t i = 0; i < judged_; ++i) {
+    for (std::size_t i = 0; i < evaluated_; ++i) {
       const Entry& o = entries_[i];
       if (o.time - e.time > apart_ || e.time - o.time > apart_ || i == next_) continue;
       if (o.statistic < e.statistic || (o.statistic == e.statistic && i < next_)) return false;
@@ -109,7 +109,7 @@ class FootReadings {
   FootParameters p_;
   Duration half_window_, apart_;
   std::deque<Entry> entries_;
-  std::size_t judged_ = 0, next_ = 0;
+  std::size_t evaluated_ = 0, next_ = 0;
   bool closed_ = false;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// The mean turn rate of a foot at rest, which is the gyro's bias.
+// Gyro bias from the mean rate of a foot at rest.
 
 #include <cmath>
 #include <optional>
@@ -11,8 +11,8 @@
 
 namespace wayfare {
 
-/// Means over a tenth of a second, once the foot has rested for FootParameters::rest_time_s. Who
-/// stands sways, tenths alike: the less still the foot, the less its mean rate is the bias.
+/// Means over a tenth of a second, after FootParameters::rest_time_s of rest. A standing person
+/// sways slowly: the uncertainty grows with the rate's root mean square.
 class FootRest {
  public:
   struct Bias {
@@ -22,7 +22,7 @@ class FootRest {
 
   explicit FootRest(const FootParameters& parameters) : p_(parameters) {}
 
-  /// The mean, where one is complete with this reading.
+  /// The mean, if this reading completes one.
   [[nodiscard]] std::optional<Bias> add(const Eigen::Vector3d& rate_radps, double statistic,
                                         double dt) {
     constexpr double kMean_s = 0.1;
@@ -43,7 +43,7 @@ class FootRest {
     sum_s_ = 0.0;
     return rest_s_ > p_.rest_time_s ? std::optional(bias) : std::nullopt;
   }
-  /// Rest begins anew.
+  /// Restarts the rest time.
   void interrupt() { rest_s_ = 0.0; }
 
  private:

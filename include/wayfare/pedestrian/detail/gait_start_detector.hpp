@@ -1,6 +1,6 @@
 #pragma once
 
-// The first steps of a walk, kept until there are enough of them.
+// Buffers the first steps of a walk until there are enough of them.
 
 #include <algorithm>
 #include <array>
@@ -16,19 +16,19 @@ class GaitStartDetector {
   explicit GaitStartDetector(const StepParameters& p)
       : swing_part_(p.onset_swing_part),
         interval_part_(p.onset_interval_part),
-        least_(p.least_steps),
-        least_to_resume_(p.resume_steps) {}
+        min_steps_(p.least_steps),
+        min_steps_to_resume_(p.resume_steps) {}
 
-  /// `resuming`: who walked a moment ago needs fewer steps, and any will do.
+  /// `resuming`: shortly after a walk fewer steps suffice, of any regularity.
   void clear(bool resuming) {
     count_ = 0;
     resuming_ = resuming;
   }
 
-  /// The steps of the walk that began, or none as long as none did.
+  /// The steps of the walk once it has started, else none.
   [[nodiscard]] std::span<const Step> add(const Step& step) {
     const auto needed = static_cast<std::size_t>(
-        std::clamp(resuming_ ? least_to_resume_ : least_, 1, static_cast<int>(kMost)));
+        std::clamp(resuming_ ? min_steps_to_resume_ : min_steps_, 1, static_cast<int>(kMaxSteps)));
     steps_[count_++] = step;
     if (count_ < needed) return {};
     if (!resuming_) drop_irregular();
@@ -38,12 +38,12 @@ class GaitStartDetector {
   }
 
  private:
-  static constexpr std::size_t kMost = 16;
+  static constexpr std::size_t kMaxSteps = 16;
 
-  /// A walk begins after the last of the steps that is too weak or too far from the next to be of
-  /// it: a phone is put away before one walks.
+  /// The walk begins after the last step that is too weak or too far from the next, as when a phone
+  /// is put away before walking.
   void drop_irregular() {
-    std::array<double, kMost> swings{}, intervals{};
+    std::array<double, kMaxSteps> swings{}, intervals{};
     for (std::size_t i = 0; i < count_; ++i) {
       swings[i] = steps_[i].swing_mps2;
       intervals[i] = steps_[i].interval_s;
@@ -61,7 +61,7 @@ class GaitStartDetector {
               begin + static_cast<std::ptrdiff_t>(count_), begin);
     count_ -= first;
   }
-  /// What came before a walk's first step was no walking: it is taken for one like the next.
+  /// The signal before the first step was no walking: its features are copied from the next.
   void complete_first() {
     if (count_ < 2) return;
     const Step first = steps_[0];
@@ -79,8 +79,8 @@ class GaitStartDetector {
   }
 
   double swing_part_, interval_part_;
-  int least_, least_to_resume_;
-  std::array<Step, kMost> steps_{};
+  int min_steps_, min_steps_to_resume_;
+  std::array<Step, kMaxSteps> steps_{};
   std::size_t count_ = 0;
   bool resuming_ = false;
 };

@@ -12,21 +12,21 @@
 
 namespace wayfare {
 
-/// Off with a bias of zero.
+/// Disabled if the bias is zero.
 struct StraightWalkParameters {
-  double bias_sigma_radps = 0.0;  ///< of the bias about the vertical, beforehand
-  double window_s = 3.0;          ///< rates of turning are means over this time
-  double sigma_radps = 0.005;     ///< of such a rate where one walks straight
-  double straight_part = 0.2;     ///< of the windows; in the others it may be any rate
+  double bias_sigma_radps = 0.0;  ///< prior, of the bias about the vertical
+  double window_s = 3.0;          ///< averaging time of the heading rates
+  double sigma_radps = 0.005;     ///< of a heading rate while walking straight
+  double straight_part = 0.2;     ///< of the windows; others have any rate
 };
 
-/// What of the heading is drift. The bias's probability is kept on a grid, for which turns are
-/// bends and which are drift shows late: whatever rate returns most often is the bias.
+/// Heading drift from a grid filter of the bias: bends and drift are only separable over time, and
+/// the rate that recurs most often is the bias.
 class StraightWalk {
  public:
   explicit StraightWalk(const StraightWalkParameters& p) : p_(p) {}
 
-  /// After a step, with the heading by the gyro, unwrapped, rad: what of it is drift.
+  /// After a step, with the unwrapped gyro heading, rad: returns its drift, rad.
   double step(LogTime time, double heading) {
     if (!(p_.bias_sigma_radps > 0.0)) return 0.0;
     const bool pause = count_ > 0 && !(std::abs(to_seconds(time - past(0).time)) < 2.0);
@@ -39,7 +39,7 @@ class StraightWalk {
     for (std::size_t age = 1; age < count_; ++age) {
       const double span = to_seconds(time - past(age).time);
       if (span < p_.window_s) continue;
-      weigh((heading - past(age).heading) / span, 1.0 / double(age));
+      update((heading - past(age).heading) / span, 1.0 / double(age));
       break;
     }
     return bias_ * to_seconds(time - start_);
@@ -53,17 +53,17 @@ class StraightWalk {
     double heading = 0.0;
   };
   static constexpr std::size_t kSteps = 32, kCells = 121;
-  static constexpr double kReach = 3.0;  ///< of the grid, standard deviations
+  static constexpr double kRange = 3.0;  ///< of the grid, standard deviations
 
   [[nodiscard]] const Past& past(std::size_t age) const {
     return steps_[(newest_ + kSteps - age) % kSteps];
   }
   [[nodiscard]] double in_sigmas(std::size_t cell) const {
-    return kReach * (2.0 * double(cell) / double(kCells - 1) - 1.0);
+    return kRange * (2.0 * double(cell) / double(kCells - 1) - 1.0);
   }
 
-  /// Bayes' rule with a window's mean rate; windows overlap, so each counts for its `part` only.
-  void weigh(double rate, double part) {
+  /// Bayes' rule with a window's mean rate; overlapping windows each count for a `part`.
+  void update(double rate, double part) {
     constexpr double kAnyTurn_radps = 1.0;
     const double straight = p_.straight_part / (2.5066 * p_.sigma_radps);
     const double other = (1.0 - p_.straight_part) / kAnyTurn_radps;

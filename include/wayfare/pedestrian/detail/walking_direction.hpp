@@ -1,9 +1,10 @@
 #pragma once
 
-// Which way a body walks, by a sensor on it that points another way.
+// Walking direction relative to a sensor of unknown orientation on the body.
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -12,17 +13,17 @@
 
 namespace wayfare {
 
-/// The axis along which the body sways while it walks is the one it walks along (Kourogi and Kurata
-/// 2003): the principal axis of the horizontal acceleration, seen from the sensor's heading. Of the
-/// two directions along it, the one in which the body is driven forward as it rises. Coarse: a hand
-/// sways 15° askew, so this serves where a sensor may sit any way round, as in a pocket.
+/// The body sways along the walking direction (Kourogi and Kurata 2003): the principal axis of the
+/// horizontal acceleration, relative to the sensor's heading. Its sign is that of the forward
+/// acceleration while the body rises. Coarse: a hand sways 15° off, so this is for arbitrary
+/// mounting, as in a pocket.
 class WalkingDirection {
  public:
-  /// The mean is taken over so long, s, of walking.
+  /// `memory_s`: averaging time, s of walking.
   explicit WalkingDirection(double memory_s = 20.0) : memory_s_(memory_s) {}
 
-  /// Specific force in a level world (z up) and where the sensor's forward axis points in it,
-  /// counter-clockwise from x.
+  /// Specific force in level world axes (z up) and the heading of the sensor's forward axis in
+  /// them, counter-clockwise from x.
   void add(const Eigen::Vector3d& world_force, Angle sensor_heading, double dt) {
     if (!(dt > 0.0) || !world_force.allFinite()) return;
     constexpr double kLow_s = 0.23, kHigh_s = 0.053;  // 0.7 Hz and 3 Hz
@@ -42,10 +43,10 @@ class WalkingDirection {
   [[nodiscard]] Angle offset() const {
     const double angle = 0.5 * std::atan2(2.0 * spread_(0, 1), spread_(0, 0) - spread_(1, 1));
     const Eigen::Vector2d axis(std::cos(angle), std::sin(angle));
-    return Angle::radians(axis.dot(drive_) < 0.0 ? angle + 3.14159265358979324 : angle).wrapped();
+    return Angle::radians(axis.dot(drive_) < 0.0 ? angle + std::numbers::pi : angle).wrapped();
   }
-  /// How much more the body sways along the axis than across: variances' ratio; one says nothing.
-  [[nodiscard]] double clearness() const {
+  /// Ratio of the variances along and across the axis; one: undetermined.
+  [[nodiscard]] double variance_ratio() const {
     const double half = 0.5 * spread_.trace();
     const double d = std::hypot(0.5 * (spread_(0, 0) - spread_(1, 1)), spread_(0, 1));
     return half - d > 0.0 ? (half + d) / (half - d) : 1.0;

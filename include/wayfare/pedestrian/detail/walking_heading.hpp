@@ -1,6 +1,6 @@
 #pragma once
 
-// The way an axis of the unit pointed of late: steps are known after they were made.
+// Recent headings of an axis of the unit: steps are detected with a delay.
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace wayfare {
 
-/// Averages over a time, for heads and hands turn to and fro.
+/// Moving average, since heads and hands turn to and fro.
 class WalkingHeading {
  public:
   struct Entry {
@@ -22,7 +22,7 @@ class WalkingHeading {
 
   explicit WalkingHeading(double average_s) : average_s_(average_s) {}
 
-  /// Gives the time since the reading before, s; zero for the first.
+  /// Returns the time since the previous reading, s; zero for the first.
   double add(LogTime time, double radians, double variance) {
     const double dt = started_ ? to_seconds(time - last_) : 0.0;
     if (!started_ || dt < 0.0 || dt > 1.0) {
@@ -34,36 +34,36 @@ class WalkingHeading {
     }
     started_ = true;
     last_ = time;
-    if (count_ == 0 || to_seconds(time - kept(0).time) >= kSpacing_s) keep(time, variance);
+    if (count_ == 0 || to_seconds(time - entry(0).time) >= kSpacing_s) store(time, variance);
     return dt;
   }
 
-  /// The heading was wrong by so much, for a while.
-  void turn(double radians) {
+  /// Rotates the stored headings by a correction.
+  void rotate(double radians) {
     unwrapped_ += radians;
     average_ += radians;
     for (Entry& e : entries_) e.radians += radians;
   }
 
-  /// As it is now, not averaged.
+  /// Latest heading, not averaged.
   [[nodiscard]] double now() const { return unwrapped_; }
-  /// The last one kept that is not after `time`, or the oldest; null before the first.
+  /// The latest entry not after `time`, or the oldest; null before the first.
   [[nodiscard]] const Entry* at(LogTime time) const {
     for (std::size_t age = 0; age < count_; ++age)
-      if (kept(age).time <= time) return &kept(age);
-    return count_ > 0 ? &kept(count_ - 1) : nullptr;
+      if (entry(age).time <= time) return &entry(age);
+    return count_ > 0 ? &entry(count_ - 1) : nullptr;
   }
 
  private:
   static constexpr std::size_t kEntries = 1024;
   static constexpr double kSpacing_s = 0.02;
 
-  void keep(LogTime time, double variance) {
+  void store(LogTime time, double variance) {
     newest_ = (newest_ + 1) % kEntries;
     entries_[newest_] = {time, average_, variance};
     count_ = std::min(count_ + 1, kEntries);
   }
-  [[nodiscard]] const Entry& kept(std::size_t age) const {
+  [[nodiscard]] const Entry& entry(std::size_t age) const {
     return entries_[(newest_ + kEntries - age) % kEntries];
   }
 
