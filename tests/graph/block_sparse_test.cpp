@@ -15,7 +15,7 @@ namespace {
 using tests::fill;
 using tests::random_pairs;
 
-TEST(BlockSparse, HoldsThePatternAndNothingElse) {
+TEST(BlockSparse, HasExactlyThePattern) {
   Rng rng(1);
   for (const auto& [columns, couplings] : {std::pair{1, 0}, {2, 5}, {17, 0}, {25, 60}, {9, 200}}) {
     const auto pairs = random_pairs(rng, columns, couplings);
@@ -26,7 +26,7 @@ TEST(BlockSparse, HoldsThePatternAndNothingElse) {
     ASSERT_EQ(h.columns(), columns);
     ASSERT_EQ(static_cast<std::size_t>(h.blocks()), want.size());
     int index = 0;
-    for (const auto& [c, r] : want) {  // in the order the class promises
+    for (const auto& [c, r] : want) {  // in the documented order
       EXPECT_EQ(h.find(r, c), index);
       EXPECT_EQ(h.rows()[static_cast<std::size_t>(index)], r);
       EXPECT_GE(index, h.starts()[static_cast<std::size_t>(c)]);
@@ -39,7 +39,7 @@ TEST(BlockSparse, HoldsThePatternAndNothingElse) {
   }
 }
 
-TEST(BlockSparse, BlocksKeepTheirPlacesAndStartAtZero) {
+TEST(BlockSparse, BlocksKeepTheirAddressesAndStartAtZero) {
   Rng rng(2);
   BlockSparse<2> h(6, random_pairs(rng, 6, 10));
   for (int i = 0; i < h.blocks(); ++i) EXPECT_TRUE(h.block(i).isZero());
@@ -54,7 +54,7 @@ TEST(BlockSparse, BlocksKeepTheirPlacesAndStartAtZero) {
   for (int i = 0; i < h.blocks(); ++i) EXPECT_TRUE(h.block(i).isZero());
 }
 
-TEST(BlockSparse, RefusesBlocksOutsideAndTellsOfBlocksItDoesNotHave) {
+TEST(BlockSparse, RejectsBlocksOutsideTheMatrixAndMissingBlocks) {
   using Pairs = std::vector<std::pair<int, int>>;
   EXPECT_DEATH(BlockSparse<3>(2, Pairs{{0, 2}}), "inside the matrix");
   EXPECT_DEATH(BlockSparse<3>(2, Pairs{{-1, 0}}), "inside the matrix");
@@ -63,7 +63,7 @@ TEST(BlockSparse, RefusesBlocksOutsideAndTellsOfBlocksItDoesNotHave) {
 }
 
 // The oracle is P H Pᵀ with dense matrices.
-TEST(ScalarExpansion, IsThePermutedMatrix) {
+TEST(ScalarExpansion, EqualsThePermutedMatrix) {
   constexpr int kBlock = 3;
   Rng rng(3);
   for (const int columns : {1, 2, 12}) {
@@ -78,7 +78,7 @@ TEST(ScalarExpansion, IsThePermutedMatrix) {
           .setIdentity();
     ScalarExpansion<kBlock> expansion;
     expansion.build(h, position);
-    for (int again = 0; again < 2; ++again) {  // other values in the kept layout
+    for (int again = 0; again < 2; ++again) {  // different values in the same layout
       const Eigen::MatrixXd dense = fill(h, rng);
       expansion.fill(h);
       const Eigen::MatrixXd want = p * dense * p.transpose();

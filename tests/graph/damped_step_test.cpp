@@ -35,7 +35,7 @@ TYPED_TEST(DampedStepTest, SolvesTheDampedEquations) {
   this->step_.linearise(this->graph_, {});
   const auto& free = this->step_.equations().free_poses();
   const DenseEquations<TypeParam> want(this->graph_, free);
-  for (const double damping : {0.0, 1e-3, 10.0}) {  // the same equations: each step restores them
+  for (const double damping : {0.0, 1e-3, 10.0}) {  // each step restores the equations
     Eigen::MatrixXd damped = want.hessian;
     damped.diagonal() *= 1.0 + damping;
     const Eigen::VectorXd delta = -damped.llt().solve(want.gradient);
@@ -61,7 +61,7 @@ TYPED_TEST(DampedStepTest, SolvesTheDampedEquations) {
   }
 }
 
-TYPED_TEST(DampedStepTest, NamesThePoseThatNothingHolds) {
+TYPED_TEST(DampedStepTest, NamesAPoseWithoutEdges) {
   this->graph_.labels = {"a", "b", "c", "d", "e"};
   for (auto& edge : this->graph_.edges)
     if (edge.from == 4 || edge.to == 4) edge.information.setZero();
@@ -73,7 +73,7 @@ TYPED_TEST(DampedStepTest, NamesThePoseThatNothingHolds) {
               ::testing::HasSubstr("pose e is not fully determined"));
 }
 
-TYPED_TEST(DampedStepTest, NamesThePoseWhoseSumsOverflow) {
+TYPED_TEST(DampedStepTest, NamesThePoseWithAnOverflow) {
   for (auto& edge : this->graph_.edges)
     if (edge.from == 2 && edge.to == 1) edge.information *= 1e308;
   this->step_.prepare(this->graph_);
@@ -85,7 +85,7 @@ TYPED_TEST(DampedStepTest, NamesThePoseWhoseSumsOverflow) {
 }
 
 // Rows and columns of the dense inverse; zero for fixed poses.
-TYPED_TEST(DampedStepTest, JointCovarianceIsThatOfTheDenseInverse) {
+TYPED_TEST(DampedStepTest, JointCovarianceEqualsTheDenseInverse) {
   constexpr int kDof = TypeParam::kDof;
   this->step_.prepare(this->graph_);
   this->step_.linearise(this->graph_, {});

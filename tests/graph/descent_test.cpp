@@ -16,12 +16,13 @@
 namespace wayfare {
 namespace {
 
-// Nielsen 1999: λ falls by max(⅓, 1 − (2q − 1)³), grows by 2, 4, 8, … for refusals in a row.
+// Nielsen 1999: λ decreases by max(⅓, 1 − (2q − 1)³), grows by 2, 4, 8, … for consecutive
+// rejections.
 TEST(Damping, FollowsNielsen) {
   Damping damping(1.0);
   damping.step_taken(1.0);
   EXPECT_DOUBLE_EQ(damping.value(), 1.0 / 3.0);
-  damping.step_taken(0.5);  // as good as promised by half: stays
+  damping.step_taken(0.5);  // a gain ratio of one half: unchanged
   EXPECT_DOUBLE_EQ(damping.value(), 1.0 / 3.0);
   damping.step_taken(0.25);
   EXPECT_DOUBLE_EQ(damping.value(), 1.125 / 3.0);
@@ -35,10 +36,10 @@ TEST(Damping, FollowsNielsen) {
   damping.step_taken(1.0);
   const double before = damping.value();
   damping.step_refused();
-  EXPECT_DOUBLE_EQ(damping.value(), 2.0 * before);  // the row is broken
+  EXPECT_DOUBLE_EQ(damping.value(), 2.0 * before);  // a new sequence
 }
 
-TEST(OptimiseControl, StopsWhereTheGainIsSmallOrTheCallerWantsNoMore) {
+TEST(OptimiseControl, StopsIfTheGainIsSmallOrTheCallbackSaysSo) {
   OptimiseReport report;
   OptimiseOptions options{.min_relative_gain = 1e-2, .min_absolute_gain = 0.5};
   OptimiseControl control(options, report);
@@ -68,7 +69,7 @@ TEST(OptimiseControl, StopsWhereTheGainIsSmallOrTheCallerWantsNoMore) {
   EXPECT_FALSE(control.may_iterate());
 }
 
-TEST(StopReason, HasANameOfItsOwn) {
+TEST(StopReason, HasADistinctName) {
   std::set<std::string> names;
   for (const auto reason : {StopReason::converged, StopReason::max_iterations, StopReason::stopped,
                             StopReason::no_progress})
@@ -77,7 +78,7 @@ TEST(StopReason, HasANameOfItsOwn) {
   EXPECT_FALSE(names.contains(""));
 }
 
-TEST(PhaseTimer, AddsToWhatWasThere) {
+TEST(PhaseTimer, AddsToThePreviousValue) {
   double seconds = 1e6;
   { const PhaseTimer timer(seconds); }
   const double once = seconds;
@@ -101,8 +102,8 @@ struct Descent {
   }
 };
 
-// Headings that are right already leave a linear problem in x and y: one step ends it. Two edges to
-// one pose, at 1 m and 2 m with weights 1 and 3: the minimum is at 1.75 m, of cost ¾.
+// With correct headings the problem is linear in x and y: one step solves it. Two edges to one
+// pose, at 1 m and 2 m with weights 1 and 3: the minimum is at 1.75 m, with cost ¾.
 TEST(GaussNewton, SolvesALinearProblemInOneStep) {
   PoseGraph2 graph{{SE2d(), SE2d(9.0, -4.0, Angle{})}, {}, {}, {}};
   graph.edges = {{0, 1, SE2d(1.0, 0.0, Angle{}), Eigen::Matrix3d::Identity(), false},
@@ -117,9 +118,9 @@ TEST(GaussNewton, SolvesALinearProblemInOneStep) {
   EXPECT_NEAR(d.report.history.front().cost, 0.75, 1e-12);
 }
 
-// Whatever the start, no way down ends higher than it began, every step it takes is one down, and
-// the cost it reports is that of the poses it leaves.
-TEST(Descent, NeverGoesUp) {
+// From any start, both methods end at no higher cost, every accepted step lowers the cost, and the
+// reported cost is that of the final poses.
+TEST(Descent, NeverRaisesTheCost) {
   int given_up = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Rng rng(seed);
@@ -140,7 +141,7 @@ TEST(Descent, NeverGoesUp) {
       EXPECT_NEAR(d.report.final_cost, chi2(d.graph), 1e-9 * d.report.initial_cost);
       EXPECT_LE(d.report.final_cost, d.report.initial_cost);
       if (damped) {
-        // At a minimum the gradient is nothing beside what it was.
+        // At a minimum the gradient is negligible compared with the initial one.
         PlaneStep end;
         end.prepare(d.graph);
         end.linearise(d.graph, {});
@@ -148,7 +149,7 @@ TEST(Descent, NeverGoesUp) {
       }
     }
   }
-  EXPECT_GT(given_up, 0);  // from so far off full steps go up now and then
+  EXPECT_GT(given_up, 0);  // far from the optimum some full steps raise the cost
 }
 
 }  // namespace

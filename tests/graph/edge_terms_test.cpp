@@ -12,8 +12,8 @@ class EdgeTermsTest : public ::testing::Test {};
 using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(EdgeTermsTest, Groups);
 
-// What the closed form says is what PoseError's Jacobians give, multiplied out; with and without
-// information between translation and rotation.
+// The closed form equals the products of PoseError's Jacobians, with and without information
+// between translation and rotation.
 TYPED_TEST(EdgeTermsTest, AreTheProductsOfTheErrorsJacobians) {
   using G = TypeParam;
   constexpr int N = static_cast<int>(G::Vector::RowsAtCompileTime);
@@ -21,7 +21,7 @@ TYPED_TEST(EdgeTermsTest, AreTheProductsOfTheErrorsJacobians) {
   for (int round = 0; round < 40; ++round) {
     auto graph = tests::tangle<G>(rng);
     for (PoseEdge<G>& edge : graph.edges) {
-      // Any error at all, turns beyond half a turn among them.
+      // Arbitrary errors, including rotations of more than π.
       edge.measurement = G::exp(tests::random_tangent<G>(rng, 4.0));
       if (round % 2 == 0) {
         edge.information.template topRightCorner<N, G::kDof - N>().setZero();

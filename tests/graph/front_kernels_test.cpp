@@ -1,4 +1,4 @@
-// The dense kernels of every instruction set this machine has against dense matrices.
+// The dense kernels of every instruction set this CPU supports, compared with dense matrices.
 
 #include "graph/cholesky/kernels.hpp"
 
@@ -23,7 +23,7 @@ MatrixXd random_matrix(Rng& rng, int rows, int columns) {
   return m;
 }
 
-/// A front of p pivots and m rows, where its numbers lie as the factorisation lays them out.
+/// A front of p pivots and m rows in the memory layout of the factorisation.
 struct Case {
   int p, m, ld11, ld21;
   MatrixXd dense;  // of all p + m
@@ -82,7 +82,7 @@ TEST(FrontKernels, FactoriseAndLeaveTheUpdate) {
     ASSERT_EQ(k.factorise(c.panel()), -1);
     const MatrixXd l = c.dense.topLeftCorner(c.p, c.p).llt().matrixL();
     MatrixXd got = Case::view(c.l11, c.ld11, c.p, c.p).triangularView<Eigen::Lower>();
-    got.diagonal() = got.diagonal().cwiseInverse();  // kept as reciprocals
+    got.diagonal() = got.diagonal().cwiseInverse();  // stored as reciprocals
     EXPECT_LT((got - l).norm(), 1e-11 * l.norm());
     const MatrixXd below =
         l.triangularView<Eigen::Lower>().solve(c.dense.bottomLeftCorner(c.m, c.p).transpose());
@@ -105,7 +105,7 @@ TEST(FrontKernels, NameThePivotThatIsNotPositive) {
   });
 }
 
-// Rows past the pivots are every other block, so that the blocks between must stay what they are.
+// Rows past the pivots are every other block; the blocks between must be unchanged.
 TEST(FrontKernels, SubstituteForwardAndBackward) {
   on_every_front([](const FrontKernels& k, Case& c, int block) {
     ASSERT_EQ(k.factorise(c.panel()), -1);

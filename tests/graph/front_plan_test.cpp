@@ -1,4 +1,4 @@
-// Ordering and plan against what follows from eliminating column by column.
+// Ordering and plan, compared with column-by-column elimination.
 
 #include "graph/cholesky/fronts.hpp"
 
@@ -17,7 +17,7 @@ namespace {
 
 UpperPattern pattern_of(const BlockSparse<3>& h) { return {h.starts(), h.rows()}; }
 
-/// Of each column of L, the rows below the diagonal, H's columns numbered anew.
+/// The rows below the diagonal of each column of L, with H's columns renumbered.
 std::vector<std::set<int>> eliminate(const BlockSparse<3>& h, const std::vector<int>& number) {
   std::vector<std::set<int>> below(number.size());
   for (int c = 0; c < h.columns(); ++c) {
@@ -44,7 +44,7 @@ std::size_t fill_of(const BlockSparse<3>& h, const std::vector<int>& number) {
 TEST(MinimumDegree, OrdersEveryColumnOnceAndFillsLittle) {
   Rng rng(61);
   auto shapes = tests::all_shapes(rng);
-  shapes.push_back(tests::arrow(900, 450));  // a hub with more neighbours than it looks at
+  shapes.push_back(tests::arrow(900, 450));  // a dense hub, which is set aside
   shapes.push_back(tests::grid(30, 30));
   for (const auto& shape : shapes) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
@@ -56,15 +56,15 @@ TEST(MinimumDegree, OrdersEveryColumnOnceAndFillsLittle) {
     for (int i = 0; i < shape.columns; ++i) EXPECT_EQ(sorted[static_cast<std::size_t>(i)], i);
     const std::size_t fill = fill_of(h, inverse_order(order));
     if (shape.name == "chain" || shape.name == "arrow") {
-      EXPECT_EQ(fill, shape.pairs.size());  // none beside H
+      EXPECT_EQ(fill, shape.pairs.size());  // no fill-in
     }
-    // Not much beyond another implementation of the method, whose ties fall otherwise.
+    // Little more than another implementation of the method with different tie-breaking.
     EXPECT_LE(static_cast<double>(fill),
               1.1 * static_cast<double>(fill_of(h, minimum_degree_order(h))) + 10.0);
   }
 }
 
-TEST(ColumnCounts, AreThoseOfTheElimination) {
+TEST(ColumnCounts, EqualThoseOfTheElimination) {
   Rng rng(62);
   for (const auto& shape : tests::all_shapes(rng)) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
@@ -84,7 +84,7 @@ TEST(ColumnCounts, AreThoseOfTheElimination) {
   }
 }
 
-TEST(FrontPlan, HoldsWhatEliminationFillsAndComesChildrenFirst) {
+TEST(FrontPlan, ContainsTheFillInAndListsChildrenFirst) {
   Rng rng(63);
   for (const auto& shape : tests::all_shapes(rng)) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));

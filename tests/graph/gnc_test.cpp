@@ -26,8 +26,8 @@ double rms_distance(const auto& a, const auto& b) {
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
-/// A walk over the crossings of a grid of streets, measured with honest noise, joined wherever it
-/// comes back to within a street's length.
+/// A walk over the crossings of a grid of streets, measured with consistent noise, with a loop
+/// wherever it returns to within a street's length.
 template <class G>
 class Streets {
  public:
@@ -51,7 +51,7 @@ class Streets {
 
   [[nodiscard]] const PoseGraph<G>& graph() const { return graph_; }
 
-  /// `share` of all loops are then between places that are nowhere near, put last.
+  /// Appends false loops between distant positions, up to a fraction `share` of all loops.
   [[nodiscard]] PoseGraph<G> with_false_loops(double share) {
     PoseGraph<G> graph = graph_;
     const auto loops = graph.edges.size() - truth_.size() + 1;
@@ -88,7 +88,7 @@ class Streets {
       const bool turn = k >= static_cast<int>(G::Vector::RowsAtCompileTime);
       const double sigma = turn ? kNoise_rad : kNoise_m;
       noise[k] = rng_.normal(0.0, sigma);
-      // A quaternion's vector is half the angle.
+      // A quaternion's vector part is half the angle.
       information(k, k) = (turn && kDof == 6 ? 4.0 : 1.0) / (sigma * sigma);
     }
     graph_.edges.push_back({i, j, (at(i).inverse() * at(j)).plus(noise), information, loop});
@@ -127,7 +127,7 @@ TYPED_TEST(GncTest, FindsTheFalseLoopsAmongTrueOnes) {
   }
 }
 
-TYPED_TEST(GncTest, SoDoesGemanMcClureAmongFewer) {
+TYPED_TEST(GncTest, GemanMcClureFindsThemAmongFewer) {
   Streets<TypeParam> streets(3);
   auto clean = streets.graph();
   ASSERT_TRUE(optimise(clean));
@@ -146,15 +146,15 @@ TYPED_TEST(GncTest, WithoutFalseLoopsNothingChanges) {
   ASSERT_TRUE(report);
   EXPECT_TRUE(report->rejected.empty());
   EXPECT_LT(rms_distance(graph.poses, clean.poses), 1e-3);
-  // Trusted edges are kept however large their error.
+  // Trusted edges are never rejected.
   for (auto& edge : graph.edges) edge.robust = false;
   const auto trusting = optimise_gnc(graph, {.inlier_probability = 0.1});
   ASSERT_TRUE(trusting);
   EXPECT_TRUE(trusting->rejected.empty());
 }
 
-// The relaxation cannot place a pose of which no edge knows both rotation and translation in part.
-TYPED_TEST(GncTest, DoesWithoutRelaxationWhereEdgesSayTooLittle) {
+// The relaxation cannot determine a pose from edges with partial information only.
+TYPED_TEST(GncTest, SkipsTheRelaxationIfEdgesHaveTooLittleInformation) {
   using G = TypeParam;
   Streets<G> streets(5);
   auto graph = streets.with_false_loops(0.1);
@@ -169,8 +169,8 @@ TYPED_TEST(GncTest, DoesWithoutRelaxationWhereEdgesSayTooLittle) {
   expect_only_false_rejected(report->rejected, streets.graph().edges.size(), loops);
 }
 
-// Two edges contradict each other and nothing speaks for either.
-TYPED_TEST(GncTest, APoseThatOnlyRejectedEdgesHoldIsNamed) {
+// Two edges contradict each other and nothing supports either.
+TYPED_TEST(GncTest, NamesAPoseWithRejectedEdgesOnly) {
   using G = TypeParam;
   PoseGraph<G> graph{{G(), G()}, {}, {}, {}};
   for (const double x : {10.0, -10.0}) {
@@ -184,7 +184,7 @@ TYPED_TEST(GncTest, APoseThatOnlyRejectedEdgesHoldIsNamed) {
   EXPECT_EQ(graph.poses[1].minus(G()).norm(), 0.0);
 }
 
-TYPED_TEST(GncTest, NothingToMoveIsNoFault) {
+TYPED_TEST(GncTest, AGraphWithoutFreePosesIsValid) {
   PoseGraph<TypeParam> graph;
   EXPECT_THAT(optimise_gnc(graph).error().message, HasSubstr("no poses"));
   graph.add_pose(TypeParam());
@@ -207,7 +207,7 @@ TEST(GncWeight, FallsFromOneToZeroAndBecomesTheLoss) {
       EXPECT_LT(last, 1e-3);
     }
   }
-  // Nothing jumps where one piece of the loss ends and the next begins.
+  // The weight is continuous between the pieces of the loss.
   for (const double mu : {1e-3, 1.0, 30.0}) {
     for (const double border : {mu / (mu + 1.0), (mu + 1.0) / mu}) {
       const double step = 1e-9 * border;

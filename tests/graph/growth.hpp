@@ -1,6 +1,6 @@
 #pragma once
 
-// Graphs as they grow: a walk that comes back now and then.
+// Growing graphs: a random walk with loop closures.
 
 #include <algorithm>
 #include <cstddef>
@@ -16,8 +16,8 @@
 
 namespace wayfare::tests {
 
-/// A bounded walk of `poses` poses with noisy measurements, every third pose also seen from one of
-/// the earlier ones; poses by odometry. Some loops are plain wrong where asked for.
+/// A bounded walk of `poses` poses with noisy measurements, every third pose also measured from an
+/// earlier one; poses by odometry. Optionally some loops are outliers.
 template <class G>
 PoseGraph<G> random_walk(Rng& rng, int poses, bool false_loops = false) {
   std::vector<G> truth(1);
@@ -44,8 +44,8 @@ PoseGraph<G> random_walk(Rng& rng, int poses, bool false_loops = false) {
   return graph;
 }
 
-/// A whole Gauss-Newton step an update: every pose that moved is relinearised, no change is left
-/// out.
+/// A complete Gauss-Newton step per update: every pose that moved is relinearised, every change is
+/// propagated.
 inline constexpr IncrementalOptions kExact{
     .relinearise_step = 0.0, .solve_change = 0.0, .max_rounds = 1};
 

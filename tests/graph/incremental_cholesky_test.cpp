@@ -14,7 +14,7 @@
 namespace wayfare {
 namespace {
 
-/// The same system dense, and terms for both.
+/// The dense equivalent of the system, and terms for both.
 template <int N>
 struct Dense {
   Eigen::MatrixXd a;
@@ -38,7 +38,7 @@ struct Dense {
   [[nodiscard]] Eigen::VectorXd solution() const { return a.llt().solve(b); }
 };
 
-/// Positive definite by itself.
+/// Positive definite on its own.
 template <int N>
 IncrementalTerm<N> random_term(Rng& rng) {
   Eigen::Matrix<double, 2 * N, 2 * N> root;
@@ -71,8 +71,8 @@ struct Size {
 using Sizes = ::testing::Types<Size<3>, Size<6>>;
 TYPED_TEST_SUITE(IncrementalCholeskyTest, Sizes);
 
-// Variables, terms, changed values, voided x and orders anew in any mixture: after each the
-// solution is the dense one.
+// Variables, terms, changed values, resets and reorderings in random sequence: after each the
+// solution equals the dense one.
 TYPED_TEST(IncrementalCholeskyTest, FollowsADenseSystemThroughEveryKindOfChange) {
   constexpr int N = TypeParam::value;
   Rng rng(4);
@@ -91,14 +91,14 @@ TYPED_TEST(IncrementalCholeskyTest, FollowsADenseSystemThroughEveryKindOfChange)
   };
   for (int step = 0; step < 120; ++step) {
     const int kind = step < 3 ? 0 : any(6);
-    if (kind <= 2) {  // a variable, seen from the last one or from anywhere
+    if (kind <= 2) {  // a variable, coupled to the last one or a random one
       const int added = system.add_variable();
       dense.grow();
       add_term(added == 0 ? -1 : kind == 0 ? added - 1 : any(added), added);
-    } else if (kind == 3) {  // a term between what is there
+    } else if (kind == 3) {  // a term between existing variables
       const int i = any(system.variables()), j = any(system.variables());
       add_term(i, i == j ? -1 : j);
-    } else if (kind == 4) {  // a term is another
+    } else if (kind == 4) {  // a changed term
       const auto t = static_cast<std::size_t>(any(system.terms()));
       dense.add(ends[t][0], ends[t][1], terms[t], -1.0);
       terms[t] = random_term<N>(rng);
@@ -148,8 +148,8 @@ TYPED_TEST(IncrementalCholeskyTest, NamesTheVariableThatIsNotDeterminedAndKeepsT
   EXPECT_LT(distance_to(system, dense.solution()), 1e-10);
 }
 
-// A change at the end of a long chain: the rest is neither factorised nor visited again.
-TYPED_TEST(IncrementalCholeskyTest, TouchesTheEndOfAChainAlone) {
+// A change at the end of a long chain: the rest is neither refactorised nor visited.
+TYPED_TEST(IncrementalCholeskyTest, AffectsOnlyTheEndOfAChain) {
   constexpr int N = TypeParam::value;
   Rng rng(3);
   IncrementalCholesky<N> system;

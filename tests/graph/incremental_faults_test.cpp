@@ -1,4 +1,4 @@
-// What cannot be taken into a graph that is kept solved, and what has to wait.
+// Invalid and pending additions to an incremental graph.
 
 #include <limits>
 #include <vector>
@@ -26,7 +26,7 @@ struct BadEdge {
   PoseEdge<SE2d> edge;
 };
 
-TEST(IncrementalFaults, RefusesEdgesByNameAndGoesOnAsIfTheyHadNotCome) {
+TEST(IncrementalFaults, RejectsEdgesByNameAndIsUnaffectedByThem) {
   Rng rng(15);
   const auto whole = random_walk<SE2d>(rng, 10);
   IncrementalOptimiser<SE2d> growing;
@@ -55,7 +55,7 @@ TEST(IncrementalFaults, RefusesEdgesByNameAndGoesOnAsIfTheyHadNotCome) {
   EXPECT_TRUE(growing.update());
 }
 
-TEST(IncrementalFaults, SaysThatThereIsNothingToSolve) {
+TEST(IncrementalFaults, ReportsAnEmptyGraph) {
   IncrementalOptimiser<SE2d> growing;
   const auto none = growing.update();
   ASSERT_FALSE(none);
@@ -98,7 +98,7 @@ TEST(IncrementalFaults, WaitsForTheEdgeThatConnectsOrDeterminesAPose) {
   EXPECT_LT(apart(growing.poses(), batch.poses), 3e-7);
 }
 
-TEST(IncrementalFaults, ForgetsWhatWaitsWhenAsked) {
+TEST(IncrementalFaults, DiscardsPendingAdditions) {
   Rng rng(17);
   const auto whole = random_walk<SE2d>(rng, 10);
   IncrementalOptimiser<SE2d> growing;
@@ -113,7 +113,7 @@ TEST(IncrementalFaults, ForgetsWhatWaitsWhenAsked) {
   EXPECT_TRUE(growing.update());
 }
 
-TEST(IncrementalFaults, RefusesAGraphThatIsNotTheOneItKnewGrown) {
+TEST(IncrementalFaults, RejectsAGraphThatDoesNotExtendItsOwn) {
   Rng rng(18);
   auto grown = random_walk<SE2d>(rng, 10);
   IncrementalOptimiser<SE2d> growing;

@@ -17,7 +17,7 @@ namespace {
 
 using Graph = std::vector<std::set<int>>;
 
-/// Blocks of the factor below the diagonal, by eliminating one node after the other.
+/// Blocks of the factor below the diagonal, by eliminating node by node.
 std::size_t fill_of(Graph graph, const std::vector<int>& order) {
   std::size_t fill = 0;
   for (const int pivot : order) {
@@ -60,7 +60,7 @@ bool is_permutation_of_all(std::vector<int> order, std::size_t nodes) {
 
 TEST(IncrementalOrder, FillsLittleMoreThanEigensMinimumDegree) {
   Rng rng(5);
-  IncrementalOrder order;  // one for all: nothing of the last graph is left
+  IncrementalOrder order;  // reused: nothing of the previous graph remains
   for (const auto& [columns, couplings] : {std::pair{60, 90}, {120, 150}, {40, 60}, {200, 420}}) {
     const BlockSparse<3> h(columns, tests::random_pairs(rng, columns, couplings));
     const Graph graph = graph_of(h);
@@ -76,7 +76,7 @@ TEST(IncrementalOrder, FillsLittleMoreThanEigensMinimumDegree) {
   }
 }
 
-// A tree has an order without fill: each node's only edge up, once its children are gone.
+// A tree has an order without fill-in: children before parents.
 TEST(IncrementalOrder, FillsNothingInATree) {
   Graph tree(50);
   for (int i = 1; i < 50; ++i) {
@@ -88,7 +88,7 @@ TEST(IncrementalOrder, FillsNothingInATree) {
   EXPECT_EQ(fill_of(tree, order.find()), 49U);
 }
 
-TEST(IncrementalOrder, TakesACliqueAsAllItsPairs) {
+TEST(IncrementalOrder, TreatsACliqueAsAllItsPairs) {
   Rng rng(8);
   for (int round = 0; round < 20; ++round) {
     const int nodes = 30;
@@ -113,7 +113,7 @@ TEST(IncrementalOrder, TakesACliqueAsAllItsPairs) {
   }
 }
 
-TEST(IncrementalOrder, KeepsForLastWhatItIsTold) {
+TEST(IncrementalOrder, OrdersTheGivenNodesLast) {
   Rng rng(2);
   const BlockSparse<3> h(40, tests::random_pairs(rng, 40, 70));
   IncrementalOrder order;

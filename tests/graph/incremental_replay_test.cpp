@@ -16,7 +16,7 @@
 namespace wayfare {
 namespace {
 
-TEST(IncrementalReplay, BringsEachPoseInWithItsFirstEdge) {
+TEST(IncrementalReplay, AddsEachPoseWithItsFirstEdge) {
   PoseGraph<SE2d> graph;
   for (int i = 0; i < 4; ++i) graph.add_pose(SE2d(i, 0.0, 0.0_rad));
   const auto edge = [&](int from, int to) {
@@ -36,9 +36,9 @@ TEST(IncrementalReplay, BringsEachPoseInWithItsFirstEdge) {
 
 class ReplayedGraph : public ::testing::TestWithParam<const char*> {};
 
-// The margin that IncrementalOptions states, and a bound on the work behind it: on average less
-// than a tenth of the columns there are.
-TEST_P(ReplayedGraph, StaysNearTheBatchOptimumForATenthOfTheWork) {
+// Bounds of the cost with the default options and of the work: on average less than a tenth of the
+// columns.
+TEST_P(ReplayedGraph, StaysNearTheBatchOptimumAtATenthOfTheWork) {
   WAYFARE_NEEDS_RECORDING(path, std::string("posegraph/") + GetParam() + ".g2o.gz");
   const auto file = io::read_g2o(path);
   ASSERT_TRUE(file) << file.error().to_string();

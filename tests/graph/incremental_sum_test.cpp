@@ -5,8 +5,8 @@
 namespace wayfare {
 namespace {
 
-// Small whole numbers: every order of adding gives the same.
-TEST(IncrementalSum, IsTheSumOfWhatWasSetLast) {
+// Small integers: every order of summation gives the same result.
+TEST(IncrementalSum, EqualsTheSumOfTheLatestValues) {
   IncrementalSum sum;
   EXPECT_EQ(sum.total(), 0.0);
   double expected = 0.0;
@@ -17,7 +17,7 @@ TEST(IncrementalSum, IsTheSumOfWhatWasSetLast) {
     const std::size_t again = n / 3;
     expected += 5.0 - sum[again];
     sum.set(again, 5.0);
-    if (n % 4 != 0) continue;  // changes gather
+    if (n % 4 != 0) continue;  // several changes per sum
     EXPECT_EQ(sum.total(), expected) << n;
   }
   sum.resize(3);
@@ -27,7 +27,7 @@ TEST(IncrementalSum, IsTheSumOfWhatWasSetLast) {
   EXPECT_EQ(sum.total(), sum[0] + sum[1] + sum[2]);
 }
 
-TEST(IncrementalSum, LeavesNoRoundingOfLargeNumbersBehind) {
+TEST(IncrementalSum, KeepsNoRoundingErrorsOfReplacedValues) {
   IncrementalSum sum;
   sum.resize(5);
   sum.set(1, 1e-3);

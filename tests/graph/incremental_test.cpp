@@ -17,7 +17,7 @@ using tests::apart;
 using tests::kExact;
 using tests::random_walk;
 
-/// Takes one edge, and the pose it brings in where the last estimate has it.
+/// Adds one edge, and its new pose at the last estimate.
 template <class G>
 void take(IncrementalOptimiser<G>& growing, const ReplayStep<G>& step) {
   if (step.new_pose >= 0) {
@@ -31,8 +31,8 @@ class IncrementalTest : public ::testing::Test {};
 using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(IncrementalTest, Groups);
 
-// The promise for zero thresholds, at every step, with and without a kernel that bends.
-TYPED_TEST(IncrementalTest, IsOneStepOfTheBatchOptimiserWhereAllIsLinearisedAgain) {
+// With zero thresholds, at every step, with and without a robust kernel.
+TYPED_TEST(IncrementalTest, EqualsABatchStepIfAllIsRelinearised) {
   using G = TypeParam;
   for (const RobustKernel kernel : {RobustKernel{}, RobustKernel{RobustKernelKind::cauchy, 2.0}}) {
     Rng rng(11);
@@ -59,14 +59,14 @@ TYPED_TEST(IncrementalTest, IsOneStepOfTheBatchOptimiserWhereAllIsLinearisedAgai
   }
 }
 
-TYPED_TEST(IncrementalTest, FindsTheSameOptimumHoweverTheGraphWasCutUp) {
+TYPED_TEST(IncrementalTest, FindsTheSameOptimumForAnySplitOfTheGraph) {
   using G = TypeParam;
   Rng rng(12);
   const auto whole = random_walk<G>(rng, 50);
   auto batch = whole;
   ASSERT_TRUE(optimise(batch, {.min_relative_gain = 1e-14, .min_absolute_gain = 1e-14}));
   for (const std::size_t at_a_time : {1U, 4U, 17U, 1000U}) {
-    for (const double reorder_work : {0.0, 20.0, 1e9}) {  // always, now and then, never
+    for (const double reorder_work : {0.0, 20.0, 1e9}) {  // always, sometimes, never
       IncrementalOptimiser<G> growing;
       IncrementalOptions options = kExact;
       options.reorder_work = reorder_work;
@@ -80,14 +80,14 @@ TYPED_TEST(IncrementalTest, FindsTheSameOptimumHoweverTheGraphWasCutUp) {
       }
       options.max_rounds = 8;
       ASSERT_TRUE(growing.update(options));
-      // A cost of some hundred, flat to 1e-14 of it where the batch optimiser stops, over
-      // informations above 20: steps of up to sqrt(1e-12 / 20) are left.
+      // The cost is about a hundred, and the batch optimiser stops within 1e-14 of it; with
+      // informations above 20, steps of up to sqrt(1e-12 / 20) remain.
       EXPECT_LT(apart(growing.poses(), batch.poses), 3e-7);
     }
   }
 }
 
-TYPED_TEST(IncrementalTest, GrowsWithAGraphAndEndsWhereTheBatchOptimiserEnds) {
+TYPED_TEST(IncrementalTest, ConvergesToTheBatchOptimumOfAGrowingGraph) {
   using G = TypeParam;
   Rng rng(13);
   auto whole = random_walk<G>(rng, 40);
@@ -116,7 +116,7 @@ TYPED_TEST(IncrementalTest, GrowsWithAGraphAndEndsWhereTheBatchOptimiserEnds) {
   EXPECT_NEAR(still->cost, report->final_cost, 1e-6 * report->final_cost);
 }
 
-TYPED_TEST(IncrementalTest, GivesTheSameBytesAgain) {
+TYPED_TEST(IncrementalTest, IsDeterministic) {
   using G = TypeParam;
   std::vector<G> first;
   for (int run = 0; run < 2; ++run) {
@@ -135,8 +135,8 @@ TYPED_TEST(IncrementalTest, GivesTheSameBytesAgain) {
   }
 }
 
-// What little changes costs does not go with what was there before.
-TYPED_TEST(IncrementalTest, DoesNoMoreForALongChainThanForAShortOne) {
+// The cost of small changes does not depend on the size of the graph.
+TYPED_TEST(IncrementalTest, CostsNoMoreForALongChainThanForAShortOne) {
   using G = TypeParam;
   IncrementalOptimiser<G> growing;
   const G step = G::exp(TangentOf<G>::Constant(0.1));
@@ -152,8 +152,8 @@ TYPED_TEST(IncrementalTest, DoesNoMoreForALongChainThanForAShortOne) {
   }
 }
 
-// Starts so wrong that the full step makes things worse.
-TYPED_TEST(IncrementalTest, GivesWayToTheBatchOptimiserRatherThanRaiseTheCost) {
+// Initial values so far off that the full step raises the cost.
+TYPED_TEST(IncrementalTest, FallsBackToTheBatchOptimiserInsteadOfRaisingTheCost) {
   using G = TypeParam;
   int fell_back = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {

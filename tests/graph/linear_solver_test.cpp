@@ -31,7 +31,7 @@ TYPED_TEST(LinearSolverTest, AgreesWithADenseFactorisationOnAnyPattern) {
   }
 }
 
-TYPED_TEST(LinearSolverTest, NamesTheIndefiniteBlockAndServesTheNext) {
+TYPED_TEST(LinearSolverTest, NamesTheIndefiniteBlockAndSolvesTheNext) {
   constexpr int kBlock = TypeParam::kBlock;
   Rng rng(8);
   BlockSparse<kBlock> h(12, random_pairs(rng, 12, 20));
@@ -46,7 +46,7 @@ TYPED_TEST(LinearSolverTest, NamesTheIndefiniteBlockAndServesTheNext) {
   EXPECT_TRUE(solver.factorise(h).ok);
 }
 
-// The concept asks for all three, and for the outcome of a factorisation.
+// The concept requires all three functions, and the outcome of a factorisation.
 struct SaysNothing {
   static constexpr int kBlock = 3;
   void analyse(const BlockSparse<3>&) {}

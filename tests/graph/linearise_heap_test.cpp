@@ -1,4 +1,4 @@
-// An optimisation that runs beside a robot's driver must not wait for the heap in every iteration.
+// Iterations must not allocate, so that an optimisation beside a robot's driver does not block.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ class IterationHeap : public ::testing::Test {};
 using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(IterationHeap, Groups);
 
-TYPED_TEST(IterationHeap, NothingIsTakenAfterTheFirstIteration) {
+TYPED_TEST(IterationHeap, NothingIsAllocatedAfterTheFirstIteration) {
   WAYFARE_NEEDS_COUNTED_HEAP();
   using G = TypeParam;
   Rng rng(5);

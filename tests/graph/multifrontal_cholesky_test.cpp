@@ -21,7 +21,7 @@ TYPED_TEST_SUITE(MultifrontalCholeskyTest, BlockSizes);
 
 TYPED_TEST(MultifrontalCholeskyTest, AgreesWithADenseFactorisationOnEveryShape) {
   Rng rng(31);
-  TypeParam solver;  // one for all: another pattern leaves nothing of the one before
+  TypeParam solver;  // reused: nothing of the previous pattern remains
   for (const auto& shape : all_shapes(rng)) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
     BlockSparse<TypeParam::kBlock> h(shape.columns, shape.pairs);
@@ -52,7 +52,7 @@ TYPED_TEST(MultifrontalCholeskyTest, NamesTheBlockColumnThatIsNotPositive) {
   EXPECT_TRUE(solver.factorise(h).ok);
 }
 
-TYPED_TEST(MultifrontalCholeskyTest, GivesTheSameBitsAndTakesNoMemoryAgain) {
+TYPED_TEST(MultifrontalCholeskyTest, IsDeterministicAndDoesNotAllocateAgain) {
   WAYFARE_NEEDS_COUNTED_HEAP();
   Rng rng(33);
   const auto shape = tests::grid(9, 9);
@@ -74,7 +74,7 @@ TYPED_TEST(MultifrontalCholeskyTest, GivesTheSameBitsAndTakesNoMemoryAgain) {
   EXPECT_EQ(first, elsewhere);
 }
 
-TYPED_TEST(MultifrontalCholeskyTest, TakesNoMemoryAgainOnTwoThreads) {
+TYPED_TEST(MultifrontalCholeskyTest, DoesNotAllocateAgainOnTwoThreads) {
   WAYFARE_NEEDS_COUNTED_HEAP();
   Rng rng(34);
   const auto shape = tests::grid(60, 60);

@@ -18,8 +18,8 @@ class NormalEquationsTest : public ::testing::Test {};
 using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(NormalEquationsTest, Groups);
 
-// The gradient of ½ Σ ρ(eᵀΩe) is g, whatever the kernel.
-TYPED_TEST(NormalEquationsTest, GradientIsTheNumericalOneOfTheCost) {
+// The gradient of ½ Σ ρ(eᵀΩe) is g for any kernel.
+TYPED_TEST(NormalEquationsTest, GradientEqualsTheNumericalOneOfTheCost) {
   constexpr int kDof = TypeParam::kDof;
   constexpr double kStep = 1e-6;
   Rng rng(11);
@@ -48,7 +48,7 @@ TYPED_TEST(NormalEquationsTest, GradientIsTheNumericalOneOfTheCost) {
   }
 }
 
-TYPED_TEST(NormalEquationsTest, AreThoseOfNumericJacobians) {
+TYPED_TEST(NormalEquationsTest, EqualThoseOfNumericJacobians) {
   Rng rng(13);
   for (int round = 0; round < 10; ++round) {
     auto graph = tangle<TypeParam>(rng);
@@ -62,9 +62,9 @@ TYPED_TEST(NormalEquationsTest, AreThoseOfNumericJacobians) {
   }
 }
 
-// The second derivative of a kernel that bends downwards is negative: of dynamic covariance scaling
-// beyond Φ, of Cauchy and Geman-McClure beyond c. H leaves it out.
-TYPED_TEST(NormalEquationsTest, HessianStaysPositiveHoweverLargeTheErrors) {
+// The second derivative of a non-convex kernel is negative: of dynamic covariance scaling beyond Φ,
+// of Cauchy and Geman-McClure beyond c. H omits it.
+TYPED_TEST(NormalEquationsTest, HessianIsPositiveForLargeErrors) {
   Rng rng(14);
   for (const auto kind : {RobustKernelKind::cauchy, RobustKernelKind::geman_mcclure,
                           RobustKernelKind::dynamic_covariance_scaling}) {
@@ -84,7 +84,7 @@ TYPED_TEST(NormalEquationsTest, HessianStaysPositiveHoweverLargeTheErrors) {
   }
 }
 
-TYPED_TEST(NormalEquationsTest, WeightsCountAsManyEdges) {
+TYPED_TEST(NormalEquationsTest, WeightsActLikeRepeatedEdges) {
   Rng rng(15);
   auto graph = tangle<TypeParam>(rng);
   std::vector<double> weights(graph.edges.size(), 1.0);
@@ -101,12 +101,12 @@ TYPED_TEST(NormalEquationsTest, WeightsCountAsManyEdges) {
   plain.set_structure(other);
   EXPECT_NEAR(plain.linearise(other, {}), cost, 1e-12 * cost);
   const Eigen::MatrixXd want = tests::dense(plain.hessian());
-  // The pattern of an edge that counts nothing is still there.
+  // The pattern includes edges of zero weight.
   EXPECT_LT((tests::dense(weighted.hessian()) - want).norm(), 1e-12 * want.norm());
   EXPECT_LT((weighted.gradient() - plain.gradient()).norm(), 1e-12 * plain.gradient().norm());
 }
 
-TYPED_TEST(NormalEquationsTest, StructureIsLaidOutAnewOnlyWhereItChanged) {
+TYPED_TEST(NormalEquationsTest, StructureIsRebuiltOnlyIfItChanged) {
   Rng rng(12);
   auto graph = tangle<TypeParam>(rng);
   NormalEquations<TypeParam> equations;
@@ -121,7 +121,7 @@ TYPED_TEST(NormalEquationsTest, StructureIsLaidOutAnewOnlyWhereItChanged) {
   EXPECT_TRUE(equations.set_structure(graph));
   std::swap(graph.edges[1].from, graph.edges[1].to);
   EXPECT_TRUE(equations.set_structure(graph));
-  graph.fixed.clear();  // the first pose then holds the graph
+  graph.fixed.clear();  // then the first pose is fixed
   EXPECT_TRUE(equations.set_structure(graph));
   EXPECT_EQ(equations.free_index(0), -1);
 }

@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A square walked twice, exactly measured, started from wrong poses.
+/// A square traversed twice, exactly measured, with wrong initial poses.
 template <class G>
 PoseGraph<G> square_walk(Rng& rng, double disturbance) {
   TangentOf<G> side = TangentOf<G>::Zero();
@@ -62,7 +62,7 @@ TYPED_TEST(OptimiseTest, FindsExactMeasurementsByBothMethods) {
   }
 }
 
-TYPED_TEST(OptimiseTest, GrowsOnlineAndKeepsTheLayoutWhileNothingIsAdded) {
+TYPED_TEST(OptimiseTest, GrowsOnlineAndReusesTheStructureWhileNothingIsAdded) {
   Rng rng(4);
   auto graph = square_walk<TypeParam>(rng, 0.05);
   PoseGraphOptimiser<TypeParam> optimiser;
@@ -76,7 +76,7 @@ TYPED_TEST(OptimiseTest, GrowsOnlineAndKeepsTheLayoutWhileNothingIsAdded) {
   EXPECT_LT(report->final_chi2, 1e-9);
 }
 
-TYPED_TEST(OptimiseTest, HoldsEveryPoseNamedFixed) {
+TYPED_TEST(OptimiseTest, DoesNotMoveFixedPoses) {
   Rng rng(5);
   auto graph = square_walk<TypeParam>(rng, 0.1);
   graph.fixed = {3, 5};
@@ -98,7 +98,7 @@ TYPED_TEST(OptimiseTest, CovarianceGrowsAlongAChainByComposition) {
   for (const int i : {0, 1}) graph.edges.push_back({i, i + 1, z, information});
   PoseGraphOptimiser<G> optimiser;
   ASSERT_TRUE(optimiser.prepare_covariances(graph));
-  // The error at zero: translation is a right perturbation; a quaternion's vector is half of one.
+  // At zero error, translation is a right perturbation; a quaternion's vector part is half of one.
   const auto j = PoseError<G>::linearise(z, G(), z).by_to;
   const SquareOf<G> sigma = (j.transpose() * information * j).inverse();
   const SquareOf<G> move = z.inverse().adjoint();
@@ -108,7 +108,7 @@ TYPED_TEST(OptimiseTest, CovarianceGrowsAlongAChainByComposition) {
   EXPECT_EQ(optimiser.covariance(0).norm(), 0.0);
 }
 
-TYPED_TEST(OptimiseTest, RobustKernelsSetAsideAFalseLoop) {
+TYPED_TEST(OptimiseTest, RobustKernelsSuppressAFalseLoop) {
   for (const auto kind : {RobustKernelKind::cauchy, RobustKernelKind::geman_mcclure,
                           RobustKernelKind::dynamic_covariance_scaling}) {
     Rng rng(6);
@@ -123,8 +123,8 @@ TYPED_TEST(OptimiseTest, RobustKernelsSetAsideAFalseLoop) {
   }
 }
 
-// A first step that makes things worse uses up the only iteration: no progress, but no fault of
-// the graph either.
+// A first step that raises the cost uses up the only iteration: no progress, but no error of the
+// graph either.
 TEST(Optimise, RunningOutOfIterationsIsNoError) {
   int refused = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
@@ -138,7 +138,7 @@ TEST(Optimise, RunningOutOfIterationsIsNoError) {
   EXPECT_GT(refused, 0);
 }
 
-TEST(Optimise, StopsWhenAsked) {
+TEST(Optimise, StopsOnRequest) {
   Rng rng(3);
   auto graph = square_walk<SE2d>(rng, 0.1);
   const auto report = optimise(graph, {.progress = [](int, const auto&) { return false; }});
@@ -160,7 +160,7 @@ std::string letters_of(std::string_view message) {
 }
 class FaultyGraph : public ::testing::TestWithParam<Fault> {};
 
-TEST_P(FaultyGraph, IsRefusedByNameAndLeftAsItWas) {
+TEST_P(FaultyGraph, IsRejectedByNameAndUnchanged) {
   Rng rng(3);
   auto graph = square_walk<SE2d>(rng, 0.1);
   GetParam().spoil(graph);
@@ -203,8 +203,8 @@ template <class Solver>
 class UndeterminedPose : public ::testing::Test {};
 TYPED_TEST_SUITE(UndeterminedPose, AllSolvers);
 
-// A chain whose last link says nothing of the heading.
-TYPED_TEST(UndeterminedPose, IsNamedAndTheGraphLeftAsItWas) {
+// A chain whose last edge has no information about the heading.
+TYPED_TEST(UndeterminedPose, IsNamedAndTheGraphUnchanged) {
   using G = std::conditional_t<TypeParam::kBlock == 3, SE2d, SE3d>;
   Rng rng(3);
   auto graph = square_walk<G>(rng, 0.1);
@@ -225,7 +225,7 @@ TYPED_TEST(UndeterminedPose, IsNamedAndTheGraphLeftAsItWas) {
   EXPECT_THAT(covariances.error().message, HasSubstr("pose 8"));
 }
 
-// Sums that overflow may leave the solver no pivot to name.
+// On an overflow the solver may not be able to name a pivot.
 TYPED_TEST(UndeterminedPose, IsNamedWhereTheNumbersOverflow) {
   using G = std::conditional_t<TypeParam::kBlock == 3, SE2d, SE3d>;
   Rng rng(3);

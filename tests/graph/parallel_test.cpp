@@ -1,4 +1,4 @@
-// Threads must not be seen in the result, in no bit of it.
+// Results are bit-identical for any number of threads.
 
 #include "graph/cholesky/parallel.hpp"
 
@@ -25,11 +25,11 @@ namespace {
 using cholesky::share_out;
 using cholesky::TaskTree;
 
-/// Enough work for threads, and for no more seconds than it takes.
+/// Large enough for several threads, small enough for a quick test.
 std::vector<tests::Shape> large_shapes(int block, Rng& rng) {
   const int side = block == 6 ? 36 : 80, half = side * side;
   const auto grid = tests::grid(side, side);
-  auto apart = grid;  // beside the same again and columns by themselves
+  auto apart = grid;  // with a copy of it and isolated columns
   apart.name = "disconnected";
   apart.columns = 2 * half + 50;
   for (const auto& [a, b] : grid.pairs) apart.pairs.emplace_back(a + half, b + half);
@@ -53,7 +53,7 @@ using BlockSizes =
     ::testing::Types<MultifrontalCholesky<2>, MultifrontalCholesky<3>, MultifrontalCholesky<6>>;
 TYPED_TEST_SUITE(ParallelCholeskyTest, BlockSizes);
 
-TYPED_TEST(ParallelCholeskyTest, GivesTheBitsOfOneThread) {
+TYPED_TEST(ParallelCholeskyTest, IsBitIdenticalToOneThread) {
   constexpr int kBlock = TypeParam::kBlock;
   Rng rng(51);
   for (const auto& shape : large_shapes(kBlock, rng)) {
@@ -68,7 +68,7 @@ TYPED_TEST(ParallelCholeskyTest, GivesTheBitsOfOneThread) {
     one.solve_in_place(want);
     one.invert();
     several.analyse(h);
-    for (const int threads : {2, 2, 3, 8, 1, 8}) {  // with the pattern kept
+    for (const int threads : {2, 2, 3, 8, 1, 8}) {  // with the same pattern
       several.set_threads(threads);
       ASSERT_TRUE(several.factorise(h).ok);
       Eigen::VectorXd x = b;
@@ -84,9 +84,9 @@ TYPED_TEST(ParallelCholeskyTest, GivesTheBitsOfOneThread) {
   }
 }
 
-// Several columns are not positive; the first in the order of elimination is to be named, whichever
-// thread is first to meet another.
-TYPED_TEST(ParallelCholeskyTest, NamesTheColumnThatOneThreadNames) {
+// Several columns are not positive definite; the first in elimination order must be named,
+// independently of the threads' timing.
+TYPED_TEST(ParallelCholeskyTest, NamesTheSameColumnAsOneThread) {
   constexpr int kBlock = TypeParam::kBlock;
   Rng rng(52);
   const auto shape = large_shapes(kBlock, rng)[1];
@@ -119,7 +119,7 @@ std::vector<int> tasks_of(const TaskTree& tree) {
   return tasks;
 }
 
-/// Each front's task is that of its parent, or leads to it.
+/// Each front's task is that of its parent or below it.
 void expect_children_below(const cholesky::FrontPlan& plan, const TaskTree& tree) {
   ASSERT_TRUE(std::is_sorted(tree.begins.begin(), tree.begins.end()));
   const auto task = tasks_of(tree);
@@ -160,9 +160,9 @@ TEST_P(ShareOut, PutsEveryFrontAboveItsChildren) {
 
 INSTANTIATE_TEST_SUITE_P(Blocks, ShareOut, ::testing::Values(2, 3, 6));
 
-// Each adds up what its children have: nobody's may be missing, or still at work (which a thread
-// sanitizer would see).
-TEST(TaskPool, DoesChildrenBeforeParents) {
+// Each task sums its children's results: none may be missing, or still running (which a thread
+// sanitizer would detect).
+TEST(TaskPool, RunsChildrenBeforeParents) {
   constexpr int kTasks = 200;
   Rng rng(54);
   TaskTree tree;
@@ -171,11 +171,11 @@ TEST(TaskPool, DoesChildrenBeforeParents) {
     tree.begins.push_back(t);
     const auto parent = t + 1 + static_cast<int>(rng.below(7));
     tree.parents.push_back(parent < kTasks ? parent : -1);
-    tree.ways.push_back(rng.uniform(0, 1));  // any order will do
+    tree.cost_to_root.push_back(rng.uniform(0, 1));  // an arbitrary order
     if (parent < kTasks)
       children[static_cast<std::size_t>(parent)].push_back(static_cast<std::size_t>(t));
   }
-  cholesky::TaskPool crew(tree, 8);
+  cholesky::TaskPool pool(tree, 8);
   std::vector<int> under(kTasks), want;
   const auto count = [&](int t) {
     int sum = 1;
@@ -186,7 +186,7 @@ TEST(TaskPool, DoesChildrenBeforeParents) {
   want = under;
   for (int again = 0; again < 50; ++again) {
     std::fill(under.begin(), under.end(), 0);
-    crew.run(count);
+    pool.run(count);
     ASSERT_EQ(under, want);
   }
 }

@@ -21,7 +21,7 @@ SE2d random_step(Rng& rng) {
 }
 
 // The oracle is the composition of independent uncertain poses (core/gaussian.hpp).
-TEST(PathUncertainty, AddsUpAlongAChainAsGaussiansDo) {
+TEST(PathUncertainty, AccumulatesAlongAChainLikeGaussians) {
   Rng rng(7);
   PoseGraph2 graph;
   graph.add_pose({});
@@ -36,7 +36,7 @@ TEST(PathUncertainty, AddsUpAlongAChainAsGaussiansDo) {
   }
 }
 
-TEST(PathUncertainty, IsTheSameWhicheverWayAnEdgePoints) {
+TEST(PathUncertainty, DoesNotDependOnTheDirectionOfAnEdge) {
   Rng rng(8);
   const Gaussian<SE2d> step{random_step(rng), random_covariance(rng)};
   PoseGraph2 forward;
@@ -52,7 +52,7 @@ TEST(PathUncertainty, IsTheSameWhicheverWayAnEdgePoints) {
   EXPECT_LT((a.covariance[1] - b.covariance[1]).norm(), 1e-9 * a.covariance[1].norm());
 }
 
-TEST(PathUncertainty, TakesTheBetterOfTwoWaysAndLeavesUnusableEdgesOut) {
+TEST(PathUncertainty, UsesTheBetterOfTwoPathsAndIgnoresUnusableEdges) {
   PoseGraph2 graph;
   for (int k = 0; k < 4; ++k) graph.add_pose({});
   const Eigen::Matrix3d loose = Eigen::Matrix3d::Identity(), tight = 100.0 * loose;
@@ -63,8 +63,8 @@ TEST(PathUncertainty, TakesTheBetterOfTwoWaysAndLeavesUnusableEdgesOut) {
   EXPECT_FALSE(sure.reached(3));
 }
 
-// Chains, shortcuts and doubts, grown a few edges at a time, with poses that move in between.
-TEST(PathUncertainty, OfAGrowingGraphIsThatOfAFreshOne) {
+// Chains, shortcuts and unusable edges, appended a few at a time, with poses that move in between.
+TEST(PathUncertainty, OfAGrowingGraphEqualsThatOfANewOne) {
   Rng rng(9);
   PoseGraph2 graph;
   graph.add_pose({});
@@ -93,9 +93,9 @@ TEST(PathUncertainty, OfAGrowingGraphIsThatOfAFreshOne) {
   EXPECT_GT(doubted, 0U);
 }
 
-// With a heading that is unsure, a place off to the side and back again: errors cancel, and the
-// least uncertain chain is found all the same. The oracle relaxes every edge until nothing changes.
-TEST(PathUncertainty, FindsTheLeastWhereErrorsCancel) {
+// With an uncertain heading, a position to the side and back again: errors cancel, and the least
+// uncertain chain must still be found. The oracle relaxes every edge until nothing changes.
+TEST(PathUncertainty, FindsTheMinimumWhereErrorsCancel) {
   Rng rng(10);
   for (int round = 0; round < 30; ++round) {
     PoseGraph2 graph;

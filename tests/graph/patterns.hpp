@@ -1,6 +1,6 @@
 #pragma once
 
-// Random block matrices and the same dense.
+// Random block matrices and their dense equivalents.
 
 #include <cstdint>
 #include <utility>
@@ -16,7 +16,7 @@
 
 namespace wayfare::tests {
 
-/// Either way round, repeats among them.
+/// Pairs in either order, with repeats.
 inline std::vector<std::pair<int, int>> random_pairs(Rng& rng, int columns, int couplings) {
   std::vector<std::pair<int, int>> pairs;
   for (int k = 0; k < couplings; ++k) {
@@ -27,7 +27,7 @@ inline std::vector<std::pair<int, int>> random_pairs(Rng& rng, int columns, int 
   return pairs;
 }
 
-/// Both triangles of what the blocks of the upper one say.
+/// The dense symmetric matrix of the upper triangle's blocks.
 template <int N>
 Eigen::MatrixXd dense(const BlockSparse<N>& h) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(h.columns() * N, h.columns() * N);
@@ -57,8 +57,7 @@ Eigen::MatrixXd fill(BlockSparse<N>& h, Rng& rng) {
   return dense;
 }
 
-/// That the solver's solutions are those of a dense factorisation, twice on one pattern with other
-/// values.
+/// Expects the solutions of a dense factorisation, twice on one pattern with different values.
 template <class Solver>
 void expect_solves(Solver& solver, BlockSparse<Solver::kBlock>& h, Rng& rng) {
   solver.analyse(h);
@@ -72,7 +71,7 @@ void expect_solves(Solver& solver, BlockSparse<Solver::kBlock>& h, Rng& rng) {
   }
 }
 
-/// Fills a pattern too large for a dense matrix, diagonally dominant as well.
+/// Fills a pattern that is too large for a dense matrix; diagonally dominant.
 template <int N>
 void fill_dominant(BlockSparse<N>& h, Rng& rng) {
   std::vector<int> met(static_cast<std::size_t>(h.columns()), 1);

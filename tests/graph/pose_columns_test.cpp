@@ -8,7 +8,7 @@
 namespace wayfare {
 namespace {
 
-TEST(PoseColumns, FreePosesAreNumberedInTheirOrder) {
+TEST(PoseColumns, FreePosesAreNumberedInOrder) {
   PoseGraph2 graph;
   for (int i = 0; i < 5; ++i) graph.add_pose(SE2d());
   PoseColumns columns;
@@ -22,7 +22,7 @@ TEST(PoseColumns, FreePosesAreNumberedInTheirOrder) {
   EXPECT_EQ(columns.poses(), 5U);
 }
 
-// Nothing is free: no fault, and nothing moves.
+// No free pose: no error, and nothing moves.
 TEST(PoseColumns, ASinglePoseIsItsOwnOptimumAndStart) {
   PoseGraph2 graph{{SE2d(1.0, 2.0, Angle{})}, {}, {}, {}};
   PoseGraphOptimiser<SE2d> optimiser;

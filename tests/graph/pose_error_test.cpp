@@ -19,7 +19,7 @@ class PoseErrorTest : public ::testing::Test {};
 using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(PoseErrorTest, Groups);
 
-TYPED_TEST(PoseErrorTest, IsZeroWhereTheMeasurementHolds) {
+TYPED_TEST(PoseErrorTest, IsZeroIfTheMeasurementIsExact) {
   Rng rng(1);
   const auto from = random_pose<TypeParam>(rng, 2.0), z = random_pose<TypeParam>(rng, 2.0);
   EXPECT_LT(PoseError<TypeParam>::error(z, from, from * z).norm(), 1e-14);
@@ -52,7 +52,7 @@ TYPED_TEST(PoseErrorTest, JacobiansMatchCentralDifferences) {
   }
 }
 
-TEST(PoseError, TakesTheTranslationAsItStands) {
+TEST(PoseError, UsesTheTranslationWithoutTheLogarithm) {
   // Z = identity: the error is the relative pose itself, not its logarithm.
   const SE2d to(1.0, 2.0, 1.0_rad);
   const Eigen::Vector3d e = PoseError<SE2d>::error(SE2d(), SE2d(), to);
@@ -60,7 +60,7 @@ TEST(PoseError, TakesTheTranslationAsItStands) {
 }
 
 TEST(PoseError, SpatialRotationIsTheVectorPartOfTheUpperQuaternion) {
-  // A turn of 1.5 π about z is a turn of −π/2: vector part −sin(π/4).
+  // A rotation of 1.5 π about z equals one of −π/2: vector part −sin(π/4).
   const SE3d to(Eigen::Vector3d(1, 2, 3),
                 SO3d(Eigen::Quaterniond(Eigen::AngleAxisd(1.5 * M_PI, Eigen::Vector3d::UnitZ()))));
   const auto e = PoseError<SE3d>::error(SE3d(), SE3d(), to);

@@ -5,7 +5,7 @@
 namespace wayfare {
 namespace {
 
-// Pose 1 stands at (3, 1) facing left and was measured at (1, 1) facing forward: the error is
+// Pose 1 is at (3, 1) facing left and was measured at (1, 1) facing forward: the error is
 // (2, 0, 90°).
 PoseGraph2 pair() {
   PoseGraph2 graph;
@@ -22,12 +22,12 @@ TEST(PoseGraph, SquaredErrorIsWeighedByTheInformation) {
   EXPECT_NEAR(squared_error(graph, graph.edges[0]), want, 1e-12);
   graph.edges.push_back(graph.edges[0]);
   EXPECT_NEAR(chi2(graph), 2.0 * want, 1e-12);
-  // Turned and moved as a whole a graph says the same.
+  // The error does not depend on the common frame.
   for (SE2d& pose : graph.poses) pose = SE2d(-40.0, 7.0, 200_deg) * pose;
   EXPECT_NEAR(chi2(graph), 2.0 * want, 1e-9);
 }
 
-TEST(PoseGraph, TheKernelCountsForRobustEdgesOnly) {
+TEST(PoseGraph, TheKernelAppliesToRobustEdgesOnly) {
   auto graph = pair();
   const double s = squared_error(graph, graph.edges[0]);
   const RobustKernel cauchy{RobustKernelKind::cauchy, 2.0};
@@ -37,7 +37,7 @@ TEST(PoseGraph, TheKernelCountsForRobustEdgesOnly) {
   EXPECT_EQ(robust_cost(graph, {}), chi2(graph));
 }
 
-TEST(PoseGraph, PosesAreCalledByTheirLabelsAsFarAsThereAreAny) {
+TEST(PoseGraph, PosesWithoutLabelsAreNamedByTheirIndex) {
   auto graph = pair();
   EXPECT_EQ(graph.label(1), "1");
   graph.labels = {"start"};

@@ -26,7 +26,7 @@ void PrintTo(const Optimum& optimum, std::ostream* out) { *out << optimum.name; 
 
 class RealGraph : public ::testing::TestWithParam<Optimum> {};
 
-TEST_P(RealGraph, ReachesThePublishedOptimumFromTheFilesOwnStart) {
+TEST_P(RealGraph, ReachesThePublishedOptimumFromTheFilesPoses) {
   const Optimum& expected = GetParam();
   WAYFARE_NEEDS_RECORDING(path, std::string("posegraph/") + expected.name + ".g2o.gz");
   const auto file = io::read_g2o(path);

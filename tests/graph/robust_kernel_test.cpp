@@ -22,7 +22,7 @@ TEST(RobustKernel, WeightIsTheDerivativeOfTheCost) {
   }
 }
 
-TEST(RobustKernel, KeepsSmallErrorsAndNeverCountsAnErrorMoreThanItIs) {
+TEST(RobustKernel, KeepsSmallErrorsAndNeverIncreasesAnError) {
   for (const auto kind : kAll) {
     const RobustKernel rho{kind, 2.0};
     EXPECT_EQ(rho(0.0).cost, 0.0);

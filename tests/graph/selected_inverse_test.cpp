@@ -1,4 +1,4 @@
-// Blocks of H⁻¹ that the factorisation finds, and the covariances made of them.
+// Selected blocks of H⁻¹ from the factorisation, and covariances from them.
 
 #include <filesystem>
 #include <string>
@@ -30,7 +30,7 @@ using BlockSizes =
     ::testing::Types<MultifrontalCholesky<2>, MultifrontalCholesky<3>, MultifrontalCholesky<6>>;
 TYPED_TEST_SUITE(SelectedInverseTest, BlockSizes);
 
-TYPED_TEST(SelectedInverseTest, IsThatOfTheDenseInverseWhereverHHasABlock) {
+TYPED_TEST(SelectedInverseTest, EqualsTheDenseInverseInThePatternOfH) {
   constexpr int kBlock = TypeParam::kBlock;
   Rng rng(41);
   for (const auto& shape : all_shapes(rng)) {
@@ -53,7 +53,7 @@ TYPED_TEST(SelectedInverseTest, IsThatOfTheDenseInverseWhereverHHasABlock) {
         EXPECT_TRUE(solver.inverse_block(h.rows()[static_cast<std::size_t>(k)], c, got));
     }
     Eigen::VectorXd x = Eigen::VectorXd::Ones(inverse.rows());
-    solver.solve_in_place(x);  // as before
+    solver.solve_in_place(x);  // unchanged by invert()
     EXPECT_LT((inverse * Eigen::VectorXd::Ones(inverse.rows()) - x).norm(), 1e-12 * x.norm());
     ASSERT_TRUE(solver.factorise(h).ok);
     EXPECT_FALSE(solver.inverse_block(0, 0, got));
@@ -66,7 +66,7 @@ using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(CovariancesTest, Groups);
 
 // The oracle inverts dense equations from numeric Jacobians.
-TYPED_TEST(CovariancesTest, OfAllPosesAreThoseOfTheDenseInverse) {
+TYPED_TEST(CovariancesTest, OfAllPosesEqualTheDenseInverse) {
   constexpr int kDof = TypeParam::kDof;
   Rng rng(42);
   const auto graph = tests::tangle<TypeParam>(rng);
@@ -84,7 +84,7 @@ TYPED_TEST(CovariancesTest, OfAllPosesAreThoseOfTheDenseInverse) {
     if (c >= 0) want = inverse.block<kDof, kDof>(c, c);
     EXPECT_LT(((*all)[static_cast<std::size_t>(pose)] - want).norm(), 1e-7 * inverse.norm());
   }
-  // Looked up and solved for, relative covariances agree.
+  // Relative covariances by look-up and by solving agree.
   PoseGraphOptimiser<TypeParam> solving;
   ASSERT_TRUE(solving.prepare_covariances(graph));
   for (int a = 0; a < graph.size(); ++a)
@@ -128,7 +128,7 @@ void compare_with_cholmod(const PoseGraph<G>& graph) {
   }
 }
 
-TEST(SelectedInverse, IsThatOfCholmodOnRealGraphs) {
+TEST(SelectedInverse, EqualsCholmodOnRealGraphs) {
   for (const std::string name : {"M3500", "sphere2500"}) {
     const std::string path = std::string(WAYFARE_DATA_DIR) + "/posegraph/" + name + ".g2o.gz";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << "needs posegraph in WAYFARE_DATA_DIR";

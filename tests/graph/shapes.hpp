@@ -1,6 +1,6 @@
 #pragma once
 
-// Patterns that a factorisation meets at its edges: (row, column) of the blocks off the diagonal.
+// Patterns of special cases of a factorisation: (row, column) of the off-diagonal blocks.
 
 #include <string>
 #include <utility>
@@ -16,7 +16,7 @@ struct Shape {
   std::vector<std::pair<int, int>> pairs;
 };
 
-/// Columns a … b − 1 all joined to each other.
+/// Columns a … b − 1, all coupled to each other.
 inline void join_all(int a, int b, std::vector<std::pair<int, int>>& pairs) {
   for (int i = a; i < b; ++i)
     for (int j = i + 1; j < b; ++j) pairs.emplace_back(j, i);
@@ -28,7 +28,7 @@ inline Shape chain(int n) {
   return s;
 }
 
-/// All joined to column `hub` alone.
+/// All coupled only to column `hub`.
 inline Shape arrow(int n, int hub) {
   Shape s{"arrow", n, {}};
   for (int i = 0; i < n; ++i)
@@ -52,7 +52,7 @@ inline std::vector<Shape> all_shapes(Rng& rng) {
   Shape dense{"dense", 23, {}};
   join_all(0, 23, dense.pairs);
   shapes.push_back(dense);
-  Shape apart = grid(4, 4);  // beside a clique and columns by themselves
+  Shape apart = grid(4, 4);  // with a clique and isolated columns
   apart.name = "disconnected";
   apart.columns = 30;
   join_all(20, 26, apart.pairs);

@@ -35,7 +35,7 @@ class StartTest : public ::testing::Test {
     return information;
   }
 
-  /// A chain and as many loops, edges either way round, measured exactly.
+  /// A chain and as many loops, edges in both directions, measured exactly.
   PoseGraph<G> exact_graph(int poses) {
     PoseGraph<G> graph;
     for (int i = 0; i < poses; ++i) graph.add_pose(G::exp(random_tangent<G>(rng_, 3.0)));
@@ -52,7 +52,7 @@ class StartTest : public ::testing::Test {
     graph.edges.push_back({a, b, z, random_information(), robust});
   }
 
-  /// The free poses anywhere.
+  /// Random values of the free poses.
   void scatter(PoseGraph<G>& graph) {
     for (int i = 0; i < graph.size(); ++i) {
       const bool held = graph.fixed.empty() ? i == 0 : std::ranges::count(graph.fixed, i) > 0;
@@ -88,7 +88,7 @@ TYPED_TEST(StartTest, ExactMeasurementsGiveTheTruthByEveryMethod) {
   }
 }
 
-TYPED_TEST(StartTest, TrustedEdgesSpareTheTreeTheFalseOnes) {
+TYPED_TEST(StartTest, TheTreePrefersTrustedEdges) {
   auto graph = this->exact_graph(41);
   const auto truth = graph.poses;
   for (auto& edge : graph.edges)
@@ -97,7 +97,7 @@ TYPED_TEST(StartTest, TrustedEdgesSpareTheTreeTheFalseOnes) {
   EXPECT_LT(this->furthest(graph, truth), 1e-9);
   ASSERT_TRUE(start_from_tree(graph, TreeEdges::any));
   EXPECT_GT(this->furthest(graph, truth), 0.1);
-  // Where there is no other way, one not trusted will do.
+  // An untrusted edge is used if there is no other path.
   graph.poses = truth;
   std::erase_if(graph.edges, [](const auto& e) { return std::max(e.from, e.to) == 40; });
   this->join(graph, 40, 2, true);
@@ -107,10 +107,10 @@ TYPED_TEST(StartTest, TrustedEdgesSpareTheTreeTheFalseOnes) {
   EXPECT_LT(this->furthest(graph, truth), 1e-9);
 }
 
-// A ring of n equal steps that turn by α each, where nα is not a full turn. With w_k = z_k e^(−ikα)
-// for headings z_k the relaxation asks for Σ|w_(k+1) − w_k|² to be least between w_0 = 1 and
-// w_n = e^(−inα): a straight line. Equal weights spread the translation's gap evenly likewise.
-TYPED_TEST(StartTest, ChordalIsTheClosedFormOnARing) {
+// A ring of n equal steps that rotate by α each, where nα is not a full turn. With w_k = z_k
+// e^(−ikα) for headings z_k the relaxation minimises Σ|w_(k+1) − w_k|² between w_0 = 1 and w_n =
+// e^(−inα): a straight line. Equal weights distribute the translation's gap evenly as well.
+TYPED_TEST(StartTest, ChordalEqualsTheClosedFormOnARing) {
   using G = TypeParam;
   using Complex = std::complex<double>;
   constexpr int kPoses = 12;
@@ -140,8 +140,8 @@ TYPED_TEST(StartTest, ChordalIsTheClosedFormOnARing) {
   }
 }
 
-// Given the rotations, no other translations cost less.
-TYPED_TEST(StartTest, ChordalTranslationsAreTheBestForTheirRotations) {
+// Given the rotations, no other translations have a smaller cost.
+TYPED_TEST(StartTest, ChordalTranslationsAreOptimalForTheirRotations) {
   using G = TypeParam;
   auto graph = this->exact_graph(12);
   for (auto& e : graph.edges)
@@ -158,7 +158,7 @@ TYPED_TEST(StartTest, ChordalTranslationsAreTheBestForTheirRotations) {
   }
 }
 
-TYPED_TEST(StartTest, WhatIsNotJoinedIsNamedAndThePosesLeft) {
+TYPED_TEST(StartTest, UnconnectedPosesAreNamedAndThePosesUnchanged) {
   using G = TypeParam;
   constexpr int N = static_cast<int>(G::Vector::RowsAtCompileTime);
   auto graph = this->exact_graph(6);
@@ -170,7 +170,7 @@ TYPED_TEST(StartTest, WhatIsNotJoinedIsNamedAndThePosesLeft) {
     return done ? "" : done.error().message;
   };
   const auto edges = graph.edges;
-  // Pose 5 stays joined by loops, not by odometry.
+  // Pose 5 remains connected by loops, not by odometry.
   std::erase_if(graph.edges, [](const auto& e) { return e.from + e.to == 9; });
   EXPECT_THAT(fault(StartMethod::odometry), HasSubstr("no odometry edge joins poses 4 and 5"));
   graph.edges = edges;
@@ -186,7 +186,7 @@ TYPED_TEST(StartTest, WhatIsNotJoinedIsNamedAndThePosesLeft) {
       e.information.template leftCols<N>().setZero(), e.information.template topRows<N>().setZero();
   EXPECT_THAT(fault(StartMethod::chordal),
               HasSubstr("pose 5 is not connected to pose 0 by edges that measure translation"));
-  // A new pose, of whose place nothing but x is known.
+  // A new pose, of whose position only x is known.
   graph.edges = edges;
   SquareOf<G> across = SquareOf<G>::Identity();
   across(1, 1) = 0.0;

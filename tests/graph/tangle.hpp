@@ -1,7 +1,6 @@
 #pragma once
 
-// A small graph with everything in it that equations must get right, and its equations as plain
-// dense matrices.
+// A small graph with all cases the equations must handle, and its equations as dense matrices.
 
 #include <cmath>
 #include <utility>
@@ -20,7 +19,7 @@ TangentOf<G> random_tangent(Rng& rng, double scale) {
   return d;
 }
 
-/// Five poses, two of them fixed, joined both ways round, with a doubled edge.
+/// Five poses, two of them fixed, with edges in both directions and a doubled edge.
 template <class G>
 PoseGraph<G> tangle(Rng& rng) {
   PoseGraph<G> graph;
@@ -37,7 +36,7 @@ PoseGraph<G> tangle(Rng& rng) {
   return graph;
 }
 
-/// Of ½ Σ eᵀΩe over the poses `free`, in their order: Gauss-Newton's matrix from numeric Jacobians.
+/// Gauss-Newton matrix of ½ Σ eᵀΩe over the poses `free`, in order, from numeric Jacobians.
 template <class G>
 struct DenseEquations {
   static constexpr int kDof = ManifoldTraits<G>::kDof;

@@ -45,14 +45,14 @@ TYPED_TEST(ValidateTest, NamesTheFirstOfSeveralFaultyEdges) {
   EXPECT_THAT(this->fault(), HasSubstr("no poses"));
 }
 
-TYPED_TEST(ValidateTest, SaysWhatThePosesAreCalled) {
+TYPED_TEST(ValidateTest, UsesTheLabelsOfThePoses) {
   this->graph_.labels = {"40", "41", "42", "43", "dock"};
   this->graph_.edges[3].information.setZero();
   EXPECT_THAT(this->fault(), HasSubstr("edge 3 (41 -> dock)"));
 }
 
-// Nothing known of one direction is information too; less than nothing is not.
-TYPED_TEST(ValidateTest, TakesInformationOfEveryRankAndNoneBelowZero) {
+// Zero information in a direction is valid; negative information is not.
+TYPED_TEST(ValidateTest, AcceptsInformationOfEveryRankButNotIndefinite) {
   using G = TypeParam;
   Rng& rng = this->rng_;
   SquareOf<G>& information = this->graph_.edges[0].information;
@@ -64,7 +64,7 @@ TYPED_TEST(ValidateTest, TakesInformationOfEveryRankAndNoneBelowZero) {
         information += scale * v * v.transpose();
       }
       EXPECT_EQ(this->fault(), "") << "rank " << rank << " of size " << scale;
-      // More than the smallest eigenvalue there is.
+      // More than the smallest eigenvalue.
       const double less = rank < G::kDof ? 0.1 : 10.0;
       information -= less * information.diagonal().maxCoeff() * SquareOf<G>::Identity();
       EXPECT_THAT(this->fault(), HasSubstr("not positive semi-definite"));
@@ -91,17 +91,17 @@ TYPED_TEST(ValidateTest, EveryPartNeedsAFixedPose) {
 TYPED_TEST(ValidateTest, NamesTheEdgeThatOverflows) {
   auto& edge = this->graph_.edges[4];
   edge.measurement = TypeParam::exp(1e200 * TangentOf<TypeParam>::Unit(0));
-  EXPECT_EQ(this->fault(), "");  // there is nothing wrong with it by itself
+  EXPECT_EQ(this->fault(), "");  // the edge itself is valid
   EXPECT_THAT(cost_overflow(this->graph_).message,
               HasSubstr("edge 4 (4 -> 3) has an error too large to square"));
   for (auto& e : this->graph_.edges) {
     e.information *= 1e307;
     e.measurement = TypeParam();
   }
-  EXPECT_THAT(cost_overflow(this->graph_).message, HasSubstr("add up to more"));
+  EXPECT_THAT(cost_overflow(this->graph_).message, HasSubstr("overflows"));
 }
 
-// A chain of a hundred thousand poses, joined from its far end: no recursion, no quadratic time.
+// A chain of a hundred thousand poses, connected from its far end: no recursion, no quadratic time.
 TEST(Validate, LongChains) {
   PoseGraph2 graph;
   constexpr int kPoses = 100'000;

@@ -12,9 +12,9 @@
 
 namespace wayfare {
 
-/// A symmetric matrix of N×N blocks of which the upper triangle is kept, column by column, rows
-/// ascending, the diagonal block last in its column and always present. The pattern is set once;
-/// after that only values change, and the address of a block stays what it is.
+/// A symmetric matrix of N×N blocks. Stores the upper triangle column by column, rows ascending,
+/// the diagonal block last in its column and always present. The pattern and the blocks' addresses
+/// are constant after construction.
 template <int N>
 class BlockSparse {
  public:
@@ -26,7 +26,7 @@ class BlockSparse {
   /// `pairs` lists (row, column) of off-diagonal blocks, in any order, repeats allowed; (r, c) and
   /// (c, r) name the same block. All values are zero.
   BlockSparse(int columns, std::span<const std::pair<int, int>> pairs) {
-    // Sorted by column in one counting pass; a column's few rows then by themselves.
+    // Counting sort by column, then a sort of each column's rows.
     std::vector<int> ends(static_cast<std::size_t>(columns) + 1, 0);
     for (const auto& [r, c] : pairs) {
       WAYFARE_EXPECTS(r != c && r >= 0 && c >= 0 && r < columns && c < columns,

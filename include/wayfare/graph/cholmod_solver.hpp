@@ -11,7 +11,7 @@ namespace wayfare {
 
 namespace detail {
 
-/// CHOLMOD for a matrix that is ordered already.
+/// CHOLMOD without reordering.
 template <class Matrix>
 class OrderedCholmod : public Eigen::CholmodDecomposition<Matrix, Eigen::Upper> {
  public:
@@ -21,14 +21,14 @@ class OrderedCholmod : public Eigen::CholmodDecomposition<Matrix, Eigen::Upper> 
     settings.method[0].ordering = CHOLMOD_NATURAL;
     settings.postorder = 1;
     settings.print = 0;
-    settings.final_ll = 1;  // a pivot that is not positive is an error, in either form
+    settings.final_ll = 1;  // a pivot that is not positive is an error, simplicial or supernodal
     this->setMode(Eigen::CholmodAuto);
   }
 };
 
 }  // namespace detail
 
-/// Supernodal Cholesky where that pays, column by column where it does not (CHOLMOD's own choice).
+/// Supernodal or simplicial Cholesky, by CHOLMOD's own choice.
 template <int N>
 using CholmodSolver = ScalarSolver<N, detail::OrderedCholmod<typename ScalarExpansion<N>::Matrix>>;
 

@@ -6,8 +6,8 @@
 
 namespace wayfare {
 
-/// LinearSolver on Eigen's column-by-column Cholesky. Small and everywhere available; slow where
-/// blocks are large or fill is heavy (3D graphs).
+/// LinearSolver on Eigen's simplicial Cholesky. Without further dependencies; slow for large blocks
+/// or much fill-in (3D graphs).
 template <int N>
 using EigenSolver =
     ScalarSolver<N, Eigen::SimplicialLLT<typename ScalarExpansion<N>::Matrix, Eigen::Upper,
@@ -15,7 +15,7 @@ using EigenSolver =
 
 static_assert(LinearSolver<EigenSolver<3>> && LinearSolver<EigenSolver<6>>);
 
-// Compiled once in wayfare::slam.
+// Compiled once in wayfare::graph.
 extern template class ScalarSolver<
     3, Eigen::SimplicialLLT<ScalarExpansion<3>::Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>>>;
 extern template class ScalarSolver<

@@ -1,8 +1,8 @@
 #pragma once
 
 // Graduated non-convexity (Yang, Antonante, Tzoumas, Carlone 2020, "Graduated non-convexity for
-// robust spatial perception"): a loss that sets outliers aside has many local minima, so it is
-// reached through losses that grow into it from a convex one, each solved from the last's optimum.
+// robust spatial perception"): a loss that rejects outliers has many local minima, so a sequence of
+// surrogate losses leads to it from a convex one, each solved from the last one's optimum.
 
 #include <algorithm>
 #include <cmath>
@@ -15,27 +15,26 @@
 namespace wayfare {
 
 enum class GncLoss {
-  truncated_least_squares,  ///< min(s, c²): an edge counts in full or, past c², not at all
+  truncated_least_squares,  ///< min(s, c²): constant beyond c²
   geman_mcclure,            ///< c² s/(c² + s)
 };
 
 struct GncOptions {
   GncLoss loss = GncLoss::truncated_least_squares;
   /// c² of an edge is the chi-square quantile of its degrees of freedom at this probability: the
-  /// share of true edges that are to be kept where informations are honest. Larger: more false ones
+  /// fraction of inliers accepted if the information matrices are consistent. Larger: more outliers
   /// pass.
   double inlier_probability = 0.9999;
-  /// μ changes by this factor from round to round. Larger: fewer rounds, less careful. The paper's.
+  /// Factor of μ between rounds, as in the paper. Larger: fewer rounds, less robust.
   double growth = 1.4;
   int max_rounds = 200;
-  /// Start from a spanning tree over trusted edges wherever those lead; false: from the graph's
-  /// poses.
+  /// Start from a spanning tree that prefers trusted edges; false: from the graph's poses.
   bool start_from_trusted = true;
   /// Of each solve; its kernel is not used.
   OptimiseOptions optimise{};
 };
 
-/// The factor by which an edge with u = s/c² counts under the surrogate loss of control `mu`: for
+/// Weight of an edge with u = s/c² under the surrogate loss with control parameter `mu`: for
 /// truncated least squares (eq. 14) convex near μ = 0 and exact as μ → ∞; for Geman-McClure (eq.
 /// 12) convex as μ → ∞ and exact at μ = 1.
 [[nodiscard]] inline double gnc_weight(GncLoss loss, double u, double mu) {
@@ -49,16 +48,16 @@ struct GncOptions {
 }
 
 struct GncReport {
-  OptimiseReport optimisation;  ///< the last solve, with the rejected edges left out
-  std::vector<int> rejected;    ///< edges found false, ascending; never a trusted one
+  OptimiseReport optimisation;  ///< the last solve, without the rejected edges
+  std::vector<int> rejected;    ///< outlier edges, ascending; never a trusted one
   int rounds = 0;               ///< losses solved
   int iterations = 0;           ///< linear systems solved in all rounds
   double total_s = 0.0;
 };
 
-/// Optimises a graph whose `robust` edges may be plain wrong and says which are; the others are
-/// trusted. Compiled in wayfare::slam for SE2d and SE3d. Errors as PoseGraphOptimiser's, the poses
-/// then untouched.
+/// Optimises a graph whose `robust` edges may be outliers and reports which are; the others are
+/// trusted. Compiled in wayfare::graph for SE2d and SE3d. Errors, with the poses unchanged: those
+/// of PoseGraphOptimiser.
 template <LieGroup G>
 Result<GncReport> optimise_gnc(PoseGraph<G>& graph, const GncOptions& options = {});
 

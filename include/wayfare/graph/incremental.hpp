@@ -1,7 +1,7 @@
 #pragma once
 
-// A pose graph that grows, kept solved: what a new pose or edge costs goes with what it changes,
-// not with the size of the graph.
+// Incremental optimisation of a growing pose graph: the cost of a new pose or edge depends on what
+// it changes, not on the size of the graph.
 //
 // Fluid relinearisation and partial back-substitution as in Kaess, Johannsson, Roberts, Ila,
 // Leonard, Dellaert 2012 ("iSAM2", sections 3 and 4); ordering by blocks as in Polok, Ila, Solony,
@@ -19,64 +19,65 @@
 namespace wayfare {
 
 struct IncrementalOptions {
-  /// Largest component of a pose's step (m or rad) up to which its edges stay linearised where they
-  /// are. Smaller: nearer to the optimum, more columns factorised again. 0: every pose that moved.
+  /// A pose's edges are relinearised if a component of its step (m or rad) exceeds this. Smaller:
+  /// closer to the optimum, more columns refactorised. 0: every pose that moved.
   double relinearise_step = 0.05;
-  /// A step that changes by no more than this (m or rad) is not taken further down the tree. 0: all
-  /// changes are.
+  /// Back-substitution continues down the tree where a step changes by more than this (m or rad).
+  /// 0: with every change.
   double solve_change = 1e-3;
-  /// Linear systems solved at most; a further one follows while some pose is past relinearise_step.
+  /// Maximum number of linear systems solved; a further one follows while a step exceeds
+  /// relinearise_step.
   int max_rounds = 2;
-  /// Once this many times the work of one whole factorisation has been spent on parts, all is
-  /// linearised and ordered anew. Larger: rarer. Counted, not timed: the same on every machine.
+  /// Everything is relinearised and reordered once partial factorisations have cost this many
+  /// complete ones. Larger: rarer. In operations, not time: the same on every machine.
   double reorder_work = 20.0;
 };
 
-/// What one update did.
+/// Statistics of one update.
 struct IncrementalReport {
   double cost = 0.0;       ///< Σ ρ(eᵀΩe) at the poses after it
-  int relinearised = 0;    ///< poses whose edges were linearised again
-  int refactored = 0;      ///< block columns factorised again, summed over the rounds
-  int substituted = 0;     ///< block columns whose step was computed, likewise
+  int relinearised = 0;    ///< poses whose edges were relinearised
+  int refactored = 0;      ///< block columns refactorised, summed over the rounds
+  int substituted = 0;     ///< block columns whose step was computed, summed over the rounds
   double flops = 0.0;      ///< multiplications and additions of the factorisation
   int rounds = 0;          ///< linear systems solved
-  bool reordered = false;  ///< all was linearised and ordered anew
+  bool reordered = false;  ///< everything was relinearised and reordered
   bool fell_back = false;  ///< the step raised the cost; the batch optimiser took over
 };
 
-/// Gauss-Newton on a graph that grows. With both thresholds zero, every round is a whole
-/// Gauss-Newton step of the batch optimiser, to rounding; with others the cost stays near its
-/// optimum (tests/graph/incremental_replay_test.cpp has by how much). Same calls, same bytes.
+/// Gauss-Newton on a growing graph. With both thresholds zero, every round is a complete
+/// Gauss-Newton step of the batch optimiser, to rounding; otherwise the cost stays near its optimum
+/// (tests/graph/incremental_replay_test.cpp has the bounds). Deterministic.
 template <LieGroup G>
 class IncrementalOptimiser {
  public:
   /// `kernel` applies to edges marked `robust`.
   explicit IncrementalOptimiser(const RobustKernel& kernel = {}) : kernel_(kernel) {}
 
-  /// Takes effect with the next update. `held`: it stays where it is; where none is held by the
-  /// first update, pose 0 is. Returns its index; an Error where it is not finite.
+  /// Added with the next update. `held`: fixed; if none is fixed at the first update, pose 0 is.
+  /// Returns its index; an Error if it is not finite.
   Result<int> add_pose(const G& initial, bool held = false);
-  /// Likewise. An Error, and nothing taken, for what validate_edge refuses (a pose that was not
-  /// added, a measurement that is not finite, an information that is not positive semi-definite …)
-  /// and for an error too large to square.
+  /// Added with the next update. Errors, with nothing added: those of validate_edge (an unknown
+  /// pose, a measurement that is not finite, an information that is not positive semi-definite …)
+  /// and an error too large to square.
   Result<void> add_edge(const PoseEdge<G>& edge);
-  /// Adds the poses and edges by which `grown` is ahead of graph(); what they have in common is
-  /// taken to be the same. An Error, and nothing taken, where one of them is refused, or where a
-  /// pose is held now that was free.
+  /// Adds the poses and edges of `grown` that graph() does not have; the common ones are assumed to
+  /// be identical. Errors, with nothing added: those of add_pose and add_edge, or a pose that was
+  /// free and is fixed now.
   Result<void> append(const PoseGraph<G>& grown);
-  /// Forgets the poses and edges added since the last update that succeeded.
+  /// Removes the poses and edges added since the last successful update.
   void discard_pending();
 
-  /// Takes in what was added. Where it fails (a new pose is not connected to the others, or not
-  /// determined by its edges: named) nothing solved has changed, and what was added still waits
-  /// for what is missing.
+  /// Adds the pending poses and edges to the solution. On an Error (names a new pose that is not
+  /// connected to the others or not determined by its edges) the solution is unchanged and they
+  /// stay pending.
   Result<IncrementalReport> update(const IncrementalOptions& options = {});
 
-  /// The optimum as the batch optimiser finds it from the present poses, and everything linearised
-  /// there; the kernel of `options` gives way to this one's. Where it fails nothing has changed.
+  /// The batch optimiser from the current poses, then relinearises everything there. Uses this
+  /// object's kernel instead of that of `options`. On an Error nothing has changed.
   Result<OptimiseReport> optimise_fully(OptimiseOptions options = {});
 
-  /// The poses as solved; those added since, where they were put.
+  /// The solved poses; pending ones at their initial values.
   [[nodiscard]] const std::vector<G>& poses() const { return graph_.poses; }
   [[nodiscard]] const PoseGraph<G>& graph() const { return graph_; }
 
@@ -117,14 +118,14 @@ class IncrementalOptimiser {
   Result<void> take_poses(const std::vector<G>& poses, IncrementalReport& report);
 
   RobustKernel kernel_;
-  PoseGraph<G> graph_;  // all that was added; poses as estimated
+  PoseGraph<G> graph_;  // including pending; poses as estimated
   std::size_t solved_poses_ = 0, solved_edges_ = 0;
   IncrementalCholesky<kDof> system_;  // term k is edge k
-  std::vector<G> origins_;            // where each admitted pose's edges are linearised
-  std::vector<int> variable_of_;      // of each admitted pose, −1 where it is held
+  std::vector<G> origins_;            // linearisation point of each admitted pose
+  std::vector<int> variable_of_;      // of each admitted pose, −1 if it is held
   std::vector<int> pose_of_;          // of each variable
   IncrementalSum costs_;              // of the edges
-  std::vector<int> far_;              // poses whose step is past far_step_
+  std::vector<int> far_;              // poses whose step exceeds far_step_
   std::vector<char> is_far_;
   double far_step_ = 0.0;
   std::vector<int> edge_mark_;
@@ -134,7 +135,7 @@ class IncrementalOptimiser {
   double work_since_order_ = 0.0;
 };
 
-// Compiled once in wayfare::slam.
+// Compiled once in wayfare::graph.
 extern template class IncrementalOptimiser<SE2d>;
 extern template class IncrementalOptimiser<SE3d>;
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// A graph from a file as it may have grown: edge by edge, each pose with the first edge that
-// reaches it.
+// Replays a complete graph incrementally: edge by edge, each pose with the first edge that reaches
+// it.
 
 #include <algorithm>
 #include <cstddef>
@@ -16,19 +16,18 @@ namespace wayfare {
 template <LieGroup G>
 struct ReplayStep {
   PoseEdge<G> edge;
-  /// The pose the edge brings in, −1 where it joins two that were there.
+  /// The pose that the edge adds, −1 if both exist.
   int new_pose = -1;
 
-  /// Where the edge says its new pose is, given the others.
+  /// Initial value of the new pose from the edge.
   [[nodiscard]] G placed(const std::vector<G>& poses) const {
     if (new_pose == edge.to) return poses[static_cast<std::size_t>(edge.from)] * edge.measurement;
     return poses[static_cast<std::size_t>(edge.to)] * edge.measurement.inverse();
   }
 };
 
-/// The edges of a graph whose poses are numbered in the order of time: by their later pose, and of
-/// those that end at the same one, that from the nearest pose first. Pose 0 is there from the
-/// start.
+/// The edges of a graph with poses in temporal order, sorted by their later pose, then by the
+/// distance of the indices. Pose 0 exists from the start.
 template <LieGroup G>
 [[nodiscard]] std::vector<ReplayStep<G>> replay_steps(const PoseGraph<G>& graph) {
   std::vector<ReplayStep<G>> steps;

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the optimiser asks of a sparse solver, and the ordering they share.
+// The requirements of the optimiser on a sparse solver, and the solvers' common ordering.
 
 #include <concepts>
 #include <vector>
@@ -13,18 +13,18 @@
 
 namespace wayfare {
 
-/// Whether a matrix could be factorised; where not, the block column at which its leading part
-/// stops being positive definite in the elimination order, or −1 where the solver cannot tell.
+/// Whether a matrix could be factorised; if not, the block column at which it stops being positive
+/// definite in the elimination order, or −1 if the solver does not report it.
 struct FactorOutcome {
   bool ok = true;
   int block = -1;
 };
 
-/// Solves H x = b for a symmetric positive definite H. Meaning (checked by
+/// Solves H x = b for a symmetric positive definite H. Semantics (checked by
 /// tests/graph/linear_solver_test.cpp): after `analyse(h)` any number of `factorise(h)` with the
 /// same pattern and other values; after a successful `factorise`, any number of
-/// `solve_in_place(x)`, which turn b into x. `factorise` allocates nothing after its first call
-/// where the implementation can help it.
+/// `solve_in_place(x)`, which replaces b by x. `factorise` should not allocate after its first
+/// call.
 template <class S>
 concept LinearSolver = std::default_initializable<S> &&
     requires(S& solver, const BlockSparse<S::kBlock>& h, Eigen::VectorXd& x) {
@@ -33,15 +33,15 @@ concept LinearSolver = std::default_initializable<S> &&
   solver.solve_in_place(x);
 };
 
-/// A LinearSolver that factorises on several threads where it is told to, with the same result.
+/// A LinearSolver that can factorise on several threads, with the same result.
 template <class S>
 concept ThreadedSolver = LinearSolver<S> && requires(S& solver) {
   solver.set_threads(2);
 };
 
-/// A LinearSolver that finds chosen blocks of H⁻¹ together for much less than a solution each:
-/// after `invert()`, `inverse_block(row, column, block)` gives at least those of the diagonal and
-/// of H's pattern, and false for others and before it.
+/// A LinearSolver that computes selected blocks of H⁻¹ together, much faster than by one solve
+/// each: after `invert()`, `inverse_block(row, column, block)` gives at least those of the diagonal
+/// and of H's pattern; false for blocks that are not available.
 template <class S>
 concept SelectedInverse = LinearSolver<S> &&
     requires(S& solver, const S& found, Eigen::Matrix<double, S::kBlock, S::kBlock>& block) {
@@ -49,7 +49,7 @@ concept SelectedInverse = LinearSolver<S> &&
   { found.inverse_block(0, 0, block) } -> std::same_as<bool>;
 };
 
-/// position[i] = the place of block column i in an elimination order of little fill: approximate
+/// position[i] = the index of block column i in a fill-reducing elimination order: approximate
 /// minimum degree on the graph of blocks, N² times smaller than that of scalars.
 template <int N>
 [[nodiscard]] std::vector<int> minimum_degree_order(const BlockSparse<N>& h) {

@@ -1,11 +1,10 @@
 #pragma once
 
-// Sparse Cholesky H = L Lᵀ on fixed-size blocks, in dense fronts: columns of L that look alike are
-// eliminated together in one dense matrix, and what that leaves for later columns is added to the
-// front that eliminates the next of them (Duff, Reid 1983, "The multifrontal solution of indefinite
-// sparse symmetric linear systems"; Liu 1992, "The multifrontal method for sparse matrix
-// solution"). Ordering and elimination tree are found on the graph of blocks, N² times smaller than
-// that of scalars.
+// Multifrontal sparse Cholesky H = L Lᵀ on fixed-size blocks: columns of L with similar patterns
+// are eliminated together in a dense front, whose update matrix is added to the parent front (Duff,
+// Reid 1983, "The multifrontal solution of indefinite sparse symmetric linear systems"; Liu 1992,
+// "The multifrontal method for sparse matrix solution"). Ordering and elimination tree are those of
+// the graph of blocks, N² times smaller than that of scalars.
 
 #include <memory>
 #include <span>
@@ -16,8 +15,8 @@
 
 namespace wayfare {
 
-/// The work of MultifrontalCholesky, compiled once for all block sizes and for the instruction sets
-/// of this machine. A pattern is that of BlockSparse; values are its blocks, one after another.
+/// Implementation of MultifrontalCholesky, compiled once for all block sizes and instruction sets.
+/// Pattern and values are those of BlockSparse.
 class MultifrontalFactor {
  public:
   MultifrontalFactor();
@@ -27,7 +26,7 @@ class MultifrontalFactor {
 
   void analyse(std::span<const int> starts, std::span<const int> rows, int block);
   void set_threads(int threads);
-  /// The block column at which the matrix stops being positive definite, −1 where it is.
+  /// The block column at which the matrix stops being positive definite, or −1.
   int factorise(const double* values);
   void solve_in_place(double* x);
   void invert();
@@ -38,16 +37,16 @@ class MultifrontalFactor {
   std::unique_ptr<State> state_;
 };
 
-/// LinearSolver of our own. Everything found in `analyse` is kept while only values change, and
-/// nothing is allocated after the first `factorise`.
+/// The default LinearSolver. `factorise` reuses the results of `analyse` and allocates nothing
+/// after its first call.
 template <int N>
 class MultifrontalCholesky {
  public:
   static_assert(N == 2 || N == 3 || N == 6, "the kernels are compiled for these");
   static constexpr int kBlock = N;
 
-  /// Threads that further factorisations may use, at least one (the default), of which all but the
-  /// caller's are kept waiting; a small matrix stays with one. Results are the same bits for any.
+  /// Number of threads of further factorisations, including the caller's; default 1. Small matrices
+  /// use one. Results are bit-identical for any number.
   void set_threads(int threads) { factor_.set_threads(threads); }
 
   void analyse(const BlockSparse<N>& h) { factor_.analyse(h.starts(), h.rows(), N); }
@@ -59,10 +58,10 @@ class MultifrontalCholesky {
 
   void solve_in_place(Eigen::VectorXd& x) { factor_.solve_in_place(x.data()); }
 
-  /// Finds the blocks of H⁻¹ wherever L has a block: on the diagonal, wherever H has one, and more.
-  /// After a successful `factorise`; costs about twice as much and as much memory again.
+  /// Computes the blocks of H⁻¹ in the pattern of L, which includes that of H. Requires a
+  /// successful `factorise`; costs about twice its time and the same memory again.
   void invert() { factor_.invert(); }
-  /// Block (row, column) of H⁻¹; false where it was not found, or not since the last `factorise`.
+  /// Block (row, column) of H⁻¹; false if it was not computed since the last `factorise`.
   bool inverse_block(int row, int column, Eigen::Matrix<double, N, N>& block) const {
     return factor_.inverse_block(row, column, block.data());
   }

@@ -1,6 +1,6 @@
 #pragma once
 
-// x* = argmin Σ ρ(eᵀΩe) on a pose graph, and how sure x* is.
+// x* = argmin Σ ρ(eᵀΩe) on a pose graph, and the covariance of x*.
 
 #include <cmath>
 #include <vector>
@@ -16,28 +16,27 @@ namespace wayfare {
 template <int N>
 using DefaultSolver = MultifrontalCholesky<N>;
 
-/// Optimises pose graphs, keeping pattern, symbolic factorisation and memory from one call to the
-/// next while the structure stays the same: keep one for a graph that grows.
+/// Optimises pose graphs. Reuses pattern, symbolic factorisation and memory between calls while the
+/// structure is unchanged.
 template <LieGroup G, LinearSolver Solver = DefaultSolver<ManifoldTraits<G>::kDof>>
 class PoseGraphOptimiser {
  public:
   static constexpr int kDof = ManifoldTraits<G>::kDof;
 
-  /// Moves the free poses of `graph` to a local minimum near where they are. On failure
-  /// (validate's faults, errors too large to square, or a pose the edges leave undetermined) the
-  /// poses are untouched.
+  /// Moves the free poses of `graph` to a local minimum near their initial values. Errors, with the
+  /// poses unchanged: those of validate, errors too large to square, an undetermined pose.
   Result<OptimiseReport> optimise(PoseGraph<G>& graph, const OptimiseOptions& options = {});
 
   /// Linearises and factorises at the graph's poses, for the covariances below.
   Result<void> prepare_covariances(const PoseGraph<G>& graph, const RobustKernel& kernel = {});
 
-  /// The covariance of a pose, as a right perturbation of it, given that the fixed poses are exact;
-  /// zero for those. Needs prepare_covariances on this graph.
+  /// The covariance of a pose, as a right perturbation of it, given the fixed poses; zero for
+  /// those. Requires prepare_covariances on this graph.
   [[nodiscard]] SquareOf<G> covariance(int pose);
 
-  /// prepare_covariances and the covariances of all poses at once, for the price of two or three
-  /// factorisations where the solver can (SelectedInverse). After this `covariance`, and
-  /// `relative_covariance` of poses that an edge joins, are looked up.
+  /// prepare_covariances and the covariances of all poses, at the cost of two or three
+  /// factorisations if the solver supports it (SelectedInverse). Afterwards `covariance`, and
+  /// `relative_covariance` of poses that share an edge, are look-ups.
   Result<std::vector<SquareOf<G>>> covariances(const PoseGraph<G>& graph,
                                                const RobustKernel& kernel = {});
 
@@ -52,7 +51,7 @@ class PoseGraphOptimiser {
   DampedStep<G, Solver> step_;
 };
 
-/// One call for one graph; keep a PoseGraphOptimiser where there will be more.
+/// Optimises one graph; for repeated calls use a PoseGraphOptimiser.
 template <LieGroup G>
 Result<OptimiseReport> optimise(PoseGraph<G>& graph, const OptimiseOptions& options = {}) {
   return PoseGraphOptimiser<G>().optimise(graph, options);
@@ -139,7 +138,7 @@ SquareOf<G> PoseGraphOptimiser<G, S>::relative_covariance(const PoseGraph<G>& gr
   return j * joint_covariance(step_.equations(), step_.solver(), from, to) * j.transpose();
 }
 
-// Compiled once in wayfare::slam.
+// Compiled once in wayfare::graph.
 extern template class PoseGraphOptimiser<SE2d>;
 extern template class PoseGraphOptimiser<SE3d>;
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// How well a pose graph knows where its poses are relative to one of them, without factorising it.
+// Upper bounds of the relative uncertainty between poses of a graph, without a factorisation.
 
 #include <algorithm>
 #include <cstddef>
@@ -17,30 +17,30 @@
 namespace wayfare {
 
 /// The covariance of X_root⁻¹ X_k along the least uncertain chain of edges from `root` to each pose
-/// k, as a right perturbation of it. The chain leaves all other edges out, so the true covariance
-/// is smaller: a safe bound for gates and search windows (Olson 2008, "Robust and efficient robotic
-/// mapping", section 5.2).
+/// k, as a right perturbation of it. It ignores all other edges, so the true covariance is smaller:
+/// a safe bound for gates and search windows (Olson 2008, "Robust and efficient robotic mapping",
+/// section 5.2).
 struct PathUncertainty {
   /// The size of an uncertainty is var x + var y + kLever² var θ.
   static constexpr double kLever_m = 2.0;
 
-  std::vector<Eigen::Matrix3d> covariance;  ///< one a pose; undefined where not reached
-  std::vector<double> size;                 ///< m²; infinite where not reached
+  std::vector<Eigen::Matrix3d> covariance;  ///< per pose; undefined if not reached
+  std::vector<double> size;                 ///< m²; infinite if not reached
 
   [[nodiscard]] bool reached(int pose) const {
     return size[static_cast<std::size_t>(pose)] < std::numeric_limits<double>::infinity();
   }
 };
 
-/// Finds the path uncertainties of a graph that grows: what is constant of an edge (its ends, its
-/// covariance) is kept from search to search, so that each costs no more than its own walk. Poses
-/// may move between searches; edges may only be appended, and their information stays as it was.
+/// Computes the path uncertainties of a growing graph. Adjacency and edge covariances are reused
+/// between searches. Poses may move between searches; edges may only be appended, and their
+/// information must not change.
 class PathUncertaintyFinder {
  public:
   /// From `root` over the edges for which `usable(edge)` is true; information matrices must be
-  /// positive definite. Dijkstra's search, O(E log V); as a heading's error can cancel a place's,
-  /// a pose may turn out surer than where the walk has come from, and is then walked on from again.
-  /// The result holds until the next search.
+  /// positive definite. Dijkstra's search, O(E log V); as heading and position errors can cancel, a
+  /// pose may become less uncertain than its predecessor and is then expanded again. The result is
+  /// valid until the next search.
   template <class Usable>
   const PathUncertainty& find(const PoseGraph2& graph, int root, Usable usable);
 
@@ -111,14 +111,14 @@ const PathUncertainty& PathUncertaintyFinder::find(const PoseGraph2& graph, int 
           graph.poses[at].inverse() * graph.poses[static_cast<std::size_t>(link.pose)];
       const Eigen::Matrix3d move = step.inverse().adjoint();
       Eigen::Matrix3d own = edge_covariance_[k];
-      if (e.from != pose) own = move * own * move.transpose();  // the edge is walked backwards
+      if (e.from != pose) own = move * own * move.transpose();  // the edge is traversed backwards
       offer(link.pose, move * result_.covariance[at] * move.transpose() + own);
     }
   }
   return result_;
 }
 
-/// One search in a graph that does not grow; see PathUncertaintyFinder.
+/// A single search; see PathUncertaintyFinder.
 template <class Usable>
 [[nodiscard]] PathUncertainty path_uncertainty(const PoseGraph2& graph, int root, Usable usable) {
   return PathUncertaintyFinder().find(graph, root, usable);

@@ -1,7 +1,7 @@
 #pragma once
 
-// The error of a relative pose measurement, as the g2o file format defines it, so that the
-// information matrices in files mean what their writers meant.
+// The error of a relative pose measurement as defined by the g2o file format, so that information
+// matrices in files are interpreted correctly.
 
 #include <Eigen/Core>
 
@@ -18,8 +18,8 @@ struct ErrorAndJacobians {
   Eigen::Matrix<T, N, N> by_to;    ///< ∂e(X_i, X_j exp δ)/∂δ at 0
 };
 
-/// e(Z, X_i, X_j) = t2v(Z⁻¹ X_i⁻¹ X_j): zero when X_j is where the measurement Z of it in X_i's
-/// frame says. The translation is taken as it stands (not through the group's logarithm).
+/// e(Z, X_i, X_j) = t2v(Z⁻¹ X_i⁻¹ X_j): zero if X_i⁻¹ X_j equals the measurement Z. The translation
+/// is that of the transformation, not of the group's logarithm.
 template <class G>
 struct PoseError;
 
@@ -42,7 +42,7 @@ struct PoseError<SE2<T>> {
     const T c = rz.cos(), s = rz.sin();
     ErrorAndJacobians<T, 3> r;
     r.error = error_of(e);
-    // X_i turns by δθ: X_i⁻¹X_j moves by −δθ (−d_y, d_x), seen in the measurement's frame.
+    // A rotation of X_i by δθ moves X_i⁻¹X_j by −δθ (−d_y, d_x), in the measurement's frame.
     r.by_from << -c, s, c * d.y() + s * d.x(),  //
         -s, -c, s * d.y() - c * d.x(),          //
         T(0), T(0), T(-1);
@@ -80,7 +80,7 @@ struct PoseError<SE3<T>> {
     const auto q = upper_half(e);
     const Vector v = q.vec();
     const Block rz = z.rotation().matrix().transpose();
-    // q ⊗ (1, δθ/2): the vector part moves by ½ (w I + [v]×) δθ.
+    // q ⊗ (1, δθ/2): the vector part changes by ½ (w I + [v]×) δθ.
     const Block turn = T(0.5) * (q.w() * Block::Identity() + skew(v));
     ErrorAndJacobians<T, 6> r;
     r.error << e.translation(), v;

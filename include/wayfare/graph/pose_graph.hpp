@@ -12,27 +12,27 @@
 
 namespace wayfare {
 
-/// "Pose `to` was seen from pose `from` at `measurement`", with information Ω (the inverse of the
-/// covariance) of the error that PoseError defines.
+/// A measurement of pose `to` in the frame of pose `from`, with information Ω (the inverse of the
+/// covariance) of the error defined by PoseError.
 template <LieGroup G>
 struct PoseEdge {
   int from = 0;
   int to = 0;
   G measurement{};
   SquareOf<G> information = SquareOf<G>::Identity();
-  /// Whether a robust kernel, where one is chosen, applies: true for what may be plain wrong (a
-  /// loop closure), false for what may only be noisy (odometry).
+  /// Whether the robust kernel applies: true for possible outliers (loop closures), false for
+  /// measurements that are only noisy (odometry).
   bool robust = false;
 };
 
-/// Poses and relative measurements between them. A plain value: append poses and edges as they
-/// come, optimise when it suits.
+/// Poses and relative measurements between them. A plain value: poses and edges may be appended at
+/// any time.
 template <LieGroup G>
 struct PoseGraph {
-  std::vector<G> poses;  ///< in one common frame; the start of the next optimisation
+  std::vector<G> poses;  ///< in one common frame; initial values of the next optimisation
   std::vector<PoseEdge<G>> edges;
-  std::vector<int> fixed;           ///< poses held where they are; none named: pose 0
-  std::vector<std::string> labels;  ///< what messages call the poses; empty: their indices
+  std::vector<int> fixed;           ///< fixed poses; empty: pose 0
+  std::vector<std::string> labels;  ///< names of the poses in messages; empty: their indices
 
   /// Returns the new pose's index.
   int add_pose(const G& pose) {
@@ -66,7 +66,7 @@ template <LieGroup G>
   return sum;
 }
 
-/// Σ ρ(eᵀΩe): what the optimiser lowers; equal to chi2 where no kernel applies.
+/// Σ ρ(eᵀΩe): the optimiser's objective; equal to chi2 without a kernel.
 template <LieGroup G>
 [[nodiscard]] double robust_cost(const PoseGraph<G>& graph, const RobustKernel& kernel) {
   double sum = 0.0;
@@ -77,7 +77,7 @@ template <LieGroup G>
   return sum;
 }
 
-// Compiled once in wayfare::slam.
+// Compiled once in wayfare::graph.
 extern template double squared_error(const PoseGraph<SE2d>&, const PoseEdge<SE2d>&);
 extern template double squared_error(const PoseGraph<SE3d>&, const PoseEdge<SE3d>&);
 extern template double chi2(const PoseGraph<SE2d>&);

@@ -9,14 +9,14 @@
 namespace wayfare {
 
 enum class OptimiseMethod {
-  /// Full steps while they lower the cost; falls back to Levenberg-Marquardt when one does not.
+  /// Full steps while they lower the cost; otherwise falls back to Levenberg-Marquardt.
   gauss_newton,
   levenberg_marquardt,
 };
 
 struct IterationRecord {
-  double cost = 0.0;     ///< Σ ρ(eᵀΩe) after the step, or before it where the step was refused
-  double damping = 0.0;  ///< λ of the step; 0 for Gauss-Newton
+  double cost = 0.0;      ///< Σ ρ(eᵀΩe) after the step, or before it if the step was rejected
+  double damping = 0.0;   ///< λ of the step; 0 for Gauss-Newton
   double max_step = 0.0;  ///< largest component of the step (m or rad)
   bool accepted = true;
 };
@@ -24,15 +24,15 @@ struct IterationRecord {
 struct OptimiseOptions {
   OptimiseMethod method = OptimiseMethod::gauss_newton;
   RobustKernel kernel{};     ///< for edges marked `robust`
-  int max_iterations = 100;  ///< linear systems solved at most
-  /// Stops when a step lowers the cost by less than this fraction of it. Smaller: more digits.
+  int max_iterations = 100;  ///< maximum number of linear systems solved
+  /// Converged if a step lowers the cost by less than this fraction of it (smaller: more accurate)
   double min_relative_gain = 1e-6;
-  /// … or by less than this much (the cost has no unit).
+  /// or by less than this (the cost has no unit).
   double min_absolute_gain = 1e-9;
-  double initial_damping = 1e-4;  ///< λ₀, relative to H's diagonal; larger: more careful start
-  double max_damping = 1e12;      ///< gives up when λ would pass this
-  /// That factorise, where the solver can (ThreadedSolver) and the graph is large; the result is
-  /// the same for any number. More: large graphs sooner, while nothing else needs the cores.
+  double initial_damping = 1e-4;  ///< λ₀, relative to H's diagonal; larger: shorter first steps
+  double max_damping = 1e12;      ///< stops if λ would exceed this
+  /// Threads of the factorisation, if the solver supports them (ThreadedSolver) and the graph is
+  /// large. More: faster; the result is the same for any number.
   int threads = 1;
   /// Called after every iteration with its number (from 1); return false to stop with the best
   /// poses so far.
@@ -42,8 +42,8 @@ struct OptimiseOptions {
 enum class StopReason {
   converged,       ///< the gain fell below its threshold
   max_iterations,  ///< the poses are the best so far
-  stopped,         ///< the progress callback asked for it
-  no_progress,     ///< no damping lowers the cost any more
+  stopped,         ///< by the progress callback
+  no_progress,     ///< no damping up to max_damping lowers the cost
 };
 
 [[nodiscard]] constexpr std::string_view to_string(StopReason reason) {
@@ -62,7 +62,7 @@ enum class StopReason {
 
 struct PhaseTimes {
   double validate_s = 0.0;
-  double analyse_s = 0.0;  ///< pattern, ordering, symbolic factorisation; 0 when kept
+  double analyse_s = 0.0;  ///< pattern, ordering, symbolic factorisation; 0 if reused
   double linearise_s = 0.0;
   double factorise_s = 0.0;
   double solve_s = 0.0;
@@ -76,8 +76,8 @@ struct OptimiseReport {
   double final_cost = 0.0;
   int iterations = 0;
   StopReason reason = StopReason::converged;
-  bool fell_back = false;         ///< Gauss-Newton gave way to Levenberg-Marquardt
-  bool structure_reused = false;  ///< pattern and symbolic factorisation were kept
+  bool fell_back = false;         ///< from Gauss-Newton to Levenberg-Marquardt
+  bool structure_reused = false;  ///< pattern and symbolic factorisation were reused
   std::vector<IterationRecord> history;
   PhaseTimes times;
 };

@@ -1,35 +1,35 @@
 #pragma once
 
-// Robust kernels: how much less a residual counts the larger it is.
+// Robust kernels: losses that reduce the influence of large residuals.
 
 #include <cmath>
 
 namespace wayfare {
 
-/// A kernel replaces s = eᵀΩe by ρ(s), with ρ(s) ≈ s for small s. Half width: `scale` is the
-/// residual √s, in standard deviations, where the kernel starts to bend.
+/// A kernel replaces s = eᵀΩe by ρ(s), with ρ(s) ≈ s for small s. `scale` is the residual √s, in
+/// standard deviations, at which ρ departs from s.
 enum class RobustKernelKind {
   none,           ///< ρ = s
   huber,          ///< ρ = s up to scale², then 2·scale·√s − scale²: convex
   cauchy,         ///< ρ = scale² ln(1 + s/scale²)
   geman_mcclure,  ///< ρ = s·scale²/(scale² + s): bounded by scale²
   /// Dynamic covariance scaling (Agarwal et al. 2013), Φ = scale²: ρ = s while s ≤ Φ, then
-  /// 3Φ − 4Φ²/(Φ + s). Written as the loss whose weight is the paper's squared switch
-  /// (2Φ/(Φ + s))², so that it never turns negative.
+  /// 3Φ − 4Φ²/(Φ + s): the loss whose weight is the paper's squared switch variable (2Φ/(Φ + s))²,
+  /// which is never negative.
   dynamic_covariance_scaling,
 };
 
 /// ρ(s) and ρ′(s).
 struct KernelValue {
   double cost = 0.0;
-  /// ρ′(s) ∈ (0, 1]: the factor by which the information matrix counts. The Hessian uses only this
-  /// term (Triggs' correction left out), so it stays positive for every kernel.
+  /// ρ′(s) ∈ (0, 1]: the weight of the information matrix. The Hessian uses only this term (no
+  /// Triggs correction), so it is positive semi-definite for every kernel.
   double weight = 1.0;
 };
 
 struct RobustKernel {
   RobustKernelKind kind = RobustKernelKind::none;
-  double scale = 1.0;  ///< standard deviations, > 0; larger trusts outliers more
+  double scale = 1.0;  ///< standard deviations, > 0; larger: less robust
 
   /// `s` = eᵀΩe ≥ 0.
   [[nodiscard]] KernelValue operator()(double s) const {

@@ -1,7 +1,7 @@
 #pragma once
 
-// Where an optimisation starts from. Least squares on poses has many local minima; which one is
-// reached is decided here. Compiled in wayfare::slam for SE2d and SE3d.
+// Initial values of an optimisation, which decide the local minimum it reaches. Compiled in
+// wayfare::graph for SE2d and SE3d.
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/pose_graph.hpp>
@@ -9,35 +9,35 @@
 namespace wayfare {
 
 enum class StartMethod {
-  given,     ///< the poses stay as they are
-  odometry,  ///< the chain of edges between poses that follow each other
-  tree,      ///< along a spanning tree of least depth
-  chordal,   ///< rotations by relaxation, then translations
+  given,     ///< the graph's own poses
+  odometry,  ///< the chain of edges between consecutive poses
+  tree,      ///< along a breadth-first spanning tree
+  chordal,   ///< chordal relaxation of the rotations, then translations
 };
 
-/// Which edges a spanning tree rather takes.
+/// Which edges a spanning tree prefers.
 enum class TreeEdges {
-  any,            ///< least number of edges from a fixed pose: short chains add up little noise
-  trusted_first,  ///< least number of `robust` edges on the way: those may be plain wrong
+  any,            ///< fewest edges from a fixed pose: short chains accumulate little noise
+  trusted_first,  ///< fewest `robust` edges on the path, as those may be outliers
 };
 
-/// Places the free poses by the chain of edges between poses k and k + 1, from the fixed poses on
-/// (pose 0 where none is named), an edge not marked `robust` before one that is. An Error where the
-/// chain breaks, naming the poses. On an Error, here as below, the poses are untouched.
+/// Initialises the free poses along the chain of edges between poses k and k + 1, from the fixed
+/// poses (pose 0 if there are none); edges that are not `robust` are preferred. An Error names the
+/// poses where the chain breaks. On an Error, here as below, the poses are unchanged.
 template <LieGroup G>
 Result<void> start_from_odometry(PoseGraph<G>& graph);
 
-/// Places the free poses along a spanning tree from the fixed poses. An Error where a pose is
-/// joined to none of them.
+/// Initialises the free poses along a spanning tree from the fixed poses. An Error if a pose is
+/// connected to none of them.
 template <LieGroup G>
 Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather = TreeEdges::any);
 
-/// Places the free poses wherever they were before: min Σ κ ‖R_j − R_i R_ij‖² over all matrices R,
-/// each then replaced by the nearest rotation (Martinec and Pajdla 2007; Carlone et al. 2015,
-/// "Initialization techniques for 3D SLAM", section III-B), then the translations that minimise
-/// Σ eᵀΩe given those rotations; both linear. κ is the mean information of an edge about rotation.
-/// Needs no start of its own, and ends near the global optimum where measurements are not false. An
-/// Error where the edges leave a rotation or translation undetermined.
+/// Initialises the free poses, independently of their values: min Σ κ ‖R_j − R_i R_ij‖² over all
+/// matrices R, each then replaced by the nearest rotation (Martinec and Pajdla 2007; Carlone et al.
+/// 2015, "Initialization techniques for 3D SLAM", section III-B), then the translations that
+/// minimise Σ eᵀΩe given those rotations; both linear. κ is the mean rotational information of an
+/// edge. Close to the global optimum in the absence of outliers. An Error if the edges leave a
+/// rotation or translation undetermined.
 template <LieGroup G>
 Result<void> start_from_chordal(PoseGraph<G>& graph);
 

@@ -6,14 +6,14 @@
 
 namespace wayfare::cholesky {
 
-/// Numbers on a cache line's border, not initialised, with room to read a vector past their end.
-/// A handle: who may look may write.
+/// An uninitialised array aligned to a cache line, with slack to read a vector past its end. A
+/// handle: const access does not prevent writing.
 class AlignedDoubles {
  public:
-  /// Keeps what it has where that is enough.
+  /// Reallocates only if the array is too small.
   void reserve(std::size_t size) {
     if (size <= size_ && data_) return;
-    data_.reset();  // first, so that there is never both
+    data_.reset();  // first, so that both never exist together
     data_.reset(static_cast<double*>(
         ::operator new ((size + kSlack) * sizeof(double), std::align_val_t{kAlignment})));
     size_ = size;

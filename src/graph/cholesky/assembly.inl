@@ -1,4 +1,4 @@
-// What a front begins with: blocks of H and the updates of its children.
+// Assembly of a front: blocks of H and the updates of its children.
 
 namespace wayfare::cholesky::WAYFARE_ISA {
 namespace {

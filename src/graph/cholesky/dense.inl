@@ -3,12 +3,12 @@
 namespace wayfare::cholesky::WAYFARE_ISA {
 namespace {
 
-// What has a finite reciprocal.
+// Range of values with a finite reciprocal.
 constexpr double kSmallest = 2.2250738585072014e-308, kLargest = 1.7976931348623157e308;
 
-/// Cholesky of C×C in place, the diagonal left as reciprocals. The pivot that is not positive or
-/// not finite, −1 where all are. Eliminates without roots, which then wait for nothing and nothing
-/// for them: a_rc a_dc / a_cc is all that the next pivot needs.
+/// Cholesky of C×C in place, the diagonal stored as reciprocals. Returns the pivot that is not
+/// positive or not finite, or −1. The elimination uses a_rc a_dc / a_cc, so that the square roots
+/// are off the critical path.
 template <int C>
 inline int factorise_corner(double* __restrict l, int ld) {
   double a[C][C], inverse[C];
@@ -30,8 +30,8 @@ inline int factorise_corner(double* __restrict l, int ld) {
   return -1;
 }
 
-// Looks left, a few columns at a time. Tiles begin at multiples of kLanes, so those at the diagonal
-// also cover a few places above it, which nothing reads.
+// Left-looking, a few columns at a time. Tiles begin at multiples of kLanes, so those at the
+// diagonal also cover entries above it, which are not read.
 template <int N>
 int factorise_pivots(const Panel& f) {
   const int p = f.pivots, ld = f.ld11;
@@ -71,7 +71,7 @@ int factorise_pivots(const Panel& f) {
   return failed;
 }
 
-/// L₂₁ := A₂₁ L₁₁⁻ᵀ, a tile of rows after another.
+/// L₂₁ := A₂₁ L₁₁⁻ᵀ, by tiles of rows.
 template <int N>
 void solve_rows(const Panel& f) {
   const long ld = f.ld21;

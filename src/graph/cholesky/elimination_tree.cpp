@@ -9,7 +9,7 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// The root of i's tree so far, shortening the way there.
+/// The root of i's current tree, with path compression.
 int find_root(std::vector<int>& ancestor, int i) {
   int root = i;
   while (ancestor[at(root)] != root) root = ancestor[at(root)];
@@ -50,7 +50,7 @@ std::vector<int> elimination_tree(const RenumberedPattern& pattern) {
   std::vector<int> parent(at(pattern.columns()), -1), ancestor(at(pattern.columns()), -1);
   for (int j = 0; j < pattern.columns(); ++j) {
     for (int i : pattern.above(j)) {
-      while (i != j) {  // climbs to the root, leaving j behind as the way up
+      while (i != j) {  // to the root, with path compression to j
         const int next = ancestor[at(i)];
         ancestor[at(i)] = j;
         if (next < 0) parent[at(i)] = j;
@@ -88,8 +88,8 @@ std::vector<int> postorder(std::span<const int> parent) {
 }
 
 // Column j of L has as many blocks as there are row subtrees with j in them. The subtree of row i
-// has its leaves among the columns of H's blocks in that row; counting +1 at each leaf and −1 where
-// the ways up from two leaves meet, the sum over the subtree under j is what is sought.
+// has its leaves among the columns of H's blocks in that row; with +1 at each leaf and −1 at the
+// lowest common ancestors of consecutive leaves, the count of j is the sum over its subtree.
 std::vector<int> column_counts(const RenumberedPattern& pattern, std::span<const int> parent) {
   const std::size_t n = parent.size();
   std::vector<int> first(n, -1), count(n, 0), largest_first(n, -1), previous_leaf(n, -1);
@@ -111,7 +111,7 @@ std::vector<int> column_counts(const RenumberedPattern& pattern, std::span<const
   std::iota(ancestor.begin(), ancestor.end(), 0);
   for (std::size_t j = 0; j < n; ++j) {
     const int up = parent[j];
-    if (up >= 0) --count[at(up)];  // j is no part of column `up`
+    if (up >= 0) --count[at(up)];  // j is not part of column `up`
     for (int k = starts[j]; k < starts[j + 1]; ++k) {
       const int row = below[at(k)];
       if (first[j] <= largest_first[at(row)]) continue;  // not a leaf of the row's subtree

@@ -7,8 +7,8 @@
 
 namespace wayfare::cholesky {
 
-/// A pattern with its columns renumbered: column c of the original is number[c]. Of each column the
-/// rows above the diagonal, in no order.
+/// A pattern with renumbered columns: column c of the original is number[c]. Stores the rows above
+/// the diagonal of each column, unordered.
 class RenumberedPattern {
  public:
   RenumberedPattern(const UpperPattern& pattern, std::span<const int> number);
@@ -20,14 +20,14 @@ class RenumberedPattern {
   std::vector<int> starts_, rows_;
 };
 
-/// parent[j] = the row of the first block below the diagonal in column j of L, −1 where there is
-/// none (Liu 1986, "A compact row storage scheme for Cholesky factors using elimination trees").
+/// parent[j] = the row of the first block below the diagonal in column j of L, or −1 (Liu 1986, "A
+/// compact row storage scheme for Cholesky factors using elimination trees").
 [[nodiscard]] std::vector<int> elimination_tree(const RenumberedPattern& pattern);
 
-/// Nodes of a forest, children before parents and each subtree in one run.
+/// Nodes of a forest, children before parents and each subtree contiguous.
 [[nodiscard]] std::vector<int> postorder(std::span<const int> parent);
 
-/// Blocks in each column of L, the diagonal among them. Columns must be numbered in postorder
+/// Blocks in each column of L, including the diagonal. Columns must be numbered in postorder
 /// (Gilbert, Ng, Peyton 1994, "An efficient algorithm to compute row and column counts for sparse
 /// Cholesky factorization").
 [[nodiscard]] std::vector<int> column_counts(const RenumberedPattern& pattern,

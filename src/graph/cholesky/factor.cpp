@@ -25,7 +25,7 @@ void Factor::place_fronts() {
     const Front& f = plan_.fronts[s];
     Place& place = places_[s];
     const int p = f.columns * plan_.block, m = f.rows * plan_.block;
-    // What is factorised in one go needs no room for tiles that reach past it.
+    // A single tile needs no padding.
     place.ld11 = p == plan_.block || p == 6 ? p : padded(p);
     place.ld21 = padded(m);
     place.l11 = factor_size_;
@@ -41,7 +41,7 @@ void Factor::set_threads(int threads) {
   threads_ = threads;
   tasks_ = share_out(plan_, threads);
   place_updates();
-  crew_ = tasks_.size() > 1 ? std::make_unique<TaskPool>(tasks_, threads) : nullptr;
+  pool_ = tasks_.size() > 1 ? std::make_unique<TaskPool>(tasks_, threads) : nullptr;
 }
 
 void Factor::place_updates() {
@@ -53,7 +53,7 @@ void Factor::place_updates() {
     place_updates(at(tasks_.begins[t]), at(tasks_.begins[t + 1]), depth);
 }
 
-// Children in other tasks have stacks of their own, which nothing else comes to lie on.
+// Children in other tasks have their own stacks, which are not reused.
 void Factor::place_updates(std::size_t begin, std::size_t end, const std::vector<int>& depth) {
   std::size_t top[2] = {0, 0}, highest[2] = {0, 0};
   for (std::size_t s = begin; s < end; ++s) {
@@ -116,10 +116,10 @@ int Factor::factorise(const double* h, int threads) {
   scratch_.reserve(at(most_scratch_));
   inverted_ = false;
   constexpr int kNone = std::numeric_limits<int>::max();
-  std::atomic<int> failed = kNone;  // the first column in the order of elimination
+  std::atomic<int> failed = kNone;  // the first column in elimination order
   const auto task = [&](int t) {
     for (int s = tasks_.begins[at(t)]; s < tasks_.begins[at(t + 1)]; ++s) {
-      // What comes later has no say, and may lack an update.
+      // Later fronts cannot be the first failure, and may lack an update.
       if (plan_.fronts[at(s)].first > failed.load(std::memory_order_relaxed)) return;
       const int column = factorise_front(at(s), h);
       if (column < 0) continue;
@@ -129,8 +129,8 @@ int Factor::factorise(const double* h, int threads) {
       return;
     }
   };
-  if (crew_) {
-    crew_->run(std::cref(task));
+  if (pool_) {
+    pool_->run(std::cref(task));
   } else {
     for (int t = 0; t < tasks_.size(); ++t) task(t);
   }

@@ -11,23 +11,23 @@
 
 namespace wayfare::cholesky {
 
-/// The numbers of a multifrontal factorisation and where they lie. Updates of a
-/// task lie on two stacks, those of fronts at even and at odd depth, so that a front's own never
-/// lies in the way of its children's.
+/// The values of a multifrontal factorisation and their layout. The updates of a task are on two
+/// stacks, for fronts at even and at odd depth, so that a front's update does not overlap those of
+/// its children.
 class Factor {
  public:
   explicit Factor(FrontPlan plan);
 
-  /// `h`: the values of the pattern's blocks. The original column at which H stops being positive
-  /// definite, −1 where it is. The same for any number of threads, to the last bit.
+  /// `h`: the values of the pattern's blocks. Returns the original column at which H stops being
+  /// positive definite, or −1. Bit-identical for any number of threads.
   int factorise(const double* h, int threads = 1);
 
   /// L y = x, then Lᵀ z = y, in the original order of columns.
   void solve_in_place(double* x);
 
-  /// The blocks of H⁻¹ in the pattern of L, of the last factorisation that came out.
+  /// Computes the blocks of H⁻¹ in the pattern of L from the last successful factorisation.
   void invert();
-  /// Block (row, column) of H⁻¹, in the original order, column-major; false where it is not in the
+  /// Block (row, column) of H⁻¹, in the original order, column-major; false if it is not in the
   /// pattern or `invert` was not called since the last factorisation.
   bool inverse_block(int row, int column, double* out) const;
 
@@ -52,7 +52,7 @@ class Factor {
   std::vector<Place> places_;
   TaskTree tasks_;
   int threads_ = 0;
-  std::unique_ptr<TaskPool> crew_;  // none for one task
+  std::unique_ptr<TaskPool> pool_;  // null for one task
   std::size_t factor_size_ = 0, stack_size_ = 0, inverse_scratch_ = 0;
   int most_scratch_ = 0;
   AlignedDoubles values_, stack_, inverse_;

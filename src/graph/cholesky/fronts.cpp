@@ -11,7 +11,7 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// order[k] = inner[outer[k]]: first `inner` renumbers, then `outer`.
+/// order[k] = inner[outer[k]]: renumbers by `inner`, then by `outer`.
 std::vector<int> chained(std::span<const int> inner, std::span<const int> outer) {
   std::vector<int> order;
   order.reserve(outer.size());
@@ -52,7 +52,7 @@ class Planner {
   Supernodes supernodes_;
   std::vector<int> entry_starts_;
   std::vector<Entry> entries_;  // H's blocks by front
-  std::vector<int> place_;      // of each column, its block row in the front at work
+  std::vector<int> place_;      // of each column, its block row in the current front
 };
 
 void Planner::number_columns() {
@@ -124,7 +124,7 @@ void Planner::lay_out(int s) {
     find_runs(plan_.fronts[at(plan_.children[at(k)])], front);
 }
 
-// place_ holds s-marks of rows already met: −2 − s, which no block row of a front is.
+// place_ marks rows already found by −2 − s, which is not a block row.
 void Planner::find_rows(int s) {
   Front& front = plan_.fronts[at(s)];
   const int end = front.first + front.columns, mark = -2 - s;
@@ -157,7 +157,7 @@ void Planner::place_blocks(const Front& front, int s) {
   f.placements_end = static_cast<int>(plan_.placements.size());
 }
 
-/// Rows of the child that follow each other in the front as well are added in one run.
+/// Rows of the child that are also contiguous in the front are added in one run.
 void Planner::find_runs(Front& child, const Front& front) {
   child.runs_begin = static_cast<int>(plan_.runs.size());
   const auto rows = plan_.rows_of(child);

@@ -1,7 +1,7 @@
 #pragma once
 
-// The plan of a multifrontal factorisation: which columns are eliminated together, what the dense
-// front of each looks like, and what goes where. Made once for a pattern.
+// The symbolic plan of a multifrontal factorisation: the columns eliminated together, the layout of
+// each dense front, and the assembly indices. Built once for a pattern.
 
 #include <cstddef>
 #include <span>
@@ -17,17 +17,17 @@ namespace wayfare::cholesky {
 struct Front {
   int first = 0, columns = 0;
   int rows = 0;        ///< below the eliminated columns
-  int rows_begin = 0;  ///< of them in FrontPlan::rows
+  int rows_begin = 0;  ///< in FrontPlan::rows
   int parent = -1;
   int children_begin = 0, children_end = 0;      ///< in FrontPlan::children
   int placements_begin = 0, placements_end = 0;  ///< in FrontPlan::placements
-  int runs_begin = 0, pivot_runs = 0, runs = 0;  ///< in FrontPlan::runs: where this goes in parent
+  int runs_begin = 0, pivot_runs = 0, runs = 0;  ///< in FrontPlan::runs: its rows in the parent
 };
 
 struct FrontPlan {
-  int block = 0;              ///< scalars on a side
+  int block = 0;              ///< scalars per side
   std::vector<int> number;    ///< new number of each original column
-  std::vector<int> order;     ///< … and back
+  std::vector<int> order;     ///< the inverse
   std::vector<Front> fronts;  ///< children before parents
   std::vector<int> rows;      ///< of each front, ascending, in the new numbering
   std::vector<int> children;

@@ -1,4 +1,4 @@
-// Those blocks of Z = H⁻¹ that lie in L's pattern, front by front from the roots down. With Z₂₂
+// The blocks of Z = H⁻¹ in L's pattern, front by front from the roots down. With Z₂₂
 // known and V = −L₂₁ L₁₁⁻¹: Z₂₁ = Z₂₂ V, Z₁₁ = L₁₁⁻ᵀ L₁₁⁻¹ + Vᵀ Z₂₁ (Takahashi, Fagan, Chin 1973;
 // in fronts Campbell, Davis 1995, "Computing the sparse inverse subset: an inverse multifrontal
 // approach").
@@ -6,7 +6,7 @@
 namespace wayfare::cholesky::WAYFARE_ISA {
 namespace {
 
-/// w (p×p) := L₁₁⁻ᵀ: zeros below the diagonal, but for places in tiles.
+/// w (p×p) := L₁₁⁻ᵀ: zeros below the diagonal, except inside tiles.
 template <int N>
 void invert_pivots(const Panel& f, double* __restrict w, long ld) {
   for (long i = 0; i < ld * f.pivots; ++i) w[i] = 0.0;
@@ -24,7 +24,7 @@ void invert_pivots(const Panel& f, double* __restrict w, long ld) {
   });
 }
 
-/// z.l21 holds −V = L₂₁ L₁₁⁻¹ on its way, vt = Vᵀ (p×m) in the end.
+/// vt = Vᵀ (p×m); z.l21 temporarily stores −V = L₂₁ L₁₁⁻¹.
 template <int N>
 void find_v(const Panel& f, const Panel& z, const double* w, double* __restrict vt, long ld) {
   over_rows(0, f.ld21, [&](auto height, int i) {
@@ -63,7 +63,7 @@ void invert(const Panel& f, const Panel& z, const double* z22, double* scratch) 
     over_rows(k / kPad * kPad, padded(p), [&](auto height, int i) {
       Tile<decltype(height)::value, decltype(width)::value> tile;
       tile.zero();
-      // Rows of L₁₁⁻ᵀ begin at its diagonal; those past the last pivot are of no meaning.
+      // Rows of L₁₁⁻ᵀ begin at its diagonal; those past the last pivot are undefined.
       const int diagonal = i > k ? i : k, from = diagonal < p ? diagonal : p;
       tile.add_product(w + i + from * ld, ld, w + k + from * ld, 1, ld, p - from);
       tile.add_product(vt + i, ld, z.l21 + static_cast<long>(k) * z.ld21, z.ld21, 1, f.rows);
@@ -79,7 +79,7 @@ void invert(const Panel& f, const Panel& z, const double* z22, double* scratch) 
   }
 }
 
-/// to := from, or its transpose where `from` has its rows and columns the other way round.
+/// to := from, or its transpose if rows and columns of `from` are exchanged.
 inline void copy_rectangle(double* __restrict to, long ld_to, const double* __restrict from,
                            long ld_from, int rows, int columns) {
   for (int c = 0; c < columns; ++c, to += ld_to, from += ld_from)
@@ -91,7 +91,7 @@ inline void copy_transposed(double* __restrict to, long ld_to, const double* __r
     for (int c = 0; c < columns; ++c) to[c * ld_to + r] = from[r * ld_from + c];
 }
 
-/// The child's Z₂₂ out of its parent's Z₁₁, Z₂₁ and Z₂₂.
+/// Gathers the child's Z₂₂ from its parent's Z₁₁, Z₂₁ and Z₂₂.
 template <int N>
 void gather_inverse(const Update& child, const Panel& z, const double* z22, double* child_z22) {
   for (int a = 0; a < child.all_runs; ++a) {

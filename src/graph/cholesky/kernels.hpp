@@ -1,9 +1,9 @@
 #pragma once
 
-// The dense work of a multifrontal factorisation, compiled for several instruction sets from one
-// portable source. All matrices are column-major. Of a front with p pivots and m rows below them
-// L₁₁ is p×p (its diagonal kept as reciprocals) and L₂₁ m×p; leading dimensions of L₂₁ and of
-// updates are multiples of kPad, rows past m hold nothing of meaning.
+// The dense kernels of a multifrontal factorisation, compiled for several instruction sets from one
+// portable source. All matrices are column-major. For a front with p pivots and m rows below them,
+// L₁₁ is p×p (its diagonal stored as reciprocals) and L₂₁ m×p; leading dimensions of L₂₁ and of
+// updates are multiples of kPad, rows past m are undefined.
 
 #include <wayfare/core/detail/isa.hpp>
 
@@ -19,8 +19,8 @@ struct Placement {
   bool transposed, below;
 };
 
-/// Block rows [from, from + length) of a front's update go to [to, to + length) of its parent: of
-/// L₁₁ in a pivot run, else of L₂₁ and of the parent's update.
+/// Block rows [from, from + length) of a front's update are added to [to, to + length) of its
+/// parent: of L₁₁ in a pivot run, else of L₂₁ and of the parent's update.
 struct Run {
   int from, to, length;
 };
@@ -31,7 +31,7 @@ struct Panel {
   int ld11, ld21;
 };
 
-/// A front's update on its way into the parent's.
+/// A front's update and its rows in the parent.
 struct Update {
   const double* values;
   int ld;
@@ -41,24 +41,24 @@ struct Update {
 
 struct FrontKernels {
   void (*scatter)(const Placement* placements, int count, const double* h, const Panel& front);
-  /// Adds the columns of pivot runs, then the others (the lower triangle alone).
+  /// Adds the columns of pivot runs, or the others (the lower triangle only).
   void (*add_to_panel)(const Update& child, const Panel& front);
   void (*add_to_update)(const Update& child, double* update, int ld);
-  /// The pivot at which L₁₁ is not positive definite or not finite, −1 where it is both.
+  /// Returns the pivot at which L₁₁ is not positive definite or not finite, or −1.
   int (*factorise)(const Panel& front);
   /// update = −L₂₁ L₂₁ᵀ, lower triangle.
   void (*update)(const Panel& front, double* update, int ld);
   /// to_i := from_index(i), blocks.
   void (*gather)(const int* index, int count, const double* from, double* to);
-  /// One right-hand side y, of which the front's pivots begin at block `first` and `rows` names the
-  /// blocks below: y₁ := L₁₁⁻¹ y₁, y₂ −= L₂₁ y₁. `scratch` has room for ld11 + ld21.
+  /// One right-hand side y; the front's pivots begin at block `first`, `rows` are the blocks below:
+  /// y₁ := L₁₁⁻¹ y₁, y₂ −= L₂₁ y₁. `scratch` has size ld11 + ld21.
   void (*forward)(const Panel& front, int first, const int* rows, double* y, double* scratch);
   /// y₁ := L₁₁⁻ᵀ (y₁ − L₂₁ᵀ y₂).
   void (*backward)(const Panel& front, int first, const int* rows, double* y, double* scratch);
-  /// With Z = H⁻¹: Z₁₁ and Z₂₁ (in z's l11, whole, and l21) from L and Z₂₂ (m×m, whole, ld21). The
-  /// scratch has room for padded(p) · (2p + m).
+  /// With Z = H⁻¹: Z₁₁ and Z₂₁ (in z's l11, full, and l21) from L and Z₂₂ (m×m, full, ld21). The
+  /// scratch has size padded(p) · (2p + m).
   void (*invert)(const Panel& front, const Panel& z, const double* z22, double* scratch);
-  /// A child's Z₂₂ from its parent's Z; of `child` all but its values.
+  /// A child's Z₂₂ from its parent's Z; the values of `child` are not used.
   void (*gather_inverse)(const Update& child, const Panel& z, const double* z22, double* child_z22);
 };
 

@@ -1,10 +1,10 @@
-// Included once for each instruction set with WAYFARE_ISA naming its namespace. Only raw pointers
-// and built-in types: an inline function of the standard library compiled here could be the copy
-// the linker keeps for everybody.
+// Included once for each instruction set, with WAYFARE_ISA naming its namespace. Only raw pointers
+// and built-in types: the linker could otherwise keep the copy of an inline standard function that
+// was compiled here, for all callers.
 
 #include "graph/cholesky/kernels.hpp"
 
-// Wide vectors are passed between functions of this file alone, which agree on how.
+// Wide vectors are passed only between functions of this file, so the ABI does not matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 #include "graph/cholesky/tiles.inl"

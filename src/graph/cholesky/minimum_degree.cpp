@@ -12,9 +12,9 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Nodes of the quotient graph are variables (columns not yet eliminated, several that look alike
-/// under one name) and elements (cliques that eliminations left). A variable's list holds its
-/// elements, then the variables it still has a coefficient with; an element's list its variables.
+/// Nodes of the quotient graph are variables (columns not yet eliminated; indistinguishable ones
+/// are merged into one) and elements (cliques left by eliminations). A variable's list has its
+/// elements, then the variables adjacent to it; an element's list has its variables.
 class QuotientGraph {
  public:
   explicit QuotientGraph(const UpperPattern& pattern);
@@ -24,10 +24,10 @@ class QuotientGraph {
   enum class State : char { variable, element, gone };
   struct Node {
     int begin = 0, length = 0;
-    int elements = 0;  // of a variable: how many come first in its list
-    int weight = 1;    // columns under this name; negative in the element at work; 0 when merged
+    int elements = 0;  // of a variable: number of elements at the start of its list
+    int weight = 1;    // merged columns; negative in the current element; 0 if merged
     int degree = 0;
-    int next = -1, previous = -1;  // among those of its degree
+    int next = -1, previous = -1;  // in the list of its degree
     State state = State::variable;
   };
 
@@ -51,9 +51,9 @@ class QuotientGraph {
   std::vector<Node> nodes_;
   std::vector<int> list_;
   std::vector<int> with_degree_;    // first variable of each degree
-  std::vector<int> member_, last_;  // columns under one name, as a chain from it
-  std::vector<std::int64_t> mark_;  // of elements: stamp_ + weight outside the one at work
-  std::vector<std::int64_t> seen_;  // of a list that others are compared with
+  std::vector<int> member_, last_;  // merged columns, as a chain
+  std::vector<std::int64_t> mark_;  // of elements: stamp_ + weight outside the current one
+  std::vector<std::int64_t> seen_;  // of the list that others are compared with
   std::vector<std::pair<unsigned, int>> hashed_;
   std::vector<int> order_, dense_;
   std::int64_t stamp_ = 1, seen_stamp_ = 0;
@@ -92,7 +92,7 @@ QuotientGraph::QuotientGraph(const UpperPattern& pattern)
   }
 }
 
-// A column joined to nearly all others would be looked at again in nearly every elimination.
+// A column adjacent to nearly all others would be updated in nearly every elimination.
 void QuotientGraph::set_dense_aside(const std::vector<int>& degrees) {
   const int limit =
       std::max(16, static_cast<int>(10.0 * std::sqrt(static_cast<double>(degrees.size()))));
@@ -155,7 +155,7 @@ void QuotientGraph::take_into_element(int v) {
   list_.push_back(v);
 }
 
-/// The variables that become a clique when p goes: those of p and of the elements p is in.
+/// The variables that become a clique when p is eliminated: those of p and of its elements.
 void QuotientGraph::form_element(int p) {
   remaining_ -= node(p).weight;
   node(p).weight = -node(p).weight;
@@ -175,7 +175,7 @@ void QuotientGraph::form_element(int p) {
   node(p).state = State::element;
 }
 
-/// mark_[e] − stamp_ = the weight of element e outside the one at work.
+/// mark_[e] − stamp_ = the weight of element e outside the current one.
 void QuotientGraph::count_outside() {
   for (std::size_t k = at(element_begin_); k < list_.size(); ++k) {
     const Node& v = node(list_[k]);
@@ -212,13 +212,13 @@ void QuotientGraph::update_variable(int v, int p) {
     hash += static_cast<unsigned>(u);
     list_[at(out++)] = u;
   }
-  if (degree == 0) {  // joined to nothing else: goes with the pivot
+  if (degree == 0) {  // adjacent to nothing else: eliminated with the pivot
     element_weight_ += n.weight;
     remaining_ += n.weight;
     merge(p, v);
     return;
   }
-  // There is room for one more: what joined v to the pivot has just left its list.
+  // There is room for one more entry: v's link to the pivot was just removed.
   list_[at(out)] = list_[at(n.begin + elements)];
   list_[at(n.begin + elements)] = list_[at(n.begin)];
   list_[at(n.begin)] = p;

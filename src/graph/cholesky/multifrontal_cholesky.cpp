@@ -24,12 +24,12 @@ void MultifrontalFactor::analyse(std::span<const int> starts, std::span<const in
 }
 
 void MultifrontalFactor::set_threads(int threads) {
-  WAYFARE_EXPECTS(threads > 0, "there is a thread to factorise");
+  WAYFARE_EXPECTS(threads > 0, "the number of threads must be positive");
   state_->threads = threads;
 }
 
 int MultifrontalFactor::factorise(const double* values) {
-  WAYFARE_EXPECTS(state_->factor, "the pattern has been analysed");
+  WAYFARE_EXPECTS(state_->factor, "analyse() must be called before factorise()");
   return state_->factor->factorise(values, state_->threads);
 }
 

@@ -12,11 +12,11 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Starting and waking threads and fetching what another one wrote should not be felt; it was where
-/// a whole solution takes some ten milliseconds.
+/// Below this the cost of starting and waking threads and of cache transfers was noticeable, in
+/// solutions of some ten milliseconds.
 constexpr double kWorthThreads_ns = 4e6;
-/// A subtree is a task of its own up to this part of all work: small enough to even out, large
-/// enough for the handing out not to be felt.
+/// Subtrees up to this fraction of the total work are single tasks: small enough to balance the
+/// load, large enough for negligible overhead.
 constexpr double kParts = 32.0;
 
 }  // namespace
@@ -52,48 +52,48 @@ TaskTree share_out(const FrontPlan& plan, int threads) {
     begin = above || (subtree_ends && cost.back() > most / 2.0);
   }
   tree.begins.push_back(static_cast<int>(n));
-  // Parents of subtrees side by side lie on one way to a root, that of the last one lowest.
+  // The parents of adjacent subtrees are on one path to a root, that of the last one lowest.
   for (std::size_t t = 0; t < cost.size(); ++t) {
     const int parent = plan.fronts[at(tree.begins[t + 1] - 1)].parent;
     tree.parents.push_back(parent < 0 ? -1 : task_of[at(parent)]);
   }
-  tree.ways = std::move(cost);
-  for (std::size_t t = tree.ways.size(); t-- > 0;)
-    if (tree.parents[t] >= 0) tree.ways[t] += tree.ways[at(tree.parents[t])];
+  tree.cost_to_root = std::move(cost);
+  for (std::size_t t = tree.cost_to_root.size(); t-- > 0;)
+    if (tree.parents[t] >= 0) tree.cost_to_root[t] += tree.cost_to_root[at(tree.parents[t])];
   return tree;
 }
 
 TaskPool::TaskPool(TaskTree tree, int threads)
     : tree_(std::move(tree)), children_left_(at(tree_.size())) {
   ready_.reserve(at(tree_.size()));
-  const int others = std::min(threads, tree_.size()) - 1;
-  others_.reserve(at(std::max(others, 0)));
+  const int workers = std::min(threads, tree_.size()) - 1;
+  workers_.reserve(at(std::max(workers, 0)));
   try {
-    for (int k = 0; k < others; ++k) others_.emplace_back([this] { serve(); });
-  } catch (const std::system_error&) {  // no more to be had: the same bits, later
+    for (int k = 0; k < workers; ++k) workers_.emplace_back([this] { serve(); });
+  } catch (const std::system_error&) {  // no more threads: same result, slower
   }
 }
 
 TaskPool::~TaskPool() {
   {
     const std::lock_guard lock(mutex_);
-    leaving_ = true;
+    stopping_ = true;
   }
   changed_.notify_all();
-  for (std::thread& thread : others_) thread.join();
+  for (std::thread& thread : workers_) thread.join();
 }
 
 void TaskPool::run(const std::function<void(int)>& task) {
   std::unique_lock lock(mutex_);
   task_ = &task;
-  left_ = tree_.size();
+  remaining_ = tree_.size();
   std::fill(children_left_.begin(), children_left_.end(), 0);
   for (const int parent : tree_.parents)
     if (parent >= 0) ++children_left_[at(parent)];
   for (int t = 0; t < tree_.size(); ++t)
     if (children_left_[at(t)] == 0) make_ready(t);
   changed_.notify_all();
-  while (left_ > 0) {
+  while (remaining_ > 0) {
     if (ready_.empty()) {
       changed_.wait(lock);
     } else {
@@ -104,7 +104,7 @@ void TaskPool::run(const std::function<void(int)>& task) {
 
 void TaskPool::serve() {
   std::unique_lock lock(mutex_);
-  while (!leaving_) {
+  while (!stopping_) {
     if (ready_.empty()) {
       changed_.wait(lock);
     } else {
@@ -113,23 +113,23 @@ void TaskPool::serve() {
   }
 }
 
-// Nobody needs to be woken for a parent made ready here: its maker looks for work next.
+// A parent that becomes ready here needs no notification: this thread looks for work next.
 void TaskPool::do_next(std::unique_lock<std::mutex>& lock) {
-  std::pop_heap(ready_.begin(), ready_.end(), nearer());
+  std::pop_heap(ready_.begin(), ready_.end(), shorter());
   const int t = ready_.back();
   ready_.pop_back();
   const auto& task = *task_;
   lock.unlock();
   task(t);
   lock.lock();
-  if (--left_ == 0) changed_.notify_all();
+  if (--remaining_ == 0) changed_.notify_all();
   if (const int parent = tree_.parents[at(t)]; parent >= 0 && --children_left_[at(parent)] == 0)
     make_ready(parent);
 }
 
 void TaskPool::make_ready(int task) {
   ready_.push_back(task);
-  std::push_heap(ready_.begin(), ready_.end(), nearer());
+  std::push_heap(ready_.begin(), ready_.end(), shorter());
 }
 
 }  // namespace wayfare::cholesky

@@ -1,7 +1,7 @@
 #pragma once
 
-// Fronts by several threads. A front adds up its own columns and its children's updates in the
-// order of the plan, whoever made them and when: the sums are the same for any number of threads.
+// Factorisation of fronts by several threads. A front sums its own columns and its children's
+// updates in the order of the plan, so results do not depend on the number of threads.
 
 #include <condition_variable>
 #include <cstddef>
@@ -14,52 +14,53 @@
 
 namespace wayfare::cholesky {
 
-/// The tree of fronts in larger parts: fronts [begins[t], begins[t + 1]) are task t.
+/// The tree of fronts, partitioned into tasks: fronts [begins[t], begins[t + 1]) are task t.
 struct TaskTree {
   std::vector<int> begins;
-  std::vector<int> parents;  ///< of each task, −1 for none; children come before parents
-  std::vector<double> ways;  ///< what it and all tasks above it cost one after another
+  std::vector<int> parents;          ///< of each task, −1 for none; children come before parents
+  std::vector<double> cost_to_root;  ///< total cost of the task and all tasks above it
 
   [[nodiscard]] int size() const { return static_cast<int>(parents.size()); }
 };
 
-/// One task for one thread or where there is little to do. Otherwise small subtrees, those side by
-/// side together, and each front above them by itself; the number of threads has no say in it. A
-/// front's children are all in its own task or all in others below that.
+/// One task for one thread or little work. Otherwise small subtrees, adjacent ones together, and
+/// each front above them on its own, independently of the number of threads. A front's children are
+/// either all in its own task or all in tasks below.
 [[nodiscard]] TaskTree share_out(const FrontPlan& plan, int threads);
 
-/// Threads that do the tasks of a tree and wait from one `run` to the next.
+/// Threads that execute the tasks of a tree and wait between calls of `run`.
 class TaskPool {
  public:
-  /// As many of `threads` as there are tasks for and the system gives, the caller's among them.
+  /// At most `threads`, including the caller's, limited by the number of tasks and the system.
   TaskPool(TaskTree tree, int threads);
   ~TaskPool();
   TaskPool(const TaskPool&) = delete;
   TaskPool& operator=(const TaskPool&) = delete;
 
-  /// task(t) for each task once, after all its children, which it sees finished; returns when all
-  /// are done. Takes no memory.
+  /// Calls task(t) once for each task, after all its children; returns when all are done. Does not
+  /// allocate.
   void run(const std::function<void(int)>& task);
 
  private:
   void serve();
   void do_next(std::unique_lock<std::mutex>& lock);
   void make_ready(int task);
-  [[nodiscard]] auto nearer() const {
+  [[nodiscard]] auto shorter() const {
     return [this](int a, int b) {
-      return tree_.ways[static_cast<std::size_t>(a)] < tree_.ways[static_cast<std::size_t>(b)];
+      return tree_.cost_to_root[static_cast<std::size_t>(a)] <
+             tree_.cost_to_root[static_cast<std::size_t>(b)];
     };
   }
 
-  TaskTree tree_;     // as it was given
-  std::mutex mutex_;  // of all below
+  TaskTree tree_;     // constant
+  std::mutex mutex_;  // guards all below
   std::condition_variable changed_;
   const std::function<void(int)>* task_ = nullptr;
-  std::vector<int> ready_;  // a heap, those with the longest way first
+  std::vector<int> ready_;  // a heap, greatest cost_to_root first
   std::vector<int> children_left_;
-  int left_ = 0;
-  bool leaving_ = false;
-  std::vector<std::thread> others_;
+  int remaining_ = 0;
+  bool stopping_ = false;
+  std::vector<std::thread> workers_;
 };
 
 }  // namespace wayfare::cholesky

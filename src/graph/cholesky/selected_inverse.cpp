@@ -9,8 +9,8 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-// Each front's Z₂₂ takes the place its update had: it is needed from the visit to the parent until
-// that to the front itself, the other way round in time.
+// Each front's Z₂₂ uses the memory of its update: its lifetime, from the parent to the front, is
+// that of the update in reverse.
 void Factor::invert() {
   inverse_.reserve(factor_size_);
   scratch_.reserve(inverse_scratch_);
@@ -44,7 +44,7 @@ bool Factor::inverse_block(int row, int column, double* out) const {
     ld = z.ld21;
     from = z.l21 + (low - front->first) * n * ld + (found - rows.begin()) * n;
   }
-  // What is stored has its rows of `high`.
+  // The stored block has its rows in `high`.
   for (int c = 0; c < n; ++c)
     for (int r = 0; r < n; ++r) out[c * n + r] = a >= b ? from[c * ld + r] : from[r * ld + c];
   return true;

@@ -3,8 +3,8 @@
 namespace wayfare::cholesky::WAYFARE_ISA {
 namespace {
 
-// The pivots are solved for C at a time. Places past the last pivot, up to ld11, are written and
-// read but belong to nobody: y has room for them.
+// Solves for C pivots at a time. Entries past the last pivot, up to ld11, are read and written but
+// unused: y has room for them.
 
 template <int N>
 inline void copy_block(const double* __restrict from, double* __restrict to) {
@@ -58,7 +58,7 @@ void forward(const Panel& f, int first, const int* rows, double* __restrict all_
   }
 }
 
-/// dot_c += Σ l(i, c) x_i over whole vectors of rows [begin, end).
+/// dot_c += Σ l(i, c) x_i over rows [begin, end), in whole vectors.
 template <int C>
 inline void add_dots(const double* l, long ld, int begin, int end, const double* x,
                      Lanes (&dot)[C]) {

@@ -11,14 +11,14 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-constexpr int kTaken = -2;  // for a parent: part of another node
+constexpr int kTaken = -2;  // as parent: merged into another node
 
 struct Node {
   int columns = 0, rows = 0;  // rows below the eliminated columns
   int parent = -1;
-  int first = 0, own_columns = 0;  // before others were taken in
-  // Chains: children that stay, and parts taken in, whose columns come before its own, each by its
-  // latest; `next` is the one before it in whichever chain a node is in.
+  int first = 0, own_columns = 0;  // before merging
+  // Linked lists, from the latest entry: remaining children, and merged parts, whose columns come
+  // before its own; `next` is the previous entry in the node's list.
   int child = -1, part = -1, next = -1;
 };
 
@@ -92,7 +92,7 @@ void Merger::merge_children(int s) {
   }
 }
 
-// Latest first: a part may be a child of one taken in before it, whose columns then come after.
+// Latest first: a part may be a child of one merged before it, whose columns then come after.
 void Merger::append_columns(int s, std::vector<int>& order) const {
   const Node& node = nodes_[at(s)];
   for (int part = node.part; part >= 0; part = nodes_[at(part)].next) append_columns(part, order);
@@ -137,7 +137,7 @@ Supernodes Merger::result() {
     for (int c = nodes_[at(s)].child; c >= 0; c = nodes_[at(c)].next)
       result.parent[at(place[at(c)])] = place[at(s)];
   };
-  std::vector<std::pair<int, int>> stack;  // a node and the next child to go to
+  std::vector<std::pair<int, int>> stack;  // a node and its next child to visit
   for (std::size_t root = 0; root < nodes_.size(); ++root) {
     if (nodes_[root].parent != -1) continue;
     stack.assign(1, {static_cast<int>(root), nodes_[root].child});

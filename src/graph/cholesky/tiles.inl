@@ -30,8 +30,7 @@ struct Height {
   static constexpr int value = R;
 };
 
-/// op(Height<R>, row) over rows [begin, end), a multiple of kLanes of them, in tiles as high as
-/// there is room.
+/// op(Height<R>, row) over rows [begin, end), a multiple of kLanes, in tiles as high as possible.
 template <class Op>
 inline void over_rows(int begin, int end, const Op& op) {
   int i = begin;
@@ -60,7 +59,7 @@ struct Tile {
     for (int c = 0; c < C; ++c)
       for (int r = 0; r < R; ++r) store(p + c * ld + r * kLanes, v[r][c]);
   }
-  /// this −= A Bᵀ, A with the tile's rows and B with its columns, both `depth` columns wide.
+  /// this −= A Bᵀ, A with the tile's rows and B with its columns, both with `depth` columns.
   void subtract_product(const double* a, long lda, const double* b, long ldb, long depth) {
     for (const double* const end = a + depth * lda; a != end; a += lda, b += ldb) {
       Lanes x[R];
@@ -83,7 +82,7 @@ struct Tile {
       }
     }
   }
-  /// this := this L⁻ᵀ with a lower triangle of C columns, its diagonal kept as reciprocals.
+  /// this := this L⁻ᵀ with a lower triangle of C columns, its diagonal stored as reciprocals.
   void divide_by(const double* l, long ld) {
     for (int c = 0; c < C; ++c) {
       const Lanes inverse = all(l[c * ld + c]);
@@ -101,8 +100,7 @@ struct Width {
   static constexpr int value = C;
 };
 
-/// op(Width<C>, column) over `count` columns, a multiple of N of them, six at a time where there is
-/// room.
+/// op(Width<C>, column) over `count` columns, a multiple of N, six at a time if possible.
 template <int N, class Op>
 inline void over_columns(int count, const Op& op) {
   int j = 0;

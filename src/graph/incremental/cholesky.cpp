@@ -1,4 +1,4 @@
-// The numbers: fronts assembled and eliminated, and x taken down the tree.
+// Numeric part: assembly and elimination of fronts, and back-substitution down the tree.
 
 #include <algorithm>
 #include <cstddef>
@@ -32,7 +32,7 @@ FactorOutcome IncrementalCholesky<N>::factorise_fresh() {
   return {};
 }
 
-/// The columns that are eliminated here, from the terms and from what was eliminated below.
+/// Assembles the clique's front from the terms and the updates of its children.
 template <int N>
 void IncrementalCholesky<N>::assemble(Clique& clique) {
   const int frontals = clique.frontals, separators = clique.separators();
@@ -42,7 +42,7 @@ void IncrementalCholesky<N>::assemble(Clique& clique) {
   for (int i = 0; i < frontals; ++i) add_terms(clique, clique.rows[index(i)]);
 }
 
-/// On the diagonal all terms of `variable`; off it those whose other end is eliminated later.
+/// Adds all terms of `variable` on the diagonal, and those with variables eliminated later off it.
 template <int N>
 void IncrementalCholesky<N>::add_terms(Clique& clique, int variable) {
   const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
@@ -58,7 +58,7 @@ void IncrementalCholesky<N>::add_terms(Clique& clique, int variable) {
     detail::add_triangle<N>(diagonal, diagonal_stride, first ? term.aa.data() : term.bb.data(), N);
     right += first ? term.ra : term.rb;
     const int other = first ? b : a;
-    // What is not affected was eliminated before.
+    // Variables that are not affected are eliminated before.
     if (other < 0 || variable_mark_[index(other)] != stamp_ ||
         place_[index(other)] < place_[index(variable)])
       continue;
@@ -78,7 +78,7 @@ const int* IncrementalCholesky<N>::later_slots(const Clique& clique) {
   return ascending_.data() + clique.frontals;
 }
 
-/// The first number that is not positive definite, −1 where all are.
+/// Returns the first scalar column that is not positive definite, or −1.
 template <int N>
 int IncrementalCholesky<N>::eliminate(Clique& clique) {
   const cholesky::FrontKernels& kernels = cholesky::best_kernels(N);

@@ -1,4 +1,4 @@
-// What changes in a system that grows, and which part of its factor that voids.
+// Changes of the system, and the part of the factor that they invalidate.
 
 #include <algorithm>
 #include <cstddef>
@@ -93,8 +93,8 @@ FactorOutcome IncrementalCholesky<N>::refactor() {
   return outcome;
 }
 
-/// marked_ = cliques that are void, affected_ = their frontals and the new variables, orphans_ =
-/// the children of void cliques that stay.
+/// marked_ = invalid cliques, affected_ = their frontals and the new variables, orphans_ = the
+/// valid children of invalid cliques.
 template <int N>
 void IncrementalCholesky<N>::collect() {
   ++stamp_;
@@ -110,8 +110,8 @@ void IncrementalCholesky<N>::collect() {
   collect_variables();
 }
 
-/// What is kept of a variable that was reset lies in all cliques that hold it: its own, and below
-/// it those that are joined to it without a gap.
+/// A variable that was reset invalidates all cliques that contain it: its own and the connected
+/// ones below.
 template <int N>
 void IncrementalCholesky<N>::mark_involving() {
   for (const int v : reset_) reset_mark_[index(v)] = stamp_;
@@ -183,7 +183,8 @@ void IncrementalCholesky<N>::release(int c) {
   clique.fresh = false;
   clique.rows.clear();
   clique.children.clear();
-  // Cliques of all sizes take each other's place: kept, each would grow to the largest.
+  // Cliques of all sizes reuse the memory: large buffers are freed, or each would grow to the
+  // largest.
   constexpr std::size_t kKept = 512;
   if (clique.numbers.capacity() > kKept) std::vector<double>().swap(clique.numbers);
   free_cliques_.push_back(c);

@@ -1,4 +1,4 @@
-// How the part of the factor that is void is made anew: its order, its cliques.
+// Symbolic refactorisation of the invalid part of the factor: its order and cliques.
 
 #include <algorithm>
 #include <cstddef>
@@ -7,10 +7,10 @@
 
 namespace wayfare {
 
-/// Only values have changed: the void cliques are made again as they were.
+/// Only values have changed: the invalid cliques are rebuilt with the same structure.
 template <int N>
 void IncrementalCholesky<N>::plan_as_before() {
-  // Children come before their parents: a clique follows once all of its own are done.
+  // Children before parents: a clique follows once all its children are done.
   for (const int c : marked_) cliques_[index(c)].pending = 0;
   for (const int c : marked_) {
     const int parent = cliques_[index(c)].parent;
@@ -55,13 +55,13 @@ void IncrementalCholesky<N>::plan_in_new_order() {
   make_cliques();
 }
 
-/// What couples the affected variables: their own terms, and what was eliminated below them.
+/// Couples the affected variables by their terms and by the updates from below.
 template <int N>
 void IncrementalCholesky<N>::join_neighbours() {
   for (const int v : affected_) {
     for (const int t : terms_of_[index(v)]) {
       const auto [a, b] = ends_[index(t)];
-      // Once a term; one to a variable that stays is part of an orphan.
+      // Each term once; terms with an unaffected variable are part of an orphan.
       if (a != v || b < 0 || a == b || variable_mark_[index(b)] != stamp_) continue;
       order_.join(place_[index(a)], place_[index(b)]);
     }
@@ -75,8 +75,8 @@ void IncrementalCholesky<N>::join_neighbours() {
   }
 }
 
-/// The later places each place couples, and the supernodes: a place joins those of its children
-/// that gain little by being on their own.
+/// The structure of each column (later columns coupled to it), and the supernodes: a column absorbs
+/// children where merging is cheaper.
 template <int N>
 void IncrementalCholesky<N>::find_structures() {
   const std::size_t n = sequence_.size();
@@ -137,8 +137,8 @@ double column_blocks(double frontals, double separators) {
   return frontals * (0.5 * (frontals + 1.0) + separators);
 }
 
-/// Whether the zeros that come in where a child and its parent are eliminated together cost less
-/// than handing an update from one to the other.
+/// Whether the additional zeros of eliminating a child with its parent cost less than an update
+/// from one to the other.
 bool worth_merging(double child, double child_separators, double parent, double separators) {
   const double together = column_blocks(child + parent, separators);
   const double zeros =
@@ -151,7 +151,7 @@ bool worth_merging(double child, double child_separators, double parent, double 
 
 template <int N>
 void IncrementalCholesky<N>::absorb_children(int place) {
-  if (place >= constrained_) return;  // what changes most stays by itself
+  if (place >= constrained_) return;  // recent variables are not merged
   Supernode& node = supernodes_[index(place)];
   const auto separators = static_cast<double>(structures_[index(place)].size());
   std::vector<int>& kept = stack_;

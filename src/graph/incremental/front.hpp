@@ -1,6 +1,6 @@
 #pragma once
 
-// Where the numbers of a clique lie, for the dense kernels of the factorisation.
+// Memory layout of a clique's values, for the dense kernels of the factorisation.
 
 #include <cstddef>
 
@@ -10,9 +10,9 @@
 
 namespace wayfare::detail {
 
-/// A clique of blocks of N: `frontals` are eliminated, `separators` coupled to them. The factor's
-/// triangle of the frontals and the rectangle below it; the update of the separators (its lower
-/// triangle); and the right-hand side of both.
+/// A clique of blocks of N: `frontals` are eliminated, `separators` coupled to them. Contains the
+/// factor's triangle of the frontals and the rectangle below it, the update of the separators
+/// (lower triangle), and the right-hand side of both.
 template <int N>
 class CliqueFront {
  public:
@@ -29,7 +29,7 @@ class CliqueFront {
     right_ = update_ + static_cast<std::ptrdiff_t>(panel_.ld21) * rows;
     size_ = static_cast<std::size_t>(right_ - numbers) + static_cast<std::size_t>(pivots + rows);
   }
-  /// How many numbers a clique has.
+  /// Number of scalars of a clique.
   static std::size_t size(int frontals, int separators) {
     double none = 0.0;
     return CliqueFront(&none, frontals, separators).size_;
@@ -42,7 +42,7 @@ class CliqueFront {
   /// Of frontals, then separators.
   [[nodiscard]] double* right(int slot = 0) const { return right_ + N * slot; }
 
-  /// The first number of block (row, column), row ≥ column, and how far its columns lie apart.
+  /// The first scalar of block (row, column), row ≥ column, and the stride of its columns.
   [[nodiscard]] double* at(int row, int column, std::ptrdiff_t& stride) const {
     if (row < frontals_) {
       stride = panel_.ld11;
@@ -61,7 +61,7 @@ class CliqueFront {
   std::size_t size_;
 };
 
-/// to += from, so many rows of N columns that lie `to_stride` and `from_stride` apart.
+/// to += from, rows of N columns with strides `to_stride` and `from_stride`.
 template <int N>
 inline void add_rows(double* to, std::ptrdiff_t to_stride, const double* from,
                      std::ptrdiff_t from_stride, int rows) {
@@ -75,7 +75,7 @@ inline void add_transposed(double* to, std::ptrdiff_t to_stride, const double* f
   for (int j = 0; j < N; ++j, to += to_stride)
     for (int i = 0; i < N; ++i) to[i] += from[j + i * from_stride];
 }
-/// The lower triangles alone.
+/// The lower triangles only.
 template <int N>
 inline void add_triangle(double* to, std::ptrdiff_t to_stride, const double* from,
                          std::ptrdiff_t from_stride) {
@@ -83,14 +83,14 @@ inline void add_triangle(double* to, std::ptrdiff_t to_stride, const double* fro
     for (int i = j; i < N; ++i) to[i] += from[i];
 }
 
-/// Adds a child's update into its parent's front: `slots` says where each of the child's separators
-/// is there. Columns that are eliminated in the parent, or the others.
+/// Adds a child's update to its parent's front: `slots` are the positions of the child's separators
+/// there. Columns that are eliminated in the parent, or the others.
 template <int N>
 void extend_add(const CliqueFront<N>& parent, const CliqueFront<N>& child, const int* slots,
                 bool eliminated) {
   const int size = child.separators();
   const std::ptrdiff_t from_stride = child.panel().ld21;
-  int past = size;  // the last of them that is eliminated
+  int past = size;  // one past the last eliminated one
   while (past > 0 && slots[past - 1] >= parent.frontals()) --past;
   for (int j = 0; j < size; ++j) {
     const int b = slots[j];

@@ -1,4 +1,4 @@
-// What is added to a graph that is kept solved: checked, waiting, admitted or withdrawn.
+// Additions to an incremental graph: validated, pending, admitted or withdrawn.
 
 #include <algorithm>
 #include <cmath>
@@ -78,12 +78,12 @@ bool IncrementalOptimiser<G>::is_held(int pose) const {
   return fixed.empty() ? pose == 0 : std::find(fixed.begin(), fixed.end(), pose) != fixed.end();
 }
 
-/// Every new pose must hang together with one that is solved or held.
+/// Every new pose must be connected to a solved or fixed one.
 template <LieGroup G>
 Result<void> IncrementalOptimiser<G>::check_pending() const {
   if (graph_.poses.empty()) return Error{ErrorCode::degenerate, "the graph has no poses"};
   const int solved = static_cast<int>(solved_poses_);
-  const int anchor = graph_.size() - solved;  // stands for all that is solved or held
+  const int anchor = graph_.size() - solved;  // represents all solved or fixed poses
   detail::Components parts(anchor + 1);
   const auto part = [&](int pose) {
     return pose < solved || is_held(pose) ? anchor : pose - solved;
@@ -107,7 +107,7 @@ Error IncrementalOptimiser<G>::undetermined(int variable) const {
                                      " is not fully determined by the edges"};
 }
 
-/// What was added becomes part of the system.
+/// Pending poses and edges become part of the system.
 template <LieGroup G>
 void IncrementalOptimiser<G>::admit() {
   for (std::size_t i = solved_poses_; i < graph_.poses.size(); ++i) {
@@ -126,7 +126,7 @@ void IncrementalOptimiser<G>::admit() {
   }
 }
 
-/// What was admitted stays.
+/// Accepts the admitted poses and edges.
 template <LieGroup G>
 void IncrementalOptimiser<G>::settle() {
   if (graph_.fixed.empty()) graph_.fixed.push_back(0);
@@ -134,7 +134,7 @@ void IncrementalOptimiser<G>::settle() {
   solved_edges_ = graph_.edges.size();
 }
 
-/// What was admitted waits again.
+/// Admitted poses and edges become pending again.
 template <LieGroup G>
 void IncrementalOptimiser<G>::withdraw() {
   std::size_t free = pose_of_.size();

@@ -1,4 +1,4 @@
-// One edge of a graph that is kept solved, as a term of its linear system.
+// An edge as a term of the linear system.
 
 #include <wayfare/graph/detail/edge_terms.hpp>
 #include <wayfare/graph/incremental.hpp>

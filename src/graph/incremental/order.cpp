@@ -49,7 +49,7 @@ const std::vector<int>& IncrementalOrder::find() {
   for (int pivot = take_least(); pivot >= 0; pivot = take_least()) {
     --remaining_;
     gather_pivot(pivot);
-    // What is left is one clique: no order of it fills more than another.
+    // The remaining nodes are one clique, so their order does not matter.
     if (static_cast<int>(clique_.size()) == remaining_) break;
     count_outside();
     for (const int node : clique_) update_neighbour(node, pivot);
@@ -93,7 +93,7 @@ void IncrementalOrder::unlist(int node) {
   (before >= 0 ? at(next_, before) : at(first_, at(degree_, node))) = after;
 }
 
-/// −1 where only nodes are left that are kept for last.
+/// −1 if only nodes of keep_last remain.
 int IncrementalOrder::take_least() {
   while (least_ < nodes_ && at(first_, least_) < 0) ++least_;
   if (least_ >= nodes_) return -1;
@@ -104,8 +104,8 @@ int IncrementalOrder::take_least() {
   return node;
 }
 
-/// clique_ = all that `pivot` is joined to, by itself or in an element; those elements become part
-/// of the pivot's own.
+/// clique_ = all nodes adjacent to `pivot`, directly or through an element; those elements are
+/// absorbed.
 void IncrementalOrder::gather_pivot(int pivot) {
   clique_.clear();
   ++stamp_;
@@ -124,7 +124,7 @@ void IncrementalOrder::gather_pivot(int pivot) {
   }
 }
 
-/// For each element that shares a node with the clique: how many of its nodes lie outside.
+/// For each element that shares a node with the clique: the number of its nodes outside.
 void IncrementalOrder::count_outside() {
   for (const int node : clique_) {
     for (const int e : at(elements_of_, node)) {
@@ -143,7 +143,7 @@ void IncrementalOrder::update_neighbour(int node, int pivot) {
   int outside = 0;
   auto& elements = at(elements_of_, node);
   std::erase_if(elements, [&](int e) {
-    if (at(absorbed_, e) != 0 || at(outside_, e) == 0) return true;  // inside the pivot's own
+    if (at(absorbed_, e) != 0 || at(outside_, e) == 0) return true;  // inside the pivot's element
     outside += at(outside_, e);
     return false;
   });

@@ -1,4 +1,4 @@
-// A graph that is kept solved, taken to its next solution.
+// Update of the incremental solution.
 
 #include <cmath>
 #include <limits>
@@ -18,7 +18,7 @@ Result<IncrementalReport> IncrementalOptimiser<G>::update(const IncrementalOptio
   if (auto done = first_round(options, report); !done) return done.error();
   settle();
   further_rounds(options, report);
-  // Parts that are linearised elsewhere, or not told of small changes, leave a little to chance.
+  // Stale linearisation points and skipped small changes allow a slight increase.
   constexpr double kRise = 1e-2;
   if (!(costs_.total() <= (1.0 + kRise) * before + 1e-6)) fall_back(report);
   report.cost = costs_.total();
@@ -76,7 +76,7 @@ FactorOutcome IncrementalOptimiser<G>::refactor(IncrementalReport& report) {
 
 template <LieGroup G>
 void IncrementalOptimiser<G>::relinearise_far(double threshold) {
-  if (threshold < far_step_) {  // it has missed some
+  if (threshold < far_step_) {  // the list may be incomplete
     far_.clear();
     for (std::size_t i = 0; i < solved_poses_; ++i) {
       is_far_[i] = variable_of_[i] >= 0;
@@ -107,7 +107,7 @@ void IncrementalOptimiser<G>::relinearise(int pose) {
   system_.reset(variable, TangentOf<G>::Zero());
 }
 
-/// The edges of the poses whose origin has moved.
+/// Relinearises the edges of the poses whose origin has moved.
 template <LieGroup G>
 void IncrementalOptimiser<G>::linearise_again() {
   ++stamp_;
@@ -129,7 +129,7 @@ void IncrementalOptimiser<G>::undo_relinearisation() {
   }
   linearise_again();
   system_.roll_back(system_.variables(), system_.terms());
-  far_step_ = std::numeric_limits<double>::infinity();  // all are looked at next time
+  far_step_ = std::numeric_limits<double>::infinity();  // all are checked next time
 }
 
 template <LieGroup G>
@@ -162,8 +162,8 @@ void IncrementalOptimiser<G>::sum_costs(std::size_t first_moved) {
   }
 }
 
-/// From where the update began, by the batch optimiser; where that fails too, what the update found
-/// stays.
+/// Batch optimisation from the poses before the update; if that fails too, the update's result is
+/// kept.
 template <LieGroup G>
 void IncrementalOptimiser<G>::fall_back(IncrementalReport& report) {
   PoseGraph<G> start = graph_;
@@ -192,7 +192,7 @@ Result<OptimiseReport> IncrementalOptimiser<G>::optimise_fully(OptimiseOptions o
   return done;
 }
 
-/// Puts the poses there and linearises everything there.
+/// Sets the poses and relinearises everything there.
 template <LieGroup G>
 Result<void> IncrementalOptimiser<G>::take_poses(const std::vector<G>& poses,
                                                  IncrementalReport& report) {
@@ -208,7 +208,7 @@ Result<void> IncrementalOptimiser<G>::take_poses(const std::vector<G>& poses,
     return undetermined(outcome.block);
   }
   work_since_order_ = 0.0;
-  // The step from an optimum is what the optimiser's stop left over; the next update has it.
+  // The remaining step at an optimum is below the stop criterion; the next update includes it.
   for (std::size_t k = 0; k < graph_.edges.size(); ++k) costs_.set(k, cost_of(graph_.edges[k]));
   return {};
 }

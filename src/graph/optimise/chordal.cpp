@@ -65,7 +65,7 @@ int PairwiseSystem<G>::factorise() {
   return outcome.ok ? -1 : free()[at(std::max(outcome.block, 0))];
 }
 
-/// κ: the mean information about rotation.
+/// κ: the mean rotational information.
 template <LieGroup G>
 double ChordalSolver<G>::rotation_weight(const PoseEdge<G>& edge) {
   return edge.information.diagonal().template tail<kTurns>().mean();
@@ -140,7 +140,7 @@ Eigen::VectorXd ChordalSolver<G>::pull_of_fixed(const std::vector<G>& x, int row
   return b;
 }
 
-/// With the rotations held, the error's translation is Aᵀ(t_j − t_i − R_i t_z) with A = R_i R_z:
+/// With fixed rotations, the error's translation is Aᵀ(t_j − t_i − R_i t_z) with A = R_i R_z:
 /// linear in the translations.
 template <LieGroup G>
 Result<void> ChordalSolver<G>::solve_translations(std::vector<G>& x) {

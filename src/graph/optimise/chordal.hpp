@@ -1,8 +1,7 @@
 #pragma once
 
-// Rotation relaxation, then translations: both are linear least squares over one N-vector a pose
-// and share one pattern, so one symbolic analysis serves any number of solutions with other
-// weights.
+// Rotation relaxation, then translations: both are linear least squares over one N-vector per pose
+// with the same pattern, so one symbolic analysis serves solutions with different weights.
 
 #include <cstddef>
 #include <vector>
@@ -14,7 +13,7 @@
 
 namespace wayfare {
 
-/// Least squares whose terms join two poses: H_ii += D, H_jj += D, H_ij −= C.
+/// Least squares whose terms couple two poses: H_ii += D, H_jj += D, H_ij −= C.
 template <LieGroup G>
 class PairwiseSystem {
  public:
@@ -35,14 +34,14 @@ class PairwiseSystem {
   void add_to(Eigen::VectorXd& b, int pose, const Vector& v) const {
     if (column(pose) >= 0) b.template segment<N>(N * column(pose)) += v;
   }
-  /// −1 where it came out, else a pose that is not determined.
+  /// −1 on success, else a pose that is not determined.
   int factorise();
   void solve(Eigen::VectorXd& b) { solver_.solve_in_place(b); }
 
  private:
   PoseColumns columns_;
   BlockSparse<N> matrix_;
-  std::vector<int> coupling_;  // of each edge, −1 where an end is fixed
+  std::vector<int> coupling_;  // of each edge, −1 if an end is fixed
   MultifrontalCholesky<N> solver_;
 };
 
@@ -52,13 +51,13 @@ class ChordalSolver {
   static constexpr int N = PairwiseSystem<G>::N;
   static constexpr int kTurns = ManifoldTraits<G>::kDof - N;
 
-  /// `graph`, valid, must outlive it and keep its structure. An Error from `check` where its edges
-  /// cannot determine the rotations or the translations by themselves.
+  /// `graph`, valid, must outlive it and keep its structure. `check` gives an Error if its edges
+  /// cannot determine the rotations or the translations alone.
   explicit ChordalSolver(const PoseGraph<G>& graph) : graph_(graph), system_(graph) {}
   static Result<void> check(const PoseGraph<G>& graph);
 
-  /// Places the free poses in `x`; `weights` are of the edges, none meaning ones. On an Error `x`
-  /// may be half changed.
+  /// Writes the free poses to `x`; `weights` of the edges, empty: ones. On an Error `x` may be
+  /// partially changed.
   Result<void> solve(std::vector<G>& x, const std::vector<double>& weights);
 
  private:

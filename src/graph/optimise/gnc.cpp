@@ -18,7 +18,7 @@
 namespace wayfare {
 namespace {
 
-/// The directions an edge says something about.
+/// The number of directions in which an edge has information.
 template <class G>
 int degrees_of_freedom(const SquareOf<G>& information) {
   if (information.llt().info() == Eigen::Success) return ManifoldTraits<G>::kDof;
@@ -58,7 +58,8 @@ class Gnc {
   }
 
  private:
-  /// What a rejected edge still counts while losses grow, lest a pose it alone holds come loose.
+  /// Weight of a rejected edge during the rounds, so that a pose it alone connects stays
+  /// determined.
   static constexpr double kLeastWeight = 1e-9;
 
   Result<void> graduate();
@@ -72,13 +73,13 @@ class Gnc {
   PoseGraph<G>& graph_;
   const GncOptions& options_;
   GncReport& report_;
-  std::vector<double> c2_, weights_, u_;  // of every edge; u = s/c², 0 where trusted
+  std::vector<double> c2_, weights_, u_;  // of every edge; u = s/c², 0 if trusted
   std::optional<ChordalSolver<G>> chordal_;
   DampedStep<G, DefaultSolver<ManifoldTraits<G>::kDof>> step_;
 };
 
-/// Follows the loss from convex to what it is to be. What comes out need not be exact, only which
-/// edges agree: the relaxed problem, which has but one minimum, is solved in place of the true one.
+/// Follows the surrogate losses from the convex one to the final one. Only the set of inliers
+/// matters, not exact poses: the relaxed problem, which has a single minimum, is solved instead.
 template <LieGroup G>
 Result<void> Gnc<G>::graduate() {
   const bool truncated = options_.loss == GncLoss::truncated_least_squares;
@@ -102,7 +103,7 @@ Result<void> Gnc<G>::graduate() {
   return {};
 }
 
-/// Solves with what passes, until what passes no longer changes.
+/// Solves with the inliers until their set no longer changes.
 template <LieGroup G>
 Result<void> Gnc<G>::settle() {
   constexpr int kMostRounds = 10;
@@ -131,7 +132,7 @@ Result<void> Gnc<G>::relax(const OptimiseOptions& options) {
     graph_.poses = std::move(x);
     return {};
   }
-  // An edge may measure half a rotation: full equations know more then than relaxed ones.
+  // The full equations can determine edges with partial rotational information, the relaxed cannot.
   chordal_.reset();
   step_.prepare(graph_);
   return solve(options);
@@ -166,7 +167,7 @@ void Gnc<G>::measure() {
     if (graph_.edges[k].robust) u_[k] = squared_error(graph_, graph_.edges[k]) / c2_[k];
 }
 
-/// Whether a weight is still between.
+/// Whether a weight is between 0 and 1.
 template <LieGroup G>
 bool Gnc<G>::reweigh(double mu) {
   bool between = false;
@@ -179,7 +180,7 @@ bool Gnc<G>::reweigh(double mu) {
   return between;
 }
 
-/// Weights of 0 and 1; whether any changed.
+/// Rounds the weights to 0 and 1; returns whether any changed.
 template <LieGroup G>
 bool Gnc<G>::cut() {
   bool changed = false;

@@ -6,7 +6,7 @@
 
 namespace wayfare {
 
-// In closed form: most of PoseError's Jacobians is zero or the same rotation again. In the terms of
+// In closed form: most blocks of PoseError's Jacobians are zero or the same rotation. In terms of
 // X_i⁻¹ X_j = (R, t) and the measurement's rotation R_z, with W = R_z Ω_tt R_zᵀ: translations enter
 // H as W at X_i, as −W R between, as Rᵀ W R at X_j.
 

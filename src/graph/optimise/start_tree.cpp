@@ -16,13 +16,13 @@ std::vector<int> anchors_of(const auto& graph) {
   return graph.fixed.empty() ? std::vector<int>{0} : graph.fixed;
 }
 
-/// Where the edge puts its other end, given the one at `pose`.
+/// The pose of the edge's other end from the one at `pose`.
 template <class G>
 G across(const PoseEdge<G>& edge, int pose, const G& x) {
   return edge.from == pose ? x * edge.measurement : x * edge.measurement.inverse();
 }
 
-/// For each pose k the edge that joins it to k + 1, −1 where there is none.
+/// For each pose k the edge to k + 1, or −1.
 template <class G>
 std::vector<int> chain_of(const PoseGraph<G>& graph) {
   std::vector<int> chain(graph.poses.size(), -1);
@@ -35,7 +35,7 @@ std::vector<int> chain_of(const PoseGraph<G>& graph) {
   return chain;
 }
 
-/// The edges at each pose, in their order.
+/// The edges of each pose, in order.
 class EdgesAt {
  public:
   template <class G>
@@ -87,9 +87,9 @@ Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather) {
   if (auto valid = validate(graph); !valid) return valid;
   const EdgesAt edges_at(graph);
   struct Step {
-    int pose, edge;  // the edge by which the pose is reached
+    int pose, edge;  // the edge that reaches the pose
   };
-  // First come, first placed; ways over edges not trusted wait until no other is left.
+  // Breadth first; paths over untrusted edges are used only when no other is left.
   std::vector<Step> open, later;
   std::vector<char> placed(graph.poses.size(), 0);
   for (const int a : anchors_of(graph)) open.push_back({a, -1});

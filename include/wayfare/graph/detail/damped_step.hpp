@@ -15,19 +15,19 @@
 
 namespace wayfare {
 
-/// Linearises a graph, solves for the step and takes it or takes it back. Keeps pattern, symbolic
-/// factorisation and memory while the graph's structure stays the same.
+/// Linearises a graph, solves for the step, and applies or undoes it. Reuses pattern, symbolic
+/// factorisation and memory while the graph's structure is unchanged.
 template <LieGroup G, LinearSolver Solver>
 class DampedStep {
  public:
   static constexpr int kDof = ManifoldTraits<G>::kDof;
 
-  /// For factorisations, where the solver can.
+  /// For the factorisation, if the solver supports it.
   void set_threads(int threads) {
     if constexpr (ThreadedSolver<Solver>) solver_.set_threads(threads);
   }
 
-  /// Lays out the equations of a validated graph; returns whether the layout could be kept.
+  /// Sets up the equations of a validated graph; returns whether the structure was reused.
   bool prepare(const PoseGraph<G>& graph);
 
   /// H and g at the graph's poses; returns Σ ρ(eᵀΩe).
@@ -36,25 +36,25 @@ class DampedStep {
     return equations_.linearise(graph, kernel);
   }
 
-  /// What `linearise` returns.
+  /// Σ ρ(eᵀΩe), as `linearise` returns.
   double cost(const PoseGraph<G>& graph, const RobustKernel& kernel) {
     const PhaseTimer timer(times_.linearise_s);
     return equations_.cost(graph, kernel);
   }
   void set_weights(std::vector<double> weights) { equations_.set_weights(std::move(weights)); }
 
-  /// Factorises and solves; false where the poses are not determined.
+  /// Factorises and solves; false if the poses are not determined.
   bool compute(double damping);
-  /// The factorisation alone, without damping.
+  /// The factorisation only.
   bool factorise(double damping = 0.0);
 
   /// Moves the free poses along the step.
   void apply(PoseGraph<G>& graph);
   void undo(PoseGraph<G>& graph) const { graph.poses = saved_; }
 
-  /// Whether the last factorisation, and the step from it, came out.
+  /// Whether the last factorisation and step succeeded.
   [[nodiscard]] bool solved() const { return outcome_.ok; }
-  /// How much the quadratic model falls along the step.
+  /// Decrease of the quadratic model along the step.
   [[nodiscard]] double model_gain() const { return model_gain_; }
   [[nodiscard]] double largest() const { return step_.cwiseAbs().maxCoeff(); }
   /// Names the pose at which the last factorisation failed.
@@ -92,7 +92,7 @@ bool DampedStep<G, S>::compute(double damping) {
   const PhaseTimer timer(times_.solve_s);
   step_ = -equations_.gradient();
   solver_.solve_in_place(step_);
-  // (H + λD)Δ = −g, so the model falls by −2gᵀΔ − ΔᵀHΔ = −gᵀΔ + λ ΔᵀDΔ.
+  // (H + λD)Δ = −g, so the model decreases by −2gᵀΔ − ΔᵀHΔ = −gᵀΔ + λ ΔᵀDΔ.
   model_gain_ = -equations_.gradient().dot(step_);
   if (damping > 0.0) model_gain_ += damping * step_.cwiseAbs2().dot(diagonal_);
   outcome_.ok = step_.allFinite();
@@ -146,7 +146,7 @@ Error DampedStep<G, S>::undetermined(const PoseGraph<G>& graph) const {
           "pose " + graph.label(pose) + " is not fully determined by the edges"};
 }
 
-/// The first block column whose sums are too large for a number; −1 where there is none.
+/// The first block column with an overflow; −1 if there is none.
 template <LieGroup G, LinearSolver S>
 int DampedStep<G, S>::first_overflow() const {
   const auto& h = equations_.hessian();
@@ -155,7 +155,7 @@ int DampedStep<G, S>::first_overflow() const {
   return -1;
 }
 
-// Compiled once in wayfare::slam.
+// Compiled once in wayfare::graph.
 extern template class DampedStep<SE2d, MultifrontalCholesky<3>>;
 extern template class DampedStep<SE3d, MultifrontalCholesky<6>>;
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// The two ways down Σ ρ(eᵀΩe): Gauss-Newton (H Δ = −g) and Levenberg-Marquardt
-// ((H + λ diag H) Δ = −g). Both start at poses that `step` was linearised at and end there.
+// Minimisation of Σ ρ(eᵀΩe) by Gauss-Newton (H Δ = −g) and Levenberg-Marquardt
+// ((H + λ diag H) Δ = −g). Before and after, `step` is linearised at the graph's poses.
 
 #include <limits>
 
@@ -11,7 +11,7 @@
 
 namespace wayfare {
 
-/// False when a full step could not be computed or did not lower the cost: the poses are then those
+/// False if a full step could not be computed or did not lower the cost: the poses are then those
 /// before it.
 template <LieGroup G, LinearSolver S>
 bool gauss_newton(DampedStep<G, S>& step, PoseGraph<G>& graph, const OptimiseOptions& options,
@@ -37,8 +37,8 @@ bool gauss_newton(DampedStep<G, S>& step, PoseGraph<G>& graph, const OptimiseOpt
   return true;
 }
 
-/// Damping is scaled by the diagonal of H so that metres and radians are damped alike. An Error
-/// where no damping makes the poses determined.
+/// Damping is scaled by the diagonal of H so that metres and radians are damped alike. Error if the
+/// poses are undetermined at every damping.
 template <LieGroup G, LinearSolver S>
 Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
                                  const OptimiseOptions& options, OptimiseReport& report) {
@@ -78,7 +78,7 @@ Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
   return {};
 }
 
-// Compiled once in wayfare::slam.
+// Compiled once in wayfare::graph.
 extern template bool gauss_newton(DampedStep<SE2d, MultifrontalCholesky<3>>&, PoseGraph<SE2d>&,
                                   const OptimiseOptions&, OptimiseReport&);
 extern template Result<void> levenberg_marquardt(DampedStep<SE2d, MultifrontalCholesky<3>>&,

@@ -1,6 +1,6 @@
 #pragma once
 
-// What one edge adds to H = Σ JᵀΩJ and g = Σ JᵀΩe.
+// The contribution of one edge to H = Σ JᵀΩJ and g = Σ JᵀΩe.
 
 #include <wayfare/graph/pose_graph.hpp>
 

@@ -1,10 +1,10 @@
 #pragma once
 
-// Sparse Cholesky of a system that grows: A x = b, a sum of terms that each couple one or two
-// variables of N numbers. The factor is kept as a tree of cliques (variables eliminated together,
-// and those they couple), each with the update it hands to its parent. A term that is new or
-// changed concerns the cliques of its variables and their ancestors: these alone are ordered and
-// factorised again, from the updates the subtrees below them have kept.
+// Incremental sparse Cholesky: A x = b is a sum of terms that each couple one or two variables of
+// dimension N. The factor is a tree of cliques (variables eliminated together, and those they
+// couple), each with its update for the parent. A new or changed term affects the cliques of its
+// variables and their ancestors: only these are reordered and refactorised, from the stored updates
+// of the subtrees below.
 // (Kaess, Johannsson, Roberts, Ila, Leonard, Dellaert 2012, "iSAM2: Incremental smoothing and
 // mapping using the Bayes tree", there with QR; Duff, Reid 1983 for fronts and update matrices.)
 
@@ -20,7 +20,7 @@
 
 namespace wayfare {
 
-/// What one term adds to A and b: [aa ab; abᵀ bb] and [ra; rb].
+/// The contribution of one term to A and b: [aa ab; abᵀ bb] and [ra; rb].
 template <int N>
 struct IncrementalTerm {
   using Block = Eigen::Matrix<double, N, N>;
@@ -35,40 +35,40 @@ class IncrementalCholesky {
   using Term = IncrementalTerm<N>;
   using Vector = typename Term::Vector;
 
-  /// Returns its index; x is zero there.
+  /// Returns its index; its x is zero.
   int add_variable();
-  /// Between variables `a` and `b`, either −1 where there is none. Returns the term's index.
+  /// Between variables `a` and `b`; −1 for a term of one variable. Returns the term's index.
   int add_term(int a, int b, const Term& term);
   void set_term(int index, const Term& term);
-  /// x of this variable counts from somewhere else now: all that is kept of it is void.
+  /// The origin of this variable's x has changed: everything computed from it is invalid.
   void reset(int variable, const Vector& x);
-  /// All is ordered and factorised anew next time.
+  /// The next `refactor` reorders and refactorises everything.
   void touch_all() { all_touched_ = true; }
 
-  /// Takes in what changed since the last success. On failure `block` is the variable at which A is
-  /// not positive definite, and the factor is what it was: take the changes back (roll_back,
-  /// set_term, reset), or add what is missing.
+  /// Applies the changes since the last success. On failure `block` is the variable at which A is
+  /// not positive definite, and the factor is unchanged: undo the changes (roll_back, set_term,
+  /// reset), or add the missing terms.
   FactorOutcome refactor();
-  /// Drops the newest terms and variables, which no successful `refactor` has seen, and forgets
-  /// what was touched.
+  /// Removes the newest terms and variables, which must be newer than the last successful
+  /// `refactor`, and clears the list of changes.
   void roll_back(int variables, int terms);
-  /// Takes x along the factor from the root to where it changes by no more than `threshold` in any
-  /// component; returns the variables whose x did change.
+  /// Back-substitution from the root, down to where no component of x changes by more than
+  /// `threshold`; returns the variables whose x changed.
   const std::vector<int>& solve(double threshold);
 
   [[nodiscard]] auto x(int variable) const {
     return Eigen::Map<const Vector>(x_.data() + offset(variable));
   }
-  /// The terms that hold a variable, oldest first.
+  /// The terms of a variable, oldest first.
   [[nodiscard]] const std::vector<int>& terms_of(int variable) const {
     return terms_of_[index(variable)];
   }
   [[nodiscard]] int variables() const { return static_cast<int>(clique_of_.size()); }
   [[nodiscard]] int terms() const { return static_cast<int>(ends_.size()); }
-  /// Variables eliminated by the last `refactor`, and the operations on numbers that took.
+  /// Variables eliminated by the last `refactor`, and its number of operations.
   [[nodiscard]] int last_columns() const { return last_columns_; }
   [[nodiscard]] double last_flops() const { return last_flops_; }
-  /// What factorising everything in the order now kept would take.
+  /// Number of operations of a complete factorisation in the current order.
   [[nodiscard]] double total_flops() const { return total_flops_; }
   /// Variables visited by the last `solve`.
   [[nodiscard]] int last_solved() const { return last_solved_; }
@@ -77,16 +77,16 @@ class IncrementalCholesky {
   struct Clique {
     int parent = -1;
     int frontals = 0;
-    int pending = 0, made_anew = -1;  // while cliques are made again as they were
-    bool fresh = false;               // `solve` has not been here yet
+    int pending = 0, made_anew = -1;  // while cliques are rebuilt in the same order
+    bool fresh = false;               // not yet visited by `solve`
     std::vector<int> rows;            // variables: frontals in elimination order, then separator
     std::vector<int> children;        // cliques
     // Of the factor the frontals' triangle and the rectangle below it, then the update of the
-    // separator; and what is handed on of b: the frontals' y, the separator's update.
+    // separator; of the right-hand side the frontals' y and the separator's update.
     std::vector<double> numbers;
     [[nodiscard]] int separators() const { return static_cast<int>(rows.size()) - frontals; }
   };
-  /// Columns of the part at work that are eliminated together.
+  /// Columns of the affected part that are eliminated together.
   struct Supernode {
     std::vector<int> frontals;
     std::vector<int> children;  // supernodes, by their last column
@@ -137,7 +137,7 @@ class IncrementalCholesky {
   int stamp_ = 0;
   std::vector<int> clique_mark_, expanded_, variable_mark_, reset_mark_, changed_mark_;
   std::vector<int> marked_, orphans_, affected_, fresh_, roots_;
-  std::vector<int> place_;  // of each affected variable in its order, and the other way:
+  std::vector<int> place_;  // elimination index of each affected variable; inverse:
   std::vector<int> sequence_;
   IncrementalOrder order_;
   std::vector<std::vector<int>> structures_;
@@ -152,7 +152,7 @@ class IncrementalCholesky {
   double last_flops_ = 0.0, total_flops_ = 0.0;
 };
 
-// Compiled once in wayfare::slam.
+// Compiled once in wayfare::graph.
 extern template class IncrementalCholesky<3>;
 extern template class IncrementalCholesky<6>;
 

@@ -5,11 +5,11 @@
 
 namespace wayfare {
 
-/// A sum of many numbers of which a few change: a binary tree of partial sums, so that a change
-/// costs its logarithm at most, and no rounding is left behind by what has been replaced.
+/// A sum of many values of which a few change: a binary tree of partial sums, so that a change
+/// costs O(log n) and replaced values leave no rounding errors.
 class IncrementalSum {
  public:
-  /// Numbers from `size` on are dropped, missing ones zero.
+  /// Values from `size` on are removed, new ones are zero.
   void resize(std::size_t size) {
     for (std::size_t i = size; i < size_; ++i) set(i, 0.0);
     std::size_t width = tree_.size() / 2;
@@ -26,7 +26,7 @@ class IncrementalSum {
   }
   [[nodiscard]] double operator[](std::size_t i) const { return tree_[tree_.size() / 2 + i]; }
 
-  /// Adds up what has changed since the last time.
+  /// Updates the partial sums that have changed since the last call.
   [[nodiscard]] double total() {
     // Parents are appended after all nodes of the level below: level by level up to the root.
     for (std::size_t next = 0; next < stale_.size(); ++next) {

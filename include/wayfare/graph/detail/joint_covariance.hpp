@@ -7,7 +7,7 @@ namespace wayfare {
 
 namespace detail {
 
-/// Columns of H⁻¹ by one solution each.
+/// Columns of H⁻¹, with one solve each.
 template <int N, LinearSolver Solver>
 void solve_joint(Solver& solver, const int (&columns)[2], Eigen::Index size,
                  Eigen::Matrix<double, 2 * N, 2 * N>& joint) {
@@ -26,7 +26,7 @@ void solve_joint(Solver& solver, const int (&columns)[2], Eigen::Index size,
   }
 }
 
-/// From what the solver inverted; false where that does not hold all of it.
+/// From the solver's selected inverse; false if a block is missing there.
 template <int N, LinearSolver Solver>
 bool look_up_joint(const Solver& solver, const int (&columns)[2],
                    Eigen::Matrix<double, 2 * N, 2 * N>& joint) {
@@ -46,9 +46,9 @@ bool look_up_joint(const Solver& solver, const int (&columns)[2],
 
 }  // namespace detail
 
-/// The covariance of two poses together (a first), as right perturbations of them: their rows and
-/// columns of H⁻¹, zero for a fixed pose. `solver` has factorised `equations`' H; where it has
-/// inverted it as well and holds both poses' blocks, they are looked up.
+/// The joint covariance of two poses (a first), as right perturbations of them: their rows and
+/// columns of H⁻¹, zero for a fixed pose. `solver` has factorised `equations`' H; blocks of its
+/// selected inverse are looked up.
 template <LieGroup G, LinearSolver Solver>
 [[nodiscard]] auto joint_covariance(const NormalEquations<G>& equations, Solver& solver, int a,
                                     int b) {

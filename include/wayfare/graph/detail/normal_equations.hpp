@@ -14,40 +14,40 @@
 namespace wayfare {
 
 /// H = Σ w JᵀΩJ and g = Σ w JᵀΩe of a pose graph over its free poses, with w the robust kernel's
-/// weight. The layout is kept while the graph's structure (who is joined to whom, who is fixed)
-/// stays what it was; each edge then knows the addresses of its blocks.
+/// weight. The pattern and each edge's block addresses are reused while the graph's structure
+/// (edges and fixed poses) is unchanged.
 template <LieGroup G>
 class NormalEquations {
  public:
   static constexpr int kDof = ManifoldTraits<G>::kDof;
   using Matrix = BlockSparse<kDof>;
 
-  /// Lays out the pattern for `graph` (validated); returns whether it changed.
+  /// Sets up the pattern for `graph` (validated); returns whether it changed.
   bool set_structure(const PoseGraph<G>& graph);
 
-  /// The factor by which each edge counts besides the kernel; none given: one each.
+  /// Weights of the edges in addition to the kernel's; empty: 1.
   void set_weights(std::vector<double> weights) { weights_ = std::move(weights); }
 
   /// Fills H and g at the graph's poses; returns Σ w ρ(eᵀΩe).
   double linearise(const PoseGraph<G>& graph, const RobustKernel& kernel);
 
-  /// Σ w ρ(eᵀΩe) alone.
+  /// Σ w ρ(eᵀΩe).
   [[nodiscard]] double cost(const PoseGraph<G>& graph, const RobustKernel& kernel) const;
 
-  /// Σ eᵀΩe over all edges, no kernel and no weights, as they were last linearised.
+  /// Σ eᵀΩe over all edges at the last linearisation, without kernel and weights.
   [[nodiscard]] double chi2() const {
     return std::accumulate(squared_errors_.begin(), squared_errors_.end(), 0.0);
   }
-  /// eᵀΩe of every edge as it was last linearised.
+  /// eᵀΩe of every edge at the last linearisation.
   [[nodiscard]] const std::vector<double>& squared_errors() const { return squared_errors_; }
 
   [[nodiscard]] Matrix& hessian() { return hessian_; }
   [[nodiscard]] const Matrix& hessian() const { return hessian_; }
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
 
-  /// The poses that are free, in the order of the block columns.
+  /// The free poses in the order of the block columns.
   [[nodiscard]] const std::vector<int>& free_poses() const { return columns_.free(); }
-  /// The block column of a pose, −1 when it is fixed.
+  /// The block column of a pose, −1 if it is fixed.
   [[nodiscard]] int free_index(int pose) const { return columns_.of(pose); }
 
  private:
@@ -177,7 +177,7 @@ double NormalEquations<G>::add_edge(const PoseGraph<G>& graph, std::size_t k,
   return weight(k) * rho.cost;
 }
 
-/// The first edge of a coupling sets it, so that none needs to be cleared before.
+/// The first edge of a coupling assigns the block, so it need not be cleared before.
 template <LieGroup G>
 void NormalEquations<G>::couple(const Slot& slot, double w, const Square& between) {
   auto block = hessian_.block(slot.coupling);
@@ -193,7 +193,7 @@ void NormalEquations<G>::couple(const Slot& slot, double w, const Square& betwee
   }
 }
 
-// Compiled once in wayfare::slam.
+// Compiled once in wayfare::graph.
 extern template class NormalEquations<SE2d>;
 extern template class NormalEquations<SE3d>;
 

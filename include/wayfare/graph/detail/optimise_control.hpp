@@ -1,6 +1,6 @@
 #pragma once
 
-// What an optimisation does after a step: record it, ask whether to go on, adapt the damping.
+// After each step of an optimisation: record, termination, damping.
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ class Damping {
   explicit Damping(double start) : value_(start) {}
 
   [[nodiscard]] double value() const { return value_; }
-  /// After a step that lowered the cost by `quality` times what the model promised.
+  /// After an accepted step with gain ratio `quality` (actual over predicted decrease).
   void step_taken(double quality) {
     value_ *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * quality - 1.0, 3));
     growth_ = 2.0;
@@ -30,7 +30,7 @@ class Damping {
   double growth_ = 2.0;
 };
 
-/// Keeps a report's history and says when it is time to stop, and why.
+/// Records a report's history and decides when and why to stop.
 class OptimiseControl {
  public:
   /// Both must outlive it.
@@ -39,7 +39,7 @@ class OptimiseControl {
 
   [[nodiscard]] bool may_iterate() const { return report_.iterations < options_.max_iterations; }
 
-  /// A step that took the cost to record.cost; true where that ends the optimisation.
+  /// After an accepted step; true if the optimisation ends.
   bool taken(double cost_before, const IterationRecord& record) {
     if (!goes_on(record)) return true;
     const double gain = cost_before - record.cost;
@@ -50,7 +50,7 @@ class OptimiseControl {
     return true;
   }
 
-  /// A step that was not taken; true where the caller wants no more.
+  /// After a rejected step; true if the progress callback stops the optimisation.
   bool refused(double damping) { return !goes_on({report_.final_cost, damping, 0.0, false}); }
 
  private:

@@ -4,7 +4,7 @@
 
 namespace wayfare {
 
-/// Adds the time from its making to its end to `seconds`.
+/// Adds its lifetime to `seconds`.
 class PhaseTimer {
  public:
   explicit PhaseTimer(double& seconds) : seconds_(seconds) {}

@@ -7,7 +7,7 @@
 
 namespace wayfare {
 
-/// Which block column of a system of equations each free pose of a graph has.
+/// The block column of each free pose of a graph.
 class PoseColumns {
  public:
   template <LieGroup G>
@@ -27,7 +27,7 @@ class PoseColumns {
   [[nodiscard]] std::size_t poses() const { return columns_.size(); }
   /// The free poses in the order of their columns.
   [[nodiscard]] const std::vector<int>& free() const { return free_; }
-  /// The column of a pose, −1 when it is fixed.
+  /// The column of a pose, −1 if it is fixed.
   [[nodiscard]] int of(int pose) const { return columns_[static_cast<std::size_t>(pose)]; }
 
  private:

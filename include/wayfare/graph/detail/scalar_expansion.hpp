@@ -11,14 +11,14 @@
 
 namespace wayfare {
 
-/// A block matrix, permuted, as compressed columns of scalars for solvers that know no blocks:
-/// the upper triangle of P H Pᵀ. The pattern is laid out once; values follow by address.
+/// The upper triangle of a permuted block matrix P H Pᵀ in compressed columns of scalars, for
+/// solvers without block support. The pattern is built once; `fill` copies the values.
 template <int N>
 class ScalarExpansion {
  public:
   using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
-  /// `position[i]` = where block column i goes.
+  /// `position[i]` = new index of block column i.
   void build(const BlockSparse<N>& h, std::vector<int> position) {
     position_ = std::move(position);
     const auto columns = by_column(h);
@@ -31,7 +31,7 @@ class ScalarExpansion {
     }
   }
 
-  /// Takes over the values of the matrix it was built for.
+  /// Copies the values of a matrix with the pattern of `build`.
   void fill(const BlockSparse<N>& h) {
     double* values = matrix_.valuePtr();
     for (int c = 0; c < h.columns(); ++c) {
@@ -69,7 +69,7 @@ class ScalarExpansion {
   };
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-  /// For each permuted column its blocks, rows ascending.
+  /// The blocks of each permuted column, rows ascending.
   std::vector<std::vector<Entry>> by_column(const BlockSparse<N>& h) const {
     std::vector<std::vector<Entry>> columns(at(h.columns()));
     for (int c = 0; c < h.columns(); ++c) {
@@ -105,7 +105,7 @@ class ScalarExpansion {
   }
 
   std::vector<int> position_;
-  std::vector<int> target_;  // where each column of each block starts among the values
+  std::vector<int> target_;  // index among the values of each column of each block
   Matrix matrix_;
 };
 

@@ -8,10 +8,10 @@
 
 namespace wayfare {
 
-/// LinearSolver on a decomposition of Eigen's interface that knows no blocks (of the upper triangle
-/// of a ScalarExpansion<N>::Matrix, without an ordering of its own), in the block ordering
-/// all solvers here share. Such decompositions do not say where they failed; MultifrontalCholesky
-/// then does.
+/// LinearSolver on a scalar decomposition with Eigen's interface (of the upper triangle of a
+/// ScalarExpansion<N>::Matrix, without an ordering of its own), in the block ordering shared by all
+/// solvers here. Such decompositions do not report where they failed; MultifrontalCholesky then
+/// does.
 template <int N, class Decomposition>
 class ScalarSolver {
  public:

@@ -1,6 +1,6 @@
 #pragma once
 
-// What makes a pose graph unsolvable, found before anything is computed and named.
+// Validation of a pose graph before any computation; errors name the pose or edge.
 
 #include <cmath>
 #include <cstddef>
@@ -24,16 +24,16 @@ inline bool is_finite(const SE3d& x) {
   return x.translation().allFinite() && x.rotation().quaternion().coeffs().allFinite();
 }
 
-/// Positive semi-definite to rounding: a matrix without information about some direction is fine,
-/// one with negative information is not.
+/// Positive semi-definite to rounding: zero information in a direction is valid, negative
+/// information is not.
 template <int N>
 bool is_semidefinite(const Eigen::Matrix<double, N, N>& m) {
   using Square = Eigen::Matrix<double, N, N>;
-  // Raised by what rounding may have taken from the eigenvalues. Not LDLᵀ: of a singular matrix its
-  // pivots are rounding, and it gives up on some of them.
+  // The diagonal is raised by the rounding error of the eigenvalues. LDLᵀ is unsuitable: pivots of
+  // a singular matrix are rounding errors, on which it can fail.
   const double rounding = 1e-12 * m.cwiseAbs().maxCoeff();
   if (rounding == 0.0) return true;
-  // Gershgorin: no eigenvalue is below what of a diagonal is left of the rest of its row.
+  // Gershgorin: every eigenvalue is at least a diagonal entry minus the rest of its row.
   const auto rest = m.cwiseAbs().rowwise().sum() - m.diagonal().cwiseAbs();
   if ((m.diagonal() - rest).minCoeff() >= 0.0) return true;
   return Eigen::LLT<Square>(m + rounding * Square::Identity()).info() == Eigen::Success;
@@ -66,7 +66,7 @@ Error edge_fault(const PoseGraph<G>& graph, std::size_t index, ErrorCode code,
 
 }  // namespace detail
 
-/// The first fault of edge `index` by itself but for its information, or success.
+/// The first fault of edge `index` except for its information, or success.
 template <LieGroup G>
 [[nodiscard]] Result<void> validate_ends(const PoseGraph<G>& graph, std::size_t index) {
   const PoseEdge<G>& edge = graph.edges[index];
@@ -103,17 +103,17 @@ template <LieGroup G>
   return {};
 }
 
-/// The first fault of edge `index` by itself, or success.
+/// The first fault of edge `index`, or success.
 template <LieGroup G>
 [[nodiscard]] Result<void> validate_edge(const PoseGraph<G>& graph, std::size_t index) {
   auto checked = validate_ends(graph, index);
   return checked ? validate_information(graph, index) : checked;
 }
 
-/// The first fault of any edge by itself, or success.
+/// The first fault of any edge, or success.
 template <LieGroup G>
 [[nodiscard]] Result<void> validate_edges(const PoseGraph<G>& graph) {
-  const SquareOf<G>* good = nullptr;  // most edges have the very information of the one before
+  const SquareOf<G>* good = nullptr;  // most edges have the same information as the previous one
   for (std::size_t i = 0; i < graph.edges.size(); ++i) {
     if (auto checked = validate_ends(graph, i); !checked) return checked;
     const SquareOf<G>& information = graph.edges[i].information;
@@ -124,8 +124,8 @@ template <LieGroup G>
   return {};
 }
 
-/// Every pose must hang together with a fixed one by edges for which `counts(edge)`; `how` says in
-/// the message which those are.
+/// Every pose must be connected to a fixed one by edges for which `counts(edge)`; `how` describes
+/// those edges in the message.
 template <LieGroup G, class Counts>
 [[nodiscard]] Result<void> validate_connection(const PoseGraph<G>& graph, Counts counts,
                                                const std::string& how) {
@@ -149,17 +149,17 @@ template <LieGroup G>
       graph, [](const auto&) { return true; }, "");
 }
 
-/// Names the edge that makes the cost of a valid graph more than a number holds.
+/// Names the edge that makes the cost of a valid graph overflow.
 template <LieGroup G>
 [[nodiscard]] Error cost_overflow(const PoseGraph<G>& graph) {
   for (std::size_t i = 0; i < graph.edges.size(); ++i) {
     if (std::isfinite(squared_error(graph, graph.edges[i]))) continue;
     return detail::edge_fault(graph, i, ErrorCode::degenerate, "has an error too large to square");
   }
-  return {ErrorCode::degenerate, "the errors of the edges add up to more than a number holds"};
+  return {ErrorCode::degenerate, "the sum of the edges' squared errors overflows"};
 }
 
-/// Success when the graph can be optimised; otherwise the first fault, by pose or edge.
+/// Success if the graph can be optimised; otherwise the first fault, by pose or edge.
 template <LieGroup G>
 [[nodiscard]] Result<void> validate(const PoseGraph<G>& graph) {
   if (graph.poses.empty()) return Error{ErrorCode::degenerate, "the graph has no poses"};
@@ -176,7 +176,7 @@ template <LieGroup G>
   return validate_connection(graph);
 }
 
-// Compiled once in wayfare::slam.
+// Compiled once in wayfare::graph.
 extern template Result<void> validate_ends(const PoseGraph<SE2d>&, std::size_t);
 extern template Result<void> validate_information(const PoseGraph<SE2d>&, std::size_t);
 extern template Result<void> validate_edge(const PoseGraph<SE2d>&, std::size_t);
