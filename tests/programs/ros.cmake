@@ -42,14 +42,14 @@ set_tests_properties(programs.same_hector_map_of_bag PROPERTIES
 program_test(pedestrian_slam_of_a_bag zero "steps' scale +[01][.]"
   COMMAND "$<TARGET_FILE:pedestrian_slam>;${_out}/head.bag;--out;${_out}/head_bag_slam;--force"
   NEEDS head_bag)
-program_test(pedestrian_slam_without_a_unit nonzero "walk.log: holds no inertial unit"
+program_test(pedestrian_slam_without_a_unit nonzero "walk.log: contains no inertial unit"
   COMMAND "$<TARGET_FILE:pedestrian_slam>;${_out}/head_walk/walk.log;--out;${_out}/x" NEEDS head_walk)
 program_test(pedestrian_of_a_bag zero "steps +[1-9]"
   COMMAND "$<TARGET_FILE:pedestrian>;${_out}/head.bag;--out;${_out}/head_bag_walk;--force"
   NEEDS head_bag)
 program_test(allan_of_a_bag zero "readings, 100[.]"
   COMMAND "$<TARGET_FILE:allan>;${_out}/head.bag" NEEDS head_bag)
-program_test(convert_log_gyro_and_truth zero "gyro +[1-9].*truth +[1-9].*Left out.*of wheels"
+program_test(convert_log_gyro_and_truth zero "gyro +[1-9].*truth +[1-9].*Left out.*wheel readings"
   COMMAND "${_convert};${_out}/corridors/log.carmen;--out;${_out}/corridors.bag;--force"
   NEEDS corridors GIVES corridors_bag)
 program_test(corridor_ins_of_a_bag zero "added bias found"

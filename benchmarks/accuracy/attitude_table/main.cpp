@@ -1,4 +1,4 @@
-// Attitude errors of our filter, Madgwick's and Mahony's on recordings with a reference.
+// Attitude errors of wayfare's filter, Madgwick's and Mahony's on recordings with a reference.
 
 #include <cstddef>
 #include <cstdio>
@@ -13,13 +13,12 @@
 
 #include "ahrs/errors.hpp"
 #include "ahrs/recording.hpp"
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 #include "support/progress_line.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
 struct Arguments {
   std::vector<std::string> files;
@@ -27,19 +26,18 @@ struct Arguments {
   double madgwick_gain = MadgwickRule{}.gain;
   double mahony_gain = MahonyRule{}.proportional_gain;
   double mahony_integral = MahonyRule{}.integral_gain;
-  examples::RecordingOptions recording;
-  examples::FilterOptions filter;
+  RecordingOptions recording;
+  FilterOptions filter;
 };
 
-/// Ours, Madgwick's, Mahony's.
+/// Of wayfare, Madgwick, Mahony.
 template <class World>
 std::vector<eval::AttitudeError> errors_of(const io::MargFile& file, const Arguments& a) {
   const bool magnetometer = !a.filter.no_magnetometer;
   Ahrs<World> ours(a.filter.parameters());
   MadgwickAhrs<World> madgwick({a.madgwick_gain, magnetometer});
   MahonyAhrs<World> mahony({a.mahony_gain, a.mahony_integral, magnetometer});
-  return {examples::attitude_rmse(ours, file), examples::attitude_rmse(madgwick, file),
-          examples::attitude_rmse(mahony, file)};
+  return {attitude_rmse(ours, file), attitude_rmse(madgwick, file), attitude_rmse(mahony, file)};
 }
 
 std::vector<std::string> row(const std::string& name, const std::vector<double>& values) {
@@ -50,7 +48,7 @@ std::vector<std::string> row(const std::string& name, const std::vector<double>&
 
 Result<void> run(const Arguments& a) {
   eval::Table table({{"recording"},
-                     {"ours: total", "deg"},
+                     {"wayfare: total", "deg"},
                      {"heading"},
                      {"inclination"},
                      {"Madgwick: total", "deg"},
@@ -60,7 +58,7 @@ Result<void> run(const Arguments& a) {
                      {"heading"},
                      {"inclination"}});
   std::vector<double> sums(9, 0.0);
-  examples::ProgressLine progress("attitude", a.quiet);
+  ProgressLine progress("attitude", a.quiet);
   for (std::size_t i = 0; i < a.files.size(); ++i) {
     const auto file = a.recording.read(a.files[i]);
     if (!file) return file.error();
@@ -87,19 +85,20 @@ Result<void> run(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
-      "Print the attitude errors of our filter beside Madgwick's and Mahony's on nine-axis "
-      "recordings with a reference: root mean squares over the moving samples, as Laidig et al. "
-      "2021 define them.");
+  CommandLine app(
+      "Print the attitude errors of wayfare's filter, Madgwick's and Mahony's on nine-axis "
+      "recordings "
+      "with a reference: root mean squares over the moving samples, as Laidig et al. 2021 define "
+      "them.");
   Arguments arguments;
-  examples::RecordingOptions::add_path(app, "FILES", arguments.files);
+  RecordingOptions::add_path(app, "FILES", arguments.files);
   app.add_flag("--quiet", arguments.quiet, "no progress");
   app.add_option("--madgwick", arguments.madgwick_gain, "Madgwick's beta").show_default();
   app.add_option("--mahony", arguments.mahony_gain, "Mahony's proportional gain").show_default();
   app.add_option("--mahony-integral", arguments.mahony_integral, "Mahony's integral gain")
       .show_default();
-  arguments.recording.describe(app);
-  arguments.filter.describe(app);
+  arguments.recording.add_options(app);
+  arguments.filter.add_options(app);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("attitude_table", run(arguments));
+  return exit_code("attitude_table", run(arguments));
 }

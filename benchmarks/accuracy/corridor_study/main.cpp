@@ -1,5 +1,5 @@
-// The simulation of Liu et al. (2015, section 6) over many seeds: position by sections with and
-// without walls, the gyro's bias, consistency, and what the walls can tell.
+// The simulation of Liu et al. (2015, section 6) over many seeds: position errors by section with
+// and without walls, gyro bias, consistency, and observability by walls.
 
 #include <cmath>
 #include <cstdio>
@@ -13,15 +13,14 @@
 #include <wayfare/eval/table.hpp>
 
 #include "corridor_ins/evaluate.hpp"
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
+#include "support/program_files.hpp"
 #include "support/progress_line.hpp"
+#include "support/slam_program.hpp"
 
 namespace {
 
 using namespace wayfare;
-using examples::Aiding;
-using examples::CorridorErrors;
+using namespace wayfare::examples;
 
 struct Options {
   int pattern = 1, runs = 50, threads = 1;
@@ -52,38 +51,39 @@ Runs run_all(const Options& o, const sim::CorridorDriveParams& params) {
   Runs all;
   for (auto& v : all.of) v.resize(static_cast<std::size_t>(o.runs));
   std::mutex mutex;
-  examples::ProgressLine progress("drives", o.quiet);
+  ProgressLine progress("drives", o.quiet);
   parallel_for(
       static_cast<std::size_t>(o.runs), o.threads,
       [&](std::size_t i) {
         const auto drive = sim::simulate_corridors(params, Rng(o.first_seed + i));
         for (std::size_t a = 0; drive && a < kAidings.size(); ++a) {
           const auto motion = motion_of(drive->recording);
-          const auto options = examples::options_for(params, kAidings[a]);
+          const auto options = options_for(params, kAidings[a]);
           const auto run = run_corridor_ins(drive->recording, motion, options,
-                                            examples::start_of(options, Rng(o.first_seed + i)));
-          if (run) all.of[a][i] = examples::errors_of(*run, *drive, params.rest_s);
+                                            start_of(options, Rng(o.first_seed + i)));
+          if (run) all.of[a][i] = errors_of(*run, *drive, params.rest_s);
         }
         const std::lock_guard lock(mutex);
         if (!drive) all.failure = drive.error().to_string();
       },
-      [&](double fraction) { progress.update(fraction); });
+      std::ref(progress));
   progress.finish();
   return all;
 }
 
 template <class Pick>
-std::string spread(const std::vector<CorridorErrors>& runs, int decimals, const Pick& pick) {
+std::vector<double> values_of(const std::vector<CorridorErrors>& runs, const Pick& pick) {
   std::vector<double> values;
   for (const CorridorErrors& e : runs) values.push_back(pick(e));
-  const auto s = summarise(values);
-  return eval::mean_std(s.mean, s.std, decimals);
+  return values;
+}
+template <class Pick>
+std::string spread(const std::vector<CorridorErrors>& runs, int decimals, const Pick& pick) {
+  return mean_std(values_of(runs, pick), decimals);
 }
 template <class Pick>
 double rms(const std::vector<CorridorErrors>& runs, const Pick& pick) {
-  std::vector<double> values;
-  for (const CorridorErrors& e : runs) values.push_back(pick(e));
-  return summarise(values).rmse;
+  return summarise(values_of(runs, pick)).rmse;
 }
 template <class Test>
 std::string share(const std::vector<CorridorErrors>& runs, const Test& test) {
@@ -102,7 +102,7 @@ eval::Table sections(const Runs& all) {
                      {"Total", "m"},
                      {"worst run", "m"}});
   for (std::size_t a = 0; a < kAidings.size(); ++a) {
-    std::vector<std::string> row{examples::name_of(kAidings[a])};
+    std::vector<std::string> row{name_of(kAidings[a])};
     for (std::size_t s = 0; s < 6; ++s)
       row.push_back(spread(all.of[a], 3, [&](const auto& e) { return e.position_rmse_m[s]; }));
     double worst = 0.0;
@@ -116,7 +116,7 @@ eval::Table sections(const Runs& all) {
 eval::Table sensors(const Runs& all) {
   eval::Table table({{""},
                      {"bias error RMS", "deg/s"},
-                     {"its sigma", "deg/s"},
+                     {"sigma", "deg/s"},
                      {"within 3 sigma"},
                      {"within 0.01 deg/s"},
                      {"heading RMSE", "deg"},
@@ -124,7 +124,7 @@ eval::Table sensors(const Runs& all) {
   for (std::size_t a = 0; a < kAidings.size(); ++a) {
     const auto& runs = all.of[a];
     table.add_row(
-        {examples::name_of(kAidings[a]),
+        {name_of(kAidings[a]),
          eval::fixed(rms(runs, [](const auto& e) { return e.bias_error_deg_s; }), 4),
          spread(runs, 4, [](const auto& e) { return e.bias_sigma_deg_s; }),
          share(runs,
@@ -136,18 +136,17 @@ eval::Table sensors(const Runs& all) {
   return table;
 }
 
-/// What the walls leave of the uncertainty the wheels' scale begins with, along and across.
+/// Uncertainty that remains with walls: position along and across, and scale of the wheels.
 eval::Table observability(const Runs& all, const sim::CorridorDriveParams& params) {
   eval::Table table({{""},
                      {"sigma along at the end", "m"},
                      {"across", "m"},
-                     {"scale: left of its sigma", "%"},
+                     {"scale: final over initial sigma", "%"},
                      {"scale error RMS", "%"}});
   for (std::size_t a = 0; a < kAidings.size(); ++a) {
     const auto& runs = all.of[a];
     table.add_row(
-        {examples::name_of(kAidings[a]),
-         spread(runs, 3, [](const auto& e) { return e.along_sigma_m; }),
+        {name_of(kAidings[a]), spread(runs, 3, [](const auto& e) { return e.along_sigma_m; }),
          spread(runs, 3, [](const auto& e) { return e.across_sigma_m; }),
          spread(runs, 1,
                 [&](const auto& e) { return 100.0 * e.scale_sigma / params.speed_scale_sigma; }),
@@ -156,10 +155,10 @@ eval::Table observability(const Runs& all, const sim::CorridorDriveParams& param
   return table;
 }
 
-/// The mean over all runs of the normalised squared error, with the bounds of honest ones.
+/// Mean normalised estimation error squared over all runs, with the bounds of consistent ones.
 eval::Table consistency(const Runs& all) {
   eval::Table table(
-      {{""}, {"mean NEES of 5"}, {"+- of the runs' scatter"}, {"epochs within 95 % bounds", "%"}});
+      {{""}, {"mean NEES of 5"}, {"+- two standard errors"}, {"epochs within 95 % bounds", "%"}});
   for (std::size_t a = 0; a < kAidings.size(); ++a) {
     std::size_t epochs = all.of[a].front().nees.size();
     for (const auto& e : all.of[a]) epochs = std::min(epochs, e.nees.size());
@@ -170,7 +169,7 @@ eval::Table consistency(const Runs& all) {
       for (std::size_t k = 0; k < epochs; ++k) nees.add(k, e.nees[k]), sum += e.nees[k];
       mean.add(sum / static_cast<double>(epochs));
     }
-    table.add_row({examples::name_of(kAidings[a]), eval::fixed(mean.mean(), 2),
+    table.add_row({name_of(kAidings[a]), eval::fixed(mean.mean(), 2),
                    eval::fixed(2.0 * mean.standard_error(), 2),
                    eval::fixed(100.0 * nees.share_within(), 1)});
   }
@@ -181,11 +180,10 @@ Result<void> run(const Options& o) {
   const auto params = params_of(o);
   const Runs all = run_all(o, params);
   if (!all.failure.empty()) return Error{ErrorCode::invalid, all.failure, {}};
-  std::printf("pattern %d, %d drives, mean and standard deviation over them\n\n", o.pattern,
-              o.runs);
+  std::printf("pattern %d, %d drives, mean and standard deviation\n\n", o.pattern, o.runs);
   std::printf("Position RMSE\n%s\nGyro bias at the end\n%s\n", sections(all).to_text().c_str(),
               sensors(all).to_text().c_str());
-  std::printf("What is observed\n%s\nConsistency\n%s", observability(all, params).to_text().c_str(),
+  std::printf("Observability\n%s\nConsistency\n%s", observability(all, params).to_text().c_str(),
               consistency(all).to_text().c_str());
   return {};
 }
@@ -193,20 +191,18 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
-      "Three corridors and two corners, driven through many times in simulation.");
+  CommandLine app("Simulate many drives through three corridors and two corners.");
   Options o;
   app.add_option("--pattern", o.pattern, "1 straight, 2 curved").range(1, 2);
-  app.add_option("--runs", o.runs, "drives, a seed each").range(1, 100000);
+  app.add_option("--runs", o.runs, "drives, one per seed").range(1, 100000);
   app.add_option("--seed", o.first_seed, "of the first drive");
-  app.add_option("--threads", o.threads, "worker threads; the results do not depend on them")
-      .range(1, 256);
-  app.add_option("--doors", o.doors, "m from door to door along each wall; 0: none")
+  add_threads(app, o.threads);
+  app.add_option("--doors", o.doors, "distance between doors along each wall, m; 0: none")
       .range(0.0, 1000.0);
-  app.add_option("--open", o.open_share, "share of the doors that stand open").range(0.0, 1.0);
-  app.add_option("--boxes", o.boxes, "a metre of wall").range(0.0, 10.0);
-  app.add_option("--people", o.people, "a metre of wall").range(0.0, 10.0);
+  app.add_option("--open", o.open_share, "share of open doors").range(0.0, 1.0);
+  app.add_option("--boxes", o.boxes, "per metre of wall").range(0.0, 10.0);
+  app.add_option("--people", o.people, "per metre of wall").range(0.0, 10.0);
   app.add_flag("--quiet", o.quiet, "no progress");
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("corridor_study", run(o));
+  return exit_code("corridor_study", run(o));
 }

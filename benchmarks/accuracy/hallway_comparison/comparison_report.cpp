@@ -1,34 +1,30 @@
 #include "comparison_report.hpp"
 
 #include <array>
-#include <filesystem>
 #include <utility>
 
-#include <wayfare/core/statistics.hpp>
-#include <wayfare/io/report.hpp>
-
+#include "support/plots.hpp"
 #include "surface_picture.hpp"
 
 namespace wayfare::examples {
 
 eval::Table error_table(const std::vector<SeedRuns>& all) {
-  eval::Table table({{"RMSE, mean \u00b1 spread over seeds"},
+  eval::Table table({{"RMSE, mean \u00b1 standard deviation over seeds"},
                      {"x", "m"},
                      {"y", "m"},
                      {"heading", "deg"},
                      {"along 5 m", "m"},
                      {"across 5 m", "m"},
-                     {"turn in 5 m", "deg"}});
+                     {"rotation in 5 m", "deg"}});
   for (std::size_t s = 0; s < kSensors.size(); ++s) {
     const auto cell = [&](double Errors::*field, int decimals) {
       std::vector<double> values;
       for (const SeedRuns& runs : all) values.push_back(runs.errors[s].*field);
-      const Summary summary = summarise(values);
-      return eval::mean_std(summary.mean, summary.std, decimals);
+      return mean_std(values, decimals);
     };
     table.add_row({kNames[s], cell(&Errors::x_m, 2), cell(&Errors::y_m, 2),
                    cell(&Errors::heading_deg, 2), cell(&Errors::along_m, 3),
-                   cell(&Errors::across_m, 3), cell(&Errors::turn_deg, 2)});
+                   cell(&Errors::across_m, 3), cell(&Errors::rotation_deg, 2)});
   }
   return table;
 }
@@ -61,42 +57,29 @@ eval::Table seed_table(const std::vector<SeedRuns>& all, std::uint64_t first) {
 
 namespace {
 
-io::Series series(std::string name, const Trajectory& trajectory) {
-  io::Series result{std::move(name), {}, {}, io::Mark::line};
-  for (const StampedPose& pose : trajectory) {
-    result.x.push_back(pose.T_map_base.raw().x());
-    result.y.push_back(pose.T_map_base.raw().y());
-  }
-  return result;
-}
-
 io::Plot paths(const SeedRuns& runs) {
-  io::Plot plot;
-  plot.title = "The first seed's ways";
-  plot.x_label = "x [m]";
-  plot.y_label = "y [m]";
-  plot.equal_aspect = true;
-  plot.series.push_back(series("truth", runs.truth));
+  io::Plot plot = top_view("Paths of the first seed");
+  plot.series.push_back(path_series("truth", runs.truth));
   for (std::size_t s = 0; s < kSensors.size(); ++s)
-    plot.series.push_back(series(kNames[s], runs.runs[s].trajectory));
+    plot.series.push_back(path_series(kNames[s], runs.runs[s].trajectory));
   return plot;
 }
 
 std::string width_text(const ScoreSurface& surface) {
   const RidgeWidth width = ridge_width(surface);
-  return "The places within a tenth of the best score spread " + eval::fixed(width.along_m, 3) +
-         " m along the corridor and " + eval::fixed(width.across_m, 3) + " m across it.";
+  return "The positions within a tenth of the best score have a standard deviation of " +
+         eval::fixed(width.along_m, 3) + " m along the corridor and " +
+         eval::fixed(width.across_m, 3) + " m across it.";
 }
 
-Result<void> add_surfaces(const SeedRuns& runs, const ReportOptions& o, io::Report& report) {
+Result<void> add_surfaces(const SeedRuns& runs, const OutputArguments& to, io::Report& report) {
   for (const std::size_t s : {std::size_t{1}, std::size_t{2}}) {
     if (!runs.runs[s].surface) continue;
     const io::Image image = surface_picture(*runs.runs[s].surface);
     const std::string file = s == 1 ? "score_lidar.png" : "score_radar.png";
-    const std::string path = (std::filesystem::path(o.out) / file).string();
-    if (auto done = io::write_png(path, image, o.write); !done) return done;
+    if (auto done = io::write_png(to.path(file), image, to.write()); !done) return done;
     report.image(image, std::string(kNames[s]) +
-                            ": score of a scan in the map, over 0.6 m ahead (up), behind and to "
+                            ": score of a scan in the map, up to 0.6 m ahead (up), behind and to "
                             "both sides. " +
                             width_text(*runs.runs[s].surface));
   }
@@ -117,21 +100,22 @@ std::vector<std::string> comparison_files() {
   return {"report.html", "score_lidar.png", "score_radar.png"};
 }
 
-Result<void> write_comparison(const std::vector<SeedRuns>& all, const ReportOptions& o) {
-  io::Report report("Radar against LiDAR in long corridors",
-                    "Scan-to-map matching alone; wheel odometry says where each search begins");
+Result<void> write_comparison(const OutputArguments& to, const std::vector<SeedRuns>& all,
+                              std::uint64_t first_seed) {
+  io::Report report("Radar and LiDAR in long corridors",
+                    "Scan-to-map matching only; wheel odometry gives the start of each search");
   report.table(error_table(all),
                "Root mean square errors: of the pose in the map's axes, and of the motion over "
-               "straight stretches of 5 m in the robot's own");
+               "straight segments of 5 m in the robot's axes");
   report.paragraph(
       "Zhang 2020, table 7, on a real corridor: odometry 4.75 m, 2.91 m, 28.8 deg; LiDAR 2.84 m, "
       "8.34 m, 6.69 deg; radar 0.46 m, 1.48 m, 6.51 deg.");
   report.plot(paths(all.front()));
   report.heading("Scores around one match");
-  if (auto done = add_surfaces(all.front(), o, report); !done) return done;
-  report.heading("Seed by seed");
-  report.table(seed_table(all, o.first_seed));
-  return report.write((std::filesystem::path(o.out) / "report.html").string(), o.write);
+  if (auto done = add_surfaces(all.front(), to, report); !done) return done;
+  report.heading("Results by seed");
+  report.table(seed_table(all, first_seed));
+  return report.write(to.path("report.html"), to.write());
 }
 
 }  // namespace wayfare::examples

@@ -17,7 +17,7 @@ Result<SeedRuns> run_seed(std::uint64_t seed, const DriveOptions& o) {
   const auto steps = synchronise(*recording, sync);
   MatchingOptions options;
   options.window.half_x_m = options.window.half_y_m = o.window_m;
-  // Half way along the first corridor, where LiDAR sees two walls and nothing else.
+  // Half way along the first corridor, where LiDAR sees nothing but two walls.
   options.surface_at = LogTime::from_seconds(60.0);
   SeedRuns result;
   result.truth = recording->truth;

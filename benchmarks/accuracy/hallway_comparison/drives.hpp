@@ -1,6 +1,6 @@
 #pragma once
 
-// A drive round the corridors, and what each sensor makes of it.
+// A simulated drive in the corridors, and localisation with each sensor.
 
 #include <array>
 #include <cstddef>
@@ -15,11 +15,11 @@ constexpr std::array<Sensor, 3> kSensors{Sensor::odometry, Sensor::lidar, Sensor
 constexpr std::array<const char*, 3> kNames{"wheel odometry", "LiDAR", "radar"};
 
 struct DriveOptions {
-  std::size_t frames = 20;  ///< radar frames gathered into one scan
-  double window_m = 0.3;    ///< half the search's width
+  std::size_t frames = 20;  ///< radar frames combined into one scan
+  double window_m = 0.3;    ///< half the width of the search window
 };
 
-/// One seed's drive in a building of its own, by each of `kSensors`.
+/// The drive of one seed, by each of `kSensors`.
 struct SeedRuns {
   Trajectory truth;
   std::array<MatchingRun, 3> runs = {};

@@ -20,10 +20,10 @@ class Localiser {
                                        : OccupancyGrid({.resolution_m = options.resolution_m});
   }
 
-  Result<void> take(const SyncedStep& step) {
-    const double turn = (step.wheels.right_m - step.wheels.left_m) / recording_.wheel_base_m;
-    pose_ = pose_.plus({step.forward_m(), 0.0, turn});
-    if (auto done = take_scan(step); !done) return done;
+  Result<void> add(const SyncedStep& step) {
+    const double rotation = (step.wheels.right_m - step.wheels.left_m) / recording_.wheel_base_m;
+    pose_ = pose_.plus({step.forward_m(), 0.0, rotation});
+    if (auto done = add_scan(step); !done) return done;
     run_.trajectory.push_back({step.time, Transform2<frame::Map, frame::Base>(pose_)});
     return {};
   }
@@ -31,7 +31,7 @@ class Localiser {
   [[nodiscard]] MatchingRun run() && { return std::move(run_); }
 
  private:
-  Result<void> take_scan(const SyncedStep& step) {
+  Result<void> add_scan(const SyncedStep& step) {
     const bool lidar = sensor_ == Sensor::lidar && step.laser;
     const bool radar = sensor_ == Sensor::radar && step.radar;
     if ((!lidar && !radar) || !moved()) return {};
@@ -69,7 +69,7 @@ class Localiser {
       return {};
     }
     ++run_.matched;
-    // Between the cells: whole ones would add their half to every step of the way.
+    // Between the cells: the rounding to cells would accumulate over the path.
     const auto refined = refine(*grid, points, (*found)->T_map_points);
     if (!refined) return refined.error();
     pose_ = refined->T_map_points;
@@ -85,22 +85,16 @@ class Localiser {
                                      .blur_sigma_m = options_.radar_blur_m});
   }
 
-  // About the match itself, at its heading.
+  // Around the match, at its heading.
   Result<void> keep_surface(const LikelihoodField& grid, const PointSet& points) {
-    SearchWindow window{0.6, 0.6, Angle::degrees(0.0)};
+    const SearchWindow window{0.6, 0.6, Angle::degrees(0.0)};
     auto surface = matcher_.surface(grid, points, pose_, window);
     if (!surface) return surface.error();
     run_.surface = std::move(*surface);
-    window.half_heading = Angle::degrees(5.0);
-    MatchOptions wanted;
-    wanted.independent_points = 15.0;
-    wanted.covariance = true;
-    const auto match = matcher_.match(grid, points, pose_, window, wanted);
-    if (match && *match) run_.surface_covariance = (*match)->covariance;
     return {};
   }
 
-  // Detections alone: radar sees through things, so nothing becomes free.
+  // Detections only: radar penetrates objects, so no cell becomes free.
   Result<void> insert_radar(const PointSet& points) {
     const LogOdds hit = LogOdds::from_probability(options_.radar_hit_probability);
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -126,7 +120,7 @@ Result<MatchingRun> localise_by_matching(std::span<const SyncedStep> steps,
                                          const SE2d& start, const MatchingOptions& options) {
   Localiser localiser(recording, sensor, start, options);
   for (const SyncedStep& step : steps)
-    if (auto done = localiser.take(step); !done) return done.error();
+    if (auto done = localiser.add(step); !done) return done.error();
   return std::move(localiser).run();
 }
 

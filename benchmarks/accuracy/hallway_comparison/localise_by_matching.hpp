@@ -1,7 +1,7 @@
 #pragma once
 
 // Localisation by scan matching alone (Zhang 2020, section 5.2): each scan is matched to the map of
-// all before it, odometry says only where the search begins.
+// all earlier ones; odometry gives only the start of the search.
 
 #include <cstddef>
 #include <optional>
@@ -26,23 +26,22 @@ struct MatchingOptions {
   double radar_blur_m = 0.03;
   double match_every_m = 0.15;  ///< a scan is matched once the robot has moved this far …
   Angle match_every = Angle::degrees(10);  ///< … or turned this much
-  double min_score = 0.05;                 ///< a match below it is none: odometry stands
-  std::size_t fewest_points = 60;          ///< scans with fewer are passed over
-  /// Of one detection: little, so that cells seen hundreds of times still differ.
+  double min_score = 0.05;                 ///< matches below it are refused: odometry is kept
+  std::size_t fewest_points = 60;          ///< scans with fewer points are refused
+  /// Of one detection: small, so that cells with hundreds of detections still differ.
   double radar_hit_probability = 0.52;
-  LogTime surface_at;  ///< the scan after this time has its scores kept
+  LogTime surface_at;  ///< the scores of the first scan after this time are kept
 };
 
 struct MatchingRun {
   Trajectory trajectory;
   std::size_t matched = 0, refused = 0;
   OccupancyGrid map{OccupancyGridOptions{}};
-  /// The scores around the best pose at `surface_at`: over the window's places at the best heading.
+  /// The scores around the best pose at `surface_at`, over the window, at the best heading.
   std::optional<ScoreSurface> surface;
-  std::optional<Eigen::Matrix3d> surface_covariance;  ///< along, across and heading of the robot
 };
 
-/// From `start`, which is the robot's true pose at the first step.
+/// `start` is the true pose at the first step.
 [[nodiscard]] Result<MatchingRun> localise_by_matching(std::span<const SyncedStep> steps,
                                                        const Recording& recording, Sensor sensor,
                                                        const SE2d& start,

@@ -17,14 +17,14 @@ struct Scores {
     worst = *low;
     best = *high;
   }
-  // 1 at the best, 0 at the worst.
+  // 1 for the best, 0 for the worst.
   [[nodiscard]] double relative(int x, int y) const {
     const double range = std::max(best - worst, 1e-12);
     return (surface.at({{x, y}, 0}) - worst) / range;
   }
 };
 
-// Dark blue by green to yellow, rising in lightness.
+// From dark blue over green to yellow, with increasing lightness.
 std::array<std::uint8_t, 3> colour(double value) {
   constexpr std::array<std::array<double, 3>, 5> kStops{
       {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};

@@ -1,53 +1,47 @@
-// The same simulated drive many times over: are the navigation filter's errors as large as it says?
+// Consistency of the navigation filter over many simulated drives.
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <numbers>
 #include <string>
 #include <vector>
 
-#include <wayfare/eval/table.hpp>
-#include <wayfare/io/report.hpp>
 #include <wayfare/sim/ins_monte_carlo.hpp>
 
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
+#include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-struct Options {
+struct Options : OutputArguments {
   std::size_t runs = 100, satellites = 8;
   std::uint64_t seed = 1;
   double imu_rate_hz = 100.0;
   int threads = 1, rounds = 0;
-  bool constraints = false, force = false, quiet = false;
-  std::string out;
+  bool constraints = false;
 };
 
-void add_options(examples::CommandLine& app, Options& o) {
+void add_options(CommandLine& app, Options& o) {
   app.add_option("--runs", o.runs, "drives").range(1, 100000).show_default();
-  app.add_option("--seed", o.seed, "the same seed gives the same figures").show_default();
-  app.add_option("--satellites", o.satellites, "seen at most").show_default();
+  app.add_option("--seed", o.seed, "the same seed gives the same results").show_default();
+  app.add_option("--satellites", o.satellites, "largest number in view").show_default();
   app.add_option("--rounds", o.rounds,
-                 "in place of the drive of 310 s, rounds of five minutes (280 are a day; take "
-                 "--imu-rate 10 for such)")
+                 "instead of the drive of 310 s, rounds of five minutes (280 are a day; use "
+                 "--imu-rate 10 for them)")
       .range(1, 3000);
-  app.add_option("--imu-rate", o.imu_rate_hz, "readings of the unit a second")
+  app.add_option("--imu-rate", o.imu_rate_hz, "samples per second of the unit")
       .range(10.0, 2000.0)
       .show_default();
-  app.add_option("--threads", o.threads, "the figures are the same for any number")
+  app.add_option("--threads", o.threads, "results do not depend on their number")
       .range(1, 1024)
       .show_default();
   app.add_flag("--constraints", o.constraints,
-               "hold standstill and wheels, as the filter does by "
-               "default");
+               "with zero-velocity and non-holonomic constraints, the filter's default");
   app.add_option("--out", o.out, "folder for report.html");
-  app.add_flag("--force", o.force, "replace a report that is there already");
-  app.add_flag("--quiet", o.quiet, "no progress");
+  add_force_and_quiet(app, o);
 }
 
 constexpr const char* kNames[] = {"north [m]",
@@ -128,10 +122,11 @@ eval::Table error_table(const Figures& f) {
 }
 
 eval::Table nees_table(const Figures& f) {
-  eval::Table table({{"NEES"}, {"honest"}, {"mean"}, {"its error"}, {"epochs within 95 % bounds"}});
-  const auto row = [&table](const char* name, const char* honest, const eval::NeesOverRuns& nees,
+  eval::Table table(
+      {{"NEES"}, {"expected"}, {"mean"}, {"standard error"}, {"epochs within 95 % bounds"}});
+  const auto row = [&table](const char* name, const char* expected, const eval::NeesOverRuns& nees,
                             const eval::IndependentMean& of_runs) {
-    table.add_row({name, honest, eval::fixed(nees.mean_of_all(), 2),
+    table.add_row({name, expected, eval::fixed(nees.mean_of_all(), 2),
                    eval::fixed(of_runs.standard_error(), 2), eval::fixed(nees.share_within(), 3)});
   };
   row("23 states", "23", f.all, f.all_of_runs);
@@ -153,8 +148,6 @@ eval::Table nis_table(const Figures& f) {
 }
 
 Result<void> write_report(const Options& o, const Figures& f) {
-  std::error_code code;
-  std::filesystem::create_directories(o.out, code);
   io::Plot plot{"NEES of 23 states, mean of " + std::to_string(o.runs) + " runs",
                 "epoch [s]",
                 "NEES",
@@ -164,35 +157,33 @@ Result<void> write_report(const Options& o, const Figures& f) {
   const eval::Interval bounds = eval::mean_nees_bounds(ins_state::kSize, o.runs);
   for (std::size_t k = 0; k < f.all.epochs(); ++k) {
     const double values[] = {f.all.mean(k), bounds.low, bounds.high};
-    for (std::size_t i = 0; i < 3; ++i) {
-      plot.series[i].x.push_back(static_cast<double>(k + 1));
-      plot.series[i].y.push_back(values[i]);
-    }
+    for (std::size_t i = 0; i < 3; ++i) plot.series[i].add(static_cast<double>(k + 1), values[i]);
   }
-  io::Report report("Is the navigation filter honest?",
-                    o.rounds > 0 ? "Simulated rounds of a block, other noise each time"
-                                 : "Simulated drives of 310 s and 4.5 km, other noise each time");
+  io::Report report("Consistency of the navigation filter",
+                    o.rounds > 0 ? "Simulated rounds of a block with different noise"
+                                 : "Simulated drives of 310 s and 4.5 km with different noise");
   report.table(nees_table(f))
       .plot(plot)
       .table(nis_table(f))
       .table(error_table(f), "Errors and their bounds");
-  return report.write(o.out + "/report.html",
-                      {o.force ? io::Existing::replace : io::Existing::refuse});
+  return report.write(o.path("report.html"), o.write());
 }
 
 Result<void> run(const Options& o) {
+  if (!o.out.empty())
+    if (auto ready = o.prepare({"report.html"}); !ready) return ready;
   sim::InsMonteCarloOptions options;
   options.imu.period = from_seconds(1.0 / o.imu_rate_hz);
   options.ranges.max_satellites = o.satellites;
   options.filter.zero_velocity_updates = o.constraints;
   options.filter.non_holonomic_in_outage = o.constraints;
   options.threads = o.threads;
-  examples::ProgressLine progress("driving", o.quiet);
+  ProgressLine progress("driving", o.quiet);
   const auto courses = sim::ins_monte_carlo(
       o.rounds > 0 ? sim::round_drive(o.rounds) : sim::demo_drive(), sim::gps_and_galileo(), o.runs,
-      options, Rng(o.seed), [&](double fraction) { progress.update(fraction); });
+      options, Rng(o.seed), std::ref(progress));
   progress.finish();
-  if (courses[0].empty()) return Error{ErrorCode::degenerate, "the filter never answered"};
+  if (courses[0].empty()) return Error{ErrorCode::degenerate, "the filter gives no solution"};
   const Figures figures = figures_of(courses);
   std::printf("%s\n%s\n%s", nees_table(figures).to_text().c_str(),
               nis_table(figures).to_text().c_str(), error_table(figures).to_text().c_str());
@@ -203,10 +194,11 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
-      "Run the navigation filter on many simulated drives and judge what it says of itself.");
+  CommandLine app(
+      "Run the navigation filter on many simulated drives and check the consistency of its "
+      "errors.");
   Options options;
   add_options(app, options);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("ins_consistency", run(options));
+  return exit_code("ins_consistency", run(options));
 }

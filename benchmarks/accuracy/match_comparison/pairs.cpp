@@ -8,7 +8,7 @@
 namespace wayfare::examples {
 namespace {
 
-/// The first scan after `i` that is far enough from it.
+/// The first scan after `i` at sufficient distance.
 std::size_t partner(const std::vector<SE2d>& poses, std::size_t i, double apart_m) {
   for (std::size_t j = i + 1; j < poses.size(); ++j) {
     const SE2d moved = poses[i].inverse() * poses[j];

@@ -8,15 +8,15 @@
 
 namespace wayfare::examples {
 
-/// Two scans that overlap, and where the second was seen from the first.
+/// Two overlapping scans and their relative pose.
 struct ScanPair {
   const LaserScan* reference = nullptr;
   const LaserScan* scan = nullptr;
   SE2d T_reference_scan;
 };
 
-/// At most `count` pairs from all over the recording, each `apart_m` of travel apart, or less where
-/// the robot turned by 30° first. The poses are graph SLAM's.
+/// At most `count` pairs, evenly distributed over the recording, each `apart_m` apart, or less
+/// after a rotation of 30°. The poses are those of graph SLAM.
 [[nodiscard]] Result<std::vector<ScanPair>> pairs_of(const Recording& recording, std::size_t count,
                                                      double apart_m,
                                                      const std::function<bool(double)>& progress);

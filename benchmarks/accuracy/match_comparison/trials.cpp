@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include <wayfare/core/random.hpp>
@@ -23,7 +24,7 @@ double microseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
 }
 
-/// The reference scan as each matcher wants it.
+/// The reference scan in the forms the matchers use.
 struct Reference {
   const LaserScan& scan;
   PointSet points;
@@ -35,7 +36,7 @@ struct Reference {
   Reference& operator=(const Reference&) = delete;
 };
 
-/// Correlative search by branch and bound, then between the cells.
+/// Correlative search by branch and bound, refined between the cells.
 struct Correlative {
   static constexpr const char* kName = "correlative, refined";
   struct Map {
@@ -103,12 +104,14 @@ struct Ndt : LocalMatch<NdtMatcher> {
   static Result<Map> map(const Reference& r) { return NdtMap::make({&r.placed, 1}); }
 };
 
-/// The same start for every matcher: it depends on the pair and the error alone.
+/// The initial pose, the same for every matcher.
 SE2d start_of(const ScanPair& pair, const StartError& error, Rng rng) {
-  const double way = rng.uniform(-M_PI, M_PI), side = rng.uniform() < 0.5 ? -1 : 1;
-  return SE2d(Eigen::Vector2d(pair.T_reference_scan.translation() +
-                              error.offset_m * Eigen::Vector2d(std::cos(way), std::sin(way))),
-              pair.T_reference_scan.rotation() * SO2d(error.turn * side));
+  const double direction = rng.uniform(-std::numbers::pi, std::numbers::pi),
+               side = rng.uniform() < 0.5 ? -1 : 1;
+  return SE2d(
+      Eigen::Vector2d(pair.T_reference_scan.translation() +
+                      error.offset_m * Eigen::Vector2d(std::cos(direction), std::sin(direction))),
+      pair.T_reference_scan.rotation() * SO2d(error.turn * side));
 }
 
 template <class Matcher>
@@ -132,6 +135,7 @@ class Trials {
     for (std::size_t k = 0; k < options_.starts.size(); ++k) {
       const StartError& error = options_.starts[k];
       const SE2d start = start_of(pair, error, Rng(options_.seed).stream(index).stream(k));
+      // A tenth more than the initial error.
       const double reach = 1.1 * error.offset_m + 0.1;
       const SearchWindow window{reach, reach, error.turn * 1.1 + Angle::degrees(2)};
       const auto match_begin = Clock::now();
@@ -152,7 +156,7 @@ class Trials {
     for (double& s : r.success) s /= pairs_;
     for (double& t : r.microseconds) t /= pairs_;
     r.map_us /= pairs_;
-    r.median_error_m = errors_m_.empty() ? std::nan("") : median_of(errors_m_);
+    r.median_error_m = median_of(errors_m_);
     return r;
   }
 

@@ -9,8 +9,7 @@
 
 namespace wayfare::examples {
 
-/// How far from the truth a matcher is started: so far in a random direction, turned by so much
-/// either way.
+/// Error of the initial pose: an offset in a random direction, and a rotation of random sign.
 struct StartError {
   double offset_m;
   Angle turn;
@@ -22,24 +21,24 @@ struct TrialOptions {
                                  {0.2, Angle::degrees(10)},
                                  {0.4, Angle::degrees(20)},
                                  {0.8, Angle::degrees(30)}};
-  /// A match this near the truth counts.
+  /// Largest errors of a success.
   double near_m = 0.1;
   Angle near_turn = Angle::degrees(2);
-  /// Where matches are sought: a tenth more than the start's error.
   double max_range_m = 20.0;
   std::uint64_t seed = 1;
 };
 
-/// What became of one matcher's trials.
+/// Results of one matcher.
 struct MatcherTrials {
   std::string name;
-  std::vector<double> success;       ///< share of the pairs, for each start error
-  double median_error_m = 0.0;       ///< of the successful from the smallest start error
-  double map_us = 0.0;               ///< making its map of a scan, mean
-  std::vector<double> microseconds;  ///< a match, mean, for each start error
+  std::vector<double> success;       ///< share of the pairs, for each initial error
+  double median_error_m = 0.0;       ///< of the successes with the smallest initial error
+  double map_us = 0.0;               ///< mean time to build the map of a scan
+  std::vector<double> microseconds;  ///< mean time of a match, for each initial error
 };
 
-/// Every matcher on every pair from every start error; progress is called with the fraction done.
+/// Every matcher on every pair with every initial error; `progress` is called with the fraction
+/// done.
 [[nodiscard]] std::vector<MatcherTrials> run_trials(const std::vector<ScanPair>& pairs,
                                                     const TrialOptions& options,
                                                     const std::function<void(double)>& progress);

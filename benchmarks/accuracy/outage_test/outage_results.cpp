@@ -29,35 +29,31 @@ constexpr std::array kFigures = {Figure{"error at the end", &OutageError::end_m}
                                  Figure{"largest error", &OutageError::max_m}};
 
 io::Plot cell_plot(const OutageVariant& v, const Figure& figure) {
-  io::Plot plot;
-  plot.title = std::string("Mean ") + figure.name + ", " + v.name;
-  plot.x_label = "length of the outage [s]";
-  plot.y_label = "[m]";
+  io::Plot plot{
+      std::string("Mean ") + figure.name + ", " + v.name, "length of the outage [s]", "[m]", {}};
   for (const OutageCell& c : v.report.cells) {
     const std::string name = std::to_string(c.satellites_left) + " satellites left";
     auto series = std::find_if(plot.series.begin(), plot.series.end(),
                                [&](const io::Series& s) { return s.name == name; });
     if (series == plot.series.end()) series = plot.series.insert(series, {name, {}, {}});
-    series->x.push_back(to_seconds(c.duration));
-    series->y.push_back(c.mean.*figure.value);
+    series->add(to_seconds(c.duration), c.mean.*figure.value);
   }
   return plot;
 }
 
-/// Every single outage without satellites: error over time, or over distance.
+/// Every outage without satellites: error over time or distance.
 io::Plot drift_plot(const OutageVariant& v, bool by_distance) {
-  io::Plot plot;
-  plot.title = std::string("Each outage without satellites, ") + v.name;
-  plot.x_label = by_distance ? "distance travelled [m]" : "time in the outage [s]";
-  plot.y_label = "horizontal error [m]";
+  io::Plot plot{std::string("Each outage without satellites, ") + v.name,
+                by_distance ? "distance travelled [m]" : "time in the outage [s]",
+                "horizontal error [m]",
+                {}};
   for (const OutageCourse& course : v.report.courses) {
     if (course.window.satellites_left != 0) continue;
     io::Series s{
         "from " + eval::fixed(std::fmod(course.window.begin.seconds(), 1e5), 0) + " s", {}, {}};
-    for (std::size_t i = 0; i < course.drift.size(); i += 10) {
-      s.x.push_back(by_distance ? course.drift[i].distance_m : course.drift[i].time_s);
-      s.y.push_back(course.drift[i].error_m);
-    }
+    for (std::size_t i = 0; i < course.drift.size(); i += 10)
+      s.add(by_distance ? course.drift[i].distance_m : course.drift[i].time_s,
+            course.drift[i].error_m);
     plot.series.push_back(std::move(s));
   }
   return plot;
@@ -70,17 +66,17 @@ TitledTables outage_tables(const std::vector<OutageVariant>& variants, std::size
   for (const Figure& figure : kFigures)
     for (const OutageVariant& v : variants)
       tables.emplace_back(std::string("Mean of the ") + figure.name + " over " +
-                              std::to_string(places) + " places, " + v.name,
+                              std::to_string(places) + " start times, " + v.name,
                           eval::outage_table(v.report, figure.value));
-  tables.emplace_back("Beside plain GNSS", outside_table(variants));
+  tables.emplace_back("Outside of outages", outside_table(variants));
   return tables;
 }
 
-io::Report outage_report(const std::string& title, const std::string& how_made,
+io::Report outage_report(const std::string& title, const std::string& description,
                          const std::vector<OutageVariant>& variants, const TitledTables& tables) {
-  io::Report report(title, how_made);
+  io::Report report(title, description);
   for (const auto& [name, table] : tables) report.table(table, name);
-  report.heading("The tables, drawn");
+  report.heading("Plots of the tables");
   for (const Figure& figure : kFigures)
     for (const OutageVariant& v : variants) report.plot(cell_plot(v, figure));
   report.heading("Single outages");

@@ -11,7 +11,7 @@ using Route = std::vector<Eigen::Vector2d>;
 
 constexpr double kCell_m = 0.25, kHalfWidth_m = 1.0, kAround_m = 2.0;
 
-/// Whether a place is in the corridor along a leg that runs along x or y.
+/// Whether a point is in the corridor along a segment parallel to x or y.
 bool in_corridor(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   const Eigen::Array2d low = a.array().min(b.array()) - kHalfWidth_m;
   const Eigen::Array2d high = a.array().max(b.array()) + kHalfWidth_m;

@@ -15,10 +15,10 @@ struct Walk {
   sim::FloorPlan plan;  ///< bare corridors of 2 m along the route
 };
 
-/// A rectangle of 42 m, an eight of 86 m, and a hallway of 42 m there and back with a ring of
-/// corridors at its end, 122 m.
+/// A rectangle of 42 m, a figure eight of 86 m, and a hallway of 42 m, walked both ways, with a
+/// ring of corridors at its end, 122 m.
 [[nodiscard]] std::vector<Walk> study_walks();
-/// 20 m straight on, in a hall.
+/// 20 m straight ahead, in a hall.
 [[nodiscard]] std::vector<Eigen::Vector2d> calibration_route();
 
 }  // namespace wayfare::examples

@@ -10,7 +10,7 @@
 namespace wayfare::examples {
 namespace {
 
-/// The first scan's heading is zero to the map, and to the gyro what it was then.
+/// Headings are relative to the first scan, both in the map and by the gyro.
 HeadingErrors follow(const RecordedWalk& recorded, const PedestrianSlamOptions& options) {
   PedestrianSlam slam(options);
   double squares = 0.0, normalised = 0.0, first = 0.0;
@@ -23,10 +23,10 @@ HeadingErrors follow(const RecordedWalk& recorded, const PedestrianSlamOptions& 
     if (!slam.add_scan(scan)) continue;
     const auto& ahrs = slam.pedestrian().ahrs();
     const Eigen::Vector3d axis = ahrs.q_world_body() * options.pedestrian.forward;
-    const double off =
+    const double offset =
         std::atan2(axis.y(), axis.x()) - recorded.truth[i].T_map_base.raw().heading().radians();
-    if (i == 0) first = off;
-    const double error = wrap_to_pi(off - first);
+    if (i == 0) first = offset;
+    const double error = wrap_to_pi(offset - first);
     const double variance = ahrs.world_covariance()(2, 2);
     if (i == 0 || !(variance > 0.0)) continue;
     squares += error * error;
@@ -41,7 +41,7 @@ HeadingErrors follow(const RecordedWalk& recorded, const PedestrianSlamOptions& 
 
 }  // namespace
 
-const std::vector<std::string>& heading_ways() {
+const std::vector<std::string>& heading_methods() {
   static const std::vector<std::string> names = {"the steps' direction", "the filter"};
   return names;
 }
@@ -52,9 +52,10 @@ std::vector<HeadingErrors> follow_headings(const Walk& walk, std::uint64_t seed,
   const SimulatedWalk simulated = simulate_walk(walk, seed, noise);
   PedestrianSlamOptions options;
   options.pedestrian = head_pedestrian(simulated.step_m);
-  // Who wears a unit worse than the study's knows it.
-  constexpr double kStudys_deg = 0.05;
-  if (gyro_bias.degrees() > kStudys_deg) options.pedestrian.ahrs.bias_sigma = gyro_bias.radians();
+  // The filter knows if the unit is worse than that of the study.
+  constexpr double kStudyBias_deg = 0.05;
+  if (gyro_bias.degrees() > kStudyBias_deg)
+    options.pedestrian.ahrs.bias_sigma = gyro_bias.radians();
   options.heading = false;
   const HeadingErrors outside = follow(simulated.recorded, options);
   options.heading = true;

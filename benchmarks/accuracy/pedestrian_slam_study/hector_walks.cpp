@@ -15,17 +15,16 @@ namespace wayfare::examples {
 namespace {
 
 constexpr double kToDegrees = 180 / std::numbers::pi;
-constexpr double kAccelBias_mps2 = 0.03;  // of a unit calibrated some time ago, standard deviation
+constexpr double kAccelBias_mps2 = 0.03;  // standard deviation, some time after calibration
 
-/// The mean of what is told, as far as it was told.
 struct Mean {
   double sum = 0.0;
   int count = 0;
-  void tell(double value) {
+  void add(double value) {
     sum += value;
     ++count;
   }
-  [[nodiscard]] double get() const { return sum / count; }  // NaN of nothing
+  [[nodiscard]] double get() const { return sum / count; }  // NaN without values
 };
 
 template <class Vector, class Matrix>
@@ -33,9 +32,9 @@ double nees(const Vector& error, const Matrix& covariance) {
   return error.dot(covariance.llt().solve(error)) / static_cast<double>(error.size());
 }
 
-/// What a way to follow the walker knows of it at a scan.
-struct Known {
-  SO3d q_level_head;  // its heading does not count
+/// Estimate of a method at a scan.
+struct Estimate {
+  SO3d q_level_head;  // with any heading
   std::optional<CarrierState> state{};
   CarrierFilter::Square covariance{};
 };
@@ -44,20 +43,20 @@ class Comparison {
  public:
   explicit Comparison(const SimulatedWalk& walk) : walk_(walk) {}
 
-  void tell(std::size_t scan, const SE2d& pose, const Known& known) {
+  void add(std::size_t scan, const SE2d& pose, const Estimate& estimate) {
     const StampedPose& truth = walk_.recorded.truth[scan];
     if (!start_) start_ = truth.T_map_base.raw() * pose.inverse();
     trajectory_.push_back({truth.time, Transform2<frame::Map, frame::Base>(pose)});
-    const SE2d want = start_->inverse() * truth.T_map_base.raw();
-    const double turned = (pose.rotation().inverse() * want.rotation()).angle().radians();
-    heading2_.tell(turned * turned);
+    const SE2d expected = start_->inverse() * truth.T_map_base.raw();
+    const double rotation = (pose.rotation().inverse() * expected.rotation()).angle().radians();
+    heading2_.add(rotation * rotation);
     const double t = truth.time.seconds();
     const SO3d head = walk_.head.at(t).q_world_head;
     const Eigen::Vector3d up = head.inverse() * Eigen::Vector3d::UnitZ();
-    const Eigen::Vector3d up_known = known.q_level_head.inverse() * Eigen::Vector3d::UnitZ();
-    const double tilt = std::atan2(up.cross(up_known).norm(), up.dot(up_known));
-    tilt2_.tell(tilt * tilt);
-    if (known.state) check(known, want, up, t);
+    const Eigen::Vector3d up_estimate = estimate.q_level_head.inverse() * Eigen::Vector3d::UnitZ();
+    const double tilt = std::atan2(up.cross(up_estimate).norm(), up.dot(up_estimate));
+    tilt2_.add(tilt * tilt);
+    if (estimate.state) check(estimate, expected, up, t);
   }
 
   [[nodiscard]] HectorErrors errors() const {
@@ -70,35 +69,35 @@ class Comparison {
   }
 
  private:
-  void check(const Known& known, const SE2d& want, const Eigen::Vector3d& up, double t) {
-    const CarrierState& x = *known.state;
+  void check(const Estimate& estimate, const SE2d& expected, const Eigen::Vector3d& up, double t) {
+    const CarrierState& x = *estimate.state;
     const SE2d here = x.planar();
     Eigen::Vector3d off;
-    off << want.translation() - here.translation(),
-        (here.rotation().inverse() * want.rotation()).angle().radians();
+    off << expected.translation() - here.translation(),
+        (here.rotation().inverse() * expected.rotation()).angle().radians();
     const auto c = x.planar_jacobian();
-    pose_.tell(nees(off, Eigen::Matrix3d(c * known.covariance * c.transpose())));
+    pose_.add(nees(off, Eigen::Matrix3d(c * estimate.covariance * c.transpose())));
 
-    // Turning by τ takes the plumb line u of the state to u + [u]× τ.
+    // A rotation by τ changes the vertical u of the state to u + [u]× τ.
     const Eigen::Vector3d u = x.q_map_body.inverse() * Eigen::Vector3d::UnitZ();
     Eigen::Matrix<double, 2, 3> across;
     across.row(0) = u.unitOrthogonal();
     across.row(1) = u.cross(across.row(0).transpose());
     const Eigen::Matrix<double, 2, 3> moves = across * skew(u);
-    tilt_.tell(nees(
-        Eigen::Vector2d(across * (up - u)),
-        Eigen::Matrix2d(
-            moves * known.covariance.block<3, 3>(CarrierState::kAttitude, CarrierState::kAttitude) *
-            moves.transpose())));
+    tilt_.add(nees(Eigen::Vector2d(across * (up - u)),
+                   Eigen::Matrix2d(moves *
+                                   estimate.covariance.block<3, 3>(CarrierState::kAttitude,
+                                                                   CarrierState::kAttitude) *
+                                   moves.transpose())));
 
     constexpr double kStep_s = 0.004;
     Eigen::Vector3d v =
         (walk_.head.at(t + kStep_s).position_m - walk_.head.at(t - kStep_s).position_m) /
         (2 * kStep_s);
     v.head<2>() = start_->rotation().inverse() * Eigen::Vector2d(v.head<2>());
-    velocity_.tell(nees(Eigen::Vector3d(v - x.velocity_mps),
-                        Eigen::Matrix3d(known.covariance.block<3, 3>(CarrierState::kVelocity,
-                                                                     CarrierState::kVelocity))));
+    velocity_.add(nees(Eigen::Vector3d(v - x.velocity_mps),
+                       Eigen::Matrix3d(estimate.covariance.block<3, 3>(CarrierState::kVelocity,
+                                                                       CarrierState::kVelocity))));
   }
 
   const SimulatedWalk& walk_;
@@ -112,11 +111,11 @@ HectorErrors scans_alone(const SimulatedWalk& walk) {
   Comparison comparison(walk);
   for (std::size_t i = 0; i < walk.recorded.scans.size(); ++i)
     if (const auto outcome = slam.add_scan(walk.recorded.scans[i], std::nullopt))
-      comparison.tell(i, outcome->T_map_base.raw(), {});
+      comparison.add(i, outcome->T_map_base.raw(), {});
   return comparison.errors();
 }
 
-/// The attitude filter alone puts the scans level.
+/// Scans levelled by the attitude filter alone.
 HectorErrors levelled(const SimulatedWalk& walk) {
   HectorSlam slam;
   Comparison comparison(walk);
@@ -130,7 +129,7 @@ HectorErrors levelled(const SimulatedWalk& walk) {
     const Eigen::Vector3d x = q.matrix().col(0);
     const SO3d level = SO3d::exp(Eigen::Vector3d(0, 0, -std::atan2(x.y(), x.x()))) * q;
     if (const auto outcome = slam.add_scan(level_scan(scan, level), std::nullopt))
-      comparison.tell(i, outcome->T_map_base.raw(), {level});
+      comparison.add(i, outcome->T_map_base.raw(), {level});
   }
   return comparison.errors();
 }
@@ -146,16 +145,16 @@ HectorErrors filtered(const SimulatedWalk& walk, const HectorSlamOptions& option
     const auto outcome = slam.add_scan(scan, std::nullopt);
     if (!outcome) continue;
     const CarrierFilter& c = slam.carrier();
-    comparison.tell(i, outcome->T_map_base.raw(), {c.q_level_body(), c.state(), c.covariance()});
+    comparison.add(i, outcome->T_map_base.raw(), {c.q_level_body(), c.state(), c.covariance()});
   }
   return comparison.errors();
 }
 
 }  // namespace
 
-const std::vector<std::string>& hector_ways() {
+const std::vector<std::string>& hector_methods() {
   static const std::vector<std::string> names = {
-      "nothing: tilted scans", "level, by the attitude filter", "six degrees, intersected",
+      "none: tilted scans", "levelled by the attitude filter", "six degrees, intersected",
       "six degrees, as if independent"};
   return names;
 }

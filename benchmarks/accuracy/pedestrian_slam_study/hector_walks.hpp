@@ -9,12 +9,12 @@
 
 namespace wayfare::examples {
 
-/// What Hector SLAM may be given of the unit, in the table's order.
-[[nodiscard]] const std::vector<std::string>& hector_ways();
+/// How Hector SLAM uses the unit, in the order of the table.
+[[nodiscard]] const std::vector<std::string>& hector_methods();
 
 /// Errors against the truth over a walk's scans, both started from the same pose; root mean
-/// squares. Normalised squared errors a degree of freedom (1 is as sure as it says), NaN where no
-/// covariance is given.
+/// squares. Normalised squared errors per degree of freedom (1 if consistent), NaN without
+/// covariance.
 struct HectorErrors {
   double position_m = 0.0, heading_deg = 0.0, tilt_deg = 0.0;
   double pose_nees = std::numeric_limits<double>::quiet_NaN();
@@ -22,7 +22,7 @@ struct HectorErrors {
   double velocity_nees = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// One walk, simulated and followed in each way.
+/// One simulated walk, localised by each method.
 [[nodiscard]] std::vector<HectorErrors> follow_by_hector(const Walk& walk, std::uint64_t seed);
 
 }  // namespace wayfare::examples

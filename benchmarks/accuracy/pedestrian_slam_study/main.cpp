@@ -1,5 +1,5 @@
-// A walker with range finder and inertial unit on the head, through simulated buildings: five ways
-// to follow the walk beside each other (after Sadruddin 2020, 5.2 and 5.3).
+// A walker with range finder and inertial unit on the head in simulated buildings: five methods of
+// localisation (after Sadruddin 2020, 5.2 and 5.3).
 
 #include <cstdint>
 #include <cstdio>
@@ -7,19 +7,18 @@
 #include <vector>
 
 #include <wayfare/core/statistics.hpp>
-#include <wayfare/eval/table.hpp>
 
 #include "heading_walks.hpp"
 #include "hector_walks.hpp"
 #include "recorded_walk.hpp"
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
+#include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 #include "walks.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
 struct Arguments {
   int seeds = 10;
@@ -31,9 +30,9 @@ struct Arguments {
 
 /// Calls `follow(walk, seed)` for every walk and seed, and `done(walk)` after each walk's last.
 template <class Follow, class Done>
-void for_each_walk(const Arguments& o, const std::vector<examples::Walk>& walks,
-                   const Follow& follow, const Done& done) {
-  examples::ProgressLine progress("walks", o.quiet);
+void for_each_walk(const Arguments& o, const std::vector<Walk>& walks, const Follow& follow,
+                   const Done& done) {
+  ProgressLine progress("walks", o.quiet);
   for (std::size_t w = 0; w < walks.size(); ++w) {
     for (int k = 0; k < o.seeds; ++k) {
       follow(walks[w], o.first + static_cast<std::uint64_t>(k));
@@ -45,37 +44,37 @@ void for_each_walk(const Arguments& o, const std::vector<examples::Walk>& walks,
   progress.finish();
 }
 
-eval::Table five_ways(const Arguments& o, const std::vector<examples::Walk>& walks) {
+eval::Table method_table(const Arguments& o, const std::vector<Walk>& walks) {
   eval::Table table(
-      {{"walk"}, {"followed by"}, {"mean error", "m"}, {"worst", "m"}, {"of the way", "%"}});
-  std::vector<std::vector<double>> errors(examples::methods().size());
-  double way_m = 0.0;
+      {{"walk"}, {"method"}, {"mean error", "m"}, {"worst", "m"}, {"of the path", "%"}});
+  std::vector<std::vector<double>> errors(methods().size());
+  double length_m = 0.0;
   for_each_walk(
       o, walks,
-      [&](const examples::Walk& walk, std::uint64_t seed) {
-        const examples::WalkErrors e = examples::follow_walk(walk, seed);
-        way_m = e.way_m;
+      [&](const Walk& walk, std::uint64_t seed) {
+        const WalkErrors e = follow_walk(walk, seed);
+        length_m = e.length_m;
         for (std::size_t m = 0; m < errors.size(); ++m) errors[m].push_back(e.rmse_m[m]);
         if (!o.each) return;
         std::printf("%s %d:", walk.name.c_str(), static_cast<int>(seed));
         for (const double r : e.rmse_m) std::printf(" %.3f", r);
         std::printf("  scale %.3f\n", e.scale);
       },
-      [&](const examples::Walk& walk) {
+      [&](const Walk& walk) {
         for (std::size_t m = 0; m < errors.size(); ++m) {
           const Summary s = summarise(errors[m]);
-          table.add_row({walk.name + ", " + eval::fixed(way_m, 0) + " m", examples::methods()[m],
+          table.add_row({walk.name + ", " + eval::fixed(length_m, 0) + " m", methods()[m],
                          eval::mean_std(s.mean, s.std, 3), eval::fixed(s.max, 3),
-                         eval::fixed(100 * s.mean / way_m, 2)});
+                         eval::fixed(100 * s.mean / length_m, 2)});
           errors[m].clear();
         }
       });
   return table;
 }
 
-eval::Table hector_with_and_without(const Arguments& o, const std::vector<examples::Walk>& walks) {
+eval::Table hector_table(const Arguments& o, const std::vector<Walk>& walks) {
   eval::Table table({{"walk"},
-                     {"what the unit gives"},
+                     {"use of the unit"},
                      {"position", "m"},
                      {"worst", "m"},
                      {"heading", "deg"},
@@ -83,42 +82,43 @@ eval::Table hector_with_and_without(const Arguments& o, const std::vector<exampl
                      {"NEES pose"},
                      {"tilt"},
                      {"velocity"}});
-  std::vector<std::vector<examples::HectorErrors>> errors(examples::hector_ways().size());
-  const auto add_row = [&](const examples::Walk& walk, std::size_t way) {
-    const auto of = [&](double examples::HectorErrors::*member) {
+  std::vector<std::vector<HectorErrors>> errors(hector_methods().size());
+  const auto add_row = [&](const Walk& walk, std::size_t method) {
+    const auto of = [&](double HectorErrors::*member) {
       std::vector<double> values;
-      for (const examples::HectorErrors& e : errors[way]) values.push_back(e.*member);
+      for (const HectorErrors& e : errors[method]) values.push_back(e.*member);
       return summarise(values);
     };
-    using E = examples::HectorErrors;
+    using E = HectorErrors;
     const Summary position = of(&E::position_m);
     const auto mean = [&](double E::*member, int digits) {
       return eval::fixed(of(member).mean, digits);
     };
-    table.add_row({walk.name, examples::hector_ways()[way],
+    table.add_row({walk.name, hector_methods()[method],
                    eval::mean_std(position.mean, position.std, 3), eval::fixed(position.max, 3),
                    mean(&E::heading_deg, 2), mean(&E::tilt_deg, 2), mean(&E::pose_nees, 2),
                    mean(&E::tilt_nees, 2), mean(&E::velocity_nees, 2)});
-    errors[way].clear();
+    errors[method].clear();
   };
   for_each_walk(
       o, walks,
-      [&](const examples::Walk& walk, std::uint64_t seed) {
-        const auto e = examples::follow_by_hector(walk, seed);
-        for (std::size_t way = 0; way < errors.size(); ++way) errors[way].push_back(e[way]);
+      [&](const Walk& walk, std::uint64_t seed) {
+        const auto e = follow_by_hector(walk, seed);
+        for (std::size_t method = 0; method < errors.size(); ++method)
+          errors[method].push_back(e[method]);
         if (!o.each) return;
         std::printf("%s %d:", walk.name.c_str(), static_cast<int>(seed));
-        for (const examples::HectorErrors& r : e)
+        for (const HectorErrors& r : e)
           std::printf("  %.3f/%.2f/%.2f", r.position_m, r.tilt_deg, r.pose_nees);
         std::printf("\n");
       },
-      [&](const examples::Walk& walk) {
-        for (std::size_t way = 0; way < errors.size(); ++way) add_row(walk, way);
+      [&](const Walk& walk) {
+        for (std::size_t method = 0; method < errors.size(); ++method) add_row(walk, method);
       });
   return table;
 }
 
-eval::Table headings(const Arguments& o, const std::vector<examples::Walk>& walks) {
+eval::Table heading_table(const Arguments& o, const std::vector<Walk>& walks) {
   eval::Table table({{"walk"},
                      {"the map's heading corrects"},
                      {"position", "m"},
@@ -126,32 +126,33 @@ eval::Table headings(const Arguments& o, const std::vector<examples::Walk>& walk
                      {"filter's heading", "deg"},
                      {"worst", "deg"},
                      {"NEES"}});
-  std::vector<std::vector<examples::HeadingErrors>> errors(examples::heading_ways().size());
+  std::vector<std::vector<HeadingErrors>> errors(heading_methods().size());
   for_each_walk(
       o, walks,
-      [&](const examples::Walk& walk, std::uint64_t seed) {
-        const auto e = examples::follow_headings(walk, seed, Angle::degrees(o.gyro_bias_deg));
-        for (std::size_t way = 0; way < errors.size(); ++way) errors[way].push_back(e[way]);
+      [&](const Walk& walk, std::uint64_t seed) {
+        const auto e = follow_headings(walk, seed, Angle::degrees(o.gyro_bias_deg));
+        for (std::size_t method = 0; method < errors.size(); ++method)
+          errors[method].push_back(e[method]);
         if (!o.each) return;
         std::printf("%s %d:", walk.name.c_str(), static_cast<int>(seed));
         for (const auto& r : e)
           std::printf("  %.3f/%.2f/%.2f", r.position_m, r.heading_deg, r.nees);
         std::printf("\n");
       },
-      [&](const examples::Walk& walk) {
-        for (std::size_t way = 0; way < errors.size(); ++way) {
-          using E = examples::HeadingErrors;
+      [&](const Walk& walk) {
+        for (std::size_t method = 0; method < errors.size(); ++method) {
+          using E = HeadingErrors;
           const auto of = [&](double E::*member) {
             std::vector<double> values;
-            for (const E& e : errors[way]) values.push_back(e.*member);
+            for (const E& e : errors[method]) values.push_back(e.*member);
             return summarise(values);
           };
           const Summary position = of(&E::position_m), heading = of(&E::heading_deg);
-          table.add_row({walk.name, examples::heading_ways()[way],
+          table.add_row({walk.name, heading_methods()[method],
                          eval::mean_std(position.mean, position.std, 3),
                          eval::fixed(position.max, 3), eval::mean_std(heading.mean, heading.std, 2),
                          eval::fixed(heading.max, 2), eval::fixed(of(&E::nees).mean, 2)});
-          errors[way].clear();
+          errors[method].clear();
         }
       });
   return table;
@@ -160,28 +161,28 @@ eval::Table headings(const Arguments& o, const std::vector<examples::Walk>& walk
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app("Errors of five ways to follow a walker through simulated corridors.");
+  CommandLine app("Errors of five methods to localise a walker in simulated corridors.");
   Arguments o;
-  app.add_option("--seeds", o.seeds, "walks a building").positive();
+  app.add_option("--seeds", o.seeds, "walks per building").positive();
   app.add_option("--seed", o.first, "of the first walk");
   app.add_option("--write", o.folder,
-                 "write the first rectangle's scans and readings into this folder, and end");
-  app.add_flag("--hector", o.hector, "Hector SLAM alone, with and without its navigation filter");
-  app.add_flag("--heading", o.heading,
-               "submaps + steps, fed back, alone: the map's heading outside and inside the filter");
+                 "write scans and readings of the first rectangle to this folder, and exit");
+  app.add_flag("--hector", o.hector, "only Hector SLAM, with and without its navigation filter");
+  app.add_flag(
+      "--heading", o.heading,
+      "only submaps + steps with feedback: the map's heading outside and inside the filter");
   app.add_option("--gyro-bias", o.gyro_bias_deg,
-                 "with --heading: of the gyro, standard deviation, deg/s")
+                 "with --heading: standard deviation of the gyro bias, deg/s")
       .positive();
   app.add_flag("--each", o.each, "print every walk");
   app.add_flag("--quiet", o.quiet, "no progress");
   if (const auto code = app.parse(argc, argv)) return *code;
-  const auto walks = examples::study_walks();
+  const auto walks = study_walks();
   if (!o.folder.empty())
-    return examples::exit_code("pedestrian_slam_study",
-                               examples::write_walk(walks.front(), o.first, o.folder));
-  const eval::Table table = o.hector    ? hector_with_and_without(o, walks)
-                            : o.heading ? headings(o, walks)
-                                        : five_ways(o, walks);
+    return exit_code("pedestrian_slam_study", write_walk(walks.front(), o.first, o.folder));
+  const eval::Table table = o.hector    ? hector_table(o, walks)
+                            : o.heading ? heading_table(o, walks)
+                                        : method_table(o, walks);
   std::fputs(table.to_text().c_str(), stdout);
   return 0;
 }

@@ -29,7 +29,7 @@ RecordedWalk record(const Walk& walk, const sim::HeadWalk& head,
   return r;
 }
 
-/// The length of a known way over the steps it took.
+/// The length of a known path over the number of steps.
 double calibrated_step_m(const sim::HeadWalkParams& walker, Rng rng) {
   const sim::HeadWalk head(calibration_route(), walker, rng.stream(1));
   Pedestrian steps(head_pedestrian(1.0));
@@ -63,7 +63,7 @@ SimulatedWalk simulate_walk(const Walk& walk, std::uint64_t seed,
   sim::HeadWalkParams walker;
   walker.step_m *= 1 + 0.05 * rng.normal();
   const double step_m = calibrated_step_m(walker, rng.stream(2));
-  walker.step_m *= 1 + 0.03 * rng.normal();  // nobody's stride is that of the day of calibration
+  walker.step_m *= 1 + 0.03 * rng.normal();  // the step length differs from that at calibration
   const sim::HeadWalk head(walk.route_m, walker, rng.stream(3));
   return {head, record(walk, head, noise, rng), step_m};
 }
@@ -75,7 +75,7 @@ Result<void> write_walk(const Walk& walk, std::uint64_t seed, const std::string&
   recording.truth = simulated.recorded.truth;
   const io::WriteOptions replace{io::Existing::replace};
   std::error_code code;
-  std::filesystem::create_directories(folder, code);  // where it cannot be, writing says so
+  std::filesystem::create_directories(folder, code);  // a failure shows in writing
   if (auto ok = io::write_carmen(folder + "/walk.log", recording, replace); !ok) return ok;
   return io::write_marg(folder + "/unit.csv", simulated.recorded.unit, replace);
 }

@@ -29,14 +29,14 @@ struct SimulatedWalk {
 [[nodiscard]] SimulatedWalk simulate_walk(const Walk& walk, std::uint64_t seed,
                                           const sim::HeadWalk::UnitNoise& noise = {});
 
-/// Steps of one length by a unit on the head that looks along x, without magnetometer.
+/// Steps of constant length; a unit on the head, x ahead, without magnetometer.
 [[nodiscard]] PedestrianParameters head_pedestrian(double step_m);
 
 /// Root mean square of the planar distance over the scans' times, both started from the same pose
 /// (Sadruddin 2020, (5.1)).
 [[nodiscard]] double rmse_m(const Trajectory& estimate, const Trajectory& truth);
 
-/// Writes what such a walk records: scans and truth as walk.log, the unit's readings as unit.csv.
+/// Writes scans and truth as walk.log, the unit's readings as unit.csv.
 [[nodiscard]] Result<void> write_walk(const Walk& walk, std::uint64_t seed,
                                       const std::string& folder);
 

@@ -9,17 +9,16 @@
 
 namespace wayfare::examples {
 
-/// The ways to follow a walker, in the table's order.
+/// The methods, in the order of the table.
 [[nodiscard]] const std::vector<std::string>& methods();
 
 struct WalkErrors {
-  double way_m = 0.0;
-  /// See rmse_m(); one a method.
-  std::vector<double> rmse_m;
-  double scale = 1.0;  ///< what feedback made of the steps' length at the end
+  double length_m = 0.0;
+  std::vector<double> rmse_m;  ///< of each method, see rmse_m()
+  double scale = 1.0;          ///< of the step length by feedback, at the end
 };
 
-/// One walk, simulated and followed by every method.
+/// One simulated walk, localised by every method.
 [[nodiscard]] WalkErrors follow_walk(const Walk& walk, std::uint64_t seed);
 
 }  // namespace wayfare::examples

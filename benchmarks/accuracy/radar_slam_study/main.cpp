@@ -1,24 +1,22 @@
-// Radar, LiDAR and both in a simulated world, over many seeds: world, robot and filter draw anew
-// with each.
+// SLAM with radar, LiDAR and both in a simulated world, over many seeds of world, robot and filter.
 
-#include <chrono>
 #include <cstdio>
 #include <string>
 #include <vector>
 
-#include <wayfare/core/statistics.hpp>
-#include <wayfare/eval/table.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
+#include "support/program_files.hpp"
+#include "support/progress_line.hpp"
+#include "support/slam_program.hpp"
 #include "support/start_errors.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
 struct Options {
   std::string world = "room";
@@ -39,7 +37,7 @@ struct Series {
   std::string name;
   std::vector<double> x, y, heading, end, worst, took;
 
-  void add(const examples::StartErrors& e, double took_s) {
+  void add(const StartErrors& e, double took_s) {
     x.push_back(e.x_m);
     y.push_back(e.y_m);
     heading.push_back(e.heading_deg);
@@ -48,12 +46,8 @@ struct Series {
     took.push_back(took_s);
   }
   void row(eval::Table& table) const {
-    const auto cell = [](const std::vector<double>& v, int decimals) {
-      const auto s = summarise(v);
-      return eval::mean_std(s.mean, s.std, decimals);
-    };
-    table.add_row({name, cell(x, 3), cell(y, 3), cell(heading, 2), cell(end, 3), cell(worst, 3),
-                   cell(took, 1)});
+    table.add_row({name, mean_std(x, 3), mean_std(y, 3), mean_std(heading, 2), mean_std(end, 3),
+                   mean_std(worst, 3), mean_std(took, 1)});
   }
 };
 
@@ -67,8 +61,7 @@ Result<void> run(const Options& o) {
     if (!world) return world.error();
     const auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng);
     if (!recording) return recording.error();
-    const auto by_odometry =
-        examples::start_errors(as_trajectory(recording->odometry), recording->truth);
+    const auto by_odometry = start_errors(as_trajectory(recording->odometry), recording->truth);
     if (!by_odometry) return by_odometry.error();
     all[0].add(*by_odometry, 0.0);
     for (std::size_t k = 1; k < all.size(); ++k) {
@@ -76,13 +69,13 @@ Result<void> run(const Options& o) {
       options.particles = o.particles;
       options.seed = seed;
       options.threads = o.threads;
-      const auto start = std::chrono::steady_clock::now();
+      ProgressLine timer(all[k].name, true);
       const auto slam = run_radar_slam(*recording, options, sensors_of(all[k].name));
       if (!slam) return slam.error();
-      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-      const auto e = examples::start_errors(slam->trajectory, recording->truth);
+      const double took_s = timer.finish();
+      const auto e = start_errors(slam->trajectory, recording->truth);
       if (!e) return e.error();
-      all[k].add(*e, took.count());
+      all[k].add(*e, took_s);
       std::fprintf(stderr, "seed %d %s: %.3f %.3f m %.2f deg, at the end %.3f m\n",
                    static_cast<int>(seed), all[k].name.c_str(), e->x_m, e->y_m, e->heading_deg,
                    e->end_m);
@@ -103,18 +96,17 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
-      "Run radar SLAM in a simulated world over many seeds and print mean and spread of its "
-      "errors, both trajectories begun at the same pose and nothing aligned afterwards.");
+  CommandLine app(
+      "Run radar SLAM in a simulated world over many seeds and print mean and standard deviation "
+      "of "
+      "its errors; trajectories start at the true pose, without further alignment.");
   Options o;
   app.add_option("WORLD", o.world, "corridor_loop, room or cluttered_room").required();
   app.add_option("--sensors", o.sensors, "radar, lidar, both").one_of({"radar", "lidar", "both"});
   app.add_option("--runs", o.runs, "seeds").range(1, 1000).show_default();
   app.add_option("--seed", o.first_seed, "the first of them").show_default();
   app.add_option("--particles", o.particles, "of the filter").range(1, 100000).show_default();
-  app.add_option("--threads", o.threads, "worker threads; the results do not depend on them")
-      .range(1, 256)
-      .show_default();
+  add_threads(app, o.threads);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return wayfare::examples::exit_code("radar_slam_study", run(o));
+  return exit_code("radar_slam_study", run(o));
 }

@@ -1,5 +1,5 @@
-// What radar frames are like, recorded by an AWR1843 and simulated: how many points, where, how
-// strong, and how much of a frame is in the next one.
+// Statistics of radar frames, recorded by an AWR1843 and simulated: number, position and strength
+// of points, and persistence from frame to frame.
 
 #include <algorithm>
 #include <cmath>
@@ -19,13 +19,12 @@
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/sim/worlds.hpp>
 
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
-#include "support/progress_line.hpp"
+#include "support/program_files.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
 struct Options {
   std::string captures;
@@ -43,7 +42,7 @@ constexpr double kRangeBin_m = 0.0436, kDopplerBin_m_s = 0.1217;
 
 struct Named {
   std::string name;
-  std::vector<std::vector<RadarScan>> views;  // of one place each
+  std::vector<std::vector<RadarScan>> views;  // of one pose each
 };
 
 using Cell = std::pair<long, long>;  // range bin, azimuth bin
@@ -59,7 +58,6 @@ class Statistics {
  public:
   Statistics(const Named& source, const Options& o) {
     for (const auto& view : source.views) add_view(view, o);
-    std::sort(snr_db_.begin(), snr_db_.end());
   }
 
   [[nodiscard]] std::vector<std::string> row(const std::string& name) const {
@@ -71,7 +69,7 @@ class Statistics {
                                       eval::fixed(per_frame(range_bins_), 1),
                                       eval::fixed(points_ / std::max(1.0, range_bins_), 1),
                                       eval::fixed(100.0 * persistence(), 0)};
-    for (const double q : {0.05, 0.5, 0.95}) cells.push_back(eval::fixed(quantile(q), 1));
+    for (const double q : {0.05, 0.5, 0.95}) cells.push_back(eval::fixed(quantile(snr_db_, q), 1));
     for (const double count : doppler_) cells.push_back(share(count));
     for (const double count : range_) cells.push_back(eval::fixed(per_frame(count), 1));
     for (const double count : azimuth_) cells.push_back(share(count));
@@ -80,7 +78,7 @@ class Statistics {
 
   static std::vector<eval::Table::Column> columns() {
     return {{"frames"},     {"points"},     {"sd"},
-            {"range bins"}, {"a bin"},      {"again", "%"},
+            {"range bins"}, {"per bin"},    {"again", "%"},
             {"5 %", "dB"},  {"50 %", "dB"}, {"95 %", "dB"},
             {"v 0", "%"},   {"v 1", "%"},   {"v more", "%"},
             {"0.5-1", "m"}, {"1-2"},        {"2-3"},
@@ -125,13 +123,13 @@ class Statistics {
     for (const Cell& cell : cells) bins.insert(cell.first);
     range_bins_ += static_cast<double>(bins.size());
     if (before.empty()) return;
-    const auto again = std::count_if(before.begin(), before.end(),
-                                     [&](const Cell& c) { return cells.contains(c); });
-    again_ += static_cast<double>(again);
-    could_ += static_cast<double>(before.size());
+    const auto persistent = std::count_if(before.begin(), before.end(),
+                                          [&](const Cell& c) { return cells.contains(c); });
+    persistent_ += static_cast<double>(persistent);
+    possible_ += static_cast<double>(before.size());
   }
 
-  // Of the number of points from frame to frame at one place.
+  // Of the number of points from frame to frame at one pose.
   void add_spread(const std::vector<double>& counts) {
     double mean = 0.0;
     for (const double n : counts) mean += n / static_cast<double>(counts.size());
@@ -139,13 +137,10 @@ class Statistics {
   }
 
   [[nodiscard]] double spread() const { return std::sqrt(square_ / std::max(1.0, frames_)); }
-  [[nodiscard]] double persistence() const { return again_ / std::max(1.0, could_); }
-  [[nodiscard]] double quantile(double q) const {
-    if (snr_db_.empty()) return std::nan("");
-    return snr_db_[static_cast<std::size_t>(q * static_cast<double>(snr_db_.size() - 1))];
-  }
+  [[nodiscard]] double persistence() const { return persistent_ / std::max(1.0, possible_); }
 
-  double frames_ = 0.0, points_ = 0.0, range_bins_ = 0.0, again_ = 0.0, could_ = 0.0, square_ = 0.0;
+  double frames_ = 0.0, points_ = 0.0, range_bins_ = 0.0, persistent_ = 0.0, possible_ = 0.0,
+         square_ = 0.0;
   std::vector<double> snr_db_;
   double doppler_[3] = {}, range_[5] = {}, azimuth_[4] = {};
 };
@@ -171,7 +166,7 @@ Result<std::vector<Named>> read_captures(const std::string& folder) {
     if (entry.path().string().find(".dat") != std::string::npos) paths.push_back(entry.path());
   if (code) return Error{ErrorCode::io, code.message(), folder};
   if (paths.empty())
-    return Error{ErrorCode::not_found, "holds no captures (*.dat, *.dat.gz)", folder};
+    return Error{ErrorCode::not_found, "contains no captures (*.dat, *.dat.gz)", folder};
   std::sort(paths.begin(), paths.end());
   std::vector<Named> captures;
   for (const auto& path : paths) {
@@ -182,7 +177,7 @@ Result<std::vector<Named>> read_captures(const std::string& folder) {
   return captures;
 }
 
-// A place of the route, looking anywhere.
+// A position on the route with random heading.
 SE2d view_of(const sim::World& world, Rng& rng) {
   const std::size_t leg = 1 + rng.below(world.route_m.size() - 1);
   const Eigen::Vector2d at =
@@ -195,15 +190,15 @@ Named simulate(const sim::World& world, const std::string& name, const Options& 
   sim::RadarParams params;
   params.max_range_m = o.max_range_m;
   if (o.all_points) params.max_points = 100000;
-  Rng places = Rng(o.seed).stream(17);
+  Rng poses = Rng(o.seed).stream(17);
   for (std::size_t v = 0; v < o.views; ++v) {
-    const SE2d pose = view_of(world, places);
+    const SE2d pose = view_of(world, poses);
     Rng noise = Rng(o.seed).stream(100 + v);
     std::vector<RadarScan> scans;
     for (std::size_t i = 0; i < o.frames; ++i) {
-      const double way_m = o.speed_m_s * static_cast<double>(i) / 30.0;
+      const double distance_m = o.speed_m_s * static_cast<double>(i) / 30.0;
       scans.push_back(sim::simulate_radar(world.plan, world.reflectors,
-                                          pose * SE2d(way_m, 0.0, Angle{}), {o.speed_m_s, 0.0},
+                                          pose * SE2d(distance_m, 0.0, Angle{}), {o.speed_m_s, 0.0},
                                           LogTime{}, params, noise));
     }
     result.views.push_back(std::move(scans));
@@ -236,23 +231,23 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
-      "Compare an AWR1843's recorded frames with simulated ones: points a frame and their spread "
-      "at "
-      "one place, range bins with points and points a bin, share of the range-azimuth cells that "
-      "are "
-      "there again in the next frame, strength over the noise, Doppler bins from the robot's own, "
-      "points a frame by range, share of the points by azimuth.");
+  CommandLine app(
+      "Compare recorded frames of an AWR1843 with simulated ones: points per frame and their "
+      "standard "
+      "deviation at one pose, range bins with points and points per bin, share of the "
+      "range-azimuth "
+      "cells that persist in the next frame, signal-to-noise ratio, Doppler bins relative to the "
+      "robot's motion, points per frame by range, share of the points by azimuth.");
   Options o;
   app.add_option("--captures", o.captures, "folder of recorded data ports (*.dat, *.dat.gz)");
-  app.add_option("--seed", o.seed, "of the worlds and the noise").show_default();
-  app.add_option("--views", o.views, "simulated places").range(1, 10000).show_default();
-  app.add_option("--frames", o.frames, "at each").range(2, 10000).show_default();
+  app.add_option("--seed", o.seed, "of worlds and noise").show_default();
+  app.add_option("--views", o.views, "simulated poses").range(1, 10000).show_default();
+  app.add_option("--frames", o.frames, "at each pose").range(2, 10000).show_default();
   app.add_option("--min-range", o.min_range_m, "m").range(0.1, 100.0).show_default();
   app.add_option("--max-range", o.max_range_m, "m").range(0.5, 9.0).show_default();
   app.add_option("--speed", o.speed_m_s, "of the simulated radar, straight ahead, m/s")
       .range(0.0, 0.9);
-  app.add_flag("--all-points", o.all_points, "do not stop at the frame's room of 100 points");
+  app.add_flag("--all-points", o.all_points, "no limit of 100 points per frame");
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("radar_statistics", run(o));
+  return exit_code("radar_statistics", run(o));
 }

@@ -1,8 +1,7 @@
-// The genetic search beside pagmo's simple genetic algorithm and its CMA-ES (Hansen 2006) on one
-// and the same fitness with one and the same number of evaluations: the score each ends with.
+// The genetic search, pagmo's simple genetic algorithm and its CMA-ES (Hansen 2006) on the same
+// fitness with the same number of evaluations: the final score of each.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -14,16 +13,16 @@
 #include <pagmo/population.hpp>
 #include <pagmo/problem.hpp>
 
-#include <wayfare/eval/table.hpp>
 #include <wayfare/tune/ins_genes.hpp>
 
+#include "support/program_files.hpp"
+#include "support/progress_line.hpp"
 #include "tune/drives.hpp"
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
 struct Options {
   std::string training, nominal;
@@ -31,7 +30,7 @@ struct Options {
   int threads = 1;
 };
 
-/// Genes in the unit cube; whoever diverges costs as much as a bad start.
+/// Genes in the unit cube; diverged individuals score 1e4.
 struct Problem {
   const InsFitness* judge = nullptr;
   const std::vector<Gene>* genes = nullptr;
@@ -55,17 +54,16 @@ struct Outcome {
 
 Outcome with_pagmo(const InsFitness& fitness, const std::vector<Gene>& genes,
                    pagmo::algorithm algorithm, std::size_t population, unsigned seed) {
-  const auto begin = std::chrono::steady_clock::now();
+  ProgressLine timer("pagmo", true);
   const pagmo::problem problem{Problem{&fitness, &genes}};
-  pagmo::population people(problem, population, seed);
-  people = algorithm.evolve(people);
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  return {people.champion_f()[0], people.get_problem().get_fevals(), took.count()};
+  pagmo::population individuals(problem, population, seed);
+  individuals = algorithm.evolve(individuals);
+  return {individuals.champion_f()[0], individuals.get_problem().get_fevals(), timer.finish()};
 }
 
-Outcome with_ours(const InsFitness& fitness, const std::vector<Gene>& genes, const Options& o,
-                  unsigned seed) {
-  const auto begin = std::chrono::steady_clock::now();
+Outcome with_wayfare(const InsFitness& fitness, const std::vector<Gene>& genes, const Options& o,
+                     unsigned seed) {
+  ProgressLine timer("wayfare", true);
   GeneticOptions options;
   options.population = o.population;
   options.generations = o.generations;
@@ -75,16 +73,15 @@ Outcome with_ours(const InsFitness& fitness, const std::vector<Gene>& genes, con
   const BatchFitness batch = [&fitness](auto x, auto scores) { fitness(x, scores); };
   GeneticState state = search.start(batch);
   while (!search.finished(state)) state = search.next(state, batch);
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  return {state.scores.front(), state.history.back().evaluations, took.count()};
+  return {state.scores.front(), state.history.back().evaluations, timer.finish()};
 }
 
 Result<void> run(const Options& o) {
-  const auto drive = examples::load_drive(o.training, 1);
+  const auto drive = load_drive(o.training, 1);
   if (!drive) return drive.error();
   GnssInsOptions nominal = drive->config.filter;
   if (!o.nominal.empty()) {
-    const auto config = examples::read_nav_config(o.nominal);
+    const auto config = read_nav_config(o.nominal);
     if (!config) return config.error();
     nominal = with_ins_genes(nominal, ins_genes(config->filter));
   }
@@ -92,8 +89,8 @@ Result<void> run(const Options& o) {
   options.threads = o.threads;
   const auto fitness = InsFitness::make(drive->tuning, options);
   if (!fitness) return fitness.error();
-  // pagmo asks for one individual at a time: the narrowest kernel wastes the least on it, and
-  // scores the same to the last bit.
+  // pagmo evaluates one individual at a time: the narrowest kernel is the fastest for it, with
+  // bit-identical scores.
   options.kernel = "baseline";
   options.threads = 1;
   const auto one_by_one = InsFitness::make(drive->tuning, options);
@@ -108,7 +105,7 @@ Result<void> run(const Options& o) {
   const std::size_t evaluations = o.population * o.generations;
   for (std::size_t s = 1; s <= o.seeds; ++s) {
     const auto seed = static_cast<unsigned>(s);
-    row("wayfare genetic", s, with_ours(*fitness, genes, o, seed));
+    row("wayfare genetic", s, with_wayfare(*fitness, genes, o, seed));
     pagmo::sga sga(static_cast<unsigned>(o.generations - 1), 0.9, 1.0, 0.06, 0.15, 2, "exponential",
                    "gaussian", "tournament", seed);
     row("pagmo sga", s, with_pagmo(*one_by_one, genes, pagmo::algorithm{sga}, o.population, seed));
@@ -124,14 +121,14 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app("Compare the genetic search with pagmo's on the fitness of one drive.");
+  CommandLine app("Compare the genetic search with those of pagmo on the fitness of one drive.");
   Options o;
   app.add_option("--training", o.training, "a drive as tune reads it").required();
-  app.add_option("--nominal", o.nominal, "parameters the bounds are about");
+  app.add_option("--nominal", o.nominal, "nominal parameters, centre of the bounds");
   app.add_option("--population", o.population, "of the genetic searches").show_default();
   app.add_option("--generations", o.generations, "of the genetic searches").show_default();
-  app.add_option("--seeds", o.seeds, "how often each search is run").show_default();
-  app.add_option("--threads", o.threads, "of a fitness that gets many at once").show_default();
+  app.add_option("--seeds", o.seeds, "runs of each search").show_default();
+  app.add_option("--threads", o.threads, "of the fitness of many individuals").show_default();
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("tune_against_pagmo", run(o));
+  return exit_code("tune_against_pagmo", run(o));
 }

@@ -17,7 +17,6 @@
 #include <wayfare/io/report.hpp>
 
 #include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 
 namespace {
 

@@ -1,7 +1,6 @@
-// Hard and soft iron of a magnetometer from a recording of it being turned about.
+// Hard and soft iron of a magnetometer from a recording in all orientations.
 
 #include <cstdio>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -9,17 +8,16 @@
 
 #include "calibration_file.hpp"
 #include "recording.hpp"
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
+#include "support/program_files.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-struct Arguments {
-  std::string file, out;
-  bool force = false;
-  examples::RecordingOptions recording;
+struct Arguments : OutputArguments {
+  std::string file;
+  RecordingOptions recording;
   MagnetometerCalibrationOptions options;
 };
 
@@ -39,8 +37,7 @@ void print(const MagnetometerCalibration& c) {
 }
 
 Result<void> run(const Arguments& a) {
-  if (!a.out.empty() && !a.force && std::filesystem::exists(a.out))
-    return Error{ErrorCode::io, "exists already; --force overwrites it", a.out};
+  if (auto ok = refuse_existing({a.out}, a.write()); !ok) return ok;
   const auto file = a.recording.read(a.file);
   if (!file) return file.error();
   if (!file->has_magnetometer)
@@ -51,25 +48,24 @@ Result<void> run(const Arguments& a) {
   if (!calibration) return Error{calibration.error().code, calibration.error().message, a.file};
   print(*calibration);
   if (a.out.empty()) return {};
-  return examples::write_calibration(a.out, *calibration,
-                                     {a.force ? io::Existing::replace : io::Existing::refuse});
+  return write_calibration(a.out, *calibration, a.write());
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
-      "Find offset and correction of a magnetometer from a recording in which it is turned through "
-      "all orientations: calibrated = correction (raw - offset). Standard deviations stand behind "
-      "the figures.");
+  CommandLine app(
+      "Calibrate a magnetometer from a recording in all orientations: calibrated = correction (raw "
+      "- "
+      "offset). Values are printed with their standard deviations.");
   Arguments arguments;
-  examples::RecordingOptions::add_path(app, "FILE", arguments.file);
-  app.add_option("--out", arguments.out, "JSON file for the calibration; `ahrs` reads it");
-  app.add_flag("--force", arguments.force, "overwrite the output where it exists");
+  RecordingOptions::add_path(app, "FILE", arguments.file);
+  app.add_option("--out", arguments.out, "JSON file for the calibration, for ahrs --calibration");
+  app.add_flag("--force", arguments.force, "replace an existing file");
   app.add_option("--field", arguments.options.field_uT,
-                 "strength of the Earth's field here, uT (default: keep the mean strength)")
+                 "strength of the local magnetic field, uT (default: keep the mean strength)")
       .positive();
-  arguments.recording.describe(app);
+  arguments.recording.add_options(app);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("calibrate_magnetometer", run(arguments));
+  return exit_code("calibrate_magnetometer", run(arguments));
 }

@@ -8,7 +8,7 @@
 
 namespace wayfare::examples {
 
-/// A magnetometer's calibration as JSON (docs/reference/formats.md).
+/// The calibration of a magnetometer as JSON (docs/reference/formats.md).
 [[nodiscard]] Result<MagnetometerCalibration> read_calibration(const std::string& path);
 [[nodiscard]] Result<void> write_calibration(const std::string& path,
                                              const MagnetometerCalibration& calibration,

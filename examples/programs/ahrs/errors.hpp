@@ -8,7 +8,7 @@
 
 namespace wayfare::examples {
 
-/// Over the moving samples with a reference.
+/// Root mean squares over the moving samples with a reference.
 template <AttitudeEstimator Estimator>
 eval::AttitudeError attitude_rmse(Estimator& estimator, const io::MargFile& file) {
   eval::AttitudeRmse rmse;

@@ -3,10 +3,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
 #include <limits>
 #include <numbers>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -16,32 +14,28 @@
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/time_text.hpp>
 
-#include "support/broken_at_wraps.hpp"
-#include "support/time_plot.hpp"
+#include "support/plots.hpp"
 
 namespace wayfare::examples {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr const char* kTable = "attitude.csv";
-constexpr const char* kReport = "report.html";
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 const char* name_of(UpdateStatus status) {
+  using enum UpdateStatus;
   switch (status) {
-    case UpdateStatus::used:
+    case used:
       return "used";
-    case UpdateStatus::waiting:
+    case waiting:
       return "waiting";
-    case UpdateStatus::missing:
+    case missing:
       return "missing";
-    case UpdateStatus::late:
+    case late:
       return "late";
-    case UpdateStatus::saturated:
+    case saturated:
       return "saturated";
-    case UpdateStatus::disturbed:
+    case disturbed:
       return "disturbed";
   }
   return "";
@@ -78,15 +72,13 @@ double seconds_of(const AhrsRun& run, const AhrsRow& row) {
   return to_seconds(row.time - run.rows.front().time);
 }
 
-/// A curve of `value(i)` over time, broken where the filter is not ready.
+/// A curve of `value(i)` over time, with gaps while the filter is not ready.
 template <class Value>
 io::Series curve(const AhrsOutputs& o, std::string name, Value value,
                  io::Mark mark = io::Mark::line) {
   io::Series series{std::move(name), {}, {}, mark};
-  for (std::size_t i = 0; i < o.run.rows.size(); ++i) {
-    series.x.push_back(seconds_of(o.run, o.run.rows[i]));
-    series.y.push_back(o.run.rows[i].ready ? value(i) : kNone);
-  }
+  for (std::size_t i = 0; i < o.run.rows.size(); ++i)
+    series.add(seconds_of(o.run, o.run.rows[i]), o.run.rows[i].ready ? value(i) : kNone);
   return series;
 }
 
@@ -100,7 +92,7 @@ void plot_angles(io::Report& report, const AhrsOutputs& o) {
   constexpr std::array kNames = {"roll", "pitch", "yaw"};
   for (int axis = 0; axis < 3; ++axis) {
     io::Plot plot = time_plot(kNames[static_cast<std::size_t>(axis)], "angle [deg]");
-    plot.series.push_back(broken_at_wraps(curve(o, "ours", [&](std::size_t i) {
+    plot.series.push_back(broken_at_wraps(curve(o, "wayfare", [&](std::size_t i) {
       return kDegrees * roll_pitch_yaw_rad(o.run.rows[i].q_world_body)[axis];
     })));
     if (has_reference(o))
@@ -127,7 +119,7 @@ void plot_errors(io::Report& report, const AhrsOutputs& o) {
   report.plot(plot);
 }
 
-void plot_insides(io::Report& report, const AhrsOutputs& o) {
+void plot_states(io::Report& report, const AhrsOutputs& o) {
   const auto& rows = o.run.rows;
   io::Plot sigma = time_plot("standard deviation of the attitude", "angle [deg]");
   sigma.series.push_back(curve(
@@ -152,7 +144,7 @@ void plot_field(io::Report& report, const AhrsOutputs& o) {
     };
   };
   io::Plot field = time_plot("strength of the magnetic field", "field [uT]");
-  field.series.push_back(curve(o, "taken for the Earth's", strength(false)));
+  field.series.push_back(curve(o, "undisturbed", strength(false)));
   field.series.push_back(curve(o, "disturbed", strength(true), io::Mark::points));
   report.plot(field);
   io::Plot delay = time_plot("delay of the magnetometer", "delay [ms]");
@@ -189,26 +181,26 @@ eval::Table error_table(const AhrsOutputs& o) {
   return table;
 }
 
-std::string report_html(const AhrsOutputs& o) {
+io::Report report_of(const AhrsOutputs& o) {
   io::Report report(o.title, "attitude and heading from gyro, accelerometer and magnetometer");
-  const double lasts_s = seconds_of(o.run, o.run.rows.back());
+  const double recording_s = seconds_of(o.run, o.run.rows.back());
   const AhrsRow& last = o.run.rows.back();
   const AhrsReport& r = o.run.report;
   report.facts(
       {{"samples", std::to_string(o.run.rows.size())},
-       {"recording", eval::fixed(lasts_s, 1) + " s"},
+       {"recording", eval::fixed(recording_s, 1) + " s"},
        {"took", eval::fixed(o.took_s, 2) + " s"},
-       {"heading known to", eval::fixed(kDegrees * last.sigma_rad.z(), 1) + " deg at the end"},
-       {"begun anew", std::to_string(r.restarts) + " times after a gap"},
-       {"lost", "level " + std::to_string(r.level_resets) + ", heading " +
-                    std::to_string(r.heading_resets) + " times"}});
+       {"heading sigma", eval::fixed(kDegrees * last.sigma_rad.z(), 1) + " deg at the end"},
+       {"restarts", std::to_string(r.restarts) + " after gaps"},
+       {"reinitialised", "level " + std::to_string(r.level_resets) + ", heading " +
+                             std::to_string(r.heading_resets) + " times"}});
   if (has_reference(o)) report.table(error_table(o), "Root mean squares (Laidig et al. 2021)");
-  report.table(status_table(r), "What became of the readings");
+  report.table(status_table(r), "Use of the readings");
   plot_angles(report, o);
   if (has_reference(o)) plot_errors(report, o);
-  plot_insides(report, o);
+  plot_states(report, o);
   plot_field(report, o);
-  return report.html();
+  return report;
 }
 
 }  // namespace
@@ -219,26 +211,11 @@ std::string error_text(const AhrsOutputs& outputs) {
   return has_reference(outputs) ? error_table(outputs).to_text() : std::string();
 }
 
-Result<void> prepare_ahrs_folder(const std::string& folder, const io::WriteOptions& options) {
-  std::error_code failed;
-  fs::create_directories(folder, failed);
-  if (failed) return Error{ErrorCode::io, "cannot be made: " + failed.message(), folder};
-  if (options.existing == io::Existing::replace) return {};
-  for (const char* name : {kTable, kReport}) {
-    const std::string path = (fs::path(folder) / name).string();
-    if (fs::exists(path))
-      return Error{ErrorCode::io, "is there already; --force overwrites it", path};
-  }
-  return {};
-}
+std::vector<std::string> ahrs_output_names() { return {"attitude.csv", "report.html"}; }
 
-Result<std::string> write_ahrs_outputs(const std::string& folder, const AhrsOutputs& outputs,
-                                       const io::WriteOptions& options) {
-  const std::string table = (fs::path(folder) / kTable).string();
-  const std::string report = (fs::path(folder) / kReport).string();
-  if (auto done = io::write_file(table, csv(outputs.run), options); !done) return done.error();
-  if (auto done = io::write_file(report, report_html(outputs), options); !done) return done.error();
-  return report;
+Result<void> write_ahrs_outputs(const OutputArguments& to, const AhrsOutputs& outputs) {
+  return first_error({io::write_file(to.path("attitude.csv"), csv(outputs.run), to.write()),
+                      report_of(outputs).write(to.path("report.html"), to.write())});
 }
 
 }  // namespace wayfare::examples

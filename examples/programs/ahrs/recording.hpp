@@ -1,6 +1,6 @@
 #pragma once
 
-// How the programs on nine-axis recordings are told about them.
+// Options of the programs on nine-axis recordings.
 
 #include <optional>
 #include <string>
@@ -20,16 +20,23 @@ struct RecordingOptions {
   std::vector<std::string> columns;
   double period_s = 0.0;
   std::string topic;       ///< of the unit
-  ros::TopicNames topics;  ///< the rest, of a ROS recording
+  ros::TopicNames topics;  ///< other topics of a ROS recording
 
-  void describe(CommandLine& app);
-  /// Where the program reads a log as well, whose choice of stamps holds for both.
-  void describe_beside_log(CommandLine& app);
+  void add_options(CommandLine& app);
+  /// For a program that also reads a log, whose --stamps applies to both.
+  void add_options_beside_log(CommandLine& app);
   /// The argument `name`: the path of a recording, or of several.
-  static void add_path(CommandLine& app, const std::string& name, std::string& path);
-  static void add_path(CommandLine& app, const std::string& name, std::vector<std::string>& paths);
-  /// Says on standard error what had to be skipped. Where transforms of a ROS recording say how the
-  /// unit sits on the robot, they go to `q_base_unit`.
+  template <class Path>
+  static void add_path(CommandLine& app, const std::string& name, Path& path) {
+    app.add_option(
+           name, path,
+           "columns of text, a binary table, a ROS recording (ROS 2's .mcap, ROS 1's .bag), "
+           "or a logger's recording (.mcap)")
+        .required()
+        .existing_file();
+  }
+  /// Reports skipped lines on standard error. The unit's mounting, from transforms of a ROS
+  /// recording, goes to `q_base_unit`.
   [[nodiscard]] Result<io::MargFile> read(const std::string& path,
                                           std::optional<SO3d>* q_base_unit = nullptr) const;
 };
@@ -40,7 +47,7 @@ struct FilterOptions {
   double declination_deg = 0.0;
   std::optional<double> delay_s;
 
-  void describe(CommandLine& app);
+  void add_options(CommandLine& app);
   [[nodiscard]] AhrsParameters parameters() const;
 };
 

@@ -11,12 +11,12 @@
 
 namespace wayfare::examples {
 
-/// What the filter says after a sample.
+/// State of the filter after a sample.
 struct AhrsRow {
   LogTime time;
   bool ready = false;
   SO3d q_world_body;
-  Eigen::Vector3d sigma_rad = Eigen::Vector3d::Zero();  ///< about the world's axes
+  Eigen::Vector3d sigma_rad = Eigen::Vector3d::Zero();  ///< about the axes of the world
   Eigen::Vector3d bias_radps = Eigen::Vector3d::Zero();
   Eigen::Vector3d bias_sigma_radps = Eigen::Vector3d::Zero();
   double delay_s = 0.0;
@@ -29,7 +29,7 @@ struct AhrsRun {
   AhrsReport report;
 };
 
-/// `progress` is called now and then with the part that is done.
+/// `progress` is called with the fraction done.
 [[nodiscard]] AhrsRun run_ahrs(const MargRecording& samples, const AhrsParameters& parameters,
                                bool enu, const std::function<void(double)>& progress);
 

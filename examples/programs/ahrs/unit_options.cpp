@@ -8,15 +8,15 @@
 
 namespace wayfare::examples {
 
-void UnitOptions::describe(CommandLine& app) {
+void UnitOptions::add_options(CommandLine& app) {
   app.add_option("--unit", path,
-                 "the recording of the inertial unit, on the same clock as LOG; else the unit in "
-                 "LOG, where that is a recording that has one")
+                 "the recording of the inertial unit, on the clock of LOG; by default the unit in "
+                 "LOG, if it has one")
       .existing_file();
-  recording.describe_beside_log(app);
+  recording.add_options_beside_log(app);
   app.add_option("--forward", forward,
-                 "the unit's axis along which the laser's x points, where no transform of a ROS "
-                 "recording says how the unit sits")
+                 "the unit's axis along which the laser's x points, unless a ROS recording has the "
+                 "transform")
       .one_of({"x", "y", "-x", "-y"})
       .show_default();
 }
@@ -34,9 +34,9 @@ Result<std::optional<UnitReadings>> UnitOptions::read(const std::string& log,
   UnitReadings readings;
   auto file = as_log.read(own ? log : path, &readings.q_base_unit);
   if (!file && own && as_log.topic.empty()) {
-    // Nobody asked for it: a log's gyro alone, or one unit of several, is no fault.
+    // It was not requested: a log with a gyro alone, or with several units, is no error.
     if (file.error().code != ErrorCode::not_found)
-      std::fprintf(stderr, "no inertial unit is taken from the log: %s\n",
+      std::fprintf(stderr, "the inertial unit in the log is not used: %s\n",
                    file.error().to_string().c_str());
     return Readings();
   }

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
+
+#include "support/program_files.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -13,10 +14,10 @@ constexpr double kDegree = std::numbers::pi / 180.0, kMilliG = 9.80665e-3;
 constexpr std::array kAxisNames = {"gyro x",          "gyro y",          "gyro z",
                                    "accelerometer x", "accelerometer y", "accelerometer z"};
 
-/// A data sheet's unit in SI.
+/// A unit of data sheets.
 struct Unit {
   const char* name;
-  double si;
+  double si;  ///< its value in SI
 };
 struct Units {
   Unit random_walk, bias, rate_random_walk;
@@ -27,14 +28,8 @@ const Units kAccelerometer = {{"m/s/√s", 1.0}, {"mg", kMilliG}, {"mg/√h", kM
 
 const Units& units_of(std::size_t axis) { return axis < 3 ? kGyro : kAccelerometer; }
 
-std::string significant(double v, int digits = 3) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, v);
-  return text;
-}
-
 std::string with_sigma(double value, double sigma, const Unit& unit) {
-  if (value == 0.0) return "not seen";
+  if (value == 0.0) return "not found";
   return significant(value / unit.si) + " ± " + significant(sigma / unit.si, 2) + " " + unit.name;
 }
 
@@ -83,7 +78,7 @@ eval::Table allan_table(const UnitFit& fit) {
                      {"at"},
                      {"rate random walk K"},
                      {"at"},
-                     {"lowest point / 0.664"},
+                     {"minimum / 0.664"},
                      {"at", "s"}});
   for (std::size_t i = 0; i < fit.size(); ++i) {
     const AllanFit& f = fit[i].allan;
@@ -101,12 +96,11 @@ eval::Table allan_table(const UnitFit& fit) {
 }
 
 eval::Table gauss_markov_table(const UnitFit& fit) {
-  eval::Table table(
-      {{"axis"}, {"Gauss-Markov σ"}, {"the same in SI"}, {"correlation time τ", "s"}});
+  eval::Table table({{"axis"}, {"Gauss-Markov σ"}, {"in SI units"}, {"correlation time τ", "s"}});
   for (std::size_t i = 0; i < fit.size(); ++i) {
     const GaussMarkovFit& g = fit[i].slow;
     if (!g.found) {
-      table.add_row({kAxisNames[i], "not seen", "–", "–"});
+      table.add_row({kAxisNames[i], "not found", "–", "–"});
       continue;
     }
     const Unit& u = units_of(i).bias;
@@ -129,7 +123,7 @@ std::vector<std::string> remarks(const UnitFit& fit) {
     }
     if (low > 0.0)
       all.push_back(std::string(first == 0 ? "gyro " : "accelerometer ") + what +
-                    ": largest over smallest axis " + significant(high / low, 2));
+                    ": ratio of the largest to the smallest axis " + significant(high / low, 2));
   };
   for (const std::size_t first : {std::size_t{0}, std::size_t{3}}) {
     spread(first, "random walk", [](const AxisFit& f) { return f.allan.random_walk.value; });
@@ -140,33 +134,24 @@ std::vector<std::string> remarks(const UnitFit& fit) {
 }
 
 std::vector<io::Plot> allan_plots(const UnitFit& fit) {
-  std::vector<io::Plot> plots(2);
-  for (std::size_t i = 0; i < fit.size(); ++i) {
-    const bool gyro = i < 3;
-    io::Plot& plot = plots[gyro ? 0 : 1];
-    plot.title = gyro ? "Gyro: Allan deviation (dashed: Hadamard)"
-                      : "Accelerometer: Allan deviation (dashed: Hadamard)";
-    plot.x_label = "log10 of the averaging time [s]";
-    plot.y_label = gyro ? "log10 of the deviation [°/h]" : "log10 of the deviation [mg]";
-    const auto series = [&](const AllanCurve& curve, const std::string& name, io::Mark mark) {
-      io::Series s{name, {}, {}, mark};
-      for (const AllanPoint& p : curve) {
-        if (p.relative_sigma > 0.5) continue;
-        s.x.push_back(std::log10(p.tau_s));
-        s.y.push_back(std::log10(p.deviation / units_of(i).bias.si));
-      }
-      plot.series.push_back(std::move(s));
-    };
-    series(fit[i].curve, kAxisNames[i], io::Mark::line);
-  }
-  for (std::size_t i = 0; i < fit.size(); ++i) {
-    io::Series s{std::string(kAxisNames[i]) + ", Hadamard", {}, {}, io::Mark::dashed};
-    for (const AllanPoint& p : fit[i].hadamard) {
-      if (p.relative_sigma > 0.5) continue;
-      s.x.push_back(std::log10(p.tau_s));
-      s.y.push_back(std::log10(p.deviation / units_of(i).bias.si));
+  constexpr const char* kTime = "log10 of the averaging time [s]";
+  std::vector<io::Plot> plots = {
+      {"Gyro: Allan deviation (dashed: Hadamard)", kTime, "log10 of the deviation [°/h]", {}},
+      {"Accelerometer: Allan deviation (dashed: Hadamard)",
+       kTime,
+       "log10 of the deviation [mg]",
+       {}}};
+  for (const bool hadamard : {false, true}) {
+    for (std::size_t i = 0; i < fit.size(); ++i) {
+      io::Series s{std::string(kAxisNames[i]) + (hadamard ? ", Hadamard" : ""),
+                   {},
+                   {},
+                   hadamard ? io::Mark::dashed : io::Mark::line};
+      for (const AllanPoint& p : hadamard ? fit[i].hadamard : fit[i].curve)
+        if (p.relative_sigma <= 0.5)
+          s.add(std::log10(p.tau_s), std::log10(p.deviation / units_of(i).bias.si));
+      plots[i < 3 ? 0 : 1].series.push_back(std::move(s));
     }
-    plots[i < 3 ? 0 : 1].series.push_back(std::move(s));
   }
   return plots;
 }

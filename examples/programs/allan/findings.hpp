@@ -1,6 +1,6 @@
 #pragma once
 
-// What a record at rest says of its unit, in the units data sheets use.
+// Noise parameters of a unit from a recording at rest, in the units of data sheets.
 
 #include <string>
 #include <vector>
@@ -22,15 +22,16 @@ using UnitFit = std::vector<AxisFit>;  ///< gyro x y z, accelerometer x y z
 
 [[nodiscard]] UnitFit fit_unit(const RestRecord& record);
 
-/// White noise from the Allan deviation, biases from the autocorrelation; where that shows no
-/// process, from the bias instability. What rest cannot show (scale factors) keeps its default.
+/// White noise from the Allan deviation, biases from the autocorrelation or, if no process is
+/// found, from the bias instability. Scale factors are not observable at rest and keep their
+/// default.
 [[nodiscard]] ImuNoise nominal_noise(const UnitFit& fit);
 
 [[nodiscard]] eval::Table allan_table(const UnitFit& fit);
 [[nodiscard]] eval::Table gauss_markov_table(const UnitFit& fit);
-/// How far the axes are apart, and what was not seen.
+/// Differences between the axes.
 [[nodiscard]] std::vector<std::string> remarks(const UnitFit& fit);
-/// Deviation over averaging time, both as decimal logarithms: of gyro and of accelerometer.
+/// Deviation over averaging time, both as decimal logarithms: gyro and accelerometer.
 [[nodiscard]] std::vector<io::Plot> allan_plots(const UnitFit& fit);
 
 }  // namespace wayfare::examples

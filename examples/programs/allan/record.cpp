@@ -39,8 +39,7 @@ double in_si(std::size_t axis, float v) {
 Result<RestRecord> from_rows(const char* bytes, std::size_t rows, const std::string& path,
                              const RecordFormat& format) {
   if (!(format.rate_hz > 0.0))
-    return Error{ErrorCode::invalid, "has no times: --rate must say how many readings a second",
-                 path};
+    return Error{ErrorCode::invalid, "has no times: --rate must give the sampling rate", path};
   RestRecord record = start(format.rate_hz);
   for (std::size_t r = 0; r < rows; ++r) {
     std::array<float, kAxes> row;
@@ -55,12 +54,12 @@ Result<RestRecord> from_samples(const std::string& path, const RecordFormat& for
   if (!file) return file.error();
   print_problems(file->problems);
   if (!file->has_gyro || !file->has_accelerometer || file->samples.size() < 2)
-    return Error{ErrorCode::invalid, "needs gyro and accelerometer, and some readings", path};
+    return Error{ErrorCode::invalid, "must contain gyro and accelerometer readings", path};
   const double span = to_seconds(file->samples.back().time - file->samples.front().time);
   const double rate =
       format.rate_hz > 0.0 ? format.rate_hz : static_cast<double>(file->samples.size() - 1) / span;
   if (!(rate > 0.0) || !std::isfinite(rate))
-    return Error{ErrorCode::invalid, "its times do not advance", path};
+    return Error{ErrorCode::invalid, "has times that do not increase", path};
   RestRecord record = start(rate);
   for (const ImuSample& s : file->samples) {
     add(record, [&s](std::size_t i) {
@@ -82,7 +81,8 @@ Result<RestRecord> read_rest_record(const std::string& path, const RecordFormat&
     const auto table = io::parse_float_table(file->bytes, path);
     if (!table) return table.error();
     if (table->columns != kAxes)
-      return Error{ErrorCode::invalid, "needs six columns: gx gy gz [deg/s] ax ay az [g]", path};
+      return Error{ErrorCode::invalid, "must have six columns: gx gy gz [deg/s] ax ay az [g]",
+                   path};
     return from_rows(reinterpret_cast<const char*>(table->values.data()), table->rows(), path,
                      format);
   }

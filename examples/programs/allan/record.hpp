@@ -14,12 +14,12 @@ namespace wayfare::examples {
 
 struct RecordFormat {
   double rate_hz = 0.0;  ///< 0: from the file's times
-  /// Of a table of float32 without a text heading: gx gy gz in degrees a second, ax ay az in g.
+  /// A table of float32 without header: gx gy gz in deg/s, ax ay az in g.
   bool raw = false;
   ros::TopicNames topics = {};  ///< of a ROS recording
 };
 
-/// What is kept of one axis.
+/// Statistics of one axis.
 struct AxisRecord {
   AllanRecorder allan;
   AutocorrelationRecorder slow;
@@ -32,7 +32,7 @@ struct RestRecord {
   [[nodiscard]] double length_s() const { return static_cast<double>(readings) / rate_hz; }
 };
 
-/// Columns of text as for gnss_ins, a ROS recording, a float table, or raw float32.
+/// From text columns as for gnss_ins, a ROS recording, a float table, or raw float32.
 [[nodiscard]] Result<RestRecord> read_rest_record(const std::string& path,
                                                   const RecordFormat& format);
 

@@ -1,4 +1,4 @@
-// A robot's log as a recording of ROS messages, for the tools that know these alone.
+// Converts a robot's log to a recording of ROS messages.
 
 #include <algorithm>
 #include <cstdio>
@@ -9,21 +9,20 @@
 #include <wayfare/sim/differential_drive.hpp>
 
 #include "ahrs/unit_options.hpp"
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 #include "support/slam_program.hpp"
 #include "support/thin_recording.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-struct Options : examples::SlamArguments {
-  examples::UnitOptions unit;
-  examples::Thinning thinning;
+struct Options : SlamArguments {
+  UnitOptions unit;
+  Thinning thinning;
 };
 
-/// Logs without a clock begin at zero, which ROS takes for "no time set".
+/// Logs without a clock begin at zero, which means "no time set" to ROS.
 bool set_clock(Recording& r, MargRecording& unit) {
   const auto all = [&](const auto& visit) {
     visit(r.scans), visit(r.odometry), visit(r.radar), visit(r.gyro), visit(r.truth), visit(unit);
@@ -40,8 +39,8 @@ bool set_clock(Recording& r, MargRecording& unit) {
   return true;
 }
 
-/// Of a log without odometry, what its wheels come to.
-void reckon(Recording& r) {
+/// Odometry from the wheels, if the log has none.
+void add_wheel_odometry(Recording& r) {
   if (r.odometry.empty() && r.wheel_base_m > 0.0)
     r.odometry = sim::dead_reckon(r.wheels, r.wheel_base_m);
 }
@@ -55,12 +54,12 @@ void print_counts(const Recording& r, const MargRecording& unit, const Options& 
 }
 
 Result<void> convert(const Options& o) {
-  auto recording = examples::read_robot_log(o.log, o.topics);
+  auto recording = read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   auto readings = o.unit.read(o.log, o.topics);
   if (!readings) return readings.error();
   Recording& r = *recording;
-  examples::thin(r, o.thinning);
+  thin(r, o.thinning);
   MargRecording unit;
   SE2d T_base_unit;
   if (*readings) {
@@ -68,18 +67,18 @@ Result<void> convert(const Options& o) {
     T_base_unit = SE2d(0.0, 0.0, Angle::radians(o.unit.q_base_unit(**readings, r).log().z()));
   }
   const bool shifted = set_clock(r, unit);
-  const bool wheels_alone = r.odometry.empty();
-  reckon(r);
+  const bool without_odometry = r.odometry.empty();
+  add_wheel_odometry(r);
   auto writer = ros::RecordingWriter::create(o.out, o.write());
   if (!writer) return writer.error();
   auto done = ros::write_robot(*writer, r, {}, {unit, T_base_unit});
   if (done) done = writer->close();
   if (!done || o.quiet) return done;
   print_counts(r, unit, o);
-  if (shifted) std::printf("The log has no clock: its first time is now 1 s.\n");
+  if (shifted) std::printf("The log has no clock: its times now begin at 1 s.\n");
   if (!r.wheels.empty())
-    std::printf(wheels_alone ? "The odometry is that of %zu readings of wheels.\n"
-                             : "Left out, for want of a message: %zu of wheels\n",
+    std::printf(without_odometry ? "The odometry is computed from %zu wheel readings.\n"
+                                 : "Left out, without a message type: %zu wheel readings\n",
                 r.wheels.size());
   return {};
 }
@@ -87,19 +86,19 @@ Result<void> convert(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
-      "Writes a robot's log as ROS messages: /scan, /odom, /tf, /tf_static and, where there are, "
-      "/radar, /imu, /magnetic_field and /truth.\nLOG is " +
-      std::string(examples::kRobotLogs) +
-      ". No ROS is needed. Reading what was written gives the same numbers to the bit, but for a "
-      "magnetic field's last. Thinned out, it is what a lesser sensor would have recorded.");
+  CommandLine app(
+      "Convert a robot's log to ROS messages: /scan, /odom, /tf, /tf_static and, if the log has "
+      "them, /radar, /imu, /magnetic_field and /truth.\nLOG is " +
+      std::string(kRobotLogs) +
+      ". ROS is not needed. Reading the recording gives bit-identical numbers, except for the last "
+      "bit of a magnetic field. Thinned out, it is what a lesser sensor would have recorded.");
   Options o;
   app.add_option("LOG", o.log, "the recorded log").required().existing_file();
-  examples::add_out(app, o, "the file to write: ROS 2's .mcap (CDR) or ROS 1's .bag");
-  o.unit.describe(app);
-  examples::add_robot_topics(app, o.topics);
-  examples::add_thinning(app, o.thinning);
-  examples::add_manners(app, o);
+  add_out(app, o, "the file to write: ROS 2's .mcap (CDR) or ROS 1's .bag");
+  o.unit.add_options(app);
+  add_robot_topics(app, o.topics);
+  add_thinning(app, o.thinning);
+  add_force_and_quiet(app, o);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("convert_log", convert(o));
+  return exit_code("convert_log", convert(o));
 }

@@ -24,12 +24,12 @@ const char* name_of(Aiding aiding) {
 CorridorInsOptions options_for(const sim::CorridorDriveParams& p, Aiding aiding) {
   CorridorInsOptions o;
   o.walls.range_noise_m = p.lidar.range_noise_m;
-  o.walls.flatness_m = 0.0003;  // simulated walls are flat, ranges are whole millimetres
+  o.walls.flatness_m = 0.0003;  // simulated walls are flat, ranges have millimetre resolution
   o.noise.angle_random_walk_rad_per_sqrt_s = p.gyro.angle_random_walk_rad_per_sqrt_s;
   o.noise.bias_sigma_rad_s = p.gyro.walk_sigma_rad_s;
   o.noise.bias_tau_s = p.gyro.walk_tau_s;
   o.noise.slip_m_per_sqrt_m = p.slip_m_per_sqrt_m;
-  o.noise.acceleration_sigma_m_s2 = 1e-7;  // wheels err by a scale and by slip
+  o.noise.acceleration_sigma_m_s2 = 1e-7;  // wheels have errors of scale and slip only
   o.start_bias_rad_s = p.gyro.max_bias_rad_s / std::sqrt(3.0);
   o.start_drift_rad_s2 = std::max(p.gyro.drift_rad_s2, 1e-12);
   o.start_scale = p.speed_scale_sigma;
@@ -39,7 +39,7 @@ CorridorInsOptions options_for(const sim::CorridorDriveParams& p, Aiding aiding)
   o.use_walls = aiding != Aiding::none;
   o.use_end_walls = aiding == Aiding::end_walls;
   if (aiding == Aiding::scan_to_scan) o.memory = WallMemory::one_scan;
-  // Without walls the bias is that of the rest, as in the source: no drift is looked for.
+  // Without walls the bias is that at rest, as in the source, without drift.
   if (aiding == Aiding::none) o.start_drift_rad_s2 = 1e-12;
   return o;
 }
@@ -64,24 +64,24 @@ CorridorErrors errors_of(const CorridorRun& run, const sim::CorridorDrive& drive
   std::array<double, 6> squares{}, counts{};
   double heading = 0.0, used = 0.0;
   std::size_t index = 0;
-  // metres rolled per metre told, less one
+  // metres rolled per metre reported, minus one
   const double scale = 1.0 / (1.0 + drive.speed_scale) - 1.0;
   for (const CorridorEpoch& epoch : run.epochs) {
     used += epoch.update.outcome == WallOutcome::used ? 1.0 : 0.0;
     if (epoch.time.seconds() < rest_s) continue;
     const SE2d truth = sim::true_pose_at(drive.recording.truth, epoch.time);
     const Eigen::Vector2d d = epoch.pose.translation() - truth.translation();
-    const double turn = (truth.inverse() * epoch.pose).heading().radians();
+    const double heading_error = (truth.inverse() * epoch.pose).heading().radians();
     const double bias = epoch.gyro_bias.value - true_bias_at(drive, epoch.time);
     for (const std::size_t section :
          {static_cast<std::size_t>(drive.section_at(epoch.time)), std::size_t{5}})
       squares[section] += d.squaredNorm(), counts[section] += 1.0;
-    heading += turn * turn;
+    heading += heading_error * heading_error;
     e.end_m = d.norm();
     e.bias_error_deg_s = degrees(bias);
     if (index++ % 10 != 0) continue;
     Eigen::Matrix<double, 5, 1> error;
-    error << d, turn, bias, epoch.speed_scale.value - scale;
+    error << d, heading_error, bias, epoch.speed_scale.value - scale;
     e.nees.push_back(eval::normalised_squared(error, epoch.joint_covariance));
   }
   for (std::size_t s = 0; s < squares.size(); ++s)

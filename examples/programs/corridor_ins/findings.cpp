@@ -9,19 +9,19 @@
 namespace wayfare::examples {
 namespace {
 
-/// The mean turn rate that motion tells beyond the reference's, rad/s: what a bias comes to.
-double shown_bias(std::span<const MotionSample> motion, const Trajectory& reference) {
-  double told = 0.0, turned = 0.0, seconds = 0.0;
+/// Mean yaw rate of the motion minus that of the reference, rad/s.
+double reference_bias(std::span<const MotionSample> motion, const Trajectory& reference) {
+  double measured = 0.0, rotated = 0.0, seconds = 0.0;
   for (std::size_t i = 1; i < motion.size(); ++i) {
     const auto a = pose_at(reference, motion[i - 1].time);
     const auto b = pose_at(reference, motion[i].time);
     if (!a || !b) continue;
     const double dt = to_seconds(motion[i].time - motion[i - 1].time);
-    told += motion[i].turn_rate_rad_s * dt;
-    turned += (a->inverse() * *b).heading().radians();
+    measured += motion[i].turn_rate_rad_s * dt;
+    rotated += (a->inverse() * *b).heading().radians();
     seconds += dt;
   }
-  return (told - turned) / seconds;
+  return (measured - rotated) / seconds;
 }
 
 std::string rate(double rad_s) {
@@ -32,11 +32,11 @@ void add_bias_facts(const Job& job, const Runs& runs, const CorridorArguments& o
   const CorridorEpoch& last = runs.aided.epochs.back();
   facts.emplace_back("gyro bias", rate(last.gyro_bias.value) + " +- " + rate(last.gyro_bias.sigma));
   if (job.drive)
-    facts.emplace_back("its truth", rate(true_bias_at(*job.drive, last.time) +
+    facts.emplace_back("true bias", rate(true_bias_at(*job.drive, last.time) +
                                          Angle::degrees(o.added_bias_deg_s).radians()));
   const auto motion = motion_of(job.recording, Angle::degrees(o.added_bias_deg_s).radians());
   if (!job.drive && !job.reference.empty())
-    facts.emplace_back("shown by reference", rate(shown_bias(motion, job.reference)));
+    facts.emplace_back("by reference", rate(reference_bias(motion, job.reference)));
   if (!runs.without_added) return;
   const double plain = runs.without_added->epochs.back().gyro_bias.value;
   const double found = Angle::radians(last.gyro_bias.value - plain).degrees();
@@ -55,12 +55,12 @@ void add_report_facts(const CorridorReport& r, Facts& facts) {
   facts.emplace_back("with walls", share(r.scans_with_walls));
   facts.emplace_back("walls used", share(r.scans_used));
   facts.emplace_back("by tracking", share(r.tracked));
-  facts.emplace_back("walls across", share(r.end_walls_used));
+  facts.emplace_back("end walls", share(r.end_walls_used));
   facts.emplace_back("corridors", std::to_string(r.corridors));
   facts.emplace_back("longest outage", eval::fixed(to_seconds(r.longest_outage), 1) + " s");
   facts.emplace_back("refused", std::to_string(r.refused_walls) + " scans, " +
                                     std::to_string(r.refused_sides) + " sides, " +
-                                    std::to_string(r.refused_end_walls) + " across, " +
+                                    std::to_string(r.refused_end_walls) + " end walls, " +
                                     std::to_string(r.not_parallel) + " not parallel, " +
                                     std::to_string(r.slipping_samples) + " slipping, " +
                                     std::to_string(r.saturated_samples) + " saturated");

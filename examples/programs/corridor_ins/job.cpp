@@ -8,7 +8,7 @@
 namespace wayfare::examples {
 namespace {
 
-/// For a robot's log whose turn rate is that of its odometry: laser and wheels of unknown make.
+/// For logs of unknown lasers and wheels; without gyro, the yaw rate is that of the odometry.
 CorridorInsOptions log_defaults(bool has_gyro) {
   CorridorInsOptions o;
   o.walls.range_noise_m = 0.015;
@@ -22,8 +22,8 @@ CorridorInsOptions log_defaults(bool has_gyro) {
   o.start_scale = 0.03;
   o.start_bias_rad_s = 0.06;
   o.start_drift_rad_s2 = has_gyro ? 6e-6 : 1e-9;
-  o.greatest_acceleration_m_s2 = 20.0;  // odometry's times are not exact
-  o.rest_calibrates = has_gyro;         // odometry at rest turns by nothing at all
+  o.greatest_acceleration_m_s2 = 20.0;  // the times of odometry are not exact
+  o.rest_calibrates = has_gyro;         // odometry at rest has zero yaw rate
   if (!has_gyro) {
     o.noise.angle_random_walk_rad_per_sqrt_s = 0.01;
     o.noise.bias_sigma_rad_s = 1e-5;
@@ -81,29 +81,8 @@ Result<Job> log_job(const CorridorArguments& o) {
   return job;
 }
 
-}  // namespace
-
-Result<Job> make_job(const CorridorArguments& o) {
-  auto job = o.simulated > 0 ? simulated_job(o) : log_job(o);
-  if (!job) return job;
-  if (!o.config.empty()) {
-    if (auto ok = read_option_fields(o.config, fields(job->options)); !ok) return ok.error();
-  }
-  if (o.no_walls_across) job->options.use_end_walls = false;
-  if (o.rest) job->options.rest_calibrates = true;
-  if (o.origin.size() == 3) job->options.latitude_rad = Angle::degrees(o.origin[0]).radians();
-  return job;
-}
-
-std::string corridor_options_text() {
-  CorridorInsOptions defaults = log_defaults(false);
-  return option_fields_text(fields(defaults));
-}
-
-namespace {
-
-/// Over the log again with the bias found: what is seen then depends no more on how far off the
-/// gyro was before anything was known of it.
+/// Several passes over the log, each with the bias of the last: the result then does not depend on
+/// the initial bias error.
 Result<CorridorRun> run_passes(const Job& job, const CorridorArguments& o, double added_rad_s) {
   const auto motion = motion_of(job.recording, added_rad_s);
   CorridorInsOptions options = job.options;
@@ -122,6 +101,23 @@ Result<CorridorRun> run_passes(const Job& job, const CorridorArguments& o, doubl
 }
 
 }  // namespace
+
+Result<Job> make_job(const CorridorArguments& o) {
+  auto job = o.simulated > 0 ? simulated_job(o) : log_job(o);
+  if (!job) return job;
+  if (!o.config.empty()) {
+    if (auto ok = read_option_fields(o.config, fields(job->options)); !ok) return ok.error();
+  }
+  if (o.no_walls_across) job->options.use_end_walls = false;
+  if (o.rest) job->options.rest_calibrates = true;
+  if (o.origin.size() == 3) job->options.latitude_rad = Angle::degrees(o.origin[0]).radians();
+  return job;
+}
+
+std::string corridor_options_text() {
+  CorridorInsOptions defaults = log_defaults(false);
+  return option_fields_text(fields(defaults));
+}
 
 Result<Runs> run_all(const Job& job, const CorridorArguments& o) {
   const double added = Angle::degrees(o.added_bias_deg_s).radians();

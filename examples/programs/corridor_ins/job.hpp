@@ -1,13 +1,10 @@
 #pragma once
 
-// What corridor_ins is asked to do, does, and finds.
+// Inputs, runs and results of corridor_ins.
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
-
-#include <wayfare/eval/table.hpp>
 
 #include "evaluate.hpp"
 #include "support/option_fields.hpp"
@@ -23,7 +20,7 @@ struct CorridorArguments : SlamArguments {
   bool no_walls_across = false, rest = false;
 };
 
-/// A recording, how it is to be taken, and what is known of the truth.
+/// A recording with options and truth.
 struct Job {
   Recording recording;
   CorridorInsOptions options;
@@ -32,9 +29,9 @@ struct Job {
   double rest_s = 0.0;
 };
 
-/// The simulated drive or the log, with the options given.
+/// The simulated drive or the log, with the options of --config.
 [[nodiscard]] Result<Job> make_job(const CorridorArguments& arguments);
-/// All options a JSON file may set, with their defaults for logs.
+/// All options of --config with their defaults for logs.
 [[nodiscard]] std::string corridor_options_text();
 
 struct Runs {
@@ -44,9 +41,8 @@ struct Runs {
 
 [[nodiscard]] Result<Runs> run_all(const Job& job, const CorridorArguments& arguments);
 
-using Facts = std::vector<std::pair<std::string, std::string>>;
 [[nodiscard]] Facts facts_of(const Job& job, const Runs& runs, const CorridorArguments& arguments);
-/// Errors by sections of the simulated drive.
+/// Errors by section of the simulated drive.
 [[nodiscard]] eval::Table section_table(const Job& job, const Runs& runs);
 /// Errors against the reference after a rigid alignment.
 [[nodiscard]] eval::Table reference_table(const Job& job, const Runs& runs);

@@ -4,16 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 #include <wayfare/eval/alignment.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
-#include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/point_set.hpp>
 
 #include "support/map_painter.hpp"
-#include "support/time_plot.hpp"
+#include "support/plots.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -28,8 +26,7 @@ const char* name_of(WallOutcome outcome) {
 std::string navigation_text(const CorridorOutputs& o) {
   std::string text =
       "# time x_m y_m heading_deg sigma_x_m sigma_y_m sigma_heading_deg bias_deg_s "
-      "sigma_bias_deg_s "
-      "speed_scale walls";
+      "sigma_bias_deg_s speed_scale walls";
   text += o.plane ? " lat_deg lon_deg azimuth_deg\n" : "\n";
   for (const CorridorEpoch& e : o.run.epochs) {
     const Eigen::Vector3d sigma = e.pose_covariance.diagonal().cwiseSqrt();
@@ -52,35 +49,35 @@ std::string navigation_text(const CorridorOutputs& o) {
 
 constexpr double kPanel_m = 20.0;
 
-/// One scan around `middle`, the laser looking up; its walls in green, the one across in red.
+/// One scan around `middle`, ahead is up; side walls in green, the end wall in red.
 void draw_scan(MapPainter& painter, const LaserScan& scan, const CorridorScanUpdate& update,
                const Eigen::Vector2d& middle) {
-  const SE2d place(middle.x(), middle.y(), Angle::degrees(90));
+  const SE2d T(middle.x(), middle.y(), Angle::degrees(90));
   const auto inside = [&](const Eigen::Vector2d& p) { return p.cwiseAbs().maxCoeff() < 9.5; };
   const PointSet points = end_points(scan);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector2d p = points[i].cast<double>();
-    if (inside(p)) painter.dot(place * p, kBlue, 3);
+    if (inside(p)) painter.dot(T * p, kBlue, 3);
   }
   painter.dot(middle, kRed, 7);
   if (!update.walls) return;
-  const SO2d turn(update.walls->direction);
+  const SO2d rotation(update.walls->direction);
   for (const auto* wall : {&update.walls->left, &update.walls->right}) {
     if (!*wall) continue;
     const auto at = [&](double along) {
-      return place * (turn * Eigen::Vector2d(std::clamp(along, -9.0, 9.0), (*wall)->offset_m));
+      return T * (rotation * Eigen::Vector2d(std::clamp(along, -9.0, 9.0), (*wall)->offset_m));
     };
     painter.path(std::array{at((*wall)->begin_m), at((*wall)->end_m)}, kGreen);
   }
   if (!update.walls->end || update.walls->end->rho_m > 9.0) return;
   const SO2d normal(update.walls->end->alpha);
   const double rho = update.walls->end->rho_m;
-  painter.path(std::array{place * (normal * Eigen::Vector2d(rho, -1.0)),
-                          place * (normal * Eigen::Vector2d(rho, 1.0))},
+  painter.path(std::array{T * (normal * Eigen::Vector2d(rho, -1.0)),
+                          T * (normal * Eigen::Vector2d(rho, 1.0))},
                kRed);
 }
 
-/// Eight scans from all over the run.
+/// Eight scans, evenly distributed over the run.
 io::Image walls_picture(const CorridorOutputs& o) {
   constexpr int kColumns = 4, kRows = 2;
   io::GridImage grid;
@@ -102,31 +99,20 @@ io::Image walls_picture(const CorridorOutputs& o) {
   return painter.picture();
 }
 
-io::Series path(std::string name, const Trajectory& t, const SE2d& moved_by, io::Mark mark) {
-  io::Series series{std::move(name), {}, {}, mark};
-  for (const StampedPose& p : t) {
-    const Eigen::Vector2d at = moved_by * p.T_map_base.raw().translation();
-    series.x.push_back(at.x());
-    series.y.push_back(at.y());
-  }
-  return series;
-}
-
 io::Plot paths_plot(const CorridorOutputs& o) {
-  io::Plot plot{"Paths", "x [m]", "y [m]", {}, true};
+  io::Plot plot = top_view("Paths");
   const Trajectory aided = trajectory_of(o.run);
   SE2d T_map_reference;
   if (!o.reference.empty() && !o.same_frame)
     T_map_reference = eval::absolute_error(aided, o.reference).alignment.inverse();
-  plot.series.push_back(path("by walls", aided, {}, io::Mark::line));
-  plot.series.push_back(path("without", trajectory_of(o.unaided), {}, io::Mark::line));
+  plot.series.push_back(path_series("with walls", aided));
+  plot.series.push_back(path_series("without", trajectory_of(o.unaided)));
   if (!o.reference.empty())
-    plot.series.push_back(path("reference", o.reference, T_map_reference, io::Mark::dashed));
+    plot.series.push_back(path_series("reference", o.reference, T_map_reference, io::Mark::dashed));
   io::Series used{"walls used", {}, {}, io::Mark::points};
   for (std::size_t i = 0; i < o.run.epochs.size(); i += 5) {
     if (o.run.epochs[i].update.outcome != WallOutcome::used) continue;
-    used.x.push_back(o.run.epochs[i].pose.x());
-    used.y.push_back(o.run.epochs[i].pose.y());
+    used.add(o.run.epochs[i].pose.x(), o.run.epochs[i].pose.y());
   }
   plot.series.push_back(std::move(used));
   return plot;
@@ -139,12 +125,12 @@ io::Plot bias_plot(const CorridorOutputs& o) {
   for (std::size_t i = 0; i < o.run.epochs.size(); ++i) {
     const CorridorEpoch& e = o.run.epochs[i];
     const double t = to_seconds(e.time - o.run.epochs.front().time);
-    if (e.gyro_bias.sigma > 0.003) continue;  // before anything is known the rest is too small
+    if (e.gyro_bias.sigma > 0.003) continue;  // the initial sigma is too large for the plot
     const double value = degrees(e.gyro_bias.value), sigma = degrees(e.gyro_bias.sigma);
-    const std::array<std::pair<io::Series*, double>, 3> drawn = {
-        {{&bias, value}, {&low, value - 3 * sigma}, {&high, value + 3 * sigma}}};
-    for (const auto& [series, y] : drawn) series->x.push_back(t), series->y.push_back(y);
-    if (i < o.bias.size()) truth.x.push_back(t), truth.y.push_back(degrees(o.bias[i]));
+    bias.add(t, value);
+    low.add(t, value - 3 * sigma);
+    high.add(t, value + 3 * sigma);
+    if (i < o.bias.size()) truth.add(t, degrees(o.bias[i]));
   }
   plot.series = {std::move(bias), std::move(low), std::move(high)};
   if (!o.bias.empty()) plot.series.push_back(std::move(truth));
@@ -152,7 +138,7 @@ io::Plot bias_plot(const CorridorOutputs& o) {
 }
 
 eval::Table events_table(const CorridorOutputs& o) {
-  eval::Table table({{"what"}, {"at", "s"}});
+  eval::Table table({{"event"}, {"time", "s"}});
   for (const auto& event : o.run.report.events)
     table.add_row({event.what, eval::fixed(to_seconds(event.time - o.run.epochs.front().time), 1)});
   return table;
@@ -165,9 +151,8 @@ io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
   report.heading("Path").plot(paths_plot(o));
   report.heading("Gyro bias").plot(bias_plot(o));
   report.heading("Walls in scans")
-      .image(walls, "Eight scans, 20 m across, the laser looking up: walls green, one across red.");
-  if (!o.run.report.events.empty())
-    report.heading("What happened on the way").table(events_table(o));
+      .image(walls, "Eight scans, 20 m wide, ahead is up: side walls green, end wall red.");
+  if (!o.run.report.events.empty()) report.heading("Events").table(events_table(o));
   return report;
 }
 
@@ -184,19 +169,13 @@ std::vector<std::string> corridor_files() {
   return {"navigation.txt", "trajectory.tum", "unaided.tum", "walls.png", "report.html"};
 }
 
-Result<std::string> write_corridor_outputs(const std::string& folder, const CorridorOutputs& o,
-                                           const io::WriteOptions& write) {
-  const auto at = [&](const char* name) { return (std::filesystem::path(folder) / name).string(); };
+Result<void> write_corridor_outputs(const OutputArguments& to, const CorridorOutputs& o) {
   const io::Image walls = walls_picture(o);
-  const std::array<Result<void>, 5> written = {
-      io::write_file(at("navigation.txt"), navigation_text(o), write),
-      io::write_tum(at("trajectory.tum"), trajectory_of(o.run), write),
-      io::write_tum(at("unaided.tum"), trajectory_of(o.unaided), write),
-      io::write_png(at("walls.png"), walls, write),
-      report_of(o, walls).write(at("report.html"), write)};
-  for (const Result<void>& result : written)
-    if (!result) return result.error();
-  return at("report.html");
+  return first_error({io::write_file(to.path("navigation.txt"), navigation_text(o), to.write()),
+                      io::write_tum(to.path("trajectory.tum"), trajectory_of(o.run), to.write()),
+                      io::write_tum(to.path("unaided.tum"), trajectory_of(o.unaided), to.write()),
+                      io::write_png(to.path("walls.png"), walls, to.write()),
+                      report_of(o, walls).write(to.path("report.html"), to.write())});
 }
 
 }  // namespace wayfare::examples

@@ -11,7 +11,7 @@ namespace wayfare::examples {
 
 namespace {
 
-/// Writes points as the packets come, and counts turns.
+/// Writes the points of packets and counts revolutions.
 class Writer {
  public:
   explicit Writer(const RplidarTableOptions& options) : options_(options) {}
@@ -32,8 +32,8 @@ class Writer {
   }
 
   [[nodiscard]] std::string contents() const {
-    return std::to_string(points_) + " points in " + std::to_string(turns_) +
-           " turns begun, behind " + std::to_string(descriptors_) + " descriptors";
+    return std::to_string(points_) + " points in " + std::to_string(revolutions_) +
+           " revolutions, after " + std::to_string(descriptors_) + " descriptors";
   }
   [[nodiscard]] std::string take() && { return std::move(csv_).take(); }
 
@@ -47,20 +47,20 @@ class Writer {
   }
   void add(const decode::RplidarPoint& p, LogTime time) {
     ++points_;
-    turns_ += p.start_of_revolution ? 1 : 0;
+    revolutions_ += p.start_of_revolution ? 1 : 0;
     csv_.row()
         .field(io::format_nanoseconds(time.nanoseconds()))
-        .field(turns_)
+        .field(revolutions_)
         .field(p.angle_deg())
         .field(p.distance_m());
     csv_.field(p.quality).field(p.start_of_revolution ? 1 : 0);
   }
 
   RplidarTableOptions options_;
-  Csv csv_{"t_s,turn,angle_deg,distance_m,quality,start_of_turn"};
+  Csv csv_{"t_s,turn,angle_deg,distance_m,quality,start_of_revolution"};
   decode::RplidarUnpacker unpacker_;
   decode::RplidarSampleRate rate_{500, 250};
-  std::size_t points_ = 0, turns_ = 0, descriptors_ = 0;
+  std::size_t points_ = 0, revolutions_ = 0, descriptors_ = 0;
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
 
-// A capture of each kind of device as a table of text.
+// Captures of devices as tables of text.
 
 #include <charconv>
 #include <concepts>
@@ -17,7 +17,7 @@
 
 namespace wayfare::examples {
 
-/// Comma-separated values, growing at the end. Numbers have as many digits as bring them back.
+/// Comma-separated values. Numbers have the digits that restore them exactly.
 class Csv {
  public:
   explicit Csv(std::string_view names) : text_(names) {}
@@ -40,11 +40,11 @@ class Csv {
     text_ += text;
     return *this;
   }
-  Csv& nothing(int fields = 1) {
+  Csv& empty(int fields = 1) {
     for (int i = 0; i < fields; ++i) separate();
     return *this;
   }
-  /// The text, its last line ended.
+  /// The text, with a newline at the end.
   [[nodiscard]] std::string take() && {
     text_ += '\n';
     return std::move(text_);
@@ -68,16 +68,16 @@ struct Table {
 };
 
 struct RplidarTableOptions {
-  decode::RplidarResponse inside = decode::RplidarResponse::none;  ///< where the capture begins
+  decode::RplidarResponse inside = decode::RplidarResponse::none;  ///< answer in which it begins
   double baud = 115200.0;
-  double sample_us = 0.0;  ///< 0: what the device says, else 500 for nodes and 250 for capsules
+  double sample_us = 0.0;  ///< 0: as reported by the device, else 500 (nodes), 250 (capsules)
 };
 
-/// One line a point. `doppler_step_mps` is the speed of one Doppler bin, for frames before SDK 3.
+/// One line per point. `doppler_step_mps` is the speed of one Doppler bin, for frames before SDK 3.
 [[nodiscard]] Table ti_table(decode::Bytes capture, std::optional<double> doppler_step_mps);
-/// One line a point. A capture has no times: they follow from the bytes before and the line's rate.
+/// One line per point. Times are computed from the position in the capture and the line's rate.
 [[nodiscard]] Table rplidar_table(decode::Bytes capture, const RplidarTableOptions& options);
-/// One line a message; of an Awinda station's log one line a tracker and frame.
+/// One line per message; of an Awinda station, one line per tracker and frame.
 [[nodiscard]] Table xsens_table(decode::Bytes capture, const decode::MtLegacyLayout& layout);
 
 }  // namespace wayfare::examples

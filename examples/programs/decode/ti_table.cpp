@@ -21,17 +21,17 @@ void add_point(const decode::TiFrame& frame, std::size_t i, const std::string& t
   } else if (doppler_step_mps) {
     csv.field(*doppler_step_mps * p.doppler_bin);
   } else {
-    csv.nothing();
+    csv.empty();
   }
   if (frame.has_side_info()) {
     csv.field(p.snr_ddb / 10.0).field(p.noise_ddb / 10.0);
   } else {
-    csv.nothing(2);
+    csv.empty(2);
   }
   if (frame.header().major() < 3) {
     csv.field(p.range_bin).field(p.doppler_bin).field(p.peak);
   } else {
-    csv.nothing(3);
+    csv.empty(3);
   }
 }
 

@@ -19,21 +19,11 @@ using decode::XbusId;
 
 template <class T>
 void add(Csv& csv, const std::optional<T>& value) {
-  if (value) {
-    csv.field(*value);
-  } else {
-    csv.nothing();
-  }
+  value ? csv.field(*value) : csv.empty();
 }
 template <int N>
 void add(Csv& csv, const std::optional<Eigen::Matrix<double, N, 1>>& value) {
-  for (int i = 0; i < N; ++i) {
-    if (value) {
-      csv.field((*value)[i]);
-    } else {
-      csv.nothing();
-    }
-  }
+  for (int i = 0; i < N; ++i) value ? csv.field((*value)[i]) : csv.empty();
 }
 
 std::string text_of(const decode::MtUtc& t) {
@@ -51,11 +41,8 @@ constexpr std::string_view kSampleNames =
 
 void add(Csv& csv, const MtSample& s, decode::CounterUnwrapper& clock) {
   add(csv, s.packet_counter);
-  if (s.sample_time_fine) {
-    csv.field(io::format_nanoseconds(100'000 * clock.at(*s.sample_time_fine)));
-  } else {
-    csv.nothing();
-  }
+  s.sample_time_fine ? csv.field(io::format_nanoseconds(100'000 * clock.at(*s.sample_time_fine)))
+                     : csv.empty();
   add(csv, s.utc ? std::optional(text_of(*s.utc)) : std::nullopt);
   add(csv, s.status_word ? s.status_word : std::optional<std::uint32_t>(s.status_byte));
   add(csv, s.acceleration_mps2);
@@ -75,7 +62,7 @@ void add(Csv& csv, const MtSample& s, decode::CounterUnwrapper& clock) {
 }
 
 template <class Sink>
-decode::DecoderStatistics each_message(decode::Bytes capture, Sink&& sink) {
+decode::DecoderStatistics for_each_message(decode::Bytes capture, Sink&& sink) {
   const auto decoder = std::make_unique<decode::XbusDecoder>();
   decoder->feed(capture, sink);
   decoder->finish(sink);
@@ -85,8 +72,8 @@ decode::DecoderStatistics each_message(decode::Bytes capture, Sink&& sink) {
 Table sample_table(decode::Bytes capture, const decode::MtLegacyLayout& layout) {
   Csv csv(kSampleNames);
   decode::CounterUnwrapper clock(std::uint64_t{1} << 32);
-  std::size_t index = 0, samples = 0, unread = 0;
-  const auto statistics = each_message(capture, [&](const decode::XbusMessage& m) {
+  std::size_t index = 0, samples = 0, unknown = 0;
+  const auto statistics = for_each_message(capture, [&](const decode::XbusMessage& m) {
     ++index;
     std::optional<MtSample> sample;
     if (m.id() == XbusId::mt_data2) sample = decode::mt_sample(m.data());
@@ -94,7 +81,7 @@ Table sample_table(decode::Bytes capture, const decode::MtLegacyLayout& layout) 
       if (const auto legacy = decode::mt_legacy_sample(m.data(), layout)) sample = legacy->sample;
     }
     if (!sample) {
-      unread += m.id() == XbusId::mt_data2 || m.id() == XbusId::mt_data ? 1 : 0;
+      unknown += m.id() == XbusId::mt_data2 || m.id() == XbusId::mt_data ? 1 : 0;
       return;
     }
     ++samples;
@@ -102,7 +89,7 @@ Table sample_table(decode::Bytes capture, const decode::MtLegacyLayout& layout) 
   });
   std::string contents =
       std::to_string(index) + " messages, " + std::to_string(samples) + " with measurements";
-  if (unread != 0) contents += ", " + std::to_string(unread) + " of another layout";
+  if (unknown != 0) contents += ", " + std::to_string(unknown) + " of unknown layout";
   return {std::move(csv).take(), statistics, contents};
 }
 
@@ -126,7 +113,7 @@ Table awinda_table(decode::Bytes capture, double period_s) {
       for (int i = 0; i < 3; ++i) csv.field((*v)[i]);
     csv.field(m.status);
   };
-  const auto statistics = each_message(capture, [&](const decode::XbusMessage& m) {
+  const auto statistics = for_each_message(capture, [&](const decode::XbusMessage& m) {
     if (m.id() != XbusId::mt_data2) return;
     if (const auto snapshot = decode::awinda_snapshot(m.data())) station->add(*snapshot, write);
   });
@@ -134,7 +121,7 @@ Table awinda_table(decode::Bytes capture, double period_s) {
   return {std::move(csv).take(), statistics,
           std::to_string(rows) + " samples of " + std::to_string(station->trackers()) +
               " trackers, " + std::to_string(station->missing()) + " frames missing, " +
-              std::to_string(station->late()) + " too late"};
+              std::to_string(station->late()) + " late"};
 }
 
 }  // namespace
@@ -142,7 +129,7 @@ Table awinda_table(decode::Bytes capture, double period_s) {
 Table xsens_table(decode::Bytes capture, const decode::MtLegacyLayout& layout) {
   bool snapshots = false;
   double period_s = 0.01;
-  each_message(capture, [&](const decode::XbusMessage& m) {
+  for_each_message(capture, [&](const decode::XbusMessage& m) {
     if (m.id() == XbusId::configuration)
       if (const auto c = decode::awinda_configuration(m.data()); c && c->period_s > 0.0)
         period_s = c->period_s;

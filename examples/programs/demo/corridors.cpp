@@ -1,23 +1,20 @@
-// One log of a loop of corridors, put in order in four ways.
+// Four methods on one log of a loop of corridors.
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
 #include "demos.hpp"
-#include "support/program_files.hpp"
+#include "support/plots.hpp"
 #include "support/progress_line.hpp"
 #include "support/start_errors.hpp"
 
@@ -55,8 +52,7 @@ Result<Recording> simulate(const SlamArguments& o) {
   const Rng rng(o.seed);
   const auto world = sim::make_world("corridor_loop", rng);
   if (!world) return world.error();
-  auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng,
-                                       {[&](double fraction) { progress.update(fraction); }, {}});
+  auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng, {std::ref(progress), {}});
   if (recording) progress.finish();
   return recording;
 }
@@ -78,18 +74,12 @@ Result<void> run_filter(const Recording& recording, const SlamArguments& o, Slam
   options.seed = o.seed;
   options.threads = o.threads;
   ProgressLine progress(m.name, o.quiet);
-  const auto start = std::chrono::steady_clock::now();
-  auto run = run_radar_slam(recording, options, sensors, [&](double fraction) {
-    progress.update(fraction);
-    return true;
-  });
+  auto run = run_radar_slam(recording, options, sensors, std::ref(progress));
   if (!run) return run.error();
-  progress.finish();
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  m.took_s = progress.finish();
   m.trajectory = std::move(run->trajectory);
   m.map = run->map();
-  m.took_s = took.count();
-  m.remark = std::to_string(options.particles) + " particles, drawn anew " +
+  m.remark = std::to_string(options.particles) + " particles, resampled " +
              std::to_string(run->statistics.resampled) + " times";
   return {};
 }
@@ -122,54 +112,38 @@ eval::Table table_of(const std::vector<Method>& all) {
   return table;
 }
 
-io::Series path_series(const std::string& name, const Trajectory& trajectory, const SE2d& moved_by,
-                       io::Mark mark = io::Mark::line) {
-  io::Series series{name, {}, {}, mark};
-  for (const StampedPose& p : trajectory) {
-    const Eigen::Vector2d at = moved_by * p.T_map_base.raw().translation();
-    series.x.push_back(at.x());
-    series.y.push_back(at.y());
-  }
-  return series;
-}
-
-/// So that every method has one colour in all plots, those without odometry too.
+/// So that every method has the same colour in all plots, with and without odometry.
 std::vector<Method> odometry_last(std::vector<Method> all) {
   std::rotate(all.begin(), all.begin() + 1, all.end());
   return all;
 }
 
-/// Every run moved to begin where the truth does.
+/// All runs start at the first true pose.
 io::Plot paths(const std::vector<Method>& all, const Trajectory& truth) {
-  io::Plot plot{"Ways, begun at the same pose", "x [m]", "y [m]", {}, true};
+  io::Plot plot = top_view("Paths, started at the same pose");
   for (const Method& m : odometry_last(all)) {
     const auto start = pose_at(truth, m.trajectory.front().time);
-    const SE2d moved = *start * m.trajectory.front().T_map_base.raw().inverse();
-    plot.series.push_back(path_series(m.name, m.trajectory, moved));
+    const SE2d T = *start * m.trajectory.front().T_map_base.raw().inverse();
+    plot.series.push_back(path_series(m.name, m.trajectory, T));
   }
   plot.series.push_back(path_series("truth", truth, {}, io::Mark::dashed));
   return plot;
 }
 
 io::Plot distances(const std::vector<Method>& all, bool with_odometry) {
-  io::Plot plot{with_odometry ? "Distance from the truth" : "The same without odometry",
-                "time [s]",
-                "error [m]",
-                {},
-                false};
+  io::Plot plot = time_plot(with_odometry ? "Distance from the truth" : "The same without odometry",
+                            "error [m]");
   for (const Method& m : odometry_last(all))
     if (with_odometry || m.file != "odometry")
       plot.series.push_back({m.name, m.errors.times_s, m.errors.distances_m, io::Mark::line});
   return plot;
 }
 
-using Facts = std::vector<std::pair<std::string, std::string>>;
-
 Facts facts_of(const Recording& recording, const SlamArguments& o) {
-  const double lasts_s = to_seconds(recording.truth.back().time - recording.truth.front().time);
+  const double recording_s = to_seconds(recording.truth.back().time - recording.truth.front().time);
   return {{"seed", std::to_string(o.seed)},
           {"driven", eval::fixed(eval::path_length_m(recording.truth), 1) + " m in " +
-                         eval::fixed(lasts_s, 0) + " s"},
+                         eval::fixed(recording_s, 0) + " s"},
           {"LiDAR scans", std::to_string(recording.scans.size())},
           {"radar frames", std::to_string(recording.radar.size())}};
 }
@@ -180,10 +154,10 @@ io::Report report_of(const std::vector<Method>& all, const Recording& recording,
   report.facts(facts_of(recording, o));
   report.heading("Errors against the truth")
       .paragraph(
-          "Both begun at the same pose; nothing is aligned afterwards. The LiDAR reaches 3.5 m: it "
-          "sees two walls, and little of how far it went along them. The radar sees door frames "
-          "and "
-          "what is in the walls, and so its place along the corridor, but its bearings are coarse.")
+          "All started at the same pose, without further alignment. The LiDAR has a range of 3.5 "
+          "m: "
+          "it sees two walls, which determine the motion along them poorly. The radar detects door "
+          "frames and reflectors in the walls, which do, but its bearings are coarse.")
       .table(table_of(all));
   report.plot(paths(all, recording.truth)).plot(distances(all, true)).plot(distances(all, false));
   report.heading("Maps");
@@ -194,35 +168,30 @@ io::Report report_of(const std::vector<Method>& all, const Recording& recording,
 }
 
 Result<void> write(const std::vector<Method>& all, const Recording& recording,
-                   const SlamArguments& o, const std::string& report) {
-  const std::filesystem::path folder(o.out);
-  const auto path = [&](const std::string& name) { return (folder / name).string(); };
+                   const SlamArguments& o) {
   for (const Method& m : all) {
-    if (auto done = io::write_tum(path(m.file + ".tum"), m.trajectory, o.write()); !done)
+    if (auto done = io::write_tum(o.path(m.file + ".tum"), m.trajectory, o.write()); !done)
       return done;
     if (m.file == "odometry") continue;
     const io::Image picture = map_picture(m.map, m.trajectory);
-    if (auto done = io::write_png(path(m.file + ".png"), picture, o.write()); !done) return done;
+    if (auto done = io::write_png(o.path(m.file + ".png"), picture, o.write()); !done) return done;
   }
-  if (auto done = io::write_tum(path("truth.tum"), recording.truth, o.write()); !done) return done;
-  if (auto done = io::write_carmen(path("robot.log"), recording, o.write()); !done) return done;
-  return report_of(all, recording, o).write(report, o.write());
+  return first_error({io::write_tum(o.path("truth.tum"), recording.truth, o.write()),
+                      io::write_carmen(o.path("robot.log"), recording, o.write()),
+                      report_of(all, recording, o).write(o.path("report.html"), o.write())});
 }
 
 }  // namespace
 
 Result<void> run_corridors(const SlamArguments& o) {
   std::vector<Method> all = methods();
-  if (auto ready = prepare_files(o.out, names_of(all), o.write()); !ready) return ready;
+  if (auto ready = o.prepare(names_of(all)); !ready) return ready;
   const auto recording = simulate(o);
   if (!recording) return recording.error();
   if (auto done = run_all(*recording, o, all); !done) return done;
-  const std::string report = (std::filesystem::path(o.out) / "report.html").string();
-  if (auto done = write(all, *recording, o, report); !done) return done;
-  if (o.quiet) return {};
-  for (const auto& [name, value] : facts_of(*recording, o))
-    std::printf("%-14s %s\n", name.c_str(), value.c_str());
-  std::printf("\n%s\nreport: %s\n", table_of(all).to_text().c_str(), report.c_str());
+  if (auto done = write(all, *recording, o); !done || o.quiet) return done;
+  std::printf("%s\n%s\nreport: %s\n", to_text(facts_of(*recording, o)).c_str(),
+              table_of(all).to_text().c_str(), o.path("report.html").c_str());
   return {};
 }
 

@@ -6,11 +6,10 @@
 
 namespace wayfare::examples {
 
-/// A robot with radar and LiDAR round a loop of corridors: odometry, graph SLAM and particle
-/// filters beside each other.
+/// A robot with radar and LiDAR in a loop of corridors: odometry, graph SLAM and particle filters.
 [[nodiscard]] Result<void> run_corridors(const SlamArguments& arguments);
 
-/// A robot with LiDAR twice through an office floor: graph SLAM.
+/// A robot with LiDAR in an office floor, two rounds: graph SLAM.
 [[nodiscard]] Result<void> run_office(const SlamArguments& arguments);
 
 }  // namespace wayfare::examples

@@ -1,7 +1,6 @@
-// A robot drives two rounds through a simulated building; graph SLAM puts its log in order.
+// A robot drives two rounds through a simulated building; graph SLAM on its log.
 
 #include <cstdio>
-#include <filesystem>
 #include <string>
 
 #include <wayfare/io/carmen.hpp>
@@ -16,7 +15,7 @@ namespace {
 
 constexpr const char* kLogName = "robot.log";
 
-// Wheels as a used robot has them: one a thousandth larger than the other, and slipping.
+// Wheels with a scale difference of one thousandth, and slip.
 sim::RobotParams used_robot() {
   sim::RobotParams robot;
   robot.wheels.right_scale = 1.001;
@@ -30,12 +29,12 @@ Result<sim::SimulatedRun> simulate(const SlamArguments& o) {
   if (!planned) return planned.error();
   ProgressLine progress("simulating a robot in a building", o.quiet);
   auto run = sim::simulate_recording(planned->plan, planned->route_m, used_robot(), Rng(o.seed),
-                                     {[&](double fraction) { progress.update(fraction); }, {}});
+                                     {std::ref(progress), {}});
   if (run) progress.finish();
   return run;
 }
 
-SlamOutputs outputs_of(const sim::SimulatedRun& simulated, const TimedRun& run,
+SlamOutputs outputs_of(const sim::SimulatedRun& simulated, const Timed<GraphSlamRun>& run,
                        std::uint64_t seed) {
   const double length_s = to_seconds(simulated.truth.back().time - simulated.truth.front().time);
   return {"A robot in a simulated building",
@@ -53,12 +52,6 @@ SlamOutputs outputs_of(const sim::SimulatedRun& simulated, const TimedRun& run,
            {"loop closures", std::to_string(run.slam.statistics.loop_closures)}}};
 }
 
-void print(const SlamOutputs& outputs, const std::string& report) {
-  print_facts(outputs);
-  const eval::Table errors = error_table(trajectory_errors(outputs));
-  std::printf("\n%s\nreport: %s\n", errors.to_text().c_str(), report.c_str());
-}
-
 }  // namespace
 
 Result<void> run_office(const SlamArguments& o) {
@@ -70,9 +63,11 @@ Result<void> run_office(const SlamArguments& o) {
   const SlamOutputs outputs = outputs_of(*simulated, *slam, o.seed);
   const auto report = write_slam_outputs(o.out, outputs, o.write());
   if (!report) return report.error();
-  const std::string log = (std::filesystem::path(o.out) / kLogName).string();
-  if (auto done = io::write_carmen(log, simulated->recording, o.write()); !done) return done;
-  if (!o.quiet) print(outputs, *report);
+  if (auto done = io::write_carmen(o.path(kLogName), simulated->recording, o.write()); !done)
+    return done;
+  if (!o.quiet)
+    std::printf("%s\n%s\nreport: %s\n", to_text(outputs.facts).c_str(),
+                error_table(trajectory_errors(outputs)).to_text().c_str(), report->c_str());
   return {};
 }
 

@@ -1,4 +1,4 @@
-// LiDAR graph SLAM on a recorded log: a corrected trajectory, a map and a report out.
+// LiDAR graph SLAM on a recorded log.
 
 #include <string>
 #include <vector>
@@ -8,9 +8,9 @@
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-std::vector<examples::OptionField> fields(GraphSlamOptions& o) {
-  using examples::option_field;
+std::vector<OptionField> fields(GraphSlamOptions& o) {
   return {option_field("max_range_m", o.max_range_m),
           option_field("point_spacing_m", o.point_spacing_m),
           option_field("odometry_translation_floor_m", o.odometry.translation_floor_m),
@@ -40,31 +40,27 @@ std::vector<examples::OptionField> fields(GraphSlamOptions& o) {
           option_field("loop_kernel_sigmas", o.loop_kernel_sigmas)};
 }
 
-Result<examples::LogRun> run(const Recording& recording, const GraphSlamOptions& options,
-                             const SlamProgress& progress) {
+Result<LogRun> run(const Recording& recording, const GraphSlamOptions& options,
+                   const SlamProgress& progress) {
   auto slam = run_graph_slam(recording, options, progress);
   if (!slam) return slam.error();
   const GraphSlamStatistics& s = slam->statistics;
-  const std::string loops = std::to_string(s.loop_closures) + " accepted, " +
-                            std::to_string(s.loops_refused) + " refused";
-  const std::string size = examples::size_of(slam->graph);
-  return examples::LogRun{std::move(slam->trajectory), std::move(slam->map),
-                          std::move(slam->graph),      s.scans,
-                          s.unmatched_scans,           {{"graph", size}, {"loop closures", loops}},
-                          slam->refused_scans,         slam->first_refusal};
+  return log_run(*slam,
+                 {{"graph", size_of(slam->graph)},
+                  {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)}},
+                 slam->graph);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   GraphSlamOptions options;
-  return examples::run_log_program(
+  return run_log_program(
       argc, argv,
       {"graph_slam", "graph SLAM",
-       "Correct the trajectory of a recorded robot log by LiDAR graph SLAM and draw the map.",
+       "Estimate trajectory and map from a recorded robot log by LiDAR graph SLAM.",
        fields(options),
-       [&](const Recording& recording, const examples::SlamArguments& o,
-           const SlamProgress& progress) {
+       [&](const Recording& recording, const SlamArguments& o, const SlamProgress& progress) {
          options.threads = o.threads;
          return run(recording, options, progress);
        }});

@@ -1,5 +1,5 @@
-// Hector-class SLAM on a recorded log: every scan matched to one map at several resolutions, with
-// an inertial unit's readings levelled and fused with its navigation.
+// Hector-class SLAM on a recorded log: every scan is matched to one map at several resolutions.
+// With an inertial unit, scans are levelled and fused with its navigation filter.
 
 #include <string>
 #include <utility>
@@ -13,9 +13,9 @@
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-std::vector<examples::OptionField> fields(HectorSlamOptions& o) {
-  using examples::option_field;
+std::vector<OptionField> fields(HectorSlamOptions& o) {
   return {option_field("cell_m", o.map.finest.resolution_m),
           option_field("levels", o.map.levels),
           option_field("p_free", o.map.model.p_free),
@@ -46,13 +46,11 @@ Result<void> check(const HectorSlamOptions& o) {
   if (o.map.levels <= 8 && o.map.model.p_free < 1 && o.map.model.p_hit < 1 &&
       o.map.unknown_probability <= 1)
     return {};
-  return Error{ErrorCode::parse, "levels are at most 8, probabilities below 1"};
+  return Error{ErrorCode::parse, "at most 8 levels are allowed, and probabilities below 1"};
 }
 
-Result<examples::LogRun> run(const Recording& recording, HectorSlamOptions options,
-                             const examples::UnitOptions& unit,
-                             const examples::SlamArguments& arguments,
-                             const SlamProgress& progress) {
+Result<LogRun> run(const Recording& recording, HectorSlamOptions options, const UnitOptions& unit,
+                   const SlamArguments& arguments, const SlamProgress& progress) {
   const auto readings = unit.read(arguments.log, arguments.topics);
   if (!readings) return readings.error();
   const bool fuses = readings->has_value();
@@ -61,43 +59,35 @@ Result<examples::LogRun> run(const Recording& recording, HectorSlamOptions optio
                               options, progress);
   if (!slam) return slam.error();
   const HectorStatistics& s = slam->statistics;
-  std::vector<std::pair<std::string, std::string>> facts = {
-      {"in the map", std::to_string(s.scans_in_map)}};
+  Facts facts = {{"in the map", std::to_string(s.scans_in_map)}};
   if (fuses) {
-    facts.emplace_back("put level", std::to_string(s.levelled_scans));
+    facts.emplace_back("levelled", std::to_string(s.levelled_scans));
     facts.emplace_back("fused", std::to_string(s.fused_scans));
-    facts.emplace_back("starts of the filter", std::to_string(s.carrier_starts));
+    facts.emplace_back("filter starts", std::to_string(s.carrier_starts));
   }
-  return examples::LogRun{std::move(slam->trajectory),
-                          std::move(slam->map),
-                          {},
-                          s.scans,
-                          s.unmatched_scans,
-                          std::move(facts),
-                          slam->refused_scans,
-                          slam->first_refusal};
+  return log_run(*slam, std::move(facts));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   HectorSlamOptions options;
-  examples::UnitOptions unit;
-  return examples::run_log_program(
+  UnitOptions unit;
+  return run_log_program(
       argc, argv,
       {"hector_slam", "Hector SLAM",
-       "Follow a robot by matching each scan of a recorded log to one map at several resolutions; "
-       "no loop closures. With an inertial unit beside the range finder (--unit, or in LOG itself) "
-       "scans are put "
-       "level and its navigation leads from one to the next.",
+       "Estimate trajectory and map from a recorded log by matching each scan to one map at "
+       "several "
+       "resolutions; no loop closures. With an inertial unit beside the range finder (--unit, or "
+       "in LOG itself) scans are levelled, and its navigation filter predicts the pose of each.",
        fields(options),
-       [&](const Recording& recording, const examples::SlamArguments& arguments,
+       [&](const Recording& recording, const SlamArguments& arguments,
            const SlamProgress& progress) {
          return run(recording, options, unit, arguments, progress);
        },
        [&] { return check(options); },
-       [&](examples::CommandLine& app) {
-         unit.describe(app);
-         app.add_flag("--no-unit", unit.none, "by scans alone, though LOG has a unit");
+       [&](CommandLine& app) {
+         unit.add_options(app);
+         app.add_flag("--no-unit", unit.none, "use the scans alone, even if LOG has a unit");
        }});
 }

@@ -1,17 +1,15 @@
 #include "outputs.hpp"
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <optional>
 
 #include <wayfare/core/statistics.hpp>
-#include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 #include "support/map_painter.hpp"
-#include "support/time_plot.hpp"
+#include "support/plots.hpp"
 #include "trials.hpp"
 
 namespace wayfare::examples {
@@ -21,7 +19,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 struct Errors {
   std::vector<double> seconds, m, deg;  // of every scan; NaN without truth or particles
-  std::vector<double> believed_m, believed_deg, all_m, all_deg;
+  std::vector<double> converged_m, converged_deg, all_m, all_deg;
 };
 
 Errors errors_of(const LocalisationOutputs& o) {
@@ -39,8 +37,8 @@ Errors errors_of(const LocalisationOutputs& o) {
     e.all_m.push_back(error.m);
     e.all_deg.push_back(error.deg);
     if (!outcome.converged) continue;
-    e.believed_m.push_back(error.m);
-    e.believed_deg.push_back(error.deg);
+    e.converged_m.push_back(error.m);
+    e.converged_deg.push_back(error.deg);
   }
   return e;
 }
@@ -54,16 +52,16 @@ std::string table_of_poses(const LocalisationOutputs& o) {
     const LocalisationOutcome& s = o.run.outcomes[i];
     const SE2d& pose = s.T_map_base.mean;
     const Eigen::Vector3d sigma = s.T_map_base.covariance.diagonal().cwiseSqrt();
-    const auto figure = [&](double value) { text += eval::fixed(value, 5) + ","; };
+    const auto number = [&](double value) { text += eval::fixed(value, 5) + ","; };
     const auto flag = [&](bool value) { text += value ? "1," : "0,"; };
     text += eval::fixed(s.time.seconds(), 6) + ",";
     for (const double v :
          {pose.x(), pose.y(), pose.heading().radians(), sigma[0], sigma[1], sigma[2]})
-      figure(v);
+      number(v);
     flag(s.converged);
-    figure(s.mass);
+    number(s.mass);
     text += std::to_string(s.clusters) + "," + std::to_string(s.particles) + ",";
-    figure(s.agreement);
+    number(s.agreement);
     flag(s.weighed);
     flag(s.searched);
     flag(s.relocalised);
@@ -92,7 +90,7 @@ std::vector<double> column(const LocalisationOutputs& o, const F& f) {
   return values;
 }
 
-std::vector<Eigen::Vector2d> places(const Trajectory& trajectory) {
+std::vector<Eigen::Vector2d> positions(const Trajectory& trajectory) {
   std::vector<Eigen::Vector2d> result;
   for (const StampedPose& p : trajectory) result.push_back(p.T_map_base.raw().translation());
   return result;
@@ -108,15 +106,14 @@ void add_pictures(io::Report& report, const LocalisationOutputs& o) {
     report.image(painter.picture(),
                  std::to_string(shot.particles.size()) + " particles after " +
                      eval::fixed(to_seconds(shot.time - start), 1) + " s" +
-                     (o.truth.empty() ? "." : "; the square is where the robot was."));
+                     (o.truth.empty() ? "." : "; the square is the true position."));
   }
   MapPainter painter(o.map);
-  painter.path(places(o.truth), kGreen);
-  for (const Eigen::Vector2d& p : places(o.run.trajectory(true))) painter.dot(p, kBlue, 3);
+  painter.path(positions(o.truth), kGreen);
+  for (const Eigen::Vector2d& p : positions(o.run.trajectory(true))) painter.dot(p, kBlue, 3);
   report.image(painter.picture(), o.truth.empty()
-                                      ? "The poses believed."
-                                      : "The way driven and, in blue over it, the poses "
-                                        "believed.");
+                                      ? "The converged poses."
+                                      : "The true path and, in blue, the converged poses.");
 }
 
 io::Report report_of(const LocalisationOutputs& o) {
@@ -128,8 +125,8 @@ io::Report report_of(const LocalisationOutputs& o) {
   add_pictures(report, o);
   report.heading("Over time");
   if (!o.truth.empty()) {
-    report.plot(
-        plot_of("Distance from the truth", "error [m]", errors.seconds, {{"place", {}, errors.m}}));
+    report.plot(plot_of("Distance from the truth", "error [m]", errors.seconds,
+                        {{"position", {}, errors.m}}));
     report.plot(plot_of("Error of the heading", "error [deg]", errors.seconds,
                         {{"heading", {}, errors.deg}}));
   }
@@ -138,8 +135,10 @@ io::Report report_of(const LocalisationOutputs& o) {
                           return static_cast<double>(s.particles);
                         })}}));
   report.plot(plot_of(
-      "Belief", "share", errors.seconds,
-      {{"weight in one place", {}, column(o, [](const LocalisationOutcome& s) { return s.mass; })},
+      "Confidence", "share", errors.seconds,
+      {{"weight of the best cluster",
+        {},
+        column(o, [](const LocalisationOutcome& s) { return s.mass; })},
        {"agreement with the map",
         {},
         column(o, [](const LocalisationOutcome& s) { return s.weighed ? s.agreement : kNan; }),
@@ -156,42 +155,33 @@ std::vector<std::string> localisation_files() {
 eval::Table localisation_errors(const LocalisationOutputs& o) {
   eval::Table table({{""},
                      {"scans"},
-                     {"right", "%"},
-                     {"place RMSE", "m"},
+                     {"correct", "%"},
+                     {"position RMSE", "m"},
                      {"median", "m"},
                      {"worst", "m"},
                      {"heading RMSE", "deg"}});
   const Errors errors = errors_of(o);
   const auto row = [&](const char* name, const std::vector<double>& m,
                        const std::vector<double>& deg) {
-    const Summary place = summarise(m), turn = summarise(deg);
-    double right = 0.0;
+    const Summary position = summarise(m), heading = summarise(deg);
+    double correct = 0.0;
     for (std::size_t i = 0; i < m.size(); ++i)
-      right += PoseError{m[i], deg[i]}.right() ? 100.0 / static_cast<double>(m.size()) : 0.0;
-    table.add_row({name, std::to_string(m.size()), eval::fixed(right, 1),
-                   eval::fixed(place.rmse, 3), eval::fixed(place.median, 3),
-                   eval::fixed(place.max, 3), eval::fixed(turn.rmse, 2)});
+      correct += PoseError{m[i], deg[i]}.correct() ? 100.0 / static_cast<double>(m.size()) : 0.0;
+    table.add_row({name, std::to_string(m.size()), eval::fixed(correct, 1),
+                   eval::fixed(position.rmse, 3), eval::fixed(position.median, 3),
+                   eval::fixed(position.max, 3), eval::fixed(heading.rmse, 2)});
   };
   if (o.truth.empty()) return table;
-  row("poses believed", errors.believed_m, errors.believed_deg);
+  row("converged poses", errors.converged_m, errors.converged_deg);
   row("all", errors.all_m, errors.all_deg);
   return table;
 }
 
-Result<std::string> write_localisation(const std::string& folder,
-                                       const LocalisationOutputs& outputs,
-                                       const io::WriteOptions& options) {
-  const auto path = [&](const char* name) {
-    return (std::filesystem::path(folder) / name).string();
-  };
-  if (auto done = io::write_tum(path("trajectory.tum"), outputs.run.trajectory(true), options);
-      !done)
-    return done.error();
-  if (auto done = io::write_file(path("poses.csv"), table_of_poses(outputs), options); !done)
-    return done.error();
-  if (auto done = report_of(outputs).write(path("report.html"), options); !done)
-    return done.error();
-  return path("report.html");
+Result<void> write_localisation(const OutputArguments& to, const LocalisationOutputs& outputs) {
+  return first_error(
+      {io::write_tum(to.path("trajectory.tum"), outputs.run.trajectory(true), to.write()),
+       io::write_file(to.path("poses.csv"), table_of_poses(outputs), to.write()),
+       report_of(outputs).write(to.path("report.html"), to.write())});
 }
 
 }  // namespace wayfare::examples

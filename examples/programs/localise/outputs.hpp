@@ -1,35 +1,33 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/map_image.hpp>
-#include <wayfare/io/text_file.hpp>
 #include <wayfare/slam/localisation.hpp>
+
+#include "support/program_files.hpp"
 
 namespace wayfare::examples {
 
-/// A finished localisation; poses in the map's frame. What is referred to must outlive it.
+/// A finished run; poses in the map's frame. The references must outlive it.
 struct LocalisationOutputs {
   std::string title;
   const io::GridImage& map;
   const LocalisationRun& run;
-  const Trajectory& truth;  ///< empty where nobody knows
-  std::vector<std::pair<std::string, std::string>> facts = {};
+  const Trajectory& truth;  ///< empty if unknown
+  Facts facts = {};
 };
 
-/// Names of the files below.
+/// The files of write_localisation.
 [[nodiscard]] std::vector<std::string> localisation_files();
 
-/// Errors of the poses believed and of all, where there is truth; else no rows.
+/// Errors of the converged poses and of all; without truth, no rows.
 [[nodiscard]] eval::Table localisation_errors(const LocalisationOutputs& outputs);
 
-/// Writes trajectory.tum (the poses believed), poses.csv (every scan) and report.html; gives the
-/// report's path.
-[[nodiscard]] Result<std::string> write_localisation(const std::string& folder,
-                                                     const LocalisationOutputs& outputs,
-                                                     const io::WriteOptions& options);
+/// Writes trajectory.tum (the converged poses), poses.csv (every scan) and report.html.
+[[nodiscard]] Result<void> write_localisation(const OutputArguments& to,
+                                              const LocalisationOutputs& outputs);
 
 }  // namespace wayfare::examples

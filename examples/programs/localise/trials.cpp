@@ -30,9 +30,9 @@ Result<sim::World> world_of(const std::string& name, const Rng& rng) {
   if (comma == std::string::npos) return sim::make_world(name, rng);
   const auto voxels = io::read_points(name.substr(0, comma));
   if (!voxels) return voxels.error();
-  const auto way = io::read_points(name.substr(comma + 1));
-  if (!way) return way.error();
-  return sim::world_of_voxels(voxels->points_m, way->points_m, {}, rng);
+  const auto path = io::read_points(name.substr(comma + 1));
+  if (!path) return path.error();
+  return sim::world_of_voxels(voxels->points_m, path->points_m, {}, rng);
 }
 
 Result<Scene> scene_of(const CourseOptions& options) {
@@ -52,10 +52,10 @@ Result<Scene> scene_of(const CourseOptions& options) {
   return Scene{std::move(*world), sim::turtlebot(rng.stream(2))};
 }
 
-/// What radar saw of the world from another robot's known places on the same way.
+/// Radar detections from the known poses of another robot on the same path.
 Result<OccupancyGrid> survey(const Scene& scene, double cell_m, const Rng& rng) {
   auto robot = scene.robot;
-  robot.robot.lidar = sim::full_circle(8);  // nobody looks at it
+  robot.robot.lidar = sim::full_circle(8);  // not used
   const auto recording = sim::simulate_world(scene.world, robot, rng);
   if (!recording) return recording.error();
   OccupancyGrid grid({.resolution_m = cell_m});
@@ -78,52 +78,52 @@ Result<Recording> drive(const Scene& scene, bool with_radar, const Rng& rng) {
   return std::move(run->recording);
 }
 
-/// Metres driven up to each pose of the truth.
-std::vector<double> ways(const Trajectory& truth) {
-  std::vector<double> way{0.0};
+/// Distance travelled up to each pose of the truth, m.
+std::vector<double> distances(const Trajectory& truth) {
+  std::vector<double> distance{0.0};
   for (std::size_t i = 1; i < truth.size(); ++i)
-    way.push_back(way.back() + (truth[i].T_map_base.raw().translation() -
-                                truth[i - 1].T_map_base.raw().translation())
-                                   .norm());
-  return way;
+    distance.push_back(distance.back() + (truth[i].T_map_base.raw().translation() -
+                                          truth[i - 1].T_map_base.raw().translation())
+                                             .norm());
+  return distance;
 }
 
-LogTime time_at(const Trajectory& truth, const std::vector<double>& way, double metres) {
-  const auto at = std::lower_bound(way.begin(), way.end(), metres) - way.begin();
+LogTime time_at(const Trajectory& truth, const std::vector<double>& distance, double metres) {
+  const auto at = std::lower_bound(distance.begin(), distance.end(), metres) - distance.begin();
   return truth[std::min(static_cast<std::size_t>(at), truth.size() - 1)].time;
 }
 
-/// What came of the search that began at `from`, with `longest_m` to drive.
+/// Result of the search that began at `from`, over `longest_m`.
 Search judge(const LocalisationRun& run, const Course& course, const Trajectory& truth,
              LogTime from, double longest_m) {
-  const std::vector<double> way = ways(truth);
-  const auto way_at = [&](LogTime time) {
+  const std::vector<double> distance = distances(truth);
+  const auto distance_at = [&](LogTime time) {
     const auto at = std::lower_bound(truth.begin(), truth.end(), time,
                                      [](const StampedPose& p, LogTime t) { return p.time < t; });
-    return way[std::min(static_cast<std::size_t>(at - truth.begin()), truth.size() - 1)];
+    return distance[std::min(static_cast<std::size_t>(at - truth.begin()), truth.size() - 1)];
   };
-  const double start = way_at(from);
+  const double start = distance_at(from);
   Search search;
-  search.way_m = std::numeric_limits<double>::quiet_NaN();
+  search.distance_m = std::numeric_limits<double>::quiet_NaN();
   double scans = 0.0, wrong = 0.0;
   for (const LocalisationOutcome& o : run.outcomes) {
     const auto pose = pose_at(truth, o.time);
-    const double driven = way_at(o.time) - start;
-    if (o.time < from || !pose || driven > longest_m) continue;
-    const bool right = o.converged && pose_error(o.T_map_base.mean, *pose).right();
-    if (right && !search.found) search.way_m = driven;
-    search.found = right;
+    const double travelled = distance_at(o.time) - start;
+    if (o.time < from || !pose || travelled > longest_m) continue;
+    const bool correct = o.converged && pose_error(o.T_map_base.mean, *pose).correct();
+    if (correct && !search.found) search.distance_m = travelled;
+    search.found = correct;
     const bool mirrored =
-        course.symmetry && pose_error(o.T_map_base.mean, *course.symmetry * *pose).right();
-    search.narrowed = mirrored || pose_error(o.T_map_base.mean, *pose).right();
-    search.wrongly_believed = o.converged && !right;
+        course.symmetry && pose_error(o.T_map_base.mean, *course.symmetry * *pose).correct();
+    search.best_is_correct = mirrored || pose_error(o.T_map_base.mean, *pose).correct();
+    search.wrong = o.converged && !correct;
     scans += 1.0;
-    wrong += search.wrongly_believed ? 1.0 : 0.0;
-    search.mirrored = search.wrongly_believed && mirrored;
+    wrong += search.wrong ? 1.0 : 0.0;
+    search.mirrored = search.wrong && mirrored;
     search.clusters = o.clusters;
   }
   search.share_wrong = scans > 0.0 ? wrong / scans : 0.0;
-  if (!search.found) search.way_m = std::numeric_limits<double>::quiet_NaN();
+  if (!search.found) search.distance_m = std::numeric_limits<double>::quiet_NaN();
   return search;
 }
 
@@ -136,9 +136,9 @@ Gaussian<SE2d> known(const SE2d& pose) {
 }  // namespace
 
 PoseError pose_error(const SE2d& estimate, const SE2d& truth) {
-  const double turn = estimate.heading().radians() - truth.heading().radians();
+  const double heading = estimate.heading().radians() - truth.heading().radians();
   return {(estimate.translation() - truth.translation()).norm(),
-          std::abs(Angle::radians(wrap_to_pi(turn)).degrees())};
+          std::abs(Angle::radians(wrap_to_pi(heading)).degrees())};
 }
 
 Result<Course> make_course(const CourseOptions& options) {
@@ -160,51 +160,52 @@ Result<Course> make_course(const CourseOptions& options) {
   if (!map) return map.error();
   const std::string file = options.world.substr(0, options.world.find(','));
   Course course{std::filesystem::path(file).filename().string(), *std::move(recording), *map};
-  // Half a turn about the middle of its 18 m x 30 m.
+  // Rotation by 180 degrees about the centre of its 18 m x 30 m.
   if (options.world == "corridor_loop") course.symmetry = SE2d(18.0, 30.0, 180.0_deg);
   return course;
 }
 
 Result<Search> try_global(const Course& course, const LocalisationOptions& options,
-                          std::uint64_t seed, double way_m) {
+                          std::uint64_t seed, double distance_m) {
   const Trajectory& truth = course.recording.truth;
-  const std::vector<double> way = ways(truth);
+  const std::vector<double> distance = distances(truth);
   Rng rng = Rng(seed).stream(4);
-  const double from = rng.uniform() * std::max(0.0, way.back() - way_m - 1.0);
-  const LogTime begin = time_at(truth, way, from);
+  const double from = rng.uniform() * std::max(0.0, distance.back() - distance_m - 1.0);
+  const LogTime begin = time_at(truth, distance, from);
   const Recording part =
-      sim::part_of(course.recording, begin, time_at(truth, way, from + way_m + 1.0));
+      sim::part_of(course.recording, begin, time_at(truth, distance, from + distance_m + 1.0));
   const auto run = run_localisation(part, course.map, options, seed);
   if (!run) return run.error();
-  return judge(*run, course, part.truth, begin, way_m);
+  return judge(*run, course, part.truth, begin, distance_m);
 }
 
 Result<Search> try_kidnapped(const Course& course, const LocalisationOptions& options,
-                             std::uint64_t seed, double way_m) {
+                             std::uint64_t seed, double distance_m) {
   const Trajectory& truth = course.recording.truth;
-  const std::vector<double> way = ways(truth);
+  const std::vector<double> distance = distances(truth);
   Rng rng = Rng(seed).stream(5);
   constexpr double kBefore_m = 5.0;
-  const LogTime lifted = time_at(truth, way, kBefore_m);
+  const LogTime lifted = time_at(truth, distance, kBefore_m);
   const SE2d there = *pose_at(truth, lifted);
-  // Put down where it can be told from where it was.
+  // At a pose that differs enough from the last one.
   LogTime down = lifted;
   for (int tries = 0; tries < 100; ++tries) {
-    const double at = rng.uniform(kBefore_m, std::max(kBefore_m, way.back() - way_m - 1.0));
-    down = time_at(truth, way, at);
+    const double at =
+        rng.uniform(kBefore_m, std::max(kBefore_m, distance.back() - distance_m - 1.0));
+    down = time_at(truth, distance, at);
     const PoseError apart = pose_error(*pose_at(truth, down), there);
     if (apart.m > 2.0 || apart.deg > 60.0) break;
   }
   const Recording carried = sim::kidnapped(course.recording, lifted, down);
-  const std::vector<double> carried_way = ways(carried.truth);
+  const std::vector<double> carried_distance = distances(carried.truth);
   const double jump = (pose_at(truth, down)->translation() - there.translation()).norm();
   const Recording part =
       sim::part_of(carried, carried.truth.front().time,
-                   time_at(carried.truth, carried_way, kBefore_m + jump + way_m + 1.0));
+                   time_at(carried.truth, carried_distance, kBefore_m + jump + distance_m + 1.0));
   const auto run =
       run_localisation(part, course.map, options, seed, known(part.truth.front().T_map_base.raw()));
   if (!run) return run.error();
-  return judge(*run, course, part.truth, lifted, way_m);
+  return judge(*run, course, part.truth, lifted, distance_m);
 }
 
 Result<Tracking> try_tracking(const Course& course, const LocalisationOptions& options,
@@ -224,7 +225,7 @@ Result<Tracking> try_tracking(const Course& course, const LocalisationOptions& o
     square_m += e.m * e.m / n;
     square_deg += e.deg * e.deg / n;
     result.worst_m = std::max(result.worst_m, e.m);
-    result.believed += o.converged ? 1.0 / n : 0.0;
+    result.converged += o.converged ? 1.0 / n : 0.0;
     result.particles += static_cast<double>(o.particles) / n;
     weighed += o.weighed ? static_cast<double>(o.particles) : 0.0;
   }

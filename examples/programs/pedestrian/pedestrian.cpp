@@ -1,4 +1,4 @@
-// Where somebody walked, from a recorded unit on the body or on a foot.
+// Pedestrian dead reckoning from a recorded unit on the body or on a foot.
 
 #include <algorithm>
 #include <cstdio>
@@ -10,22 +10,20 @@
 
 #include "ahrs/recording.hpp"
 #include "outputs.hpp"
-#include "run.hpp"
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 #include "support/progress_line.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-struct Arguments {
-  std::string file, out, truth, length = "kim", forward = "y";
-  bool foot = false, force = false, quiet = false, no_magnetometer = false, any_way_round = false;
+struct Arguments : OutputArguments {
+  std::string file, truth, length = "kim", forward = "y";
+  bool foot = false, no_magnetometer = false, any_way_round = false;
   bool ared = false, uncalibrated = false;
   double factor = 0.0, height_m = 1.75, declination_deg = 0.0, straight_degps = 0.0;
   double gyro_range_degps = 2000.0;
-  examples::RecordingOptions recording;
+  RecordingOptions recording;
 };
 
 StepLength length_model(const Arguments& a) {
@@ -37,15 +35,14 @@ StepLength length_model(const Arguments& a) {
   return model;
 }
 
-examples::WalkRun walk(const Arguments& a, const io::MargFile& file) {
-  examples::ProgressLine line("walk", a.quiet);
-  const auto progress = [&](double part) { line.update(part); };
-  examples::WalkRun done;
+WalkRun walk(const Arguments& a, const io::MargFile& file) {
+  ProgressLine progress("walk", a.quiet);
+  WalkRun run;
   if (a.foot) {
     FootParameters p;
     p.rate_range = Angle::degrees(0.997 * a.gyro_range_degps).radians();
     if (a.ared) p.statistic = StanceStatistic::ared;
-    done = examples::run_foot(file.samples, p, progress);
+    run = run_foot(file.samples, p, std::ref(progress));
   } else {
     PedestrianParameters p;
     p.length = length_model(a);
@@ -55,15 +52,14 @@ examples::WalkRun walk(const Arguments& a, const io::MargFile& file) {
     p.ahrs.declination = Angle::degrees(a.declination_deg);
     p.axis = a.any_way_round ? WalkingAxis::principal : WalkingAxis::sensor;
     p.forward = (a.forward[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(a.forward.back() - 'x');
-    done = examples::run_steps(file.samples, p, progress);
+    run = run_steps(file.samples, p, std::ref(progress));
   }
-  line.finish();
-  return done;
+  progress.finish();
+  return run;
 }
 
 Result<void> run(const Arguments& a) {
-  const io::WriteOptions write{a.force ? io::Existing::replace : io::Existing::refuse};
-  if (auto free = examples::prepare_walk_folder(a.out, write); !free) return free;
+  if (auto ready = a.prepare(walk_output_names()); !ready) return ready;
   const auto file = a.recording.read(a.file);
   if (!file) return file.error();
   Trajectory truth;
@@ -74,32 +70,29 @@ Result<void> run(const Arguments& a) {
     std::stable_sort(truth.begin(), truth.end(),
                      [](const auto& x, const auto& y) { return x.time < y.time; });
   }
-  const examples::WalkRun done = walk(a, *file);
-  if (done.rows.empty())
+  const WalkRun run = walk(a, *file);
+  if (run.rows.empty())
     return Error{ErrorCode::degenerate,
                  a.foot ? "gives no attitude: no reading of gyro and accelerometer near gravity"
-                        : "holds no walk: no row of steps with an attitude",
+                        : "contains no walk: no sequence of steps with an attitude",
                  a.file};
   const auto title = "Walk: " + std::filesystem::path(a.file).filename().string();
-  const auto report = examples::write_walk_outputs(a.out, title, done, truth, write);
-  if (!report) return report.error();
-  if (a.quiet) return {};
-  std::printf("%sreport: %s\n", examples::walk_text(done, truth).c_str(), report->c_str());
+  if (auto done = write_walk_outputs(a, title, run, truth); !done || a.quiet) return done;
+  std::printf("%sreport: %s\n", walk_text(run, truth).c_str(), a.path("report.html").c_str());
   return {};
 }
 
-void describe(examples::CommandLine& app, Arguments& a) {
-  examples::RecordingOptions::add_path(app, "FILE", a.file);
-  app.add_option("--out", a.out, "folder for the results, made where needed").required();
-  app.add_option("--truth", a.truth,
-                 "true positions by the same clock, TUM text: drawn beside, and compared")
+void add_options(CommandLine& app, Arguments& a) {
+  RecordingOptions::add_path(app, "FILE", a.file);
+  add_out(app, a);
+  app.add_option("--truth", a.truth, "true positions on the same clock, TUM text, to compare with")
       .existing_file();
-  app.add_flag("--foot", a.foot, "the unit is on a foot: velocity is zero where it stands");
-  app.add_flag("--ared", a.ared, "stances by the gyro alone (with --foot)");
-  app.add_option("--gyro-range", a.gyro_range_degps, "degrees a second (with --foot)")
+  app.add_flag("--foot", a.foot, "the unit is on a foot, with zero velocity in stance phases");
+  app.add_flag("--ared", a.ared, "detect stance phases by the gyro alone (with --foot)");
+  app.add_option("--gyro-range", a.gyro_range_degps, "of the unit, deg/s (with --foot)")
       .positive()
       .show_default();
-  app.add_option("--length", a.length, "model of the step's length")
+  app.add_option("--length", a.length, "step length model")
       .one_of({"kim", "constant", "weinberg", "frequency"})
       .show_default();
   app.add_option("--factor", a.factor, "the model's factor, from a walk of known length")
@@ -107,36 +100,36 @@ void describe(examples::CommandLine& app, Arguments& a) {
   app.add_option("--height", a.height_m, "of the walker, metres (with --length frequency)")
       .positive()
       .show_default();
-  app.add_option("--forward", a.forward, "the unit's axis that points where one walks")
+  app.add_option("--forward", a.forward, "the unit's axis in the direction of walking")
       .one_of({"x", "y", "z", "-x", "-y", "-z"})
       .show_default();
-  app.add_flag("--any-way-round", a.any_way_round, "find it from how the body sways");
-  app.add_flag("--no-magnetometer", a.no_magnetometer, "gyro and accelerometer alone");
+  app.add_flag("--any-way-round", a.any_way_round,
+               "find the direction of walking from the body's motion");
+  app.add_flag("--no-magnetometer", a.no_magnetometer, "use gyro and accelerometer alone");
   app.add_flag("--uncalibrated", a.uncalibrated,
-               "the magnetometer was never calibrated: its iron is found on the way, and headings "
-               "count from the start");
-  app.add_option("--declination", a.declination_deg, "of magnetic north, degrees east")
+               "the magnetometer is not calibrated: its offset is estimated during the walk, and "
+               "headings are relative to the start");
+  app.add_option("--declination", a.declination_deg,
+                 "of magnetic from true north, degrees, east positive")
       .range(-180.0, 180.0)
       .show_default();
   app.add_option("--straight", a.straight_degps,
-                 "take the rate of turning that returns most often for the gyro's bias, of this "
-                 "size, degrees a second: 0.2 for ways of straight pieces")
+                 "standard deviation of the gyro bias, deg/s, estimated as the most frequent yaw "
+                 "rate: 0.2 for paths with straight segments")
       .range(0.0, 5.0)
       .show_default();
-  app.add_flag("--force", a.force, "replace files of an earlier run");
-  app.add_flag("--quiet", a.quiet, "no progress and no tables");
-  a.recording.describe(app);
+  add_force_and_quiet(app, a);
+  a.recording.add_options(app);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
-      "Find out where somebody walked from a recorded unit with gyro and accelerometer, on the "
-      "body "
-      "or (--foot) on a foot. Writes track.csv, trajectory.tum and report.html.");
+  CommandLine app(
+      "Pedestrian dead reckoning from a recorded unit with gyro and accelerometer, on the body or "
+      "(--foot) on a foot. Writes track.csv, trajectory.tum and report.html.");
   Arguments arguments;
-  describe(app, arguments);
+  add_options(app, arguments);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("pedestrian", run(arguments));
+  return exit_code("pedestrian", run(arguments));
 }

@@ -7,7 +7,7 @@
 namespace wayfare::examples {
 namespace {
 
-void tell(const Progress& progress, std::size_t i, std::size_t n) {
+void update(const Progress& progress, std::size_t i, std::size_t n) {
   if (i % 4096 == 0) progress(static_cast<double>(i) / static_cast<double>(n));
 }
 
@@ -37,8 +37,8 @@ WalkRun run_steps(const MargRecording& samples, const PedestrianParameters& para
     const MargUpdateStatus status = pedestrian.add(samples[i], keep);
     if (status.accelerometer == UpdateStatus::used ||
         status.accelerometer == UpdateStatus::saturated)
-      run.strength.emplace_back(samples[i].time, samples[i].specific_force_mps2.norm());
-    tell(progress, i, samples.size());
+      run.force.emplace_back(samples[i].time, samples[i].specific_force_mps2.norm());
+    update(progress, i, samples.size());
   }
   const PedestrianReport report = pedestrian.report();
   run.events = report.steps;
@@ -48,7 +48,7 @@ WalkRun run_steps(const MargRecording& samples, const PedestrianParameters& para
       {"accelerometer", readings(report.ahrs.accelerometer)},
       {"magnetometer", readings(report.ahrs.magnetometer) + ", " +
                            std::to_string(report.ahrs.magnetometer.disturbed) + " disturbed"},
-      {"attitude begun anew", std::to_string(report.ahrs.restarts)},
+      {"attitude restarts", std::to_string(report.ahrs.restarts)},
       {"steps without a heading", std::to_string(report.without_heading)}};
   return run;
 }
@@ -72,16 +72,16 @@ WalkRun run_foot(const MargRecording& samples, const FootParameters& parameters,
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const MargSample& s = samples[i];
     tracker.add({s.time, s.angular_rate_radps, s.specific_force_mps2}, keep);
-    tell(progress, i, samples.size());
+    update(progress, i, samples.size());
   }
   tracker.finish(keep);
   const FootReport& report = tracker.report();
   run.events = report.stances;
   run.facts = {{"gyro", readings(report.gyro)},
                {"accelerometer", readings(report.accelerometer)},
-               {"stances doubted", std::to_string(report.rejected)},
+               {"unreliable stances", std::to_string(report.rejected)},
                {"gaps", std::to_string(report.gaps)},
-               {"taken anew", std::to_string(report.lost)}};
+               {"reinitialised", std::to_string(report.lost)}};
   return run;
 }
 

@@ -13,9 +13,11 @@
 #include <wayfare/sensors/marg.hpp>
 #include <wayfare/sensors/recording.hpp>
 
+#include "support/program_files.hpp"
+
 namespace wayfare::examples {
 
-/// Where the walker is: after a step, or at a reading of a unit on the foot.
+/// State of the walker after a step, or at a reading of a unit on the foot.
 struct WalkRow {
   LogTime time;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -23,15 +25,15 @@ struct WalkRow {
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
   double step_m = 0.0;      ///< length of the step, or of the stride that ends here
   double interval_s = 0.0;  ///< of the step
-  double still = 0.0;       ///< the foot's statistic of standing
-  bool event = false;       ///< a step, or a stance that was believed
+  double still = 0.0;       ///< stance statistic of the foot
+  bool event = false;       ///< a step, or an accepted stance
 };
 
 struct WalkRun {
   std::vector<WalkRow> rows;
-  /// Strength of the specific force, m/s², in which steps show.
-  std::vector<std::pair<LogTime, double>> strength;
-  std::vector<std::pair<std::string, std::string>> facts;  ///< what was found, and what went wrong
+  /// Norm of the specific force, m/s².
+  std::vector<std::pair<LogTime, double>> force;
+  Facts facts;
   double walked_m = 0.0;
   std::size_t events = 0;
   bool foot = false;

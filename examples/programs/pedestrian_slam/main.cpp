@@ -1,4 +1,5 @@
-// Submap SLAM on a walker: steps by an inertial unit are the odometry, and the map corrects them.
+// Submap SLAM of a walker: steps detected by an inertial unit are the odometry, which the map
+// corrects.
 
 #include <string>
 #include <utility>
@@ -14,24 +15,25 @@
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-struct Unit : examples::UnitOptions {
+struct Unit : UnitOptions {
   double step_m = 0.0;
   bool no_magnetometer = false, no_steps = false, no_feedback = false, no_heading = false;
 
-  void describe(examples::CommandLine& app) {
-    UnitOptions::describe(app);
-    app.add_option("--step", step_m, "length of every step, m; else by the steps' strength")
+  void add_options(CommandLine& app) {
+    UnitOptions::add_options(app);
+    app.add_option("--step", step_m,
+                   "length of every step, m; by default from the steps' acceleration")
         .positive();
-    app.add_flag("--no-magnetometer", no_magnetometer, "no heading by it where the map tells none");
-    app.add_flag("--no-steps", no_steps, "take the unit's turns and tilt only");
-    app.add_flag("--no-feedback", no_feedback, "leave steps and heading as they are");
+    app.add_flag("--no-magnetometer", no_magnetometer, "no heading by it where the map gives none");
+    app.add_flag("--no-steps", no_steps, "use only rotation and tilt of the unit");
+    app.add_flag("--no-feedback", no_feedback, "do not correct steps and heading by the map");
     app.add_flag("--no-heading", no_heading,
-                 "let the map correct the steps, and not the unit's own heading");
+                 "let the map correct the steps but not the unit's heading");
   }
 
-  void apply(PedestrianSlamOptions& o, const examples::UnitReadings& readings,
-             const Recording& log) const {
+  void apply(PedestrianSlamOptions& o, const UnitReadings& readings, const Recording& log) const {
     o.q_unit_laser = q_unit_laser();
     o.pedestrian.forward = forward_axis();
     if (readings.q_base_unit) {
@@ -47,13 +49,12 @@ struct Unit : examples::UnitOptions {
   }
 };
 
-Result<examples::LogRun> run(const Recording& recording, PedestrianSlamOptions options,
-                             const Unit& unit, const examples::SlamArguments& arguments,
-                             const SlamProgress& progress) {
+Result<LogRun> run(const Recording& recording, PedestrianSlamOptions options, const Unit& unit,
+                   const SlamArguments& arguments, const SlamProgress& progress) {
   const auto readings = unit.read(arguments.log, arguments.topics);
   if (!readings) return readings.error();
   if (!*readings)
-    return Error{ErrorCode::not_found, "holds no inertial unit: --unit must name one's recording",
+    return Error{ErrorCode::not_found, "contains no inertial unit: --unit must name its recording",
                  arguments.log};
   unit.apply(options, **readings, recording);
   options.slam.threads = arguments.threads;
@@ -61,18 +62,12 @@ Result<examples::LogRun> run(const Recording& recording, PedestrianSlamOptions o
   if (!walk) return walk.error();
   SubmapSlamRun& slam = walk->slam;
   const SubmapSlamStatistics& s = slam.statistics;
-  return examples::LogRun{
-      std::move(slam.trajectory),
-      std::move(slam.map),
-      slam.graph,
-      s.scans,
-      s.unmatched_scans,
+  return log_run(
+      slam,
       {{"submaps", std::to_string(s.submaps) + " of " + std::to_string(s.nodes) + " scans"},
-       {"loop closures", std::to_string(s.loop_closures) + " accepted, " +
-                             std::to_string(s.loops_refused) + " refused"},
+       {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)},
        {"steps' scale", eval::fixed(walk->step_scale, 3)}},
-      slam.refused_scans,
-      slam.first_refusal};
+      slam.graph);
 }
 
 }  // namespace
@@ -80,16 +75,16 @@ Result<examples::LogRun> run(const Recording& recording, PedestrianSlamOptions o
 int main(int argc, char** argv) {
   PedestrianSlamOptions options;
   Unit unit;
-  return examples::run_log_program(
+  return run_log_program(
       argc, argv,
       {"pedestrian_slam", "pedestrian SLAM",
-       "Follow a walker who carries a range finder and an inertial unit: submap SLAM with steps "
-       "for odometry, corrected by the map; scans are levelled by the unit's attitude.",
-       examples::submap_slam_fields(options.slam),
-       [&](const Recording& recording, const examples::SlamArguments& arguments,
+       "Estimate trajectory and map of a walker with range finder and inertial unit: submap SLAM "
+       "with steps as odometry, corrected by the map; scans are levelled by the unit's attitude.",
+       submap_slam_fields(options.slam),
+       [&](const Recording& recording, const SlamArguments& arguments,
            const SlamProgress& progress) {
          return run(recording, options, unit, arguments, progress);
        },
-       [&] { return examples::check_submap_slam(options.slam); },
-       [&](examples::CommandLine& app) { unit.describe(app); }});
+       [&] { return check_submap_slam(options.slam); },
+       [&](CommandLine& app) { unit.add_options(app); }});
 }

@@ -2,8 +2,6 @@
 
 #include <map>
 
-#include "support/command_line.hpp"
-
 namespace wayfare::examples {
 namespace {
 
@@ -51,14 +49,14 @@ RobustKernelKind kernel_of(Robust robust) {
 
 void describe_files(CommandLine& app, Arguments& a) {
   app.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip").required();
-  app.add_option("--out", a.output, "where the optimised graph is written").required();
-  app.add_flag("--force", a.force, "overwrite what is there");
+  add_out(app, a, "file for the optimised graph");
+  app.add_flag("--force", a.force, "replace existing files");
   app.add_option("--svg", a.svg,
-                 "draws the graph before and after: path, loops, rejected loops in red (3D from "
-                 "above)");
+                 "file for a drawing of the graph before and after: path, loops, rejected loops in "
+                 "red (3D from above)");
   app.add_option("--marginals", a.marginals,
-                 "CSV of every pose's covariance, in its own frame, the fixed poses being exact");
-  app.add_option("--rejected", a.rejected, "CSV of the edges that --robust gnc found false");
+                 "CSV of every pose's covariance in its own frame; fixed poses are exact");
+  app.add_option("--rejected", a.rejected, "CSV of the edges that --robust gnc rejects");
   app.add_choice("--indefinite", a.indefinite, kIndefinite,
                  "information matrices that are not positive semi-definite: refuse the file "
                  "(default) or project onto the nearest that is");
@@ -66,34 +64,37 @@ void describe_files(CommandLine& app, Arguments& a) {
 
 void describe_solution(CommandLine& app, Arguments& a, MaybeStart& start) {
   app.add_choice("--init", start, kStarts,
-                 "poses to start from: the file's, the chain of edges between neighbours, a "
-                 "spanning tree of least depth, or chordal relaxation (default file; with --robust "
-                 "gnc a tree over odometry)");
-  app.add_choice("--robust", a.robust, kRobust,
-                 "against false edges between vertices that are not neighbours in the file: a "
-                 "kernel, or gnc (graduated non-convexity with truncated least squares; gnc-gm: "
-                 "with Geman-McClure), which says which they are (default none)");
-  app.add_flag("--robust-all", a.robust_odometry, "edges between neighbours may be false too");
+                 "initial poses: of the file, the chain of edges between neighbours, a spanning "
+                 "tree of least depth, or chordal relaxation (default file; with --robust gnc a "
+                 "tree over odometry)");
+  app.add_choice(
+      "--robust", a.robust, kRobust,
+      "against outliers among edges between vertices that are not neighbours in the file: "
+      "a kernel, or gnc (graduated non-convexity with truncated least squares; gnc-gm: "
+      "with Geman-McClure), which identifies them (default none)");
+  app.add_flag("--robust-all", a.robust_odometry, "edges between neighbours may be outliers too");
   app.add_option("--robust-scale", a.options.kernel.scale,
-                 "residual in standard deviations where the kernel bends")
+                 "scale of the kernel in standard deviations")
       .positive()
       .show_default();
   app.add_option("--inliers", a.inlier_probability,
-                 "share of true edges gnc is to keep where informations are honest")
+                 "share of inliers gnc is to keep if the information matrices are consistent")
       .range(0.5, 1.0 - 1e-12)
       .show_default();
   app.add_flag("--incremental", a.incremental,
-               "replay the graph edge by edge, solved after each, each pose placed by the first "
-               "edge that reaches it");
+               "add the graph edge by edge and solve after each; each pose is initialised by its "
+               "first edge");
   app.add_choice("--method", a.options.method, kMethods,
                  "gn: Gauss-Newton, falling back to lm where a step fails (default); lm: "
                  "Levenberg-Marquardt");
-  app.add_choice("--solver", a.solver, kSolvers, "sparse Cholesky (default block: our own)");
+  app.add_choice("--solver", a.solver, kSolvers,
+                 "sparse Cholesky (default block: that of wayfare)");
   app.add_option("--threads", a.options.threads,
-                 "that factorise with the block solver; the results do not depend on them")
+                 "of the block solver; results do not depend on their number")
       .range(1, 256)
       .show_default();
-  app.add_option("--max-iterations", a.options.max_iterations, "linear systems solved at most")
+  app.add_option("--max-iterations", a.options.max_iterations,
+                 "largest number of linear systems solved")
       .range(1, 1'000'000)
       .show_default();
 }
@@ -102,7 +103,7 @@ void describe_solution(CommandLine& app, Arguments& a, MaybeStart& start) {
 
 std::optional<int> parse(int argc, char** argv, Arguments& a) {
   CommandLine app(
-      "Optimises the pose graph of a g2o file: prints the sum of e'We before and after (g2o's "
+      "Optimise the pose graph of a g2o file: prints the sum of e'We before and after (g2o's "
       "error, no factor 1/2), iterations and milliseconds, and writes the graph.");
   MaybeStart start;
   describe_files(app, a);

@@ -8,20 +8,20 @@
 #include <wayfare/graph/start.hpp>
 #include <wayfare/io/g2o.hpp>
 
+#include "support/program_files.hpp"
+
 namespace wayfare::examples {
 
 enum class SolverChoice { block, eigen, cholmod };
 
 enum class Robust { none, huber, cauchy, geman_mcclure, dcs, gnc, gnc_geman_mcclure };
 
-struct Arguments {
+struct Arguments : OutputArguments {
   std::string input;
-  std::string output;
   std::string svg, marginals, rejected;  ///< empty: not written
-  bool force = false;
   io::IndefiniteInformation indefinite = io::IndefiniteInformation::refuse;
   StartMethod start = StartMethod::given;
-  bool start_from_trusted = false;  ///< GNC's own start, where --init does not name another
+  bool start_from_trusted = false;  ///< GNC's own initialisation, without --init
   SolverChoice solver = SolverChoice::block;
   Robust robust = Robust::none;
   bool robust_odometry = false;
@@ -34,7 +34,7 @@ struct Arguments {
   }
 };
 
-/// The exit code where the program is to end.
+/// The exit code if the program is to end.
 [[nodiscard]] std::optional<int> parse(int argc, char** argv, Arguments& a);
 
 }  // namespace wayfare::examples

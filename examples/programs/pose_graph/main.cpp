@@ -1,7 +1,6 @@
 // Optimises a pose graph from a g2o file and writes it back.
 
 #include <cstdio>
-#include <filesystem>
 #include <string>
 #include <variant>
 
@@ -10,13 +9,11 @@
 #include "arguments.hpp"
 #include "outputs.hpp"
 #include "solve.hpp"
-#include "support/exit_code.hpp"
 
 namespace {
 
 using namespace wayfare;
-using examples::Arguments;
-using examples::Outcome;
+using namespace wayfare::examples;
 
 void print(const Outcome& outcome, const Arguments& a) {
   const OptimiseReport& r = outcome.report;
@@ -45,15 +42,15 @@ void print(const Outcome& outcome, const Arguments& a) {
 
 template <LieGroup G>
 Result<void> write(const io::GraphFile<G>& file, const PoseGraph<G>& graph,
-                   const std::vector<G>& started, const Outcome& outcome, const Arguments& a) {
-  const io::WriteOptions options{a.force ? io::Existing::replace : io::Existing::refuse};
-  auto done = io::write_g2o(a.output, file, options);
+                   const std::vector<G>& initial, const Outcome& outcome, const Arguments& a) {
+  const io::WriteOptions options = a.write();
+  auto done = io::write_g2o(a.out, file, options);
   if (done && !a.svg.empty())
-    done = io::write_file(a.svg, examples::draw(graph, started, outcome.rejected), options);
+    done = io::write_file(a.svg, draw(graph, initial, outcome.rejected), options);
   if (done && !a.rejected.empty())
-    done = io::write_file(a.rejected, examples::edges_table(graph, outcome.rejected), options);
+    done = io::write_file(a.rejected, edges_table(graph, outcome.rejected), options);
   if (!done || a.marginals.empty()) return done;
-  const auto table = examples::marginals_table(graph, outcome.rejected, a.options.kernel);
+  const auto table = marginals_table(graph, outcome.rejected, a.options.kernel);
   return table ? io::write_file(a.marginals, *table, options) : table.error();
 }
 
@@ -64,19 +61,16 @@ Result<void> run(io::GraphFile<G>& file, const Arguments& a) {
     for (auto& edge : graph.edges) edge.robust = true;
   }
   std::printf("vertices   %zu\nedges      %zu\n", graph.poses.size(), graph.edges.size());
-  std::vector<G> started;
-  const auto outcome = examples::solve(graph, a, started);
+  std::vector<G> initial;
+  const auto outcome = solve(graph, a, initial);
   if (!outcome) return outcome.error();
   print(*outcome, a);
   io::take_poses(graph, file);
-  return write(file, graph, started, *outcome, a);
+  return write(file, graph, initial, *outcome, a);
 }
 
 Result<void> run(const Arguments& a) {
-  for (const std::string& path : {a.output, a.svg, a.marginals, a.rejected}) {
-    if (a.force || path.empty() || !std::filesystem::exists(path)) continue;
-    return Error{ErrorCode::io, "exists already; --force overwrites it", path};
-  }
+  if (auto ok = refuse_existing({a.out, a.svg, a.marginals, a.rejected}, a.write()); !ok) return ok;
   auto file = io::read_g2o(a.input, {.indefinite = a.indefinite});
   if (!file) return file.error();
   return std::visit([&](auto& graph) { return run(graph, a); }, *file);
@@ -86,6 +80,6 @@ Result<void> run(const Arguments& a) {
 
 int main(int argc, char** argv) {
   Arguments arguments;
-  if (const auto code = examples::parse(argc, argv, arguments)) return *code;
-  return examples::exit_code("pose_graph", run(arguments));
+  if (const auto code = parse(argc, argv, arguments)) return *code;
+  return exit_code("pose_graph", run(arguments));
 }

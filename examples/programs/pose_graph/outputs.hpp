@@ -8,19 +8,19 @@
 
 namespace wayfare::examples {
 
-/// The graph at the poses `before` and at its own, beside each other; `rejected` are edges.
+/// An SVG of the graph with the poses `before` and with its poses; `rejected` are edges.
 template <LieGroup G>
 [[nodiscard]] std::string draw(const PoseGraph<G>& graph, const std::vector<G>& before,
                                const std::vector<int>& rejected);
 
-/// One row a pose: its label and the upper triangle of its covariance, with units in the heading.
-/// `rejected` edges do not count.
+/// One row per pose: label and upper triangle of the covariance, units in the heading. Without the
+/// `rejected` edges.
 template <LieGroup G>
 [[nodiscard]] Result<std::string> marginals_table(const PoseGraph<G>& graph,
                                                   const std::vector<int>& rejected,
                                                   const RobustKernel& kernel);
 
-/// One row an edge: its ends' labels.
+/// One row per edge: the labels of its vertices.
 template <LieGroup G>
 [[nodiscard]] std::string edges_table(const PoseGraph<G>& graph, const std::vector<int>& edges);
 

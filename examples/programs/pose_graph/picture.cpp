@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kPanel_px = 560.0, kMargin_px = 24.0, kTitle_px = 30.0;
 
-/// Where metres come to lie in a panel.
+/// From metres to pixels of a panel.
 struct Frame {
   double left = std::numeric_limits<double>::infinity(), right = -left, low = left, high = -left;
 
@@ -53,7 +53,9 @@ class Panel {
   }
 
  private:
-  const auto& place(int pose) const { return poses_[static_cast<std::size_t>(pose)].translation(); }
+  const auto& position(int pose) const {
+    return poses_[static_cast<std::size_t>(pose)].translation();
+  }
 
   double sum_of_errors(const std::vector<char>& rejected) const {
     double sum = 0.0;
@@ -80,7 +82,8 @@ class Panel {
   }
 
   void point(char command, int pose) {
-    append(out_, "%c%.1f %.1f", command, frame_.px(place(pose)[0]), frame_.py(place(pose)[1]));
+    append(out_, "%c%.1f %.1f", command, frame_.px(position(pose)[0]),
+           frame_.py(position(pose)[1]));
   }
 
   std::string& out_;

@@ -8,10 +8,11 @@ namespace wayfare::examples {
 template <LieGroup G>
 Result<void> replay(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome) {
   if (a.graduated() || a.solver != SolverChoice::block)
-    return Error{ErrorCode::unsupported, "--incremental goes with kernels and the block solver"};
+    return Error{ErrorCode::unsupported,
+                 "--incremental needs a kernel or none, and the block solver"};
   for (const int pose : graph.fixed) {
     if (pose == 0) continue;
-    return Error{ErrorCode::unsupported, "--incremental holds the first vertex only; vertex " +
+    return Error{ErrorCode::unsupported, "--incremental fixes the first vertex only; vertex " +
                                              graph.label(pose) + " is fixed in the file"};
   }
   OptimiseReport& report = outcome.report;
@@ -31,7 +32,8 @@ Result<void> replay(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome) {
     report.fell_back = report.fell_back || update->fell_back;
   }
   if (optimiser.poses().size() != graph.poses.size())
-    return Error{ErrorCode::degenerate, "the edges do not reach every vertex in the file's order"};
+    return Error{ErrorCode::degenerate,
+                 "the edges do not connect every vertex in the order of the file"};
   graph.poses = optimiser.poses();
   report.final_chi2 = chi2(graph);
   report.final_cost = robust_cost(graph, a.options.kernel);

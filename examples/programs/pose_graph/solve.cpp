@@ -1,5 +1,9 @@
 #include "solve.hpp"
 
+#ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
+#include <wayfare/graph/cholmod_solver.hpp>
+#endif
+#include <wayfare/graph/eigen_solver.hpp>
 #include <wayfare/graph/gnc.hpp>
 #include <wayfare/graph/optimise.hpp>
 
@@ -10,10 +14,10 @@ template <LieGroup G>
 Result<OptimiseReport> optimise_with(PoseGraph<G>& graph, const Arguments& a) {
   switch (a.solver) {
     case SolverChoice::eigen:
-      return solve_by_eigen(graph, a.options);
+      return PoseGraphOptimiser<G, EigenSolver<G::kDof>>().optimise(graph, a.options);
     case SolverChoice::cholmod:
 #ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
-      return solve_by_cholmod(graph, a.options);
+      return PoseGraphOptimiser<G, CholmodSolver<G::kDof>>().optimise(graph, a.options);
 #endif
     case SolverChoice::block:
       break;
@@ -22,7 +26,7 @@ Result<OptimiseReport> optimise_with(PoseGraph<G>& graph, const Arguments& a) {
 }
 
 template <LieGroup G>
-Result<void> set_outliers_aside(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome) {
+Result<void> reject_outliers(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome) {
   if (a.solver != SolverChoice::block)
     return Error{ErrorCode::unsupported, "--robust gnc uses the block solver only"};
   GncOptions options;
@@ -41,7 +45,7 @@ Result<void> set_outliers_aside(PoseGraph<G>& graph, const Arguments& a, Outcome
 }  // namespace
 
 template <LieGroup G>
-Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& started) {
+Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& initial) {
   Outcome outcome;
   const auto timed = [](double& seconds, const auto& work) -> Result<void> {
     const PhaseTimer timer(seconds);
@@ -49,10 +53,10 @@ Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& s
   };
   auto done = timed(outcome.start_s, [&] { return start_from(graph, a.start); });
   if (!done) return done.error();
-  started = graph.poses;
+  initial = graph.poses;
   done = timed(outcome.total_s, [&]() -> Result<void> {
     if (a.incremental) return replay(graph, a, outcome);
-    if (a.graduated()) return set_outliers_aside(graph, a, outcome);
+    if (a.graduated()) return reject_outliers(graph, a, outcome);
     auto report = optimise_with(graph, a);
     if (!report) return report.error();
     outcome.report = std::move(*report);

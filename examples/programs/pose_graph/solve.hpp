@@ -13,23 +13,17 @@ namespace wayfare::examples {
 struct Outcome {
   OptimiseReport report;
   double start_s = 0.0;
-  double total_s = 0.0;       ///< from the start's poses on
+  double total_s = 0.0;       ///< of the optimisation
   int rounds = 0;             ///< of graduated non-convexity
-  std::vector<int> rejected;  ///< edges found false
+  std::vector<int> rejected;  ///< outlier edges
 };
 
-/// Places the poses as --init says and optimises them. `started` gets them as they were between.
+/// Initialises the poses by --init, stores them in `initial` and optimises them.
 template <LieGroup G>
-Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& started);
+Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& initial);
 
-/// Solves the graph again and again as it grows edge by edge.
+/// Adds edge by edge and solves the graph after each.
 template <LieGroup G>
 Result<void> replay(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome);
-
-/// With solvers that are not our own.
-template <LieGroup G>
-Result<OptimiseReport> solve_by_eigen(PoseGraph<G>& graph, const OptimiseOptions& options);
-template <LieGroup G>
-Result<OptimiseReport> solve_by_cholmod(PoseGraph<G>& graph, const OptimiseOptions& options);
 
 }  // namespace wayfare::examples

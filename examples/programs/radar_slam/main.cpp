@@ -1,6 +1,5 @@
 // SLAM by a Rao-Blackwellised particle filter on a recorded log: radar, LiDAR, or both.
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -10,8 +9,6 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 #include "support/progress_line.hpp"
 #include "support/relations_table.hpp"
 #include "support/slam_program.hpp"
@@ -19,8 +16,9 @@
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-struct Options : examples::SlamArguments {
+struct Options : SlamArguments {
   std::string relations, sensors;
   std::size_t particles = 0;
 };
@@ -31,13 +29,8 @@ struct Inputs {
   SlamSensors sensors = SlamSensors::lidar;
 };
 
-struct Timed {
-  RadarSlamRun slam;
-  double took_s = 0.0;
-};
-
-/// What was asked for, else what the recording has.
-Result<SlamSensors> sensors_of(const Options& o, const Recording& recording) {
+/// --sensors, by default those of the recording.
+SlamSensors sensors_of(const Options& o, const Recording& recording) {
   const bool radar = !recording.radar.empty(), lidar = !recording.scans.empty();
   if (o.sensors == "both" || (o.sensors.empty() && radar && lidar)) return SlamSensors::both;
   if (o.sensors == "radar" || (o.sensors.empty() && radar)) return SlamSensors::radar;
@@ -46,35 +39,27 @@ Result<SlamSensors> sensors_of(const Options& o, const Recording& recording) {
 
 Result<Inputs> read_inputs(const Options& o) {
   Inputs inputs;
-  auto recording = examples::read_robot_log(o.log, o.topics);
+  auto recording = read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   inputs.recording = *std::move(recording);
-  auto relations = examples::read_relations_or_none(o.relations);
+  auto relations = read_relations_or_none(o.relations);
   if (!relations) return relations.error();
   inputs.relations = *std::move(relations);
-  const auto sensors = sensors_of(o, inputs.recording);
-  if (!sensors) return sensors.error();
-  inputs.sensors = *sensors;
+  inputs.sensors = sensors_of(o, inputs.recording);
   return inputs;
 }
 
-Result<Timed> run_timed(const Inputs& inputs, const Options& o) {
+Result<Timed<RadarSlamRun>> run_timed(const Inputs& inputs, const Options& o) {
   RadarSlamOptions options;
   options.threads = o.threads;
   options.seed = o.seed;
   options.particles = o.particles > 0                        ? o.particles
                       : inputs.sensors == SlamSensors::radar ? 10
                                                              : 30;
-  examples::ProgressLine progress("particle filter", o.quiet);
-  const auto start = std::chrono::steady_clock::now();
-  auto slam = run_radar_slam(inputs.recording, options, inputs.sensors, [&](double fraction) {
-    progress.update(fraction);
-    return true;
-  });
+  ProgressLine progress("particle filter", o.quiet);
+  auto slam = run_radar_slam(inputs.recording, options, inputs.sensors, std::ref(progress));
   if (!slam) return slam.error();
-  progress.finish();
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  return Timed{*std::move(slam), took.count()};
+  return Timed<RadarSlamRun>{*std::move(slam), progress.finish()};
 }
 
 eval::Table particles_table(const RadarSlamRun& slam) {
@@ -88,12 +73,12 @@ eval::Table particles_table(const RadarSlamRun& slam) {
   return table;
 }
 
-examples::SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, const Timed& run,
-                                 const PoseGraph2& no_graph) {
+SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, const Timed<RadarSlamRun>& run,
+                       const PoseGraph2& no_graph) {
   const RadarSlamRun& slam = run.slam;
-  const double lasts_s = to_seconds(slam.trajectory.back().time - slam.trajectory.front().time);
+  const double recording_s = to_seconds(slam.trajectory.back().time - slam.trajectory.front().time);
   const RbpfStatistics& s = slam.statistics;
-  examples::SlamOutputs outputs{
+  SlamOutputs outputs{
       "Particle filter SLAM of " + log,
       inputs.recording,
       slam.trajectory,
@@ -101,44 +86,41 @@ examples::SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, c
       no_graph,
       inputs.recording.truth.empty() ? nullptr : &inputs.recording.truth,
       {{"particles", std::to_string(slam.particles.size())},
-       {"scans", std::to_string(s.scans) + ", " + std::to_string(s.updates) + " used in updates, " +
+       {"scans", std::to_string(s.scans) + ", " + std::to_string(s.updates) + " used, " +
                      std::to_string(s.without_points) + " with too few points"},
        {"matches",
         std::to_string(s.matches) + ", " + std::to_string(s.matches_refused) + " refused"},
        {"resampled", std::to_string(s.resampled) + " times"},
-       {"recording", eval::fixed(lasts_s, 1) + " s"},
-       {"took", examples::speed(run.took_s, lasts_s, 2)}},
+       {"recording", eval::fixed(recording_s, 1) + " s"},
+       {"took", speed(run.took_s, recording_s, 2)}},
       {}};
   for (const SensorFault& f : slam.faults)
     outputs.facts.emplace_back("fault", f.what + " from " + eval::fixed(f.from.seconds(), 1) +
                                             " to " + eval::fixed(f.until.seconds(), 1) + " s");
   if (slam.lidar_map.bounds() && slam.radar_map.bounds()) outputs.radar_map = &slam.radar_map;
   if (!inputs.relations.empty())
-    outputs.tables.push_back(
-        {"Error over relations", examples::relations_table("particle filter", inputs.recording,
-                                                           slam.trajectory, inputs.relations)});
+    outputs.tables.emplace_back(
+        "Error over relations",
+        relations_table("particle filter", inputs.recording, slam.trajectory, inputs.relations));
   return outputs;
 }
 
 Result<void> run(const Options& o) {
   const auto inputs = read_inputs(o);
   if (!inputs) return inputs.error();
-  if (auto ready = examples::prepare_folder(o.out, o.write()); !ready) return ready;
+  if (auto ready = prepare_folder(o.out, o.write()); !ready) return ready;
   const auto run = run_timed(*inputs, o);
   if (!run) return run.error();
-  if (run->slam.refused_scans > 0)
-    std::fprintf(stderr, "%zu refused, the first: %s\n", run->slam.refused_scans,
-                 run->slam.first_refusal.c_str());
+  print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
   const PoseGraph2 no_graph;
-  examples::SlamOutputs outputs = outputs_of(o.log, *inputs, *run, no_graph);
-  const auto errors = examples::trajectory_errors(outputs);
+  SlamOutputs outputs = outputs_of(o.log, *inputs, *run, no_graph);
+  const auto errors = trajectory_errors(outputs);
   if (!o.quiet) {
-    examples::print_facts(outputs);
-    for (const auto& titled : outputs.tables) std::printf("\n%s", titled.table.to_text().c_str());
-    if (!errors.empty()) std::printf("\n%s", examples::error_table(errors).to_text().c_str());
+    std::printf("%s%s", to_text(outputs.facts).c_str(), to_text(outputs.tables).c_str());
+    if (!errors.empty()) std::printf("\n%s", error_table(errors).to_text().c_str());
   }
-  outputs.tables.push_back({"Particles at the end", particles_table(run->slam)});
-  const auto report = examples::write_slam_outputs(o.out, outputs, o.write());
+  outputs.tables.emplace_back("Particles at the end", particles_table(run->slam));
+  const auto report = write_slam_outputs(o.out, outputs, o.write());
   if (!report) return report.error();
   if (!o.quiet) std::printf("\nreport: %s\n", report->c_str());
   return {};
@@ -147,26 +129,27 @@ Result<void> run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
-      "SLAM of a recorded robot log by a Rao-Blackwellised particle filter on radar, LiDAR or "
+  CommandLine app(
+      "SLAM on a recorded robot log by a Rao-Blackwellised particle filter with radar, LiDAR or "
       "both.\nLOG is " +
-      std::string(examples::kRobotLogs) +
-      "; CARMEN text with the robot's own lines for radar, wheels and gyro where it has them. "
-      "Writes trajectory.tum, map.pgm, map.yaml, map.png and report.html; of both sensors also "
-      "radar_map.pgm and radar_map.yaml, for localise.");
+      std::string(kRobotLogs) +
+      "; CARMEN text may have RADAR, WHEELS and GYRO lines. Writes trajectory.tum, map.pgm, "
+      "map.yaml, "
+      "map.png and report.html; with both sensors also radar_map.pgm and radar_map.yaml, for "
+      "localise.");
   Options o;
   app.add_option("LOG", o.log, "the recorded log").required().existing_file();
-  examples::add_out(app, o, "folder for the results, made where needed");
-  app.add_option("--sensors", o.sensors, "radar, lidar or both; else what the log has")
+  add_out(app, o);
+  app.add_option("--sensors", o.sensors, "radar, lidar or both; by default those of the log")
       .one_of({"radar", "lidar", "both"});
-  app.add_option("--particles", o.particles, "of the filter; else 30, for radar alone 10")
+  app.add_option("--particles", o.particles, "of the filter; by default 30, for radar alone 10")
       .range(1, 100000);
-  app.add_option("--relations", o.relations, "true relative poses to measure the result by")
+  app.add_option("--relations", o.relations, "true relative poses, to compare with")
       .existing_file();
-  examples::add_threads(app, o);
-  examples::add_seed(app, o, "of the random numbers: the same seed gives the same result");
-  examples::add_robot_topics(app, o.topics);
-  examples::add_manners(app, o);
+  add_threads(app, o.threads);
+  add_seed(app, o, "of the random numbers: the same seed gives the same result");
+  add_robot_topics(app, o.topics);
+  add_force_and_quiet(app, o);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("radar_slam", run(o));
+  return exit_code("radar_slam", run(o));
 }

@@ -1,35 +1,34 @@
-// How a radar moves, frame by frame, from its radial speeds alone.
+// Velocity of a radar from the radial speeds of each frame.
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <vector>
 
 #include <wayfare/motion/radar_velocity.hpp>
 
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
-#include "support/program_files.hpp"
+#include "support/plots.hpp"
 #include "support/slam_program.hpp"
-#include "support/time_plot.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-struct Options : examples::SlamArguments {
+struct Options : SlamArguments {
   RadarVelocityOptions velocity;
 };
 
-struct Findings {
+struct Velocities {
   std::vector<RadarVelocity> found;
   std::size_t frames = 0, points = 0;
   std::string first_refusal;
 };
 
-Findings find(const std::vector<RadarScan>& scans, const Options& o) {
-  Findings f;
+Velocities estimate(const std::vector<RadarScan>& scans, const Options& o) {
+  Velocities f;
   const Rng rng(o.seed);
   for (const RadarScan& scan : scans) {
     auto velocity = radar_velocity(scan, rng.stream(f.frames++), o.velocity);
@@ -43,7 +42,7 @@ Findings find(const std::vector<RadarScan>& scans, const Options& o) {
   return f;
 }
 
-std::string csv(const Findings& f) {
+std::string csv(const Velocities& f) {
   std::string text =
       "t_s,vx_mps,vy_mps,vz_mps,sigma_x_mps,sigma_y_mps,sigma_z_mps,points,inliers,residual_mps\n";
   for (const RadarVelocity& v : f.found) {
@@ -64,31 +63,28 @@ double share(const RadarVelocity& v) {
   return static_cast<double>(v.inliers) / static_cast<double>(v.points);
 }
 
-/// The middle one of `value` over all frames, or the one below which a `part` of them lie.
+/// Of `value` over all frames.
 template <class Value>
-std::string quantile(const Findings& f, double part, int decimals, Value value) {
+std::string quantile_text(const Velocities& f, double part, int decimals, Value value) {
   std::vector<double> all;
   for (const RadarVelocity& v : f.found) all.push_back(value(v));
-  if (all.empty()) return "-";
-  std::sort(all.begin(), all.end());
-  const auto at = static_cast<std::size_t>(part * static_cast<double>(all.size() - 1));
-  return eval::fixed(all[at], decimals);
+  return eval::fixed(quantile(std::move(all), part), decimals);
 }
 
-/// The frames in which the radar moved, beside those in which everything stood still.
-Findings moving(const Findings& all) {
+/// The frames in which the radar moves.
+Velocities moving(const Velocities& all) {
   constexpr double kMoves_m_s = 0.2;
-  Findings some;
+  Velocities some;
   for (const RadarVelocity& v : all.found)
     if (v.velocity_m_s.norm() > kMoves_m_s) some.found.push_back(v);
   return some;
 }
 
-std::vector<std::pair<std::string, std::string>> facts_of(const Findings& f) {
+Facts facts_of(const Velocities& f) {
   const auto speed = [](const RadarVelocity& v) { return v.velocity_m_s.norm(); };
   const auto residual = [](const RadarVelocity& v) { return v.residual_m_s; };
   const auto sigma = [](const RadarVelocity& v) { return std::sqrt(v.covariance.trace()); };
-  const Findings m = moving(f);
+  const Velocities m = moving(f);
   std::size_t used = 0, inliers = 0;
   for (const RadarVelocity& v : f.found) used += v.points, inliers += v.inliers;
   return {{"frames", std::to_string(f.frames) + ", " + std::to_string(f.points) + " points"},
@@ -98,79 +94,75 @@ std::vector<std::pair<std::string, std::string>> facts_of(const Findings& f) {
                                           static_cast<double>(std::max<std::size_t>(used, 1)),
                                       1) +
                           " %"},
-          {"share of inliers", "median " + quantile(f, 0.5, 3, share) + ", in the worst tenth " +
-                                   quantile(f, 0.1, 3, share)},
-          {"residual", "median " + quantile(f, 0.5, 3, residual) + " m/s"},
-          {"sigma", "median " + quantile(f, 0.5, 3, sigma) + " m/s"},
-          {"speed", "median " + quantile(f, 0.5, 3, speed) + ", largest " +
-                        quantile(f, 1.0, 3, speed) + " m/s"},
+          {"share of inliers", "median " + quantile_text(f, 0.5, 3, share) +
+                                   ", in the worst tenth " + quantile_text(f, 0.1, 3, share)},
+          {"residual", "median " + quantile_text(f, 0.5, 3, residual) + " m/s"},
+          {"sigma", "median " + quantile_text(f, 0.5, 3, sigma) + " m/s"},
+          {"speed", "median " + quantile_text(f, 0.5, 3, speed) + ", largest " +
+                        quantile_text(f, 1.0, 3, speed) + " m/s"},
           {"above 0.2 m/s", std::to_string(m.found.size()) + " frames: share of inliers " +
-                                quantile(m, 0.5, 3, share) + ", residual " +
-                                quantile(m, 0.5, 3, residual) + ", sigma " +
-                                quantile(m, 0.5, 3, sigma) + " m/s"}};
+                                quantile_text(m, 0.5, 3, share) + ", residual " +
+                                quantile_text(m, 0.5, 3, residual) + ", sigma " +
+                                quantile_text(m, 0.5, 3, sigma) + " m/s"}};
 }
 
-Result<void> write_report(const Options& o, const Findings& f,
-                          const std::vector<std::pair<std::string, std::string>>& facts) {
-  io::Plot velocity = examples::time_plot("Velocity of the radar, its own axes", "velocity [m/s]");
-  io::Plot inliers = examples::time_plot("Points that agree", "share of inliers");
+Result<void> write_report(const Options& o, const Velocities& f, const Facts& facts) {
+  io::Plot velocity = time_plot("Velocity of the radar in its axes", "velocity [m/s]");
+  io::Plot inliers = time_plot("Inliers", "share of inliers");
   velocity.series = {{"forward", {}, {}}, {"left", {}, {}}, {"up", {}, {}}};
   inliers.series = {{"inliers", {}, {}, io::Mark::points}};
   for (const RadarVelocity& v : f.found) {
     const double t = to_seconds(v.time - f.found.front().time);
-    for (std::size_t k = 0; k < 3; ++k) {
-      velocity.series[k].x.push_back(t);
-      velocity.series[k].y.push_back(v.velocity_m_s[static_cast<long>(k)]);
-    }
-    inliers.series[0].x.push_back(t);
-    inliers.series[0].y.push_back(share(v));
+    for (std::size_t k = 0; k < 3; ++k)
+      velocity.series[k].add(t, v.velocity_m_s[static_cast<long>(k)]);
+    inliers.series[0].add(t, share(v));
   }
-  io::Report report("Velocity of a radar by its Doppler", o.log);
+  io::Report report("Velocity of a radar from Doppler measurements", o.log);
   report.facts(facts).plot(velocity).plot(inliers);
-  return report.write(o.out + "/report.html", o.write());
+  return report.write(o.path("report.html"), o.write());
 }
 
 Result<void> run(const Options& o) {
-  const auto recording = examples::read_robot_log(o.log, o.topics);
+  const auto recording = read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
-  if (recording->radar.empty()) return Error{ErrorCode::not_found, "holds no radar points", o.log};
-  if (auto ready = examples::prepare_files(o.out, {"velocity.csv", "report.html"}, o.write());
-      !ready)
-    return ready;
-  const Findings f = find(recording->radar, o);
+  if (recording->radar.empty())
+    return Error{ErrorCode::not_found, "contains no radar points", o.log};
+  if (auto ready = o.prepare({"velocity.csv", "report.html"}); !ready) return ready;
+  const Velocities f = estimate(recording->radar, o);
   if (f.found.empty()) return Error{ErrorCode::degenerate, f.first_refusal, o.log};
-  const auto facts = facts_of(f);
-  if (auto ok = io::write_file(o.out + "/velocity.csv", csv(f), o.write()); !ok) return ok;
-  if (auto ok = write_report(o, f, facts); !ok || o.quiet) return ok;
-  for (const auto& [name, value] : facts) std::printf("%-18s %s\n", name.c_str(), value.c_str());
-  if (!f.first_refusal.empty()) std::printf("%-18s %s\n", "first refused", f.first_refusal.c_str());
-  std::printf("\nreport: %s/report.html\n", o.out.c_str());
+  Facts facts = facts_of(f);
+  const auto done = first_error(
+      {io::write_file(o.path("velocity.csv"), csv(f), o.write()), write_report(o, f, facts)});
+  if (!done || o.quiet) return done;
+  if (!f.first_refusal.empty()) facts.emplace_back("first refused", f.first_refusal);
+  std::printf("%s\nreport: %s\n", to_text(facts, 18).c_str(), o.path("report.html").c_str());
   return {};
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
+  CommandLine app(
       "Velocity of a radar from the radial speeds of each frame, by RANSAC and least squares on "
-      "the points that agree.\nLOG is " +
-      std::string(examples::kRobotLogs) +
-      ". Writes velocity.csv and report.html. Where a radar's driver sets no stamps: --stamps "
+      "the "
+      "inliers.\nLOG is " +
+      std::string(kRobotLogs) +
+      ". Writes velocity.csv and report.html. If the radar's driver sets no stamps, use --stamps "
       "received.");
   Options o;
   app.add_option("LOG", o.log, "the recorded frames").required().existing_file();
-  examples::add_out(app, o, "folder for the results, made where needed");
+  add_out(app, o);
   app.add_flag("--plane", o.velocity.plane, "the radar measures no elevation");
-  app.add_option("--inlier", o.velocity.inlier_m_s, "largest error of a point that agrees, m/s")
+  app.add_option("--inlier", o.velocity.inlier_m_s, "largest error of an inlier, m/s")
       .positive()
       .show_default();
   app.add_option("--min-range", o.velocity.min_range_m, "of a point, metres")
       .not_negative()
       .show_default();
   app.add_option("--min-snr", o.velocity.min_snr_db, "of a point, dB").show_default();
-  examples::add_seed(app, o, "of the draws: the same seed gives the same result");
-  examples::add_robot_topics(app, o.topics);
-  examples::add_manners(app, o);
+  add_seed(app, o, "of the random numbers: the same seed gives the same result");
+  add_robot_topics(app, o.topics);
+  add_force_and_quiet(app, o);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("radar_velocity", run(o));
+  return exit_code("radar_velocity", run(o));
 }

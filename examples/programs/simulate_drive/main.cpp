@@ -1,8 +1,6 @@
-// A car drives through streets or along a recorded track; its inertial unit and satellite receiver
-// are written as text.
+// Simulates the inertial unit and satellite receiver of a car in streets or along a recorded track.
 
 #include <cstdio>
-#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,18 +9,16 @@
 #include <wayfare/sim/imu.hpp>
 #include <wayfare/sim/ranges.hpp>
 
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 #include "support/nav_config.hpp"
+#include "support/program_files.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-constexpr const char* kFiles[] = {"imu.txt", "ranges.txt", "truth.txt"};
-
-struct Options {
-  std::string out, track, config;
+struct Options : OutputArguments {
+  std::string track, config;
   std::string route = "demo";
   double velocity_late_s = 0.0;
   std::uint64_t seed = 1;
@@ -32,13 +28,13 @@ struct Options {
   std::vector<double> lever_arm_m = {0.0, 0.0, 0.0};
   std::vector<std::string> outages;
   double start_s = 0.0;
-  bool perfect_unit = false, force = false, quiet = false;
+  bool perfect_unit = false;
   sim::ImuParams imu;
   sim::RangeParams ranges;
 };
 
-void add_options(examples::CommandLine& app, Options& o) {
-  app.add_option("--out", o.out, "folder for imu.txt, ranges.txt and truth.txt").required();
+void add_options(CommandLine& app, Options& o) {
+  add_out(app, o, "folder for imu.txt, ranges.txt and truth.txt");
   app.add_option("--track", o.track,
                  "follow this recorded solution (navigation text or RTKLIB's .pos) instead of the "
                  "built-in drive of 310 s and 4.5 km");
@@ -47,38 +43,37 @@ void add_options(examples::CommandLine& app, Options& o) {
       .one_of({"demo", "town", "ring"})
       .show_default();
   app.add_option("--config", o.config,
-                 "how the unit and the receiver's clock truly err: imu_noise and filter of a "
+                 "true noise of the unit and of the receiver's clock: imu_noise and filter of a "
                  "description for gnss_ins")
       .existing_file();
   app.add_option("--velocity-late", o.velocity_late_s,
-                 "the track's velocities hold this much before their stamp, s")
+                 "delay of the time stamps of the track's velocities, s")
       .show_default();
   app.add_option("--seed", o.seed, "the same seed gives the same files").show_default();
   app.add_option("--start", o.start_s,
                  "of the built-in drive: seconds of GPS time since 1980-01-06")
       .range(0.0, 4e9)
       .show_default();
-  app.add_flag("--force", o.force, "replace files that are there already");
-  app.add_flag("--quiet", o.quiet, "no summary");
+  add_force_and_quiet(app, o);
 }
 
-void add_sensor_options(examples::CommandLine& app, Options& o) {
+void add_sensor_options(CommandLine& app, Options& o) {
   const auto number = [&](const char* name, double& value, double low, double high,
                           const char* text) {
     app.add_option(name, value, text).range(low, high).show_default();
   };
-  number("--imu-rate", o.imu_rate_hz, 1.0, 10000.0, "readings of the inertial unit a second");
-  app.add_flag("--perfect-imu", o.perfect_unit, "the unit does not err");
-  number("--range-rate", o.range_rate_hz, 0.01, 100.0, "epochs of the receiver a second");
-  app.add_option("--satellites", o.satellites, "at most so many, chosen for their geometry")
+  number("--imu-rate", o.imu_rate_hz, 1.0, 10000.0, "samples per second of the inertial unit");
+  app.add_flag("--perfect-imu", o.perfect_unit, "an inertial unit without errors");
+  number("--range-rate", o.range_rate_hz, 0.01, 100.0, "epochs per second of the receiver");
+  app.add_option("--satellites", o.satellites, "largest number, chosen for their geometry")
       .show_default();
-  number("--mask", o.elevation_mask_deg, -10.0, 90.0, "least elevation, degrees");
+  number("--mask", o.elevation_mask_deg, -10.0, 90.0, "smallest elevation, degrees");
   number("--range-sigma", o.ranges.range_sigma_m, 0.0, 1000.0, "noise of a range, m");
   number("--rate-sigma", o.ranges.range_rate_sigma_mps, 0.0, 1000.0, "of a range rate, m/s");
   number("--multipath", o.multipath_per_hour, 0.0, 3600.0,
-         "bursts of reflections a satellite has in an hour, 20 m and 10 s on average");
+         "bursts of reflections per satellite and hour, 20 m and 10 s on average");
   app.add_option("--outage", o.outages,
-                 "BEGIN:LENGTH[:SATELLITES], seconds since the start: only so many (0) are left")
+                 "BEGIN:LENGTH[:SATELLITES], seconds since the start, and the number left (0)")
       .take_all();
   app.add_option("--lever-arm", o.lever_arm_m,
                  "from the unit to the antenna: forward, right, down, m")
@@ -122,14 +117,14 @@ Result<sim::SatelliteOutage> parse_outage(const std::string& text, LogTime start
   const bool two = fields == 2 && text.find(':') == text.rfind(':');
   if ((!two && fields != 3) || !(begin >= 0.0) || !(length > 0.0) || begin + length > 1e7)
     return Error{ErrorCode::invalid,
-                 "--outage wants BEGIN:LENGTH[:SATELLITES], not '" + text + "'"};
+                 "--outage must be BEGIN:LENGTH[:SATELLITES], not '" + text + "'"};
   const LogTime from = start + from_seconds(begin);
   return sim::SatelliteOutage{from, from + from_seconds(length), left};
 }
 
 Result<void> complete(Options& o, LogTime start) {
   if (!o.config.empty()) {
-    const auto config = examples::read_nav_config(o.config);
+    const auto config = read_nav_config(o.config);
     if (!config) return config.error();
     o.imu.noise = config->filter.imu;
     o.ranges.clock = config->filter.clock;
@@ -149,20 +144,8 @@ Result<void> complete(Options& o, LogTime start) {
   return {};
 }
 
-Result<void> refuse_existing(const Options& o) {
-  std::error_code code;
-  std::filesystem::create_directories(o.out, code);
-  if (code) return Error{ErrorCode::io, "cannot be made: " + code.message(), o.out};
-  for (const char* file : kFiles) {
-    const std::string path = o.out + "/" + file;
-    if (!o.force && std::filesystem::exists(path, code))
-      return Error{ErrorCode::io, "is there already; --force overwrites it", path};
-  }
-  return {};
-}
-
 Result<void> run(Options& o) {
-  if (auto clear = refuse_existing(o); !clear) return clear;
+  if (auto ready = o.prepare({"imu.txt", "ranges.txt", "truth.txt"}); !ready) return ready;
   const auto trajectory = load_trajectory(o);
   if (!trajectory) return trajectory.error();
   if (auto ok = complete(o, trajectory->begin()); !ok) return ok;
@@ -172,26 +155,23 @@ Result<void> run(Options& o) {
       sim::simulate_ranges(*trajectory, sim::gps_and_galileo(), o.ranges, rng.stream(1));
   NavTrajectory truth;
   for (const ImuSample& s : imu.samples) truth.push_back(trajectory->state(s.time));
-
-  const io::WriteOptions write{o.force ? io::Existing::replace : io::Existing::refuse};
-  if (auto done = io::write_imu(o.out + "/imu.txt", imu.samples, write); !done) return done;
-  if (auto done = io::write_ranges(o.out + "/ranges.txt", ranges.epochs, write); !done) return done;
-  if (auto done = io::write_nav(o.out + "/truth.txt", truth, write); !done) return done;
-  if (!o.quiet) {
+  const auto done = first_error({io::write_imu(o.path("imu.txt"), imu.samples, o.write()),
+                                 io::write_ranges(o.path("ranges.txt"), ranges.epochs, o.write()),
+                                 io::write_nav(o.path("truth.txt"), truth, o.write())});
+  if (done && !o.quiet)
     std::printf("%s: %zu inertial readings, %zu range epochs, %.1f s\n", o.out.c_str(),
                 imu.samples.size(), ranges.epochs.size(),
                 to_seconds(trajectory->end() - trajectory->begin()));
-  }
-  return {};
+  return done;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app("Simulate a car with an inertial unit and a satellite receiver.");
+  CommandLine app("Simulate a car with an inertial unit and a satellite receiver.");
   Options options;
   add_options(app, options);
   add_sensor_options(app, options);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("simulate_drive", run(options));
+  return exit_code("simulate_drive", run(options));
 }

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include <wayfare/core/statistics.hpp>
@@ -10,7 +9,7 @@
 namespace wayfare::examples {
 namespace {
 
-/// The reference between its two samples around `time`.
+/// The reference, interpolated linearly.
 std::optional<NavState> reference_at(const NavTrajectory& truth, LogTime time) {
   const auto after =
       std::upper_bound(truth.begin(), truth.end(), time,
@@ -33,16 +32,10 @@ struct Errors {
   std::vector<double> horizontal, vertical, speed;
 };
 
-void take(const PositionError& e, Errors& errors) {
+void add(const PositionError& e, Errors& errors) {
   errors.horizontal.push_back(e.ned_m.head<2>().norm());
   errors.vertical.push_back(std::abs(e.ned_m.z()));
   if (e.velocity_ned_mps) errors.speed.push_back(e.velocity_ned_mps->norm());
-}
-
-double quantile(std::vector<double> values, double part) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
 }
 
 void add_row(eval::Table& table, const std::string& name, const Errors& e, bool with_speed) {
@@ -58,7 +51,7 @@ void add_row(eval::Table& table, const std::string& name, const Errors& e, bool 
   table.add_row(std::move(row));
 }
 
-/// A peer's time of an epoch, to the nearest second: receivers' clocks are milliseconds off.
+/// Rounded to seconds, for epochs of the peer: receivers' clocks differ by milliseconds.
 std::int64_t second_of(LogTime t) { return (t.nanoseconds() + 500'000'000) / 1'000'000'000; }
 
 }  // namespace
@@ -92,16 +85,16 @@ eval::Table error_table(const SppRun& run) {
     const std::optional<NavState> truth = reference_at(run.truth, fix.time);
     if (!truth) continue;
     peers.insert(second_of(fix.time));
-    take({fix.time, ned_from_geodetic(fix.position, truth->position), {}, {}}, peer);
+    add({fix.time, ned_from_geodetic(fix.position, truth->position), {}, {}}, peer);
   }
   for (const PositionError& e : errors_of(run)) {
-    take(e, all);
-    if (peers.count(second_of(e.time)) != 0) take(e, shared);
+    add(e, all);
+    if (peers.count(second_of(e.time)) != 0) add(e, shared);
   }
   add_row(table, "answered", all, speed);
   if (run.peer.empty()) return table;
-  add_row(table, "where the peer answers", shared, speed);
-  add_row(table, "the peer", peer, speed);
+  add_row(table, "at the peer's epochs", shared, speed);
+  add_row(table, "peer", peer, speed);
   return table;
 }
 

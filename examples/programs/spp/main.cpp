@@ -1,8 +1,6 @@
-// Single-point positioning: RINEX observations and navigation messages in, positions and a report
-// out.
+// Single-point positioning from RINEX observations and navigation messages.
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -19,30 +17,21 @@
 #include <wayfare/io/rinex.hpp>
 
 #include "outputs.hpp"
-#include "support/command_line.hpp"
-#include "support/exit_code.hpp"
 #include "support/progress_line.hpp"
 
 namespace {
 
 using namespace wayfare;
+using namespace wayfare::examples;
 
-struct Arguments {
-  std::string obs, out, truth, truth_columns, peer, systems = "GREC";
+struct Arguments : OutputArguments {
+  std::string obs, truth, truth_columns, peer, systems = "GREC";
   std::vector<std::string> nav;
   std::size_t truth_skip = 0;
   double truth_shift_s = 0.0, elevation_mask_deg = 10.0, min_cn0 = 0.0;
   bool no_ionosphere = false, no_troposphere = false, no_exclusion = false, no_offsets = false;
-  bool only_consistent = false, force = false, quiet = false;
+  bool only_consistent = false;
 };
-
-void print_problems(const io::Problems& problems) {
-  constexpr std::size_t kShown = 5;
-  for (std::size_t i = 0; i < std::min(problems.first().size(), kShown); ++i)
-    std::fprintf(stderr, "skipped: %s\n", problems.first()[i].to_string().c_str());
-  if (problems.count() > kShown)
-    std::fprintf(stderr, "skipped: %zu faults in all\n", problems.count());
-}
 
 Result<std::array<bool, kGnssSystems>> systems_of(const std::string& letters) {
   std::array<bool, kGnssSystems> wanted{};
@@ -79,7 +68,7 @@ io::ColumnFormat truth_format(const Arguments& a) {
   return format;
 }
 
-Result<void> read_reference(const Arguments& a, examples::SppRun& run) {
+Result<void> read_reference(const Arguments& a, SppRun& run) {
   if (!a.truth.empty()) {
     auto truth = io::read_nav(a.truth, truth_format(a));
     if (!truth) return truth.error();
@@ -109,7 +98,7 @@ SinglePointOptions options_of(const Arguments& a, const std::array<bool, kGnssSy
   return options;
 }
 
-/// Why epochs were not answered and satellites not used.
+/// Why epochs have no position and satellites are not used.
 struct Refusals {
   std::map<std::string, std::size_t> epochs, satellites;
   std::set<SatelliteId> without_message;
@@ -122,11 +111,10 @@ void note(const std::vector<RefusedRange>& refused, Refusals& refusals) {
   }
 }
 
-/// Every epoch by itself, but for the systems' clock offsets, which earlier ones teach.
-void solve(const io::RinexObservations& obs, const Ephemerides& messages,
-           SinglePointOptions options, const Arguments& a, examples::SppRun& run,
-           Refusals& refusals) {
-  examples::ProgressLine progress("single points", a.quiet);
+/// Epoch by epoch; the systems' clock offsets are estimated over epochs. Returns the time taken, s.
+double solve(const io::RinexObservations& obs, const Ephemerides& messages,
+             SinglePointOptions options, const Arguments& a, SppRun& run, Refusals& refusals) {
+  ProgressLine progress("single points", a.quiet);
   SystemOffsets offsets;
   Eigen::Vector3d near = Eigen::Vector3d::Zero();
   for (const ObservationEpoch& epoch : obs.epochs) {
@@ -148,12 +136,12 @@ void solve(const io::RinexObservations& obs, const Ephemerides& messages,
     run.points.push_back(*std::move(point));
   }
   for (RangeEpoch& ranges : run.ranges) ranges = on_one_clock(ranges, offsets);
-  progress.finish();
+  return progress.finish();
 }
 
 void print_refusals(const Refusals& refusals) {
   for (const auto& [why, count] : refusals.epochs)
-    std::printf("not answered   %zu epoch%s: %s\n", count, count == 1 ? "" : "s", why.c_str());
+    std::printf("no position    %zu epoch%s: %s\n", count, count == 1 ? "" : "s", why.c_str());
   for (const auto& [why, count] : refusals.satellites)
     std::printf("not used       %zu observations: %s\n", count, why.c_str());
   std::string names;
@@ -161,33 +149,25 @@ void print_refusals(const Refusals& refusals) {
   if (!names.empty()) std::printf("no message for%s\n", names.c_str());
 }
 
-io::WriteOptions write_options(const Arguments& a) {
-  return {a.force ? io::Existing::replace : io::Existing::refuse};
-}
-
-/// What the report begins with.
-std::vector<std::pair<std::string, std::string>> facts_of(const examples::SppRun& run,
-                                                          const Ephemerides& messages,
-                                                          const Arguments& a, double took_s) {
+Facts facts_of(const SppRun& run, const Ephemerides& messages, const Arguments& a, double took_s) {
   const auto consistent = std::count_if(run.points.begin(), run.points.end(),
                                         [](const SinglePoint& p) { return p.consistent; });
   return {
       {"epochs", std::to_string(run.epochs)},
       {"answered", std::to_string(run.points.size()) + ", " + std::to_string(consistent) +
-                       " of them without contradiction"},
+                       " of them consistent"},
       {"messages", std::to_string(messages.size()) + " of " +
                        std::to_string(messages.satellites().size()) + " satellites"},
-      {"ionosphere", a.no_ionosphere              ? "left alone"
+      {"ionosphere", a.no_ionosphere              ? "not corrected"
                      : messages.gps_ionosphere    ? "Klobuchar, GPS message"
                      : messages.beidou_ionosphere ? "Klobuchar, BeiDou message"
                                                   : "nominal: no message has coefficients"},
-      {"took", eval::fixed(1e6 * took_s / static_cast<double>(run.epochs), 0) + " µs an epoch"}};
+      {"took", eval::fixed(1e6 * took_s / static_cast<double>(run.epochs), 0) + " µs per epoch"}};
 }
 
 Result<void> run_spp(const Arguments& a) {
-  if (!a.out.empty()) {
-    if (auto ready = examples::prepare_spp_folder(a.out, write_options(a)); !ready) return ready;
-  }
+  if (!a.out.empty())
+    if (auto ready = a.prepare(spp_output_names()); !ready) return ready;
   const auto systems = systems_of(a.systems);
   if (!systems) return systems.error();
   const Result<Ephemerides> messages = read_messages(a.nav);
@@ -195,84 +175,74 @@ Result<void> run_spp(const Arguments& a) {
   const auto obs = io::read_rinex_observations(a.obs);
   if (!obs) return obs.error();
   print_problems(obs->problems);
-  examples::SppRun run;
+  SppRun run;
   run.title = "Single points of " + std::filesystem::path(a.obs).filename().string();
   if (const auto read = read_reference(a, run); !read) return read.error();
 
   Refusals refusals;
-  const auto start = std::chrono::steady_clock::now();
-  solve(*obs, *messages, options_of(a, *systems), a, run, refusals);
-  const double took_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double took_s = solve(*obs, *messages, options_of(a, *systems), a, run, refusals);
   if (!a.quiet) print_refusals(refusals);
   if (run.points.empty()) {
     const std::string why =
-        refusals.epochs.empty() ? "there are none" : refusals.epochs.begin()->first;
-    return Error{ErrorCode::degenerate, "no epoch could be answered: " + why, a.obs};
+        refusals.epochs.empty() ? "there are no epochs" : refusals.epochs.begin()->first;
+    return Error{ErrorCode::degenerate, "no epoch gives a position: " + why, a.obs};
   }
   run.facts = facts_of(run, *messages, a, took_s);
   if (!a.out.empty()) {
-    const auto report = examples::write_spp_outputs(a.out, run, write_options(a));
-    if (!report) return report.error();
-    run.facts.emplace_back("report", *report);
+    if (auto done = write_spp_outputs(a, run); !done) return done;
+    run.facts.emplace_back("report", a.path("report.html"));
   }
   if (a.quiet) return {};
-  for (const auto& [name, value] : run.facts)
-    std::printf("%-14s %s\n", name.c_str(), value.c_str());
-  if (!run.truth.empty()) std::printf("\n%s", examples::error_table(run).to_text().c_str());
+  std::fputs(to_text(run.facts).c_str(), stdout);
+  if (!run.truth.empty()) std::printf("\n%s", error_table(run).to_text().c_str());
   return {};
 }
 
-void describe(examples::CommandLine& app, Arguments& a) {
+void add_options(CommandLine& app, Arguments& a) {
   app.add_option("--obs", a.obs, "RINEX 2 or 3 observations, plain or gzip")
       .required()
       .existing_file();
-  app.add_option("--nav", a.nav, "RINEX navigation files; several are taken together")
-      .required()
-      .existing_file();
+  app.add_option("--nav", a.nav, "RINEX navigation files").required().existing_file();
   app.add_option("--system", a.systems, "systems to use: G GPS, R GLONASS, E Galileo, C BeiDou")
       .show_default();
-  app.add_option("--out", a.out,
-                 "folder for positions.txt, ranges.txt, track.tum and report.html, made where "
-                 "needed");
+  app.add_option(
+      "--out", a.out,
+      "folder for positions.txt, ranges.txt, track.tum and report.html, created if needed");
   app.add_option("--truth", a.truth,
-                 "reference track to measure by: named columns or RTKLIB's .pos; the antenna's "
-                 "position")
+                 "reference positions of the antenna: named columns or RTKLIB's .pos")
       .existing_file();
   app.add_option("--truth-columns", a.truth_columns,
-                 "names of its columns, apart by commas, where it has none: "
+                 "comma-separated names of its columns, if it has none: "
                  "week,tow_s,lat_deg,lon_deg,h_m");
   app.add_option("--truth-skip", a.truth_skip, "lines before its data").show_default();
   app.add_option("--truth-shift", a.truth_shift_s, "seconds added to its times").show_default();
-  app.add_option("--peer", a.peer,
-                 "another program's solution (RTKLIB's .pos): errors on the epochs it answers")
+  app.add_option("--peer", a.peer, "another program's solution (RTKLIB's .pos), to compare with")
       .existing_file()
       .needs("--truth");
   app.add_option("--elevation-mask", a.elevation_mask_deg,
-                 "satellites lower than this are out, deg")
+                 "smallest elevation of the satellites used, deg")
       .range(0.0, 90.0)
       .show_default();
-  app.add_option("--min-cn0", a.min_cn0, "signals weaker than this are out, dB-Hz").show_default();
+  app.add_option("--min-cn0", a.min_cn0, "smallest C/N0 of the signals used, dB-Hz").show_default();
   app.add_flag("--no-ionosphere", a.no_ionosphere, "do not correct for the ionosphere");
   app.add_flag("--no-troposphere", a.no_troposphere, "do not correct for the troposphere");
-  app.add_flag("--no-exclusion", a.no_exclusion, "plain least squares, faults and all");
+  app.add_flag("--no-exclusion", a.no_exclusion, "plain least squares without fault exclusion");
   app.add_flag("--no-offsets", a.no_offsets,
-               "estimate every system's clock in every epoch, with nothing kept from earlier ones");
-  app.add_flag("--only-consistent", a.only_consistent,
-               "no answer where the ranges contradict each other");
-  app.add_flag("--force", a.force, "replace files of an earlier run");
-  app.add_flag("--quiet", a.quiet, "no progress and no tables");
+               "estimate the clock of every system in every epoch, independent of earlier ones");
+  app.add_flag("--only-consistent", a.only_consistent, "no position from inconsistent ranges");
+  add_force_and_quiet(app, a);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  examples::CommandLine app(
+  CommandLine app(
       "Position, velocity and time from each epoch of a receiver's code and Doppler measurements\n"
-      "by broadcast orbits and clocks, with faulty satellites left out. No carrier phase, no\n"
-      "differential corrections, one frequency: metres, not centimetres.");
+      "with broadcast orbits and clocks and exclusion of faulty satellites. One frequency, "
+      "without\n"
+      "carrier phase and differential corrections: accurate to metres, not centimetres.");
   Arguments arguments;
-  describe(app, arguments);
+  add_options(app, arguments);
   if (const auto code = app.parse(argc, argv)) return *code;
-  return examples::exit_code("spp", run_spp(arguments));
+  return exit_code("spp", run_spp(arguments));
 }

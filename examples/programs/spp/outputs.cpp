@@ -1,9 +1,7 @@
 #include "outputs.hpp"
 
 #include <cmath>
-#include <filesystem>
 #include <map>
-#include <system_error>
 
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/gnss/signal.hpp>
@@ -15,9 +13,7 @@
 namespace wayfare::examples {
 namespace {
 
-namespace fs = std::filesystem;
-
-/// One row a satellite: in how many epochs, how its range went with the others'.
+/// One row per satellite.
 eval::Table satellite_table(const SppRun& run) {
   struct Row {
     std::size_t seen = 0, used = 0;
@@ -60,7 +56,7 @@ io::Report report_of(const SppRun& run) {
     for (int axis = 0; axis < 3; ++axis) report.plot(errors_plot(run, errors, axis));
   }
   report.heading("Satellites").plot(satellites_plot(run)).plot(sky_plot(run));
-  report.table(satellite_table(run), "Residuals are of the ranges used.");
+  report.table(satellite_table(run), "Residuals of the ranges used.");
   report.heading("Residuals").plot(residuals_plot(run));
   return report;
 }
@@ -76,34 +72,19 @@ io::Trajectory3 track_of(const SppRun& run) {
   return track;
 }
 
-constexpr const char* kNames[] = {"positions.txt", "ranges.txt", "track.tum", "report.html"};
-
 }  // namespace
 
-Result<void> prepare_spp_folder(const std::string& folder, const io::WriteOptions& options) {
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) return Error{ErrorCode::io, "the folder cannot be made: " + code.message(), folder};
-  for (const char* name : kNames) {
-    const fs::path file = fs::path(folder) / name;
-    if (options.existing == io::Existing::replace || !fs::exists(file, code)) continue;
-    return Error{ErrorCode::io, "is there already; --force overwrites it", file.string()};
-  }
-  return {};
+std::vector<std::string> spp_output_names() {
+  return {"positions.txt", "ranges.txt", "track.tum", "report.html"};
 }
 
-Result<std::string> write_spp_outputs(const std::string& folder, const SppRun& run,
-                                      const io::WriteOptions& options) {
-  const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
+Result<void> write_spp_outputs(const OutputArguments& to, const SppRun& run) {
   std::vector<GnssFix> fixes;
   for (const SinglePoint& p : run.points) fixes.push_back(to_fix(p));
-  const Result<void> written[] = {io::write_fixes(path("positions.txt"), fixes, options),
-                                  io::write_ranges(path("ranges.txt"), run.ranges, options),
-                                  io::write_tum(path("track.tum"), track_of(run), options),
-                                  report_of(run).write(path("report.html"), options)};
-  for (const Result<void>& result : written)
-    if (!result) return result.error();
-  return path("report.html");
+  return first_error({io::write_fixes(to.path("positions.txt"), fixes, to.write()),
+                      io::write_ranges(to.path("ranges.txt"), run.ranges, to.write()),
+                      io::write_tum(to.path("track.tum"), track_of(run), to.write()),
+                      report_of(run).write(to.path("report.html"), to.write())});
 }
 
 }  // namespace wayfare::examples

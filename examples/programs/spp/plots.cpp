@@ -8,6 +8,8 @@
 
 #include <wayfare/gnss/signal.hpp>
 
+#include "support/plots.hpp"
+
 namespace wayfare::examples {
 namespace {
 
@@ -24,8 +26,7 @@ io::Plot track_plot(const SppRun& run) {
   io::Series track{"single points", {}, {}, io::Mark::points};
   for (const SinglePoint& p : run.points) {
     const Eigen::Vector3d ned = ned_from_geodetic(p.position, origin);
-    track.x.push_back(ned.y());
-    track.y.push_back(ned.x());
+    track.add(ned.y(), ned.x());
   }
   plot.series.push_back(std::move(track));
   if (run.truth.empty()) return plot;
@@ -33,8 +34,7 @@ io::Plot track_plot(const SppRun& run) {
   for (const NavState& s : run.truth) {
     const bool during = s.time >= start_of(run) && s.time <= run.points.back().instant;
     const Eigen::Vector3d ned = ned_from_geodetic(s.position, origin);
-    truth.x.push_back(during ? ned.y() : kNone);
-    truth.y.push_back(during ? ned.x() : kNone);
+    truth.add(during ? ned.y() : kNone, during ? ned.x() : kNone);
   }
   plot.series.push_back(std::move(truth));
   return plot;
@@ -42,56 +42,44 @@ io::Plot track_plot(const SppRun& run) {
 
 io::Plot errors_plot(const SppRun& run, const std::vector<PositionError>& errors, int axis) {
   constexpr const char* kAxes[] = {"North", "East", "Down"};
-  io::Plot plot{std::string(kAxes[axis]) + " error and its 3σ bounds", "time [s]", "error [m]", {}};
-  io::Series error{"error", {}, {}};
-  io::Series bounds[] = {{"±3σ", {}, {}, io::Mark::dashed}, {"", {}, {}, io::Mark::dashed}};
-  const auto add = [&run](io::Series& s, LogTime t, double y) {
-    s.x.push_back(since_start(run, t));
-    s.y.push_back(y);
-  };
+  io::Plot plot = time_plot(std::string(kAxes[axis]) + " error and its 3σ bounds", "error [m]");
+  io::Series error{"error", {}, {}}, upper{"±3σ", {}, {}};
   LogTime last = errors.front().time;
   for (const PositionError& e : errors) {
-    const bool gap = e.time - last > std::chrono::seconds(3);
-    for (const auto& [series, y] :
-         {std::pair(&error, e.ned_m[axis]), std::pair(&bounds[0], 3.0 * e.sigma_m[axis]),
-          std::pair(&bounds[1], -3.0 * e.sigma_m[axis])}) {
-      if (gap) add(*series, last, kNone);
-      add(*series, e.time, y);
+    const double t = since_start(run, e.time);
+    if (e.time - last > std::chrono::seconds(3)) {
+      error.add(since_start(run, last), kNone);
+      upper.add(since_start(run, last), kNone);
     }
+    error.add(t, e.ned_m[axis]);
+    upper.add(t, 3.0 * e.sigma_m[axis]);
     last = e.time;
   }
-  // One series, so that both bounds look the same.
-  add(bounds[0], last, kNone);
-  bounds[0].x.insert(bounds[0].x.end(), bounds[1].x.begin(), bounds[1].x.end());
-  bounds[0].y.insert(bounds[0].y.end(), bounds[1].y.begin(), bounds[1].y.end());
-  plot.series = {std::move(error), std::move(bounds[0])};
+  plot.series = {std::move(error), bounds_series(upper)};
   return plot;
 }
 
 io::Plot satellites_plot(const SppRun& run) {
-  io::Plot plot{"Satellites", "time [s]", "number", {}};
+  io::Plot plot = time_plot("Satellites", "number");
   io::Series seen{"with a range", {}, {}, io::Mark::points}, used{"used", {}, {}, io::Mark::points};
   for (const SinglePoint& p : run.points) {
     const auto measured = std::count_if(p.residuals.begin(), p.residuals.end(),
                                         [](const auto& r) { return std::isfinite(r.range_m); });
-    seen.x.push_back(since_start(run, p.instant));
-    seen.y.push_back(static_cast<double>(measured));
-    used.x.push_back(seen.x.back());
-    used.y.push_back(p.used);
+    seen.add(since_start(run, p.instant), static_cast<double>(measured));
+    used.add(since_start(run, p.instant), p.used);
   }
   plot.series = {std::move(seen), std::move(used)};
   return plot;
 }
 
 io::Plot residuals_plot(const SppRun& run) {
-  io::Plot plot{"Range residuals, in standard deviations", "time [s]", "residual / σ", {}};
+  io::Plot plot = time_plot("Range residuals in standard deviations", "residual / σ");
   io::Series used{"used", {}, {}, io::Mark::points}, out{"left out", {}, {}, io::Mark::points};
   for (const SinglePoint& p : run.points) {
     for (const SatelliteResidual& r : p.residuals) {
       if (!std::isfinite(r.range_m)) continue;
-      io::Series& series = r.range_used ? used : out;
-      series.x.push_back(since_start(run, p.instant));
-      series.y.push_back(std::clamp(r.range_m / r.range_sigma_m, -30.0, 30.0));
+      (r.range_used ? used : out)
+          .add(since_start(run, p.instant), std::clamp(r.range_m / r.range_sigma_m, -30.0, 30.0));
     }
   }
   plot.series = {std::move(used), std::move(out)};
@@ -105,8 +93,7 @@ io::Plot sky_plot(const SppRun& run) {
     for (const SatelliteResidual& r : p.residuals) {
       io::Series& s = series[r.satellite.system];
       const double zenith = 90.0 - Angle::radians(r.sight.elevation_rad).degrees();
-      s.x.push_back(zenith * std::sin(r.sight.azimuth_rad));
-      s.y.push_back(zenith * std::cos(r.sight.azimuth_rad));
+      s.add(zenith * std::sin(r.sight.azimuth_rad), zenith * std::cos(r.sight.azimuth_rad));
     }
   }
   for (auto& [system, s] : series) {
@@ -118,11 +105,9 @@ io::Plot sky_plot(const SppRun& run) {
   for (const double zenith : {90.0, 45.0}) {
     for (int degrees = 0; degrees <= 360; degrees += 5) {
       const double a = Angle::degrees(degrees).radians();
-      horizon.x.push_back(zenith * std::sin(a));
-      horizon.y.push_back(zenith * std::cos(a));
+      horizon.add(zenith * std::sin(a), zenith * std::cos(a));
     }
-    horizon.x.push_back(kNone);
-    horizon.y.push_back(kNone);
+    horizon.add(kNone, kNone);
   }
   plot.series.push_back(std::move(horizon));
   return plot;

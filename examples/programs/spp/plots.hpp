@@ -1,6 +1,6 @@
 #pragma once
 
-// The drawings of spp's report.
+// The plots of spp's report.
 
 #include <vector>
 
@@ -11,7 +11,7 @@
 namespace wayfare::examples {
 
 [[nodiscard]] io::Plot track_plot(const SppRun& run);
-/// `axis` of north, east, down; `errors` are not empty.
+/// `axis`: north, east, down. `errors` must not be empty.
 [[nodiscard]] io::Plot errors_plot(const SppRun& run, const std::vector<PositionError>& errors,
                                    int axis);
 [[nodiscard]] io::Plot satellites_plot(const SppRun& run);

@@ -8,66 +8,25 @@
 
 namespace wayfare::examples {
 
-Option& Option::required() {
-  option_->required();
-  return *this;
-}
-Option& Option::show_default() {
-  option_->capture_default_str();
-  return *this;
-}
-Option& Option::range(int low, int high) {
-  option_->check(CLI::Range(low, high));
-  return *this;
-}
+Option& Option::required() { return option_->required(), *this; }
+Option& Option::show_default() { return option_->capture_default_str(), *this; }
+Option& Option::range(int low, int high) { return option_->check(CLI::Range(low, high)), *this; }
 Option& Option::range(double low, double high) {
-  option_->check(CLI::Range(low, high));
-  return *this;
+  return option_->check(CLI::Range(low, high)), *this;
 }
-Option& Option::positive() {
-  option_->check(CLI::PositiveNumber);
-  return *this;
-}
-Option& Option::not_negative() {
-  option_->check(CLI::NonNegativeNumber);
-  return *this;
-}
-Option& Option::existing_file() {
-  option_->check(CLI::ExistingFile);
-  return *this;
-}
-Option& Option::existing_folder() {
-  option_->check(CLI::ExistingDirectory);
-  return *this;
-}
+Option& Option::positive() { return option_->check(CLI::PositiveNumber), *this; }
+Option& Option::not_negative() { return option_->check(CLI::NonNegativeNumber), *this; }
+Option& Option::existing_file() { return option_->check(CLI::ExistingFile), *this; }
+Option& Option::existing_folder() { return option_->check(CLI::ExistingDirectory), *this; }
 Option& Option::one_of(const std::vector<std::string>& words) {
-  option_->check(CLI::IsMember(words));
-  return *this;
+  return option_->check(CLI::IsMember(words)), *this;
 }
-Option& Option::expected(int count) {
-  option_->expected(count);
-  return *this;
-}
-Option& Option::expected(int least, int most) {
-  option_->expected(least, most);
-  return *this;
-}
-Option& Option::delimiter(char between) {
-  option_->delimiter(between);
-  return *this;
-}
-Option& Option::take_all() {
-  option_->take_all();
-  return *this;
-}
-Option& Option::needs(const std::string& other) {
-  option_->needs(other);
-  return *this;
-}
-Option& Option::excludes(const std::string& other) {
-  option_->excludes(other);
-  return *this;
-}
+Option& Option::expected(int count) { return option_->expected(count), *this; }
+Option& Option::expected(int least, int most) { return option_->expected(least, most), *this; }
+Option& Option::delimiter(char between) { return option_->delimiter(between), *this; }
+Option& Option::take_all() { return option_->take_all(), *this; }
+Option& Option::needs(const std::string& other) { return option_->needs(other), *this; }
+Option& Option::excludes(const std::string& other) { return option_->excludes(other), *this; }
 
 CommandLine::CommandLine(const std::string& description)
     : app_(std::make_unique<CLI::App>(description)) {}
@@ -110,6 +69,12 @@ Option CommandLine::add_print(const std::string& name, const std::function<std::
 }
 
 void CommandLine::footer(const std::string& text) { app_->footer(text); }
+
+int exit_code(const char* program, const Result<void>& done) {
+  if (done) return 0;
+  std::fprintf(stderr, "%s: %s\n", program, done.error().to_string().c_str());
+  return 1;
+}
 
 std::optional<int> CommandLine::parse(int argc, char** argv) {
   try {

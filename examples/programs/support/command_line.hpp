@@ -1,6 +1,6 @@
 #pragma once
 
-// What a program may be told on its command line. CLI11 does the work, compiled once.
+// The options of a program's command line. CLI11 is compiled once, in command_line.cpp.
 
 #include <functional>
 #include <map>
@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/core/result.hpp>
+
 namespace CLI {
 class App;
 class Option;
@@ -16,14 +18,14 @@ class Option;
 
 namespace wayfare::examples {
 
-/// An argument of a program. Each call says more of it and gives it back for the next.
+/// An argument of a program. Calls can be chained.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
   Option& required();
   Option& show_default();  ///< in --help
-  /// The value lies in [low, high].
+  /// [low, high], both included.
   Option& range(int low, int high);
   Option& range(double low, double high);
   Option& positive();
@@ -31,12 +33,12 @@ class Option {
   Option& existing_file();
   Option& existing_folder();
   Option& one_of(const std::vector<std::string>& words);
-  /// So many values, for a variable that takes several.
+  /// Number of values, for a variable that takes several.
   Option& expected(int count);
   Option& expected(int least, int most);
-  Option& delimiter(char between);  ///< of values in one word
-  Option& take_all();               ///< may be given again and again
-  /// Another option, by its name.
+  Option& delimiter(char between);  ///< between values in one word
+  Option& take_all();               ///< may be given repeatedly
+  /// Of another option, by its name.
   Option& needs(const std::string& other);
   Option& excludes(const std::string& other);
 
@@ -44,18 +46,19 @@ class Option {
   CLI::Option* option_;
 };
 
-/// The arguments of a program: each option writes into a variable that outlives the parsing, whose
-/// value before it is the default. Names are "--long" options or positions ("LOG").
+/// The arguments of a program: each option writes to a variable that outlives the parsing and whose
+/// value before it is the default. Names are "--long" options or positional arguments ("LOG").
 class CommandLine {
  public:
   explicit CommandLine(const std::string& description);
   ~CommandLine();
 
-  /// Of the types command_line.cpp lists: numbers, text, and several or none of them.
+  /// For the types instantiated in command_line.cpp: numbers, strings, vectors and optionals of
+  /// them.
   template <class Value>
   Option add_option(const std::string& name, Value& value, const std::string& help);
   Option add_flag(const std::string& name, bool& value, const std::string& help);
-  /// One of the words of `choices`, which stands for its value.
+  /// One of the words of `choices`, with the value it stands for.
   template <class Value>
   Option add_choice(const std::string& name, Value& value,
                     const std::map<std::string, Value>& choices, const std::string& help) {
@@ -65,13 +68,13 @@ class CommandLine {
                     [&value, choices](const std::string& word) { value = choices.at(word); })
         .one_of(words);
   }
-  /// A flag that prints something and ends the program.
+  /// A flag that prints a text and ends the program.
   Option add_print(const std::string& name, const std::function<std::string()>& text,
                    const std::string& help);
   void footer(const std::string& text);
 
-  /// Reads the arguments. The exit code where the program is to end: after --help, or where an
-  /// argument is wrong, which has then been said on standard error.
+  /// Returns the exit code if the program is to end: after --help, or after a wrong argument, which
+  /// is reported on standard error.
   [[nodiscard]] std::optional<int> parse(int argc, char** argv);
 
  private:
@@ -80,5 +83,8 @@ class CommandLine {
 
   std::unique_ptr<CLI::App> app_;
 };
+
+/// 0, or 1 for an error, which is printed on standard error.
+int exit_code(const char* program, const Result<void>& done);
 
 }  // namespace wayfare::examples

@@ -1,7 +1,7 @@
 #pragma once
 
-// A program that follows a robot over a recorded log by one of the SLAM systems: the same
-// arguments, the same files and the same report for each of them.
+// A program that runs a SLAM system on a recorded log: arguments, files and report are the same for
+// all systems.
 
 #include <cstddef>
 #include <functional>
@@ -21,30 +21,42 @@
 
 namespace wayfare::examples {
 
-/// What a system made of a log.
+/// Result of a system on a log.
 struct LogRun {
   Trajectory trajectory;
   OccupancyGrid map;
-  PoseGraph2 graph = {};  ///< of no poses: neither drawn nor written
+  PoseGraph2 graph = {};  ///< without poses: neither drawn nor written
   std::size_t scans = 0;
   std::size_t unmatched_scans = 0;
-  std::vector<std::pair<std::string, std::string>> facts = {};  ///< what the system counts besides
+  Facts facts = {};  ///< of this system
   std::size_t refused_scans = 0;
   std::string first_refusal = {};
 };
 
+/// From the run of a system of the library.
+template <class Run>
+[[nodiscard]] LogRun log_run(Run& slam, Facts facts, PoseGraph2 graph = {}) {
+  return {std::move(slam.trajectory),
+          std::move(slam.map),
+          std::move(graph),
+          slam.statistics.scans,
+          slam.statistics.unmatched_scans,
+          std::move(facts),
+          slam.refused_scans,
+          std::move(slam.first_refusal)};
+}
+
 struct LogProgram {
   std::string name;                  ///< "graph_slam"
   std::string system;                ///< "graph SLAM", in the report and the tables
-  std::string description;           ///< heads --help
-  std::vector<OptionField> options;  ///< what --config sets and --print-config prints
+  std::string description;           ///< for --help
+  std::vector<OptionField> options;  ///< of --config and --print-config
   std::function<Result<LogRun>(const Recording&, const SlamArguments&, const SlamProgress&)> run;
-  std::function<Result<void>()> check_options =
-      {};  ///< after --config, where fields are not enough
+  std::function<Result<void>()> check_options = {};  ///< after --config, beyond the fields' ranges
   std::function<void(CommandLine&)> more_options = {};
 };
 
-/// The program's main: its exit code.
+/// The program's main; returns its exit code.
 int run_log_program(int argc, char** argv, const LogProgram& program);
 
 }  // namespace wayfare::examples

@@ -15,8 +15,8 @@ MapPainter::MapPainter(const io::GridImage& grid)
       picture_.pixels.push_back(grey.pixels[i * grey.channels + (grey.channels == 3 ? c : 0)]);
 }
 
-MapPainter& MapPainter::dot(const Eigen::Vector2d& place_m, const Colour& colour, int side) {
-  const Eigen::Vector2d cell = (T_grid_map_ * place_m) / resolution_m_;
+MapPainter& MapPainter::dot(const Eigen::Vector2d& position_m, const Colour& colour, int side) {
+  const Eigen::Vector2d cell = (T_grid_map_ * position_m) / resolution_m_;
   const auto width = static_cast<double>(picture_.width);
   const auto height = static_cast<double>(picture_.height);
   for (int i = 0; i < side; ++i) {
@@ -32,11 +32,11 @@ MapPainter& MapPainter::dot(const Eigen::Vector2d& place_m, const Colour& colour
   return *this;
 }
 
-MapPainter& MapPainter::path(std::span<const Eigen::Vector2d> places_m, const Colour& colour) {
-  for (std::size_t i = 1; i < places_m.size(); ++i) {
-    const Eigen::Vector2d step = places_m[i] - places_m[i - 1];
+MapPainter& MapPainter::path(std::span<const Eigen::Vector2d> positions_m, const Colour& colour) {
+  for (std::size_t i = 1; i < positions_m.size(); ++i) {
+    const Eigen::Vector2d step = positions_m[i] - positions_m[i - 1];
     const int pieces = 1 + static_cast<int>(step.norm() / (0.5 * resolution_m_));
-    for (int k = 0; k < pieces; ++k) dot(places_m[i - 1] + step * k / pieces, colour);
+    for (int k = 0; k < pieces; ++k) dot(positions_m[i - 1] + step * k / pieces, colour);
   }
   return *this;
 }

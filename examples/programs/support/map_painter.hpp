@@ -16,15 +16,15 @@ inline constexpr Colour kBlue = {21, 101, 192};
 inline constexpr Colour kRed = {211, 47, 47};
 inline constexpr Colour kGreen = {46, 125, 50};
 
-/// The picture of a map with things painted over it; places in metres, in the map's frame.
+/// Draws on the image of a map; positions in metres, in the map's frame.
 class MapPainter {
  public:
   explicit MapPainter(const io::GridImage& grid);
 
-  /// `side` pixels wide.
-  MapPainter& dot(const Eigen::Vector2d& place_m, const Colour& colour, int side = 2);
+  /// A square with a side of `side` pixels.
+  MapPainter& dot(const Eigen::Vector2d& position_m, const Colour& colour, int side = 2);
   /// Two pixels wide.
-  MapPainter& path(std::span<const Eigen::Vector2d> places_m, const Colour& colour);
+  MapPainter& path(std::span<const Eigen::Vector2d> positions_m, const Colour& colour);
 
   [[nodiscard]] const io::Image& picture() const { return picture_; }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <optional>
 
@@ -18,17 +19,16 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// A key: how its value is taken (false where it makes no sense) and given, and what it should be.
 struct Key {
   std::string name;
-  std::function<bool(const Json&)> set;
+  std::function<bool(const Json&)> set;  ///< false for a value that is not allowed
   std::function<Json()> get;
-  std::string expected;
+  std::string expected;  ///< "a number"
 };
 
-double tidy(double v) { return v == 0.0 ? 0.0 : std::stod(std::to_string(v * 1e9)) / 1e9; }
+double rounded(double v) { return v == 0.0 ? 0.0 : std::stod(std::to_string(v * 1e9)) / 1e9; }
 
-/// A number at least `least`; inside it is `factor` times what the file says.
+/// A number of at least `least`; the option is `factor` times the number.
 Key number(const std::string& name, double& value, double factor = 1.0, double least = 0.0) {
   return {name,
           [&value, factor, least](const Json& j) {
@@ -38,11 +38,11 @@ Key number(const std::string& name, double& value, double factor = 1.0, double l
             value = v * factor;
             return true;
           },
-          [&value, factor] { return Json(tidy(value / factor)); },
+          [&value, factor] { return Json(rounded(value / factor)); },
           "a number" + (least == 0.0 ? std::string(" that is not negative") : std::string())};
 }
 
-Key truth_value(const std::string& name, bool& value) {
+Key boolean(const std::string& name, bool& value) {
   return {name,
           [&value](const Json& j) {
             if (j.is_boolean()) value = j.get<bool>();
@@ -61,9 +61,9 @@ std::optional<Eigen::Vector3d> three(const Json& j) {
   return v;
 }
 
-Json json_of(const Eigen::Vector3d& v) { return {tidy(v[0]), tidy(v[1]), tidy(v[2])}; }
+Json json_of(const Eigen::Vector3d& v) { return {rounded(v[0]), rounded(v[1]), rounded(v[2])}; }
 
-/// A positive number for all axes, or one for each.
+/// One positive number for all axes, or three.
 Key axes(const std::string& name, Eigen::Vector3d& value, double factor = 1.0) {
   return {name,
           [&value, factor](const Json& j) {
@@ -75,7 +75,7 @@ Key axes(const std::string& name, Eigen::Vector3d& value, double factor = 1.0) {
           },
           [&value, factor] {
             const Eigen::Vector3d v = value / factor;
-            return v.maxCoeff() == v.minCoeff() ? Json(tidy(v[0])) : json_of(v);
+            return v.maxCoeff() == v.minCoeff() ? Json(rounded(v[0])) : json_of(v);
           },
           "a positive number, or three"};
 }
@@ -120,9 +120,9 @@ std::vector<Key> filter_keys(GnssInsOptions& o) {
           number("range_sigma_scale", o.range_sigma_scale),
           number("gate_sigma", o.gate_sigma),
           number("gate_reopen_s", o.gate_reopen_s),
-          truth_value("non_holonomic_in_outage", o.non_holonomic_in_outage),
+          boolean("non_holonomic_in_outage", o.non_holonomic_in_outage),
           number("non_holonomic_sigma_mps", o.non_holonomic_sigma_mps),
-          truth_value("zero_velocity_updates", o.zero_velocity_updates),
+          boolean("zero_velocity_updates", o.zero_velocity_updates),
           number("gyro_vibration_share", o.gyro_vibration_share),
           number("max_imu_gap_s", o.max_imu_gap_s),
           number("gap_acceleration_mps2", o.gap_acceleration_mps2),
@@ -136,8 +136,8 @@ std::vector<Key> general_keys(NavConfig& c) {
   return {mounting(c.filter.q_body_imu),
           vector("antenna_lever_arm_m", c.filter.antenna_lever_arm_m),
           number("imu_time_offset_s", c.filter.imu_time_offset_s, 1.0, -1e6),
-          truth_value("truth_is_antenna", c.truth_is_antenna),
-          truth_value("truth_is_true", c.truth_is_true),
+          boolean("truth_is_antenna", c.truth_is_antenna),
+          boolean("truth_is_true", c.truth_is_true),
           number("elevation_mask_deg", c.elevation_mask_deg, 1.0, -90.0),
           number("min_cn0_dbhz", c.min_cn0_dbhz)};
 }
@@ -145,7 +145,7 @@ std::vector<Key> general_keys(NavConfig& c) {
 struct Reader {
   std::string source;
 
-  [[nodiscard]] Error fault(const std::string& what) const {
+  [[nodiscard]] Error error(const std::string& what) const {
     return {ErrorCode::parse, what, source};
   }
 
@@ -154,14 +154,14 @@ struct Reader {
     const auto key =
         std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == name; });
     if (key == keys.end())
-      return fault("unknown option '" + name + "'; --print-config lists them all");
-    if (!key->set(value)) return fault("option '" + name + "' must be " + key->expected);
+      return error("unknown option '" + name + "'; --print-config lists all options");
+    if (!key->set(value)) return error("option '" + name + "' must be " + key->expected);
     return {};
   }
 
   [[nodiscard]] Result<void> section(const std::vector<Key>& keys, const std::string& name,
                                      const Json& value) const {
-    if (!value.is_object()) return fault("'" + name + "' must be an object of options");
+    if (!value.is_object()) return error("'" + name + "' must be an object of options");
     for (const auto& [key, v] : value.items())
       if (auto done = take(keys, key, v); !done) return done;
     return {};
@@ -169,12 +169,12 @@ struct Reader {
 
   [[nodiscard]] Result<void> file(const std::string& name, const Json& value,
                                   FileDescription& description) const {
-    if (!value.is_object()) return fault("'" + name + "' must describe a file");
+    if (!value.is_object()) return error("'" + name + "' must describe a file");
     for (const auto& [key, v] : value.items()) {
       const std::string where = name + "." + key;
       if (key == "columns" && v.is_array()) {
         for (const Json& column : v) {
-          if (!column.is_string()) return fault("'" + where + "' must be names of columns");
+          if (!column.is_string()) return error("'" + where + "' must be names of columns");
           description.format.columns.push_back(column.get<std::string>());
         }
       } else if (key == "skip_lines" && v.is_number_unsigned()) {
@@ -185,9 +185,9 @@ struct Reader {
       } else if (key == "velocity_late_s" && v.is_number() && std::abs(v.get<double>()) < 10.0) {
         description.velocity_late_s = v.get<double>();
       } else {
-        return fault("'" + where +
-                     "' is not understood; a file has columns (names), skip_lines, leap_seconds "
-                     "(whole numbers) and velocity_late_s (seconds)");
+        return error("'" + where +
+                     "' is not allowed; a file has columns (names), skip_lines, leap_seconds "
+                     "(integers) and velocity_late_s (seconds)");
       }
     }
     return {};
@@ -203,27 +203,33 @@ struct Reader {
   }
 };
 
+void fill(Json& to, const std::vector<Key>& keys) {
+  for (const Key& k : keys) to[k.name] = k.get();
+}
+
+void fill_filter(Json& json, NavConfig& c) {
+  fill(json, general_keys(c));
+  fill(json["imu_noise"], imu_noise_keys(c.filter.imu));
+  fill(json["filter"], filter_keys(c.filter));
+}
+
 }  // namespace
 
 Result<NavConfig> parse_nav_config(const std::string& text, const std::string& source) {
   const Reader reader{source};
   const Json json = Json::parse(text, nullptr, false, true);
-  if (!json.is_object()) return reader.fault("expected a JSON object of options");
+  if (!json.is_object()) return reader.error("expected a JSON object of options");
   NavConfig c;
+  const std::map<std::string, FileDescription*> files = {
+      {"imu_clock", &c.imu_clock}, {"ranges", &c.ranges}, {"fixes", &c.fixes}, {"truth", &c.truth}};
   for (const auto& [key, value] : json.items()) {
     Result<void> done;
     if (key == "note") {
       c.note = value.is_string() ? value.get<std::string>() : std::string();
     } else if (key == "imu") {
       done = reader.imu(value, c);
-    } else if (key == "imu_clock") {
-      done = reader.file(key, value, c.imu_clock);
-    } else if (key == "ranges") {
-      done = reader.file(key, value, c.ranges);
-    } else if (key == "fixes") {
-      done = reader.file(key, value, c.fixes);
-    } else if (key == "truth") {
-      done = reader.file(key, value, c.truth);
+    } else if (const auto file = files.find(key); file != files.end()) {
+      done = reader.file(key, value, *file->second);
     } else if (key == "imu_noise") {
       done = reader.section(imu_noise_keys(c.filter.imu), key, value);
     } else if (key == "filter") {
@@ -237,24 +243,11 @@ Result<NavConfig> parse_nav_config(const std::string& text, const std::string& s
 }
 
 Result<NavConfig> read_nav_config(const std::string& path) {
+  if (path.empty()) return NavConfig{};
   const auto file = io::read_file(path);
   if (!file) return file.error();
   return parse_nav_config(file->bytes, path);
 }
-
-namespace {
-
-void fill(Json& to, const std::vector<Key>& keys) {
-  for (const Key& k : keys) to[k.name] = k.get();
-}
-
-void fill_filter(Json& json, NavConfig& c) {
-  fill(json, general_keys(c));
-  fill(json["imu_noise"], imu_noise_keys(c.filter.imu));
-  fill(json["filter"], filter_keys(c.filter));
-}
-
-}  // namespace
 
 std::string format_nav_config(const NavConfig& config) {
   NavConfig c = config;

@@ -10,20 +10,21 @@
 namespace wayfare::examples {
 namespace {
 
-// Streams of the generator, so that ranges and readings do not change each other.
+// Separate random streams, so that ranges and readings are independent.
 constexpr std::uint64_t kRangeStream = 1;
 constexpr std::uint64_t kImuStream = 2;
 
 std::vector<RangeEpoch> ranges_along(const sim::VehicleTrajectory& trajectory,
-                                     const RangeSimulation& how, const ReceiverClockNoise& clock) {
+                                     const RangeSimulation& ranges,
+                                     const ReceiverClockNoise& clock) {
   sim::RangeParams params;
-  params.period = from_seconds(how.period_s);
-  params.max_satellites = how.satellites;
-  params.range_sigma_m = how.range_sigma_m;
-  params.range_rate_sigma_mps = how.rate_sigma_mps;
+  params.period = from_seconds(ranges.period_s);
+  params.max_satellites = ranges.satellites;
+  params.range_sigma_m = ranges.range_sigma_m;
+  params.range_rate_sigma_mps = ranges.rate_sigma_mps;
   params.clock = clock;
   return sim::simulate_ranges(trajectory, sim::gps_and_galileo(), params,
-                              Rng(how.seed).stream(kRangeStream))
+                              Rng(ranges.seed).stream(kRangeStream))
       .epochs;
 }
 
@@ -36,7 +37,7 @@ std::function<NavState(LogTime)> truth_of(sim::VehicleTrajectory trajectory) {
 
 Result<KnownDrive> recorded_drive(const NavFiles& files, const NavConfig& config,
                                   const RangeSimulation& ranges) {
-  // The loader wants satellite measurements; here they come from the reference itself.
+  // The loader needs satellite measurements: the reference serves as fixes.
   NavFiles with_fixes = files;
   with_fixes.fixes = files.truth;
   NavConfig described = config;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Drives with a known truth to take satellites away from.
+// Drives with known truth, for simulated outages.
 
 #include <cstdint>
 #include <functional>
@@ -25,7 +25,7 @@ struct RangeSimulation {
   std::uint64_t seed = 1;
 };
 
-/// A recording whose ranges are simulated and whose truth is known at any time.
+/// A recording with simulated ranges and the truth at any time.
 struct KnownDrive {
   std::string name;
   GnssInsRecording recording;
@@ -35,11 +35,11 @@ struct KnownDrive {
   std::vector<std::string> remarks;
 };
 
-/// A real unit's readings; ranges simulated along the reference, which gives the antenna's place.
+/// Readings of a real unit; ranges simulated along the reference, which is the antenna's position.
 [[nodiscard]] Result<KnownDrive> recorded_drive(const NavFiles& files, const NavConfig& config,
                                                 const RangeSimulation& ranges);
 
-/// Everything simulated: the drive of 310 s and 4.5 km, a unit that errs as options.imu says.
+/// All simulated: the drive of 310 s and 4.5 km, with the unit's noise of options.imu.
 [[nodiscard]] KnownDrive simulated_drive(const RangeSimulation& ranges);
 
 }  // namespace wayfare::examples

@@ -16,7 +16,7 @@ constexpr double kCourseSpeed_mps = 3.0;
 
 double wrapped_deg(double rad) { return std::remainder(rad, 2.0 * std::numbers::pi) / kDegree; }
 
-/// The pair of neighbours around a time, the first of them; nothing at and beyond the ends.
+/// The last state not after `time`; nothing outside of the states.
 template <class State, class TimeOf>
 std::optional<std::size_t> before(const std::vector<State>& states, LogTime time, TimeOf time_of) {
   const auto after = std::upper_bound(states.begin(), states.end(), time,
@@ -31,7 +31,7 @@ NavState between(const NavState& a, const NavState& b, double k, bool cubic, dou
   NavState s = a;
   const Eigen::Vector3d step = ned_from_geodetic(b.position, a.position);
   Eigen::Vector3d moved = k * step;
-  if (cubic) {  // Hermite's: places and velocities at both ends
+  if (cubic) {  // Hermite interpolation
     const double k2 = k * k, k3 = k2 * k;
     moved = (3.0 * k2 - 2.0 * k3) * step + (k3 - 2.0 * k2 + k) * h_s * a.velocity_ned_mps +
             (k3 - k2) * h_s * b.velocity_ned_mps;
@@ -97,11 +97,11 @@ NavErrors nav_errors(const std::vector<GnssInsPoint>& points, const NavRecording
     const NavState e = at_lever_arm(p->nav, lever, rate);
     std::array<double, NavErrors::kCount> error;
     error.fill(kNan);
-    const Eigen::Vector3d place = ned_from_geodetic(e.position, truth.position);
+    const Eigen::Vector3d position = ned_from_geodetic(e.position, truth.position);
     const Eigen::Vector3d velocity = e.velocity_ned_mps - truth.velocity_ned_mps;
     const Eigen::Vector3d angles = roll_pitch_yaw_rad(e.q_nb);
     for (Eigen::Index k = 0; k < 3; ++k) {
-      error[static_cast<std::size_t>(k)] = place[k];
+      error[static_cast<std::size_t>(k)] = position[k];
       if (recording.truth_has_velocity) error[static_cast<std::size_t>(k) + 3] = velocity[k];
     }
     if (recording.truth_has_attitude) {

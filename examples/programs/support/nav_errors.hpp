@@ -1,6 +1,6 @@
 #pragma once
 
-// By how much a run misses its reference.
+// Errors of a run against its reference.
 
 #include <array>
 #include <cstddef>
@@ -19,21 +19,21 @@ namespace wayfare::examples {
 /// Seconds since the unit's first sample.
 [[nodiscard]] double since_start(const NavRecording& recording, LogTime time);
 
-/// The reference between its states: cubic where it knows velocities, linear otherwise. Nothing
-/// outside of it, and within gaps of more than 1.5 s.
+/// The reference interpolated between its states: cubic with velocities, else linear. Nothing
+/// outside of it and within gaps of more than 1.5 s.
 [[nodiscard]] std::optional<NavState> reference_at(const NavTrajectory& reference,
                                                    bool has_velocity, LogTime time);
 
-/// The run between two of its points.
+/// The run interpolated between its points.
 [[nodiscard]] std::optional<GnssInsPoint> point_at(const std::vector<GnssInsPoint>& points,
                                                    LogTime time);
 
-/// The same instant at a point fixed to the body, turning with it.
+/// The state of a point fixed to the body.
 [[nodiscard]] NavState at_lever_arm(const NavState& unit, const Eigen::Vector3d& lever_arm_m,
                                     const Eigen::Vector3d& body_rate_radps);
 
-/// Estimate less reference over time, and the standard deviation the filter gives it: position and
-/// velocity north, east, down (m, m/s), roll, pitch, yaw (degrees). NaN where not known.
+/// Estimate minus reference over time, and the filter's standard deviation: position and velocity
+/// north, east, down (m, m/s), roll, pitch, yaw (degrees). NaN if unknown.
 struct NavErrors {
   static constexpr std::size_t kCount = 9;
   std::vector<double> time_s;  ///< since the unit's first sample
@@ -42,16 +42,16 @@ struct NavErrors {
   [[nodiscard]] double horizontal(std::size_t i) const;
 };
 
-/// At every state of the reference. Without attitude in it, yaw is compared to its course wherever
-/// it is faster than 3 m/s.
+/// At every state of the reference. If it has no attitude, yaw is compared with its course at
+/// speeds above 3 m/s.
 [[nodiscard]] NavErrors nav_errors(const std::vector<GnssInsPoint>& points,
                                    const NavRecording& recording, const NavConfig& config);
 
-/// Position of each epoch on its own, without the inertial unit.
+/// Single-point position of each epoch, or the fixes.
 struct PlainGnss {
   std::vector<double> time_s;
   std::vector<Geodetic> position;
-  std::vector<Eigen::Vector3d> error_ned_m;  ///< NaN where the reference does not reach
+  std::vector<Eigen::Vector3d> error_ned_m;  ///< NaN outside of the reference
 };
 [[nodiscard]] PlainGnss plain_gnss(const NavRecording& recording);
 

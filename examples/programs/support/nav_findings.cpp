@@ -19,18 +19,12 @@ bool in_outage(const std::vector<NavOutage>& outages, double t) {
   });
 }
 
-std::string percentile_95(std::vector<double> v) {
-  if (v.empty()) return eval::fixed(kNan, 2);
-  const auto at = v.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(v.size() - 1));
-  std::nth_element(v.begin(), at, v.end());
-  return eval::fixed(*at, 2);
-}
-
 void position_row(eval::Table& table, const std::string& name,
                   const std::vector<double>& horizontal, const std::vector<double>& vertical) {
   const Summary h = summarise(horizontal);
-  table.add_row({name, std::to_string(h.count), eval::fixed(h.rmse, 2), percentile_95(horizontal),
-                 eval::fixed(h.max, 2), eval::fixed(summarise(vertical).rmse, 2)});
+  table.add_row({name, std::to_string(h.count), eval::fixed(h.rmse, 2),
+                 eval::fixed(quantile(horizontal, 0.95), 2), eval::fixed(h.max, 2),
+                 eval::fixed(summarise(vertical).rmse, 2)});
 }
 
 eval::Table position_table(const NavOutputs& run, const NavErrors& errors, const PlainGnss& plain) {
@@ -88,18 +82,19 @@ eval::Table axes_table(const NavErrors& errors) {
 }
 
 const char* name_of(InnovationRecord::Kind kind) {
+  using enum InnovationRecord::Kind;
   switch (kind) {
-    case InnovationRecord::Kind::range:
+    case range:
       return "range [m]";
-    case InnovationRecord::Kind::range_rate:
+    case range_rate:
       return "range rate [m/s]";
-    case InnovationRecord::Kind::position:
+    case position:
       return "position [m]";
-    case InnovationRecord::Kind::velocity:
+    case velocity:
       return "velocity [m/s]";
-    case InnovationRecord::Kind::constraint:
+    case constraint:
       return "sideways velocity [m/s]";
-    case InnovationRecord::Kind::standstill:
+    case standstill:
       return "standstill";
   }
   return "";
@@ -151,19 +146,18 @@ double travelled_m(const std::vector<GnssInsPoint>& points) {
   return length;
 }
 
-std::vector<std::pair<std::string, std::string>> facts_of(const NavOutputs& run) {
+Facts facts_of(const NavOutputs& run) {
   const GnssInsRecording& r = run.recording.recording;
-  const double lasts_s = to_seconds(r.imu.back().time - r.imu.front().time);
-  std::vector<std::pair<std::string, std::string>> facts = {
-      {"recording", eval::fixed(lasts_s, 1) + " s"},
-      {"inertial samples", std::to_string(r.imu.size())}};
+  const double recording_s = to_seconds(r.imu.back().time - r.imu.front().time);
+  Facts facts = {{"recording", eval::fixed(recording_s, 1) + " s"},
+                 {"inertial samples", std::to_string(r.imu.size())}};
   if (!r.ranges.empty()) {
     double satellites = 0.0;
     for (const RangeEpoch& e : r.ranges) satellites += static_cast<double>(e.satellites.size());
     facts.emplace_back("range epochs",
                        std::to_string(r.ranges.size()) + ", " +
                            eval::fixed(satellites / static_cast<double>(r.ranges.size()), 1) +
-                           " satellites on the mean");
+                           " satellites on average");
   }
   if (!r.fixes.empty()) facts.emplace_back("fixes", std::to_string(r.fixes.size()));
   if (!run.run.points.empty()) {
@@ -173,7 +167,7 @@ std::vector<std::pair<std::string, std::string>> facts_of(const NavOutputs& run)
     facts.emplace_back("travelled", eval::fixed(travelled_m(run.run.points), 0) + " m");
   }
   facts.emplace_back("took", eval::fixed(run.took_s, 2) + " s, " +
-                                 eval::fixed(lasts_s / std::max(run.took_s, 1e-9), 0) +
+                                 eval::fixed(recording_s / std::max(run.took_s, 1e-9), 0) +
                                  " times real time");
   if (!run.run.notices.empty())
     facts.emplace_back("notices", std::to_string(run.run.notices.size()));
@@ -182,7 +176,7 @@ std::vector<std::pair<std::string, std::string>> facts_of(const NavOutputs& run)
 
 }  // namespace
 
-NavFindings find(const NavOutputs& run) {
+NavFindings evaluate(const NavOutputs& run) {
   NavFindings f;
   f.plain = plain_gnss(run.recording);
   f.facts = facts_of(run);
@@ -197,21 +191,15 @@ NavFindings find(const NavOutputs& run) {
                           axes_table(f.errors));
     if (!run.outages.empty()) f.tables.emplace_back("Outages", outage_errors(run, f.errors));
   }
-  f.tables.emplace_back("Innovations: about 1 \u03c3 where the filter knows how good it is",
+  f.tables.emplace_back("Innovations: about 1 \u03c3 if the filter is consistent",
                         innovation_table(run.run));
   return f;
 }
 
 std::string summary(const NavOutputs& run, const NavFindings& f) {
-  std::string out;
-  for (const auto& [name, value] : f.facts) {
-    out += name;
-    out.append(name.size() < 18 ? 18 - name.size() : 1, ' ');
-    out += value + "\n";
-  }
+  std::string out = to_text(f.facts, 17);
   for (const std::string& remark : run.recording.remarks) out += "note: " + remark + "\n";
-  for (const auto& [title, table] : f.tables) out += "\n" + title + "\n" + table.to_text();
-  return out;
+  return out + to_text(f.tables);
 }
 
 }  // namespace wayfare::examples

@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include <wayfare/gnss/single_point.hpp>
-#include <wayfare/nav/outage.hpp>
 
 namespace wayfare::examples {
 
@@ -41,7 +40,7 @@ void apply_outages(const std::vector<NavOutage>& outages, GnssInsRecording& reco
   for (const NavOutage& o : outages) {
     const LogTime begin = recording.imu.front().time + from_seconds(o.start_s);
     const OutageWindow window{begin, begin + from_seconds(o.length_s), o.satellites_left};
-    // Where the receiver is decides which satellites stand highest; any epoch before tells.
+    // The highest satellites are kept: that depends on the receiver's position.
     std::optional<Geodetic> receiver;
     for (const RangeEpoch& epoch : recording.ranges) {
       if (receiver && epoch.time > begin) break;
@@ -50,6 +49,18 @@ void apply_outages(const std::vector<NavOutage>& outages, GnssInsRecording& reco
     recording.ranges = mask_satellites(recording.ranges, window, receiver.value_or(Geodetic{}));
     std::erase_if(recording.fixes, [&](const GnssFix& f) { return window.contains(f.time); });
   }
+}
+
+std::vector<LogTime> outage_starts(LogTime first, LogTime end, Duration length, std::size_t count,
+                                   const std::vector<RangeEpoch>& epochs) {
+  std::vector<LogTime> starts = outage_places(first, end, length, count);
+  for (LogTime& start : starts) {
+    LogTime epoch = start;
+    for (const RangeEpoch& e : epochs)
+      if (e.time <= start) epoch = e.time;
+    start = epoch;
+  }
+  return starts;
 }
 
 }  // namespace wayfare::examples

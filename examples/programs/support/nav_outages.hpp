@@ -1,6 +1,6 @@
 #pragma once
 
-// Stretches of a recording without satellites, as asked for on a command line.
+// Satellite outages of a recording, as given on a command line.
 
 #include <cstddef>
 #include <string>
@@ -8,10 +8,10 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
+#include <wayfare/nav/outage.hpp>
 
 namespace wayfare::examples {
 
-/// Takes satellites away: from `begin` to `end` as many as `satellites_left` stay.
 struct NavOutage {
   double start_s = 0.0;  ///< since the unit's first sample
   double length_s = 0.0;
@@ -21,7 +21,13 @@ struct NavOutage {
 /// "START:LENGTH[:SATELLITES],..." in seconds.
 [[nodiscard]] Result<std::vector<NavOutage>> parse_outages(const std::string& text);
 
-/// Fixes within an outage are taken away whatever the number of satellites left.
+/// Removes ranges, and all fixes within an outage whatever the number of satellites left.
 void apply_outages(const std::vector<NavOutage>& outages, GnssInsRecording& recording);
+
+/// Starts of `count` outages from `first` to `end`, each at an epoch so that outages have their
+/// nominal length.
+[[nodiscard]] std::vector<LogTime> outage_starts(LogTime first, LogTime end, Duration length,
+                                                 std::size_t count,
+                                                 const std::vector<RangeEpoch>& epochs);
 
 }  // namespace wayfare::examples

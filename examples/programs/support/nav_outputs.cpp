@@ -1,15 +1,11 @@
 #include "nav_outputs.hpp"
 
-#include <array>
 #include <cmath>
-#include <filesystem>
 #include <numbers>
 
 #include <wayfare/core/roll_pitch_yaw.hpp>
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/io/tum.hpp>
-
-#include "program_files.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -44,7 +40,7 @@ std::string trajectory_text(const NavOutputs& run) {
   return out;
 }
 
-/// The instrument's errors and the clock, once a second.
+/// Errors of the unit and of the receiver's clock, once a second.
 std::string states_text(const NavOutputs& run) {
   std::string out = "t_s";
   for (const std::string prefix : {"", "s"})
@@ -70,7 +66,7 @@ std::string states_text(const NavOutputs& run) {
   return out;
 }
 
-/// East-north-up around the first point, body forward-left-up.
+/// In east-north-up axes at the first point; body forward-left-up.
 io::Trajectory3 local_trajectory(const std::vector<GnssInsPoint>& points) {
   const Geodetic origin = points.front().nav.position;
   const Eigen::Matrix3d ecef_origin = rotation_ecef_ned(origin);
@@ -94,21 +90,14 @@ std::vector<std::string> nav_output_names() {
   return {"trajectory.txt", "trajectory.tum", "states.txt", "report.html"};
 }
 
-Result<std::string> write_nav_outputs(const std::string& folder, const NavOutputs& run,
-                                      const NavFindings& findings,
-                                      const io::WriteOptions& options) {
-  if (auto ready = prepare_files(folder, nav_output_names(), options); !ready) return ready.error();
-  const auto path = [&](const char* name) {
-    return (std::filesystem::path(folder) / name).string();
-  };
-  const std::array<Result<void>, 4> written = {
-      io::write_file(path("trajectory.txt"), trajectory_text(run), options),
-      io::write_tum(path("trajectory.tum"), local_trajectory(run.run.points), options),
-      io::write_file(path("states.txt"), states_text(run), options),
-      report_of(run, findings).write(path("report.html"), options)};
-  for (const Result<void>& result : written)
-    if (!result) return result.error();
-  return path("report.html");
+Result<void> write_nav_outputs(const OutputArguments& to, const NavOutputs& run,
+                               const NavFindings& findings) {
+  const io::WriteOptions options = to.write();
+  return first_error(
+      {io::write_file(to.path("trajectory.txt"), trajectory_text(run), options),
+       io::write_tum(to.path("trajectory.tum"), local_trajectory(run.run.points), options),
+       io::write_file(to.path("states.txt"), states_text(run), options),
+       report_of(run, findings).write(to.path("report.html"), options)});
 }
 
 }  // namespace wayfare::examples

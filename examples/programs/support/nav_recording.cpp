@@ -32,12 +32,12 @@ void remark(NavRecording& out, const std::string& path, const io::Problems& prob
 template <class Measurement>
 void order(NavRecording& out, const char* what, std::vector<Measurement>& all) {
   const SortReport report = sort_by_time(all);
-  const auto say = [&](std::size_t count, const char* how) {
+  const auto add = [&](std::size_t count, const char* how) {
     if (count > 0) out.remarks.push_back(std::to_string(count) + " " + what + " " + how);
   };
-  say(report.out_of_order, "out of order, put in order");
-  say(report.duplicates, "repeated an earlier time, left out");
-  say(report.outliers, "with a time far from their neighbours', left out");
+  add(report.out_of_order, "out of order, sorted");
+  add(report.duplicates, "with a repeated time, left out");
+  add(report.outliers, "with a time far from their neighbours', left out");
 }
 
 Result<io::ImuFile> read_part(const NavFiles& files, const NavConfig& config, std::size_t i,
@@ -50,12 +50,12 @@ Result<io::ImuFile> read_part(const NavFiles& files, const NavConfig& config, st
 
 using ToGpsTime = std::function<LogTime(LogTime)>;
 
-/// From the unit's counter to GPS time; empty where no file says how.
+/// From the unit's clock to GPS time; empty without a file of either kind.
 Result<ToGpsTime> device_clock(const NavFiles& files, const NavConfig& config,
                                const io::ImuFile& imu, NavRecording& out) {
-  const auto say = [&](double rate, double residual_s) {
-    out.remarks.push_back("inertial clock: rate " + eval::fixed(1e6 * (rate - 1.0), 1) +
-                          " ppm off, stamps scatter by " + eval::fixed(1e3 * residual_s, 1) +
+  const auto add_remark = [&](double rate, double residual_s) {
+    out.remarks.push_back("inertial clock: rate error " + eval::fixed(1e6 * (rate - 1.0), 1) +
+                          " ppm, scatter of the stamps " + eval::fixed(1e3 * residual_s, 1) +
                           " ms");
   };
   if (!files.imu_tags.empty()) {
@@ -64,7 +64,7 @@ Result<ToGpsTime> device_clock(const NavFiles& files, const NavConfig& config,
     remark(out, files.imu_tags, tags->problems);
     const auto fit = io::fit_time_tags(imu, *tags);
     if (!fit) return fit.error();
-    say(fit->rate, fit->residual_s);
+    add_remark(fit->rate, fit->residual_s);
     return ToGpsTime(*fit);
   }
   if (files.imu_clock.empty()) return ToGpsTime();
@@ -73,7 +73,7 @@ Result<ToGpsTime> device_clock(const NavFiles& files, const NavConfig& config,
   remark(out, files.imu_clock, clock->problems);
   const auto fit = fit_clock<DeviceClock>(clock->pairs);
   if (!fit) return fit.error();
-  say(fit->rate, fit->residual_s);
+  add_remark(fit->rate, fit->residual_s);
   return ToGpsTime([line = *fit](LogTime t) {
     return line(Time<DeviceClock>::from_nanoseconds(t.nanoseconds()));
   });
@@ -81,7 +81,7 @@ Result<ToGpsTime> device_clock(const NavFiles& files, const NavConfig& config,
 
 Result<void> load_imu(const NavFiles& files, const NavConfig& config, NavRecording& out) {
   if (files.imu.empty() || files.imu.size() > 2)
-    return Error{ErrorCode::invalid, "an inertial unit has one file, or two"};
+    return Error{ErrorCode::invalid, "an inertial unit has one or two files"};
   auto first = read_part(files, config, 0, out);
   if (!first) return first.error();
   const auto clock = device_clock(files, config, *first, out);
@@ -94,7 +94,7 @@ Result<void> load_imu(const NavFiles& files, const NavConfig& config, NavRecordi
     if (first->has_gyro == second->has_gyro ||
         first->has_accelerometer == second->has_accelerometer)
       return Error{ErrorCode::invalid,
-                   "one file must hold the gyro and the other the accelerometer", files.imu[1]};
+                   "one file must contain the gyro and the other the accelerometer", files.imu[1]};
     order(out, "inertial samples", samples);
     order(out, "inertial samples", second->samples);
     samples = first->has_gyro ? io::merge_imu_parts(samples, second->samples)
@@ -125,7 +125,7 @@ Result<io::RinexNavigation> load_navigation(const std::vector<std::string>& path
   return std::move(*all);
 }
 
-/// Says why satellites could not be used, most frequent first.
+/// Why satellites could not be used, most frequent reason first.
 std::string reasons(const std::map<RangeRefusal, std::size_t>& counts) {
   std::vector<std::pair<std::size_t, RangeRefusal>> sorted;
   for (const auto& [why, count] : counts) sorted.emplace_back(count, why);
@@ -149,14 +149,14 @@ Result<void> load_raw(const NavFiles& files, const NavConfig& config, NavRecordi
   options.corrections.min_cn0_dbhz = config.min_cn0_dbhz;
   Eigen::Vector3d near = Eigen::Vector3d::Zero();
   std::map<RangeRefusal, std::size_t> refused;
-  std::size_t answered = 0, seen = 0, used = 0;
+  std::size_t positions = 0, seen = 0, used = 0;
   const auto& epochs = observations->epochs;
   for (std::size_t i = 0; i < epochs.size(); ++i) {
     if (progress) progress(static_cast<double>(i) / static_cast<double>(epochs.size()));
     const auto point = single_point(epochs[i], navigation->ephemerides, options, near);
     if (point && point->consistent) {
       near = point->position_ecef_m;
-      ++answered;
+      ++positions;
     }
     std::vector<RefusedRange> why;
     RangeEpoch ranges =
@@ -174,7 +174,7 @@ Result<void> load_raw(const NavFiles& files, const NavConfig& config, NavRecordi
                      std::to_string(seen) + " satellites: " + reasons(refused),
                  files.observations};
   out.remarks.push_back(files.observations + ": " + std::to_string(epochs.size()) + " epochs, " +
-                        std::to_string(answered) + " with a single-point position; " +
+                        std::to_string(positions) + " with a single-point position; " +
                         std::to_string(used) + " of " + std::to_string(seen) + " satellites used" +
                         (refused.empty() ? "" : ", the others: " + reasons(refused)));
   return {};
@@ -182,7 +182,7 @@ Result<void> load_raw(const NavFiles& files, const NavConfig& config, NavRecordi
 
 using StampedVelocity = std::pair<LogTime, Eigen::Vector3d>;
 
-/// On the line between its neighbours.
+/// By linear interpolation.
 std::optional<Eigen::Vector3d> velocity_at(LogTime time, const std::vector<StampedVelocity>& v) {
   const auto after = std::lower_bound(
       v.begin(), v.end(), time, [](const StampedVelocity& s, LogTime t) { return s.first < t; });
@@ -200,11 +200,11 @@ Result<void> load_fixes(const NavFiles& files, const NavConfig& config, NavRecor
   out.recording.fixes = std::move(file->fixes);
   std::vector<GnssFix>& fixes = out.recording.fixes;
   order(out, "fixes", fixes);
-  std::vector<StampedVelocity> velocities;
+  if (config.fixes.velocity_late_s == 0.0) return {};
   const Duration late = from_seconds(config.fixes.velocity_late_s);
+  std::vector<StampedVelocity> velocities;
   for (const GnssFix& f : fixes)
     if (f.velocity_ned_mps) velocities.emplace_back(f.time - late, *f.velocity_ned_mps);
-  if (late == Duration(0)) return {};
   for (GnssFix& fix : fixes)
     if (fix.velocity_ned_mps) fix.velocity_ned_mps = velocity_at(fix.time, velocities);
   return {};
@@ -231,7 +231,7 @@ struct Span {
   LogTime first, last;
 };
 
-/// Refuses streams that have nothing in common, with how far apart they are.
+/// An error, with the gap, for streams that do not overlap in time.
 Result<void> check_overlap(const char* what, const Span& imu, const Span& other) {
   if (other.first <= imu.last && imu.first <= other.last) return {};
   const Duration apart = other.first > imu.last ? other.first - imu.last : imu.first - other.last;

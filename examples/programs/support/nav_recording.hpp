@@ -1,6 +1,6 @@
 #pragma once
 
-// A recording of an inertial unit and a satellite receiver, from its files.
+// Reads a recording of an inertial unit and a satellite receiver.
 
 #include <functional>
 #include <string>
@@ -15,17 +15,17 @@
 
 namespace wayfare::examples {
 
-/// Paths; empty where there is none.
+/// Paths; empty if there is none.
 struct NavFiles {
-  std::vector<std::string> imu;  ///< one, or one for gyro and one for accelerometer
+  std::vector<std::string> imu;  ///< one, or gyro and accelerometer
   std::string imu_tags;          ///< RTKLIB's time tags of the (first) file of the unit
-  std::string imu_clock;         ///< stamps on the unit's clock and in GPS time
+  std::string imu_clock;         ///< pairs of the unit's times and GPS times
   std::string observations;
   std::vector<std::string> navigation;
   std::string ranges;
   std::string fixes;
   std::string truth;
-  ros::TopicNames topics;  ///< of ROS recordings among them
+  ros::TopicNames topics;  ///< of ROS recordings
 };
 
 struct NavRecording {
@@ -33,13 +33,13 @@ struct NavRecording {
   NavTrajectory truth;
   bool truth_has_velocity = false;
   bool truth_has_attitude = false;
-  /// What was skipped, put in order or left out, for people.
+  /// What was skipped, sorted or left out.
   std::vector<std::string> remarks;
 };
 
-/// Reads all of them and puts each stream in order of time. Errors: those of the readers; no
-/// satellite measurement at all; streams that do not overlap in time, with the gap between them.
-/// Skipped lines go to standard error.
+/// Reads all files and sorts each stream by time. Errors: those of the readers; no satellite
+/// measurements; streams that do not overlap in time, with the gap between them. Reports skipped
+/// lines on standard error.
 [[nodiscard]] Result<NavRecording> load_nav_recording(
     const NavFiles& files, const NavConfig& config,
     const std::function<void(double)>& progress = {});

@@ -1,47 +1,41 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 
 #include <wayfare/core/roll_pitch_yaw.hpp>
 
 #include "nav_outputs.hpp"
-#include "time_plot.hpp"
+#include "plots.hpp"
 
 namespace wayfare::examples {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-io::Series track(std::string name, io::Mark mark) { return {std::move(name), {}, {}, mark}; }
+const char* name_of_plain(const NavOutputs& run) {
+  return run.recording.recording.ranges.empty() ? "fixes" : "plain GNSS";
+}
 
 void extend(io::Series& series, const Geodetic& position, const Geodetic& origin) {
   const Eigen::Vector3d ned = ned_from_geodetic(position, origin);
-  series.x.push_back(ned.y());
-  series.y.push_back(ned.x());
+  series.add(ned.y(), ned.x());
 }
 
 io::Plot track_plot(const NavOutputs& run, const NavFindings& f) {
   const Geodetic origin = run.run.points.front().nav.position;
-  io::Plot plot;
-  plot.title = "Track";
-  plot.x_label = "east [m]";
-  plot.y_label = "north [m]";
-  plot.equal_aspect = true;
-  io::Series filter = track("filter", io::Mark::line);
+  io::Plot plot{"Track", "east [m]", "north [m]", {}, true};
+  io::Series filter{"filter", {}, {}};
   for (std::size_t i = 0; i < run.run.points.size(); i += 10)
     extend(filter, run.run.points[i].nav.position, origin);
   plot.series.push_back(std::move(filter));
-  io::Series plain =
-      track(run.recording.recording.ranges.empty() ? "fixes" : "plain GNSS", io::Mark::points);
+  io::Series plain{name_of_plain(run), {}, {}, io::Mark::points};
   for (const Geodetic& p : f.plain.position) extend(plain, p, origin);
   plot.series.push_back(std::move(plain));
   if (!run.recording.truth.empty()) {
-    io::Series truth =
-        track(run.config.truth_is_true ? "reference" : "other solution", io::Mark::dashed);
+    io::Series truth{
+        run.config.truth_is_true ? "reference" : "other solution", {}, {}, io::Mark::dashed};
     for (const NavState& s : run.recording.truth) extend(truth, s.position, origin);
     plot.series.push_back(std::move(truth));
   }
@@ -52,22 +46,17 @@ io::Plot error_plot(const NavErrors& errors, std::size_t axis, const std::string
                     const std::string& unit) {
   io::Plot plot = time_plot(title, unit);
   io::Series error{"error", errors.time_s, errors.error[axis]};
-  io::Series upper{"\u00b13\u03c3", errors.time_s, {}, io::Mark::dashed}, lower = upper;
-  for (const double s : errors.sigma[axis]) upper.y.push_back(3.0 * s), lower.y.push_back(-3.0 * s);
-  // One curve with a break: both bounds share a colour and a line in the legend.
-  upper.x.push_back(kNan), upper.y.push_back(kNan);
-  upper.x.insert(upper.x.end(), lower.x.begin(), lower.x.end());
-  upper.y.insert(upper.y.end(), lower.y.begin(), lower.y.end());
-  plot.series = {std::move(error), std::move(upper)};
+  io::Series upper{"\u00b13\u03c3", errors.time_s, {}};
+  for (const double s : errors.sigma[axis]) upper.y.push_back(3.0 * s);
+  plot.series = {std::move(error), bounds_series(upper)};
   return plot;
 }
 
 void add_errors(io::Report& report, const NavOutputs& run, const NavFindings& f) {
   const bool truth = run.config.truth_is_true;
-  report.heading(truth ? "Errors against the reference, with the filter's own bounds"
+  report.heading(truth ? "Errors against the reference, with the filter's bounds"
                        : "Differences from another solution");
-  if (!truth)
-    report.paragraph("What is compared here is another solution, not the truth: it errs too.");
+  if (!truth) report.paragraph("The reference is another solution with errors of its own.");
   constexpr std::array<const char*, NavErrors::kCount> kTitles = {
       "North", "East",  "Down", "Velocity north", "Velocity east", "Velocity down",
       "Roll",  "Pitch", "Yaw"};
@@ -81,10 +70,7 @@ void add_errors(io::Report& report, const NavOutputs& run, const NavFindings& f)
   io::Series filter{"filter", f.errors.time_s, {}};
   for (std::size_t i = 0; i < f.errors.time_s.size(); ++i)
     filter.y.push_back(f.errors.horizontal(i));
-  io::Series plain{run.recording.recording.ranges.empty() ? "fixes" : "plain GNSS",
-                   f.plain.time_s,
-                   {},
-                   io::Mark::points};
+  io::Series plain{name_of_plain(run), f.plain.time_s, {}, io::Mark::points};
   for (const Eigen::Vector3d& v : f.plain.error_ned_m) plain.y.push_back(v.head<2>().norm());
   horizontal.series = {std::move(filter), std::move(plain)};
   report.plot(horizontal);
@@ -102,9 +88,8 @@ void add_innovations(io::Report& report, const NavOutputs& run) {
     for (const InnovationRecord& r : run.run.innovations) {
       if (r.kind != kinds.first && r.kind != kinds.second) continue;
       io::Series& s = r.accepted ? accepted : refused;
-      s.x.push_back(since_start(run.recording, r.time));
-      // A range off by kilometres must not flatten all the others.
-      s.y.push_back(std::clamp(r.innovation / r.sigma, -12.0, 12.0));
+      // Clamped: a range error of kilometres must not flatten the others.
+      s.add(since_start(run.recording, r.time), std::clamp(r.innovation / r.sigma, -12.0, 12.0));
     }
     if (accepted.x.empty() && refused.x.empty()) continue;
     plot.series = {std::move(accepted), std::move(refused)};
@@ -119,17 +104,16 @@ io::Plot satellites_plot(const NavOutputs& run) {
   for (const InnovationRecord& r : run.run.innovations)
     if (r.kind == InnovationRecord::Kind::range) accepted[r.time] += r.accepted ? 1.0 : 0.0;
   for (const RangeEpoch& e : run.recording.recording.ranges) {
-    offered.x.push_back(since_start(run.recording, e.time));
-    offered.y.push_back(static_cast<double>(e.satellites.size()));
+    const double t = since_start(run.recording, e.time);
+    offered.add(t, static_cast<double>(e.satellites.size()));
     const auto found = accepted.find(e.time);
-    used.x.push_back(offered.x.back());
-    used.y.push_back(found == accepted.end() ? 0.0 : found->second);
+    used.add(t, found == accepted.end() ? 0.0 : found->second);
   }
   plot.series = {std::move(offered), std::move(used)};
   return plot;
 }
 
-/// Three of the run's quantities over time, a point a second.
+/// Components of a quantity over time, every half second.
 template <class Get>
 io::Plot states_plot(const NavOutputs& run, const char* title, const char* unit,
                      const std::vector<std::string>& names, Get get) {
@@ -140,46 +124,39 @@ io::Plot states_plot(const NavOutputs& run, const char* title, const char* unit,
     const double t = since_start(run.recording, p.nav.time);
     if (t < next) continue;
     next = t + 0.5;
-    for (std::size_t k = 0; k < names.size(); ++k) {
-      plot.series[k].x.push_back(t);
-      plot.series[k].y.push_back(get(p, static_cast<Eigen::Index>(k)));
-    }
+    for (std::size_t k = 0; k < names.size(); ++k)
+      plot.series[k].add(t, get(p, static_cast<Eigen::Index>(k)));
   }
   return plot;
 }
 
 void add_states(io::Report& report, const NavOutputs& run) {
-  report.heading("The filter's states");
-  report.plot(
-      states_plot(run, "Velocity", "[m/s]", {"north", "east", "down"},
-                  [](const GnssInsPoint& p, Eigen::Index k) { return p.nav.velocity_ned_mps[k]; }));
-  report.plot(states_plot(run, "Attitude", "[deg]", {"roll", "pitch", "yaw"},
-                          [](const GnssInsPoint& p, Eigen::Index k) {
-                            return roll_pitch_yaw_rad(p.nav.q_nb)[k] / kDegree;
-                          }));
-  report.plot(states_plot(run, "Gyro bias", "[deg/s]", {"x", "y", "z"},
-                          [](const GnssInsPoint& p, Eigen::Index k) {
-                            return static_cast<double>(p.imu_errors[k]) / kDegree;
-                          }));
-  report.plot(states_plot(run, "Gyro bias, \u03c3", "[deg/s]", {"x", "y", "z"},
-                          [](const GnssInsPoint& p, Eigen::Index k) {
-                            return static_cast<double>(p.sigma[ins_state::kGyroBias + k]) / kDegree;
-                          }));
-  report.plot(states_plot(run, "Accelerometer bias", "[m/s\u00b2]", {"x", "y", "z"},
-                          [](const GnssInsPoint& p, Eigen::Index k) {
-                            return static_cast<double>(p.imu_errors[3 + k]);
-                          }));
-  report.plot(states_plot(run, "Accelerometer bias, \u03c3", "[m/s\u00b2]", {"x", "y", "z"},
-                          [](const GnssInsPoint& p, Eigen::Index k) {
-                            return static_cast<double>(p.sigma[ins_state::kAccelBias + k]);
-                          }));
-  if (run.recording.recording.ranges.empty()) return;
-  report.plot(states_plot(run, "Receiver clock drift", "[m/s]", {"drift"},
-                          [](const GnssInsPoint& p, Eigen::Index) { return p.clock_drift_mps; }));
+  report.heading("Filter states");
+  using Point = const GnssInsPoint&;
+  using Index = Eigen::Index;
+  const std::vector<std::string> axes = {"x", "y", "z"};
+  const auto add = [&](const char* title, const char* unit, const std::vector<std::string>& names,
+                       auto get) { report.plot(states_plot(run, title, unit, names, get)); };
+  add("Velocity", "[m/s]", {"north", "east", "down"},
+      [](Point p, Index k) { return p.nav.velocity_ned_mps[k]; });
+  add("Attitude", "[deg]", {"roll", "pitch", "yaw"},
+      [](Point p, Index k) { return roll_pitch_yaw_rad(p.nav.q_nb)[k] / kDegree; });
+  add("Gyro bias", "[deg/s]", axes,
+      [](Point p, Index k) { return static_cast<double>(p.imu_errors[k]) / kDegree; });
+  add("Gyro bias, \u03c3", "[deg/s]", axes, [](Point p, Index k) {
+    return static_cast<double>(p.sigma[ins_state::kGyroBias + k]) / kDegree;
+  });
+  add("Accelerometer bias", "[m/s\u00b2]", axes,
+      [](Point p, Index k) { return static_cast<double>(p.imu_errors[3 + k]); });
+  add("Accelerometer bias, \u03c3", "[m/s\u00b2]", axes,
+      [](Point p, Index k) { return static_cast<double>(p.sigma[ins_state::kAccelBias + k]); });
+  if (!run.recording.recording.ranges.empty())
+    add("Receiver clock drift", "[m/s]", {"drift"},
+        [](Point p, Index) { return p.clock_drift_mps; });
 }
 
 eval::Table remarks_table(const NavOutputs& run) {
-  eval::Table table({{"what"}, {"when", "s"}});
+  eval::Table table({{"remark"}, {"time", "s"}});
   for (const std::string& text : run.recording.remarks) table.add_row({text, "reading"});
   constexpr std::size_t kShown = 40;
   const auto& notices = run.run.notices;
@@ -203,7 +180,7 @@ io::Report report_of(const NavOutputs& run, const NavFindings& f) {
   if (!run.recording.recording.ranges.empty()) report.plot(satellites_plot(run));
   add_states(report, run);
   const eval::Table remarks = remarks_table(run);
-  if (!remarks.rows().empty()) report.heading("What was met and survived").table(remarks);
+  if (!remarks.rows().empty()) report.heading("Remarks").table(remarks);
   return report;
 }
 

@@ -18,7 +18,7 @@ Result<io::ImuFile> read_unit(const std::string& path, const io::ColumnFormat& f
   if (!ros::RecordingFile::is_one(path)) return io::read_imu(path, format);
   auto run = read_ros(path, topics);
   if (!run) return run.error();
-  if (run->imu.empty()) return Error{ErrorCode::not_found, "holds no inertial unit", path};
+  if (run->imu.empty()) return Error{ErrorCode::not_found, "contains no inertial unit", path};
   io::ImuFile file;
   file.samples = std::move(run->imu);
   file.has_gyro = file.has_accelerometer = true;
@@ -31,7 +31,7 @@ Result<io::FixFile> read_receiver(const std::string& path, const io::ColumnForma
   if (!ros::RecordingFile::is_one(path)) return io::read_fixes(path, format);
   auto run = read_ros(path, topics);
   if (!run) return run.error();
-  if (run->fixes.empty()) return Error{ErrorCode::not_found, "holds no fixes", path};
+  if (run->fixes.empty()) return Error{ErrorCode::not_found, "contains no fixes", path};
   io::FixFile file;
   file.qualities.assign(run->fixes.size(), 0);
   file.fixes = std::move(run->fixes);

@@ -27,21 +27,17 @@ Result<void> read_option_fields(const std::string& path, const std::vector<Optio
   const auto file = io::read_file(path);
   if (!file) return file.error();
   const Json json = Json::parse(file->bytes, nullptr, false, true);
-  if (!json.is_object()) {
-    return Error{ErrorCode::parse, "expected a JSON object of options", path};
-  }
+  const auto error = [&](const std::string& what) { return Error{ErrorCode::parse, what, path}; };
+  if (!json.is_object()) return error("expected a JSON object of options");
   for (const auto& [key, value] : json.items()) {
     const auto match =
         std::find_if(known.begin(), known.end(),
                      [&, name = key](const OptionField& f) { return f.name == name; });
-    if (match == known.end()) {
-      return Error{ErrorCode::parse, "unknown option '" + key + "'; --print-config lists them all",
-                   path};
-    }
+    if (match == known.end())
+      return error("unknown option '" + key + "'; --print-config lists all options");
     const double number = value.is_number() ? value.get<double>() : std::nan("");
-    if (!(number > 0.0 && number < 1e6)) {
-      return Error{ErrorCode::parse, "option '" + key + "' must be a positive number", path};
-    }
+    if (!(number > 0.0 && number < 1e6))
+      return error("option '" + key + "' must be a positive number");
     match->set(number);
   }
   return {};

@@ -9,7 +9,7 @@
 
 namespace wayfare::examples {
 
-/// An option by its name in a JSON file. Values are positive numbers; angles are in degrees.
+/// An option with its name in a JSON file. Values are positive numbers, angles in degrees.
 struct OptionField {
   std::string name;
   std::function<void(double)> set;
@@ -21,11 +21,11 @@ struct OptionField {
 [[nodiscard]] OptionField option_field(const char* name, int& value);
 [[nodiscard]] OptionField option_field(const char* name, Angle& value);
 
-/// Sets what the JSON object in the file names; the rest stays. Errors: not JSON, an unknown key, a
+/// Sets the options that the JSON object in the file names. Errors: not JSON, an unknown key, a
 /// value out of range.
 Result<void> read_option_fields(const std::string& path, const std::vector<OptionField>& known);
 
-/// All of them with their values, as such a file.
+/// All of them with their values, in the same format.
 [[nodiscard]] std::string option_fields_text(const std::vector<OptionField>& fields);
 
 }  // namespace wayfare::examples

@@ -3,23 +3,54 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <system_error>
+
+#include <wayfare/core/statistics.hpp>
 
 namespace wayfare::examples {
 
 namespace fs = std::filesystem;
 
+std::string OutputArguments::path(const std::string& name) const {
+  return (fs::path(out) / name).string();
+}
+
+Result<void> OutputArguments::prepare(const std::vector<std::string>& names) const {
+  return prepare_files(out, names, write());
+}
+
+void add_out(CommandLine& app, OutputArguments& arguments, const std::string& text) {
+  app.add_option("--out", arguments.out, text).required();
+}
+
+void add_force_and_quiet(CommandLine& app, OutputArguments& arguments) {
+  app.add_flag("--force", arguments.force, "replace existing files");
+  app.add_flag("--quiet", arguments.quiet, "print no progress and no results");
+}
+
 Result<void> prepare_files(const std::string& folder, const std::vector<std::string>& names,
                            const io::WriteOptions& options) {
   std::error_code code;
   fs::create_directories(folder, code);
-  if (code) return Error{ErrorCode::io, "the folder cannot be made: " + code.message(), folder};
-  if (options.existing == io::Existing::replace) return {};
-  for (const std::string& name : names) {
-    const fs::path path = fs::path(folder) / name;
-    if (!fs::exists(path, code)) continue;
-    return Error{ErrorCode::io, "is there already; --force overwrites it", path.string()};
-  }
+  if (code) return Error{ErrorCode::io, "cannot be created: " + code.message(), folder};
+  for (const std::string& name : names)
+    if (auto ok = refuse_existing({(fs::path(folder) / name).string()}, options); !ok) return ok;
+  return {};
+}
+
+Result<void> refuse_existing(std::initializer_list<std::string> paths,
+                             const io::WriteOptions& options) {
+  std::error_code code;
+  for (const std::string& path : paths)
+    if (options.existing == io::Existing::refuse && !path.empty() && fs::exists(path, code))
+      return Error{ErrorCode::io, "already exists; --force replaces it", path};
+  return {};
+}
+
+Result<void> first_error(std::initializer_list<Result<void>> results) {
+  for (const Result<void>& result : results)
+    if (!result) return result;
   return {};
 }
 
@@ -29,7 +60,40 @@ void print_problems(const io::Problems& problems) {
   for (std::size_t i = 0; i < shown; ++i)
     std::fprintf(stderr, "skipped: %s\n", problems.first()[i].to_string().c_str());
   if (problems.count() > kShown)
-    std::fprintf(stderr, "skipped: %zu lines in all\n", problems.count());
+    std::fprintf(stderr, "skipped: %zu lines in total\n", problems.count());
+}
+
+std::string to_text(const Facts& facts, std::size_t width) {
+  std::string text;
+  for (const auto& [name, value] : facts)
+    text +=
+        name + std::string(width > name.size() ? width - name.size() : 0, ' ') + ' ' + value + '\n';
+  return text;
+}
+
+std::string to_text(const TitledTables& tables) {
+  std::string text;
+  for (const auto& [title, table] : tables) text += "\n" + title + "\n" + table.to_text();
+  return text;
+}
+
+std::string mean_std(const std::vector<double>& values, int decimals) {
+  const Summary s = summarise(values);
+  return eval::mean_std(s.mean, s.std, decimals);
+}
+
+double quantile(std::vector<double> values, double part) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+std::string significant(double value, int digits) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
 }
 
 }  // namespace wayfare::examples

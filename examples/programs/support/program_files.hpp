@@ -1,20 +1,71 @@
 #pragma once
 
+// Where a program writes, and what it prints.
+
+#include <initializer_list>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/eval/table.hpp>
+#include <wayfare/io/report.hpp>
 #include <wayfare/io/text_file.hpp>
+
+#include "command_line.hpp"
 
 namespace wayfare::examples {
 
-/// Makes `folder` where needed. With `Existing::refuse` it must hold none of the files `names` yet.
-/// To be called before the work whose results they take.
+struct OutputArguments {
+  std::string out;  ///< folder of the results, or the only file
+  bool force = false;
+  bool quiet = false;
+
+  /// Replaces files only with --force.
+  [[nodiscard]] io::WriteOptions write() const {
+    return {force ? io::Existing::replace : io::Existing::refuse};
+  }
+  /// Of a file in the folder.
+  [[nodiscard]] std::string path(const std::string& name) const;
+  /// Creates the folder. Without --force, an error if it contains one of the files `names`. To be
+  /// called before the work whose results they take.
+  [[nodiscard]] Result<void> prepare(const std::vector<std::string>& names) const;
+};
+
+/// --out, required.
+void add_out(CommandLine& app, OutputArguments& arguments,
+             const std::string& text = "folder for the results, created if needed");
+/// --force and --quiet.
+void add_force_and_quiet(CommandLine& app, OutputArguments& arguments);
+
+/// As OutputArguments::prepare.
 [[nodiscard]] Result<void> prepare_files(const std::string& folder,
                                          const std::vector<std::string>& names,
                                          const io::WriteOptions& options);
+/// An error for the first of `paths` that exists; empty ones are not checked.
+[[nodiscard]] Result<void> refuse_existing(std::initializer_list<std::string> paths,
+                                           const io::WriteOptions& options);
 
-/// The first few on standard error, and how many there were.
+/// Of several writes, all of which are tried.
+[[nodiscard]] Result<void> first_error(std::initializer_list<Result<void>> results);
+
+/// Prints the first few on standard error, and their number.
 void print_problems(const io::Problems& problems);
+
+using Facts = std::vector<std::pair<std::string, std::string>>;  ///< ("scans", "4791") …
+using TitledTables = std::vector<std::pair<std::string, eval::Table>>;
+
+/// A line for each fact, values aligned behind names of `width` characters.
+[[nodiscard]] std::string to_text(const Facts& facts, std::size_t width = 14);
+/// Each table below its title.
+[[nodiscard]] std::string to_text(const TitledTables& tables);
+
+/// `mean ± std` of the values.
+[[nodiscard]] std::string mean_std(const std::vector<double>& values, int decimals);
+/// The value below which the share `part` of them lies, without interpolation; NaN if there are
+/// none.
+[[nodiscard]] double quantile(std::vector<double> values, double part);
+/// With this number of significant digits.
+[[nodiscard]] std::string significant(double value, int digits = 3);
 
 }  // namespace wayfare::examples

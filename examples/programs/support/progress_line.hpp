@@ -5,9 +5,9 @@
 
 namespace wayfare::examples {
 
-/// One line on standard error that says how far a job is and how long it will still take. Silent
-/// where `quiet`, and where the job is over within half a second. Redraws itself on a terminal;
-/// elsewhere (a log file) it writes a line now and then.
+/// A line on standard error with the share of a job that is done and the time remaining. Silent if
+/// `quiet`, and for jobs of less than half a second. Redrawn on a terminal; elsewhere (a log file)
+/// a new line every five seconds.
 class ProgressLine {
  public:
   ProgressLine(std::string label, bool quiet);
@@ -15,15 +15,21 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// `fraction` in [0, 1]; cheap enough to call for every scan.
+  /// `fraction` in [0, 1]; cheap enough for every scan.
   void update(double fraction);
-  /// Ends the line with the time taken.
-  void finish();
+  /// For progress callbacks, by std::ref: updates, and never asks to stop.
+  bool operator()(double fraction) {
+    update(fraction);
+    return true;
+  }
+  /// Ends the line with the time taken, which is returned, in seconds.
+  double finish();
 
  private:
   using Clock = std::chrono::steady_clock;
 
   void draw(const std::string& text, bool last);
+  [[nodiscard]] double elapsed_s() const;
 
   std::string label_;
   bool quiet_;
@@ -33,8 +39,5 @@ class ProgressLine {
   Clock::time_point start_ = Clock::now();
   Clock::time_point next_draw_;
 };
-
-/// "3:07" from 187 seconds.
-[[nodiscard]] std::string minutes_and_seconds(double seconds);
 
 }  // namespace wayfare::examples

@@ -21,9 +21,9 @@ eval::Table relations_table(const std::string& name, const Recording& recording,
                             const Trajectory& trajectory,
                             const std::vector<eval::Relation>& relations) {
   eval::Table table({{"relations"}, {"used"}, {"translation", "m"}, {"rotation", "deg"}});
-  const auto row = [&](const std::string& of, const Trajectory& estimated, bool nearest = false) {
+  const auto row = [&](const std::string& who, const Trajectory& estimated, bool nearest = false) {
     const auto e = eval::relations_error(estimated, relations, {.nearest_pose = nearest});
-    table.add_row({of, std::to_string(e.used) + " of " + std::to_string(relations.size()),
+    table.add_row({who, std::to_string(e.used) + " of " + std::to_string(relations.size()),
                    eval::mean_std(e.translation_m.mean, e.translation_m.std, 4),
                    eval::mean_std(e.rotation_deg.mean, e.rotation_deg.std, 3)});
   };

@@ -10,11 +10,11 @@
 
 namespace wayfare::examples {
 
-/// Of no path: none. Says on standard error what had to be skipped.
+/// None for an empty path. Reports skipped lines on standard error.
 [[nodiscard]] Result<std::vector<eval::Relation>> read_relations_or_none(const std::string& path);
 
-/// Errors of odometry, where the recording has it, and of `name`'s trajectory: between its poses,
-/// and at those nearest to the relations' times.
+/// Errors of odometry, if the recording has it, and of the system `name`, whose trajectory is
+/// interpolated at the relations' times in one row, and taken at the nearest pose in the other.
 [[nodiscard]] eval::Table relations_table(const std::string& name, const Recording& recording,
                                           const Trajectory& trajectory,
                                           const std::vector<eval::Relation>& relations);

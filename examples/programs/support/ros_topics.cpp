@@ -7,7 +7,7 @@ void add_stamps(CommandLine& app, ros::TopicNames& names) {
       "--stamps", names.stamps,
       {{"header", ros::StampSource::header}, {"received", ros::StampSource::received}},
       "times of a ROS recording: the senders' stamps (header, the default), or when the recorder "
-      "received each message");
+      "received each message (received)");
 }
 
 void add_robot_topics(CommandLine& app, ros::TopicNames& names) {
@@ -17,10 +17,10 @@ void add_robot_topics(CommandLine& app, ros::TopicNames& names) {
                  "of a ROS recording: wayfare_msgs/RadarScan or sensor_msgs/PointCloud2");
   app.add_option("--imu-topic", names.imu, "of a ROS recording: sensor_msgs/Imu, the robot's gyro");
   app.add_option("--truth-topic", names.truth,
-                 "of a ROS recording, where the robot really was: geometry_msgs/PoseStamped or "
-                 "nav_msgs/Odometry; else /truth, where it is there");
+                 "of a ROS recording, the true poses: geometry_msgs/PoseStamped or "
+                 "nav_msgs/Odometry; by default /truth, if it exists");
   app.add_option("--base-frame", names.base_frame,
-                 "the robot's frame in a ROS recording; else that of its odometry");
+                 "the robot's frame in a ROS recording; by default that of its odometry");
   add_stamps(app, names);
 }
 

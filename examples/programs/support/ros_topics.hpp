@@ -6,14 +6,14 @@
 
 namespace wayfare::examples {
 
-/// Which topics of a ROS recording (.mcap, .bag) a program takes, for those that read robots' logs.
+/// Topics of a ROS recording (.mcap, .bag), for programs that read robot logs.
 void add_robot_topics(CommandLine& app, ros::TopicNames& names);
-/// The same for programs that read an inertial unit.
+/// For programs that read an inertial unit.
 void add_imu_topic(CommandLine& app, ros::TopicNames& names);
-/// The same for programs that read an inertial unit and a satellite receiver.
+/// For programs that read an inertial unit and a satellite receiver.
 void add_vehicle_topics(CommandLine& app, ros::TopicNames& names);
-/// The same for programs that read an inertial unit, with a magnetometer; without the choice of
-/// stamps, which a program has once.
+/// For programs that read an inertial unit with a magnetometer; without --stamps, which a program
+/// has once.
 void add_unit_topics(CommandLine& app, ros::TopicNames& names);
 void add_stamps(CommandLine& app, ros::TopicNames& names);
 

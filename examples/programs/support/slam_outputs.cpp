@@ -14,7 +14,7 @@
 #include <wayfare/sensors/trajectory.hpp>
 
 #include "map_painter.hpp"
-#include "program_files.hpp"
+#include "plots.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -23,15 +23,14 @@ namespace fs = std::filesystem;
 
 using Points = std::vector<Eigen::Vector2d>;
 
-Points points_of(const Trajectory& trajectory, const SE2d& moved_by = {}) {
+Points points_of(const Trajectory& trajectory) {
   Points points;
   points.reserve(trajectory.size());
-  for (const StampedPose& pose : trajectory)
-    points.push_back(moved_by * pose.T_map_base.raw().translation());
+  for (const StampedPose& pose : trajectory) points.push_back(pose.T_map_base.raw().translation());
   return points;
 }
 
-// Odometry at the scans' times, moved so that it starts where SLAM's trajectory does.
+// Odometry at the scans' times, with the first pose of SLAM's trajectory.
 Trajectory odometry_at_scans(const SlamOutputs& run) {
   Trajectory result;
   const Trajectory odometry = as_trajectory(run.recording.odometry);
@@ -50,52 +49,31 @@ NamedErrors errors_of(std::string name, const Trajectory& estimate, const Trajec
   NamedErrors result{std::move(name), eval::absolute_error(estimate, reference)};
   const std::vector<eval::PosePair> pairs = eval::associate(estimate, reference);
   if (pairs.empty()) return result;
-  const auto travelled = [&](const SE2d eval::PosePair::*pose) {
+  const auto motion = [&](const SE2d eval::PosePair::*pose) {
     return (pairs.front().*pose).inverse() * (pairs.back().*pose);
   };
   const SE2d error =
-      travelled(&eval::PosePair::reference).inverse() * travelled(&eval::PosePair::estimate);
+      motion(&eval::PosePair::reference).inverse() * motion(&eval::PosePair::estimate);
   result.final_error_m = error.translation().norm();
   result.final_percent = 100.0 * result.final_error_m / result.absolute.path_length_m;
   return result;
 }
 
-io::Series path_series(std::string name, const Points& points, io::Mark mark = io::Mark::line) {
-  io::Series series{std::move(name), {}, {}, mark};
-  for (const Eigen::Vector2d& p : points) {
-    series.x.push_back(p.x());
-    series.y.push_back(p.y());
-  }
-  return series;
-}
-
-io::Plot top_view(std::string title) {
-  io::Plot plot;
-  plot.title = std::move(title);
-  plot.x_label = "x [m]";
-  plot.y_label = "y [m]";
-  plot.equal_aspect = true;
-  return plot;
-}
-
 io::Plot paths_plot(const SlamOutputs& run, const std::vector<NamedErrors>& errors) {
   io::Plot plot = top_view("Trajectories");
-  plot.series.push_back(path_series("SLAM", points_of(run.trajectory)));
+  plot.series.push_back(path_series("SLAM", run.trajectory));
   const Trajectory odometry = odometry_at_scans(run);
-  if (!odometry.empty()) plot.series.push_back(path_series("odometry", points_of(odometry)));
+  if (!odometry.empty()) plot.series.push_back(path_series("odometry", odometry));
   if (!errors.empty()) {
     const SE2d T_map_reference = errors.back().absolute.alignment.inverse();
-    const Points reference = points_of(*run.reference, T_map_reference);
-    plot.series.push_back(path_series("reference", reference, io::Mark::dashed));
+    plot.series.push_back(
+        path_series("reference", *run.reference, T_map_reference, io::Mark::dashed));
   }
   return plot;
 }
 
 io::Plot error_plot(const SlamOutputs& run, const std::vector<NamedErrors>& errors) {
-  io::Plot plot;
-  plot.title = "Distance from the reference, both aligned as a whole";
-  plot.x_label = "time [s]";
-  plot.y_label = "error [m]";
+  io::Plot plot = time_plot("Distance from the reference after rigid alignment", "error [m]");
   for (auto e = errors.rbegin(); e != errors.rend(); ++e) {  // SLAM first, as in the other plots
     io::Series series{e->name, {}, e->absolute.translations_m};
     for (const LogTime time : e->absolute.times)
@@ -113,11 +91,9 @@ io::Plot graph_plot(const PoseGraph2& graph) {
     io::Series& series = edge.robust ? loops : chain;
     for (const int i : {edge.from, edge.to}) {
       const SE2d& pose = graph.poses[static_cast<std::size_t>(i)];
-      series.x.push_back(pose.x());
-      series.y.push_back(pose.y());
+      series.add(pose.x(), pose.y());
     }
-    series.x.push_back(kBreak);
-    series.y.push_back(kBreak);
+    series.add(kBreak, kBreak);
   }
   plot.series = {std::move(chain), std::move(loops)};
   return plot;
@@ -128,9 +104,9 @@ io::Report report_of(const SlamOutputs& run, const io::GridImage& grid) {
   io::Report report(run.title);
   report.facts(run.facts);
   if (!errors.empty()) report.heading("Errors against the reference").table(error_table(errors));
-  for (const TitledTable& table : run.tables) report.heading(table.title).table(table.table);
+  for (const auto& [title, table] : run.tables) report.heading(title).table(table);
   report.heading("Map").image(MapPainter(grid).path(points_of(run.trajectory), kBlue).picture(),
-                              "The map and the robot's way through it.");
+                              "The map and the robot's path.");
   report.heading("Trajectories").plot(paths_plot(run, errors));
   if (!errors.empty()) report.plot(error_plot(run, errors));
   if (!run.graph.poses.empty()) report.heading("Pose graph").plot(graph_plot(run.graph));
@@ -164,7 +140,7 @@ eval::Table error_table(const std::vector<NamedErrors>& errors) {
                      {"heading RMSE", "deg"},
                      {"largest", "m"},
                      {"at the end", "m"},
-                     {"of the way", "%"}});
+                     {"of the path", "%"}});
   for (const NamedErrors& e : errors) {
     table.add_row({e.name, eval::fixed(e.absolute.translation_m.rmse, 3),
                    eval::fixed(e.absolute.rmse_heading_deg, 2),
@@ -188,20 +164,19 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
   io::MapImageOptions map_options;
   map_options.file = options;
   io::MapImageOptions radar_options = map_options;
-  // One detection is likely clutter: three of them in one cell are something.
+  // One detection is likely clutter, three in one cell are an object.
   radar_options.occupied_threshold = 0.9;
-  const std::array<Result<void>, 6> written = {
-      io::write_tum(path("trajectory.tum"), run.trajectory, options),
-      io::write_map(path("map"), grid, map_options),
-      run.radar_map
-          ? io::write_map(path("radar_map"), io::grid_image(*run.radar_map), radar_options)
-          : Result<void>(),
-      io::write_png(path("map.png"), io::to_picture(grid), options),
-      run.graph.poses.empty() ? Result<void>()
-                              : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
-      report_of(run, grid).write(path("report.html"), options)};
-  for (const Result<void>& result : written)
-    if (!result) return result.error();
+  const auto done = first_error(
+      {io::write_tum(path("trajectory.tum"), run.trajectory, options),
+       io::write_map(path("map"), grid, map_options),
+       run.radar_map
+           ? io::write_map(path("radar_map"), io::grid_image(*run.radar_map), radar_options)
+           : Result<void>(),
+       io::write_png(path("map.png"), io::to_picture(grid), options),
+       run.graph.poses.empty() ? Result<void>()
+                               : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
+       report_of(run, grid).write(path("report.html"), options)});
+  if (!done) return done.error();
   return path("report.html");
 }
 

@@ -1,25 +1,18 @@
 #include "slam_program.hpp"
 
-#include <chrono>
 #include <cstdio>
+#include <functional>
 #include <utility>
 
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/logger/read_recording.hpp>
 
-#include "command_line.hpp"
-#include "program_files.hpp"
 #include "progress_line.hpp"
 
 namespace wayfare::examples {
 
-void add_out(CommandLine& app, SlamArguments& arguments, const std::string& text) {
-  app.add_option("--out", arguments.out, text).required();
-}
-
-void add_threads(CommandLine& app, SlamArguments& arguments) {
-  app.add_option("--threads", arguments.threads,
-                 "worker threads; the results do not depend on them")
+void add_threads(CommandLine& app, int& threads) {
+  app.add_option("--threads", threads, "worker threads; results do not depend on their number")
       .range(1, 256)
       .show_default();
 }
@@ -28,49 +21,31 @@ void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& tex
   app.add_option("--seed", arguments.seed, text).show_default();
 }
 
-void add_manners(CommandLine& app, SlamArguments& arguments) {
-  app.add_flag("--force", arguments.force, "replace files of an earlier run");
-  app.add_flag("--quiet", arguments.quiet, "no progress and no tables");
-}
-
 Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames& topics) {
+  const auto recording_of = [](auto read) -> Result<Recording> {
+    if (!read) return read.error();
+    print_problems(read->problems);
+    return std::move(read->recording);
+  };
   if (ros::RecordingFile::is_one(path)) {
     const auto file = ros::RecordingFile::open(path);
-    if (!file) return file.error();
-    auto run = ros::read_robot(*file, topics);
-    if (!run) return run.error();
-    print_problems(run->problems);
-    return std::move(run->recording);
+    return file ? recording_of(ros::read_robot(*file, topics)) : file.error();
   }
-  if (logger::is_recording(path)) {
-    auto logged = logger::read_robot_recording(path);
-    if (!logged) return logged.error();
-    print_problems(logged->problems);
-    return std::move(logged->recording);
-  }
-  auto log = io::read_carmen(path);
-  if (!log) return log.error();
-  print_problems(log->problems);
-  return std::move(log->recording);
+  if (logger::is_recording(path)) return recording_of(logger::read_robot_recording(path));
+  return recording_of(io::read_carmen(path));
 }
 
-Result<TimedRun> run_with_progress(const Recording& recording, GraphSlamOptions options,
-                                   const SlamArguments& arguments) {
+Result<Timed<GraphSlamRun>> run_with_progress(const Recording& recording, GraphSlamOptions options,
+                                              const SlamArguments& arguments) {
   options.threads = arguments.threads;
   ProgressLine progress("graph SLAM", arguments.quiet);
-  const auto start = std::chrono::steady_clock::now();
-  auto slam = run_graph_slam(recording, std::move(options), [&](double fraction) {
-    progress.update(fraction);
-    return true;
-  });
+  auto slam = run_graph_slam(recording, std::move(options), std::ref(progress));
   if (!slam) return slam.error();
-  progress.finish();
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-  return TimedRun{*std::move(slam), took.count()};
+  return Timed<GraphSlamRun>{*std::move(slam), progress.finish()};
 }
 
-std::string speed(double took_s, double lasts_s, int decimals) {
-  return eval::fixed(took_s, decimals) + " s, " + eval::fixed(lasts_s / took_s, 0) +
+std::string speed(double took_s, double recording_s, int decimals) {
+  return eval::fixed(took_s, decimals) + " s, " + eval::fixed(recording_s / took_s, 0) +
          " times real time";
 }
 
@@ -79,15 +54,17 @@ std::string size_of(const PoseGraph2& graph) {
          " edges";
 }
 
-void print_facts(const SlamOutputs& outputs) {
-  for (const auto& [name, value] : outputs.facts)
-    std::printf("%-14s %s\n", name.c_str(), value.c_str());
+std::string accepted_and_refused(std::size_t accepted, std::size_t refused) {
+  return std::to_string(accepted) + " accepted, " + std::to_string(refused) + " refused";
+}
+
+void print_refused_scans(std::size_t count, const std::string& first) {
+  if (count > 0) std::fprintf(stderr, "%zu scans refused, the first: %s\n", count, first.c_str());
 }
 
 void print_report(const SlamOutputs& outputs, const std::string& report) {
-  print_facts(outputs);
-  for (const auto& titled : outputs.tables) std::printf("\n%s", titled.table.to_text().c_str());
-  std::printf("\nreport: %s\n", report.c_str());
+  std::printf("%s%s\nreport: %s\n", to_text(outputs.facts).c_str(), to_text(outputs.tables).c_str(),
+              report.c_str());
 }
 
 }  // namespace wayfare::examples

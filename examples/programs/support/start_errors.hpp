@@ -1,6 +1,6 @@
 #pragma once
 
-// How far a run is from the truth, both begun at the same pose and nothing aligned afterwards.
+// Errors of a run against the truth, both started from the same pose, without further alignment.
 
 #include <algorithm>
 #include <cmath>
@@ -15,10 +15,10 @@ namespace wayfare::examples {
 struct StartErrors {
   double x_m = 0.0, y_m = 0.0, heading_deg = 0.0;  ///< root mean square, in the map's axes
   double end_m = 0.0, worst_m = 0.0;
-  std::vector<double> times_s, distances_m;  ///< of every pose, from the first on
+  std::vector<double> times_s, distances_m;  ///< of every pose, times since the first
 };
 
-/// Axes are those of the estimate's frame. An Error where the truth does not cover the first pose.
+/// In the axes of the estimate's frame. An error if the truth does not cover the first pose.
 [[nodiscard]] inline Result<StartErrors> start_errors(const Trajectory& estimate,
                                                       const Trajectory& truth) {
   if (estimate.empty()) return Error{ErrorCode::not_found, "the run has no poses"};
@@ -29,12 +29,13 @@ struct StartErrors {
   for (const StampedPose& p : estimate) {
     const auto at = pose_at(truth, p.time);
     if (!at) continue;
-    const SE2d is = T_map_truth * *at;
-    const Eigen::Vector2d d = p.T_map_base.raw().translation() - is.translation();
-    const double turn = (is.rotation().inverse() * p.T_map_base.raw().rotation()).angle().degrees();
+    const SE2d expected = T_map_truth * *at;
+    const Eigen::Vector2d d = p.T_map_base.raw().translation() - expected.translation();
+    const double heading_deg =
+        (expected.rotation().inverse() * p.T_map_base.raw().rotation()).angle().degrees();
     e.x_m += d.x() * d.x();
     e.y_m += d.y() * d.y();
-    e.heading_deg += turn * turn;
+    e.heading_deg += heading_deg * heading_deg;
     e.end_m = d.norm();
     e.worst_m = std::max(e.worst_m, e.end_m);
     e.times_s.push_back(to_seconds(p.time - estimate.front().time));

@@ -47,7 +47,7 @@ Result<void> check_submap_slam(const SubmapSlamOptions& o) {
   if (o.grid.levels <= 8 && probability(o.grid.model.p_free) && probability(o.grid.model.p_hit) &&
       o.grid.unknown_probability <= 1)
     return {};
-  return Error{ErrorCode::parse, "levels are at most 8, probabilities below 1"};
+  return Error{ErrorCode::parse, "at most 8 levels are allowed, and probabilities below 1"};
 }
 
 }  // namespace wayfare::examples

@@ -8,10 +8,10 @@
 
 namespace wayfare::examples {
 
-/// Every option a JSON file may set, by name.
+/// The options of a JSON file.
 [[nodiscard]] std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& options);
 
-/// What each field's own range does not say.
+/// Conditions beyond the range of each field.
 [[nodiscard]] Result<void> check_submap_slam(const SubmapSlamOptions& options);
 
 }  // namespace wayfare::examples

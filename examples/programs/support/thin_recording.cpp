@@ -27,11 +27,12 @@ void thin(LaserScan& scan, const Thinning& t) {
 }  // namespace
 
 void add_thinning(CommandLine& app, Thinning& t) {
-  app.add_option("--every", t.every, "keep one scan of so many").range(1, 1000000);
-  app.add_option("--beams", t.beams, "keep one beam of so many").range(1, 100000);
-  app.add_option("--max-range", t.max_range_m, "farther ranges become no returns, m")
+  app.add_option("--every", t.every, "keep one scan of this number").range(1, 1000000);
+  app.add_option("--beams", t.beams, "keep one beam of this number").range(1, 100000);
+  app.add_option("--max-range", t.max_range_m, "farther ranges become missing returns, m")
       .range(0.0, 10000.0);
-  app.add_option("--field-of-view", t.field_of_view_deg, "keep the beams so far about ahead, deg")
+  app.add_option("--field-of-view", t.field_of_view_deg,
+                 "of the beams to keep, symmetric about ahead, deg")
       .range(0.0, 360.0);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// A robot's log as a lesser sensor would have made it.
+// A robot's log as a lesser sensor would have recorded it.
 
 #include <cstddef>
 
@@ -11,10 +11,10 @@
 namespace wayfare::examples {
 
 struct Thinning {
-  std::size_t every = 1;           ///< one scan of so many is kept …
-  std::size_t beams = 1;           ///< … and of it one beam of so many …
-  double max_range_m = 0.0;        ///< … farther ones as no returns; 0: as they are …
-  double field_of_view_deg = 0.0;  ///< … those within half of it either side of ahead; 0: all
+  std::size_t every = 1;           ///< keeps each every-th scan …
+  std::size_t beams = 1;           ///< … and each beams-th beam of it
+  double max_range_m = 0.0;        ///< farther ranges become missing returns; 0: no limit
+  double field_of_view_deg = 0.0;  ///< of the beams kept, symmetric about ahead; 0: all
 };
 
 void add_thinning(CommandLine& app, Thinning& thinning);

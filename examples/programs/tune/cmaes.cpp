@@ -16,7 +16,7 @@ namespace wayfare::examples {
 
 namespace {
 
-/// Genes in the unit cube; whoever diverges is as bad as the worst that are known.
+/// Genes in the unit cube; diverged individuals score 1e6.
 struct UnitProblem {
   const GeneticSearch* search = nullptr;
   const BatchFitness* judge = nullptr;
@@ -40,16 +40,17 @@ struct UnitProblem {
 Result<CmaesOutcome> cmaes(const GeneticSearch& search, const GeneticState& from,
                            std::size_t evaluations, const BatchFitness& fitness) {
   const std::size_t n = search.genes().size();
-  const std::size_t people = std::min<std::size_t>(20, from.scores.size());
-  if (people < 5) return Error{ErrorCode::invalid, "CMA-ES needs a population of at least five"};
+  const std::size_t individuals = std::min<std::size_t>(20, from.scores.size());
+  if (individuals < 5)
+    return Error{ErrorCode::invalid, "CMA-ES needs a population of at least five"};
   const auto seed = static_cast<unsigned>(search.options().seed);
   pagmo::population population(pagmo::problem{UnitProblem{&search, &fitness}}, 0, seed);
-  for (std::size_t i = 0; i < people; ++i) {
+  for (std::size_t i = 0; i < individuals; ++i) {
     const auto row = from.units.begin() + static_cast<std::ptrdiff_t>(i * n);
     population.push_back({row, row + static_cast<std::ptrdiff_t>(n)},
                          {std::min(from.scores[i], 1e6)});
   }
-  const auto rounds = static_cast<unsigned>(std::max<std::size_t>(1, evaluations / people));
+  const auto rounds = static_cast<unsigned>(std::max<std::size_t>(1, evaluations / individuals));
   const pagmo::algorithm algorithm{
       pagmo::cmaes(rounds, -1, -1, -1, -1, 0.1, 1e-9, 1e-9, false, true, seed)};
   population = algorithm.evolve(population);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Covariance matrix adaptation (Hansen 2006), by pagmo where it was found when this was built.
+// Covariance matrix adaptation (Hansen 2006), by pagmo if it was available at build time.
 
 #include <cstddef>
 #include <span>
@@ -12,13 +12,13 @@
 namespace wayfare::examples {
 
 struct CmaesOutcome {
-  std::vector<double> best;  ///< genes in their own units
+  std::vector<double> best;  ///< genes in their units
   double score = 0.0;
   std::size_t evaluations = 0;
 };
 
-/// Goes on from the best individuals of a genetic search; never worse than it. Draws from
-/// `options.seed`. An error where it was built without pagmo.
+/// Starts from the best individuals of a genetic search; never worse than it. Random numbers from
+/// `options.seed`. An error if built without pagmo.
 [[nodiscard]] Result<CmaesOutcome> cmaes(const GeneticSearch& search, const GeneticState& from,
                                          std::size_t evaluations, const BatchFitness& fitness);
 

@@ -10,6 +10,7 @@
 #include <wayfare/eval/nav_error.hpp>
 
 #include "support/nav_errors.hpp"
+#include "support/nav_outages.hpp"
 #include "support/nav_recording.hpp"
 
 namespace wayfare::examples {
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-GnssInsStart drawn_start(const NavState& truth, std::uint64_t seed) {
+GnssInsStart random_start(const NavState& truth, std::uint64_t seed) {
   GnssInsStart start;
   start.position_sigma_m = 3.0;
   start.velocity_sigma_mps = 0.3;
@@ -32,9 +33,9 @@ GnssInsStart drawn_start(const NavState& truth, std::uint64_t seed) {
   start.nav = truth;
   start.nav.position = geodetic_from_ned(draw(p, p, p), truth.position);
   start.nav.velocity_ned_mps += draw(v, v, v);
-  const Eigen::Vector3d turn =
+  const Eigen::Vector3d rotation =
       draw(start.level_sigma_rad, start.level_sigma_rad, start.heading_sigma_rad);
-  start.nav.q_nb = SO3d::exp(turn) * truth.q_nb;
+  start.nav.q_nb = SO3d::exp(rotation) * truth.q_nb;
   return start;
 }
 
@@ -53,7 +54,6 @@ Result<LoadedDrive> load_drive(const std::string& folder, std::uint64_t seed) {
     auto read = read_nav_config(config);
     if (!read) return read.error();
     drive.config = *std::move(read);
-    drive.has_config = true;
   } else {
     drive.config.truth_is_antenna = false;
   }
@@ -64,7 +64,7 @@ Result<LoadedDrive> load_drive(const std::string& folder, std::uint64_t seed) {
   auto loaded = load_nav_recording(files, drive.config);
   if (!loaded) return loaded.error();
   if (loaded->truth.size() < 2 || loaded->recording.imu.size() < 2)
-    return Error{ErrorCode::invalid, "has too few states to tune on", folder};
+    return Error{ErrorCode::invalid, "has too few states", folder};
   drive.truth = std::move(loaded->truth);
   const bool has_velocity = loaded->truth_has_velocity;
   const auto reference = std::make_shared<const NavTrajectory>(drive.truth);
@@ -73,14 +73,15 @@ Result<LoadedDrive> load_drive(const std::string& folder, std::uint64_t seed) {
   };
   drive.tuning.imu = std::move(loaded->recording.imu);
   drive.tuning.ranges = std::move(loaded->recording.ranges);
-  // A reference of position and velocity alone has its attitude from the course, level unknown.
+  // A reference without attitude gets its heading from the course; roll and pitch are unknown.
   drive.tuning.has_level = loaded->truth_has_attitude && drive.config.truth_is_true;
   drive.tuning.has_heading = loaded->truth_has_attitude;
   drive.tuning.options = drive.config.filter;
   const LogTime first = std::max(drive.truth.front().time, drive.tuning.imu.front().time);
   const auto begin = drive.tuning.truth(first);
-  if (!begin) return Error{ErrorCode::invalid, "the reference does not reach the readings", folder};
-  drive.tuning.start = drawn_start(*begin, seed);
+  if (!begin)
+    return Error{ErrorCode::invalid, "the reference does not overlap the readings", folder};
+  drive.tuning.start = random_start(*begin, seed);
   return drive;
 }
 
@@ -125,20 +126,14 @@ Result<OutageReport> outages(const LoadedDrive& drive, const GnssInsOptions& opt
   const Duration settle = from_seconds(std::min(60.0, 0.3 * to_seconds(end - begin)));
   if (end - begin - settle < plan.durations.back())
     return Error{ErrorCode::invalid, "is too short for outages of 30 s", drive.name};
-  plan.starts = outage_starts(begin + settle, end, plan.durations.back(), 10);
-  for (LogTime& place : plan.starts) {
-    LogTime epoch = place;
-    for (const RangeEpoch& e : drive.tuning.ranges)
-      if (e.time <= place) epoch = e.time;
-    place = epoch;
-  }
+  plan.starts = outage_starts(begin + settle, end, plan.durations.back(), 10, drive.tuning.ranges);
   const auto truth = [&drive](LogTime t) {
     return drive.tuning.truth(t).value_or(drive.truth.back());
   };
   const auto run = [&](const OutageWindow& window) -> Result<NavTrajectory> {
     GnssInsRecording recording = recording_of(drive);
     recording.ranges = mask_satellites(recording.ranges, window, truth(window.begin).position);
-    // Nothing after the outage is looked at.
+    // Readings after the outage are not needed.
     while (!recording.imu.empty() && recording.imu.back().time > window.end)
       recording.imu.pop_back();
     const auto result = run_gnss_ins(recording, options);

@@ -1,7 +1,7 @@
 #pragma once
 
 // Drives as folders: imu.txt, ranges.txt, truth.txt as simulate_drive and cut_drive write them, and
-// config.json where mounting or lever arm are not the default's.
+// optionally config.json with mounting and lever arm.
 
 #include <memory>
 #include <string>
@@ -19,23 +19,22 @@ struct LoadedDrive {
   TuningDrive tuning;
   NavTrajectory truth;  ///< of the unit
   NavConfig config;
-  bool has_config = false;
 };
 
-/// The start is the truth's first state moved by errors of the deviations that the filter is told,
-/// drawn by `seed`.
+/// The start is the first true state with errors drawn, by `seed`, from the filter's initial
+/// standard deviations.
 [[nodiscard]] Result<LoadedDrive> load_drive(const std::string& folder, std::uint64_t seed);
 
-/// What the whole navigation system, constraints and standstill and all, misses the truth by.
+/// Root mean square errors of the whole navigation system, including constraints and standstill.
 struct SystemErrors {
   bool diverged = false;
   Eigen::Vector3d position_ned_m, velocity_ned_mps;
-  Eigen::Vector3d attitude_deg;  ///< roll, pitch, yaw; NaN where not known
+  Eigen::Vector3d attitude_deg;  ///< roll, pitch, yaw; NaN if unknown
   [[nodiscard]] double position_m() const { return position_ned_m.norm(); }
 };
 [[nodiscard]] SystemErrors system_errors(const LoadedDrive& drive, const GnssInsOptions& options);
 
-/// Ten outages of each length and number of satellites left.
+/// Ten outages for each length and number of satellites left.
 [[nodiscard]] Result<OutageReport> outages(const LoadedDrive& drive, const GnssInsOptions& options,
                                            int threads);
 

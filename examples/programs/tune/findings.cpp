@@ -1,18 +1,11 @@
 #include "findings.hpp"
 
 #include <cmath>
-#include <cstdio>
 
 #include <wayfare/tune/ins_genes.hpp>
 
 namespace wayfare::examples {
 namespace {
-
-std::string significant(double v) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", v);
-  return text;
-}
 
 std::string pair(double nominal, double tuned) {
   return eval::fixed(nominal, 3) + " → " + eval::fixed(tuned, 3);
@@ -31,7 +24,8 @@ eval::Table error_table(const DriveFinding& d) {
                    pair(n.velocity_ned_mps[r.axis], t.velocity_ned_mps[r.axis]),
                    pair(n.attitude_deg[r.angle], t.attitude_deg[r.angle])});
   }
-  table.add_row({"times better (of attitude: yaw)", eval::fixed(n.position_m() / t.position_m(), 2),
+  table.add_row({"improvement factor (attitude: yaw)",
+                 eval::fixed(n.position_m() / t.position_m(), 2),
                  eval::fixed(n.velocity_ned_mps.norm() / t.velocity_ned_mps.norm(), 2),
                  eval::fixed(n.attitude_deg[2] / t.attitude_deg[2], 2)});
   return table;
@@ -67,20 +61,14 @@ eval::Table parameter_table(const TuneFindings& f) {
 }
 
 io::Plot convergence(const std::string& title) {
-  io::Plot plot;
-  plot.title = title;
-  plot.x_label = "generation";
-  plot.y_label = "weighted sum of RMSE";
-  return plot;
+  return {title, "generation", "weighted sum of RMSE", {}};
 }
 
 io::Series series_of(const std::string& name, const GeneticState& state,
                      double GenerationSummary::*value, io::Mark mark) {
   io::Series s{name, {}, {}, mark};
-  for (std::size_t g = 0; g < state.history.size(); ++g) {
-    s.x.push_back(static_cast<double>(g + 1));
-    s.y.push_back(state.history[g].*value);
-  }
+  for (std::size_t g = 0; g < state.history.size(); ++g)
+    s.add(static_cast<double>(g + 1), state.history[g].*value);
   return s;
 }
 
@@ -105,8 +93,7 @@ TitledTables tables_of(const TuneFindings& f) {
 
 io::Report report_of(const TuneFindings& f, const std::string& title) {
   io::Report report(title,
-                    "Nominal beside tuned parameters; the whole navigation system on every "
-                    "drive");
+                    "Nominal and tuned parameters; the whole navigation system on each drive");
   report.facts(f.facts);
   for (const auto& [name, table] : tables_of(f)) report.table(table, name);
   report.heading("Convergence");
@@ -114,7 +101,7 @@ io::Report report_of(const TuneFindings& f, const std::string& title) {
   io::Plot one = convergence("Best run");
   one.series = {series_of("best", f.search.runs[best], &GenerationSummary::best, io::Mark::line),
                 series_of("mean", f.search.runs[best], &GenerationSummary::mean, io::Mark::dashed)};
-  // The first generations' means are thousands of times what the best comes to.
+  // The means of the first generations are thousands of times the best.
   one.y_label = "log10 of the " + one.y_label;
   for (io::Series& series : one.series)
     for (double& y : series.y) y = std::log10(y);

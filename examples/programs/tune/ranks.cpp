@@ -13,7 +13,7 @@ namespace wayfare::examples {
 #ifdef WAYFARE_MPI
 
 Ranks::Ranks(int* argc, char*** argv) {
-  // A process that nobody launched as one of many need not start MPI's own machinery.
+  // Without a launcher, MPI need not be initialised.
   const bool launched =
       std::getenv("OMPI_COMM_WORLD_SIZE") || std::getenv("PMI_SIZE") || std::getenv("PMIX_RANK");
   if (!launched) return;

@@ -1,7 +1,7 @@
 #pragma once
 
-// The processes that tune together: one, or those that mpirun started. All of them run the same
-// search and draw the same numbers; each judges its share of the individuals.
+// The processes of a search: one, or those of mpirun. All run the same search with the same random
+// numbers; each evaluates its share of the individuals.
 
 #include <cstddef>
 
@@ -11,20 +11,19 @@ namespace wayfare::examples {
 
 class Ranks {
  public:
-  /// Joins the others, if there are any.
+  /// Joins the other processes, if there are any.
   Ranks(int* argc, char*** argv);
   ~Ranks();
   Ranks(const Ranks&) = delete;
   Ranks& operator=(const Ranks&) = delete;
 
-  [[nodiscard]] int rank() const { return rank_; }
   [[nodiscard]] int count() const { return count_; }
   [[nodiscard]] bool first() const { return rank_ == 0; }
-  /// Judges the share of this process and gathers all scores. Needs all ranks.
+  /// Evaluates the share of this process and gathers all scores. Collective.
   [[nodiscard]] BatchFitness share(BatchFitness fitness) const;
-  /// Whether one of the ranks says so. Needs all ranks.
+  /// Whether it is true on one of the ranks. Collective.
   [[nodiscard]] bool any(bool mine) const;
-  /// Ends all ranks, where one of them failed alone.
+  /// Ends all ranks after a failure on one of them.
   void abort(int code) const;
 
  private:

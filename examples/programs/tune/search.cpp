@@ -46,15 +46,15 @@ Result<std::optional<GeneticState>> read_checkpoint(const std::string& path,
   if (!file) return file.error();
   auto state = search.parse(file->bytes, path);
   if (!state) return state.error();
-  // The same individual scores the same only on the same drives.
+  // Only on the same drives does an individual get the same score.
   const std::vector<double> best = search.best(*state);
-  double again = 0.0;
-  fitness(best, {&again, 1});
+  double score = 0.0;
+  fitness(best, {&score, 1});
   const double before = state->scores.front();
-  if (std::isfinite(before) && !(std::abs(again - before) <= 1e-6 * before))
+  if (std::isfinite(before) && !(std::abs(score - before) <= 1e-6 * before))
     return Error{ErrorCode::invalid,
                  "was made on other drives or with other weights: its best scores " +
-                     std::to_string(again) + ", not " + std::to_string(before),
+                     std::to_string(score) + ", not " + std::to_string(before),
                  path};
   return std::optional(*std::move(state));
 }
@@ -63,7 +63,7 @@ Result<std::optional<GeneticState>> read_checkpoint(const std::string& path,
 
 Result<SearchResult> search(const SearchPlan& plan, const std::vector<Gene>& genes,
                             const GeneticOptions& options, const BatchFitness& fitness,
-                            std::span<const double> nominal, const SearchHooks& hooks) {
+                            const SearchHooks& hooks) {
   SearchResult result;
   for (std::size_t run = 0; run < plan.runs; ++run) {
     GeneticOptions own = options;
@@ -77,12 +77,12 @@ Result<SearchResult> search(const SearchPlan& plan, const std::vector<Gene>& gen
       state = *std::move(read);
     }
     while (!state || !search.finished(*state)) {
-      state = state ? search.next(*state, fitness) : search.start(fitness, nominal);
+      state = state ? search.next(*state, fitness) : search.start(fitness);
       if (plan.writes) {
         const auto done = io::write_file(path, search.format(*state), {io::Existing::replace});
         if (!done) return done.error();
       }
-      if (hooks.told) hooks.told(run, *state);
+      if (hooks.after_generation) hooks.after_generation(run, *state);
       const bool last = run + 1 == plan.runs && search.finished(*state);
       if (!last && hooks.stop && hooks.stop()) {
         result.complete = false;

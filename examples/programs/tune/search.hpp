@@ -1,6 +1,6 @@
 #pragma once
 
-// Genetic runs that a person can watch, stop and take up again.
+// Genetic searches that can be watched, stopped and resumed.
 
 #include <atomic>
 #include <functional>
@@ -13,12 +13,12 @@
 
 namespace wayfare::examples {
 
-/// The mean over drives of each individual's score.
+/// The mean of each individual's scores over the drives.
 class DrivesFitness {
  public:
   explicit DrivesFitness(std::vector<InsFitness> drives) : drives_(std::move(drives)) {}
   void operator()(std::span<const double> individuals, std::span<double> scores) const;
-  /// Called with the share of a generation that is judged.
+  /// Called with the share of the generation that is evaluated.
   std::function<void(double)> progress;
 
  private:
@@ -29,32 +29,30 @@ struct SearchPlan {
   std::string folder;
   std::size_t runs = 1;
   bool resume = false;
-  bool writes = true;  ///< checkpoints: one process of many
+  bool writes = true;  ///< checkpoints; true in one process only
 };
 
 struct SearchHooks {
-  /// Whether to end after the generation that is running.
+  /// Whether to stop after the current generation.
   std::function<bool()> stop;
-  /// After each generation: which run, and its state.
-  std::function<void(std::size_t, const GeneticState&)> told;
+  /// Called after each generation with the index of the run and its state.
+  std::function<void(std::size_t, const GeneticState&)> after_generation;
 };
 
 struct SearchResult {
   std::vector<GeneticState> runs;
-  std::vector<GeneticSearch> searches;  ///< beside them
-  bool complete = true;                 ///< else stopped on request
+  std::vector<GeneticSearch> searches;  ///< of the runs
+  bool complete = true;                 ///< false if stopped on request
   [[nodiscard]] std::size_t best() const;
 };
 
 [[nodiscard]] std::string checkpoint_name(std::size_t run);
 
-/// Run k draws from seed + k. Each state is on the disk before the next generation begins. With
-/// `resume` a run goes on from its checkpoint where there is one; an error where that is of another
+/// Run k has the seed options.seed + k. Each state is on disk before the next generation begins.
+/// With `resume` a run continues from its checkpoint, if it exists; an error if that is of another
 /// search or other drives.
 [[nodiscard]] Result<SearchResult> search(const SearchPlan& plan, const std::vector<Gene>& genes,
                                           const GeneticOptions& options,
-                                          const BatchFitness& fitness,
-                                          std::span<const double> nominal,
-                                          const SearchHooks& hooks);
+                                          const BatchFitness& fitness, const SearchHooks& hooks);
 
 }  // namespace wayfare::examples

@@ -24,6 +24,11 @@ struct Series {
   std::vector<double> x;
   std::vector<double> y;
   Mark mark = Mark::line;
+
+  void add(double x_value, double y_value) {
+    x.push_back(x_value);
+    y.push_back(y_value);
+  }
 };
 
 struct Plot {
