@@ -57,7 +57,7 @@ class Writer {
   }
 
   RplidarTableOptions options_;
-  Csv csv_{"t_s,turn,angle_deg,distance_m,quality,start_of_revolution"};
+  Csv csv_{"t_s,turn,angle_deg,distance_m,quality,start_of_turn"};
   decode::RplidarUnpacker unpacker_;
   decode::RplidarSampleRate rate_{500, 250};
   std::size_t points_ = 0, revolutions_ = 0, descriptors_ = 0;
