@@ -1,6 +1,7 @@
 #include <wayfare/graph/gnc.hpp>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -77,7 +78,9 @@ class Streets {
     TangentOf<G> step = TangentOf<G>::Zero(), turn = TangentOf<G>::Zero();
     step[0] = 1.0;
     const double which = rng_.uniform(0, 1);
-    turn[kDof - 1] = which < 0.25 ? M_PI / 2.0 : which < 0.5 ? -M_PI / 2.0 : 0.0;
+    turn[kDof - 1] = which < 0.25  ? std::numbers::pi / 2.0
+                     : which < 0.5 ? -std::numbers::pi / 2.0
+                                   : 0.0;
     return G::exp(step) * G::exp(turn);
   }
 

@@ -1,5 +1,7 @@
 #include <wayfare/graph/pose_error.hpp>
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
@@ -61,10 +63,10 @@ TEST(PoseError, UsesTheTranslationWithoutTheLogarithm) {
 
 TEST(PoseError, SpatialRotationIsTheVectorPartOfTheUpperQuaternion) {
   // A rotation of 1.5 π about z equals one of −π/2: vector part −sin(π/4).
-  const SE3d to(Eigen::Vector3d(1, 2, 3),
-                SO3d(Eigen::Quaterniond(Eigen::AngleAxisd(1.5 * M_PI, Eigen::Vector3d::UnitZ()))));
+  const SE3d to(Eigen::Vector3d(1, 2, 3), SO3d(Eigen::Quaterniond(Eigen::AngleAxisd(
+                                              1.5 * std::numbers::pi, Eigen::Vector3d::UnitZ()))));
   const auto e = PoseError<SE3d>::error(SE3d(), SE3d(), to);
-  EXPECT_NEAR(e[5], -std::sin(M_PI / 4), 1e-14);
+  EXPECT_NEAR(e[5], -std::sin(std::numbers::pi / 4), 1e-14);
   EXPECT_NEAR((e.head<3>() - Eigen::Vector3d(1, 2, 3)).norm(), 0.0, 1e-15);
 }
 

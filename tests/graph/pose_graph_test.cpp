@@ -1,5 +1,7 @@
 #include <wayfare/graph/pose_graph.hpp>
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 namespace wayfare {
@@ -18,7 +20,7 @@ PoseGraph2 pair() {
 
 TEST(PoseGraph, SquaredErrorIsWeighedByTheInformation) {
   auto graph = pair();
-  const double turn = M_PI / 2.0, want = 5.0 * 4.0 + turn * turn;
+  const double turn = std::numbers::pi / 2.0, want = 5.0 * 4.0 + turn * turn;
   EXPECT_NEAR(squared_error(graph, graph.edges[0]), want, 1e-12);
   graph.edges.push_back(graph.edges[0]);
   EXPECT_NEAR(chi2(graph), 2.0 * want, 1e-12);

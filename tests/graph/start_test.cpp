@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -114,7 +115,7 @@ TYPED_TEST(StartTest, ChordalEqualsTheClosedFormOnARing) {
   using G = TypeParam;
   using Complex = std::complex<double>;
   constexpr int kPoses = 12;
-  constexpr double kTurn = 2.0 * M_PI / kPoses + 0.04;
+  constexpr double kTurn = 2.0 * std::numbers::pi / kPoses + 0.04;
   TangentOf<G> twist = TangentOf<G>::Zero();
   twist[G::kDof - 1] = kTurn;
   typename G::Vector ahead = G::Vector::Unit(0);

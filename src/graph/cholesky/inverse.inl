@@ -1,7 +1,6 @@
-// The blocks of Z = H⁻¹ in L's pattern, front by front from the roots down. With Z₂₂
-// known and V = −L₂₁ L₁₁⁻¹: Z₂₁ = Z₂₂ V, Z₁₁ = L₁₁⁻ᵀ L₁₁⁻¹ + Vᵀ Z₂₁ (Takahashi, Fagan, Chin 1973;
-// in fronts Campbell, Davis 1995, "Computing the sparse inverse subset: an inverse multifrontal
-// approach").
+// The blocks of Z = H⁻¹ in L's pattern, front by front from the roots down. With Z₂₂ known and V =
+// −L₂₁ L₁₁⁻¹: Z₂₁ = Z₂₂ V, Z₁₁ = L₁₁⁻ᵀ L₁₁⁻¹ + Vᵀ Z₂₁ (Takahashi, Fagan, Chin 1973; in fronts
+// Campbell, Davis 1995, "Computing the sparse inverse subset: an inverse multifrontal approach").
 
 namespace wayfare::cholesky::WAYFARE_ISA {
 namespace {

@@ -32,6 +32,12 @@ struct CandidateSpace {
   [[nodiscard]] std::int64_t count() const {
     return (2LL * half_x + 1) * (2LL * half_y + 1) * (2LL * half_k + 1);
   }
+  /// Among count(), ordered by (heading, y, x).
+  [[nodiscard]] std::int64_t index(const Candidate& c) const {
+    return ((c.heading_step + half_k) * (2LL * half_y + 1) + c.offset.y + half_y) *
+               (2LL * half_x + 1) +
+           c.offset.x + half_x;
+  }
   [[nodiscard]] Eigen::Vector3d delta(const Candidate& c) const {
     return {c.offset.x * resolution_m, c.offset.y * resolution_m,
             c.heading_step * heading_step_rad};

@@ -253,14 +253,10 @@ Result<std::optional<MatchResult>> CorrelativeMatcher::match(const LikelihoodFie
   if (!space) return space.error();
   const CandidateSpace& s = *space;
   if (options.covariance) surface_.resize(static_cast<std::size_t>(s.count()));
-  const std::int64_t plane = (2LL * s.half_x + 1) * (2LL * s.half_y + 1);
   Best best;
   std::uint32_t least = static_cast<std::uint32_t>(s.min_sum);
   sweep(s, grid, points, u_, v_, index_, [&](Candidate c, int columns, const std::uint32_t* sums) {
-    double* out = options.covariance
-                      ? surface_.data() + (c.heading_step + s.half_k) * plane +
-                            (c.offset.y + s.half_y) * (2LL * s.half_x + 1) + c.offset.x + s.half_x
-                      : nullptr;
+    double* out = options.covariance ? surface_.data() + s.index(c) : nullptr;
     for (int i = 0; i < columns; ++i, ++c.offset.x) {
       if (out != nullptr) out[i] = s.objective(sums[i], c);
       // The log prior is never positive: a smaller sum cannot win.
@@ -292,10 +288,8 @@ Result<ScoreSurface> CorrelativeMatcher::surface(const LikelihoodField& grid,
                    prior,    {}};
   out.log_score.resize(static_cast<std::size_t>(s.count()));
   const double floor = grid.log_floor() * s.points * (s.weight / grid.log_step());
-  const std::int64_t plane = (2LL * s.half_x + 1) * (2LL * s.half_y + 1);
   sweep(s, grid, points, u_, v_, index_, [&](Candidate c, int columns, const std::uint32_t* sums) {
-    double* row = out.log_score.data() + (c.heading_step + s.half_k) * plane +
-                  (c.offset.y + s.half_y) * (2LL * s.half_x + 1) + c.offset.x + s.half_x;
+    double* row = out.log_score.data() + s.index(c);
     for (int i = 0; i < columns; ++i, ++c.offset.x) row[i] = floor + s.objective(sums[i], c);
   });
   return out;

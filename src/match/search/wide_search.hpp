@@ -35,10 +35,7 @@ struct BranchAndBoundMatcher::Search {
 
   kernels::Merged points(int level, int heading_step) {
     return detail::merged(scratch.merged_[at(level)], s, level, heading_step, [&](int k) {
-      const kernels::CellTransform t = detail::transform_of(s, map.grid(), k);
-      kernel.place(all.padded_x_m().data(), all.padded_y_m().data(),
-                   static_cast<int>(all.padded_x_m().size()), t.c, t.s, t.ox, t.oy, t.limit,
-                   scratch.u_.data(), scratch.v_.data());
+      detail::place(s, map.grid(), all, k, scratch.u_.data(), scratch.v_.data());
       return detail::Placed{scratch.u_.data(), scratch.v_.data()};
     });
   }
