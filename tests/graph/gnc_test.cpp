@@ -2,6 +2,7 @@
 #include <wayfare/graph/gnc.hpp>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 

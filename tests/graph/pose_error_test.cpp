@@ -1,6 +1,8 @@
 #include <numbers>
 #include <wayfare/graph/pose_error.hpp>
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>

@@ -1,6 +1,8 @@
 #include <numbers>
 #include <wayfare/graph/pose_graph.hpp>
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 namespace wayfare {
