@@ -9,6 +9,7 @@ target_sources(wayfare_slam PRIVATE
   cholesky/minimum_degree.cpp
   cholesky/multifrontal_cholesky.cpp
   cholesky/parallel.cpp
+  cholesky/rank.cpp
   cholesky/selected_inverse.cpp
   cholesky/supernodes.cpp)
 set_source_files_properties(cholesky/kernels_baseline.cpp PROPERTIES

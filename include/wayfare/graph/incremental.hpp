@@ -76,6 +76,10 @@ class IncrementalOptimiser {
   /// there; the kernel of `options` gives way to this one's. Where it fails nothing has changed.
   Result<OptimiseReport> optimise_fully(OptimiseOptions options = {});
 
+  /// What the last update or optimise_fully that failed with ErrorCode::degenerate left open, as far
+  /// as it was the edges that left it so.
+  [[nodiscard]] const UndeterminedPose<G>& undetermined() const { return undetermined_; }
+
   /// The poses as solved; those added since, where they were put.
   [[nodiscard]] const std::vector<G>& poses() const { return graph_.poses; }
   [[nodiscard]] const PoseGraph<G>& graph() const { return graph_; }
@@ -96,7 +100,7 @@ class IncrementalOptimiser {
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   [[nodiscard]] bool is_held(int pose) const;
   [[nodiscard]] Result<void> check_pending() const;
-  [[nodiscard]] Error undetermined(int variable) const;
+  Error name_undetermined(const FactorOutcome& outcome);
   void admit();
   void settle();
   void withdraw();
@@ -132,6 +136,7 @@ class IncrementalOptimiser {
   std::vector<Relinearised> relinearised_;
   std::vector<Moved> moved_;  // in this update
   double work_since_order_ = 0.0;
+  UndeterminedPose<G> undetermined_;
 };
 
 // Compiled once in wayfare::slam.

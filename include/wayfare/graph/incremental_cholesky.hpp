@@ -45,9 +45,9 @@ class IncrementalCholesky {
   /// All is ordered and factorised anew next time.
   void touch_all() { all_touched_ = true; }
 
-  /// Takes in what changed since the last success. On failure `block` is the variable at which A is
-  /// not positive definite, and the factor is what it was: take the changes back (roll_back,
-  /// set_term, reset), or add what is missing.
+  /// Takes in what changed since the last success. On failure `block` is the variable that is not
+  /// determined, by the rule of all solvers (FactorOutcome), and the factor is what it was: take the
+  /// changes back (roll_back, set_term, reset), or add what is missing.
   FactorOutcome refactor();
   /// Drops the newest terms and variables, which no successful `refactor` has seen, and forgets
   /// what was touched.
@@ -84,6 +84,8 @@ class IncrementalCholesky {
     // Of the factor the frontals' triangle and the rectangle below it, then the update of the
     // separator; and what is handed on of b: the frontals' y, the separator's update.
     std::vector<double> numbers;
+    bool weak = false;           // some pivot lost many digits
+    std::vector<double> probes;  // of what rounding may have done to pivots, once that is asked
     [[nodiscard]] int separators() const { return static_cast<int>(rows.size()) - frontals; }
   };
   /// Columns of the part at work that are eliminated together.
@@ -114,6 +116,13 @@ class IncrementalCholesky {
   FactorOutcome factorise_fresh();
   void commit();
   void forget_touched();
+
+  void find_scales(Clique& clique);
+  bool suspicious(Clique& clique) const;
+  bool nearly_undetermined(int root);
+  void find_probes(Clique& clique);
+  Vector scales_of(int variable) const;
+  FactorOutcome judge() const;
 
   void assemble(Clique& clique);
   void add_terms(Clique& clique, int variable);
@@ -146,7 +155,7 @@ class IncrementalCholesky {
   std::vector<int> seen_, local_, clique_at_;
   std::vector<int> slot_, slots_;
   std::vector<int> ascending_;
-  std::vector<double> gathered_, scratch_;
+  std::vector<double> gathered_, scratch_, scales_;
   std::vector<int> changed_, stack_;
   int last_columns_ = 0, last_solved_ = 0, constrained_ = 0;
   double last_flops_ = 0.0, total_flops_ = 0.0;

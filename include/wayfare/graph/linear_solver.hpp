@@ -2,6 +2,7 @@
 
 // What the optimiser asks of a sparse solver, and the ordering they share.
 
+#include <array>
 #include <concepts>
 #include <vector>
 
@@ -13,12 +14,27 @@
 
 namespace wayfare {
 
-/// Whether a matrix could be factorised; where not, the block column at which its leading part
-/// stops being positive definite in the elimination order, or −1 where the solver cannot tell.
+/// Whether a matrix could be factorised. It could not where a pivot is nothing but rounding: where
+/// the information left along a direction v, once what comes before in the order of elimination
+/// has responded, is vᵀHv ≤ 32 ε vᵀDv. D is H's diagonal before elimination, within a block the
+/// largest of the numbers that share a unit, and ε the spacing of doubles at 1: H's entries hold
+/// rounding errors of a few ε √(D_a D_b), so that vᵀHv could as well be zero. The rule is free of
+/// H's scale and of units. All solvers here decide by it.
 struct FactorOutcome {
   bool ok = true;
+  /// Where not: the block column that is undetermined, or at which H has negative information; −1
+  /// where the solver cannot tell.
   int block = -1;
+  /// The undetermined direction of that block, of length one; its first numbers. Zero where the
+  /// solver cannot tell, or where H is not positive semi-definite.
+  std::array<double, 6> direction{};
+  /// Where ok: that is by less than four digits; close by, H may be singular.
+  bool weak = false;
 };
+
+/// A pivot that elimination leaves less than 1/kLostPivot of D is looked at more closely: no other
+/// can be rounding, unless v moves something else by more than 10⁵ times as much.
+inline constexpr double kLostPivot = 1e4;
 
 /// Solves H x = b for a symmetric positive definite H. Meaning (checked by
 /// tests/graph/linear_solver_test.cpp): after `analyse(h)` any number of `factorise(h)` with the

@@ -25,10 +25,10 @@ class MultifrontalFactor {
   MultifrontalFactor& operator=(MultifrontalFactor&&) noexcept;
   ~MultifrontalFactor();
 
-  void analyse(std::span<const int> starts, std::span<const int> rows, int block);
+  /// The first `leading` numbers of a block share one unit, the others another.
+  void analyse(std::span<const int> starts, std::span<const int> rows, int block, int leading);
   void set_threads(int threads);
-  /// The block column at which the matrix stops being positive definite, −1 where it is.
-  int factorise(const double* values);
+  FactorOutcome factorise(const double* values);
   void solve_in_place(double* x);
   void invert();
   bool inverse_block(int row, int column, double* out) const;
@@ -38,6 +38,10 @@ class MultifrontalFactor {
   std::unique_ptr<State> state_;
 };
 
+/// Translations come first in a block of poses.
+template <int N>
+inline constexpr int kLeadingUnits = N == 6 ? 3 : 2;
+
 /// LinearSolver of our own. Everything found in `analyse` is kept while only values change, and
 /// nothing is allocated after the first `factorise`.
 template <int N>
@@ -46,15 +50,19 @@ class MultifrontalCholesky {
   static_assert(N == 2 || N == 3 || N == 6, "the kernels are compiled for these");
   static constexpr int kBlock = N;
 
+  /// The first `leading` numbers of a block share one unit and the others another, which is how a
+  /// direction without information is told from one with little (FactorOutcome). By default those
+  /// of a pose: x, y (and z), then angles.
+  explicit MultifrontalCholesky(int leading = kLeadingUnits<N>) : leading_(leading) {}
+
   /// Threads that further factorisations may use, at least one (the default), of which all but the
   /// caller's are kept waiting; a small matrix stays with one. Results are the same bits for any.
   void set_threads(int threads) { factor_.set_threads(threads); }
 
-  void analyse(const BlockSparse<N>& h) { factor_.analyse(h.starts(), h.rows(), N); }
+  void analyse(const BlockSparse<N>& h) { factor_.analyse(h.starts(), h.rows(), N, leading_); }
 
   FactorOutcome factorise(const BlockSparse<N>& h) {
-    const int failed = factor_.factorise(h.blocks() > 0 ? h.data(0) : nullptr);
-    return {failed < 0, failed};
+    return factor_.factorise(h.blocks() > 0 ? h.data(0) : nullptr);
   }
 
   void solve_in_place(Eigen::VectorXd& x) { factor_.solve_in_place(x.data()); }
@@ -69,6 +77,7 @@ class MultifrontalCholesky {
 
  private:
   MultifrontalFactor factor_;
+  int leading_;
 };
 
 static_assert(ThreadedSolver<MultifrontalCholesky<3>>);

@@ -24,9 +24,13 @@ class PoseGraphOptimiser {
   static constexpr int kDof = ManifoldTraits<G>::kDof;
 
   /// Moves the free poses of `graph` to a local minimum near where they are. On failure
-  /// (validate's faults, errors too large to square, or a pose the edges leave undetermined) the
-  /// poses are untouched.
+  /// (validate's faults, errors too large to square, or a pose the edges leave undetermined where
+  /// the descent ends: `undetermined` has it) the poses are untouched.
   Result<OptimiseReport> optimise(PoseGraph<G>& graph, const OptimiseOptions& options = {});
+
+  /// What the last call that failed with ErrorCode::degenerate left open, as far as it was the edges
+  /// that left it so.
+  [[nodiscard]] UndeterminedPose<G> undetermined() const { return step_.undetermined(); }
 
   /// Linearises and factorises at the graph's poses, for the covariances below.
   Result<void> prepare_covariances(const PoseGraph<G>& graph, const RobustKernel& kernel = {});
@@ -93,9 +97,12 @@ Result<void> PoseGraphOptimiser<G, S>::minimise(PoseGraph<G>& graph, const Optim
                                                 OptimiseReport& report) {
   const std::vector<G> start = graph.poses;
   const bool damped = options.method == OptimiseMethod::levenberg_marquardt;
-  if (!damped && gauss_newton(step_, graph, options, report)) return {};
-  report.fell_back = !damped;
-  auto done = levenberg_marquardt(step_, graph, options, report);
+  Result<void> done;
+  if (damped || !gauss_newton(step_, graph, options, report)) {
+    report.fell_back = !damped;
+    done = levenberg_marquardt(step_, graph, options, report);
+  }
+  if (done) done = check_determined(step_, graph);
   if (!done) graph.poses = start;
   return done;
 }

@@ -13,8 +13,10 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-Factor::Factor(FrontPlan plan) : plan_(std::move(plan)), kernels_(best_kernels(plan_.block)) {
+Factor::Factor(FrontPlan plan, int leading)
+    : plan_(std::move(plan)), leading_(leading), kernels_(best_kernels(plan_.block)) {
   place_fronts();
+  place_diagonal();
   set_threads(1);
   permuted_.resize(plan_.order.size() * at(plan_.block));
 }

@@ -43,7 +43,7 @@ class PairwiseSystem {
   PoseColumns columns_;
   BlockSparse<N> matrix_;
   std::vector<int> coupling_;  // of each edge, −1 where an end is fixed
-  MultifrontalCholesky<N> solver_;
+  MultifrontalCholesky<N> solver_{N};  // one unit for all
 };
 
 template <LieGroup G>
