@@ -187,6 +187,38 @@ TEST(OpenChain, IsNamedAtEveryAngleAndItsCostIsNeverNegative) {
   }
 }
 
+// A large map that may turn as a whole about pose 1, of which the only edge to pose 0 does not say
+// the heading: where the null vector moves far poses by many times what it moves near ones.
+TEST(HingedMap, IsNamedHoweverLarge) {
+  for (const int width : {1, 30, 90}) {  // straight; or to and fro, joined to the row before
+    for (const int poses : {300, 3000}) {
+      PoseGraph2 graph;
+      graph.add_pose(SE2d());
+      for (int i = 1; i <= poses; ++i) {
+        const int row = (i - 1) / width, along = (i - 1) % width;
+        graph.add_pose(SE2d(1.0 + row, row % 2 == 0 ? along : width - 1 - along,
+                            Angle::radians(0.7 * i)));
+        const auto join = [&](int from) {
+          const SE2d z = graph.poses[static_cast<std::size_t>(from)].inverse() * graph.poses.back();
+          graph.edges.push_back(
+              {from, i, z, Eigen::Vector3d(400.0, 400.0, 2500.0).asDiagonal(), false});
+        };
+        join(i - 1);
+        const int beside = i - 1 - 2 * along;
+        if (width > 1 && row > 0 && beside > 0 && along > 0) join(beside);
+      }
+      graph.edges.front().information(2, 2) = 0.0;
+      ASSERT_FALSE(optimise(graph)) << width << ' ' << poses;
+      ASSERT_FALSE(PoseGraphOptimiser<SE2d>().covariances(graph)) << width << ' ' << poses;
+      IncrementalOptimiser<SE2d> growing;
+      ASSERT_TRUE(growing.append(graph));
+      ASSERT_FALSE(growing.update()) << width << ' ' << poses;
+      graph.edges.front().information(2, 2) = 1.0;
+      ASSERT_TRUE(optimise(graph)) << width << ' ' << poses;
+    }
+  }
+}
+
 // A long chain loses digits to elimination in one order or another, but is determined: the end of
 // one of length n is known to n³/3 of a step's variance.
 TEST(LongChain, IsDetermined) {

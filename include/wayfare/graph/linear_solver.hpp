@@ -32,9 +32,13 @@ struct FactorOutcome {
   bool weak = false;
 };
 
-/// A pivot that elimination leaves less than 1/kLostPivot of D is looked at more closely: no other
-/// can be rounding, unless v moves something else by more than 10⁵ times as much.
-inline constexpr double kLostPivot = 1e4;
+/// A pivot of which elimination leaves less than this part of D, upside down, is looked at more
+/// closely. One that is rounding is left less, unless v moves much more elsewhere: a map that turns
+/// about a hinge, by the square of its extent in steps, once for each of its block columns.
+[[nodiscard]] constexpr double suspicious_loss(int columns) {
+  const double n = columns, loss = 1e13 / (n * n);
+  return loss < 1e4 ? 1e4 : loss < 4e6 ? loss : 4e6;
+}
 
 /// Solves H x = b for a symmetric positive definite H. Meaning (checked by
 /// tests/graph/linear_solver_test.cpp): after `analyse(h)` any number of `factorise(h)` with the

@@ -30,7 +30,7 @@ void each_pivot(const Decomposition& decomposition, Visit visit) {
 /// LinearSolver on a decomposition of Eigen's interface that knows no blocks (of the upper triangle
 /// of a ScalarExpansion<N>::Matrix, without an ordering of its own), in the block ordering
 /// all solvers here share. Such decompositions go by the signs of their pivots, and do not say where
-/// they failed. Where they fail, or where a pivot loses four digits or more, MultifrontalCholesky
+/// they failed. Where they fail, or where a pivot is small beside D, MultifrontalCholesky
 /// decides by FactorOutcome's rule; that costs its factorisation as well.
 template <int N, class Decomposition>
 class ScalarSolver {
@@ -73,9 +73,10 @@ FactorOutcome ScalarSolver<N, Decomposition>::factorise(const BlockSparse<N>& h)
 template <int N, class Decomposition>
 bool ScalarSolver<N, Decomposition>::suspicious(const BlockSparse<N>& h) const {
   const Eigen::VectorXd scale = expansion_.permuted_scales(h, kLeadingUnits<N>);
+  const double loss = suspicious_loss(h.columns());
   bool found = false;
   detail::each_pivot(decomposition_, [&](int column, double pivot) {
-    found = found || !(scale[column] <= kLostPivot * pivot * pivot);
+    found = found || !(scale[column] <= loss * pivot * pivot);
   });
   return found;
 }

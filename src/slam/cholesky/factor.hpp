@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -52,8 +53,7 @@ class Factor {
   void place_updates();
   void place_updates(std::size_t begin, std::size_t end, const std::vector<int>& depth);
   int factorise_front(std::size_t s, const double* h);
-  void find_scales(const double* h);
-  [[nodiscard]] bool suspicious() const;
+  bool loses_digits(std::size_t s, const double* h, const Panel& front);
   double estimate_shares(int k, std::vector<double>& most);
   [[nodiscard]] std::vector<double> response(std::size_t j);
   [[nodiscard]] double share(const std::vector<double>& v) const;
@@ -66,6 +66,7 @@ class Factor {
   std::vector<int> diagonal_;  // of each column, its block of H
   std::vector<double> scale_;  // D of rank.hpp
   std::size_t blocks_ = 0;     // of H
+  std::atomic<bool> suspicious_ = false;  // a pivot of the last factorisation is small beside D
   const FrontKernels& kernels_;
   std::vector<Place> places_;
   TaskTree tasks_;

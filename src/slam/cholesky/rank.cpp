@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "cholesky/factor.hpp"
 
@@ -26,24 +27,38 @@ void Factor::place_diagonal() {
   }
 }
 
-void Factor::find_scales(const double* h) {
-  const int n = plan_.block;
-  for (std::size_t c = 0; c < diagonal_.size(); ++c)
-    scales(h + at(diagonal_[c]) * at(n * n), n + 1, n, leading_, scale_.data() + c * at(n));
+namespace {
+
+/// The largest D_jj / l_jj² of a front, and its D: while both are at hand.
+template <int N>
+double largest_loss(const Panel& front, const int* diagonal, const double* h, int leading,
+                    double* d) {
+  const double* inverse = front.l11;
+  double most = 0.0;
+  for (int c = 0; c < front.pivots / N; ++c, d += N) {
+    scales<N>(h + static_cast<long>(diagonal[c]) * (N * N), N + 1, leading, d);
+    for (int i = 0; i < N; ++i, inverse += front.ld11 + 1)
+      most = std::max(most, d[i] * *inverse * *inverse);
+  }
+  return most;
 }
 
-/// Whether some D_jj / l_jj² is large.
-bool Factor::suspicious() const {
-  double most = 0.0;
-  for (std::size_t s = 0; s < places_.size(); ++s) {
-    const Panel f = panel(s, values_);
-    const double* const d = scale_.data() + at(plan_.fronts[s].first * plan_.block);
-    for (int k = 0; k < f.pivots; ++k) {
-      const double inverse = f.l11[static_cast<long>(k) * f.ld11 + k];
-      most = std::max(most, d[k] * inverse * inverse);
-    }
-  }
-  return most > kLostPivot;
+/// The same code for each size of a block.
+template <class Op>
+auto with_block(int block, const Op& op) {
+  if (block == 2) return op(std::integral_constant<int, 2>());
+  return block == 3 ? op(std::integral_constant<int, 3>()) : op(std::integral_constant<int, 6>());
+}
+
+}  // namespace
+
+bool Factor::loses_digits(std::size_t s, const double* h, const Panel& front) {
+  const int first = plan_.fronts[s].first;
+  const double loss = with_block(plan_.block, [&](auto n) {
+    return largest_loss<n()>(front, diagonal_.data() + first, h, leading_,
+                             scale_.data() + at(first * n()));
+  });
+  return loss > suspicious_loss(static_cast<int>(diagonal_.size()));
 }
 
 /// Raises `most`, by the new numbering, to the estimates of (L⁻¹ D L⁻ᵀ)_jj by probe `k`. Returns the
@@ -106,17 +121,25 @@ FactorOutcome Factor::find_undetermined() {
 }
 
 FactorOutcome Factor::judge(const double* h, int failed) {
-  find_scales(h);
-  if (failed < 0) return suspicious() ? find_undetermined() : FactorOutcome{};
+  if (failed < 0) return suspicious_ ? find_undetermined() : FactorOutcome{};
   // What is singular to rounding is positive definite once it is lifted by more than rounding, and
   // its undetermined directions are then left with just that.
   const int n = plan_.block;
   std::vector<double> lifted(h, h + blocks_ * at(n * n));
+  const auto find_scales = [&] {
+    with_block(n, [&](auto size) {
+      for (std::size_t c = 0; c < diagonal_.size(); ++c)
+        scales<size()>(h + at(diagonal_[c]) * at(n * n), n + 1, leading_,
+                       scale_.data() + c * at(n));
+    });
+  };
+  find_scales();
   for (std::size_t c = 0; c < diagonal_.size(); ++c)
     for (int i = 0; i < n; ++i)
       lifted[at(diagonal_[c]) * at(n * n) + at(i * (n + 1))] += kLift * scale_[c * at(n) + at(i)];
   FactorOutcome outcome{false, failed};
   if (factorise(lifted.data(), threads_) >= 0) return outcome;
+  find_scales();
   if (const FactorOutcome found = find_undetermined(); !found.ok) outcome = found;
   return outcome;
 }

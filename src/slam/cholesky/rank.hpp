@@ -42,16 +42,17 @@ inline double probe(std::uint64_t i, int k) {
   return (x & 1U) != 0 ? size : -size;
 }
 
-/// D of one block from its diagonal, numbers `stride` apart; the first `leading` share a unit, and
-/// so do the others. Where H says nothing of a unit any scale will do: one.
-inline void scales(const double* diagonal, long stride, int block, int leading, double* d) {
-  const auto unit = [&](int begin, int end) {
-    double most = 0.0;
-    for (int i = begin; i < end; ++i) most = std::max(most, diagonal[i * stride]);
-    for (int i = begin; i < end; ++i) d[i] = most > 0.0 ? most : 1.0;
-  };
-  unit(0, leading);
-  unit(leading, block);
+/// D of one block of N from its diagonal, numbers `stride` apart; the first `leading` share a unit,
+/// and so do the others. Where H says nothing of a unit any scale will do: one.
+template <int N>
+inline void scales(const double* diagonal, long stride, int leading, double* d) {
+  double most[2] = {0.0, 0.0};
+  for (int i = 0; i < N; ++i) {
+    double& of_unit = most[i < leading ? 0 : 1];
+    of_unit = std::max(of_unit, diagonal[i * stride]);
+  }
+  for (double& of_unit : most) of_unit = of_unit > 0.0 ? of_unit : 1.0;
+  for (int i = 0; i < N; ++i) d[i] = most[i < leading ? 0 : 1];
 }
 
 }  // namespace wayfare::cholesky

@@ -23,8 +23,8 @@ void IncrementalCholesky<N>::find_scales(Clique& clique) {
   const cholesky::Panel& panel = front.panel();
   scales_.resize(index(panel.pivots));
   for (int i = 0; i < clique.frontals; ++i)
-    cholesky::scales(panel.l11 + N * i * (panel.ld11 + 1), panel.ld11 + 1, N, kLeadingUnits<N>,
-                     scales_.data() + N * i);
+    cholesky::scales<N>(panel.l11 + N * i * (panel.ld11 + 1), panel.ld11 + 1, kLeadingUnits<N>,
+                        scales_.data() + N * i);
 }
 
 /// Whether some pivot of those just eliminated lost many digits.
@@ -37,7 +37,7 @@ bool IncrementalCholesky<N>::suspicious(Clique& clique) const {
     const double inverse = panel.l11[static_cast<std::ptrdiff_t>(k) * (panel.ld11 + 1)];
     most = std::max(most, scales_[index(k)] * inverse * inverse);
   }
-  return most > kLostPivot;
+  return most > suspicious_loss(variables());
 }
 
 /// Whether a pivot of a clique may be nothing but rounding. Probes are kept with their clique, so
@@ -99,7 +99,7 @@ auto IncrementalCholesky<N>::scales_of(int variable) const -> Vector {
     const Term& term = terms_[index(t)];
     diagonal += (ends_[index(t)].first == variable ? term.aa : term.bb).diagonal();
   }
-  cholesky::scales(diagonal.data(), 1, N, kLeadingUnits<N>, d.data());
+  cholesky::scales<N>(diagonal.data(), 1, kLeadingUnits<N>, d.data());
   return d;
 }
 
