@@ -7,6 +7,7 @@
 #include <ostream>
 #include <string>
 
+#include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/start.hpp>
 #include <wayfare/io/g2o.hpp>
@@ -64,6 +65,50 @@ TEST_P(RealGraphFromRelaxation, ReachesThePublishedOptimum) {
       },
       *file);
 }
+
+class SoundGraph : public RealGraph {};
+
+// Their edges determine every pose, in whatever unit of information.
+TEST_P(SoundGraph, LeavesNothingOpenAtAnyScaleOfInformation) {
+  WAYFARE_NEEDS_RECORDING(path, std::string("posegraph/") + GetParam().name + ".g2o.gz");
+  const auto file = io::read_g2o(path);
+  ASSERT_TRUE(file) << file.error().to_string();
+  for (const double factor : {1e-8, 1.0, 1e8}) {
+    std::visit(
+        [&](const auto& any) {
+          auto graph = io::to_pose_graph(any);
+          using G = typename decltype(graph.poses)::value_type;
+          for (auto& edge : graph.edges) edge.information *= factor;
+          PoseGraphOptimiser<G> batch;
+          const auto at_start = batch.covariances(graph);
+          EXPECT_TRUE(at_start) << at_start.error().message;
+          const auto report = batch.optimise(graph, {.max_iterations = 30});
+          ASSERT_TRUE(report) << report.error().message;
+          const auto covariances = batch.covariances(graph);
+          EXPECT_TRUE(covariances) << covariances.error().message;
+          IncrementalOptimiser<G> growing;
+          ASSERT_TRUE(growing.append(graph));
+          const auto update = growing.update();
+          EXPECT_TRUE(update) << update.error().message;
+        },
+        *file);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Shared, SoundGraph,
+                         ::testing::Values(Optimum{"M3500", 0, 0}, Optimum{"M3500_odo", 0, 0},
+                                           Optimum{"M3500_out100", 0, 0}, Optimum{"MIT", 0, 0},
+                                           Optimum{"city10000", 0, 0}, Optimum{"intel", 0, 0},
+                                           Optimum{"intel_943_odo", 0, 0},
+                                           Optimum{"intel_943_odo_out100", 0, 0},
+                                           Optimum{"parking-garage", 0, 0},
+                                           Optimum{"smallGrid3D", 0, 0},
+                                           Optimum{"sphere2500", 0, 0}),
+                         [](const auto& instance) {
+                           std::string name = instance.param.name;
+                           std::erase_if(name, [](char c) { return c == '-' || c == '_'; });
+                           return name;
+                         });
 
 std::string name_of(const ::testing::TestParamInfo<Optimum>& instance) {
   std::string name = instance.param.name;

@@ -3,6 +3,8 @@
 // LinearSolver on SuiteSparse's CHOLMOD. Needs the component wayfare::cholmod; CHOLMOD's supernodal
 // module, which this uses, is GPL.
 
+#include <cstddef>
+
 #include <Eigen/CholmodSupport>
 
 #include <wayfare/graph/detail/scalar_solver.hpp>
@@ -23,6 +25,27 @@ class OrderedCholmod : public Eigen::CholmodDecomposition<Matrix, Eigen::Upper> 
     settings.print = 0;
     settings.final_ll = 1;  // a pivot that is not positive is an error, simplicial or supernodal
     this->setMode(Eigen::CholmodAuto);
+  }
+
+  /// visit(column, l_jj) for every pivot of L.
+  template <class Visit>
+  void each_pivot(Visit visit) const {
+    const cholmod_factor& l = *this->m_cholmodFactor;
+    const auto* const order = static_cast<const int*>(l.Perm);
+    const auto* const values = static_cast<const double*>(l.x);
+    if (l.is_super == 0) {
+      const auto* const starts = static_cast<const int*>(l.p);
+      for (std::size_t j = 0; j < l.n; ++j) visit(order[j], values[starts[j]]);
+      return;
+    }
+    const auto* const firsts = static_cast<const int*>(l.super);
+    const auto* const row_starts = static_cast<const int*>(l.pi);
+    const auto* const value_starts = static_cast<const int*>(l.px);
+    for (std::size_t s = 0; s < l.nsuper; ++s) {
+      const int rows = row_starts[s + 1] - row_starts[s];
+      for (int j = firsts[s]; j < firsts[s + 1]; ++j)
+        visit(order[j], values[value_starts[s] + (j - firsts[s]) * (rows + 1)]);
+    }
   }
 };
 

@@ -77,6 +77,10 @@ class IncrementalOptimiser {
   /// object's kernel instead of that of `options`. On an Error nothing has changed.
   Result<OptimiseReport> optimise_fully(OptimiseOptions options = {});
 
+  /// The undetermined pose and direction of the last update or optimise_fully that failed with
+  /// ErrorCode::degenerate, if the edges were the cause.
+  [[nodiscard]] const UndeterminedPose<G>& undetermined() const { return undetermined_; }
+
   /// The solved poses; pending ones at their initial values.
   [[nodiscard]] const std::vector<G>& poses() const { return graph_.poses; }
   [[nodiscard]] const PoseGraph<G>& graph() const { return graph_; }
@@ -97,7 +101,7 @@ class IncrementalOptimiser {
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   [[nodiscard]] bool is_held(int pose) const;
   [[nodiscard]] Result<void> check_pending() const;
-  [[nodiscard]] Error undetermined(int variable) const;
+  Error name_undetermined(const FactorOutcome& outcome);
   void admit();
   void settle();
   void withdraw();
@@ -133,6 +137,7 @@ class IncrementalOptimiser {
   std::vector<Relinearised> relinearised_;
   std::vector<Moved> moved_;  // in this update
   double work_since_order_ = 0.0;
+  UndeterminedPose<G> undetermined_;
 };
 
 // Compiled once in wayfare::graph.

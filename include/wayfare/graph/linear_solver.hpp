@@ -2,6 +2,7 @@
 
 // The requirements of the optimiser on a sparse solver, and the solvers' common ordering.
 
+#include <array>
 #include <concepts>
 #include <vector>
 
@@ -13,12 +14,30 @@
 
 namespace wayfare {
 
-/// Whether a matrix could be factorised; if not, the block column at which it stops being positive
-/// definite in the elimination order, or −1 if the solver does not report it.
+/// Whether a matrix could be factorised. It fails where a pivot is not larger than rounding: where
+/// the information that elimination leaves along a direction v satisfies vᵀHv ≤ 32 ε vᵀDv. D is
+/// H's diagonal before elimination, within a block the largest of the numbers that share a unit,
+/// and ε the spacing of doubles at 1: H's entries have rounding errors of a few ε √(D_a D_b), so
+/// that vᵀHv may be zero. The rule does not depend on H's scale or units. All solvers use it.
 struct FactorOutcome {
   bool ok = true;
+  /// On failure the block column that is undetermined, or at which H has negative information; −1
+  /// if the solver does not report it.
   int block = -1;
+  /// The undetermined unit direction of that block, in its first entries. Zero if the solver does
+  /// not report it, or if H is not positive semi-definite.
+  std::array<double, 6> direction{};
+  /// On success: by a margin of less than four digits; H may be singular nearby.
+  bool weak = false;
 };
+
+/// A pivot smaller than D divided by this is examined more closely. A pivot that is rounding is
+/// smaller still, unless v is much larger in other blocks: a map that rotates about a hinge, by the
+/// square of its extent in steps, once for each of its block columns.
+[[nodiscard]] constexpr double suspicious_loss(int columns) {
+  const double n = columns, loss = 1e13 / (n * n);
+  return loss < 1e4 ? 1e4 : loss < 4e6 ? loss : 4e6;
+}
 
 /// Solves H x = b for a symmetric positive definite H. Semantics (checked by
 /// tests/graph/linear_solver_test.cpp): after `analyse(h)` any number of `factorise(h)` with the

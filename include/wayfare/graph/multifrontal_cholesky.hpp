@@ -24,10 +24,10 @@ class MultifrontalFactor {
   MultifrontalFactor& operator=(MultifrontalFactor&&) noexcept;
   ~MultifrontalFactor();
 
-  void analyse(std::span<const int> starts, std::span<const int> rows, int block);
+  /// The first `leading` numbers of a block share one unit, the others another.
+  void analyse(std::span<const int> starts, std::span<const int> rows, int block, int leading);
   void set_threads(int threads);
-  /// The block column at which the matrix stops being positive definite, or −1.
-  int factorise(const double* values);
+  FactorOutcome factorise(const double* values);
   void solve_in_place(double* x);
   void invert();
   bool inverse_block(int row, int column, double* out) const;
@@ -37,6 +37,10 @@ class MultifrontalFactor {
   std::unique_ptr<State> state_;
 };
 
+/// Number of translations, which come first in a block of a pose.
+template <int N>
+inline constexpr int kLeadingUnits = N == 6 ? 3 : 2;
+
 /// The default LinearSolver. `factorise` reuses the results of `analyse` and allocates nothing
 /// after its first call.
 template <int N>
@@ -45,15 +49,19 @@ class MultifrontalCholesky {
   static_assert(N == 2 || N == 3 || N == 6, "the kernels are compiled for these");
   static constexpr int kBlock = N;
 
+  /// The first `leading` numbers of a block share one unit and the others another; needed to tell a
+  /// direction without information from one with little (FactorOutcome). Default: those of a pose,
+  /// x, y (and z), then angles.
+  explicit MultifrontalCholesky(int leading = kLeadingUnits<N>) : leading_(leading) {}
+
   /// Number of threads of further factorisations, including the caller's; default 1. Small matrices
   /// use one. Results are bit-identical for any number.
   void set_threads(int threads) { factor_.set_threads(threads); }
 
-  void analyse(const BlockSparse<N>& h) { factor_.analyse(h.starts(), h.rows(), N); }
+  void analyse(const BlockSparse<N>& h) { factor_.analyse(h.starts(), h.rows(), N, leading_); }
 
   FactorOutcome factorise(const BlockSparse<N>& h) {
-    const int failed = factor_.factorise(h.blocks() > 0 ? h.data(0) : nullptr);
-    return {failed < 0, failed};
+    return factor_.factorise(h.blocks() > 0 ? h.data(0) : nullptr);
   }
 
   void solve_in_place(Eigen::VectorXd& x) { factor_.solve_in_place(x.data()); }
@@ -68,6 +76,7 @@ class MultifrontalCholesky {
 
  private:
   MultifrontalFactor factor_;
+  int leading_;
 };
 
 static_assert(ThreadedSolver<MultifrontalCholesky<3>>);

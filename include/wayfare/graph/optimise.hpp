@@ -24,8 +24,13 @@ class PoseGraphOptimiser {
   static constexpr int kDof = ManifoldTraits<G>::kDof;
 
   /// Moves the free poses of `graph` to a local minimum near their initial values. Errors, with the
-  /// poses unchanged: those of validate, errors too large to square, an undetermined pose.
+  /// poses unchanged: those of validate, errors too large to square, a pose that the edges leave
+  /// undetermined at the minimum (reported by `undetermined`).
   Result<OptimiseReport> optimise(PoseGraph<G>& graph, const OptimiseOptions& options = {});
+
+  /// The undetermined pose and direction of the last call that failed with ErrorCode::degenerate,
+  /// if the edges were the cause.
+  [[nodiscard]] UndeterminedPose<G> undetermined() const { return step_.undetermined(); }
 
   /// Linearises and factorises at the graph's poses, for the covariances below.
   Result<void> prepare_covariances(const PoseGraph<G>& graph, const RobustKernel& kernel = {});
@@ -92,9 +97,12 @@ Result<void> PoseGraphOptimiser<G, S>::minimise(PoseGraph<G>& graph, const Optim
                                                 OptimiseReport& report) {
   const std::vector<G> start = graph.poses;
   const bool damped = options.method == OptimiseMethod::levenberg_marquardt;
-  if (!damped && gauss_newton(step_, graph, options, report)) return {};
-  report.fell_back = !damped;
-  auto done = levenberg_marquardt(step_, graph, options, report);
+  Result<void> done;
+  if (damped || !gauss_newton(step_, graph, options, report)) {
+    report.fell_back = !damped;
+    done = levenberg_marquardt(step_, graph, options, report);
+  }
+  if (done) done = check_determined(step_, graph);
   if (!done) graph.poses = start;
   return done;
 }

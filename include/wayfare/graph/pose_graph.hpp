@@ -49,13 +49,17 @@ struct PoseGraph {
 using PoseGraph2 = PoseGraph<SE2d>;
 using PoseGraph3 = PoseGraph<SE3d>;
 
+/// eᵀΩe as computed, without what rounding may have taken below zero: Ω is positive semi-definite,
+/// so that zero is nearer to the truth than any negative number. NaN stays.
+[[nodiscard]] inline double not_negative(double square) { return square < 0.0 ? 0.0 : square; }
+
 /// eᵀΩe of one edge at the graph's poses.
 template <LieGroup G>
 [[nodiscard]] double squared_error(const PoseGraph<G>& graph, const PoseEdge<G>& edge) {
   const auto e =
       PoseError<G>::error(edge.measurement, graph.poses[static_cast<std::size_t>(edge.from)],
                           graph.poses[static_cast<std::size_t>(edge.to)]);
-  return e.dot(edge.information * e);
+  return not_negative(e.dot(edge.information * e));
 }
 
 /// Σ eᵀΩe over all edges, without a factor of ½ and without robust kernels.

@@ -1,9 +1,13 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include <wayfare/core/manifold.hpp>
+#include <wayfare/core/result.hpp>
+#include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
 
 namespace wayfare {
@@ -68,6 +72,26 @@ struct PhaseTimes {
   double solve_s = 0.0;
   double total_s = 0.0;
 };
+
+/// What the edges leave open: moving `pose` along `direction`, a right perturbation of it, with the
+/// other poses following as it costs least, changes the cost by no more than rounding
+/// (FactorOutcome has the rule).
+template <LieGroup G>
+struct UndeterminedPose {
+  int pose = -1;                                  ///< −1: none that could be named
+  TangentOf<G> direction = TangentOf<G>::Zero();  ///< of length one; zero: the solver cannot tell
+};
+
+/// "pose 8 is not fully determined by the edges, along (0.5, -0.866, 0)", and what is not known
+/// left out. `label` is what messages call the pose.
+[[nodiscard]] Error undetermined_error(const std::string& label, const double* direction, int size);
+
+template <LieGroup G>
+[[nodiscard]] Error undetermined_error(const PoseGraph<G>& graph, const UndeterminedPose<G>& open) {
+  if (open.pose < 0) return {ErrorCode::degenerate, "the edges do not determine every pose"};
+  return undetermined_error(graph.label(open.pose), open.direction.data(),
+                            static_cast<int>(open.direction.size()));
+}
 
 struct OptimiseReport {
   double initial_chi2 = 0.0;  ///< Σ eᵀΩe, no kernel

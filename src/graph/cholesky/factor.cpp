@@ -13,8 +13,10 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-Factor::Factor(FrontPlan plan) : plan_(std::move(plan)), kernels_(best_kernels(plan_.block)) {
+Factor::Factor(FrontPlan plan, int leading)
+    : plan_(std::move(plan)), leading_(leading), kernels_(best_kernels(plan_.block)) {
   place_fronts();
+  place_diagonal();
   set_threads(1);
   permuted_.resize(plan_.order.size() * at(plan_.block));
 }
@@ -101,6 +103,7 @@ int Factor::factorise_front(std::size_t s, const double* h) {
     kernels_.add_to_panel(update_of(plan_.children[at(k)]), front);
   if (const int failed = kernels_.factorise(front); failed >= 0)
     return f.first + failed / plan_.block;
+  if (loses_digits(s, h, front)) suspicious_.store(true, std::memory_order_relaxed);
   if (f.rows == 0) return -1;
   double* const update = stack_.data() + places_[s].update;
   kernels_.update(front, update, front.ld21);
@@ -115,6 +118,7 @@ int Factor::factorise(const double* h, int threads) {
   stack_.reserve(stack_size_);
   scratch_.reserve(at(most_scratch_));
   inverted_ = false;
+  suspicious_ = false;
   constexpr int kNone = std::numeric_limits<int>::max();
   std::atomic<int> failed = kNone;  // the first column in elimination order
   const auto task = [&](int t) {

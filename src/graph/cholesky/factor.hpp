@@ -1,9 +1,12 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
+
+#include <wayfare/graph/linear_solver.hpp>
 
 #include "graph/cholesky/aligned.hpp"
 #include "graph/cholesky/fronts.hpp"
@@ -16,11 +19,16 @@ namespace wayfare::cholesky {
 /// its children.
 class Factor {
  public:
-  explicit Factor(FrontPlan plan);
+  /// The first `leading` numbers of a block share one unit, the others another.
+  explicit Factor(FrontPlan plan, int leading);
 
   /// `h`: the values of the pattern's blocks. Returns the original column at which H stops being
   /// positive definite, or −1. Bit-identical for any number of threads.
   int factorise(const double* h, int threads = 1);
+
+  /// What factorise(h), which returned `failed`, says of the rank of H (rank.hpp). The factor is
+  /// void where the outcome is not ok.
+  [[nodiscard]] FactorOutcome judge(const double* h, int failed);
 
   /// L y = x, then Lᵀ z = y, in the original order of columns.
   void solve_in_place(double* x);
@@ -40,14 +48,25 @@ class Factor {
   };
 
   void place_fronts();
+  void place_diagonal();
   void set_threads(int threads);
   void place_updates();
   void place_updates(std::size_t begin, std::size_t end, const std::vector<int>& depth);
   int factorise_front(std::size_t s, const double* h);
+  bool loses_digits(std::size_t s, const double* h, const Panel& front);
+  double estimate_shares(int k, std::vector<double>& most);
+  [[nodiscard]] std::vector<double> response(std::size_t j);
+  [[nodiscard]] double share(const std::vector<double>& v) const;
+  [[nodiscard]] FactorOutcome find_undetermined();
   [[nodiscard]] Panel panel(std::size_t s, const AlignedDoubles& values) const;
   [[nodiscard]] Update update_of(int child) const;
 
   FrontPlan plan_;
+  int leading_;
+  std::vector<int> diagonal_;             // of each column, its block of H
+  std::vector<double> scale_;             // D of rank.hpp
+  std::size_t blocks_ = 0;                // of H
+  std::atomic<bool> suspicious_ = false;  // a pivot of the last factorisation is small beside D
   const FrontKernels& kernels_;
   std::vector<Place> places_;
   TaskTree tasks_;

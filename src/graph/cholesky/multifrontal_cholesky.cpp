@@ -18,9 +18,9 @@ MultifrontalFactor::MultifrontalFactor(MultifrontalFactor&&) noexcept = default;
 MultifrontalFactor& MultifrontalFactor::operator=(MultifrontalFactor&&) noexcept = default;
 MultifrontalFactor::~MultifrontalFactor() = default;
 
-void MultifrontalFactor::analyse(std::span<const int> starts, std::span<const int> rows,
-                                 int block) {
-  state_->factor.emplace(cholesky::plan_fronts({starts, rows}, block));
+void MultifrontalFactor::analyse(std::span<const int> starts, std::span<const int> rows, int block,
+                                 int leading) {
+  state_->factor.emplace(cholesky::plan_fronts({starts, rows}, block), leading);
 }
 
 void MultifrontalFactor::set_threads(int threads) {
@@ -28,9 +28,9 @@ void MultifrontalFactor::set_threads(int threads) {
   state_->threads = threads;
 }
 
-int MultifrontalFactor::factorise(const double* values) {
+FactorOutcome MultifrontalFactor::factorise(const double* values) {
   WAYFARE_EXPECTS(state_->factor, "analyse() must be called before factorise()");
-  return state_->factor->factorise(values, state_->threads);
+  return state_->factor->judge(values, state_->factor->factorise(values, state_->threads));
 }
 
 void MultifrontalFactor::solve_in_place(double* x) { state_->factor->solve_in_place(x); }

@@ -26,10 +26,16 @@ FactorOutcome IncrementalCholesky<N>::factorise_fresh() {
     Clique& clique = cliques_[index(c)];
     assemble(clique);
     const int failed = eliminate(clique);
-    if (failed >= 0) return {false, clique.rows[index(failed / N)]};
+    if (failed >= 0) {
+      const FactorOutcome whole = judge();
+      return whole.ok ? FactorOutcome{false, clique.rows[index(failed / N)]} : whole;
+    }
     last_flops_ += flops(clique);
   }
-  return {};
+  const bool doubtful = std::any_of(fresh_.begin(), fresh_.end(), [&](int c) {
+    return cliques_[index(c)].weak && nearly_undetermined(c);
+  });
+  return doubtful ? judge() : FactorOutcome{};
 }
 
 /// Assembles the clique's front from the terms and the updates of its children.
@@ -97,9 +103,11 @@ int IncrementalCholesky<N>::eliminate(Clique& clique) {
             Eigen::Map<const Vector>(from.right(child.frontals + static_cast<int>(i)));
     }
   };
+  find_scales(clique);
   add_children(true);
   const int failed = kernels.factorise(front.panel());
   if (failed >= 0) return failed;
+  clique.weak = suspicious(clique);
   kernels.update(front.panel(), front.update(), front.panel().ld21);
   add_children(false);
   scratch_.resize(index(front.panel().ld11 + front.panel().ld21));

@@ -180,13 +180,15 @@ void IncrementalCholesky<N>::release(int c) {
   Clique& clique = cliques_[index(c)];
   clique.parent = -1;
   clique.frontals = 0;
-  clique.fresh = false;
+  clique.fresh = clique.weak = false;
   clique.rows.clear();
+  clique.probes.clear();
   clique.children.clear();
   // Cliques of all sizes reuse the memory: large buffers are freed, or each would grow to the
   // largest.
   constexpr std::size_t kKept = 512;
   if (clique.numbers.capacity() > kKept) std::vector<double>().swap(clique.numbers);
+  if (clique.probes.capacity() > kKept) std::vector<double>().swap(clique.probes);
   free_cliques_.push_back(c);
 }
 

@@ -101,10 +101,13 @@ Result<void> IncrementalOptimiser<G>::check_pending() const {
 }
 
 template <LieGroup G>
-Error IncrementalOptimiser<G>::undetermined(int variable) const {
-  if (variable < 0) return {ErrorCode::degenerate, "the edges do not determine every pose"};
-  return {ErrorCode::degenerate, "pose " + graph_.label(pose_of_[index(variable)]) +
-                                     " is not fully determined by the edges"};
+Error IncrementalOptimiser<G>::name_undetermined(const FactorOutcome& outcome) {
+  undetermined_ = {};
+  if (outcome.block >= 0) {
+    undetermined_.pose = pose_of_[index(outcome.block)];
+    undetermined_.direction = Eigen::Map<const TangentOf<G>>(outcome.direction.data());
+  }
+  return undetermined_error(graph_, undetermined_);
 }
 
 /// Pending poses and edges become part of the system.

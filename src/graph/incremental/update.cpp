@@ -10,6 +10,7 @@ namespace wayfare {
 
 template <LieGroup G>
 Result<IncrementalReport> IncrementalOptimiser<G>::update(const IncrementalOptions& options) {
+  undetermined_ = {};
   if (auto checked = check_pending(); !checked) return checked.error();
   IncrementalReport report;
   moved_.clear();
@@ -39,7 +40,7 @@ Result<void> IncrementalOptimiser<G>::first_round(const IncrementalOptions& opti
   }
   linearise_again();
   if (const auto outcome = refactor(report); !outcome.ok) {
-    const Error error = undetermined(outcome.block);
+    const Error error = name_undetermined(outcome);
     undo_relinearisation();
     withdraw();
     return error;
@@ -180,7 +181,9 @@ template <LieGroup G>
 Result<OptimiseReport> IncrementalOptimiser<G>::optimise_fully(OptimiseOptions options) {
   options.kernel = kernel_;
   PoseGraph<G> solved = graph_;
-  auto done = PoseGraphOptimiser<G>().optimise(solved, options);
+  PoseGraphOptimiser<G> batch;
+  auto done = batch.optimise(solved, options);
+  undetermined_ = batch.undetermined();
   if (!done) return done;
   IncrementalReport report;
   admit();
@@ -205,7 +208,7 @@ Result<void> IncrementalOptimiser<G>::take_poses(const std::vector<G>& poses,
   if (const auto outcome = refactor(report); !outcome.ok) {
     graph_.poses = before;
     undo_relinearisation();
-    return undetermined(outcome.block);
+    return name_undetermined(outcome);
   }
   work_since_order_ = 0.0;
   // The remaining step at an optimum is below the stop criterion; the next update includes it.

@@ -41,8 +41,8 @@ class PairwiseSystem {
  private:
   PoseColumns columns_;
   BlockSparse<N> matrix_;
-  std::vector<int> coupling_;  // of each edge, −1 if an end is fixed
-  MultifrontalCholesky<N> solver_;
+  std::vector<int> coupling_;          // of each edge, −1 where an end is fixed
+  MultifrontalCholesky<N> solver_{N};  // one unit for all
 };
 
 template <LieGroup G>

@@ -32,7 +32,7 @@ void edge_terms(const PoseEdge<SE2d>& edge, const SE2d& from, const SE2d& to,
   const double ea = std::atan2(s * cz - c * sz, c * cz + s * sz);
   const double fx = wxx * ex + wxy * ey + wxa * ea, fy = wxy * ex + wyy * ey + wya * ea;
   const double fa = wxa * ex + wya * ey + waa * ea;
-  out.squared_error = ex * fx + ey * fy + ea * fa;
+  out.squared_error = not_negative(ex * fx + ey * fy + ea * fa);
   // J_from = −[1 0 −y; 0 1 x; 0 0 1] and J_to = [c −s 0; s c 0; 0 0 1] in the frame of X_i.
   const double pxa = wxa - y * wxx + x * wxy, pya = wya - y * wxy + x * wyy;
   const double paa = waa - y * wxa + x * wya;
@@ -88,7 +88,7 @@ void edge_terms(const PoseEdge<SE3d>& edge, const SE3d& from, const SE3d& to,
     const Block lever = cross * s;
     from_rr += lever + lever.transpose();
   }
-  out.squared_error = e.dot(f) + v.dot(h);
+  out.squared_error = not_negative(e.dot(f) + v.dot(h));
   const Vector turned_h = turn.transpose() * h;
   out.from_gradient << -f, -t.cross(f) - r * turned_h;
   out.to_gradient << r.transpose() * f, turned_h;

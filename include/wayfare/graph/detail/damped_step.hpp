@@ -57,8 +57,14 @@ class DampedStep {
   /// Decrease of the quadratic model along the step.
   [[nodiscard]] double model_gain() const { return model_gain_; }
   [[nodiscard]] double largest() const { return step_.cwiseAbs().maxCoeff(); }
-  /// Names the pose at which the last factorisation failed.
-  [[nodiscard]] Error undetermined(const PoseGraph<G>& graph) const;
+  /// Whether the last factorisation shows that the poses it was made at are determined, with digits
+  /// to spare, and without damping.
+  [[nodiscard]] bool determined() const { return outcome_.ok && !outcome_.weak && undamped_; }
+  /// What the last factorisation, which failed, leaves open.
+  [[nodiscard]] UndeterminedPose<G> undetermined() const;
+  [[nodiscard]] Error undetermined(const PoseGraph<G>& graph) const {
+    return undetermined_error(graph, undetermined());
+  }
 
   [[nodiscard]] const NormalEquations<G>& equations() const { return equations_; }
   [[nodiscard]] Solver& solver() { return solver_; }
@@ -73,6 +79,7 @@ class DampedStep {
   Solver solver_;
   PhaseTimes times_;
   FactorOutcome outcome_;
+  bool undamped_ = false;  // that made it
   double model_gain_ = 0.0;
   std::vector<G> saved_;
   Eigen::VectorXd step_, diagonal_;
@@ -81,6 +88,8 @@ class DampedStep {
 template <LieGroup G, LinearSolver S>
 bool DampedStep<G, S>::prepare(const PoseGraph<G>& graph) {
   const PhaseTimer timer(times_.analyse_s);
+  outcome_ = {};
+  undamped_ = false;
   const bool changed = equations_.set_structure(graph);
   if (changed && !equations_.free_poses().empty()) solver_.analyse(equations_.hessian());
   return !changed;
@@ -102,6 +111,7 @@ bool DampedStep<G, S>::compute(double damping) {
 template <LieGroup G, LinearSolver S>
 bool DampedStep<G, S>::factorise(double damping) {
   const PhaseTimer timer(times_.factorise_s);
+  undamped_ = damping == 0.0;
   if (damping > 0.0) damp(damping);
   outcome_ = solver_.factorise(equations_.hessian());
   if (damping > 0.0) restore();
@@ -138,12 +148,14 @@ void DampedStep<G, S>::apply(PoseGraph<G>& graph) {
 }
 
 template <LieGroup G, LinearSolver S>
-Error DampedStep<G, S>::undetermined(const PoseGraph<G>& graph) const {
+UndeterminedPose<G> DampedStep<G, S>::undetermined() const {
+  UndeterminedPose<G> open;
+  if (outcome_.ok) return open;
   const int block = outcome_.block >= 0 ? outcome_.block : first_overflow();
-  if (block < 0) return {ErrorCode::degenerate, "the edges do not determine every pose"};
-  const int pose = equations_.free_poses()[static_cast<std::size_t>(block)];
-  return {ErrorCode::degenerate,
-          "pose " + graph.label(pose) + " is not fully determined by the edges"};
+  if (block < 0) return open;
+  open.pose = equations_.free_poses()[static_cast<std::size_t>(block)];
+  open.direction = Eigen::Map<const TangentOf<G>>(outcome_.direction.data());
+  return open;
 }
 
 /// The first block column with an overflow; −1 if there is none.

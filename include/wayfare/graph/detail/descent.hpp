@@ -78,6 +78,14 @@ Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
   return {};
 }
 
+/// An Error if the edges leave a pose undetermined at the end of the descent, where `step` is
+/// linearised. Factorises again only if the last factorisation is inconclusive.
+template <LieGroup G, LinearSolver S>
+Result<void> check_determined(DampedStep<G, S>& step, const PoseGraph<G>& graph) {
+  if (step.equations().free_poses().empty() || step.determined() || step.factorise()) return {};
+  return step.undetermined(graph);
+}
+
 // Compiled once in wayfare::graph.
 extern template bool gauss_newton(DampedStep<SE2d, MultifrontalCholesky<3>>&, PoseGraph<SE2d>&,
                                   const OptimiseOptions&, OptimiseReport&);

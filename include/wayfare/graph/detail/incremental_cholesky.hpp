@@ -45,9 +45,9 @@ class IncrementalCholesky {
   /// The next `refactor` reorders and refactorises everything.
   void touch_all() { all_touched_ = true; }
 
-  /// Applies the changes since the last success. On failure `block` is the variable at which A is
-  /// not positive definite, and the factor is unchanged: undo the changes (roll_back, set_term,
-  /// reset), or add the missing terms.
+  /// Applies the changes since the last success. On failure `block` is the variable that is not
+  /// determined, by the rule of all solvers (FactorOutcome), and the factor is unchanged: undo the
+  /// changes (roll_back, set_term, reset), or add the missing terms.
   FactorOutcome refactor();
   /// Removes the newest terms and variables, which must be newer than the last successful
   /// `refactor`, and clears the list of changes.
@@ -84,6 +84,8 @@ class IncrementalCholesky {
     // Of the factor the frontals' triangle and the rectangle below it, then the update of the
     // separator; of the right-hand side the frontals' y and the separator's update.
     std::vector<double> numbers;
+    bool weak = false;           // some pivot lost many digits
+    std::vector<double> probes;  // of the rounding of pivots, computed on demand
     [[nodiscard]] int separators() const { return static_cast<int>(rows.size()) - frontals; }
   };
   /// Columns of the affected part that are eliminated together.
@@ -114,6 +116,13 @@ class IncrementalCholesky {
   FactorOutcome factorise_fresh();
   void commit();
   void forget_touched();
+
+  void find_scales(Clique& clique);
+  bool suspicious(Clique& clique) const;
+  bool nearly_undetermined(int root);
+  void find_probes(Clique& clique);
+  Vector scales_of(int variable) const;
+  FactorOutcome judge() const;
 
   void assemble(Clique& clique);
   void add_terms(Clique& clique, int variable);
@@ -146,7 +155,7 @@ class IncrementalCholesky {
   std::vector<int> seen_, local_, clique_at_;
   std::vector<int> slot_, slots_;
   std::vector<int> ascending_;
-  std::vector<double> gathered_, scratch_;
+  std::vector<double> gathered_, scratch_, scales_;
   std::vector<int> changed_, stack_;
   int last_columns_ = 0, last_solved_ = 0, constrained_ = 0;
   double last_flops_ = 0.0, total_flops_ = 0.0;

@@ -50,6 +50,21 @@ class ScalarExpansion {
 
   [[nodiscard]] const Matrix& matrix() const { return matrix_; }
 
+  /// The diagonal, in each block the largest of the numbers that share a unit.
+  [[nodiscard]] Eigen::VectorXd permuted_scales(const BlockSparse<N>& h, int leading) const {
+    Eigen::VectorXd scales(matrix_.cols());
+    for (int c = 0; c < h.columns(); ++c) {
+      const auto block = h.block(h.diagonal_index(c));
+      double most[2] = {0.0, 0.0};
+      for (int k = 0; k < N; ++k) {
+        double& of_unit = most[k < leading ? 0 : 1];
+        of_unit = std::max(of_unit, block(k, k));
+      }
+      for (int k = 0; k < N; ++k) scales[position_[at(c)] * N + k] = most[k < leading ? 0 : 1];
+    }
+    return scales;
+  }
+
   void permute(const Eigen::VectorXd& x, Eigen::VectorXd& permuted) const {
     permuted.resize(x.size());
     for (std::size_t i = 0; i < position_.size(); ++i) {

@@ -1,0 +1,58 @@
+#pragma once
+
+// When a pivot is nothing but rounding: one rule for all factorisations.
+//
+// With H = L Lᵀ let v = l_jj L⁻ᵀ e_j: one at j, zero after it, and before it the response that
+// costs least. The pivot is l_jj² = vᵀHv, the information left along v. D is the diagonal of H
+// before elimination, within each block the largest among the numbers of one unit, so that it does
+// not depend on how axes are turned. H holds rounding errors |E_ab| ≲ ε √(D_a D_b), so vᵀHv is
+// known to a few ε vᵀDv only. The direction v is undetermined where
+//
+//   l_jj² ≤ kRounding vᵀDv,  which is  (L⁻¹ D L⁻ᵀ)_jj ≥ 1 / kRounding.
+//
+// Neither the scale of H nor the units matter: D follows both. Exact null vectors leave a pivot of
+// less than ε vᵀDv whatever the order of elimination, however the lengths of v's parts differ.
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+namespace wayfare::cholesky {
+
+inline constexpr double kRounding = 32.0 * std::numeric_limits<double>::epsilon();
+/// What makes a matrix that is singular to rounding positive definite, relative to D.
+inline constexpr double kLift = kRounding / 4.0;
+/// Random vectors by which (L⁻¹ D L⁻ᵀ)_jj = E (L⁻¹ D^½ z)_j² is estimated for all j at once, and
+/// how far below the truth an estimate may be.
+inline constexpr int kProbes = 4;
+inline constexpr double kSlack = 0.1;
+/// Where the first of them stay this far below the limit, all is well. The pivot of an exact null
+/// vector is above 32 times the limit; that two estimates both fall so far short has a chance of
+/// one in a million.
+inline constexpr int kFirstProbes = 2;
+inline constexpr double kDoubt = 1e-4;
+
+/// Number `i` of probe `k`: symmetric about zero, uniform in ±[½, 3⁄2), the same in every run.
+inline double probe(std::uint64_t i, int k) {
+  std::uint64_t x = (i * kProbes + static_cast<std::uint64_t>(k) + 1) * 0x9E3779B97F4A7C15U;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9U;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBU;
+  x ^= x >> 31;
+  const double size = 0.5 + static_cast<double>(x >> 12) * 0x1p-52;
+  return (x & 1U) != 0 ? size : -size;
+}
+
+/// D of one block of N from its diagonal, numbers `stride` apart; the first `leading` share a unit,
+/// and so do the others. Where H says nothing of a unit any scale will do: one.
+template <int N>
+inline void scales(const double* diagonal, long stride, int leading, double* d) {
+  double most[2] = {0.0, 0.0};
+  for (int i = 0; i < N; ++i) {
+    double& of_unit = most[i < leading ? 0 : 1];
+    of_unit = std::max(of_unit, diagonal[i * stride]);
+  }
+  for (double& of_unit : most) of_unit = of_unit > 0.0 ? of_unit : 1.0;
+  for (int i = 0; i < N; ++i) d[i] = most[i < leading ? 0 : 1];
+}
+
+}  // namespace wayfare::cholesky
