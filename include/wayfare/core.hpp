@@ -1,13 +1,14 @@
 #pragma once
 
 // Lie groups, manifolds, frames, clocks, angles, Gaussians, results, contracts, random numbers,
-// statistics, parallel loops and SIMD packs.
+// statistics, least squares, parallel loops and SIMD packs.
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/geodesy.hpp>
+#include <wayfare/core/levenberg_marquardt.hpp>
 #include <wayfare/core/local_tangent_plane.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/pack.hpp>
@@ -20,4 +21,5 @@
 #include <wayfare/core/so2.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/core/statistics.hpp>
+#include <wayfare/core/stop_reason.hpp>
 #include <wayfare/core/time.hpp>

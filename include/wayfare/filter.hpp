@@ -9,4 +9,5 @@
 #include <wayfare/filter/particles.hpp>
 #include <wayfare/filter/rbpf.hpp>
 #include <wayfare/filter/scalar_measurement.hpp>
+#include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/filter/symmetric_matrix.hpp>

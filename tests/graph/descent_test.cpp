@@ -16,29 +16,6 @@
 namespace wayfare {
 namespace {
 
-// Nielsen 1999: λ decreases by max(⅓, 1 − (2q − 1)³), grows by 2, 4, 8, … for consecutive
-// rejections.
-TEST(Damping, FollowsNielsen) {
-  Damping damping(1.0);
-  damping.step_taken(1.0);
-  EXPECT_DOUBLE_EQ(damping.value(), 1.0 / 3.0);
-  damping.step_taken(0.5);  // a gain ratio of one half: unchanged
-  EXPECT_DOUBLE_EQ(damping.value(), 1.0 / 3.0);
-  damping.step_taken(0.25);
-  EXPECT_DOUBLE_EQ(damping.value(), 1.125 / 3.0);
-  damping.step_taken(0.0);
-  EXPECT_DOUBLE_EQ(damping.value(), 2.25 / 3.0);
-  for (const double growth : {2.0, 4.0, 8.0}) {
-    const double before = damping.value();
-    damping.step_refused();
-    EXPECT_DOUBLE_EQ(damping.value(), growth * before);
-  }
-  damping.step_taken(1.0);
-  const double before = damping.value();
-  damping.step_refused();
-  EXPECT_DOUBLE_EQ(damping.value(), 2.0 * before);  // a new sequence
-}
-
 TEST(OptimiseControl, StopsIfTheGainIsSmallOrTheCallbackSaysSo) {
   OptimiseReport report;
   OptimiseOptions options{.min_relative_gain = 1e-2, .min_absolute_gain = 0.5};

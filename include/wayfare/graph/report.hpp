@@ -2,11 +2,11 @@
 
 #include <functional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/core/stop_reason.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
 
@@ -42,27 +42,6 @@ struct OptimiseOptions {
   /// poses so far.
   std::function<bool(int, const IterationRecord&)> progress{};
 };
-
-enum class StopReason {
-  converged,       ///< the gain fell below its threshold
-  max_iterations,  ///< the poses are the best so far
-  stopped,         ///< by the progress callback
-  no_progress,     ///< no damping up to max_damping lowers the cost
-};
-
-[[nodiscard]] constexpr std::string_view to_string(StopReason reason) {
-  switch (reason) {
-    case StopReason::converged:
-      return "converged";
-    case StopReason::max_iterations:
-      return "iteration limit";
-    case StopReason::stopped:
-      return "stopped on request";
-    case StopReason::no_progress:
-      return "no step lowers the cost";
-  }
-  return "";
-}
 
 struct PhaseTimes {
   double validate_s = 0.0;

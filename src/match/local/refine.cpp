@@ -1,9 +1,10 @@
 #include <wayfare/match/refine.hpp>
 
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
+
+#include <wayfare/core/levenberg_marquardt.hpp>
 
 #include "map/kernels/kernels.hpp"
 #include "map/table_view.hpp"
@@ -37,6 +38,55 @@ Sum linearise(const LikelihoodField& grid, const PointSet& points, const SE2d& p
   return sum;
 }
 
+/// The DampedProblem whose cost is −Σ ln p; no step leads out of the allowed shift.
+class FieldAlignment {
+ public:
+  FieldAlignment(const LikelihoodField& grid, const PointSet& points, const SE2d& start,
+                 const RefineOptions& options)
+      : grid_(grid),
+        points_(points),
+        start_(start),
+        options_(options),
+        pose_(start),
+        here_(linearise(grid, points, start)) {}
+
+  [[nodiscard]] const SE2d& pose() const { return pose_; }
+  [[nodiscard]] const Sum& here() const { return here_; }
+  [[nodiscard]] bool moved() const { return moved_; }
+
+  bool solve(double damping) {
+    Eigen::Matrix3d damped = here_.information;
+    damped.diagonal() *= 1 + damping;
+    damped.diagonal().array() += 1e-6;
+    step_ = damped.ldlt().solve(here_.gradient);
+    next_ = pose_.plus(step_);
+    return step_.allFinite() &&
+           (next_.translation() - start_.translation()).norm() < options_.max_shift_m;
+  }
+  [[nodiscard]] double cost() const { return -here_.log_likelihood; }
+  double stepped_cost() {
+    there_ = linearise(grid_, points_, next_);
+    return -there_.log_likelihood;
+  }
+  bool accept() {
+    pose_ = next_;
+    here_ = there_;
+    moved_ = true;
+    return step_.norm() < options_.tolerance;
+  }
+  static bool reject() { return false; }
+
+ private:
+  const LikelihoodField& grid_;
+  const PointSet& points_;
+  const SE2d& start_;
+  const RefineOptions& options_;
+  SE2d pose_, next_;
+  Sum here_, there_;
+  Eigen::Vector3d step_ = Eigen::Vector3d::Zero();
+  bool moved_ = false;
+};
+
 }  // namespace
 
 FieldSample interpolate(const LikelihoodField& grid, const Eigen::Vector2d& p_map) {
@@ -64,31 +114,14 @@ Result<RefineResult> refine(const LikelihoodField& grid, const PointSet& points,
     return Error{ErrorCode::invalid, "refine: the start is not finite"};
   if (!detail::all_finite(points))
     return Error{ErrorCode::invalid, "refine: a point is not finite"};
+  FieldAlignment alignment(grid, points, start, options);
   RefineResult r;
-  r.T_map_points = start;
-  Sum here = linearise(grid, points, start);
-  double damping = 1e-3;
-  while (r.iterations < options.max_iterations) {
-    ++r.iterations;
-    Eigen::Matrix3d damped = here.information;
-    damped.diagonal() *= 1 + damping;
-    damped.diagonal().array() += 1e-6;
-    const Eigen::Vector3d step = damped.ldlt().solve(here.gradient);
-    const SE2d next = r.T_map_points.plus(step);
-    const bool near =
-        step.allFinite() && (next.translation() - start.translation()).norm() < options.max_shift_m;
-    const Sum there = near ? linearise(grid, points, next) : Sum{};
-    if (!near || there.log_likelihood <= here.log_likelihood) {
-      damping *= 10;
-      if (damping > 1e4) break;
-      continue;
-    }
-    r.T_map_points = next;
-    r.moved = true;
-    here = there;
-    damping = std::max(1e-6, damping * 0.1);
-    if (step.norm() < options.tolerance) break;
-  }
+  r.iterations =
+      damped_least_squares(alignment, TenfoldDamping(1e-3, 1e-6, 1e4), options.max_iterations)
+          .iterations;
+  r.T_map_points = alignment.pose();
+  r.moved = alignment.moved();
+  const Sum& here = alignment.here();
   const double n = static_cast<double>(points.size());
   r.mean_log_likelihood = here.log_likelihood / n;
   r.score = 1 - r.mean_log_likelihood / grid.log_floor();

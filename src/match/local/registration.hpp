@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include <wayfare/core/levenberg_marquardt.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
 namespace wayfare::detail {
@@ -79,27 +80,47 @@ using PointWeight =
 [[nodiscard]] Eigen::Matrix3d normals_outer(const PointSet& points, const SE2d& T_map_points,
                                             const PointWeight& weight);
 
+/// The DampedProblem of `minimise`.
+template <class CostAt>
+class PoseDescent {
+ public:
+  PoseDescent(const SE2d& pose, const CostAt& cost_at, double tolerance)
+      : cost_at_(cost_at), tolerance_(tolerance), pose_(pose), here_(cost_at(pose)) {}
+
+  [[nodiscard]] const SE2d& pose() const { return pose_; }
+  [[nodiscard]] const Cost& here() const { return here_; }
+
+  bool solve(double damping) {
+    step_ = damped_step(here_, damping);
+    return step_.allFinite();
+  }
+  [[nodiscard]] double cost() const { return here_.value; }
+  double stepped_cost() {
+    next_ = pose_.plus(step_);
+    there_ = cost_at_(next_);
+    return there_.value;
+  }
+  bool accept() {
+    pose_ = next_;
+    here_ = there_;
+    return step_.norm() < tolerance_;
+  }
+  bool reject() const { return !step_.allFinite() || step_.norm() < tolerance_; }
+
+ private:
+  const CostAt& cost_at_;
+  double tolerance_;
+  SE2d pose_, next_;
+  Cost here_, there_;
+  Eigen::Vector3d step_ = Eigen::Vector3d::Zero();
+};
+
 template <class CostAt>
 Cost minimise(SE2d& pose, const CostAt& cost_at, int max_iterations, double tolerance) {
-  constexpr double kLeastDamping = 1e-6, kMostDamping = 1e4;
-  Cost here = cost_at(pose);
-  double damping = 1e-4;
-  for (int i = 0; i < max_iterations && damping < kMostDamping; ++i) {
-    const Eigen::Vector3d step = damped_step(here, damping);
-    if (!step.allFinite()) break;
-    const SE2d next = pose.plus(step);
-    const Cost there = cost_at(next);
-    if (there.value < here.value) {
-      pose = next;
-      here = there;
-      damping = std::max(kLeastDamping, damping * 0.1);
-      if (step.norm() < tolerance) break;
-    } else {
-      if (step.norm() < tolerance) break;
-      damping *= 10;
-    }
-  }
-  return here;
+  PoseDescent descent(pose, cost_at, tolerance);
+  damped_least_squares(descent, TenfoldDamping(1e-4, 1e-6, 5e3), max_iterations);
+  pose = descent.pose();
+  return descent.here();
 }
 
 }  // namespace wayfare::detail

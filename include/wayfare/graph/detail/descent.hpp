@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include <wayfare/core/levenberg_marquardt.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/detail/damped_step.hpp>
 #include <wayfare/graph/detail/optimise_control.hpp>
@@ -37,13 +38,15 @@ bool gauss_newton(DampedStep<G, S>& step, PoseGraph<G>& graph, const OptimiseOpt
   return true;
 }
 
+/// A loop of its own beside core's: it counts only the iterations that were completed, reports each
+/// to the caller, takes steps that leave the cost as it is, and names what is not determined.
 /// Damping is scaled by the diagonal of H so that metres and radians are damped alike. Error if the
 /// poses are undetermined at every damping.
 template <LieGroup G, LinearSolver S>
 Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
                                  const OptimiseOptions& options, OptimiseReport& report) {
   OptimiseControl control(options, report);
-  Damping damping(options.initial_damping);
+  NielsenDamping damping(options.initial_damping, options.max_damping);
   bool ever_solved = false;
   report.reason = StopReason::max_iterations;
   for (; control.may_iterate(); ++report.iterations) {
@@ -69,7 +72,7 @@ Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
     if (solved) step.undo(graph);
     if (control.refused(damping.value())) return {};
     damping.step_refused();
-    if (damping.value() > options.max_damping) {
+    if (damping.exhausted()) {
       report.reason = StopReason::no_progress;
       break;
     }

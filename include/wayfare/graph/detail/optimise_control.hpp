@@ -1,34 +1,10 @@
 #pragma once
 
-// After each step of an optimisation: record, termination, damping.
-
-#include <algorithm>
-#include <cmath>
+// After each step of an optimisation: record, termination.
 
 #include <wayfare/graph/report.hpp>
 
 namespace wayfare {
-
-/// λ of Levenberg-Marquardt as in Nielsen 1999 (Madsen, Nielsen, Tingleff 2004, algorithm 3.16).
-class Damping {
- public:
-  explicit Damping(double start) : value_(start) {}
-
-  [[nodiscard]] double value() const { return value_; }
-  /// After an accepted step with gain ratio `quality` (actual over predicted decrease).
-  void step_taken(double quality) {
-    value_ *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * quality - 1.0, 3));
-    growth_ = 2.0;
-  }
-  void step_refused() {
-    value_ *= growth_;
-    growth_ *= 2.0;
-  }
-
- private:
-  double value_;
-  double growth_ = 2.0;
-};
 
 /// Records a report's history and decides when and why to stop.
 class OptimiseControl {

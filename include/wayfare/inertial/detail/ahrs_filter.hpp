@@ -2,13 +2,12 @@
 
 // The error-state Kalman filter of the AHRS, nine states. World axes are east, north, up.
 
-#include <algorithm>
 #include <array>
-#include <cstddef>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/so3.hpp>
+#include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/filter/symmetric_matrix.hpp>
 
 namespace wayfare {
@@ -86,22 +85,21 @@ class AhrsFilter {
   /// predicted at the estimate after the last apply(). Returns the normalised innovation squared.
   template <int... Index>
   T observe(const IndexedRow<T, Index...>& h, T innovation, T r) {
-    const typename Covariance::Vector ph = p_.times(h);
-    return update(h, ph, h.sum(element_of(ph)), innovation, r);
+    return sequential_update(p_, pending_, h, innovation, r);
   }
   /// The same if the measurement error has covariance −`shared`, rad², with the heading error; the
   /// heading's coefficient in `h` is one.
   template <int... Index>
   T observe_shared(const IndexedRow<T, Index...>& h, T innovation, T r, T shared) {
-    typename Covariance::Vector ph = p_.times(h);
-    const T expected = h.sum(element_of(ph)) - T(2) * shared;
-    ph[kAttitude + 2] -= shared;
-    return update(h, ph, expected, innovation, r);
+    auto expected = expected_innovation(p_, h);
+    expected.variance -= T(2) * shared;
+    expected.cross[kAttitude + 2] -= shared;
+    return sequential_update(p_, pending_, h, expected, innovation, r);
   }
   /// Variance h P hᵀ of the state error along the row.
   template <int... Index>
   [[nodiscard]] T variance_of(const IndexedRow<T, Index...>& h) const {
-    return h.sum(element_of(p_.times(h)));
+    return expected_innovation(p_, h).variance;
   }
 
   /// Applies the correction accumulated since the last call to the estimate.
@@ -117,22 +115,6 @@ class AhrsFilter {
   }
 
  private:
-  static auto element_of(const typename Covariance::Vector& v) {
-    return [&v](int i) { return v[std::size_t(i)]; };
-  }
-
-  /// `ph`: covariance of state and innovation; `expected`: h P hᵀ.
-  template <int... Index>
-  T update(const IndexedRow<T, Index...>& h, const typename Covariance::Vector& ph, T expected,
-           T innovation, T r) {
-    // Rounding must not make a variance negative.
-    const T weight = T(1) / (std::max(expected, T(0)) + r);
-    const T rest = innovation - h.sum(element_of(pending_));
-    for (std::size_t i = 0; i < kSize; ++i) pending_[i] += ph[i] * (rest * weight);
-    p_.subtract_outer(ph, weight);
-    return rest * rest * weight;
-  }
-
   /// exp(v) to 1e-15 from a short series if v is small.
   [[nodiscard]] static SO3<T> small_turn(const Vector& v) {
     const T x = T(0.25) * v.squaredNorm();

@@ -4,15 +4,14 @@
 // unit, the Earth's does not.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <numbers>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/so3.hpp>
+#include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/filter/symmetric_matrix.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
@@ -135,8 +134,7 @@ class MagneticHeadingDrift {
 
   template <int... Index>
   [[nodiscard]] bool disturbed(const IndexedRow<double, Index...>& row, double off) const {
-    const auto ph = covariance_.times(row);
-    const double expected = std::max(row.sum([&](int i) { return ph[std::size_t(i)]; }), 0.0) +
+    const double expected = std::max(expected_innovation(covariance_, row).variance, 0.0) +
                             p_.disturbance_uT * p_.disturbance_uT;
     return off * off > p_.gate_sigmas * p_.gate_sigmas * expected;
   }
@@ -152,12 +150,9 @@ class MagneticHeadingDrift {
   template <int... Index>
   void update(const IndexedRow<double, Index...>& row, double off, double variance,
               Vector& change) {
-    const auto ph = covariance_.times(row);
-    const double expected = std::max(row.sum([&](int i) { return ph[std::size_t(i)]; }), 0.0);
-    const double weight = 1.0 / (expected + variance);
-    const double rest = off - row.sum([&](int i) { return change[i]; });
-    for (int i = 0; i < kSize; ++i) change[i] += ph[std::size_t(i)] * rest * weight;
-    covariance_.subtract_outer(ph, weight);
+    sequential_update(
+        covariance_, change, row, expected_innovation(covariance_, row), off, variance,
+        [](double cross, double left, double weight) { return cross * left * weight; });
     for (int i = 0; i < kSize; ++i)
       if (covariance_(i, i) < 0.0) covariance_.decouple(i, 0.0);
   }

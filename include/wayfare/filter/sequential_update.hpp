@@ -1,0 +1,81 @@
+#pragma once
+
+// Measurements taken one number after the other (sequential processing: Maybeck 1979, 7.4; Simon
+// 2006, 6.1), on a covariance in any storage: the covariance is updated after each, the estimate
+// once after the last.
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include <wayfare/filter/symmetric_matrix.hpp>
+
+namespace wayfare {
+
+/// A covariance P, in whatever storage: `times(h)` is P hᵀ, `subtract_outer(v, s)` is P −= v vᵀ s.
+/// Vectors are indexed by [] and know their size(). SymmetricMatrix is one.
+template <class P, class Row>
+concept SequentialCovariance = requires(P& p, const P& c, const Row& h) {
+  c.times(h);
+  p.subtract_outer(c.times(h), c.times(h)[0]);
+};
+
+namespace detail {
+
+/// v[i] with the index type of std::array or of Eigen.
+template <class V>
+[[nodiscard]] auto& element(V& v, int i) {
+  return v[static_cast<decltype(v.size())>(i)];
+}
+
+}  // namespace detail
+
+/// What is expected of an innovation before it is known.
+template <class T, class Vector>
+struct ExpectedInnovation {
+  Vector cross;  ///< its covariance with the state: P hᵀ
+  T variance;    ///< from the state alone: h P hᵀ
+};
+
+template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P>
+[[nodiscard]] auto expected_innovation(const P& p, const IndexedRow<T, Index...>& h) {
+  auto cross = p.times(h);
+  const T variance = h.sum([&](int i) { return detail::element(cross, i); });
+  return ExpectedInnovation<T, decltype(cross)>{std::move(cross), variance};
+}
+
+/// The correction of one element: its covariance with the innovation, times what is left of the
+/// innovation, times the inverse of the innovation's variance.
+struct WeightedInnovation {
+  template <class T>
+  T operator()(T cross, T left, T weight) const {
+    return cross * (left * weight);
+  }
+};
+
+/// One scalar measurement with Jacobian `h`, variance `r` and innovation measured minus predicted,
+/// at the estimate without `correction`: the sum of the corrections since the estimate was last
+/// moved, to which its own is added. `gain` multiplies the three factors of that in an order of its
+/// own, for results that must stay the same to the last bit. Returns the square of the innovation,
+/// less what the correction explains, over its variance: χ² with one degree of freedom.
+template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P, class Vector,
+          class Correction, class Gain = WeightedInnovation>
+T sequential_update(P& p, Correction& correction, const IndexedRow<T, Index...>& h,
+                    const ExpectedInnovation<T, Vector>& expected,
+                    std::type_identity_t<T> innovation, std::type_identity_t<T> r, Gain gain = {}) {
+  // Rounding must not make the variance negative: a gain of the wrong sign would follow.
+  const T weight = T(1) / (std::max(expected.variance, T(0)) + r);
+  const T left = innovation - h.sum([&](int i) { return detail::element(correction, i); });
+  for (int i = 0; i < static_cast<int>(expected.cross.size()); ++i)
+    detail::element(correction, i) += gain(detail::element(expected.cross, i), left, weight);
+  p.subtract_outer(expected.cross, weight);
+  return left * left * weight;
+}
+
+template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P, class Correction>
+T sequential_update(P& p, Correction& correction, const IndexedRow<T, Index...>& h,
+                    std::type_identity_t<T> innovation, std::type_identity_t<T> r) {
+  return sequential_update(p, correction, h, expected_innovation(p, h), innovation, r);
+}
+
+}  // namespace wayfare
