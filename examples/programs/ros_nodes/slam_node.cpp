@@ -84,7 +84,7 @@ Result<void> complete(Arguments& a) {
   if (auto ok = examples::read_option_fields(a.config, examples::submap_slam_fields(a.slam.slam));
       !ok)
     return ok;
-  return examples::check_submap_slam(a.slam.slam);
+  return examples::check_grid(a.slam.slam.grid);
 }
 
 /// The topics published.
