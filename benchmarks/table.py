@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Prints the JSON files of Google Benchmark as one table with ratios.
 
-A benchmark is called task/who or task/who/arguments. Rows of the same task and arguments stand
-together; the ratio is a row's time over that of the first row whose `who` begins with `wayfare`,
-so 50 means wayfare is fifty times faster, and a number below one is a defeat. Repetitions are
+A benchmark is called task/who or task/who/arguments. Rows of the same task and arguments are
+grouped; the ratio is a row's time over that of the first row whose `who` begins with `wayfare`, so
+50 means that wayfare is fifty times faster, and below one that it is slower. Repetitions are
 represented by their median.
 """
 

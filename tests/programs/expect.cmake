@@ -1,5 +1,5 @@
 # cmake -DCOMMAND="a;b;c" -DEXIT=zero|nonzero -DOUTPUT=regex [-DFILES="x;y"] -P expect.cmake
-# Runs a program; fails unless its exit code, what it says, and the files it leaves are as told.
+# Runs a program; fails unless exit code, output and files are as expected.
 execute_process(COMMAND ${COMMAND} RESULT_VARIABLE code OUTPUT_VARIABLE text ERROR_VARIABLE errors)
 set(text "${text}${errors}")
 if(NOT code MATCHES "^[0-9]+$")

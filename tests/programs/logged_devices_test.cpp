@@ -1,5 +1,5 @@
-// What simulated devices send, through a logger or its decoders into a recording, and that through
-// the programs: a walk must be what it is from the columns it came from, a way what it was.
+// Data of simulated devices, recorded by a logger or its decoders and processed by the programs: a
+// walk must agree with that from text columns, a path with the truth.
 
 #include <atomic>
 #include <chrono>
@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <string>
@@ -51,13 +52,13 @@ std::vector<std::uint8_t> message(const MargSample& s, Duration since) {
   return out;
 }
 
-/// What a device sends at once, and when the last of it has come.
+/// A block of bytes of a device, and the arrival time of its end.
 struct Arrival {
   Duration at{0};
   std::vector<std::uint8_t> bytes;
 };
 
-/// Records what the decoder of a device makes of the arrivals; gives how many messages.
+/// Records the decoded messages of the arrivals; returns their number.
 std::size_t record(const logger::DeviceDescription& device, const std::vector<Arrival>& arrivals,
                    const std::string& path) {
   auto writer = io::McapWriter::create(path);
@@ -79,7 +80,7 @@ std::size_t record(const logger::DeviceDescription& device, const std::vector<Ar
   return (*decoder)->status().messages;
 }
 
-/// The walk as messages that are late by up to 20 ms.
+/// The walk as messages with delays of up to 20 ms.
 std::vector<Arrival> sent(const MargRecording& walk) {
   std::vector<Arrival> arrivals;
   std::mt19937 random(1);
@@ -92,7 +93,7 @@ std::vector<Arrival> sent(const MargRecording& walk) {
   return arrivals;
 }
 
-/// Number behind `what` in the program's table.
+/// The number after `what` in the program's table.
 double found(const std::string& table, const std::string& what) {
   const auto at = table.find("\n" + what + " ");
   return at == table.npos ? std::nan("") : std::atof(table.c_str() + at + what.size() + 1);
@@ -135,14 +136,15 @@ double to_the_wall(const Eigen::Vector2d& p, double direction) {
 
 constexpr double kSpeed = 0.15, kTurning = 0.04, kTurn_s = 0.15;
 
-/// An RPLIDAR that is carried through the room: a descriptor, then turns of 300 nodes.
+/// An RPLIDAR moving through the room: a descriptor, then revolutions of 300 nodes.
 std::vector<Arrival> swept(int turns) {
   std::vector<Arrival> arrivals = {{Duration(0), {0xA5, 0x5A, 5, 0, 0, 0x40, 0x81}}};
   for (int turn = 0; turn < turns; ++turn) {
     const double t = kTurn_s * turn;
     for (int i = 0; i < 300; ++i) {
       const double clockwise = 1.2 * i;
-      const double range = to_the_wall({kSpeed * t, 0.0}, kTurning * t - clockwise * M_PI / 180.0);
+      const double range =
+          to_the_wall({kSpeed * t, 0.0}, kTurning * t - clockwise * std::numbers::pi / 180.0);
       const auto angle = static_cast<unsigned>(std::lround(clockwise * 64.0));
       const auto distance = static_cast<unsigned>(std::lround(range * 4000.0));
       const bool first = i == 0;
@@ -156,16 +158,15 @@ std::vector<Arrival> swept(int turns) {
   return arrivals;
 }
 
-/// What a system made of the scans of `swept`.
+/// The trajectory that a system wrote.
 Trajectory track_of(const std::string& out) {
   const auto track = io::read_tum(out + "/trajectory.tum");
   EXPECT_TRUE(track) << out;
   return track ? io::planar(track->trajectory) : Trajectory{};
 }
 
-/// That the way has the length and the turn of as many turns of the device. From where the first
-/// scan was, which looked along its own way.
-void expect_the_way(const Trajectory& poses, double within_m) {
+/// Compares the motion with the truth, relative to the first scan, which looks along the path.
+void expect_true_path(const Trajectory& poses, double within_m) {
   const double lasts_s = kTurn_s * static_cast<double>(poses.size() - 1);
   const SE2d moved = poses.front().T_map_base.raw().inverse() * poses.back().T_map_base.raw();
   EXPECT_NEAR(moved.translation().norm(), kSpeed * lasts_s, within_m);
@@ -176,7 +177,7 @@ TEST(LoggedDevices, ScansGoThroughTheSystems) {
   const TemporaryFolder folder;
   const std::string path = folder / "room.mcap";
   constexpr int kTurns = 60;
-  // The turn before the first whole one is left out, and the last is not ended.
+  // The first revolution, which is incomplete, and the last, which is not terminated, are missing.
   ASSERT_GE(record({"lidar", "rplidar", 115200, ""}, swept(kTurns), path), kTurns - 2U);
   for (const std::string program : {WAYFARE_GRAPH_SLAM, WAYFARE_RADAR_SLAM}) {
     const std::string out = folder / std::filesystem::path(program).filename().string();
@@ -185,12 +186,12 @@ TEST(LoggedDevices, ScansGoThroughTheSystems) {
     ASSERT_GE(poses.size(), kTurns - 2U);
     const double lasts_s = to_seconds(poses.back().time - poses.front().time);
     EXPECT_NEAR(lasts_s, kTurn_s * static_cast<double>(poses.size() - 1), 0.1 * kTurn_s);
-    // Without wheels the particle filter takes a scan up every second: its last pose may be as old.
-    expect_the_way(poses, program == WAYFARE_GRAPH_SLAM ? 0.05 : kSpeed);
+    // Without wheels the particle filter uses a scan every second: its last pose may be as old.
+    expect_true_path(poses, program == WAYFARE_GRAPH_SLAM ? 0.05 : kSpeed);
   }
 }
 
-/// A device on a pseudo-terminal, in its own time.
+/// A device on a pseudo-terminal, in real time.
 class Device {
  public:
   explicit Device(const std::vector<Arrival>& arrivals)
@@ -199,7 +200,7 @@ class Device {
     std::size_t end = 0, begin = 0;
     for (const Arrival& a : arrivals) {
       end += a.bytes.size();
-      // As the operating system hands them on: some at a time.
+      // In blocks, as the operating system delivers them.
       if (end - begin < 32 && end < bytes_.size()) continue;
       stream_.push_back({a.at, decode::Bytes(bytes_).subspan(begin, end - begin)});
       begin = end;
@@ -220,7 +221,8 @@ class Device {
   std::thread thread_;
 };
 
-/// Records while `devices` sends; gives the file once so many bytes have come from each.
+/// Records while `devices` sends; returns the file once the given number of bytes has arrived from
+/// each.
 std::string record_with(const logger::LoggerOptions& options, const std::vector<std::size_t>& bytes,
                         const std::function<void()>& devices) {
   auto logger = logger::Logger::start(options);
@@ -269,9 +271,9 @@ TEST(LoggedDevices, ALoggersRecordingGoesThroughTheSystems) {
     output_of(program + " '" + path + "' --quiet --out '" + out + "'");
     const Trajectory poses = track_of(out);
     ASSERT_GE(poses.size(), 78U);
-    expect_the_way(poses, program == WAYFARE_GRAPH_SLAM ? 0.05 : kSpeed);
+    expect_true_path(poses, program == WAYFARE_GRAPH_SLAM ? 0.05 : kSpeed);
   }
-  // As it happened, twenty times as fast: to the systems, and to another logger.
+  // Replayed twenty times as fast: to the systems, and to another logger.
   const std::string live = WAYFARE_REPLAY " '" + path + "' --speed 20 ";
   EXPECT_THAT(output_of(live + "--system pedestrian"), ::testing::HasSubstr("350 samples"));
   EXPECT_THAT(output_of(live + "--system graph_slam"),

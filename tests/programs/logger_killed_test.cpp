@@ -1,5 +1,5 @@
 // The logger program killed without warning, and against the limit of a file's size.
-// WAYFARE_LOGGER_KILLS says how often it is killed (5 by default).
+// WAYFARE_LOGGER_KILLS is the number of kills (5 by default).
 
 #include <fcntl.h>
 #include <signal.h>
@@ -28,7 +28,7 @@ using ::wayfare::testing::SimulatedDevice;
 using ::wayfare::testing::TemporaryFolder;
 using ::wayfare::testing::wait_for;
 
-/// Starts the logger on `config`; files it writes may not grow beyond `limit` bytes.
+/// Starts the logger on `config`, with a file-size limit.
 pid_t start_logger(const std::string& config, const std::string& errors = "/dev/null",
                    rlim_t limit = RLIM_INFINITY) {
   const pid_t child = ::fork();
@@ -60,13 +60,13 @@ std::string configure(const TemporaryFolder& folder, const std::string& port) {
 }
 
 TEST(LoggerProgram, LosesAFifthOfASecondAtMostWhenKilled) {
-  const char* asked = std::getenv("WAYFARE_LOGGER_KILLS");
-  const int kills = asked == nullptr ? 5 : std::atoi(asked);
+  const char* kills_text = std::getenv("WAYFARE_LOGGER_KILLS");
+  const int kills = kills_text == nullptr ? 5 : std::atoi(kills_text);
   std::mt19937 random(20260501);
   double worst_s = 0.0, least_s = 1e9;
   for (int k = 0; k < kills; ++k) {
     const TemporaryFolder folder;
-    // A byte says when it was sent: 20 000 a second.
+    // The number of bytes gives the time: 20 000 per second.
     const double rate = 20000.0;
     SimulatedDevice device{{"unit", "raw", 115200, ""}, rate, std::string(50'000, '\0')};
     for (std::size_t i = 0; i < device.capture.size(); ++i)
@@ -74,7 +74,7 @@ TEST(LoggerProgram, LosesAFifthOfASecondAtMostWhenKilled) {
     Played played(device, 1.0, 2.0);
     const pid_t logger = start_logger(configure(folder, played.path()));
     ASSERT_TRUE(wait_for(30s, [&] { return !recordings(folder / "out").empty(); }));
-    std::this_thread::sleep_for(200ms);  // it listens
+    std::this_thread::sleep_for(200ms);  // it is ready
     played.start();
     const auto begin = std::chrono::steady_clock::now();
     std::this_thread::sleep_for(std::chrono::microseconds(100'000 + random() % 900'000));
@@ -92,8 +92,8 @@ TEST(LoggerProgram, LosesAFifthOfASecondAtMostWhenKilled) {
     if (sent_for.count() > 0.4) least_s = std::min(least_s, missing_s);
   }
   std::printf("killed %d times, at most %.3f s missing\n", kills, worst_s);
-  // Where nobody asked, the machine may be busy with other tests and let the logger wait.
-  EXPECT_LT(asked == nullptr ? least_s : worst_s, 0.2);
+  // By default the machine may be busy with other tests.
+  EXPECT_LT(kills_text == nullptr ? least_s : worst_s, 0.2);
 }
 
 TEST(LoggerProgram, SaysSoWhereAFileMayNotGrow) {
@@ -104,16 +104,16 @@ TEST(LoggerProgram, SaysSoWhereAFileMayNotGrow) {
   const pid_t logger = start_logger(config, folder / "errors", 100'000);
   ASSERT_TRUE(wait_for(30s, [&] { return !recordings(folder / "out").empty(); }));
   played.start();
-  // The file has grown as far as it may where it stays as it is while the device goes on.
+  // The file is at its limit if it does not grow while the device sends.
   std::uintmax_t size = 0;
-  const auto stays = [&] {
+  const auto at_limit = [&] {
     const auto before =
         std::exchange(size, std::filesystem::file_size(recordings(folder / "out").at(0)));
     std::this_thread::sleep_for(300ms);
     return size > 60'000 && size == before;
   };
-  ASSERT_TRUE(wait_for(30s, stays));
-  // It is still there to be asked, and ends with what went wrong.
+  ASSERT_TRUE(wait_for(30s, at_limit));
+  // It still responds, and ends with the error.
   ASSERT_EQ(::kill(logger, SIGTERM), 0);
   int status = 0;
   ::waitpid(logger, &status, 0);

@@ -1,5 +1,5 @@
-# Logs as ROS keeps them: what was converted gives the same graph to the byte. (Its times begin at 1 s,
-# where the log has none; of real logs recording_test.cpp compares these, too.)
+# Logs converted to ROS recordings give a byte-identical graph. (Their times begin at 1 s if the log has
+# none; recording_test.cpp compares the times of real logs.)
 set(_convert "$<TARGET_FILE:convert_log>")
 foreach(_kind IN ITEMS bag mcap)
   program_test(convert_log_${_kind} zero "scans +[1-9]"
@@ -26,8 +26,8 @@ program_test(convert_log_to_nothing_it_knows nonzero "neither in .mcap nor in .b
 program_test(graph_slam_topic_that_is_not_there nonzero "no topic /rear .*there is /scan"
   COMMAND "${_slam};${_out}/room.bag;--scan-topic;/rear;--out;${_out}/x" NEEDS room_bag)
 
-# The inertial unit of a recording is taken as one beside the log is. (The log's times begin at zero,
-# the recording's at 1 s: the maps are compared.)
+# The inertial unit of a recording gives the same result as a separate file. (The log's times begin at
+# zero, the recording's at 1 s: the maps are compared.)
 program_test(convert_log_with_a_unit zero "gyro +0.*unit +[1-9]"
   COMMAND "${_convert};${_out}/head_walk/walk.log;--unit;${_out}/head_walk/unit.csv;--out;${_out}/head.bag;--force"
   FILES "${_out}/head.bag" NEEDS head_walk GIVES head_bag)

@@ -1,5 +1,5 @@
-// The tuner killed without warning and taken up again; run by several processes; one of them lost.
-// WAYFARE_TUNE_KILLS says how often it is killed (3 by default).
+// The tuner killed and resumed; run by several processes; one of them lost. WAYFARE_TUNE_KILLS is
+// the number of kills (3 by default).
 
 #include <fcntl.h>
 #include <signal.h>
@@ -82,7 +82,7 @@ class TuneProgram : public ::testing::Test {
     return words;
   }
   static fs::path checkpoint(const std::string& out) { return folder_ / out / "run_01.checkpoint"; }
-  /// The first generation is judged; several are still to come.
+  /// After the first generation, before the last.
   static void wait_for_checkpoint(const std::string& out) {
     for (int i = 0; i < 10'000 && !fs::exists(checkpoint(out)); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -97,8 +97,8 @@ class TuneProgram : public ::testing::Test {
 };
 
 TEST_F(TuneProgram, EndsAsIfItHadNeverBeenKilled) {
-  const char* asked = std::getenv("WAYFARE_TUNE_KILLS");
-  const int kills = asked == nullptr ? 3 : std::atoi(asked);
+  const char* kills_text = std::getenv("WAYFARE_TUNE_KILLS");
+  const int kills = kills_text == nullptr ? 3 : std::atoi(kills_text);
   std::mt19937 random(20260502);
   std::uniform_real_distribution<double> share(0.02, 0.98);
   int broken = 0;
@@ -108,7 +108,7 @@ TEST_F(TuneProgram, EndsAsIfItHadNeverBeenKilled) {
     std::this_thread::sleep_for(share(random) * took_);
     ::kill(child, SIGKILL);
     finish(child);
-    // Whatever is there is a whole generation.
+    // A checkpoint is always complete.
     const std::string saved = content(checkpoint(out));
     if (!saved.empty()) {
       EXPECT_THAT(saved, ::testing::EndsWith("end\n"));
@@ -122,13 +122,13 @@ TEST_F(TuneProgram, EndsAsIfItHadNeverBeenKilled) {
 }
 
 TEST_F(TuneProgram, EndsAfterTheRunningGenerationWhenAsked) {
-  const pid_t child = start(tune("asked"));
-  wait_for_checkpoint("asked");
+  const pid_t child = start(tune("stopped"));
+  wait_for_checkpoint("stopped");
   ::kill(child, SIGINT);
   EXPECT_EQ(finish(child), 0);
-  EXPECT_THAT(content(checkpoint("asked")), ::testing::EndsWith("end\n"));
-  ASSERT_EQ(finish(start(tune("asked", true))), 0);
-  expect_same_as_whole("asked");
+  EXPECT_THAT(content(checkpoint("stopped")), ::testing::EndsWith("end\n"));
+  ASSERT_EQ(finish(start(tune("stopped", true))), 0);
+  expect_same_as_whole("stopped");
 }
 
 TEST_F(TuneProgram, RefusesACheckpointOfOtherDrives) {
@@ -161,7 +161,7 @@ TEST_F(TuneProgram, TwoProcessesDoWhatOneDoes) {
   expect_same_as_whole("two");
 }
 
-/// Processes of our own tuner that have `parent` as their parent.
+/// The child processes of `parent`.
 std::vector<pid_t> children_of(pid_t parent) {
   std::vector<pid_t> found;
   for (const auto& entry : fs::directory_iterator("/proc")) {

@@ -44,6 +44,13 @@ void for_each_walk(const Arguments& o, const std::vector<Walk>& walks, const Fol
   progress.finish();
 }
 
+template <class Errors>
+Summary summary_of(const std::vector<Errors>& errors, double Errors::*member) {
+  std::vector<double> values;
+  for (const Errors& e : errors) values.push_back(e.*member);
+  return summarise(values);
+}
+
 eval::Table method_table(const Arguments& o, const std::vector<Walk>& walks) {
   eval::Table table(
       {{"walk"}, {"method"}, {"mean error", "m"}, {"worst", "m"}, {"of the path", "%"}});
@@ -84,12 +91,8 @@ eval::Table hector_table(const Arguments& o, const std::vector<Walk>& walks) {
                      {"velocity"}});
   std::vector<std::vector<HectorErrors>> errors(hector_methods().size());
   const auto add_row = [&](const Walk& walk, std::size_t method) {
-    const auto of = [&](double HectorErrors::*member) {
-      std::vector<double> values;
-      for (const HectorErrors& e : errors[method]) values.push_back(e.*member);
-      return summarise(values);
-    };
     using E = HectorErrors;
+    const auto of = [&](double E::*member) { return summary_of(errors[method], member); };
     const Summary position = of(&E::position_m);
     const auto mean = [&](double E::*member, int digits) {
       return eval::fixed(of(member).mean, digits);
@@ -142,11 +145,7 @@ eval::Table heading_table(const Arguments& o, const std::vector<Walk>& walks) {
       [&](const Walk& walk) {
         for (std::size_t method = 0; method < errors.size(); ++method) {
           using E = HeadingErrors;
-          const auto of = [&](double E::*member) {
-            std::vector<double> values;
-            for (const E& e : errors[method]) values.push_back(e.*member);
-            return summarise(values);
-          };
+          const auto of = [&](double E::*member) { return summary_of(errors[method], member); };
           const Summary position = of(&E::position_m), heading = of(&E::heading_deg);
           table.add_row({walk.name, heading_methods()[method],
                          eval::mean_std(position.mean, position.std, 3),

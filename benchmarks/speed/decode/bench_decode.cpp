@@ -1,5 +1,5 @@
-// Bytes a second through the decoders, fed in pieces of 4 KiB, every value of every message used;
-// beside them what one would write first: a parser that searches, checks and copies into vectors.
+// Throughput of the decoders, fed in pieces of 4 KiB, with every value of every message used,
+// compared with a plain parser that searches, checks and copies into vectors.
 
 #include <benchmark/benchmark.h>
 
@@ -127,7 +127,7 @@ Stream capsule_stream(std::size_t contents) {
   return out;
 }
 
-/// Feeds the stream in pieces for as long as it takes.
+/// Feeds the stream in pieces.
 template <class Decoder, class Sink>
 void run(benchmark::State& state, const Stream& stream, Decoder& decoder, Sink&& sink) {
   for (auto _ : state) {
@@ -181,9 +181,9 @@ void rplidar(benchmark::State& state, const Stream& stream, RplidarResponse answ
   benchmark::DoNotOptimize(sum);
 }
 
-// ---- what one would write first ----
+// ---- the plain parsers ----
 
-/// Collects bytes in a vector, takes what is whole, then removes it.
+/// Collects bytes in a vector, parses complete messages, then removes them.
 template <class Take>
 void plain(benchmark::State& state, const Stream& stream, Take&& take) {
   for (auto _ : state) {

@@ -1,5 +1,5 @@
-// A pose graph replayed edge by edge: what a step costs the incremental optimiser, beside the batch
-// optimiser started from its last estimate at every step, and how near the costs are.
+// A pose graph replayed edge by edge: time per step and final cost of the incremental optimiser,
+// compared with the batch optimiser started from its last estimate.
 
 #include <algorithm>
 #include <chrono>
@@ -45,13 +45,13 @@ double milliseconds(const Call& call) {
   return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// The batch optimiser on the same graph, warm: from its own last estimate.
+/// The batch optimiser on the same graph, started from its last estimate.
 template <LieGroup G>
 struct Batch {
   PoseGraph<G> graph;
   PoseGraphOptimiser<G> optimiser;
 
-  Result<double> take(const ReplayStep<G>& step, bool solve, double& ms) {
+  Result<double> add(const ReplayStep<G>& step, bool solve, double& ms) {
     if (step.new_pose >= 0) graph.add_pose(step.placed(graph.poses));
     graph.edges.push_back(step.edge);
     if (!solve) return kNone;
@@ -88,7 +88,7 @@ Result<std::vector<Row>> replay(const PoseGraph<G>& whole, const Arguments& a) {
     row.batch_ms = kNone;
     const bool last = rows.size() + 1 == steps.size();
     const bool solve = static_cast<int>(rows.size() + 1) % a.batch_every == 0 || last;
-    const auto cost = batch.take(step, solve, row.batch_ms);
+    const auto cost = batch.add(step, solve, row.batch_ms);
     if (!cost) return cost.error();
     row.batch_cost = *cost;
     rows.push_back(row);
@@ -96,7 +96,7 @@ Result<std::vector<Row>> replay(const PoseGraph<G>& whole, const Arguments& a) {
   return rows;
 }
 
-/// NaN where the batch optimiser has not been asked; noise of a cost near zero left out.
+/// NaN without a batch solution; relative to at least 1, against noise of costs near zero.
 double excess_percent(const Row& r) {
   return 100.0 * (r.incremental_cost - r.batch_cost) / std::max(1.0, r.batch_cost);
 }
@@ -120,15 +120,15 @@ void print(const std::vector<Row>& rows) {
     over += excess_percent(r) > 1.0 ? 1 : 0;
   }
   std::printf("steps          %zu (%d of them solved in batch)\n", rows.size(), solved);
-  std::printf("incremental    %.1f ms in all, %.3f a step, %.1f at most\n", incremental,
+  std::printf("incremental    %.1f ms in total, %.3f per step, %.1f at most\n", incremental,
               incremental / static_cast<double>(rows.size()), slowest);
-  std::printf("batch          %.1f ms in all\n", batch);
+  std::printf("batch          %.1f ms in total\n", batch);
   std::printf("cost           %.6g, batch %.6g\n", rows.back().incremental_cost,
               rows.back().batch_cost);
   std::printf("excess of cost %.4g %% at most, above 1 %% in %d steps\n", worst, over);
   std::printf(
       "work           %.4g Gflop, %.0f columns factorised again, %.0f poses linearised "
-      "again, %d orderings anew, %d fallbacks\n",
+      "again, %d reorderings, %d fallbacks\n",
       1e-9 * flops, refactored, relinearised, reordered, fell_back);
 }
 
@@ -146,35 +146,29 @@ Result<void> write_csv(const std::vector<Row>& rows, const Arguments& a) {
 }
 
 io::Plot plot_over_steps(const char* title, const char* y_label) {
-  io::Plot plot;
-  plot.title = title;
-  plot.x_label = "edges taken in";
-  plot.y_label = y_label;
-  return plot;
+  return {title, "edges added", y_label, {}};
 }
 
-/// One value of each row that has it.
+/// A value of each row, where it is finite.
 template <class Value>
 io::Series series(const char* name, const std::vector<Row>& rows, io::Mark mark,
                   const Value& value) {
   io::Series s{name, {}, {}, mark};
   for (const Row& r : rows) {
     const double y = value(r);
-    if (!std::isfinite(y)) continue;
-    s.x.push_back(r.step);
-    s.y.push_back(y);
+    if (std::isfinite(y)) s.add(r.step, y);
   }
   return s;
 }
 
 Result<void> write_report(const std::vector<Row>& rows, const Arguments& a) {
   io::Report report("A pose graph replayed edge by edge", a.input);
-  auto each = plot_over_steps("Time of a step", "ms");
+  auto each = plot_over_steps("Time per step", "ms");
   each.series = {
       series("batch, from the last estimate", rows, io::Mark::points,
              [](const Row& r) { return r.batch_ms; }),
       series("incremental", rows, io::Mark::points, [](const Row& r) { return r.incremental_ms; })};
-  auto all = plot_over_steps("Time of all steps so far", "s");
+  auto all = plot_over_steps("Cumulative time", "s");
   double batch = 0.0, incremental = 0.0;
   all.series = {series("batch (of the steps it solved)", rows, io::Mark::line,
                        [&](const Row& r) {
@@ -183,7 +177,7 @@ Result<void> write_report(const std::vector<Row>& rows, const Arguments& a) {
                        }),
                 series("incremental", rows, io::Mark::line,
                        [&](const Row& r) { return 1e-3 * (incremental += r.incremental_ms); })};
-  auto excess = plot_over_steps("How far the cost lies above the batch optimum", "%");
+  auto excess = plot_over_steps("Excess of the cost over the batch optimum", "%");
   excess.series = {series("excess", rows, io::Mark::line, excess_percent)};
   report.plot(each).plot(all).plot(excess);
   return report.write(a.report, {a.force ? io::Existing::replace : io::Existing::refuse});
@@ -205,29 +199,31 @@ Result<void> run(const Arguments& a) {
 
 int main(int argc, char** argv) {
   examples::CommandLine line(
-      "Replays the pose graph of a g2o file edge by edge: the incremental optimiser beside the "
-      "batch one, which starts each time from its last estimate.");
+      "Replay the pose graph of a g2o file edge by edge with the incremental optimiser and with "
+      "the "
+      "batch optimiser, started from its last estimate.");
   Arguments a;
   line.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip").required();
-  line.add_option("--csv", a.csv, "where a table of the steps is written");
-  line.add_option("--report", a.report, "where an HTML page with the curves is written");
-  line.add_flag("--force", a.force, "overwrite them where they exist");
-  line.add_option("--batch-every", a.batch_every, "steps from one batch solution to the next")
+  line.add_option("--csv", a.csv, "file for a table of the steps");
+  line.add_option("--report", a.report, "HTML file for the curves");
+  line.add_flag("--force", a.force, "replace existing files");
+  line.add_option("--batch-every", a.batch_every, "steps between batch solutions")
       .positive()
       .show_default();
   line.add_option("--relinearise", a.options.relinearise_step,
-                  "step of a pose past which it is linearised again (m or rad)")
+                  "step of a pose above which it is linearised again (m or rad)")
       .not_negative()
       .show_default();
   line.add_option("--solve-change", a.options.solve_change,
-                  "change of a step that is not followed further (m or rad)")
+                  "change of a step that is not propagated further (m or rad)")
       .not_negative()
       .show_default();
-  line.add_option("--rounds", a.options.max_rounds, "linear systems solved a step at most")
+  line.add_option("--rounds", a.options.max_rounds,
+                  "largest number of linear systems solved per step")
       .positive()
       .show_default();
   line.add_option("--reorder-work", a.options.reorder_work,
-                  "whole factorisations' work on parts until all is ordered anew")
+                  "work on parts, in complete factorisations, before reordering")
       .not_negative()
       .show_default();
   if (const auto code = line.parse(argc, argv)) return *code;

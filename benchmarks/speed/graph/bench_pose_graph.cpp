@@ -1,9 +1,9 @@
-// Whole cold optimisations of public graphs from their files' own start, ours beside Ceres: one
-// thread, the same error and Jacobians, the same stop (relative gain below 1e-6). The counter
-// `chi2` is what was reached. Beside them, at the file's poses with everything kept from a call
-// before: GRAPH_system, factorising H and solving once; GRAPH_linearise; GRAPH_marginals, the
-// covariances of all poses from a factorised H, and GRAPH_factorise to hold it against. Ours with
-// two threads is by the wall's clock.
+// Complete optimisations of public graphs from the files' poses, with wayfare and Ceres: one
+// thread, the same error and Jacobians, the same termination (relative gain below 1e-6). The
+// counter `chi2` is the final value. Also, at the file's poses and with allocated memory:
+// GRAPH_system, factorising H and solving once; GRAPH_linearise; GRAPH_marginals, the covariances
+// of all poses from a factorised H, and GRAPH_factorise to compare with. With two threads, wall
+// time.
 
 #include <array>
 #include <filesystem>
@@ -23,8 +23,8 @@ namespace {
 
 using namespace wayfare;
 
-/// Each pose is one block of kDof numbers: a right perturbation of its start would not do for large
-/// turns, so the group element is stored and Ceres' tangent is ours.
+/// The group element is stored, with our tangent in Ceres: a perturbation of the initial pose would
+/// fail for large rotations.
 template <class G>
 struct Stored;
 
@@ -51,8 +51,8 @@ struct Stored<SE3d> {
   }
 };
 
-/// The Jacobian of plus is [I; 0], so the cost's first kDof columns are those of the tangent: Ceres
-/// then spends nothing on a parameterisation.
+/// The Jacobian of plus is [I; 0], so the first kDof columns of the cost are those of the tangent:
+/// the parameterisation costs Ceres nothing.
 template <class G>
 class TangentManifold : public ceres::Manifold {
  public:
@@ -136,7 +136,7 @@ double solve_with_ceres(const PoseGraph<G>& graph) {
   return 2.0 * summary.final_cost;
 }
 
-/// work(equations) over and over, on a graph that is linearised.
+/// Repeats work(equations) on a linearised graph.
 template <class Work>
 void run_kept(benchmark::State& state, const std::string& name, const Work& work) {
   const std::string path = std::string(WAYFARE_DATA_DIR) + "/posegraph/" + name + ".g2o.gz";

@@ -1,4 +1,4 @@
-// Time of one nine-axis sample: ours beside Madgwick's and Mahony's filters.
+// Time per nine-axis sample of wayfare's, Madgwick's and Mahony's filters.
 
 #include <benchmark/benchmark.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 using namespace wayfare;
 
-/// Ten seconds at 100 Hz of a body that keeps turning, with a little noise.
+/// Ten seconds at 100 Hz of a rotating body, with noise.
 MargRecording turning_body() {
   Rng rng(1);
   const auto noise = [&](double sigma) {
@@ -44,7 +44,7 @@ void sample(benchmark::State& state) {
   for (auto _ : state) {
     estimator.add(samples[next]);
     benchmark::DoNotOptimize(estimator);
-    samples[next].time += lap;  // the next lap goes on in time
+    samples[next].time += lap;  // times increase from lap to lap
     if (++next == samples.size()) next = 0;
   }
 }

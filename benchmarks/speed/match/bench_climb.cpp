@@ -1,5 +1,5 @@
-// LocalMatch from a prior to the best pose on one occupancy table of 5 cm, all to the same end: the
-// table, the points and the start are the same, and what is left of the cost is shown.
+// Local matching from the same prior on the same occupancy table of 5 cm with the same points; the
+// final cost is shown.
 
 #include <cmath>
 #include <vector>
@@ -45,7 +45,7 @@ const LocalMatch& problem() {
 constexpr int kIterations = 12;
 const SearchWindow kWindow{1, 1, Angle::degrees(30)};
 
-/// √(Σr²/N) of a pose by the library's own kernel, so that all are judged alike.
+/// √(Σr²/N) of a pose by the library's kernel, the same for all.
 double left_over(const SE2d& pose, Interpolation interpolation) {
   const GaussNewtonMatcher still({.interpolation = interpolation, .max_iterations = 0});
   return 1 - (*still.match(problem().table, scene().seen, pose, kWindow))->score;
@@ -65,8 +65,7 @@ BENCHMARK_CAPTURE(ours, bicubic, Interpolation::bicubic)
     ->Name("climb_bicubic/wayfare")
     ->Unit(benchmark::kMicrosecond);
 
-/// The same least squares as one writes them first: point by point in double, bounds checked, the
-/// step damped as ours is.
+/// Plain least squares: point by point in double, bounds checked, with the same damping.
 class Plain {
  public:
   struct Sums {

@@ -1,4 +1,5 @@
-// Corridor walls from a scan beside a plain Hough transform. Only ratios within one run count.
+// Corridor walls from a scan, compared with a plain Hough transform. Only ratios within one run are
+// meaningful.
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,7 @@
 namespace wayfare {
 namespace {
 
-/// Scans of a furnished corridor from many places, and what tracking would predict for each.
+/// Scans of a furnished corridor from many poses, and the prediction of tracking for each.
 struct Scans {
   std::vector<LaserScan> scans;
   std::vector<CorridorWalls> predicted;
@@ -83,9 +84,9 @@ void Search(benchmark::State& state) {
   });
 }
 
-/// Every point votes for all lines through it: 0.2° and 1 cm, about as fine as the detector is
-/// asked to be; then the best cell. With `tables` the sines are looked up, else computed for each
-/// vote as the method is written down.
+/// Every point votes for all lines through it, at 0.2° and 1 cm, about the accuracy of the
+/// detector; then the best cell. With `tables` the sines are looked up, else computed for each
+/// vote.
 void plain_hough(benchmark::State& state, bool tables) {
   constexpr int kAngles = 900, kOffsets = 2400;
   std::vector<double> cosine, sine;

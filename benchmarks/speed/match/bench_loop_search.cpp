@@ -1,6 +1,6 @@
-// Loop closure: scans looked for in submaps of real logs, some of which they are in and some not,
-// beside branch and bound written down plainly (Hess et al. 2016, algorithm 3, with its seven
-// precomputed grids). Both find the same optimum, or both nothing, or the benchmark says so.
+// Loop closure: scans searched in submaps of real logs that contain them or not, compared with
+// plain branch and bound (Hess et al. 2016, algorithm 3, with its seven precomputed grids). The
+// counter `differ` is the number of searches with different results.
 
 #include <algorithm>
 #include <cmath>
@@ -78,19 +78,19 @@ class PlainBranchAndBound {
     for (int level = 0; level < kLevels; ++level) levels_.push_back(max_grid(grid, level));
   }
 
-  /// The largest sum of at least `least`; nothing where there is none.
+  /// The largest sum of at least `least`, if any.
   std::optional<std::int64_t> match(const PointSet& points, const SE2d& prior,
                                     std::int64_t least) const {
-    const std::vector<std::vector<Cell>> turned = turn(points, prior);
+    const std::vector<std::vector<Cell>> rotated = rotate(points, prior);
     const int half = static_cast<int>(std::ceil(kWindow.half_x_m / resolution_m_ - 1e-9));
     constexpr int kTop = kLevels - 1;
     std::vector<Node> nodes;
-    for (std::size_t k = 0; k < turned.size(); ++k)
+    for (std::size_t k = 0; k < rotated.size(); ++k)
       for (int y = -half; y <= half; y += 1 << kTop)
         for (int x = -half; x <= half; x += 1 << kTop) nodes.push_back({k, x, y, 0});
-    score(nodes, turned, kTop);
+    score(nodes, rotated, kTop);
     std::int64_t best = least - 1;
-    search(nodes, turned, kTop, half, best);
+    search(nodes, rotated, kTop, half, best);
     return best >= least ? std::optional(best) : std::nullopt;
   }
 
@@ -101,41 +101,41 @@ class PlainBranchAndBound {
     std::int64_t sum = 0;
   };
 
-  [[nodiscard]] std::vector<std::vector<Cell>> turn(const PointSet& points,
-                                                    const SE2d& prior) const {
+  [[nodiscard]] std::vector<std::vector<Cell>> rotate(const PointSet& points,
+                                                      const SE2d& prior) const {
     const double finest =
         2 * std::asin(0.5 * resolution_m_ / static_cast<double>(points.max_norm_m()));
     const int steps = static_cast<int>(std::ceil(kWindow.half_heading.radians() / finest));
     const double step = kWindow.half_heading.radians() / steps, scale = 1.0 / resolution_m_;
     const auto ox = static_cast<float>(prior.x() * scale - origin_.x);
     const auto oy = static_cast<float>(prior.y() * scale - origin_.y);
-    std::vector<std::vector<Cell>> turned;
+    std::vector<std::vector<Cell>> rotated;
     for (int k = -steps; k <= steps; ++k) {
       const double heading = prior.heading().radians() + k * step;
       const auto c = static_cast<float>(std::cos(heading) * scale);
       const auto s = static_cast<float>(std::sin(heading) * scale);
-      std::vector<Cell>& cells = turned.emplace_back();
+      std::vector<Cell>& cells = rotated.emplace_back();
       for (std::size_t i = 0; i < points.size(); ++i) {
         const float x = points.x_m()[i], y = points.y_m()[i];
         cells.push_back({static_cast<int>(std::floor(c * x - s * y + ox)),
                          static_cast<int>(std::floor(s * x + c * y + oy))});
       }
     }
-    return turned;
+    return rotated;
   }
 
-  void score(std::vector<Node>& nodes, const std::vector<std::vector<Cell>>& turned,
+  void score(std::vector<Node>& nodes, const std::vector<std::vector<Cell>>& rotated,
              int level) const {
     const MaxGrid& grid = levels_[static_cast<std::size_t>(level)];
     for (Node& node : nodes) {
       node.sum = 0;
-      for (const Cell& c : turned[node.heading]) node.sum += grid.at(c.x + node.x, c.y + node.y);
+      for (const Cell& c : rotated[node.heading]) node.sum += grid.at(c.x + node.x, c.y + node.y);
     }
     std::stable_sort(nodes.begin(), nodes.end(),
                      [](const Node& a, const Node& b) { return a.sum > b.sum; });
   }
 
-  void search(const std::vector<Node>& nodes, const std::vector<std::vector<Cell>>& turned,
+  void search(const std::vector<Node>& nodes, const std::vector<std::vector<Cell>>& rotated,
               int level, int half, std::int64_t& best) const {
     for (const Node& node : nodes) {
       if (node.sum <= best) return;
@@ -149,8 +149,8 @@ class PlainBranchAndBound {
         for (const int dx : {0, step})
           if (node.x + dx <= half && node.y + dy <= half)
             parts.push_back({node.heading, node.x + dx, node.y + dy, 0});
-      score(parts, turned, level - 1);
-      search(parts, turned, level - 1, half, best);
+      score(parts, rotated, level - 1);
+      search(parts, rotated, level - 1, half, best);
     }
   }
 
@@ -175,8 +175,8 @@ struct Problems {
   std::vector<Query> inside, outside;
 };
 
-/// Six submaps of forty scans from all over a log, each asked for two scans of its own, from up to
-/// 5 m and 25° off, and for two of other submaps.
+/// Six submaps of forty scans, evenly distributed over a log; in each, two of its scans are
+/// searched, from up to 5 m and 25° away, and two of other submaps.
 Problems from_log(const std::string& name) {
   Problems problems;
   const std::string path = std::string(WAYFARE_DATA_DIR) + "/slam2d/" + name;
@@ -222,7 +222,7 @@ std::optional<double> plain(const Submap& map, const Query& q) {
   return static_cast<double>(*sum) / most;
 }
 
-/// How many queries the two answer differently.
+/// Number of queries with different results.
 int differences(const Problems& problems, const std::vector<Query>& queries) {
   BranchAndBoundMatcher matcher;
   int count = 0;

@@ -1,5 +1,5 @@
-// Scan matching and map building beside the plain ways to do them. Only ratios within one run
-// count. Cells of 5 cm.
+// Scan matching and map building, compared with plain implementations. Only ratios within one run
+// are meaningful. Cells of 5 cm.
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,8 @@
 namespace wayfare {
 namespace {
 
-/// The same search candidate by candidate: points turned once a heading, padded table, no checks.
+/// The same search candidate by candidate: points rotated once per heading, padded table, no
+/// checks.
 std::int64_t brute_force(const LikelihoodField& grid, const PointSet& points, const SE2d& prior,
                          const SearchWindow& window) {
   const double r = grid.resolution_m();
@@ -50,7 +51,7 @@ std::int64_t brute_force(const LikelihoodField& grid, const PointSet& points, co
   return best;
 }
 
-/// A scan, the field of those before it, and where to look.
+/// A scan, the field of earlier scans, and the prior.
 struct Problem {
   LikelihoodField field;
   PointSet seen;
@@ -61,7 +62,7 @@ using Problems = std::vector<Problem>;
 
 Problems room() { return {{scene().field, scene().seen, scene().prior}}; }
 
-/// Twenty scans from all over a log, each against the ten before it, placed by odometry.
+/// Twenty scans of a log, each with the field of the ten before it, at odometry poses.
 Problems from_log(const std::string& name) {
   const std::string path = std::string(WAYFARE_DATA_DIR) + "/slam2d/" + name;
   Problems problems;
@@ -84,14 +85,14 @@ Problems from_log(const std::string& name) {
   return problems;
 }
 
-/// Runs `match(problem)` on each; the time is that of all.
+/// Runs `match(problem)` on all; the time is the sum.
 template <class Match>
 void run(benchmark::State& state, const Problems& problems, Match&& match) {
   if (problems.empty()) return state.SkipWithError("no such recording in WAYFARE_DATA_DIR");
   double points = 0;
   for (const Problem& p : problems)
     points += static_cast<double>(p.seen.size()) / static_cast<double>(problems.size());
-  // Whole rounds, so that every problem counts alike.
+  // Complete rounds, so that all problems have the same weight.
   for (auto _ : state)
     for (const Problem& p : problems) match(p);
   state.counters["problems"] = static_cast<double>(problems.size());

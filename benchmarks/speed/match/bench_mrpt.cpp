@@ -25,7 +25,7 @@ mrpt::obs::CObservation2DRangeScan observation(const LaserScan& scan) {
   out.aperture = static_cast<float>(scan.bearing_step.radians() * static_cast<double>(n - 1));
   out.rightToLeft = true;
   out.maxRange = scan.max_range_m;
-  // MRPT's scans are symmetric about their axis: ours turned by the middle bearing.
+  // MRPT's scans are symmetric about their axis: ours are rotated by the middle bearing.
   const Angle middle = scan.bearing(0) + scan.bearing_step * (0.5 * static_cast<double>(n - 1));
   out.sensorPose = mrpt::poses::CPose3D(0, 0, 0, middle.radians(), 0, 0);
   out.resizeScan(n);
@@ -50,7 +50,7 @@ void grid_update(benchmark::State& state, float sides) {
     i = (i + 1) % scans.size();
     benchmark::DoNotOptimize(grid.insertObservation(scans[i], poses[i]));
   }
-  // Nothing stands in the middle of the room.
+  // The middle of the room is free.
   if (grid.getPos(0, 0) < 0.7F) state.SkipWithError("MRPT's grid does not show the room");
 }
 BENCHMARK_CAPTURE(grid_update, Mrpt, 10.0F)
@@ -70,7 +70,7 @@ void small_window(benchmark::State& state) {
   for (std::size_t i = 0; i < scene().seen.size(); ++i)
     points.insertPoint(scene().seen[i].x(), scene().seen[i].y(), 0);
   const SE2d& prior = scene().prior;
-  // The headings wayfare tries.
+  // The headings of wayfare's search.
   const double finest = 2 * std::asin(0.025 / static_cast<double>(scene().seen.max_norm_m()));
   const int steps = static_cast<int>(std::ceil(kSmall.half_heading.radians() / finest));
   const double turn = kSmall.half_heading.radians() / steps;

@@ -1,5 +1,5 @@
-// τ for ten particles, a thousand samples each, of the scene's 356 points: on a lattice, and as it
-// is written down.
+// τ for ten particles, a thousand samples each, of the scene's 356 points: on a lattice, and by the
+// plain formula.
 
 #include <vector>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 // The scene of the benchmarks: 20 scans of 356 points of a 12 m × 9 m room with 40 boxes, and a
-// 21st to be matched with them.
+// 21st to be matched to them.
 
 #include <algorithm>
 #include <utility>

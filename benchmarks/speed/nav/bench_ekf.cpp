@@ -1,5 +1,5 @@
-// The 23-state navigation filter beside dense algebra: its covariance step alone, and a minute of
-// driving. Times are for one filter: those of packs are divided by their lanes.
+// The 23-state navigation filter, compared with dense algebra: the covariance step alone, and ten
+// seconds of driving. Times per filter: those of packs are divided by their lanes.
 
 #include <cmath>
 #include <string>
@@ -38,7 +38,7 @@ InsTransition<T, 0> transition() {
   return InsModel<T, 0>(plane, InsNoise<T>(ImuNoise{}, {}))(start().cast<T>(), kImu).transition;
 }
 
-/// Times `step`, which serves `filters` of them at once.
+/// Times `step`, which processes this number of filters.
 template <class Step>
 void measure(benchmark::State& state, int filters, const Step& step) {
   while (state.KeepRunningBatch(filters)) step();
@@ -86,7 +86,7 @@ std::vector<CorrectedRange> epoch() {
 
 constexpr int kSeconds = 10, kImuRate = 100, kRangeRate = 4;
 
-/// What one writes first: dense Φ P Φᵀ + Q, and all measurements of an epoch as one block.
+/// Plain implementation: dense Φ P Φᵀ + Q, and all measurements of an epoch as one block.
 struct NaiveFilter {
   State x = start();
   Square p = start_covariance();

@@ -1,6 +1,6 @@
-// The navigation filter over a whole real drive, beside the same model in dense algebra. The unit's
+// The navigation filter on a real drive, compared with the same model in dense algebra. The unit's
 // readings are real, the ranges simulated from the RTK positions (see tests/system/drive_0708.hpp).
-// Times are for one filter: those of packs are divided by their lanes. `apart_mm` is the largest
+// Times per filter: those of packs are divided by their lanes. `apart_mm` is the largest
 // distance between the positions of this filter and of the dense one.
 
 #include <algorithm>
@@ -45,8 +45,8 @@ ImuSample halfway(const ImuSample& a, const ImuSample& b, LogTime t) {
           a.specific_force_mps2 + u * (b.specific_force_mps2 - a.specific_force_mps2)};
 }
 
-/// Readings cut at the epochs, so that every epoch ends a step.
-void lay_out(Recording& r, const std::vector<ImuSample>& imu, LogTime begin) {
+/// Readings split at the epochs, so that every epoch ends a step.
+void add_steps(Recording& r, const std::vector<ImuSample>& imu, LogTime begin) {
   auto epoch = std::find_if(r.epochs.begin(), r.epochs.end(),
                             [begin](const RangeEpoch& e) { return e.time > begin; });
   std::optional<ImuSample> last;
@@ -84,7 +84,7 @@ std::optional<Recording> load() {
   r.start.q_nu = truth.q_nb * r.options.q_body_imu;
   r.start.clock << 300.0, 5.0;
   r.lever = r.options.q_body_imu.inverse() * r.options.antenna_lever_arm_m;
-  lay_out(r, drive->imu, begin);
+  add_steps(r, drive->imu, begin);
   return r;
 }
 
@@ -101,8 +101,8 @@ Square start_covariance(const GnssInsOptions& o) {
   return sigma.cwiseAbs2().asDiagonal();
 }
 
-/// What one writes first: dense Φ P Φᵀ + Q, and the measurements of an epoch as one block in
-/// Joseph's form.
+/// Plain implementation: dense Φ P Φᵀ + Q, and the measurements of an epoch as one block in Joseph
+/// form.
 class DenseFilter {
  public:
   explicit DenseFilter(const Recording& r)
@@ -217,7 +217,8 @@ void whole_drive(benchmark::State& state, int lanes) {
     run<Filter>(*r, [](const Filter& f) { benchmark::DoNotOptimize(&f); });
 }
 
-/// All of run_gnss_ins: 26 states, gates, late measurements, constraints, output at every reading.
+/// The complete run_gnss_ins: 26 states, gates, late measurements, constraints, output at every
+/// reading.
 void whole_system(benchmark::State& state) {
   const auto& r = recording();
   if (!r) return state.SkipWithError("no recording drive_0708; set WAYFARE_DATA_DIR");

@@ -1,5 +1,5 @@
-// Time of one reading: the foot tracker, its filter's step beside the textbook's, and dead
-// reckoning by steps with and without its attitude filter.
+// Time per reading: the foot tracker, its filter compared with a dense one, and dead reckoning by
+// steps with and without its attitude filter.
 
 #include <benchmark/benchmark.h>
 
@@ -36,7 +36,7 @@ MargRecording walker() {
   return samples;
 }
 
-/// Feeds a recording round and round, later each time.
+/// Feeds a recording repeatedly, with increasing times.
 template <class Sample, class Use>
 void feed(benchmark::State& state, std::vector<Sample> samples, Use use) {
   const Duration lap = samples.back().time - samples.front().time + from_seconds(0.01);
@@ -70,7 +70,7 @@ void foot_filter(benchmark::State& state) {
   });
 }
 
-/// The same filter written down as a textbook has it: matrices of any size, Φ, Q and H in full.
+/// The same filter with dense matrices of dynamic size Φ, Q and H.
 class DenseFoot {
  public:
   void predict(const Eigen::Vector3d& rate, const Eigen::Vector3d& force, double dt) {
@@ -89,7 +89,7 @@ class DenseFoot {
         1e-9;
     p_ = phi * p_ * phi.transpose() + q;
   }
-  void stand() {
+  void add_zero_velocity() {
     Eigen::MatrixXd h = Eigen::MatrixXd::Zero(3, 15);
     h.block(0, 3, 3, 3).setIdentity();
     const Eigen::MatrixXd s = h * p_ * h.transpose() + 1e-4 * Eigen::MatrixXd::Identity(3, 3);
@@ -112,7 +112,7 @@ void dense_foot_filter(benchmark::State& state) {
   int n = 0;
   feed(state, foot_samples(), [&](const ImuSample& s) {
     filter.predict(s.angular_rate_radps, s.specific_force_mps2, 0.01);
-    if (++n % 100 == 0) filter.stand();
+    if (++n % 100 == 0) filter.add_zero_velocity();
     benchmark::DoNotOptimize(filter);
   });
 }

@@ -1,5 +1,5 @@
-// Distance transform and ray casting beside the plain ways to do them, on the demonstration's
-// building at 5 cm. Only ratios within one run count.
+// Distance transform and ray casting, compared with plain implementations, on the demo's building
+// at 5 cm. Only ratios within one run are meaningful.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ struct Map {
   int width = 0, height = 0;
   std::vector<std::uint8_t> occupied;
   DistanceField field;
-  std::vector<SE2d> poses;  // in the open
+  std::vector<SE2d> poses;  // in free space
 
   [[nodiscard]] bool at(int x, int y) const {
     return occupied[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
@@ -56,7 +56,7 @@ const Map& building() {
   return map;
 }
 
-/// Felzenszwalb and Huttenlocher's two passes of lower envelopes as one writes them down, in float.
+/// Felzenszwalb and Huttenlocher's two passes of lower envelopes, plainly, in float.
 void envelope_line(const float* f, int n, float* out, std::vector<int>& v, std::vector<float>& z) {
   constexpr float kInf = std::numeric_limits<float>::infinity();
   int k = 0;
@@ -237,7 +237,7 @@ void rays_exact(benchmark::State& state) {
 }
 BENCHMARK(rays_exact)->Name("ray_casting/exact_traversal")->Unit(benchmark::kMicrosecond);
 
-/// The library's walk of a segment, to its end: it has no early way out.
+/// The library's traversal of a segment, always to its end.
 void rays_segment(benchmark::State& state) {
   one_by_one(state, [](const Map& m, double x, double y, double c, double s) {
     const double limit = kReach / kCell;

@@ -1,5 +1,5 @@
-// The particle filter on the beginning of real drives: time for one scan and particle, with 1000
-// particles too, and what it costs to draw 30 particles anew.
+// The particle filter on the beginning of real drives: time per scan and particle, with up to 1000
+// particles, and time to resample 30 particles.
 
 #include <sys/resource.h>
 
@@ -19,7 +19,7 @@ namespace wayfare {
 namespace {
 
 /// σ = 3 cm + 25 %, 3° + 20 %.
-Gaussian<SE2d> believed(const SE2d& increment) {
+Gaussian<SE2d> with_noise(const SE2d& increment) {
   const double along = 0.03 + 0.25 * increment.translation().norm();
   const double turn = 0.05 + 0.2 * std::abs(increment.heading().radians());
   return {increment, Eigen::Vector3d(along * along, along * along, turn * turn).asDiagonal()};
@@ -32,7 +32,7 @@ RadarSlam run(const Drive& drive, std::size_t particles, int threads = 1) {
   options.T_base_laser = Transform2<frame::Base, frame::Laser>(drive.T_base_laser);
   RadarSlam slam(options);
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    (void)slam.move(believed(drive.increments[i]));
+    (void)slam.move(with_noise(drive.increments[i]));
     (void)slam.add_lidar(drive.scans[i]);
   }
   return slam;
@@ -44,8 +44,8 @@ double peak_mb() {
   return static_cast<double>(used.ru_maxrss) / 1e3;
 }
 
-/// Particles and threads. The CPU time reported is that of one particle and scan; everything is in
-/// it. Updates a second are by the clock on the wall, the peak is the whole process's.
+/// Particles and threads. The time is the total CPU time per particle and scan. Updates per second
+/// are by wall time, the peak memory is that of the process.
 void particle_scan(benchmark::State& state, const std::string& name) {
   const Drive& drive = drive_of(name);
   if (drive.scans.empty()) return state.SkipWithError("no such recording in WAYFARE_DATA_DIR");
@@ -71,7 +71,7 @@ void sizes(benchmark::internal::Benchmark* b) {
 BENCHMARK_CAPTURE(particle_scan, Fr079, "fr079")->Name("particle_scan_fr079/wayfare")->Apply(sizes);
 BENCHMARK_CAPTURE(particle_scan, Intel, "intel")->Name("particle_scan_intel/wayfare")->Apply(sizes);
 
-/// Maps of a whole drive, one particle in three surviving.
+/// With maps of a complete drive; one particle in three survives.
 void resample_thirty(benchmark::State& state) {
   const Drive& drive = drive_of("fr079");
   if (drive.scans.empty()) return state.SkipWithError("no such recording in WAYFARE_DATA_DIR");
@@ -87,7 +87,7 @@ void resample_thirty(benchmark::State& state) {
           return i++ % 3 == 0 ? 0.0 : -50.0;
         });
     state.ResumeTiming();
-    if (!weighed || !filter.resample_below()) state.SkipWithError("nothing was drawn");
+    if (!weighed || !filter.resample_below()) state.SkipWithError("not resampled");
     benchmark::DoNotOptimize(filter);
   }
 }

@@ -1,6 +1,6 @@
-// MRPT's rbpf-slam on the same drives. Its settings are those of the configurations it is shipped
-// with: matching by ICP to a map of points (its file for the Intel log), and drawing from the
-// optimal proposal on an occupancy grid (its file of that name), the grid's cells 5 cm as here.
+// MRPT's rbpf-slam on the same drives, with the settings of its configuration files: matching by
+// ICP to a map of points (its file for the Intel log), and drawing from the optimal proposal on an
+// occupancy grid (its file of that name), the grid's cells 5 cm as here.
 
 #include <string>
 
@@ -44,7 +44,7 @@ mrpt::obs::CObservation2DRangeScan::Ptr observation(const LaserScan& scan, const
 Builder::TConstructionOptions common(unsigned particles) {
   Builder::TConstructionOptions o;
   o.verbosity_level = mrpt::system::LVL_ERROR;
-  // Every scan it is given is taken up: the drive is thinned already.
+  // Every scan is used: the drive is thinned already.
   o.localizeLinDistance = 0.0F;
   o.localizeAngDistance = 0.0F;
   o.PF_options.sampleSize = particles;
@@ -105,7 +105,7 @@ Builder::TConstructionOptions optimal_on_grid(unsigned particles) {
   return o;
 }
 
-/// σ as this library's filter is told: 3 cm + 25 %, 3° + 20 %.
+/// σ as in the benchmark of this library: 3 cm + 25 %, 3° + 20 %.
 mrpt::obs::CActionRobotMovement2D::TMotionModelOptions motion_model() {
   mrpt::obs::CActionRobotMovement2D::TMotionModelOptions o;
   o.modelSelection = mrpt::obs::CActionRobotMovement2D::mmGaussian;
@@ -118,7 +118,7 @@ mrpt::obs::CActionRobotMovement2D::TMotionModelOptions motion_model() {
   return o;
 }
 
-/// The CPU time reported is that of one particle and scan; everything is in it.
+/// The time is the total CPU time per particle and scan.
 void particle_scan(benchmark::State& state, const std::string& name,
                    Builder::TConstructionOptions (*options_of)(unsigned)) {
   const Drive& drive = drive_of(name);

@@ -1,5 +1,5 @@
-// What a particle's beam costs: weighing alone, beside the same done plainly, and a whole localiser
-// scan by scan. On the demonstration's building at 5 cm.
+// Time per particle and beam: weighting alone, a plain implementation, and the complete localiser.
+// On the demo's building at 5 cm.
 
 #include <cmath>
 #include <memory>
@@ -68,8 +68,7 @@ void weigh_beam(benchmark::State& state) { weigh(state, ScanLikelihood::beam); }
 BENCHMARK(weigh_field)->Name("weigh_1000_particles/wayfare_field")->Unit(benchmark::kMicrosecond);
 BENCHMARK(weigh_beam)->Name("weigh_1000_particles_by_beam/wayfare")->Unit(benchmark::kMicrosecond);
 
-/// The likelihood field as one writes it down: every beam's end by its distance, an exponential and
-/// a logarithm.
+/// The plain likelihood field: distance of every beam's end, an exponential and a logarithm.
 void weigh_plain(benchmark::State& state) {
   const Scene& s = scene();
   const LaserScan& scan = s.recording.scans.front();
@@ -98,7 +97,7 @@ void weigh_plain(benchmark::State& state) {
 }
 BENCHMARK(weigh_plain)->Name("weigh_1000_particles/plain")->Unit(benchmark::kMicrosecond);
 
-/// Motion, weighing, belief and resampling of 500 and more particles.
+/// Motion, weighting, clustering and resampling of 500 and more particles.
 void track(benchmark::State& state) {
   const Scene& s = scene();
   double beams = 0.0;
@@ -116,7 +115,7 @@ void track(benchmark::State& state) {
 }
 BENCHMARK(track)->Name("track_a_drive/wayfare")->Unit(benchmark::kMillisecond);
 
-/// From nowhere: a search over the building, and 20000 particles of it.
+/// Global localisation: a search over the building with 20000 particles.
 void find(benchmark::State& state) {
   const Scene& s = scene();
   for (auto _ : state) {

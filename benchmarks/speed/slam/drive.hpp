@@ -1,7 +1,7 @@
 #pragma once
 
-// The beginning of a recorded drive, thinned to one scan every 0.2 m or 10°, where MRPT's filter as
-// it is shipped takes up a scan.
+// The beginning of a recorded drive, thinned to one scan every 0.2 m or 10°, the default of MRPT's
+// filter.
 
 #include <cmath>
 #include <cstddef>
@@ -18,7 +18,7 @@
 
 namespace wayfare {
 
-/// Of this process; on a busy machine steadier than the time of day.
+/// Of this process; on a busy machine less variable than wall time.
 inline double cpu_seconds() {
   return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
 }
@@ -29,7 +29,7 @@ struct Drive {
   SE2d T_base_laser;
 };
 
-/// Empty where there is no such recording.
+/// Empty without the recording.
 inline Drive read_drive(const std::string& name, std::size_t scans) {
   Drive drive;
   const auto log = io::read_carmen(std::string(WAYFARE_DATA_DIR) + "/slam2d/" + name + ".clf.gz");

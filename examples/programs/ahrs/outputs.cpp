@@ -23,22 +23,8 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 const char* name_of(UpdateStatus status) {
-  using enum UpdateStatus;
-  switch (status) {
-    case used:
-      return "used";
-    case waiting:
-      return "waiting";
-    case missing:
-      return "missing";
-    case late:
-      return "late";
-    case saturated:
-      return "saturated";
-    case disturbed:
-      return "disturbed";
-  }
-  return "";
+  constexpr std::array kNames = {"used", "waiting", "missing", "late", "saturated", "disturbed"};
+  return kNames[static_cast<std::size_t>(status)];
 }
 
 std::string csv(const AhrsRun& run) {

@@ -1,6 +1,7 @@
 // Hector-class SLAM on a recorded log: every scan is matched to one map at several resolutions.
 // With an inertial unit, scans are levelled and fused with its navigation filter.
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +10,7 @@
 
 #include "ahrs/unit_options.hpp"
 #include "support/log_program.hpp"
+#include "support/submap_slam_fields.hpp"
 
 namespace {
 
@@ -42,14 +44,7 @@ std::vector<OptionField> fields(HectorSlamOptions& o) {
           option_field("accel_bias_mps2", o.carrier.noise.accel_bias_mps2)};
 }
 
-Result<void> check(const HectorSlamOptions& o) {
-  if (o.map.levels <= 8 && o.map.model.p_free < 1 && o.map.model.p_hit < 1 &&
-      o.map.unknown_probability <= 1)
-    return {};
-  return Error{ErrorCode::parse, "at most 8 levels are allowed, and probabilities below 1"};
-}
-
-Result<LogRun> run(const Recording& recording, HectorSlamOptions options, const UnitOptions& unit,
+Result<LogRun> run(HectorSlamOptions options, const UnitOptions& unit, const Recording& recording,
                    const SlamArguments& arguments, const SlamProgress& progress) {
   const auto readings = unit.read(arguments.log, arguments.topics);
   if (!readings) return readings.error();
@@ -77,15 +72,11 @@ int main(int argc, char** argv) {
       argc, argv,
       {"hector_slam", "Hector SLAM",
        "Estimate trajectory and map from a recorded log by matching each scan to one map at "
-       "several "
-       "resolutions; no loop closures. With an inertial unit beside the range finder (--unit, or "
+       "several resolutions; no loop closures. With an inertial unit beside the range finder "
+       "(--unit, or "
        "in LOG itself) scans are levelled, and its navigation filter predicts the pose of each.",
-       fields(options),
-       [&](const Recording& recording, const SlamArguments& arguments,
-           const SlamProgress& progress) {
-         return run(recording, options, unit, arguments, progress);
-       },
-       [&] { return check(options); },
+       fields(options), std::bind_front(run, std::cref(options), std::cref(unit)),
+       [&] { return check_grid(options.map); },
        [&](CommandLine& app) {
          unit.add_options(app);
          app.add_flag("--no-unit", unit.none, "use the scans alone, even if LOG has a unit");

@@ -19,13 +19,13 @@ using logger::LoggerOptions;
 using logger::ModemLine;
 using logger::SensorOptions;
 
-/// What a key does with its value: nothing, or what is wrong with it.
+/// Sets an option; returns what is wrong with the value, or nothing.
 using Setter = std::function<std::optional<std::string>(const Json&)>;
 using Setters = std::map<std::string, Setter>;
 
 Setter text(std::string& to) {
   return [&](const Json& v) -> std::optional<std::string> {
-    if (!v.is_string()) return "must be a text";
+    if (!v.is_string()) return "must be a string";
     to = v.get<std::string>();
     return std::nullopt;
   };
@@ -50,18 +50,15 @@ Setter rate(int& to) {
 }
 
 std::optional<std::string> set_dtr(const Json& v, ModemLine& to) {
-  if (v == "keep")
-    to = ModemLine::keep;
-  else if (v == "on")
-    to = ModemLine::on;
-  else if (v == "off")
-    to = ModemLine::off;
-  else
-    return "must be keep, on or off";
+  const std::map<std::string, ModemLine> lines = {
+      {"keep", ModemLine::keep}, {"on", ModemLine::on}, {"off", ModemLine::off}};
+  const auto line = lines.find(v.is_string() ? v.get<std::string>() : "");
+  if (line == lines.end()) return "must be keep, on or off";
+  to = line->second;
   return std::nullopt;
 }
 
-/// Pairs of hexadecimal digits, blanks between them.
+/// Pairs of hexadecimal digits, separated by spaces.
 std::optional<std::string> set_bytes(const Json& v, std::vector<std::uint8_t>& to) {
   std::string digits;
   for (const char c : v.is_string() ? v.get<std::string>() : std::string("?"))
@@ -73,7 +70,7 @@ std::optional<std::string> set_bytes(const Json& v, std::vector<std::uint8_t>& t
   return std::nullopt;
 }
 
-/// Hands each key of `json` to its setter.
+/// Calls the setter of each key of `json`.
 Result<void> apply(const Json& json, const Setters& setters, const std::string& where,
                    const std::string& path) {
   if (!json.is_object()) return Error{ErrorCode::parse, "expected a JSON object" + where, path};
@@ -101,7 +98,7 @@ Result<SensorOptions> read_sensor(const Json& json, const std::string& path) {
                           " of a sensor", path);
   if (!done) return done.error();
   if (s.device.name.find_first_of("/ ") != std::string::npos)
-    return Error{ErrorCode::parse, "a sensor's name has no blank and no slash", path};
+    return Error{ErrorCode::parse, "a sensor's name must not contain spaces or slashes", path};
   if (s.port.empty())
     return Error{ErrorCode::parse, "sensor " + s.device.name + " needs a port", path};
   if (file.empty()) return s;

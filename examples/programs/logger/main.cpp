@@ -1,4 +1,4 @@
-// Records several devices at once. Ends on SIGINT, SIGTERM, or the remote control's T.
+// Records several devices. Ends on SIGINT, SIGTERM, or the remote command T.
 
 #include <csignal>
 #include <cstdio>
@@ -16,7 +16,7 @@ namespace {
 using namespace wayfare;
 using namespace std::chrono_literals;
 
-volatile std::sig_atomic_t asked_to_end = 0;
+volatile std::sig_atomic_t end_requested = 0;
 
 struct Arguments {
   std::string config;
@@ -52,7 +52,7 @@ int run(const Arguments& a) {
     if (const auto begun = logger.begin(); !begun) return fail(begun.error());
   for (int tick = 1; logger.status().state != logger::LoggerState::terminated; ++tick) {
     std::this_thread::sleep_for(50ms);
-    if (asked_to_end != 0) logger.terminate();
+    if (end_requested != 0) logger.terminate();
     if (!a.quiet && tick % 20 == 0) print(logger.status());
   }
   const logger::LoggerStatus end = logger.status();
@@ -65,22 +65,23 @@ int run(const Arguments& a) {
 
 int main(int argc, char** argv) {
   examples::CommandLine app(
-      "Record several devices at once into one MCAP file: what they sent, byte for byte, and what "
-      "it says. Begins on the remote control's B, or at once with --record.");
+      "Record several devices into one MCAP file: their bytes and the decoded messages. Begins on "
+      "the "
+      "remote command B, or immediately with --record.");
   Arguments a;
   app.add_option("--config", a.config, "JSON file of sensors and options; see --print-config")
       .required()
       .existing_file();
-  app.add_flag("--record", a.record, "begin to record at once");
+  app.add_flag("--record", a.record, "begin to record immediately");
   app.add_flag("--quiet", a.quiet, "no status on the terminal");
   app.add_print(
       "--print-config", [] { return examples::example_logger_config(); },
-      "print an example of --config, and end");
+      "print an example of --config, and exit");
   if (const auto code = app.parse(argc, argv)) return *code;
-  const auto end = [](int) { asked_to_end = 1; };
+  const auto end = [](int) { end_requested = 1; };
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);
-  // A file that may not grow is an error of the write, and so is a listener that left.
+  // A file-size limit and a disconnected listener are reported as errors of the write.
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
   return run(a);

@@ -7,7 +7,7 @@
 namespace wayfare::examples {
 namespace {
 
-/// Takes as long whatever the difference is.
+/// In constant time.
 bool same(const std::string& a, const std::string& b) {
   unsigned difference = a.size() == b.size() ? 0 : 1;
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -22,7 +22,7 @@ bool is_loopback(const std::string& host) {
   return host == "localhost" || host == "::1" || host == "[::1]" || host.rfind("127.", 0) == 0;
 }
 
-std::string made_up_token() {
+std::string random_token() {
   std::random_device random;
   std::string token;
   for (int i = 0; i < 32; ++i) token += "0123456789abcdef"[random() % 16U];
@@ -48,7 +48,7 @@ Refusal Access::judge(const Credentials& given) {
   return {};
 }
 
-/// Without a token a page of another site must not speak to this one by a name of its own.
+/// Without a token, pages of other sites must not reach this server by DNS rebinding.
 bool Access::names_this_host(std::string host) const {
   if (!token_.empty()) return true;
   const auto colon = host.rfind(':');

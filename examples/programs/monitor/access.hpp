@@ -1,6 +1,6 @@
 #pragma once
 
-// Who may ask the monitor's server, and how often.
+// Access control and rate limits of the monitor's server.
 
 #include <chrono>
 #include <mutex>
@@ -10,9 +10,9 @@ namespace wayfare::examples {
 
 [[nodiscard]] bool is_loopback(const std::string& host);
 /// 128 random bits in hexadecimal.
-[[nodiscard]] std::string made_up_token();
+[[nodiscard]] std::string random_token();
 
-/// So many a second, and twice as many at once after a pause.
+/// `per_s` requests per second, and bursts of twice the number after a pause.
 class RateLimit {
  public:
   explicit RateLimit(double per_s) : per_s_(per_s), left_(2.0 * per_s) {}
@@ -25,21 +25,21 @@ class RateLimit {
   std::mutex mutex_;
 };
 
-/// What a request says of whoever sent it.
+/// Credentials of a request.
 struct Credentials {
   std::string host;           ///< header Host
   std::string authorization;  ///< header Authorization
   std::string token;          ///< parameter token
 };
 
-/// Why a request is refused: an HTTP status, 0 where it is not.
+/// Why a request is refused: an HTTP status, 0 if it is accepted.
 struct Refusal {
   int status = 0;
   const char* why = "";
 };
 
-/// Whoever carries the token, or where there is none asks for this host by a name of its own; and
-/// nobody too often. Those without the token use up a share of their own, not that of the others.
+/// Accepts requests with the token or, without a token, those addressed to this host by name;
+/// within rate limits, which are separate for accepted and refused clients.
 class Access {
  public:
   Access(std::string token, std::string host, double requests_per_s)

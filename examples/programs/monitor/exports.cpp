@@ -26,7 +26,7 @@ void put(std::string& out, Number value) {
   out.append(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr);
 }
 
-/// How a message becomes lines, by its schema; without one: time and length.
+/// Format of the lines of a message, by its schema; without one: time, length, bytes.
 struct CsvFormat {
   const char* head;
   std::function<void(std::string&, const std::string& t, std::string_view data)> lines;
@@ -88,12 +88,12 @@ CsvFormat csv_format(const std::string& schema) {
           }};
 }
 
-/// Hands a writer's bytes on.
+/// Forwards a writer's bytes.
 class ForwardSink final : public io::ByteSink {
  public:
   explicit ForwardSink(const PieceSink& sink) : sink_(sink) {}
   Result<void> write(std::string_view bytes) override {
-    if (!sink_(bytes)) return Error{ErrorCode::cancelled, "nobody takes it any more"};
+    if (!sink_(bytes)) return Error{ErrorCode::cancelled, "the client has disconnected"};
     return {};
   }
   Result<void> sync() override { return {}; }
@@ -118,7 +118,7 @@ Result<void> export_csv(const io::McapReader& file, const std::string& topic,
     lines.clear();
     return taken;
   });
-  if (!taken || !sink(lines)) return Error{ErrorCode::cancelled, "nobody takes it any more"};
+  if (!taken || !sink(lines)) return Error{ErrorCode::cancelled, "the client has disconnected"};
   return {};
 }
 

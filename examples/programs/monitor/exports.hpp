@@ -1,6 +1,6 @@
 #pragma once
 
-// What may be taken away of a recording.
+// Exports of a recording.
 
 #include <functional>
 #include <set>
@@ -12,13 +12,13 @@
 
 namespace wayfare::examples {
 
-/// Takes pieces of a long answer; false ends it.
+/// Receives the pieces of a response; false ends it.
 using PieceSink = std::function<bool(std::string_view)>;
 
-/// A line a message; of scans and point clouds a line a beam or point.
+/// One line per message, beam of a scan or point of a point cloud.
 [[nodiscard]] Result<void> export_csv(const io::McapReader& file, const std::string& topic,
                                       const PieceSink& sink);
-/// The messages of `topics` (empty: all), as a recording of their own.
+/// The messages of `topics` (empty: all) as a recording.
 [[nodiscard]] Result<void> export_mcap(const io::McapReader& file,
                                        const std::set<std::string>& topics, const PieceSink& sink);
 

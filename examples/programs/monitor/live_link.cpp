@@ -89,13 +89,13 @@ void LiveLink::read(int fd) {
     const ssize_t n = ::read(fd, buffer, sizeof buffer);
     if (n <= 0) break;
     text.append(buffer, static_cast<std::size_t>(n));
-    take(text);
+    parse(text);
   }
   const std::lock_guard lock(mutex_);
   fd_ = -1;
 }
 
-void LiveLink::take(std::string& text) {
+void LiveLink::parse(std::string& text) {
   for (std::size_t end; (end = text.find('\n')) != text.npos; text.erase(0, end + 1)) {
     const auto status = logger::status_of_line(std::string_view(text).substr(0, end));
     if (!status) continue;
@@ -106,7 +106,7 @@ void LiveLink::take(std::string& text) {
     }
     changed_.notify_all();
   }
-  if (text.size() > 65536) text.clear();  // noise without an end of line
+  if (text.size() > 65536) text.clear();  // noise without line ends
 }
 
 }  // namespace wayfare::examples

@@ -11,8 +11,8 @@
 
 namespace wayfare::examples {
 
-/// The line to a running logger: its control socket, or the other end of its control port. Lost
-/// lines are opened again.
+/// The connection to a running logger: its control socket, or the other end of its control port.
+/// Lost connections are reopened.
 class LiveLink {
  public:
   explicit LiveLink(std::string path);
@@ -20,17 +20,17 @@ class LiveLink {
   LiveLink& operator=(const LiveLink&) = delete;
   ~LiveLink();
 
-  /// The latest status as JSON once its number is above `seen`, which then becomes it; empty where
-  /// none came within `timeout`.
+  /// The latest status as JSON, once its number is above `seen`, which is then set to it; empty
+  /// after `timeout`.
   [[nodiscard]] std::string wait(std::uint64_t& seen, std::chrono::milliseconds timeout) const;
-  /// False where there is no line.
+  /// False without a connection.
   [[nodiscard]] bool send(logger::Command command);
 
  private:
   void run();
   [[nodiscard]] int connect() const;
   void read(int fd);
-  void take(std::string& text);
+  void parse(std::string& text);
 
   const std::string path_;
   mutable std::mutex mutex_;

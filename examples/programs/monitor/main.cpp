@@ -10,7 +10,7 @@
 
 namespace {
 
-volatile std::sig_atomic_t asked_to_end = 0;
+volatile std::sig_atomic_t end_requested = 0;
 
 }  // namespace
 
@@ -18,29 +18,27 @@ int main(int argc, char** argv) {
   using namespace wayfare;
   examples::CommandLine app(
       "Serve a page on this computer that shows a logger's recording (contents, inertial plots, "
-      "scans, radar points, the way and the map, CSV and MCAP export), and a running logger's "
-      "status with buttons to start and stop it.");
+      "scans, radar points, path and map, CSV and MCAP export), and a running logger's status with "
+      "buttons to start and stop it.");
   examples::MonitorOptions o;
   app.add_option("RECORDING", o.recording, "a logger's recording (.mcap)").existing_file();
   app.add_option("--live", o.live, "control socket, or serial control line, of a running logger");
-  app.add_option("--host", o.host, "address to listen on; any but a loopback one demands a token")
+  app.add_option("--host", o.host,
+                 "address to listen on; all but loopback addresses require a token")
       .show_default();
-  app.add_option("--port", o.port, "port to listen on; 0: any that is free")
+  app.add_option("--port", o.port, "port to listen on; 0: any free port")
       .range(0, 65535)
       .show_default();
-  app.add_option("--token", o.token, "what every request must carry; made up where needed");
+  app.add_option("--token", o.token, "required in every request; generated if needed");
   if (const auto code = app.parse(argc, argv)) return *code;
-  const auto end = [](int) { asked_to_end = 1; };
+  const auto end = [](int) { end_requested = 1; };
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);
   std::signal(SIGPIPE, SIG_IGN);
   const auto server = examples::MonitorServer::start(o);
-  if (!server) {
-    std::fprintf(stderr, "monitor: %s\n", server.error().to_string().c_str());
-    return 1;
-  }
+  if (!server) return examples::exit_code("monitor", server.error());
   std::printf("%s\n", (*server)->url().c_str());
   std::fflush(stdout);
-  while (asked_to_end == 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  while (end_requested == 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   return 0;
 }

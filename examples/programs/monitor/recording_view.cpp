@@ -24,38 +24,38 @@ namespace {
 
 using nlohmann::json;
 
-/// Six columns over time for a plot. Of each stretch of samples the least and the greatest values
-/// make a row, so that no peak is lost between rows.
-class Thinned {
+/// Six columns over time for a plot. Minima and maxima of groups of samples, so that no peak is
+/// lost.
+class MinMaxRows {
  public:
-  explicit Thinned(std::uint64_t stretch) : stretch_(stretch) {}
+  explicit MinMaxRows(std::uint64_t group) : group_(group) {}
 
   void add(double t, const std::array<double, 6>& values) {
-    if (held_ == 0) begin_ = t, low_ = high_ = values;
+    if (count_ == 0) begin_ = t, low_ = high_ = values;
     for (std::size_t k = 0; k < values.size(); ++k) {
       low_[k] = std::fmin(low_[k], values[k]);
       high_[k] = std::fmax(high_[k], values[k]);
     }
     end_ = t;
-    if (++held_ == stretch_) close();
+    if (++count_ == group_) close();
   }
   [[nodiscard]] json finished() {
     close();
-    return {{"t", t_}, {"columns", columns_}, {"stride", stretch_}};
+    return {{"t", t_}, {"columns", columns_}, {"stride", group_}};
   }
 
  private:
   void close() {
-    if (held_ > 0) put(begin_, low_);
-    if (held_ > 1) put(end_, high_);
-    held_ = 0;
+    if (count_ > 0) put(begin_, low_);
+    if (count_ > 1) put(end_, high_);
+    count_ = 0;
   }
   void put(double t, const std::array<double, 6>& values) {
     t_.push_back(t);
     for (std::size_t k = 0; k < values.size(); ++k) columns_[k].push_back(values[k]);
   }
 
-  std::uint64_t stretch_, held_ = 0;
+  std::uint64_t group_, count_ = 0;
   double begin_ = 0.0, end_ = 0.0;
   std::array<double, 6> low_{}, high_{};
   std::vector<double> t_;
@@ -75,7 +75,7 @@ Result<RecordingView::Reader> RecordingView::reader() const {
   if (!opened) return opened.error();
   reader_ = std::make_shared<const io::McapReader>(std::move(*opened));
   size_ = size;
-  // A growing file is read through each time, which must not keep the machine from recording it.
+  // A growing file is reread completely, which must not slow down the recording.
   const auto took = steady_clock::now() - now;
   reopen_ = now + std::max<steady_clock::duration>(std::chrono::seconds(2), 20 * took);
   return reader_;
@@ -116,7 +116,7 @@ Result<std::string> RecordingView::inertial(const std::string& topic, std::size_
     return no_topic(topic);
   const auto count = c.statistics.messages_of.find(channel->id);
   const std::uint64_t n = count == c.statistics.messages_of.end() ? 0 : count->second;
-  Thinned rows(n <= most ? 1 : 1 + 2 * (n - 1) / std::max<std::size_t>(most, 2));
+  MinMaxRows rows(n <= most ? 1 : 1 + 2 * (n - 1) / std::max<std::size_t>(most, 2));
   (*file)->read({io::McapOrder::file, {topic}}, [&](const io::McapMessage& m) {
     if (const auto sample = logger::parse_imu(m.data)) {
       const Eigen::Vector3d &f = sample->specific_force_mps2, &w = sample->angular_rate_radps;
@@ -135,7 +135,7 @@ Result<std::string> RecordingView::message(const std::string& topic, double t_s)
   const io::McapChannel* channel = find_topic(c, topic);
   if (channel == nullptr || channel->message_encoding != "json") return no_topic(topic);
   const LogTime until = c.statistics.first + from_seconds(t_s);
-  // The last one before: looked for further and further back.
+  // The last one before `until`, searched in growing intervals.
   for (double back_s = 1.0; back_s < 1e6; back_s *= 16.0) {
     std::string found;
     (*file)->read({io::McapOrder::log_time, {topic}, until - from_seconds(back_s), until},

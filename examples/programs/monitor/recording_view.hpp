@@ -1,6 +1,6 @@
 #pragma once
 
-// What the monitor's page asks of a recording, as JSON, CSV or MCAP.
+// Queries of the monitor's page on a recording, as JSON, CSV or MCAP.
 
 #include <chrono>
 #include <cstddef>
@@ -18,23 +18,23 @@
 
 namespace wayfare::examples {
 
-/// One recording. Asked from several threads; a file that grows is looked at anew now and then.
+/// One recording. Thread-safe; a growing file is reread at intervals.
 class RecordingView {
  public:
   explicit RecordingView(std::string path) : path_(std::move(path)) {}
 
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// Size, times, topics with their numbers of messages, and what is wrong with the file.
+  /// Size, times, topics with their numbers of messages, and problems of the file.
   [[nodiscard]] Result<std::string> contents() const;
-  /// Columns t and acceleration and rate of an inertial unit, at most about `most` rows: where
-  /// there are more samples, in turn the least and the greatest values of each stretch of them.
+  /// Columns t, specific force and angular rate of an inertial unit, at most about `most` rows: of
+  /// more samples, alternately the minima and maxima of consecutive groups.
   [[nodiscard]] Result<std::string> inertial(const std::string& topic, std::size_t most) const;
-  /// The message of `topic` that was logged last at `t_s` after the recording's start.
+  /// The last message of `topic` before `t_s` after the recording's start.
   [[nodiscard]] Result<std::string> message(const std::string& topic, double t_s) const;
-  /// Where a walker who carried the unit went: columns t, x, y, heading.
+  /// Path of a walker with the unit: columns t, x, y, heading.
   [[nodiscard]] Result<std::string> walk(const std::string& topic) const;
-  /// A map of the laser scans of at most `most_s` seconds as a PNG, by graph SLAM without odometry,
-  /// and the pose at each scan.
+  /// A PNG of map and path from the laser scans of at most `most_s` seconds, by graph SLAM without
+  /// odometry.
   [[nodiscard]] Result<std::string> map_png(double most_s) const;
   /// Side of the map's pixels.
   [[nodiscard]] static double map_cell_m();
@@ -50,7 +50,7 @@ class RecordingView {
   mutable std::mutex mutex_;
   mutable Reader reader_;
   mutable std::uint64_t size_ = 0;
-  mutable std::chrono::steady_clock::time_point reopen_;  ///< not read through again before
+  mutable std::chrono::steady_clock::time_point reopen_;  ///< not reread before
 };
 
 }  // namespace wayfare::examples

@@ -25,16 +25,16 @@ using httplib::Request;
 using httplib::Response;
 using nlohmann::json;
 
-/// One of a few places, while it lives; false where all are taken.
-class Place {
+/// One of a limited number of slots, during its lifetime; false if all are taken.
+class Slot {
  public:
-  Place(std::atomic<std::size_t>& taken, std::size_t most) : taken_(taken) {
+  Slot(std::atomic<std::size_t>& taken, std::size_t most) : taken_(taken) {
     has_ = ++taken_ <= most;
     if (!has_) --taken_;
   }
-  Place(const Place&) = delete;
-  Place& operator=(const Place&) = delete;
-  ~Place() {
+  Slot(const Slot&) = delete;
+  Slot& operator=(const Slot&) = delete;
+  ~Slot() {
     if (has_) --taken_;
   }
   explicit operator bool() const { return has_; }
@@ -44,10 +44,10 @@ class Place {
   bool has_ = false;
 };
 
-/// httplib lets five connections wait to be accepted, and has no other way to let more.
+/// httplib listens with a backlog of five connections and has no option for it.
 class Server : public httplib::Server {
  public:
-  void let_wait(int connections) { ::listen(svr_sock_, connections); }
+  void set_backlog(int connections) { ::listen(svr_sock_, connections); }
 };
 
 void refuse(Response& response, int status, const std::string& why) {
@@ -61,7 +61,7 @@ double number_of(const Request& request, const char* name, double otherwise) {
   return value >= 0.0 && value < 1e9 ? value : otherwise;
 }
 
-/// The topic as part of a file's name.
+/// A file name with the topic.
 std::string file_name(std::string topic, const char* end) {
   for (char& c : topic)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
@@ -88,16 +88,14 @@ struct MonitorServer::Impl {
     return refusal.status == 0;
   }
 
-  // --- answers -----------------------------------------------------------------------------------
-
-  /// The recording that is shown; of a live logger without one given, its own.
+  /// The recording of the options, else that of the live logger.
   [[nodiscard]] std::shared_ptr<const RecordingView> view() {
     const std::lock_guard lock(view_mutex);
     std::string path = options.recording;
-    if (path.empty() && link()) {
+    if (path.empty() && live) {
       std::uint64_t seen = 0;
       const json status =
-          json::parse(link()->wait(seen, std::chrono::milliseconds(0)), nullptr, false);
+          json::parse(live->wait(seen, std::chrono::milliseconds(0)), nullptr, false);
       if (status.is_object() && status.contains("file") && status["file"].is_string())
         path = status["file"].get<std::string>();
     }
@@ -106,14 +104,12 @@ struct MonitorServer::Impl {
     return shown;
   }
 
-  [[nodiscard]] std::shared_ptr<LiveLink> link() const { return live; }
-
   using Answer = std::function<Result<std::string>(const RecordingView&, const Request&)>;
 
   void query(const char* path, const char* type, Answer answer) {
     server.Get(path, [this, type, answer](const Request& request, Response& response) {
-      const Place place(queries, options.queries);
-      if (!place) return refuse(response, 503, "busy; ask again");
+      const Slot slot(queries, options.queries);
+      if (!slot) return refuse(response, 503, "busy; try again");
       const auto recording = view();
       if (!recording) return refuse(response, 404, "there is no recording yet");
       const auto found = answer(*recording, request);
@@ -134,13 +130,13 @@ struct MonitorServer::Impl {
                           "attachment; filename=\"" + file_name(topic, end) + "\"");
       response.set_chunked_content_provider(
           type, [this, recording, topic, write](std::size_t, httplib::DataSink& sink) {
-            const Place place(queries, options.queries);
-            if (!place) return false;
+            const Slot slot(queries, options.queries);
+            if (!slot) return false;
             const auto done = write(*recording, topic, [&](std::string_view piece) {
               return !quit && sink.write(piece.data(), piece.size());
             });
             if (done) sink.done();
-            return done.has_value();  // an answer that breaks off is seen as one
+            return done.has_value();  // false breaks off the response
           });
     });
   }
@@ -174,22 +170,21 @@ struct MonitorServer::Impl {
   void route_live() {
     server.Get("/api/events", [this](const Request&, Response& response) {
       if (!live) return refuse(response, 404, "there is no live logger");
-      auto place = std::make_shared<Place>(listeners, options.listeners);
-      if (!*place) return refuse(response, 503, "too many listen already");
+      auto slot = std::make_shared<Slot>(listeners, options.listeners);
+      if (!*slot) return refuse(response, 503, "too many listeners");
       response.set_header("Cache-Control", "no-store");
       response.set_chunked_content_provider(
           "text/event-stream",
-          [this, place, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
-            const auto line = link();
-            if (quit || !line) return false;
-            const std::string status = line->wait(seen, std::chrono::milliseconds(1000));
+          [this, slot, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
+            if (quit) return false;
+            const std::string status = live->wait(seen, std::chrono::milliseconds(1000));
             const std::string event =
-                status.empty() ? ": still here\n\n" : "data: " + status + "\n\n";
+                status.empty() ? ": keep-alive\n\n" : "data: " + status + "\n\n";
             return !quit && sink.write(event.data(), event.size());
           });
     });
     server.Post("/api/command", [this](const Request& request, Response& response) {
-      // A form of another site cannot send this header.
+      // Forms of other sites cannot send this header.
       if (request.get_header_value("X-Wayfare").empty())
         return refuse(response, 403, "the header X-Wayfare is missing");
       if (!live) return refuse(response, 404, "there is no live logger");
@@ -197,7 +192,7 @@ struct MonitorServer::Impl {
                                ? logger::command_of(static_cast<std::uint8_t>(request.body[0]))
                                : std::nullopt;
       if (!command) return refuse(response, 400, "expected one of B, S, T, C");
-      if (!live->send(*command)) return refuse(response, 502, "the logger is not there");
+      if (!live->send(*command)) return refuse(response, 502, "the logger is not connected");
       response.set_content("sent\n", "text/plain");
     });
   }
@@ -250,7 +245,7 @@ Result<std::unique_ptr<MonitorServer>> MonitorServer::start(MonitorOptions optio
     return Error{ErrorCode::invalid, "a monitor needs a recording or a live logger"};
   if (!options.recording.empty())
     if (const auto file = io::McapReader::open(options.recording); !file) return file.error();
-  if (options.token.empty() && !is_loopback(options.host)) options.token = made_up_token();
+  if (options.token.empty() && !is_loopback(options.host)) options.token = random_token();
   auto impl = std::make_unique<Impl>(std::move(options));
   const MonitorOptions& o = impl->options;
   if (!o.live.empty()) impl->live = std::make_shared<LiveLink>(o.live);
@@ -262,7 +257,7 @@ Result<std::unique_ptr<MonitorServer>> MonitorServer::start(MonitorOptions optio
   }
   if (impl->port <= 0)
     return Error{ErrorCode::io, "cannot listen on port " + std::to_string(o.port), o.host};
-  impl->server.let_wait(512);
+  impl->server.set_backlog(512);
   impl->thread = std::thread([raw = impl.get()] { raw->server.listen_after_bind(); });
   while (!impl->server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   return std::unique_ptr<MonitorServer>(new MonitorServer(std::move(impl)));

@@ -9,21 +9,20 @@
 namespace wayfare::examples {
 
 struct MonitorOptions {
-  std::string recording = {};      ///< to be shown; empty: the live logger's own
-  std::string live = {};           ///< a logger's control socket or line; empty: none
+  std::string recording = {};      ///< empty: that of the live logger
+  std::string live = {};           ///< a logger's control socket or serial line; empty: none
   std::string host = "127.0.0.1";  ///< address to listen on
-  int port = 8090;                 ///< 0: any that is free
-  /// Every request must carry it. Empty: none where the address is a loopback one, else one is made
-  /// up.
+  int port = 8090;                 ///< 0: any free port
+  /// Required in every request. Empty: none on a loopback address, else generated.
   std::string token = {};
-  std::size_t connections = 128;  ///< served at once; more wait
-  std::size_t listeners = 32;     ///< to live status at once; more are refused
-  std::size_t queries = 4;        ///< of a recording at once; more are refused
-  double requests_per_s = 200.0;  ///< on average; more are refused, after twice as many at once
-  double map_s = 600.0;           ///< of a recording that a map is made of
+  std::size_t connections = 128;  ///< served concurrently; more wait
+  std::size_t listeners = 32;     ///< to the live status; more are refused
+  std::size_t queries = 4;        ///< of a recording, concurrently; more are refused
+  double requests_per_s = 200.0;  ///< on average, with bursts of twice the number; more are refused
+  double map_s = 600.0;           ///< duration of the recording used for the map
 };
 
-/// The monitor's web server, from `start` until it is gone.
+/// The monitor's web server; runs from `start` until its destruction.
 class MonitorServer {
  public:
   [[nodiscard]] static Result<std::unique_ptr<MonitorServer>> start(MonitorOptions options);

@@ -1,6 +1,7 @@
 // Submap SLAM of a walker: steps detected by an inertial unit are the odometry, which the map
 // corrects.
 
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -49,7 +50,7 @@ struct Unit : UnitOptions {
   }
 };
 
-Result<LogRun> run(const Recording& recording, PedestrianSlamOptions options, const Unit& unit,
+Result<LogRun> run(PedestrianSlamOptions options, const Unit& unit, const Recording& recording,
                    const SlamArguments& arguments, const SlamProgress& progress) {
   const auto readings = unit.read(arguments.log, arguments.topics);
   if (!readings) return readings.error();
@@ -80,11 +81,7 @@ int main(int argc, char** argv) {
       {"pedestrian_slam", "pedestrian SLAM",
        "Estimate trajectory and map of a walker with range finder and inertial unit: submap SLAM "
        "with steps as odometry, corrected by the map; scans are levelled by the unit's attitude.",
-       submap_slam_fields(options.slam),
-       [&](const Recording& recording, const SlamArguments& arguments,
-           const SlamProgress& progress) {
-         return run(recording, options, unit, arguments, progress);
-       },
-       [&] { return check_submap_slam(options.slam); },
+       submap_slam_fields(options.slam), std::bind_front(run, std::cref(options), std::cref(unit)),
+       [&] { return check_grid(options.slam.grid); },
        [&](CommandLine& app) { unit.add_options(app); }});
 }

@@ -28,26 +28,14 @@ const std::map<std::string, Robust> kRobust{{"none", Robust::none},
                                             {"dcs", Robust::dcs},
                                             {"gnc", Robust::gnc},
                                             {"gnc-gm", Robust::gnc_geman_mcclure}};
+/// None for the others.
+const std::map<Robust, RobustKernelKind> kKernels{
+    {Robust::huber, RobustKernelKind::huber},
+    {Robust::cauchy, RobustKernelKind::cauchy},
+    {Robust::geman_mcclure, RobustKernelKind::geman_mcclure},
+    {Robust::dcs, RobustKernelKind::dynamic_covariance_scaling}};
 
-RobustKernelKind kernel_of(Robust robust) {
-  switch (robust) {
-    case Robust::huber:
-      return RobustKernelKind::huber;
-    case Robust::cauchy:
-      return RobustKernelKind::cauchy;
-    case Robust::geman_mcclure:
-      return RobustKernelKind::geman_mcclure;
-    case Robust::dcs:
-      return RobustKernelKind::dynamic_covariance_scaling;
-    case Robust::none:
-    case Robust::gnc:
-    case Robust::gnc_geman_mcclure:
-      break;
-  }
-  return RobustKernelKind::none;
-}
-
-void describe_files(CommandLine& app, Arguments& a) {
+void add_file_options(CommandLine& app, Arguments& a) {
   app.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip").required();
   add_out(app, a, "file for the optimised graph");
   app.add_flag("--force", a.force, "replace existing files");
@@ -62,7 +50,7 @@ void describe_files(CommandLine& app, Arguments& a) {
                  "(default) or project onto the nearest that is");
 }
 
-void describe_solution(CommandLine& app, Arguments& a, MaybeStart& start) {
+void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start) {
   app.add_choice("--init", start, kStarts,
                  "initial poses: of the file, the chain of edges between neighbours, a spanning "
                  "tree of least depth, or chordal relaxation (default file; with --robust gnc a "
@@ -106,10 +94,11 @@ std::optional<int> parse(int argc, char** argv, Arguments& a) {
       "Optimise the pose graph of a g2o file: prints the sum of e'We before and after (g2o's "
       "error, no factor 1/2), iterations and milliseconds, and writes the graph.");
   MaybeStart start;
-  describe_files(app, a);
-  describe_solution(app, a, start);
+  add_file_options(app, a);
+  add_solver_options(app, a, start);
   if (const auto code = app.parse(argc, argv)) return code;
-  a.options.kernel.kind = kernel_of(a.robust);
+  if (const auto kernel = kKernels.find(a.robust); kernel != kKernels.end())
+    a.options.kernel.kind = kernel->second;
   a.start_from_trusted = a.graduated() && !start;
   a.start = start.value_or(StartMethod::given);
   return {};

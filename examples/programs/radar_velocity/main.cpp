@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include <wayfare/io/time_text.hpp>
 #include <wayfare/motion/radar_velocity.hpp>
 
 #include "support/plots.hpp"
@@ -46,14 +46,12 @@ std::string csv(const Velocities& f) {
   std::string text =
       "t_s,vx_mps,vy_mps,vz_mps,sigma_x_mps,sigma_y_mps,sigma_z_mps,points,inliers,residual_mps\n";
   for (const RadarVelocity& v : f.found) {
-    const std::int64_t ns = v.time.nanoseconds();
     char line[256];
-    std::snprintf(line, sizeof line, "%lld.%09lld,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%zu,%zu,%.6f\n",
-                  static_cast<long long>(ns / 1'000'000'000),
-                  static_cast<long long>(ns % 1'000'000'000), v.velocity_m_s.x(),
-                  v.velocity_m_s.y(), v.velocity_m_s.z(), std::sqrt(v.covariance(0, 0)),
-                  std::sqrt(v.covariance(1, 1)), std::sqrt(v.covariance(2, 2)), v.points, v.inliers,
-                  v.residual_m_s);
+    std::snprintf(line, sizeof line, ",%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%zu,%zu,%.6f\n",
+                  v.velocity_m_s.x(), v.velocity_m_s.y(), v.velocity_m_s.z(),
+                  std::sqrt(v.covariance(0, 0)), std::sqrt(v.covariance(1, 1)),
+                  std::sqrt(v.covariance(2, 2)), v.points, v.inliers, v.residual_m_s);
+    text += io::format_nanoseconds(v.time.nanoseconds());
     text += line;
   }
   return text;

@@ -15,13 +15,13 @@
 namespace wayfare::examples {
 namespace {
 
-/// Waits between measurements as the devices did.
+/// Waits until each measurement is due.
 class Pace {
  public:
   Pace(LogTime first, double speed, const std::atomic<bool>& stop)
       : first_(first), speed_(speed), stop_(stop) {}
 
-  /// Returns when it is that time, with the time since the first; nothing where it shall end.
+  /// Waits until `time`; returns the time since the first, or nothing after `stop`.
   [[nodiscard]] std::optional<double> until(LogTime time) const {
     using Clock = std::chrono::steady_clock;
     const double since_s = to_seconds(time - first_);
@@ -87,12 +87,12 @@ Result<void> replay_live(const std::string& recording, const LiveOptions& option
     const bool other = options.system.empty() && options.topic.empty() &&
                        (logged || logged.error().code == ErrorCode::not_found);
     if (!other)
-      return logged ? Error{ErrorCode::not_found, "holds no sample", recording} : logged.error();
+      return logged ? Error{ErrorCode::not_found, "contains no sample", recording} : logged.error();
   }
   const auto robot = logger::read_robot_recording(recording);
   if (!robot) return robot.error();
   if (robot->recording.scans.empty())
-    return Error{ErrorCode::not_found, "holds no laser scan", recording};
+    return Error{ErrorCode::not_found, "contains no laser scan", recording};
   return map(robot->recording.scans, options.speed, stop);
 }
 

@@ -8,13 +8,13 @@
 namespace wayfare::examples {
 
 struct LiveOptions {
-  std::string system;  ///< pedestrian or graph_slam; empty: what the recording has the sensor for
-  std::string topic;   ///< of the inertial unit, in a recording of several
+  std::string system;  ///< pedestrian or graph_slam; empty: by the recording's sensors
+  std::string topic;   ///< of the inertial unit, if there are several
   double speed = 1.0;  ///< times real time
 };
 
-/// Hands a recording's measurements to a system, each when it would have been, and prints where it
-/// says its carrier is. Ends early once `stop` is set.
+/// Passes a recording's measurements to a system in real time and prints its poses. Ends early once
+/// `stop` is set.
 [[nodiscard]] Result<void> replay_live(const std::string& recording, const LiveOptions& options,
                                        const std::atomic<bool>& stop);
 

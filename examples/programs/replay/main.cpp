@@ -1,5 +1,5 @@
-// A recording, or captures of devices, as if it were happening now: into pseudo-terminals in the
-// place of the devices, or into the library's own systems.
+// Replays a recording, or captures of devices, in real time: to pseudo-terminals in place of the
+// devices, or to a system of the library.
 
 #include <algorithm>
 #include <atomic>
@@ -47,7 +47,7 @@ decode::Bytes view(const std::string& s) {
   return {reinterpret_cast<const std::uint8_t*>(s.data()), s.size()};
 }
 
-/// NAME:BYTES_PER_SECOND:FILE, again and again for `seconds`.
+/// NAME:BYTES_PER_SECOND:FILE, repeated for `seconds`.
 Result<std::unique_ptr<Device>> capture(const std::string& text, double seconds) {
   const Error wrong{ErrorCode::invalid, "is not NAME:BYTES_PER_SECOND:FILE", text};
   const auto first = text.find(':');
@@ -93,12 +93,12 @@ Result<std::vector<std::unique_ptr<Device>>> recorded(const std::string& path) {
     }
     devices.push_back(std::move(device));
   }
-  if (devices.empty()) return Error{ErrorCode::not_found, "holds no raw channel", path};
+  if (devices.empty()) return Error{ErrorCode::not_found, "contains no raw channel", path};
   return devices;
 }
 
-/// What was written last is lost where it was not read when its terminal goes: until half a second
-/// after it was read, five at most.
+/// Data that are not read before the terminal is closed are lost: waits until half a second after
+/// they are read, five seconds at most.
 void wait_until_read(const std::vector<logger::PseudoTerminal>& terminals) {
   for (int i = 0, read = 0; i < 100 && read < 10 && !stopped; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -112,7 +112,7 @@ Result<void> into_terminals(const Arguments& a,
                             const std::vector<std::unique_ptr<Device>>& devices) {
   std::error_code code;
   fs::create_directories(a.ptys, code);
-  if (code) return Error{ErrorCode::io, "cannot be made: " + code.message(), a.ptys};
+  if (code) return Error{ErrorCode::io, "cannot be created: " + code.message(), a.ptys};
   std::vector<logger::PseudoTerminal> terminals;
   for (const auto& device : devices) {
     auto terminal = logger::PseudoTerminal::open();
@@ -120,7 +120,7 @@ Result<void> into_terminals(const Arguments& a,
     const fs::path link = fs::path(a.ptys) / device->name;
     if (fs::is_symlink(link)) fs::remove(link, code);
     fs::create_symlink(terminal->path(), link, code);
-    if (code) return Error{ErrorCode::io, "cannot be made: " + code.message(), link.string()};
+    if (code) return Error{ErrorCode::io, "cannot be created: " + code.message(), link.string()};
     std::printf("%s\n", link.c_str());
     terminals.push_back(std::move(*terminal));
   }
@@ -169,27 +169,25 @@ Result<void> run(const Arguments& a) {
 
 int main(int argc, char** argv) {
   examples::CommandLine app(
-      "Replay a logger's recording as if it were happening now: with --ptys what the devices sent, "
-      "into pseudo-terminals a logger can open in their place; else its inertial unit through "
-      "pedestrian dead reckoning, or its scans through graph SLAM.");
+      "Replay a logger's recording in real time: with --ptys the devices' bytes, to "
+      "pseudo-terminals "
+      "that a logger can open in their place; else the inertial unit to pedestrian dead reckoning, "
+      "or the scans to graph SLAM.");
   Arguments a;
   app.add_option("RECORDING", a.recording, "a logger's recording (.mcap)").existing_file();
-  app.add_option("--ptys", a.ptys, "folder for links to the pseudo-terminals, one a device");
+  app.add_option("--ptys", a.ptys, "folder for links to the pseudo-terminals, one per device");
   app.add_option("--capture", a.captures,
-                 "NAME:BYTES_PER_SECOND:FILE, a device's bytes instead of a recording's; may be "
-                 "given several times");
-  app.add_option("--seconds", a.seconds, "repeat the captures to last as long, at real speed")
+                 "NAME:BYTES_PER_SECOND:FILE, a device's bytes instead of a recording; repeatable");
+  app.add_option("--seconds", a.seconds, "duration to which captures are repeated, at real speed")
       .not_negative();
   app.add_option("--speed", a.live.speed, "times real time").range(1e-3, 1e6).show_default();
   app.add_option("--wait", a.wait_s, "seconds before the first byte").not_negative();
-  app.add_option("--system", a.live.system, "what it is fed to; else what it has the sensor for")
+  app.add_option("--system", a.live.system,
+                 "system to run; by default the one for which the recording has the sensor")
       .one_of({"pedestrian", "graph_slam"});
-  app.add_option("--topic", a.live.topic, "of the inertial unit, in a recording of several");
+  app.add_option("--topic", a.live.topic, "of the inertial unit, in a recording of several units");
   if (const auto code = app.parse(argc, argv)) return *code;
   std::signal(SIGINT, [](int) { stopped = true; });
   std::signal(SIGTERM, [](int) { stopped = true; });
-  const auto done = run(a);
-  if (done) return 0;
-  std::fprintf(stderr, "replay: %s\n", done.error().to_string().c_str());
-  return 1;
+  return examples::exit_code("replay", run(a));
 }

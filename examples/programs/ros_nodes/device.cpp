@@ -8,7 +8,7 @@ namespace wayfare::examples {
 
 void add_device_options(CommandLine& app, DeviceArguments& a) {
   app.add_option("--port", a.port, "the device's serial line, such as /dev/ttyUSB0").required();
-  app.add_option("--baud", a.line.baud, "bits a second on the line")
+  app.add_option("--baud", a.line.baud, "bits per second on the line")
       .range(300, 10'000'000)
       .show_default();
   app.add_option("--frame", a.frame, "frame of the messages").show_default();
@@ -22,13 +22,13 @@ void read_device(ros::Node& node, const DeviceArguments& a, const std::vector<st
     auto port = logger::SerialPort::open(a.port, a.line);
     if (!port) {
       notices.add(ros::Severity::warning, "port",
-                  "waits for the device: " + port.error().to_string(), steady_s());
+                  "waiting for the device: " + port.error().to_string(), steady_s());
       say_all(node, notices.take());
       node.spin(0.5);
       continue;
     }
     node.say(ros::Severity::info,
-             "reads " + a.port + (port->note().empty() ? "" : ": " + port->note()));
+             "reading " + a.port + (port->note().empty() ? "" : ": " + port->note()));
     if (auto sent = port->write(start); !sent)
       node.say(ros::Severity::warning, sent.error().to_string());
     while (node.ok()) {
@@ -48,7 +48,7 @@ void say_statistics(const ros::Node& node, std::uint64_t messages,
                     const decode::DecoderStatistics& s) {
   node.say(ros::Severity::info, std::to_string(messages) + " messages, " +
                                     std::to_string(s.skipped_bytes) + " of " +
-                                    std::to_string(s.bytes) + " bytes in no frame");
+                                    std::to_string(s.bytes) + " bytes outside frames");
 }
 
 }  // namespace wayfare::examples

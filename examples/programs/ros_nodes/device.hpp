@@ -20,13 +20,13 @@ struct DeviceArguments {
 };
 void add_device_options(CommandLine& app, DeviceArguments& arguments);
 
-/// Reads the device until the node ends, and opens its line again where it went. `start` is sent
-/// whenever it was opened; `take(bytes, arrived)` gets what comes.
+/// Reads the device until the node ends; reopens a lost line. `start` is sent after each opening;
+/// `take(bytes, arrived)` receives the bytes.
 void read_device(ros::Node& node, const DeviceArguments& arguments,
                  const std::vector<std::uint8_t>& start,
                  const std::function<void(decode::Bytes, LogTime)>& take);
 
-/// Says what became of the bytes.
+/// Logs the number of messages and of skipped bytes.
 void say_statistics(const ros::Node& node, std::uint64_t messages,
                     const decode::DecoderStatistics& statistics);
 

@@ -15,15 +15,17 @@ int main(int argc, char** argv) {
   decode::RplidarScanOptions scan;
   bool start = false;
   examples::CommandLine app(
-      "Publish the turns of a SLAMTEC RPLIDAR as sensor_msgs/LaserScan on 'scan', each once.");
+      "Publish the revolutions of a SLAMTEC RPLIDAR as sensor_msgs/LaserScan on 'scan'.");
   examples::add_device_options(app, device);
-  app.add_flag("--start", start, "ask the device to scan once the line is open");
+  app.add_flag("--start", start, "start scanning once the line is open");
   app.add_choice<logger::ModemLine>("--dtr", device.line.dtr,
                                     {{"keep", logger::ModemLine::keep},
                                      {"on", logger::ModemLine::on},
                                      {"off", logger::ModemLine::off}},
-                                    "the modem line; off lets an A1's motor turn");
-  app.add_option("--beams", scan.beams, "of a scan, evenly around").range(8, 100000).show_default();
+                                    "the modem line; off starts the motor of an A1");
+  app.add_option("--beams", scan.beams, "per scan, evenly distributed")
+      .range(8, 100000)
+      .show_default();
   const auto started = examples::start_node(argc, argv, "lidar_driver_node", app);
   if (!started.node) return started.exit_code;
   ros::Node& node = *started.node;

@@ -14,14 +14,14 @@ std::optional<int> parse(CommandLine& options, std::vector<std::string> argument
   return options.parse(static_cast<int>(argv.size()), argv.data());
 }
 
-/// Parameters as options, but for those the command line has.
+/// Parameters as options, except those on the command line.
 void append(std::vector<std::string>& arguments,
             const std::vector<std::pair<std::string, std::string>>& parameters) {
-  const auto said = arguments;
+  const auto given = arguments;
   for (auto [name, value] : parameters) {
     std::replace(name.begin(), name.end(), '_', '-');
     const std::string option = "--" + name;
-    const bool there = std::any_of(said.begin(), said.end(), [&](const std::string& a) {
+    const bool there = std::any_of(given.begin(), given.end(), [&](const std::string& a) {
       return a == option || a.starts_with(option + "=");
     });
     if (!there) arguments.push_back(option + "=" + value);
@@ -35,13 +35,12 @@ bool is_for_ros(const std::string& argument) { return argument.find(":=") != arg
 StartedNode start_node(int argc, char** argv, const std::string& name, CommandLine& options) {
   options.footer(
       "Options may be given as private parameters of the node as well, with underscores "
-      "(_map_period_s:=2 for --map-period-s 2); topics are remapped as ever (scan:=front/scan). "
-      "The "
+      "(_map_period_s:=2 for --map-period-s 2); topics can be remapped (scan:=front/scan). The "
       "master is at ROS_MASTER_URI.");
   std::vector<std::string> arguments(argv, argv + argc);
   auto ours = arguments;
   std::erase_if(ours, is_for_ros);
-  // Before there is a master: for --help, and for what is wrong.
+  // Without a master: for --help and wrong arguments.
   if (const auto code = parse(options, ours)) return {nullptr, *code};
   auto node = std::make_unique<ros::Node>(arguments, name);
   if (!node->connect()) return {nullptr, 1};
@@ -59,7 +58,7 @@ void check_clock(const ros::Node& node, const ros::Header& header) {
   if (!time) return;
   const LogTime now = LogTime::from_nanoseconds(node.now_ns());
   if (const auto ok = ros::check_clock(*time, now, from_seconds(10.0)); !ok)
-    node.say(ros::Severity::info, "a replay, or clocks that disagree: " + ok.error().to_string());
+    node.say(ros::Severity::info, "a replay, or clocks that differ: " + ok.error().to_string());
 }
 
 void say_all(const ros::Node& node, const std::vector<ros::Notice>& notices) {

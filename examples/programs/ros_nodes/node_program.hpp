@@ -11,9 +11,8 @@
 
 namespace wayfare::examples {
 
-/// A program that is a node: options from the command line and, where that does not say, from the
-/// node's private parameters (`map_period_s` for --map-period-s). Gives the node, connected, or the
-/// exit code where the program is to end.
+/// A connected node, or the exit code if the program is to end. Options are taken from the command
+/// line, else from the node's private parameters (`map_period_s` for --map-period-s).
 struct StartedNode {
   std::unique_ptr<ros::Node> node;
   int exit_code = 0;
@@ -21,11 +20,11 @@ struct StartedNode {
 [[nodiscard]] StartedNode start_node(int argc, char** argv, const std::string& name,
                                      CommandLine& options);
 
-/// Seconds of a clock that never goes back.
+/// Seconds of a monotonic clock.
 [[nodiscard]] double steady_s();
 
-/// Says where a stamp lies far from the time all nodes go by: a replay without its clock, or
-/// computers that disagree.
+/// Logs a stamp that is far from the node's time: a replay without its clock, or clocks that
+/// differ.
 void check_clock(const ros::Node& node, const ros::Header& header);
 
 void say_all(const ros::Node& node, const std::vector<ros::Notice>& notices);

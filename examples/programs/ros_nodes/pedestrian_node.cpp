@@ -21,15 +21,15 @@ struct Arguments {
 };
 
 void add_options(examples::CommandLine& app, Arguments& a) {
-  app.add_option("--odom-frame", a.node.odom_frame, "where odometry counts from").show_default();
-  app.add_option("--base-frame", a.node.base_frame, "of who walks").show_default();
+  app.add_option("--odom-frame", a.node.odom_frame, "origin of the odometry").show_default();
+  app.add_option("--base-frame", a.node.base_frame, "of the walker").show_default();
   app.add_choice<WalkingAxis>(
       "--axis", a.node.pedestrian.axis,
       {{"sensor", WalkingAxis::sensor}, {"principal", WalkingAxis::principal}},
-      "where the direction of walking is taken from: the sensor's own axis, or how the body sways");
-  app.add_option("--forward", a.forward, "the sensor's axis that points where the body walks")
+      "direction of walking: the sensor's axis, or the principal axis of the body's motion");
+  app.add_option("--forward", a.forward, "the sensor's axis in the direction of walking")
       .expected(3);
-  app.add_flag("--no-magnetometer", a.no_magnetometer, "do not listen to magnetic_field");
+  app.add_flag("--no-magnetometer", a.no_magnetometer, "do not subscribe to magnetic_field");
   app.add_flag("--no-transform", a.no_transform, "do not publish odom -> base on /tf");
 }
 
@@ -39,7 +39,7 @@ void run(ros::Node& node, const Arguments& a) {
   auto odometry = node.publisher<ros::Odometry>("odom");
   auto transforms = node.publisher<ros::TfMessage>("/tf");
   bool clock_checked = false;
-  const auto give = [&](const ros::PedestrianNodeOutput& out) {
+  const auto publish = [&](const ros::PedestrianNodeOutput& out) {
     for (const ros::Odometry& m : out.odometry) {
       odometry.publish(m);
       const auto& p = m.pose.pose.position;
@@ -51,14 +51,14 @@ void run(ros::Node& node, const Arguments& a) {
   };
   node.subscribe<ros::Imu>("imu", kQueue, [&](const ros::Imu& m) {
     if (!std::exchange(clock_checked, true)) examples::check_clock(node, m.header);
-    give(pedestrian.add(m, steady_s()));
+    publish(pedestrian.add(m, steady_s()));
   });
   if (!a.no_magnetometer)
-    node.subscribe<ros::MagneticField>("magnetic_field", kQueue,
-                                       [&](const auto& m) { give(pedestrian.add(m, steady_s())); });
+    node.subscribe<ros::MagneticField>(
+        "magnetic_field", kQueue, [&](const auto& m) { publish(pedestrian.add(m, steady_s())); });
   while (node.ok()) {
     node.spin(0.1);
-    give(pedestrian.idle(steady_s()));
+    publish(pedestrian.idle(steady_s()));
   }
 }
 
@@ -67,9 +67,9 @@ void run(ros::Node& node, const Arguments& a) {
 int main(int argc, char** argv) {
   Arguments a;
   examples::CommandLine app(
-      "Pedestrian dead reckoning as a ROS 1 node. Takes sensor_msgs/Imu on 'imu' and, where there "
-      "is one, sensor_msgs/MagneticField on 'magnetic_field'; gives nav_msgs/Odometry on 'odom', "
-      "once a step, and its transform.");
+      "Pedestrian dead reckoning as a ROS 1 node. Subscribes to sensor_msgs/Imu on 'imu' and, "
+      "optionally, sensor_msgs/MagneticField on 'magnetic_field'; publishes nav_msgs/Odometry on "
+      "'odom' at each step, and its transform.");
   add_options(app, a);
   const auto started = examples::start_node(argc, argv, "pedestrian_node", app);
   if (!started.node) return started.exit_code;

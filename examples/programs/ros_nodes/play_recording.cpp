@@ -1,4 +1,4 @@
-// A recording of ROS messages onto live topics, as if it were happening now, or faster.
+// Plays a recording of ROS messages onto live topics, in real time or faster.
 
 #include <algorithm>
 #include <functional>
@@ -25,7 +25,7 @@ struct Arguments {
   std::vector<std::string> leave_out, wait_for;
 };
 
-/// How messages of one kind get from a recording to a topic.
+/// Conversion of a message type from a recording to a topic.
 struct Kind {
   ros::TopicType type;
   std::function<Result<std::string>(std::string_view, ros::Dialect)> to_ros1;
@@ -72,7 +72,7 @@ std::map<std::string, Channel> advertise(ros::Node& node, const ros::RecordingFi
   return channels;
 }
 
-/// Until somebody listens to every topic that is to be waited for.
+/// Waits for subscribers to the topics of --wait-for.
 Result<void> wait_for_listeners(ros::Node& node, const std::map<std::string, Channel>& channels,
                                 const Arguments& a) {
   const double until_s = steady_s() + a.wait_s;
@@ -81,7 +81,7 @@ Result<void> wait_for_listeners(ros::Node& node, const std::map<std::string, Cha
     if (channel == channels.end())
       return Error{ErrorCode::not_found, "is not a topic that is played", topic};
     while (node.ok() && channel->second.publisher->subscribers() == 0) {
-      if (steady_s() > until_s) return Error{ErrorCode::not_found, "nobody listens", topic};
+      if (steady_s() > until_s) return Error{ErrorCode::not_found, "has no subscribers", topic};
       node.spin(0.02);
     }
   }
@@ -101,7 +101,7 @@ Result<std::size_t> play(ros::Node& node, const ros::RecordingFile& file, const 
     if (!first) first = m.received;
     const double since_s = to_seconds(m.received - *first);
     const Channel& channel = channels.at(m.topic.name);
-    // How the sensors are mounted is said at the beginning alone.
+    // Static transforms are recorded only at the beginning.
     if (since_s < a.from_s && !m.topic.name.ends_with("tf_static")) return true;
     if (since_s > a.from_s + a.seconds) return false;
     const double due_s = begin_s + (since_s - a.from_s) / a.speed;
@@ -113,7 +113,7 @@ Result<std::size_t> play(ros::Node& node, const ros::RecordingFile& file, const 
     return node.ok();
   });
   if (damaged) node.say(ros::Severity::warning, "left out messages: " + damaged->to_string());
-  // What waits to be sent is lost when the node ends.
+  // Queued messages are lost when the node ends.
   for (int i = 0; i < 20 && node.ok(); ++i) node.spin(0.05);
   return sent;
 }
@@ -123,19 +123,19 @@ Result<std::size_t> play(ros::Node& node, const ros::RecordingFile& file, const 
 int main(int argc, char** argv) {
   Arguments a;
   examples::CommandLine app(
-      "Play a recording of ROS messages (.bag, or .mcap of ROS 2) onto the topics it was made of. "
+      "Play a recording of ROS messages (.bag, or .mcap of ROS 2) onto its topics. "
       "Transforms on tf_static are latched.");
   app.add_option("RECORDING", a.recording, "the recording").required().existing_file();
   app.add_option("--speed", a.speed, "times real time").range(1e-3, 1e6).show_default();
-  app.add_option("--from-s", a.from_s, "seconds to leave out at the beginning").not_negative();
-  app.add_option("--seconds", a.seconds, "of the recording to play, at most").positive();
-  app.add_option("--leave-out", a.leave_out, "a topic not to play; may be given several times")
-      .take_all();
+  app.add_option("--from-s", a.from_s, "seconds to skip at the beginning").not_negative();
+  app.add_option("--seconds", a.seconds, "largest duration to play").positive();
+  app.add_option("--leave-out", a.leave_out, "a topic not to play; repeatable").take_all();
   app.add_option("--wait-for", a.wait_for,
-                 "a topic somebody must listen to before the first message; may be given several "
-                 "times")
+                 "a topic that must have a subscriber before the first message; repeatable")
       .take_all();
-  app.add_option("--wait-s", a.wait_s, "for listeners, at most").not_negative().show_default();
+  app.add_option("--wait-s", a.wait_s, "longest time to wait for subscribers")
+      .not_negative()
+      .show_default();
   const auto started = examples::start_node(argc, argv, "play_recording", app);
   if (!started.node) return started.exit_code;
   const auto file = ros::RecordingFile::open(a.recording);

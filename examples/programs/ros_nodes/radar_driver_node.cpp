@@ -14,7 +14,7 @@ namespace {
 
 using namespace wayfare;
 
-/// What a Doppler bin is worth, which frames before SDK 3 do not say.
+/// Speed of a Doppler bin, which frames before SDK 3 do not contain.
 Result<double> speed_step_mps(const std::string& config_file) {
   if (config_file.empty()) return 0.0;
   const auto text = io::read_file(config_file);
@@ -30,9 +30,9 @@ int main(int argc, char** argv) {
   examples::DeviceArguments device{"", "radar", {921600, logger::ModemLine::keep}};
   std::string config_file;
   examples::CommandLine app(
-      "Publish the frames of a TI mmWave radar's data port, each once: as wayfare_msgs/RadarScan "
-      "on "
-      "'radar' and as sensor_msgs/PointCloud2 on 'radar_points'. The radar is configured already.");
+      "Publish the frames of a TI mmWave radar's data port as wayfare_msgs/RadarScan on 'radar' "
+      "and "
+      "as sensor_msgs/PointCloud2 on 'radar_points'. The radar must be configured.");
   examples::add_device_options(app, device);
   app.add_option("--config", config_file, "the radar's .cfg, needed for speeds before SDK 3")
       .existing_file();

@@ -29,51 +29,48 @@ void add_options(examples::CommandLine& app, Arguments& a) {
       "--sensors", s.sensors,
       {{"lidar", SlamSensors::lidar}, {"radar", SlamSensors::radar}, {"both", SlamSensors::both}},
       "lidar: submap SLAM of laser scans; radar, both: the particle filter, with odometry");
-  app.add_option("--particles", a.particles, "of the filter; else 30, for radar alone 10")
+  app.add_option("--particles", a.particles, "of the filter; by default 30, for radar alone 10")
       .range(1, 100000);
   app.add_option("--map-frame", s.map_frame, "of map, pose and path").show_default();
   app.add_option("--odom-frame", s.odom_frame, "of the odometry").show_default();
   app.add_option("--base-frame", s.base_frame, "of the robot").show_default();
-  app.add_option("--laser", a.laser,
-                 "where the laser is on the robot: x and y in metres, heading in degrees; else the "
-                 "transforms say")
+  app.add_option(
+         "--laser", a.laser,
+         "pose of the laser on the robot: x and y in metres, heading in degrees; by default "
+         "from the transforms")
       .expected(3);
-  app.add_option("--radar", a.radar, "where the radar is, the same").expected(3);
+  app.add_option("--radar", a.radar, "the same for the radar").expected(3);
   app.add_flag("--no-odometry", a.no_odometry,
                "do not wait for odometry; odom -> base is published by the node");
-  app.add_flag("--imu", s.imu, "with --no-odometry: turns come from the inertial unit");
-  app.add_option("--map-period-s", s.map_period_s, "between maps while scans come")
+  app.add_flag("--imu", s.imu, "with --no-odometry: rotation from the inertial unit");
+  app.add_option("--map-period-s", s.map_period_s, "interval between maps")
       .positive()
       .show_default();
-  app.add_option("--patience-s", s.patience_s, "how long a scan waits for odometry of its time")
+  app.add_option("--patience-s", s.patience_s, "longest time a scan waits for odometry")
       .not_negative()
       .show_default();
-  app.add_option("--settle-s", s.settle_s, "without scans, after which the graph is optimised")
+  app.add_option("--settle-s", s.settle_s, "time without scans after which the graph is optimised")
       .positive()
       .show_default();
   app.add_option("--resolution-m", s.map.resolution_m,
-                 "side of the published map's cells, of laser scans alone")
+                 "cell size of the published map, with laser scans only")
       .positive()
       .show_default();
   app.add_option("--threads", s.slam.threads,
-                 "more than one: loops are searched beside, particles worked on at a time")
+                 "more than one: loop search and particles run in parallel")
       .range(1, 64)
       .show_default();
-  app.add_option("--config", a.config,
-                 "JSON file of options of SLAM; see submap_slam's "
-                 "--print-config")
+  app.add_option("--config", a.config, "JSON file of SLAM options; see submap_slam --print-config")
       .existing_file();
 }
 
-SE2d pose_of(const std::vector<double>& told) {
-  return SE2d(told[0], told[1], Angle::degrees(told[2]));
-}
+SE2d pose_of(const std::vector<double>& v) { return SE2d(v[0], v[1], Angle::degrees(v[2])); }
 
 Result<void> complete(Arguments& a) {
   const bool filter = a.slam.sensors != SlamSensors::lidar;
   if (filter && (a.no_odometry || a.slam.imu || !a.config.empty()))
     return Error{ErrorCode::invalid,
-                 "--no-odometry, --imu and --config are for --sensors lidar alone"};
+                 "--no-odometry, --imu and --config are only for --sensors lidar"};
   a.slam.odometry = !a.no_odometry;
   a.slam.filter.threads = a.slam.slam.threads;
   a.slam.filter.particles = a.particles > 0                        ? a.particles
@@ -87,20 +84,20 @@ Result<void> complete(Arguments& a) {
   if (auto ok = examples::read_option_fields(a.config, examples::submap_slam_fields(a.slam.slam));
       !ok)
     return ok;
-  return examples::check_submap_slam(a.slam.slam);
+  return examples::check_grid(a.slam.slam.grid);
 }
 
-/// Topics out.
-class Outlet {
+/// The topics published.
+class Outputs {
  public:
-  explicit Outlet(ros::Node& node)
+  explicit Outputs(ros::Node& node)
       : node_(node),
         map_(node.latched_publisher<ros::OccupancyGrid>("map")),
         path_(node.latched_publisher<ros::Path>("path")),
         pose_(node.publisher<ros::PoseStamped>("pose")),
         tf_(node.publisher<ros::TfMessage>("/tf")) {}
 
-  void give(const ros::SlamNodeOutput& out) {
+  void publish(const ros::SlamNodeOutput& out) {
     if (!out.transforms.empty()) tf_.publish({out.transforms});
     for (const ros::PoseStamped& pose : out.poses) pose_.publish(pose);
     if (out.path) path_.publish(*out.path);
@@ -119,7 +116,7 @@ class Outlet {
 void run(ros::Node& node, const ros::SlamNodeOptions& options) {
   constexpr std::uint32_t kQueue = 2000;
   ros::SlamNode slam(options);
-  Outlet outlet(node);
+  Outputs outputs(node);
   bool clock_checked = false;
   node.subscribe<ros::TfMessage>("/tf_static", kQueue, [&](const auto& m) { slam.add(m); });
   node.subscribe<ros::TfMessage>("/tf", kQueue, [&](const auto& m) { slam.add(m); });
@@ -138,7 +135,7 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
   }
   while (node.ok()) {
     node.spin(slam.busy() ? 0.0 : 0.05);
-    outlet.give(slam.work(steady_s()));
+    outputs.publish(slam.work(steady_s()));
   }
 }
 
@@ -147,10 +144,10 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
 int main(int argc, char** argv) {
   Arguments arguments;
   examples::CommandLine app(
-      "Map by submap SLAM of laser scans, or by the particle filter of radar or both, as a ROS 1 "
-      "node. Takes sensor_msgs/LaserScan on 'scan', wayfare_msgs/RadarScan on 'radar' or "
-      "sensor_msgs/PointCloud2 on 'radar_points', whichever comes first, nav_msgs/Odometry on "
-      "'odom' or, of laser scans alone, sensor_msgs/Imu on 'imu', and transforms; gives "
+      "Submap SLAM with laser scans, or the particle filter with radar or both, as a ROS 1 node. "
+      "Subscribes to sensor_msgs/LaserScan on 'scan', wayfare_msgs/RadarScan on 'radar' or "
+      "sensor_msgs/PointCloud2 on 'radar_points', whichever arrives first, nav_msgs/Odometry on "
+      "'odom' or, with laser scans only, sensor_msgs/Imu on 'imu', and transforms; publishes "
       "nav_msgs/OccupancyGrid on 'map' and nav_msgs/Path on 'path' (both latched), "
       "geometry_msgs/PoseStamped on 'pose' and the transform from map to odom (REP-105).");
   add_options(app, arguments);

@@ -2,6 +2,7 @@
 // optimisation.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,7 +30,7 @@ struct Files {
   std::string from, to;  ///< saved maps
 };
 
-Result<LogRun> run(const Recording& recording, SubmapSlamOptions options, const Files& files,
+Result<LogRun> run(SubmapSlamOptions options, const Files& files, const Recording& recording,
                    const SlamArguments& arguments, const SlamProgress& progress) {
   const auto saved = read_saved(files.from);
   if (!saved) return saved.error();
@@ -63,12 +64,8 @@ int main(int argc, char** argv) {
       argc, argv,
       {"submap_slam", "submap SLAM",
        "Estimate trajectory and map from a recorded robot log by submap SLAM with loop closure.",
-       submap_slam_fields(options),
-       [&](const Recording& recording, const SlamArguments& arguments,
-           const SlamProgress& progress) {
-         return run(recording, options, files, arguments, progress);
-       },
-       [&] { return check_submap_slam(options); },
+       submap_slam_fields(options), std::bind_front(run, std::cref(options), std::cref(files)),
+       [&] { return check_grid(options.grid); },
        [&](CommandLine& app) {
          app.add_option("--continue", files.from,
                         "a map saved by an earlier run with the same options, to continue; LOG is "

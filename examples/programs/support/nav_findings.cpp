@@ -53,15 +53,15 @@ eval::Table position_table(const NavOutputs& run, const NavErrors& errors, const
 }
 
 eval::Table axes_table(const NavErrors& errors) {
-  constexpr std::array<const char*, NavErrors::kCount> kAxes = {"north [m]",
-                                                                "east [m]",
-                                                                "down [m]",
-                                                                "velocity north [m/s]",
-                                                                "velocity east [m/s]",
-                                                                "velocity down [m/s]",
-                                                                "roll [deg]",
-                                                                "pitch [deg]",
-                                                                "yaw [deg]"};
+  constexpr std::array kAxes = {"north [m]",
+                                "east [m]",
+                                "down [m]",
+                                "velocity north [m/s]",
+                                "velocity east [m/s]",
+                                "velocity down [m/s]",
+                                "roll [deg]",
+                                "pitch [deg]",
+                                "yaw [deg]"};
   eval::Table table({{"error"}, {"RMSE"}, {"mean"}, {"largest"}, {"within 3\u03c3", "%"}});
   for (std::size_t k = 0; k < NavErrors::kCount; ++k) {
     std::vector<double> known, sizes;
@@ -82,22 +82,9 @@ eval::Table axes_table(const NavErrors& errors) {
 }
 
 const char* name_of(InnovationRecord::Kind kind) {
-  using enum InnovationRecord::Kind;
-  switch (kind) {
-    case range:
-      return "range [m]";
-    case range_rate:
-      return "range rate [m/s]";
-    case position:
-      return "position [m]";
-    case velocity:
-      return "velocity [m/s]";
-    case constraint:
-      return "sideways velocity [m/s]";
-    case standstill:
-      return "standstill";
-  }
-  return "";
+  constexpr std::array kNames = {"range [m]",      "range rate [m/s]",        "position [m]",
+                                 "velocity [m/s]", "sideways velocity [m/s]", "standstill"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 eval::Table innovation_table(const GnssInsResult& run) {

@@ -42,10 +42,10 @@ std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& o) {
           option_field("max_submaps", o.max_submaps)};
 }
 
-Result<void> check_submap_slam(const SubmapSlamOptions& o) {
+Result<void> check_grid(const MultiResolutionOptions& grid) {
   const auto probability = [](double p) { return p > 0 && p < 1; };
-  if (o.grid.levels <= 8 && probability(o.grid.model.p_free) && probability(o.grid.model.p_hit) &&
-      o.grid.unknown_probability <= 1)
+  if (grid.levels <= 8 && probability(grid.model.p_free) && probability(grid.model.p_hit) &&
+      grid.unknown_probability <= 1)
     return {};
   return Error{ErrorCode::parse, "at most 8 levels are allowed, and probabilities below 1"};
 }

@@ -12,6 +12,5 @@ namespace wayfare::examples {
 [[nodiscard]] std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& options);
 
 /// Conditions beyond the range of each field.
-[[nodiscard]] Result<void> check_submap_slam(const SubmapSlamOptions& options);
-
+[[nodiscard]] Result<void> check_grid(const MultiResolutionOptions& grid);
 }  // namespace wayfare::examples

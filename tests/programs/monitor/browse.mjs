@@ -1,7 +1,7 @@
 // Opens a page in headless Chromium over its debugging protocol:
 //   node browse.mjs URL PICTURE.png WIDTH EXPRESSION...
-// Waits until each expression is true (at most half a minute), then takes the picture. Questions
-// the page asks are answered with yes.
+// Waits until each expression is true (at most half a minute), then takes a screenshot. Dialogs of the
+// page are confirmed.
 import { spawn } from "node:child_process";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -16,7 +16,7 @@ const browser = spawn("chromium", [
 ], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
 const gone = new Promise((done) => { browser.once("exit", done); browser.once("error", done); });
 
-// The pipe carries JSON with a zero byte behind each message.
+// The pipe carries JSON messages, each terminated by a zero byte.
 const answers = new Map(), outside = [];
 let last = 0, session, held = "";
 function take(message) {

@@ -1,5 +1,5 @@
-// The monitor's server as browsers and others meet it, and its page in a browser.
-// WAYFARE_PICTURES names a folder the browser's pictures are left in.
+// The monitor's server for browsers and other clients, and its page in a browser. WAYFARE_PICTURES
+// is a folder for the browser's screenshots.
 
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <numbers>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -19,7 +20,7 @@
 #include "logger/simulated_devices.hpp"
 #include "monitor/server.hpp"
 
-// Behind Eigen, which uses a name that a header of this one defines away.
+// After Eigen: one of its headers redefines a name that Eigen uses.
 #include <httplib.h>
 
 namespace wayfare::examples {
@@ -36,7 +37,7 @@ LogTime at(double s) {
   return LogTime::from_nanoseconds(1'700'000'000'000'000'000) + from_seconds(s);
 }
 
-/// Twenty seconds of a walk in a room four metres wide, with a radar that sees one thing.
+/// Twenty seconds of a walk in a room four metres wide, with a radar that detects one object.
 struct Recorded {
   Recorded() {
     auto writer = io::McapWriter::create(path);
@@ -49,7 +50,7 @@ struct Recorded {
     const auto lidar = channel("/lidar/scan", logger::laser_scan_schema());
     const auto radar = channel("/radar/points", logger::point_cloud_schema());
     for (int i = 0; i < 2000; ++i) {
-      const double t = 0.01 * i, bob = 3.0 * std::sin(2.0 * M_PI * 1.8 * t);
+      const double t = 0.01 * i, bob = 3.0 * std::sin(2.0 * std::numbers::pi * 1.8 * t);
       samples.push_back({at(t), {0.0, 0.0, 0.1}, {0.2, 0.0, 9.81 + bob}, {20.0, 0.0, -40.0}});
       EXPECT_TRUE(writer->write(unit, at(t), at(t), logger::imu_json(samples.back(), "unit")));
       if (i % 20 != 0) continue;
@@ -92,7 +93,7 @@ TEST(Monitor, AnswersWhatItsPageAsks) {
   EXPECT_THAT(contents, HasSubstr(R"("messages":2200)"));
   EXPECT_THAT(contents,
               HasSubstr(R"({"messages":100,"schema":"foxglove.LaserScan","topic":"/lidar/scan"})"));
-  // 2000 samples in 500 rows: the least and the greatest of every eight.
+  // 2000 samples in 500 rows: minima and maxima of groups of eight.
   EXPECT_THAT(client.Get("/api/inertial?topic=/unit/imu&n=500")->body, HasSubstr(R"("stride":8)"));
   const auto scan =
       logger::parse_laser_scan(client.Get("/api/message?topic=/lidar/scan&t=7.3")->body);
@@ -159,7 +160,7 @@ TEST(Monitor, ExportsWhatWasDecoded) {
 
 TEST(Monitor, DemandsItsToken) {
   const Recorded recorded;
-  // Off the loopback address there is always one.
+  // Other addresses than loopback always have a token.
   EXPECT_EQ(serve({.recording = recorded.path, .host = "0.0.0.0"})->token().size(), 32U);
   EXPECT_EQ(serve({.recording = recorded.path})->token(), "");
   const auto server = serve({.recording = recorded.path, .token = "sesame"});
@@ -197,7 +198,7 @@ TEST(Monitor, BoundsRequestsInSizeAndRate) {
   EXPECT_TRUE(wait_for(20s, [&] { return client_of(*server).Get("/")->status == 200; }));
 }
 
-/// A connection that sends `text` and no more.
+/// A connection that sends only `text`.
 int half_a_request(int port, const std::string& text) {
   const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address{};
@@ -220,7 +221,7 @@ TEST(Monitor, SlowClientsHoldNobodyUp) {
                                                         "HTTP/1.1\r\nHost: localhost\r\n\r\n"));
   auto client = client_of(*server);
   EXPECT_EQ(client.Get("/")->status, 200);
-  // What nobody finishes to ask is dropped in the end.
+  // Incomplete requests time out.
   EXPECT_TRUE(wait_for(20s, [&] {
     char byte = 0;
     return ::recv(slow[0], &byte, 1, MSG_DONTWAIT) == 0 || (errno != EAGAIN);
@@ -289,7 +290,7 @@ TEST(Monitor, ShowsAndControlsALiveLogger) {
     return events.find("\"state\":\"recording\"") == events.npos && events.size() < 100'000;
   });
   EXPECT_THAT(events, HasSubstr("data: {\"state\":\"recording\""));
-  // Its recording can be looked at while it grows.
+  // The growing recording can be viewed.
   EXPECT_TRUE(wait_for(20s, [&] { return client.Get("/api/contents")->status == 200; }));
   EXPECT_EQ(command("S"), 200);
   EXPECT_TRUE(live.is(logger::LoggerState::idle));
@@ -339,7 +340,7 @@ bool has_browser() {
   return std::system("command -v chromium >/dev/null && command -v node >/dev/null") == 0;
 }
 
-/// Opens `url`; gives what the browser's script said.
+/// Opens `url`; returns the output of the browser's script.
 std::string browse(const std::string& url, const std::string& picture,
                    const std::vector<std::string>& expressions) {
   const char* folder = std::getenv("WAYFARE_PICTURES");

@@ -1,4 +1,4 @@
-// Scan matching alone in a corridor: what the comparison of radar and LiDAR rests on.
+// Scan matching alone in a corridor, the basis of the comparison of radar and LiDAR.
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@
 namespace wayfare::examples {
 namespace {
 
-// Eight metres straight ahead, nothing but two walls within the LiDAR's 3.5 m.
+// Eight metres straight ahead, with only two walls within the LiDAR's 3.5 m.
 Recording straight_drive(std::uint64_t seed) {
   sim::World world = std::move(sim::make_world("corridor_loop", Rng(seed))).value();
   world.route_m = {{1.1, 8.0}, {1.1, 16.0}};
@@ -35,7 +35,7 @@ struct Drive {
     EXPECT_TRUE(result.has_value()) << result.error().to_string();
     return result ? std::move(*result) : MatchingRun{};
   }
-  // Of the last pose, in the robot's own axes.
+  // Of the last pose, in the robot's axes.
   [[nodiscard]] Eigen::Vector3d error(const MatchingRun& run) const {
     return run.trajectory.back().T_map_base.raw().minus(
         sim::true_pose_at(recording.truth, run.trajectory.back().time));
@@ -63,7 +63,7 @@ TEST(Hallway, OdometryAloneIsTheWheels) {
   EXPECT_LT(last.minus(pose).norm(), 0.02);  // the steps end within one period of the last sample
 }
 
-// Widths of the scores about a match: cells within a tenth of the best, along and across.
+// Widths of the scores around a match: cells within a tenth of the best, along and across.
 std::array<double, 2> widths(const ScoreSurface& surface) {
   const auto [low, high] = std::minmax_element(surface.log_score.begin(), surface.log_score.end());
   const double limit = *high - 0.1 * (*high - *low);
@@ -79,7 +79,7 @@ std::array<double, 2> widths(const ScoreSurface& surface) {
   return {std::sqrt(squares.x() / count), std::sqrt(squares.y() / count)};
 }
 
-// The corridor leaves the LiDAR's score a ridge along it; the radar's is a peak.
+// The LiDAR's score is a ridge along the corridor; the radar's is a peak.
 TEST(Hallway, ScoresAreARidgeForLidarAndAPeakForRadar) {
   const Drive drive(21);
   MatchingOptions options;

@@ -20,7 +20,7 @@ namespace {
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-// A simulated run with the truth for an estimate: what a SLAM without errors would give.
+// A simulated run with the truth as estimate: the result of SLAM without errors.
 class FinishedRun : public ::testing::Test {
  protected:
   FinishedRun() {
@@ -67,8 +67,8 @@ TEST_F(FinishedRun, ErrorsAreThoseOfTheTrajectoriesWhateverTheReferencesFrame) {
   EXPECT_EQ(errors[1].name, "SLAM");
   EXPECT_LT(errors[1].absolute.translation_m.rmse, 1e-9);
   EXPECT_LT(errors[1].final_error_m, 1e-9);
-  // The right wheel reports a hundredth too much over the wheel base of 0.4 m: after L metres the
-  // heading is off by 0.01 L / 0.4 and the end by about L times half of that on a straight way.
+  // The right wheel reports 1 % too much, with a wheel base of 0.4 m: after L metres the heading
+  // error is 0.01 L / 0.4 and the position error about L times half of that on a straight path.
   const double length = errors[0].absolute.path_length_m;
   EXPECT_GT(errors[0].final_error_m, 0.1 * length * 0.01 * length / 0.4 / 2);
   EXPECT_LT(errors[0].final_error_m, 2.0 * length * 0.01 * length / 0.4 / 2);
@@ -102,7 +102,7 @@ TEST_F(FinishedRun, TheMapImageLiesWhereTheWallsAre) {
   ASSERT_TRUE(write_slam_outputs(folder_.string(), outputs()).has_value());
   const auto map = io::read_map(file("map.yaml"));
   ASSERT_TRUE(map.has_value()) << map.error().to_string();
-  // The first wall the robot looks at straight ahead, and the floor half way to it.
+  // The first wall straight ahead, and the floor half way to it.
   const LaserScan& scan = simulated_.recording.scans.front();
   const auto at = [&](double x_m) {
     const Eigen::Vector2d cell =
