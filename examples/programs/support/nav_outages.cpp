@@ -53,7 +53,7 @@ void apply_outages(const std::vector<NavOutage>& outages, GnssInsRecording& reco
 
 std::vector<LogTime> outage_starts(LogTime first, LogTime end, Duration length, std::size_t count,
                                    const std::vector<RangeEpoch>& epochs) {
-  std::vector<LogTime> starts = outage_places(first, end, length, count);
+  std::vector<LogTime> starts = wayfare::outage_starts(first, end, length, count);
   for (LogTime& start : starts) {
     LogTime epoch = start;
     for (const RangeEpoch& e : epochs)
