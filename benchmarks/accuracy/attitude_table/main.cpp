@@ -87,9 +87,8 @@ Result<void> run(const Arguments& a) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Print the attitude errors of wayfare's filter, Madgwick's and Mahony's on nine-axis "
-      "recordings "
-      "with a reference: root mean squares over the moving samples, as Laidig et al. 2021 define "
-      "them.");
+      "recordings with a reference: root mean squares over the moving samples, as Laidig et al. "
+      "2021 define them.");
   Arguments arguments;
   RecordingOptions::add_path(app, "FILES", arguments.files);
   app.add_flag("--quiet", arguments.quiet, "no progress");

@@ -50,8 +50,7 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Simulate a Turtlebot in a loop of corridors and localise it by scan matching, with its "
-      "LiDAR "
-      "and with its radar; odometry gives only the start of each search.");
+      "LiDAR and with its radar; odometry gives only the start of each search.");
   Options o;
   add_out(app, o, "folder for report.html and the score images");
   app.add_option("--seeds", o.seeds, "drives, each in another building")

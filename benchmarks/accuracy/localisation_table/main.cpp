@@ -132,10 +132,8 @@ Result<void> run(const Options& o) {
   std::fputs(table.to_text().c_str(), stdout);
   std::puts(
       "found (including those not converged whose best cluster is correct up to the symmetry of "
-      "the "
-      "world)\nwrongly converged at the end (of these: correct up to the symmetry), and share of "
-      "all "
-      "scans");
+      "the world)\nwrongly converged at the end (of these: correct up to the symmetry), and share "
+      "of all scans");
   return {};
 }
 

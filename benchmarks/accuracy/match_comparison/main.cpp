@@ -96,8 +96,7 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app{
       "Compare scan matchers on pairs of scans of a recorded log: success rate over the error of "
-      "the "
-      "initial pose, accuracy and time. The poses of graph SLAM are the reference."};
+      "the initial pose, accuracy and time. The poses of graph SLAM are the reference."};
   Options o;
   app.add_option("LOG", o.log, "the recorded log").required().existing_file();
   add_out(app, o, "folder for the report, created if needed");

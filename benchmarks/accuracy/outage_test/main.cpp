@@ -184,9 +184,8 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Drift of inertial navigation in satellite outages of 10 to 30 s with none to four "
-      "satellites "
-      "left.\nReal inertial readings with ranges simulated along the recording's reference, or an "
-      "entirely\nsimulated drive. Writes outages.txt and report.html.");
+      "satellites left.\nReal inertial readings with ranges simulated along the recording's "
+      "reference, or an entirely\nsimulated drive. Writes outages.txt and report.html.");
   Options o;
   app.add_flag("--simulated", o.simulated, "a simulated drive of 310 s and 4.5 km");
   app.add_option("--imu", o.files.imu,

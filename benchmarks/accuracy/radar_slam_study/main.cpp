@@ -98,8 +98,7 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Run radar SLAM in a simulated world over many seeds and print mean and standard deviation "
-      "of "
-      "its errors; trajectories start at the true pose, without further alignment.");
+      "of its errors; trajectories start at the true pose, without further alignment.");
   Options o;
   app.add_option("WORLD", o.world, "corridor_loop, room or cluttered_room").required();
   app.add_option("--sensors", o.sensors, "radar, lidar, both").one_of({"radar", "lidar", "both"});

@@ -233,11 +233,9 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Compare recorded frames of an AWR1843 with simulated ones: points per frame and their "
-      "standard "
-      "deviation at one pose, range bins with points and points per bin, share of the "
-      "range-azimuth "
-      "cells that persist in the next frame, signal-to-noise ratio, Doppler bins relative to the "
-      "robot's motion, points per frame by range, share of the points by azimuth.");
+      "standard deviation at one pose, range bins with points and points per bin, share of the "
+      "range-azimuth cells that persist in the next frame, signal-to-noise ratio, Doppler bins "
+      "relative to the robot's motion, points per frame by range, share of the points by azimuth.");
   Options o;
   app.add_option("--captures", o.captures, "folder of recorded data ports (*.dat, *.dat.gz)");
   app.add_option("--seed", o.seed, "of worlds and noise").show_default();

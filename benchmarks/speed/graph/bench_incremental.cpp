@@ -200,8 +200,7 @@ Result<void> run(const Arguments& a) {
 int main(int argc, char** argv) {
   examples::CommandLine line(
       "Replay the pose graph of a g2o file edge by edge with the incremental optimiser and with "
-      "the "
-      "batch optimiser, started from its last estimate.");
+      "the batch optimiser, started from its last estimate.");
   Arguments a;
   line.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip").required();
   line.add_option("--csv", a.csv, "file for a table of the steps");

@@ -55,8 +55,7 @@ Result<void> run(const Arguments& a) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Estimate attitude and heading from a recorded unit with gyro, accelerometer and, "
-      "optionally, "
-      "magnetometer. Writes attitude.csv and report.html.");
+      "optionally, magnetometer. Writes attitude.csv and report.html.");
   Arguments arguments;
   RecordingOptions::add_path(app, "FILE", arguments.file);
   add_out(app, arguments);

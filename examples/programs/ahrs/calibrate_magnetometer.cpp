@@ -56,8 +56,7 @@ Result<void> run(const Arguments& a) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Calibrate a magnetometer from a recording in all orientations: calibrated = correction (raw "
-      "- "
-      "offset). Values are printed with their standard deviations.");
+      "- offset). Values are printed with their standard deviations.");
   Arguments arguments;
   RecordingOptions::add_path(app, "FILE", arguments.file);
   app.add_option("--out", arguments.out, "JSON file for the calibration, for ahrs --calibration");

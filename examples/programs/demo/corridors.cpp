@@ -155,9 +155,8 @@ io::Report report_of(const std::vector<Method>& all, const Recording& recording,
   report.heading("Errors against the truth")
       .paragraph(
           "All started at the same pose, without further alignment. The LiDAR has a range of 3.5 "
-          "m: "
-          "it sees two walls, which determine the motion along them poorly. The radar detects door "
-          "frames and reflectors in the walls, which do, but its bearings are coarse.")
+          "m: it sees two walls, which determine the motion along them poorly. The radar detects "
+          "door frames and reflectors in the walls, which do, but its bearings are coarse.")
       .table(table_of(all));
   report.plot(paths(all, recording.truth)).plot(distances(all, true)).plot(distances(all, false));
   report.heading("Maps");

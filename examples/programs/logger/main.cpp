@@ -66,8 +66,7 @@ int run(const Arguments& a) {
 int main(int argc, char** argv) {
   examples::CommandLine app(
       "Record several devices into one MCAP file: their bytes and the decoded messages. Begins on "
-      "the "
-      "remote command B, or immediately with --record.");
+      "the remote command B, or immediately with --record.");
   Arguments a;
   app.add_option("--config", a.config, "JSON file of sensors and options; see --print-config")
       .required()

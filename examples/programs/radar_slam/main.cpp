@@ -134,9 +134,8 @@ int main(int argc, char** argv) {
       "both.\nLOG is " +
       std::string(kRobotLogs) +
       "; CARMEN text may have RADAR, WHEELS and GYRO lines. Writes trajectory.tum, map.pgm, "
-      "map.yaml, "
-      "map.png and report.html; with both sensors also radar_map.pgm and radar_map.yaml, for "
-      "localise.");
+      "map.yaml, map.png and report.html; with both sensors also radar_map.pgm and radar_map.yaml, "
+      "for localise.");
   Options o;
   app.add_option("LOG", o.log, "the recorded log").required().existing_file();
   add_out(app, o);

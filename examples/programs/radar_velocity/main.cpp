@@ -142,8 +142,7 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Velocity of a radar from the radial speeds of each frame, by RANSAC and least squares on "
-      "the "
-      "inliers.\nLOG is " +
+      "the inliers.\nLOG is " +
       std::string(kRobotLogs) +
       ". Writes velocity.csv and report.html. If the radar's driver sets no stamps, use --stamps "
       "received.");

@@ -170,9 +170,8 @@ Result<void> run(const Arguments& a) {
 int main(int argc, char** argv) {
   examples::CommandLine app(
       "Replay a logger's recording in real time: with --ptys the devices' bytes, to "
-      "pseudo-terminals "
-      "that a logger can open in their place; else the inertial unit to pedestrian dead reckoning, "
-      "or the scans to graph SLAM.");
+      "pseudo-terminals that a logger can open in their place; else the inertial unit to "
+      "pedestrian dead reckoning, or the scans to graph SLAM.");
   Arguments a;
   app.add_option("RECORDING", a.recording, "a logger's recording (.mcap)").existing_file();
   app.add_option("--ptys", a.ptys, "folder for links to the pseudo-terminals, one per device");

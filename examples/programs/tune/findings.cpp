@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <wayfare/eval/outage_table.hpp>
 #include <wayfare/tune/ins_genes.hpp>
 
 namespace wayfare::examples {
