@@ -57,8 +57,8 @@ P stored(const Square& p) {
 }
 
 template <class P>
-class SequentialUpdate : public testing::Test {};
-using Storages = testing::Types<PackedCovariance, FullCovariance>;
+class SequentialUpdate : public ::testing::Test {};
+using Storages = ::testing::Types<PackedCovariance, FullCovariance>;
 TYPED_TEST_SUITE(SequentialUpdate, Storages);
 
 // P = 4, R = 1, innovation 5, 3 of the state's 4 elements uncorrelated with it: gain 4/5, so the

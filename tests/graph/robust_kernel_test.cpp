@@ -5,12 +5,12 @@
 namespace wayfare {
 namespace {
 
-constexpr RobustKernelKind kAll[] = {RobustKernelKind::none, RobustKernelKind::huber,
+constexpr RobustKernelKind kAllKernels[] = {RobustKernelKind::none, RobustKernelKind::huber,
                                      RobustKernelKind::cauchy, RobustKernelKind::geman_mcclure,
                                      RobustKernelKind::dynamic_covariance_scaling};
 
 TEST(RobustKernel, WeightIsTheDerivativeOfTheCost) {
-  for (const auto kind : kAll) {
+  for (const auto kind : kAllKernels) {
     for (const double scale : {0.5, 1.0, 3.0}) {
       const RobustKernel rho{kind, scale};
       for (const double s : {0.01, 0.3, 2.0, 7.0, 50.0}) {
@@ -23,7 +23,7 @@ TEST(RobustKernel, WeightIsTheDerivativeOfTheCost) {
 }
 
 TEST(RobustKernel, KeepsSmallErrorsAndNeverIncreasesAnError) {
-  for (const auto kind : kAll) {
+  for (const auto kind : kAllKernels) {
     const RobustKernel rho{kind, 2.0};
     EXPECT_EQ(rho(0.0).cost, 0.0);
     EXPECT_EQ(rho(0.0).weight, 1.0);
