@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <wayfare/decode/detail/line_time.hpp>
-#include <wayfare/decode/rplidar_decoder.hpp>
+#include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/logger/ti_stream.hpp>

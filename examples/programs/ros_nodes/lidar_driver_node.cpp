@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include <wayfare/decode/rplidar_decoder.hpp>
+#include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/ros/convert.hpp>
 
 #include "device.hpp"

@@ -1,4 +1,4 @@
-#include <wayfare/decode/rplidar_decoder.hpp>
+#include <wayfare/decode/rplidar_scan.hpp>
 
 #include "logger/devices/device_decoders.hpp"
 

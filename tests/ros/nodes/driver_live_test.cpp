@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/decode/rplidar_decoder.hpp>
+#include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/stream_player.hpp>
 #include <wayfare/logger/ti_stream.hpp>
