@@ -180,7 +180,7 @@ TEST(WalkFeedback, FindsScaleAndDirectionOfSteps) {
   for (int i = 0; i < 400; ++i) {
     const double s = 0.2 * i;
     const Eigen::Vector2d place(s, 0.3 * std::sin(0.05 * s));
-    feedback.tell(LogTime::from_seconds(0.18 * i), place, off * (place * (0.8 / 0.66)), true);
+    feedback.add(LogTime::from_seconds(0.18 * i), place, off * (place * (0.8 / 0.66)), true);
   }
   EXPECT_NEAR(feedback.scale(), 0.66 / 0.8, 0.005);
   EXPECT_NEAR(feedback.direction().degrees(), 20.0, 0.5);
@@ -189,7 +189,7 @@ TEST(WalkFeedback, FindsScaleAndDirectionOfSteps) {
 TEST(WalkFeedback, EstimatesNoScaleInADegenerateScene) {
   WalkFeedback feedback;
   for (int i = 0; i < 100; ++i)
-    feedback.tell(LogTime::from_seconds(0.18 * i), {0.16 * i, 0.0}, {0.2 * i, 0.0}, false);
+    feedback.add(LogTime::from_seconds(0.18 * i), {0.16 * i, 0.0}, {0.2 * i, 0.0}, false);
   EXPECT_EQ(feedback.scale(), 1.0);
 }
 
