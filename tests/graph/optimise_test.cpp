@@ -200,11 +200,11 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& instance) { return letters_of(instance.param.message); });
 
 template <class Solver>
-class UndeterminedPose : public ::testing::Test {};
-TYPED_TEST_SUITE(UndeterminedPose, AllSolvers);
+class AnUndeterminedPose : public ::testing::Test {};
+TYPED_TEST_SUITE(AnUndeterminedPose, AllSolvers);
 
 // A chain whose last edge has no information about the heading.
-TYPED_TEST(UndeterminedPose, IsNamedAndTheGraphUnchanged) {
+TYPED_TEST(AnUndeterminedPose, IsNamedAndTheGraphUnchanged) {
   using G = std::conditional_t<TypeParam::kBlock == 3, SE2d, SE3d>;
   Rng rng(3);
   auto graph = square_walk<G>(rng, 0.1);
@@ -230,7 +230,7 @@ TYPED_TEST(UndeterminedPose, IsNamedAndTheGraphUnchanged) {
 }
 
 // On an overflow the solver may not be able to name a pivot.
-TYPED_TEST(UndeterminedPose, IsNamedWhereTheNumbersOverflow) {
+TYPED_TEST(AnUndeterminedPose, IsNamedWhereTheNumbersOverflow) {
   using G = std::conditional_t<TypeParam::kBlock == 3, SE2d, SE3d>;
   Rng rng(3);
   auto graph = square_walk<G>(rng, 0.1);
