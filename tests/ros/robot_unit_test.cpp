@@ -129,7 +129,7 @@ TEST_F(RobotsUnit, WithoutTurnRateIsDropped) {
   const auto run = read();
   ASSERT_TRUE(run) << run.error().to_string();
   EXPECT_THAT(run->recording.gyro, IsEmpty());
-  EXPECT_THAT(said(*run), HasSubstr("turn rate is not measured"));
+  EXPECT_THAT(said(*run), HasSubstr("turn rate as not measured"));
 }
 
 TEST_F(RobotsUnit, TruthMayBeASeparateOdometry) {
