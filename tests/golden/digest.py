@@ -20,7 +20,7 @@ DRAWN_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 MEASURED = [
     (r"^.*(?: \d+ %, \d+:\d\d left| \.\.\.| done in [\d.]+ s)$", "progress line"),
     (r"^took\b.*$", "run time"),
-    (r"^a scan +\d+ us$", "run time"),
+    (r"^(a|per) scan +\d+ us$", "run time"),
     (r"^peak memory\b.*$", "memory of the process"),
     (r"^held +[\d.]+ MiB$", "memory of the map, which follows the layout of its types"),
 ]

@@ -55,7 +55,7 @@ std::string drive(const std::string& program, const decode::Stream& bytes, const
   Process driver(Live::in_its_own_topics({program, "--port", terminal->path()}),
                  Live::path("driver.txt"));
   EXPECT_TRUE(Live::spin_until(30.0, [&] {
-    return driver.output().find("reads " + terminal->path()) != std::string::npos;
+    return driver.output().find("reading " + terminal->path()) != std::string::npos;
   })) << driver.output();
   Live::spin_until(1.0, [] { return false; });  // until the topic is connected
   const std::atomic<bool> stop{false};
