@@ -22,7 +22,7 @@ MEASURED = [
     (r"^took\b.*$", "run time"),
     (r"^(a|per) scan +\d+ us$", "run time"),
     (r"^peak memory\b.*$", "memory of the process"),
-    (r"^held +[\d.]+ MiB$", "memory of the map, which follows the layout of its types"),
+    (r"^(held|memory) +[\d.]+ MiB$", "memory of the map, which follows the layout of its types"),
 ]
 
 
