@@ -104,7 +104,7 @@ FactorOutcome Factor::find_undetermined() {
   for (int k = 0; k < kFirstProbes; ++k) largest = std::max(largest, estimate_shares(k, estimates));
   if (largest < kDoubt / kRounding) return {};
   for (int k = kFirstProbes; k < kProbes; ++k) estimate_shares(k, estimates);
-  int borderline = 16;  // at most so many are computed in vain
+  int borderline = 16;  // most directions computed in vain
   for (std::size_t j = 0; j < scale_.size(); ++j) {
     if (!(estimates[j] >= kSlack / kRounding)) continue;
     if (estimates[j] < 10.0 / kRounding && borderline-- <= 0) continue;
