@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/se2.hpp>
+#include <wayfare/core/stop_reason.hpp>
 
 namespace wayfare {
 namespace {
@@ -15,6 +16,13 @@ using Vector1 = Eigen::Matrix<double, 1, 1>;
 using Eigen::Vector2d;
 using Eigen::Vector4d;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+TEST(StopReason, EveryReasonHasTextOfItsOwn) {
+  EXPECT_EQ(to_string(StopReason::converged), "converged");
+  EXPECT_EQ(to_string(StopReason::max_iterations), "iteration limit");
+  EXPECT_EQ(to_string(StopReason::stopped), "stopped on request");
+  EXPECT_EQ(to_string(StopReason::no_progress), "no step lowers the cost");
+}
 
 // Nielsen 1999: λ decreases by max(⅓, 1 − (2q − 1)³), grows by 2, 4, 8, … for consecutive
 // rejections.

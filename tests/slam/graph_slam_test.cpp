@@ -7,6 +7,7 @@
 
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
 #include "support.hpp"
