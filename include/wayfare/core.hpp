@@ -9,17 +9,14 @@
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/levenberg_marquardt.hpp>
-#include <wayfare/core/local_tangent_plane.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/pack.hpp>
 #include <wayfare/core/parallel.hpp>
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/roll_pitch_yaw.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/core/so2.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/core/statistics.hpp>
-#include <wayfare/core/stop_reason.hpp>
 #include <wayfare/core/time.hpp>

@@ -3,14 +3,11 @@
 // Device bytes to messages: TI mmWave radars, Xsens units, RPLIDAR scanners. No I/O, no heap.
 
 #include <wayfare/decode/awinda.hpp>
-#include <wayfare/decode/mt_legacy.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
-#include <wayfare/decode/rplidar_points.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
-#include <wayfare/decode/ti_config.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/decode/xbus.hpp>

@@ -2,11 +2,9 @@
 
 // Trajectory errors, alignment, consistency tests and tables.
 
-#include <wayfare/eval/alignment.hpp>
 #include <wayfare/eval/attitude_error.hpp>
 #include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/nav_error.hpp>
-#include <wayfare/eval/outage_table.hpp>
 #include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/eval/trajectory_error.hpp>

@@ -8,6 +8,4 @@
 #include <wayfare/filter/gauss_markov.hpp>
 #include <wayfare/filter/particles.hpp>
 #include <wayfare/filter/rbpf.hpp>
-#include <wayfare/filter/scalar_measurement.hpp>
 #include <wayfare/filter/sequential_update.hpp>
-#include <wayfare/filter/symmetric_matrix.hpp>

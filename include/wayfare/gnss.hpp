@@ -2,10 +2,8 @@
 
 // GNSS time, broadcast ephemerides, range corrections, range models and single-point positioning.
 
-#include <wayfare/gnss/atmosphere.hpp>
 #include <wayfare/gnss/correct_ranges.hpp>
 #include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/gnss/range_model.hpp>
-#include <wayfare/gnss/signal.hpp>
 #include <wayfare/gnss/single_point.hpp>

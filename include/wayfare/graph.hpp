@@ -2,16 +2,13 @@
 
 // Pose graphs: optimisers, robust kernels, initialisation, covariances, incremental smoothing.
 
-#include <wayfare/graph/block_sparse.hpp>
 #include <wayfare/graph/eigen_solver.hpp>
 #include <wayfare/graph/gnc.hpp>
 #include <wayfare/graph/incremental.hpp>
-#include <wayfare/graph/incremental_replay.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/path_uncertainty.hpp>
-#include <wayfare/graph/pose_error.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/graph/report.hpp>
 #include <wayfare/graph/robust_kernel.hpp>

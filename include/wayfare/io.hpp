@@ -3,21 +3,16 @@
 // Files: CARMEN logs, ROS 1 bags, MCAP, RINEX, g2o, TUM, columns of text, map images and reports.
 
 #include <wayfare/io/bag.hpp>
-#include <wayfare/io/byte_sink.hpp>
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/columns.hpp>
-#include <wayfare/io/float_table.hpp>
 #include <wayfare/io/g2o.hpp>
-#include <wayfare/io/image.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/marg_text.hpp>
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/io/nav_text.hpp>
-#include <wayfare/io/relations.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/rinex.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/io/time_tags.hpp>
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/io/voxel_text.hpp>

@@ -5,8 +5,5 @@
 #include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
-#include <wayfare/logger/read_recording.hpp>
-#include <wayfare/logger/remote_control.hpp>
 #include <wayfare/logger/serial_port.hpp>
-#include <wayfare/logger/stream_player.hpp>
-#include <wayfare/logger/ti_stream.hpp>
+#include <wayfare/logger/streams.hpp>

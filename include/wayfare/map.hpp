@@ -7,7 +7,6 @@
 #include <wayfare/map/distance_field.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/likelihood_field.hpp>
-#include <wayfare/map/multi_resolution_grid.hpp>
 #include <wayfare/map/ndt_map.hpp>
 #include <wayfare/map/occupancy_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>

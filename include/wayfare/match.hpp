@@ -2,12 +2,10 @@
 
 // Scan matchers, the proposal density of a match, and line extraction.
 
-#include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/match/icp.hpp>
 #include <wayfare/match/lines.hpp>
 #include <wayfare/match/ndt.hpp>
 #include <wayfare/match/pose_proposal.hpp>
-#include <wayfare/match/refine.hpp>
 #include <wayfare/match/scan_matcher.hpp>

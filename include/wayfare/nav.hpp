@@ -6,4 +6,3 @@
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 #include <wayfare/nav/outage.hpp>
-#include <wayfare/nav/outage_errors.hpp>

@@ -2,11 +2,9 @@
 
 // Step detection, step length, pedestrian dead reckoning and foot-mounted inertial navigation.
 
-#include <wayfare/pedestrian/foot_parameters.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
-#include <wayfare/pedestrian/map_heading.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/pedestrian/pedestrian_parameters.hpp>
 #include <wayfare/pedestrian/step.hpp>
 #include <wayfare/pedestrian/step_detector.hpp>
 #include <wayfare/pedestrian/step_length.hpp>

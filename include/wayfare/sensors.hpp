@@ -6,8 +6,6 @@
 #include <wayfare/sensors/gnss.hpp>
 #include <wayfare/sensors/imu.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
-#include <wayfare/sensors/level_scan.hpp>
-#include <wayfare/sensors/marg.hpp>
 #include <wayfare/sensors/nav_state.hpp>
 #include <wayfare/sensors/point_set.hpp>
 #include <wayfare/sensors/radar_scan.hpp>

@@ -8,6 +8,5 @@
 #include <wayfare/slam/localisation_map.hpp>
 #include <wayfare/slam/pedestrian_slam.hpp>
 #include <wayfare/slam/radar_slam.hpp>
-#include <wayfare/slam/radar_slam_stream.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 #include <wayfare/slam/submap_slam.hpp>

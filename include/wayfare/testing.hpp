@@ -4,6 +4,5 @@
 
 #include <wayfare/testing/decoder_laws.hpp>
 #include <wayfare/testing/filter_laws.hpp>
-#include <wayfare/testing/gaussian_checks.hpp>
 #include <wayfare/testing/lie_group_laws.hpp>
 #include <wayfare/testing/manifold_laws.hpp>

@@ -4,4 +4,3 @@
 
 #include <wayfare/tune/genetic.hpp>
 #include <wayfare/tune/ins_fitness.hpp>
-#include <wayfare/tune/ins_genes.hpp>

@@ -1,4 +1,4 @@
-#include <wayfare/decode/ti_config.hpp>
+#include <wayfare/decode/ti_decoder.hpp>
 
 #include <algorithm>
 #include <bit>

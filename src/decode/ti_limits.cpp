@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include <wayfare/decode/ti_config.hpp>
+#include <wayfare/decode/ti_decoder.hpp>
 
 namespace wayfare::decode {
 namespace {

@@ -1,11 +1,11 @@
-#include <wayfare/gnss/atmosphere.hpp>
+#include <wayfare/gnss/range_model.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 
 namespace wayfare {
 namespace {

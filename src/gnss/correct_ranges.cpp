@@ -5,8 +5,8 @@
 #include <optional>
 #include <variant>
 
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 
 namespace wayfare {
 namespace {

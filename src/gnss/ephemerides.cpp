@@ -4,7 +4,6 @@
 #include <cmath>
 #include <string>
 
-#include <wayfare/gnss/signal.hpp>
 
 namespace wayfare {
 namespace {

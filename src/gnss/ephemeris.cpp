@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 
 namespace wayfare {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/gnss/signal.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 
 namespace wayfare {
 

@@ -7,8 +7,8 @@
 
 #include <Eigen/Cholesky>
 
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 
 #include "gnss/robust_solve.hpp"
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include <wayfare/gnss/signal.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/single_point.hpp>
 
 namespace wayfare {

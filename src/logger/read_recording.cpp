@@ -2,7 +2,6 @@
 
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/logger/messages.hpp>
-#include <wayfare/logger/read_recording.hpp>
 
 namespace wayfare::logger {
 namespace {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <thread>
 
-#include <wayfare/logger/stream_player.hpp>
+#include <wayfare/logger/streams.hpp>
 
 namespace wayfare::logger {
 

@@ -6,7 +6,7 @@
 
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/motion/motion_noise.hpp>
+#include <wayfare/motion/differential_drive_model.hpp>
 
 namespace wayfare {
 

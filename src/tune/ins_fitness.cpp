@@ -7,9 +7,8 @@
 
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/detail/isa.hpp>
-#include <wayfare/core/local_tangent_plane.hpp>
+#include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/parallel.hpp>
-#include <wayfare/tune/ins_genes.hpp>
 
 #include "tune/kernel.hpp"
 

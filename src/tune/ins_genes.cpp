@@ -1,4 +1,4 @@
-#include <wayfare/tune/ins_genes.hpp>
+#include <wayfare/tune/ins_fitness.hpp>
 
 #include <array>
 #include <string>

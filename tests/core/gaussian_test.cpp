@@ -10,7 +10,7 @@
 
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
-#include <wayfare/testing/gaussian_checks.hpp>
+#include <wayfare/testing/filter_laws.hpp>
 
 namespace wayfare {
 namespace {

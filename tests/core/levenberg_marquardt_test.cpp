@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/se2.hpp>
-#include <wayfare/core/stop_reason.hpp>
 
 namespace wayfare {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/core/local_tangent_plane.hpp>
+#include <wayfare/core/geodesy.hpp>
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 
 #include <cmath>
 #include <numbers>

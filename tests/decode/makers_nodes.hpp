@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include <wayfare/decode/rplidar_points.hpp>
+#include <wayfare/decode/rplidar_scan.hpp>
 
 namespace wayfare::decode {
 

@@ -8,7 +8,7 @@
 
 #include <wayfare/decode/detail/rplidar_packet.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
-#include <wayfare/decode/rplidar_points.hpp>
+#include <wayfare/decode/rplidar_scan.hpp>
 
 #include "captures.hpp"
 

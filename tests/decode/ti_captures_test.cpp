@@ -2,7 +2,7 @@
 #include <cmath>
 #include <sstream>
 
-#include <wayfare/decode/ti_config.hpp>
+#include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 

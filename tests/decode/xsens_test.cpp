@@ -4,7 +4,6 @@
 #include <numeric>
 
 #include <wayfare/decode/detail/mt_values.hpp>
-#include <wayfare/decode/mt_legacy.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 

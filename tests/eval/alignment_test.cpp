@@ -1,4 +1,4 @@
-#include <wayfare/eval/alignment.hpp>
+#include <wayfare/eval/trajectory_error.hpp>
 
 #include <numbers>
 #include <vector>

@@ -4,7 +4,7 @@
 #include <string>
 
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/relations.hpp>
+#include <wayfare/io/tum.hpp>
 #include "core/at.hpp"
 #include "io/support.hpp"
 

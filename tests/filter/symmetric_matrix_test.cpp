@@ -1,4 +1,4 @@
-#include <wayfare/filter/symmetric_matrix.hpp>
+#include <wayfare/filter/sequential_update.hpp>
 
 #include <cmath>
 #include <limits>

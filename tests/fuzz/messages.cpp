@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <string_view>
 
+#include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
-#include <wayfare/logger/remote_control.hpp>
 
 namespace {
 

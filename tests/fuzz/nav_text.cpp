@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include <wayfare/io/nav_text.hpp>
-#include <wayfare/io/time_tags.hpp>
 
 namespace {
 

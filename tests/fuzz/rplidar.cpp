@@ -3,7 +3,6 @@
 #include <memory>
 
 #include <wayfare/decode/rplidar_decoder.hpp>
-#include <wayfare/decode/rplidar_points.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
 #include "decoders.hpp"
 

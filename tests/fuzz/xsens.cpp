@@ -3,7 +3,6 @@
 #include <memory>
 
 #include <wayfare/decode/awinda.hpp>
-#include <wayfare/decode/mt_legacy.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/xbus.hpp>
 #include "decoders.hpp"

@@ -1,14 +1,14 @@
 // Values computed by hand from the published formulas; rtklib_test.cpp compares with RTKLIB.
 
-#include <wayfare/gnss/atmosphere.hpp>
+#include <wayfare/gnss/range_model.hpp>
 
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 
 namespace wayfare {
 namespace {

@@ -9,7 +9,6 @@
 #include <Eigen/Geometry>
 
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 
 namespace wayfare {
 namespace {

@@ -9,8 +9,8 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/gnss/correct_ranges.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 #include <wayfare/io/rinex.hpp>
 #include "io/support.hpp"
 #include "rtklib.hpp"

@@ -9,8 +9,8 @@
 #include <Eigen/Geometry>
 
 #include <wayfare/gnss/correct_ranges.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 
 namespace wayfare::testing {
 

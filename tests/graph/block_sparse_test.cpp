@@ -1,4 +1,4 @@
-#include <wayfare/graph/block_sparse.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 
 #include <set>
 

@@ -9,7 +9,6 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/graph/incremental.hpp>
-#include <wayfare/graph/incremental_replay.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
 #include "tangle.hpp"

@@ -1,13 +1,12 @@
 // A public graph replayed edge by edge with the default thresholds.
 
-#include <wayfare/graph/incremental_replay.hpp>
+#include <wayfare/graph/incremental.hpp>
 
 #include <array>
 #include <string>
 
 #include <gtest/gtest.h>
 
-#include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/g2o.hpp>
 

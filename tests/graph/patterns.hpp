@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/graph/block_sparse.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 
 namespace wayfare::tests {
 

@@ -1,5 +1,5 @@
 #include <numbers>
-#include <wayfare/graph/pose_error.hpp>
+#include <wayfare/graph/pose_graph.hpp>
 
 #include <numbers>
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/ahrs_alignment.hpp>
 #include <wayfare/inertial/detail/ahrs_heading.hpp>

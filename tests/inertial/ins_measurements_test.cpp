@@ -1,9 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <wayfare/filter/scalar_measurement.hpp>
+#include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/gnss/range_model.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
-#include <wayfare/inertial/ins_constraints.hpp>
 #include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 #include <wayfare/testing/filter_laws.hpp>

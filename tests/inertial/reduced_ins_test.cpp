@@ -1,6 +1,6 @@
 // Navigation with one gyro and wheels, in latitude and longitude and in a plane; error growth.
 
-#include <wayfare/inertial/reduced_ins.hpp>
+#include <wayfare/inertial/ins_model.hpp>
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include <wayfare/io/float_table.hpp>
+#include <wayfare/io/columns.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,3 @@
-#include <wayfare/io/image.hpp>
 #include <wayfare/io/map_image.hpp>
 
 #include <png.h>

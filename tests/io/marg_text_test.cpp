@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include <wayfare/io/float_table.hpp>
+#include <wayfare/io/columns.hpp>
 #include "support.hpp"
 
 namespace wayfare::io {

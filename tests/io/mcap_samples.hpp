@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include <wayfare/io/byte_sink.hpp>
 #include <wayfare/io/mcap.hpp>
+#include <wayfare/io/text_file.hpp>
 
 namespace wayfare::testing {
 

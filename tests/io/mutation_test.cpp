@@ -12,9 +12,7 @@
 #include <wayfare/io/g2o.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/nav_text.hpp>
-#include <wayfare/io/relations.hpp>
 #include <wayfare/io/rinex.hpp>
-#include <wayfare/io/time_tags.hpp>
 #include <wayfare/io/tum.hpp>
 #include "rinex_samples.hpp"
 #include "support.hpp"

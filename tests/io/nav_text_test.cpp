@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 #include "support.hpp"
 
 namespace wayfare::io {

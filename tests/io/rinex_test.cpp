@@ -4,7 +4,7 @@
 #include <string>
 #include <variant>
 
-#include <wayfare/gnss/signal.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include "rinex_samples.hpp"
 #include "support.hpp"
 

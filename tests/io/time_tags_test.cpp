@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/io/time_tags.hpp>
+#include <wayfare/io/nav_text.hpp>
 #include "support.hpp"
 
 namespace wayfare::io {

@@ -4,7 +4,6 @@
 #include <string>
 #include <utility>
 
-#include <wayfare/io/relations.hpp>
 #include "support.hpp"
 
 namespace wayfare::io {

@@ -8,7 +8,7 @@
 #include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>
-#include <wayfare/logger/ti_stream.hpp>
+#include <wayfare/logger/streams.hpp>
 #include "io/support.hpp"
 
 namespace wayfare::logger {

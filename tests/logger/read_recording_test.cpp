@@ -1,4 +1,4 @@
-#include <wayfare/logger/read_recording.hpp>
+#include <wayfare/logger/messages.hpp>
 
 #include <unistd.h>
 
@@ -7,7 +7,6 @@
 #include <gmock/gmock.h>
 
 #include <wayfare/io/mcap.hpp>
-#include <wayfare/logger/messages.hpp>
 
 namespace wayfare::logger {
 namespace {

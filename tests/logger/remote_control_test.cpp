@@ -1,4 +1,4 @@
-#include <wayfare/logger/remote_control.hpp>
+#include <wayfare/logger/logger.hpp>
 
 #include <string>
 

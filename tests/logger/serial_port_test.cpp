@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include <wayfare/logger/stream_player.hpp>
+#include <wayfare/logger/streams.hpp>
 #include "simulated_devices.hpp"
 
 namespace wayfare::logger {

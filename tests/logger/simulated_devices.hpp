@@ -13,7 +13,7 @@
 
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/logger.hpp>
-#include <wayfare/logger/stream_player.hpp>
+#include <wayfare/logger/streams.hpp>
 #include "io/mcap_samples.hpp"
 #include "io/support.hpp"
 

@@ -1,4 +1,4 @@
-#include <wayfare/map/multi_resolution_grid.hpp>
+#include <wayfare/map/probability_grid.hpp>
 
 #include <cmath>
 #include <limits>

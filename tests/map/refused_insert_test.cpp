@@ -13,8 +13,8 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/detection_grid.hpp>
-#include <wayfare/map/multi_resolution_grid.hpp>
 #include <wayfare/map/occupancy_field.hpp>
+#include <wayfare/map/probability_grid.hpp>
 
 #include "match/walls.hpp"
 

@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 
 #include <wayfare/map/detection_grid.hpp>
-#include <wayfare/match/refine.hpp>
+#include <wayfare/match/gauss_newton.hpp>
 
 #include "scenes.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/map/multi_resolution_grid.hpp>
+#include <wayfare/map/probability_grid.hpp>
 #include <wayfare/match/detail/scene_constraint.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/sim/corridors.hpp>
+#include <wayfare/sim/worlds.hpp>
 
 namespace wayfare {
 namespace {

@@ -9,7 +9,6 @@
 #include <Eigen/LU>
 
 #include <wayfare/map/inverse_lidar.hpp>
-#include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/detail/scene_constraint.hpp>
 #include <wayfare/match/gauss_newton.hpp>

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
-#include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
 
 #include "reference.hpp"

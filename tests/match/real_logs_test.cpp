@@ -8,7 +8,6 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
 
 #include "io/support.hpp"

@@ -7,8 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/motion/motion_noise.hpp>
-#include <wayfare/testing/gaussian_checks.hpp>
+#include <wayfare/testing/filter_laws.hpp>
 
 namespace wayfare {
 namespace {

@@ -9,11 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/io/nav_text.hpp>
-#include <wayfare/io/time_tags.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
-#include <wayfare/sim/ranges.hpp>
+#include <wayfare/sim/gnss.hpp>
 
 namespace wayfare::tests {
 

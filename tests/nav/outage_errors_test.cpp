@@ -1,11 +1,11 @@
-#include <wayfare/nav/outage_errors.hpp>
+#include <wayfare/nav/outage.hpp>
 
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
-#include <wayfare/eval/outage_table.hpp>
+#include <wayfare/eval/nav_error.hpp>
 
 #include "core/at.hpp"
 

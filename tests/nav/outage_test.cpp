@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <wayfare/eval/outage_table.hpp>
+#include <wayfare/eval/nav_error.hpp>
 
 #include "core/at.hpp"
 

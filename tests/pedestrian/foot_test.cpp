@@ -3,8 +3,8 @@
 #include <wayfare/pedestrian/detail/foot_noise.hpp>
 #include <wayfare/pedestrian/detail/foot_readings.hpp>
 #include <wayfare/pedestrian/detail/foot_rest.hpp>
-#include <wayfare/pedestrian/foot_parameters.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 
 #include <cmath>
 #include <limits>

@@ -5,8 +5,8 @@
 #include <wayfare/pedestrian/detail/walk_covariance.hpp>
 #include <wayfare/pedestrian/detail/walking_direction.hpp>
 #include <wayfare/pedestrian/detail/walking_heading.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/pedestrian/pedestrian_parameters.hpp>
 #include <wayfare/pedestrian/step.hpp>
 #include <wayfare/pedestrian/step_detector.hpp>
 #include <wayfare/pedestrian/step_length.hpp>

@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/statistics.hpp>
-#include <wayfare/sim/feet.hpp>
-#include <wayfare/sim/imu.hpp>
+#include <wayfare/sim/vehicle_trajectory.hpp>
+#include <wayfare/sim/walks.hpp>
 
 namespace wayfare {
 namespace {

@@ -21,7 +21,7 @@
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/logger/logger.hpp>
-#include <wayfare/logger/stream_player.hpp>
+#include <wayfare/logger/streams.hpp>
 #include "logger/simulated_devices.hpp"
 
 namespace wayfare {

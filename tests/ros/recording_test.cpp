@@ -7,8 +7,6 @@
 
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/ros/convert.hpp>
-#include <wayfare/ros/frame_tree.hpp>
-#include <wayfare/ros/recording_writer.hpp>
 
 #include "io/support.hpp"
 #include "sample_recording.hpp"

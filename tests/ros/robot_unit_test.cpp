@@ -11,7 +11,6 @@
 #include <wayfare/core/so3.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/recording.hpp>
-#include <wayfare/ros/recording_writer.hpp>
 
 #include "io/support.hpp"
 #include "sample_recording.hpp"

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/ros/recording_writer.hpp>
+#include <wayfare/ros/recording.hpp>
 
 namespace wayfare::testing {
 

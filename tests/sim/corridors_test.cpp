@@ -1,6 +1,6 @@
 // The corridors, the drives through them and their gyro.
 
-#include <wayfare/sim/corridors.hpp>
+#include <wayfare/sim/worlds.hpp>
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include <wayfare/sim/imu.hpp>
+#include <wayfare/sim/vehicle_trajectory.hpp>
 
 #include <cmath>
 

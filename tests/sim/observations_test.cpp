@@ -1,4 +1,4 @@
-#include <wayfare/sim/observations.hpp>
+#include <wayfare/sim/gnss.hpp>
 
 #include <cmath>
 

@@ -2,7 +2,6 @@
 
 #include <wayfare/sensors/radar_scan.hpp>
 #include <wayfare/sim/radar.hpp>
-#include <wayfare/sim/reflectors.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
-#include <wayfare/sim/head_walk.hpp>
+#include <wayfare/sim/walks.hpp>
 #include <wayfare/slam/detail/carrier_motion.hpp>
 #include <wayfare/testing/detail/positive_definite.hpp>
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/sim/head_walk.hpp>
+#include <wayfare/sim/walks.hpp>
 #include <wayfare/slam/hector_slam.hpp>
 
 #include "sim/support.hpp"

@@ -6,7 +6,6 @@
 
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/floor_plan.hpp>
-#include <wayfare/sim/plan_map.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 
 namespace wayfare {

@@ -9,7 +9,7 @@
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/slam/localisation_map.hpp>
-#include <wayfare/testing/gaussian_checks.hpp>
+#include <wayfare/testing/filter_laws.hpp>
 
 #include "localisation_support.hpp"
 #include "slam/localisation/draws.hpp"

@@ -9,7 +9,7 @@
 
 #include <wayfare/eval/relations.hpp>
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/relations.hpp>
+#include <wayfare/io/tum.hpp>
 
 namespace wayfare::testing {
 

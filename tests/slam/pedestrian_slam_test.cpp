@@ -7,11 +7,10 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/pedestrian/map_heading.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/pedestrian/walk_feedback.hpp>
-#include <wayfare/sensors/level_scan.hpp>
-#include <wayfare/sim/head_walk.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sim/walks.hpp>
 
 #include "sim/support.hpp"
 

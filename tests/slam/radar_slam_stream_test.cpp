@@ -1,7 +1,7 @@
 // The particle filter with measurements that arrive one by one gives the same result as with the
 // recording.
 
-#include <wayfare/slam/radar_slam_stream.hpp>
+#include <wayfare/slam/radar_slam.hpp>
 
 #include <algorithm>
 #include <functional>

@@ -1,5 +1,5 @@
 // A device's clock from arrivals with random delays.
-#include <wayfare/sync/clock_envelope.hpp>
+#include <wayfare/sync/clock_fit.hpp>
 
 #include <cmath>
 #include <random>

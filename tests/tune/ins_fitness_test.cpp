@@ -3,13 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/eval/nav_error.hpp>
-#include <wayfare/sim/imu.hpp>
-#include <wayfare/sim/ranges.hpp>
+#include <wayfare/sim/gnss.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 #include <wayfare/tune/ins_fitness.hpp>
-#include <wayfare/tune/ins_genes.hpp>
 
 namespace wayfare {
 namespace {

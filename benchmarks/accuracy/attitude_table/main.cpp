@@ -9,7 +9,6 @@
 
 #include <wayfare/eval/table.hpp>
 #include <wayfare/inertial/ahrs.hpp>
-#include <wayfare/inertial/basic_ahrs.hpp>
 
 #include "ahrs/errors.hpp"
 #include "ahrs/recording.hpp"

@@ -6,7 +6,7 @@
 #include <wayfare/map/detail/scan_raster.hpp>
 #include <wayfare/map/detection_grid.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
-#include <wayfare/match/refine.hpp>
+#include <wayfare/match/gauss_newton.hpp>
 
 namespace wayfare::examples {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <wayfare/io/image.hpp>
+#include <wayfare/io/map_image.hpp>
 #include <wayfare/match/correlative.hpp>
 
 namespace wayfare::examples {

@@ -9,11 +9,10 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
-#include <wayfare/match/branch_and_bound.hpp>
+#include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/match/icp.hpp>
 #include <wayfare/match/ndt.hpp>
-#include <wayfare/match/refine.hpp>
 
 namespace wayfare::examples {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/eval/outage_table.hpp>
+#include <wayfare/eval/nav_error.hpp>
 #include <wayfare/nav/outage.hpp>
 
 #include "support/program_files.hpp"

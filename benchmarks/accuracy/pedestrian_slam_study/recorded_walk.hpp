@@ -5,10 +5,10 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/pedestrian/pedestrian_parameters.hpp>
-#include <wayfare/sensors/marg.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
+#include <wayfare/sensors/imu.hpp>
 #include <wayfare/sensors/recording.hpp>
-#include <wayfare/sim/head_walk.hpp>
+#include <wayfare/sim/walks.hpp>
 
 #include "buildings.hpp"
 

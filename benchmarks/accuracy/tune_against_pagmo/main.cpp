@@ -13,7 +13,7 @@
 #include <pagmo/population.hpp>
 #include <pagmo/problem.hpp>
 
-#include <wayfare/tune/ins_genes.hpp>
+#include <wayfare/tune/ins_fitness.hpp>
 
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"

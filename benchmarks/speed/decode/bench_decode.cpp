@@ -13,7 +13,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
-#include <wayfare/decode/rplidar_points.hpp>
+#include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/xbus.hpp>
 

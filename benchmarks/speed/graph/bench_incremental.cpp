@@ -11,7 +11,6 @@
 #include <vector>
 
 #include <wayfare/graph/incremental.hpp>
-#include <wayfare/graph/incremental_replay.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/g2o.hpp>
 #include <wayfare/io/report.hpp>

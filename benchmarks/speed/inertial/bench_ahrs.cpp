@@ -9,7 +9,6 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/inertial/ahrs.hpp>
-#include <wayfare/inertial/basic_ahrs.hpp>
 
 namespace {
 

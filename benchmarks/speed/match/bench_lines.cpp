@@ -10,7 +10,7 @@
 
 #include <wayfare/match/lines.hpp>
 #include <wayfare/sensors/point_set.hpp>
-#include <wayfare/sim/corridors.hpp>
+#include <wayfare/sim/worlds.hpp>
 
 namespace wayfare {
 namespace {

@@ -16,7 +16,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/match/branch_and_bound.hpp>
+#include <wayfare/match/correlative.hpp>
 
 namespace wayfare {
 namespace {

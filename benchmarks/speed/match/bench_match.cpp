@@ -11,9 +11,8 @@
 
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
-#include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
-#include <wayfare/match/refine.hpp>
+#include <wayfare/match/gauss_newton.hpp>
 
 #include "scene.hpp"
 

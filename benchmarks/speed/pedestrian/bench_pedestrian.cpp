@@ -12,7 +12,7 @@
 #include <wayfare/core/so3.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/sim/feet.hpp>
+#include <wayfare/sim/walks.hpp>
 
 namespace {
 

@@ -8,7 +8,6 @@
 #include <benchmark/benchmark.h>
 
 #include <wayfare/sim/floor_plan.hpp>
-#include <wayfare/sim/plan_map.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/slam/localisation.hpp>
 

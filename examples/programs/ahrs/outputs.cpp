@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/eval/attitude_error.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/report.hpp>

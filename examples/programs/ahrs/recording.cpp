@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <utility>
 
-#include <wayfare/logger/read_recording.hpp>
+#include <wayfare/logger/messages.hpp>
 
 #include "support/program_files.hpp"
 #include "support/ros_topics.hpp"

@@ -7,7 +7,7 @@
 
 #include <wayfare/core/so3.hpp>
 #include <wayfare/inertial/ahrs.hpp>
-#include <wayfare/sensors/marg.hpp>
+#include <wayfare/sensors/imu.hpp>
 
 namespace wayfare::examples {
 

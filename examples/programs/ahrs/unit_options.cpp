@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <utility>
 
-#include <wayfare/logger/read_recording.hpp>
+#include <wayfare/logger/messages.hpp>
 
 namespace wayfare::examples {
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <numbers>
 
-#include <wayfare/io/float_table.hpp>
+#include <wayfare/io/columns.hpp>
 
 #include "support/nav_ros.hpp"
 #include "support/program_files.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include <wayfare/ros/recording_writer.hpp>
+#include <wayfare/ros/recording.hpp>
 #include <wayfare/sim/differential_drive.hpp>
 
 #include "ahrs/unit_options.hpp"

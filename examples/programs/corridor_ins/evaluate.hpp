@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <wayfare/nav/corridor_ins.hpp>
-#include <wayfare/sim/corridors.hpp>
+#include <wayfare/sim/worlds.hpp>
 
 namespace wayfare::examples {
 

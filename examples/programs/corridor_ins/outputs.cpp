@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include <wayfare/eval/alignment.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/point_set.hpp>

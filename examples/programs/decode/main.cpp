@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include <wayfare/decode/ti_config.hpp>
+#include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/io/text_file.hpp>
 
 #include "support/program_files.hpp"

@@ -1,7 +1,6 @@
 #include <memory>
 
 #include <wayfare/decode/rplidar_decoder.hpp>
-#include <wayfare/decode/rplidar_points.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/io/time_text.hpp>
 

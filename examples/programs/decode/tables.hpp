@@ -11,7 +11,7 @@
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/decode/mt_legacy.hpp>
+#include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 

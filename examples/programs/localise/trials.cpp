@@ -10,7 +10,6 @@
 #include <wayfare/io/voxel_text.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/floor_plan.hpp>
-#include <wayfare/sim/plan_map.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>

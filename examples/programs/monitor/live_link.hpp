@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include <wayfare/logger/remote_control.hpp>
+#include <wayfare/logger/logger.hpp>
 
 namespace wayfare::examples {
 

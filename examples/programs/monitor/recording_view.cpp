@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include <wayfare/logger/messages.hpp>
-#include <wayfare/logger/read_recording.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 

@@ -8,9 +8,9 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
-#include <wayfare/pedestrian/foot_parameters.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/sensors/marg.hpp>
+#include <wayfare/sensors/imu.hpp>
 #include <wayfare/sensors/recording.hpp>
 
 #include "support/program_files.hpp"

@@ -1,5 +1,4 @@
 #include <wayfare/graph/incremental.hpp>
-#include <wayfare/graph/incremental_replay.hpp>
 
 #include "solve.hpp"
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/logger/read_recording.hpp>
+#include <wayfare/logger/messages.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 

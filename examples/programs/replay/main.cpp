@@ -17,7 +17,7 @@
 
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/logger/stream_player.hpp>
+#include <wayfare/logger/streams.hpp>
 
 #include "live_systems.hpp"
 #include "support/command_line.hpp"

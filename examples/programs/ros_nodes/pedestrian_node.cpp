@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/ros/pedestrian_node.hpp>
+#include <wayfare/ros/nodes.hpp>
 
 #include "node_program.hpp"
 

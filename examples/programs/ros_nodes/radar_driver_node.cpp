@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <string>
 
-#include <wayfare/decode/ti_config.hpp>
+#include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/logger/ti_stream.hpp>
+#include <wayfare/logger/streams.hpp>
 #include <wayfare/ros/convert.hpp>
 
 #include "device.hpp"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/ros/slam_node.hpp>
+#include <wayfare/ros/nodes.hpp>
 
 #include "node_program.hpp"
 #include "support/submap_slam_fields.hpp"

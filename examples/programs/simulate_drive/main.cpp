@@ -6,8 +6,8 @@
 #include <vector>
 
 #include <wayfare/io/nav_text.hpp>
-#include <wayfare/sim/imu.hpp>
-#include <wayfare/sim/ranges.hpp>
+#include <wayfare/sim/gnss.hpp>
+#include <wayfare/sim/vehicle_trajectory.hpp>
 
 #include "support/nav_config.hpp"
 #include "support/program_files.hpp"

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/rinex.hpp>

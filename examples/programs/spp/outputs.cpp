@@ -4,7 +4,7 @@
 #include <map>
 
 #include <wayfare/core/statistics.hpp>
-#include <wayfare/gnss/signal.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/tum.hpp>
 

@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include <wayfare/gnss/signal.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 
 #include "support/plots.hpp"
 

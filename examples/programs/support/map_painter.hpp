@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/io/image.hpp>
 #include <wayfare/io/map_image.hpp>
 
 namespace wayfare::examples {

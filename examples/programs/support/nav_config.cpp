@@ -9,7 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/io/text_file.hpp>
 
 namespace wayfare::examples {

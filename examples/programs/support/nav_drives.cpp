@@ -3,8 +3,7 @@
 #include <memory>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/sim/imu.hpp>
-#include <wayfare/sim/ranges.hpp>
+#include <wayfare/sim/gnss.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 
 namespace wayfare::examples {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/gnss/single_point.hpp>
 
 namespace wayfare::examples {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/io/tum.hpp>
 

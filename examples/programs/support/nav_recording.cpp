@@ -12,7 +12,6 @@
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/rinex.hpp>
-#include <wayfare/io/time_tags.hpp>
 #include <wayfare/sync/in_order.hpp>
 
 #include "nav_ros.hpp"

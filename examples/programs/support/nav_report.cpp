@@ -4,7 +4,7 @@
 #include <map>
 #include <numbers>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 
 #include "nav_outputs.hpp"
 #include "plots.hpp"

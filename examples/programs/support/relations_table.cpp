@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include <wayfare/io/relations.hpp>
+#include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 #include "program_files.hpp"

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include <wayfare/io/g2o.hpp>
-#include <wayfare/io/image.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>

@@ -9,7 +9,7 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/graph/pose_graph.hpp>
-#include <wayfare/io/image.hpp>
+#include <wayfare/io/map_image.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/sensors/recording.hpp>
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/logger/read_recording.hpp>
+#include <wayfare/logger/messages.hpp>
 
 #include "progress_line.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include <wayfare/eval/outage_table.hpp>
-#include <wayfare/tune/ins_genes.hpp>
+#include <wayfare/eval/nav_error.hpp>
+#include <wayfare/tune/ins_fitness.hpp>
 
 namespace wayfare::examples {
 namespace {

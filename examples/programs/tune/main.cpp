@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/tune/ins_genes.hpp>
+#include <wayfare/tune/ins_fitness.hpp>
 
 #include "cmaes.hpp"
 #include "findings.hpp"

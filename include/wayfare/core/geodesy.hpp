@@ -1,12 +1,19 @@
 #pragma once
 
 // Positions on the WGS-84 ellipsoid: geodetic, Earth-centred Earth-fixed (ECEF), local level (NED).
+//
+// Positions near an anchor as north, east and down offsets in metres, so that single precision is
+// enough for the offset while the anchor stays double:
+//   latitude = latitude₀ + n/(M₀ + h₀), longitude = longitude₀ + e/((N₀ + h₀) cos latitude₀),
+//   height = h₀ − d.
+// Curvilinear coordinates, a chart of the ellipsoid. For offsets below about 20 km.
 
 #include <cmath>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/pack.hpp>
 
 namespace wayfare {
 
@@ -115,5 +122,129 @@ template <class T>
                                                 const Geodetic& origin) {
   return geodetic_from_ecef(ecef_from_geodetic(origin) + rotation_ecef_ned(origin) * ned_m);
 }
+
+/// Geometry and gravity of the Earth at a point of the chart.
+template <class T>
+struct EarthAt {
+  T sin_latitude, cos_latitude;
+  T meridian_m, transverse_m;  ///< radii of curvature, with height
+  T north_scale, east_scale;   ///< metres on the chart per metre on the ground
+  T gravity_mps2;
+};
+
+class LocalTangentPlane {
+ public:
+  LocalTangentPlane() : LocalTangentPlane(Geodetic{}) {}
+  explicit LocalTangentPlane(const Geodetic& anchor)
+      : anchor_(anchor),
+        r_ecef_ned_(rotation_ecef_ned(anchor)),
+        ecef_m_(ecef_from_geodetic(anchor)),
+        sin_(std::sin(anchor.latitude.radians())),
+        cos_(std::cos(anchor.latitude.radians())),
+        transverse_m_(transverse_radius_m(sin_)),
+        north_m_(meridian_radius_m(sin_) + anchor.height_m),
+        east_m_(transverse_m_ + anchor.height_m) {}
+
+  [[nodiscard]] const Geodetic& anchor() const { return anchor_; }
+  /// The anchor's ECEF position and axes; displacement() is given in these axes.
+  [[nodiscard]] const Eigen::Vector3d& ecef_m() const { return ecef_m_; }
+  [[nodiscard]] const Eigen::Matrix3d& rotation_ecef_ned_at_anchor() const { return r_ecef_ned_; }
+
+  [[nodiscard]] Geodetic geodetic(const Eigen::Vector3d& x) const {
+    return {anchor_.latitude + Angle::radians(x[0] / north_m_),
+            (anchor_.longitude + Angle::radians(x[1] / (east_m_ * cos_))).wrapped(),
+            anchor_.height_m - x[2]};
+  }
+  [[nodiscard]] Eigen::Vector3d offset(const Geodetic& p) const {
+    return {(p.latitude - anchor_.latitude).radians() * north_m_,
+            (p.longitude - anchor_.longitude).wrapped().radians() * east_m_ * cos_,
+            anchor_.height_m - p.height_m};
+  }
+
+  template <class T>
+  [[nodiscard]] EarthAt<T> earth(const Eigen::Matrix<T, 3, 1>& x) const {
+    const SinVersine<T> lat = latitude_change(x);
+    EarthAt<T> e;
+    e.sin_latitude = T(sin_) + T(cos_) * lat.sin - T(sin_) * lat.versine;
+    e.cos_latitude = T(cos_) - T(sin_) * lat.sin - T(cos_) * lat.versine;
+    const T h = T(anchor_.height_m) - x[2];
+    // One square root for both radii: M = N (1 − e²) / w², N = a / w.
+    using std::sqrt;
+    const T w2 = T(1) - T(wgs84::kEccentricitySquared) * e.sin_latitude * e.sin_latitude;
+    const T n = T(wgs84::kSemiMajorAxis_m) / sqrt(w2);
+    e.transverse_m = n + h;
+    e.meridian_m = n * T(1.0 - wgs84::kEccentricitySquared) / w2 + h;
+    e.north_scale = T(north_m_) / e.meridian_m;
+    e.east_scale = T(east_m_ * cos_) / (e.transverse_m * e.cos_latitude);
+    e.gravity_mps2 = normal_gravity_mps2(e.sin_latitude, h);
+    return e;
+  }
+
+  /// From the anchor to a point of the chart along the anchor's north, east and down, metres;
+  /// differences of nearly equal numbers are multiplied out, so single precision keeps millimetres.
+  template <class T>
+  [[nodiscard]] Eigen::Matrix<T, 3, 1> displacement(const Eigen::Matrix<T, 3, 1>& x) const {
+    const SinVersine<T> lat = latitude_change(x), lon = longitude_change(x);
+    // Change of sine and cosine of latitude, and of the transverse radius.
+    const T ds = T(cos_) * lat.sin - T(sin_) * lat.versine;
+    const T dc = -T(sin_) * lat.sin - T(cos_) * lat.versine;
+    const T sp = T(sin_) + ds, cp = T(cos_) + dc;
+    using std::sqrt;
+    constexpr double e2 = wgs84::kEccentricitySquared;
+    const T w = sqrt(T(1) - T(e2) * sp * sp), w0 = T(std::sqrt(1.0 - e2 * sin_ * sin_));
+    const T dn = T(wgs84::kSemiMajorAxis_m * e2) * ds * (sp + T(sin_)) / (w * w0 * (w + w0));
+    const T dh = -x[2], n0h0 = T(east_m_);
+    // ECEF rotated about the pole so that the anchor's meridian is x: radial, east, polar.
+    const T ring = dn + dh;
+    const T radial = n0h0 * dc + ring * cp - (n0h0 + ring) * cp * lon.versine;
+    const T east = (n0h0 + ring) * cp * lon.sin;
+    const T polar =
+        T(transverse_m_ * (1.0 - e2) + anchor_.height_m) * ds + (T(1.0 - e2) * dn + dh) * sp;
+    return {-T(sin_) * radial + T(cos_) * polar, east, -T(cos_) * radial - T(sin_) * polar};
+  }
+
+  /// Rotation from local level at a point of the chart to the anchor's.
+  template <class T>
+  [[nodiscard]] Eigen::Matrix<T, 3, 3> rotation_anchor_local(
+      const Eigen::Matrix<T, 3, 1>& x) const {
+    const SinVersine<T> lat = latitude_change(x), lon = longitude_change(x);
+    const T sp = T(sin_) + T(cos_) * lat.sin - T(sin_) * lat.versine;
+    const T cp = T(cos_) - T(sin_) * lat.sin - T(cos_) * lat.versine;
+    const T sl = lon.sin, cl = T(1) - lon.versine;
+    const T s0 = T(sin_), c0 = T(cos_);
+    return (Eigen::Matrix<T, 3, 3>() << s0 * sp * cl + c0 * cp, s0 * sl, s0 * cp * cl - c0 * sp,
+            -sp * sl, cl, -cp * sl, c0 * sp * cl - s0 * cp, c0 * sl, c0 * cp * cl + s0 * sp)
+        .finished();
+  }
+
+ private:
+  /// sin x and 1 − cos x of a small angle.
+  template <class T>
+  struct SinVersine {
+    T sin, versine;
+  };
+  template <class T>
+  [[nodiscard]] static SinVersine<T> sin_versine(const T& x) {
+    const T x2 = x * x;  // up to 0.05 rad: the neglected terms are below 1e-18
+    return {
+        x * (T(1) - x2 / T(6) * (T(1) - x2 / T(20) * (T(1) - x2 / T(42) * (T(1) - x2 / T(72))))),
+        x2 / T(2) * (T(1) - x2 / T(12) * (T(1) - x2 / T(30) * (T(1) - x2 / T(56))))};
+  }
+  template <class T>
+  [[nodiscard]] SinVersine<T> latitude_change(const Eigen::Matrix<T, 3, 1>& x) const {
+    return sin_versine(T(x[0] * T(1.0 / north_m_)));
+  }
+  template <class T>
+  [[nodiscard]] SinVersine<T> longitude_change(const Eigen::Matrix<T, 3, 1>& x) const {
+    return sin_versine(T(x[1] * T(1.0 / (east_m_ * cos_))));
+  }
+
+  Geodetic anchor_;
+  Eigen::Matrix3d r_ecef_ned_;
+  Eigen::Vector3d ecef_m_;
+  double sin_, cos_;
+  double transverse_m_;      // N₀, without height
+  double north_m_, east_m_;  // M₀ + h₀, N₀ + h₀
+};
 
 }  // namespace wayfare

@@ -1,5 +1,7 @@
 #pragma once
 
+// Why an iterative minimisation ended.
+//
 // Nonlinear least squares by Levenberg-Marquardt: steps Δ of (H + λD) Δ = −g with H = JᵀJ,
 // g = Jᵀr, taken where they lower the cost; λ falls after a step that did and grows after one that
 // did not.
@@ -16,6 +18,7 @@
 #include <cmath>
 #include <concepts>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -23,9 +26,29 @@
 
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/stop_reason.hpp>
 
 namespace wayfare {
+
+enum class StopReason {
+  converged,       ///< the gain fell below its threshold
+  max_iterations,  ///< the estimate is the best so far
+  stopped,         ///< by the progress callback
+  no_progress,     ///< no damping up to its maximum lowers the cost
+};
+
+[[nodiscard]] constexpr std::string_view to_string(StopReason reason) {
+  switch (reason) {
+    case StopReason::converged:
+      return "converged";
+    case StopReason::max_iterations:
+      return "iteration limit";
+    case StopReason::stopped:
+      return "stopped on request";
+    case StopReason::no_progress:
+      return "no step lowers the cost";
+  }
+  return "";
+}
 
 /// λ as in Nielsen 1999 (Madsen, Nielsen, Tingleff 2004, algorithm 3.16).
 class NielsenDamping {

@@ -1,5 +1,8 @@
 #pragma once
 
+// Points from an RPLIDAR's nodes and capsules, with the arithmetic of the maker's own unpacker
+// (Slamtec/rplidar_sdk, dataunpacker), so that they agree bit for bit.
+//
 // Full revolutions of an RPLIDAR, and their conversion to a LaserScan.
 
 #include <algorithm>
@@ -12,14 +15,174 @@
 #include <numbers>
 #include <span>
 
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
-#include <wayfare/decode/rplidar_points.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
 
 namespace wayfare::decode {
+
+/// One measurement. Angles grow clockwise seen from above.
+struct RplidarPoint {
+  std::uint16_t angle_q6 = 0;     ///< 1/64°, below 360°
+  std::uint32_t distance_q2 = 0;  ///< 1/4 mm; 0: no return
+  std::uint8_t quality = 0;       ///< of the echo, 0 to 63; not in capsules
+  bool start_of_revolution = false;
+
+  [[nodiscard]] double angle_deg() const { return angle_q6 / 64.0; }
+  [[nodiscard]] double distance_m() const { return distance_q2 / 4000.0; }
+  /// In the unit of newer devices and the maker's library: 90° are 2^14.
+  [[nodiscard]] std::uint16_t angle_z_q14() const {
+    return static_cast<std::uint16_t>((std::uint32_t{angle_q6} << 8) / 90U);
+  }
+  bool operator==(const RplidarPoint&) const = default;
+};
+
+[[nodiscard]] inline RplidarPoint rplidar_node(Bytes b) {
+  return {static_cast<std::uint16_t>(b[1] >> 1 | b[2] << 7), load_le<std::uint16_t>(&b[3]),
+          static_cast<std::uint8_t>(b[0] >> 2), (b[0] & 1) != 0};
+}
+
+namespace detail {
+
+/// Angles of a capsule's points: evenly spaced from its start to the next one's.
+struct CapsuleAngles {
+  int angle_q16 = 0, step_q16 = 0;
+
+  CapsuleAngles(int start_q6, int next_q6, int points) : angle_q16(start_q6 << 10) {
+    const int span_q6 = next_q6 - start_q6 + (next_q6 < start_q6 ? 360 * 64 : 0);
+    step_q16 = (span_q6 << 10) / points;
+  }
+  /// The next point, `offset_q16` before its nominal angle.
+  RplidarPoint next(std::uint32_t distance_q2, int offset_q16) {
+    int q6 = (angle_q16 - offset_q16) >> 10;
+    q6 += q6 < 0 ? 360 * 64 : 0;
+    q6 -= q6 >= 360 * 64 ? 360 * 64 : 0;
+    angle_q16 += step_q16;
+    const bool start = angle_q16 % (360 << 16) < step_q16;
+    constexpr std::uint8_t kNoQuality = 0x2F;
+    return {static_cast<std::uint16_t>(q6), distance_q2,
+            distance_q2 != 0 ? kNoQuality : std::uint8_t{0}, start};
+  }
+};
+
+/// A distance of the ultra capsule: the resolution decreases with distance.
+struct VariableScale {
+  int value = 0, level = 0;
+
+  explicit VariableScale(int code) {
+    constexpr std::array<std::array<int, 3>, 5> kScales = {
+        {{3328, 1 << 14, 4}, {1792, 1 << 12, 3}, {1280, 1 << 11, 2}, {512, 1 << 9, 1}, {0, 0, 0}}};
+    for (const auto& [from, base, bits] : kScales) {
+      if (code < from) continue;
+      level = bits;
+      value = base + ((code - from) << bits);
+      return;
+    }
+  }
+};
+
+/// Angle error of near points due to the beam's offset from the axis (ultra), degrees · 2^16.
+[[nodiscard]] inline int ultra_offset_q16(std::uint32_t distance_q2) {
+  constexpr double kPi = 3.1415926535;
+  int radians_q16 = static_cast<int>(7.5 * kPi * (1 << 16) / 180.0);
+  if (distance_q2 >= 50 * 4) {
+    const int k = static_cast<int>(98361U / distance_q2);
+    radians_q16 = static_cast<int>(8.0 * kPi * (1 << 16) / 180.0) - (k << 6) - k * k * k / 98304;
+  }
+  return static_cast<int>(radians_q16 * 180 / 3.14159265);
+}
+
+}  // namespace detail
+
+/// Converts packets to points. A capsule's points need the start angle of the next one: they are
+/// delivered with it, and dropped where bytes were lost between the two.
+class RplidarUnpacker {
+ public:
+  /// Calls `sink(std::span<const RplidarPoint>)` where the packet completes points, at most 96.
+  template <class Sink>
+  void add(const RplidarPacket& packet, Sink&& sink) {
+    const Bytes b = packet.bytes();
+    if (packet.is_descriptor()) return reset();
+    if (packet.response() == RplidarResponse::node) {
+      points_[0] = rplidar_node(b);
+      return sink(std::span<const RplidarPoint>(points_.data(), 1));
+    }
+    if (b.size() != 84 && b.size() != 132) return;
+    const bool first = (b[3] & 0x80) != 0;  // the first after a start or a reset of the encoder
+    if (!first && length_ == b.size() && packet.position() == end_ &&
+        packet.response() == response_)
+      sink(std::span<const RplidarPoint>(points_.data(), unpack(b)));
+    std::copy(b.begin(), b.end(), capsule_.begin());
+    length_ = b.size();
+    end_ = packet.position() + b.size();
+    response_ = packet.response();
+  }
+
+  void reset() { length_ = 0; }
+
+ private:
+  static int start_q6(const std::uint8_t* capsule) {
+    return (load_le<std::uint16_t>(capsule + 2) & 0x7FFF) % (360 * 64);
+  }
+
+  std::size_t unpack(Bytes next) {
+    if (response_ == RplidarResponse::express) return unpack_express(next);
+    return response_ == RplidarResponse::dense ? unpack_dense(next) : unpack_ultra(next);
+  }
+
+  std::size_t unpack_express(Bytes next) {
+    detail::CapsuleAngles angles(start_q6(capsule_.data()), start_q6(next.data()), 32);
+    for (std::size_t cabin = 0; cabin < 16; ++cabin) {
+      const std::uint8_t* p = &capsule_[4 + 5 * cabin];
+      const int d1 = load_le<std::uint16_t>(p), d2 = load_le<std::uint16_t>(p + 2);
+      const int offset1_q3 = (d1 & 3) << 4 | (p[4] & 0xF), offset2_q3 = (d2 & 3) << 4 | p[4] >> 4;
+      points_[2 * cabin] = angles.next(static_cast<std::uint32_t>(d1 & ~3), offset1_q3 << 13);
+      points_[2 * cabin + 1] = angles.next(static_cast<std::uint32_t>(d2 & ~3), offset2_q3 << 13);
+    }
+    return 32;
+  }
+
+  std::size_t unpack_dense(Bytes next) {
+    detail::CapsuleAngles angles(start_q6(capsule_.data()), start_q6(next.data()), 40);
+    for (std::size_t i = 0; i < 40; ++i)
+      points_[i] = angles.next(std::uint32_t{load_le<std::uint16_t>(&capsule_[4 + 2 * i])} << 2, 0);
+    return 40;
+  }
+
+  std::size_t unpack_ultra(Bytes next) {
+    detail::CapsuleAngles angles(start_q6(capsule_.data()), start_q6(next.data()), 96);
+    for (std::size_t cabin = 0; cabin < 32; ++cabin) {
+      const auto word = load_le<std::uint32_t>(&capsule_[4 + 4 * cabin]);
+      const auto after = load_le<std::uint32_t>(cabin < 31 ? &capsule_[8 + 4 * cabin] : &next[4]);
+      const detail::VariableScale major(static_cast<int>(word & 0xFFFU));
+      const detail::VariableScale major2(static_cast<int>(after & 0xFFFU));
+      const auto& base1 = major.value == 0 && major2.value != 0 ? major2 : major;
+      const std::array<std::uint32_t, 3> distances = {
+          static_cast<std::uint32_t>(major.value) << 2,
+          predicted(static_cast<std::int32_t>(word << 10) >> 22, base1),
+          predicted(static_cast<std::int32_t>(word) >> 22, major2)};
+      for (std::size_t i = 0; i < 3; ++i)
+        points_[3 * cabin + i] = angles.next(distances[i], detail::ultra_offset_q16(distances[i]));
+    }
+    return 96;
+  }
+
+  /// A distance coded as the difference from another; the ends of the scale mean no return.
+  static std::uint32_t predicted(std::int32_t difference, const detail::VariableScale& base) {
+    if (difference == -512 || difference == 511) return 0;
+    const int value = difference * (1 << base.level) + base.value;
+    return value > 0 ? static_cast<std::uint32_t>(value) << 2 : 0;
+  }
+
+  std::array<std::uint8_t, 132> capsule_{};  ///< the previous one
+  std::size_t length_ = 0;                   ///< its length, 0 for none
+  std::uint64_t end_ = 0;
+  RplidarResponse response_ = RplidarResponse::none;
+  std::array<RplidarPoint, 96> points_{};
+};
 
 /// A point with the time it was measured at.
 struct TimedRplidarPoint {

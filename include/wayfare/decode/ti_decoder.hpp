@@ -2,13 +2,20 @@
 
 // Frames from the data port of a TI mmWave sensor. The format has no checksum: a frame is accepted
 // where its magic word, lengths, counts and end are consistent.
+//
+// The chirp configuration (.cfg) of a TI mmWave demo, and the resulting measurement limits.
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
 
+#include <wayfare/core/angle.hpp>
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/result.hpp>
 #include <wayfare/decode/stream_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 
@@ -162,5 +169,79 @@ class TiFraming {
 };
 
 using TiDecoder = StreamDecoder<TiFraming>;
+
+/// Parameters of a chirp (`profileCfg`).
+struct TiProfile {
+  int id = 0;
+  double start_ghz = 0.0, idle_us = 0.0, adc_start_us = 0.0, ramp_end_us = 0.0;
+  double slope_mhz_per_us = 0.0;
+  int samples = 0;           ///< ADC samples of a chirp
+  double sample_ksps = 0.0;  ///< sampling rate
+  double gain_db = 0.0;
+};
+
+/// A run of chirps of one profile and one set of transmitters (`chirpCfg`).
+struct TiChirp {
+  int first = 0, last = 0, profile = 0;
+  unsigned tx_mask = 0;  ///< bit 0 TX1 …
+};
+
+/// Order and repetition of the chirps (`frameCfg`).
+struct TiFrameTiming {
+  int first_chirp = 0, last_chirp = 0, loops = 0;
+  int frames = 0;  ///< 0: until stopped
+  double period_ms = 0.0;
+};
+
+/// A threshold detector over range (0) or Doppler (1) bins (`cfarCfg`).
+struct TiCfar {
+  bool on = false;
+  double threshold = 0.0;  ///< dB in SDK 3, a scale before
+};
+
+/// A checked configuration. The field-of-view limits are those applied by the firmware.
+struct TiConfig {
+  unsigned rx_mask = 0, tx_mask = 0;
+  TiProfile profile;  ///< the one the frame's chirps use
+  std::vector<TiChirp> chirps;
+  TiFrameTiming frame;
+  std::array<TiCfar, 2> cfar;                   ///< range, Doppler
+  double min_range_m = 0.0, max_range_m = 0.0;  ///< `cfarFovCfg`; both 0: not given
+  double min_speed_mps = 0.0, max_speed_mps = 0.0;
+  Angle min_azimuth = Angle::degrees(-90.0), max_azimuth = Angle::degrees(90.0);
+  Angle min_elevation = Angle::degrees(-90.0), max_elevation = Angle::degrees(90.0);
+  bool clutter_removal = false;
+  bool extended_velocity = false;
+  /// Commands that are irrelevant here or unknown, verbatim.
+  std::vector<std::string> others;
+};
+
+/// Reads the text of a .cfg file; `source` names it in messages. Errors: a malformed or missing
+/// command (by line), values outside the chip's range or inconsistent, advanced frames.
+[[nodiscard]] Result<TiConfig> parse_ti_config(std::string_view text, const std::string& source);
+
+/// The grid of the firmware's points, and their limits.
+struct TiLimits {
+  double centre_hz = 0.0;           ///< mean frequency while the ADC samples
+  double bandwidth_hz = 0.0;        ///< swept while the ADC samples
+  int transmitters = 0;             ///< in time-division multiplexing
+  int range_bins = 0;               ///< of the range transform
+  int doppler_bins = 0;             ///< of the Doppler transform
+  int azimuth_antennas = 0;         ///< virtual antennas in the horizontal row
+  double range_step_m = 0.0;        ///< between range bins
+  double range_resolution_m = 0.0;  ///< points closer together are not separated
+  double max_range_m = 0.0;         ///< last range bin, or the firmware's limit
+  double speed_step_mps = 0.0;      ///< between Doppler bins: also the resolution
+  double max_speed_mps = 0.0;       ///< beyond ± this, speed is ambiguous
+  Angle azimuth_resolution;         ///< straight ahead
+  double sin_azimuth_step = 0.0;    ///< between bins of the angle transform
+};
+
+/// The chip ramps at whole multiples of 900 · 3.6e9 / 2^26 Hz/µs (2.7e9 in the 60 GHz band) and
+/// rounds a slope down to one (TI, mmWaveLink interface, rlProfileCfg); range and speed grids are
+/// computed from that. Speeds use the centre of the sampled window, not the start of the ramp: for
+/// a 3.4 GHz sweep at 77 GHz that is 2.8 %. Speed of light as in the firmware, 3·10⁸ m/s, which
+/// determines the grid of its points.
+[[nodiscard]] TiLimits limits_of(const TiConfig& config);
 
 }  // namespace wayfare::decode

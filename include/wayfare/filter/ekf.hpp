@@ -13,7 +13,7 @@
 
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/pack.hpp>
-#include <wayfare/filter/scalar_measurement.hpp>
+#include <wayfare/filter/sequential_update.hpp>
 
 namespace wayfare {
 

@@ -1,16 +1,105 @@
 #pragma once
 
+// The output of a measurement model.
+//
 // Measurements taken one number after the other (sequential processing: Maybeck 1979, 7.4; Simon
 // 2006, 6.1), on a covariance in any storage: the covariance is updated after each, the estimate
 // once after the last.
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <type_traits>
 #include <utility>
 
-#include <wayfare/filter/symmetric_matrix.hpp>
+#include <Eigen/Core>
 
 namespace wayfare {
+
+/// A row of a measurement's Jacobian with `value[k]` at the k-th of `Index`, else zero.
+template <class T, int... Index>
+struct IndexedRow {
+  std::array<T, sizeof...(Index)> value;
+
+  /// Σ value·x(index).
+  template <class X>
+  [[nodiscard]] T sum(X x) const {
+    const std::array<T, sizeof...(Index)> terms{T(x(Index))...};
+    T result = value[0] * terms[0];
+    for (std::size_t k = 1; k < terms.size(); ++k) result += value[k] * terms[k];
+    return result;
+  }
+};
+
+/// A symmetric N×N matrix that stores each element once and so remains symmetric. Initially zero.
+template <class T, int N>
+class SymmetricMatrix {
+ public:
+  using Vector = std::array<T, N>;
+
+  T& operator()(int i, int j) { return upper_[at(i, j)]; }
+  const T& operator()(int i, int j) const { return upper_[at(i, j)]; }
+
+  /// *this −= v·vᵀ·scale.
+  void subtract_outer(const Vector& v, T scale) {
+    for (int j = 0; j < N; ++j) {
+      const T scaled = v[static_cast<std::size_t>(j)] * scale;
+      for (int i = 0; i <= j; ++i) upper_[at(i, j)] -= v[static_cast<std::size_t>(i)] * scaled;
+    }
+  }
+
+  /// *this · h.
+  template <int... Index>
+  [[nodiscard]] Vector times(const IndexedRow<T, Index...>& h) const {
+    Vector result;
+    for (int i = 0; i < N; ++i)
+      result[static_cast<std::size_t>(i)] = h.sum([&](int j) { return (*this)(i, j); });
+    return result;
+  }
+
+  /// Element i becomes uncorrelated with all others, with `variance`.
+  void decouple(int i, T variance) {
+    for (int j = 0; j < N; ++j) (*this)(i, j) = T(0);
+    (*this)(i, i) = variance;
+  }
+
+  [[nodiscard]] bool all_finite() const {
+    bool finite = true;
+    for (const T& x : upper_) finite = finite && std::isfinite(x);
+    return finite;
+  }
+
+  [[nodiscard]] Eigen::Matrix<T, N, N> dense() const {
+    Eigen::Matrix<T, N, N> m;
+    for (int j = 0; j < N; ++j)
+      for (int i = 0; i < N; ++i) m(i, j) = (*this)(i, j);
+    return m;
+  }
+
+ private:
+  static constexpr std::size_t at(int i, int j) {
+    return static_cast<std::size_t>(i <= j ? j * (j + 1) / 2 + i : i * (i + 1) / 2 + j);
+  }
+
+  std::array<T, static_cast<std::size_t>(N*(N + 1) / 2)> upper_{};
+};
+
+/// A row of H of which only K entries are not zero.
+template <class T, int K>
+struct SparseRow {
+  std::array<int, K> index;
+  std::array<T, K> value;
+};
+
+/// A scalar measurement, linearised at the predicted state: innovation z − h(x), row of ∂h/∂x in
+/// the state's tangent (a 1×n matrix or a SparseRow), variance of the noise.
+template <class T, class Row>
+struct ScalarMeasurement {
+  T innovation;
+  Row row;
+  T variance;
+};
 
 /// A covariance P, in whatever storage: `times(h)` is P hᵀ, `subtract_outer(v, s)` is P −= v vᵀ s.
 /// Vectors are indexed by [] and know their size(). SymmetricMatrix is one.

@@ -1,5 +1,8 @@
 #pragma once
 
+// The error of a relative pose measurement as defined by the g2o file format, so that information
+// matrices in files are interpreted correctly.
+
 #include <string>
 #include <vector>
 
@@ -7,10 +10,100 @@
 
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/graph/pose_error.hpp>
+#include <wayfare/core/se2.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
 
 namespace wayfare {
+
+/// An error and its derivatives with respect to right perturbations of the two poses.
+template <class T, int N>
+struct ErrorAndJacobians {
+  Eigen::Matrix<T, N, 1> error;
+  Eigen::Matrix<T, N, N> by_from;  ///< ∂e(X_i exp δ, X_j)/∂δ at 0
+  Eigen::Matrix<T, N, N> by_to;    ///< ∂e(X_i, X_j exp δ)/∂δ at 0
+};
+
+/// e(Z, X_i, X_j) = t2v(Z⁻¹ X_i⁻¹ X_j): zero if X_i⁻¹ X_j equals the measurement Z. The translation
+/// is that of the transformation, not of the group's logarithm.
+template <class G>
+struct PoseError;
+
+/// (x, y, heading in (−π, π]); metres and radians.
+template <class T>
+struct PoseError<SE2<T>> {
+  using Group = SE2<T>;
+  using Error = Eigen::Matrix<T, 3, 1>;
+
+  [[nodiscard]] static Error error(const Group& z, const Group& from, const Group& to) {
+    return error_of(z.inverse() * (from.inverse() * to));
+  }
+
+  [[nodiscard]] static ErrorAndJacobians<T, 3> linearise(const Group& z, const Group& from,
+                                                         const Group& to) {
+    const Group d = from.inverse() * to;
+    const Group zi = z.inverse();
+    const Group e = zi * d;
+    const auto& rz = zi.rotation();
+    const T c = rz.cos(), s = rz.sin();
+    ErrorAndJacobians<T, 3> r;
+    r.error = error_of(e);
+    // A rotation of X_i by δθ moves X_i⁻¹X_j by −δθ (−d_y, d_x), in the measurement's frame.
+    r.by_from << -c, s, c * d.y() + s * d.x(),  //
+        -s, -c, s * d.y() - c * d.x(),          //
+        T(0), T(0), T(-1);
+    r.by_to << e.rotation().cos(), -e.rotation().sin(), T(0),  //
+        e.rotation().sin(), e.rotation().cos(), T(0),          //
+        T(0), T(0), T(1);
+    return r;
+  }
+
+ private:
+  static Error error_of(const Group& e) { return {e.x(), e.y(), e.heading().radians()}; }
+};
+
+/// (x, y, z, q_x, q_y, q_z) with q_w ≥ 0: metres, and the vector part of a unit quaternion, which
+/// is half a small rotation vector.
+template <class T>
+struct PoseError<SE3<T>> {
+  using Group = SE3<T>;
+  using Error = Eigen::Matrix<T, 6, 1>;
+  using Block = Eigen::Matrix<T, 3, 3>;
+  using Vector = Eigen::Matrix<T, 3, 1>;
+
+  [[nodiscard]] static Error error(const Group& z, const Group& from, const Group& to) {
+    const Group e = z.inverse() * (from.inverse() * to);
+    const auto q = upper_half(e);
+    Error r;
+    r << e.translation(), q.vec();
+    return r;
+  }
+
+  [[nodiscard]] static ErrorAndJacobians<T, 6> linearise(const Group& z, const Group& from,
+                                                         const Group& to) {
+    const Group d = from.inverse() * to;
+    const Group e = z.inverse() * d;
+    const auto q = upper_half(e);
+    const Vector v = q.vec();
+    const Block rz = z.rotation().matrix().transpose();
+    // q ⊗ (1, δθ/2): the vector part changes by ½ (w I + [v]×) δθ.
+    const Block turn = T(0.5) * (q.w() * Block::Identity() + skew(v));
+    ErrorAndJacobians<T, 6> r;
+    r.error << e.translation(), v;
+    r.by_to << e.rotation().matrix(), Block::Zero(), Block::Zero(), turn;
+    // X_i exp δ has the effect on the error of X_j exp(−Ad(d⁻¹) δ).
+    r.by_from << -rz, rz * skew(d.translation()), Block::Zero(),
+        -turn * d.rotation().matrix().transpose();
+    return r;
+  }
+
+ private:
+  static Eigen::Quaternion<T> upper_half(const Group& e) {
+    Eigen::Quaternion<T> q = e.rotation().quaternion();
+    if (q.w() < T(0)) q.coeffs() = -q.coeffs();
+    return q;
+  }
+};
 
 /// A measurement of pose `to` in the frame of pose `from`, with information Ω (the inverse of the
 /// covariance) of the error defined by PoseError.

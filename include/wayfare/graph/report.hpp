@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/core/levenberg_marquardt.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/stop_reason.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
 

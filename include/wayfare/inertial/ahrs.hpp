@@ -1,16 +1,133 @@
 #pragma once
 
+// Baseline attitude filters with the interface of Ahrs: Madgwick's gradient descent and Mahony's
+// complementary filter.
+//
 // Attitude and heading from gyro, accelerometer and, optionally, magnetometer.
 
+#include <cmath>
 #include <concepts>
 
 #include <Eigen/Core>
 
+#include <wayfare/core/so3.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/ahrs_readings.hpp>
+#include <wayfare/inertial/detail/sample_clock.hpp>
 
 namespace wayfare {
+
+/// Mahony et al. 2008 (32): the gyro's rate is corrected in proportion to the error and its
+/// integral. Gains in 1/s and 1/s².
+struct MahonyRule {
+  double proportional_gain = 0.74;
+  double integral_gain = 0.0012;
+  bool use_magnetometer = true;
+
+  template <class Vector, class T>
+  Vector operator()(const Vector& error, Vector& integral, T dt) const {
+    integral += T(integral_gain) * dt * error;
+    return T(proportional_gain) * error + integral;
+  }
+};
+
+/// Madgwick et al. 2011 (33), (42): gradient descent of the quaternion with rate `gain` (β, rad/s):
+/// a rotation in the direction of Mahony's error, but at constant speed.
+struct MadgwickRule {
+  double gain = 0.12;
+  bool use_magnetometer = true;
+
+  template <class Vector, class T>
+  Vector operator()(const Vector& error, Vector& /*integral*/, T /*dt*/) const {
+    const T norm = error.norm();
+    return norm > T(0) ? Vector(T(2.0 * gain) / norm * error) : Vector(Vector::Zero());
+  }
+};
+
+/// `Rule` maps the error to a correction of the rate. The error is the rotation, in body axes, that
+/// would align accelerometer and magnetometer with up and north.
+template <class Rule, LevelFrame W = frame::Ned, std::floating_point T = double>
+class BasicAhrs {
+ public:
+  using World = W;
+  using Scalar = T;
+  using Vector = Eigen::Matrix<T, 3, 1>;
+
+  explicit BasicAhrs(const Rule& rule = {}) : rule_(rule) {}
+
+  /// One sensor's reading. Force and field are held until the next one and act at each rate.
+  UpdateStatus add_rate(LogTime time, const Vector& radps) {
+    if (!radps.allFinite()) return UpdateStatus::missing;
+    const auto verdict = rate_clock_.check(time);
+    if (verdict == SampleClock::Verdict::late) return UpdateStatus::late;
+    if (!ready_) return UpdateStatus::waiting;
+    const T dt = T(rate_clock_.step_s());
+    q_ = q_ * SO3<T>::exp((radps + rule_(error(), integral_, dt)) * dt);
+    return UpdateStatus::used;
+  }
+  UpdateStatus add_force(LogTime time, const Vector& mps2) { return hold(time, mps2, force_); }
+  UpdateStatus add_field(LogTime time, const Vector& uT) {
+    return rule_.use_magnetometer ? hold(time, uT, field_) : UpdateStatus::missing;
+  }
+  MargUpdateStatus add(const MargSample& s) {
+    const UpdateStatus force = add_force(s.time, s.specific_force_mps2.cast<T>());
+    const UpdateStatus field = add_field(s.time, s.magnetic_field_uT.cast<T>());
+    return {add_rate(s.time, s.angular_rate_radps.cast<T>()), force, field};
+  }
+
+  [[nodiscard]] bool ready() const { return ready_; }
+  [[nodiscard]] SO3<T> q_world_body() const { return rotation_from_enu<World, T>() * q_; }
+
+ private:
+  struct Held {
+    Vector direction = Vector::Zero();  // none yet
+    SampleClock clock{1.0};
+  };
+
+  UpdateStatus hold(LogTime time, const Vector& reading, Held& held) {
+    if (!reading.allFinite()) return UpdateStatus::missing;
+    if (held.clock.check(time) == SampleClock::Verdict::late) return UpdateStatus::late;
+    const T norm = reading.norm();
+    if (!(norm > T(0))) return UpdateStatus::missing;
+    held.direction = reading / norm;
+    if (!ready_) start();
+    return UpdateStatus::used;
+  }
+
+  /// Up from the accelerometer, then north from the magnetometer, if used.
+  void start() {
+    if (force_.direction.isZero() || (rule_.use_magnetometer && field_.direction.isZero())) return;
+    q_ = SO3<T>::between(force_.direction, Vector::UnitZ());
+    const Vector m = q_ * field_.direction;
+    if (rule_.use_magnetometer) q_ = SO3<T>::exp({T(0), T(0), std::atan2(m.x(), m.y())}) * q_;
+    ready_ = true;
+  }
+
+  [[nodiscard]] Vector error() const {
+    const auto r = q_.matrix();
+    Vector e = force_.direction.cross(r.row(2).transpose());
+    if (rule_.use_magnetometer) {
+      // The reference field has the measured dip, so that it corrects the heading only.
+      const Vector m = r * field_.direction;
+      const Vector north(T(0), std::hypot(m.x(), m.y()), m.z());
+      e += field_.direction.cross(r.transpose() * north);
+    }
+    return e;
+  }
+
+  Rule rule_;
+  SO3<T> q_;
+  bool ready_ = false;
+  Vector integral_ = Vector::Zero();
+  Held force_, field_;
+  SampleClock rate_clock_{1.0};
+};
+
+template <LevelFrame W = frame::Ned, std::floating_point T = double>
+using MadgwickAhrs = BasicAhrs<MadgwickRule, W, T>;
+template <LevelFrame W = frame::Ned, std::floating_point T = double>
+using MahonyAhrs = BasicAhrs<MahonyRule, W, T>;
 
 /// Causal attitude of a body in `W` (frame::Ned or frame::Enu), relative to true north if the
 /// declination is given. Each sensor may have its own, irregular rate. A gyro or accelerometer

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/core/local_tangent_plane.hpp>
+#include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/sensors/imu.hpp>
 

@@ -3,17 +3,31 @@
 // Occupancy maps as PGM and YAML in the format of ROS map_server, and as images for viewing.
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/io/image.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 
 namespace wayfare::io {
+
+/// Eight bits per channel, rows from the top, one (grey) or three (red, green, blue) channels.
+struct Image {
+  std::size_t width = 0;
+  std::size_t height = 0;
+  std::size_t channels = 1;
+  std::vector<std::uint8_t> pixels;  ///< width · height · channels
+};
+
+/// The bytes of a PNG file. Errors: no pixels, or inconsistent sizes.
+[[nodiscard]] Result<std::string> encode_png(const Image& image);
+
+[[nodiscard]] Result<void> write_png(const std::string& path, const Image& image,
+                                     const WriteOptions& options = {});
 
 /// A rectangle of cells. Cell (column, row) covers from (column, row) · resolution on, in the frame
 /// whose pose in the map is `origin`: the lower left corner of the first cell.

@@ -12,7 +12,7 @@
 #include <wayfare/core/so3.hpp>
 #include <wayfare/io/columns.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/sensors/marg.hpp>
+#include <wayfare/sensors/imu.hpp>
 
 namespace wayfare::io {
 

@@ -18,7 +18,6 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/io/byte_sink.hpp>
 #include <wayfare/io/text_file.hpp>
 
 namespace wayfare::io {

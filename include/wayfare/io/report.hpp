@@ -11,7 +11,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/eval/table.hpp>
-#include <wayfare/io/image.hpp>
+#include <wayfare/io/map_image.hpp>
 #include <wayfare/io/text_file.hpp>
 
 namespace wayfare::io {

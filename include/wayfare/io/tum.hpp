@@ -2,6 +2,9 @@
 
 // Trajectories as TUM text: lines `t x y z qx qy qz qw`, metres, unit quaternion, comments with #.
 // Times are exact to the nanosecond; other numbers read back to the same bits.
+//
+// Relations files of the SLAM benchmark of Kümmerle et al. 2009: lines `t1 t2 x y z roll pitch
+// yaw`, the true pose at t2 relative to that at t1.
 
 #include <span>
 #include <string>
@@ -10,6 +13,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se3.hpp>
+#include <wayfare/eval/relations.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
@@ -44,5 +48,16 @@ struct TumFile {
 [[nodiscard]] Result<void> write_tum(const std::string& path,
                                      std::span<const StampedPose3> trajectory,
                                      const WriteOptions& options = {});
+
+struct RelationsFile {
+  std::vector<eval::Relation> relations;  ///< z, roll and pitch are ignored
+  Problems problems;                      ///< malformed lines, skipped
+};
+
+/// Errors: the file cannot be read, or contains no relation.
+[[nodiscard]] Result<RelationsFile> read_relations(const std::string& path,
+                                                   const ReadOptions& options = {});
+[[nodiscard]] Result<RelationsFile> parse_relations(std::string_view text,
+                                                    const std::string& source);
 
 }  // namespace wayfare::io

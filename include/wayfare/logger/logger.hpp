@@ -1,5 +1,8 @@
 #pragma once
 
+// Control of a logger over a line that may lose or corrupt bytes: a command is one byte, and the
+// next status line, which has a checksum, shows its effect.
+//
 // Several devices in one recording: one thread per device that only reads and stamps, one thread
 // that writes, and between them a bounded queue that bridges delays of the disk.
 
@@ -7,17 +10,34 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/io/byte_sink.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/device_decoder.hpp>
-#include <wayfare/logger/remote_control.hpp>
 #include <wayfare/logger/serial_port.hpp>
 
 namespace wayfare::logger {
+
+/// Every command may be repeated without harm.
+enum class Command : char {
+  begin = 'B',      ///< start recording
+  stop = 'S',       ///< stop recording
+  terminate = 'T',  ///< stop and end the program
+  check = 'C',      ///< send a status line now
+};
+
+/// Nothing for bytes that are no command.
+[[nodiscard]] std::optional<Command> command_of(std::uint8_t byte);
+
+/// `json`, '*', its CRC-32 in eight hexadecimal digits, end of line.
+[[nodiscard]] std::string status_line(std::string_view json);
+/// The JSON of such a line (with or without its end), if the checksum is right.
+[[nodiscard]] std::optional<std::string_view> status_of_line(std::string_view line);
 
 struct SensorOptions {
   DeviceDescription device;

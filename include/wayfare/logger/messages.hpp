@@ -3,14 +3,20 @@
 // Conversion between measurements and JSON messages with the published foxglove.* schemas, which
 // viewers of MCAP recordings support. Foxglove has no message for an inertial unit: wayfare.Imu is
 // our own.
+//
+// A logger's recordings as measurements.
 
+#include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/io/text_file.hpp>
+#include <wayfare/sensors/imu.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
-#include <wayfare/sensors/marg.hpp>
 #include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/recording.hpp>
 
 namespace wayfare::logger {
 
@@ -39,5 +45,30 @@ struct MessageSchema {
 
 /// Text in the form between the quotes of a JSON string.
 [[nodiscard]] std::string json_escaped(std::string_view text);
+
+/// Whether a path has a recording's suffix, `.mcap`.
+[[nodiscard]] bool is_recording(const std::string& path);
+
+struct RecordedMarg {
+  MargRecording samples;  ///< in order of time
+  std::string topic;
+  io::Problems problems;
+};
+
+/// The samples of an inertial unit: messages wayfare.Imu of `topic`, which may be empty if there is
+/// only one such channel. Errors: the file cannot be read, the topic is missing, or there are
+/// several (which are listed).
+[[nodiscard]] Result<RecordedMarg> read_marg_recording(const std::string& path,
+                                                       const std::string& topic = {});
+
+struct RecordedRobot {
+  Recording recording;  ///< laser scans and radar frames, each from the first such channel
+  std::string scan_topic, radar_topic;
+  io::Problems problems;
+};
+
+/// The scans of a recording (foxglove.LaserScan, foxglove.PointCloud). Errors: the file cannot be
+/// read, or has neither.
+[[nodiscard]] Result<RecordedRobot> read_robot_recording(const std::string& path);
 
 }  // namespace wayfare::logger

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
@@ -50,5 +54,64 @@ class CorrelativeMatcher {
 };
 
 static_assert(ScanMatcher<CorrelativeMatcher>);
+
+namespace detail {
+
+/// The points by heading, in the units of a precomputation grid, those of one unit merged.
+struct MergedPoints {
+  int parts = 0;                   // per heading
+  std::size_t used = 0;            // entries
+  std::vector<std::size_t> first;  // entry of each heading
+  std::vector<std::int32_t> x, y, ends;
+  std::vector<std::uint16_t> weight;
+};
+
+}  // namespace detail
+
+/// Branch and bound for the same optimum as CorrelativeMatcher: bounds over blocks of offsets, best
+/// first, refined to single cells (after Hess et al. 2016). For large windows (loop closure), and
+/// for many small ones with one map. A high `min_score` makes rejections fast. The covariance is
+/// that of a window of ±8 cells and ±8 heading steps about the match. Reuses its scratch memory:
+/// one matcher per thread.
+class BranchAndBoundMatcher {
+ public:
+  using Map = PrecomputationGrids;
+  static constexpr std::int64_t kMaxCandidates = std::int64_t{1} << 34;
+
+  Result<std::optional<MatchResult>> match(const PrecomputationGrids& map, const PointSet& points,
+                                           const SE2d& prior, const SearchWindow& window,
+                                           const MatchOptions& options = {});
+
+ private:
+  /// Up to four adjacent nodes along x.
+  struct Row {
+    double bound;
+    Candidate corner;                   // of the first node
+    std::array<std::uint32_t, 4> sums;  // upper bounds of the sums, in sixteenths
+    unsigned members;                   // bit mask of the nodes
+    int level;
+  };
+  /// Sixteen squares of 4×4 offsets at one heading, bounded by the first `seen` points.
+  struct Group {
+    Candidate corner;
+    float c, s;  // cosine and sine, cells per metre
+    int seen;
+    std::uint32_t top;
+    std::uint32_t sums[16];
+  };
+  struct Search;
+  struct SmallSearch;
+
+  std::vector<std::int32_t> u_, v_, index_;
+  std::vector<float> x_, y_, copy_;  // the points in the order of their use
+  std::array<detail::MergedPoints, PrecomputationGrids::kLevels> merged_;
+  std::array<std::vector<Row>, PrecomputationGrids::kLevels> rows_, batch_;
+  std::vector<Group> groups_;
+  std::vector<std::int32_t> order_;
+  std::vector<std::pair<int, int>> fit_;
+  CorrelativeMatcher local_;
+};
+
+static_assert(ScanMatcher<BranchAndBoundMatcher>);
 
 }  // namespace wayfare

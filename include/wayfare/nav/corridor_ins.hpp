@@ -13,7 +13,7 @@
 
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/inertial/reduced_ins.hpp>
+#include <wayfare/inertial/ins_model.hpp>
 #include <wayfare/match/lines.hpp>
 #include <wayfare/nav/detail/corridor_motion.hpp>
 #include <wayfare/sensors/recording.hpp>

@@ -12,8 +12,8 @@
 
 #include <wayfare/filter/ekf.hpp>
 #include <wayfare/gnss/range_model.hpp>
-#include <wayfare/inertial/ins_constraints.hpp>
 #include <wayfare/inertial/ins_model.hpp>
+#include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/sensors/gnss.hpp>
 
 namespace wayfare {

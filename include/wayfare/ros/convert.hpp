@@ -6,6 +6,7 @@
 // `time` is given by the caller, who knows which clock applies: `time_of(message.header.stamp)`, or
 // the time of receipt.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,6 +24,27 @@
 #include <wayfare/sensors/wheels.hpp>
 
 namespace wayfare::ros {
+
+/// Frames and their parents, from transforms; the last one for each frame applies. Frame names are
+/// without the leading slash of early ROS 1.
+class FrameTree {
+ public:
+  void add(const TransformStamped& transform);
+
+  [[nodiscard]] bool empty() const { return parents_.empty(); }
+
+  /// The pose of `frame` in `base`, bit-exact between parent and child. Errors: the frames are not
+  /// connected (the known frames are listed), or a rotation is invalid.
+  [[nodiscard]] Result<TransformParts> find(std::string_view base, std::string_view frame) const;
+
+ private:
+  struct Parent {
+    std::string name;
+    TransformParts transform;
+  };
+
+  std::map<std::string, Parent, std::less<>> parents_;
+};
 
 /// Errors: zero, which means "not set"; before 1970; a second or more of nanoseconds.
 [[nodiscard]] Result<LogTime> time_of(const Stamp& stamp);

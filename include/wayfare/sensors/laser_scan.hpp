@@ -1,10 +1,18 @@
 #pragma once
 
+// Projects the scan of a tilted range finder onto the level plane, for carriers that sway: heads,
+// hands, small boats.
+
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <numbers>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/core/time.hpp>
 
 namespace wayfare {
@@ -28,5 +36,39 @@ struct LaserScan {
     return first_bearing + bearing_step * static_cast<double>(beam);
   }
 };
+
+struct LevelScanOptions {
+  /// Lower and higher points, m above the sensor, are floor and ceiling and are dropped.
+  double lowest_m = -1.2, highest_m = 0.8;
+  /// Beams of the level scan over a full circle; more represent the bearings more precisely.
+  std::size_t beams = 3600;
+};
+
+/// The points of `scan`, rotated by `q_level_laser` (z up) and projected onto the level plane, as a
+/// scan over the full circle. The nearest point of each beam is used.
+[[nodiscard]] inline LaserScan level_scan(const LaserScan& scan, const SO3d& q_level_laser,
+                                          const LevelScanOptions& options = {}) {
+  constexpr double kTwoPi = 2.0 * std::numbers::pi;
+  const double step = kTwoPi / static_cast<double>(options.beams);
+  LaserScan level{scan.time,
+                  Angle::radians(-std::numbers::pi),
+                  Angle::radians(step),
+                  scan.min_range_m,
+                  scan.max_range_m,
+                  std::vector<float>(options.beams, std::numeric_limits<float>::quiet_NaN())};
+  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+    if (!scan.returned(i)) continue;
+    const double bearing = scan.bearing(i).radians();
+    const Eigen::Vector3d beam(std::cos(bearing), std::sin(bearing), 0.0);
+    const Eigen::Vector3d p = q_level_laser * Eigen::Vector3d(double(scan.ranges_m[i]) * beam);
+    if (!(p.z() >= options.lowest_m && p.z() <= options.highest_m)) continue;
+    const double beam_index = (std::atan2(p.y(), p.x()) + std::numbers::pi) / step;
+    float& range =
+        level.ranges_m[static_cast<std::size_t>(std::lround(beam_index)) % options.beams];
+    const auto projected = static_cast<float>(p.head<2>().norm());
+    if (!(range <= projected)) range = projected;
+  }
+  return level;
+}
 
 }  // namespace wayfare

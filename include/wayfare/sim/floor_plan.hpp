@@ -4,6 +4,8 @@
 // looks only at the walls along its way.
 
 // Floor plans as text a person can draw. The format is described in docs/reference/formats.md.
+//
+// The ideal map of a floor plan.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +17,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
 
 namespace wayfare::sim {
 
@@ -109,5 +112,12 @@ struct PlannedRoute {
 /// The plan of the demonstration's building, 60 m x 30 m: a loop of long, nearly featureless
 /// corridors, rooms with doors, a hall with pillars, and a route of two laps.
 [[nodiscard]] std::string_view demo_building();
+
+/// Cells that a wall passes through are occupied, those that can be reached from `inside_m` without
+/// crossing one are free, the rest unknown. Errors: more cells than fit in memory, or an `inside_m`
+/// in a wall or outside.
+[[nodiscard]] Result<OccupancyGrid> map_of_plan(const FloorPlan& plan,
+                                                const Eigen::Vector2d& inside_m,
+                                                const OccupancyGridOptions& options = {});
 
 }  // namespace wayfare::sim

@@ -15,8 +15,8 @@
 #include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/nav_error.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
-#include <wayfare/sim/imu.hpp>
-#include <wayfare/sim/ranges.hpp>
+#include <wayfare/sim/gnss.hpp>
+#include <wayfare/sim/vehicle_trajectory.hpp>
 
 namespace wayfare::sim {
 

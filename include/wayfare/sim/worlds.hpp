@@ -1,21 +1,104 @@
 #pragma once
 
+// The simulation of Liu, Atia, Karamat and Noureldin (2015, section 6): a vehicle with one gyro,
+// wheels and a laser drives through three corridors and two corners, straight or in curves.
+//
 // Furnished buildings for a robot with wheels, gyro, LiDAR and radar, and its drive through one.
 
+#include <array>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/sensors/recording.hpp>
+#include <wayfare/sim/floor_plan.hpp>
+#include <wayfare/sim/lidar_2d.hpp>
 #include <wayfare/sim/radar.hpp>
-#include <wayfare/sim/reflectors.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 
 namespace wayfare::sim {
+
+/// Objects in a corridor and along its walls.
+struct CorridorFurniture {
+  double door_spacing_m = 4.0;  ///< between the doors of a wall; 0: no doors
+  double open_share = 0.0;      ///< share of open doors, into rooms 3 m deep
+  double recess_m = 0.06;       ///< depth of closed doors
+  double boxes_per_m = 0.0;     ///< cabinets and bins along each wall
+  double people_per_m = 0.0;    ///< standing near each wall, 0.3 m across
+  double glass_per_m = 0.0;     ///< mean number of 1.5 m panes, transparent to beams, per metre
+};
+
+/// A furnished wall from `a_m` to `b_m` with the corridor on its left; all objects lie within
+/// `depth_m` of it.
+void append_furnished_wall(const Eigen::Vector2d& a_m, const Eigen::Vector2d& b_m, double depth_m,
+                           const CorridorFurniture& furniture, Rng& rng,
+                           std::vector<Segment>& walls);
+
+struct CorridorsParams {
+  std::array<double, 3> lengths_m{30.0, 30.0, 30.0};  ///< of the centre line
+  double width_m = 2.4;
+  CorridorFurniture furniture{.door_spacing_m = 0.0};
+};
+/// Along x, then along y, then along x again; closed at both ends.
+[[nodiscard]] Result<FloorPlan> three_corridors(const CorridorsParams& params, const Rng& rng);
+
+enum class MotionPattern { straight = 1, curved = 2 };
+
+/// The gyro of Liu 2015, section 6.1, in the class of a Crossbow IMU300CC: a constant bias, a bias
+/// drifting at a constant rate, a first-order Gauss-Markov part, and white noise.
+struct CorridorGyro {
+  double max_bias_rad_s = 0.0349;    ///< 2 °/s: the constant part is uniform within ±this
+  double drift_rad_s2 = 6e-6;        ///< of random sign
+  double walk_sigma_rad_s = 3.5e-5;  ///< of the Gauss-Markov part, 0.002 °/s
+  double walk_tau_s = 100.0;
+  double angle_random_walk_rad_per_sqrt_s = 6.545e-4;  ///< 2.25 °/√h
+  double range_rad_s = 1.745;                          ///< ±100 °/s
+};
+
+struct CorridorDriveParams {
+  CorridorsParams place;
+  MotionPattern pattern = MotionPattern::straight;
+  double speed_m_s = 0.3;
+  double acceleration_m_s2 = 0.2;
+  double corner_radius_m = 1.0;
+  double weave_rad = 0.26;  ///< of the curved pattern: greatest heading relative to the corridor
+  double weave_length_m = 4.0;  ///< path length of one side of the weave
+  double rest_s = 120.0;        ///< at rest before the drive
+  CorridorGyro gyro;
+  double speed_scale_sigma = 0.005;   ///< standard deviation of the wheels' scale error
+  double slip_m_per_sqrt_m = 0.0005;  ///< random part of the distance travelled
+  double latitude_rad = 0.77;         ///< for the Earth rate measured by the gyro; 44.2° north
+  Lidar2dParams lidar = lms200();     ///< at the vehicle's centre
+  Duration motion_period{50'000'000};
+  Duration scan_period{200'000'000};
+
+  /// SICK LMS-200: 361 beams of 0.5° over 180°, σ 5 mm, 80 m.
+  [[nodiscard]] static Lidar2dParams lms200();
+};
+
+/// Section of the drive at a time, as in the tables of Liu 2015.
+enum class CorridorSection { corridor_1, corner_1, corridor_2, corner_2, corridor_3 };
+[[nodiscard]] std::string_view name_of(CorridorSection section);
+
+struct CorridorDrive {
+  FloorPlan plan;
+  Recording recording;                  ///< scans, wheels, gyro, truth
+  std::vector<double> gyro_bias_rad_s;  ///< true bias of each gyro sample
+  double speed_scale = 0.0;             ///< metres reported per metre travelled, less one
+  std::array<LogTime, 4> section_ends;  ///< of all sections except the last
+
+  [[nodiscard]] CorridorSection section_at(LogTime time) const;
+};
+
+/// Starts at rest at the origin, along x. Every sensor draws from its own random stream.
+[[nodiscard]] Result<CorridorDrive> simulate_corridors(const CorridorDriveParams& params,
+                                                       const Rng& rng);
 
 struct World {
   FloorPlan plan;

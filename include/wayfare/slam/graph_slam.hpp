@@ -19,7 +19,7 @@
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/motion/motion_noise.hpp>
+#include <wayfare/motion/differential_drive_model.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 

@@ -13,11 +13,11 @@
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
-#include <wayfare/map/multi_resolution_grid.hpp>
+#include <wayfare/map/probability_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-#include <wayfare/motion/motion_noise.hpp>
-#include <wayfare/sensors/level_scan.hpp>
-#include <wayfare/sensors/marg.hpp>
+#include <wayfare/motion/differential_drive_model.hpp>
+#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/detail/carrier_filter.hpp>
 #include <wayfare/slam/scan_outcome.hpp>

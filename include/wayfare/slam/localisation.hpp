@@ -19,7 +19,7 @@
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/motion/motion_noise.hpp>
+#include <wayfare/motion/differential_drive_model.hpp>
 #include <wayfare/sensors/point_set.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/localisation_map.hpp>

@@ -8,11 +8,10 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
-#include <wayfare/pedestrian/map_heading.hpp>
-#include <wayfare/pedestrian/pedestrian_parameters.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/walk_feedback.hpp>
-#include <wayfare/sensors/level_scan.hpp>
-#include <wayfare/sensors/marg.hpp>
+#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/laser_scan.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
 namespace wayfare {

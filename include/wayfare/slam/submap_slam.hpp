@@ -16,9 +16,9 @@
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/pose_graph.hpp>
-#include <wayfare/map/multi_resolution_grid.hpp>
+#include <wayfare/map/probability_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-#include <wayfare/motion/motion_noise.hpp>
+#include <wayfare/motion/differential_drive_model.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 

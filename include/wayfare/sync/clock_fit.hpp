@@ -1,9 +1,16 @@
 #pragma once
 
 // Linear relation of two clocks of constant rate, from pairs of stamps of the same instants.
+//
+// Estimates a device's clock relative to the host's from arriving measurements: they are delayed by
+// a varying time that is never below the minimum delay of the link, so that the line lies below all
+// arrivals. Of the lines below them, the one with the smallest sum of distances touches the lower
+// convex hull at the edge above the mean of the device's times (Moon, Skelly, Towsley 1999).
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <deque>
 #include <span>
 #include <string>
 #include <vector>
@@ -92,5 +99,106 @@ template <class Device>
   fit.log_origin = log_start + from_seconds(offset);
   return fit;
 }
+
+struct ClockEnvelopeOptions {
+  Duration window = std::chrono::seconds(60);        ///< older arrivals are dropped
+  Duration bucket = std::chrono::milliseconds(250);  ///< the earliest arrival of each is used
+  Duration settle = std::chrono::seconds(5);         ///< until then, equal rates are assumed
+  Duration jump =
+      std::chrono::seconds(1);  ///< a larger offset is taken for a restart of the device
+  double max_drift = 5e-4;      ///< rates further from 1 are rejected
+};
+
+class ClockEnvelope {
+ public:
+  explicit ClockEnvelope(const ClockEnvelopeOptions& options = {}) : options_(options) {}
+
+  /// The time of a measurement with the device's stamp `device` that arrived at `arrived`, up to
+  /// the minimum delay of the link; never later than the arrival.
+  LogTime add(Time<DeviceClock> device, LogTime arrived) {
+    if (!buckets_.empty()) {
+      const Duration off = arrived - (*this)(device);
+      const bool backwards = device < buckets_.back().device;
+      if (off > options_.jump || off < -options_.jump || backwards) restart();
+    }
+    insert({device, arrived});
+    return std::min((*this)(device), arrived);
+  }
+
+  /// The current line; undefined before the first arrival.
+  [[nodiscard]] LogTime operator()(Time<DeviceClock> device) const {
+    const Duration since = device - device_origin_;
+    return log_origin_ + since + from_seconds((rate_ - 1.0) * to_seconds(since));
+  }
+  [[nodiscard]] double rate() const { return rate_; }
+  [[nodiscard]] std::size_t restarts() const { return restarts_; }
+
+ private:
+  struct Arrival {
+    Time<DeviceClock> device;
+    LogTime log;
+    [[nodiscard]] Duration ahead() const { return log.since_epoch() - device.since_epoch(); }
+  };
+
+  void restart() {
+    buckets_.clear();
+    rate_ = 1.0;
+    ++restarts_;
+  }
+
+  void insert(const Arrival& a) {
+    if (buckets_.empty() || a.device - bucket_start_ >= options_.bucket) {
+      bucket_start_ = a.device;
+      buckets_.push_back(a);
+      while (a.device - buckets_.front().device > options_.window) buckets_.pop_front();
+      fit();
+    } else if (a.ahead() < buckets_.back().ahead()) {
+      buckets_.back() = a;
+    }
+    // No measurement arrives before it was made.
+    if ((*this)(a.device) > a.log) log_origin_ = log_origin_ - ((*this)(a.device) - a.log);
+  }
+
+  void fit() {
+    const Arrival& first = buckets_.front();
+    device_origin_ = first.device;
+    log_origin_ = first.log;
+    rate_ = 1.0;
+    const auto x = [&](const Arrival& a) { return to_seconds(a.device - first.device); };
+    const auto y = [&](const Arrival& a) { return to_seconds(a.ahead() - first.ahead()); };
+    double mean = 0.0, least = 0.0;
+    std::vector<const Arrival*> hull;
+    for (const Arrival& a : buckets_) {
+      mean += x(a) / static_cast<double>(buckets_.size());
+      least = std::min(least, y(a));
+      while (hull.size() >= 2) {
+        const Arrival &p = *hull[hull.size() - 2], &q = *hull.back();
+        if ((x(q) - x(p)) * (y(a) - y(p)) - (y(q) - y(p)) * (x(a) - x(p)) > 0.0) break;
+        hull.pop_back();
+      }
+      hull.push_back(&a);
+    }
+    double slope = 0.0, offset = least;
+    for (std::size_t i = 1; i < hull.size(); ++i) {
+      const Arrival &p = *hull[i - 1], &q = *hull[i];
+      if (x(q) < mean) continue;
+      const double s = (y(q) - y(p)) / (x(q) - x(p));
+      if (x(buckets_.back()) >= to_seconds(options_.settle) && std::abs(s) <= options_.max_drift) {
+        slope = s;
+        offset = y(p) - s * x(p);
+      }
+      break;
+    }
+    rate_ = 1.0 + slope;
+    log_origin_ = log_origin_ + from_seconds(offset);
+  }
+
+  ClockEnvelopeOptions options_;
+  std::deque<Arrival> buckets_;
+  Time<DeviceClock> bucket_start_, device_origin_;
+  LogTime log_origin_;
+  double rate_ = 1.0;
+  std::size_t restarts_ = 0;
+};
 
 }  // namespace wayfare

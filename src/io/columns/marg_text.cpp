@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include <wayfare/io/float_table.hpp>
+#include <wayfare/io/columns.hpp>
 
 #include "io/columns/column_rows.hpp"
 #include "io/columns/nav_columns.hpp"

@@ -1,7 +1,7 @@
 #include <array>
 #include <cmath>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"

@@ -4,7 +4,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include <wayfare/io/byte_sink.hpp>
+#include <wayfare/io/text_file.hpp>
 
 namespace wayfare::io {
 namespace {

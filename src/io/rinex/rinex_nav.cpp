@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include <wayfare/gnss/signal.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/io/rinex.hpp>
 
 #include "io/rinex/rinex_text.hpp"

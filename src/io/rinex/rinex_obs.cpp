@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include <wayfare/gnss/signal.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/io/rinex.hpp>
 
 #include "io/rinex/rinex_obs_header.hpp"

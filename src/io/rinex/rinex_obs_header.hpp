@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include <wayfare/gnss/signal.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/io/rinex.hpp>
 
 #include "io/rinex/rinex_text.hpp"

@@ -1,4 +1,4 @@
-#include <wayfare/io/relations.hpp>
+#include <wayfare/io/tum.hpp>
 
 #include "io/text/pose_lines.hpp"
 

@@ -1,4 +1,4 @@
-#include <wayfare/io/time_tags.hpp>
+#include <wayfare/io/nav_text.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/logger/remote_control.hpp>
+#include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/serial_port.hpp>
 
 namespace wayfare::logger {

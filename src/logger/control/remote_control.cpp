@@ -1,7 +1,7 @@
 #include <array>
 #include <charconv>
 
-#include <wayfare/logger/remote_control.hpp>
+#include <wayfare/logger/logger.hpp>
 
 namespace wayfare::logger {
 namespace {

@@ -1,5 +1,5 @@
-#include <wayfare/decode/ti_config.hpp>
-#include <wayfare/logger/ti_stream.hpp>
+#include <wayfare/decode/ti_decoder.hpp>
+#include <wayfare/logger/streams.hpp>
 
 #include "logger/devices/device_decoders.hpp"
 

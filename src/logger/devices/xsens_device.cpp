@@ -2,7 +2,7 @@
 #include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/xbus.hpp>
-#include <wayfare/sync/clock_envelope.hpp>
+#include <wayfare/sync/clock_fit.hpp>
 
 #include <array>
 #include <cstdio>

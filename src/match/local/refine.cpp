@@ -1,4 +1,4 @@
-#include <wayfare/match/refine.hpp>
+#include <wayfare/match/gauss_newton.hpp>
 
 #include <cmath>
 

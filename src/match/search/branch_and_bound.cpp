@@ -1,4 +1,4 @@
-#include <wayfare/match/branch_and_bound.hpp>
+#include <wayfare/match/correlative.hpp>
 
 #include <algorithm>
 

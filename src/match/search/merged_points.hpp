@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <wayfare/match/branch_and_bound.hpp>
+#include <wayfare/match/correlative.hpp>
 
 #include "map/kernels/kernels.hpp"
 #include "match/search/candidates.hpp"

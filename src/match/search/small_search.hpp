@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <numeric>
 
-#include <wayfare/match/branch_and_bound.hpp>
+#include <wayfare/match/correlative.hpp>
 
 #include "map/kernels/kernels.hpp"
 #include "match/search/candidates.hpp"

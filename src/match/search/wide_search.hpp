@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <wayfare/match/branch_and_bound.hpp>
+#include <wayfare/match/correlative.hpp>
 
 #include "map/kernels/kernels.hpp"
 #include "match/search/candidates.hpp"

@@ -1,11 +1,10 @@
-#include <wayfare/ros/frame_tree.hpp>
+#include <wayfare/ros/convert.hpp>
 
 #include <cmath>
 #include <optional>
 #include <vector>
 
 #include <wayfare/core/se3.hpp>
-#include <wayfare/ros/convert.hpp>
 
 namespace wayfare::ros {
 namespace {

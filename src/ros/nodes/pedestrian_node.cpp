@@ -1,4 +1,4 @@
-#include <wayfare/ros/pedestrian_node.hpp>
+#include <wayfare/ros/nodes.hpp>
 
 #include <array>
 #include <cstddef>

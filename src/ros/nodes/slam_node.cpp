@@ -1,4 +1,4 @@
-#include <wayfare/ros/slam_node.hpp>
+#include <wayfare/ros/nodes.hpp>
 
 #include <algorithm>
 #include <utility>

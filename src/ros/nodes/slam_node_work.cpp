@@ -4,10 +4,8 @@
 #include <chrono>
 #include <utility>
 
-#include <wayfare/io/image.hpp>
 #include <wayfare/io/map_image.hpp>
-#include <wayfare/ros/slam_node.hpp>
-#include <wayfare/sync/gyro_turn.hpp>
+#include <wayfare/ros/nodes.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
 namespace wayfare::ros {

@@ -8,7 +8,6 @@
 
 #include <wayfare/core/so3.hpp>
 #include <wayfare/ros/convert.hpp>
-#include <wayfare/ros/frame_tree.hpp>
 #include <wayfare/ros/recording.hpp>
 
 #include "ros/recording/lanes.hpp"

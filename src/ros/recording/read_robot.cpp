@@ -2,7 +2,6 @@
 #include <utility>
 
 #include <wayfare/ros/recording.hpp>
-#include <wayfare/ros/recording_writer.hpp>
 
 #include "ros/recording/lanes.hpp"
 #include "ros/recording/layout.hpp"

@@ -1,4 +1,4 @@
-#include <wayfare/ros/recording_writer.hpp>
+#include <wayfare/ros/recording.hpp>
 
 #include <map>
 #include <optional>

@@ -1,4 +1,4 @@
-#include <wayfare/sim/ranges.hpp>
+#include <wayfare/sim/gnss.hpp>
 
 #include <cmath>
 #include <numbers>
@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include <wayfare/gnss/signal.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 
 namespace wayfare::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/sim/observations.hpp>
+#include <wayfare/sim/gnss.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <variant>
 
 #include <wayfare/gnss/correct_ranges.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
-#include <wayfare/gnss/signal.hpp>
 
 #include "sim/vehicle/satellite_noise.hpp"
 

@@ -1,4 +1,4 @@
-#include <wayfare/sim/ranges.hpp>
+#include <wayfare/sim/gnss.hpp>
 
 #include <algorithm>
 #include <cmath>

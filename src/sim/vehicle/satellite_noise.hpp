@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/sim/ranges.hpp>
+#include <wayfare/sim/gnss.hpp>
 
 namespace wayfare::sim {
 

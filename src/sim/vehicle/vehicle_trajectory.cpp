@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include <wayfare/core/roll_pitch_yaw.hpp>
+#include <wayfare/core/so3.hpp>
 
 namespace wayfare::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/sim/feet.hpp>
+#include <wayfare/sim/walks.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/so3.hpp>
-#include <wayfare/sim/imu.hpp>
+#include <wayfare/sim/vehicle_trajectory.hpp>
 
 namespace wayfare::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/sim/head_walk.hpp>
+#include <wayfare/sim/walks.hpp>
 
 #include <algorithm>
 #include <cmath>

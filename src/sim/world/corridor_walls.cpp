@@ -3,7 +3,7 @@
 #include <numbers>
 #include <utility>
 
-#include <wayfare/sim/corridors.hpp>
+#include <wayfare/sim/worlds.hpp>
 
 namespace wayfare::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/sim/corridors.hpp>
+#include <wayfare/sim/worlds.hpp>
 
 #include <algorithm>
 #include <cmath>

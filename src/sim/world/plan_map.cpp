@@ -1,4 +1,4 @@
-#include <wayfare/sim/plan_map.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 
 #include <string>
 #include <vector>

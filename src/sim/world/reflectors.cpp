@@ -1,4 +1,4 @@
-#include <wayfare/sim/reflectors.hpp>
+#include <wayfare/sim/radar.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -7,9 +7,8 @@
 
 #include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/map/likelihood_field.hpp>
-#include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
-#include <wayfare/match/refine.hpp>
+#include <wayfare/match/gauss_newton.hpp>
 
 namespace wayfare {
 

@@ -2,7 +2,6 @@
 #include <optional>
 
 #include <wayfare/slam/radar_slam.hpp>
-#include <wayfare/slam/radar_slam_stream.hpp>
 
 namespace wayfare {
 namespace {

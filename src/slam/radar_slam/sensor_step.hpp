@@ -7,10 +7,9 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/detection_grid.hpp>
 #include <wayfare/map/occupancy_field.hpp>
-#include <wayfare/match/branch_and_bound.hpp>
 #include <wayfare/match/correlative.hpp>
+#include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/match/pose_proposal.hpp>
-#include <wayfare/match/refine.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
 namespace wayfare {

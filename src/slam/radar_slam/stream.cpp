@@ -1,4 +1,4 @@
-#include <wayfare/slam/radar_slam_stream.hpp>
+#include <wayfare/slam/radar_slam.hpp>
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/map/multi_resolution_grid.hpp>
+#include <wayfare/map/probability_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 

@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 
 #include <wayfare/map/voxel_filter.hpp>
-#include <wayfare/match/branch_and_bound.hpp>
+#include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 
 #include <wayfare/core/parallel.hpp>

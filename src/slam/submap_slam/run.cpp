@@ -1,7 +1,6 @@
 #include <utility>
 
 #include <wayfare/slam/submap_slam.hpp>
-#include <wayfare/sync/gyro_turn.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
 #include "slam/feed_scans.hpp"

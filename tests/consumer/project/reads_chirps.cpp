@@ -1,6 +1,6 @@
 #include "links.hpp"
 
-#include <wayfare/decode/ti_config.hpp>
+#include <wayfare/decode/ti_decoder.hpp>
 
 bool reads_chirps() {
   const auto bad = wayfare::decode::parse_ti_config("profileCfg 0 77\n", "chirps");

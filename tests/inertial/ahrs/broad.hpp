@@ -8,8 +8,8 @@
 
 #include <wayfare/core/so3.hpp>
 #include <wayfare/eval/attitude_error.hpp>
-#include <wayfare/io/float_table.hpp>
-#include <wayfare/sensors/marg.hpp>
+#include <wayfare/io/columns.hpp>
+#include <wayfare/sensors/imu.hpp>
 
 namespace wayfare::testing {
 

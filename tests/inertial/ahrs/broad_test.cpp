@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/inertial/ahrs.hpp>
-#include <wayfare/inertial/basic_ahrs.hpp>
 #include "broad.hpp"
 #include "io/support.hpp"
 

@@ -10,7 +10,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/inertial/detail/heading_track.hpp>
-#include <wayfare/pedestrian/map_heading.hpp>
+#include <wayfare/pedestrian/walk_feedback.hpp>
 #include "core/at.hpp"
 #include "motion.hpp"
 

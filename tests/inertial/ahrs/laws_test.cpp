@@ -6,7 +6,6 @@
 
 #include <wayfare/eval/attitude_error.hpp>
 #include <wayfare/inertial/ahrs.hpp>
-#include <wayfare/inertial/basic_ahrs.hpp>
 #include "motion.hpp"
 
 namespace wayfare {

@@ -8,8 +8,7 @@
 
 #include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/logger/stream_player.hpp>
-#include <wayfare/logger/ti_stream.hpp>
+#include <wayfare/logger/streams.hpp>
 #include <wayfare/ros/convert.hpp>
 #include "decode/rplidar_streams.hpp"
 #include "decode/ti_streams.hpp"

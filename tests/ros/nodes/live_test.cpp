@@ -11,10 +11,9 @@
 #include <vector>
 
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/image.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/ros/convert.hpp>
-#include <wayfare/ros/recording_writer.hpp>
+#include <wayfare/ros/recording.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 #include "live.hpp"

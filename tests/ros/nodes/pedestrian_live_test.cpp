@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/ros/pedestrian_node.hpp>
-#include <wayfare/ros/recording_writer.hpp>
+#include <wayfare/ros/nodes.hpp>
+#include <wayfare/ros/recording.hpp>
 #include "live.hpp"
 #include "walk.hpp"
 

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <wayfare/ros/pedestrian_node.hpp>
+#include <wayfare/ros/nodes.hpp>
 #include "walk.hpp"
 
 namespace wayfare {

@@ -8,11 +8,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <wayfare/io/image.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/ros/detail/node_output.hpp>
-#include <wayfare/ros/slam_node.hpp>
-#include <wayfare/sync/gyro_turn.hpp>
+#include <wayfare/ros/nodes.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 #include "driven.hpp"
 #include "room_drive.hpp"

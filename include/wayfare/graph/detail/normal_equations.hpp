@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/graph/block_sparse.hpp>
 #include <wayfare/graph/detail/edge_terms.hpp>
 #include <wayfare/graph/detail/pose_columns.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
 namespace wayfare {

@@ -7,7 +7,7 @@
 
 #include <Eigen/SparseCore>
 
-#include <wayfare/graph/block_sparse.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 
 namespace wayfare {
 

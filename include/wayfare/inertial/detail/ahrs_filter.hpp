@@ -8,7 +8,6 @@
 
 #include <wayfare/core/so3.hpp>
 #include <wayfare/filter/sequential_update.hpp>
-#include <wayfare/filter/symmetric_matrix.hpp>
 
 namespace wayfare {
 

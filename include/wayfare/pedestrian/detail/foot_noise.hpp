@@ -9,7 +9,7 @@
 
 #include <wayfare/core/so3.hpp>
 #include <wayfare/pedestrian/detail/foot_filter.hpp>
-#include <wayfare/pedestrian/foot_parameters.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/sensors/imu.hpp>
 
 namespace wayfare {

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/pedestrian/foot_parameters.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/sensors/imu.hpp>
 
 namespace wayfare {

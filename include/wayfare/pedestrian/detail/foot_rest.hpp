@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/pedestrian/foot_parameters.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 
 namespace wayfare {
 

@@ -12,7 +12,6 @@
 
 #include <wayfare/core/so3.hpp>
 #include <wayfare/filter/sequential_update.hpp>
-#include <wayfare/filter/symmetric_matrix.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/pedestrian/pedestrian_parameters.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 
 namespace wayfare {
 
