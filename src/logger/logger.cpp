@@ -8,7 +8,7 @@
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
 
-#include "logger/control/control_line.hpp"
+#include "logger/control_line.hpp"
 #include "logger/recorder.hpp"
 #include "logger/sensor.hpp"
 
