@@ -6,11 +6,14 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include <wayfare/logger/serial_port.hpp>
+#include <wayfare/logger/streams.hpp>
 
 namespace wayfare::logger {
 namespace {
@@ -132,6 +135,37 @@ Result<std::size_t> PseudoTerminal::read(std::span<std::uint8_t> buffer,
 std::size_t PseudoTerminal::unread() const {
   int waiting = 0;
   return ::ioctl(slave_.get(), FIONREAD, &waiting) == 0 ? static_cast<std::size_t>(waiting) : 0;
+}
+
+std::vector<TimedBytes> at_rate(decode::Bytes bytes, double bytes_per_s, std::size_t piece) {
+  std::vector<TimedBytes> stream;
+  for (std::size_t at = 0; at < bytes.size(); at += piece) {
+    const std::size_t n = std::min(piece, bytes.size() - at);
+    stream.push_back(
+        {from_seconds(static_cast<double>(at + n) / bytes_per_s), bytes.subspan(at, n)});
+  }
+  return stream;
+}
+
+Result<std::uint64_t> play(PseudoTerminal& terminal, const std::vector<TimedBytes>& stream,
+                           double speed, const std::atomic<bool>& stop) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  std::uint64_t written = 0;
+  for (const TimedBytes& piece : stream) {
+    const auto due = begin + from_seconds(to_seconds(piece.at) / speed);
+    while (!stop && Clock::now() < due)
+      std::this_thread::sleep_until(std::min(due, Clock::now() + std::chrono::milliseconds(50)));
+    decode::Bytes rest = piece.bytes;
+    while (!rest.empty()) {
+      if (stop) return written;
+      const auto n = terminal.write(rest, std::chrono::milliseconds(50));
+      if (!n) return n.error();
+      written += *n;
+      rest = rest.subspan(*n);
+    }
+  }
+  return written;
 }
 
 }  // namespace wayfare::logger
