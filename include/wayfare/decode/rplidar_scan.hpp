@@ -17,7 +17,6 @@
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/sensors/laser_scan.hpp>

@@ -9,7 +9,6 @@
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/logger/serial_port.hpp>
