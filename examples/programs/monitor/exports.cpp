@@ -1,5 +1,3 @@
-#include "exports.hpp"
-
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -12,7 +10,7 @@
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/logger/messages.hpp>
 
-#include "topics.hpp"
+#include "recording_view.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -104,14 +102,16 @@ class ForwardSink final : public io::ByteSink {
 
 }  // namespace
 
-Result<void> export_csv(const io::McapReader& file, const std::string& topic,
-                        const PieceSink& sink) {
-  const io::McapChannel* channel = find_topic(file.contents(), topic);
+Result<void> RecordingView::csv(const std::string& topic, const PieceSink& sink) const {
+  const auto file = reader();
+  if (!file) return file.error();
+  const io::McapContents& c = (*file)->contents();
+  const io::McapChannel* channel = find_topic(c, topic);
   if (channel == nullptr) return no_topic(topic);
-  const CsvFormat format = csv_format(schema_of(file.contents(), *channel));
+  const CsvFormat format = csv_format(schema_of(c, *channel));
   std::string lines = format.head;
   bool taken = true;
-  file.read({io::McapOrder::file, {topic}}, [&](const io::McapMessage& m) {
+  (*file)->read({io::McapOrder::file, {topic}}, [&](const io::McapMessage& m) {
     format.lines(lines, io::format_nanoseconds(m.log_time.nanoseconds()), m.data);
     if (lines.size() < 65536) return true;
     taken = sink(lines);
@@ -122,9 +122,10 @@ Result<void> export_csv(const io::McapReader& file, const std::string& topic,
   return {};
 }
 
-Result<void> export_mcap(const io::McapReader& file, const std::set<std::string>& topics,
-                         const PieceSink& sink) {
-  const io::McapContents& c = file.contents();
+Result<void> RecordingView::mcap(const std::set<std::string>& topics, const PieceSink& sink) const {
+  const auto file = reader();
+  if (!file) return file.error();
+  const io::McapContents& c = (*file)->contents();
   auto writer = io::McapWriter::create(std::make_unique<ForwardSink>(sink));
   if (!writer) return writer.error();
   std::map<std::uint16_t, std::uint16_t> schemas, channels;
@@ -145,7 +146,7 @@ Result<void> export_mcap(const io::McapReader& file, const std::set<std::string>
     return id;
   };
   Result<void> done;
-  file.read({io::McapOrder::file, topics}, [&](const io::McapMessage& m) {
+  (*file)->read({io::McapOrder::file, topics}, [&](const io::McapMessage& m) {
     const auto channel = channel_of(*m.channel);
     done = channel ? writer->write(*channel, m.log_time, m.publish_time, m.data)
                    : Result<void>(channel.error());
