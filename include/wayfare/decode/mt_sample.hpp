@@ -171,12 +171,7 @@ inline bool take_packet(const MtPacket& p, MtSample& s) {
 /// A tracker's motion as a nine-axis sample.
 [[nodiscard]] inline MargSample to_marg_sample(const AwindaMotion& motion, LogTime time,
                                                double earth_field_uT = 49.0) {
-  MargSample marg;
-  marg.time = time;
-  marg.angular_rate_radps = motion.rate_radps;
-  marg.specific_force_mps2 = motion.acceleration_mps2;
-  marg.magnetic_field_uT = earth_field_uT * motion.field_au;
-  return marg;
+  return {time, motion.rate_radps, motion.acceleration_mps2, earth_field_uT * motion.field_au};
 }
 
 /// Unwraps a counter: SampleTimeFine at 2³² or at 864 000 000, PacketCounter at 65 536, frames at
