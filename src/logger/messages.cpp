@@ -1,5 +1,6 @@
 #include <wayfare/logger/messages.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -18,8 +19,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::string_view kBase64 =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 constexpr std::string_view kNoPose =
     R"(,"pose":{"position":{"x":0,"y":0,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":1}})";
 
@@ -69,29 +68,14 @@ std::string schema_json(const std::string& name, bool posed, const std::string& 
   return out + fields + "}}";
 }
 
-std::string to_base64(const std::vector<std::uint8_t>& bytes) {
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = std::uint32_t{bytes[i]} << 16;
-    if (i + 1 < bytes.size()) three |= std::uint32_t{bytes[i + 1]} << 8;
-    if (i + 2 < bytes.size()) three |= bytes[i + 2];
-    for (std::size_t k = 0; k < 4; ++k) {
-      const bool there = i + k <= bytes.size();
-      out += there ? kBase64[three >> (18 - 6 * k) & 63U] : '=';
-    }
-  }
-  return out;
-}
-
 std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
   std::vector<std::uint8_t> out;
   std::uint32_t bits = 0;
   int held = 0;
   while (!text.empty() && text.back() == '=') text.remove_suffix(1);
   for (const char c : text) {
-    const std::size_t value = kBase64.find(c);
-    if (value == kBase64.npos) return std::nullopt;
+    const std::size_t value = io::text::kBase64Digits.find(c);
+    if (value == text.npos) return std::nullopt;
     bits = bits << 6 | static_cast<std::uint32_t>(value);
     held += 6;
     if (held < 8) continue;
@@ -219,16 +203,14 @@ std::string point_cloud_json(const RadarScan& scan, std::string_view frame) {
   out += R"(,"point_stride":20,"fields":[{"name":"x","offset":0,"type":7},)"
          R"({"name":"y","offset":4,"type":7},{"name":"z","offset":8,"type":7},)"
          R"({"name":"doppler","offset":12,"type":7},{"name":"snr","offset":16,"type":7}],"data":")";
-  std::vector<std::uint8_t> bytes(20 * scan.points.size());
-  for (std::size_t i = 0; i < scan.points.size(); ++i) {
-    const RadarPoint& p = scan.points[i];
-    std::size_t at = 20 * i;
+  std::string bytes;
+  for (const RadarPoint& p : scan.points)
     for (const float v : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db}) {
-      decode::store_le(v, &bytes[at]);
-      at += 4;
+      std::array<std::uint8_t, sizeof v> raw;
+      decode::store_le(v, raw.data());
+      bytes.append(raw.begin(), raw.end());
     }
-  }
-  return out + to_base64(bytes) + R"("})";
+  return out + io::text::to_base64(bytes) + R"("})";
 }
 
 Result<RadarScan> parse_point_cloud(std::string_view text) {
