@@ -54,7 +54,7 @@ Result<void> ControlLine::listen(const std::string& path) {
   if (::lstat(path.c_str(), &there) == 0 && S_ISSOCK(there.st_mode)) ::unlink(path.c_str());
   Descriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (socket.get() < 0) return system_error("no socket", path);
-  const mode_t before = ::umask(0077);  // whoever may not be this user may not control it
+  const mode_t before = ::umask(0077);  // only this user may control the logger
   const int bound =
       ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
   ::umask(before);

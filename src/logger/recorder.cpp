@@ -33,7 +33,7 @@ Recorder::Recorder(const LoggerOptions& options, const LoggerClock& clock)
 
 Recorder::~Recorder() {
   stop();
-  queue_.push_always({Kind::quit});  // behind all there is to write
+  queue_.push_always({Kind::quit});  // after everything there is to write
   thread_.join();
 }
 
@@ -134,7 +134,7 @@ std::uint32_t Recorder::session() const {
 void Recorder::add(std::uint32_t session, LoggedMessage message) {
   constexpr std::size_t kOverhead = sizeof(Item) + 32;
   const std::size_t source = message.source, cost = message.data.size() + kOverhead;
-  // In one piece with the check: nothing of a session comes behind the mark of its end.
+  // Under one lock with the check: no message of a session follows the mark of its end.
   const std::lock_guard lock(state_mutex_);
   if (session == 0 || session != session_) return;
   if (!queue_.push({Kind::message, std::move(message)}, cost)) ++tallies_[source].dropped;

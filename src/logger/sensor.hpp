@@ -20,7 +20,7 @@ namespace wayfare::logger {
 /// One device: a thread that reads its line, stamps and decodes the bytes and queues them.
 class Sensor {
  public:
-  /// `number` is what the recorder counts its messages by.
+  /// The recorder counts its messages by `number`.
   Sensor(std::size_t number, SensorOptions options, std::unique_ptr<DeviceDecoder> decoder,
          Recorder& recorder, const LoggerClock& clock)
       : number_(number),
@@ -39,7 +39,7 @@ class Sensor {
     thread_.join();
   }
 
-  /// Without what the recorder counts.
+  /// Without the recorder's counts.
   [[nodiscard]] SensorStatus status() const {
     const std::lock_guard lock(mutex_);
     SensorStatus status = status_;
