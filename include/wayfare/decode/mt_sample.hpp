@@ -1,8 +1,7 @@
 #pragma once
 
-// The content of one Xsens MTi or MTw message, and its conversion to measurements.
-//
-// Xsens MTData, the predecessor of MTData2: fields without ids, in an order given by two settings.
+// The content of one Xsens MTi or MTw message, and its conversion to measurements: of MTData2, and
+// of its predecessor MTData, whose fields have no ids but an order given by two settings.
 
 #include <concepts>
 #include <cstddef>

@@ -1,9 +1,8 @@
 #pragma once
 
 // Points from an RPLIDAR's nodes and capsules, with the arithmetic of the maker's own unpacker
-// (Slamtec/rplidar_sdk, dataunpacker), so that they agree bit for bit.
-//
-// Full revolutions of an RPLIDAR, and their conversion to a LaserScan.
+// (Slamtec/rplidar_sdk, dataunpacker), so that they agree bit for bit; full revolutions, and their
+// conversion to a LaserScan.
 
 #include <algorithm>
 #include <array>

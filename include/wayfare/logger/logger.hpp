@@ -1,10 +1,9 @@
 #pragma once
 
-// Control of a logger over a line that may lose or corrupt bytes: a command is one byte, and the
-// next status line, which has a checksum, shows its effect.
-//
 // Several devices in one recording: one thread per device that only reads and stamps, one thread
-// that writes, and between them a bounded queue that bridges delays of the disk.
+// that writes, and between them a bounded queue that bridges delays of the disk. It is controlled
+// over a line that may lose or corrupt bytes: a command is one byte, and the next status line,
+// which has a checksum, shows its effect.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,7 @@
 #pragma once
 
-// Simulated devices: recorded bytes in a pseudo-terminal, in real time or faster.
+// Simulated devices: recorded bytes in a pseudo-terminal, in real time or faster. And the scans in
+// a radar's bytes.
 
 #include <atomic>
 #include <cstdint>
