@@ -8,7 +8,7 @@
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
 
-#include "logger/control/control_line.hpp"
+#include "logger/control_line.hpp"
 #include "logger/recorder.hpp"
 #include "logger/sensor.hpp"
 
@@ -94,7 +94,7 @@ struct Logger::Impl {
     const LoggerStatus now = status();
     std::string json = to_json(now);
     control.send(status_line(json));
-    // Of no loss where there is no room: the next one counts what was dropped.
+    // It may be dropped where the queue is full: the next one counts what was dropped.
     if (record)
       recorder.add(recorder.session(),
                    {sensors.size(), false, stream, now.time, now.time, std::move(json)});

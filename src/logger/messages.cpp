@@ -1,23 +1,117 @@
 #include <wayfare/logger/messages.hpp>
 
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
-#include <vector>
 
+#include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
 #include <wayfare/core/detail/bytes.hpp>
 
-#include "logger/message_text.hpp"
+#include "io/text/text.hpp"
 
 namespace wayfare::logger {
-
-using nlohmann::json;
-using namespace text;  // NOLINT(google-build-using-namespace): the parts these messages are made of
-
 namespace {
 
+using nlohmann::json;
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::string_view kNoPose =
+    R"(,"pose":{"position":{"x":0,"y":0,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":1}})";
+
 Error malformed(const char* what) { return Error{ErrorCode::parse, std::string("is no ") + what}; }
+
+/// The shortest text that is read back as the same number.
+template <class Number>
+void put(std::string& out, Number value) {
+  if (std::isfinite(value)) {
+    io::text::append_number(out, value);
+  } else {
+    out += "null";
+  }
+}
+
+/// The beginning of a message: its time and frame.
+std::string head(LogTime time, std::string_view frame) {
+  const std::int64_t ns = time.nanoseconds();
+  const std::int64_t rest = (ns % kSecond + kSecond) % kSecond;
+  std::string out = R"({"timestamp":{"sec":)";
+  put(out, (ns - rest) / kSecond);
+  out += R"(,"nsec":)";
+  put(out, rest);
+  out += R"(},"frame_id":")" + json_escaped(frame) + '"';
+  return out;
+}
+
+/// Numbers x, y, z, and those in `more`, as properties of a schema.
+std::string numbers(std::string_view more = {}) {
+  std::string out;
+  for (const char c : std::string("xyz") + std::string(more))
+    out += std::string(out.empty() ? "" : ",") + '"' + c + R"(":{"type":"number"})";
+  return out;
+}
+
+/// The schema of a message with time, frame, optional pose, and `fields`.
+std::string schema_json(const std::string& name, bool posed, const std::string& fields) {
+  std::string out = R"({"title":")" + name + R"(","type":"object","properties":{)";
+  out += R"("timestamp":{"type":"object","title":"time","properties":)";
+  out += R"({"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"frame_id":{"type":"string"},)";
+  if (posed) {
+    out += R"("pose":{"title":"foxglove.Pose","type":"object","properties":{)";
+    out += R"("position":{"title":"foxglove.Vector3","type":"object","properties":{)" + numbers() +
+           R"(}},"orientation":{"title":"foxglove.Quaternion","type":"object","properties":{)" +
+           numbers("w") + "}}}},";
+  }
+  return out + fields + "}}";
+}
+
+std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
+  std::vector<std::uint8_t> out;
+  std::uint32_t bits = 0;
+  int held = 0;
+  while (!text.empty() && text.back() == '=') text.remove_suffix(1);
+  for (const char c : text) {
+    const std::size_t value = io::text::kBase64Digits.find(c);
+    if (value == text.npos) return std::nullopt;
+    bits = bits << 6 | static_cast<std::uint32_t>(value);
+    held += 6;
+    if (held < 8) continue;
+    held -= 8;
+    out.push_back(static_cast<std::uint8_t>(bits >> held));
+  }
+  return out;
+}
+
+std::optional<double> number(const json& from, const char* key) {
+  const auto it = from.find(key);
+  if (it == from.end() || !it->is_number()) return std::nullopt;
+  return it->get<double>();
+}
+
+std::optional<LogTime> time_of(const json& message) {
+  const auto it = message.find("timestamp");
+  if (it == message.end() || !it->is_object()) return std::nullopt;
+  const auto sec = it->find("sec"), nsec = it->find("nsec");
+  if (sec == it->end() || nsec == it->end() || !sec->is_number_integer() ||
+      !nsec->is_number_integer())
+    return std::nullopt;
+  const auto s = sec->get<std::int64_t>(), ns = nsec->get<std::int64_t>();
+  if (s < -9'000'000'000 || s > 9'000'000'000 || ns < 0 || ns >= kSecond) return std::nullopt;
+  return LogTime::from_nanoseconds(s * kSecond + ns);
+}
+
+/// Three numbers, NaN if the field is null or missing; nothing if it is something else.
+std::optional<Eigen::Vector3d> vector_of(const json& message, const char* key) {
+  const auto it = message.find(key);
+  if (it == message.end() || it->is_null()) return Eigen::Vector3d::Constant(MargSample::kNone);
+  if (!it->is_object()) return std::nullopt;
+  const auto x = number(*it, "x"), y = number(*it, "y"), z = number(*it, "z");
+  if (!x || !y || !z) return std::nullopt;
+  return Eigen::Vector3d(*x, *y, *z);
+}
 
 }  // namespace
 
@@ -72,7 +166,6 @@ std::string laser_scan_json(const LaserScan& scan, std::string_view frame) {
 Result<LaserScan> parse_laser_scan(std::string_view text) {
   const Error wrong = malformed("foxglove.LaserScan");
   const json message = json::parse(text, nullptr, false);
-  if (!message.is_object()) return wrong;
   const auto time = time_of(message);
   const auto first = number(message, "start_angle"), last = number(message, "end_angle");
   const auto ranges = message.find("ranges");
@@ -110,22 +203,19 @@ std::string point_cloud_json(const RadarScan& scan, std::string_view frame) {
   out += R"(,"point_stride":20,"fields":[{"name":"x","offset":0,"type":7},)"
          R"({"name":"y","offset":4,"type":7},{"name":"z","offset":8,"type":7},)"
          R"({"name":"doppler","offset":12,"type":7},{"name":"snr","offset":16,"type":7}],"data":")";
-  std::vector<std::uint8_t> bytes(20 * scan.points.size());
-  for (std::size_t i = 0; i < scan.points.size(); ++i) {
-    const RadarPoint& p = scan.points[i];
-    std::size_t at = 20 * i;
+  std::string bytes;
+  for (const RadarPoint& p : scan.points)
     for (const float v : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db}) {
-      decode::store_le(v, &bytes[at]);
-      at += 4;
+      std::array<std::uint8_t, sizeof v> raw;
+      decode::store_le(v, raw.data());
+      bytes.append(raw.begin(), raw.end());
     }
-  }
-  return out + to_base64(bytes) + R"("})";
+  return out + io::text::to_base64(bytes) + R"("})";
 }
 
 Result<RadarScan> parse_point_cloud(std::string_view text) {
   const Error wrong = malformed("foxglove.PointCloud of floats x, y, z, doppler, snr");
   const json message = json::parse(text, nullptr, false);
-  if (!message.is_object()) return wrong;
   const auto time = time_of(message);
   const auto stride = number(message, "point_stride");
   const auto data = message.find("data"), fields = message.find("fields");
@@ -178,12 +268,11 @@ std::string imu_json(const MargSample& sample, std::string_view frame) {
       out += "null";
       return;
     }
-    out += "{\"x\":";
-    put(out, v.x());
-    out += ",\"y\":";
-    put(out, v.y());
-    out += ",\"z\":";
-    put(out, v.z());
+    for (int i = 0; i < 3; ++i) {
+      out += i == 0 ? "{\"" : ",\"";
+      out += std::string(1, "xyz"[i]) + "\":";
+      put(out, v[i]);
+    }
     out += '}';
   };
   vector("angular_velocity", sample.angular_rate_radps);
@@ -195,7 +284,6 @@ std::string imu_json(const MargSample& sample, std::string_view frame) {
 Result<MargSample> parse_imu(std::string_view text) {
   const Error wrong = malformed("wayfare.Imu");
   const json message = json::parse(text, nullptr, false);
-  if (!message.is_object()) return wrong;
   const auto time = time_of(message);
   const auto rate = vector_of(message, "angular_velocity");
   const auto force = vector_of(message, "linear_acceleration");

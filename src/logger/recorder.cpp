@@ -22,19 +22,6 @@ std::string name_by_time(const std::string& prefix, LogTime time) {
 
 }  // namespace
 
-LoggerClock::LoggerClock() {
-  using std::chrono::nanoseconds;
-  const auto utc = std::chrono::system_clock::now().time_since_epoch();
-  const auto monotonic = std::chrono::steady_clock::now().time_since_epoch();
-  offset_ = std::chrono::duration_cast<nanoseconds>(utc) -
-            std::chrono::duration_cast<nanoseconds>(monotonic);
-}
-
-LogTime LoggerClock::now() const {
-  const auto since = std::chrono::steady_clock::now().time_since_epoch();
-  return LogTime() + std::chrono::duration_cast<Duration>(since) + offset_;
-}
-
 Recorder::Recorder(const LoggerOptions& options, const LoggerClock& clock)
     : options_(options),
       clock_(clock),
@@ -46,7 +33,7 @@ Recorder::Recorder(const LoggerOptions& options, const LoggerClock& clock)
 
 Recorder::~Recorder() {
   stop();
-  queue_.push_always({Kind::quit});  // behind all there is to write
+  queue_.push_always({Kind::quit});  // after everything there is to write
   thread_.join();
 }
 
@@ -58,9 +45,7 @@ Result<io::McapWriter> Recorder::create(std::string& path) const {
           .string();
   // Two recordings started within one second.
   for (int n = 0; n < 100; ++n) {
-    path = base;
-    if (n != 0) path.append("-").append(std::to_string(n));
-    path += ".mcap";
+    path = base + (n == 0 ? "" : "-" + std::to_string(n)) + ".mcap";
     std::error_code ignored;
     if (std::filesystem::exists(path, ignored)) continue;
     if (options_.open_sink) {
@@ -85,9 +70,7 @@ Result<void> Recorder::begin(const io::McapMetadata& about) {
   }
   std::string path;
   auto writer = create(path);
-  Result<void> done;
-  if (!writer) done = writer.error();
-  if (done) done = writer->add_metadata("logger", about);
+  const Result<void> done = writer ? writer->add_metadata("logger", about) : writer.error();
   if (!done) writer = done.error();  // the file is closed before the state says that it failed
   const std::lock_guard writing(writer_mutex_);
   const std::lock_guard lock(state_mutex_);
@@ -151,7 +134,7 @@ std::uint32_t Recorder::session() const {
 void Recorder::add(std::uint32_t session, LoggedMessage message) {
   constexpr std::size_t kOverhead = sizeof(Item) + 32;
   const std::size_t source = message.source, cost = message.data.size() + kOverhead;
-  // In one piece with the check: nothing of a session comes behind the mark of its end.
+  // Under one lock with the check: no message of a session follows the mark of its end.
   const std::lock_guard lock(state_mutex_);
   if (session == 0 || session != session_) return;
   if (!queue_.push({Kind::message, std::move(message)}, cost)) ++tallies_[source].dropped;

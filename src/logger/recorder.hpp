@@ -2,6 +2,7 @@
 
 // The writing thread: writes all data from the other threads in their order.
 
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -22,11 +23,14 @@ namespace wayfare::logger {
 /// The clock of all stamps.
 class LoggerClock {
  public:
-  LoggerClock();
-  [[nodiscard]] LogTime now() const;
+  [[nodiscard]] LogTime now() const {
+    return LogTime() + (std::chrono::steady_clock::now().time_since_epoch() + offset_);
+  }
 
  private:
-  std::chrono::nanoseconds offset_;  ///< UTC minus the monotonic clock
+  /// UTC minus the monotonic clock.
+  Duration offset_ = std::chrono::system_clock::now().time_since_epoch() -
+                     std::chrono::steady_clock::now().time_since_epoch();
 };
 
 /// A message to be recorded.

@@ -6,11 +6,14 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include <wayfare/logger/serial_port.hpp>
+#include <wayfare/logger/streams.hpp>
 
 namespace wayfare::logger {
 namespace {
@@ -61,37 +64,27 @@ Result<std::size_t> read_some(int fd, std::span<std::uint8_t> buffer,
 
 }  // namespace
 
-Result<SerialPort> SerialPort::open(const std::string& path, const SerialOptions& options) {
-  const int fd = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) return system_error("cannot be opened", path);
-  SerialPort port(fd, path);
-  if (!make_raw(fd, options.baud, port.note_))
-    return Error{ErrorCode::io, "is not a serial line", path};
-  set_dtr(fd, options.dtr, port.note_);
-  return port;
+Descriptor::~Descriptor() {
+  if (fd_ >= 0) ::close(fd_);
 }
 
-SerialPort::SerialPort(SerialPort&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)),
-      path_(std::move(other.path_)),
-      note_(std::move(other.note_)) {}
-SerialPort& SerialPort::operator=(SerialPort&& other) noexcept {
-  std::swap(fd_, other.fd_);
-  std::swap(path_, other.path_);
-  std::swap(note_, other.note_);
-  return *this;
-}
-SerialPort::~SerialPort() {
-  if (fd_ >= 0) ::close(fd_);
+Result<SerialPort> SerialPort::open(const std::string& path, const SerialOptions& options) {
+  Descriptor fd(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (fd.get() < 0) return system_error("cannot be opened", path);
+  SerialPort port(std::move(fd), path);
+  if (!make_raw(port.descriptor(), options.baud, port.note_))
+    return Error{ErrorCode::io, "is not a serial line", path};
+  set_dtr(port.descriptor(), options.dtr, port.note_);
+  return port;
 }
 
 Result<std::size_t> SerialPort::read(std::span<std::uint8_t> buffer,
                                      std::chrono::milliseconds timeout) {
-  return read_some(fd_, buffer, timeout, path_);
+  return read_some(fd_.get(), buffer, timeout, path_);
 }
 
 Result<std::size_t> SerialPort::write(std::span<const std::uint8_t> bytes) {
-  const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
+  const ssize_t n = ::write(fd_.get(), bytes.data(), bytes.size());
   if (n >= 0) return static_cast<std::size_t>(n);
   if (errno == EAGAIN || errno == EINTR) return std::size_t{0};
   return system_error("cannot be written", path_);
@@ -99,45 +92,27 @@ Result<std::size_t> SerialPort::write(std::span<const std::uint8_t> bytes) {
 
 Result<PseudoTerminal> PseudoTerminal::open() {
   PseudoTerminal terminal;
-  terminal.master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (terminal.master_ < 0 || ::grantpt(terminal.master_) != 0 || ::unlockpt(terminal.master_) != 0)
-    return system_error("no pseudo-terminal", "");
+  const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  terminal.master_ = Descriptor(master);
   char name[128];
-  if (::ptsname_r(terminal.master_, name, sizeof name) != 0)
+  if (master < 0 || ::grantpt(master) != 0 || ::unlockpt(master) != 0 ||
+      ::ptsname_r(master, name, sizeof name) != 0)
     return system_error("no pseudo-terminal", "");
   terminal.path_ = name;
-  terminal.slave_ = ::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
-  if (terminal.slave_ < 0) return system_error("cannot be opened", terminal.path_);
+  terminal.slave_ = Descriptor(::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC));
+  if (terminal.slave_.get() < 0) return system_error("cannot be opened", terminal.path_);
   std::string note;
-  if (!make_raw(terminal.slave_, 115200, note))
+  if (!make_raw(terminal.slave_.get(), 115200, note))
     return Error{ErrorCode::io, "is not a serial line", terminal.path_};
   return terminal;
 }
-
-void PseudoTerminal::close() {
-  if (slave_ >= 0) ::close(slave_);
-  if (master_ >= 0) ::close(master_);
-  slave_ = master_ = -1;
-}
-
-PseudoTerminal::PseudoTerminal(PseudoTerminal&& other) noexcept
-    : master_(std::exchange(other.master_, -1)),
-      slave_(std::exchange(other.slave_, -1)),
-      path_(std::move(other.path_)) {}
-PseudoTerminal& PseudoTerminal::operator=(PseudoTerminal&& other) noexcept {
-  std::swap(master_, other.master_);
-  std::swap(slave_, other.slave_);
-  std::swap(path_, other.path_);
-  return *this;
-}
-PseudoTerminal::~PseudoTerminal() { close(); }
 
 Result<std::size_t> PseudoTerminal::write(std::span<const std::uint8_t> bytes,
                                           std::chrono::milliseconds timeout) {
   const auto until = std::chrono::steady_clock::now() + timeout;
   std::size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t n = ::write(master_, bytes.data() + done, bytes.size() - done);
+    const ssize_t n = ::write(master_.get(), bytes.data() + done, bytes.size() - done);
     if (n > 0) {
       done += static_cast<std::size_t>(n);
       continue;
@@ -146,7 +121,7 @@ Result<std::size_t> PseudoTerminal::write(std::span<const std::uint8_t> bytes,
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
         until - std::chrono::steady_clock::now());
     if (left.count() <= 0) break;
-    pollfd p{master_, POLLOUT, 0};
+    pollfd p{master_.get(), POLLOUT, 0};
     ::poll(&p, 1, static_cast<int>(left.count()));
   }
   return done;
@@ -154,12 +129,43 @@ Result<std::size_t> PseudoTerminal::write(std::span<const std::uint8_t> bytes,
 
 Result<std::size_t> PseudoTerminal::read(std::span<std::uint8_t> buffer,
                                          std::chrono::milliseconds timeout) {
-  return read_some(master_, buffer, timeout, path_);
+  return read_some(master_.get(), buffer, timeout, path_);
 }
 
 std::size_t PseudoTerminal::unread() const {
   int waiting = 0;
-  return ::ioctl(slave_, FIONREAD, &waiting) == 0 ? static_cast<std::size_t>(waiting) : 0;
+  return ::ioctl(slave_.get(), FIONREAD, &waiting) == 0 ? static_cast<std::size_t>(waiting) : 0;
+}
+
+std::vector<TimedBytes> at_rate(decode::Bytes bytes, double bytes_per_s, std::size_t piece) {
+  std::vector<TimedBytes> stream;
+  for (std::size_t at = 0; at < bytes.size(); at += piece) {
+    const std::size_t n = std::min(piece, bytes.size() - at);
+    stream.push_back(
+        {from_seconds(static_cast<double>(at + n) / bytes_per_s), bytes.subspan(at, n)});
+  }
+  return stream;
+}
+
+Result<std::uint64_t> play(PseudoTerminal& terminal, const std::vector<TimedBytes>& stream,
+                           double speed, const std::atomic<bool>& stop) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  std::uint64_t written = 0;
+  for (const TimedBytes& piece : stream) {
+    const auto due = begin + from_seconds(to_seconds(piece.at) / speed);
+    while (!stop && Clock::now() < due)
+      std::this_thread::sleep_until(std::min(due, Clock::now() + std::chrono::milliseconds(50)));
+    decode::Bytes rest = piece.bytes;
+    while (!rest.empty()) {
+      if (stop) return written;
+      const auto n = terminal.write(rest, std::chrono::milliseconds(50));
+      if (!n) return n.error();
+      written += *n;
+      rest = rest.subspan(*n);
+    }
+  }
+  return written;
 }
 
 }  // namespace wayfare::logger

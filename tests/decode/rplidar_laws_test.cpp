@@ -3,7 +3,6 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
-#include <wayfare/testing/detail/decoder_damage.hpp>
 
 #include "rplidar_streams.hpp"
 

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/decode/detail/rplidar_packet.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
 

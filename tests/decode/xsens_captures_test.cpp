@@ -3,7 +3,7 @@
 #include <map>
 #include <sstream>
 
-#include <wayfare/decode/detail/mt_gnss.hpp>
+#include <wayfare/decode/detail/mt_values.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/testing/decoder_laws.hpp>
 

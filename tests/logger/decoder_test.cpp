@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/stream_decoder.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/logger/streams.hpp>

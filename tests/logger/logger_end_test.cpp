@@ -88,7 +88,7 @@ TEST(LoggerEnd, WhatAFullDiskDidNotTakeIsDropped) {
   one.send(std::string(1000, 'a'));
   ASSERT_TRUE(wait_for(20s, [&] { return (*logger)->status().sensors[0].recorded_bytes == 1000; }));
   disk.room = 0;
-  // The terminal hands on no more than 4096 bytes at once, so that these are some records.
+  // The terminal passes on at most 4096 bytes at once, so that these are several records.
   one.send(std::string(20'000, 'b'));
   EXPECT_TRUE(wait_for(20s, [&] { return (*logger)->status().state == LoggerState::failed; }));
   const LoggerStatus status = (*logger)->status();
@@ -101,7 +101,7 @@ TEST(LoggerEnd, WhatAFullDiskDidNotTakeIsDropped) {
 
 // --- commands while a recording is being created -------------------------------------------------
 
-/// Creates files when it is let to.
+/// Creates files once it is allowed to.
 struct SlowFolder {
   std::atomic<int> opening{0}, opened{0};
   std::atomic<bool> shut{true};

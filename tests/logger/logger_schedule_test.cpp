@@ -35,7 +35,7 @@ class Shelf {
       return std::unique_ptr<io::ByteSink>(new Sink(*this, bytes));
     };
   }
-  /// To be looked at once they are closed.
+  /// To be read once they are closed.
   [[nodiscard]] std::vector<std::shared_ptr<std::string>> files() const {
     const std::lock_guard lock(mutex_);
     return files_;
@@ -76,7 +76,7 @@ class Shelf {
   std::atomic<int> open_{0}, most_{0};
 };
 
-/// What all schedules together came to, so that none of this is for nothing.
+/// Totals of all schedules, to check that every kind of event occurred.
 struct Total {
   std::atomic<std::uint64_t> files{0}, bytes{0}, dropped{0}, failed{0}, terminated{0};
 };

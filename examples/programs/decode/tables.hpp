@@ -5,6 +5,7 @@
 #include <charconv>
 #include <concepts>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -66,6 +67,15 @@ struct Table {
   decode::DecoderStatistics statistics;
   std::string contents;  ///< "100 frames with 15857 points"
 };
+
+/// Passes the messages of a capture to `sink`. A decoder is too large for the stack.
+template <class Decoder, class Sink, class... Framing>
+decode::DecoderStatistics decode_all(decode::Bytes capture, const Sink& sink, Framing... framing) {
+  const auto decoder = std::make_unique<Decoder>(framing...);
+  decoder->feed(capture, sink);
+  decoder->finish(sink);
+  return decoder->statistics();
+}
 
 struct RplidarTableOptions {
   decode::RplidarResponse inside = decode::RplidarResponse::none;  ///< answer in which it begins

@@ -1,5 +1,4 @@
 #include <cmath>
-#include <memory>
 
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
@@ -40,17 +39,13 @@ void add_point(const decode::TiFrame& frame, std::size_t i, const std::string& t
 Table ti_table(decode::Bytes capture, std::optional<double> doppler_step_mps) {
   Csv csv(
       "frame,sensor_t_s,point,x_m,y_m,z_m,doppler_mps,snr_db,noise_db,range_bin,doppler_bin,peak");
-  const auto decoder = std::make_unique<decode::TiDecoder>();
   decode::TiClock clock;
   std::size_t points = 0;
-  const auto sink = [&](const decode::TiFrame& frame) {
+  const auto statistics = decode_all<decode::TiDecoder>(capture, [&](const decode::TiFrame& frame) {
     const std::string time = io::format_nanoseconds(clock.at(frame.header()).nanoseconds());
     for (std::size_t i = 0; i < frame.size(); ++i) add_point(frame, i, time, doppler_step_mps, csv);
     points += frame.size();
-  };
-  decoder->feed(capture, sink);
-  decoder->finish(sink);
-  const auto& statistics = decoder->statistics();
+  });
   return {std::move(csv).take(), statistics,
           std::to_string(statistics.frames) + " frames with " + std::to_string(points) + " points"};
 }

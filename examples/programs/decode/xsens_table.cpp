@@ -15,6 +15,7 @@ namespace wayfare::examples {
 namespace {
 
 using decode::MtSample;
+using decode::XbusDecoder;
 using decode::XbusId;
 
 template <class T>
@@ -61,19 +62,11 @@ void add(Csv& csv, const MtSample& s, decode::CounterUnwrapper& clock) {
   add(csv, s.position_ecef_m);
 }
 
-template <class Sink>
-decode::DecoderStatistics for_each_message(decode::Bytes capture, Sink&& sink) {
-  const auto decoder = std::make_unique<decode::XbusDecoder>();
-  decoder->feed(capture, sink);
-  decoder->finish(sink);
-  return decoder->statistics();
-}
-
 Table sample_table(decode::Bytes capture, const decode::MtLegacyLayout& layout) {
   Csv csv(kSampleNames);
   decode::CounterUnwrapper clock(std::uint64_t{1} << 32);
   std::size_t index = 0, samples = 0, unknown = 0;
-  const auto statistics = for_each_message(capture, [&](const decode::XbusMessage& m) {
+  const auto statistics = decode_all<XbusDecoder>(capture, [&](const decode::XbusMessage& m) {
     ++index;
     std::optional<MtSample> sample;
     if (m.id() == XbusId::mt_data2) sample = decode::mt_sample(m.data());
@@ -113,7 +106,7 @@ Table awinda_table(decode::Bytes capture, double period_s) {
       for (int i = 0; i < 3; ++i) csv.field((*v)[i]);
     csv.field(m.status);
   };
-  const auto statistics = for_each_message(capture, [&](const decode::XbusMessage& m) {
+  const auto statistics = decode_all<XbusDecoder>(capture, [&](const decode::XbusMessage& m) {
     if (m.id() != XbusId::mt_data2) return;
     if (const auto snapshot = decode::awinda_snapshot(m.data())) station->add(*snapshot, write);
   });
@@ -129,7 +122,7 @@ Table awinda_table(decode::Bytes capture, double period_s) {
 Table xsens_table(decode::Bytes capture, const decode::MtLegacyLayout& layout) {
   bool snapshots = false;
   double period_s = 0.01;
-  for_each_message(capture, [&](const decode::XbusMessage& m) {
+  decode_all<XbusDecoder>(capture, [&](const decode::XbusMessage& m) {
     if (m.id() == XbusId::configuration)
       if (const auto c = decode::awinda_configuration(m.data()); c && c->period_s > 0.0)
         period_s = c->period_s;

@@ -35,21 +35,16 @@ void print(const logger::LoggerStatus& s) {
   std::fflush(stdout);
 }
 
-int fail(const Error& error) {
-  std::fprintf(stderr, "logger: %s\n", error.to_string().c_str());
-  return 1;
-}
-
-int run(const Arguments& a) {
+Result<void> run(const Arguments& a) {
   auto options = examples::read_logger_config(a.config);
-  if (!options) return fail(options.error());
+  if (!options) return options.error();
   std::error_code code;
   std::filesystem::create_directories(options->folder, code);
   auto started = logger::Logger::start(std::move(*options));
-  if (!started) return fail(started.error());
+  if (!started) return started.error();
   logger::Logger& logger = **started;
   if (a.record)
-    if (const auto begun = logger.begin(); !begun) return fail(begun.error());
+    if (auto begun = logger.begin(); !begun) return begun;
   for (int tick = 1; logger.status().state != logger::LoggerState::terminated; ++tick) {
     std::this_thread::sleep_for(50ms);
     if (end_requested != 0) logger.terminate();
@@ -58,7 +53,8 @@ int run(const Arguments& a) {
   const logger::LoggerStatus end = logger.status();
   if (!a.quiet) print(end);
   if (!a.quiet && !end.file.empty()) std::printf("recording: %s\n", end.file.c_str());
-  return end.error.empty() ? 0 : fail({ErrorCode::io, end.error, {}});
+  if (!end.error.empty()) return Error{ErrorCode::io, end.error};
+  return {};
 }
 
 }  // namespace
@@ -83,5 +79,5 @@ int main(int argc, char** argv) {
   // A file-size limit and a disconnected listener are reported as errors of the write.
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
-  return run(a);
+  return examples::exit_code("logger", run(a));
 }

@@ -1,27 +1,23 @@
-#include "exports.hpp"
-
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
 #include <memory>
-#include <type_traits>
 #include <utility>
 
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/logger/messages.hpp>
 
-#include "topics.hpp"
+#include "recording_view.hpp"
 
 namespace wayfare::examples {
 namespace {
 
+/// A number that is not finite is an empty field.
 template <class Number>
 void put(std::string& out, Number value) {
-  if constexpr (std::is_floating_point_v<Number>) {
-    if (!std::isfinite(value)) return;  // an empty field
-  }
+  if (!std::isfinite(value)) return;
   std::array<char, 32> text;
   out.append(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr);
 }
@@ -32,54 +28,44 @@ struct CsvFormat {
   std::function<void(std::string&, const std::string& t, std::string_view data)> lines;
 };
 
-void put_vector(std::string& line, const Eigen::Vector3d& v) {
-  for (const double x : {v.x(), v.y(), v.z()}) line += ',', put(line, x);
+/// Lines of the messages that `parse` accepts: their time, then the numbers `write` passes on.
+template <class Parse, class Write>
+CsvFormat measured(const char* head, Parse parse, Write write) {
+  return {head, [parse, write](std::string& out, const std::string&, std::string_view data) {
+            const auto measurement = parse(data);
+            if (!measurement) return;
+            const std::string t = io::format_nanoseconds(measurement->time.nanoseconds());
+            write(*measurement, [&](auto... numbers) {
+              out += t;
+              ((out += ',', put(out, numbers)), ...);
+              out += '\n';
+            });
+          }};
 }
 
 CsvFormat csv_format(const std::string& schema) {
   if (schema == logger::imu_schema().name)
-    return {"t_s,gx_radps,gy_radps,gz_radps,ax_mps2,ay_mps2,az_mps2,mx_uT,my_uT,mz_uT\n",
-            [](std::string& out, const std::string&, std::string_view data) {
-              const auto s = logger::parse_imu(data);
-              if (!s) return;
-              out += io::format_nanoseconds(s->time.nanoseconds());
-              put_vector(out, s->angular_rate_radps);
-              put_vector(out, s->specific_force_mps2);
-              put_vector(out, s->magnetic_field_uT);
-              out += '\n';
-            }};
+    return measured("t_s,gx_radps,gy_radps,gz_radps,ax_mps2,ay_mps2,az_mps2,mx_uT,my_uT,mz_uT\n",
+                    logger::parse_imu, [](const MargSample& s, const auto& line) {
+                      const auto &w = s.angular_rate_radps, &f = s.specific_force_mps2;
+                      const auto& m = s.magnetic_field_uT;
+                      line(w.x(), w.y(), w.z(), f.x(), f.y(), f.z(), m.x(), m.y(), m.z());
+                    });
   if (schema == logger::laser_scan_schema().name)
-    return {"t_s,bearing_rad,range_m\n",
-            [](std::string& out, const std::string&, std::string_view data) {
-              const auto s = logger::parse_laser_scan(data);
-              if (!s) return;
-              const std::string t = io::format_nanoseconds(s->time.nanoseconds());
-              for (std::size_t i = 0; i < s->ranges_m.size(); ++i) {
-                out += t + ',';
-                put(out, s->bearing(i).radians());
-                out += ',';
-                put(out, s->ranges_m[i]);
-                out += '\n';
-              }
-            }};
+    return measured("t_s,bearing_rad,range_m\n", logger::parse_laser_scan,
+                    [](const LaserScan& s, const auto& line) {
+                      for (std::size_t i = 0; i < s.ranges_m.size(); ++i)
+                        line(s.bearing(i).radians(), s.ranges_m[i]);
+                    });
   if (schema == logger::point_cloud_schema().name)
-    return {"t_s,x_m,y_m,z_m,doppler_mps,snr_db\n",
-            [](std::string& out, const std::string&, std::string_view data) {
-              const auto s = logger::parse_point_cloud(data);
-              if (!s) return;
-              const std::string t = io::format_nanoseconds(s->time.nanoseconds());
-              for (const RadarPoint& p : s->points) {
-                out += t;
-                for (const float v : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db})
-                  out += ',', put(out, v);
-                out += '\n';
-              }
-            }};
+    return measured("t_s,x_m,y_m,z_m,doppler_mps,snr_db\n", logger::parse_point_cloud,
+                    [](const RadarScan& s, const auto& line) {
+                      for (const RadarPoint& p : s.points)
+                        line(p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db);
+                    });
   return {"t_s,bytes,hex\n", [](std::string& out, const std::string& t, std::string_view data) {
             constexpr std::string_view kDigits = "0123456789abcdef";
-            out += t + ',';
-            put(out, data.size());
-            out += ',';
+            out += t + ',' + std::to_string(data.size()) + ',';
             for (const char c : data) {
               const auto byte = static_cast<unsigned char>(c);
               out += {kDigits[byte >> 4], kDigits[byte & 15U]};
@@ -104,14 +90,16 @@ class ForwardSink final : public io::ByteSink {
 
 }  // namespace
 
-Result<void> export_csv(const io::McapReader& file, const std::string& topic,
-                        const PieceSink& sink) {
-  const io::McapChannel* channel = find_topic(file.contents(), topic);
+Result<void> RecordingView::csv(const std::string& topic, const PieceSink& sink) const {
+  const auto file = reader();
+  if (!file) return file.error();
+  const io::McapContents& c = (*file)->contents();
+  const io::McapChannel* channel = find_topic(c, topic);
   if (channel == nullptr) return no_topic(topic);
-  const CsvFormat format = csv_format(schema_of(file.contents(), *channel));
+  const CsvFormat format = csv_format(schema_of(c, *channel));
   std::string lines = format.head;
   bool taken = true;
-  file.read({io::McapOrder::file, {topic}}, [&](const io::McapMessage& m) {
+  (*file)->read({io::McapOrder::file, {topic}}, [&](const io::McapMessage& m) {
     format.lines(lines, io::format_nanoseconds(m.log_time.nanoseconds()), m.data);
     if (lines.size() < 65536) return true;
     taken = sink(lines);
@@ -122,9 +110,10 @@ Result<void> export_csv(const io::McapReader& file, const std::string& topic,
   return {};
 }
 
-Result<void> export_mcap(const io::McapReader& file, const std::set<std::string>& topics,
-                         const PieceSink& sink) {
-  const io::McapContents& c = file.contents();
+Result<void> RecordingView::mcap(const std::set<std::string>& topics, const PieceSink& sink) const {
+  const auto file = reader();
+  if (!file) return file.error();
+  const io::McapContents& c = (*file)->contents();
   auto writer = io::McapWriter::create(std::make_unique<ForwardSink>(sink));
   if (!writer) return writer.error();
   std::map<std::uint16_t, std::uint16_t> schemas, channels;
@@ -145,7 +134,7 @@ Result<void> export_mcap(const io::McapReader& file, const std::set<std::string>
     return id;
   };
   Result<void> done;
-  file.read({io::McapOrder::file, topics}, [&](const io::McapMessage& m) {
+  (*file)->read({io::McapOrder::file, topics}, [&](const io::McapMessage& m) {
     const auto channel = channel_of(*m.channel);
     done = channel ? writer->write(*channel, m.log_time, m.publish_time, m.data)
                    : Result<void>(channel.error());

@@ -14,9 +14,7 @@
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
-#include "exports.hpp"
 #include "support/slam_outputs.hpp"
-#include "topics.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -62,6 +60,22 @@ class MinMaxRows {
 };
 
 }  // namespace
+
+std::string schema_of(const io::McapContents& contents, const io::McapChannel& channel) {
+  for (const io::McapSchema& s : contents.schemas)
+    if (s.id == channel.schema) return s.name;
+  return {};
+}
+
+const io::McapChannel* find_topic(const io::McapContents& contents, const std::string& topic) {
+  for (const io::McapChannel& c : contents.channels)
+    if (c.topic == topic) return &c;
+  return nullptr;
+}
+
+Error no_topic(const std::string& topic) {
+  return Error{ErrorCode::not_found, "there is no topic '" + topic + "'"};
+}
 
 Result<RecordingView::Reader> RecordingView::reader() const {
   using std::chrono::steady_clock;
@@ -176,15 +190,5 @@ Result<std::string> RecordingView::map_png(double most_s) const {
 }
 
 double RecordingView::map_cell_m() { return OccupancyGridOptions{}.resolution_m; }
-
-Result<void> RecordingView::csv(const std::string& topic, const PieceSink& sink) const {
-  const auto file = reader();
-  return file ? export_csv(**file, topic, sink) : Result<void>(file.error());
-}
-
-Result<void> RecordingView::mcap(const std::set<std::string>& topics, const PieceSink& sink) const {
-  const auto file = reader();
-  return file ? export_mcap(**file, topics, sink) : Result<void>(file.error());
-}
 
 }  // namespace wayfare::examples

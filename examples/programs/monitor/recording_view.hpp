@@ -5,18 +5,21 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/io/mcap.hpp>
 
-#include "exports.hpp"
-
 namespace wayfare::examples {
+
+/// Receives the pieces of a response; false ends it.
+using PieceSink = std::function<bool(std::string_view)>;
 
 /// One recording. Thread-safe; a growing file is reread at intervals.
 class RecordingView {
@@ -39,7 +42,9 @@ class RecordingView {
   /// Side of the map's pixels.
   [[nodiscard]] static double map_cell_m();
 
+  /// One line per message, beam of a scan or point of a point cloud.
   [[nodiscard]] Result<void> csv(const std::string& topic, const PieceSink& sink) const;
+  /// The messages of `topics` (empty: all) as a recording.
   [[nodiscard]] Result<void> mcap(const std::set<std::string>& topics, const PieceSink& sink) const;
 
  private:
@@ -52,5 +57,12 @@ class RecordingView {
   mutable std::uint64_t size_ = 0;
   mutable std::chrono::steady_clock::time_point reopen_;  ///< not reread before
 };
+
+[[nodiscard]] std::string schema_of(const io::McapContents& contents,
+                                    const io::McapChannel& channel);
+/// Null if there is none.
+[[nodiscard]] const io::McapChannel* find_topic(const io::McapContents& contents,
+                                                const std::string& topic);
+[[nodiscard]] Error no_topic(const std::string& topic);
 
 }  // namespace wayfare::examples

@@ -15,7 +15,6 @@
 
 #include "access.hpp"
 #include "live_link.hpp"
-#include "page.hpp"
 #include "recording_view.hpp"
 
 namespace wayfare::examples {

@@ -42,4 +42,7 @@ class MonitorServer {
   std::unique_ptr<Impl> impl_;
 };
 
+/// The page it serves, with all it needs.
+[[nodiscard]] const char* monitor_page();
+
 }  // namespace wayfare::examples

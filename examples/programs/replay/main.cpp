@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -17,9 +18,11 @@
 
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/logger/messages.hpp>
 #include <wayfare/logger/streams.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
+#include <wayfare/slam/graph_slam.hpp>
 
-#include "live_systems.hpp"
 #include "support/command_line.hpp"
 
 namespace {
@@ -27,13 +30,42 @@ namespace {
 using namespace wayfare;
 namespace fs = std::filesystem;
 
+using Clock = std::chrono::steady_clock;
+
 std::atomic<bool> stopped{false};
 
 struct Arguments {
   std::string recording, ptys;
   std::vector<std::string> captures;
-  examples::LiveOptions live;
+  std::string system;  ///< pedestrian or graph_slam; empty: by the recording's sensors
+  std::string topic;   ///< of the inertial unit, if there are several
+  double speed = 1.0;  ///< times real time
   double seconds = 0.0, wait_s = 0.0;
+};
+
+/// Waits in steps, to end early once the program is to stop; false if it is.
+bool wait_until(Clock::time_point due) {
+  while (!stopped && Clock::now() < due)
+    std::this_thread::sleep_until(std::min(due, Clock::now() + std::chrono::milliseconds(50)));
+  return !stopped;
+}
+
+/// Waits until each measurement is due.
+class Pace {
+ public:
+  Pace(LogTime first, double speed) : first_(first), speed_(speed) {}
+
+  /// Waits until `time`; returns the time since the first, or nothing if the program is to stop.
+  [[nodiscard]] std::optional<double> until(LogTime time) const {
+    const double since_s = to_seconds(time - first_);
+    return wait_until(begin_ + from_seconds(since_s / speed_)) ? std::optional(since_s)
+                                                               : std::nullopt;
+  }
+
+ private:
+  LogTime first_;
+  double speed_;
+  Clock::time_point begin_ = Clock::now();
 };
 
 /// A device's bytes and their times.
@@ -125,15 +157,12 @@ Result<void> into_terminals(const Arguments& a,
     terminals.push_back(std::move(*terminal));
   }
   std::fflush(stdout);
-  const int waits = static_cast<int>(a.wait_s * 20.0);
-  for (int i = 0; i < waits && !stopped; ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  wait_until(Clock::now() + from_seconds(a.wait_s));
   std::vector<std::thread> threads;
   std::vector<std::optional<Result<std::uint64_t>>> done(devices.size());
   for (std::size_t i = 0; i < devices.size(); ++i)
-    threads.emplace_back([&, i] {
-      done[i] = logger::play(terminals[i], devices[i]->stream, a.live.speed, stopped);
-    });
+    threads.emplace_back(
+        [&, i] { done[i] = logger::play(terminals[i], devices[i]->stream, a.speed, stopped); });
   for (std::thread& thread : threads) thread.join();
   for (std::size_t i = 0; i < devices.size(); ++i) {
     if (!*done[i]) return done[i]->error();
@@ -146,10 +175,66 @@ Result<void> into_terminals(const Arguments& a,
   return {};
 }
 
+void print(double t_s, const SE2d& pose) {
+  std::printf("%10.3f s  x %8.2f m  y %8.2f m  heading %7.1f deg\n", t_s, pose.x(), pose.y(),
+              pose.heading().degrees());
+}
+
+void walk(const MargRecording& samples, double speed) {
+  Pedestrian pedestrian{PedestrianParameters{}};
+  const Pace pace(samples.front().time, speed);
+  for (const MargSample& sample : samples) {
+    const auto t_s = pace.until(sample.time);
+    if (!t_s) break;
+    pedestrian.add(sample, [&](const PedestrianPose& p) {
+      print(*t_s, SE2d(p.position_m.x(), p.position_m.y(), p.heading));
+    });
+  }
+  std::printf("%zu samples, %zu steps\n", samples.size(),
+              static_cast<std::size_t>(pedestrian.report().steps));
+}
+
+Result<void> map(const std::vector<LaserScan>& scans, double speed) {
+  GraphSlam slam;
+  const Pace pace(scans.front().time, speed);
+  for (const LaserScan& scan : scans) {
+    const auto t_s = pace.until(scan.time);
+    if (!t_s) break;
+    const auto outcome = slam.add_scan(scan, std::nullopt);
+    if (outcome) {
+      print(*t_s, outcome->T_map_base.raw());
+    } else {
+      std::fprintf(stderr, "refused: %s\n", outcome.error().to_string().c_str());
+    }
+  }
+  if (auto done = slam.finish(); !done) return done;
+  std::printf("%zu scans, %zu loop closures\n", slam.statistics().scans,
+              slam.statistics().loop_closures);
+  return {};
+}
+
+/// Passes a recording's measurements to a system in real time and prints its poses.
+Result<void> into_system(const Arguments& a) {
+  if (a.system != "graph_slam") {
+    const auto logged = logger::read_marg_recording(a.recording, a.topic);
+    if (logged && !logged->samples.empty()) return walk(logged->samples, a.speed), Result<void>();
+    const bool other = a.system.empty() && a.topic.empty() &&
+                       (logged || logged.error().code == ErrorCode::not_found);
+    if (!other)
+      return logged ? Error{ErrorCode::not_found, "contains no sample", a.recording}
+                    : logged.error();
+  }
+  const auto robot = logger::read_robot_recording(a.recording);
+  if (!robot) return robot.error();
+  if (robot->recording.scans.empty())
+    return Error{ErrorCode::not_found, "contains no laser scan", a.recording};
+  return map(robot->recording.scans, a.speed);
+}
+
 Result<void> run(const Arguments& a) {
   if (a.ptys.empty() && a.recording.empty())
     return Error{ErrorCode::invalid, "needs a recording, or --capture and --ptys"};
-  if (a.ptys.empty()) return examples::replay_live(a.recording, a.live, stopped);
+  if (a.ptys.empty()) return into_system(a);
   std::vector<std::unique_ptr<Device>> devices;
   if (!a.recording.empty()) {
     auto found = recorded(a.recording);
@@ -179,12 +264,12 @@ int main(int argc, char** argv) {
                  "NAME:BYTES_PER_SECOND:FILE, a device's bytes instead of a recording; repeatable");
   app.add_option("--seconds", a.seconds, "duration to which captures are repeated, at real speed")
       .not_negative();
-  app.add_option("--speed", a.live.speed, "times real time").range(1e-3, 1e6).show_default();
+  app.add_option("--speed", a.speed, "times real time").range(1e-3, 1e6).show_default();
   app.add_option("--wait", a.wait_s, "seconds before the first byte").not_negative();
-  app.add_option("--system", a.live.system,
+  app.add_option("--system", a.system,
                  "system to run; by default the one for which the recording has the sensor")
       .one_of({"pedestrian", "graph_slam"});
-  app.add_option("--topic", a.live.topic, "of the inertial unit, in a recording of several units");
+  app.add_option("--topic", a.topic, "of the inertial unit, in a recording of several units");
   if (const auto code = app.parse(argc, argv)) return *code;
   std::signal(SIGINT, [](int) { stopped = true; });
   std::signal(SIGTERM, [](int) { stopped = true; });

@@ -31,14 +31,11 @@ struct AwindaSnapshot {
   std::array<std::int32_t, 3> velocity{};     ///< 2^-16 m/s, modulo 2^28
   std::array<std::int16_t, 3> field{};        ///< 2^-12 of the Earth's field where calibrated
   std::uint32_t pressure = 0;
+  /// Bits 0 to 2, 3 to 5, 6 to 8: an axis of acceleration, rate, field is clipped; 9: the field is
+  /// new; 11, 12: the component of the orientation that is omitted.
   std::uint16_t status = 0;
   std::uint8_t clipped_acceleration = 0, clipped_rate = 0;  ///< counters
   std::optional<std::int8_t> rssi_dbm;
-
-  [[nodiscard]] bool clips_acceleration() const { return (status & 0x007) != 0; }
-  [[nodiscard]] bool clips_rate() const { return (status & 0x038) != 0; }
-  [[nodiscard]] bool clips_field() const { return (status & 0x1C0) != 0; }
-  [[nodiscard]] bool has_new_field() const { return (status & 0x200) != 0; }
 
   /// From the tracker's axes to those at the start of integration. The largest component is
   /// omitted; the status contains its index.

@@ -1,10 +1,9 @@
 #pragma once
 
-// The content of one Xsens MTi or MTw message, and its conversion to measurements.
-//
-// Xsens MTData, the predecessor of MTData2: fields without ids, in an order given by two settings.
+// The content of one Xsens MTi or MTw message, and its conversion to measurements: of MTData2, and
+// of its predecessor MTData, whose fields have no ids but an order given by two settings.
 
-#include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -15,7 +14,6 @@
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/awinda.hpp>
-#include <wayfare/decode/detail/mt_gnss.hpp>
 #include <wayfare/decode/detail/mt_values.hpp>
 #include <wayfare/sensors/imu.hpp>
 
@@ -53,29 +51,25 @@ struct MtSample {
 
 namespace detail {
 
-/// `N` numbers as an Eigen vector; false where the packet has another length.
-template <std::size_t N>
-bool take(const MtPacket& p, std::optional<Eigen::Matrix<double, int(N), 1>>& to) {
-  const auto values = p.reals<N>();
-  if (values) to = Eigen::Map<const Eigen::Matrix<double, int(N), 1>>(values->data());
+// Store the content of a packet; false where it has another length.
+
+/// A matrix is sent column by column.
+template <int Rows, int Columns>
+bool take(const MtPacket& p, std::optional<Eigen::Matrix<double, Rows, Columns>>& to) {
+  const auto values = p.reals<std::size_t{Rows * Columns}>();
+  if (values) to = Eigen::Map<const Eigen::Matrix<double, Rows, Columns>>(values->data());
   return values.has_value();
 }
 inline bool take(const MtPacket& p, std::optional<double>& to) {
   const auto values = p.reals<1>();
-  if (values) to = (*values)[0];
+  if (values) to = values->front();
   return values.has_value();
 }
-template <class T>
-bool take_whole(const MtPacket& p, std::optional<T>& to) {
+template <std::integral T>
+bool take(const MtPacket& p, std::optional<T>& to) {
   const auto value = p.whole<T>();
   if (value) to = value;
   return value.has_value();
-}
-/// The matrix is sent column by column.
-inline bool take_matrix(const MtPacket& p, std::optional<Eigen::Matrix3d>& to) {
-  const auto values = p.reals<9>();
-  if (values) to = Eigen::Map<const Eigen::Matrix3d>(values->data());
-  return values.has_value();
 }
 
 /// Stores one packet; false where its id is unknown or its length wrong.
@@ -87,53 +81,53 @@ inline bool take_packet(const MtPacket& p, MtSample& s) {
       if (p.data.size() == 12) s.utc = mt_utc(p.data.data());
       return p.data.size() == 12;
     case 0x1020:
-      return take_whole(p, s.packet_counter);
+      return take(p, s.packet_counter);
     case 0x1060:
-      return take_whole(p, s.sample_time_fine);
+      return take(p, s.sample_time_fine);
     case 0x1070:
-      return take_whole(p, s.sample_time_coarse);
+      return take(p, s.sample_time_coarse);
     case 0x2010:
-      return take<4>(p, s.quaternion);
+      return take(p, s.quaternion);
     case 0x2020:
-      return take_matrix(p, s.rotation_matrix);
+      return take(p, s.rotation_matrix);
     case 0x2030:
-      return take<3>(p, s.euler_deg);
+      return take(p, s.euler_deg);
     case 0x3010:
-      return take_whole(p, s.pressure_pa);
+      return take(p, s.pressure_pa);
     case 0x4010:
-      return take<3>(p, s.delta_v_mps);
+      return take(p, s.delta_v_mps);
     case 0x4020:
-      return take<3>(p, s.acceleration_mps2);
+      return take(p, s.acceleration_mps2);
     case 0x4030:
-      return take<3>(p, s.free_acceleration_mps2);
+      return take(p, s.free_acceleration_mps2);
     case 0x4040:
-      return take<3>(p, s.acceleration_hr_mps2);
+      return take(p, s.acceleration_hr_mps2);
     case 0x5010:
       return take(p, s.altitude_msl_m);
     case 0x5020:
       return take(p, s.altitude_ellipsoid_m);
     case 0x5030:
-      return take<3>(p, s.position_ecef_m);
+      return take(p, s.position_ecef_m);
     case 0x5040:
-      return take<2>(p, s.lat_lon_deg);
+      return take(p, s.lat_lon_deg);
     case 0x7010:
       return (s.gnss = mt_gnss(p.data)).has_value();
     case 0x8020:
-      return take<3>(p, s.rate_radps);
+      return take(p, s.rate_radps);
     case 0x8030:
-      return take<4>(p, s.delta_q);
+      return take(p, s.delta_q);
     case 0x8040:
-      return take<3>(p, s.rate_hr_radps);
+      return take(p, s.rate_hr_radps);
     case 0xC020:
-      return take<3>(p, s.magnetic_field_au);
+      return take(p, s.magnetic_field_au);
     case 0xD010:
-      return take<3>(p, s.velocity_mps);
+      return take(p, s.velocity_mps);
     case 0xE010:
-      return take_whole(p, s.status_byte);
+      return take(p, s.status_byte);
     case 0xE020:
-      return take_whole(p, s.status_word);
+      return take(p, s.status_word);
     case 0xE040:
-      return take_whole(p, s.rssi_dbm);
+      return take(p, s.rssi_dbm);
     default:
       return false;
   }
@@ -176,12 +170,7 @@ inline bool take_packet(const MtPacket& p, MtSample& s) {
 /// A tracker's motion as a nine-axis sample.
 [[nodiscard]] inline MargSample to_marg_sample(const AwindaMotion& motion, LogTime time,
                                                double earth_field_uT = 49.0) {
-  MargSample marg;
-  marg.time = time;
-  marg.angular_rate_radps = motion.rate_radps;
-  marg.specific_force_mps2 = motion.acceleration_mps2;
-  marg.magnetic_field_uT = earth_field_uT * motion.field_au;
-  return marg;
+  return {time, motion.rate_radps, motion.acceleration_mps2, earth_field_uT * motion.field_au};
 }
 
 /// Unwraps a counter: SampleTimeFine at 2³² or at 864 000 000, PacketCounter at 65 536, frames at
@@ -234,7 +223,6 @@ class MtCursor {
  public:
   MtCursor(Bytes data, MtPrecision precision) : data_(data), precision_(precision) {}
 
-  [[nodiscard]] bool has_all() const { return good_; }
   [[nodiscard]] bool at_end() const { return good_ && data_.empty(); }
 
   Bytes next(std::size_t n) {

@@ -3,6 +3,7 @@
 // Requests to a SLAMTEC RPLIDAR and its single responses (SLAMTEC, RPLIDAR Interface Protocol and
 // Application Notes, rev. 2.2). Little endian.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -101,29 +102,26 @@ struct RplidarDescriptor {
 
 /// Whether this response exists with this length: seven matching bytes are hardly accidental.
 [[nodiscard]] constexpr bool is_known(const RplidarDescriptor& d) {
-  switch (d.response) {
-    case RplidarResponse::info:
-      return !d.stream && d.length == 20;
-    case RplidarResponse::health:
-      return !d.stream && d.length == 3;
-    case RplidarResponse::sample_rate:
-      return !d.stream && d.length == 4;
-    case RplidarResponse::conf:
-      return !d.stream && d.length >= 4 && d.length <= 255;
-    case RplidarResponse::conf_set:
-      return !d.stream && d.length == 8;
-    case RplidarResponse::board_flags:
-      return !d.stream && d.length == 4;
-    case RplidarResponse::node:
-      return d.stream && d.length == 5;
-    case RplidarResponse::express:
-    case RplidarResponse::dense:
-      return d.stream && d.length == 84;
-    case RplidarResponse::ultra:
-      return d.stream && d.length == 132;
-    default:
-      return false;
-  }
+  struct Known {
+    RplidarResponse response;
+    bool stream;
+    std::uint32_t least, most;  ///< length
+  };
+  using enum RplidarResponse;
+  constexpr std::array<Known, 10> kKnown = {{{info, false, 20, 20},
+                                             {health, false, 3, 3},
+                                             {sample_rate, false, 4, 4},
+                                             {conf, false, 4, 255},
+                                             {conf_set, false, 8, 8},
+                                             {board_flags, false, 4, 4},
+                                             {node, true, 5, 5},
+                                             {express, true, 84, 84},
+                                             {dense, true, 84, 84},
+                                             {ultra, true, 132, 132}}};
+  return std::any_of(kKnown.begin(), kKnown.end(), [&](const Known& k) {
+    return d.response == k.response && d.stream == k.stream && d.length >= k.least &&
+           d.length <= k.most;
+  });
 }
 
 /// The descriptor `b` begins with: A5 5A, length (30 bits) and mode (2), type.

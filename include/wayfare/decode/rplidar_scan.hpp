@@ -1,9 +1,8 @@
 #pragma once
 
 // Points from an RPLIDAR's nodes and capsules, with the arithmetic of the maker's own unpacker
-// (Slamtec/rplidar_sdk, dataunpacker), so that they agree bit for bit.
-//
-// Full revolutions of an RPLIDAR, and their conversion to a LaserScan.
+// (Slamtec/rplidar_sdk, dataunpacker), so that they agree bit for bit; full revolutions, and their
+// conversion to a LaserScan.
 
 #include <algorithm>
 #include <array>
@@ -17,7 +16,6 @@
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
 #include <wayfare/sensors/laser_scan.hpp>

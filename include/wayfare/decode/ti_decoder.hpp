@@ -1,9 +1,8 @@
 #pragma once
 
 // Frames from the data port of a TI mmWave sensor. The format has no checksum: a frame is accepted
-// where its magic word, lengths, counts and end are consistent.
-//
-// The chirp configuration (.cfg) of a TI mmWave demo, and the resulting measurement limits.
+// where its magic word, lengths, counts and end are consistent. And the chirp configuration (.cfg)
+// of TI's demo with the resulting measurement limits.
 
 #include <algorithm>
 #include <array>

@@ -2,9 +2,7 @@
 
 // One frame of a TI mmWave sensor's data port (out-of-box demo of the mmWave SDK 1.x to 3.x):
 // header, type-length-value items, padding. All little endian. Layouts: TI, mmw_output.h and
-// detected_obj.h of SDK 1.2, mmw_output.h of SDK 3.6.
-
-// From a frame of a TI mmWave sensor to the library's radar scan and clock.
+// detected_obj.h of SDK 1.2, mmw_output.h of SDK 3.6. And its conversion to a RadarScan and a time.
 
 #include <cmath>
 #include <cstddef>

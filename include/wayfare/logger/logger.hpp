@@ -1,10 +1,9 @@
 #pragma once
 
-// Control of a logger over a line that may lose or corrupt bytes: a command is one byte, and the
-// next status line, which has a checksum, shows its effect.
-//
 // Several devices in one recording: one thread per device that only reads and stamps, one thread
-// that writes, and between them a bounded queue that bridges delays of the disk.
+// that writes, and between them a bounded queue that bridges delays of the disk. It is controlled
+// over a line that may lose or corrupt bytes: a command is one byte, and the next status line,
+// which has a checksum, shows its effect.
 
 #include <cstddef>
 #include <cstdint>
@@ -108,7 +107,7 @@ struct LoggerStatus {
 [[nodiscard]] std::string to_json(const LoggerStatus& status);
 
 /// Runs from `start` on; the destructor stops recording, waits until all that was queued is written
-/// and ends all threads. Whether the disk took it the status says after `wait_until_stopped`.
+/// and ends all threads. After `wait_until_stopped` the status says whether the disk failed.
 ///
 /// All but the destructor may be called from any thread, and act as if one after the other: a
 /// recording that is stopped while its file is being created is ended once that is done.

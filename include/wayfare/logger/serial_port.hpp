@@ -5,10 +5,28 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 #include <wayfare/core/result.hpp>
 
 namespace wayfare::logger {
+
+/// Owns an open file, terminal or socket; -1: none.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd = -1) : fd_(fd) {}
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
+  ~Descriptor();
+
+  [[nodiscard]] int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
 
 /// Setting of the modem line DTR, by which an RPLIDAR A1's adapter stops its motor.
 enum class ModemLine { keep, on, off };
@@ -25,9 +43,6 @@ class SerialPort {
   /// Errors: cannot be opened, is no terminal. Bytes received before are kept.
   [[nodiscard]] static Result<SerialPort> open(const std::string& path,
                                                const SerialOptions& options = {});
-  SerialPort(SerialPort&& other) noexcept;
-  SerialPort& operator=(SerialPort&& other) noexcept;
-  ~SerialPort();
 
   /// Waits up to `timeout` for bytes; returns their number, 0 after the timeout. Error: the line is
   /// closed.
@@ -36,14 +51,14 @@ class SerialPort {
   /// Writes without waiting; returns the number of bytes written.
   [[nodiscard]] Result<std::size_t> write(std::span<const std::uint8_t> bytes);
 
-  [[nodiscard]] int descriptor() const { return fd_; }
+  [[nodiscard]] int descriptor() const { return fd_.get(); }
   /// Settings that failed without effect on reading: the rate, or a modem line.
   [[nodiscard]] const std::string& note() const { return note_; }
 
  private:
-  SerialPort(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
+  SerialPort(Descriptor fd, std::string path) : fd_(std::move(fd)), path_(std::move(path)) {}
 
-  int fd_ = -1;
+  Descriptor fd_;
   std::string path_, note_;
 };
 
@@ -51,9 +66,6 @@ class SerialPort {
 class PseudoTerminal {
  public:
   [[nodiscard]] static Result<PseudoTerminal> open();
-  PseudoTerminal(PseudoTerminal&& other) noexcept;
-  PseudoTerminal& operator=(PseudoTerminal&& other) noexcept;
-  ~PseudoTerminal();
 
   [[nodiscard]] const std::string& path() const { return path_; }
   /// Writes until `timeout`; returns the number of bytes written.
@@ -67,10 +79,9 @@ class PseudoTerminal {
 
  private:
   PseudoTerminal() = default;
-  void close();
 
-  int master_ = -1;
-  int slave_ = -1;  ///< kept open, so that readers can open and close it
+  Descriptor master_;
+  Descriptor slave_;  ///< kept open, so that readers can open and close it
   std::string path_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
-// Simulated devices: recorded bytes in a pseudo-terminal, in real time or faster.
+// Simulated devices: recorded bytes in a pseudo-terminal, in real time or faster. And the scans in
+// a radar's bytes.
 
 #include <atomic>
 #include <cstdint>
@@ -9,7 +10,6 @@
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/decode/detail/line_time.hpp>
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/ti_frame.hpp>
 #include <wayfare/logger/serial_port.hpp>

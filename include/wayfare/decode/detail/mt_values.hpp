@@ -1,6 +1,7 @@
 #pragma once
 
-// The packets inside an Xsens MTData2 message, and the four encodings of their numbers.
+// The packets inside an Xsens MTData2 message, the four encodings of their numbers, and a GNSS
+// receiver's solution.
 
 #include <array>
 #include <cmath>
@@ -78,5 +79,76 @@ bool for_each_mt_packet(Bytes data, F&& f) {
   }
   return true;
 }
+
+/// Universal time, with flags of what is valid.
+struct MtUtc {
+  std::uint32_t nanoseconds = 0;
+  std::uint16_t year = 0;
+  std::uint8_t month = 0, day = 0, hour = 0, minute = 0, second = 0;
+  std::uint8_t flags = 0;  ///< bit 0 date, 1 time of day, 2 leap seconds are valid
+
+  bool operator==(const MtUtc&) const = default;
+};
+
+/// A GNSS receiver's solution, in the units of the message.
+struct MtGnss {
+  std::uint32_t itow_ms = 0;
+  MtUtc utc;  ///< nanoseconds may be negative: see `nano`
+  std::uint32_t time_accuracy_ns = 0;
+  std::int32_t nano = 0;
+  std::uint8_t fix = 0, flags = 0, satellites = 0;
+  std::int32_t longitude_e7_deg = 0, latitude_e7_deg = 0, height_mm = 0, height_msl_mm = 0;
+  std::uint32_t horizontal_accuracy_mm = 0, vertical_accuracy_mm = 0;
+  std::array<std::int32_t, 3> velocity_ned_mmps{};
+  std::int32_t ground_speed_mmps = 0, heading_of_motion_e5_deg = 0;
+  std::uint32_t speed_accuracy_mmps = 0, heading_accuracy_e5_deg = 0;
+  std::int32_t heading_e5_deg = 0;
+  /// Dilution of precision in hundredths: geometric, position, time, vertical, horizontal, north,
+  /// east.
+  std::array<std::uint16_t, 7> dop_e2{};
+};
+
+namespace detail {
+
+[[nodiscard]] inline MtUtc mt_utc(const std::uint8_t* p) {
+  return {load_be<std::uint32_t>(p),
+          load_be<std::uint16_t>(p + 4),
+          p[6],
+          p[7],
+          p[8],
+          p[9],
+          p[10],
+          p[11]};
+}
+
+[[nodiscard]] inline std::optional<MtGnss> mt_gnss(Bytes b) {
+  if (b.size() != 94) return std::nullopt;
+  const auto i32 = [&](std::size_t at) { return load_be<std::int32_t>(&b[at]); };
+  const auto u32 = [&](std::size_t at) { return load_be<std::uint32_t>(&b[at]); };
+  MtGnss g;
+  g.itow_ms = u32(0);
+  g.utc = {0, load_be<std::uint16_t>(&b[4]), b[6], b[7], b[8], b[9], b[10], b[11]};
+  g.time_accuracy_ns = u32(12);
+  g.nano = i32(16);
+  g.fix = b[20];
+  g.flags = b[21];
+  g.satellites = b[22];
+  g.longitude_e7_deg = i32(24);
+  g.latitude_e7_deg = i32(28);
+  g.height_mm = i32(32);
+  g.height_msl_mm = i32(36);
+  g.horizontal_accuracy_mm = u32(40);
+  g.vertical_accuracy_mm = u32(44);
+  g.velocity_ned_mmps = {i32(48), i32(52), i32(56)};
+  g.ground_speed_mmps = i32(60);
+  g.heading_of_motion_e5_deg = i32(64);
+  g.speed_accuracy_mmps = u32(68);
+  g.heading_accuracy_e5_deg = u32(72);
+  g.heading_e5_deg = i32(76);
+  for (std::size_t i = 0; i < 7; ++i) g.dop_e2[i] = load_be<std::uint16_t>(&b[80 + 2 * i]);
+  return g;
+}
+
+}  // namespace detail
 
 }  // namespace wayfare::decode

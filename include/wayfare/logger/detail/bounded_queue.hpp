@@ -45,7 +45,6 @@ class BoundedQueue {
     const std::lock_guard lock(mutex_);
     return peak_;
   }
-  [[nodiscard]] std::size_t capacity() const { return capacity_; }
 
  private:
   bool put(T item, std::size_t cost, bool always) {

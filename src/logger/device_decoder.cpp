@@ -1,18 +1,80 @@
-#include <wayfare/decode/awinda.hpp>
-#include <wayfare/decode/detail/line_time.hpp>
-#include <wayfare/decode/mt_sample.hpp>
-#include <wayfare/decode/xbus.hpp>
-#include <wayfare/sync/clock_fit.hpp>
+#include <wayfare/logger/device_decoder.hpp>
 
 #include <array>
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <string_view>
+#include <utility>
 
-#include "logger/devices/device_decoders.hpp"
+#include <wayfare/decode/awinda.hpp>
+#include <wayfare/decode/mt_sample.hpp>
+#include <wayfare/decode/rplidar_scan.hpp>
+#include <wayfare/decode/ti_decoder.hpp>
+#include <wayfare/decode/xbus.hpp>
+#include <wayfare/logger/messages.hpp>
+#include <wayfare/logger/streams.hpp>
+#include <wayfare/sync/clock_fit.hpp>
 
 namespace wayfare::logger {
 namespace {
+
+using Decoder = std::unique_ptr<DeviceDecoder>;
+
+std::shared_ptr<const Stream> json_stream(std::string topic, const MessageSchema& schema) {
+  return std::make_shared<const Stream>(
+      Stream{std::move(topic), "json", std::string(schema.name), std::string(schema.json), {}});
+}
+
+class RawDevice final : public DeviceDecoder {
+ public:
+  void feed(decode::Bytes, LogTime, const Sink&) override {}
+  [[nodiscard]] DecodingStatus status() const override { return {}; }
+};
+
+DecodedMessage message_of(const RadarScan& scan, const std::shared_ptr<const Stream>& stream,
+                          const std::string& frame) {
+  return {stream, scan.time, point_cloud_json(scan, frame)};
+}
+DecodedMessage message_of(const decode::RplidarRevolution& turn,
+                          const std::shared_ptr<const Stream>& stream, const std::string& frame) {
+  const LaserScan scan = decode::to_laser_scan(turn);
+  return {stream, scan.time, laser_scan_json(scan, frame)};
+}
+
+/// A device that measures scans, completed by a `Scans` from its bytes.
+template <class Scans>
+class ScanDevice final : public DeviceDecoder {
+ public:
+  template <class... Arguments>
+  ScanDevice(const std::string& name, const char* topic, const MessageSchema& schema,
+             const char* unit, Arguments... arguments)
+      : name_(name),
+        unit_(unit),
+        scans_(arguments...),
+        stream_(json_stream("/" + name + topic, schema)) {}
+
+  void feed(decode::Bytes bytes, LogTime arrived, const Sink& sink) override {
+    scans_.feed(bytes, arrived, [&](const auto& scan) {
+      ++messages_;
+      last_points_ = scan.points.size();
+      sink(message_of(scan, stream_, name_));
+    });
+  }
+
+  [[nodiscard]] DecodingStatus status() const override {
+    const auto& s = scans_.statistics();
+    return {messages_, s.skipped_bytes, s.malformed + s.checksum_failures,
+            messages_ == 0 ? "" : std::to_string(last_points_) + unit_};
+  }
+
+ private:
+  std::string name_, unit_;
+  Scans scans_;
+  std::shared_ptr<const Stream> stream_;
+  std::uint64_t messages_ = 0;
+  std::size_t last_points_ = 0;
+};
 
 /// An MTi on its own line, or a station with its trackers, each of which has a stream.
 class XsensDevice final : public DeviceDecoder {
@@ -115,10 +177,51 @@ class XsensDevice final : public DeviceDecoder {
   std::string sample_;
 };
 
+Result<Decoder> make_raw(const DeviceDescription&) { return Decoder(new RawDevice); }
+
+Result<Decoder> make_ti(const DeviceDescription& device) {
+  double speed_step_mps = 0.0;
+  if (!device.configuration.empty()) {
+    const auto config = decode::parse_ti_config(device.configuration, device.name);
+    if (!config) return config.error();
+    speed_step_mps = decode::limits_of(*config).speed_step_mps;
+  }
+  return Decoder(new ScanDevice<TiStream>(device.name, "/points", point_cloud_schema(), " points",
+                                          device.baud, speed_step_mps));
+}
+
+Result<Decoder> make_rplidar(const DeviceDescription& device) {
+  return Decoder(new ScanDevice<decode::RplidarStream>(device.name, "/scan", laser_scan_schema(),
+                                                       " points a turn", device.baud));
+}
+
+Result<Decoder> make_xsens(const DeviceDescription& device) {
+  return Decoder(new XsensDevice(device));
+}
+
+struct Kind {
+  std::string_view name;
+  Result<Decoder> (*make)(const DeviceDescription&);
+};
+constexpr std::array<Kind, 4> kKinds = {
+    {{"raw", make_raw}, {"ti_mmwave", make_ti}, {"rplidar", make_rplidar}, {"xsens", make_xsens}}};
+
 }  // namespace
 
-Result<std::unique_ptr<DeviceDecoder>> make_xsens_decoder(const DeviceDescription& device) {
-  return std::unique_ptr<DeviceDecoder>(new XsensDevice(device));
+std::vector<std::string> device_kinds() {
+  std::vector<std::string> names;
+  for (const Kind& kind : kKinds) names.emplace_back(kind.name);
+  return names;
+}
+
+Result<Decoder> make_decoder(const DeviceDescription& device) {
+  std::string known;
+  for (const auto& [name, make] : kKinds) {
+    if (name == device.kind) return make(device);
+    known.append(known.empty() ? "" : ", ").append(name);
+  }
+  return Error{ErrorCode::invalid, "unknown kind of device '" + device.kind + "'; known: " + known,
+               device.name};
 }
 
 }  // namespace wayfare::logger

@@ -1,4 +1,4 @@
-#include "logger/control/control_line.hpp"
+#include "logger/control_line.hpp"
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -39,19 +39,8 @@ Result<ControlLine> ControlLine::open(const std::string& port, int baud,
   return line;
 }
 
-ControlLine::ControlLine(ControlLine&& other) noexcept
-    : port_path_(std::move(other.port_path_)),
-      socket_path_(std::exchange(other.socket_path_, {})),
-      baud_(other.baud_),
-      port_(std::move(other.port_)),
-      listener_(std::exchange(other.listener_, -1)),
-      clients_(std::exchange(other.clients_, {})) {}
-
 ControlLine::~ControlLine() {
-  for (const int client : clients_) ::close(client);
-  if (listener_ < 0) return;
-  ::close(listener_);
-  ::unlink(socket_path_.c_str());
+  if (listener_.get() >= 0) ::unlink(socket_path_.c_str());
 }
 
 Result<void> ControlLine::listen(const std::string& path) {
@@ -63,34 +52,27 @@ Result<void> ControlLine::listen(const std::string& path) {
   // Remove the socket of a killed logger; keep anything that is not a socket.
   struct stat there {};
   if (::lstat(path.c_str(), &there) == 0 && S_ISSOCK(there.st_mode)) ::unlink(path.c_str());
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd < 0) return system_error("no socket", path);
-  const mode_t before = ::umask(0077);  // whoever may not be this user may not control it
-  const int bound = ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  Descriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (socket.get() < 0) return system_error("no socket", path);
+  const mode_t before = ::umask(0077);  // only this user may control the logger
+  const int bound =
+      ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
   ::umask(before);
-  if (bound != 0 || ::listen(fd, 8) != 0) {
-    Error failed = system_error("cannot be listened on", path);
-    ::close(fd);
-    return failed;
-  }
-  listener_ = fd;
+  if (bound != 0 || ::listen(socket.get(), 8) != 0)
+    return system_error("cannot be listened on", path);
+  listener_ = std::move(socket);
   socket_path_ = path;
   return {};
 }
 
 void ControlLine::accept() {
-  const int client = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-  if (client < 0) return;
-  if (clients_.size() < kMostClients) {
-    clients_.push_back(client);
-  } else {
-    ::close(client);
-  }
+  Descriptor client(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  if (client.get() >= 0 && clients_.size() < kMostClients) clients_.push_back(std::move(client));
 }
 
-bool ControlLine::take(int client, const std::function<void(Command)>& sink) {
+bool ControlLine::take(const Descriptor& client, const std::function<void(Command)>& sink) {
   std::array<std::uint8_t, 64> bytes;
-  const ssize_t n = ::recv(client, bytes.data(), bytes.size(), 0);
+  const ssize_t n = ::recv(client.get(), bytes.data(), bytes.size(), 0);
   if (n < 0) return errno == EAGAIN || errno == EINTR;
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
     if (const auto command = command_of(bytes[i])) sink(*command);
@@ -105,18 +87,13 @@ void ControlLine::poll(std::chrono::milliseconds timeout,
   }
   // Clients first: those accepted below have not been polled.
   std::vector<pollfd> fds;
-  for (const int client : clients_) fds.push_back({client, POLLIN, 0});
-  fds.push_back({listener_, POLLIN, 0});
+  for (const Descriptor& client : clients_) fds.push_back({client.get(), POLLIN, 0});
+  fds.push_back({listener_.get(), POLLIN, 0});
   fds.push_back({port_ ? port_->descriptor() : -1, POLLIN, 0});
   if (::poll(fds.data(), fds.size(), static_cast<int>(timeout.count())) <= 0) return;
-  std::vector<int> staying;
-  for (std::size_t i = 0; i < clients_.size(); ++i) {
-    if (fds[i].revents == 0 || take(clients_[i], sink)) {
-      staying.push_back(clients_[i]);
-    } else {
-      ::close(clients_[i]);
-    }
-  }
+  std::vector<Descriptor> staying;
+  for (std::size_t i = 0; i < clients_.size(); ++i)
+    if (fds[i].revents == 0 || take(clients_[i], sink)) staying.push_back(std::move(clients_[i]));
   clients_ = std::move(staying);
   if (fds[fds.size() - 2].revents != 0) accept();
   if (fds.back().revents == 0) return;
@@ -135,16 +112,10 @@ void ControlLine::send(std::string_view line) {
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(line.data());
     if (!port_->write({bytes, line.size()})) port_.reset();
   }
-  std::vector<int> staying;
-  for (const int client : clients_) {
-    const ssize_t n = ::send(client, line.data(), line.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-    if (n == static_cast<ssize_t>(line.size())) {
-      staying.push_back(client);
-    } else {
-      ::close(client);
-    }
-  }
-  clients_ = std::move(staying);
+  std::erase_if(clients_, [&](const Descriptor& client) {
+    const ssize_t n = ::send(client.get(), line.data(), line.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    return n != static_cast<ssize_t>(line.size());
+  });
 }
 
 }  // namespace wayfare::logger

@@ -19,7 +19,7 @@ class ControlLine {
  public:
   /// Either may be empty. Errors: the port cannot be opened, the socket cannot be created.
   static Result<ControlLine> open(const std::string& port, int baud, const std::string& socket);
-  ControlLine(ControlLine&& other) noexcept;
+  ControlLine(ControlLine&&) = default;
   ControlLine& operator=(ControlLine&&) = delete;
   ~ControlLine();
 
@@ -33,13 +33,13 @@ class ControlLine {
   Result<void> listen(const std::string& path);
   void accept();
   /// False if the client has closed.
-  static bool take(int client, const std::function<void(Command)>& sink);
+  static bool take(const Descriptor& client, const std::function<void(Command)>& sink);
 
   std::string port_path_, socket_path_;
   int baud_ = 0;
   std::optional<SerialPort> port_;
-  int listener_ = -1;
-  std::vector<int> clients_;
+  Descriptor listener_;
+  std::vector<Descriptor> clients_;
 };
 
 }  // namespace wayfare::logger

@@ -1,4 +1,8 @@
+#include <zlib.h>
+
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 #include <wayfare/logger/logger.hpp>
@@ -7,6 +11,15 @@
 namespace wayfare::logger {
 namespace {
 
+/// CRC-32 in eight hexadecimal digits.
+std::string checksum(std::string_view bytes) {
+  const auto sum =
+      ::crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size()));
+  std::array<char, 9> text{};
+  std::snprintf(text.data(), text.size(), "%08x", static_cast<unsigned>(sum));
+  return text.data();
+}
+
 std::string number(double value) {
   std::string text = std::to_string(std::isfinite(value) ? value : 0.0);
   return text.substr(0, text.find('.') + 2);
@@ -14,32 +27,33 @@ std::string number(double value) {
 
 }  // namespace
 
+std::optional<Command> command_of(std::uint8_t byte) {
+  for (const Command command : {Command::begin, Command::stop, Command::terminate, Command::check})
+    if (byte == static_cast<std::uint8_t>(command)) return command;
+  return std::nullopt;
+}
+
+std::string status_line(std::string_view json) {
+  return std::string(json) + '*' + checksum(json) + '\n';
+}
+
+std::optional<std::string_view> status_of_line(std::string_view line) {
+  while (!line.empty() && (line.back() == '\n' || line.back() == '\r')) line.remove_suffix(1);
+  if (line.size() < 9 || line[line.size() - 9] != '*') return std::nullopt;
+  const std::string_view json = line.substr(0, line.size() - 9);
+  if (line.substr(line.size() - 8) != checksum(json)) return std::nullopt;
+  return json;
+}
+
 const char* name_of(LoggerState state) {
-  switch (state) {
-    case LoggerState::idle:
-      return "idle";
-    case LoggerState::starting:
-      return "starting";
-    case LoggerState::recording:
-      return "recording";
-    case LoggerState::stopping:
-      return "stopping";
-    case LoggerState::failed:
-      return "failed";
-    default:
-      return "terminated";
-  }
+  constexpr std::array kNames = {"idle",     "starting", "recording",
+                                 "stopping", "failed",   "terminated"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 const char* name_of(SensorState state) {
-  switch (state) {
-    case SensorState::waiting:
-      return "waiting";
-    case SensorState::silent:
-      return "silent";
-    default:
-      return "receiving";
-  }
+  constexpr std::array kNames = {"waiting", "silent", "receiving"};
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 std::string to_json(const LoggerStatus& status) {
