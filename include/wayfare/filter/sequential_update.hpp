@@ -109,6 +109,23 @@ concept SequentialCovariance = requires(P& p, const P& c, const Row& h) {
   p.subtract_outer(c.times(h), c.times(h)[0]);
 };
 
+/// A dense covariance as sequential updates need it. Rounding leaves it not quite symmetric.
+template <class Matrix>
+struct DenseCovariance {
+  using T = typename Matrix::Scalar;
+  using Vector = Eigen::Matrix<T, Matrix::RowsAtCompileTime, 1>;
+  Matrix& p;
+
+  template <int... Index>
+  [[nodiscard]] Vector times(const IndexedRow<T, Index...>& h) const {
+    Vector result = Vector::Zero(p.rows());
+    std::size_t k = 0;
+    ((result += h.value[k++] * p.col(Index)), ...);
+    return result;
+  }
+  void subtract_outer(const Vector& v, T scale) { p.noalias() -= v * (scale * v).transpose(); }
+};
+
 namespace detail {
 
 /// v[i] with the index type of std::array or of Eigen.

@@ -5,6 +5,7 @@
 // Step scale and walking direction from map matching.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <optional>
@@ -13,6 +14,7 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/filter/sequential_update.hpp>
 
 namespace wayfare {
 
@@ -69,12 +71,10 @@ struct WalkFeedbackParameters {
 class WalkFeedback {
  public:
   explicit WalkFeedback(const WalkFeedbackParameters& p = {})
-      : p_(p),
-        scale_variance_(p.scale_sigma * p.scale_sigma),
-        direction_variance_(p.direction_sigma * p.direction_sigma) {}
+      : p_(p), log_scale_(0.0, p.scale_sigma), direction_(0.0, p.direction_sigma) {}
 
-  [[nodiscard]] double scale() const { return std::exp(log_scale_); }
-  [[nodiscard]] Angle direction() const { return Angle::radians(direction_); }
+  [[nodiscard]] double scale() const { return std::exp(log_scale_.value); }
+  [[nodiscard]] Angle direction() const { return Angle::radians(direction_.value); }
 
   /// At each scan: position by the map and by the uncorrected steps, in frames with the same
   /// heading; `length_known`: whether the scene constrains the motion along the path.
@@ -82,7 +82,7 @@ class WalkFeedback {
            bool length_known) {
     if (!past_.empty()) {
       const double dt = std::clamp(to_seconds(time - past_.back().time), 0.0, 5.0);
-      direction_variance_ += p_.direction_wander * p_.direction_wander * dt;
+      direction_.p(0, 0) += p_.direction_wander * p_.direction_wander * dt;
     }
     past_.push_back({time, by_map_m, by_steps_m, length_known});
     const Past& first = past_.front();
@@ -92,14 +92,12 @@ class WalkFeedback {
       return;
     }
     const double length = std::max(map.norm(), 0.3);
-    if (map.norm() > 0.3 * steps.norm())
-      fuse(direction_, direction_variance_, angle(steps, map), p_.sigma_m / length);
+    if (map.norm() > 0.3 * steps.norm()) direction_.update(angle(steps, map), p_.sigma_m / length);
     const bool known =
         std::all_of(past_.begin(), past_.end(), [](const Past& p) { return p.length_known; });
     if (known && map.norm() > 0.5 * steps.norm() && map.norm() < 2.0 * steps.norm()) {
-      scale_variance_ += p_.scale_wander * p_.scale_wander;
-      fuse(log_scale_, scale_variance_, std::log(map.norm() / steps.norm()),
-           2.0 * p_.sigma_m / length);
+      log_scale_.p(0, 0) += p_.scale_wander * p_.scale_wander;
+      log_scale_.update(std::log(map.norm() / steps.norm()), 2.0 * p_.sigma_m / length);
     }
     past_.erase(past_.begin(), past_.end() - 1);
   }
@@ -115,15 +113,21 @@ class WalkFeedback {
   static double angle(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
   }
-  static void fuse(double& value, double& variance, double measured, double sigma) {
-    const double gain = variance / (variance + sigma * sigma);
-    value += gain * (measured - value);
-    variance *= 1.0 - gain;
-  }
+  /// A state of one number and its variance.
+  struct Estimate {
+    double value;
+    SymmetricMatrix<double, 1> p;
+
+    Estimate(double mean, double sigma) : value(mean) { p(0, 0) = sigma * sigma; }
+    void update(double measured, double sigma) {
+      std::array<double, 1> correction{};
+      sequential_update(p, correction, IndexedRow<double, 0>{1.0}, measured - value, sigma * sigma);
+      value += correction[0];
+    }
+  };
 
   WalkFeedbackParameters p_;
-  double log_scale_ = 0.0, scale_variance_;
-  double direction_ = 0.0, direction_variance_;
+  Estimate log_scale_, direction_;
   std::deque<Past> past_;
 };
 

@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include <wayfare/core/so3.hpp>
+#include <wayfare/filter/sequential_update.hpp>
 
 namespace wayfare {
 
@@ -82,11 +83,7 @@ class FootFilter {
   /// Updates the three states from `First` on with `value`, of this variance per axis.
   template <int First>
   void observe(const Vector& value, double variance) {
-    const Eigen::Matrix3d s = innovation_covariance<First>(variance);
-    const Eigen::Matrix<double, kSize, 3> k = gain<First>(s);
-    const Vector off = value - state<First>();
-    p_ -= k * s * k.transpose();
-    move(k * off);
+    move(update<First>(p_, value - state<First>(), variance));
   }
 
   /// Zero-velocity update by probabilistic data association (Bar-Shalom et al. 2009): stance,
@@ -99,9 +96,9 @@ class FootFilter {
         log_density(off, s) - log_density(off, innovation_covariance<kVelocity>(wide_variance));
     const double stance = 1.0 / (1.0 + std::exp(-(log_ratio + log_odds)));
     if (!(stance > 1e-9)) return 0.0;
-    const Eigen::Matrix<double, kSize, 3> k = gain<kVelocity>(s);
-    const Error step = k * off;
-    p_ += stance * ((1.0 - stance) * step * step.transpose() - k * s * k.transpose());
+    Covariance standing = p_;
+    const Error step = update<kVelocity>(standing, off, variance);
+    p_ += stance * (standing - p_ + (1.0 - stance) * step * step.transpose());
     move(stance * step);
     return stance;
   }
@@ -111,10 +108,12 @@ class FootFilter {
 
   /// Updates the component of the position along the unit vector `unit` with `value`.
   void observe_along(const Vector& unit, double value, double variance) {
-    const Error ph = p_.middleCols<3>(kPosition) * unit;
-    const double s = unit.dot(ph.head<3>()) + variance;
-    p_ -= ph * ph.transpose() / s;
-    move(ph * ((value - unit.dot(position_)) / s));
+    Error correction = Error::Zero();
+    DenseCovariance<Covariance> covariance{p_};
+    sequential_update(covariance, correction,
+                      IndexedRow<double, 0, 1, 2>{unit.x(), unit.y(), unit.z()},
+                      value - unit.dot(position_), variance);
+    move(correction);
   }
 
  private:
@@ -127,9 +126,18 @@ class FootFilter {
   [[nodiscard]] Eigen::Matrix3d innovation_covariance(double variance) const {
     return p_.block<3, 3>(First, First) + variance * Eigen::Matrix3d::Identity();
   }
+  /// Updates `p` with the innovations of three states from `First` on; returns the correction.
   template <int First>
-  [[nodiscard]] Eigen::Matrix<double, kSize, 3> gain(const Eigen::Matrix3d& s) const {
-    return p_.middleCols<3>(First) * s.inverse();
+  static Error update(Covariance& p, const Vector& innovation, double variance) {
+    Error correction = Error::Zero();
+    DenseCovariance<Covariance> covariance{p};
+    sequential_update(covariance, correction, IndexedRow<double, First>{1.0}, innovation.x(),
+                      variance);
+    sequential_update(covariance, correction, IndexedRow<double, First + 1>{1.0}, innovation.y(),
+                      variance);
+    sequential_update(covariance, correction, IndexedRow<double, First + 2>{1.0}, innovation.z(),
+                      variance);
+    return correction;
   }
   [[nodiscard]] static double log_density(const Vector& v, const Eigen::Matrix3d& s) {
     return -0.5 * (v.dot(s.inverse() * v) + std::log(s.determinant()));
