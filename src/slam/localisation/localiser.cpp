@@ -11,21 +11,10 @@
 #include "slam/localisation/motion_guard.hpp"
 #include "slam/localisation/pose_filter.hpp"
 #include "slam/localisation/scan_weigher.hpp"
+#include "slam/motion.hpp"
+#include "slam/scans.hpp"
 
 namespace wayfare {
-namespace {
-
-std::optional<SE2d> raw(const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
-  return odometry ? std::optional(odometry->raw()) : std::nullopt;
-}
-
-Result<void> check(const LaserScan& scan) {
-  if (!std::isfinite(scan.first_bearing.radians()) || !std::isfinite(scan.bearing_step.radians()))
-    return Error{ErrorCode::invalid, "a scan whose bearings are not finite"};
-  return {};
-}
-
-}  // namespace
 
 /// A second set of particles, drawn globally when the first is unreliable, and its odds.
 struct RelocalisationHypothesis {
@@ -79,8 +68,7 @@ void SensorHistory::remember(double agreement, bool converged, double search_rat
 }
 
 bool SensorHistory::is_due(LogTime time, const LocalisationOptions& options) const {
-  return !weighed_at || since_weighed.translation().norm() >= options.update_travel_m ||
-         std::abs(since_weighed.heading().radians()) >= options.update_turn.radians() ||
+  return !weighed_at || reaches(since_weighed, options.update_travel_m, options.update_turn) ||
          to_seconds(time - *weighed_at) >= options.update_time_s;
 }
 
@@ -88,7 +76,9 @@ class Localiser::Engine {
  public:
   Engine(std::shared_ptr<const LocalisationMap> map, const LocalisationOptions& options,
          std::uint64_t seed)
-      : map_(std::move(map)), options_(options), rng_(seed) {}
+      : map_(std::move(map)), options_(options), rng_(seed) {
+    WAYFARE_EXPECTS(map_ != nullptr, "a localiser needs a map");
+  }
 
   Result<void> start_at(const Gaussian<SE2d>& pose);
   void start_anywhere();
@@ -140,8 +130,8 @@ class Localiser::Engine {
 
 Result<void> Localiser::Engine::start_at(const Gaussian<SE2d>& pose) {
   const Eigen::LDLT<Eigen::Matrix3d> ldlt(pose.covariance);
-  if (!pose.mean.translation().allFinite() || !std::isfinite(pose.mean.heading().radians()) ||
-      !pose.covariance.allFinite() || ldlt.info() != Eigen::Success || !ldlt.isPositive())
+  if (!detail::finite(pose.mean) || !pose.covariance.allFinite() || ldlt.info() != Eigen::Success ||
+      !ldlt.isPositive())
     return Error{ErrorCode::invalid,
                  "start_at: the pose is not finite or its covariance not positive semi-definite"};
   start_anywhere();
@@ -179,7 +169,8 @@ Result<void> Localiser::Engine::add_motion(LogTime time, const std::optional<SE2
 
 Result<LocalisationOutcome> Localiser::Engine::add_scan(const LaserScan& scan,
                                                         const std::optional<SE2d>& odometry) {
-  if (auto ok = check(scan); !ok) return ok.error();
+  if (!detail::finite(scan.first_bearing) || !detail::finite(scan.bearing_step))
+    return Error{ErrorCode::invalid, "a scan whose bearings are not finite"};
   if (motion_.time() && scan.time <= *motion_.time())
     return Error{ErrorCode::invalid, "a scan not later than the last: late or duplicated"};
   return add(scan.time, ScanWeigher(scan, options_), odometry);
@@ -303,33 +294,26 @@ void Localiser::Engine::resolve_hypothesis(LocalisationOutcome& outcome) {
 }
 
 Localiser::Localiser(std::shared_ptr<const LocalisationMap> map, const LocalisationOptions& options,
-                     std::uint64_t seed) {
-  WAYFARE_EXPECTS(map != nullptr, "a localiser needs a map");
-  engine_ = std::make_unique<Engine>(std::move(map), options, seed);
-}
-Localiser::~Localiser() = default;
-Localiser::Localiser(Localiser&&) noexcept = default;
-Localiser& Localiser::operator=(Localiser&&) noexcept = default;
+                     std::uint64_t seed)
+    : engine_(detail::make_owned<Engine>(std::move(map), options, seed)) {}
 
 Result<void> Localiser::start_at(const Gaussian<SE2d>& T_map_base) {
   return engine_->start_at(T_map_base);
 }
 void Localiser::start_anywhere() { engine_->start_anywhere(); }
 
-Result<void> Localiser::add_motion(
-    LogTime time, const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
-  return engine_->add_motion(time, raw(odometry));
+Result<void> Localiser::add_motion(LogTime time, const std::optional<OdomPose>& odometry) {
+  return engine_->add_motion(time, detail::raw(odometry));
 }
 
-Result<LocalisationOutcome> Localiser::add_scan(
-    const LaserScan& scan, const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
-  return engine_->add_scan(scan, raw(odometry));
+Result<LocalisationOutcome> Localiser::add_scan(const LaserScan& scan,
+                                                const std::optional<OdomPose>& odometry) {
+  return engine_->add_scan(scan, detail::raw(odometry));
 }
 
-Result<LocalisationOutcome> Localiser::add_radar(
-    LogTime time, const PointSet& points_base,
-    const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
-  return engine_->add_radar(time, points_base, raw(odometry));
+Result<LocalisationOutcome> Localiser::add_radar(LogTime time, const PointSet& points_base,
+                                                 const std::optional<OdomPose>& odometry) {
+  return engine_->add_radar(time, points_base, detail::raw(odometry));
 }
 
 std::vector<PoseParticle> Localiser::particles() const {

@@ -8,9 +8,6 @@
 
 #include <wayfare/filter/particles.hpp>
 
-#include "slam/localisation/draws.hpp"
-#include "slam/localisation/pose_bins.hpp"
-
 namespace wayfare {
 namespace {
 

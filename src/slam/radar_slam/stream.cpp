@@ -9,46 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/sync/odometry_track.hpp>
-
 #include "slam/radar_slam/dead_reckoning.hpp"
+#include "slam/scans.hpp"
 #include "sync/gather_radar.hpp"
 
 namespace wayfare {
 namespace {
-
-/// Counts refusals and keeps the first.
-struct Refusals {
-  std::size_t count = 0;
-  std::string first = {};
-
-  template <class T>
-  void add(const Result<T>& outcome, const char* sensor, LogTime time) {
-    if (outcome || count++ > 0) return;
-    first = std::string(sensor) + " scan at " + std::to_string(time.seconds()) +
-            " s: " + outcome.error().message;
-  }
-  void add_late(std::size_t measurements) {
-    if (measurements == 0) return;
-    first = std::to_string(measurements) + " measurements late or duplicated";
-    count += measurements;
-  }
-};
-
-/// Reports a sensor without data or detections.
-class SilenceWatch {
- public:
-  explicit SilenceWatch(std::string what) : what_(std::move(what)) {}
-  void detected(LogTime time) { last_ = time; }
-  void report(LogTime now, FaultLog& faults) const {
-    constexpr double kLongest_s = 3.0;
-    if (last_) faults.set(what_, to_seconds(now - *last_) > kLongest_s, now);
-  }
-
- private:
-  std::string what_;
-  std::optional<LogTime> last_;
-};
 
 /// A queue in contiguous memory.
 template <class Measurement>
@@ -185,13 +151,22 @@ class RadarSlamStream::Impl {
 
   RbpfOutcome lidar_scan(const LaserScan& scan);
   RbpfOutcome radar_scan(LogTime time, const PointSet& points);
+  template <class T>
+  void refuse_if_failed(const Result<T>& outcome, const char* sensor, LogTime time) {
+    refusals_.add(outcome,
+                  std::string(sensor) + " scan at " + std::to_string(time.seconds()) + " s");
+  }
   RbpfOutcome record(const Result<RbpfOutcome>& outcome, const char* sensor, LogTime time) {
-    refusals_.add(outcome, sensor, time);
+    refuse_if_failed(outcome, sensor, time);
     return outcome ? *outcome : RbpfOutcome{};
   }
+  void report_silence(const char* what, const std::optional<LogTime>& last, LogTime now) {
+    constexpr double kLongest_s = 3.0;
+    if (last) faults_.set(what, to_seconds(now - *last) > kLongest_s, now);
+  }
   LogTime done(LogTime time) {
-    laser_watch_.report(time, faults_);
-    radar_watch_.report(time, faults_);
+    report_silence("no LiDAR returns", returned_, time);
+    report_silence("no radar points", detected_, time);
     waits_for_ = {};
     return time;
   }
@@ -210,21 +185,21 @@ class RadarSlamStream::Impl {
   std::string_view waits_for_;
   std::size_t late_ = 0;
   FaultLog faults_;
-  Refusals refusals_;
-  SilenceWatch laser_watch_{"no LiDAR returns"}, radar_watch_{"no radar points"};
+  detail::Refusals refusals_;
+  std::optional<LogTime> returned_, detected_;  // last time of LiDAR returns, of radar points
 };
 
 RbpfOutcome RadarSlamStream::Impl::lidar_scan(const LaserScan& scan) {
   if (!uses(kLaser)) return {};
   bool returned = false;
   for (std::size_t i = 0; i < scan.ranges_m.size() && !returned; ++i) returned = scan.returned(i);
-  if (returned) laser_watch_.detected(scan.time);
+  if (returned) returned_ = scan.time;
   return record(slam_.add_lidar(scan), "LiDAR", scan.time);
 }
 
 RbpfOutcome RadarSlamStream::Impl::radar_scan(LogTime time, const PointSet& points) {
   if (!uses(kRadar)) return {};
-  if (!points.empty()) radar_watch_.detected(time);
+  if (!points.empty()) detected_ = time;
   return record(slam_.add_radar(time, points), "radar", time);
 }
 
@@ -281,13 +256,12 @@ LogTime RadarSlamStream::Impl::process_laser() {
 void RadarSlamStream::Impl::move_to(LogTime time, const char* sensor) {
   constexpr MotionNoise kNoOdometry{0.15, 0.0, 0.0, Angle::degrees(8.0), 0.0, 0.0};
   const auto samples = odometry_.span();
-  const auto interpolated = OdometryTrack(samples).at(time);
-  const std::optional<SE2d> now = interpolated ? std::optional(interpolated->raw()) : std::nullopt;
+  const std::optional<SE2d> now = detail::raw(OdometryTrack(samples).at(time));
   if (std::exchange(begun_, true))
-    refusals_.add(slam_.move(now && T_odom_last_ ? with_noise(T_odom_last_->inverse() * *now,
-                                                              options_.reckoning.odometry)
-                                                 : with_noise(SE2d(), kNoOdometry)),
-                  sensor, time);
+    refuse_if_failed(slam_.move(now && T_odom_last_ ? with_noise(T_odom_last_->inverse() * *now,
+                                                                 options_.reckoning.odometry)
+                                                    : with_noise(SE2d(), kNoOdometry)),
+                     sensor, time);
   T_odom_last_ = now;
   last_ = time;
   // Queued radar frames are no older than this.
@@ -300,30 +274,25 @@ void RadarSlamStream::Impl::move_to(LogTime time, const char* sensor) {
 }
 
 RadarSlamRun RadarSlamStream::Impl::result() const {
-  Refusals all = refusals_;
-  all.add_late(late_ + synchroniser_.statistics().refused_late);
-  RadarSlamRun run{slam_.trajectory(),
-                   slam_.lidar_map(),
-                   slam_.radar_map(),
-                   slam_.statistics(),
-                   {},
-                   {},
-                   faults_.faults(Duration(500'000'000)),
-                   reckoner_.gyro_bias_rad_s(),
-                   all.count,
-                   std::move(all.first)};
+  RadarSlamRun run;
+  run.trajectory = slam_.trajectory();
+  run.lidar_map = slam_.lidar_map();
+  run.radar_map = slam_.radar_map();
+  run.statistics = slam_.statistics();
+  run.faults = faults_.faults(Duration(500'000'000));
+  run.gyro_bias_rad_s = reckoner_.gyro_bias_rad_s();
+  const std::size_t late = late_ + synchroniser_.statistics().refused_late;
+  run.refused_scans = refusals_.count + late;
+  run.first_refusal =
+      late > 0 ? std::to_string(late) + " measurements late or duplicated" : refusals_.first;
   for (const auto& particle : slam_.particles())
-    run.particles.push_back(
-        {run.trajectory.back().time, Transform2<frame::Map, frame::Base>(particle.pose)});
+    run.particles.push_back({run.trajectory.back().time, MapPose(particle.pose)});
   run.log_weights.assign(slam_.log_weights().begin(), slam_.log_weights().end());
   return run;
 }
 
 RadarSlamStream::RadarSlamStream(const RadarSlamStreamOptions& options)
-    : impl_(std::make_unique<Impl>(options)) {}
-RadarSlamStream::~RadarSlamStream() = default;
-RadarSlamStream::RadarSlamStream(RadarSlamStream&&) noexcept = default;
-RadarSlamStream& RadarSlamStream::operator=(RadarSlamStream&&) noexcept = default;
+    : impl_(detail::make_owned<Impl>(options)) {}
 
 void RadarSlamStream::add(const WheelSample& sample) { impl_->add(sample); }
 void RadarSlamStream::add(const GyroSample& sample) { impl_->add(sample); }
@@ -338,5 +307,36 @@ const OccupancyGrid& RadarSlamStream::map() const {
   return slam().lidar_map().bounds() ? slam().lidar_map() : slam().radar_map();
 }
 RadarSlamRun RadarSlamStream::result() const { return impl_->result(); }
+
+Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions options,
+                                    SlamSensors sensors, const SlamProgress& progress,
+                                    const DeadReckoningOptions& reckoning) {
+  options.T_base_laser = recording.T_base_laser;
+  const MotionSource motion = !recording.wheels.empty()     ? MotionSource::wheels
+                              : !recording.odometry.empty() ? MotionSource::odometry
+                                                            : MotionSource::none;
+  RadarSlamStream stream({options, sensors, motion, reckoning, sync_params(recording)});
+  const auto add_all = [&](const auto& measurements) {
+    for (const auto& measurement : measurements) stream.add(measurement);
+  };
+  add_all(recording.wheels), add_all(recording.gyro), add_all(recording.odometry);
+  add_all(recording.radar), add_all(recording.scans);
+  stream.finish();
+  std::optional<LogTime> first, last;
+  const auto include = [&](const auto& measurements) {
+    if (measurements.empty()) return;
+    first = std::min(first.value_or(measurements.front().time), measurements.front().time);
+    last = std::max(last.value_or(measurements.back().time), measurements.back().time);
+  };
+  include(recording.scans), include(recording.radar), include(recording.wheels);
+  while (const auto time = stream.step()) {
+    const double whole_s = to_seconds(*last - *first), done_s = to_seconds(*time - *first);
+    if (progress && !progress(whole_s > 0 ? std::clamp(done_s / whole_s, 0.0, 1.0) : 1.0)) break;
+  }
+  RadarSlamRun run = stream.result();
+  if (run.statistics.updates > 0) return run;
+  return Error{ErrorCode::invalid,
+               "no scan could be used" + (run.refused_scans > 0 ? "; " + run.first_refusal : "")};
+}
 
 }  // namespace wayfare
