@@ -71,6 +71,7 @@ class MotionModel {
     }
     last_ = {time, pose, odometry};
   }
+
   /// Replaces the last scan's pose, without a change of velocity.
   void correct(const SE2d& pose) {
     if (!last_) return;

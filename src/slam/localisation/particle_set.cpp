@@ -78,6 +78,13 @@ class Sets {
 
 }  // namespace
 
+std::vector<double> weights_of(const ParticleSet& particles) {
+  std::vector<double> weights = particles.log_weight;
+  normalise(weights);
+  for (double& w : weights) w = std::exp(w);
+  return weights;
+}
+
 std::vector<Cluster> find_clusters(const ParticleSet& particles, std::span<const double> weights,
                                    const PoseBins& bins) {
   const BinnedParticles binned = bin(particles, bins);

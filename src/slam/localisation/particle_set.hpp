@@ -43,6 +43,9 @@ struct ParticleSet {
   }
 };
 
+/// The weights, normalised.
+[[nodiscard]] std::vector<double> weights_of(const ParticleSet& particles);
+
 /// Bins of poses: counted by KLD sampling; adjacent ones form a cluster.
 class PoseBins {
  public:

@@ -27,9 +27,7 @@ ScanWeigher::ScanWeigher(const LaserScan& scan, const LocalisationOptions& optio
 ScanWeigher::ScanWeigher(const PointSet& points, const LocalisationOptions& options)
     : options_(options), sensor_(RangeSensor::radar) {
   ends_ = std::min(points.size(), at_least_one(options.radar.points));
-  for (std::size_t k = 0; k < ends_; ++k) {
-    add_end(points[k * points.size() / ends_]);
-  }
+  for (std::size_t k = 0; k < ends_; ++k) add_end(points[k * points.size() / ends_]);
   pad_ends();
   enough_ = ends_ >= at_least_one(options.radar.min_points);
 }

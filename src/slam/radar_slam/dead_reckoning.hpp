@@ -26,6 +26,7 @@ class FaultLog {
     }
     if (!present && open != open_.end()) open_.erase(open);
   }
+
   /// Faults that lasted at least `shortest`, by their beginning.
   [[nodiscard]] std::vector<SensorFault> faults(Duration shortest) const {
     std::vector<SensorFault> result;
@@ -62,6 +63,7 @@ class GyroBias {
     variance_ = 1.0 / (1.0 / prior + time_s_ * time_s_ / noise);
     rad_s_ = -variance_ * time_s_ / noise * drift_rad_;
   }
+
   [[nodiscard]] double rad_s() const { return rad_s_; }
   [[nodiscard]] double variance() const { return variance_; }
 
@@ -107,6 +109,7 @@ class DeadReckoner {
     const auto both = fuse(options_.wheels(left, right), turned);
     return both ? *both : turned;
   }
+
   /// Adds the outcome of a scan at its end.
   void learn(const RbpfOutcome& outcome) {
     if (!outcome.updated) return;
@@ -115,6 +118,7 @@ class DeadReckoner {
     since_match_s_ = 0.0;
     gyro_throughout_ = true;
   }
+
   [[nodiscard]] double gyro_bias_rad_s() const { return bias_.rad_s(); }
 
  private:

@@ -170,9 +170,85 @@ class RadarSlam::Engine {
 
   /// Steps 4 to 8.
   Result<RbpfOutcome> update(LogTime time, Sensor sensor, const PointSet& points,
-                             const LaserScan* scan);
+                             const LaserScan* scan) {
+    Gaussian<SE2d> motion = moved_;
+    motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
+    const bool first = !sensors_[sensor].has_scans, map_due_now = map_due(sensor);
+    if (!first && sensor == kLidar) (void)motion_by_match(points);
+    const PointSet seen = map_due_now && scan != nullptr ? walls_of(*scan) : points;
+    std::vector<DrawnPose> drawn(options_.particles);
+    std::vector<double> turned(options_.particles, 0.0);
+    const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
+      Worker& worker = workers_[w];
+      const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
+      const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
+      const DrawnPose s = first ? DrawnPose{sample(expected, rng)}
+                                : worker.match[sensor].draw_pose(grid, points, expected,
+                                                                 particle.pose * tracked_, rng);
+      particle.pose = s.pose;
+      if (map_due_now) map(particle, sensor, seen, worker.raster);
+      const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
+      drawn[index] = s;
+      turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
+      return s.log_factor;
+    };
+    const auto weighed = filter_->update(time, step, [&](std::size_t n, const auto& f) {
+      parallel_for_workers(n, options_.threads, f);
+    });
+    RbpfOutcome outcome;
+    outcome.updated = true;
+    if (weighed) outcome.particles_refused = weighed->refused;
+    double weight = 0.0, turn = 0.0;
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+      if (!drawn[i].matched) continue;
+      ++outcome.matched;
+      outcome.mean_score += drawn[i].score;
+      const double w = std::exp(filter_->log_weights()[i]);
+      if (!(w > 0)) continue;
+      weight += w;
+      turn += w * turned[i];
+    }
+    if (outcome.matched > 0) outcome.mean_score /= static_cast<double>(outcome.matched);
+    if (weight > 0) outcome.turn_correction = Angle::radians(turn / weight);
+    outcome.effective_particles = filter_->effective_particles();
+    outcome.resampled = filter_->resample_below(options_.resample_below);
+    ++statistics_.updates;
+    statistics_.matches += outcome.matched;
+    statistics_.matches_refused += first ? 0 : drawn.size() - outcome.matched;
+    statistics_.resampled += outcome.resampled ? 1 : 0;
+    // Start of the next motion.
+    increments_.push_back(moved_.mean);
+    for (SensorState& s : sensors_) {
+      s.at_update = moved_.mean.inverse() * s.at_update;
+      s.at_map = moved_.mean.inverse() * s.at_map;
+    }
+    if (map_due_now) sensors_[sensor].at_map = SE2d();
+    sensors_[sensor].at_update = SE2d();
+    sensors_[sensor].has_scans = true;
+    moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
+    tracked_ = SE2d();
+    updated_ = time;
+    if (!weighed) return weighed.error();
+    return outcome;
+  }
+
   void map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
-           ScanRaster& raster) const;
+           ScanRaster& raster) const {
+    if (sensor == kLidar) {
+      // A scan too large for the raster is left out of the map.
+      (void)insert_points<FillBetweenBeams>(particle.map.lidar, particle.pose, points,
+                                            options_.lidar_model, raster,
+                                            options_.T_base_laser.raw().translation());
+      return;
+    }
+    OccupancyGrid& grid = particle.map.radar;
+    const LogOdds hit = LogOdds::from_probability(options_.radar_hit_probability);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      grid.update(
+          cell_of(particle.pose * Eigen::Vector2d(points[i].cast<double>()), grid.resolution_m()),
+          hit);
+  }
+
   [[nodiscard]] PointSet walls_of(const LaserScan& scan) const {
     return with_walls(end_points(scan, options_.T_base_laser.raw()),
                       {.spacing_m = options_.lidar.grid.resolution_m});
@@ -201,86 +277,6 @@ class RadarSlam::Engine {
   std::vector<PlacedScan> scans_;
   RbpfStatistics statistics_;
 };
-
-Result<RbpfOutcome> RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSet& points,
-                                              const LaserScan* scan) {
-  Gaussian<SE2d> motion = moved_;
-  motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
-  const bool first = !sensors_[sensor].has_scans, map_due_now = map_due(sensor);
-  if (!first && sensor == kLidar) (void)motion_by_match(points);
-  const PointSet seen = map_due_now && scan != nullptr ? walls_of(*scan) : points;
-  std::vector<DrawnPose> drawn(options_.particles);
-  std::vector<double> turned(options_.particles, 0.0);
-  const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
-    Worker& worker = workers_[w];
-    const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
-    const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
-    const DrawnPose s = first ? DrawnPose{sample(expected, rng)}
-                              : worker.match[sensor].draw_pose(grid, points, expected,
-                                                               particle.pose * tracked_, rng);
-    particle.pose = s.pose;
-    if (map_due_now) map(particle, sensor, seen, worker.raster);
-    const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
-    drawn[index] = s;
-    turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
-    return s.log_factor;
-  };
-  const auto weighed = filter_->update(time, step, [&](std::size_t n, const auto& f) {
-    parallel_for_workers(n, options_.threads, f);
-  });
-  RbpfOutcome outcome;
-  outcome.updated = true;
-  if (weighed) outcome.particles_refused = weighed->refused;
-  double weight = 0.0, turn = 0.0;
-  for (std::size_t i = 0; i < drawn.size(); ++i) {
-    if (!drawn[i].matched) continue;
-    ++outcome.matched;
-    outcome.mean_score += drawn[i].score;
-    const double w = std::exp(filter_->log_weights()[i]);
-    if (!(w > 0)) continue;
-    weight += w;
-    turn += w * turned[i];
-  }
-  if (outcome.matched > 0) outcome.mean_score /= static_cast<double>(outcome.matched);
-  if (weight > 0) outcome.turn_correction = Angle::radians(turn / weight);
-  outcome.effective_particles = filter_->effective_particles();
-  outcome.resampled = filter_->resample_below(options_.resample_below);
-  ++statistics_.updates;
-  statistics_.matches += outcome.matched;
-  statistics_.matches_refused += first ? 0 : drawn.size() - outcome.matched;
-  statistics_.resampled += outcome.resampled ? 1 : 0;
-  // Start of the next motion.
-  increments_.push_back(moved_.mean);
-  for (SensorState& s : sensors_) {
-    s.at_update = moved_.mean.inverse() * s.at_update;
-    s.at_map = moved_.mean.inverse() * s.at_map;
-  }
-  if (map_due_now) sensors_[sensor].at_map = SE2d();
-  sensors_[sensor].at_update = SE2d();
-  sensors_[sensor].has_scans = true;
-  moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
-  tracked_ = SE2d();
-  updated_ = time;
-  if (!weighed) return weighed.error();
-  return outcome;
-}
-
-void RadarSlam::Engine::map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
-                            ScanRaster& raster) const {
-  if (sensor == kLidar) {
-    // A scan too large for the raster is left out of the map.
-    (void)insert_points<FillBetweenBeams>(particle.map.lidar, particle.pose, points,
-                                          options_.lidar_model, raster,
-                                          options_.T_base_laser.raw().translation());
-    return;
-  }
-  OccupancyGrid& grid = particle.map.radar;
-  const LogOdds hit = LogOdds::from_probability(options_.radar_hit_probability);
-  for (std::size_t i = 0; i < points.size(); ++i)
-    grid.update(
-        cell_of(particle.pose * Eigen::Vector2d(points[i].cast<double>()), grid.resolution_m()),
-        hit);
-}
 
 RadarSlam::RadarSlam(const RadarSlamOptions& options)
     : engine_(detail::make_owned<Engine>(options)) {}

@@ -90,6 +90,7 @@ class RadarSlamStream::Impl {
       radar_.push(scan);
     }
   }
+
   void add(const LaserScan& scan) {
     if (by_wheels()) {
       synchroniser_.push(scan);
@@ -97,6 +98,7 @@ class RadarSlamStream::Impl {
       lasers_.push(scan);
     }
   }
+
   void finish() {
     finished_ = true;
     if (by_wheels()) synchroniser_.finish();
@@ -105,7 +107,23 @@ class RadarSlamStream::Impl {
   std::optional<LogTime> step() { return by_wheels() ? step_by_wheels() : step_by_poses(); }
   [[nodiscard]] std::string_view waits_for() const { return waits_for_; }
   [[nodiscard]] const RadarSlam& slam() const { return slam_; }
-  [[nodiscard]] RadarSlamRun result() const;
+  [[nodiscard]] RadarSlamRun result() const {
+    RadarSlamRun run;
+    run.trajectory = slam_.trajectory();
+    run.lidar_map = slam_.lidar_map();
+    run.radar_map = slam_.radar_map();
+    run.statistics = slam_.statistics();
+    run.faults = faults_.faults(Duration(500'000'000));
+    run.gyro_bias_rad_s = reckoner_.gyro_bias_rad_s();
+    const std::size_t late = late_ + synchroniser_.statistics().refused_late;
+    run.refused_scans = refusals_.count + late;
+    run.first_refusal =
+        late > 0 ? std::to_string(late) + " measurements late or duplicated" : refusals_.first;
+    for (const auto& particle : slam_.particles())
+      run.particles.push_back({run.trajectory.back().time, MapPose(particle.pose)});
+    run.log_weights.assign(slam_.log_weights().begin(), slam_.log_weights().end());
+    return run;
+  }
 
  private:
   [[nodiscard]] bool by_wheels() const { return options_.motion == MotionSource::wheels; }
@@ -125,6 +143,7 @@ class RadarSlamStream::Impl {
     finished_ = false;
     return true;
   }
+
   /// Whether the stream has reached `time`, or is not waited for any longer.
   [[nodiscard]] bool has_reached(Stream stream, LogTime time) const {
     return !uses(stream) || finished_ || (stream_time_[stream] && *stream_time_[stream] >= time) ||
@@ -132,25 +151,101 @@ class RadarSlamStream::Impl {
   }
 
   /// With wheels and gyro, on the common time base (steps 1 and 2).
-  std::optional<LogTime> step_by_wheels();
+  std::optional<LogTime> step_by_wheels() {
+    const std::optional<SyncedStep> step = synchroniser_.next();
+    if (!step) return std::nullopt;
+    (void)slam_.move(reckoner_.increment(*step, faults_));
+    if (step->laser) reckoner_.learn(lidar_scan(*step->laser));
+    if (step->radar) reckoner_.learn(radar_scan(step->radar->time, step->radar->points));
+    return done(step->time);
+  }
+
   /// With odometry poses at the scans' times; without any, the pose is predicted to stay.
-  std::optional<LogTime> step_by_poses();
+  std::optional<LogTime> step_by_poses() {
+    const auto [frames, whole] = group();
+    if (lasers_.empty() && !whole) return wait_for({});
+    if (!lasers_.empty()) {
+      const LogTime time = lasers_.front().time;
+      if (frames.empty() ? has_reached(kRadar, time) : frames.back().time >= time)
+        return has_reached(kOdometry, time) ? std::optional(process_laser()) : wait_for("odometry");
+      if (!whole) return wait_for("radar scans");
+    }
+    const LogTime time = frames.back().time;
+    if (lasers_.empty() && !has_reached(kLaser, time)) return wait_for("laser scans");
+    return has_reached(kOdometry, time) ? std::optional(process_radar(frames))
+                                        : wait_for("odometry");
+  }
+
   /// Radar frames of the next augmented scan; more may follow if it is not `whole`.
   struct Group {
     std::span<const RadarScan> frames;
     bool whole = false;
   };
-  [[nodiscard]] Group group() const;
-  LogTime process_radar(std::span<const RadarScan> frames);
-  LogTime process_laser();
-  void move_to(LogTime time, const char* sensor);
+  [[nodiscard]] Group group() const {
+    const GatherOptions options;
+    const auto frames = radar_.span();
+    const std::size_t n = frames_of_one_scan(frames, options);
+    if (n == 0) return {};
+    const bool silent =
+        *now_ > frames.front().time + from_seconds(options.longest_s) + options_.sync.max_wait;
+    return {frames.first(n), n == options.frames || n < frames.size() || finished_ || silent};
+  }
+
+  LogTime process_radar(std::span<const RadarScan> frames) {
+    const GatheredRadar scan = gather(frames, options_.sync.T_base_radar, options_.sync.array,
+                                      OdometryTrack(odometry_.span()));
+    radar_.pop(frames.size());
+    move_to(scan.time, "motion to radar");
+    (void)radar_scan(scan.time, scan.points);
+    return done(scan.time);
+  }
+
+  LogTime process_laser() {
+    const LaserScan scan = lasers_.front();
+    lasers_.pop(1);
+    move_to(scan.time, "motion to LiDAR");
+    (void)lidar_scan(scan);
+    return done(scan.time);
+  }
+
+  void move_to(LogTime time, const char* sensor) {
+    constexpr MotionNoise kNoOdometry{0.15, 0.0, 0.0, Angle::degrees(8.0), 0.0, 0.0};
+    const auto samples = odometry_.span();
+    const std::optional<SE2d> now = detail::raw(OdometryTrack(samples).at(time));
+    if (std::exchange(begun_, true))
+      refuse_if_failed(slam_.move(now && T_odom_last_ ? with_noise(T_odom_last_->inverse() * *now,
+                                                                   options_.reckoning.odometry)
+                                                      : with_noise(SE2d(), kNoOdometry)),
+                       sensor, time);
+    T_odom_last_ = now;
+    last_ = time;
+    // Queued radar frames are no older than this.
+    const LogTime needed =
+        std::min(time, radar_.empty() ? time : radar_.front().time) - from_seconds(1.0);
+    const auto first = std::partition_point(samples.begin(), samples.end(),
+                                            [&](const auto& s) { return s.time <= needed; });
+    if (first - samples.begin() > 1)
+      odometry_.pop(static_cast<std::size_t>(first - samples.begin()) - 1);
+  }
+
   std::nullopt_t wait_for(std::string_view what) {
     waits_for_ = what;
     return std::nullopt;
   }
 
-  RbpfOutcome lidar_scan(const LaserScan& scan);
-  RbpfOutcome radar_scan(LogTime time, const PointSet& points);
+  RbpfOutcome lidar_scan(const LaserScan& scan) {
+    if (!uses(kLaser)) return {};
+    bool returned = false;
+    for (std::size_t i = 0; i < scan.ranges_m.size() && !returned; ++i) returned = scan.returned(i);
+    if (returned) returned_ = scan.time;
+    return record(slam_.add_lidar(scan), "LiDAR", scan.time);
+  }
+
+  RbpfOutcome radar_scan(LogTime time, const PointSet& points) {
+    if (!uses(kRadar)) return {};
+    if (!points.empty()) detected_ = time;
+    return record(slam_.add_radar(time, points), "radar", time);
+  }
   template <class T>
   void refuse_if_failed(const Result<T>& outcome, const char* sensor, LogTime time) {
     refusals_.add(outcome,
@@ -188,108 +283,6 @@ class RadarSlamStream::Impl {
   detail::Refusals refusals_;
   std::optional<LogTime> returned_, detected_;  // last time of LiDAR returns, of radar points
 };
-
-RbpfOutcome RadarSlamStream::Impl::lidar_scan(const LaserScan& scan) {
-  if (!uses(kLaser)) return {};
-  bool returned = false;
-  for (std::size_t i = 0; i < scan.ranges_m.size() && !returned; ++i) returned = scan.returned(i);
-  if (returned) returned_ = scan.time;
-  return record(slam_.add_lidar(scan), "LiDAR", scan.time);
-}
-
-RbpfOutcome RadarSlamStream::Impl::radar_scan(LogTime time, const PointSet& points) {
-  if (!uses(kRadar)) return {};
-  if (!points.empty()) detected_ = time;
-  return record(slam_.add_radar(time, points), "radar", time);
-}
-
-std::optional<LogTime> RadarSlamStream::Impl::step_by_wheels() {
-  const std::optional<SyncedStep> step = synchroniser_.next();
-  if (!step) return std::nullopt;
-  (void)slam_.move(reckoner_.increment(*step, faults_));
-  if (step->laser) reckoner_.learn(lidar_scan(*step->laser));
-  if (step->radar) reckoner_.learn(radar_scan(step->radar->time, step->radar->points));
-  return done(step->time);
-}
-
-std::optional<LogTime> RadarSlamStream::Impl::step_by_poses() {
-  const auto [frames, whole] = group();
-  if (lasers_.empty() && !whole) return wait_for({});
-  if (!lasers_.empty()) {
-    const LogTime time = lasers_.front().time;
-    if (frames.empty() ? has_reached(kRadar, time) : frames.back().time >= time)
-      return has_reached(kOdometry, time) ? std::optional(process_laser()) : wait_for("odometry");
-    if (!whole) return wait_for("radar scans");
-  }
-  const LogTime time = frames.back().time;
-  if (lasers_.empty() && !has_reached(kLaser, time)) return wait_for("laser scans");
-  return has_reached(kOdometry, time) ? std::optional(process_radar(frames)) : wait_for("odometry");
-}
-
-RadarSlamStream::Impl::Group RadarSlamStream::Impl::group() const {
-  const GatherOptions options;
-  const auto frames = radar_.span();
-  const std::size_t n = frames_of_one_scan(frames, options);
-  if (n == 0) return {};
-  const bool silent =
-      *now_ > frames.front().time + from_seconds(options.longest_s) + options_.sync.max_wait;
-  return {frames.first(n), n == options.frames || n < frames.size() || finished_ || silent};
-}
-
-LogTime RadarSlamStream::Impl::process_radar(std::span<const RadarScan> frames) {
-  const GatheredRadar scan = gather(frames, options_.sync.T_base_radar, options_.sync.array,
-                                    OdometryTrack(odometry_.span()));
-  radar_.pop(frames.size());
-  move_to(scan.time, "motion to radar");
-  (void)radar_scan(scan.time, scan.points);
-  return done(scan.time);
-}
-
-LogTime RadarSlamStream::Impl::process_laser() {
-  const LaserScan scan = lasers_.front();
-  lasers_.pop(1);
-  move_to(scan.time, "motion to LiDAR");
-  (void)lidar_scan(scan);
-  return done(scan.time);
-}
-
-void RadarSlamStream::Impl::move_to(LogTime time, const char* sensor) {
-  constexpr MotionNoise kNoOdometry{0.15, 0.0, 0.0, Angle::degrees(8.0), 0.0, 0.0};
-  const auto samples = odometry_.span();
-  const std::optional<SE2d> now = detail::raw(OdometryTrack(samples).at(time));
-  if (std::exchange(begun_, true))
-    refuse_if_failed(slam_.move(now && T_odom_last_ ? with_noise(T_odom_last_->inverse() * *now,
-                                                                 options_.reckoning.odometry)
-                                                    : with_noise(SE2d(), kNoOdometry)),
-                     sensor, time);
-  T_odom_last_ = now;
-  last_ = time;
-  // Queued radar frames are no older than this.
-  const LogTime needed =
-      std::min(time, radar_.empty() ? time : radar_.front().time) - from_seconds(1.0);
-  const auto first = std::partition_point(samples.begin(), samples.end(),
-                                          [&](const auto& s) { return s.time <= needed; });
-  if (first - samples.begin() > 1)
-    odometry_.pop(static_cast<std::size_t>(first - samples.begin()) - 1);
-}
-
-RadarSlamRun RadarSlamStream::Impl::result() const {
-  RadarSlamRun run;
-  run.trajectory = slam_.trajectory();
-  run.lidar_map = slam_.lidar_map();
-  run.radar_map = slam_.radar_map();
-  run.statistics = slam_.statistics();
-  run.faults = faults_.faults(Duration(500'000'000));
-  run.gyro_bias_rad_s = reckoner_.gyro_bias_rad_s();
-  const std::size_t late = late_ + synchroniser_.statistics().refused_late;
-  run.refused_scans = refusals_.count + late;
-  run.first_refusal =
-      late > 0 ? std::to_string(late) + " measurements late or duplicated" : refusals_.first;
-  for (const auto& particle : slam_.particles())
-    run.particles.push_back({run.trajectory.back().time, MapPose(particle.pose)});
-  run.log_weights.assign(slam_.log_weights().begin(), slam_.log_weights().end());
-  return run;
-}
 
 RadarSlamStream::RadarSlamStream(const RadarSlamStreamOptions& options)
     : impl_(detail::make_owned<Impl>(options)) {}

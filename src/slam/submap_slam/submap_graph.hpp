@@ -38,6 +38,7 @@ class PackedPoints {
           {kUnit_m * static_cast<float>(xy_[i]), kUnit_m * static_cast<float>(xy_[i + 1])});
     return points;
   }
+
   [[nodiscard]] const std::vector<std::int16_t>& xy() const { return xy_; }
 
  private:
@@ -110,6 +111,7 @@ class SubmapGraph {
     constexpr double kExact = 1e6;  // to the millimetre
     join_latest(submaps.back(), kExact * Eigen::Matrix3d::Identity());
   }
+
   /// Drops the oldest submap with the nodes in no other; returns the number of those nodes.
   int forget_oldest() {
     const int kept = submaps[1].first;
