@@ -9,7 +9,7 @@
 // rejection, weights and poses by τ = p(z | x, m) p(x | motion), map update, resampling when
 // 1/Σw² < N/2.
 //
-// The particle filter for measurements that arrive one by one, as on a robot.
+// RadarSlamStream is the same for measurements that arrive one by one, as on a robot.
 
 #include <cstddef>
 #include <cstdint>
