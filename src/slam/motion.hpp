@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include <Eigen/Core>
@@ -16,7 +18,22 @@ struct Motion {
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< m, m, rad
 
   [[nodiscard]] Eigen::Matrix3d covariance() const { return sigma.cwiseAbs2().asDiagonal(); }
+  /// Of the motion since an earlier pose, given its covariance before this one.
+  [[nodiscard]] Eigen::Matrix3d accumulated(const Eigen::Matrix3d& before) const {
+    const Eigen::Matrix3d turn = increment.inverse().adjoint();
+    return turn * before * turn.transpose() + covariance();
+  }
 };
+
+[[nodiscard]] inline Eigen::Matrix3d information_of(const Eigen::Vector3d& sigma) {
+  return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+/// Whether a motion reaches this travel or heading change.
+[[nodiscard]] inline bool reaches(const SE2d& motion, double travel_m, Angle turn) {
+  return motion.translation().norm() >= travel_m ||
+         std::abs(motion.heading().radians()) >= turn.radians();
+}
 
 /// Predicts the next scan's pose from odometry, or at constant velocity.
 class MotionModel {
@@ -26,10 +43,35 @@ class MotionModel {
 
   /// From the last scan to `time`: the odometry increment if both ends are known, else at the
   /// velocity between the last two scans.
-  [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry) const;
+  [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry) const {
+    if (!last_) return {};
+    if (odometry && last_->odometry) {
+      const SE2d increment = last_->odometry->inverse() * *odometry;
+      return {increment, sigma_of(increment, odometry_noise_)};
+    }
+    const SE2d increment = SE2d::exp(velocity_ * interval_s(time));
+    return {increment, sigma_of(increment, velocity_noise_)};
+  }
 
-  /// Adds a scan's estimated pose.
-  void update(LogTime time, const SE2d& pose, const std::optional<SE2d>& odometry);
+  /// Adds a scan's estimated pose. Timestamp jitter makes short intervals look fast: an interval
+  /// much shorter than usual is combined with the next one.
+  void update(LogTime time, const SE2d& pose, const std::optional<SE2d>& odometry) {
+    if (last_) {
+      constexpr double kGain = 0.1;
+      const double step = interval_s(time);
+      mean_interval_s_ =
+          mean_interval_s_ > 0.0 ? mean_interval_s_ + kGain * (step - mean_interval_s_) : step;
+      const double dt = to_seconds(time - velocity_from_.time);
+      if (dt > 0.0 && dt >= 0.5 * mean_interval_s_) {
+        velocity_ = pose.minus(velocity_from_.pose) / dt;
+        velocity_from_ = {time, pose};
+      }
+    } else {
+      velocity_from_ = {time, pose};
+    }
+    last_ = {time, pose, odometry};
+  }
+
   /// Replaces the last scan's pose, without a change of velocity.
   void correct(const SE2d& pose) {
     if (!last_) return;
@@ -45,11 +87,16 @@ class MotionModel {
     SE2d pose;
     std::optional<SE2d> odometry;
   };
-
   struct Start {
     LogTime time;
     SE2d pose;
   };
+
+  /// Since the last scan; no extrapolation through a gap in the log.
+  [[nodiscard]] double interval_s(LogTime time) const {
+    constexpr double kLongest_s = 0.5;
+    return std::min(to_seconds(time - last_->time), kLongest_s);
+  }
 
   MotionNoise odometry_noise_, velocity_noise_;
   std::optional<Placed> last_;
@@ -60,9 +107,16 @@ class MotionModel {
 
 /// Whether odometry differs from the constant-velocity prediction by more than the latter's error.
 /// (The error of odometry itself grows with the size of a jump in it.)
-[[nodiscard]] bool contradicts(const Motion& odometry, const Motion& by_velocity, double sigmas);
+[[nodiscard]] inline bool contradicts(const Motion& odometry, const Motion& by_velocity,
+                                      double sigmas) {
+  const Eigen::Vector3d d = odometry.increment.minus(by_velocity.increment);
+  return (d.cwiseAbs().array() > sigmas * by_velocity.sigma.array()).any();
+}
 
 /// Whether it differs so much that even a fair match at the odometry pose must be verified.
-[[nodiscard]] bool jumps(const Motion& odometry, const Motion& by_velocity);
+[[nodiscard]] inline bool jumps(const Motion& odometry, const Motion& by_velocity) {
+  constexpr double kLeap_m = 1.0;
+  return (odometry.increment.translation() - by_velocity.increment.translation()).norm() > kLeap_m;
+}
 
 }  // namespace wayfare

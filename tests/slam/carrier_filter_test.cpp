@@ -8,7 +8,6 @@
 #include <Eigen/LU>
 
 #include <wayfare/sim/walks.hpp>
-#include <wayfare/slam/detail/carrier_motion.hpp>
 #include <wayfare/testing/detail/positive_definite.hpp>
 
 #include "filter/numeric_jacobian.hpp"

@@ -12,8 +12,7 @@
 #include <wayfare/testing/filter_laws.hpp>
 
 #include "localisation_support.hpp"
-#include "slam/localisation/draws.hpp"
-#include "slam/localisation/pose_bins.hpp"
+#include "slam/localisation/particle_set.hpp"
 #include "slam/localisation/pose_filter.hpp"
 
 namespace wayfare {

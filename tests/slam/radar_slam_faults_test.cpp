@@ -187,7 +187,7 @@ TEST(RadarSlamFaults, DetectionsAndMotionThatAreNotFiniteChangeNothing) {
   EXPECT_EQ(bytes_of(slam.radar_map()), cells);
   EXPECT_EQ(slam.radar_map().bounds(), bounds);
   EXPECT_EQ(slam.statistics().scans, 1U);
-  EXPECT_TRUE(slam.add_radar(LogTime::from_seconds(0.5), {}));  // the refused one left no time
+  EXPECT_TRUE(slam.add_radar(LogTime::from_seconds(0.5), {}));  // the refused scan set no time
 }
 
 // Such recordings have poses of odometry instead: those of the room's, which are off by half a

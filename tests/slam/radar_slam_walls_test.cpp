@@ -94,8 +94,7 @@ Believed along_bare_walls(std::uint64_t seed) {
 }
 
 // Nothing is observable along the walls: twenty samples of 5 cm, 0.22 m per run, partly common to
-// its particles. With rows of dots the walls hold the robot back by a metre, with a spread of 0.03
-// m.
+// its particles. With rows of dots the motion is underestimated by a metre, with a spread of 0.03 m.
 TEST(RadarSlamWalls, DoNotBiasMotionAlongThem) {
   Believed mean;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {

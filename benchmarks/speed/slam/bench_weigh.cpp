@@ -11,7 +11,7 @@
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/slam/localisation.hpp>
 
-#include "slam/localisation/draws.hpp"
+#include "slam/localisation/particle_set.hpp"
 #include "slam/localisation/scan_weigher.hpp"
 
 namespace wayfare {

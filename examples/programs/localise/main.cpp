@@ -114,31 +114,25 @@ std::string status_of(const LocalisationOutcome& last) {
 
 Facts facts_of(const Timed<LocalisationRun>& timed) {
   const auto& outcomes = timed.slam.outcomes;
-  std::size_t converged = 0, searches = 0, moves = 0, odometry = 0, weighed = 0, radar = 0;
-  std::string first = "never";
-  for (const LocalisationOutcome& s : outcomes) {
-    if (s.converged && converged++ == 0)
-      first = "after " + eval::fixed(to_seconds(s.time - outcomes.front().time), 1) + " s";
-    searches += s.searched ? 1 : 0;
-    moves += s.relocalised ? 1 : 0;
-    odometry += s.odometry_refused ? 1 : 0;
-    weighed += s.weighed ? 1 : 0;
-    radar += s.sensor == RangeSensor::radar ? 1 : 0;
-  }
-  const LocalisationOutcome& last = outcomes.back();
-  const double recording_s = to_seconds(last.time - outcomes.front().time);
-  return {{"scans", std::to_string(outcomes.size()) + " (" + std::to_string(radar) +
-                        " of radar), " + std::to_string(weighed) + " weighted"},
-          {"first converged", first},
-          {"converged",
-           eval::fixed(
-               100.0 * static_cast<double>(converged) / static_cast<double>(outcomes.size()), 1) +
-               " % of the scans"},
-          {"at the end", status_of(last)},
-          {"searches", std::to_string(searches) + ", relocalised " + std::to_string(moves)},
-          {"refused", std::to_string(timed.slam.refused_scans) + " scans, odometry at " +
-                          std::to_string(odometry)},
-          {"took", speed(timed.took_s, recording_s, 2)}};
+  using O = LocalisationOutcome;
+  const auto count = [&](bool O::*flag) { return std::ranges::count(outcomes, true, flag); };
+  const auto seconds_at = [&](const O& o) { return to_seconds(o.time - outcomes.front().time); };
+  const auto radar = std::ranges::count(outcomes, RangeSensor::radar, &O::sensor);
+  const auto first = std::ranges::find(outcomes, true, &O::converged);
+  const double converged = 100.0 * static_cast<double>(count(&O::converged));
+  return {
+      {"scans", std::to_string(outcomes.size()) + " (" + std::to_string(radar) + " of radar), " +
+                    std::to_string(count(&O::weighed)) + " weighted"},
+      {"first converged",
+       first == outcomes.end() ? "never" : "after " + eval::fixed(seconds_at(*first), 1) + " s"},
+      {"converged",
+       eval::fixed(converged / static_cast<double>(outcomes.size()), 1) + " % of the scans"},
+      {"at the end", status_of(outcomes.back())},
+      {"searches", std::to_string(count(&O::searched)) + ", relocalised " +
+                       std::to_string(count(&O::relocalised))},
+      {"refused", std::to_string(timed.slam.refused_scans) + " scans, odometry at " +
+                      std::to_string(count(&O::odometry_refused))},
+      {"took", speed(timed.took_s, seconds_at(outcomes.back()), 2)}};
 }
 
 Result<void> run(const Options& o) {

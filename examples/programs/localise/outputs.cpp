@@ -17,9 +17,19 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
+struct ErrorList {
+  std::vector<double> m, deg;
+
+  void add(const PoseError& error) {
+    m.push_back(error.m);
+    deg.push_back(error.deg);
+  }
+};
+
 struct Errors {
-  std::vector<double> seconds, m, deg;  // of every scan; NaN without truth or particles
-  std::vector<double> converged_m, converged_deg, all_m, all_deg;
+  std::vector<double> seconds;
+  ErrorList each;  // of every scan; NaN without truth or particles
+  ErrorList converged, all;
 };
 
 Errors errors_of(const LocalisationOutputs& o) {
@@ -31,14 +41,9 @@ Errors errors_of(const LocalisationOutputs& o) {
     const bool known = truth && outcome.particles > 0;
     const PoseError error =
         known ? pose_error(outcome.T_map_base.mean, *truth) : PoseError{kNan, kNan};
-    e.m.push_back(error.m);
-    e.deg.push_back(error.deg);
-    if (!known) continue;
-    e.all_m.push_back(error.m);
-    e.all_deg.push_back(error.deg);
-    if (!outcome.converged) continue;
-    e.converged_m.push_back(error.m);
-    e.converged_deg.push_back(error.deg);
+    e.each.add(error);
+    if (known) e.all.add(error);
+    if (known && outcome.converged) e.converged.add(error);
   }
   return e;
 }
@@ -52,22 +57,17 @@ std::string table_of_poses(const LocalisationOutputs& o) {
     const LocalisationOutcome& s = o.run.outcomes[i];
     const SE2d& pose = s.T_map_base.mean;
     const Eigen::Vector3d sigma = s.T_map_base.covariance.diagonal().cwiseSqrt();
-    const auto number = [&](double value) { text += eval::fixed(value, 5) + ","; };
-    const auto flag = [&](bool value) { text += value ? "1," : "0,"; };
+    const auto number = [](double value) { return eval::fixed(value, 5) + ","; };
+    const auto flag = [](bool value) { return std::string(value ? "1," : "0,"); };
     text += eval::fixed(s.time.seconds(), 6) + ",";
     for (const double v :
          {pose.x(), pose.y(), pose.heading().radians(), sigma[0], sigma[1], sigma[2]})
-      number(v);
-    flag(s.converged);
-    number(s.mass);
-    text += std::to_string(s.clusters) + "," + std::to_string(s.particles) + ",";
-    number(s.agreement);
-    flag(s.weighed);
-    flag(s.searched);
-    flag(s.relocalised);
-    flag(s.odometry_refused);
+      text += number(v);
+    text += flag(s.converged) + number(s.mass) + std::to_string(s.clusters) + "," +
+            std::to_string(s.particles) + "," + number(s.agreement) + flag(s.weighed) +
+            flag(s.searched) + flag(s.relocalised) + flag(s.odometry_refused);
     const auto error = [](double v) { return std::isnan(v) ? "" : eval::fixed(v, 4); };
-    text += error(errors.m[i]) + "," + error(errors.deg[i]) +
+    text += error(errors.each.m[i]) + "," + error(errors.each.deg[i]) +
             (s.sensor == RangeSensor::radar ? ",radar\n" : ",lidar\n");
   }
   return text;
@@ -126,9 +126,9 @@ io::Report report_of(const LocalisationOutputs& o) {
   report.heading("Over time");
   if (!o.truth.empty()) {
     report.plot(plot_of("Distance from the truth", "error [m]", errors.seconds,
-                        {{"position", {}, errors.m}}));
+                        {{"position", {}, errors.each.m}}));
     report.plot(plot_of("Error of the heading", "error [deg]", errors.seconds,
-                        {{"heading", {}, errors.deg}}));
+                        {{"heading", {}, errors.each.deg}}));
   }
   report.plot(plot_of("Number of particles", "particles", errors.seconds,
                       {{"particles", {}, column(o, [](const LocalisationOutcome& s) {
@@ -161,19 +161,19 @@ eval::Table localisation_errors(const LocalisationOutputs& o) {
                      {"worst", "m"},
                      {"heading RMSE", "deg"}});
   const Errors errors = errors_of(o);
-  const auto row = [&](const char* name, const std::vector<double>& m,
-                       const std::vector<double>& deg) {
-    const Summary position = summarise(m), heading = summarise(deg);
+  const auto row = [&](const char* name, const ErrorList& e) {
+    const Summary position = summarise(e.m), heading = summarise(e.deg);
+    const std::size_t n = e.m.size();
     double correct = 0.0;
-    for (std::size_t i = 0; i < m.size(); ++i)
-      correct += PoseError{m[i], deg[i]}.correct() ? 100.0 / static_cast<double>(m.size()) : 0.0;
-    table.add_row({name, std::to_string(m.size()), eval::fixed(correct, 1),
-                   eval::fixed(position.rmse, 3), eval::fixed(position.median, 3),
-                   eval::fixed(position.max, 3), eval::fixed(heading.rmse, 2)});
+    for (std::size_t i = 0; i < n; ++i)
+      correct += PoseError{e.m[i], e.deg[i]}.correct() ? 100.0 / static_cast<double>(n) : 0.0;
+    table.add_row({name, std::to_string(n), eval::fixed(correct, 1), eval::fixed(position.rmse, 3),
+                   eval::fixed(position.median, 3), eval::fixed(position.max, 3),
+                   eval::fixed(heading.rmse, 2)});
   };
   if (o.truth.empty()) return table;
-  row("converged poses", errors.converged_m, errors.converged_deg);
-  row("all", errors.all_m, errors.all_deg);
+  row("converged poses", errors.converged);
+  row("all", errors.all);
   return table;
 }
 

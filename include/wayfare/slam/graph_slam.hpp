@@ -9,11 +9,11 @@
 // become loop closures, after which the graph is optimised.
 
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/pose_graph.hpp>
@@ -81,9 +81,6 @@ struct GraphSlamStatistics {
 class GraphSlam {
  public:
   explicit GraphSlam(const GraphSlamOptions& options = {});
-  ~GraphSlam();
-  GraphSlam(GraphSlam&&) noexcept;
-  GraphSlam& operator=(GraphSlam&&) noexcept;
 
   /// Processes the next scan with the odometry at its time, if any. Returns an Error and changes
   /// nothing for a scan without beams, with non-finite geometry, or earlier than the previous one.
@@ -105,7 +102,7 @@ class GraphSlam {
 
  private:
   class Engine;
-  std::unique_ptr<Engine> engine_;
+  detail::Owned<Engine> engine_;
 };
 
 /// Results for a whole recording.

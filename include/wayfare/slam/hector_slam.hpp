@@ -5,11 +5,11 @@
 // with six degrees of freedom runs alongside: it levels the scans and gives the initial pose of
 // each match, and each match is fused into it by covariance intersection.
 
-#include <memory>
 #include <optional>
 #include <string>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
@@ -73,9 +73,6 @@ struct HectorStatistics {
 class HectorSlam {
  public:
   explicit HectorSlam(const HectorSlamOptions& options = {});
-  ~HectorSlam();
-  HectorSlam(HectorSlam&&) noexcept;
-  HectorSlam& operator=(HectorSlam&&) noexcept;
 
   /// Adds a sample of an inertial unit on the same body, before the scans that follow it.
   UpdateStatus add(const ImuSample& sample);
@@ -94,7 +91,7 @@ class HectorSlam {
 
  private:
   class Engine;
-  std::unique_ptr<Engine> engine_;
+  detail::Owned<Engine> engine_;
 };
 
 /// Results for a whole recording.

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>
@@ -134,9 +135,6 @@ class Localiser {
  public:
   Localiser(std::shared_ptr<const LocalisationMap> map, const LocalisationOptions& options,
             std::uint64_t seed);
-  ~Localiser();
-  Localiser(Localiser&&) noexcept;
-  Localiser& operator=(Localiser&&) noexcept;
 
   /// Draws the particles around a pose. Returns an Error if the pose is not finite or the
   /// covariance not positive semi-definite.
@@ -166,7 +164,7 @@ class Localiser {
 
  private:
   class Engine;
-  std::unique_ptr<Engine> engine_;
+  detail::Owned<Engine> engine_;
 };
 
 /// The particles at a time.

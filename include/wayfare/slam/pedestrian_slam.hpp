@@ -3,9 +3,9 @@
 // Submap SLAM for a pedestrian, with pedestrian dead reckoning as odometry and feedback from the
 // map to it (after Sadruddin 2020, 3.5 and chapter 5). Scans are levelled with the unit's attitude.
 
-#include <memory>
 #include <optional>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
@@ -20,10 +20,9 @@ struct PedestrianSlamOptions {
   SubmapSlamOptions slam{};
   PedestrianParameters pedestrian{};
   LevelScanOptions level{};
-  SO3d q_unit_laser{};  ///< rotates the laser's axes (z up) to the inertial unit's
-  bool steps =
-      true;  ///< whether odometry comes from steps; else only the gyroscope's heading change
-  bool feedback = true;           ///< whether the map corrects step length and direction …
+  SO3d q_unit_laser{};   ///< rotates the laser's axes (z up) to the inertial unit's
+  bool steps = true;     ///< whether odometry comes from steps; else only the gyroscope's turn
+  bool feedback = true;  ///< whether the map corrects step length and direction …
   WalkFeedbackParameters walk{};  ///< … with these parameters
   /// Whether the map also gives heading measurements, from which the gyro bias is estimated. The
   /// magnetometer is then not used.
@@ -37,9 +36,6 @@ class Pedestrian;
 class PedestrianSlam {
  public:
   explicit PedestrianSlam(const PedestrianSlamOptions& options = {});
-  ~PedestrianSlam();
-  PedestrianSlam(PedestrianSlam&&) noexcept;
-  PedestrianSlam& operator=(PedestrianSlam&&) noexcept;
 
   /// Adds a sample of the unit on the same body as the laser.
   MargUpdateStatus add(const MargSample& sample);
@@ -59,7 +55,7 @@ class PedestrianSlam {
 
  private:
   class Engine;
-  std::unique_ptr<Engine> engine_;
+  detail::Owned<Engine> engine_;
 };
 
 /// Results for a whole walk.

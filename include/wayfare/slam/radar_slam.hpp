@@ -9,13 +9,10 @@
 // rejection, weights and poses by τ = p(z | x, m) p(x | motion), map update, resampling when
 // 1/Σw² < N/2.
 //
-// The particle filter for measurements that arrive one by one, as on a robot.
+// RadarSlamStream is the same for measurements that arrive one by one, as on a robot.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,6 +20,7 @@
 #include <vector>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/filter/rbpf.hpp>
@@ -154,9 +152,6 @@ struct RbpfStatistics {
 class RadarSlam {
  public:
   explicit RadarSlam(const RadarSlamOptions& options = {});
-  ~RadarSlam();
-  RadarSlam(RadarSlam&&) noexcept;
-  RadarSlam& operator=(RadarSlam&&) noexcept;
 
   /// Motion since the last call (or since the first scan). Returns an Error for non-finite values
   /// or a covariance that is not positive semi-definite.
@@ -183,7 +178,7 @@ class RadarSlam {
 
  private:
   class Engine;
-  std::unique_ptr<Engine> engine_;
+  detail::Owned<Engine> engine_;
 };
 
 /// Sensors that the filter uses.
@@ -280,9 +275,6 @@ struct RadarSlamStreamOptions {
 class RadarSlamStream {
  public:
   explicit RadarSlamStream(const RadarSlamStreamOptions& options = {});
-  ~RadarSlamStream();
-  RadarSlamStream(RadarSlamStream&&) noexcept;
-  RadarSlamStream& operator=(RadarSlamStream&&) noexcept;
 
   /// A measurement not later than the last of its stream, or than the last one processed, is
   /// refused and counted.
@@ -309,7 +301,7 @@ class RadarSlamStream {
 
  private:
   class Impl;
-  std::unique_ptr<Impl> impl_;
+  detail::Owned<Impl> impl_;
 };
 
 }  // namespace wayfare

@@ -6,13 +6,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/pose_graph.hpp>
@@ -105,9 +105,6 @@ struct LocalPlacement {
 class SubmapSlam {
  public:
   explicit SubmapSlam(const SubmapSlamOptions& options = {});
-  ~SubmapSlam();
-  SubmapSlam(SubmapSlam&&) noexcept;
-  SubmapSlam& operator=(SubmapSlam&&) noexcept;
 
   /// Processes the next scan with the motion up to it, if known. Errors as GraphSlam::add_scan.
   Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint = {});
@@ -138,8 +135,8 @@ class SubmapSlam {
  private:
   class Engine;
   friend struct SubmapState;
-  explicit SubmapSlam(std::unique_ptr<Engine> engine);
-  std::unique_ptr<Engine> engine_;
+  explicit SubmapSlam(detail::Owned<Engine> engine);
+  detail::Owned<Engine> engine_;
 };
 
 /// Results for a whole recording.

@@ -4,26 +4,16 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/graph/optimise.hpp>
+#include <Eigen/LU>
 
 #include "slam/graph_slam/loop_closer.hpp"
-#include "slam/graph_slam/node_maker.hpp"
 #include "slam/graph_slam/node_map.hpp"
 #include "slam/graph_slam/tracker.hpp"
+#include "slam/loops.hpp"
 #include "slam/motion.hpp"
-#include "slam/scan_check.hpp"
+#include "slam/scans.hpp"
 
 namespace wayfare {
-namespace {
-
-/// A scan's pose relative to its node.
-struct ScanPose {
-  LogTime time;
-  int node;
-  SE2d T_node_base;
-};
-
-}  // namespace
 
 class GraphSlam::Engine {
  public:
@@ -31,19 +21,17 @@ class GraphSlam::Engine {
       : options_(options),
         motion_model_(options.odometry, options.constant_velocity),
         tracker_(options),
-        node_maker_(options),
         loop_closer_(options) {}
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<SE2d>& odometry) {
-    const auto last = scans_.empty() ? std::nullopt : std::optional(scans_.back().time);
-    if (auto ok = detail::check_scan(scan, odometry, last); !ok) return ok.error();
+    if (auto ok = detail::check_scan(scan, odometry, scans_); !ok) return ok.error();
     const PointSet points = points_of(scan);
     ScanOutcome outcome = nodes_.size() == 0
                               ? begin(points, odometry)
                               : track_scan(points, motion_model_.predict(scan.time, odometry));
     motion_model_.update(scan.time, pose_, odometry);
     if (outcome.became_node) outcome.loop_closures = close_loops();
-    outcome.T_map_base = Transform2<frame::Map, frame::Base>(pose_);
+    outcome.T_map_base = MapPose(pose_);
     scans_.push_back({scan.time, nodes_.latest(), latest_node().inverse() * pose_});
     count(outcome);
     return outcome;
@@ -59,10 +47,8 @@ class GraphSlam::Engine {
   [[nodiscard]] Trajectory trajectory() const {
     Trajectory result;
     result.reserve(scans_.size());
-    for (const ScanPose& s : scans_) {
-      const SE2d T_map_base = nodes_.pose(s.node) * s.T_node_base;
-      result.push_back({s.time, Transform2<frame::Map, frame::Base>(T_map_base)});
-    }
+    for (const ScanPose& s : scans_)
+      result.push_back({s.time, MapPose(nodes_.pose(s.node) * s.T_node_base)});
     return result;
   }
 
@@ -101,17 +87,32 @@ class GraphSlam::Engine {
   ScanOutcome track_scan(const PointSet& points, const Motion& motion) {
     const auto [match, widened] = tracker_.place(nodes_, points, pose_ * motion.increment, motion);
     pose_ = match.T_map_points;
-    node_maker_.accumulate(motion);
+    since_node_ = motion.accumulated(since_node_);
     ScanOutcome outcome;
     outcome.score = match.score;
     outcome.matched = match.score >= options_.lost_score;
-    outcome.became_node = node_maker_.is_due(nodes_, pose_);
+    const SE2d step = latest_node().inverse() * pose_;
+    const double travel_m = step.translation().norm();
+    const double turn_rad = std::abs(step.heading().radians());
+    outcome.became_node =
+        travel_m > options_.node_distance_m || turn_rad > options_.node_turn.radians();
     if (outcome.became_node) {
-      node_maker_.add(nodes_, pose_, points, match);
+      nodes_.append(pose_, points, information(match, travel_m, turn_rad));
+      since_node_.setZero();
       tracker_.nodes_changed();
     }
     statistics_.widened_searches += widened ? 1 : 0;
     return outcome;
+  }
+
+  /// Of the edge to a new node: that of the match, plus that of odometry along directions the match
+  /// does not constrain.
+  [[nodiscard]] Eigen::Matrix3d information(const Placement& match, double travel_m,
+                                            double turn_rad) const {
+    if (match.score < options_.lost_score) return weak_information(travel_m, turn_rad);
+    return match_information(match, pose_.rotation(), 0.02 + 0.02 * travel_m,
+                             Angle::degrees(0.4).radians() + 0.02 * turn_rad) +
+           since_node_.inverse();
   }
 
   int close_loops() {
@@ -132,14 +133,8 @@ class GraphSlam::Engine {
   }
 
   Result<void> optimise(int iterations, double min_gain) {
-    OptimiseOptions options;
-    options.kernel = loop_closer_.kernel();
-    options.max_iterations = iterations;
-    options.min_relative_gain = min_gain;
-    const auto report = optimiser_.optimise(nodes_.graph(), options);
-    if (!report) return report.error();
-    ++statistics_.optimisations;
-    return {};
+    return wayfare::optimise(optimiser_, nodes_.graph(), loop_kernel(options_.loop_kernel_sigmas),
+                             iterations, min_gain, statistics_.optimisations);
   }
 
   void count(const ScanOutcome& outcome) {
@@ -152,25 +147,22 @@ class GraphSlam::Engine {
   GraphSlamOptions options_;
   MotionModel motion_model_;
   Tracker tracker_;
-  NodeMaker node_maker_;
   LoopCloser loop_closer_;
   PoseGraphOptimiser<SE2d> optimiser_;
 
   NodeMap nodes_;
   std::vector<ScanPose> scans_;
-  SE2d pose_;  // of the latest scan
+  SE2d pose_;                                             // of the latest scan
+  Eigen::Matrix3d since_node_ = Eigen::Matrix3d::Zero();  // covariance of the motion since the node
   GraphSlamStatistics statistics_;
 };
 
 GraphSlam::GraphSlam(const GraphSlamOptions& options)
-    : engine_(std::make_unique<Engine>(options)) {}
-GraphSlam::~GraphSlam() = default;
-GraphSlam::GraphSlam(GraphSlam&&) noexcept = default;
-GraphSlam& GraphSlam::operator=(GraphSlam&&) noexcept = default;
+    : engine_(detail::make_owned<Engine>(options)) {}
 
-Result<ScanOutcome> GraphSlam::add_scan(
-    const LaserScan& scan, const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
-  return engine_->add_scan(scan, odometry ? std::optional(odometry->raw()) : std::nullopt);
+Result<ScanOutcome> GraphSlam::add_scan(const LaserScan& scan,
+                                        const std::optional<OdomPose>& odometry) {
+  return engine_->add_scan(scan, detail::raw(odometry));
 }
 Result<void> GraphSlam::finish() { return engine_->finish(); }
 Trajectory GraphSlam::trajectory() const { return engine_->trajectory(); }
@@ -179,6 +171,20 @@ const GraphSlamStatistics& GraphSlam::statistics() const { return engine_->stati
 OccupancyGrid GraphSlam::map(const OccupancyGridOptions& shape,
                              const InverseLidarModel& model) const {
   return engine_->map(shape, model);
+}
+
+Result<GraphSlamRun> run_graph_slam(const Recording& recording, GraphSlamOptions options,
+                                    const SlamProgress& progress) {
+  options.T_base_laser = recording.T_base_laser;
+  GraphSlam slam(options);
+  const OdometryTrack odometry(recording.odometry);
+  auto refused = detail::feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
+    return slam.add_scan(recording.scans[i], odometry.at(recording.scans[i].time));
+  });
+  if (!refused) return refused.error();
+  if (auto ok = slam.finish(); !ok) return ok.error();
+  return GraphSlamRun{slam.trajectory(), slam.graph(),   slam.map(),
+                      slam.statistics(), refused->count, std::move(refused->first)};
 }
 
 }  // namespace wayfare

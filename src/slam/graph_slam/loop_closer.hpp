@@ -1,38 +1,40 @@
 #pragma once
 
-#include <cstddef>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <optional>
-#include <span>
+#include <unordered_set>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include <wayfare/graph/path_uncertainty.hpp>
-#include <wayfare/graph/robust_kernel.hpp>
-#include <wayfare/match/scan_matcher.hpp>
+#include <wayfare/core/parallel.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
+#include "slam/graph_slam/local_map.hpp"
 #include "slam/graph_slam/node_map.hpp"
+#include "slam/loops.hpp"
 
 namespace wayfare {
-
-/// Result of a search for loops.
-struct Loops {
-  std::vector<PoseEdge<SE2d>> edges;  ///< from older nodes to the latest
-  std::size_t refused = 0;            ///< candidates matched and rejected
-};
 
 /// Finds older nodes that share a view with the latest node.
 class LoopCloser {
  public:
   explicit LoopCloser(const GraphSlamOptions& options) : options_(options) {}
 
-  /// Searches at intervals of `nodes_between_loops`; returns nothing otherwise.
-  [[nodiscard]] Loops search(const NodeMap& nodes);
-
-  /// Robust kernel of loop closures.
-  [[nodiscard]] RobustKernel kernel() const {
-    return {RobustKernelKind::cauchy, options_.loop_kernel_sigmas};
+  /// Searches at intervals of `nodes_between_loops`; returns nothing otherwise. The edges lead from
+  /// older nodes to the latest.
+  [[nodiscard]] Loops search(const NodeMap& nodes) {
+    if (nodes.latest() - last_searched_ < options_.nodes_between_loops) return {};
+    last_searched_ = nodes.latest();
+    const std::vector<Candidate> tried = candidates(nodes);
+    if (tried.empty()) return {};
+    const PointSet seen = context(nodes);
+    std::vector<std::optional<PoseEdge<SE2d>>> matches(tried.size());
+    parallel_for(tried.size(), options_.threads,
+                 [&](std::size_t i) { matches[i] = match(nodes, tried[i], seen); });
+    return Loops(matches);
   }
 
  private:
@@ -41,17 +43,85 @@ class LoopCloser {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of the latest node relative to it
   };
 
-  [[nodiscard]] std::vector<Candidate> candidates(const NodeMap& nodes);
+  /// One node for each stretch of the trajectory that may share a view with the latest node: the
+  /// nearest of the stretch.
+  [[nodiscard]] std::vector<Candidate> candidates(const NodeMap& nodes) {
+    const PathUncertainty& known = uncertainty_from(
+        nodes.latest(), nodes.graph(), loop_kernel(options_.loop_kernel_sigmas), uncertainty_);
+    std::vector<Candidate> result;
+    double nearest_m = 0.0;
+    int misses = 2;  // nodes since the last that qualified; a single miss does not end a stretch
+    for (int k = 0; k < nodes.latest() - options_.loop_gap_nodes; ++k) {
+      if (!may_share_view(nodes, known, k)) {
+        ++misses;
+        continue;
+      }
+      const bool new_stretch = misses >= 2;
+      misses = 0;
+      if (new_stretch && static_cast<int>(result.size()) == options_.loops_per_search) break;
+      if (new_stretch) result.emplace_back();
+      const double distance_m = nodes.distance_m(k, nodes.latest());
+      if (!new_stretch && distance_m >= nearest_m) continue;
+      result.back() = {k, known.covariance[static_cast<std::size_t>(k)]};
+      nearest_m = distance_m;
+    }
+    return result;
+  }
+
   [[nodiscard]] bool may_share_view(const NodeMap& nodes, const PathUncertainty& known,
-                                    int k) const;
-  [[nodiscard]] PointSet context(const NodeMap& nodes) const;
+                                    int k) const {
+    if (!known.reached(k)) return false;
+    const int latest = nodes.latest();
+    if (nodes.travel_m(latest) - nodes.travel_m(k) <= options_.loop_gap_travel_m) return false;
+    const double reach =
+        std::min(reach_m(known.covariance[static_cast<std::size_t>(k)]), options_.loop_reach_m);
+    return nodes.distance_m(k, latest) - reach < options_.loop_overlap_m;
+  }
+
+  /// The points of the latest nodes in the latest node's frame, one per 10 cm cell: a larger and
+  /// less ambiguous view than a single scan.
+  [[nodiscard]] PointSet context(const NodeMap& nodes) const {
+    constexpr double kCell_m = 0.1;
+    const int latest = nodes.latest();
+    PointSet context;
+    std::unordered_set<std::int64_t> taken;
+    for (int k = latest; k >= std::max(0, latest - options_.loop_context_nodes); --k) {
+      const SE2d T_latest_node = nodes.pose(latest).inverse() * nodes.pose(k);
+      const PointSet& points = nodes.points(k);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const Eigen::Vector2d p = T_latest_node * points[i].cast<double>();
+        const auto x = static_cast<std::int64_t>(std::floor(p.x() / kCell_m));
+        const auto y = static_cast<std::int64_t>(std::floor(p.y() / kCell_m));
+        if (taken.insert((x << 32) ^ (y & 0xffffffff)).second) context.push_back(p.cast<float>());
+      }
+    }
+    return context;
+  }
+
+  /// The edge from a candidate to the latest node, if the latest scans match there.
   [[nodiscard]] std::optional<PoseEdge<SE2d>> match(const NodeMap& nodes,
                                                     const Candidate& candidate,
-                                                    const PointSet& context) const;
-  [[nodiscard]] SearchWindow window(const Candidate& candidate) const;
-  [[nodiscard]] std::optional<SE2d> find(std::span<const PlacedPoints> around,
-                                         const PointSet& context, const SE2d& prior,
-                                         const SearchWindow& window) const;
+                                                    const PointSet& context) const {
+    const int latest = nodes.latest();
+    const std::vector<PlacedPoints> around = nodes.chain(
+        candidate.node - options_.loop_map_nodes,
+        std::min(candidate.node + options_.loop_map_nodes, latest - options_.loop_gap_nodes + 5));
+    const SearchWindow window = loop_window(candidate.covariance, options_.loop_reach_m);
+    const double reach = window.half_x_m;
+    const double needed = reach > 1.0 ? options_.wide_loop_score : options_.loop_score;
+    LocalMap map;
+    map.render(around, options_.cell_m, options_.search_sigma_m);
+    const Placement found = reach > 0.6
+                                ? map.search_far(context, nodes.pose(latest), window, needed)
+                                : map.search(context, nodes.pose(latest), window);
+    if (found.score < needed) return std::nullopt;
+    map.render(around, options_.cell_m, options_.sharp_sigma_m);
+    const Placement sharp = map.refine(nodes.points(latest), found.T_map_points);
+    const SE2d measurement = nodes.pose(candidate.node).inverse() * sharp.T_map_points;
+    const Eigen::Matrix3d information = match_information(sharp, sharp.T_map_points.rotation(),
+                                                          0.04, Angle::degrees(0.6).radians());
+    return PoseEdge<SE2d>{candidate.node, latest, measurement, information, true};
+  }
 
   GraphSlamOptions options_;
   PathUncertaintyFinder uncertainty_;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -30,16 +32,41 @@ class NodeMap {
   [[nodiscard]] PoseGraph2& graph() { return graph_; }
 
   /// The first node.
-  void start(const SE2d& pose, const PointSet& points);
+  void start(const SE2d& pose, const PointSet& points) {
+    graph_.add_pose(pose);
+    views_.push_back({points, 0.0});
+  }
   /// A node joined to the latest by the relative pose.
-  void append(const SE2d& pose, const PointSet& points, const Eigen::Matrix3d& information);
+  void append(const SE2d& pose, const PointSet& points, const Eigen::Matrix3d& information) {
+    const int before = latest();
+    const SE2d step = this->pose(before).inverse() * pose;
+    views_.push_back({points, travel_m(before) + step.translation().norm()});
+    graph_.edges.push_back({before, graph_.add_pose(pose), step, information, false});
+  }
 
   /// Nodes first..last, as far as they exist, within `radius_m` of the last of them.
   [[nodiscard]] std::vector<PlacedPoints> chain(
-      int first, int last, double radius_m = std::numeric_limits<double>::infinity()) const;
+      int first, int last, double radius_m = std::numeric_limits<double>::infinity()) const {
+    std::vector<PlacedPoints> result;
+    const int end = std::min(last, latest());
+    for (int k = std::max(first, 0); k <= end; ++k)
+      if (distance_m(k, end) < radius_m) result.push_back({&points(k), pose(k)});
+    return result;
+  }
   /// The `most` nodes nearest to a pose, within `radius_m`.
   [[nodiscard]] std::vector<PlacedPoints> around(const SE2d& place, double radius_m,
-                                                 std::size_t most) const;
+                                                 std::size_t most) const {
+    std::vector<std::pair<double, int>> near;
+    for (int k = 0; k < size(); ++k) {
+      const double d = (pose(k).translation() - place.translation()).norm();
+      if (d < radius_m) near.emplace_back(d, k);
+    }
+    std::sort(near.begin(), near.end());
+    near.resize(std::min(near.size(), most));
+    std::vector<PlacedPoints> result;
+    for (const auto& [d, k] : near) result.push_back({&points(k), pose(k)});
+    return result;
+  }
 
  private:
   struct View {
@@ -48,7 +75,6 @@ class NodeMap {
   };
 
   [[nodiscard]] const View& view(int k) const { return views_[static_cast<std::size_t>(k)]; }
-  [[nodiscard]] PlacedPoints placed(int k) const { return {&points(k), pose(k)}; }
 
   PoseGraph2 graph_;
   std::vector<View> views_;  // one per pose

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <wayfare/filter/covariance_intersection.hpp>
+#include <wayfare/filter/gauss_markov.hpp>
 
 namespace wayfare {
 namespace {
@@ -36,6 +37,64 @@ Eigen::Matrix3d about_z(const SO2d& turn) {
 }
 
 }  // namespace
+
+SE2d CarrierState::planar() const {
+  const Eigen::Vector3d x = q_map_body.matrix().col(0);
+  return SE2d(position_m.x(), position_m.y(), Angle::radians(std::atan2(x.y(), x.x())));
+}
+
+/// The axis a = q e₁ moves by −q [e₁]× δθ, and the heading of a by (a₁ da₂ − a₂ da₁)/(a₁² + a₂²).
+Eigen::Matrix<double, 3, S::kDof> CarrierState::planar_jacobian() const {
+  constexpr double kUpright = 1e-6;  // no heading when x is vertical
+  const Eigen::Matrix3d r = q_map_body.matrix();
+  const Eigen::Matrix3d moved = -r * skew(Eigen::Vector3d(Eigen::Vector3d::UnitX()));
+  const double level2 = std::max(kUpright, r(0, 0) * r(0, 0) + r(1, 0) * r(1, 0));
+  Eigen::Matrix<double, 3, kDof> c = Eigen::Matrix<double, 3, kDof>::Zero();
+  c(0, kPosition) = c(1, kPosition + 1) = 1;
+  c.block<1, 3>(2, kAttitude) = (r(0, 0) * moved.row(1) - r(1, 0) * moved.row(0)) / level2;
+  return c;
+}
+
+CarrierModel::Step CarrierModel::operator()(const S& x, const ImuInterval& u) const {
+  const double dt = u.dt_s;
+  const InertialIncrement<double> measured = integrate<double>(
+      u.begin_rate_radps - x.gyro_bias_radps, u.end_rate_radps - x.gyro_bias_radps,
+      u.begin_force_mps2 - x.accel_bias_mps2, u.end_force_mps2 - x.accel_bias_mps2, dt);
+  const Eigen::Matrix3d r = x.q_map_body.matrix();
+  Step step{x, Square::Identity(), Square::Zero()};
+  step.state.q_map_body = x.q_map_body.plus(measured.rotation_rad);
+  step.state.velocity_mps +=
+      r * measured.velocity_mps - dt * kGravity_mps2 * Eigen::Vector3d::UnitZ();
+  step.state.position_m += 0.5 * dt * (x.velocity_mps + step.state.velocity_mps);
+
+  const auto bias = [&](double sigma, double tau_s, int at, S& state_of) {
+    const ProcessStep1<double> kept = discretise_gauss_markov(sigma, tau_s, dt);
+    step.phi.block<3, 3>(at, at) *= kept.phi;
+    step.q.diagonal().segment<3>(at).setConstant(kept.q);
+    (at == S::kGyroBias ? state_of.gyro_bias_radps : state_of.accel_bias_mps2) *= kept.phi;
+  };
+  bias(noise_.gyro_bias_radps, noise_.gyro_bias_time_s, S::kGyroBias, step.state);
+  bias(noise_.accel_bias_mps2, noise_.accel_bias_time_s, S::kAccelBias, step.state);
+
+  const Eigen::Matrix3d halfway = r * SO3d::exp(0.5 * measured.rotation_rad).matrix();
+  const Eigen::Matrix3d by_attitude = -r * skew(measured.velocity_mps);
+  step.phi.block<3, 3>(S::kVelocity, S::kAttitude) = by_attitude;
+  step.phi.block<3, 3>(S::kVelocity, S::kGyroBias) = -0.5 * dt * by_attitude;
+  step.phi.block<3, 3>(S::kVelocity, S::kAccelBias) = -dt * halfway;
+  step.phi.block<3, 3>(S::kPosition, S::kVelocity).diagonal().setConstant(dt);
+  step.phi.block<3, 3>(S::kPosition, S::kAttitude) = 0.5 * dt * by_attitude;
+  step.phi.block<3, 3>(S::kPosition, S::kAccelBias) = -0.5 * dt * dt * halfway;
+  step.phi.block<3, 3>(S::kAttitude, S::kAttitude) = SO3d::exp(-measured.rotation_rad).matrix();
+  step.phi.block<3, 3>(S::kAttitude, S::kGyroBias) =
+      -dt * SO3d::right_jacobian(measured.rotation_rad);
+  const double accel = noise_.accel_white * noise_.accel_white * dt;
+  step.q.diagonal().segment<3>(S::kVelocity).setConstant(accel);
+  step.q.diagonal().segment<3>(S::kPosition).setConstant(accel * dt * dt / 4);
+  step.q.diagonal()
+      .segment<3>(S::kAttitude)
+      .setConstant(noise_.gyro_white * noise_.gyro_white * dt);
+  return step;
+}
 
 CarrierFilter::CarrierFilter(const CarrierFilterParameters& parameters)
     : p_(parameters), model_(p_.noise), rest_(p_.rest_rate, p_.rest_force) {}

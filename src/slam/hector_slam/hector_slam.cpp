@@ -7,12 +7,11 @@
 #include <Eigen/LU>
 
 #include <wayfare/sensors/point_set.hpp>
-#include <wayfare/sync/odometry_track.hpp>
 
 #include "match/local/registration.hpp"
 #include "match/open_direction.hpp"
 #include "slam/motion.hpp"
-#include "slam/scan_check.hpp"
+#include "slam/scans.hpp"
 
 namespace wayfare {
 
@@ -33,8 +32,7 @@ class HectorSlam::Engine {
   }
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<SE2d>& odometry) {
-    const auto last = trajectory_.empty() ? std::nullopt : std::optional(trajectory_.back().time);
-    if (auto ok = detail::check_scan(scan, odometry, last); !ok) return ok.error();
+    if (auto ok = detail::check_scan(scan, odometry, trajectory_); !ok) return ok.error();
     has_imu_ = carrier_.covers(scan.time);
     if (has_imu_) carrier_.advance(scan.time);
     level_known_ = has_imu_ && carrier_.level_sigma() < options_.level_sigma;
@@ -55,7 +53,7 @@ class HectorSlam::Engine {
     }
     motion_model_.update(scan.time, pose_, odometry);
     coasting_ = has_imu_ && !outcome.matched;
-    outcome.T_map_base = Transform2<frame::Map, frame::Base>(pose_);
+    outcome.T_map_base = MapPose(pose_);
     trajectory_.push_back({scan.time, outcome.T_map_base});
     ++statistics_.scans;
     statistics_.unmatched_scans += outcome.matched ? 0 : 1;
@@ -95,8 +93,7 @@ class HectorSlam::Engine {
   [[nodiscard]] Predicted predict(LogTime time, const std::optional<SE2d>& odometry) const {
     const Motion motion = motion_model_.predict(time, odometry);
     if (!(level_known_ && carrier_.placed()) || odometry)
-      return {pose_ * motion.increment, motion.sigma,
-              Eigen::Matrix3d(motion.sigma.cwiseAbs2().cwiseInverse().asDiagonal())};
+      return {pose_ * motion.increment, motion.sigma, information_of(motion.sigma)};
     Eigen::Matrix3d p = carrier_.planar_covariance();
     p.diagonal() +=
         Eigen::Vector3d(options_.min_sigma_m, options_.min_sigma_m, options_.min_sigma.radians())
@@ -196,10 +193,8 @@ class HectorSlam::Engine {
   }
 
   [[nodiscard]] bool map_update_due() const {
-    if (!T_map_latest_inserted_) return true;
-    const SE2d moved = T_map_latest_inserted_->inverse() * pose_;
-    return moved.translation().norm() >= options_.map_travel_m ||
-           std::abs(moved.heading().radians()) >= options_.map_turn.radians();
+    return !T_map_latest_inserted_ || reaches(T_map_latest_inserted_->inverse() * pose_,
+                                              options_.map_travel_m, options_.map_turn);
   }
 
   Result<void> insert_into_map(const View& view) {
@@ -225,19 +220,38 @@ class HectorSlam::Engine {
 };
 
 HectorSlam::HectorSlam(const HectorSlamOptions& options)
-    : engine_(std::make_unique<Engine>(options)) {}
-HectorSlam::~HectorSlam() = default;
-HectorSlam::HectorSlam(HectorSlam&&) noexcept = default;
-HectorSlam& HectorSlam::operator=(HectorSlam&&) noexcept = default;
+    : engine_(detail::make_owned<Engine>(options)) {}
 
-Result<ScanOutcome> HectorSlam::add_scan(
-    const LaserScan& scan, const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
-  return engine_->add_scan(scan, odometry ? std::optional(odometry->raw()) : std::nullopt);
+UpdateStatus HectorSlam::add(const ImuSample& sample) { return engine_->add(sample); }
+Result<ScanOutcome> HectorSlam::add_scan(const LaserScan& scan,
+                                         const std::optional<OdomPose>& odometry) {
+  return engine_->add_scan(scan, detail::raw(odometry));
 }
 const Trajectory& HectorSlam::trajectory() const { return engine_->trajectory(); }
 const OccupancyGrid& HectorSlam::map() const { return engine_->map(); }
 const HectorStatistics& HectorSlam::statistics() const { return engine_->statistics(); }
 const CarrierFilter& HectorSlam::carrier() const { return engine_->carrier(); }
-UpdateStatus HectorSlam::add(const ImuSample& sample) { return engine_->add(sample); }
+
+Result<HectorRun> run_hector_slam(const Recording& recording, HectorSlamOptions options,
+                                  const SlamProgress& progress) {
+  return run_hector_slam(recording, {}, options, progress);
+}
+
+Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecording& unit,
+                                  HectorSlamOptions options, const SlamProgress& progress) {
+  options.T_base_laser = recording.T_base_laser;
+  HectorSlam slam(options);
+  const OdometryTrack odometry(recording.odometry);
+  auto reading = unit.begin();
+  auto refused = detail::feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
+    const LaserScan& scan = recording.scans[i];
+    for (; reading != unit.end() && reading->time <= scan.time; ++reading)
+      slam.add(ImuSample{reading->time, reading->angular_rate_radps, reading->specific_force_mps2});
+    return slam.add_scan(scan, odometry.at(scan.time));
+  });
+  if (!refused) return refused.error();
+  return HectorRun{slam.trajectory(), slam.map(), slam.statistics(), refused->count,
+                   std::move(refused->first)};
+}
 
 }  // namespace wayfare

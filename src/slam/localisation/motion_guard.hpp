@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include <wayfare/core/gaussian.hpp>
@@ -19,16 +21,54 @@ class MotionGuard {
   };
 
   /// From the previous time to `time`.
-  Step step(LogTime time, const std::optional<SE2d>& odometry);
+  Step step(LogTime time, const std::optional<SE2d>& odometry) {
+    const std::optional<SE2d> given = odometry && finite(*odometry) ? odometry : std::nullopt;
+    Step step{{SE2d::identity(), Eigen::Matrix3d::Zero()}, !given};
+    if (time_) {
+      const double dt = to_seconds(time - *time_);
+      if (const auto increment = plausible_increment(given, dt)) {
+        velocity_ = increment->log() / dt;
+        step = {uncertain(*increment, options_.odometry), false};
+      } else {
+        constexpr double kLongest_s = 0.5;  // no extrapolation through a gap in the log
+        const SE2d guess = SE2d::exp(velocity_ * std::min(dt, kLongest_s));
+        step = {uncertain(guess, options_.constant_velocity), true};
+      }
+    }
+    time_ = time;
+    odometry_ = given;
+    return step;
+  }
 
   /// Estimated pose at that time: gives the velocity when there is no odometry.
-  void update(const SE2d& pose);
+  void update(const SE2d& pose) {
+    if (estimated_ && !odometry_ && *time_ > estimated_->time)
+      velocity_ = pose.minus(estimated_->pose) / to_seconds(*time_ - estimated_->time);
+    estimated_ = Estimated{*time_, pose};
+  }
 
   [[nodiscard]] const std::optional<LogTime>& time() const { return time_; }
 
  private:
   [[nodiscard]] std::optional<SE2d> plausible_increment(const std::optional<SE2d>& odometry,
-                                                        double dt) const;
+                                                        double dt) const {
+    if (!odometry || !odometry_) return std::nullopt;
+    const SE2d increment = odometry_->inverse() * *odometry;
+    const double turn = std::abs(increment.heading().radians());
+    // Timestamps jitter by tenths of a second: the motion possible in 0.5 s is always accepted.
+    const double time = std::max(dt, 0.5);
+    const bool possible = increment.translation().norm() <= options_.max_speed_m_s * time &&
+                          turn <= options_.max_turn_rate.radians() * time;
+    return possible ? std::optional(increment) : std::nullopt;
+  }
+
+  static bool finite(const SE2d& pose) {
+    return pose.translation().allFinite() && std::isfinite(pose.rotation().cos()) &&
+           std::isfinite(pose.rotation().sin());
+  }
+  static Gaussian<SE2d> uncertain(const SE2d& increment, const MotionNoise& noise) {
+    return {increment, sigma_of(increment, noise).cwiseAbs2().asDiagonal()};
+  }
 
   const LocalisationOptions& options_;
   std::optional<LogTime> time_;

@@ -6,6 +6,7 @@
 #include <wayfare/slam/localisation.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
+#include "slam/scans.hpp"
 #include "sync/gather_radar.hpp"
 
 namespace wayfare {
@@ -56,7 +57,7 @@ Trajectory LocalisationRun::trajectory(bool converged_only) const {
   Trajectory result;
   for (const LocalisationOutcome& o : outcomes)
     if (o.particles > 0 && (o.converged || !converged_only))
-      result.push_back({o.time, Transform2<frame::Map, frame::Base>(o.T_map_base.mean)});
+      result.push_back({o.time, MapPose(o.T_map_base.mean)});
   return result;
 }
 
@@ -81,6 +82,7 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
     snapshots.push_back(
         static_cast<std::size_t>(std::clamp(u, 0.0, 1.0) * static_cast<double>(n > 0 ? n - 1 : 0)));
   LocalisationRun run;
+  detail::Refusals refused;
   for (std::size_t i = 0; i < n; ++i) {
     const SensorScan& scan = scans_in_order[i];
     if (control.before_scan) control.before_scan(i, localiser);
@@ -90,9 +92,7 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
     auto outcome = scan.radar ? localiser.add_radar(scan.time, scan.radar->points, odometry_now)
                               : localiser.add_scan(*scan.lidar, odometry_now);
     if (!outcome) {
-      if (run.refused_scans++ == 0)
-        run.first_refusal = (scan.radar ? "radar scan " : "scan ") + std::to_string(scan.index) +
-                            ": " + outcome.error().message;
+      refused.add(outcome, (scan.radar ? "radar scan " : "scan ") + std::to_string(scan.index));
     } else if (!run.outcomes.empty() && run.outcomes.back().time == outcome->time) {
       run.outcomes.back() = *outcome;
     } else {
@@ -105,7 +105,9 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
   }
   if (run.outcomes.empty())
     return Error{ErrorCode::invalid,
-                 n == 0 ? "the recording has no scan of a sensor in use" : run.first_refusal};
+                 n == 0 ? "the recording has no scan of a sensor in use" : refused.first};
+  run.refused_scans = refused.count;
+  run.first_refusal = std::move(refused.first);
   return run;
 }
 

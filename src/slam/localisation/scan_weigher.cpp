@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <wayfare/core/parallel.hpp>
+
 #include "map/distance_field/kernels.hpp"
 
 namespace wayfare {
@@ -12,25 +13,23 @@ namespace {
 
 constexpr std::size_t kBlock = 1024;  // particles per task
 
+std::size_t at_least_one(int n) { return static_cast<std::size_t>(std::max(n, 1)); }
+
 }  // namespace
 
 ScanWeigher::ScanWeigher(const LaserScan& scan, const LocalisationOptions& options)
     : options_(options) {
   pick_ends(scan);
   if (options.model == ScanLikelihood::beam) pick_beams(scan);
-  enough_ = ends_ >= static_cast<std::size_t>(std::max(options.min_beams, 1));
+  enough_ = ends_ >= at_least_one(options.min_beams);
 }
 
 ScanWeigher::ScanWeigher(const PointSet& points, const LocalisationOptions& options)
     : options_(options), sensor_(RangeSensor::radar) {
-  ends_ = std::min(points.size(), static_cast<std::size_t>(std::max(options.radar.points, 1)));
-  for (std::size_t k = 0; k < ends_; ++k) {
-    const Eigen::Vector2f p = points[k * points.size() / ends_];
-    end_x_.push_back(p.x());
-    end_y_.push_back(p.y());
-  }
+  ends_ = std::min(points.size(), at_least_one(options.radar.points));
+  for (std::size_t k = 0; k < ends_; ++k) add_end(points[k * points.size() / ends_]);
   pad_ends();
-  enough_ = ends_ >= static_cast<std::size_t>(std::max(options.radar.min_points, 1));
+  enough_ = ends_ >= at_least_one(options.radar.min_points);
 }
 
 void ScanWeigher::pick_ends(const LaserScan& scan) {
@@ -39,30 +38,25 @@ void ScanWeigher::pick_ends(const LaserScan& scan) {
   for (std::size_t i = 0; i < scan.ranges_m.size(); ++i)
     if (scan.returned(i) && static_cast<double>(scan.ranges_m[i]) < options_.max_range_m)
       usable.push_back(i);
-  ends_ = std::min(usable.size(), static_cast<std::size_t>(std::max(options_.beams, 1)));
+  ends_ = std::min(usable.size(), at_least_one(options_.beams));
   for (std::size_t k = 0; k < ends_; ++k) {
     const std::size_t i = usable[k * usable.size() / ends_];
     const double bearing = scan.bearing(i).radians();
     const auto range = static_cast<double>(scan.ranges_m[i]);
-    const Eigen::Vector2d p =
-        T_base_laser * Eigen::Vector2d(range * std::cos(bearing), range * std::sin(bearing));
-    end_x_.push_back(static_cast<float>(p.x()));
-    end_y_.push_back(static_cast<float>(p.y()));
+    const Eigen::Vector2d p(range * std::cos(bearing), range * std::sin(bearing));
+    add_end((T_base_laser * p).cast<float>());
   }
   pad_ends();
 }
 
 // Padding lies outside every map, where the likelihood is the floor.
 void ScanWeigher::pad_ends() {
-  while (end_x_.size() % 16 != 0) {
-    end_x_.push_back(1e30F);
-    end_y_.push_back(1e30F);
-  }
+  while (end_x_.size() % 16 != 0) add_end({1e30F, 1e30F});
 }
 
 void ScanWeigher::pick_beams(const LaserScan& scan) {
   const std::size_t n = scan.ranges_m.size();
-  const std::size_t count = std::min(n, static_cast<std::size_t>(std::max(options_.beams, 1)));
+  const std::size_t count = std::min(n, at_least_one(options_.beams));
   longest_m_ = std::min(scan.max_range_m, static_cast<float>(options_.max_range_m));
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = k * n / count;

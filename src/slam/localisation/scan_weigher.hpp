@@ -44,6 +44,10 @@ class ScanWeigher {
                       std::span<double> log_likelihood) const;
   void pick_ends(const LaserScan& scan);
   void pick_beams(const LaserScan& scan);
+  void add_end(const Eigen::Vector2f& p_base) {
+    end_x_.push_back(p_base.x());
+    end_y_.push_back(p_base.y());
+  }
   void pad_ends();
   void field_sums(const LikelihoodField& field, const ParticleSet& particles, std::size_t begin,
                   std::size_t count, std::uint32_t* sums) const;

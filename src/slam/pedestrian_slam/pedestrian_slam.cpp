@@ -8,6 +8,8 @@
 
 #include <wayfare/pedestrian/pedestrian.hpp>
 
+#include "slam/scans.hpp"
+
 namespace wayfare {
 namespace {
 
@@ -90,7 +92,7 @@ class PedestrianSlam::Engine {
       walker_ = walker;  // the next scan accepted takes this motion as well
       return outcome;
     }
-    dead_reckoning_.push_back({scan.time, Transform2<frame::Map, frame::Base>(walker_)});
+    dead_reckoning_.push_back({scan.time, MapPose(walker_)});
     if (options_.feedback) add_map_heading(scan.time);
     previous_.reset();
     if (has_recent_sample(scan.time))
@@ -190,7 +192,7 @@ class PedestrianSlam::Engine {
     const Eigen::Vector2d step = feedback_.scale() * (SO2d(feedback_.direction()) * increment_);
     walker_ = walker_ * SE2d(Eigen::Vector2d(level * step), SO2d(turn));
     if (!steps_known) return {{}, turn};
-    return {Transform2<frame::Odom, frame::Base>(walker_), turn};
+    return {OdomPose(walker_), turn};
   }
 
   PedestrianSlamOptions options_;
@@ -211,10 +213,7 @@ class PedestrianSlam::Engine {
 };
 
 PedestrianSlam::PedestrianSlam(const PedestrianSlamOptions& options)
-    : engine_(std::make_unique<Engine>(options)) {}
-PedestrianSlam::~PedestrianSlam() = default;
-PedestrianSlam::PedestrianSlam(PedestrianSlam&&) noexcept = default;
-PedestrianSlam& PedestrianSlam::operator=(PedestrianSlam&&) noexcept = default;
+    : engine_(detail::make_owned<Engine>(options)) {}
 
 MargUpdateStatus PedestrianSlam::add(const MargSample& sample) { return engine_->add(sample); }
 Result<ScanOutcome> PedestrianSlam::add_scan(const LaserScan& scan) {
@@ -226,5 +225,23 @@ const Pedestrian& PedestrianSlam::pedestrian() const { return engine_->pedestria
 const LaserScan& PedestrianSlam::levelled() const { return engine_->levelled(); }
 const SubmapSlam& PedestrianSlam::slam() const { return engine_->slam(); }
 SubmapSlam& PedestrianSlam::slam() { return engine_->slam(); }
+
+Result<PedestrianSlamRun> run_pedestrian_slam(const Recording& recording, const MargRecording& unit,
+                                              PedestrianSlamOptions options,
+                                              const SlamProgress& progress) {
+  options.slam.T_base_laser = recording.T_base_laser;
+  PedestrianSlam walker(options);
+  auto reading = unit.begin();
+  const SubmapSlamStatistics& statistics = walker.slam().statistics();
+  auto refused = detail::feed_scans(recording, progress, statistics, [&](std::size_t i) {
+    const LaserScan& scan = recording.scans[i];
+    for (; reading != unit.end() && reading->time <= scan.time; ++reading) walker.add(*reading);
+    return walker.add_scan(scan);
+  });
+  if (!refused) return refused.error();
+  auto slam = detail::finished_run(walker.slam(), *std::move(refused));
+  if (!slam) return slam.error();
+  return PedestrianSlamRun{*std::move(slam), walker.dead_reckoning(), walker.feedback().scale()};
+}
 
 }  // namespace wayfare

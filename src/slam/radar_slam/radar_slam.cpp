@@ -1,12 +1,17 @@
 #include <wayfare/slam/radar_slam.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 #include <wayfare/core/parallel.hpp>
+
+#include "slam/motion.hpp"
 #include "slam/radar_slam/sensor_step.hpp"
 #include "slam/radar_slam/wall_points.hpp"
+#include "slam/scans.hpp"
 
 namespace wayfare {
 namespace {
@@ -21,11 +26,6 @@ struct PlacedScan {
 
 enum Sensor { kLidar, kRadar };
 
-bool finite(const Gaussian<SE2d>& g) {
-  return g.mean.translation().allFinite() && std::isfinite(g.mean.heading().radians()) &&
-         g.covariance.allFinite();
-}
-
 }  // namespace
 
 class RadarSlam::Engine {
@@ -34,12 +34,16 @@ class RadarSlam::Engine {
     if (options_.radar.density)
       options_.radar.density->hit_probability = options.radar_hit_probability;
     for (int k = 0; k < std::max(1, options.threads); ++k)
-      workers_.push_back({SensorStep(options_.lidar, options.proposal),
-                          SensorStep(options_.radar, options.proposal), ScanRaster()});
+      workers_.push_back({{SensorStep(options_.lidar, options.proposal),
+                           SensorStep(options_.radar, options.proposal)},
+                          ScanRaster()});
   }
 
   Result<void> move(const Gaussian<SE2d>& increment) {
     const Gaussian<SE2d> moved = compose(moved_, increment);
+    const auto finite = [](const Gaussian<SE2d>& g) {
+      return detail::finite(g.mean) && g.covariance.allFinite();
+    };
     if (!finite(increment) || !finite(moved) || (increment.covariance.diagonal().array() < 0).any())
       return Error{ErrorCode::invalid, "the motion is not finite, or a variance negative"};
     if (filter_) {
@@ -50,7 +54,7 @@ class RadarSlam::Engine {
   }
 
   Result<RbpfOutcome> add_lidar(const LaserScan& scan) {
-    if (auto ok = check(scan); !ok) return ok.error();
+    if (auto ok = detail::check_beams(scan); !ok) return ok.error();
     if (auto ok = in_time(scan.time, kLidar); !ok) return ok.error();
     const PointSet points = thin(end_points(scan, options_.T_base_laser.raw()),
                                  static_cast<float>(options_.lidar.point_spacing_m),
@@ -76,8 +80,7 @@ class RadarSlam::Engine {
   [[nodiscard]] std::optional<StampedPose> pose() const {
     if (scans_.empty()) return std::nullopt;
     const SE2d& updated = filter_->particles()[filter_->best()].pose;
-    return StampedPose{scans_.back().time,
-                       Transform2<frame::Map, frame::Base>(updated * scans_.back().since)};
+    return StampedPose{scans_.back().time, MapPose(updated * scans_.back().since)};
   }
   [[nodiscard]] const Rbpf<RbpfMaps>* filter() const { return filter_ ? &*filter_ : nullptr; }
   [[nodiscard]] const RbpfMaps& maps() const {
@@ -87,18 +90,19 @@ class RadarSlam::Engine {
 
  private:
   struct Worker {
-    SensorStep lidar, radar;
+    std::array<SensorStep, 2> match;  // of LiDAR and radar
     ScanRaster raster;
   };
+  /// Of LiDAR or radar.
+  struct SensorState {
+    std::optional<LogTime> last;  // time of the latest scan
+    bool has_scans = false;       // in the filter
+    SE2d at_map, at_update;  // pose of the last scan in the maps, and in the filter, relative to
+                             // the last update
+  };
 
-  static Result<void> check(const LaserScan& scan) {
-    if (scan.ranges_m.empty()) return Error{ErrorCode::invalid, "the scan has no beams"};
-    if (!std::isfinite(scan.first_bearing.radians()) || !std::isfinite(scan.bearing_step.radians()))
-      return Error{ErrorCode::invalid, "the scan's bearings are not finite"};
-    return {};
-  }
   Result<void> in_time(LogTime time, Sensor sensor) const {
-    if (last_[sensor] && time <= *last_[sensor])
+    if (sensors_[sensor].last && time <= *sensors_[sensor].last)
       return Error{ErrorCode::invalid, "the scan is not later than the one before"};
     if (!scans_.empty() && time < scans_.back().time)
       return Error{ErrorCode::invalid, "the scan is earlier than another sensor's before it"};
@@ -107,7 +111,7 @@ class RadarSlam::Engine {
 
   Result<RbpfOutcome> process(LogTime time, Sensor sensor, const PointSet& points,
                               const LaserScan* scan) {
-    last_[sensor] = time;
+    sensors_[sensor].last = time;
     ++statistics_.scans;
     const RbpfSensorOptions& options = of(sensor);
     const bool enough = points.size() >= options.min_points;
@@ -130,9 +134,7 @@ class RadarSlam::Engine {
 
   /// Step 3: all particles at the origin, with empty maps.
   void begin(LogTime time) {
-    filter_.emplace(options_.particles,
-                    StampedPose{time, Transform2<frame::Map, frame::Base>(SE2d())}, blank_,
-                    options_.seed);
+    filter_.emplace(options_.particles, StampedPose{time, MapPose(SE2d())}, blank_, options_.seed);
     updated_ = time;
   }
 
@@ -140,15 +142,15 @@ class RadarSlam::Engine {
     return sensor == kLidar ? options_.lidar : options_.radar;
   }
   [[nodiscard]] bool map_due(Sensor sensor) const {
-    const SE2d since = at_map_[sensor].inverse() * moved_.mean;
-    const RbpfSensorOptions& options = of(sensor);
-    return !has_scans_[sensor] || since.translation().norm() >= options.map_travel_m ||
-           std::abs(since.heading().radians()) >= options.map_turn.radians();
+    const SensorState& s = sensors_[sensor];
+    return !s.has_scans ||
+           reaches(s.at_map.inverse() * moved_.mean, of(sensor).map_travel_m, of(sensor).map_turn);
   }
   [[nodiscard]] bool due(LogTime time, Sensor sensor, const SE2d& motion) const {
-    const SE2d since = at_update_[sensor].inverse() * motion;
-    return !has_scans_[sensor] || since.translation().norm() >= options_.update_travel_m ||
-           std::abs(since.heading().radians()) >= options_.update_turn.radians() ||
+    const SensorState& s = sensors_[sensor];
+    return !s.has_scans ||
+           reaches(s.at_update.inverse() * motion, options_.update_travel_m,
+                   options_.update_turn) ||
            to_seconds(time - updated_) >= options_.update_time_s;
   }
 
@@ -159,8 +161,8 @@ class RadarSlam::Engine {
     const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
     Gaussian<SE2d> expected{best.pose * moved_.mean, moved_.covariance};
     expected.covariance += 1e-10 * Eigen::Matrix3d::Identity();
-    const auto found =
-        workers_.front().lidar.track(best.map.lidar, points, expected, best.pose * tracked_);
+    const auto found = workers_.front().match[kLidar].track(best.map.lidar, points, expected,
+                                                            best.pose * tracked_);
     if (!found) return std::nullopt;
     tracked_ = best.pose.inverse() * found->pose.mean;
     return tracked_;
@@ -168,25 +170,99 @@ class RadarSlam::Engine {
 
   /// Steps 4 to 8.
   Result<RbpfOutcome> update(LogTime time, Sensor sensor, const PointSet& points,
-                             const LaserScan* scan);
+                             const LaserScan* scan) {
+    Gaussian<SE2d> motion = moved_;
+    motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
+    const bool first = !sensors_[sensor].has_scans, map_due_now = map_due(sensor);
+    if (!first && sensor == kLidar) (void)motion_by_match(points);
+    const PointSet seen = map_due_now && scan != nullptr ? walls_of(*scan) : points;
+    std::vector<DrawnPose> drawn(options_.particles);
+    std::vector<double> turned(options_.particles, 0.0);
+    const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
+      Worker& worker = workers_[w];
+      const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
+      const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
+      const DrawnPose s = first ? DrawnPose{sample(expected, rng)}
+                                : worker.match[sensor].draw_pose(grid, points, expected,
+                                                                 particle.pose * tracked_, rng);
+      particle.pose = s.pose;
+      if (map_due_now) map(particle, sensor, seen, worker.raster);
+      const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
+      drawn[index] = s;
+      turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
+      return s.log_factor;
+    };
+    const auto weighed = filter_->update(time, step, [&](std::size_t n, const auto& f) {
+      parallel_for_workers(n, options_.threads, f);
+    });
+    RbpfOutcome outcome;
+    outcome.updated = true;
+    if (weighed) outcome.particles_refused = weighed->refused;
+    double weight = 0.0, turn = 0.0;
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+      if (!drawn[i].matched) continue;
+      ++outcome.matched;
+      outcome.mean_score += drawn[i].score;
+      const double w = std::exp(filter_->log_weights()[i]);
+      if (!(w > 0)) continue;
+      weight += w;
+      turn += w * turned[i];
+    }
+    if (outcome.matched > 0) outcome.mean_score /= static_cast<double>(outcome.matched);
+    if (weight > 0) outcome.turn_correction = Angle::radians(turn / weight);
+    outcome.effective_particles = filter_->effective_particles();
+    outcome.resampled = filter_->resample_below(options_.resample_below);
+    ++statistics_.updates;
+    statistics_.matches += outcome.matched;
+    statistics_.matches_refused += first ? 0 : drawn.size() - outcome.matched;
+    statistics_.resampled += outcome.resampled ? 1 : 0;
+    // Start of the next motion.
+    increments_.push_back(moved_.mean);
+    for (SensorState& s : sensors_) {
+      s.at_update = moved_.mean.inverse() * s.at_update;
+      s.at_map = moved_.mean.inverse() * s.at_map;
+    }
+    if (map_due_now) sensors_[sensor].at_map = SE2d();
+    sensors_[sensor].at_update = SE2d();
+    sensors_[sensor].has_scans = true;
+    moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
+    tracked_ = SE2d();
+    updated_ = time;
+    if (!weighed) return weighed.error();
+    return outcome;
+  }
+
   void map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
-           ScanRaster& raster) const;
+           ScanRaster& raster) const {
+    if (sensor == kLidar) {
+      // A scan too large for the raster is left out of the map.
+      (void)insert_points<FillBetweenBeams>(particle.map.lidar, particle.pose, points,
+                                            options_.lidar_model, raster,
+                                            options_.T_base_laser.raw().translation());
+      return;
+    }
+    OccupancyGrid& grid = particle.map.radar;
+    const LogOdds hit = LogOdds::from_probability(options_.radar_hit_probability);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      grid.update(
+          cell_of(particle.pose * Eigen::Vector2d(points[i].cast<double>()), grid.resolution_m()),
+          hit);
+  }
+
   [[nodiscard]] PointSet walls_of(const LaserScan& scan) const {
     return with_walls(end_points(scan, options_.T_base_laser.raw()),
                       {.spacing_m = options_.lidar.grid.resolution_m});
   }
 
   /// Along the predicted motion, corrected linearly in time to end at the next update.
-  [[nodiscard]] Transform2<frame::Map, frame::Base> pose_of(const Trajectory& path,
-                                                            const PlacedScan& s) const {
+  [[nodiscard]] MapPose pose_of(const Trajectory& path, const PlacedScan& s) const {
     const SE2d start = path[s.update].T_map_base.raw();
-    if (s.matched || s.update + 1 >= path.size())
-      return Transform2<frame::Map, frame::Base>(start * s.since);
+    if (s.matched || s.update + 1 >= path.size()) return MapPose(start * s.since);
     const SE2d end = path[s.update + 1].T_map_base.raw();
     const double whole = to_seconds(path[s.update + 1].time - path[s.update].time);
     const double part = whole > 0 ? to_seconds(s.time - path[s.update].time) / whole : 0.0;
     const Eigen::Vector3d gap = end.minus(start * increments_[s.update]);
-    return Transform2<frame::Map, frame::Base>((start * s.since).plus(part * gap));
+    return MapPose((start * s.since).plus(part * gap));
   }
 
   RadarSlamOptions options_;
@@ -194,101 +270,16 @@ class RadarSlam::Engine {
   RbpfMaps blank_{OccupancyGrid(options_.lidar.grid), OccupancyGrid(options_.radar.grid)};
   std::optional<Rbpf<RbpfMaps>> filter_;
   Gaussian<SE2d> moved_{SE2d(), Eigen::Matrix3d::Zero()};  // since the last update
-  SE2d tracked_;                     // the same by the best particle's matches, then motion
-  std::array<SE2d, 2> at_map_{};     // pose of each sensor's last scan in the maps, and
-  std::array<SE2d, 2> at_update_{};  // in the filter, relative to the last update
-  std::array<bool, 2> has_scans_{};
-  std::array<std::optional<LogTime>, 2> last_{};
+  SE2d tracked_;  // the same by the best particle's matches, then motion
+  std::array<SensorState, 2> sensors_;
   LogTime updated_;
   std::vector<SE2d> increments_;  // from each update to the next
   std::vector<PlacedScan> scans_;
   RbpfStatistics statistics_;
 };
 
-Result<RbpfOutcome> RadarSlam::Engine::update(LogTime time, Sensor sensor, const PointSet& points,
-                                              const LaserScan* scan) {
-  Gaussian<SE2d> motion = moved_;
-  motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
-  const bool first = !has_scans_[sensor], map_due_now = map_due(sensor);
-  if (!first && sensor == kLidar) (void)motion_by_match(points);
-  const PointSet seen = map_due_now && scan != nullptr ? walls_of(*scan) : points;
-  std::vector<DrawnPose> drawn(options_.particles);
-  std::vector<double> turned(options_.particles, 0.0);
-  const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
-    Worker& worker = workers_[w];
-    const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
-    SensorStep& match = sensor == kLidar ? worker.lidar : worker.radar;
-    const OccupancyGrid& grid = sensor == kLidar ? particle.map.lidar : particle.map.radar;
-    const DrawnPose s =
-        first ? DrawnPose{sample(expected, rng)}
-              : match.draw_pose(grid, points, expected, particle.pose * tracked_, rng);
-    particle.pose = s.pose;
-    if (map_due_now) map(particle, sensor, seen, worker.raster);
-    const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
-    drawn[index] = s;
-    turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
-    return s.log_factor;
-  };
-  const auto weighed = filter_->update(time, step, [&](std::size_t n, const auto& f) {
-    parallel_for_workers(n, options_.threads, f);
-  });
-  RbpfOutcome outcome;
-  outcome.updated = true;
-  if (weighed) outcome.particles_refused = weighed->refused;
-  double weight = 0.0, turn = 0.0;
-  for (std::size_t i = 0; i < drawn.size(); ++i) {
-    if (!drawn[i].matched) continue;
-    ++outcome.matched;
-    outcome.mean_score += drawn[i].score;
-    const double w = std::exp(filter_->log_weights()[i]);
-    if (!(w > 0)) continue;
-    weight += w;
-    turn += w * turned[i];
-  }
-  if (outcome.matched > 0) outcome.mean_score /= static_cast<double>(outcome.matched);
-  if (weight > 0) outcome.turn_correction = Angle::radians(turn / weight);
-  outcome.effective_particles = filter_->effective_particles();
-  outcome.resampled = filter_->resample_below(options_.resample_below);
-  ++statistics_.updates;
-  statistics_.matches += outcome.matched;
-  statistics_.matches_refused += first ? 0 : drawn.size() - outcome.matched;
-  statistics_.resampled += outcome.resampled ? 1 : 0;
-  // Start of the next motion.
-  increments_.push_back(moved_.mean);
-  for (auto* places : {&at_update_, &at_map_})
-    for (SE2d& place : *places) place = moved_.mean.inverse() * place;
-  if (map_due_now) at_map_[sensor] = SE2d();
-  at_update_[sensor] = SE2d();
-  moved_ = {SE2d(), Eigen::Matrix3d::Zero()};
-  tracked_ = SE2d();
-  has_scans_[sensor] = true;
-  updated_ = time;
-  if (!weighed) return weighed.error();
-  return outcome;
-}
-
-void RadarSlam::Engine::map(RbpfParticle<RbpfMaps>& particle, Sensor sensor, const PointSet& points,
-                            ScanRaster& raster) const {
-  if (sensor == kLidar) {
-    // A scan too large for the raster is left out of the map.
-    (void)insert_points<FillBetweenBeams>(particle.map.lidar, particle.pose, points,
-                                          options_.lidar_model, raster,
-                                          options_.T_base_laser.raw().translation());
-    return;
-  }
-  OccupancyGrid& grid = particle.map.radar;
-  const LogOdds hit = LogOdds::from_probability(options_.radar_hit_probability);
-  for (std::size_t i = 0; i < points.size(); ++i)
-    grid.update(
-        cell_of(particle.pose * Eigen::Vector2d(points[i].cast<double>()), grid.resolution_m()),
-        hit);
-}
-
 RadarSlam::RadarSlam(const RadarSlamOptions& options)
-    : engine_(std::make_unique<Engine>(options)) {}
-RadarSlam::~RadarSlam() = default;
-RadarSlam::RadarSlam(RadarSlam&&) noexcept = default;
-RadarSlam& RadarSlam::operator=(RadarSlam&&) noexcept = default;
+    : engine_(detail::make_owned<Engine>(options)) {}
 
 Result<void> RadarSlam::move(const Gaussian<SE2d>& increment) { return engine_->move(increment); }
 Result<RbpfOutcome> RadarSlam::add_lidar(const LaserScan& scan) { return engine_->add_lidar(scan); }

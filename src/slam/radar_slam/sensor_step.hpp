@@ -1,7 +1,12 @@
 #pragma once
 
-#include <functional>
+#include <algorithm>
+#include <cmath>
 #include <optional>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/random.hpp>
@@ -40,40 +45,160 @@ class SensorStep {
   /// `expected`: predicted by the motion; `tracked`: by the best particle's matches. The second is
   /// searched if the agreement around the first is poor.
   [[nodiscard]] DrawnPose draw_pose(const OccupancyGrid& map, const PointSet& points,
-                                    const Gaussian<SE2d>& expected, const SE2d& tracked, Rng& rng);
+                                    const Gaussian<SE2d>& expected, const SE2d& tracked, Rng& rng) {
+    const auto about_tracked = [&](const Gaussian<SE2d>& loose) {
+      return match_in(map, points, loose, {kNear_m, kNear_m, kNearTurn}, wide_view_);
+    };
+    if (const auto found = find(map, points, expected, tracked, about_tracked)) {
+      const auto prior = found->widened ? inflated(tracked, expected) : expected;
+      const auto drawn = proposal_.draw(view_, points, found->pose, prior, rng, proposal_options_);
+      if (drawn) return {drawn->T_map_points, drawn->log_evidence, found->score, true};
+    }
+    const SE2d pose = sample(expected, rng);
+    return {pose, log_likelihood(points, pose)};
+  }
+
   /// The match alone, searched in a wide window around `tracked` if necessary.
   [[nodiscard]] std::optional<ScanMatch> track(const OccupancyGrid& map, const PointSet& points,
-                                               const Gaussian<SE2d>& expected, const SE2d& tracked);
+                                               const Gaussian<SE2d>& expected,
+                                               const SE2d& tracked) {
+    const auto far_about = [&](const Gaussian<SE2d>& loose) {
+      return match_wide(map, points, loose);
+    };
+    return find(map, points, expected, tracked, far_about);
+  }
 
  private:
   /// Bound on the difference between particles in one motion.
   static constexpr double kNear_m = 0.2;
   static constexpr Angle kNearTurn = Angle::degrees(8.0);
 
+  /// `elsewhere(motion)` searches again if the agreement at `expected` is poor.
   template <class Elsewhere>
   [[nodiscard]] std::optional<ScanMatch> find(const OccupancyGrid& map, const PointSet& points,
                                               const Gaussian<SE2d>& expected, const SE2d& tracked,
-                                              const Elsewhere& elsewhere);
-  [[nodiscard]] SearchWindow window_of(const Gaussian<SE2d>& expected) const;
+                                              const Elsewhere& elsewhere) {
+    auto found = match_in(map, points, expected, window_of(expected), view_);
+    if (options_.wide_m <= 0 || (found && found->score >= options_.tracked_score)) return found;
+    const Gaussian<SE2d> loose = inflated(tracked, expected);
+    auto other = elsewhere(loose);
+    const ScanMatch stay = found.value_or(ScanMatch{expected, options_.min_score});
+    if (!other || log_posterior(*other, loose, points) <
+                      log_posterior(stay, loose, points) + options_.wide_margin_nats)
+      return found;
+    std::swap(view_, wide_view_);
+    other->widened = true;
+    return other;
+  }
+
+  [[nodiscard]] SearchWindow window_of(const Gaussian<SE2d>& expected) const {
+    const Eigen::Matrix2d r = expected.mean.rotation().matrix();
+    const Eigen::Vector2d variance =
+        (r * expected.covariance.topLeftCorner<2, 2>() * r.transpose()).diagonal();
+    const Eigen::Vector2d half = (options_.search_sigmas * variance.cwiseMax(0.0).cwiseSqrt())
+                                     .cwiseMin(options_.max_correction_m);
+    const double turn =
+        options_.search_sigmas * std::sqrt(std::max(0.0, expected.covariance(2, 2)));
+    return {half.x(), half.y(),
+            Angle::radians(std::min(turn, options_.max_turn_correction.radians()))};
+  }
+
   [[nodiscard]] std::optional<ScanMatch> match_in(const OccupancyGrid& map, const PointSet& points,
                                                   const Gaussian<SE2d>& expected,
                                                   const SearchWindow& window,
-                                                  LikelihoodField& view);
+                                                  LikelihoodField& view) {
+    const FieldReach reach{std::max(window.half_x_m, window.half_y_m) + map.resolution_m(),
+                           window.half_heading.radians()};
+    if (!make_view(map, points, expected.mean, reach, view)) return std::nullopt;
+    const Eigen::Matrix3d information = expected.covariance.inverse();
+    const auto coarse = matcher_.match(view, every_kth(points, options_.search_points),
+                                       expected.mean, window, match_options(information));
+    if (!coarse || !*coarse) return std::nullopt;
+    return refined(view, points, **coarse, expected, information);
+  }
+
+  /// A wide window, by branch and bound.
   [[nodiscard]] std::optional<ScanMatch> match_wide(const OccupancyGrid& map,
                                                     const PointSet& points,
-                                                    const Gaussian<SE2d>& expected);
+                                                    const Gaussian<SE2d>& expected) {
+    const SearchWindow window{options_.wide_m, options_.wide_m, options_.wide_turn};
+    const FieldReach reach{options_.wide_m + map.resolution_m(), options_.wide_turn.radians()};
+    if (!make_view(map, points, expected.mean, reach, wide_view_)) return std::nullopt;
+    pyramid_.build(wide_view_);
+    const Eigen::Matrix3d information = expected.covariance.inverse();
+    const auto coarse =
+        far_matcher_.match(pyramid_, points, expected.mean, window, match_options(information));
+    if (!coarse || !*coarse) return std::nullopt;
+    return refined(wide_view_, points, **coarse, expected, information);
+  }
+
   [[nodiscard]] bool make_view(const OccupancyGrid& map, const PointSet& points,
                                const SE2d& expected, const FieldReach& reach,
-                               LikelihoodField& view);
-  [[nodiscard]] MatchOptions match_options(const Eigen::Matrix3d& information) const;
+                               LikelihoodField& view) {
+    return options_.density
+               ? densities_.make(map, points, expected, reach, *options_.density, view).has_value()
+               : fields_.make(map, points, expected, reach, options_.field, view).has_value();
+  }
+
+  [[nodiscard]] MatchOptions match_options(const Eigen::Matrix3d& information) const {
+    MatchOptions result;
+    result.min_score = options_.min_score;
+    result.prior_information = information;
+    result.independent_points = options_.independent_points;
+    return result;
+  }
+
+  /// Refined from the best cell, then combined with the motion as a prior.
   [[nodiscard]] std::optional<ScanMatch> refined(const LikelihoodField& view,
                                                  const PointSet& points, const MatchResult& coarse,
                                                  const Gaussian<SE2d>& expected,
-                                                 const Eigen::Matrix3d& information) const;
+                                                 const Eigen::Matrix3d& information) const {
+    const auto fine = refine(view, points, coarse.T_map_points);
+    if (!fine) return std::nullopt;
+    const Eigen::LLT<Eigen::Matrix3d> both(point_weight(points) * fine->information + information);
+    if (both.info() != Eigen::Success) return std::nullopt;
+    const Eigen::Vector3d back = expected.mean.minus(fine->T_map_points);
+    const SE2d pose = fine->T_map_points.plus(both.solve(information * back));
+    const Eigen::Vector3d correction = pose.minus(expected.mean);
+    if (correction.head<2>().norm() > options_.max_correction_m ||
+        std::abs(correction[2]) > options_.max_turn_correction.radians())
+      return std::nullopt;
+    return ScanMatch{{pose, both.solve(Eigen::Matrix3d::Identity())}, coarse.score};
+  }
+
+  /// Log posterior of a match given scan and motion, up to a constant.
   [[nodiscard]] double log_posterior(const ScanMatch& match, const Gaussian<SE2d>& motion,
-                                     const PointSet& points) const;
-  [[nodiscard]] double point_weight(const PointSet& points) const;
-  [[nodiscard]] double log_likelihood(const PointSet& points, const SE2d& pose) const;
+                                     const PointSet& points) const {
+    const double n = point_weight(points) * static_cast<double>(points.size());
+    const Eigen::Vector3d off = match.pose.mean.minus(motion.mean);
+    return n * (1.0 - match.score) * std::log(options_.field.floor_probability) -
+           0.5 * off.dot(motion.covariance.ldlt().solve(off));
+  }
+
+  [[nodiscard]] double point_weight(const PointSet& points) const {
+    return std::min(1.0, options_.independent_points / static_cast<double>(points.size()));
+  }
+
+  [[nodiscard]] double log_likelihood(const PointSet& points, const SE2d& pose) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      sum += view_.log_likelihood(
+          cell_of(pose * Eigen::Vector2d(points[i].cast<double>()), view_.resolution_m()));
+    return point_weight(points) * sum;
+  }
+
+  static Gaussian<SE2d> inflated(const SE2d& mean, const Gaussian<SE2d>& motion) {
+    return {mean, 4.0 * motion.covariance};
+  }
+
+  /// Every k-th point, at most `most`.
+  static PointSet every_kth(const PointSet& points, std::size_t most) {
+    const std::size_t k = most > 0 ? (points.size() + most - 1) / most : 1;
+    PointSet some;
+    some.reserve(points.size() / k + 1);
+    for (std::size_t i = 0; i < points.size(); i += k) some.push_back(points[i]);
+    return some;
+  }
 
   RbpfSensorOptions options_;
   PoseProposalOptions proposal_options_;

@@ -9,46 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/sync/odometry_track.hpp>
-
 #include "slam/radar_slam/dead_reckoning.hpp"
+#include "slam/scans.hpp"
 #include "sync/gather_radar.hpp"
 
 namespace wayfare {
 namespace {
-
-/// Counts refusals and keeps the first.
-struct Refusals {
-  std::size_t count = 0;
-  std::string first = {};
-
-  template <class T>
-  void add(const Result<T>& outcome, const char* sensor, LogTime time) {
-    if (outcome || count++ > 0) return;
-    first = std::string(sensor) + " scan at " + std::to_string(time.seconds()) +
-            " s: " + outcome.error().message;
-  }
-  void add_late(std::size_t measurements) {
-    if (measurements == 0) return;
-    first = std::to_string(measurements) + " measurements late or duplicated";
-    count += measurements;
-  }
-};
-
-/// Reports a sensor without data or detections.
-class SilenceWatch {
- public:
-  explicit SilenceWatch(std::string what) : what_(std::move(what)) {}
-  void detected(LogTime time) { last_ = time; }
-  void report(LogTime now, FaultLog& faults) const {
-    constexpr double kLongest_s = 3.0;
-    if (last_) faults.set(what_, to_seconds(now - *last_) > kLongest_s, now);
-  }
-
- private:
-  std::string what_;
-  std::optional<LogTime> last_;
-};
 
 /// A queue in contiguous memory.
 template <class Measurement>
@@ -124,6 +90,7 @@ class RadarSlamStream::Impl {
       radar_.push(scan);
     }
   }
+
   void add(const LaserScan& scan) {
     if (by_wheels()) {
       synchroniser_.push(scan);
@@ -131,6 +98,7 @@ class RadarSlamStream::Impl {
       lasers_.push(scan);
     }
   }
+
   void finish() {
     finished_ = true;
     if (by_wheels()) synchroniser_.finish();
@@ -139,7 +107,23 @@ class RadarSlamStream::Impl {
   std::optional<LogTime> step() { return by_wheels() ? step_by_wheels() : step_by_poses(); }
   [[nodiscard]] std::string_view waits_for() const { return waits_for_; }
   [[nodiscard]] const RadarSlam& slam() const { return slam_; }
-  [[nodiscard]] RadarSlamRun result() const;
+  [[nodiscard]] RadarSlamRun result() const {
+    RadarSlamRun run;
+    run.trajectory = slam_.trajectory();
+    run.lidar_map = slam_.lidar_map();
+    run.radar_map = slam_.radar_map();
+    run.statistics = slam_.statistics();
+    run.faults = faults_.faults(Duration(500'000'000));
+    run.gyro_bias_rad_s = reckoner_.gyro_bias_rad_s();
+    const std::size_t late = late_ + synchroniser_.statistics().refused_late;
+    run.refused_scans = refusals_.count + late;
+    run.first_refusal =
+        late > 0 ? std::to_string(late) + " measurements late or duplicated" : refusals_.first;
+    for (const auto& particle : slam_.particles())
+      run.particles.push_back({run.trajectory.back().time, MapPose(particle.pose)});
+    run.log_weights.assign(slam_.log_weights().begin(), slam_.log_weights().end());
+    return run;
+  }
 
  private:
   [[nodiscard]] bool by_wheels() const { return options_.motion == MotionSource::wheels; }
@@ -159,6 +143,7 @@ class RadarSlamStream::Impl {
     finished_ = false;
     return true;
   }
+
   /// Whether the stream has reached `time`, or is not waited for any longer.
   [[nodiscard]] bool has_reached(Stream stream, LogTime time) const {
     return !uses(stream) || finished_ || (stream_time_[stream] && *stream_time_[stream] >= time) ||
@@ -166,32 +151,117 @@ class RadarSlamStream::Impl {
   }
 
   /// With wheels and gyro, on the common time base (steps 1 and 2).
-  std::optional<LogTime> step_by_wheels();
+  std::optional<LogTime> step_by_wheels() {
+    const std::optional<SyncedStep> step = synchroniser_.next();
+    if (!step) return std::nullopt;
+    (void)slam_.move(reckoner_.increment(*step, faults_));
+    if (step->laser) reckoner_.learn(lidar_scan(*step->laser));
+    if (step->radar) reckoner_.learn(radar_scan(step->radar->time, step->radar->points));
+    return done(step->time);
+  }
+
   /// With odometry poses at the scans' times; without any, the pose is predicted to stay.
-  std::optional<LogTime> step_by_poses();
+  std::optional<LogTime> step_by_poses() {
+    const auto [frames, whole] = group();
+    if (lasers_.empty() && !whole) return wait_for({});
+    if (!lasers_.empty()) {
+      const LogTime time = lasers_.front().time;
+      if (frames.empty() ? has_reached(kRadar, time) : frames.back().time >= time)
+        return has_reached(kOdometry, time) ? std::optional(process_laser()) : wait_for("odometry");
+      if (!whole) return wait_for("radar scans");
+    }
+    const LogTime time = frames.back().time;
+    if (lasers_.empty() && !has_reached(kLaser, time)) return wait_for("laser scans");
+    return has_reached(kOdometry, time) ? std::optional(process_radar(frames))
+                                        : wait_for("odometry");
+  }
+
   /// Radar frames of the next augmented scan; more may follow if it is not `whole`.
   struct Group {
     std::span<const RadarScan> frames;
     bool whole = false;
   };
-  [[nodiscard]] Group group() const;
-  LogTime process_radar(std::span<const RadarScan> frames);
-  LogTime process_laser();
-  void move_to(LogTime time, const char* sensor);
+  [[nodiscard]] Group group() const {
+    const GatherOptions options;
+    const auto frames = radar_.span();
+    const std::size_t n = frames_of_one_scan(frames, options);
+    if (n == 0) return {};
+    const bool silent =
+        *now_ > frames.front().time + from_seconds(options.longest_s) + options_.sync.max_wait;
+    return {frames.first(n), n == options.frames || n < frames.size() || finished_ || silent};
+  }
+
+  LogTime process_radar(std::span<const RadarScan> frames) {
+    const GatheredRadar scan = gather(frames, options_.sync.T_base_radar, options_.sync.array,
+                                      OdometryTrack(odometry_.span()));
+    radar_.pop(frames.size());
+    move_to(scan.time, "motion to radar");
+    (void)radar_scan(scan.time, scan.points);
+    return done(scan.time);
+  }
+
+  LogTime process_laser() {
+    const LaserScan scan = lasers_.front();
+    lasers_.pop(1);
+    move_to(scan.time, "motion to LiDAR");
+    (void)lidar_scan(scan);
+    return done(scan.time);
+  }
+
+  void move_to(LogTime time, const char* sensor) {
+    constexpr MotionNoise kNoOdometry{0.15, 0.0, 0.0, Angle::degrees(8.0), 0.0, 0.0};
+    const auto samples = odometry_.span();
+    const std::optional<SE2d> now = detail::raw(OdometryTrack(samples).at(time));
+    if (std::exchange(begun_, true))
+      refuse_if_failed(slam_.move(now && T_odom_last_ ? with_noise(T_odom_last_->inverse() * *now,
+                                                                   options_.reckoning.odometry)
+                                                      : with_noise(SE2d(), kNoOdometry)),
+                       sensor, time);
+    T_odom_last_ = now;
+    last_ = time;
+    // Queued radar frames are no older than this.
+    const LogTime needed =
+        std::min(time, radar_.empty() ? time : radar_.front().time) - from_seconds(1.0);
+    const auto first = std::partition_point(samples.begin(), samples.end(),
+                                            [&](const auto& s) { return s.time <= needed; });
+    if (first - samples.begin() > 1)
+      odometry_.pop(static_cast<std::size_t>(first - samples.begin()) - 1);
+  }
+
   std::nullopt_t wait_for(std::string_view what) {
     waits_for_ = what;
     return std::nullopt;
   }
 
-  RbpfOutcome lidar_scan(const LaserScan& scan);
-  RbpfOutcome radar_scan(LogTime time, const PointSet& points);
+  RbpfOutcome lidar_scan(const LaserScan& scan) {
+    if (!uses(kLaser)) return {};
+    bool returned = false;
+    for (std::size_t i = 0; i < scan.ranges_m.size() && !returned; ++i) returned = scan.returned(i);
+    if (returned) returned_ = scan.time;
+    return record(slam_.add_lidar(scan), "LiDAR", scan.time);
+  }
+
+  RbpfOutcome radar_scan(LogTime time, const PointSet& points) {
+    if (!uses(kRadar)) return {};
+    if (!points.empty()) detected_ = time;
+    return record(slam_.add_radar(time, points), "radar", time);
+  }
+  template <class T>
+  void refuse_if_failed(const Result<T>& outcome, const char* sensor, LogTime time) {
+    refusals_.add(outcome,
+                  std::string(sensor) + " scan at " + std::to_string(time.seconds()) + " s");
+  }
   RbpfOutcome record(const Result<RbpfOutcome>& outcome, const char* sensor, LogTime time) {
-    refusals_.add(outcome, sensor, time);
+    refuse_if_failed(outcome, sensor, time);
     return outcome ? *outcome : RbpfOutcome{};
   }
+  void report_silence(const char* what, const std::optional<LogTime>& last, LogTime now) {
+    constexpr double kLongest_s = 3.0;
+    if (last) faults_.set(what, to_seconds(now - *last) > kLongest_s, now);
+  }
   LogTime done(LogTime time) {
-    laser_watch_.report(time, faults_);
-    radar_watch_.report(time, faults_);
+    report_silence("no LiDAR returns", returned_, time);
+    report_silence("no radar points", detected_, time);
     waits_for_ = {};
     return time;
   }
@@ -210,120 +280,12 @@ class RadarSlamStream::Impl {
   std::string_view waits_for_;
   std::size_t late_ = 0;
   FaultLog faults_;
-  Refusals refusals_;
-  SilenceWatch laser_watch_{"no LiDAR returns"}, radar_watch_{"no radar points"};
+  detail::Refusals refusals_;
+  std::optional<LogTime> returned_, detected_;  // last time of LiDAR returns, of radar points
 };
 
-RbpfOutcome RadarSlamStream::Impl::lidar_scan(const LaserScan& scan) {
-  if (!uses(kLaser)) return {};
-  bool returned = false;
-  for (std::size_t i = 0; i < scan.ranges_m.size() && !returned; ++i) returned = scan.returned(i);
-  if (returned) laser_watch_.detected(scan.time);
-  return record(slam_.add_lidar(scan), "LiDAR", scan.time);
-}
-
-RbpfOutcome RadarSlamStream::Impl::radar_scan(LogTime time, const PointSet& points) {
-  if (!uses(kRadar)) return {};
-  if (!points.empty()) radar_watch_.detected(time);
-  return record(slam_.add_radar(time, points), "radar", time);
-}
-
-std::optional<LogTime> RadarSlamStream::Impl::step_by_wheels() {
-  const std::optional<SyncedStep> step = synchroniser_.next();
-  if (!step) return std::nullopt;
-  (void)slam_.move(reckoner_.increment(*step, faults_));
-  if (step->laser) reckoner_.learn(lidar_scan(*step->laser));
-  if (step->radar) reckoner_.learn(radar_scan(step->radar->time, step->radar->points));
-  return done(step->time);
-}
-
-std::optional<LogTime> RadarSlamStream::Impl::step_by_poses() {
-  const auto [frames, whole] = group();
-  if (lasers_.empty() && !whole) return wait_for({});
-  if (!lasers_.empty()) {
-    const LogTime time = lasers_.front().time;
-    if (frames.empty() ? has_reached(kRadar, time) : frames.back().time >= time)
-      return has_reached(kOdometry, time) ? std::optional(process_laser()) : wait_for("odometry");
-    if (!whole) return wait_for("radar scans");
-  }
-  const LogTime time = frames.back().time;
-  if (lasers_.empty() && !has_reached(kLaser, time)) return wait_for("laser scans");
-  return has_reached(kOdometry, time) ? std::optional(process_radar(frames)) : wait_for("odometry");
-}
-
-RadarSlamStream::Impl::Group RadarSlamStream::Impl::group() const {
-  const GatherOptions options;
-  const auto frames = radar_.span();
-  const std::size_t n = frames_of_one_scan(frames, options);
-  if (n == 0) return {};
-  const bool silent =
-      *now_ > frames.front().time + from_seconds(options.longest_s) + options_.sync.max_wait;
-  return {frames.first(n), n == options.frames || n < frames.size() || finished_ || silent};
-}
-
-LogTime RadarSlamStream::Impl::process_radar(std::span<const RadarScan> frames) {
-  const GatheredRadar scan = gather(frames, options_.sync.T_base_radar, options_.sync.array,
-                                    OdometryTrack(odometry_.span()));
-  radar_.pop(frames.size());
-  move_to(scan.time, "motion to radar");
-  (void)radar_scan(scan.time, scan.points);
-  return done(scan.time);
-}
-
-LogTime RadarSlamStream::Impl::process_laser() {
-  const LaserScan scan = lasers_.front();
-  lasers_.pop(1);
-  move_to(scan.time, "motion to LiDAR");
-  (void)lidar_scan(scan);
-  return done(scan.time);
-}
-
-void RadarSlamStream::Impl::move_to(LogTime time, const char* sensor) {
-  constexpr MotionNoise kNoOdometry{0.15, 0.0, 0.0, Angle::degrees(8.0), 0.0, 0.0};
-  const auto samples = odometry_.span();
-  const auto interpolated = OdometryTrack(samples).at(time);
-  const std::optional<SE2d> now = interpolated ? std::optional(interpolated->raw()) : std::nullopt;
-  if (std::exchange(begun_, true))
-    refusals_.add(slam_.move(now && T_odom_last_ ? with_noise(T_odom_last_->inverse() * *now,
-                                                              options_.reckoning.odometry)
-                                                 : with_noise(SE2d(), kNoOdometry)),
-                  sensor, time);
-  T_odom_last_ = now;
-  last_ = time;
-  // Queued radar frames are no older than this.
-  const LogTime needed =
-      std::min(time, radar_.empty() ? time : radar_.front().time) - from_seconds(1.0);
-  const auto first = std::partition_point(samples.begin(), samples.end(),
-                                          [&](const auto& s) { return s.time <= needed; });
-  if (first - samples.begin() > 1)
-    odometry_.pop(static_cast<std::size_t>(first - samples.begin()) - 1);
-}
-
-RadarSlamRun RadarSlamStream::Impl::result() const {
-  Refusals all = refusals_;
-  all.add_late(late_ + synchroniser_.statistics().refused_late);
-  RadarSlamRun run{slam_.trajectory(),
-                   slam_.lidar_map(),
-                   slam_.radar_map(),
-                   slam_.statistics(),
-                   {},
-                   {},
-                   faults_.faults(Duration(500'000'000)),
-                   reckoner_.gyro_bias_rad_s(),
-                   all.count,
-                   std::move(all.first)};
-  for (const auto& particle : slam_.particles())
-    run.particles.push_back(
-        {run.trajectory.back().time, Transform2<frame::Map, frame::Base>(particle.pose)});
-  run.log_weights.assign(slam_.log_weights().begin(), slam_.log_weights().end());
-  return run;
-}
-
 RadarSlamStream::RadarSlamStream(const RadarSlamStreamOptions& options)
-    : impl_(std::make_unique<Impl>(options)) {}
-RadarSlamStream::~RadarSlamStream() = default;
-RadarSlamStream::RadarSlamStream(RadarSlamStream&&) noexcept = default;
-RadarSlamStream& RadarSlamStream::operator=(RadarSlamStream&&) noexcept = default;
+    : impl_(detail::make_owned<Impl>(options)) {}
 
 void RadarSlamStream::add(const WheelSample& sample) { impl_->add(sample); }
 void RadarSlamStream::add(const GyroSample& sample) { impl_->add(sample); }
@@ -338,5 +300,36 @@ const OccupancyGrid& RadarSlamStream::map() const {
   return slam().lidar_map().bounds() ? slam().lidar_map() : slam().radar_map();
 }
 RadarSlamRun RadarSlamStream::result() const { return impl_->result(); }
+
+Result<RadarSlamRun> run_radar_slam(const Recording& recording, RadarSlamOptions options,
+                                    SlamSensors sensors, const SlamProgress& progress,
+                                    const DeadReckoningOptions& reckoning) {
+  options.T_base_laser = recording.T_base_laser;
+  const MotionSource motion = !recording.wheels.empty()     ? MotionSource::wheels
+                              : !recording.odometry.empty() ? MotionSource::odometry
+                                                            : MotionSource::none;
+  RadarSlamStream stream({options, sensors, motion, reckoning, sync_params(recording)});
+  const auto add_all = [&](const auto& measurements) {
+    for (const auto& measurement : measurements) stream.add(measurement);
+  };
+  add_all(recording.wheels), add_all(recording.gyro), add_all(recording.odometry);
+  add_all(recording.radar), add_all(recording.scans);
+  stream.finish();
+  std::optional<LogTime> first, last;
+  const auto include = [&](const auto& measurements) {
+    if (measurements.empty()) return;
+    first = std::min(first.value_or(measurements.front().time), measurements.front().time);
+    last = std::max(last.value_or(measurements.back().time), measurements.back().time);
+  };
+  include(recording.scans), include(recording.radar), include(recording.wheels);
+  while (const auto time = stream.step()) {
+    const double whole_s = to_seconds(*last - *first), done_s = to_seconds(*time - *first);
+    if (progress && !progress(whole_s > 0 ? std::clamp(done_s / whole_s, 0.0, 1.0) : 1.0)) break;
+  }
+  RadarSlamRun run = stream.result();
+  if (run.statistics.updates > 0) return run;
+  return Error{ErrorCode::invalid,
+               "no scan could be used" + (run.refused_scans > 0 ? "; " + run.first_refusal : "")};
+}
 
 }  // namespace wayfare

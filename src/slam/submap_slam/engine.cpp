@@ -8,7 +8,7 @@
 
 #include <wayfare/map/voxel_filter.hpp>
 
-#include "slam/scan_check.hpp"
+#include "slam/scans.hpp"
 
 namespace wayfare {
 
@@ -19,9 +19,8 @@ SubmapSlam::Engine::Engine(const SubmapSlamOptions& options)
       search_(options) {}
 
 Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const MotionHint& hint) {
-  const auto odometry = hint.odometry ? std::optional(hint.odometry->raw()) : std::nullopt;
-  const auto last = scans_.empty() ? std::nullopt : std::optional(scans_.back().time);
-  if (auto ok = detail::check_scan(scan, odometry, last); !ok) return ok.error();
+  const auto odometry = detail::raw(hint.odometry);
+  if (auto ok = detail::check_scan(scan, odometry, scans_); !ok) return ok.error();
   if (hint.turn && !std::isfinite(hint.turn->radians()))
     return Error{ErrorCode::invalid, "the gyroscope's heading change is not finite"};
   const auto points = points_of(scan);
@@ -39,14 +38,13 @@ Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const Mo
   outcome.matched = placed.matched;
   if (is_due(placed.matched))
     if (auto ok = add_node(*points, placed); !ok) return ok.error();
-  local_ = {Transform2<frame::Odom, frame::Base>(T_local_base_), placed.matched, placed.openness,
-            placed.covariance, placed.predicted_sigma};
+  local_ = {OdomPose(T_local_base_), placed.matched, placed.openness, placed.covariance,
+            placed.predicted_sigma};
   motion_model_.update(scan.time, T_local_base_, odometry);
   outcome.became_node = map_.nodes.size() > before;
   scans_.push_back(
       {scan.time, map_.latest(), map_.nodes.back().T_local_node.inverse() * T_local_base_});
-  outcome.T_map_base =
-      Transform2<frame::Map, frame::Base>(map_.pose(map_.latest()) * scans_.back().T_node_base);
+  outcome.T_map_base = MapPose(map_.pose(map_.latest()) * scans_.back().T_node_base);
   ++statistics_.scans;
   statistics_.unmatched_scans += outcome.matched ? 0 : 1;
   if (outcome.became_node) begin_search();
@@ -76,9 +74,8 @@ Motion SubmapSlam::Engine::predict(LogTime time, const std::optional<SE2d>& odom
 SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, const Motion& motion,
                                                      const std::optional<Motion>& by_velocity) {
   const SE2d expected = T_local_base_ * motion.increment;
-  const Eigen::Matrix3d turn = motion.increment.inverse().adjoint();
-  for (Eigen::Matrix3d* since : {&since_node_, &since_match_})
-    *since = turn * *since * turn.transpose() + motion.covariance();
+  since_node_ = motion.accumulated(since_node_);
+  since_match_ = motion.accumulated(since_match_);
   // After unmatched scans the error may exceed that of one motion.
   const Eigen::Vector3d most(1.0, 1.0, Angle::degrees(60).radians());
   const Eigen::Vector3d sigma = since_match_.diagonal().cwiseSqrt().cwiseMin(most);
@@ -101,9 +98,8 @@ SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, con
 bool SubmapSlam::Engine::is_due(bool matched) const {
   if (map_.nodes.empty()) return true;
   if (!matched) return lost_ >= options_.lost_scans;
-  const SE2d moved = map_.nodes.back().T_local_node.inverse() * T_local_base_;
-  return moved.translation().norm() >= options_.node_distance_m ||
-         std::abs(moved.heading().radians()) >= options_.node_turn.radians();
+  return reaches(map_.nodes.back().T_local_node.inverse() * T_local_base_, options_.node_distance_m,
+                 options_.node_turn);
 }
 
 /// Information of a match over a distance `length_m` with which the error of its reference grows.
@@ -142,10 +138,7 @@ void SubmapSlam::Engine::join_node(const std::shared_ptr<const PackedPoints>& po
   const double d = step.translation().norm(), turn = std::abs(step.heading().radians());
   const Eigen::Matrix3d by_motion = since_node_.inverse();
   if (placed.score < options_.tracked_score) {
-    const double sigma_m = 0.1 + 0.3 * d, sigma_rad = Angle::degrees(10).radians() + 0.5 * turn;
-    const Eigen::Matrix3d weak =
-        Eigen::Vector3d(sigma_m, sigma_m, sigma_rad).cwiseAbs2().cwiseInverse().asDiagonal();
-    map_.add_node(T_local_base_, points, placed.matched ? weak : by_motion);
+    map_.add_node(T_local_base_, points, placed.matched ? weak_information(d, turn) : by_motion);
     return;
   }
   const Submap& submap = matched_submap(map_);
@@ -188,7 +181,7 @@ void SubmapSlam::Engine::begin_search() {
 
 int SubmapSlam::Engine::join_loops() {
   join_at_.reset();
-  const FoundLoops& found = search_.result();
+  const Loops& found = search_.result();
   map_.graph.edges.insert(map_.graph.edges.end(), found.edges.begin(), found.edges.end());
   statistics_.loop_closures += found.edges.size();
   statistics_.loops_refused += found.refused;
@@ -205,12 +198,11 @@ void SubmapSlam::Engine::forget() {
   while (options_.max_submaps > 0 && finished() > options_.max_submaps) {
     const int gone = map_.submaps[1].first;
     const auto kept = std::find_if(scans_.begin(), scans_.end(),
-                                   [&](const SubmapScan& s) { return s.node >= gone; });
+                                   [&](const ScanPose& s) { return s.node >= gone; });
     for (auto s = scans_.begin(); s != kept; ++s)
-      forgotten_.push_back(
-          {s->time, Transform2<frame::Map, frame::Base>(map_.pose(s->node) * s->T_node_base)});
+      forgotten_.push_back({s->time, MapPose(map_.pose(s->node) * s->T_node_base)});
     scans_.erase(scans_.begin(), kept);
-    for (SubmapScan& s : scans_) s.node -= gone;
+    for (ScanPose& s : scans_) s.node -= gone;
     map_.forget_oldest();
     search_.poses_dropped();
     ++statistics_.forgotten_submaps;
@@ -218,14 +210,8 @@ void SubmapSlam::Engine::forget() {
 }
 
 Result<void> SubmapSlam::Engine::optimise(int iterations, double min_gain) {
-  OptimiseOptions options;
-  options.kernel = search_.kernel();
-  options.max_iterations = iterations;
-  options.min_relative_gain = min_gain;
-  const auto report = optimiser_.optimise(map_.graph, options);
-  if (!report) return report.error();
-  ++statistics_.optimisations;
-  return {};
+  return wayfare::optimise(optimiser_, map_.graph, loop_kernel(options_.loop_kernel_sigmas),
+                           iterations, min_gain, statistics_.optimisations);
 }
 
 Result<void> SubmapSlam::Engine::finish() {
@@ -239,9 +225,8 @@ Result<void> SubmapSlam::Engine::finish() {
 Trajectory SubmapSlam::Engine::trajectory() const {
   Trajectory result = forgotten_;
   result.reserve(forgotten_.size() + scans_.size());
-  for (const SubmapScan& s : scans_)
-    result.push_back(
-        {s.time, Transform2<frame::Map, frame::Base>(map_.pose(s.node) * s.T_node_base)});
+  for (const ScanPose& s : scans_)
+    result.push_back({s.time, MapPose(map_.pose(s.node) * s.T_node_base)});
   return result;
 }
 
@@ -261,7 +246,69 @@ std::size_t SubmapSlam::Engine::memory_bytes() {
   std::size_t sum = tracker_.memory_bytes() + search_.memory_bytes();
   for (const SubmapNode& n : map_.nodes) sum += n.points->xy().size() * sizeof(std::int16_t);
   sum += map_.graph.edges.size() * sizeof(PoseEdge<SE2d>);
-  return sum + scans_.size() * sizeof(SubmapScan) + forgotten_.size() * sizeof(StampedPose);
+  return sum + scans_.size() * sizeof(ScanPose) + forgotten_.size() * sizeof(StampedPose);
+}
+
+SubmapSlam::SubmapSlam(const SubmapSlamOptions& options)
+    : engine_(detail::make_owned<Engine>(options)) {}
+SubmapSlam::SubmapSlam(detail::Owned<Engine> engine) : engine_(std::move(engine)) {}
+
+Result<ScanOutcome> SubmapSlam::add_scan(const LaserScan& scan, const MotionHint& hint) {
+  return engine_->add_scan(scan, hint);
+}
+Result<void> SubmapSlam::finish() { return engine_->finish(); }
+Trajectory SubmapSlam::trajectory() const { return engine_->trajectory(); }
+const PoseGraph2& SubmapSlam::graph() const { return engine_->graph(); }
+const SubmapSlamStatistics& SubmapSlam::statistics() const { return engine_->statistics(); }
+const LocalPlacement& SubmapSlam::local() const { return engine_->local(); }
+OccupancyGrid SubmapSlam::map(const OccupancyGridOptions& shape,
+                              const InverseLidarModel& model) const {
+  return engine_->map(shape, model);
+}
+std::size_t SubmapSlam::memory_bytes() const { return engine_->memory_bytes(); }
+std::vector<std::uint8_t> SubmapSlam::save() const { return engine_->save(); }
+
+Result<SubmapSlam> SubmapSlam::restore(std::span<const std::uint8_t> bytes,
+                                       const SubmapSlamOptions& options) {
+  auto engine = detail::make_owned<Engine>(options);
+  if (auto ok = engine->restore(bytes); !ok) return ok.error();
+  return SubmapSlam(std::move(engine));
+}
+
+Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOptions options,
+                                      const SlamProgress& progress,
+                                      std::span<const std::uint8_t> saved) {
+  options.T_base_laser = recording.T_base_laser;
+  SubmapSlam slam(options);
+  if (!saved.empty()) {
+    auto restored = SubmapSlam::restore(saved, options);
+    if (!restored) return restored.error();
+    slam = *std::move(restored);
+  }
+  const OdometryTrack odometry(recording.odometry);
+  const GyroTurn gyro(recording.gyro);
+  auto refused = detail::feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
+    const LaserScan& scan = recording.scans[i];
+    MotionHint hint{odometry.at(scan.time), {}};
+    if (!hint.odometry && i > 0) hint.turn = gyro.between(recording.scans[i - 1].time, scan.time);
+    return slam.add_scan(scan, hint);
+  });
+  if (!refused) return refused.error();
+  return detail::finished_run(slam, *std::move(refused));
+}
+
+Result<SubmapSlamRun> detail::finished_run(SubmapSlam& slam, Refusals refused) {
+  SubmapSlamRun run;
+  run.refused_scans = refused.count;
+  run.first_refusal = std::move(refused.first);
+  run.state = slam.save();
+  if (auto ok = slam.finish(); !ok) return ok.error();
+  run.trajectory = slam.trajectory();
+  run.graph = slam.graph();
+  run.map = slam.map();
+  run.statistics = slam.statistics();
+  run.memory_bytes = slam.memory_bytes();
+  return run;
 }
 
 }  // namespace wayfare

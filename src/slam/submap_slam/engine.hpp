@@ -5,22 +5,15 @@
 #include <span>
 #include <vector>
 
-#include <wayfare/graph/optimise.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
+#include "slam/loops.hpp"
 #include "slam/motion.hpp"
 #include "slam/submap_slam/local_tracker.hpp"
 #include "slam/submap_slam/loop_search.hpp"
 #include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {
-
-/// A scan's pose relative to its node.
-struct SubmapScan {
-  LogTime time;
-  int node = 0;
-  SE2d T_node_base;
-};
 
 class SubmapSlam::Engine {
  public:
@@ -81,7 +74,7 @@ class SubmapSlam::Engine {
   int nodes_since_search_ = 0;
   std::optional<std::uint64_t> join_at_;  // number of scans at which the running search is joined
   Trajectory forgotten_;                  // of scans whose nodes were dropped
-  std::vector<SubmapScan> scans_;
+  std::vector<ScanPose> scans_;
   SubmapSlamStatistics statistics_;
 };
 

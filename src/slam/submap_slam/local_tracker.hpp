@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -7,13 +8,22 @@
 #include <Eigen/Core>
 
 #include <wayfare/map/probability_grid.hpp>
+#include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
+#include "match/local/registration.hpp"
+#include "match/open_direction.hpp"
 #include "slam/motion.hpp"
 #include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {
+
+/// The unfinished submap that scans are matched to.
+[[nodiscard]] inline const Submap& matched_submap(const SubmapGraph& map) {
+  return *std::find_if(map.submaps.begin(), map.submaps.end(),
+                       [](const Submap& s) { return !s.finished; });
+}
 
 /// Grids of the unfinished submaps; matches scans to the older of them.
 class LocalTracker {
@@ -32,12 +42,57 @@ class LocalTracker {
   /// Nothing without agreement nearby.
   [[nodiscard]] std::optional<Placement> place(const SubmapGraph& map, const PointSet& points,
                                                const SE2d& T_local_expected,
-                                               const Motion& motion) const;
+                                               const Motion& motion) const {
+    constexpr std::size_t kFewestPoints = 10;
+    if (points.size() < kFewestPoints) return std::nullopt;
+    MatchOptions options;
+    options.min_score = options_.min_score;
+    options.independent_points = options_.independent_points;
+    options.prior_information = information_of(motion.sigma);
+    options.covariance = true;
+    const Eigen::Vector3d reach = options_.search_sigmas * motion.sigma;
+    const double half_m = std::max(reach[0], reach[1]);
+    auto best =
+        match(map, points, T_local_expected, {half_m, half_m, Angle::radians(reach[2])}, options);
+    if (!best || best->score < options_.tracked_score) {
+      constexpr double kMargin = 0.05;
+      const auto other = search_wider(map, points, T_local_expected, motion);
+      if (other && other->score > (best ? best->score : 0.0) + kMargin) best = other;
+    }
+    if (!best) return std::nullopt;
+    const OpenDirection open(*best->constraint, detail::rms_distance_m(points));
+    return Placement{open.settle(best->T_map_points, T_local_expected), best->score,
+                     open.widen(*best->covariance), open.openness()};
+  }
 
   /// Updates the grids after a node was added, or a submap began or ended.
-  Result<void> follow(const SubmapGraph& map);
+  Result<void> follow(const SubmapGraph& map) {
+    std::erase_if(active_, [&](const Active& a) {
+      return std::none_of(map.submaps.begin(), map.submaps.end(),
+                          [&](const Submap& s) { return s.id == a.id && !s.finished; });
+    });
+    const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
+    for (const Submap& s : map.submaps) {
+      if (s.finished) continue;
+      auto a = std::find_if(active_.begin(), active_.end(),
+                            [&](const Active& have) { return have.id == s.id; });
+      if (a == active_.end()) a = active_.insert(a, {s.id, 0, MultiResolutionGrid(options_.grid)});
+      for (; a->nodes <= s.last - s.first; ++a->nodes) {
+        const SubmapNode& n = map.node(s.first + a->nodes);
+        if (auto ok = a->grid.insert(s.T_local_submap.inverse() * n.T_local_node,
+                                     n.points->unpacked(), laser);
+            !ok)
+          return ok;
+      }
+    }
+    return {};
+  }
 
-  [[nodiscard]] std::size_t memory_bytes() const;
+  [[nodiscard]] std::size_t memory_bytes() const {
+    std::size_t bytes = 0;
+    for (const Active& a : active_) bytes += a.grid.memory_bytes();
+    return bytes;
+  }
 
  private:
   struct Active {
@@ -49,18 +104,49 @@ class LocalTracker {
   [[nodiscard]] std::optional<MatchResult> match(const SubmapGraph& map, const PointSet& points,
                                                  const SE2d& T_local_prior,
                                                  const SearchWindow& window,
-                                                 const MatchOptions& options) const;
+                                                 const MatchOptions& options) const {
+    const SE2d& T_local_submap = matched_submap(map).T_local_submap;
+    auto found = matcher_.match(active_.front().grid.tables(), points,
+                                T_local_submap.inverse() * T_local_prior, window, options);
+    if (!found || !*found) return std::nullopt;
+    (*found)->T_map_points = T_local_submap * (*found)->T_map_points;
+    return *std::move(found);
+  }
+
+  /// All poses in a window around the prediction, in a field with a wide basin of attraction.
   [[nodiscard]] std::optional<MatchResult> search_wider(const SubmapGraph& map,
                                                         const PointSet& points,
                                                         const SE2d& T_local_expected,
-                                                        const Motion& motion) const;
+                                                        const Motion& motion) const {
+    constexpr double kOutlierProbability = 0.2, kPriorWeight = 0.25, kIndependentPoints = 8.0;
+    const Submap& s = matched_submap(map);
+    std::vector<PointSet> scans;
+    std::vector<PlacedPoints> placed;
+    scans.reserve(static_cast<std::size_t>(s.last - s.first + 1));
+    for (int k = s.first; k <= s.last; ++k) {
+      scans.push_back(map.node(k).points->unpacked());
+      placed.push_back({&scans.back(), map.node(k).T_local_node});
+    }
+    const auto field = likelihood_field(
+        placed, {options_.grid.finest.resolution_m, options_.loop_sigma_m, kOutlierProbability});
+    if (!field) return std::nullopt;
+    MatchOptions options;
+    options.min_score = options_.lost_score;
+    options.independent_points = kIndependentPoints;
+    options.prior_information = kPriorWeight * information_of(motion.sigma);
+    const double half_m = std::max({0.8, 2 * motion.sigma[0], 2 * motion.sigma[1]});
+    const auto found = CorrelativeMatcher().match(*field, points, T_local_expected,
+                                                  {half_m, half_m, Angle::degrees(50)}, options);
+    if (!found || !*found) return std::nullopt;
+    options = {};
+    options.min_score = options_.min_score;
+    options.covariance = true;
+    return match(map, points, (*found)->T_map_points, {0.3, 0.3, Angle::degrees(5)}, options);
+  }
 
   SubmapSlamOptions options_;
   GaussNewtonMatcher matcher_;
   std::vector<Active> active_;  // as the graph's unfinished submaps
 };
-
-/// The unfinished submap that scans are matched to.
-[[nodiscard]] const Submap& matched_submap(const SubmapGraph& map);
 
 }  // namespace wayfare

@@ -6,21 +6,16 @@
 
 #include <Eigen/LU>
 
+#include <wayfare/core/parallel.hpp>
 #include <wayfare/map/voxel_filter.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 
-#include <wayfare/core/parallel.hpp>
 #include "match/local/registration.hpp"
 #include "match/open_direction.hpp"
 
 namespace wayfare {
 namespace {
-
-/// Three standard deviations of the position along its less certain axis.
-double reach_m(const Eigen::Matrix3d& covariance) {
-  return 3.0 * std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
-}
 
 /// From the latest node to the nearest of a submap's.
 double distance_m(const SubmapGraph& map, const Submap& s) {
@@ -51,7 +46,7 @@ bool LoopSearch::begin(const SubmapGraph& map) {
   return true;
 }
 
-const FoundLoops& LoopSearch::result() {
+const Loops& LoopSearch::result() {
   if (running_.valid()) found_ = running_.get();
   return found_;
 }
@@ -59,10 +54,8 @@ const FoundLoops& LoopSearch::result() {
 /// The nearest submaps that may share a view with the latest node.
 std::vector<LoopSearch::Candidate> LoopSearch::candidates(const SubmapGraph& map) {
   const SubmapNode& latest = map.nodes.back();
-  const auto usable = [&](const PoseEdge<SE2d>& edge) {
-    return !edge.robust || kernel()(squared_error(map.graph, edge)).weight > 0.3;
-  };
-  const PathUncertainty& known = uncertainty_.find(map.graph, latest.pose, usable);
+  const PathUncertainty& known = uncertainty_from(
+      latest.pose, map.graph, loop_kernel(options_.loop_kernel_sigmas), uncertainty_);
   std::vector<std::pair<double, const Submap*>> near;
   for (const Submap& s : map.submaps) {
     if (!s.finished || !known.reached(s.pose)) continue;
@@ -103,16 +96,12 @@ PointSet LoopSearch::context(const SubmapGraph& map) const {
   return thinned ? *std::move(thinned) : all;
 }
 
-FoundLoops LoopSearch::search(Query& query) {
+Loops LoopSearch::search(Query& query) {
   for (Candidate& c : query.candidates) c.tables = tables(c);
   std::vector<std::optional<PoseEdge<SE2d>>> matches(query.candidates.size());
   parallel_for(matches.size(), options_.threads - 1,
                [&](std::size_t i) { matches[i] = match(query, query.candidates[i]); });
-  FoundLoops found;
-  for (const auto& edge : matches)
-    if (edge) found.edges.push_back(*edge);
-  found.refused = matches.size() - found.edges.size();
-  return found;
+  return Loops(matches);
 }
 
 std::shared_ptr<const LoopSearch::Tables> LoopSearch::tables(const Candidate& c) {
@@ -154,14 +143,11 @@ std::shared_ptr<const LoopSearch::Tables> LoopSearch::make_tables(const Candidat
 /// Coarse search with the points of the latest nodes, refinement with those of the last one.
 std::optional<PoseEdge<SE2d>> LoopSearch::match(const Query& query, const Candidate& c) const {
   if (c.tables->field.grid().empty() || c.tables->grid.empty()) return std::nullopt;
-  const double reach = std::clamp(reach_m(c.covariance), 0.3, options_.loop_reach_m);
-  const double turn = std::clamp(3.0 * std::sqrt(c.covariance(2, 2)), Angle::degrees(4).radians(),
-                                 Angle::degrees(90).radians());
+  const SearchWindow window = loop_window(c.covariance, options_.loop_reach_m);
   MatchOptions options;
-  options.min_score = reach > 1.0 ? options_.wide_loop_score : options_.loop_score;
+  options.min_score = window.half_x_m > 1.0 ? options_.wide_loop_score : options_.loop_score;
   BranchAndBoundMatcher far;
-  const auto found = far.match(c.tables->field, query.context, c.T_submap_node,
-                               {reach, reach, Angle::radians(turn)}, options);
+  const auto found = far.match(c.tables->field, query.context, c.T_submap_node, window, options);
   if (!found || !*found) return std::nullopt;
   GaussNewtonOptions smooth;
   smooth.interpolation = Interpolation::bicubic;

@@ -9,23 +9,17 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/graph/path_uncertainty.hpp>
 #include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/map/probability_grid.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
+#include "slam/loops.hpp"
 #include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {
 
-/// Result of a search for loops: edges of the graph as it was when the search began.
-struct FoundLoops {
-  std::vector<PoseEdge<SE2d>> edges;
-  std::size_t refused = 0;  ///< submaps without a match
-};
-
 /// Searches finished submaps for the latest nodes, in the background with more than one thread. The
-/// graph is not read after `begin` has returned.
+/// graph is not read after `begin` has returned; edges refer to it as it was then.
 class LoopSearch {
  public:
   explicit LoopSearch(const SubmapSlamOptions& options) : options_(options) {}
@@ -33,14 +27,10 @@ class LoopSearch {
   /// Begins a search from the latest node; false if there are no candidates.
   bool begin(const SubmapGraph& map);
   /// The result of the last search; waits for it.
-  [[nodiscard]] const FoundLoops& result();
+  [[nodiscard]] const Loops& result();
   /// Result of a search that was running when the state was saved.
-  void set_result(FoundLoops found) { found_ = std::move(found); }
+  void set_result(Loops found) { found_ = std::move(found); }
 
-  /// Robust kernel of loop closures.
-  [[nodiscard]] RobustKernel kernel() const {
-    return {RobustKernelKind::cauchy, options_.loop_kernel_sigmas};
-  }
   /// Poses were dropped from the graph.
   void poses_dropped() { uncertainty_ = {}; }
   /// Of the tables; waits for the running search.
@@ -73,7 +63,7 @@ class LoopSearch {
 
   [[nodiscard]] std::vector<Candidate> candidates(const SubmapGraph& map);
   [[nodiscard]] PointSet context(const SubmapGraph& map) const;
-  [[nodiscard]] FoundLoops search(Query& query);
+  [[nodiscard]] Loops search(Query& query);
   [[nodiscard]] std::shared_ptr<const Tables> tables(const Candidate& candidate);
   [[nodiscard]] std::shared_ptr<const Tables> make_tables(const Candidate& candidate) const;
   [[nodiscard]] std::optional<PoseEdge<SE2d>> match(const Query& query,
@@ -81,10 +71,10 @@ class LoopSearch {
 
   SubmapSlamOptions options_;
   PathUncertaintyFinder uncertainty_;
-  FoundLoops found_;
+  Loops found_;
   std::list<std::pair<std::int64_t, std::shared_ptr<const Tables>>>
-      cache_;                        // most recently used first
-  std::future<FoundLoops> running_;  // last: destroyed, and so waited for, before what it uses
+      cache_;                   // most recently used first
+  std::future<Loops> running_;  // last: destroyed, and so waited for, before what it uses
 };
 
 }  // namespace wayfare

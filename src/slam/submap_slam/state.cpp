@@ -1,8 +1,17 @@
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/detail/bytes.hpp>
 
 #include "slam/submap_slam/engine.hpp"
-#include "slam/submap_slam/state_bytes.hpp"
 
 namespace wayfare {
 namespace {
@@ -20,6 +29,100 @@ bool in(int index, std::size_t size) {
   return index >= 0 && static_cast<std::size_t>(index) < size;
 }
 
+// Serialisation with one list of fields for both directions: little endian, every vector preceded
+// by its length.
+
+class StateWriter {
+ public:
+  static constexpr bool kReads = false;
+  std::vector<std::uint8_t> bytes;
+
+  template <decode::Number T>
+  void number(const T& value) {
+    bytes.resize(bytes.size() + sizeof(T));
+    decode::store_le(value, bytes.data() + bytes.size() - sizeof(T));
+  }
+  [[nodiscard]] static bool ok() { return true; }
+};
+
+/// Stops reading at the first fault.
+class StateReader {
+ public:
+  static constexpr bool kReads = true;
+  explicit StateReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+
+  template <decode::Number T>
+  void number(T& value) {
+    if (!ok_ || left() < sizeof(T)) return fail();
+    value = decode::load_le<T>(bytes_.data() + at_);
+    at_ += sizeof(T);
+    if constexpr (std::floating_point<T>)
+      if (!std::isfinite(value)) fail();
+  }
+  void fail() { ok_ = false; }
+  [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] std::size_t at() const { return at_; }
+  [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+  std::size_t at_ = 0;
+  bool ok_ = true;
+};
+
+template <class A, decode::Number T>
+void field(A& a, T& value) {
+  a.number(value);
+}
+template <class A>
+void field(A& a, bool& value) {
+  std::uint8_t byte = value ? 1 : 0;
+  a.number(byte);
+  value = byte != 0;
+}
+template <class A>
+void field(A& a, LogTime& time) {
+  std::int64_t ns = time.nanoseconds();
+  a.number(ns);
+  time = LogTime::from_nanoseconds(ns);
+}
+template <class A, int R, int C>
+void field(A& a, Eigen::Matrix<double, R, C>& m) {
+  for (double& x : m.reshaped()) a.number(x);
+}
+template <class A>
+void field(A& a, SE2d& pose) {
+  double v[4] = {pose.x(), pose.y(), pose.rotation().cos(), pose.rotation().sin()};
+  for (double& x : v) a.number(x);
+  if constexpr (A::kReads) {
+    if (!(std::abs(v[2] * v[2] + v[3] * v[3] - 1) < 1e-6)) return a.fail();
+    pose = SE2d(Eigen::Vector2d(v[0], v[1]), SO2d::from_unit_complex(v[2], v[3]));
+  }
+}
+template <class A, class... T>
+void fields(A& a, T&... values) {
+  (field(a, values), ...);
+}
+template <class A, class T, class Each>
+void each(A& a, std::vector<T>& values, const Each& one) {
+  std::uint64_t n = values.size();
+  a.number(n);
+  if constexpr (A::kReads) {
+    if (!a.ok() || n > a.left()) return a.fail();  // every value takes at least one byte
+    values.clear();
+    for (std::uint64_t i = 0; i < n && a.ok(); ++i) one(values.emplace_back());
+  } else {
+    for (T& value : values) one(value);
+  }
+}
+template <class A, class T, class Inner>
+void optional_field(A& a, std::optional<T>& value, const Inner& inner) {
+  bool has = value.has_value();
+  field(a, has);
+  if constexpr (A::kReads) value = has ? std::optional<T>(T{}) : std::nullopt;
+  if (has) inner(*value);
+}
+
 }  // namespace
 
 /// The fields of a SubmapSlam.
@@ -27,11 +130,7 @@ struct SubmapState {
   template <class A>
   static void edges(A& a, std::vector<PoseEdge<SE2d>>& edges) {
     each(a, edges, [&](PoseEdge<SE2d>& e) {
-      field(a, e.from);
-      field(a, e.to);
-      field(a, e.measurement);
-      field(a, e.information);
-      field(a, e.robust);
+      fields(a, e.from, e.to, e.measurement, e.information, e.robust);
     });
   }
 
@@ -40,21 +139,14 @@ struct SubmapState {
     each(a, map.graph.poses, [&](SE2d& pose) { field(a, pose); });
     edges(a, map.graph.edges);
     each(a, map.nodes, [&](SubmapNode& n) {
-      field(a, n.pose);
-      field(a, n.T_local_node);
-      field(a, n.travel_m);
+      fields(a, n.pose, n.T_local_node, n.travel_m);
       std::vector<std::int16_t> xy;
       if constexpr (!A::kReads) xy = n.points->xy();
       each(a, xy, [&](std::int16_t& t) { field(a, t); });
       if constexpr (A::kReads) n.points = std::make_shared<const PackedPoints>(std::move(xy));
     });
     each(a, map.submaps, [&](Submap& s) {
-      field(a, s.id);
-      field(a, s.pose);
-      field(a, s.T_local_submap);
-      field(a, s.first);
-      field(a, s.last);
-      field(a, s.finished);
+      fields(a, s.id, s.pose, s.T_local_submap, s.first, s.last, s.finished);
     });
     field(a, map.next_id_);
   }
@@ -62,14 +154,11 @@ struct SubmapState {
   template <class A>
   static void motion(A& a, MotionModel& model) {
     optional_field(a, model.last_, [&](auto& last) {
-      field(a, last.time);
-      field(a, last.pose);
+      fields(a, last.time, last.pose);
       optional_field(a, last.odometry, [&](SE2d& pose) { field(a, pose); });
     });
-    field(a, model.velocity_from_.time);
-    field(a, model.velocity_from_.pose);
-    field(a, model.mean_interval_s_);
-    field(a, model.velocity_);
+    fields(a, model.velocity_from_.time, model.velocity_from_.pose, model.mean_interval_s_,
+           model.velocity_);
   }
 
   template <class A>
@@ -78,25 +167,17 @@ struct SubmapState {
       field(a, p.time);
       SE2d pose = p.T_map_base.raw();
       field(a, pose);
-      p.T_map_base = Transform2<frame::Map, frame::Base>(pose);
+      p.T_map_base = MapPose(pose);
     });
-    each(a, e.scans_, [&](SubmapScan& s) {
-      field(a, s.time);
-      field(a, s.node);
-      field(a, s.T_node_base);
-    });
+    each(a, e.scans_, [&](ScanPose& s) { fields(a, s.time, s.node, s.T_node_base); });
   }
 
   template <class A>
-  static void all_fields(A& a, SubmapSlam::Engine& e, FoundLoops& pending) {
+  static void all_fields(A& a, SubmapSlam::Engine& e, Loops& pending) {
     map(a, e.map_);
     motion(a, e.motion_model_);
     path(a, e);
-    field(a, e.T_local_base_);
-    field(a, e.since_node_);
-    field(a, e.since_match_);
-    field(a, e.lost_);
-    field(a, e.nodes_since_search_);
+    fields(a, e.T_local_base_, e.since_node_, e.since_match_, e.lost_, e.nodes_since_search_);
     optional_field(a, e.join_at_, [&](std::uint64_t& n) { field(a, n); });
     edges(a, pending.edges);
     SubmapSlamStatistics& s = e.statistics_;
@@ -107,7 +188,7 @@ struct SubmapState {
   }
 
   /// Whether all indices are valid and the invariants hold.
-  static bool is_valid(const SubmapSlam::Engine& e, const FoundLoops& pending) {
+  static bool is_valid(const SubmapSlam::Engine& e, const Loops& pending) {
     const SubmapGraph& m = e.map_;
     const std::size_t poses = m.graph.poses.size(), nodes = m.nodes.size();
     const auto edge = [&](const PoseEdge<SE2d>& x) { return in(x.from, poses) && in(x.to, poses); };
@@ -127,14 +208,14 @@ struct SubmapState {
                         s.first <= s.last;
                }) &&
            !m.submaps.empty() && !m.submaps.back().finished && !e.scans_.empty() &&
-           all(e.scans_, [&](const SubmapScan& s) { return in(s.node, nodes); });
+           all(e.scans_, [&](const ScanPose& s) { return in(s.node, nodes); });
   }
 };
 
 std::vector<std::uint8_t> SubmapSlam::Engine::save() {
   StateWriter a;
   a.number(kMagic);
-  FoundLoops pending = search_.result();
+  Loops pending = search_.result();
   if (!join_at_) pending = {};
   SubmapState::all_fields(a, *this, pending);
   a.number(digest(a.bytes));
@@ -152,7 +233,7 @@ Result<void> SubmapSlam::Engine::restore(std::span<const std::uint8_t> bytes) {
   if (decode::load_le<std::uint64_t>(bytes.data() + content.size()) != digest(content))
     return fault("damaged or truncated: the digest at its end does not match", content.size());
   StateReader a(content.subspan(sizeof(std::uint64_t)));
-  FoundLoops pending;
+  Loops pending;
   SubmapState::all_fields(a, *this, pending);
   if (!a.ok() || a.left() != 0 || !SubmapState::is_valid(*this, pending))
     return fault("values that are not a valid map", sizeof(std::uint64_t) + a.at());

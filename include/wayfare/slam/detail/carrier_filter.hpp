@@ -1,7 +1,8 @@
 #pragma once
 
 // The navigation filter beside Hector SLAM (Kohlbrecher et al. 2011, section IV): six degrees of
-// freedom from an inertial unit, aided by planar scan matches.
+// freedom from an inertial unit on a head, in a hand or on a rig, aided by planar scan matches.
+// Over a flat, non-rotating floor, for rooms and minutes. (Over the Earth: ins_model.hpp.)
 
 #include <cstddef>
 #include <optional>
@@ -15,10 +16,73 @@
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/rest_detector.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
+#include <wayfare/inertial/strapdown.hpp>
 #include <wayfare/sensors/imu.hpp>
-#include <wayfare/slam/detail/carrier_motion.hpp>
 
 namespace wayfare {
+
+/// Fifteen error states, in this order: position, velocity, attitude (rotation vector in the body's
+/// axes, right), gyro bias, accelerometer bias. Map axes have z up; the body's x points forward, z
+/// up.
+struct CarrierState {
+  using Scalar = double;
+  static constexpr int kDof = 15;
+  static constexpr int kPosition = 0, kVelocity = 3, kAttitude = 6, kGyroBias = 9, kAccelBias = 12;
+  using Tangent = Eigen::Matrix<double, kDof, 1>;
+
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  SO3d q_map_body;
+  Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_bias_mps2 = Eigen::Vector3d::Zero();
+
+  [[nodiscard]] CarrierState plus(const Tangent& tau) const {
+    return {position_m + tau.segment<3>(kPosition), velocity_mps + tau.segment<3>(kVelocity),
+            q_map_body.plus(tau.segment<3>(kAttitude)), gyro_bias_radps + tau.segment<3>(kGyroBias),
+            accel_bias_mps2 + tau.segment<3>(kAccelBias)};
+  }
+  [[nodiscard]] Tangent minus(const CarrierState& x) const {
+    Tangent tau;
+    tau << position_m - x.position_m, velocity_mps - x.velocity_mps, q_map_body.minus(x.q_map_body),
+        gyro_bias_radps - x.gyro_bias_radps, accel_bias_mps2 - x.accel_bias_mps2;
+    return tau;
+  }
+
+  /// Seen from above: x, y and the heading of the body's x axis.
+  [[nodiscard]] SE2d planar() const;
+  /// ∂(x, y, heading)/∂τ, x and y along the map's axes.
+  [[nodiscard]] Eigen::Matrix<double, 3, kDof> planar_jacobian() const;
+};
+
+/// White noise of the samples, rad/√s and m/s/√s, and biases as Gauss-Markov processes. The noise
+/// also covers scale and alignment errors and shocks.
+struct CarrierNoise {
+  double gyro_white = 0.001;
+  double accel_white = 0.03;
+  double gyro_bias_radps = 0.01, gyro_bias_time_s = 1000.0;
+  double accel_bias_mps2 = 0.05, accel_bias_time_s = 1000.0;
+};
+
+/// The process model (see ProcessModel): q⁺ = q exp(Δθ), v⁺ = v + q Δv − g Δt, p⁺ = p + Δt (v +
+/// v⁺)/2 with Δθ, Δv of the samples less the biases.
+class CarrierModel {
+ public:
+  static constexpr double kGravity_mps2 = 9.80665;
+  using Square = Eigen::Matrix<double, CarrierState::kDof, CarrierState::kDof>;
+
+  struct Step {
+    CarrierState state;
+    Square phi, q;
+  };
+
+  explicit CarrierModel(const CarrierNoise& noise = {}) : noise_(noise) {}
+
+  /// Samples in the body's axes.
+  [[nodiscard]] Step operator()(const CarrierState& x, const ImuInterval& u) const;
+
+ private:
+  CarrierNoise noise_;
+};
 
 struct CarrierFilterParameters {
   CarrierNoise noise{};
@@ -38,8 +102,7 @@ struct CarrierFilterParameters {
   /// Whether match errors are taken as independent of the state's. They are not: the map was built
   /// from the estimated poses, and each match starts from the estimate.
   bool independent_matches = false;
-  /// Mean horizontal acceleration, m/s², that nobody sustains for a second: the level is
-  /// level_lost.
+  /// Mean horizontal acceleration, m/s², that nobody sustains for a second: the level is lost.
   double lost_level_mps2 = 4.0;
 };
 
