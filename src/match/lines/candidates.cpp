@@ -197,14 +197,11 @@ std::optional<Guess> wall_across(std::span<const Segment> segments, double direc
     if (best == nullptr || s.length_m > best->length_m) best = &s;
   }
   if (best == nullptr) return {};
-  Guess guess;
   // With the direction 90° clockwise from ahead the wall is on the left.
-  guess.direction_rad =
+  const double direction =
       along(std::atan2(best->uy, best->ux), direction_rad - 0.5 * std::numbers::pi);
-  guess.offset_m[0] =
-      best->y_m * std::cos(guess.direction_rad) - best->x_m * std::sin(guess.direction_rad);
-  guess.present[0] = true;
-  return guess;
+  const double offset = best->y_m * std::cos(direction) - best->x_m * std::sin(direction);
+  return Guess{direction, {offset, 0.0}, {true, false}};
 }
 
 }  // namespace wayfare::lines

@@ -4,6 +4,43 @@
 #include <cmath>
 
 namespace wayfare::lines {
+
+void Beams::update_bearings(const LaserScan& scan) {
+  const std::size_t n = scan.ranges_m.size();
+  if (n == cos_bearing.size() && first_rad_ == scan.first_bearing.radians() &&
+      step_rad_ == scan.bearing_step.radians())
+    return;
+  first_rad_ = scan.first_bearing.radians();
+  step_rad_ = scan.bearing_step.radians();
+  cos_bearing.resize(n);
+  sin_bearing.resize(n);
+  range_m.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    cos_bearing[i] = std::cos(scan.bearing(i).radians());
+    sin_bearing[i] = std::sin(scan.bearing(i).radians());
+  }
+}
+
+void Beams::load(const LaserScan& scan, double max_range_m) {
+  update_bearings(scan);
+  const std::size_t n = range_m.size();
+  x_m.resize(n);
+  y_m.resize(n);
+  const float low = std::max(scan.min_range_m, 1e-3F);
+  const float high = std::min(scan.max_range_m, static_cast<float>(max_range_m));
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float r = scan.ranges_m[i];
+    const bool good = r >= low && r < high;  // false for NaN
+    range_m[i] = good ? static_cast<double>(r) : 0.0;
+    x_m[kept] = range_m[i] * cos_bearing[i];
+    y_m[kept] = range_m[i] * sin_bearing[i];
+    kept += good ? 1 : 0;
+  }
+  x_m.resize(kept);
+  y_m.resize(kept);
+}
+
 namespace {
 
 /// Line through the mean along the direction of greatest scatter: no singular direction.
@@ -50,32 +87,34 @@ Farthest farthest(const Beams& b, std::size_t begin, std::size_t end) {
   return {index, distance, chord};
 }
 
-}  // namespace
-
-void Splitter::split_run(const Beams& beams, const WallOptions& options, Run run,
-                         std::vector<Segment>& segments) {
+void split_run(const Beams& beams, const WallOptions& options, std::size_t begin, std::size_t end,
+               std::vector<Segment>& segments) {
+  struct Run {
+    std::size_t begin, end;  // the last point is end − 1
+  };
   const double noise = std::hypot(options.range_noise_m, options.flatness_m);
   const auto min_points = static_cast<std::size_t>(std::max(options.min_segment_points, 2));
-  open_.assign(1, run);
-  while (!open_.empty()) {
-    const Run r = open_.back();
-    open_.pop_back();
+  std::vector<Run> open{{begin, end}};
+  while (!open.empty()) {
+    const Run r = open.back();
+    open.pop_back();
     if (r.end - r.begin < min_points) continue;
     const Farthest f = farthest(beams, r.begin, r.end);
     if (f.distance_m > options.split_m) {
       // An end can be the farthest only in a closed run; it is separated.
       const std::size_t at = std::clamp(f.index, r.begin + 1, r.end - 1);
-      open_.push_back({at, r.end});
-      open_.push_back({r.begin, at + (at + 1 < r.end ? 1 : 0)});
+      open.push_back({at, r.end});
+      open.push_back({r.begin, at + (at + 1 < r.end ? 1 : 0)});
     } else if (f.chord_m >= options.min_segment_m) {
       segments.push_back(fit(beams, r.begin, r.end, noise));
     }
   }
 }
 
-void Splitter::split(const Beams& beams, const WallOptions& options,
-                     std::vector<Segment>& segments) {
-  segments.clear();
+}  // namespace
+
+std::vector<Segment> split(const Beams& beams, const WallOptions& options) {
+  std::vector<Segment> segments;
   const std::size_t n = beams.x_m.size();
   const double gap2 = options.break_m * options.break_m;
   std::size_t begin = 0;
@@ -84,9 +123,10 @@ void Splitter::split(const Beams& beams, const WallOptions& options,
       const double dx = beams.x_m[i] - beams.x_m[i - 1], dy = beams.y_m[i] - beams.y_m[i - 1];
       if (dx * dx + dy * dy <= gap2) continue;
     }
-    split_run(beams, options, {begin, i}, segments);
+    split_run(beams, options, begin, i, segments);
     begin = i;
   }
+  return segments;
 }
 
 }  // namespace wayfare::lines
