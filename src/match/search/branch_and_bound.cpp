@@ -26,17 +26,8 @@ Result<std::optional<MatchResult>> BranchAndBoundMatcher::match(const Precomputa
     return Error{ErrorCode::invalid, "match: the search window is too large for these points"};
   for (auto* scratch : {&u_, &v_}) scratch->resize(padded);
   index_.resize(padded + 16);
-  detail::Best best;
-  if (small) {
-    detail::interleave(points, x_, y_);
-    SmallSearch search{*this, map, s};
-    search.run();
-    best = search.best;
-  } else {
-    Search search{*this, map, s, points};
-    search.run(level);
-    best = search.best;
-  }
+  const detail::Best best =
+      small ? SmallSearch{*this, map, s, points}.run() : Search{*this, map, s, points}.run(level);
   if (!best.found) return std::optional<MatchResult>();
   MatchResult result = detail::result_of(s, map.grid(), best);
   if (options.covariance) {

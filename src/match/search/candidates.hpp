@@ -3,9 +3,11 @@
 // The candidates of a search window, their scores and their order: shared by the exhaustive and the
 // branch-and-bound matcher, so that their optima are identical.
 
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
-#include <wayfare/map/likelihood_field.hpp>
+#include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
 #include "map/kernels/kernels.hpp"
@@ -83,6 +85,16 @@ struct Best {
     return c.offset.x < candidate.offset.x;
   }
 };
+
+/// Sums below cannot exceed the best objective, as the log prior is never positive.
+[[nodiscard]] inline std::int64_t min_useful_sum(const CandidateSpace& s, const Best& best) {
+  if (best.objective <= 0) return 0;
+  return static_cast<std::int64_t>(std::floor(best.objective / s.weight * (1 - 1e-12)));
+}
+
+[[nodiscard]] inline kernels::BoundTable bound_table(const PrecomputationGrids::Level& l) {
+  return {l.table.data(), 0, l.width, l.height, l.columns};
+}
 
 [[nodiscard]] Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points,
                                           const SE2d& prior, const SearchWindow& window,

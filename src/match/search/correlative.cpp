@@ -262,10 +262,7 @@ Result<std::optional<MatchResult>> CorrelativeMatcher::match(const LikelihoodFie
       // The log prior is never positive: a smaller sum cannot win.
       if (sums[i] < least) continue;
       best.offer(s.objective(sums[i], c), sums[i], c);
-      if (best.objective > 0) {
-        const double needed = std::floor(best.objective / s.weight * (1 - 1e-12));
-        least = std::max(least, static_cast<std::uint32_t>(needed));
-      }
+      least = std::max(least, static_cast<std::uint32_t>(detail::min_useful_sum(s, best)));
     }
   });
   if (!best.found) return std::optional<MatchResult>();

@@ -10,17 +10,17 @@
 
 #include "map/kernels/kernels.hpp"
 #include "match/search/candidates.hpp"
-#include "match/search/merged_points.hpp"
-#include "match/search/search_parts.hpp"
 
 namespace wayfare {
-
 /// Nodes of level l are squares of 4^(l+1) offsets bounded by level l of the precomputation grids;
 /// four adjacent nodes along x are a row. On each level the most promising rows are refined in
 /// batches of growing size, in memory order: neighbours and neighbouring headings read the same
 /// parts of the tables.
 struct BranchAndBoundMatcher::Search {
   static constexpr std::size_t kGrowth = 4, kMaxRows = 4096;
+  static constexpr std::size_t kNotBuilt = static_cast<std::size_t>(-1);
+  /// Most merged points stored; beyond, all are cleared and rebuilt on demand.
+  static constexpr std::size_t kMaxMerged = std::size_t{1} << 24;
 
   BranchAndBoundMatcher& scratch;
   const PrecomputationGrids& map;
@@ -33,21 +33,48 @@ struct BranchAndBoundMatcher::Search {
   static int side(int level) { return 4 << (2 * level); }
   static auto at(int level) { return static_cast<std::size_t>(level); }
 
+  void clear(detail::MergedPoints& m) const {
+    m.parts = (s.points + kernels::kMergedPart - 1) / kernels::kMergedPart;
+    m.first.assign(s.headings.size(), kNotBuilt);
+    m.ends.resize(s.headings.size() * at(m.parts));
+    m.used = 0;
+  }
+  /// The points at a heading step in units of the level from the window's corner. Groups begin at
+  /// whole units from there, so that they share the entries.
   kernels::Merged points(int level, int heading_step) {
-    return detail::merged(scratch.merged_[at(level)], s, level, heading_step, [&](int k) {
-      detail::place(s, map.grid(), all, k, scratch.u_.data(), scratch.v_.data());
-      return detail::Placed{scratch.u_.data(), scratch.v_.data()};
-    });
+    detail::MergedPoints& m = scratch.merged_[at(level)];
+    const std::size_t heading = at(heading_step + s.half_k), count = at(s.points);
+    if (m.first[heading] == kNotBuilt) {
+      if (m.used + count > kMaxMerged) clear(m);
+      const std::size_t needed = m.used + count + 16;  // as many may be read past the end
+      if (needed > m.x.size()) {
+        for (auto* axis : {&m.x, &m.y}) axis->resize(needed + needed / 2);
+        m.weight.resize(m.x.size());
+      }
+      detail::place(s, map.grid(), all, heading_step, scratch.u_.data(), scratch.v_.data());
+      m.first[heading] = m.used;
+      m.used += at(kernel.merge(scratch.u_.data(), scratch.v_.data(), s.points,
+                                {-s.half_x, -s.half_y, 2 * level}, m.x.data() + m.used,
+                                m.y.data() + m.used, m.weight.data() + m.used,
+                                m.ends.data() + heading * at(m.parts)));
+    }
+    const std::size_t first = m.first[heading];
+    return {m.x.data() + first, m.y.data() + first, m.weight.data() + first,
+            m.ends.data() + heading * at(m.parts)};
+  }
+  /// Of the `count` integers from `first`.
+  static int nearest_to_zero(int first, int count) {
+    return first > 0 ? first : std::min(0, first + count - 1);
   }
   [[nodiscard]] std::int64_t nearest(const Row& row) const {
     std::int64_t key = INT64_MAX;
     for (int i = 0; i < 4; ++i) {
       if ((row.members >> i & 1) == 0) continue;
       const int step = side(row.level);
-      const std::int64_t x = detail::nearest_to_zero(row.corner.offset.x + i * step, step);
+      const std::int64_t x = nearest_to_zero(row.corner.offset.x + i * step, step);
       key = std::min(key, x * x);
     }
-    const std::int64_t y = detail::nearest_to_zero(row.corner.offset.y, side(row.level));
+    const std::int64_t y = nearest_to_zero(row.corner.offset.y, side(row.level));
     const std::int64_t k = row.corner.heading_step;
     return key + y * y + k * k;
   }
@@ -65,7 +92,7 @@ struct BranchAndBoundMatcher::Search {
     const kernels::Merged merged = points(level, corner.heading_step);
     const int dx = (corner.offset.x + s.half_x) >> (2 * level);
     const int dy = (corner.offset.y + s.half_y) >> (2 * level);
-    kernels::BoundTable table{l.table.data(), 0, l.width, l.height, l.columns};
+    kernels::BoundTable table = detail::bound_table(l);
     for (int part = 0, rest = s.points; rest > 0 && wanted != 0; ++part) {
       rest = std::max(0, rest - kernels::kMergedPart);
       // Adjacent groups share look-ups.
@@ -188,9 +215,9 @@ struct BranchAndBoundMatcher::Search {
     }
   }
 
-  void run(int level) {
+  detail::Best run(int level) {
     for (int l = 0; l <= level; ++l) {
-      detail::clear(scratch.merged_[at(l)], s);
+      clear(scratch.merged_[at(l)]);
       scratch.rows_[at(l)].clear();
     }
     score({{-(s.half_x & 15), -(s.half_y & 3)}, 0});  // contains the prior
@@ -200,6 +227,7 @@ struct BranchAndBoundMatcher::Search {
         for (int k = -s.half_k; k <= s.half_k; ++k)
           branch({{x, y}, k}, (1U << std::min(4, (s.half_x - x) / span + 1)) - 1, level);
     refine_level(level);
+    return best;
   }
 };
 
