@@ -27,26 +27,9 @@ double finest_heading_step(double farthest_m, double resolution_m) {
   return half_chord < 1 ? 2 * std::asin(half_chord) : std::numbers::pi;  // also for d = 0
 }
 
-Result<void> check(const PointSet& points, const SE2d& prior, const SearchWindow& w,
-                   const MatchOptions& o) {
-  if (points.empty()) return Error{ErrorCode::invalid, "match: no points"};
-  if (points.size() > 400'000) return Error{ErrorCode::invalid, "match: more than 400000 points"};
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (!std::isfinite(points.x_m()[i]) || !std::isfinite(points.y_m()[i]))
-      return Error{ErrorCode::invalid, "match: point " + std::to_string(i) + " is not finite"};
-  if (!prior.translation().allFinite() || !std::isfinite(prior.heading().radians()))
-    return Error{ErrorCode::invalid, "match: the prior pose is not finite"};
-  if (!(w.half_x_m >= 0) || !(w.half_y_m >= 0) || !(w.half_heading.radians() >= 0))
-    return Error{ErrorCode::invalid, "match: the search window must not be negative or NaN"};
-  if (!(o.independent_points >= 0) || !(o.min_score <= 1))
-    return Error{ErrorCode::invalid, "match: independent_points or min_score out of range"};
-  return {};
-}
-
 Result<Eigen::Matrix3d> along_map_axes(const Eigen::Matrix3d& information, const SE2d& prior) {
   const Eigen::Matrix3d symmetric = 0.5 * (information + information.transpose());
-  if (!symmetric.allFinite() ||
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(symmetric, Eigen::EigenvaluesOnly)
+  if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(symmetric, Eigen::EigenvaluesOnly)
               .eigenvalues()[0] < -1e-9 * symmetric.norm())
     return Error{ErrorCode::invalid, "match: the prior's information matrix is indefinite"};
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -111,7 +94,10 @@ Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points,
                             const SearchWindow& window, const MatchOptions& options,
                             std::int64_t max_candidates) {
   if (grid.empty()) return Error{ErrorCode::invalid, "match: the map is empty"};
-  if (auto ok = check(points, prior, window, options); !ok) return ok.error();
+  if (auto ok = check_input("match", points, prior, window, options); !ok) return ok.error();
+  if (points.size() > 400'000) return Error{ErrorCode::invalid, "match: more than 400000 points"};
+  if (!(options.independent_points >= 0) || !(options.min_score <= 1))
+    return Error{ErrorCode::invalid, "match: independent_points or min_score out of range"};
   CandidateSpace s{};
   s.resolution_m = grid.resolution_m();
   s.prior = prior;
