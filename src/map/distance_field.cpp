@@ -33,6 +33,15 @@ bool column_distances(std::span<const std::uint8_t> occupied, int width, int hei
   return any;
 }
 
+Result<void> check_size(std::int64_t width, std::int64_t height) {
+  constexpr int kMaxSide = DistanceField::kMaxSide;
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide ||
+      width * height > DistanceField::kMaxCells)
+    return Error{ErrorCode::invalid, "DistanceField: " + std::to_string(width) + " x " +
+                                         std::to_string(height) + " cells are too many"};
+  return {};
+}
+
 std::int64_t floor_divide(std::int64_t a, std::int64_t b) {
   return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0);
 }
@@ -81,10 +90,7 @@ Result<DistanceField> DistanceField::of_mask(std::span<const std::uint8_t> occup
                                              int height, double resolution_m, const Cell& origin) {
   if (!(resolution_m > 0) || !std::isfinite(resolution_m))
     return Error{ErrorCode::invalid, "DistanceField: the resolution must be positive"};
-  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide ||
-      std::int64_t{width} * height > kMaxCells)
-    return Error{ErrorCode::invalid, "DistanceField: " + std::to_string(width) + " x " +
-                                         std::to_string(height) + " cells are too many"};
+  if (auto ok = check_size(width, height); !ok) return ok.error();
   if (occupied.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     return Error{ErrorCode::invalid, "DistanceField: the mask has " +
                                          std::to_string(occupied.size()) + " cells, not " +
@@ -117,12 +123,10 @@ Result<DistanceField> DistanceField::of_grid(const OccupancyGrid& grid,
                                              double occupied_probability) {
   if (!grid.bounds()) return Error{ErrorCode::invalid, "DistanceField: the map is empty"};
   const CellBox box = *grid.bounds();
-  if (box.width() > kMaxSide || box.height() > kMaxSide || box.width() * box.height() > kMaxCells)
-    return Error{ErrorCode::invalid, "DistanceField: " + std::to_string(box.width()) + " x " +
-                                         std::to_string(box.height()) + " cells are too many"};
+  if (auto ok = check_size(box.width(), box.height()); !ok) return ok.error();
   const LogOdds least = LogOdds::from_probability(occupied_probability);
   std::vector<std::uint8_t> occupied;
-  occupied.reserve(static_cast<std::size_t>(box.width() * box.height()));
+  occupied.reserve(static_cast<std::size_t>(box.cells()));
   for (int y = box.min.y; y <= box.max.y; ++y)
     for (int x = box.min.x; x <= box.max.x; ++x)
       occupied.push_back(grid.observed({x, y}) && grid.log_odds({x, y}) >= least ? 1 : 0);

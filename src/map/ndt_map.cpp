@@ -56,12 +56,12 @@ NdtMap::Level::Level(const PointSet& points_map, double cell_m, const NdtMapOpti
   box_ = {cell_of(point(0), cell_m), cell_of(point(0), cell_m)};
   for (std::size_t i = 0; i < points_map.size(); ++i)
     for (int t = 0; t < kTilings; ++t) box_.extend(cell_of(point(i) + shift(t), cell_m));
-  const auto cells = static_cast<std::size_t>(box_.width() * box_.height());
+  const auto cells = static_cast<std::size_t>(box_.cells());
   for (int t = 0; t < kTilings; ++t) {
     std::vector<Moments> moments(cells);
     for (std::size_t i = 0; i < points_map.size(); ++i) {
       const Eigen::Vector2d p = point(i);
-      Moments& m = moments[index_of(cell_of(p + shift(t), cell_m))];
+      Moments& m = moments[box_.index(cell_of(p + shift(t), cell_m))];
       m.n += 1;
       m.sum += p;
       m.squares += p * p.transpose();

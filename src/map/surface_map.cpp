@@ -46,10 +46,10 @@ Result<SurfaceMap> SurfaceMap::make(std::span<const PlacedPoints> scans,
 
 /// Stable counting sort.
 void SurfaceMap::sort_into_buckets(const PointSet& points) {
-  first_.assign(static_cast<std::size_t>(box_.width() * box_.height()) + 1, 0);
+  first_.assign(static_cast<std::size_t>(box_.cells()) + 1, 0);
   std::vector<std::size_t> bucket_of(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    bucket_of[i] = index_of(cell_of(points[i].cast<double>(), kBucket_m));
+    bucket_of[i] = box_.index(cell_of(points[i].cast<double>(), kBucket_m));
     ++first_[bucket_of[i] + 1];
   }
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
