@@ -31,13 +31,13 @@ struct PoseProposalOptions {
   bool divide_by_proposal = false;
 };
 
-/// A pose sample_pose from the weighted samples, and their statistics.
+/// A pose drawn from the weighted samples, and their statistics.
 struct PoseDraw {
   SE2d T_map_points;
   /// ln of the mean of τ over the proposal; with divide_by_proposal ln ∫ τ dx: the factor of a
   /// particle's weight.
   double log_evidence = 0.0;
-  /// Mean and covariance of the distribution sample_pose from.
+  /// Mean and covariance of the distribution it was drawn from.
   Gaussian<SE2d> moments;
   int samples = 0;
 };

@@ -30,7 +30,7 @@ double finest_heading_step(double farthest_m, double resolution_m) {
 Result<Eigen::Matrix3d> along_map_axes(const Eigen::Matrix3d& information, const SE2d& prior) {
   const Eigen::Matrix3d symmetric = 0.5 * (information + information.transpose());
   if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(symmetric, Eigen::EigenvaluesOnly)
-              .eigenvalues()[0] < -1e-9 * symmetric.norm())
+          .eigenvalues()[0] < -1e-9 * symmetric.norm())
     return Error{ErrorCode::invalid, "match: the prior's information matrix is indefinite"};
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   rotation.topLeftCorner<2, 2>() = prior.rotation().matrix();
@@ -173,28 +173,19 @@ namespace {
 using detail::Best;
 using detail::CandidateSpace;
 
-/// Calls `row(candidate at the row's start, count, sums)` for every row of every 16×16 block.
+/// Calls `row(candidate at the row's start, count, sums)` for the rows of every heading.
 template <class Row>
 void sweep(const CandidateSpace& s, const LikelihoodField& grid, const PointSet& points,
            std::vector<std::int32_t>& u, std::vector<std::int32_t>& v,
            std::vector<std::int32_t>& index, Row&& row) {
-  constexpr int kBlock = kernels::kBlock;
-  const auto& kernel = kernels::best_kernels();
-  const std::size_t padded = points.padded_x_m().size();
-  for (auto* scratch : {&u, &v, &index}) scratch->resize(padded);
-  std::uint32_t sums[kBlock * kBlock];
+  for (auto* scratch : {&u, &v, &index}) scratch->resize(points.padded_x_m().size());
   for (int k = -s.half_k; k <= s.half_k; ++k) {
     detail::place(s, grid, points, k, u.data(), v.data());
-    for (int y = -s.half_y; y <= s.half_y; y += kBlock) {
-      const int rows = std::min(kBlock, s.half_y - y + 1);
-      for (int x = -s.half_x; x <= s.half_x; x += kBlock) {
-        kernel.index(u.data(), v.data(), static_cast<int>(padded), x, y, grid.width(),
-                     grid.height(), grid.stride(), index.data());
-        kernel.block_scores(grid.data(), grid.stride(), index.data(), s.points, rows, sums);
-        const int columns = std::min(kBlock, s.half_x - x + 1);
-        for (int r = 0; r < rows; ++r) row(Candidate{{x, y + r}, k}, columns, sums + r * kBlock);
-      }
-    }
+    detail::score_blocks(grid, s.points, u, v, index,
+                         {{-s.half_x, -s.half_y}, {s.half_x, s.half_y}},
+                         [&](const Cell& offset, int columns, const std::uint32_t* sums) {
+                           row(Candidate{offset, k}, columns, sums);
+                         });
   }
 }
 

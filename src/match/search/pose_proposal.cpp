@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "map/kernels/kernels.hpp"
+#include "match/search/candidates.hpp"
 
 namespace wayfare {
 
@@ -142,31 +142,19 @@ PoseProposal::Slice PoseProposal::jittered_slice(const Lattice& lattice, int k, 
 /// Σ value at every node of a slice.
 void PoseProposal::score(const LikelihoodField& grid, const PointSet& points, const Slice& slice,
                          const Lattice& lattice, double* out) {
-  const int columns = lattice.columns, rows = lattice.rows;
-  constexpr int kBlock = kernels::kBlock;
-  const auto& kernel = kernels::best_kernels();
   const double inverse = 1.0 / grid.resolution_m();
-  const auto padded = static_cast<int>(points.padded_x_m().size());
-  kernel.place(points.padded_x_m().data(), points.padded_y_m().data(), padded,
-               static_cast<float>(slice.rotation.cos() * inverse),
-               static_cast<float>(slice.rotation.sin() * inverse),
-               static_cast<float>(slice.corner.x() * inverse - grid.origin().x),
-               static_cast<float>(slice.corner.y() * inverse - grid.origin().y), 1048576.0F,
-               u_.data(), v_.data());
-  std::uint32_t sums[kBlock * kBlock];
-  for (int y = 0; y < rows; y += kBlock) {
-    const int block_rows = std::min(kBlock, rows - y);
-    for (int x = 0; x < columns; x += kBlock) {
-      const int block_columns = std::min(kBlock, columns - x);
-      kernel.index(u_.data(), v_.data(), padded, x, y, grid.width(), grid.height(), grid.stride(),
-                   index_.data());
-      kernel.block_scores(grid.data(), grid.stride(), index_.data(),
-                          static_cast<int>(points.size()), block_rows, sums);
-      for (int r = 0; r < block_rows; ++r)
-        for (int c = 0; c < block_columns; ++c)
-          out[(y + r) * columns + x + c] = sums[r * kBlock + c];
-    }
-  }
+  kernels::best_kernels().place(points.padded_x_m().data(), points.padded_y_m().data(),
+                                static_cast<int>(u_.size()),
+                                static_cast<float>(slice.rotation.cos() * inverse),
+                                static_cast<float>(slice.rotation.sin() * inverse),
+                                static_cast<float>(slice.corner.x() * inverse - grid.origin().x),
+                                static_cast<float>(slice.corner.y() * inverse - grid.origin().y),
+                                1048576.0F, u_.data(), v_.data());
+  detail::score_blocks(grid, static_cast<int>(points.size()), u_, v_, index_,
+                       {{0, 0}, {lattice.columns - 1, lattice.rows - 1}},
+                       [&](const Cell& node, int count, const std::uint32_t* sums) {
+                         std::copy_n(sums, count, out + node.y * lattice.columns + node.x);
+                       });
 }
 
 Result<PoseDraw> PoseProposal::draw(const LikelihoodField& grid, const PointSet& points,
