@@ -71,14 +71,10 @@ class PoseProposal {
     Eigen::Vector2d corner;  ///< the lattice's first node, map, m
   };
 
-  static Slice jittered_slice(const Lattice& lattice, int k, Rng& rng);
-  static void add_densities(const Quadratic& f, double per_value, const Lattice& lattice,
-                            double* out);
   void score(const LikelihoodField& grid, const PointSet& points, const Slice& slice,
              const Lattice& lattice, double* out);
   PoseDraw sample_pose(const Lattice& lattice, Rng& rng);
   [[nodiscard]] std::size_t pick(double sum) const;
-  [[nodiscard]] Eigen::Vector3d offset(const Lattice& lattice, std::size_t i) const;
 
   std::vector<std::int32_t> u_, v_, index_;
   std::vector<Slice> slices_;
