@@ -4,9 +4,15 @@
 #include <cmath>
 #include <string>
 
-#include "map/blur.hpp"
+#include "map/kernels/kernels.hpp"
 
 namespace wayfare {
+namespace {
+
+constexpr int kPhases = 4;  // positions of a point within a cell, per axis
+constexpr float kLimit = 1 << 20;
+
+}  // namespace
 
 Result<void> PaddedTable::check_size(const CellBox& box) {
   const std::int64_t w = box.width() + 2 * kBorder, h = box.height() + 2 * kBorder;
@@ -43,45 +49,111 @@ Result<void> LikelihoodField::reset(double resolution_m, const CellBox& box,
   return PaddedTable::reset(resolution_m, box, 0);
 }
 
-namespace {
-
-std::vector<float> probabilities(const OccupancyGrid& grid, const CellBox& box, double unknown) {
-  std::vector<float> p;
-  p.reserve(static_cast<std::size_t>(box.width() * box.height()));
-  for (int y = box.min.y; y <= box.max.y; ++y)
-    for (int x = box.min.x; x <= box.max.x; ++x)
-      p.push_back(static_cast<float>(grid.observed({x, y}) ? grid.probability({x, y}) : unknown));
-  return p;
+void LikelihoodFieldMaker::prepare_kernels(const LikelihoodFieldOptions& options) {
+  if (options == prepared_) return;
+  const double sigma = options.sigma_m / options.resolution_m;
+  const double log_floor = std::log(options.floor_probability);
+  radius_ = static_cast<int>(std::ceil(sigma * std::sqrt(-2 * log_floor)));
+  const int rows = 2 * radius_ + 1;
+  kernel_width_ = (rows + 15) / 16 * 16;
+  kernels_.assign(static_cast<std::size_t>(kPhases * kPhases * rows * kernel_width_), 0);
+  std::uint16_t* out = kernels_.data();
+  for (int phase = 0; phase < kPhases * kPhases; ++phase) {
+    const double qx = (phase % kPhases + 0.5) / kPhases - 0.5;
+    const double qy = (phase / kPhases + 0.5) / kPhases - 0.5;
+    for (int y = -radius_; y <= radius_; ++y, out += kernel_width_)
+      for (int x = -radius_; x <= radius_; ++x) {
+        const double square = (x - qx) * (x - qx) + (y - qy) * (y - qy);
+        const double part = 1 - -0.5 * square / (sigma * sigma) / log_floor;
+        out[x + radius_] = static_cast<std::uint16_t>(
+            std::lround(LikelihoodField::kMaxValue * std::max(0.0, part)));
+      }
+  }
+  prepared_ = options;
 }
 
-}  // namespace
-
-Result<LikelihoodField> likelihood_field(const OccupancyGrid& grid,
-                                         const OccupancyViewOptions& options) {
-  const double sigma_cells = options.blur_sigma_m / grid.resolution_m();
-  if (!(sigma_cells >= 0 && sigma_cells <= 100) ||
-      !(options.unknown_probability >= 0 && options.unknown_probability <= 1))
-    return Error{ErrorCode::invalid, "likelihood_field: blur or unknown probability out of range"};
-  if (!grid.bounds())
-    return Error{ErrorCode::invalid, "likelihood_field: the occupancy grid has no observed cell"};
-  LikelihoodField view;
-  const CellBox& box = *grid.bounds();
-  if (auto ok = view.reset(grid.resolution_m(), box, options.floor_probability); !ok)
-    return ok.error();
-  std::vector<float> p = probabilities(grid, box, options.unknown_probability);
-  const float outside = static_cast<float>(options.unknown_probability);
-  if (sigma_cells > 0) blur(p, view.width(), view.height(), sigma_cells, outside);
-  std::size_t i = 0;
-  for (int y = 0; y < view.height(); ++y) {
-    std::uint16_t* row = view.data() + std::ptrdiff_t{y} * view.stride();
-    for (int x = 0; x < view.width(); ++x) {
-      const double ln = std::log(std::max(1e-12, static_cast<double>(p[i++])));
-      const double value = std::round((ln - view.log_floor()) / view.log_step());
-      row[x] = static_cast<std::uint16_t>(
-          std::clamp(value, 0.0, static_cast<double>(LikelihoodField::kMaxValue)));
-    }
+Result<CellBox> LikelihoodFieldMaker::place(std::span<const PlacedPoints> scans,
+                                            double resolution_m) {
+  std::size_t total = 0;
+  for (const PlacedPoints& s : scans) total += s.points->padded_x_m().size();
+  x_.resize(total);
+  y_.resize(total);
+  base_ = cell_of(scans.empty() ? Eigen::Vector2d::Zero() : scans[0].T_map_points.translation(),
+                  resolution_m);
+  const double scale = kPhases / resolution_m;
+  std::size_t at = 0;
+  for (const PlacedPoints& s : scans) {
+    const auto x = s.points->padded_x_m(), y = s.points->padded_y_m();
+    const SE2d& pose = s.T_map_points;
+    kernels::best_kernels().place(
+        x.data(), y.data(), static_cast<int>(x.size()),
+        static_cast<float>(pose.rotation().cos() * scale),
+        static_cast<float>(pose.rotation().sin() * scale),
+        static_cast<float>(pose.x() * scale - kPhases * static_cast<double>(base_.x)),
+        static_cast<float>(pose.y() * scale - kPhases * static_cast<double>(base_.y)), kLimit,
+        x_.data() + at, y_.data() + at);
+    at += x.size();
   }
-  return view;
+  if (total == 0) return Error{ErrorCode::invalid, "likelihood_field: no points"};
+  std::int32_t x0, x1, y0, y1;
+  kernels::best_kernels().min_max(x_.data(), static_cast<int>(total), &x0, &x1);
+  kernels::best_kernels().min_max(y_.data(), static_cast<int>(total), &y0, &y1);
+  constexpr std::int32_t kEdge = static_cast<std::int32_t>(kLimit);
+  if (x0 == -kEdge || y0 == -kEdge || x1 == kEdge || y1 == kEdge)
+    return Error{ErrorCode::invalid,
+                 "likelihood_field: a point or pose is not finite, or farther "
+                 "than 2^18 cells from the first pose"};
+  // Padded points repeat real ones, so the box is correct.
+  return CellBox{Cell{x0 >> 2, y0 >> 2} + base_, Cell{x1 >> 2, y1 >> 2} + base_};
+}
+
+Result<void> LikelihoodFieldMaker::make(std::span<const PlacedPoints> scans,
+                                        const LikelihoodFieldOptions& options,
+                                        LikelihoodField& grid) {
+  const auto empty_with = [&](Error e) -> Result<void> {
+    grid = LikelihoodField();
+    return e;
+  };
+  const double sigma = options.sigma_m / options.resolution_m;
+  const double floor = options.floor_probability;
+  if (!(options.resolution_m > 0) || !(sigma > 0) || !(floor > 0 && floor < 1) ||
+      !(sigma * std::sqrt(-2 * std::log(floor)) <= 30))
+    return empty_with({ErrorCode::invalid,
+                       "likelihood_field: resolution, sigma or floor out of range (the kernel may "
+                       "reach 30 cells)"});
+  for (const PlacedPoints& s : scans) {
+    const double pose_sum = s.T_map_points.translation().sum() + s.T_map_points.rotation().cos();
+    if (!std::isfinite(pose_sum) || std::abs(pose_sum) / options.resolution_m > kMaxCell)
+      return empty_with({ErrorCode::invalid, "likelihood_field: a pose is not finite"});
+  }
+  const auto box = place(scans, options.resolution_m);
+  if (!box) return empty_with(box.error());
+  prepare_kernels(options);
+  if (auto ok = grid.reset(options.resolution_m, box->grown(radius_), floor); !ok) return ok;
+
+  const auto stamp = kernels::best_kernels().stamp;
+  const int rows = 2 * radius_ + 1;
+  const Cell corner = box->min - base_;
+  const std::ptrdiff_t kernel_size = std::ptrdiff_t{rows} * kernel_width_;
+  std::size_t at = 0;
+  for (const PlacedPoints& s : scans) {
+    for (std::size_t i = at; i < at + s.points->size(); ++i) {
+      const int phase = (y_[i] & 3) * kPhases + (x_[i] & 3);
+      const int column = (x_[i] >> 2) - corner.x, row = (y_[i] >> 2) - corner.y;
+      stamp(grid.data() + std::ptrdiff_t{row} * grid.stride() + column, grid.stride(),
+            kernels_.data() + phase * kernel_size, kernel_width_, rows);
+    }
+    at += s.points->padded_x_m().size();
+  }
+  return {};
+}
+
+Result<LikelihoodField> likelihood_field(std::span<const PlacedPoints> scans,
+                                         const LikelihoodFieldOptions& options) {
+  LikelihoodField grid;
+  LikelihoodFieldMaker maker;
+  if (auto ok = maker.make(scans, options, grid); !ok) return ok.error();
+  return grid;
 }
 
 }  // namespace wayfare

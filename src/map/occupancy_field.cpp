@@ -67,7 +67,7 @@ Result<CellBox> OccupancyFieldMaker::place(const PointSet& points, const SE2d& p
 void OccupancyFieldMaker::mark(const PointSet& points, const FieldReach& reach,
                                double resolution_m) {
   const auto columns = static_cast<std::size_t>(blocks_.width());
-  marks_.assign(columns * static_cast<std::size_t>(blocks_.height()), 0);
+  marks_.assign(static_cast<std::size_t>(blocks_.cells()), 0);
   const float fixed =
       static_cast<float>(reach.translation_m / resolution_m) + static_cast<float>(radius_) + 1;
   const float per_m = static_cast<float>(reach.heading_rad / resolution_m);
@@ -147,11 +147,10 @@ Result<void> OccupancyFieldMaker::make(const OccupancyGrid& grid, const PointSet
   if (!box) return empty_with(box.error());
   prepare_kernels(options, resolution);
   blocks_ = reachable_blocks(*box, points.max_norm_m(), reach, resolution);
-  const Cell edge{radius_, radius_};
-  const CellBox covered{
-      Cell{blocks_.min.x * kBlock, blocks_.min.y * kBlock} - edge,
-      Cell{blocks_.max.x * kBlock + kBlock - 1, blocks_.max.y * kBlock + kBlock - 1} + edge};
-  if (auto ok = view.reset(resolution, covered, floor); !ok) return ok;
+  const Cell low = blocks_.min, high = blocks_.max;
+  const CellBox covered{{low.x * kBlock, low.y * kBlock},
+                        {high.x * kBlock + kBlock - 1, high.y * kBlock + kBlock - 1}};
+  if (auto ok = view.reset(resolution, covered.grown(radius_), floor); !ok) return ok;
   mark(points, reach, resolution);
   const std::uint8_t* marked = marks_.data();
   for (int y = blocks_.min.y; y <= blocks_.max.y; ++y)

@@ -9,7 +9,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/distance_field.hpp>
 
-#include "map/distance_field/kernels.hpp"
+#include "map/kernels/kernels.hpp"
 
 namespace wayfare {
 namespace {
@@ -226,11 +226,11 @@ TEST(RayCaster, GivesARangeForEveryPose) {
 const Isa kSets[] = {Isa::avx2, Isa::avx512};
 
 TEST(FieldKernels, EveryVariantIsBitIdentical) {
-  using namespace field_kernels;
-  const Kernels& plain = variant_for(Isa::baseline);
+  using namespace kernels;
+  const Kernels& plain = kernels_for(Isa::baseline);
   for (const Isa isa : kSets) {
     if (!runs_here(isa)) continue;
-    const Kernels& fast = variant_for(isa);
+    const Kernels& fast = kernels_for(isa);
     Rng rng(6);
     for (int run = 0; run < 30; ++run) {
       const int n = 1 + static_cast<int>(rng.below(400));
@@ -239,7 +239,7 @@ TEST(FieldKernels, EveryVariantIsBitIdentical) {
         column.push_back(rng.uniform() < 0.5 ? kFarCells
                                              : static_cast<std::uint16_t>(rng.below(300)));
       std::vector<std::int32_t> scratch(static_cast<std::size_t>(scratch_length(n)));
-      std::vector<std::int32_t> a(static_cast<std::size_t>(n + kBlock)), b = a;
+      std::vector<std::int32_t> a(static_cast<std::size_t>(n + kRowBlock)), b = a;
       ASSERT_EQ(plain.row_minimum(column.data(), n, scratch.data(), a.data()),
                 fast.row_minimum(column.data(), n, scratch.data(), b.data()));
       ASSERT_EQ(a, b);
@@ -268,7 +268,7 @@ TEST(FieldKernels, EveryVariantIsBitIdentical) {
       fast.cast(rays, 20, 15, 0.3F, 0.9F, c.data(), s.data(), 64, 50.0F, rb.data());
       ASSERT_EQ(ra, rb);
 
-      const FieldTable field{values.data() + w + 3, w + 2, w, h};
+      const Field field{values.data() + w + 3, w + 2, w, h};
       std::vector<float> ox(64, 20.0F), oy(64, 12.0F);
       for (auto& v : c) v *= 10.0F;
       for (auto& v : s) v *= 10.0F;
@@ -298,7 +298,7 @@ TEST(FieldKernels, SumEqualsThatOfThePointsCells) {
                s = static_cast<float>(pose.rotation().sin() * 10.0),
                ox = static_cast<float>(pose.x() * 10.0), oy = static_cast<float>(pose.y() * 10.0);
     std::uint32_t sum = 0;
-    field_kernels::best_variant().field_sums(
+    kernels::best_kernels().field_sums(
         {grid->data(), grid->stride(), grid->width(), grid->height()}, x.data(), y.data(), 48,
         {&c, &s, &ox, &oy, 1}, &sum);
     std::uint32_t expected = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 
 #include <Eigen/Core>
@@ -49,6 +50,12 @@ struct CellBox {
   [[nodiscard]] std::int64_t height() const { return std::int64_t{max.y} - min.y + 1; }
   [[nodiscard]] bool contains(const Cell& c) const {
     return c.x >= min.x && c.x <= max.x && c.y >= min.y && c.y <= max.y;
+  }
+  [[nodiscard]] CellBox grown(int by) const { return {min - Cell{by, by}, max + Cell{by, by}}; }
+  [[nodiscard]] std::int64_t cells() const { return width() * height(); }
+  /// Of a cell of the box, row by row from `min`.
+  [[nodiscard]] std::size_t index(const Cell& c) const {
+    return static_cast<std::size_t>((c.y - min.y) * width() + c.x - min.x);
   }
   void extend(const Cell& c) {
     min = {std::min(min.x, c.x), std::min(min.y, c.y)};

@@ -48,16 +48,13 @@ class NdtMap {
     [[nodiscard]] const NdtCell* at(const Eigen::Vector2d& p_map, int t) const {
       const Cell c = cell_of(p_map + shift(t), cell_m_);
       if (!box_.contains(c)) return nullptr;
-      const NdtCell& cell = tilings_[static_cast<std::size_t>(t)][index_of(c)];
+      const NdtCell& cell = tilings_[static_cast<std::size_t>(t)][box_.index(c)];
       return cell.known ? &cell : nullptr;
     }
 
    private:
     [[nodiscard]] Eigen::Vector2d shift(int t) const {
       return 0.5 * cell_m_ * Eigen::Vector2d(t & 1, t >> 1);
-    }
-    [[nodiscard]] std::size_t index_of(const Cell& c) const {
-      return static_cast<std::size_t>((c.y - box_.min.y) * box_.width() + c.x - box_.min.x);
     }
     double cell_m_;
     CellBox box_;

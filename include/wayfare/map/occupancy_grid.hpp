@@ -97,6 +97,10 @@ class OccupancyGrid {
       visit(Cell{tile.x * Tiles::kSide, tile.y * Tiles::kSide}, cells);
     });
   }
+  /// `visit(first cell, its and the next cells' fixed-point log-odds)` for the rows of `box` in
+  /// each tile that exists, tile by tile.
+  template <class Visit>
+  void for_each_row(const CellBox& box, const Visit& visit) const;
   [[nodiscard]] const Tiles& tiles() const { return tiles_; }
 
  private:
@@ -120,6 +124,23 @@ class OccupancyGrid {
   Tiles tiles_{kUnknown};
   ResetOnMove<std::optional<CellBox>> bounds_;
 };
+
+template <class Visit>
+void OccupancyGrid::for_each_row(const CellBox& box, const Visit& visit) const {
+  const Cell first = Tiles::tile_of(box.min), last = Tiles::tile_of(box.max);
+  for (int ty = first.y; ty <= last.y; ++ty)
+    for (int tx = first.x; tx <= last.x; ++tx) {
+      const Tiles::Tile* tile = tiles_.find({tx, ty});
+      if (tile == nullptr) continue;
+      const Cell corner{tx * Tiles::kSide, ty * Tiles::kSide};
+      const int left = std::max(box.min.x, corner.x);
+      const int right = std::min(box.max.x, corner.x + Tiles::kSide - 1);
+      const int top = std::min(box.max.y, corner.y + Tiles::kSide - 1);
+      const auto columns = static_cast<std::size_t>(right - left + 1);
+      for (Cell at{left, std::max(box.min.y, corner.y)}; at.y <= top; ++at.y)
+        visit(at, std::span(*tile).subspan(Tiles::offset_in_tile(at), columns));
+    }
+}
 
 template <class Mark>
 void OccupancyGrid::update_marked(const CellBox& box, Mark* marks, std::ptrdiff_t stride,

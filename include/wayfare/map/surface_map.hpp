@@ -51,11 +51,8 @@ class SurfaceMap {
   void sort_into_buckets(const PointSet& points);
   void find_normals(const SurfaceMapOptions& options);
   [[nodiscard]] CellBox buckets_within(const Eigen::Vector2f& p, float radius_m) const;
-  [[nodiscard]] std::size_t index_of(const Cell& c) const {
-    return static_cast<std::size_t>((c.y - box_.min.y) * box_.width() + c.x - box_.min.x);
-  }
   [[nodiscard]] std::span<const SurfacePoint> bucket(const Cell& c) const {
-    const std::size_t i = index_of(c);
+    const std::size_t i = box_.index(c);
     return {points_.data() + first_[i], first_[i + 1] - first_[i]};
   }
 

@@ -36,7 +36,6 @@ struct RefineResult {
   /// independent; singular along unconstrained directions.
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   int iterations = 0;
-  bool moved = false;  ///< false: nothing better than the start was found
 };
 
 /// Refines a matched pose to the maximum of Σ ln p between cells: damped Gauss-Newton on the

@@ -3,13 +3,13 @@
 // Detection and tracking of corridor walls in laser scans: parallel lines, described by their
 // normal points (Liu, Atia, Karamat and Noureldin, Journal of Navigation, 2015).
 
-#include <memory>
 #include <optional>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/se2.hpp>
+#include <wayfare/match/detail/beams.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
 
 namespace wayfare {
@@ -47,11 +47,8 @@ struct CorridorWalls {
     return left && right ? left->offset_m - right->offset_m : 0.0;
   }
   /// Of a wall that is present.
-  [[nodiscard]] NormalPoint left_point() const { return normal_point(1, *left); }
-  [[nodiscard]] NormalPoint right_point() const { return normal_point(2, *right); }
-
- private:
-  [[nodiscard]] NormalPoint normal_point(int row, const Wall& wall) const;
+  [[nodiscard]] NormalPoint left_point() const;
+  [[nodiscard]] NormalPoint right_point() const;
 };
 
 /// The walls in the frame of a laser that moved by `motion` (in its previous axes), with unchanged
@@ -84,10 +81,7 @@ struct WallOptions {
 /// buffers from scan to scan, so it is not thread-safe.
 class WallDetector {
  public:
-  explicit WallDetector(const WallOptions& options = {});
-  ~WallDetector();
-  WallDetector(WallDetector&&) noexcept;
-  WallDetector& operator=(WallDetector&&) noexcept;
+  explicit WallDetector(const WallOptions& options = {}) : options_(options) {}
 
   /// Fast acquisition without a prediction: split-and-merge segments, the direction and offsets
   /// with the greatest total length, total least squares on the points of both walls. `near`: the
@@ -103,8 +97,8 @@ class WallDetector {
                                                    const CorridorWalls& predicted);
 
  private:
-  class Engine;
-  std::unique_ptr<Engine> engine_;
+  WallOptions options_;
+  lines::Beams beams_;
 };
 
 }  // namespace wayfare

@@ -31,13 +31,13 @@ struct PoseProposalOptions {
   bool divide_by_proposal = false;
 };
 
-/// A pose sample_pose from the weighted samples, and their statistics.
+/// A pose drawn from the weighted samples, and their statistics.
 struct PoseDraw {
   SE2d T_map_points;
   /// ln of the mean of τ over the proposal; with divide_by_proposal ln ∫ τ dx: the factor of a
   /// particle's weight.
   double log_evidence = 0.0;
-  /// Mean and covariance of the distribution sample_pose from.
+  /// Mean and covariance of the distribution it was drawn from.
   Gaussian<SE2d> moments;
   int samples = 0;
 };
@@ -71,14 +71,10 @@ class PoseProposal {
     Eigen::Vector2d corner;  ///< the lattice's first node, map, m
   };
 
-  static Slice jittered_slice(const Lattice& lattice, int k, Rng& rng);
-  static void add_densities(const Quadratic& f, double per_value, const Lattice& lattice,
-                            double* out);
   void score(const LikelihoodField& grid, const PointSet& points, const Slice& slice,
              const Lattice& lattice, double* out);
   PoseDraw sample_pose(const Lattice& lattice, Rng& rng);
   [[nodiscard]] std::size_t pick(double sum) const;
-  [[nodiscard]] Eigen::Vector3d offset(const Lattice& lattice, std::size_t i) const;
 
   std::vector<std::int32_t> u_, v_, index_;
   std::vector<Slice> slices_;

@@ -67,34 +67,12 @@ void block_rows(const uint16_t* __restrict table, int stride, const int32_t* __r
 void block_scores(const uint16_t* table, int stride, const int32_t* at, int n, int rows,
                   uint32_t* sums) {
   // Eight rows of accumulators fit the registers of every instruction set.
+  constexpr decltype(&block_rows<1>) kRows[] = {block_rows<1>, block_rows<2>, block_rows<3>,
+                                                block_rows<4>, block_rows<5>, block_rows<6>,
+                                                block_rows<7>, block_rows<8>};
   while (rows > 0) {
     const int now = rows < 8 ? rows : 8;
-    switch (now) {
-      case 1:
-        block_rows<1>(table, stride, at, n, sums);
-        break;
-      case 2:
-        block_rows<2>(table, stride, at, n, sums);
-        break;
-      case 3:
-        block_rows<3>(table, stride, at, n, sums);
-        break;
-      case 4:
-        block_rows<4>(table, stride, at, n, sums);
-        break;
-      case 5:
-        block_rows<5>(table, stride, at, n, sums);
-        break;
-      case 6:
-        block_rows<6>(table, stride, at, n, sums);
-        break;
-      case 7:
-        block_rows<7>(table, stride, at, n, sums);
-        break;
-      default:
-        block_rows<8>(table, stride, at, n, sums);
-        break;
-    }
+    kRows[now - 1](table, stride, at, n, sums);
     rows -= now;
     table += static_cast<long>(now) * stride;
     sums += now * kBlock;
@@ -164,6 +142,8 @@ uint32_t point_bounds(const float* __restrict x, const float* __restrict y, int 
   return largest(sums);
 }
 
+#include "map/kernels/distances.inl"
+
 #include "map/kernels/merged.inl"
 
 #include "map/kernels/least_squares.inl"
@@ -176,6 +156,7 @@ extern const Kernels table;
 const Kernels table = {
     place,         index,        block_scores, pair_scores, point_bounds,     merge,
     merged_bounds, merged_pairs, merged_rows,  linearise,   bilinear_squares, bicubic_squares,
-    stamp,         interleave,   sixteenths,   max_into,    min_max};
+    stamp,         interleave,   sixteenths,   max_into,    min_max,          column_step,
+    column_back,   row_minimum,  cast,         field_sums};
 
 }  // namespace wayfare::kernels::WAYFARE_ISA

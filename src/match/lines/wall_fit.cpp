@@ -5,9 +5,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace wayfare::lines {
 namespace {
+
+/// Which points belong to a line: those within `at_foot_m` plus `per_m` for every metre along the
+/// line from its foot.
+struct Window {
+  double at_foot_m = 0.0;
+  double per_m = 0.0;
+  /// Limits along each line, to exclude objects at its ends such as the next wall.
+  std::array<double, 2> from_m{-1e300, -1e300}, to_m{1e300, 1e300};
+};
 
 /// Sums over the points of one line: t along it, d across from the guess, v the variance of d.
 struct Sums {
@@ -88,8 +98,8 @@ void describe(Fit& fit, const std::array<Sums, 2>& sums) {
   }
 }
 
-}  // namespace
-
+/// One iteration on the points within the window of the guess: one direction for both lines and an
+/// offset for each. A line with fewer than `min_beams` is dropped.
 Fit fit_once(const Beams& beams, const Guess& guess, const Window& window,
              const WallOptions& options) {
   std::array<Sums, 2> sums = sums_near(beams, guess, window, options);
@@ -123,10 +133,15 @@ Fit fit_once(const Beams& beams, const Guess& guess, const Window& window,
   return fit;
 }
 
-namespace {
-
 constexpr double kCell_m = 0.01;
 constexpr std::size_t kCells = 128;  // the first and last are empty
+
+/// A point near a guessed line; its offset is evaluated to first order in a rotation of the line.
+struct NearPoint {
+  float along_m, across_m;
+  std::int16_t length;  ///< of wall per beam, in quarters
+  std::int16_t side;
+};
 
 /// Histogram of the length of wall by offset from the guess, and its maxima over three cells.
 struct OffsetHistogram {
@@ -185,14 +200,12 @@ struct OffsetHistogram {
   }
 };
 
-}  // namespace
-
-void GuessAligner::gather(const Beams& b, const Guess& guess, double max_shift_m) {
+std::vector<NearPoint> points_near(const Beams& b, const Guess& guess, double max_shift_m) {
   constexpr double kNear_m = 6.0;
   constexpr std::size_t kMaxBeams = 200;  // a finer scan is subsampled
   const double half = std::min(max_shift_m, (kCells / 2 - 8) * kCell_m);
   const double ux = std::cos(guess.direction_rad), uy = std::sin(guess.direction_rad);
-  points_.clear();
+  std::vector<NearPoint> points;
   const std::size_t step = 1 + b.range_m.size() / kMaxBeams;
   for (std::size_t i = 0; i < b.range_m.size(); i += step) {
     const double q = ux * b.sin_bearing[i] - uy * b.cos_bearing[i];
@@ -200,21 +213,23 @@ void GuessAligner::gather(const Beams& b, const Guess& guess, double max_shift_m
     const double across = b.range_m[i] * q - guess.offset_m[k];
     const double along = b.range_m[i] * (ux * b.cos_bearing[i] + uy * b.sin_bearing[i]);
     if (!guess.present[k] || !(std::abs(across) < half) || std::abs(along) > kNear_m) continue;
-    points_.push_back({static_cast<float>(along), static_cast<float>(across),
-                       static_cast<std::int16_t>(4.0 * std::min(b.range_m[i] / std::abs(q), 25.0)),
-                       static_cast<std::int16_t>(k)});
+    points.push_back({static_cast<float>(along), static_cast<float>(across),
+                      static_cast<std::int16_t>(4.0 * std::min(b.range_m[i] / std::abs(q), 25.0)),
+                      static_cast<std::int16_t>(k)});
   }
+  return points;
 }
 
-Guess GuessAligner::align(const Beams& beams, const Guess& guess, double max_shift_m,
-                          double max_turn_rad) {
+}  // namespace
+
+Guess align(const Beams& beams, const Guess& guess, double max_shift_m, double max_turn_rad) {
   constexpr double kCoarse_rad = 0.01, kFine_rad = 0.004;
-  gather(beams, guess, max_shift_m);
+  const std::vector<NearPoint> points = points_near(beams, guess, max_shift_m);
   OffsetHistogram histogram;
-  int most = histogram.accumulate(points_, 0.0);
+  int most = histogram.accumulate(points, 0.0);
   double turn = 0.0;
   const auto try_turn = [&](double tried) {
-    const int length = histogram.accumulate(points_, tried);
+    const int length = histogram.accumulate(points, tried);
     if (length <= most) return;
     most = length;
     turn = tried;
@@ -224,7 +239,7 @@ Guess GuessAligner::align(const Beams& beams, const Guess& guess, double max_shi
   const double coarse = turn;
   for (const double side : {-1.0, 1.0}) try_turn(coarse + side * kFine_rad);
   Guess aligned = guess;
-  if (histogram.accumulate(points_, turn) <= 0) return aligned;
+  if (histogram.accumulate(points, turn) <= 0) return aligned;
   histogram.find_best();
   histogram.prefer_nearer();
   aligned.direction_rad += turn;

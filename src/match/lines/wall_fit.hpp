@@ -3,14 +3,10 @@
 // Total least squares on the points near one or two parallel lines.
 
 #include <array>
-#include <cstdint>
-#include <vector>
 
 #include <Eigen/Core>
 
 #include <wayfare/match/lines.hpp>
-
-#include "match/lines/beams.hpp"
 
 namespace wayfare::lines {
 
@@ -31,39 +27,11 @@ struct Fit {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (direction, left, right)
 };
 
-/// Which points belong to a line: those within `at_foot_m` plus `per_m` for every metre along the
-/// line from its foot.
-struct Window {
-  double at_foot_m = 0.0;
-  double per_m = 0.0;
-  /// Limits along each line, to exclude objects at its ends such as the next wall.
-  std::array<double, 2> from_m{-1e300, -1e300}, to_m{1e300, 1e300};
-};
-
-/// One iteration on the points within the window of the guess: one direction for both lines and an
-/// offset for each. A line with fewer than `min_beams` is dropped.
-[[nodiscard]] Fit fit_once(const Beams& beams, const Guess& guess, const Window& window,
-                           const WallOptions& options);
-
-/// A point near a guessed line; its offset is evaluated to first order in a rotation of the line.
-struct NearPoint {
-  float along_m, across_m;
-  std::int16_t length;  ///< of wall per beam, in quarters
-  std::int16_t side;
-};
-
 /// Moves a guess to the offset and direction with the greatest length of wall near the laser: of a
-/// wall and the doors recessed in it the longer, rather than an oblique line between them.
-class GuessAligner {
- public:
-  /// Changes each offset by `max_shift_m` at most, the direction by `max_turn_rad`.
-  [[nodiscard]] Guess align(const Beams& beams, const Guess& guess, double max_shift_m,
-                            double max_turn_rad);
-
- private:
-  void gather(const Beams& beams, const Guess& guess, double max_shift_m);
-  std::vector<NearPoint> points_;
-};
+/// wall and the doors recessed in it the longer, rather than an oblique line between them. Changes
+/// each offset by `max_shift_m` at most, the direction by `max_turn_rad`.
+[[nodiscard]] Guess align(const Beams& beams, const Guess& guess, double max_shift_m,
+                          double max_turn_rad);
 
 /// Iterations in windows that shrink to a multiple of the noise.
 [[nodiscard]] Fit fit_walls(const Beams& beams, const Guess& guess, const WallOptions& options);

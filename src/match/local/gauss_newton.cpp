@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "map/kernels/kernels.hpp"
-#include "map/table_view.hpp"
 #include "match/local/registration.hpp"
 
 namespace wayfare {
@@ -13,29 +12,81 @@ namespace {
 
 using detail::Cost;
 
-/// Σr² and Σr·g over the points, r = 1 − p, g = ∂p/∂ξ.
-struct Squares {
-  double squares = 0.0;
-  Eigen::Vector3d negative_gradient = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
+/// What an interpolating kernel sums over the points: a value, its gradient, and the upper triangle
+/// of weighted outer products of gradients, per cell and in units of the table.
+struct Sums {
+  double value;
+  Eigen::Vector3d gradient;
+  Eigen::Matrix3d outer;
 };
 
-Squares squares_at(const ProbabilityGrid& grid, Interpolation interpolation, const PointSet& points,
-                   const SE2d& pose) {
+template <class Kernel, class... Parameters>
+Sums sums_at(Kernel kernel, const PaddedTable& table, const PointSet& points,
+             const SE2d& T_map_points, Parameters... parameters) {
+  // From the points' frame to columns and rows, cell centres at integers.
+  const double cells = 1 / table.resolution_m();
+  const kernels::CellTransform to_cells{
+      static_cast<float>(T_map_points.rotation().cos() * cells),
+      static_cast<float>(T_map_points.rotation().sin() * cells),
+      static_cast<float>(T_map_points.x() * cells - table.origin().x - 0.5),
+      static_cast<float>(T_map_points.y() * cells - table.origin().y - 0.5),
+      0,
+      0,
+      0};
+  double sums[10];
+  kernel(points.padded_x_m().data(), points.padded_y_m().data(), static_cast<int>(points.size()),
+         to_cells, {table.data(), table.stride(), table.width(), table.height()},
+         static_cast<float>(parameters)..., sums);
+  Sums s{sums[0], {sums[1], sums[2], sums[3]}, {}};
+  s.outer << sums[4], sums[5], sums[6], sums[5], sums[7], sums[8], sums[6], sums[8], sums[9];
+  return s;
+}
+
+/// ½ Σr², with r = √(−2 ln p + ε) and J = −∇ln p / r. ε bounds the weight of a point on its
+/// surface.
+Cost negative_log_likelihood(const LikelihoodField& grid, const PointSet& points,
+                             const SE2d& pose) {
+  constexpr double kEpsilon = 0.05;
+  const double inverse = 1 / grid.resolution_m(), step = grid.log_step();
+  const Sums s = sums_at(kernels::best_kernels().linearise, grid, points, pose,
+                         -2 * grid.log_floor() + kEpsilon, -2 * step);
+  const double per_metre = step * inverse;
+  return {-(grid.log_floor() * static_cast<double>(points.size()) + step * s.value),
+          per_metre * s.gradient, s.outer * (per_metre * per_metre)};
+}
+
+/// No step leads out of the allowed shift.
+template <class CostAt>
+class Refinement : public detail::PoseDescent<CostAt> {
+ public:
+  Refinement(const SE2d& start, const CostAt& cost_at, const RefineOptions& options)
+      : detail::PoseDescent<CostAt>(start, cost_at, options.tolerance, 1e-6),
+        start_(start),
+        max_shift_m_(options.max_shift_m) {}
+
+  bool solve(double damping) {
+    return detail::PoseDescent<CostAt>::solve(damping) &&
+           (this->next().translation() - start_.translation()).norm() < max_shift_m_;
+  }
+  static bool reject() { return false; }
+
+ private:
+  const SE2d& start_;
+  double max_shift_m_;
+};
+
+/// Σr², −Σr·∂r/∂ξ and the outer products of ∂r/∂ξ over the points, r = 1 − p.
+Cost squares_at(const ProbabilityGrid& grid, Interpolation interpolation, const PointSet& points,
+                const SE2d& pose) {
   constexpr double kOne = ProbabilityGrid::kOne;
   const double inverse = 1 / grid.resolution_m();
   const kernels::Kernels& k = kernels::best_kernels();
-  double sums[10];
-  (interpolation == Interpolation::bilinear ? k.bilinear_squares : k.bicubic_squares)(
-      points.padded_x_m().data(), points.padded_y_m().data(), static_cast<int>(points.size()),
-      detail::transform_into(grid, pose), detail::field_of(grid), static_cast<float>(kOne), sums);
+  const Sums s =
+      sums_at(interpolation == Interpolation::bilinear ? k.bilinear_squares : k.bicubic_squares,
+              grid, points, pose, kOne);
   const double per_metre = inverse / kOne;
-  Squares s;
-  s.squares = sums[0] / (kOne * kOne);
-  s.negative_gradient = per_metre / kOne * Eigen::Vector3d(sums[1], sums[2], sums[3]);
-  s.outer << sums[4], sums[5], sums[6], sums[5], sums[7], sums[8], sums[6], sums[8], sums[9];
-  s.outer *= per_metre * per_metre;
-  return s;
+  return {s.value / (kOne * kOne), per_metre / kOne * s.gradient,
+          s.outer * (per_metre * per_metre)};
 }
 
 Result<void> check_map(const ProbabilityPyramid& map) {
@@ -86,6 +137,39 @@ double displacement_cost_nats(const ProbabilityGrid& grid, const PointSet& point
 
 }  // namespace
 
+FieldSample interpolate(const LikelihoodField& grid, const Eigen::Vector2d& p_map) {
+  const double inverse = 1 / grid.resolution_m();
+  const double u = p_map.x() * inverse - grid.origin().x - 0.5;
+  const double v = p_map.y() * inverse - grid.origin().y - 0.5;
+  if (!(u > -1 && v > -1 && u < grid.width() && v < grid.height()))
+    return {grid.log_floor(), Eigen::Vector2d::Zero()};
+  const int column = static_cast<int>(u + 1) - 1, row = static_cast<int>(v + 1) - 1;
+  const double a = u - column, b = v - row;
+  const std::uint16_t* p = grid.data() + std::ptrdiff_t{row} * grid.stride() + column;
+  const double p00 = p[0], p10 = p[1], p01 = p[grid.stride()], p11 = p[grid.stride() + 1];
+  const double low = p00 + a * (p10 - p00), high = p01 + a * (p11 - p01);
+  const double step = grid.log_step();
+  const double dx = (1 - b) * (p10 - p00) + b * (p11 - p01);
+  return {grid.log_floor() + step * (low + b * (high - low)),
+          Eigen::Vector2d(dx, high - low) * (step * inverse)};
+}
+
+Result<RefineResult> refine(const LikelihoodField& grid, const PointSet& points, const SE2d& start,
+                            const RefineOptions& options) {
+  if (grid.empty()) return Error{ErrorCode::invalid, "refine: the map is empty"};
+  if (auto ok = detail::check_input("refine", points, start, {}, {}); !ok) return ok.error();
+  const auto cost_at = [&](const SE2d& pose) {
+    return negative_log_likelihood(grid, points, pose);
+  };
+  Refinement refinement(start, cost_at, options);
+  const int iterations =
+      damped_least_squares(refinement, TenfoldDamping(1e-3, 1e-6, 1e4), options.max_iterations)
+          .iterations;
+  const double mean = -refinement.cost() / static_cast<double>(points.size());
+  return RefineResult{refinement.pose(), mean, 1 - mean / grid.log_floor(),
+                      refinement.here().hessian, iterations};
+}
+
 Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPyramid& map,
                                                              const PointSet& points,
                                                              const SE2d& prior,
@@ -99,12 +183,10 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
   const double weight = prior_term.weight() / variance;
   const auto minimise_on = [&](const ProbabilityGrid& table, SE2d& pose) {
     const auto cost_at = [&](const SE2d& at) {
-      const Squares s = squares_at(table, options_.interpolation, points, at);
-      Cost cost{0.5 * weight * s.squares, weight * s.negative_gradient, weight * s.outer};
-      prior_term.add(at, cost);
-      return cost;
+      const Cost s = squares_at(table, options_.interpolation, points, at);
+      return Cost{0.5 * weight * s.value, weight * s.negative_gradient, weight * s.hessian};
     };
-    return detail::minimise(pose, cost_at, options_.max_iterations, options_.tolerance).value;
+    return prior_term.minimise(pose, cost_at, options_.max_iterations, options_.tolerance);
   };
   SE2d pose = prior;
   double least = minimise_on(map.front(), pose);
@@ -116,15 +198,14 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
     pose = other;
   }
   for (std::size_t level = 1; level < map.size(); ++level) minimise_on(map[level], pose);
-  const Squares end = squares_at(map.back(), options_.interpolation, points, pose);
+  const double end = squares_at(map.back(), options_.interpolation, points, pose).value;
   const double n = static_cast<double>(points.size());
   const auto on_a_wall = [&finest = map.back()](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
     return 2 * finest.value(cell_of(p, finest.resolution_m())) > ProbabilityGrid::kOne ? 1.0 : 0.0;
   };
-  auto result =
-      prior_term.match({pose, -end.squares / (2 * n * variance), 1 - std::sqrt(end.squares / n),
-                        1 / (options_.point_sigma_m * options_.point_sigma_m),
-                        [&] { return detail::normals_outer(points, pose, on_a_wall); }});
+  auto result = prior_term.match({pose, -end / (2 * n * variance), 1 - std::sqrt(end / n),
+                                  1 / (options_.point_sigma_m * options_.point_sigma_m),
+                                  [&] { return detail::normals_outer(points, pose, on_a_wall); }});
   if (result && result->constraint)
     result->constraint->displacement_cost_nats =
         displacement_cost_nats(map.back(), points, pose, result->constraint->weakest, variance);

@@ -108,14 +108,10 @@ Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, cons
     const double median = median_distance(pairs);
     const double sigma = std::max(options_.sigma_m, median);
     const SE2d before = pose;
-    detail::minimise(
-        pose,
-        [&](const SE2d& at) {
-          Cost cost = cost_of(pairs, at, sigma, prior_term.weight());
-          prior_term.add(at, cost);
-          return cost;
-        },
-        3, options_.tolerance);
+    const auto cost_at = [&](const SE2d& at) {
+      return cost_of(pairs, at, sigma, prior_term.weight());
+    };
+    prior_term.minimise(pose, cost_at, 3, options_.tolerance);
     const double wanted = std::max(min_reach, 3 * median);
     const bool converged = before.minus(pose).norm() < options_.tolerance && wanted >= 0.7 * reach;
     reach = std::min(reach, wanted);

@@ -99,11 +99,9 @@ Result<std::optional<MatchResult>> NdtMatcher::match(const NdtMap& map, const Po
   SE2d pose = prior;
   for (const Level& level : map.levels()) {
     const auto cost_at = [&](const SE2d& at) {
-      Cost cost = cost_of(level, points, at, prior_term.weight());
-      prior_term.add(at, cost);
-      return cost;
+      return cost_of(level, points, at, prior_term.weight());
     };
-    detail::minimise(pose, cost_at, options_.max_iterations, options_.tolerance);
+    prior_term.minimise(pose, cost_at, options_.max_iterations, options_.tolerance);
   }
   const Level& finest = map.levels().back();
   const Fit fit = fit_at(finest, points, pose, options_.floor_probability);

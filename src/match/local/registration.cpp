@@ -5,7 +5,6 @@
 #include <limits>
 #include <string>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <wayfare/map/surface_map.hpp>
@@ -18,9 +17,12 @@ Result<void> check_input(std::string_view who, const PointSet& points, const SE2
     return Error{ErrorCode::invalid, std::string(who) + ": " + why};
   };
   if (points.empty()) return refused("no points");
-  if (!all_finite(points)) return refused("a point is not finite");
+  int bad = 0;
+  for (const auto& axis : {points.x_m(), points.y_m()})
+    for (const float t : axis) bad |= !(std::abs(t) <= std::numeric_limits<float>::max());
+  if (bad != 0) return refused("a point is not finite");
   if (!prior.translation().allFinite() || !std::isfinite(prior.heading().radians()))
-    return refused("the prior is not finite");
+    return refused("the initial pose is not finite");
   if (!(window.half_x_m >= 0 && window.half_y_m >= 0 && window.half_heading.radians() >= 0))
     return refused("the window's half extents must not be negative");
   if (options.prior_information && !options.prior_information->allFinite())
@@ -82,20 +84,6 @@ Eigen::Matrix3d Prior::covariance(const Eigen::Matrix3d& information) const {
   Eigen::Matrix3d bounded = information;
   bounded.diagonal() += Eigen::Vector3d(1 / (x * x), 1 / (x * x), 1 / (heading * heading));
   return bounded.inverse();
-}
-
-Eigen::Vector3d damped_step(const Cost& cost, double damping) {
-  Eigen::Matrix3d damped = cost.hessian;
-  damped.diagonal() *= 1 + damping;
-  damped.diagonal().array() += 1e-9 * (1 + cost.hessian.trace());
-  return damped.ldlt().solve(cost.negative_gradient);
-}
-
-bool all_finite(const PointSet& points) {
-  int bad = 0;
-  for (const auto& axis : {points.x_m(), points.y_m()})
-    for (const float t : axis) bad |= !(std::abs(t) <= std::numeric_limits<float>::max());
-  return bad == 0;
 }
 
 double rms_distance_m(const PointSet& points) {

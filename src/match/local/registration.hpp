@@ -7,6 +7,8 @@
 #include <optional>
 #include <string_view>
 
+#include <Eigen/Cholesky>
+
 #include <wayfare/core/levenberg_marquardt.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
@@ -18,6 +20,50 @@ struct Cost {
   double value = 0.0;
   Eigen::Vector3d negative_gradient = Eigen::Vector3d::Zero();
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+};
+
+/// The DampedProblem of a pose: steps by (H + λ diag H + floor)⁻¹ · negative gradient, where the
+/// floor of the diagonal is 1e-9·(1 + trace H) unless given.
+template <class CostAt>
+class PoseDescent {
+ public:
+  PoseDescent(const SE2d& pose, const CostAt& cost_at, double tolerance, double floor = 0.0)
+      : cost_at_(cost_at),
+        tolerance_(tolerance),
+        floor_(floor),
+        pose_(pose),
+        here_(cost_at(pose)) {}
+
+  [[nodiscard]] const SE2d& pose() const { return pose_; }
+  [[nodiscard]] const SE2d& next() const { return next_; }
+  [[nodiscard]] const Cost& here() const { return here_; }
+
+  bool solve(double damping) {
+    Eigen::Matrix3d damped = here_.hessian;
+    damped.diagonal() *= 1 + damping;
+    damped.diagonal().array() += floor_ > 0 ? floor_ : 1e-9 * (1 + here_.hessian.trace());
+    step_ = damped.ldlt().solve(here_.negative_gradient);
+    next_ = pose_.plus(step_);
+    return step_.allFinite();
+  }
+  [[nodiscard]] double cost() const { return here_.value; }
+  double stepped_cost() {
+    there_ = cost_at_(next_);
+    return there_.value;
+  }
+  bool accept() {
+    pose_ = next_;
+    here_ = there_;
+    return step_.norm() < tolerance_;
+  }
+  bool reject() const { return !step_.allFinite() || step_.norm() < tolerance_; }
+
+ private:
+  const CostAt& cost_at_;
+  double tolerance_, floor_;
+  SE2d pose_, next_;
+  Cost here_, there_;
+  Eigen::Vector3d step_ = Eigen::Vector3d::Zero();
 };
 
 /// Errors of the input, such as points that are not finite.
@@ -42,11 +88,25 @@ class Prior {
 
   /// Weight of a point's squared residual, from the number of independent points.
   [[nodiscard]] double weight() const { return weight_; }
-  void add(const SE2d& pose, Cost& cost) const;
+  /// Levenberg-Marquardt steps on the sum of `cost_at(pose)` and the prior's term until one is
+  /// shorter than the tolerance, `max_iterations` at most. Returns the cost, which never increases.
+  template <class CostAt>
+  double minimise(SE2d& pose, const CostAt& cost_at, int max_iterations, double tolerance) const {
+    const auto with_prior = [&](const SE2d& at) {
+      Cost cost = cost_at(at);
+      add(at, cost);
+      return cost;
+    };
+    PoseDescent descent(pose, with_prior, tolerance);
+    damped_least_squares(descent, TenfoldDamping(1e-4, 1e-6, 5e3), max_iterations);
+    pose = descent.pose();
+    return descent.cost();
+  }
   /// The match, or nothing outside the window or below the minimum score.
   [[nodiscard]] std::optional<MatchResult> match(const Solution& solution) const;
 
  private:
+  void add(const SE2d& pose, Cost& cost) const;
   [[nodiscard]] bool in_window(const SE2d& pose) const;
   /// The inverse of `information`, no wider than the window.
   [[nodiscard]] Eigen::Matrix3d covariance(const Eigen::Matrix3d& information) const;
@@ -57,16 +117,6 @@ class Prior {
   const PointSet& points_;
   double weight_;
 };
-
-/// Levenberg-Marquardt steps until one is shorter than the tolerance, `max_iterations` at most.
-/// `cost_at(pose)` is a Cost; the cost never increases.
-template <class CostAt>
-Cost minimise(SE2d& pose, const CostAt& cost_at, int max_iterations, double tolerance);
-
-/// (H + λ diag H)⁻¹ · negative gradient.
-[[nodiscard]] Eigen::Vector3d damped_step(const Cost& cost, double damping);
-
-[[nodiscard]] bool all_finite(const PointSet& points);
 
 /// √(Σ|p|²/N).
 [[nodiscard]] double rms_distance_m(const PointSet& points);
@@ -79,48 +129,5 @@ using PointWeight =
 /// unsuitable: they vanish on the walls, and noise along the walls remains.)
 [[nodiscard]] Eigen::Matrix3d normals_outer(const PointSet& points, const SE2d& T_map_points,
                                             const PointWeight& weight);
-
-/// The DampedProblem of `minimise`.
-template <class CostAt>
-class PoseDescent {
- public:
-  PoseDescent(const SE2d& pose, const CostAt& cost_at, double tolerance)
-      : cost_at_(cost_at), tolerance_(tolerance), pose_(pose), here_(cost_at(pose)) {}
-
-  [[nodiscard]] const SE2d& pose() const { return pose_; }
-  [[nodiscard]] const Cost& here() const { return here_; }
-
-  bool solve(double damping) {
-    step_ = damped_step(here_, damping);
-    return step_.allFinite();
-  }
-  [[nodiscard]] double cost() const { return here_.value; }
-  double stepped_cost() {
-    next_ = pose_.plus(step_);
-    there_ = cost_at_(next_);
-    return there_.value;
-  }
-  bool accept() {
-    pose_ = next_;
-    here_ = there_;
-    return step_.norm() < tolerance_;
-  }
-  bool reject() const { return !step_.allFinite() || step_.norm() < tolerance_; }
-
- private:
-  const CostAt& cost_at_;
-  double tolerance_;
-  SE2d pose_, next_;
-  Cost here_, there_;
-  Eigen::Vector3d step_ = Eigen::Vector3d::Zero();
-};
-
-template <class CostAt>
-Cost minimise(SE2d& pose, const CostAt& cost_at, int max_iterations, double tolerance) {
-  PoseDescent descent(pose, cost_at, tolerance);
-  damped_least_squares(descent, TenfoldDamping(1e-4, 1e-6, 5e3), max_iterations);
-  pose = descent.pose();
-  return descent.here();
-}
 
 }  // namespace wayfare::detail

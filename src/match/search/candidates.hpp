@@ -3,9 +3,12 @@
 // The candidates of a search window, their scores and their order: shared by the exhaustive and the
 // branch-and-bound matcher, so that their optima are identical.
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
-#include <wayfare/map/likelihood_field.hpp>
+#include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
 #include "map/kernels/kernels.hpp"
@@ -84,6 +87,16 @@ struct Best {
   }
 };
 
+/// Sums below cannot exceed the best objective, as the log prior is never positive.
+[[nodiscard]] inline std::int64_t min_useful_sum(const CandidateSpace& s, const Best& best) {
+  if (best.objective <= 0) return 0;
+  return static_cast<std::int64_t>(std::floor(best.objective / s.weight * (1 - 1e-12)));
+}
+
+[[nodiscard]] inline kernels::BoundTable bound_table(const PrecomputationGrids::Level& l) {
+  return {l.table.data(), 0, l.width, l.height, l.columns};
+}
+
 [[nodiscard]] Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points,
                                           const SE2d& prior, const SearchWindow& window,
                                           const MatchOptions& options, std::int64_t max_candidates);
@@ -95,6 +108,27 @@ struct Best {
 /// The points' cells in the table at heading step k; arrays of the padded points' size.
 void place(const CandidateSpace& space, const LikelihoodField& grid, const PointSet& points, int k,
            std::int32_t* u, std::int32_t* v);
+
+/// Calls `row(first offset, count, sums)` for every row of the 16×16 blocks of a rectangle of
+/// offsets from the points' cells; `index` is scratch memory of the same size.
+template <class Row>
+void score_blocks(const LikelihoodField& grid, int points, const std::vector<std::int32_t>& u,
+                  const std::vector<std::int32_t>& v, std::vector<std::int32_t>& index,
+                  const CellBox& offsets, const Row& row) {
+  constexpr int kBlock = kernels::kBlock;
+  const auto& kernel = kernels::best_kernels();
+  std::uint32_t sums[kBlock * kBlock];
+  for (int y = offsets.min.y; y <= offsets.max.y; y += kBlock) {
+    const int rows = std::min(kBlock, offsets.max.y - y + 1);
+    for (int x = offsets.min.x; x <= offsets.max.x; x += kBlock) {
+      kernel.index(u.data(), v.data(), static_cast<int>(u.size()), x, y, grid.width(),
+                   grid.height(), grid.stride(), index.data());
+      kernel.block_scores(grid.data(), grid.stride(), index.data(), points, rows, sums);
+      const int columns = std::min(kBlock, offsets.max.x - x + 1);
+      for (int r = 0; r < rows; ++r) row(Cell{x, y + r}, columns, sums + r * kBlock);
+    }
+  }
+}
 
 [[nodiscard]] MatchResult result_of(const CandidateSpace& space, const LikelihoodField& grid,
                                     const Best& best);

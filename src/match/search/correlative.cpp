@@ -27,27 +27,10 @@ double finest_heading_step(double farthest_m, double resolution_m) {
   return half_chord < 1 ? 2 * std::asin(half_chord) : std::numbers::pi;  // also for d = 0
 }
 
-Result<void> check(const PointSet& points, const SE2d& prior, const SearchWindow& w,
-                   const MatchOptions& o) {
-  if (points.empty()) return Error{ErrorCode::invalid, "match: no points"};
-  if (points.size() > 400'000) return Error{ErrorCode::invalid, "match: more than 400000 points"};
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (!std::isfinite(points.x_m()[i]) || !std::isfinite(points.y_m()[i]))
-      return Error{ErrorCode::invalid, "match: point " + std::to_string(i) + " is not finite"};
-  if (!prior.translation().allFinite() || !std::isfinite(prior.heading().radians()))
-    return Error{ErrorCode::invalid, "match: the prior pose is not finite"};
-  if (!(w.half_x_m >= 0) || !(w.half_y_m >= 0) || !(w.half_heading.radians() >= 0))
-    return Error{ErrorCode::invalid, "match: the search window must not be negative or NaN"};
-  if (!(o.independent_points >= 0) || !(o.min_score <= 1))
-    return Error{ErrorCode::invalid, "match: independent_points or min_score out of range"};
-  return {};
-}
-
 Result<Eigen::Matrix3d> along_map_axes(const Eigen::Matrix3d& information, const SE2d& prior) {
   const Eigen::Matrix3d symmetric = 0.5 * (information + information.transpose());
-  if (!symmetric.allFinite() ||
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(symmetric, Eigen::EigenvaluesOnly)
-              .eigenvalues()[0] < -1e-9 * symmetric.norm())
+  if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(symmetric, Eigen::EigenvaluesOnly)
+          .eigenvalues()[0] < -1e-9 * symmetric.norm())
     return Error{ErrorCode::invalid, "match: the prior's information matrix is indefinite"};
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   rotation.topLeftCorner<2, 2>() = prior.rotation().matrix();
@@ -111,7 +94,10 @@ Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points,
                             const SearchWindow& window, const MatchOptions& options,
                             std::int64_t max_candidates) {
   if (grid.empty()) return Error{ErrorCode::invalid, "match: the map is empty"};
-  if (auto ok = check(points, prior, window, options); !ok) return ok.error();
+  if (auto ok = check_input("match", points, prior, window, options); !ok) return ok.error();
+  if (points.size() > 400'000) return Error{ErrorCode::invalid, "match: more than 400000 points"};
+  if (!(options.independent_points >= 0) || !(options.min_score <= 1))
+    return Error{ErrorCode::invalid, "match: independent_points or min_score out of range"};
   CandidateSpace s{};
   s.resolution_m = grid.resolution_m();
   s.prior = prior;
@@ -187,28 +173,19 @@ namespace {
 using detail::Best;
 using detail::CandidateSpace;
 
-/// Calls `row(candidate at the row's start, count, sums)` for every row of every 16×16 block.
+/// Calls `row(candidate at the row's start, count, sums)` for the rows of every heading.
 template <class Row>
 void sweep(const CandidateSpace& s, const LikelihoodField& grid, const PointSet& points,
            std::vector<std::int32_t>& u, std::vector<std::int32_t>& v,
            std::vector<std::int32_t>& index, Row&& row) {
-  constexpr int kBlock = kernels::kBlock;
-  const auto& kernel = kernels::best_kernels();
-  const std::size_t padded = points.padded_x_m().size();
-  for (auto* scratch : {&u, &v, &index}) scratch->resize(padded);
-  std::uint32_t sums[kBlock * kBlock];
+  for (auto* scratch : {&u, &v, &index}) scratch->resize(points.padded_x_m().size());
   for (int k = -s.half_k; k <= s.half_k; ++k) {
     detail::place(s, grid, points, k, u.data(), v.data());
-    for (int y = -s.half_y; y <= s.half_y; y += kBlock) {
-      const int rows = std::min(kBlock, s.half_y - y + 1);
-      for (int x = -s.half_x; x <= s.half_x; x += kBlock) {
-        kernel.index(u.data(), v.data(), static_cast<int>(padded), x, y, grid.width(),
-                     grid.height(), grid.stride(), index.data());
-        kernel.block_scores(grid.data(), grid.stride(), index.data(), s.points, rows, sums);
-        const int columns = std::min(kBlock, s.half_x - x + 1);
-        for (int r = 0; r < rows; ++r) row(Candidate{{x, y + r}, k}, columns, sums + r * kBlock);
-      }
-    }
+    detail::score_blocks(grid, s.points, u, v, index,
+                         {{-s.half_x, -s.half_y}, {s.half_x, s.half_y}},
+                         [&](const Cell& offset, int columns, const std::uint32_t* sums) {
+                           row(Candidate{offset, k}, columns, sums);
+                         });
   }
 }
 
@@ -262,10 +239,7 @@ Result<std::optional<MatchResult>> CorrelativeMatcher::match(const LikelihoodFie
       // The log prior is never positive: a smaller sum cannot win.
       if (sums[i] < least) continue;
       best.offer(s.objective(sums[i], c), sums[i], c);
-      if (best.objective > 0) {
-        const double needed = std::floor(best.objective / s.weight * (1 - 1e-12));
-        least = std::max(least, static_cast<std::uint32_t>(needed));
-      }
+      least = std::max(least, static_cast<std::uint32_t>(detail::min_useful_sum(s, best)));
     }
   });
   if (!best.found) return std::optional<MatchResult>();

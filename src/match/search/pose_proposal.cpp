@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "map/kernels/kernels.hpp"
+#include "match/search/candidates.hpp"
 
 namespace wayfare {
 
@@ -126,47 +126,52 @@ struct PoseProposal::Lattice {
     return SE2d(Eigen::Vector2d(mean.translation() + d.head<2>()),
                 mean.rotation() * SO2d(Angle::radians(d[2])));
   }
+  [[nodiscard]] Slice jittered_slice(int k, Rng& rng) const {
+    const double heading_rad = first_rad + (k + rng.uniform()) * step_rad;
+    const double x = (rng.uniform() - 0.5) * jitter_m.x();
+    const double y = (rng.uniform() - 0.5) * jitter_m.y();
+    const Eigen::Vector2d middle(0.5 * (columns - 1), 0.5 * (rows - 1));
+    return {
+        mean.rotation() * SO2d(Angle::radians(heading_rad)), heading_rad,
+        mean.translation() + mean_per_rad * heading_rad + Eigen::Vector2d(x, y) - cell_m * middle};
+  }
+  /// Offset of node `i` of a slice from the mean: translation along the map's axes, and heading.
+  [[nodiscard]] Eigen::Vector3d offset(const Slice& slice, int i) const {
+    const Eigen::Vector2d node(i % columns, i / columns);
+    Eigen::Vector3d d;
+    d << slice.corner + cell_m * node - mean.translation(), slice.heading_rad;
+    return d;
+  }
+  /// From Σ value to ln τ, weighted by the volume of a node.
+  void add_densities(const Quadratic& f, double per_value, double* out) const {
+    const double bend = 0.5 * f.h(0, 0) * cell_m * cell_m;
+    for (int y = 0; y < rows; ++y, out += columns) {
+      const double dy = y * cell_m;
+      const double start = f.c + dy * (f.g.y() + 0.5 * dy * f.h(1, 1));
+      const double slope = (f.g.x() + dy * f.h(0, 1)) * cell_m;
+      for (int x = 0; x < columns; ++x)
+        out[x] = per_value * out[x] + start + x * (slope + x * bend);
+    }
+  }
   [[nodiscard]] double log_volume() const { return std::log(step_rad * jitter_m.prod()); }
 };
-
-PoseProposal::Slice PoseProposal::jittered_slice(const Lattice& lattice, int k, Rng& rng) {
-  const double heading_rad = lattice.first_rad + (k + rng.uniform()) * lattice.step_rad;
-  const double x = (rng.uniform() - 0.5) * lattice.jitter_m.x();
-  const double y = (rng.uniform() - 0.5) * lattice.jitter_m.y();
-  const Eigen::Vector2d middle(0.5 * (lattice.columns - 1), 0.5 * (lattice.rows - 1));
-  return {lattice.mean.rotation() * SO2d(Angle::radians(heading_rad)), heading_rad,
-          lattice.mean.translation() + lattice.mean_per_rad * heading_rad + Eigen::Vector2d(x, y) -
-              lattice.cell_m * middle};
-}
 
 /// Σ value at every node of a slice.
 void PoseProposal::score(const LikelihoodField& grid, const PointSet& points, const Slice& slice,
                          const Lattice& lattice, double* out) {
-  const int columns = lattice.columns, rows = lattice.rows;
-  constexpr int kBlock = kernels::kBlock;
-  const auto& kernel = kernels::best_kernels();
   const double inverse = 1.0 / grid.resolution_m();
-  const auto padded = static_cast<int>(points.padded_x_m().size());
-  kernel.place(points.padded_x_m().data(), points.padded_y_m().data(), padded,
-               static_cast<float>(slice.rotation.cos() * inverse),
-               static_cast<float>(slice.rotation.sin() * inverse),
-               static_cast<float>(slice.corner.x() * inverse - grid.origin().x),
-               static_cast<float>(slice.corner.y() * inverse - grid.origin().y), 1048576.0F,
-               u_.data(), v_.data());
-  std::uint32_t sums[kBlock * kBlock];
-  for (int y = 0; y < rows; y += kBlock) {
-    const int block_rows = std::min(kBlock, rows - y);
-    for (int x = 0; x < columns; x += kBlock) {
-      const int block_columns = std::min(kBlock, columns - x);
-      kernel.index(u_.data(), v_.data(), padded, x, y, grid.width(), grid.height(), grid.stride(),
-                   index_.data());
-      kernel.block_scores(grid.data(), grid.stride(), index_.data(),
-                          static_cast<int>(points.size()), block_rows, sums);
-      for (int r = 0; r < block_rows; ++r)
-        for (int c = 0; c < block_columns; ++c)
-          out[(y + r) * columns + x + c] = sums[r * kBlock + c];
-    }
-  }
+  kernels::best_kernels().place(points.padded_x_m().data(), points.padded_y_m().data(),
+                                static_cast<int>(u_.size()),
+                                static_cast<float>(slice.rotation.cos() * inverse),
+                                static_cast<float>(slice.rotation.sin() * inverse),
+                                static_cast<float>(slice.corner.x() * inverse - grid.origin().x),
+                                static_cast<float>(slice.corner.y() * inverse - grid.origin().y),
+                                1048576.0F, u_.data(), v_.data());
+  detail::score_blocks(grid, static_cast<int>(points.size()), u_, v_, index_,
+                       {{0, 0}, {lattice.columns - 1, lattice.rows - 1}},
+                       [&](const Cell& node, int count, const std::uint32_t* sums) {
+                         std::copy_n(sums, count, out + node.y * lattice.columns + node.x);
+                       });
 }
 
 Result<PoseDraw> PoseProposal::draw(const LikelihoodField& grid, const PointSet& points,
@@ -187,28 +192,15 @@ Result<PoseDraw> PoseProposal::draw(const LikelihoodField& grid, const PointSet&
   slices_.clear();
   double* out = log_tau_.data();
   for (int k = 0; k < lattice.headings; ++k, out += lattice.nodes()) {
-    slices_.push_back(jittered_slice(lattice, k, rng));
+    slices_.push_back(lattice.jittered_slice(k, rng));
     const Slice& slice = slices_.back();
     score(grid, points, slice, lattice, out);
     Quadratic f = p->about(slice.corner, slice.rotation);
     if (!options.divide_by_proposal) f += q->about(slice.corner, slice.rotation);
     f.c += floor;
-    add_densities(f, scale * grid.log_step(), lattice, out);
+    lattice.add_densities(f, scale * grid.log_step(), out);
   }
   return sample_pose(lattice, rng);
-}
-
-/// From Σ value to ln τ, weighted by the volume of a node.
-void PoseProposal::add_densities(const Quadratic& f, double per_value, const Lattice& lattice,
-                                 double* out) {
-  const double cell = lattice.cell_m, bend = 0.5 * f.h(0, 0) * cell * cell;
-  for (int y = 0; y < lattice.rows; ++y, out += lattice.columns) {
-    const double dy = y * cell;
-    const double start = f.c + dy * (f.g.y() + 0.5 * dy * f.h(1, 1));
-    const double slope = (f.g.x() + dy * f.h(0, 1)) * cell;
-    for (int x = 0; x < lattice.columns; ++x)
-      out[x] = per_value * out[x] + start + x * (slope + x * bend);
-  }
 }
 
 /// Draws one of the samples by weight; sum and moments of the weights.
@@ -218,11 +210,15 @@ PoseDraw PoseProposal::sample_pose(const Lattice& lattice, Rng& rng) {
   double total = 0.0;
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  const auto nodes = static_cast<std::size_t>(lattice.nodes());
+  const auto offset = [&](std::size_t i) {
+    return lattice.offset(slices_[i / nodes], static_cast<int>(i % nodes));
+  };
   for (std::size_t i = 0; i < log_tau_.size(); ++i) {
     const double relative = log_tau_[i] - top;
     const double tau = log_tau_[i] = relative < kNegligible ? 0.0 : std::exp(relative);
     if (tau == 0.0) continue;
-    const Eigen::Vector3d d = offset(lattice, i);
+    const Eigen::Vector3d d = offset(i);
     total += tau;
     first += tau * d;
     second += tau * d * d.transpose();
@@ -232,7 +228,7 @@ PoseDraw PoseProposal::sample_pose(const Lattice& lattice, Rng& rng) {
   PoseDraw result;
   result.samples = static_cast<int>(log_tau_.size());
   result.log_evidence = top + std::log(total);
-  result.T_map_points = lattice.moved(offset(lattice, pick(rng.uniform() * total)));
+  result.T_map_points = lattice.moved(offset(pick(rng.uniform() * total)));
   result.moments.mean = lattice.moved(first);
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() = result.moments.mean.rotation().matrix().transpose();
@@ -250,17 +246,6 @@ std::size_t PoseProposal::pick(double sum) const {
     if (sum < 0.0) break;
   }
   return last;
-}
-
-/// Offset of a sample from the proposal's mean: translation along the map's axes, and heading.
-Eigen::Vector3d PoseProposal::offset(const Lattice& lattice, std::size_t i) const {
-  const auto plane = static_cast<std::size_t>(lattice.nodes());
-  const Slice& slice = slices_[i / plane];
-  const auto at = static_cast<int>(i % plane);
-  const Eigen::Vector2d node(at % lattice.columns, at / lattice.columns);
-  Eigen::Vector3d d;
-  d << slice.corner + lattice.cell_m * node - lattice.mean.translation(), slice.heading_rad;
-  return d;
 }
 
 }  // namespace wayfare

@@ -8,7 +8,6 @@
 
 #include "map/kernels/kernels.hpp"
 #include "match/search/candidates.hpp"
-#include "match/search/search_parts.hpp"
 
 namespace wayfare {
 
@@ -18,35 +17,45 @@ namespace wayfare {
 /// known, those that fit it worst: they usually fit no other either, which makes the bounds tight
 /// early.
 struct BranchAndBoundMatcher::SmallSearch {
-  static constexpr int kNext = 64, kProbes = 4, kStrip = kernels::kBlock;
+  /// Numbers of points used first and next, of groups evaluated first, of columns of a strip.
+  static constexpr int kFirst = 48, kNext = 64, kProbes = 4, kStrip = kernels::kBlock;
 
   BranchAndBoundMatcher& scratch;
   const PrecomputationGrids& map;
   const detail::CandidateSpace& s;
+  const PointSet& points;
   const kernels::Kernels& kernel = kernels::best_kernels();
-  const kernels::BoundTable bounds = table_of(map.level(0));
+  const kernels::BoundTable bounds = detail::bound_table(map.level(0));
   const kernels::CellTransform shift = detail::transform_of(s, map.grid(), 0);
   detail::Best best = {};
   std::uint32_t least = static_cast<std::uint32_t>(s.min_sum);  ///< smaller sums are pruned
 
-  static kernels::BoundTable table_of(const PrecomputationGrids::Level& l) {
-    return {l.table.data(), 0, l.width, l.height, l.columns};
+  /// Orders the points so that the first kFirst are spread over the scan and most informative.
+  void interleave() {
+    const std::size_t n = points.size(), stride = (n + kFirst - 1) / kFirst;
+    for (auto* axis : {&scratch.x_, &scratch.y_}) axis->assign(points.padded_x_m().size(), 0.0F);
+    std::size_t out = 0;
+    for (std::size_t first = 0; first < stride; ++first)
+      for (std::size_t i = first; i < n; i += stride, ++out) {
+        scratch.x_[out] = points.x_m()[i];
+        scratch.y_[out] = points.y_m()[i];
+      }
   }
 
   /// After the first points, those that fit the best candidate worst come next.
   void bring_outliers_forward() {
-    if (!best.found || s.points <= detail::kFirst + kNext) return;
+    if (!best.found || s.points <= kFirst + kNext) return;
     place(best.candidate);
     const LikelihoodField& grid = map.grid();
-    const int rest = s.points - detail::kFirst;
-    const std::int32_t* at = index(best.candidate) + detail::kFirst;
+    const int rest = s.points - kFirst;
+    const std::int32_t* at = index(best.candidate) + kFirst;
     auto& fit = scratch.fit_;  // (value, point)
     fit.clear();
-    for (int i = 0; i < rest; ++i) fit.emplace_back(grid.data()[at[i]], detail::kFirst + i);
+    for (int i = 0; i < rest; ++i) fit.emplace_back(grid.data()[at[i]], kFirst + i);
     std::sort(fit.begin(), fit.end());
     for (auto* axis : {&scratch.x_, &scratch.y_}) {
       scratch.copy_ = *axis;
-      auto out = axis->begin() + detail::kFirst;
+      auto out = axis->begin() + kFirst;
       for (const auto& [value, i] : fit) *out++ = scratch.copy_[static_cast<std::size_t>(i)];
     }
   }
@@ -125,7 +134,8 @@ struct BranchAndBoundMatcher::SmallSearch {
     least = std::max(least, static_cast<std::uint32_t>(detail::min_useful_sum(s, best)));
   }
 
-  void run() {
+  detail::Best run() {
+    interleave();
     auto& groups = scratch.groups_;
     groups.clear();
     for (int k = -s.half_k; k <= s.half_k; ++k) {
@@ -133,7 +143,7 @@ struct BranchAndBoundMatcher::SmallSearch {
       for (int y = -s.half_y; y <= s.half_y; y += 16)
         for (int x = -s.half_x; x <= s.half_x; x += 16) {
           groups.push_back({{{x, y}, k}, t.c, t.s, 0, 0, {}});
-          add_points(groups.back(), detail::kFirst);
+          add_points(groups.back(), kFirst);
         }
     }
     auto& order = scratch.order_;
@@ -148,6 +158,7 @@ struct BranchAndBoundMatcher::SmallSearch {
     bring_outliers_forward();
     for (auto i = order.begin() + 1; i < probes; ++i) evaluate(at(*i));
     for (Group& g : groups) evaluate(g);  // in order, as neighbouring headings share cache lines
+    return best;
   }
 };
 

@@ -6,7 +6,7 @@
 
 #include <wayfare/core/parallel.hpp>
 
-#include "map/distance_field/kernels.hpp"
+#include "map/kernels/kernels.hpp"
 
 namespace wayfare {
 namespace {
@@ -82,7 +82,7 @@ void ScanWeigher::field_sums(const LikelihoodField& field, const ParticleSet& pa
     ox[k] = static_cast<float>(particles.x_m[i] * scale - field.origin().x);
     oy[k] = static_cast<float>(particles.y_m[i] * scale - field.origin().y);
   }
-  field_kernels::best_variant().field_sums(
+  kernels::best_kernels().field_sums(
       {field.data(), field.stride(), field.width(), field.height()}, end_x_.data(), end_y_.data(),
       static_cast<int>(end_x_.size()),
       {c.data(), s.data(), ox.data(), oy.data(), static_cast<int>(count)}, sums);

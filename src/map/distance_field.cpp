@@ -4,18 +4,18 @@
 #include <array>
 #include <string>
 
-#include "map/distance_field/kernels.hpp"
+#include "map/kernels/kernels.hpp"
 
 namespace wayfare {
 namespace {
 
-using field_kernels::kFarCells;
-static_assert(DistanceField::kFar == field_kernels::kFarSquared);
+using kernels::kFarCells;
+static_assert(DistanceField::kFar == kernels::kFarSquared);
 
 /// Cells to the nearest occupied one of the same column; false if no cell is occupied.
 bool column_distances(std::span<const std::uint8_t> occupied, int width, int height,
                       std::vector<std::uint16_t>& column) {
-  const auto& k = field_kernels::best_variant();
+  const auto& k = kernels::best_kernels();
   const auto w = static_cast<std::size_t>(width);
   column.resize(w * static_cast<std::size_t>(height));
   const std::vector<std::uint16_t> nothing(w, kFarCells);
@@ -31,6 +31,15 @@ bool column_distances(std::span<const std::uint8_t> occupied, int width, int hei
     k.column_back(here + w, here, width);
   }
   return any;
+}
+
+Result<void> check_size(std::int64_t width, std::int64_t height) {
+  constexpr int kMaxSide = DistanceField::kMaxSide;
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide ||
+      width * height > DistanceField::kMaxCells)
+    return Error{ErrorCode::invalid, "DistanceField: " + std::to_string(width) + " x " +
+                                         std::to_string(height) + " cells are too many"};
+  return {};
 }
 
 std::int64_t floor_divide(std::int64_t a, std::int64_t b) {
@@ -81,10 +90,7 @@ Result<DistanceField> DistanceField::of_mask(std::span<const std::uint8_t> occup
                                              int height, double resolution_m, const Cell& origin) {
   if (!(resolution_m > 0) || !std::isfinite(resolution_m))
     return Error{ErrorCode::invalid, "DistanceField: the resolution must be positive"};
-  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide ||
-      std::int64_t{width} * height > kMaxCells)
-    return Error{ErrorCode::invalid, "DistanceField: " + std::to_string(width) + " x " +
-                                         std::to_string(height) + " cells are too many"};
+  if (auto ok = check_size(width, height); !ok) return ok.error();
   if (occupied.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     return Error{ErrorCode::invalid, "DistanceField: the mask has " +
                                          std::to_string(occupied.size()) + " cells, not " +
@@ -94,15 +100,15 @@ Result<DistanceField> DistanceField::of_mask(std::span<const std::uint8_t> occup
   field.origin_ = origin;
   field.width_ = width;
   field.height_ = height;
-  constexpr int kBlock = field_kernels::kBlock;
+  constexpr int kBlock = kernels::kRowBlock;
   field.stride_ = (width + kBlock - 1) / kBlock * kBlock;
   const auto stride = static_cast<std::size_t>(field.stride_);
   field.squared_.assign(stride * static_cast<std::size_t>(height), kFar);
   std::vector<std::uint16_t> columns;
   if (!column_distances(occupied, width, height, columns)) return field;
 
-  const auto& k = field_kernels::best_variant();
-  std::vector<std::int32_t> scratch(static_cast<std::size_t>(field_kernels::scratch_length(width)));
+  const auto& k = kernels::best_kernels();
+  std::vector<std::int32_t> scratch(static_cast<std::size_t>(kernels::scratch_length(width)));
   LowerEnvelope envelope;
   for (int y = 0; y < height; ++y) {
     const auto r = static_cast<std::size_t>(y);
@@ -117,12 +123,10 @@ Result<DistanceField> DistanceField::of_grid(const OccupancyGrid& grid,
                                              double occupied_probability) {
   if (!grid.bounds()) return Error{ErrorCode::invalid, "DistanceField: the map is empty"};
   const CellBox box = *grid.bounds();
-  if (box.width() > kMaxSide || box.height() > kMaxSide || box.width() * box.height() > kMaxCells)
-    return Error{ErrorCode::invalid, "DistanceField: " + std::to_string(box.width()) + " x " +
-                                         std::to_string(box.height()) + " cells are too many"};
+  if (auto ok = check_size(box.width(), box.height()); !ok) return ok.error();
   const LogOdds least = LogOdds::from_probability(occupied_probability);
   std::vector<std::uint8_t> occupied;
-  occupied.reserve(static_cast<std::size_t>(box.width() * box.height()));
+  occupied.reserve(static_cast<std::size_t>(box.cells()));
   for (int y = box.min.y; y <= box.max.y; ++y)
     for (int x = box.min.x; x <= box.max.x; ++x)
       occupied.push_back(grid.observed({x, y}) && grid.log_odds({x, y}) >= least ? 1 : 0);
@@ -191,7 +195,7 @@ void RayCaster::cast(const SE2d& T_map_laser, std::span<const float> cosines,
     std::fill(ranges_m.begin(), ranges_m.end(), static_cast<float>(limit * resolution_m_));
     return;
   }
-  const field_kernels::RayTable table{distance_.data(), width_ + 2, width_, height_};
+  const kernels::RayTable table{distance_.data(), width_ + 2, width_, height_};
   const auto c = static_cast<float>(T_map_laser.rotation().cos());
   const auto s = static_cast<float>(T_map_laser.rotation().sin());
   constexpr std::size_t kBatch = 64;
@@ -204,10 +208,9 @@ void RayCaster::cast(const SE2d& T_map_laser, std::span<const float> cosines,
       cos_of[i] = c * cosines[from] - s * sines[from];
       sin_of[i] = s * cosines[from] + c * sines[from];
     }
-    field_kernels::best_variant().cast(table, at.x, at.y, static_cast<float>(in_cell.x()),
-                                       static_cast<float>(in_cell.y()), cos_of.data(),
-                                       sin_of.data(), static_cast<int>(padded),
-                                       static_cast<float>(limit), cells.data());
+    kernels::best_kernels().cast(table, at.x, at.y, static_cast<float>(in_cell.x()),
+                                 static_cast<float>(in_cell.y()), cos_of.data(), sin_of.data(),
+                                 static_cast<int>(padded), static_cast<float>(limit), cells.data());
     for (std::size_t i = 0; i < count; ++i)
       ranges_m[begin + i] = cells[i] * static_cast<float>(resolution_m_);
   }

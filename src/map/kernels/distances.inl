@@ -1,16 +1,4 @@
-// Included once for each instruction set, with WAYFARE_ISA naming its namespace. Only raw pointers
-// and built-in types: the linker could otherwise keep the copy of an inline standard function that
-// was compiled here, for all callers.
-
-#include "map/distance_field/kernels.hpp"
-
-namespace wayfare::field_kernels::WAYFARE_ISA {
-namespace {
-
-using std::int32_t;
-using std::uint16_t;
-using std::uint32_t;
-using std::uint8_t;
+// Part of kernels.inl: distance fields, ray casting and the scores of many poses.
 
 void column_step(const uint8_t* __restrict occupied, const uint16_t* __restrict before,
                  uint16_t* __restrict here, int n) {
@@ -59,14 +47,14 @@ bool block_minimum(const int32_t* __restrict squares, int32_t* __restrict out) {
 }
 
 bool row_minimum(const uint16_t* column, int n, int32_t* scratch, int32_t* out) {
-  const int length = 2 * kReach + (n + kBlock - 1) / kBlock * kBlock;
+  const int length = 2 * kReach + (n + kRowBlock - 1) / kRowBlock * kRowBlock;
   for (int i = 0; i < kReach; ++i) scratch[i] = kFarSquared;
   for (int i = 0; i < n; ++i) {
     const int32_t cells = column[i];
     scratch[kReach + i] = cells * cells;
   }
   for (int i = kReach + n; i < length; ++i) scratch[i] = kFarSquared;
-  for (int x = 0; x < n; x += kBlock)
+  for (int x = 0; x < n; x += kRowBlock)
     if (!block_minimum(scratch + kReach + x, out + x)) return false;
   return true;
 }
@@ -131,7 +119,7 @@ void cast(const RayTable& table, int ix, int iy, float fx, float fy, const float
 }
 
 // The cells of sixteen points at a time, then one load each: a gather is no faster.
-void field_sums(const FieldTable& field, const float* x, const float* y, int n,
+void field_sums(const Field& field, const float* x, const float* y, int n,
                 const PoseBatch& poses, uint32_t* sums) {
   typedef float Reals __attribute__((vector_size(64)));
   typedef int32_t Ints __attribute__((vector_size(64)));
@@ -168,10 +156,3 @@ void field_sums(const FieldTable& field, const float* x, const float* y, int n,
     sums[p] = even + odd;
   }
 }
-
-}  // namespace
-
-extern const Kernels table;
-const Kernels table = {column_step, column_back, row_minimum, cast, field_sums};
-
-}  // namespace wayfare::field_kernels::WAYFARE_ISA

@@ -1,0 +1,228 @@
+// Maps made of the points of scans: voxel filter, surfaces with normals, normal distributions.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include <wayfare/map/ndt_map.hpp>
+#include <wayfare/map/surface_map.hpp>
+#include <wayfare/map/voxel_filter.hpp>
+
+namespace wayfare {
+namespace {
+
+/// All points in the map frame. Errors: no points, a point that is not finite or too far away.
+/// `what` is the map to be built, for the messages.
+Result<PointSet> placed_points(std::span<const PlacedPoints> scans, std::string_view what) {
+  PointSet points;
+  for (const PlacedPoints& scan : scans)
+    for (std::size_t i = 0; i < scan.points->size(); ++i) {
+      const Eigen::Vector2d p =
+          scan.T_map_points * Eigen::Vector2d((*scan.points)[i].cast<double>());
+      if (!(p.cwiseAbs().maxCoeff() < 1e7))
+        return Error{ErrorCode::invalid,
+                     std::string(what) + ": a point or pose is not finite, or too far"};
+      points.push_back(p.cast<float>());
+    }
+  if (points.empty()) return Error{ErrorCode::invalid, std::string(what) + ": no points"};
+  return points;
+}
+
+/// Variances along and across the principal direction of a covariance, and its angle.
+struct PrincipalAxes {
+  double along, across, angle;
+};
+
+PrincipalAxes principal_axes(const Eigen::Matrix2d& c) {
+  const double half_trace = 0.5 * c.trace();
+  const double spread = std::hypot(0.5 * (c(0, 0) - c(1, 1)), c(0, 1));
+  return {half_trace + spread, half_trace - spread,
+          0.5 * std::atan2(2 * c(0, 1), c(0, 0) - c(1, 1))};
+}
+
+/// Normal of the line fit to points with this scatter about their mean.
+Eigen::Vector2f normal_of(const Eigen::Matrix2d& scatter, double max_flatness) {
+  const auto [along, across, angle] = principal_axes(scatter);
+  if (!(along > 0) || across > max_flatness * max_flatness * along) return Eigen::Vector2f::Zero();
+  return Eigen::Vector2d(-std::sin(angle), std::cos(angle)).cast<float>();
+}
+
+struct Moments {
+  double n = 0;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+};
+
+/// The covariance's eigenvalues are at least min_sigma_m².
+NdtCell distribution(const Moments& m, const NdtMapOptions& options) {
+  NdtCell cell;
+  if (m.n < options.min_points) return cell;
+  cell.mean = m.sum / m.n;
+  const Eigen::Matrix2d c = m.squares / m.n - cell.mean * cell.mean.transpose();
+  const PrincipalAxes axes = principal_axes(c);
+  const double least = options.min_sigma_m * options.min_sigma_m;
+  const Eigen::Vector2d u(std::cos(axes.angle), std::sin(axes.angle)), v(-u.y(), u.x());
+  cell.information = u * u.transpose() / std::max(least, axes.along) +
+                     v * v.transpose() / std::max(least, axes.across);
+  cell.known = true;
+  return cell;
+}
+
+Result<void> check(const PointSet& points, const NdtMapOptions& options) {
+  constexpr double kMaxCells = 1 << 24;
+  const double extent = 2 * static_cast<double>(points.max_norm_m());
+  if (options.cell_sizes_m.empty() || !(options.min_sigma_m > 0))
+    return Error{ErrorCode::invalid, "an NDT map: no cell sizes, or min_sigma_m is not positive"};
+  for (const double side : options.cell_sizes_m) {
+    const double across = extent / side + 3;
+    if (!(side > 0) || !(across * across <= kMaxCells))
+      return Error{ErrorCode::invalid,
+                   "an NDT map: cells of " + std::to_string(side) + " m cannot cover the points"};
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<PointSet> voxel_filter(const PointSet& points, double side_m) {
+  if (!(side_m > 0 && std::isfinite(side_m)))
+    return Error{ErrorCode::invalid, "voxel_filter: the side must be positive"};
+  struct Square {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    double points = 0.0;
+  };
+  std::vector<Square> squares;
+  std::unordered_map<std::int64_t, std::size_t> square_at;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d p = points[i].cast<double>();
+    const Cell c = cell_of(p, side_m);
+    if (!p.allFinite() || std::abs(c.x) >= kMaxCell || std::abs(c.y) >= kMaxCell)
+      return Error{ErrorCode::invalid, "voxel_filter: a point is not finite, or too far"};
+    const std::int64_t key = std::int64_t{c.y} * (std::int64_t{1} << 32) + c.x;
+    const auto [entry, is_new] = square_at.try_emplace(key, squares.size());
+    if (is_new) squares.emplace_back();
+    Square& square = squares[entry->second];
+    square.sum += p;
+    square.points += 1.0;
+  }
+  PointSet filtered;
+  filtered.reserve(squares.size());
+  for (const Square& s : squares) filtered.push_back((s.sum / s.points).cast<float>());
+  return filtered;
+}
+
+Result<SurfaceMap> SurfaceMap::make(std::span<const PlacedPoints> scans,
+                                    const SurfaceMapOptions& options) {
+  if (!(options.normal_radius_m > 0 && options.normal_radius_m <= 10))
+    return Error{ErrorCode::invalid, "a surface map: the normals' radius is out of range"};
+  const auto all = placed_points(scans, "a surface map");
+  if (!all) return all.error();
+  const auto points = voxel_filter(*all, options.spacing_m);
+  if (!points) return points.error();
+  SurfaceMap map;
+  const auto cell = [&](std::size_t i) { return cell_of((*points)[i].cast<double>(), kBucket_m); };
+  map.box_ = {cell(0), cell(0)};
+  for (std::size_t i = 0; i < points->size(); ++i) map.box_.extend(cell(i));
+  constexpr std::int64_t kMaxBuckets = std::int64_t{1} << 26;
+  if (map.box_.width() > kMaxBuckets / map.box_.height())
+    return Error{ErrorCode::invalid, "a surface map: the points are too far apart"};
+  map.sort_into_buckets(*points);
+  map.find_normals(options);
+  return map;
+}
+
+/// Stable counting sort.
+void SurfaceMap::sort_into_buckets(const PointSet& points) {
+  first_.assign(static_cast<std::size_t>(box_.cells()) + 1, 0);
+  std::vector<std::size_t> bucket_of(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    bucket_of[i] = box_.index(cell_of(points[i].cast<double>(), kBucket_m));
+    ++first_[bucket_of[i] + 1];
+  }
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  points_.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points_[next[bucket_of[i]]++] = {points[i], Eigen::Vector2f::Zero()};
+}
+
+void SurfaceMap::find_normals(const SurfaceMapOptions& options) {
+  const auto radius = static_cast<float>(options.normal_radius_m);
+  for (SurfacePoint& s : points_) {
+    double n = 0;
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+    for_each_within(s.point, radius, [&](const SurfacePoint& other) {
+      const Eigen::Vector2d d = (other.point - s.point).cast<double>();
+      n += 1;
+      sum += d;
+      squares += d * d.transpose();
+    });
+    if (n >= 3)
+      s.normal = normal_of(squares / n - sum * sum.transpose() / (n * n), options.max_flatness);
+  }
+}
+
+CellBox SurfaceMap::buckets_within(const Eigen::Vector2f& p, float radius_m) const {
+  const Eigen::Vector2d centre = p.cast<double>();
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(static_cast<double>(radius_m));
+  const Cell low = cell_of(centre - margin, kBucket_m), high = cell_of(centre + margin, kBucket_m);
+  return {{std::max(low.x, box_.min.x), std::max(low.y, box_.min.y)},
+          {std::min(high.x, box_.max.x), std::min(high.y, box_.max.y)}};
+}
+
+const SurfacePoint* SurfaceMap::nearest(const Eigen::Vector2f& p_map, float radius_m) const {
+  const SurfacePoint* best = nullptr;
+  float square = radius_m * radius_m;
+  // The nearest point is usually close, so a small radius is searched first.
+  for (const float radius : {std::min(radius_m, 0.25F), radius_m}) {
+    for_each_within(p_map, radius, [&](const SurfacePoint& s) {
+      const float d = (s.point - p_map).squaredNorm();
+      if (d < square || (best == nullptr && d <= square)) {
+        square = d;
+        best = &s;
+      }
+    });
+    if (best != nullptr) break;
+  }
+  return best;
+}
+
+NdtMap::Level::Level(const PointSet& points_map, double cell_m, const NdtMapOptions& options)
+    : cell_m_(cell_m) {
+  const auto point = [&](std::size_t i) { return Eigen::Vector2d(points_map[i].cast<double>()); };
+  box_ = {cell_of(point(0), cell_m), cell_of(point(0), cell_m)};
+  for (std::size_t i = 0; i < points_map.size(); ++i)
+    for (int t = 0; t < kTilings; ++t) box_.extend(cell_of(point(i) + shift(t), cell_m));
+  const auto cells = static_cast<std::size_t>(box_.cells());
+  for (int t = 0; t < kTilings; ++t) {
+    std::vector<Moments> moments(cells);
+    for (std::size_t i = 0; i < points_map.size(); ++i) {
+      const Eigen::Vector2d p = point(i);
+      Moments& m = moments[box_.index(cell_of(p + shift(t), cell_m))];
+      m.n += 1;
+      m.sum += p;
+      m.squares += p * p.transpose();
+    }
+    std::vector<NdtCell>& tiling = tilings_.emplace_back();
+    for (const Moments& m : moments) tiling.push_back(distribution(m, options));
+  }
+}
+
+Result<NdtMap> NdtMap::make(std::span<const PlacedPoints> scans, const NdtMapOptions& options) {
+  const auto points = placed_points(scans, "an NDT map");
+  if (!points) return points.error();
+  if (auto ok = check(*points, options); !ok) return ok.error();
+  NdtMap map;
+  for (const double side : options.cell_sizes_m) map.levels_.emplace_back(*points, side, options);
+  return map;
+}
+
+}  // namespace wayfare
