@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "progress_line.hpp"
-#include "relations_table.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -103,7 +102,7 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
   if (!relations->empty())
     outputs.tables.emplace_back(
         "Error over relations",
-        relations_table(program.system, *recording, slam.trajectory, *relations));
+        eval::relations_table(program.system, *recording, slam.trajectory, *relations));
   const auto report = write_slam_outputs(o.out, outputs, o.write());
   if (!report) return report.error();
   if (!o.quiet) print_report(outputs, *report);

@@ -27,7 +27,8 @@ void position_row(eval::Table& table, const std::string& name,
                  eval::fixed(summarise(vertical).rmse, 2)});
 }
 
-eval::Table position_table(const NavOutputs& run, const NavErrors& errors, const PlainGnss& plain) {
+eval::Table position_table(const NavOutputs& run, const eval::NavErrors& errors,
+                           const eval::PlainGnss& plain) {
   eval::Table table({{""},
                      {"epochs"},
                      {"horizontal RMSE", "m"},
@@ -52,7 +53,7 @@ eval::Table position_table(const NavOutputs& run, const NavErrors& errors, const
   return table;
 }
 
-eval::Table axes_table(const NavErrors& errors) {
+eval::Table axes_table(const eval::NavErrors& errors) {
   constexpr std::array kAxes = {"north [m]",
                                 "east [m]",
                                 "down [m]",
@@ -63,7 +64,7 @@ eval::Table axes_table(const NavErrors& errors) {
                                 "pitch [deg]",
                                 "yaw [deg]"};
   eval::Table table({{"error"}, {"RMSE"}, {"mean"}, {"largest"}, {"within 3\u03c3", "%"}});
-  for (std::size_t k = 0; k < NavErrors::kCount; ++k) {
+  for (std::size_t k = 0; k < eval::NavErrors::kCount; ++k) {
     std::vector<double> known, sizes;
     double inside = 0.0;
     for (std::size_t i = 0; i < errors.time_s.size(); ++i) {
@@ -109,7 +110,7 @@ eval::Table innovation_table(const GnssInsResult& run) {
   return table;
 }
 
-eval::Table outage_errors(const NavOutputs& run, const NavErrors& errors) {
+eval::Table outage_errors(const NavOutputs& run, const eval::NavErrors& errors) {
   eval::Table table(
       {{"outage"}, {"satellites left"}, {"RMSE", "m"}, {"largest", "m"}, {"at the end", "m"}});
   for (const NavOutage& o : run.outages) {
@@ -148,9 +149,8 @@ Facts facts_of(const NavOutputs& run) {
   }
   if (!r.fixes.empty()) facts.emplace_back("fixes", std::to_string(r.fixes.size()));
   if (!run.run.points.empty()) {
-    facts.emplace_back(
-        "started after",
-        eval::fixed(since_start(run.recording, run.run.points.front().nav.time), 1) + " s");
+    facts.emplace_back("started after",
+                       eval::fixed(run.seconds(run.run.points.front().nav.time), 1) + " s");
     facts.emplace_back("travelled", eval::fixed(travelled_m(run.run.points), 0) + " m");
   }
   facts.emplace_back("took", eval::fixed(run.took_s, 2) + " s, " +
@@ -165,14 +165,17 @@ Facts facts_of(const NavOutputs& run) {
 
 NavFindings evaluate(const NavOutputs& run) {
   NavFindings f;
-  f.plain = plain_gnss(run.recording);
+  f.plain = eval::plain_gnss(run.recording.recording, run.recording.truth);
   f.facts = facts_of(run);
   const char* what = run.config.truth_is_true ? "Errors against the reference"
                                               : "Differences from another solution, not errors";
-  if (!run.recording.truth.empty()) {
-    f.errors = nav_errors(run.run.points, run.recording, run.config);
+  if (!run.recording.truth.states.empty()) {
+    f.errors = eval::nav_errors(run.run.points, run.recording.truth,
+                                run.config.truth_is_antenna ? run.config.filter.antenna_lever_arm_m
+                                                            : Eigen::Vector3d::Zero().eval(),
+                                run.recording.recording.imu.front().time);
     f.tables.emplace_back(what, position_table(run, f.errors, f.plain));
-    f.tables.emplace_back(run.recording.truth_has_attitude
+    f.tables.emplace_back(run.recording.truth.has_attitude
                               ? "By axis"
                               : "By axis; yaw against the reference's course above 3 m/s",
                           axes_table(f.errors));

@@ -24,7 +24,7 @@ std::string trajectory_text(const NavOutputs& run) {
   const double period_s = run.output_rate_hz > 0.0 ? 1.0 / run.output_rate_hz : 0.0;
   double next_s = -1e300;
   for (const GnssInsPoint& p : run.run.points) {
-    const double t = since_start(run.recording, p.nav.time);
+    const double t = run.seconds(p.nav.time);
     if (t < next_s) continue;
     if (period_s > 0.0) next_s = (std::floor(t / period_s + 1e-6) + 1.0) * period_s - 1e-6;
     out += io::format_nanoseconds(p.nav.time.nanoseconds());
@@ -51,7 +51,7 @@ std::string states_text(const NavOutputs& run) {
   out += '\n';
   double next_s = -1e300;
   for (const GnssInsPoint& p : run.run.points) {
-    const double t = since_start(run.recording, p.nav.time);
+    const double t = run.seconds(p.nav.time);
     if (t < next_s) continue;
     next_s = t + 1.0 - 1e-6;
     out += io::format_nanoseconds(p.nav.time.nanoseconds());

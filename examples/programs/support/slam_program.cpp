@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <wayfare/io/carmen.hpp>
+#include <wayfare/io/tum.hpp>
 #include <wayfare/logger/messages.hpp>
 
 #include "progress_line.hpp"
@@ -33,6 +34,14 @@ Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames&
   }
   if (logger::is_recording(path)) return recording_of(logger::read_robot_recording(path));
   return recording_of(io::read_carmen(path));
+}
+
+Result<std::vector<eval::Relation>> read_relations_or_none(const std::string& path) {
+  if (path.empty()) return std::vector<eval::Relation>();
+  auto file = io::read_relations(path);
+  if (!file) return file.error();
+  print_problems(file->problems);
+  return std::move(file->relations);
 }
 
 Result<Timed<GraphSlamRun>> run_with_progress(const Recording& recording, GraphSlamOptions options,

@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/eval/relations.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
 #include "command_line.hpp"
@@ -31,6 +33,9 @@ inline constexpr const char* kRobotLogs =
 /// Reports skipped lines on standard error.
 [[nodiscard]] Result<Recording> read_robot_log(const std::string& path,
                                                const ros::TopicNames& topics = {});
+
+/// None for an empty path. Reports skipped lines on standard error.
+[[nodiscard]] Result<std::vector<eval::Relation>> read_relations_or_none(const std::string& path);
 
 /// A system's run and its duration.
 template <class Run>
