@@ -145,6 +145,9 @@ class ImuErrorProcess {
  public:
   ImuErrorProcess(const ImuNoise& noise, Rng& rng);
   void step(double seconds, Rng& rng);
+  /// (1 + scale) ∘ `truth` + bias + white noise whose standard deviation is its density over
+  /// √`seconds`; all in the unit's axes.
+  [[nodiscard]] ImuSample measure(const ImuSample& truth, double seconds, Rng& rng) const;
   [[nodiscard]] const ImuErrors& errors() const { return errors_; }
 
  private:
@@ -152,8 +155,7 @@ class ImuErrorProcess {
   ImuErrors errors_;
 };
 
-/// A unit on the vehicle, sample by sample: (1 + scale) ∘ true + bias + white noise whose standard
-/// deviation is its density over √period. The trajectory must outlive it.
+/// A unit on the vehicle, sample by sample, by ImuErrorProcess. The trajectory must outlive it.
 class SimulatedUnit {
  public:
   /// The first sample is at trajectory.begin().
