@@ -8,7 +8,7 @@
 #include <wayfare/ros/recording.hpp>
 #include <wayfare/sim/differential_drive.hpp>
 
-#include "ahrs/unit_options.hpp"
+#include "ahrs/recording.hpp"
 #include "support/slam_program.hpp"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "outputs.hpp"
+#include "run.hpp"
 
 #include <algorithm>
 #include <utility>

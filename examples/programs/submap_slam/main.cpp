@@ -11,7 +11,7 @@
 #include <wayfare/slam/submap_slam.hpp>
 
 #include "support/log_program.hpp"
-#include "support/submap_slam_fields.hpp"
+#include "support/option_fields.hpp"
 
 namespace {
 
