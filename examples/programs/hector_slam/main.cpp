@@ -9,8 +9,8 @@
 #include <wayfare/slam/hector_slam.hpp>
 
 #include "ahrs/recording.hpp"
-#include "support/log_program.hpp"
 #include "support/option_fields.hpp"
+#include "support/slam_program.hpp"
 
 namespace {
 

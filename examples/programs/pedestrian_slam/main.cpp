@@ -10,8 +10,8 @@
 
 #include "ahrs/recording.hpp"
 #include "support/command_line.hpp"
-#include "support/log_program.hpp"
 #include "support/option_fields.hpp"
+#include "support/slam_program.hpp"
 
 namespace {
 

@@ -21,18 +21,7 @@ GnssInsStart random_start(const NavState& truth, std::uint64_t seed) {
   start.level_sigma_rad = 1.0 * kDegree;
   start.heading_sigma_rad = 5.0 * kDegree;
   Rng rng = Rng(seed).stream(3);
-  const auto draw = [&rng](double x, double y, double z) {
-    const double a = rng.normal(), b = rng.normal(), c = rng.normal();
-    return Eigen::Vector3d(x * a, y * b, z * c);
-  };
-  const double p = start.position_sigma_m, v = start.velocity_sigma_mps;
-  start.nav = truth;
-  start.nav.position = geodetic_from_ned(draw(p, p, p), truth.position);
-  start.nav.velocity_ned_mps += draw(v, v, v);
-  const Eigen::Vector3d rotation =
-      draw(start.level_sigma_rad, start.level_sigma_rad, start.heading_sigma_rad);
-  start.nav.q_nb = SO3d::exp(rotation) * truth.q_nb;
-  return start;
+  return drawn_start(truth, start, rng);
 }
 
 GnssInsRecording recording_of(const LoadedDrive& drive) {

@@ -1,9 +1,7 @@
 #pragma once
 
-// True motion of a road vehicle, and the measurements of a perfect inertial unit on it: driven
-// through waypoints, or along a recorded solution.
-//
-// An inertial unit on a vehicle, with configurable errors.
+// True motion of a road vehicle, driven through waypoints or along a recorded solution, and the
+// measurements of an inertial unit on it with configurable errors.
 
 #include <span>
 #include <utility>

@@ -78,12 +78,6 @@ void trace_runs(int lines, int length, const WallAt& wall_at, const Emit& emit) 
 
 }  // namespace
 
-bool CellMask::is_solid(int column, int row) const {
-  if (column < 0 || column >= width || row < 0 || row >= height) return false;
-  return solid[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-               static_cast<std::size_t>(column)] != 0;
-}
-
 Result<FloorPlan> FloorPlan::from_segments(std::vector<Segment> segments) {
   if (segments.empty()) return Error{ErrorCode::invalid, "a floor plan needs at least one wall"};
   for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -99,8 +93,7 @@ Result<FloorPlan> FloorPlan::from_segments(std::vector<Segment> segments) {
 
 Result<FloorPlan> FloorPlan::from_cells(const CellMask& mask) {
   const bool sound = mask.width > 0 && mask.height > 0 && mask.cell_m > 0.0 &&
-                     mask.solid.size() == static_cast<std::size_t>(mask.width) *
-                                              static_cast<std::size_t>(mask.height);
+                     mask.solid.size() == mask.index(0, mask.height);
   if (!sound) {
     return Error{ErrorCode::invalid,
                  "a cell mask needs a positive cell size and width x height values"};

@@ -105,7 +105,8 @@ class Reader {
     for (std::size_t i = first; i < words.size(); ++i) {
       const std::optional<double> value = to_number(words[i]);
       if (!value) {
-        return fail(in_quotes(words[i]) + " is not a number of metres; expected " + in_quotes(usage));
+        return fail(in_quotes(words[i]) + " is not a number of metres; expected " +
+                    in_quotes(usage));
       }
       values.push_back(*value);
     }
@@ -171,14 +172,13 @@ class Reader {
     mask_.height = static_cast<int>(picture_.size());
     for (const std::string_view row : picture_)
       mask_.width = std::max(mask_.width, static_cast<int>(row.size()));
-    mask_.solid.assign(
-        static_cast<std::size_t>(mask_.width) * static_cast<std::size_t>(mask_.height), 0);
+    mask_.solid.assign(mask_.index(0, mask_.height), 0);
     for (std::size_t r = 0; r < picture_.size(); ++r) {
       line_number_ = picture_line_numbers_[r];
       for (std::size_t c = 0; c < picture_[r].size(); ++c) {
         const char mark = picture_[r][c];
         if (mark == '#') {
-          mask_.solid[r * static_cast<std::size_t>(mask_.width) + c] = 1;
+          mask_.solid[mask_.index(static_cast<int>(c), static_cast<int>(r))] = 1;
         } else if (mark != ' ' && mark != '.') {
           const Eigen::Vector2d centre(static_cast<double>(c) + 0.5,
                                        mask_.height - static_cast<double>(r) - 0.5);
