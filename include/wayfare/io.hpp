@@ -9,6 +9,7 @@
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/marg_text.hpp>
 #include <wayfare/io/mcap.hpp>
+#include <wayfare/io/nav_recording.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/rinex.hpp>

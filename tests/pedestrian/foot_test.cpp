@@ -2,7 +2,6 @@
 #include <wayfare/pedestrian/detail/foot_filter.hpp>
 #include <wayfare/pedestrian/detail/foot_noise.hpp>
 #include <wayfare/pedestrian/detail/foot_readings.hpp>
-#include <wayfare/pedestrian/detail/foot_rest.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 

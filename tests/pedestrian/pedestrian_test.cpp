@@ -1,9 +1,6 @@
 // Steps, their lengths and directions, on simulated walks and faulty input.
-#include <wayfare/pedestrian/detail/band_pass_filter.hpp>
-#include <wayfare/pedestrian/detail/gait_start_detector.hpp>
 #include <wayfare/pedestrian/detail/straight_walk.hpp>
-#include <wayfare/pedestrian/detail/walk_covariance.hpp>
-#include <wayfare/pedestrian/detail/walking_direction.hpp>
+#include <wayfare/pedestrian/detail/swings.hpp>
 #include <wayfare/pedestrian/detail/walking_heading.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>

@@ -10,7 +10,6 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/inertial/ahrs.hpp>
 
-#include "ahrs/errors.hpp"
 #include "ahrs/recording.hpp"
 #include "support/progress_line.hpp"
 
@@ -36,7 +35,8 @@ std::vector<eval::AttitudeError> errors_of(const io::MargFile& file, const Argum
   Ahrs<World> ours(a.filter.parameters());
   MadgwickAhrs<World> madgwick({a.madgwick_gain, magnetometer});
   MahonyAhrs<World> mahony({a.mahony_gain, a.mahony_integral, magnetometer});
-  return {attitude_rmse(ours, file), attitude_rmse(madgwick, file), attitude_rmse(mahony, file)};
+  return {io::attitude_rmse(ours, file), io::attitude_rmse(madgwick, file),
+          io::attitude_rmse(mahony, file)};
 }
 
 std::vector<std::string> row(const std::string& name, const std::vector<double>& values) {

@@ -79,7 +79,7 @@ std::vector<double> values_of(const std::vector<CorridorErrors>& runs, const Pic
 }
 template <class Pick>
 std::string spread(const std::vector<CorridorErrors>& runs, int decimals, const Pick& pick) {
-  return mean_std(values_of(runs, pick), decimals);
+  return eval::mean_std(values_of(runs, pick), decimals);
 }
 template <class Pick>
 double rms(const std::vector<CorridorErrors>& runs, const Pick& pick) {

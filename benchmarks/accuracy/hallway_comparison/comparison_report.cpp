@@ -3,7 +3,8 @@
 #include <array>
 #include <utility>
 
-#include "support/plots.hpp"
+#include <wayfare/io/report.hpp>
+
 #include "surface_picture.hpp"
 
 namespace wayfare::examples {
@@ -20,7 +21,7 @@ eval::Table error_table(const std::vector<SeedRuns>& all) {
     const auto cell = [&](double Errors::*field, int decimals) {
       std::vector<double> values;
       for (const SeedRuns& runs : all) values.push_back(runs.errors[s].*field);
-      return mean_std(values, decimals);
+      return eval::mean_std(values, decimals);
     };
     table.add_row({kNames[s], cell(&Errors::x_m, 2), cell(&Errors::y_m, 2),
                    cell(&Errors::heading_deg, 2), cell(&Errors::along_m, 3),
@@ -58,10 +59,10 @@ eval::Table seed_table(const std::vector<SeedRuns>& all, std::uint64_t first) {
 namespace {
 
 io::Plot paths(const SeedRuns& runs) {
-  io::Plot plot = top_view("Paths of the first seed");
-  plot.series.push_back(path_series("truth", runs.truth));
+  io::Plot plot = io::top_view("Paths of the first seed");
+  plot.series.push_back(io::path_series("truth", runs.truth));
   for (std::size_t s = 0; s < kSensors.size(); ++s)
-    plot.series.push_back(path_series(kNames[s], runs.runs[s].trajectory));
+    plot.series.push_back(io::path_series(kNames[s], runs.runs[s].trajectory));
   return plot;
 }
 

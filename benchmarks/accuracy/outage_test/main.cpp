@@ -38,7 +38,7 @@ NavTrajectory antenna_track(const std::vector<GnssInsPoint>& points,
   NavTrajectory track;
   track.reserve(points.size());
   for (const GnssInsPoint& p : points)
-    track.push_back(at_lever_arm(p.nav, options.antenna_lever_arm_m, Eigen::Vector3d::Zero()));
+    track.push_back(eval::at_lever_arm(p.nav, options.antenna_lever_arm_m));
   return track;
 }
 

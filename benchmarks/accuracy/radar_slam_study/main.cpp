@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>
@@ -11,7 +12,6 @@
 #include "support/program_files.hpp"
 #include "support/progress_line.hpp"
 #include "support/slam_program.hpp"
-#include "support/start_errors.hpp"
 
 namespace {
 
@@ -37,7 +37,7 @@ struct Series {
   std::string name;
   std::vector<double> x, y, heading, end, worst, took;
 
-  void add(const StartErrors& e, double took_s) {
+  void add(const eval::StartErrors& e, double took_s) {
     x.push_back(e.x_m);
     y.push_back(e.y_m);
     heading.push_back(e.heading_deg);
@@ -46,8 +46,8 @@ struct Series {
     took.push_back(took_s);
   }
   void row(eval::Table& table) const {
-    table.add_row({name, mean_std(x, 3), mean_std(y, 3), mean_std(heading, 2), mean_std(end, 3),
-                   mean_std(worst, 3), mean_std(took, 1)});
+    table.add_row({name, eval::mean_std(x, 3), eval::mean_std(y, 3), eval::mean_std(heading, 2),
+                   eval::mean_std(end, 3), eval::mean_std(worst, 3), eval::mean_std(took, 1)});
   }
 };
 
@@ -61,7 +61,8 @@ Result<void> run(const Options& o) {
     if (!world) return world.error();
     const auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng);
     if (!recording) return recording.error();
-    const auto by_odometry = start_errors(as_trajectory(recording->odometry), recording->truth);
+    const auto by_odometry =
+        eval::start_errors(as_trajectory(recording->odometry), recording->truth);
     if (!by_odometry) return by_odometry.error();
     all[0].add(*by_odometry, 0.0);
     for (std::size_t k = 1; k < all.size(); ++k) {
@@ -73,7 +74,7 @@ Result<void> run(const Options& o) {
       const auto slam = run_radar_slam(*recording, options, sensors_of(all[k].name));
       if (!slam) return slam.error();
       const double took_s = timer.finish();
-      const auto e = start_errors(slam->trajectory, recording->truth);
+      const auto e = eval::start_errors(slam->trajectory, recording->truth);
       if (!e) return e.error();
       all[k].add(*e, took_s);
       std::fprintf(stderr, "seed %d %s: %.3f %.3f m %.2f deg, at the end %.3f m\n",

@@ -14,10 +14,32 @@
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/time_text.hpp>
 
-#include "support/plots.hpp"
-
 namespace wayfare::examples {
 namespace {
+
+template <class World>
+AhrsRun run_in(const MargRecording& samples, const AhrsParameters& parameters,
+               const std::function<void(double)>& progress) {
+  Ahrs<World> ahrs(parameters);
+  AhrsRun run;
+  run.rows.reserve(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    AhrsRow row;
+    row.status = ahrs.add(samples[i]);
+    row.time = samples[i].time;
+    row.ready = ahrs.ready();
+    row.q_world_body = ahrs.q_world_body();
+    row.sigma_rad = ahrs.world_covariance().diagonal().cwiseSqrt();
+    row.bias_radps = ahrs.gyro_bias_radps();
+    row.bias_sigma_radps = ahrs.gyro_bias_sigma_radps();
+    row.delay_s = ahrs.magnetometer_delay_s();
+    row.at_rest = ahrs.at_rest();
+    run.rows.push_back(row);
+    if (i % 4096 == 0) progress(static_cast<double>(i) / static_cast<double>(samples.size()));
+  }
+  run.report = ahrs.report();
+  return run;
+}
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -77,12 +99,12 @@ eval::AttitudeError error_at(const AhrsOutputs& o, std::size_t i) {
 void plot_angles(io::Report& report, const AhrsOutputs& o) {
   constexpr std::array kNames = {"roll", "pitch", "yaw"};
   for (int axis = 0; axis < 3; ++axis) {
-    io::Plot plot = time_plot(kNames[static_cast<std::size_t>(axis)], "angle [deg]");
-    plot.series.push_back(broken_at_wraps(curve(o, "wayfare", [&](std::size_t i) {
+    io::Plot plot = io::time_plot(kNames[static_cast<std::size_t>(axis)], "angle [deg]");
+    plot.series.push_back(io::broken_at_wraps(curve(o, "wayfare", [&](std::size_t i) {
       return kDegrees * roll_pitch_yaw_rad(o.run.rows[i].q_world_body)[axis];
     })));
     if (has_reference(o))
-      plot.series.push_back(broken_at_wraps(curve(
+      plot.series.push_back(io::broken_at_wraps(curve(
           o, "reference",
           [&](std::size_t i) {
             const auto& r = o.file.reference[i];
@@ -94,7 +116,7 @@ void plot_angles(io::Report& report, const AhrsOutputs& o) {
 }
 
 void plot_errors(io::Report& report, const AhrsOutputs& o) {
-  io::Plot plot = time_plot("error against the reference", "angle [deg]");
+  io::Plot plot = io::time_plot("error against the reference", "angle [deg]");
   const auto add = [&](const char* name, Angle eval::AttitudeError::*part) {
     plot.series.push_back(curve(o, name, [&](std::size_t i) {
       return o.file.reference[i].known ? (error_at(o, i).*part).degrees() : kNone;
@@ -107,13 +129,13 @@ void plot_errors(io::Report& report, const AhrsOutputs& o) {
 
 void plot_states(io::Report& report, const AhrsOutputs& o) {
   const auto& rows = o.run.rows;
-  io::Plot sigma = time_plot("standard deviation of the attitude", "angle [deg]");
+  io::Plot sigma = io::time_plot("standard deviation of the attitude", "angle [deg]");
   sigma.series.push_back(curve(
       o, "level", [&](std::size_t i) { return kDegrees * rows[i].sigma_rad.head<2>().norm(); }));
   sigma.series.push_back(
       curve(o, "heading", [&](std::size_t i) { return kDegrees * rows[i].sigma_rad.z(); }));
   report.plot(sigma);
-  io::Plot bias = time_plot("gyro bias", "rate [deg/s]");
+  io::Plot bias = io::time_plot("gyro bias", "rate [deg/s]");
   for (int axis = 0; axis < 3; ++axis)
     bias.series.push_back(curve(o, std::string(1, "xyz"[axis]), [&](std::size_t i) {
       return kDegrees * rows[i].bias_radps[axis];
@@ -129,11 +151,11 @@ void plot_field(io::Report& report, const AhrsOutputs& o) {
       return is == disturbed ? o.file.samples[i].magnetic_field_uT.norm() : kNone;
     };
   };
-  io::Plot field = time_plot("strength of the magnetic field", "field [uT]");
+  io::Plot field = io::time_plot("strength of the magnetic field", "field [uT]");
   field.series.push_back(curve(o, "undisturbed", strength(false)));
   field.series.push_back(curve(o, "disturbed", strength(true), io::Mark::points));
   report.plot(field);
-  io::Plot delay = time_plot("delay of the magnetometer", "delay [ms]");
+  io::Plot delay = io::time_plot("delay of the magnetometer", "delay [ms]");
   delay.series.push_back(
       curve(o, "estimate", [&](std::size_t i) { return 1e3 * o.run.rows[i].delay_s; }));
   report.plot(delay);
@@ -190,6 +212,12 @@ io::Report report_of(const AhrsOutputs& o) {
 }
 
 }  // namespace
+
+AhrsRun run_ahrs(const MargRecording& samples, const AhrsParameters& parameters, bool enu,
+                 const std::function<void(double)>& progress) {
+  return enu ? run_in<frame::Enu>(samples, parameters, progress)
+             : run_in<frame::Ned>(samples, parameters, progress);
+}
 
 std::string status_text(const AhrsReport& report) { return status_table(report).to_text(); }
 

@@ -1,6 +1,8 @@
 #include "recording.hpp"
 
+#include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <utility>
 
 #include <wayfare/logger/messages.hpp>
@@ -9,22 +11,6 @@
 #include "support/ros_topics.hpp"
 
 namespace wayfare::examples {
-void RecordingOptions::add_options(CommandLine& app) {
-  add_options_beside_log(app);
-  add_stamps(app, topics);
-}
-
-void RecordingOptions::add_options_beside_log(CommandLine& app) {
-  app.add_option("--columns", columns,
-                 "comma-separated names of the columns, for a file that does not name them: t_s, "
-                 "gx_radps.., ax_mps2.., mx_uT.., qw qx qy qz (reference), moving; - skips one")
-      .delimiter(',');
-  app.add_option("--period", period_s, "seconds between rows, for a binary table without times")
-      .positive();
-  app.add_option("--topic", topic, "of the unit, in a recording (.mcap, .bag) of several units");
-  add_unit_topics(app, topics);
-}
-
 namespace {
 
 io::MargFile file_of(MargRecording samples, io::Problems problems) {
@@ -56,6 +42,22 @@ Result<io::MargFile> read_ros(const std::string& path, const ros::TopicNames& na
 }
 
 }  // namespace
+
+void RecordingOptions::add_options(CommandLine& app) {
+  add_options_beside_log(app);
+  add_stamps(app, topics);
+}
+
+void RecordingOptions::add_options_beside_log(CommandLine& app) {
+  app.add_option("--columns", columns,
+                 "comma-separated names of the columns, for a file that does not name them: t_s, "
+                 "gx_radps.., ax_mps2.., mx_uT.., qw qx qy qz (reference), moving; - skips one")
+      .delimiter(',');
+  app.add_option("--period", period_s, "seconds between rows, for a binary table without times")
+      .positive();
+  app.add_option("--topic", topic, "of the unit, in a recording (.mcap, .bag) of several units");
+  add_unit_topics(app, topics);
+}
 
 Result<io::MargFile> RecordingOptions::read(const std::string& path,
                                             std::optional<SO3d>* q_base_unit) const {
@@ -92,6 +94,58 @@ AhrsParameters FilterOptions::parameters() const {
     p.magnetometer_delay_sigma_s = 0.0;
   }
   return p;
+}
+
+void UnitOptions::add_options(CommandLine& app) {
+  app.add_option("--unit", path,
+                 "the recording of the inertial unit, on the clock of LOG; by default the unit in "
+                 "LOG, if it has one")
+      .existing_file();
+  recording.add_options_beside_log(app);
+  app.add_option("--forward", forward,
+                 "the unit's axis along which the laser's x points, unless a ROS recording has the "
+                 "transform")
+      .one_of({"x", "y", "-x", "-y"})
+      .show_default();
+}
+
+Result<std::optional<UnitReadings>> UnitOptions::read(const std::string& log,
+                                                      const ros::TopicNames& topics) const {
+  using Readings = std::optional<UnitReadings>;
+  const bool own = path.empty();
+  if (none || (own && !ros::RecordingFile::is_one(log) && !logger::is_recording(log)))
+    return Readings();
+  RecordingOptions as_log = recording;
+  as_log.topics.stamps = topics.stamps;
+  as_log.topics.base_frame = topics.base_frame;
+  if (own && as_log.topic.empty()) as_log.topic = topics.imu;
+  UnitReadings readings;
+  auto file = as_log.read(own ? log : path, &readings.q_base_unit);
+  if (!file && own && as_log.topic.empty()) {
+    // It was not requested: a log with a gyro alone, or with several units, is no error.
+    if (file.error().code != ErrorCode::not_found)
+      std::fprintf(stderr, "the inertial unit in the log is not used: %s\n",
+                   file.error().to_string().c_str());
+    return Readings();
+  }
+  if (!file) return file.error();
+  readings.file = *std::move(file);
+  return Readings(std::move(readings));
+}
+
+Eigen::Vector3d UnitOptions::forward_axis() const {
+  return (forward[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(forward.back() - 'x');
+}
+
+SO3d UnitOptions::q_unit_laser() const {
+  const Eigen::Vector3d axis = forward_axis();
+  return SO3d::exp(Eigen::Vector3d(0, 0, std::atan2(axis.y(), axis.x())));
+}
+
+SO3d UnitOptions::q_base_unit(const UnitReadings& readings, const Recording& log) const {
+  if (readings.q_base_unit) return *readings.q_base_unit;
+  return SO3d::exp(Eigen::Vector3d(0, 0, log.T_base_laser.raw().heading().radians())) *
+         q_unit_laser().inverse();
 }
 
 }  // namespace wayfare::examples

@@ -30,11 +30,13 @@ const Units& units_of(std::size_t axis) { return axis < 3 ? kGyro : kAcceleromet
 
 std::string with_sigma(double value, double sigma, const Unit& unit) {
   if (value == 0.0) return "not found";
-  return significant(value / unit.si) + " ± " + significant(sigma / unit.si, 2) + " " + unit.name;
+  return eval::significant(value / unit.si) + " ± " + eval::significant(sigma / unit.si, 2) + " " +
+         unit.name;
 }
 
 std::string range_of(const AllanCoefficient& c) {
-  return c.to_s == 0.0 ? "–" : significant(c.from_s) + " – " + significant(c.to_s) + " s";
+  return c.to_s == 0.0 ? "–"
+                       : eval::significant(c.from_s) + " – " + eval::significant(c.to_s) + " s";
 }
 
 }  // namespace
@@ -89,8 +91,8 @@ eval::Table allan_table(const UnitFit& fit) {
          with_sigma(f.bias_instability.value, f.bias_instability.sigma, u.bias),
          range_of(f.bias_instability),
          with_sigma(f.rate_random_walk.value, f.rate_random_walk.sigma, u.rate_random_walk),
-         range_of(f.rate_random_walk), significant(f.floor / u.bias.si) + " " + u.bias.name,
-         significant(f.floor_tau_s)});
+         range_of(f.rate_random_walk), eval::significant(f.floor / u.bias.si) + " " + u.bias.name,
+         eval::significant(f.floor_tau_s)});
   }
   return table;
 }
@@ -105,8 +107,8 @@ eval::Table gauss_markov_table(const UnitFit& fit) {
     }
     const Unit& u = units_of(i).bias;
     table.add_row({kAxisNames[i], with_sigma(g.sigma, g.sigma_sigma, u),
-                   significant(g.sigma) + (i < 3 ? " rad/s" : " m/s²"),
-                   significant(g.tau_s) + " ± " + significant(g.tau_sigma_s, 2)});
+                   eval::significant(g.sigma) + (i < 3 ? " rad/s" : " m/s²"),
+                   eval::significant(g.tau_s) + " ± " + eval::significant(g.tau_sigma_s, 2)});
   }
   return table;
 }
@@ -123,7 +125,8 @@ std::vector<std::string> remarks(const UnitFit& fit) {
     }
     if (low > 0.0)
       all.push_back(std::string(first == 0 ? "gyro " : "accelerometer ") + what +
-                    ": ratio of the largest to the smallest axis " + significant(high / low, 2));
+                    ": ratio of the largest to the smallest axis " +
+                    eval::significant(high / low, 2));
   };
   for (const std::size_t first : {std::size_t{0}, std::size_t{3}}) {
     spread(first, "random walk", [](const AxisFit& f) { return f.allan.random_walk.value; });

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include <wayfare/io/columns.hpp>
+#include <wayfare/ros/recording.hpp>
 
-#include "support/nav_ros.hpp"
 #include "support/program_files.hpp"
 
 namespace wayfare::examples {
@@ -50,7 +50,7 @@ Result<RestRecord> from_rows(const char* bytes, std::size_t rows, const std::str
 }
 
 Result<RestRecord> from_samples(const std::string& path, const RecordFormat& format) {
-  const auto file = read_unit(path, {}, format.topics);
+  const auto file = ros::read_imu(path, {}, format.topics);
   if (!file) return file.error();
   print_problems(file->problems);
   if (!file->has_gyro || !file->has_accelerometer || file->samples.size() < 2)

@@ -8,9 +8,8 @@
 #include <wayfare/ros/recording.hpp>
 #include <wayfare/sim/differential_drive.hpp>
 
-#include "ahrs/unit_options.hpp"
+#include "ahrs/recording.hpp"
 #include "support/slam_program.hpp"
-#include "support/thin_recording.hpp"
 
 namespace {
 
@@ -43,6 +42,16 @@ bool set_clock(Recording& r, MargRecording& unit) {
 void add_wheel_odometry(Recording& r) {
   if (r.odometry.empty() && r.wheel_base_m > 0.0)
     r.odometry = sim::dead_reckon(r.wheels, r.wheel_base_m);
+}
+
+void add_thinning(CommandLine& app, Thinning& t) {
+  app.add_option("--every", t.every, "keep one scan of this number").range(1, 1000000);
+  app.add_option("--beams", t.beams, "keep one beam of this number").range(1, 100000);
+  app.add_option("--max-range", t.max_range_m, "farther ranges become missing returns, m")
+      .range(0.0, 10000.0);
+  app.add_option("--field-of-view", t.field_of_view_deg,
+                 "of the beams to keep, symmetric about ahead, deg")
+      .range(0.0, 360.0);
 }
 
 void print_counts(const Recording& r, const MargRecording& unit, const Options& o) {

@@ -6,11 +6,10 @@
 #include <cstdio>
 
 #include <wayfare/eval/trajectory_error.hpp>
+#include <wayfare/io/map_image.hpp>
+#include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/point_set.hpp>
-
-#include "support/map_painter.hpp"
-#include "support/plots.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -49,16 +48,16 @@ std::string navigation_text(const CorridorOutputs& o) {
 constexpr double kPanel_m = 20.0;
 
 /// One scan around `middle`, ahead is up; side walls in green, the end wall in red.
-void draw_scan(MapPainter& painter, const LaserScan& scan, const CorridorScanUpdate& update,
+void draw_scan(io::MapPainter& painter, const LaserScan& scan, const CorridorScanUpdate& update,
                const Eigen::Vector2d& middle) {
   const SE2d T(middle.x(), middle.y(), Angle::degrees(90));
   const auto inside = [&](const Eigen::Vector2d& p) { return p.cwiseAbs().maxCoeff() < 9.5; };
   const PointSet points = end_points(scan);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector2d p = points[i].cast<double>();
-    if (inside(p)) painter.dot(T * p, kBlue, 3);
+    if (inside(p)) painter.dot(T * p, io::kBlue, 3);
   }
-  painter.dot(middle, kRed, 7);
+  painter.dot(middle, io::kRed, 7);
   if (!update.walls) return;
   const SO2d rotation(update.walls->direction);
   for (const auto* wall : {&update.walls->left, &update.walls->right}) {
@@ -66,14 +65,14 @@ void draw_scan(MapPainter& painter, const LaserScan& scan, const CorridorScanUpd
     const auto at = [&](double along) {
       return T * (rotation * Eigen::Vector2d(std::clamp(along, -9.0, 9.0), (*wall)->offset_m));
     };
-    painter.path(std::array{at((*wall)->begin_m), at((*wall)->end_m)}, kGreen);
+    painter.path(std::array{at((*wall)->begin_m), at((*wall)->end_m)}, io::kGreen);
   }
   if (!update.walls->end || update.walls->end->rho_m > 9.0) return;
   const SO2d normal(update.walls->end->alpha);
   const double rho = update.walls->end->rho_m;
   painter.path(std::array{T * (normal * Eigen::Vector2d(rho, -1.0)),
                           T * (normal * Eigen::Vector2d(rho, 1.0))},
-               kRed);
+               io::kRed);
 }
 
 /// Eight scans, evenly distributed over the run.
@@ -85,7 +84,7 @@ io::Image walls_picture(const CorridorOutputs& o) {
   grid.width = kColumns * panel;
   grid.height = kRows * panel;
   grid.occupancy.assign(grid.width * grid.height, 0.0F);
-  MapPainter painter(grid);
+  io::MapPainter painter(grid);
   constexpr std::size_t kScans = kColumns * kRows;
   for (std::size_t i = 0; i < kScans; ++i) {
     const CorridorEpoch& e = o.run.epochs[(2 * i + 1) * o.run.epochs.size() / (2 * kScans)];
@@ -99,15 +98,16 @@ io::Image walls_picture(const CorridorOutputs& o) {
 }
 
 io::Plot paths_plot(const CorridorOutputs& o) {
-  io::Plot plot = top_view("Paths");
+  io::Plot plot = io::top_view("Paths");
   const Trajectory aided = trajectory_of(o.run);
   SE2d T_map_reference;
   if (!o.reference.empty() && !o.same_frame)
     T_map_reference = eval::absolute_error(aided, o.reference).alignment.inverse();
-  plot.series.push_back(path_series("with walls", aided));
-  plot.series.push_back(path_series("without", trajectory_of(o.unaided)));
+  plot.series.push_back(io::path_series("with walls", aided));
+  plot.series.push_back(io::path_series("without", trajectory_of(o.unaided)));
   if (!o.reference.empty())
-    plot.series.push_back(path_series("reference", o.reference, T_map_reference, io::Mark::dashed));
+    plot.series.push_back(
+        io::path_series("reference", o.reference, T_map_reference, io::Mark::dashed));
   io::Series used{"walls used", {}, {}, io::Mark::points};
   for (std::size_t i = 0; i < o.run.epochs.size(); i += 5) {
     if (o.run.epochs[i].update.outcome != WallOutcome::used) continue;
@@ -118,7 +118,7 @@ io::Plot paths_plot(const CorridorOutputs& o) {
 }
 
 io::Plot bias_plot(const CorridorOutputs& o) {
-  io::Plot plot = time_plot("Gyro bias", "deg/s");
+  io::Plot plot = io::time_plot("Gyro bias", "deg/s");
   io::Series bias{"estimate", {}, {}}, low{"- 3 sigma", {}, {}, io::Mark::dashed},
       high{"+ 3 sigma", {}, {}, io::Mark::dashed}, truth{"truth", {}, {}};
   for (std::size_t i = 0; i < o.run.epochs.size(); ++i) {

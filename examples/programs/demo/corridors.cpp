@@ -7,16 +7,16 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/carmen.hpp>
+#include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/worlds.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
 #include "demos.hpp"
-#include "support/plots.hpp"
 #include "support/progress_line.hpp"
-#include "support/start_errors.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -27,7 +27,7 @@ struct Method {
   Trajectory trajectory = {};
   OccupancyGrid map = OccupancyGrid{};
   double took_s = 0.0;
-  StartErrors errors = {};
+  eval::StartErrors errors = {};
   std::string remark = {};
 };
 
@@ -90,7 +90,7 @@ Result<void> run_all(const Recording& recording, const SlamArguments& o, std::ve
   if (auto done = run_filter(recording, o, SlamSensors::radar, all[2]); !done) return done;
   if (auto done = run_filter(recording, o, SlamSensors::both, all[3]); !done) return done;
   for (Method& m : all) {
-    auto errors = start_errors(m.trajectory, recording.truth);
+    auto errors = eval::start_errors(m.trajectory, recording.truth);
     if (!errors) return errors.error();
     m.errors = *std::move(errors);
   }
@@ -120,19 +120,19 @@ std::vector<Method> odometry_last(std::vector<Method> all) {
 
 /// All runs start at the first true pose.
 io::Plot paths(const std::vector<Method>& all, const Trajectory& truth) {
-  io::Plot plot = top_view("Paths, started at the same pose");
+  io::Plot plot = io::top_view("Paths, started at the same pose");
   for (const Method& m : odometry_last(all)) {
     const auto start = pose_at(truth, m.trajectory.front().time);
     const SE2d T = *start * m.trajectory.front().T_map_base.raw().inverse();
-    plot.series.push_back(path_series(m.name, m.trajectory, T));
+    plot.series.push_back(io::path_series(m.name, m.trajectory, T));
   }
-  plot.series.push_back(path_series("truth", truth, {}, io::Mark::dashed));
+  plot.series.push_back(io::path_series("truth", truth, {}, io::Mark::dashed));
   return plot;
 }
 
 io::Plot distances(const std::vector<Method>& all, bool with_odometry) {
-  io::Plot plot = time_plot(with_odometry ? "Distance from the truth" : "The same without odometry",
-                            "error [m]");
+  io::Plot plot = io::time_plot(
+      with_odometry ? "Distance from the truth" : "The same without odometry", "error [m]");
   for (const Method& m : odometry_last(all))
     if (with_odometry || m.file != "odometry")
       plot.series.push_back({m.name, m.errors.times_s, m.errors.distances_m, io::Mark::line});

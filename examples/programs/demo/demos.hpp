@@ -9,7 +9,4 @@ namespace wayfare::examples {
 /// A robot with radar and LiDAR in a loop of corridors: odometry, graph SLAM and particle filters.
 [[nodiscard]] Result<void> run_corridors(const SlamArguments& arguments);
 
-/// A robot with LiDAR in an office floor, two rounds: graph SLAM.
-[[nodiscard]] Result<void> run_office(const SlamArguments& arguments);
-
 }  // namespace wayfare::examples

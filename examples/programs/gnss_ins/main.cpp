@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include <wayfare/nav/outage.hpp>
+
 #include "support/command_line.hpp"
 #include "support/nav_outputs.hpp"
 #include "support/progress_line.hpp"
@@ -32,7 +34,11 @@ Result<void> run(const Options& o) {
   auto recording = load_nav_recording(o.files, *config, std::ref(reading));
   if (!recording) return recording.error();
   reading.finish();
-  apply_outages(*outages, recording->recording);
+  for (const NavOutage& outage : *outages) {
+    const LogTime begin = recording->recording.imu.front().time + from_seconds(outage.start_s);
+    apply_outage({begin, begin + from_seconds(outage.length_s), outage.satellites_left},
+                 recording->recording);
+  }
 
   ProgressLine progress("navigating", o.quiet);
   const auto result = run_gnss_ins(recording->recording, config->filter, std::ref(progress));

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "support/log_program.hpp"
+#include "support/slam_program.hpp"
 
 namespace {
 

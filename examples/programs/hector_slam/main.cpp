@@ -8,9 +8,9 @@
 
 #include <wayfare/slam/hector_slam.hpp>
 
-#include "ahrs/unit_options.hpp"
-#include "support/log_program.hpp"
-#include "support/submap_slam_fields.hpp"
+#include "ahrs/recording.hpp"
+#include "support/option_fields.hpp"
+#include "support/slam_program.hpp"
 
 namespace {
 

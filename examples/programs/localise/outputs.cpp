@@ -5,11 +5,11 @@
 #include <optional>
 
 #include <wayfare/core/statistics.hpp>
+#include <wayfare/io/map_image.hpp>
+#include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
-#include "support/map_painter.hpp"
-#include "support/plots.hpp"
 #include "trials.hpp"
 
 namespace wayfare::examples {
@@ -75,7 +75,7 @@ std::string table_of_poses(const LocalisationOutputs& o) {
 
 io::Plot plot_of(const std::string& title, const std::string& label,
                  const std::vector<double>& seconds, std::vector<io::Series> series) {
-  io::Plot plot = time_plot(title, label);
+  io::Plot plot = io::time_plot(title, label);
   for (io::Series& s : series) {
     s.x = seconds;
     plot.series.push_back(std::move(s));
@@ -99,18 +99,18 @@ std::vector<Eigen::Vector2d> positions(const Trajectory& trajectory) {
 void add_pictures(io::Report& report, const LocalisationOutputs& o) {
   const LogTime start = o.run.outcomes.front().time;
   for (const ParticleSnapshot& shot : o.run.snapshots) {
-    MapPainter painter(o.map);
-    for (const PoseParticle& p : shot.particles) painter.dot(p.T_map_base.translation(), kRed);
+    io::MapPainter painter(o.map);
+    for (const PoseParticle& p : shot.particles) painter.dot(p.T_map_base.translation(), io::kRed);
     if (const auto truth = pose_at(o.truth, shot.time))
-      painter.dot(truth->translation(), kGreen, 9);
+      painter.dot(truth->translation(), io::kGreen, 9);
     report.image(painter.picture(),
                  std::to_string(shot.particles.size()) + " particles after " +
                      eval::fixed(to_seconds(shot.time - start), 1) + " s" +
                      (o.truth.empty() ? "." : "; the square is the true position."));
   }
-  MapPainter painter(o.map);
-  painter.path(positions(o.truth), kGreen);
-  for (const Eigen::Vector2d& p : positions(o.run.trajectory(true))) painter.dot(p, kBlue, 3);
+  io::MapPainter painter(o.map);
+  painter.path(positions(o.truth), io::kGreen);
+  for (const Eigen::Vector2d& p : positions(o.run.trajectory(true))) painter.dot(p, io::kBlue, 3);
   report.image(painter.picture(), o.truth.empty()
                                       ? "The converged poses."
                                       : "The true path and, in blue, the converged poses.");

@@ -1,13 +1,12 @@
-#include "outputs.hpp"
+#include "run.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include <wayfare/eval/trajectory_error.hpp>
+#include <wayfare/io/report.hpp>
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/io/tum.hpp>
-
-#include "support/plots.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -64,7 +63,7 @@ io::Series curve(const WalkRun& run, std::string name, bool events_only, Value v
 
 /// The norm of the specific force with the detected steps.
 io::Plot steps_plot(const WalkRun& run) {
-  io::Plot plot = time_plot("detected steps", "specific force [m/s^2]");
+  io::Plot plot = io::time_plot("detected steps", "specific force [m/s^2]");
   io::Series force{"norm", {}, {}};
   io::Series steps{"steps", {}, {}, io::Mark::points};
   const auto& all = run.force;
@@ -79,7 +78,7 @@ io::Plot steps_plot(const WalkRun& run) {
 }
 
 io::Plot path_plot(const WalkRun& run) {
-  io::Plot plot = top_view("path");
+  io::Plot plot = io::top_view("path");
   io::Series line{"estimate", {}, {}};
   io::Series start{"start", {0.0}, {0.0}, io::Mark::points};
   for (const WalkRow& r : run.rows) line.add(r.position_m.x(), r.position_m.y());
@@ -108,13 +107,13 @@ eval::Table errors(const WalkRun& run, const Trajectory& truth) {
 /// The walk, aligned to the truth, and the truth.
 io::Plot path_and_truth(const WalkRun& run, const Trajectory& truth) {
   const SE2d fit = error_of(run, truth).alignment;
-  io::Plot plot = top_view("path and truth");
+  io::Plot plot = io::top_view("path and truth");
   io::Series estimate{"estimate", {}, {}};
   for (const WalkRow& r : run.rows) {
     const Eigen::Vector2d p = fit * Eigen::Vector2d(r.position_m.head<2>());
     estimate.add(p.x(), p.y());
   }
-  plot.series = {estimate, path_series("truth", truth, {}, io::Mark::dashed)};
+  plot.series = {estimate, io::path_series("truth", truth, {}, io::Mark::dashed)};
   return plot;
 }
 
@@ -130,7 +129,7 @@ io::Report report_of(const std::string& title, const WalkRun& run, const Traject
   report.plot(truth.empty() ? path_plot(run) : path_and_truth(run, truth));
   if (!run.foot) report.plot(steps_plot(run));
   report.plot(over_time("heading", "angle [deg]",
-                        {broken_at_wraps(curve(run, "heading", false, [](const WalkRow& r) {
+                        {io::broken_at_wraps(curve(run, "heading", false, [](const WalkRow& r) {
                           return r.heading.degrees();
                         }))}));
   report.plot(over_time(run.foot ? "strides" : "steps", "length [m]",

@@ -9,7 +9,7 @@
 #include <wayfare/io/tum.hpp>
 
 #include "ahrs/recording.hpp"
-#include "outputs.hpp"
+#include "run.hpp"
 #include "support/progress_line.hpp"
 
 namespace {

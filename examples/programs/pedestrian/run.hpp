@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/result.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/sensors/imu.hpp>
@@ -45,5 +46,12 @@ using Progress = std::function<void(double)>;
                                 const PedestrianParameters& parameters, const Progress& progress);
 [[nodiscard]] WalkRun run_foot(const MargRecording& samples, const FootParameters& parameters,
                                const Progress& progress);
+
+[[nodiscard]] std::vector<std::string> walk_output_names();
+/// The truth may be empty.
+[[nodiscard]] Result<void> write_walk_outputs(const OutputArguments& to, const std::string& title,
+                                              const WalkRun& run, const Trajectory& truth);
+/// Steps, length, end, use of the readings and, with truth, errors.
+[[nodiscard]] std::string walk_text(const WalkRun& run, const Trajectory& truth);
 
 }  // namespace wayfare::examples

@@ -8,10 +8,10 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/slam/pedestrian_slam.hpp>
 
-#include "ahrs/unit_options.hpp"
+#include "ahrs/recording.hpp"
 #include "support/command_line.hpp"
-#include "support/log_program.hpp"
-#include "support/submap_slam_fields.hpp"
+#include "support/option_fields.hpp"
+#include "support/slam_program.hpp"
 
 namespace {
 

@@ -10,7 +10,6 @@
 #include <wayfare/slam/radar_slam.hpp>
 
 #include "support/progress_line.hpp"
-#include "support/relations_table.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -99,9 +98,9 @@ SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, const Timed
                                             " to " + eval::fixed(f.until.seconds(), 1) + " s");
   if (slam.lidar_map.bounds() && slam.radar_map.bounds()) outputs.radar_map = &slam.radar_map;
   if (!inputs.relations.empty())
-    outputs.tables.emplace_back(
-        "Error over relations",
-        relations_table("particle filter", inputs.recording, slam.trajectory, inputs.relations));
+    outputs.tables.emplace_back("Error over relations",
+                                eval::relations_table("particle filter", inputs.recording,
+                                                      slam.trajectory, inputs.relations));
   return outputs;
 }
 

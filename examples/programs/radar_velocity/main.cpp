@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include <wayfare/io/report.hpp>
 #include <wayfare/io/time_text.hpp>
 #include <wayfare/motion/radar_velocity.hpp>
 
-#include "support/plots.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -105,8 +105,8 @@ Facts facts_of(const Velocities& f) {
 }
 
 Result<void> write_report(const Options& o, const Velocities& f, const Facts& facts) {
-  io::Plot velocity = time_plot("Velocity of the radar in its axes", "velocity [m/s]");
-  io::Plot inliers = time_plot("Inliers", "share of inliers");
+  io::Plot velocity = io::time_plot("Velocity of the radar in its axes", "velocity [m/s]");
+  io::Plot inliers = io::time_plot("Inliers", "share of inliers");
   velocity.series = {{"forward", {}, {}}, {"left", {}, {}}, {"up", {}, {}}};
   inliers.series = {{"inliers", {}, {}, io::Mark::points}};
   for (const RadarVelocity& v : f.found) {

@@ -8,7 +8,7 @@
 #include <wayfare/ros/nodes.hpp>
 
 #include "node_program.hpp"
-#include "support/submap_slam_fields.hpp"
+#include "support/option_fields.hpp"
 
 namespace {
 

@@ -110,16 +110,14 @@ Result<sim::VehicleTrajectory> load_trajectory(const Options& o) {
 }
 
 Result<sim::SatelliteOutage> parse_outage(const std::string& text, LogTime start) {
-  double begin = 0.0, length = 0.0;
-  unsigned left = 0;
-  char rest = 0;
-  const int fields = std::sscanf(text.c_str(), "%lf:%lf:%u%c", &begin, &length, &left, &rest);
-  const bool two = fields == 2 && text.find(':') == text.rfind(':');
-  if ((!two && fields != 3) || !(begin >= 0.0) || !(length > 0.0) || begin + length > 1e7)
+  const auto outages = parse_outages(text);
+  if (!outages || outages->size() != 1 ||
+      outages->front().start_s + outages->front().length_s > 1e7)
     return Error{ErrorCode::invalid,
                  "--outage must be BEGIN:LENGTH[:SATELLITES], not '" + text + "'"};
-  const LogTime from = start + from_seconds(begin);
-  return sim::SatelliteOutage{from, from + from_seconds(length), left};
+  const NavOutage& o = outages->front();
+  const LogTime from = start + from_seconds(o.start_s);
+  return sim::SatelliteOutage{from, from + from_seconds(o.length_s), o.satellites_left};
 }
 
 Result<void> complete(Options& o, LogTime start) {

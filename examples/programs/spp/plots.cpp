@@ -7,8 +7,7 @@
 #include <utility>
 
 #include <wayfare/gnss/ephemerides.hpp>
-
-#include "support/plots.hpp"
+#include <wayfare/io/report.hpp>
 
 namespace wayfare::examples {
 namespace {
@@ -42,7 +41,7 @@ io::Plot track_plot(const SppRun& run) {
 
 io::Plot errors_plot(const SppRun& run, const std::vector<PositionError>& errors, int axis) {
   constexpr const char* kAxes[] = {"North", "East", "Down"};
-  io::Plot plot = time_plot(std::string(kAxes[axis]) + " error and its 3σ bounds", "error [m]");
+  io::Plot plot = io::time_plot(std::string(kAxes[axis]) + " error and its 3σ bounds", "error [m]");
   io::Series error{"error", {}, {}}, upper{"±3σ", {}, {}};
   LogTime last = errors.front().time;
   for (const PositionError& e : errors) {
@@ -55,12 +54,12 @@ io::Plot errors_plot(const SppRun& run, const std::vector<PositionError>& errors
     upper.add(t, 3.0 * e.sigma_m[axis]);
     last = e.time;
   }
-  plot.series = {std::move(error), bounds_series(upper)};
+  plot.series = {std::move(error), io::bounds_series(upper)};
   return plot;
 }
 
 io::Plot satellites_plot(const SppRun& run) {
-  io::Plot plot = time_plot("Satellites", "number");
+  io::Plot plot = io::time_plot("Satellites", "number");
   io::Series seen{"with a range", {}, {}, io::Mark::points}, used{"used", {}, {}, io::Mark::points};
   for (const SinglePoint& p : run.points) {
     const auto measured = std::count_if(p.residuals.begin(), p.residuals.end(),
@@ -73,7 +72,7 @@ io::Plot satellites_plot(const SppRun& run) {
 }
 
 io::Plot residuals_plot(const SppRun& run) {
-  io::Plot plot = time_plot("Range residuals in standard deviations", "residual / σ");
+  io::Plot plot = io::time_plot("Range residuals in standard deviations", "residual / σ");
   io::Series used{"used", {}, {}, io::Mark::points}, out{"left out", {}, {}, io::Mark::points};
   for (const SinglePoint& p : run.points) {
     for (const SatelliteResidual& r : p.residuals) {

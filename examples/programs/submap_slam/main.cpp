@@ -10,8 +10,8 @@
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
-#include "support/log_program.hpp"
-#include "support/submap_slam_fields.hpp"
+#include "support/option_fields.hpp"
+#include "support/slam_program.hpp"
 
 namespace {
 

@@ -1,16 +1,20 @@
 #include "nav_config.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <numbers>
 #include <optional>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
 #include <wayfare/core/so3.hpp>
 #include <wayfare/io/text_file.hpp>
+
+#include "program_files.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -168,7 +172,7 @@ struct Reader {
   }
 
   [[nodiscard]] Result<void> file(const std::string& name, const Json& value,
-                                  FileDescription& description) const {
+                                  io::NavFileFormat& description) const {
     if (!value.is_object()) return error("'" + name + "' must describe a file");
     for (const auto& [key, v] : value.items()) {
       const std::string where = name + "." + key;
@@ -215,12 +219,55 @@ void fill_filter(Json& json, NavConfig& c) {
 
 }  // namespace
 
+Result<std::vector<NavOutage>> parse_outages(const std::string& text) {
+  std::vector<NavOutage> outages;
+  std::string_view rest = text;
+  while (!rest.empty()) {
+    const std::string_view one = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
+    NavOutage outage;
+    const char *at = one.data(), *const end = one.data() + one.size();
+    const auto number = [&](auto& value) {
+      const auto [stop, error] = std::from_chars(at, end, value);
+      const bool good = error == std::errc() && stop != at;
+      at = stop;
+      return good;
+    };
+    const auto colon = [&] { return at != end && *at++ == ':'; };
+    const bool good = number(outage.start_s) && colon() && number(outage.length_s) &&
+                      (at == end || (colon() && number(outage.satellites_left))) && at == end &&
+                      outage.start_s >= 0.0 && outage.start_s < 1e9 && outage.length_s > 0.0 &&
+                      outage.length_s < 1e9;
+    if (!good)
+      return Error{ErrorCode::parse,
+                   "not an outage START:LENGTH[:SATELLITES]: '" + std::string(one) + "'"};
+    outages.push_back(outage);
+  }
+  return outages;
+}
+
+Result<io::NavRecording> load_nav_recording(const NavFiles& files, const NavConfig& config,
+                                            const std::function<void(double)>& progress) {
+  if (files.observations.empty() && files.ranges.empty() && files.fixes.empty())
+    return Error{ErrorCode::invalid,
+                 "satellite measurements are needed: --obs and --nav, --ranges, or --fixes"};
+  if (files.ranges.empty() && !files.observations.empty() && files.navigation.empty())
+    return Error{ErrorCode::invalid, "raw observations need a navigation file (--nav)"};
+  const auto imu = [&](const std::string& path, const io::ColumnFormat& format) {
+    return ros::read_imu(path, format, files.topics);
+  };
+  const auto fixes = [&](const std::string& path, const io::ColumnFormat& format) {
+    return ros::read_fixes(path, format, files.topics);
+  };
+  return io::read_nav_recording(files, config, {progress, print_problems, imu, fixes});
+}
+
 Result<NavConfig> parse_nav_config(const std::string& text, const std::string& source) {
   const Reader reader{source};
   const Json json = Json::parse(text, nullptr, false, true);
   if (!json.is_object()) return reader.error("expected a JSON object of options");
   NavConfig c;
-  const std::map<std::string, FileDescription*> files = {
+  const std::map<std::string, io::NavFileFormat*> files = {
       {"imu_clock", &c.imu_clock}, {"ranges", &c.ranges}, {"fixes", &c.fixes}, {"truth", &c.truth}};
   for (const auto& [key, value] : json.items()) {
     Result<void> done;

@@ -1,38 +1,49 @@
 #pragma once
 
 // The description of a recording for the navigation programs: columns of foreign files, mounting
-// and noise of the unit, parameters of the filter.
+// and noise of the unit, parameters of the filter, and its reading.
 
+#include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/io/columns.hpp>
+#include <wayfare/io/nav_recording.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
+#include <wayfare/ros/recording.hpp>
 
 namespace wayfare::examples {
 
-/// Of a text file of columns.
-struct FileDescription {
-  io::ColumnFormat format;
-  /// Delay of the velocities' time stamps, s: those of many receivers are means over the interval
-  /// that ends at the stamp.
-  double velocity_late_s = 0.0;
+/// Files of a recording, also ROS recordings.
+struct NavFiles : io::NavFiles {
+  ros::TopicNames topics;
 };
 
-struct NavConfig {
-  std::string note;                  ///< free text
-  std::vector<FileDescription> imu;  ///< one per file of the unit; empty: they name their columns
-  FileDescription imu_clock, ranges, fixes, truth;
+struct NavConfig : io::NavFormats {
+  std::string note;  ///< free text
   /// The reference is the antenna's position, else the unit's.
   bool truth_is_antenna = true;
   /// False if the reference is the solution of another receiver or phone: differences are then not
   /// errors.
   bool truth_is_true = true;
-  double elevation_mask_deg = 10.0;
-  double min_cn0_dbhz = 0.0;
   GnssInsOptions filter;
 };
+
+/// A satellite outage as given on a command line.
+struct NavOutage {
+  double start_s = 0.0;  ///< since the unit's first sample
+  double length_s = 0.0;
+  std::size_t satellites_left = 0;
+};
+
+/// "START:LENGTH[:SATELLITES],..." in seconds.
+[[nodiscard]] Result<std::vector<NavOutage>> parse_outages(const std::string& text);
+
+/// io::read_nav_recording; reports skipped lines on standard error.
+[[nodiscard]] Result<io::NavRecording> load_nav_recording(
+    const NavFiles& files, const NavConfig& config,
+    const std::function<void(double)>& progress = {});
 
 /// From a JSON object; keys that are missing keep their default, as does everything for an empty
 /// path. Errors name the key: not JSON, an unknown key, a value of the wrong type or out of range.

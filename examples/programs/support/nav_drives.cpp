@@ -43,7 +43,7 @@ Result<KnownDrive> recorded_drive(const NavFiles& files, const NavConfig& config
   described.fixes = config.truth;
   auto loaded = load_nav_recording(with_fixes, described);
   if (!loaded) return loaded.error();
-  auto trajectory = sim::follow_solution(loaded->truth);
+  auto trajectory = sim::follow_solution(loaded->truth.states);
   if (!trajectory) return trajectory.error();
   KnownDrive drive;
   drive.name = files.imu.front();

@@ -13,7 +13,6 @@
 #include <wayfare/sensors/nav_state.hpp>
 
 #include "nav_config.hpp"
-#include "nav_recording.hpp"
 
 namespace wayfare::examples {
 

@@ -6,13 +6,11 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/eval/nav_error.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 
 #include "nav_config.hpp"
-#include "nav_errors.hpp"
-#include "nav_outages.hpp"
-#include "nav_recording.hpp"
 #include "program_files.hpp"
 
 namespace wayfare::examples {
@@ -20,18 +18,23 @@ namespace wayfare::examples {
 /// A finished run. The references must outlive the calls.
 struct NavOutputs {
   std::string title;
-  const NavRecording& recording;
+  const io::NavRecording& recording;
   const NavConfig& config;
   const GnssInsResult& run;
   std::vector<NavOutage> outages;
   double took_s = 0.0;
   double output_rate_hz = 0.0;  ///< of trajectory.txt; 0: that of the unit
+
+  /// Since the unit's first sample.
+  [[nodiscard]] double seconds(LogTime t) const {
+    return to_seconds(t - recording.recording.imu.front().time);
+  }
 };
 
 /// For the terminal and for the report.
 struct NavFindings {
-  NavErrors errors;
-  PlainGnss plain;
+  eval::NavErrors errors;
+  eval::PlainGnss plain;
   Facts facts;
   TitledTables tables;
 };

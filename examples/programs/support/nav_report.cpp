@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include <wayfare/core/so3.hpp>
+#include <wayfare/io/report.hpp>
 
 #include "nav_outputs.hpp"
-#include "plots.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -33,22 +33,22 @@ io::Plot track_plot(const NavOutputs& run, const NavFindings& f) {
   io::Series plain{name_of_plain(run), {}, {}, io::Mark::points};
   for (const Geodetic& p : f.plain.position) extend(plain, p, origin);
   plot.series.push_back(std::move(plain));
-  if (!run.recording.truth.empty()) {
+  if (!run.recording.truth.states.empty()) {
     io::Series truth{
         run.config.truth_is_true ? "reference" : "other solution", {}, {}, io::Mark::dashed};
-    for (const NavState& s : run.recording.truth) extend(truth, s.position, origin);
+    for (const NavState& s : run.recording.truth.states) extend(truth, s.position, origin);
     plot.series.push_back(std::move(truth));
   }
   return plot;
 }
 
-io::Plot error_plot(const NavErrors& errors, std::size_t axis, const std::string& title,
+io::Plot error_plot(const eval::NavErrors& errors, std::size_t axis, const std::string& title,
                     const std::string& unit) {
-  io::Plot plot = time_plot(title, unit);
+  io::Plot plot = io::time_plot(title, unit);
   io::Series error{"error", errors.time_s, errors.error[axis]};
   io::Series upper{"\u00b13\u03c3", errors.time_s, {}};
   for (const double s : errors.sigma[axis]) upper.y.push_back(3.0 * s);
-  plot.series = {std::move(error), bounds_series(upper)};
+  plot.series = {std::move(error), io::bounds_series(upper)};
   return plot;
 }
 
@@ -57,16 +57,16 @@ void add_errors(io::Report& report, const NavOutputs& run, const NavFindings& f)
   report.heading(truth ? "Errors against the reference, with the filter's bounds"
                        : "Differences from another solution");
   if (!truth) report.paragraph("The reference is another solution with errors of its own.");
-  constexpr std::array<const char*, NavErrors::kCount> kTitles = {
+  constexpr std::array<const char*, eval::NavErrors::kCount> kTitles = {
       "North", "East",  "Down", "Velocity north", "Velocity east", "Velocity down",
       "Roll",  "Pitch", "Yaw"};
   constexpr std::array<const char*, 3> kUnits = {"[m]", "[m/s]", "[deg]"};
-  for (std::size_t k = 0; k < NavErrors::kCount; ++k) {
+  for (std::size_t k = 0; k < eval::NavErrors::kCount; ++k) {
     const auto& e = f.errors.error[k];
     if (std::none_of(e.begin(), e.end(), [](double v) { return std::isfinite(v); })) continue;
     report.plot(error_plot(f.errors, k, kTitles[k], kUnits[k / 3]));
   }
-  io::Plot horizontal = time_plot("Horizontal error", "[m]");
+  io::Plot horizontal = io::time_plot("Horizontal error", "[m]");
   io::Series filter{"filter", f.errors.time_s, {}};
   for (std::size_t i = 0; i < f.errors.time_s.size(); ++i)
     filter.y.push_back(f.errors.horizontal(i));
@@ -82,14 +82,14 @@ void add_innovations(io::Report& report, const NavOutputs& run) {
                   "Innovations of ranges and positions"},
         std::pair{std::pair{InnovationRecord::Kind::range_rate, InnovationRecord::Kind::velocity},
                   "Innovations of range rates and velocities"}}) {
-    io::Plot plot = time_plot(title, "[\u03c3]");
+    io::Plot plot = io::time_plot(title, "[\u03c3]");
     io::Series accepted{"accepted", {}, {}, io::Mark::points},
         refused{"refused", {}, {}, io::Mark::points};
     for (const InnovationRecord& r : run.run.innovations) {
       if (r.kind != kinds.first && r.kind != kinds.second) continue;
       io::Series& s = r.accepted ? accepted : refused;
       // Clamped: a range error of kilometres must not flatten the others.
-      s.add(since_start(run.recording, r.time), std::clamp(r.innovation / r.sigma, -12.0, 12.0));
+      s.add(run.seconds(r.time), std::clamp(r.innovation / r.sigma, -12.0, 12.0));
     }
     if (accepted.x.empty() && refused.x.empty()) continue;
     plot.series = {std::move(accepted), std::move(refused)};
@@ -98,13 +98,13 @@ void add_innovations(io::Report& report, const NavOutputs& run) {
 }
 
 io::Plot satellites_plot(const NavOutputs& run) {
-  io::Plot plot = time_plot("Satellites", "number");
+  io::Plot plot = io::time_plot("Satellites", "number");
   io::Series offered{"measured", {}, {}}, used{"used", {}, {}};
   std::map<LogTime, double> accepted;
   for (const InnovationRecord& r : run.run.innovations)
     if (r.kind == InnovationRecord::Kind::range) accepted[r.time] += r.accepted ? 1.0 : 0.0;
   for (const RangeEpoch& e : run.recording.recording.ranges) {
-    const double t = since_start(run.recording, e.time);
+    const double t = run.seconds(e.time);
     offered.add(t, static_cast<double>(e.satellites.size()));
     const auto found = accepted.find(e.time);
     used.add(t, found == accepted.end() ? 0.0 : found->second);
@@ -117,11 +117,11 @@ io::Plot satellites_plot(const NavOutputs& run) {
 template <class Get>
 io::Plot states_plot(const NavOutputs& run, const char* title, const char* unit,
                      const std::vector<std::string>& names, Get get) {
-  io::Plot plot = time_plot(title, unit);
+  io::Plot plot = io::time_plot(title, unit);
   for (const std::string& name : names) plot.series.push_back({name, {}, {}});
   double next = -1e300;
   for (const GnssInsPoint& p : run.run.points) {
-    const double t = since_start(run.recording, p.nav.time);
+    const double t = run.seconds(p.nav.time);
     if (t < next) continue;
     next = t + 0.5;
     for (std::size_t k = 0; k < names.size(); ++k)
@@ -161,7 +161,7 @@ eval::Table remarks_table(const NavOutputs& run) {
   constexpr std::size_t kShown = 40;
   const auto& notices = run.run.notices;
   for (std::size_t i = 0; i < notices.size() && i < kShown; ++i)
-    table.add_row({notices[i].text, eval::fixed(since_start(run.recording, notices[i].time), 2)});
+    table.add_row({notices[i].text, eval::fixed(run.seconds(notices[i].time), 2)});
   if (notices.size() > kShown)
     table.add_row({"and " + std::to_string(notices.size() - kShown) + " more", ""});
   return table;

@@ -50,4 +50,52 @@ std::string option_fields_text(const std::vector<OptionField>& fields) {
   return json.dump(2) + "\n";
 }
 
+std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& o) {
+  return {option_field("max_range_m", o.max_range_m),
+          option_field("voxel_m", o.voxel_m),
+          option_field("odometry_translation_floor_m", o.odometry.translation_floor_m),
+          option_field("odometry_translation_per_m", o.odometry.translation_per_m),
+          option_field("odometry_heading_floor_deg", o.odometry.heading_floor),
+          option_field("odometry_heading_per_rad", o.odometry.heading_per_rad),
+          option_field("gyro_floor_deg", o.gyro_floor),
+          option_field("gyro_per_rad", o.gyro_per_rad),
+          option_field("search_sigmas", o.search_sigmas),
+          option_field("cell_m", o.grid.finest.resolution_m),
+          option_field("levels", o.grid.levels),
+          option_field("p_free", o.grid.model.p_free),
+          option_field("p_hit", o.grid.model.p_hit),
+          option_field("unknown_probability", o.grid.unknown_probability),
+          option_field("max_iterations", o.match.max_iterations),
+          option_field("start_step_deg", o.match.start_step),
+          option_field("node_distance_m", o.node_distance_m),
+          option_field("node_turn_deg", o.node_turn),
+          option_field("submap_nodes", o.submap_nodes),
+          option_field("independent_points", o.independent_points),
+          option_field("least_score", o.min_score),
+          option_field("tracked_score", o.tracked_score),
+          option_field("lost_score", o.lost_score),
+          option_field("lost_scans", o.lost_scans),
+          option_field("nodes_between_loops", o.nodes_between_loops),
+          option_field("loop_latency_scans", o.loop_latency_scans),
+          option_field("loop_gap_travel_m", o.loop_gap_travel_m),
+          option_field("loop_overlap_m", o.loop_overlap_m),
+          option_field("loop_reach_m", o.loop_reach_m),
+          option_field("loop_context_nodes", o.loop_context_nodes),
+          option_field("loops_per_search", o.loops_per_search),
+          option_field("loop_sigma_m", o.loop_sigma_m),
+          option_field("loop_score", o.loop_score),
+          option_field("wide_loop_score", o.wide_loop_score),
+          option_field("loop_kernel_sigmas", o.loop_kernel_sigmas),
+          option_field("tables_kept", o.tables_kept),
+          option_field("max_submaps", o.max_submaps)};
+}
+
+Result<void> check_grid(const MultiResolutionOptions& grid) {
+  const auto probability = [](double p) { return p > 0 && p < 1; };
+  if (grid.levels <= 8 && probability(grid.model.p_free) && probability(grid.model.p_hit) &&
+      grid.unknown_probability <= 1)
+    return {};
+  return Error{ErrorCode::parse, "at most 8 levels are allowed, and probabilities below 1"};
+}
+
 }  // namespace wayfare::examples

@@ -1,11 +1,14 @@
 #pragma once
 
+// Options of programs in JSON files.
+
 #include <functional>
 #include <string>
 #include <vector>
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/slam/submap_slam.hpp>
 
 namespace wayfare::examples {
 
@@ -27,5 +30,11 @@ Result<void> read_option_fields(const std::string& path, const std::vector<Optio
 
 /// All of them with their values, in the same format.
 [[nodiscard]] std::string option_fields_text(const std::vector<OptionField>& fields);
+
+/// The options of a JSON file.
+[[nodiscard]] std::vector<OptionField> submap_slam_fields(SubmapSlamOptions& options);
+
+/// Conditions beyond the range of each field.
+[[nodiscard]] Result<void> check_grid(const MultiResolutionOptions& grid);
 
 }  // namespace wayfare::examples

@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <system_error>
-
-#include <wayfare/core/statistics.hpp>
 
 namespace wayfare::examples {
 
@@ -74,25 +71,6 @@ std::string to_text(const Facts& facts, std::size_t width) {
 std::string to_text(const TitledTables& tables) {
   std::string text;
   for (const auto& [title, table] : tables) text += "\n" + title + "\n" + table.to_text();
-  return text;
-}
-
-std::string mean_std(const std::vector<double>& values, int decimals) {
-  const Summary s = summarise(values);
-  return eval::mean_std(s.mean, s.std, decimals);
-}
-
-double quantile(std::vector<double> values, double part) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-std::string significant(double value, int digits) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
   return text;
 }
 

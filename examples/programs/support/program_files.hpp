@@ -60,12 +60,4 @@ using TitledTables = std::vector<std::pair<std::string, eval::Table>>;
 /// Each table below its title.
 [[nodiscard]] std::string to_text(const TitledTables& tables);
 
-/// `mean ± std` of the values.
-[[nodiscard]] std::string mean_std(const std::vector<double>& values, int decimals);
-/// The value below which the share `part` of them lies, without interpolation; NaN if there are
-/// none.
-[[nodiscard]] double quantile(std::vector<double> values, double part);
-/// With this number of significant digits.
-[[nodiscard]] std::string significant(double value, int digits = 3);
-
 }  // namespace wayfare::examples

@@ -12,9 +12,6 @@
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
-#include "map_painter.hpp"
-#include "plots.hpp"
-
 namespace wayfare::examples {
 namespace {
 
@@ -59,20 +56,20 @@ NamedErrors errors_of(std::string name, const Trajectory& estimate, const Trajec
 }
 
 io::Plot paths_plot(const SlamOutputs& run, const std::vector<NamedErrors>& errors) {
-  io::Plot plot = top_view("Trajectories");
-  plot.series.push_back(path_series("SLAM", run.trajectory));
+  io::Plot plot = io::top_view("Trajectories");
+  plot.series.push_back(io::path_series("SLAM", run.trajectory));
   const Trajectory odometry = odometry_at_scans(run);
-  if (!odometry.empty()) plot.series.push_back(path_series("odometry", odometry));
+  if (!odometry.empty()) plot.series.push_back(io::path_series("odometry", odometry));
   if (!errors.empty()) {
     const SE2d T_map_reference = errors.back().absolute.alignment.inverse();
     plot.series.push_back(
-        path_series("reference", *run.reference, T_map_reference, io::Mark::dashed));
+        io::path_series("reference", *run.reference, T_map_reference, io::Mark::dashed));
   }
   return plot;
 }
 
 io::Plot error_plot(const SlamOutputs& run, const std::vector<NamedErrors>& errors) {
-  io::Plot plot = time_plot("Distance from the reference after rigid alignment", "error [m]");
+  io::Plot plot = io::time_plot("Distance from the reference after rigid alignment", "error [m]");
   for (auto e = errors.rbegin(); e != errors.rend(); ++e) {  // SLAM first, as in the other plots
     io::Series series{e->name, {}, e->absolute.translations_m};
     for (const LogTime time : e->absolute.times)
@@ -83,7 +80,7 @@ io::Plot error_plot(const SlamOutputs& run, const std::vector<NamedErrors>& erro
 }
 
 io::Plot graph_plot(const PoseGraph2& graph) {
-  io::Plot plot = top_view("Pose graph");
+  io::Plot plot = io::top_view("Pose graph");
   io::Series chain{"edges between neighbours", {}, {}}, loops{"loop closures", {}, {}};
   constexpr double kBreak = std::numeric_limits<double>::quiet_NaN();
   for (const PoseEdge<SE2d>& edge : graph.edges) {
@@ -104,8 +101,9 @@ io::Report report_of(const SlamOutputs& run, const io::GridImage& grid) {
   report.facts(run.facts);
   if (!errors.empty()) report.heading("Errors against the reference").table(error_table(errors));
   for (const auto& [title, table] : run.tables) report.heading(title).table(table);
-  report.heading("Map").image(MapPainter(grid).path(points_of(run.trajectory), kBlue).picture(),
-                              "The map and the robot's path.");
+  report.heading("Map").image(
+      io::MapPainter(grid).path(points_of(run.trajectory), io::kBlue).picture(),
+      "The map and the robot's path.");
   report.heading("Trajectories").plot(paths_plot(run, errors));
   if (!errors.empty()) report.plot(error_plot(run, errors));
   if (!run.graph.poses.empty()) report.heading("Pose graph").plot(graph_plot(run.graph));
@@ -150,7 +148,7 @@ eval::Table error_table(const std::vector<NamedErrors>& errors) {
 }
 
 io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
-  return MapPainter(io::grid_image(map)).path(points_of(trajectory), kBlue).picture();
+  return io::MapPainter(io::grid_image(map)).path(points_of(trajectory), io::kBlue).picture();
 }
 
 Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,

@@ -1,15 +1,113 @@
 #include "slam_program.hpp"
 
+#include <sys/resource.h>
+
+#include <algorithm>
 #include <cstdio>
 #include <functional>
 #include <utility>
 
 #include <wayfare/io/carmen.hpp>
+#include <wayfare/io/tum.hpp>
 #include <wayfare/logger/messages.hpp>
 
-#include "progress_line.hpp"
-
 namespace wayfare::examples {
+namespace {
+
+struct Arguments : SlamArguments {
+  std::string relations, config;
+  bool no_odometry = false;
+};
+
+void add_options(CommandLine& app, Arguments& o, const LogProgram& program) {
+  app.add_option("LOG", o.log, "the recorded log").required().existing_file();
+  add_out(app, o);
+  app.add_option("--relations", o.relations, "true relative poses, to compare with")
+      .existing_file();
+  app.add_option("--config", o.config, "JSON file of options; see --print-config").existing_file();
+  add_threads(app, o.threads);
+  add_seed(app, o, "accepted for uniformity: " + program.system + " uses no random numbers");
+  app.add_flag("--no-odometry", o.no_odometry, "use the scans alone");
+  add_robot_topics(app, o.topics);
+  add_force_and_quiet(app, o);
+  app.add_print(
+      "--print-config", [&program] { return option_fields_text(program.options); },
+      "print all options of --config with their defaults, and exit");
+  if (program.more_options) program.more_options(app);
+}
+
+Result<void> read_config(const std::string& path, const LogProgram& program) {
+  if (!path.empty()) {
+    if (auto ok = read_option_fields(path, program.options); !ok) return ok;
+  }
+  if (!program.check_options) return {};
+  auto ok = program.check_options();
+  if (ok) return {};
+  Error error = ok.error();
+  error.source = path;
+  return error;
+}
+
+/// Logs of carriers without wheels repeat one pose.
+bool never_moves(const std::vector<OdometrySample>& odometry) {
+  return std::all_of(odometry.begin(), odometry.end(), [&](const OdometrySample& s) {
+    return s.T_odom_base.raw().minus(odometry.front().T_odom_base.raw()).isZero(0);
+  });
+}
+
+Result<Recording> read_recording(const Arguments& o) {
+  auto recording = read_robot_log(o.log, o.topics);
+  if (recording && (o.no_odometry || never_moves(recording->odometry))) recording->odometry.clear();
+  return recording;
+}
+
+/// Of the whole process, including the log it has read.
+std::string peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return eval::fixed(static_cast<double>(usage.ru_maxrss) / 1024.0, 0) + " MB";
+}
+
+Facts facts_of(const Recording& recording, const Timed<LogRun>& run) {
+  const double recording_s = to_seconds(recording.scans.back().time - recording.scans.front().time);
+  Facts facts = {{"scans", std::to_string(run.slam.scans)},
+                 {"not matched", std::to_string(run.slam.unmatched_scans)}};
+  facts.insert(facts.end(), run.slam.facts.begin(), run.slam.facts.end());
+  const double scan_us = 1e6 * run.took_s / static_cast<double>(run.slam.scans);
+  facts.insert(facts.end(), {{"recording", eval::fixed(recording_s, 1) + " s"},
+                             {"took", speed(run.took_s, recording_s, 2)},
+                             {"per scan", eval::fixed(scan_us, 0) + " us"},
+                             {"peak memory", peak_memory()}});
+  return facts;
+}
+
+Result<void> run(const Arguments& o, const LogProgram& program) {
+  if (auto ok = read_config(o.config, program); !ok) return ok;
+  const auto relations = read_relations_or_none(o.relations);
+  if (!relations) return relations.error();
+  const auto recording = read_recording(o);
+  if (!recording) return recording.error();
+  if (auto ready = prepare_folder(o.out, o.write()); !ready) return ready;
+  const auto run = run_timed(program.system, o.quiet, [&](ProgressLine& progress) {
+    return program.run(*recording, o, std::ref(progress));
+  });
+  if (!run) return run.error();
+  print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
+  const LogRun& slam = run->slam;
+  SlamOutputs outputs{
+      program.system + " of " + o.log, *recording, slam.trajectory, slam.map, slam.graph, nullptr,
+      facts_of(*recording, *run)};
+  if (!relations->empty())
+    outputs.tables.emplace_back(
+        "Error over relations",
+        eval::relations_table(program.system, *recording, slam.trajectory, *relations));
+  const auto report = write_slam_outputs(o.out, outputs, o.write());
+  if (!report) return report.error();
+  if (!o.quiet) print_report(outputs, *report);
+  return {};
+}
+
+}  // namespace
 
 void add_threads(CommandLine& app, int& threads) {
   app.add_option("--threads", threads, "worker threads; results do not depend on their number")
@@ -35,13 +133,20 @@ Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames&
   return recording_of(io::read_carmen(path));
 }
 
+Result<std::vector<eval::Relation>> read_relations_or_none(const std::string& path) {
+  if (path.empty()) return std::vector<eval::Relation>();
+  auto file = io::read_relations(path);
+  if (!file) return file.error();
+  print_problems(file->problems);
+  return std::move(file->relations);
+}
+
 Result<Timed<GraphSlamRun>> run_with_progress(const Recording& recording, GraphSlamOptions options,
                                               const SlamArguments& arguments) {
   options.threads = arguments.threads;
-  ProgressLine progress("graph SLAM", arguments.quiet);
-  auto slam = run_graph_slam(recording, std::move(options), std::ref(progress));
-  if (!slam) return slam.error();
-  return Timed<GraphSlamRun>{*std::move(slam), progress.finish()};
+  return run_timed("graph SLAM", arguments.quiet, [&](ProgressLine& progress) {
+    return run_graph_slam(recording, std::move(options), std::ref(progress));
+  });
 }
 
 std::string speed(double took_s, double recording_s, int decimals) {
@@ -65,6 +170,16 @@ void print_refused_scans(std::size_t count, const std::string& first) {
 void print_report(const SlamOutputs& outputs, const std::string& report) {
   std::printf("%s%s\nreport: %s\n", to_text(outputs.facts).c_str(), to_text(outputs.tables).c_str(),
               report.c_str());
+}
+
+int run_log_program(int argc, char** argv, const LogProgram& program) {
+  CommandLine app(program.description + "\nLOG is " + kRobotLogs +
+                  ". Writes trajectory.tum, map.pgm, map.yaml, map.png, report.html and, for a "
+                  "system with a pose graph, graph.g2o.");
+  Arguments arguments;
+  add_options(app, arguments, program);
+  if (const auto code = app.parse(argc, argv)) return *code;
+  return exit_code(program.name.c_str(), run(arguments, program));
 }
 
 }  // namespace wayfare::examples

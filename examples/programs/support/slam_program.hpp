@@ -1,14 +1,25 @@
 #pragma once
 
-// Arguments, inputs and printed results of the programs on robot logs.
+// Programs on robot logs: arguments, inputs and printed results, which are the same for all
+// systems.
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/eval/relations.hpp>
+#include <wayfare/graph/pose_graph.hpp>
+#include <wayfare/map/occupancy_grid.hpp>
+#include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
 #include "command_line.hpp"
+#include "option_fields.hpp"
+#include "progress_line.hpp"
 #include "ros_topics.hpp"
 #include "slam_outputs.hpp"
 
@@ -32,12 +43,25 @@ inline constexpr const char* kRobotLogs =
 [[nodiscard]] Result<Recording> read_robot_log(const std::string& path,
                                                const ros::TopicNames& topics = {});
 
+/// None for an empty path. Reports skipped lines on standard error.
+[[nodiscard]] Result<std::vector<eval::Relation>> read_relations_or_none(const std::string& path);
+
 /// A system's run and its duration.
 template <class Run>
 struct Timed {
   Run slam;
   double took_s = 0.0;
 };
+
+/// The result of `run`, which is given a callback for its progress, shown on a line.
+template <class Run>
+[[nodiscard]] auto run_timed(const std::string& label, bool quiet, const Run& run)
+    -> Result<Timed<typename decltype(run(std::declval<ProgressLine&>()))::Value>> {
+  ProgressLine progress(label, quiet);
+  auto slam = run(progress);
+  if (!slam) return slam.error();
+  return Timed<typename decltype(slam)::Value>{*std::move(slam), progress.finish()};
+}
 
 /// Graph SLAM with a progress line.
 [[nodiscard]] Result<Timed<GraphSlamRun>> run_with_progress(const Recording& recording,
@@ -55,5 +79,43 @@ void print_refused_scans(std::size_t count, const std::string& first);
 
 /// Prints facts, tables and the path of the report.
 void print_report(const SlamOutputs& outputs, const std::string& report);
+
+/// Result of a system on a log.
+struct LogRun {
+  Trajectory trajectory;
+  OccupancyGrid map;
+  PoseGraph2 graph = {};  ///< without poses: neither drawn nor written
+  std::size_t scans = 0;
+  std::size_t unmatched_scans = 0;
+  Facts facts = {};  ///< of this system
+  std::size_t refused_scans = 0;
+  std::string first_refusal = {};
+};
+
+/// From the run of a system of the library.
+template <class Run>
+[[nodiscard]] LogRun log_run(Run& slam, Facts facts, PoseGraph2 graph = {}) {
+  return {std::move(slam.trajectory),
+          std::move(slam.map),
+          std::move(graph),
+          slam.statistics.scans,
+          slam.statistics.unmatched_scans,
+          std::move(facts),
+          slam.refused_scans,
+          std::move(slam.first_refusal)};
+}
+
+struct LogProgram {
+  std::string name;                  ///< "graph_slam"
+  std::string system;                ///< "graph SLAM", in the report and the tables
+  std::string description;           ///< for --help
+  std::vector<OptionField> options;  ///< of --config and --print-config
+  std::function<Result<LogRun>(const Recording&, const SlamArguments&, const SlamProgress&)> run;
+  std::function<Result<void>()> check_options = {};  ///< after --config, beyond the fields' ranges
+  std::function<void(CommandLine&)> more_options = {};
+};
+
+/// The program's main; returns its exit code.
+int run_log_program(int argc, char** argv, const LogProgram& program);
 
 }  // namespace wayfare::examples

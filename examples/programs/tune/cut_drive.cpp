@@ -4,11 +4,11 @@
 #include <cstdio>
 #include <string>
 
+#include <wayfare/eval/nav_error.hpp>
 #include <wayfare/io/nav_text.hpp>
 
 #include "support/command_line.hpp"
 #include "support/nav_drives.hpp"
-#include "support/nav_errors.hpp"
 #include "support/program_files.hpp"
 #include "support/ros_topics.hpp"
 
@@ -47,7 +47,7 @@ Result<void> run(const Options& o) {
   if (!ranges.empty())
     for (LogTime t = ranges.front().time; t <= ranges.back().time;
          t += std::chrono::milliseconds(100))
-      truth.push_back(at_lever_arm(drive->antenna_truth(t), lever, Eigen::Vector3d::Zero()));
+      truth.push_back(eval::at_lever_arm(drive->antenna_truth(t), lever));
   if (imu.empty() || truth.empty())
     return Error{ErrorCode::invalid, "there are no data between --from and --to"};
   NavConfig cut;

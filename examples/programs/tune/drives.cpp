@@ -9,10 +9,6 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/eval/nav_error.hpp>
 
-#include "support/nav_errors.hpp"
-#include "support/nav_outages.hpp"
-#include "support/nav_recording.hpp"
-
 namespace wayfare::examples {
 namespace {
 
@@ -25,18 +21,7 @@ GnssInsStart random_start(const NavState& truth, std::uint64_t seed) {
   start.level_sigma_rad = 1.0 * kDegree;
   start.heading_sigma_rad = 5.0 * kDegree;
   Rng rng = Rng(seed).stream(3);
-  const auto draw = [&rng](double x, double y, double z) {
-    const double a = rng.normal(), b = rng.normal(), c = rng.normal();
-    return Eigen::Vector3d(x * a, y * b, z * c);
-  };
-  const double p = start.position_sigma_m, v = start.velocity_sigma_mps;
-  start.nav = truth;
-  start.nav.position = geodetic_from_ned(draw(p, p, p), truth.position);
-  start.nav.velocity_ned_mps += draw(v, v, v);
-  const Eigen::Vector3d rotation =
-      draw(start.level_sigma_rad, start.level_sigma_rad, start.heading_sigma_rad);
-  start.nav.q_nb = SO3d::exp(rotation) * truth.q_nb;
-  return start;
+  return drawn_start(truth, start, rng);
 }
 
 GnssInsRecording recording_of(const LoadedDrive& drive) {
@@ -63,19 +48,16 @@ Result<LoadedDrive> load_drive(const std::string& folder, std::uint64_t seed) {
   files.truth = (at / "truth.txt").string();
   auto loaded = load_nav_recording(files, drive.config);
   if (!loaded) return loaded.error();
-  if (loaded->truth.size() < 2 || loaded->recording.imu.size() < 2)
+  if (loaded->truth.states.size() < 2 || loaded->recording.imu.size() < 2)
     return Error{ErrorCode::invalid, "has too few states", folder};
-  drive.truth = std::move(loaded->truth);
-  const bool has_velocity = loaded->truth_has_velocity;
-  const auto reference = std::make_shared<const NavTrajectory>(drive.truth);
-  drive.tuning.truth = [reference, has_velocity](LogTime t) {
-    return reference_at(*reference, has_velocity, t);
-  };
+  drive.truth = loaded->truth.states;
+  // A reference without attitude gets its heading from the course; roll and pitch are unknown.
+  drive.tuning.has_level = loaded->truth.has_attitude && drive.config.truth_is_true;
+  drive.tuning.has_heading = loaded->truth.has_attitude;
+  const auto reference = std::make_shared<const eval::NavReference>(std::move(loaded->truth));
+  drive.tuning.truth = [reference](LogTime t) { return eval::reference_at(*reference, t); };
   drive.tuning.imu = std::move(loaded->recording.imu);
   drive.tuning.ranges = std::move(loaded->recording.ranges);
-  // A reference without attitude gets its heading from the course; roll and pitch are unknown.
-  drive.tuning.has_level = loaded->truth_has_attitude && drive.config.truth_is_true;
-  drive.tuning.has_heading = loaded->truth_has_attitude;
   drive.tuning.options = drive.config.filter;
   const LogTime first = std::max(drive.truth.front().time, drive.tuning.imu.front().time);
   const auto begin = drive.tuning.truth(first);

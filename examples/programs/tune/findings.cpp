@@ -57,7 +57,8 @@ eval::Table parameter_table(const TuneFindings& f) {
   const auto names = ins_gene_bounds(f.nominal);
   const auto a = ins_genes(f.nominal), b = ins_genes(f.tuned);
   for (std::size_t i = 0; i < names.size(); ++i)
-    table.add_row({names[i].name, significant(a[i]), significant(b[i]), significant(b[i] / a[i])});
+    table.add_row({names[i].name, eval::significant(a[i]), eval::significant(b[i]),
+                   eval::significant(b[i] / a[i])});
   return table;
 }
 

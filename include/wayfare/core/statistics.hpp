@@ -31,6 +31,16 @@ struct Summary {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
+/// The value below which the share `part` of them lies, without interpolation; NaN if there are
+/// none.
+[[nodiscard]] inline double quantile(std::vector<double> values, double part) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 [[nodiscard]] inline Summary summarise(std::span<const double> values) {
   Summary s;
   s.count = values.size();

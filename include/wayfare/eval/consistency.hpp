@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -73,23 +74,15 @@ class NeesOverRuns {
  public:
   NeesOverRuns(int dof, std::size_t epochs) : dof_(dof), sums_(epochs, 0.0), counts_(epochs, 0) {}
 
-  /// Non-finite values count as infinite.
-  void add(std::size_t epoch, double nees) {
-    WAYFARE_EXPECTS(epoch < sums_.size(), "the epoch is out of range");
-    sums_[epoch] += std::isfinite(nees) ? nees : std::numeric_limits<double>::infinity();
-    ++counts_[epoch];
-  }
-  /// The sum of `count` values.
-  void add(std::size_t epoch, double sum, std::size_t count) {
+  /// A value, or the sum of `count` values; not finite, it counts as infinite.
+  void add(std::size_t epoch, double sum, std::size_t count = 1) {
     WAYFARE_EXPECTS(epoch < sums_.size(), "the epoch is out of range");
     sums_[epoch] += std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
     counts_[epoch] += count;
   }
   /// Over all epochs.
   [[nodiscard]] std::size_t count() const {
-    std::size_t all = 0;
-    for (const std::size_t n : counts_) all += n;
-    return all;
+    return std::accumulate(counts_.begin(), counts_.end(), std::size_t{0});
   }
   [[nodiscard]] std::size_t epochs() const { return sums_.size(); }
   /// NaN without values.

@@ -9,11 +9,14 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/eval/table.hpp>
+#include <wayfare/sensors/recording.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::eval {
@@ -91,6 +94,24 @@ namespace detail {
   result.translation_m = summarise(translations);
   result.rotation_deg = summarise(rotations);
   return result;
+}
+
+/// Errors of odometry, if the recording has it, and of the system `name`, whose trajectory is
+/// interpolated at the relations' times in one row, and taken at the nearest pose in the other.
+[[nodiscard]] inline Table relations_table(const std::string& name, const Recording& recording,
+                                           const Trajectory& trajectory,
+                                           const std::vector<Relation>& relations) {
+  Table table({{"relations"}, {"used"}, {"translation", "m"}, {"rotation", "deg"}});
+  const auto row = [&](const std::string& who, const Trajectory& estimated, bool nearest = false) {
+    const auto e = relations_error(estimated, relations, {.nearest_pose = nearest});
+    table.add_row({who, std::to_string(e.used) + " of " + std::to_string(relations.size()),
+                   mean_std(e.translation_m.mean, e.translation_m.std, 4),
+                   mean_std(e.rotation_deg.mean, e.rotation_deg.std, 3)});
+  };
+  if (!recording.odometry.empty()) row("odometry", as_trajectory(recording.odometry));
+  row(name, trajectory);
+  row(name + ", nearest scans", trajectory, true);
+  return table;
 }
 
 }  // namespace wayfare::eval

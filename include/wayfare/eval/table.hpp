@@ -4,12 +4,14 @@
 #include <cstddef>
 #include <cstdio>
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include <wayfare/core/contract.hpp>
+#include <wayfare/core/statistics.hpp>
 
 namespace wayfare::eval {
 
@@ -24,6 +26,19 @@ namespace wayfare::eval {
 /// `mean ± std`.
 [[nodiscard]] inline std::string mean_std(double mean, double std, int decimals) {
   return fixed(mean, decimals) + " \u00b1 " + fixed(std, decimals);
+}
+
+/// `mean ± std` of the values.
+[[nodiscard]] inline std::string mean_std(std::span<const double> values, int decimals) {
+  const Summary s = summarise(values);
+  return mean_std(s.mean, s.std, decimals);
+}
+
+/// `value` with this number of significant digits.
+[[nodiscard]] inline std::string significant(double value, int digits = 3) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
 }
 
 /// A text table: the first column contains row names, the others figures.

@@ -2,11 +2,15 @@
 
 // Occupancy maps as PGM and YAML in the format of ROS map_server, and as images for viewing.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
@@ -58,6 +62,29 @@ struct MapImageOptions {
 
 /// The image for viewing: grey by occupancy; unknown is a cool light grey.
 [[nodiscard]] Image to_picture(const GridImage& grid);
+
+using Colour = std::array<std::uint8_t, 3>;
+inline constexpr Colour kBlue = {21, 101, 192};
+inline constexpr Colour kRed = {211, 47, 47};
+inline constexpr Colour kGreen = {46, 125, 50};
+
+/// Draws on the image of a map; positions in metres, in the map's frame.
+class MapPainter {
+ public:
+  explicit MapPainter(const GridImage& grid);
+
+  /// A square with a side of `side` pixels.
+  MapPainter& dot(const Eigen::Vector2d& position_m, const Colour& colour, int side = 2);
+  /// Two pixels wide.
+  MapPainter& path(std::span<const Eigen::Vector2d> positions_m, const Colour& colour);
+
+  [[nodiscard]] const Image& picture() const { return picture_; }
+
+ private:
+  SE2d T_grid_map_;
+  double resolution_m_;
+  Image picture_;
+};
 
 /// Writes `stem`.pgm and `stem`.yaml.
 [[nodiscard]] Result<void> write_map(const std::string& stem, const GridImage& grid,

@@ -3,6 +3,7 @@
 // Recordings of nine-axis units as columns: text with named columns (columns.hpp), or a binary
 // table (float_table.hpp) with column names from the caller. Plain or gzip.
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,6 +11,8 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
+#include <wayfare/eval/attitude_error.hpp>
+#include <wayfare/inertial/attitude.hpp>
 #include <wayfare/io/columns.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/sensors/imu.hpp>
@@ -48,5 +51,18 @@ struct MargFormat {
 [[nodiscard]] std::string format_marg(std::span<const MargSample> samples);
 [[nodiscard]] Result<void> write_marg(const std::string& path, std::span<const MargSample> samples,
                                       const WriteOptions& options = {});
+
+/// Root mean squares of an estimator's errors over the moving samples with a reference.
+template <AttitudeEstimator Estimator>
+[[nodiscard]] eval::AttitudeError attitude_rmse(Estimator& estimator, const MargFile& file) {
+  eval::AttitudeRmse rmse;
+  for (std::size_t i = 0; i < file.samples.size(); ++i) {
+    estimator.add(file.samples[i]);
+    if (!estimator.ready() || !file.moving[i] || !file.reference[i].known) continue;
+    rmse.add(eval::attitude_error(estimator.q_world_body().template cast<double>(),
+                                  file.reference[i].q_world_body));
+  }
+  return rmse.value();
+}
 
 }  // namespace wayfare::io

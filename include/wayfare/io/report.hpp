@@ -13,6 +13,7 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::io {
 
@@ -39,6 +40,23 @@ struct Plot {
   /// Equal scale of both axes, e.g. for trajectories.
   bool equal_aspect = false;
 };
+
+/// An empty plot over time.
+[[nodiscard]] inline Plot time_plot(std::string title, std::string y_label) {
+  return {std::move(title), "time [s]", std::move(y_label), {}};
+}
+/// An empty plot of the plane.
+[[nodiscard]] inline Plot top_view(std::string title) {
+  return {std::move(title), "x [m]", "y [m]", {}, true};
+}
+/// The positions of a trajectory, moved by `T`.
+[[nodiscard]] Series path_series(std::string name, const Trajectory& trajectory, const SE2d& T = {},
+                                 Mark mark = Mark::line);
+/// A curve of angles in degrees, with a gap at each jump from 180 to -180.
+[[nodiscard]] Series broken_at_wraps(const Series& series);
+/// The curves ± `upper` as one series with a gap, so that both share a colour and a line of the
+/// legend.
+[[nodiscard]] Series bounds_series(const Series& upper);
 
 /// The plot alone, an <svg> element with colours from the report's style. Curves are thinned to the
 /// resolution of the plot; extremes are kept, so that a single spike remains visible.

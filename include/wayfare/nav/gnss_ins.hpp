@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
@@ -93,6 +94,22 @@ struct GnssInsStart {
   Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
   double gyro_bias_sigma_radps = 0.0;
 };
+
+/// A start around the truth: its errors are drawn from the standard deviations of `start`, those of
+/// the attitude about north, east and down.
+[[nodiscard]] inline GnssInsStart drawn_start(const NavState& truth, GnssInsStart start, Rng& rng) {
+  const auto draw = [&rng](double x, double y, double z) {
+    const double a = rng.normal(), b = rng.normal(), c = rng.normal();
+    return Eigen::Vector3d(x * a, y * b, z * c);
+  };
+  const double p = start.position_sigma_m, v = start.velocity_sigma_mps;
+  const double level = start.level_sigma_rad;
+  start.nav = truth;
+  start.nav.position = geodetic_from_ned(draw(p, p, p), truth.position);
+  start.nav.velocity_ned_mps += draw(v, v, v);
+  start.nav.q_nb = SO3d::exp(draw(level, level, start.heading_sigma_rad)) * truth.q_nb;
+  return start;
+}
 
 /// Everything a run needs, each stream in order of time.
 struct GnssInsRecording {

@@ -19,6 +19,8 @@
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/parallel.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/gnss/single_point.hpp>
+#include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/sensors/gnss.hpp>
 #include <wayfare/sensors/nav_state.hpp>
 
@@ -125,6 +127,19 @@ struct OutagePlan {
   return starts;
 }
 
+/// The same, each at the last of `epochs` before it, so that outages have their nominal length.
+[[nodiscard]] inline std::vector<LogTime> outage_starts(LogTime first, LogTime last,
+                                                        Duration longest, std::size_t count,
+                                                        std::span<const RangeEpoch> epochs) {
+  std::vector<LogTime> starts = outage_starts(first, last, longest, count);
+  for (LogTime& start : starts) {
+    const LogTime even = start;
+    for (const RangeEpoch& e : epochs)
+      if (e.time <= even) start = e.time;
+  }
+  return starts;
+}
+
 /// The epochs with at most `window.satellites_left` satellites within the window: the highest ones
 /// at `receiver`, as between buildings. The selection is kept; others replace only missing ones.
 [[nodiscard]] inline std::vector<RangeEpoch> mask_satellites(std::span<const RangeEpoch> epochs,
@@ -151,6 +166,19 @@ struct OutagePlan {
     if (all.size() > window.satellites_left) all.resize(window.satellites_left);
   }
   return result;
+}
+
+/// Removes ranges as mask_satellites, and all fixes within the window whatever the number of
+/// satellites left.
+inline void apply_outage(const OutageWindow& window, GnssInsRecording& recording) {
+  // The highest satellites are kept: that depends on the receiver's position.
+  std::optional<Geodetic> receiver;
+  for (const RangeEpoch& epoch : recording.ranges) {
+    if (receiver && epoch.time > window.begin) break;
+    if (const auto point = single_point(epoch)) receiver = point->position;
+  }
+  recording.ranges = mask_satellites(recording.ranges, window, receiver.value_or(Geodetic{}));
+  std::erase_if(recording.fixes, [&](const GnssFix& f) { return window.contains(f.time); });
 }
 
 /// Runs a system through one outage and returns its estimates in order of time; those outside the

@@ -12,7 +12,6 @@
 #include <wayfare/pedestrian/detail/foot_filter.hpp>
 #include <wayfare/pedestrian/detail/foot_noise.hpp>
 #include <wayfare/pedestrian/detail/foot_readings.hpp>
-#include <wayfare/pedestrian/detail/foot_rest.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/sensors/imu.hpp>
 

@@ -1,8 +1,6 @@
 #pragma once
 
-// Parameters, poses and report of pedestrian dead reckoning.
-//
-// Parameters, poses and report of the foot tracker.
+// Parameters, poses and reports of pedestrian dead reckoning and of the foot tracker.
 
 #include <cstdint>
 

@@ -9,8 +9,6 @@
 #include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/pedestrian/detail/magnetic_heading_drift.hpp>
 #include <wayfare/pedestrian/detail/straight_walk.hpp>
-#include <wayfare/pedestrian/detail/walk_covariance.hpp>
-#include <wayfare/pedestrian/detail/walking_direction.hpp>
 #include <wayfare/pedestrian/detail/walking_heading.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/step_detector.hpp>

@@ -11,8 +11,7 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
-#include <wayfare/pedestrian/detail/band_pass_filter.hpp>
-#include <wayfare/pedestrian/detail/gait_start_detector.hpp>
+#include <wayfare/pedestrian/detail/swings.hpp>
 #include <wayfare/pedestrian/step.hpp>
 
 namespace wayfare {

@@ -1,8 +1,7 @@
 #pragma once
 
-// Variance of a map-matched heading for the filter that provided its prior.
-//
-// Step scale and walking direction from map matching.
+// Feedback of a map to dead reckoning: step scale, walking direction, and the variance of a matched
+// heading for the filter that provided its prior.
 
 #include <algorithm>
 #include <array>

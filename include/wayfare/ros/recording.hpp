@@ -19,6 +19,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/ros/serialise.hpp>
 #include <wayfare/sensors/gnss.hpp>
@@ -118,6 +119,14 @@ struct VehicleRun {
 /// An inertial unit and a satellite receiver's fixes. Errors as above.
 [[nodiscard]] Result<VehicleRun> read_vehicle(const RecordingFile& file,
                                               const TopicNames& names = {});
+
+/// Inertial samples, or fixes, of a ROS recording or, if `path` is none, of columns of text.
+/// Errors: also a recording without any.
+[[nodiscard]] Result<io::ImuFile> read_imu(const std::string& path, const io::ColumnFormat& format,
+                                           const TopicNames& names = {});
+[[nodiscard]] Result<io::FixFile> read_fixes(const std::string& path,
+                                             const io::ColumnFormat& format,
+                                             const TopicNames& names = {});
 
 class RecordingWriter {
  public:

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 #include <wayfare/sensors/laser_scan.hpp>
@@ -25,5 +29,39 @@ struct Recording {
   std::vector<GyroSample> gyro = {};
   Trajectory truth = {};  ///< ground truth, e.g. of a simulator
 };
+
+/// A recording as a lesser sensor would have made it.
+struct Thinning {
+  std::size_t every = 1;           ///< keeps each every-th scan …
+  std::size_t beams = 1;           ///< … and each beams-th beam of it
+  double max_range_m = 0.0;        ///< farther ranges become missing returns; 0: no limit
+  double field_of_view_deg = 0.0;  ///< of the beams kept, symmetric about ahead; 0: all
+};
+
+inline void thin(LaserScan& scan, const Thinning& t) {
+  const double half = Angle::degrees(0.5 * t.field_of_view_deg).radians();
+  std::vector<float> kept;
+  std::size_t first = scan.ranges_m.size();
+  for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+    if (t.field_of_view_deg > 0 && std::abs(scan.bearing(i).radians()) > half) continue;
+    first = std::min(first, i);
+    if ((i - first) % t.beams == 0) kept.push_back(scan.ranges_m[i]);
+  }
+  if (!kept.empty()) scan.first_bearing = scan.bearing(first);
+  scan.bearing_step = scan.bearing_step * static_cast<double>(t.beams);
+  scan.ranges_m = std::move(kept);
+  if (t.max_range_m > 0)
+    scan.max_range_m = std::min(scan.max_range_m, static_cast<float>(t.max_range_m));
+}
+
+/// Thins the scans; other streams are unchanged.
+inline void thin(Recording& recording, const Thinning& t) {
+  std::vector<LaserScan> kept;
+  for (std::size_t i = 0; i < recording.scans.size(); i += t.every) {
+    thin(recording.scans[i], t);
+    kept.push_back(std::move(recording.scans[i]));
+  }
+  recording.scans = std::move(kept);
+}
 
 }  // namespace wayfare

@@ -1,11 +1,7 @@
 #pragma once
 
-// Walls to simulate in: line segments of the plane with a uniform grid over them, so that a ray
-// looks only at the walls along its way.
-
-// Floor plans as text a person can draw. The format is described in docs/reference/formats.md.
-//
-// The ideal map of a floor plan.
+// Floor plans: walls to simulate in, read from a drawing in characters (docs/reference/formats.md),
+// and their ideal map.
 
 #include <cstddef>
 #include <cstdint>
@@ -35,7 +31,15 @@ struct CellMask {
   double cell_m = 0.0;
   std::vector<std::uint8_t> solid;  ///< width * height values, nonzero for wall
 
-  [[nodiscard]] bool is_solid(int column, int row) const;  ///< false outside the image
+  [[nodiscard]] std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(column);
+  }
+  /// False outside the image.
+  [[nodiscard]] bool is_solid(int column, int row) const {
+    return column >= 0 && column < width && row >= 0 && row < height &&
+           solid[index(column, row)] != 0;
+  }
 };
 
 /// Immutable; safe to read from many threads.

@@ -1,9 +1,8 @@
 #pragma once
 
-// Satellite constellations, and corrected ranges and range rates to a vehicle's antenna.
-//
-// Raw code and Doppler measurements as logged by a receiver, from broadcast messages: with
-// satellite clocks, group delay, atmosphere and the receiver's own clock.
+// Satellite constellations, corrected ranges and range rates to a vehicle's antenna, and the raw
+// code and Doppler measurements that a receiver logs: with broadcast messages, satellite clocks,
+// group delay, atmosphere and the receiver's own clock.
 
 #include <cstddef>
 #include <functional>
@@ -76,19 +75,23 @@ struct SatelliteOutage {
   std::size_t satellites_left = 0;
 };
 
-struct RangeParams {
+/// A receiver, whatever it measures.
+struct ReceiverParams {
   Duration period = std::chrono::seconds(1);
   Angle elevation_mask = Angle::degrees(10.0);
-  /// Upper limit; the best geometry is selected.
-  std::size_t max_satellites = 64;
-  double range_sigma_m = 2.0;
-  double range_rate_sigma_mps = 0.1;
   ReceiverClockNoise clock;
   double clock_bias_m = 300.0;  ///< at the start
   double clock_drift_mps = 5.0;
   MultipathBursts multipath;
   std::vector<SatelliteOutage> outages;
   Eigen::Vector3d antenna_lever_arm_m = Eigen::Vector3d::Zero();  ///< in body axes
+};
+
+struct RangeParams : ReceiverParams {
+  /// Upper limit; the best geometry is selected.
+  std::size_t max_satellites = 64;
+  double range_sigma_m = 2.0;
+  double range_rate_sigma_mps = 0.1;
   /// Added to log time to give GPS time, which determines the satellites' positions.
   Duration gps_minus_log{0};
 };
@@ -132,21 +135,13 @@ struct SimulatedRanges {
 /// navigation file. Clocks differ by up to a tenth of a millisecond.
 [[nodiscard]] Ephemerides walker_ephemerides(const WalkerParams& params, Time<GpsClock> reference);
 
-struct ObservationParams {
-  Duration period = std::chrono::seconds(1);
-  Angle elevation_mask = Angle::degrees(10.0);
+struct ObservationParams : ReceiverParams {
   double code_sigma_m = 0.6;
   double doppler_sigma_hz = 0.3;
-  ReceiverClockNoise clock;
-  double clock_bias_m = 300.0;  ///< at the start
-  double clock_drift_mps = 5.0;
   bool ionosphere = true;   ///< Klobuchar's, with the messages' coefficients if present
   bool troposphere = true;  ///< Saastamoinen's
   double cn0_zenith_dbhz = 48.0;
   double cn0_horizon_dbhz = 35.0;
-  MultipathBursts multipath;
-  std::vector<SatelliteOutage> outages;
-  Eigen::Vector3d antenna_lever_arm_m = Eigen::Vector3d::Zero();  ///< in body axes
 };
 
 struct SimulatedObservations {

@@ -53,23 +53,6 @@ struct InsMonteCarloOptions {
 
 namespace detail {
 
-inline Eigen::Vector3d draw(const Eigen::Vector3d& sigma, Rng& rng) {
-  Eigen::Vector3d w;
-  for (int i = 0; i < 3; ++i) w[i] = sigma[i] * rng.normal();
-  return w;
-}
-
-/// Level and heading errors are about north, east and down.
-inline GnssInsStart drawn_start(const NavState& truth, GnssInsStart start, Rng& rng) {
-  const double p = start.position_sigma_m, v = start.velocity_sigma_mps;
-  const double level = start.level_sigma_rad;
-  start.nav = truth;
-  start.nav.position = geodetic_from_ned(draw({p, p, p}, rng), truth.position);
-  start.nav.velocity_ned_mps += draw({v, v, v}, rng);
-  start.nav.q_nb = SO3d::exp(draw({level, level, start.heading_sigma_rad}, rng)) * truth.q_nb;
-  return start;
-}
-
 inline NisByKind nis_by_kind(const std::vector<InnovationRecord>& innovations) {
   NisByKind nis;
   for (const InnovationRecord& r : innovations) {
@@ -113,8 +96,7 @@ inline InsErrorAt error_at(const GnssInsEstimate& e, const NavState& truth, cons
   filter_options.q_body_imu = options.imu.q_body_imu;
   filter_options.antenna_lever_arm_m = options.ranges.antenna_lever_arm_m;
   GnssIns filter(filter_options);
-  filter.start(
-      detail::drawn_start(trajectory.state(trajectory.begin()), options.start, start_noise));
+  filter.start(drawn_start(trajectory.state(trajectory.begin()), options.start, start_noise));
 
   InsErrorSeries series;
   std::size_t k = 0;

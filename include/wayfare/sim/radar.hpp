@@ -1,11 +1,10 @@
 #pragma once
 
-// Radar reflectors of a building: points on walls, in them and behind them.
-//
-// A millimetre-wave radar like the AWR1843, down to the cells of its signal processing: range and
-// Doppler transform, constant false alarm rate threshold in both, angle transform over eight
-// virtual antennas. Points are therefore those of the device: on its grid, many or none per object,
-// with side lobes, and none where the neighbourhood is as bright.
+// Radar reflectors of a building, on walls, in them and behind them, and a millimetre-wave radar
+// like the AWR1843, down to the cells of its signal processing: range and Doppler transform,
+// constant false alarm rate threshold in both, angle transform over eight virtual antennas. Points
+// are therefore those of the device: on its grid, many or none per object, with side lobes, and
+// none where the neighbourhood is as bright.
 
 #include <cstddef>
 #include <cstdint>
@@ -42,7 +41,8 @@ struct Reflector {
 };
 
 /// How a building's walls reflect. The strengths' defaults, means and standard deviations, come
-/// from the comparison with an AWR1843's recordings in benchmarks/reports/2026-11-21_radar_frames.md.
+/// from the comparison with an AWR1843's recordings in
+/// benchmarks/reports/2026-11-21_radar_frames.md.
 struct FurnishParams {
   struct Kind {
     double spacing_m;    ///< mean distance along a wall; 0: none

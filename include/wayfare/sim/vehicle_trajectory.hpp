@@ -1,9 +1,7 @@
 #pragma once
 
-// True motion of a road vehicle, and the measurements of a perfect inertial unit on it: driven
-// through waypoints, or along a recorded solution.
-//
-// An inertial unit on a vehicle, with configurable errors.
+// True motion of a road vehicle, driven through waypoints or along a recorded solution, and the
+// measurements of an inertial unit on it with configurable errors.
 
 #include <span>
 #include <utility>
@@ -145,6 +143,9 @@ class ImuErrorProcess {
  public:
   ImuErrorProcess(const ImuNoise& noise, Rng& rng);
   void step(double seconds, Rng& rng);
+  /// (1 + scale) ∘ `truth` + bias + white noise whose standard deviation is its density over
+  /// √`seconds`; all in the unit's axes.
+  [[nodiscard]] ImuSample measure(const ImuSample& truth, double seconds, Rng& rng) const;
   [[nodiscard]] const ImuErrors& errors() const { return errors_; }
 
  private:
@@ -152,8 +153,7 @@ class ImuErrorProcess {
   ImuErrors errors_;
 };
 
-/// A unit on the vehicle, sample by sample: (1 + scale) ∘ true + bias + white noise whose standard
-/// deviation is its density over √period. The trajectory must outlive it.
+/// A unit on the vehicle, sample by sample, by ImuErrorProcess. The trajectory must outlive it.
 class SimulatedUnit {
  public:
   /// The first sample is at trajectory.begin().

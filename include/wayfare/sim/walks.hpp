@@ -1,9 +1,7 @@
 #pragma once
 
-// A walker with an inertial unit on each foot.
-//
-// A walker in a building with a range finder and an inertial unit on the head: bob, sway, tilt and
-// glances.
+// Walkers with an inertial unit on each foot, or with one and a range finder on the head: bob,
+// sway, tilt and glances.
 
 #include <vector>
 
@@ -51,7 +49,7 @@ struct FeetTruth {
 
 /// The motion is that of ten walks recorded by a unit on the head: |a| varies by 1.9 to 2.9 m/s² at
 /// 1.6 to 1.95 steps per second, pitch by 1.7 to 3.9°, roll by 1.1 to 2.3°, glances by 10 to 20°;
-/// the unit is mounted 2 to 5° mounting_sigma.
+/// the mounting is off by 2 to 5°.
 struct HeadWalkParams {
   double speed_m_s = 1.2;
   double step_m = 0.66;

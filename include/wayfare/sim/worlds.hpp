@@ -1,9 +1,8 @@
 #pragma once
 
-// The simulation of Liu, Atia, Karamat and Noureldin (2015, section 6): a vehicle with one gyro,
-// wheels and a laser drives through three corridors and two corners, straight or in curves.
-//
-// Furnished buildings for a robot with wheels, gyro, LiDAR and radar, and its drive through one.
+// The corridors of Liu, Atia, Karamat and Noureldin (2015, section 6): a vehicle with one gyro,
+// wheels and a laser, straight or in curves. Furnished buildings for a robot with wheels, gyro,
+// LiDAR and radar.
 
 #include <array>
 #include <span>

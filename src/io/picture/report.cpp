@@ -1,6 +1,8 @@
 #include <wayfare/io/report.hpp>
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace wayfare::io {
@@ -124,6 +126,34 @@ std::string escape_html(std::string_view text) {
     text.remove_prefix(length == 0 ? 1 : length);
   }
   return out;
+}
+
+Series path_series(std::string name, const Trajectory& trajectory, const SE2d& T, Mark mark) {
+  Series series{std::move(name), {}, {}, mark};
+  for (const StampedPose& pose : trajectory) {
+    const Eigen::Vector2d p = T * pose.T_map_base.raw().translation();
+    series.add(p.x(), p.y());
+  }
+  return series;
+}
+
+Series broken_at_wraps(const Series& series) {
+  Series broken{series.name, {}, {}, series.mark};
+  for (std::size_t i = 0; i < series.y.size(); ++i) {
+    if (i > 0 && std::abs(series.y[i] - series.y[i - 1]) > 180.0)
+      broken.add(series.x[i], std::numeric_limits<double>::quiet_NaN());
+    broken.add(series.x[i], series.y[i]);
+  }
+  return broken;
+}
+
+Series bounds_series(const Series& upper) {
+  Series bounds = upper;
+  bounds.mark = Mark::dashed;
+  if (upper.x.empty()) return bounds;
+  bounds.add(upper.x.back(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < upper.x.size(); ++i) bounds.add(upper.x[i], -upper.y[i]);
+  return bounds;
 }
 
 Report::Report(std::string title, std::string subtitle)

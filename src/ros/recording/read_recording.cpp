@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include <wayfare/ros/recording.hpp>
 
@@ -67,6 +68,29 @@ Result<VehicleRun> read_vehicle(const RecordingFile& file, const TopicNames& nam
   lanes.add<NavSatFix>(*fix, run.fixes, fix_of);
   if (auto done = lanes.run(run.problems); !done) return done.error();
   return run;
+}
+
+Result<io::ImuFile> read_imu(const std::string& path, const io::ColumnFormat& format,
+                             const TopicNames& names) {
+  if (!RecordingFile::is_one(path)) return io::read_imu(path, format);
+  const auto file = RecordingFile::open(path);
+  if (!file) return file.error();
+  auto run = read_vehicle(*file, names);
+  if (!run) return run.error();
+  if (run->imu.empty()) return Error{ErrorCode::not_found, "contains no inertial unit", path};
+  return io::ImuFile{std::move(run->imu), {}, true, true, std::move(run->problems)};
+}
+
+Result<io::FixFile> read_fixes(const std::string& path, const io::ColumnFormat& format,
+                               const TopicNames& names) {
+  if (!RecordingFile::is_one(path)) return io::read_fixes(path, format);
+  const auto file = RecordingFile::open(path);
+  if (!file) return file.error();
+  auto run = read_vehicle(*file, names);
+  if (!run) return run.error();
+  if (run->fixes.empty()) return Error{ErrorCode::not_found, "contains no fixes", path};
+  std::vector<int> qualities(run->fixes.size(), 0);
+  return io::FixFile{std::move(run->fixes), std::move(qualities), std::move(run->problems)};
 }
 
 }  // namespace wayfare::ros

@@ -3,15 +3,56 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <utility>
+#include <variant>
 
 #include <Eigen/Cholesky>
 
-#include "sim/vehicle/satellite_noise.hpp"
+#include <wayfare/gnss/correct_ranges.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
+#include <wayfare/gnss/gps_time.hpp>
 
 namespace wayfare::sim {
 namespace {
 
 enum Stream : std::uint64_t { kClock, kFirstSatellite };
+
+/// Errors of one satellite's measurements over the epochs.
+class SatelliteNoise {
+ public:
+  explicit SatelliteNoise(const Rng& rng) : white_(rng.stream(0)), bursts_(rng.stream(1)) {}
+
+  void step(double range_sigma_m, double rate_sigma_mps, const MultipathBursts& multipath,
+            double seconds) {
+    range_m = white_.normal(0.0, range_sigma_m);
+    rate_mps = white_.normal(0.0, rate_sigma_mps);
+    burst_left_s_ -= seconds;
+    const double begin = bursts_.uniform(), length = bursts_.uniform(), size = bursts_.uniform();
+    if (burst_left_s_ <= 0.0) {
+      excess_m_ = 0.0;
+      if (begin < -std::expm1(-multipath.per_satellite_hour * seconds / 3600.0)) {
+        burst_left_s_ = -multipath.mean_duration_s * std::log1p(-length);
+        excess_m_ = -multipath.mean_excess_m * std::log1p(-size);
+      }
+    }
+    range_m += excess_m_;
+  }
+
+  double range_m = 0.0, rate_mps = 0.0;
+
+ private:
+  Rng white_, bursts_;
+  double burst_left_s_ = 0.0, excess_m_ = 0.0;
+};
+
+/// One per satellite, with streams from `first_stream` on.
+std::vector<SatelliteNoise> satellite_noises(const Rng& rng, std::uint64_t first_stream,
+                                             std::size_t count) {
+  std::vector<SatelliteNoise> noises;
+  for (std::size_t i = 0; i < count; ++i) noises.emplace_back(rng.stream(first_stream + i));
+  return noises;
+}
 
 CorrectedRange true_range(SatelliteId id, const SatelliteMotion& satellite,
                           const EcefMotion& antenna, const RangeParams& params) {
@@ -25,6 +66,55 @@ CorrectedRange true_range(SatelliteId id, const SatelliteMotion& satellite,
   r.range_sigma_m = params.range_sigma_m;
   r.range_rate_sigma_mps = params.range_rate_sigma_mps;
   return r;
+}
+
+double first_carrier_hz(const Ephemeris& message) {
+  if (const auto* glonass = std::get_if<GlonassEphemeris>(&message))
+    return carrier::kGlonassL1 + glonass->channel * carrier::kGlonassL1Step;
+  return satellite_of(message).system == GnssSystem::beidou ? carrier::kB1I : carrier::kL1;
+}
+
+double air_delay_m(const ObservationParams& params, const Ephemerides& ephemerides,
+                   Time<GpsClock> time, const Geodetic& place, const LineOfSight& sight,
+                   double carrier_hz) {
+  double delay = params.troposphere ? troposphere_delay_m(place, sight) : 0.0;
+  if (!params.ionosphere) return delay;
+  const auto& broadcast =
+      ephemerides.gps_ionosphere ? ephemerides.gps_ionosphere : ephemerides.beidou_ionosphere;
+  return delay + ionosphere_delay_m(broadcast ? *broadcast : nominal_ionosphere(), time, place,
+                                    sight, carrier_hz);
+}
+
+// The receiver at an epoch: true position, time, and its clock's reading.
+struct Receiver {
+  EcefMotion antenna;
+  Geodetic place;
+  Time<GpsClock> instant;
+  ReceiverClock clock;
+};
+
+SatelliteObservation observe(const Receiver& receiver, const Ephemeris& message,
+                             const SatelliteMotion& satellite, double air_m) {
+  const Eigen::Vector3d line = satellite.position_ecef_m - receiver.antenna.position_m;
+  const Eigen::Vector3d u = line.normalized();
+  const double c = kSpeedOfLight_mps;
+  SatelliteObservation o;
+  o.satellite = satellite_of(message);
+  o.carrier_hz = first_carrier_hz(message);
+  const double delay_s = group_delay_s(message, o.carrier_hz).value_or(0.0);
+  o.pseudorange_m =
+      line.norm() + receiver.clock.bias_m - c * (satellite.clock_bias_s - delay_s) + air_m;
+  // The derivative of the range with respect to the time of reception: the travel time changes too,
+  // and the axes of reception rotate meanwhile.
+  const double stretch = u.dot(satellite.velocity_ecef_mps) / c;
+  const Eigen::Vector3d& p = satellite.position_ecef_m;
+  const Eigen::Vector3d seen =
+      (1.0 - stretch) * satellite.velocity_ecef_mps +
+      stretch * wgs84::kEarthRate_radps * Eigen::Vector3d(p.y(), -p.x(), 0.0);
+  const double rate = u.dot(seen - receiver.antenna.velocity_mps) + receiver.clock.drift_mps -
+                      c * satellite.clock_drift;
+  o.doppler_hz = -rate * o.carrier_hz / c;
+  return o;
 }
 
 }  // namespace
@@ -111,6 +201,91 @@ SimulatedRanges simulate_ranges(const VehicleTrajectory& trajectory,
       epoch.satellites.push_back(seen[i]);
     result.epochs.push_back(std::move(epoch));
     result.clocks.push_back(clock);
+  }
+  return result;
+}
+
+Constellation broadcast_constellation(const Ephemerides& ephemerides) {
+  Constellation c;
+  c.satellites = ephemerides.satellites();
+  c.motion = [&ephemerides](SatelliteId id, Time<GpsClock> t) -> std::optional<SatelliteMotion> {
+    const Ephemeris* message = ephemerides.nearest(id, t);
+    if (message == nullptr) return std::nullopt;
+    const SatelliteState s = satellite_state(*message, t);
+    return SatelliteMotion{s.position_ecef_m, s.velocity_ecef_mps, s.clock_s, s.clock_drift};
+  };
+  return c;
+}
+
+Ephemerides walker_ephemerides(const WalkerParams& params, Time<GpsClock> reference) {
+  const int per_plane = params.satellites / params.planes;
+  Ephemerides messages;
+  for (int i = 0; i < params.satellites; ++i) {
+    const int plane = i / per_plane, slot = i % per_plane;
+    const auto turn = [](double part) { return wrap_to_pi(2.0 * std::numbers::pi * part); };
+    KeplerianEphemeris e;
+    e.satellite = {params.system, static_cast<std::uint8_t>(i + 1)};
+    e.toe = e.toc = reference;
+    e.sqrt_semi_major_axis = std::sqrt(params.radius_m);
+    e.eccentricity = 0.001 * (1 + i % 8);
+    e.inclination_rad = params.inclination.radians();
+    e.ascending_node_rad =
+        wrap_to_pi(params.first_node.radians() + turn(double(plane) / params.planes));
+    e.ascending_node_rate_radps = -8e-9;
+    e.mean_anomaly_rad =
+        turn(double(slot) / per_plane + double(params.phasing * plane) / params.satellites);
+    e.clock_bias_s = 1e-5 * (i % 21 - 10);
+    e.clock_drift = 1e-12 * (i % 7 - 3);
+    e.group_delay_s[0] = 1e-9 * (i % 11 - 5);
+    (void)messages.add(e);
+  }
+  return messages;
+}
+
+SimulatedObservations simulate_observations(const VehicleTrajectory& trajectory,
+                                            const Ephemerides& ephemerides,
+                                            const ObservationParams& params, const Rng& rng) {
+  WAYFARE_EXPECTS(params.period > Duration::zero(), "a receiver needs a positive period");
+  const Constellation sky = broadcast_constellation(ephemerides);
+  const double dt = to_seconds(params.period);
+  Rng clock_noise = rng.stream(kClock);
+  std::vector<SatelliteNoise> noises =
+      satellite_noises(rng, kFirstSatellite, sky.satellites.size());
+
+  SimulatedObservations result;
+  Receiver r;
+  r.clock = {params.clock_bias_m, params.clock_drift_mps};
+  for (LogTime t = trajectory.begin(); t <= trajectory.end(); t += params.period) {
+    if (!result.clocks.empty()) r.clock = step_clock(r.clock, params.clock, dt, clock_noise);
+    const LogTime true_time = t - from_seconds(r.clock.bias_m / kSpeedOfLight_mps);
+    r.antenna = ecef_motion(trajectory.motion(true_time), params.antenna_lever_arm_m);
+    r.place = geodetic_from_ecef(r.antenna.position_m);
+    r.instant = gps_time(true_time);
+    ObservationEpoch epoch{gps_time(t), {}};
+    std::vector<Eigen::Vector3d> directions;
+    for (std::size_t i = 0; i < noises.size(); ++i) {
+      const Ephemeris* message = ephemerides.nearest(sky.satellites[i], r.instant);
+      const double wavelength = kSpeedOfLight_mps / first_carrier_hz(*message);
+      noises[i].step(params.code_sigma_m, params.doppler_sigma_hz * wavelength, params.multipath,
+                     dt);
+      const auto satellite = seen_from(sky, sky.satellites[i], r.instant, r.antenna.position_m);
+      const LineOfSight sight = line_of_sight(r.place, satellite->position_ecef_m);
+      if (sight.elevation_rad < params.elevation_mask.radians()) continue;
+      SatelliteObservation o = observe(
+          r, *message, *satellite,
+          air_delay_m(params, ephemerides, epoch.time, r.place, sight, first_carrier_hz(*message)));
+      o.pseudorange_m += noises[i].range_m;
+      o.doppler_hz -= noises[i].rate_mps / wavelength;
+      o.cn0_dbhz = params.cn0_horizon_dbhz + (params.cn0_zenith_dbhz - params.cn0_horizon_dbhz) *
+                                                 std::sin(sight.elevation_rad);
+      directions.push_back((satellite->position_ecef_m - r.antenna.position_m).normalized());
+      epoch.satellites.push_back(o);
+    }
+    result.epochs.push_back({epoch.time, {}});
+    const std::size_t allowed = satellites_allowed(params.outages, t);
+    for (const std::size_t i : best_geometry(directions, std::min(directions.size(), allowed)))
+      result.epochs.back().satellites.push_back(epoch.satellites[i]);
+    result.clocks.push_back(r.clock);
   }
   return result;
 }

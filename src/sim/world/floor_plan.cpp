@@ -2,9 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <deque>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
+
+#include <wayfare/core/contract.hpp>
 
 namespace wayfare::sim {
 namespace {
@@ -72,12 +78,6 @@ void trace_runs(int lines, int length, const WallAt& wall_at, const Emit& emit) 
 
 }  // namespace
 
-bool CellMask::is_solid(int column, int row) const {
-  if (column < 0 || column >= width || row < 0 || row >= height) return false;
-  return solid[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-               static_cast<std::size_t>(column)] != 0;
-}
-
 Result<FloorPlan> FloorPlan::from_segments(std::vector<Segment> segments) {
   if (segments.empty()) return Error{ErrorCode::invalid, "a floor plan needs at least one wall"};
   for (std::size_t i = 0; i < segments.size(); ++i) {
@@ -93,8 +93,7 @@ Result<FloorPlan> FloorPlan::from_segments(std::vector<Segment> segments) {
 
 Result<FloorPlan> FloorPlan::from_cells(const CellMask& mask) {
   const bool sound = mask.width > 0 && mask.height > 0 && mask.cell_m > 0.0 &&
-                     mask.solid.size() == static_cast<std::size_t>(mask.width) *
-                                              static_cast<std::size_t>(mask.height);
+                     mask.solid.size() == mask.index(0, mask.height);
   if (!sound) {
     return Error{ErrorCode::invalid,
                  "a cell mask needs a positive cell size and width x height values"};
@@ -226,6 +225,47 @@ double FloorPlan::clearance(const Eigen::Vector2d& point_m, double max_m) const 
     }
   }
   return nearest <= max_m ? nearest : kInfinity;
+}
+
+std::optional<Eigen::Vector2d> find_leak(const FloorPlan& plan, const Eigen::Vector2d& inside_m,
+                                         double step_m) {
+  WAYFARE_EXPECTS(step_m > 0.0, "the step of the search is positive");
+  const Eigen::Vector2d lower = plan.lower_corner_m(), extent = plan.upper_corner_m() - lower;
+  const double step = std::max(step_m, extent.maxCoeff() / 4096.0);
+  const auto outside = [&](const Eigen::Vector2d& p) {
+    return !((p - lower).minCoeff() > 0.0 && (plan.upper_corner_m() - p).minCoeff() > 0.0);
+  };
+  if (outside(inside_m)) return inside_m;
+
+  // The lattice passes through `inside_m`, so that rounding starts no step on a wall.
+  const Eigen::Array2i below = ((inside_m - lower) / step).array().floor().cast<int>();
+  const Eigen::Array2i size =
+      below + 2 + ((plan.upper_corner_m() - inside_m) / step).array().ceil().cast<int>();
+  std::vector<bool> seen(static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y()));
+  const auto index = [&](const Eigen::Array2i& c) {
+    return static_cast<std::size_t>(c.y()) * static_cast<std::size_t>(size.x()) +
+           static_cast<std::size_t>(c.x());
+  };
+  const auto point = [&](const Eigen::Array2i& c) {
+    return Eigen::Vector2d(inside_m + step * (c - below).cast<double>().matrix());
+  };
+  std::deque<Eigen::Array2i> front{below};
+  seen[index(below)] = true;
+  while (!front.empty()) {
+    const Eigen::Array2i here = front.front();
+    front.pop_front();
+    for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+      const Eigen::Array2i next = here + Eigen::Array2i(dx, dy);
+      const Eigen::Vector2d p = point(next);
+      const bool leaves = outside(p);
+      if (!leaves && seen[index(next)]) continue;
+      if (plan.blocks(point(here), p)) continue;
+      if (leaves) return p;
+      seen[index(next)] = true;
+      front.push_back(next);
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace wayfare::sim

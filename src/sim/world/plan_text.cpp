@@ -105,7 +105,8 @@ class Reader {
     for (std::size_t i = first; i < words.size(); ++i) {
       const std::optional<double> value = to_number(words[i]);
       if (!value) {
-        return fail(in_quotes(words[i]) + " is not a number of metres; expected " + in_quotes(usage));
+        return fail(in_quotes(words[i]) + " is not a number of metres; expected " +
+                    in_quotes(usage));
       }
       values.push_back(*value);
     }
@@ -171,14 +172,13 @@ class Reader {
     mask_.height = static_cast<int>(picture_.size());
     for (const std::string_view row : picture_)
       mask_.width = std::max(mask_.width, static_cast<int>(row.size()));
-    mask_.solid.assign(
-        static_cast<std::size_t>(mask_.width) * static_cast<std::size_t>(mask_.height), 0);
+    mask_.solid.assign(mask_.index(0, mask_.height), 0);
     for (std::size_t r = 0; r < picture_.size(); ++r) {
       line_number_ = picture_line_numbers_[r];
       for (std::size_t c = 0; c < picture_[r].size(); ++c) {
         const char mark = picture_[r][c];
         if (mark == '#') {
-          mask_.solid[r * static_cast<std::size_t>(mask_.width) + c] = 1;
+          mask_.solid[mask_.index(static_cast<int>(c), static_cast<int>(r))] = 1;
         } else if (mark != ' ' && mark != '.') {
           const Eigen::Vector2d centre(static_cast<double>(c) + 0.5,
                                        mask_.height - static_cast<double>(r) - 0.5);
@@ -231,6 +231,77 @@ class Reader {
 
 Result<PlannedRoute> read_plan(std::string_view text, std::string_view source) {
   return Reader(text, source).read();
+}
+
+std::string_view demo_building() {
+  return R"(# An office floor of 60 m x 30 m: a loop of corridors around an inner block, rooms on both sides
+# and a hall with pillars. The route is two rounds, the first into the rooms.
+metres_per_character 0.5
+route a b c d c b e f g h f e i j k j i l
+route m n o p q r q s t u t s v w x w v y z a
+route b e i l A p q s v y z a b e
+picture
+########################################################################################################################
+#       ######        #               #           ######    #                       #          ########  #             #
+#       ######        #               #           ######    #     ###               #          ########  #             #
+#                     #               #           ######    #     ###               #                    #             #
+#                     #               #                     #                       #                    #             #
+###            d      #               #                     #                       #        k           #             #
+###                   #               #                     #                 ####  #                    #             #
+###                   #               #                     #                 ####  #                    #             #
+###                   # ####          #                     #                 ####  #               ###  #             #
+#              c      # ####          #                     #                       #        j      ###  #             #
+#                     #               #                     #                       #                    #             #
+##############   #############   ###########  ########################   ###################   ###########    ##   ##  #
+#                                                 ##                                                     #    ##   ##  #
+#                                                                                                                      #
+#  a           b                                       e                                     i        l                #
+#                                                                                                          m           #
+#                                                                                       #                              #
+#     ##############  ################################   ###########################################     #             #
+#     #                           #                                         #                      #     #             #
+#     #                           #                    f                    #                      #     #             #
+#     # ###                       #                         h               #             ##       #     #             #
+#     # ###                       #                                         #             ##       #     #    ##   ##  #
+#     # ###                       #         #                     #         #             ##       #     #    ##   ##  #
+#     #                           #                                         #             ##       #     #             #
+#     #                           #               g                         #             ##       #     #             #
+#     #                           #                                         #             ##       #     #             #
+#     #             ########      #                    #                    #                      #     #             #
+#     #             ########      #                                         #                      #     #             #
+#     #                           #                                         #                      #     #             #
+#  z  ##############################################################################################  A  #  n          #
+##    #                                           #                                                #     #             #
+##    #                                           #         ########                               #     #    ##   ##  #
+#     #                                           #         ########                               #     #    ##   ##  #
+#     #                                           #                                                #     #             #
+#     #                  x                        #                                                #     #             #
+#     #                                           #                                                #     #             #
+#     #   ###                                     #                                         #####  #     #             #
+#     #   ###                                     #                                         #####  #     #             #
+#     #   ###                               ####  #                                         #####  #     #             #
+#     #   ###                w              ####  #                                                #     #             #
+#     #                                     ####  #                                                #     #             #
+#     #                                           #                                                #     #    ##   ##  #
+#     ######################   #################################################   #################     #    ##   ##  #
+#                                                                                                                      #
+#                                                                                                                      #
+#  y                         v                               s                             q          p    o           #
+#                                                                                                                      #
+#                                   ##                                                                   #             #
+############   #############################################   ###########################   #############             #
+#                             #                                         #                                #             #
+#                             #                     ##                  #                            ### #             #
+#                             #                     ##       t          #                  r         ### #    ##   ##  #
+#   ##                        #                     ##                  #                            ### #    ##   ##  #
+#   ##                        #                          u              #                            ### #             #
+#   ##                        #         ########                        #                                #             #
+#   ##                        #         ########                        #       ##########               #             #
+#   ##        #########       #                               ######    #       ##########               #             #
+#             #########       #                               ######    #                                #             #
+#                             #                                         #                                #             #
+########################################################################################################################
+)";
 }
 
 Result<FloorPlan> plan_from_picture(std::span<const std::uint8_t> pixels, int width, int height,

@@ -141,17 +141,13 @@ class VoxelSlice {
     mask_.height = 1 + static_cast<int>(extent.y() / params.voxel_m);
     count(voxels_m);
     for (const Vector2d& place : places_along({path_m.begin(), path_m.end()})) clear(place);
-    bar();
+    enclose();
   }
 
   [[nodiscard]] const Vector2d& origin_m() const { return origin_m_; }
   [[nodiscard]] Result<FloorPlan> plan() const { return FloorPlan::from_cells(mask_); }
 
  private:
-  [[nodiscard]] std::size_t index(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(mask_.width) +
-           static_cast<std::size_t>(column);
-  }
   [[nodiscard]] int column_of(double x) const {
     return static_cast<int>(std::floor((x - origin_m_.x()) / params_.voxel_m));
   }
@@ -160,10 +156,10 @@ class VoxelSlice {
   }
 
   void count(std::span<const Eigen::Vector3d> voxels_m) {
-    mask_.solid.assign(index(0, mask_.height), 0);
+    mask_.solid.assign(mask_.index(0, mask_.height), 0);
     for (const Eigen::Vector3d& v : voxels_m) {
       if (v.z() < params_.lowest_m || v.z() > params_.highest_m) continue;
-      std::uint8_t& cell = mask_.solid[index(column_of(v.x()), row_of(v.y()))];
+      std::uint8_t& cell = mask_.solid[mask_.index(column_of(v.x()), row_of(v.y()))];
       if (cell < 255) ++cell;
     }
     for (std::uint8_t& cell : mask_.solid) cell = cell >= params_.min_stacked ? 1 : 0;
@@ -174,14 +170,14 @@ class VoxelSlice {
     const int c = column_of(place.x()), r = row_of(place.y());
     for (int row = std::max(1, r - reach); row <= std::min(mask_.height - 2, r + reach); ++row)
       for (int col = std::max(1, c - reach); col <= std::min(mask_.width - 2, c + reach); ++col)
-        mask_.solid[index(col, row)] = 0;
+        mask_.solid[mask_.index(col, row)] = 0;
   }
 
-  void bar() {
+  void enclose() {
     for (int c = 0; c < mask_.width; ++c)
-      mask_.solid[index(c, 0)] = mask_.solid[index(c, mask_.height - 1)] = 1;
+      mask_.solid[mask_.index(c, 0)] = mask_.solid[mask_.index(c, mask_.height - 1)] = 1;
     for (int r = 0; r < mask_.height; ++r)
-      mask_.solid[index(0, r)] = mask_.solid[index(mask_.width - 1, r)] = 1;
+      mask_.solid[mask_.index(0, r)] = mask_.solid[mask_.index(mask_.width - 1, r)] = 1;
   }
 
   const VoxelWorldParams& params_;

@@ -1,13 +1,19 @@
 #pragma once
 
-// Recent headings of an axis of the unit: steps are detected with a delay.
+// Headings of a walk, the walking direction relative to the sensor, and the covariance of both.
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <numbers>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/pedestrian/parameters.hpp>
 
 namespace wayfare {
 
@@ -73,6 +79,87 @@ class WalkingHeading {
   LogTime last_;
   double unwrapped_ = 0.0, average_ = 0.0;
   bool started_ = false;
+};
+
+/// The body sways along the walking direction (Kourogi and Kurata 2003): the principal axis of the
+/// horizontal acceleration, relative to the sensor's heading. Its sign is that of the forward
+/// acceleration while the body rises. Coarse: a hand sways 15° off, so this is for arbitrary
+/// mounting, as in a pocket.
+class WalkingDirection {
+ public:
+  /// `memory_s`: averaging time, s of walking.
+  explicit WalkingDirection(double memory_s = 20.0) : memory_s_(memory_s) {}
+
+  /// Specific force in level world axes (z up) and the heading of the sensor's forward axis in
+  /// them, counter-clockwise from x.
+  void add(const Eigen::Vector3d& world_force, Angle sensor_heading, double dt) {
+    if (!(dt > 0.0) || !world_force.allFinite()) return;
+    constexpr double kLow_s = 0.23, kHigh_s = 0.053;  // 0.7 Hz and 3 Hz
+    if (!started_) slow_ = world_force;
+    started_ = true;
+    slow_ += std::min(1.0, dt / kLow_s) * (world_force - slow_);
+    const Eigen::Vector3d before = band_;
+    band_ += std::min(1.0, dt / kHigh_s) * (world_force - slow_ - band_);
+    const double rising = (band_.z() - before.z()) / dt;
+    const Eigen::Vector2d sway = Eigen::Rotation2Dd(-sensor_heading.radians()) * band_.head<2>();
+    const double part = std::min(1.0, dt / memory_s_);
+    spread_ += part * (sway * sway.transpose() - spread_);
+    drive_ += part * (rising * sway - drive_);
+  }
+
+  /// From the sensor's forward axis to the direction of walking, counter-clockwise.
+  [[nodiscard]] Angle offset() const {
+    const double angle = 0.5 * std::atan2(2.0 * spread_(0, 1), spread_(0, 0) - spread_(1, 1));
+    const Eigen::Vector2d axis(std::cos(angle), std::sin(angle));
+    return Angle::radians(axis.dot(drive_) < 0.0 ? angle + std::numbers::pi : angle).wrapped();
+  }
+  /// Ratio of the variances along and across the axis; one: undetermined.
+  [[nodiscard]] double variance_ratio() const {
+    const double half = 0.5 * spread_.trace();
+    const double d = std::hypot(0.5 * (spread_(0, 0) - spread_(1, 1)), spread_(0, 1));
+    return half - d > 0.0 ? (half + d) / (half - d) : 1.0;
+  }
+
+ private:
+  double memory_s_;
+  bool started_ = false;
+  Eigen::Vector3d slow_ = Eigen::Vector3d::Zero(), band_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix2d spread_ = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d drive_ = Eigen::Vector2d::Zero();
+};
+
+/// Covariance of a dead-reckoned pose. Independent errors of the steps accumulate as a random walk;
+/// common ones scale and rotate the whole path about its start.
+class WalkCovariance {
+ public:
+  explicit WalkCovariance(const PedestrianParameters& p)
+      : length2_(square(p.length_sigma)),
+        scale2_(square(p.length_scale_sigma)),
+        direction2_(square(p.direction_sigma)),
+        offset2_(square(p.direction_offset_sigma)) {}
+
+  /// Covariance of x, y and heading after a step of `length` along a unit vector, at `from_start`.
+  [[nodiscard]] Eigen::Matrix3d step(double length, const Eigen::Vector2d& along,
+                                     const Eigen::Vector2d& from_start, double heading_variance) {
+    const Eigen::Vector2d across(-along.y(), along.x());
+    independent_ += square(length) * (length2_ * along * along.transpose() +
+                                      direction2_ * across * across.transpose());
+    const Eigen::Vector2d sideways(-from_start.y(), from_start.x());
+    const double common = offset2_ + heading_variance;
+    Eigen::Matrix3d p;
+    p.topLeftCorner<2, 2>() = independent_ + scale2_ * from_start * from_start.transpose() +
+                              common * sideways * sideways.transpose();
+    p.topRightCorner<2, 1>() = common * sideways;
+    p.bottomLeftCorner<1, 2>() = common * sideways.transpose();
+    p(2, 2) = common + direction2_;
+    return p;
+  }
+
+ private:
+  static double square(double x) { return x * x; }
+
+  double length2_, scale2_, direction2_, offset2_;
+  Eigen::Matrix2d independent_ = Eigen::Matrix2d::Zero();
 };
 
 }  // namespace wayfare
