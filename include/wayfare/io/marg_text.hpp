@@ -46,7 +46,10 @@ struct MargFormat {
 
 /// Text with named columns; without the magnetometer's columns where no sample has a field.
 [[nodiscard]] std::string format_marg(std::span<const MargSample> samples);
-[[nodiscard]] Result<void> write_marg(const std::string& path, std::span<const MargSample> samples,
-                                      const WriteOptions& options = {});
+[[nodiscard]] inline Result<void> write_marg(const std::string& path,
+                                             std::span<const MargSample> samples,
+                                             const WriteOptions& options = {}) {
+  return write_file(path, format_marg(samples), options);
+}
 
 }  // namespace wayfare::io

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "io/text/stamp.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io::carmen {
 namespace {

@@ -229,9 +229,4 @@ class Writer {
 
 std::string format_carmen(const Recording& recording) { return Writer(recording).write(); }
 
-Result<void> write_carmen(const std::string& path, const Recording& recording,
-                          const WriteOptions& options) {
-  return write_file(path, format_carmen(recording), options);
-}
-
 }  // namespace wayfare::io

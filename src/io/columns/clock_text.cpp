@@ -4,7 +4,7 @@
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -30,9 +30,7 @@ Result<ClockFile> parse_clock(std::string_view all, const std::string& source,
 }
 
 Result<ClockFile> read_clock(const std::string& path, const ColumnFormat& format) {
-  return read_and_parse<ClockFile>(path, {}, [&](std::string_view text, const std::string& source) {
-    return parse_clock(text, source, format);
-  });
+  return read_and_parse(path, {}, parse_clock, format);
 }
 
 }  // namespace wayfare::io

@@ -7,7 +7,7 @@
 
 #include "io/columns/column_times.hpp"
 #include "io/columns/column_units.hpp"
-#include "io/text/stamp.hpp"
+#include "io/text/lines.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {
@@ -19,13 +19,13 @@ constexpr std::int64_t kWeek_s = 604800;
 
 /// The line without a leading comment character.
 std::string_view uncommented(std::string_view line) {
-  line = trimmed(line);
+  line = text::trimmed(line);
   while (!line.empty() && (line.front() == '#' || line.front() == '%')) line.remove_prefix(1);
-  return trimmed(line);
+  return text::trimmed(line);
 }
 
 bool is_comment(std::string_view line) {
-  const std::string_view l = trimmed(line);
+  const std::string_view l = text::trimmed(line);
   return l.empty() || l.front() == '#' || l.front() == '%';
 }
 
@@ -47,7 +47,7 @@ void split_fields(std::string_view line, std::vector<std::string_view>& fields) 
   }
   for (std::size_t end = 0; end != line.npos; line.remove_prefix(std::min(line.size(), end + 1))) {
     end = line.find_first_of(",;");
-    fields.push_back(trimmed(line.substr(0, end)));
+    fields.push_back(text::trimmed(line.substr(0, end)));
     if (end == line.npos) break;
   }
   if (fields.back().empty()) fields.pop_back();
@@ -183,8 +183,7 @@ std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow
                                  Problems& problems) const {
   std::vector<std::string_view> fields, texts(slots_.size());
   std::vector<double> numbers(slots_.size());
-  text::Lines lines(text_);
-  const auto read_line = [&](std::string_view line) -> std::string {
+  const auto read_line = [&](std::string_view line, const text::Lines& lines) -> std::string {
     split_fields(line, fields);
     if (fields.size() != column_count_)
       return "expected " + std::to_string(column_count_) + " fields, found " +
@@ -210,17 +209,10 @@ std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow
     }
     return take(row);
   };
-  std::size_t taken = 0;
-  for (std::string_view line; lines.next(line);) {
-    if (lines.number() <= first_line_ || is_comment(line)) continue;
-    std::string problem = read_line(line);
-    if (problem.empty()) {
-      ++taken;
-    } else {
-      problems.add(Error{ErrorCode::parse, std::move(problem), source_, lines.number()});
-    }
-  }
-  return taken;
+  const auto is_skipped = [&](std::string_view line, const text::Lines& lines) {
+    return lines.number() <= first_line_ || is_comment(line);
+  };
+  return for_each_line(text_, source_, problems, is_skipped, read_line);
 }
 
 }  // namespace wayfare::io

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <string>
 
-#include "io/text/stamp.hpp"
+#include "io/text/lines.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {

@@ -48,17 +48,11 @@ constexpr std::array kUnits = {
 
 }  // namespace
 
-std::string_view trimmed(std::string_view s) {
-  while (!s.empty() && text::is_space(s.front())) s.remove_prefix(1);
-  while (!s.empty() && text::is_space(s.back())) s.remove_suffix(1);
-  return s;
-}
-
 ColumnName split_name(std::string_view name) {
   const std::size_t bracket = name.find_first_of("[(");
   if (bracket != name.npos && (name.back() == ']' || name.back() == ')'))
-    return {trimmed(name.substr(0, bracket)),
-            trimmed(name.substr(bracket + 1, name.size() - bracket - 2))};
+    return {text::trimmed(name.substr(0, bracket)),
+            text::trimmed(name.substr(bracket + 1, name.size() - bracket - 2))};
   const std::size_t underscore = name.rfind('_');
   if (underscore == name.npos) return {name, {}};
   return {name.substr(0, underscore), name.substr(underscore + 1)};

@@ -26,7 +26,4 @@ struct ColumnName {
 /// "ax_g" or "ax [m/s^2]" or "ax(m/s^2)" as stem and unit.
 [[nodiscard]] ColumnName split_name(std::string_view name);
 
-/// Without white space at either end.
-[[nodiscard]] std::string_view trimmed(std::string_view s);
-
 }  // namespace wayfare::io

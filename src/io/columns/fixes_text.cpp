@@ -7,7 +7,7 @@
 
 #include "io/columns/column_rows.hpp"
 #include "io/columns/nav_columns.hpp"
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -94,9 +94,7 @@ Result<FixFile> parse_fixes(std::string_view all, const std::string& source,
 }
 
 Result<FixFile> read_fixes(const std::string& path, const ColumnFormat& format) {
-  return read_and_parse<FixFile>(path, {}, [&](std::string_view text, const std::string& source) {
-    return parse_fixes(text, source, format);
-  });
+  return read_and_parse(path, {}, parse_fixes, format);
 }
 
 std::string format_fixes(std::span<const GnssFix> fixes) {
@@ -119,11 +117,6 @@ std::string format_fixes(std::span<const GnssFix> fixes) {
     out += '\n';
   }
   return out;
-}
-
-Result<void> write_fixes(const std::string& path, std::span<const GnssFix> fixes,
-                         const WriteOptions& options) {
-  return write_file(path, format_fixes(fixes), options);
 }
 
 }  // namespace wayfare::io

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -48,7 +48,7 @@ Result<FloatTable> parse_float_table(std::string_view bytes, const std::string& 
 }
 
 Result<FloatTable> read_float_table(const std::string& path, const ReadOptions& options) {
-  return read_and_parse<FloatTable>(path, options, parse_float_table);
+  return read_and_parse(path, options, parse_float_table);
 }
 
 std::string format_float_table(std::span<const float> values, std::size_t columns) {

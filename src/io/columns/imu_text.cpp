@@ -5,7 +5,7 @@
 
 #include "io/columns/column_rows.hpp"
 #include "io/columns/nav_columns.hpp"
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -45,9 +45,7 @@ Result<ImuFile> parse_imu(std::string_view all, const std::string& source,
 }
 
 Result<ImuFile> read_imu(const std::string& path, const ColumnFormat& format) {
-  return read_and_parse<ImuFile>(path, {}, [&](std::string_view text, const std::string& source) {
-    return parse_imu(text, source, format);
-  });
+  return read_and_parse(path, {}, parse_imu, format);
 }
 
 std::vector<ImuSample> merge_imu_parts(std::span<const ImuSample> gyro,
@@ -84,11 +82,6 @@ std::string format_imu(std::span<const ImuSample> samples) {
     out += '\n';
   }
   return out;
-}
-
-Result<void> write_imu(const std::string& path, std::span<const ImuSample> samples,
-                       const WriteOptions& options) {
-  return write_file(path, format_imu(samples), options);
 }
 
 }  // namespace wayfare::io

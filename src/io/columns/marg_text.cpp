@@ -9,7 +9,7 @@
 
 #include "io/columns/column_rows.hpp"
 #include "io/columns/nav_columns.hpp"
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -94,9 +94,7 @@ Result<MargFile> parse_marg(std::string_view bytes, const std::string& source,
 }
 
 Result<MargFile> read_marg(const std::string& path, const MargFormat& format) {
-  return read_and_parse<MargFile>(path, {}, [&](std::string_view bytes, const std::string& source) {
-    return parse_marg(bytes, source, format);
-  });
+  return read_and_parse(path, {}, parse_marg, format);
 }
 
 std::string format_marg(std::span<const MargSample> samples) {
@@ -113,11 +111,6 @@ std::string format_marg(std::span<const MargSample> samples) {
     out += '\n';
   }
   return out;
-}
-
-Result<void> write_marg(const std::string& path, std::span<const MargSample> samples,
-                        const WriteOptions& options) {
-  return write_file(path, format_marg(samples), options);
 }
 
 }  // namespace wayfare::io

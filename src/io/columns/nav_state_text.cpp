@@ -6,7 +6,7 @@
 
 #include "io/columns/column_rows.hpp"
 #include "io/columns/nav_columns.hpp"
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -49,9 +49,7 @@ Result<NavFile> parse_nav(std::string_view all, const std::string& source,
 }
 
 Result<NavFile> read_nav(const std::string& path, const ColumnFormat& format) {
-  return read_and_parse<NavFile>(path, {}, [&](std::string_view text, const std::string& source) {
-    return parse_nav(text, source, format);
-  });
+  return read_and_parse(path, {}, parse_nav, format);
 }
 
 std::string format_nav(std::span<const NavState> trajectory) {
@@ -66,11 +64,6 @@ std::string format_nav(std::span<const NavState> trajectory) {
     out += '\n';
   }
   return out;
-}
-
-Result<void> write_nav(const std::string& path, std::span<const NavState> trajectory,
-                       const WriteOptions& options) {
-  return write_file(path, format_nav(trajectory), options);
 }
 
 }  // namespace wayfare::io

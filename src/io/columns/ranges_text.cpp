@@ -7,7 +7,7 @@
 
 #include "io/columns/column_rows.hpp"
 #include "io/columns/nav_columns.hpp"
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -75,10 +75,7 @@ Result<RangesFile> parse_ranges(std::string_view all, const std::string& source,
 }
 
 Result<RangesFile> read_ranges(const std::string& path, const ColumnFormat& format) {
-  return read_and_parse<RangesFile>(path, {},
-                                    [&](std::string_view text, const std::string& source) {
-                                      return parse_ranges(text, source, format);
-                                    });
+  return read_and_parse(path, {}, parse_ranges, format);
 }
 
 std::string format_ranges(std::span<const RangeEpoch> epochs) {
@@ -100,11 +97,6 @@ std::string format_ranges(std::span<const RangeEpoch> epochs) {
     }
   }
   return out;
-}
-
-Result<void> write_ranges(const std::string& path, std::span<const RangeEpoch> epochs,
-                          const WriteOptions& options) {
-  return write_file(path, format_ranges(epochs), options);
 }
 
 }  // namespace wayfare::io

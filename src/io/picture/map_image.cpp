@@ -156,15 +156,9 @@ Result<Image> parse_pgm(std::string_view bytes, const std::string& source) {
 
 namespace {
 
-std::string_view trimmed(std::string_view s) {
-  while (!s.empty() && text::is_space(s.front())) s.remove_prefix(1);
-  while (!s.empty() && text::is_space(s.back())) s.remove_suffix(1);
-  return s;
-}
-
 /// A scalar without its quotes and without a comment after it.
 std::string unquoted(std::string_view value) {
-  value = trimmed(value);
+  value = text::trimmed(value);
   if (!value.empty() && (value.front() == '\'' || value.front() == '"')) {
     const char quote = value.front();
     std::string result;
@@ -176,7 +170,7 @@ std::string unquoted(std::string_view value) {
     }
     return result;
   }
-  return std::string(trimmed(value.substr(0, value.find(" #"))));
+  return std::string(text::trimmed(value.substr(0, value.find(" #"))));
 }
 
 struct Entry {
@@ -191,7 +185,7 @@ std::optional<std::array<double, 3>> three_numbers(std::string_view list) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t comma = list.find(',');
     if ((comma == list.npos) != (i == 2)) return std::nullopt;
-    if (!text::to_number(trimmed(list.substr(0, comma)), v[i]) || !std::isfinite(v[i]))
+    if (!text::to_number(text::trimmed(list.substr(0, comma)), v[i]) || !std::isfinite(v[i]))
       return std::nullopt;
     if (comma != list.npos) list.remove_prefix(comma + 1);
   }
@@ -204,13 +198,13 @@ Result<MapYaml> parse_map_yaml(std::string_view all, const std::string& source) 
   std::map<std::string, Entry, std::less<>> entries;
   text::Lines lines(all);
   for (std::string_view line; lines.next(line);) {
-    line = trimmed(line);
+    line = text::trimmed(line);
     if (line.empty() || line.front() == '#' || line == "---") continue;
     const std::size_t colon = line.find(':');
     if (colon == line.npos)
       return Error{ErrorCode::parse, "expected 'key: value'", source, lines.number()};
-    entries[std::string(trimmed(line.substr(0, colon)))] = {unquoted(line.substr(colon + 1)),
-                                                            lines.number()};
+    entries[std::string(text::trimmed(line.substr(0, colon)))] = {unquoted(line.substr(colon + 1)),
+                                                                  lines.number()};
   }
   MapYaml yaml;
   const auto fault = [&](const char* key, const char* wanted) {

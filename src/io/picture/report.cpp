@@ -191,8 +191,4 @@ std::string Report::html() const {
   return out + body_ + "</main>\n</body>\n</html>\n";
 }
 
-Result<void> Report::write(const std::string& path, const WriteOptions& options) const {
-  return write_file(path, html(), options);
-}
-
 }  // namespace wayfare::io

@@ -8,7 +8,7 @@
 #include <wayfare/io/rinex.hpp>
 
 #include "io/rinex/rinex_text.hpp"
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {
@@ -281,10 +281,7 @@ Result<RinexNavigation> parse_rinex_navigation(std::string_view text, const std:
 
 Result<RinexNavigation> read_rinex_navigation(const std::string& path,
                                               const RinexOptions& options) {
-  return read_and_parse<RinexNavigation>(path, options.file,
-                                         [&](std::string_view text, const std::string& source) {
-                                           return parse_rinex_navigation(text, source, options);
-                                         });
+  return read_and_parse(path, options.file, parse_rinex_navigation, options);
 }
 
 }  // namespace wayfare::io

@@ -8,7 +8,7 @@
 
 #include "io/rinex/rinex_obs_header.hpp"
 #include "io/rinex/rinex_text.hpp"
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {
@@ -274,10 +274,7 @@ Result<RinexObservations> parse_rinex_observations(std::string_view text, const 
 
 Result<RinexObservations> read_rinex_observations(const std::string& path,
                                                   const RinexOptions& options) {
-  return read_and_parse<RinexObservations>(path, options.file,
-                                           [&](std::string_view text, const std::string& source) {
-                                             return parse_rinex_observations(text, source, options);
-                                           });
+  return read_and_parse(path, options.file, parse_rinex_observations, options);
 }
 
 }  // namespace wayfare::io

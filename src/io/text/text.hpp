@@ -15,6 +15,13 @@ namespace wayfare::io::text {
 
 inline bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
+/// Without blanks at either end.
+inline std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
 /// Splits text at '\n'; the last line may lack one.
 class Lines {
  public:

@@ -7,7 +7,7 @@
 
 #include <wayfare/core/detail/bytes.hpp>
 
-#include "io/text/pose_lines.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -49,7 +49,7 @@ Result<TimeTagFile> parse_time_tags(std::string_view bytes, const std::string& s
 }
 
 Result<TimeTagFile> read_time_tags(const std::string& path) {
-  return read_and_parse<TimeTagFile>(path, {}, parse_time_tags);
+  return read_and_parse(path, {}, parse_time_tags);
 }
 
 Result<ClockFit<LogClock>> fit_time_tags(const ImuFile& file, const TimeTagFile& tags) {
