@@ -1,14 +1,14 @@
 #include "io/columns/column_rows.hpp"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 
-#include "io/columns/column_times.hpp"
-#include "io/columns/column_units.hpp"
 #include "io/text/lines.hpp"
-#include "io/text/text.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -16,6 +16,124 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kGpsEpochUnix_s = 315964800;  // 1980-01-06
 constexpr std::int64_t kWeek_s = 604800;
+
+constexpr double kGravity_mps2 = 9.80665;
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Unit {
+  std::string_view name;
+  Dimension dimension = Dimension::none;
+  double factor = 1.0;  ///< to SI units; for times the number of decimals to shift
+};
+
+constexpr std::array kUnits = {
+    Unit{"m", Dimension::length, 1.0},
+    Unit{"cm", Dimension::length, 1e-2},
+    Unit{"mm", Dimension::length, 1e-3},
+    Unit{"km", Dimension::length, 1e3},
+    Unit{"mps", Dimension::speed, 1.0},
+    Unit{"m/s", Dimension::speed, 1.0},
+    Unit{"kmh", Dimension::speed, 1.0 / 3.6},
+    Unit{"km/h", Dimension::speed, 1.0 / 3.6},
+    Unit{"rad", Dimension::angle, 1.0},
+    Unit{"deg", Dimension::angle, kDegree},
+    Unit{"radps", Dimension::angular_rate, 1.0},
+    Unit{"rad/s", Dimension::angular_rate, 1.0},
+    Unit{"degps", Dimension::angular_rate, kDegree},
+    Unit{"deg/s", Dimension::angular_rate, kDegree},
+    Unit{"mps2", Dimension::acceleration, 1.0},
+    Unit{"m/s2", Dimension::acceleration, 1.0},
+    Unit{"m/s^2", Dimension::acceleration, 1.0},
+    Unit{"g", Dimension::acceleration, kGravity_mps2},
+    Unit{"mg", Dimension::acceleration, 1e-3 * kGravity_mps2},
+    // In microtesla, the usual unit of the Earth's field.
+    Unit{"uT", Dimension::magnetic_field, 1.0},
+    Unit{"nT", Dimension::magnetic_field, 1e-3},
+    Unit{"mT", Dimension::magnetic_field, 1e3},
+    Unit{"T", Dimension::magnetic_field, 1e6},
+    Unit{"G", Dimension::magnetic_field, 1e2},
+    Unit{"dbhz", Dimension::decibel_hertz, 1.0},
+    Unit{"s", Dimension::time, 0.0},
+    Unit{"ms", Dimension::time, 3.0},
+    Unit{"us", Dimension::time, 6.0},
+    Unit{"ns", Dimension::time, 9.0},
+};
+
+struct ColumnName {
+  std::string_view stem;
+  std::string_view unit;
+};
+
+/// "ax_g" or "ax [m/s^2]" or "ax(m/s^2)" as stem and unit.
+ColumnName split_name(std::string_view name) {
+  const std::size_t bracket = name.find_first_of("[(");
+  if (bracket != name.npos && (name.back() == ']' || name.back() == ')'))
+    return {text::trimmed(name.substr(0, bracket)),
+            text::trimmed(name.substr(bracket + 1, name.size() - bracket - 2))};
+  const std::size_t underscore = name.rfind('_');
+  if (underscore == name.npos) return {name, {}};
+  return {name.substr(0, underscore), name.substr(underscore + 1)};
+}
+
+/// Null where the unit is unknown.
+const Unit* find_unit(std::string_view name, Dimension dimension) {
+  const auto unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) {
+    return u.name == name && u.dimension == dimension;
+  });
+  return unit == kUnits.end() ? nullptr : &*unit;
+}
+
+/// The names of a dimension's units, for messages.
+std::string units_of(Dimension dimension) {
+  std::string list;
+  for (const Unit& u : kUnits) {
+    if (u.dimension != dimension) continue;
+    list += list.empty() ? "" : ", ";
+    list += u.name;
+  }
+  return list;
+}
+
+/// Whole numbers separated by `separator`: "2025/07/08".
+template <std::size_t kCount>
+bool whole_numbers(std::string_view token, char separator, std::array<int, kCount>& values) {
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const std::size_t end = i + 1 < kCount ? token.find(separator) : token.size();
+    if (end == token.npos || !text::to_number(token.substr(0, end), values[i])) return false;
+    token.remove_prefix(std::min(token.size(), end + 1));
+  }
+  return true;
+}
+
+/// A decimal number of 10^-decimals seconds, exact.
+std::optional<std::int64_t> decimal_ns(std::string_view token, int decimals) {
+  if (decimals == 0) return parse_nanoseconds(token);
+  if (token.find_first_of("eE") != token.npos) return std::nullopt;
+  return parse_nanoseconds(std::string(token) + "e-" + std::to_string(decimals));
+}
+
+/// Seconds from 1970-01-01 to midnight of "2025/07/08" or "2025-07-08".
+std::optional<std::int64_t> date_seconds(std::string_view token) {
+  std::array<int, 3> d{};
+  if (!whole_numbers(token, '/', d) && !whole_numbers(token, '-', d)) return std::nullopt;
+  if (d[0] < 1900 || d[0] > 2100 || d[1] < 1 || d[2] < 1) return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(d[0]),
+                                         std::chrono::month(static_cast<unsigned>(d[1])),
+                                         std::chrono::day(static_cast<unsigned>(d[2]))};
+  if (!date.ok()) return std::nullopt;
+  return std::int64_t{86400} * std::chrono::sys_days(date).time_since_epoch().count();
+}
+
+/// Nanoseconds of "19:34:18.499".
+std::optional<std::int64_t> clock_ns(std::string_view token) {
+  const std::size_t last = token.rfind(':');
+  std::array<int, 2> hm{};
+  if (last == token.npos || !whole_numbers(token.substr(0, last), ':', hm)) return std::nullopt;
+  const std::optional<std::int64_t> s = parse_nanoseconds(token.substr(last + 1));
+  if (!s || *s < 0 || *s >= 61 * kSecond_ns || hm[0] < 0 || hm[0] > 23 || hm[1] < 0 || hm[1] > 59)
+    return std::nullopt;
+  return (hm[0] * 3600 + hm[1] * 60) * kSecond_ns + *s;
+}
 
 /// The line without a leading comment character.
 std::string_view uncommented(std::string_view line) {
@@ -54,13 +172,15 @@ void split_fields(std::string_view line, std::vector<std::string_view>& fields) 
 }
 
 Result<ColumnRows> ColumnRows::open(std::string_view text, const std::string& source,
-                                    const ColumnFormat& format, std::span<const Quantity> wanted) {
+                                    const ColumnFormat& format, std::span<const Quantity> wanted,
+                                    std::size_t required) {
   ColumnRows rows;
   rows.text_ = text;
   rows.source_ = source;
   rows.leap_seconds_ = format.leap_seconds;
   for (const Quantity& quantity : wanted) rows.slots_.push_back({-1, 1.0, quantity});
   if (auto named = rows.name_columns(format); !named) return named.error();
+  if (auto present = rows.require(0, required); !present) return present.error();
   return rows;
 }
 

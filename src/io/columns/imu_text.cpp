@@ -4,8 +4,6 @@
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"
-#include "io/columns/nav_columns.hpp"
-#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -14,6 +12,8 @@ constexpr std::array kImu = {
     Quantity{"gx", Dimension::angular_rate}, Quantity{"gy", Dimension::angular_rate},
     Quantity{"gz", Dimension::angular_rate}, Quantity{"ax", Dimension::acceleration},
     Quantity{"ay", Dimension::acceleration}, Quantity{"az", Dimension::acceleration}};
+
+constexpr std::array kClock = {Quantity{"device", Dimension::time}};
 
 }  // namespace
 
@@ -82,6 +82,25 @@ std::string format_imu(std::span<const ImuSample> samples) {
     out += '\n';
   }
   return out;
+}
+
+Result<ClockFile> parse_clock(std::string_view all, const std::string& source,
+                              const ColumnFormat& format) {
+  const auto rows = ColumnRows::open(all, source, format, kClock, 1);
+  if (!rows) return rows.error();
+  ClockFile file;
+  const auto take = [&](const ColumnRow& row) -> std::string {
+    if (std::isnan(row.numbers[0])) return "the device's time is missing";
+    file.pairs.push_back({Time<DeviceClock>::from_seconds(row.numbers[0]), row.time});
+    return {};
+  };
+  if (rows->for_each(take, file.problems) == 0)
+    return no_content("pair of times", source, file.problems);
+  return file;
+}
+
+Result<ClockFile> read_clock(const std::string& path, const ColumnFormat& format) {
+  return read_and_parse(path, {}, parse_clock, format);
 }
 
 }  // namespace wayfare::io

@@ -8,8 +8,6 @@
 #include <wayfare/io/columns.hpp>
 
 #include "io/columns/column_rows.hpp"
-#include "io/columns/nav_columns.hpp"
-#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -32,9 +30,8 @@ MargReference reference_of(std::span<const double> v) {
 
 Result<MargFile> parse_rows(std::string_view text, const std::string& source,
                             const ColumnFormat& format) {
-  const auto rows = ColumnRows::open(text, source, format, kMarg);
+  const auto rows = ColumnRows::open(text, source, format, kMarg, kField);
   if (!rows) return rows.error();
-  if (auto present = rows->require(0, kField); !present) return present.error();
   MargFile file;
   file.has_magnetometer = rows->has(kField);
   if (file.has_magnetometer)

@@ -6,8 +6,6 @@
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"
-#include "io/columns/nav_columns.hpp"
-#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -55,9 +53,8 @@ std::string take_range(const ColumnRow& row, const ColumnRows& rows, CorrectedRa
 
 Result<RangesFile> parse_ranges(std::string_view all, const std::string& source,
                                 const ColumnFormat& format) {
-  const auto rows = ColumnRows::open(all, source, format, kRanges);
+  const auto rows = ColumnRows::open(all, source, format, kRanges, 8);
   if (!rows) return rows.error();
-  if (auto present = rows->require(0, 8); !present) return present.error();
   RangesFile file;
   const auto take = [&](const ColumnRow& row) -> std::string {
     CorrectedRange range;
