@@ -6,6 +6,8 @@
 
 #include <wayfare/logger/messages.hpp>
 
+#include "io/text/text.hpp"
+
 namespace wayfare::logger::text {
 
 using nlohmann::json;
@@ -13,8 +15,6 @@ using nlohmann::json;
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::string_view kBase64 =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 }  // namespace
 
@@ -49,29 +49,14 @@ std::string schema_json(const std::string& name, bool posed, const std::string& 
   return out + fields + "}}";
 }
 
-std::string to_base64(const std::vector<std::uint8_t>& bytes) {
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = std::uint32_t{bytes[i]} << 16;
-    if (i + 1 < bytes.size()) three |= std::uint32_t{bytes[i + 1]} << 8;
-    if (i + 2 < bytes.size()) three |= bytes[i + 2];
-    for (std::size_t k = 0; k < 4; ++k) {
-      const bool there = i + k <= bytes.size();
-      out += there ? kBase64[three >> (18 - 6 * k) & 63U] : '=';
-    }
-  }
-  return out;
-}
-
 std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
   std::vector<std::uint8_t> out;
   std::uint32_t bits = 0;
   int held = 0;
   while (!text.empty() && text.back() == '=') text.remove_suffix(1);
   for (const char c : text) {
-    const std::size_t value = kBase64.find(c);
-    if (value == kBase64.npos) return std::nullopt;
+    const std::size_t value = io::text::kBase64Digits.find(c);
+    if (value == text.npos) return std::nullopt;
     bits = bits << 6 | static_cast<std::uint32_t>(value);
     held += 6;
     if (held < 8) continue;

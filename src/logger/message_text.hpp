@@ -45,7 +45,6 @@ constexpr std::string_view kNoPose =
 [[nodiscard]] std::string schema_json(const std::string& name, bool posed,
                                       const std::string& fields);
 
-[[nodiscard]] std::string to_base64(const std::vector<std::uint8_t>& bytes);
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text);
 
 [[nodiscard]] std::optional<double> number(const nlohmann::json& from, const char* key);

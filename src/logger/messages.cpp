@@ -8,6 +8,7 @@
 
 #include <wayfare/core/detail/bytes.hpp>
 
+#include "io/text/text.hpp"
 #include "logger/message_text.hpp"
 
 namespace wayfare::logger {
@@ -110,16 +111,15 @@ std::string point_cloud_json(const RadarScan& scan, std::string_view frame) {
   out += R"(,"point_stride":20,"fields":[{"name":"x","offset":0,"type":7},)"
          R"({"name":"y","offset":4,"type":7},{"name":"z","offset":8,"type":7},)"
          R"({"name":"doppler","offset":12,"type":7},{"name":"snr","offset":16,"type":7}],"data":")";
-  std::vector<std::uint8_t> bytes(20 * scan.points.size());
-  for (std::size_t i = 0; i < scan.points.size(); ++i) {
-    const RadarPoint& p = scan.points[i];
-    std::size_t at = 20 * i;
+  std::string bytes;
+  for (const RadarPoint& p : scan.points) {
     for (const float v : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db}) {
-      decode::store_le(v, &bytes[at]);
-      at += 4;
+      std::uint8_t raw[sizeof v];
+      decode::store_le(v, raw);
+      bytes.append(raw, raw + sizeof v);
     }
   }
-  return out + to_base64(bytes) + R"("})";
+  return out + io::text::to_base64(bytes) + R"("})";
 }
 
 Result<RadarScan> parse_point_cloud(std::string_view text) {

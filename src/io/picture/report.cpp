@@ -1,7 +1,8 @@
 #include <wayfare/io/report.hpp>
 
-#include <cstdint>
 #include <utility>
+
+#include "io/text/text.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -50,23 +51,6 @@ svg path{fill:none;vector-effect:non-scaling-stroke;stroke-linejoin:round;stroke
 img{display:block;min-width:min(100%,620px);max-width:100%;max-height:900px;margin:0 auto}
 @media print{body{background:#fff}figure,.facts div{break-inside:avoid}}
 )";
-
-std::string base64(std::string_view bytes) {
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t block = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      block <<= 8;
-      if (i + k < bytes.size()) block |= static_cast<unsigned char>(bytes[i + k]);
-    }
-    for (std::size_t k = 0; k < 4; ++k)
-      out += i + k > bytes.size() ? '=' : kDigits[block >> (18 - 6 * k) & 63U];
-  }
-  return out;
-}
 
 /// Length of the leading UTF-8 character in bytes; 0 where it is invalid.
 std::size_t utf8_length(std::string_view s) {
@@ -178,7 +162,7 @@ Report& Report::image(const Image& image, const std::string& caption) {
   const Result<std::string> png = encode_png(image);
   if (!png) return paragraph(caption + ": " + png.error().to_string());
   body_ += "<figure>\n" + element("figcaption", caption) + "<img alt=\"" + escape_html(caption);
-  body_ += "\" src=\"data:image/png;base64," + base64(*png) + "\">\n</figure>\n";
+  body_ += "\" src=\"data:image/png;base64," + text::to_base64(*png) + "\">\n</figure>\n";
   return *this;
 }
 
