@@ -1,4 +1,4 @@
-#include "io/recording/block_compression.hpp"
+#include "io/recording/bytes.hpp"
 
 #include <limits>
 #include <optional>
