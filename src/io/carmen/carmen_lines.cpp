@@ -166,24 +166,30 @@ Result<ScanLine> LineParser::bare_laser(text::Tokens tokens) {
   return result;
 }
 
-Result<OdometryLine> LineParser::odom(text::Tokens tokens, bool terminated) {
-  OdometryLine result;
-  double values[6];
-  Result<void> done = numbers(tokens, values, 6, "pose, velocities and acceleration");
-  if (done) done = time_and_host(tokens, terminated, result.time);
+template <std::size_t kNumbers, class Make>
+auto LineParser::stamped(text::Tokens tokens, bool terminated, const char* what, const Make& make)
+    -> Result<decltype(make(nullptr, LogTime()))> {
+  double values[kNumbers];
+  LogTime time;
+  Result<void> done = numbers(tokens, values, kNumbers, what);
+  if (done) done = time_and_host(tokens, terminated, time);
   if (!done) return done.error();
-  result.pose = pose(values);
-  return result;
+  return make(values, time);
 }
 
-Result<OdometryLine> LineParser::bare_odometry(text::Tokens tokens) {
-  OdometryLine result;
+Result<OdometrySample> LineParser::odom(text::Tokens tokens, bool terminated) {
+  return stamped<6>(tokens, terminated, "pose, velocities and acceleration",
+                    [](const double* v, LogTime time) {
+                      return OdometrySample{time, Transform2<frame::Odom, frame::Base>(pose(v))};
+                    });
+}
+
+Result<OdometrySample> LineParser::bare_odometry(text::Tokens tokens) {
   double values[3];
   const Result<void> done = numbers(tokens, values, 3, "x, y, heading");
   if (!done) return done.error();
   if (!tokens.at_end()) return fault("more fields than the line should have");
-  result.pose = pose(values);
-  return result;
+  return OdometrySample{{}, Transform2<frame::Odom, frame::Base>(pose(values))};
 }
 
 Result<RadarScan> LineParser::radar(text::Tokens tokens, bool terminated) {
@@ -210,32 +216,22 @@ Result<RadarScan> LineParser::radar(text::Tokens tokens, bool terminated) {
 }
 
 Result<WheelSample> LineParser::wheels(text::Tokens tokens, bool terminated) {
-  double rolled_m[2];
-  WheelSample sample;
-  Result<void> done = numbers(tokens, rolled_m, 2, "left and right wheel");
-  if (done) done = time_and_host(tokens, terminated, sample.time);
-  if (!done) return done.error();
-  sample.left_m = rolled_m[0];
-  sample.right_m = rolled_m[1];
-  return sample;
+  return stamped<2>(tokens, terminated, "left and right wheel", [](const double* v, LogTime time) {
+    return WheelSample{time, v[0], v[1]};
+  });
 }
 
 Result<GyroSample> LineParser::gyro(text::Tokens tokens, bool terminated) {
-  GyroSample sample;
-  Result<void> done = numbers(tokens, &sample.turn_rate_rad_s, 1, "turn rate");
-  if (done) done = time_and_host(tokens, terminated, sample.time);
-  if (!done) return done.error();
-  return sample;
+  return stamped<1>(tokens, terminated, "turn rate", [](const double* v, LogTime time) {
+    return GyroSample{time, v[0]};
+  });
 }
 
 Result<StampedPose> LineParser::true_pose(text::Tokens tokens, bool terminated) {
-  double poses[6];
-  StampedPose sample;
-  Result<void> done = numbers(tokens, poses, 6, "true pose and pose by odometry");
-  if (done) done = time_and_host(tokens, terminated, sample.time);
-  if (!done) return done.error();
-  sample.T_map_base = Transform2<frame::Map, frame::Base>(pose(poses));
-  return sample;
+  return stamped<6>(tokens, terminated, "true pose and pose by odometry",
+                    [](const double* v, LogTime time) {
+                      return StampedPose{time, Transform2<frame::Map, frame::Base>(pose(v))};
+                    });
 }
 
 }  // namespace wayfare::io::carmen

@@ -29,12 +29,6 @@ struct ScanLine {
   std::optional<SE2d> robot_pose;
 };
 
-struct OdometryLine {
-  std::size_t line = 0;
-  LogTime time;
-  SE2d pose;
-};
-
 /// A measurement and its line number.
 template <class T>
 struct Measured {
@@ -52,14 +46,14 @@ class LineParser {
   /// `Laser n r1..rn`, time left at zero.
   Result<ScanLine> bare_laser(text::Tokens tokens);
   /// ODOM.
-  Result<OdometryLine> odom(text::Tokens tokens, bool terminated);
+  Result<OdometrySample> odom(text::Tokens tokens, bool terminated);
   /// RADAR, WHEELS, GYRO and TRUEPOS.
   Result<RadarScan> radar(text::Tokens tokens, bool terminated);
   Result<WheelSample> wheels(text::Tokens tokens, bool terminated);
   Result<GyroSample> gyro(text::Tokens tokens, bool terminated);
   Result<StampedPose> true_pose(text::Tokens tokens, bool terminated);
   /// `Odometry x y θ`, time left at zero.
-  static Result<OdometryLine> bare_odometry(text::Tokens tokens);
+  static Result<OdometrySample> bare_odometry(text::Tokens tokens);
 
   /// Ranges of the last scan that were not finite or negative; they are NaN in it.
   [[nodiscard]] std::size_t invalid_ranges() const { return invalid_ranges_; }
@@ -70,6 +64,10 @@ class LineParser {
  private:
   Result<void> ranges(text::Tokens& tokens, std::vector<float>& values);
   Result<void> time_and_host(text::Tokens& tokens, bool terminated, LogTime& time);
+  /// `make(numbers, time)` of a line of numbers, `what`, and the time.
+  template <std::size_t kNumbers, class Make>
+  auto stamped(text::Tokens tokens, bool terminated, const char* what, const Make& make)
+      -> Result<decltype(make(nullptr, LogTime()))>;
 
   std::size_t invalid_ranges_ = 0;
   std::size_t invalid_points_ = 0;

@@ -31,7 +31,7 @@ void LineCollector::take(std::string_view line, std::size_t number, bool termina
   if (tag == "RAWLASER1" || tag == "RAWLASER2") {
     return take_scan(parser_.robot_laser(tokens, false, terminated), scans[kRawLaser]);
   }
-  if (tag == "ODOM") return take_odometry(parser_.odom(tokens, terminated));
+  if (tag == "ODOM") return take_sample(parser_.odom(tokens, terminated), lines_.odometry);
   if (tag == "RADAR") return take_radar(tokens);
   if (tag == "WHEELS") return take_sample(parser_.wheels(tokens, terminated), lines_.wheels);
   if (tag == "GYRO") return take_sample(parser_.gyro(tokens, terminated), lines_.gyro);
@@ -47,12 +47,6 @@ void LineCollector::take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to) 
   note_invalid_ranges(scan->scan.ranges_m.size());
   scan->line = line_;
   to.push_back(std::move(*scan));
-}
-
-void LineCollector::take_odometry(Result<OdometryLine> odometry) {
-  if (!odometry) return skip(odometry.error());
-  odometry->line = line_;
-  lines_.odometry.push_back(*odometry);
 }
 
 void LineCollector::take_radar(text::Tokens tokens) {
@@ -75,23 +69,22 @@ void LineCollector::take_sample(Result<T> sample, std::vector<Measured<T>>& to) 
 void LineCollector::take_bare_laser(text::Tokens tokens) {
   const LogTime time = LogTime() + options_.pair_period * pairs_++;
   if (bare_pose_) {
-    bare_pose_->time = time;
+    bare_pose_->value.time = time;
     lines_.pair_odometry.push_back(*bare_pose_);
   }
   Result<ScanLine> scan = parser_.bare_laser(tokens);
   if (scan) {
     scan->scan.time = time;
-    if (bare_pose_) scan->robot_pose = scan->laser_pose = bare_pose_->pose;
+    if (bare_pose_) scan->robot_pose = scan->laser_pose = bare_pose_->value.T_odom_base.raw();
   }
   bare_pose_.reset();
   take_scan(std::move(scan), lines_.front[kPair]);
 }
 
 void LineCollector::take_bare_odometry(text::Tokens tokens) {
-  const Result<OdometryLine> odometry = LineParser::bare_odometry(tokens);
+  const Result<OdometrySample> odometry = LineParser::bare_odometry(tokens);
   if (!odometry) return skip(odometry.error());
-  bare_pose_ = *odometry;
-  bare_pose_->line = line_;
+  bare_pose_ = {line_, *odometry};
 }
 
 void LineCollector::take_parameter(text::Tokens& tokens) {

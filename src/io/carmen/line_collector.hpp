@@ -7,14 +7,38 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <wayfare/io/carmen.hpp>
 
-#include "io/carmen/carmen_faults.hpp"
 #include "io/carmen/carmen_lines.hpp"
 
 namespace wayfare::io::carmen {
+
+/// Adds to a log's problems.
+class Faults {
+ public:
+  Faults(std::string source, CarmenLog& log) : source_(std::move(source)), log_(log) {}
+
+  /// Reports a problem of a line that is used.
+  void note(Error error, std::size_t line) {
+    error.source = source_;
+    error.line = line;
+    log_.problems.add(std::move(error));
+  }
+  /// Reports a problem of a line that is skipped.
+  void skip(Error error, std::size_t line) {
+    note(std::move(error), line);
+    ++log_.statistics.skipped_lines;
+  }
+
+  [[nodiscard]] const std::string& source() const { return source_; }
+
+ private:
+  std::string source_;
+  CarmenLog& log_;
+};
 
 /// Types of scan lines, in order of preference: a log with two types contains the same scans twice.
 enum Kind : std::size_t { kRobotLaser, kFrontLaser, kRawLaser, kPair, kKinds };
@@ -24,8 +48,8 @@ using ScansByKind = std::array<std::vector<ScanLine>, kKinds>;
 /// In the order of the file.
 struct LogLines {
   ScansByKind front, rear;
-  std::vector<OdometryLine> odometry;
-  std::vector<OdometryLine> pair_odometry;  ///< of the `Odometry`/`Laser` pairs
+  std::vector<Measured<OdometrySample>> odometry;
+  std::vector<Measured<OdometrySample>> pair_odometry;  ///< of the `Odometry`/`Laser` pairs
   std::vector<Measured<RadarScan>> radar;
   std::vector<Measured<WheelSample>> wheels;
   std::vector<Measured<GyroSample>> gyro;
@@ -45,7 +69,6 @@ class LineCollector {
 
  private:
   void take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to);
-  void take_odometry(Result<OdometryLine> odometry);
   void take_radar(text::Tokens tokens);
   template <class T>
   void take_sample(Result<T> sample, std::vector<Measured<T>>& to);
@@ -62,7 +85,7 @@ class LineCollector {
   CarmenLog& log_;
   LineParser parser_;
   LogLines lines_;
-  std::optional<OdometryLine> bare_pose_;  // of the current pair
+  std::optional<Measured<OdometrySample>> bare_pose_;  // of the current pair
   int pairs_ = 0;
   std::size_t lines_with_invalid_ranges_ = 0;
   std::size_t lines_with_invalid_points_ = 0;
