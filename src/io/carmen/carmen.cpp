@@ -11,7 +11,7 @@
 #include <wayfare/io/time_text.hpp>
 
 #include "io/carmen/carmen_laser.hpp"
-#include "io/carmen/line_collector.hpp"
+#include "io/carmen/carmen_lines.hpp"
 
 namespace wayfare::io {
 namespace {
