@@ -26,38 +26,36 @@ struct Unit {
   double factor = 1.0;  ///< to SI units; for times the number of decimals to shift
 };
 
-constexpr std::array kUnits = {
-    Unit{"m", Dimension::length, 1.0},
-    Unit{"cm", Dimension::length, 1e-2},
-    Unit{"mm", Dimension::length, 1e-3},
-    Unit{"km", Dimension::length, 1e3},
-    Unit{"mps", Dimension::speed, 1.0},
-    Unit{"m/s", Dimension::speed, 1.0},
-    Unit{"kmh", Dimension::speed, 1.0 / 3.6},
-    Unit{"km/h", Dimension::speed, 1.0 / 3.6},
-    Unit{"rad", Dimension::angle, 1.0},
-    Unit{"deg", Dimension::angle, kDegree},
-    Unit{"radps", Dimension::angular_rate, 1.0},
-    Unit{"rad/s", Dimension::angular_rate, 1.0},
-    Unit{"degps", Dimension::angular_rate, kDegree},
-    Unit{"deg/s", Dimension::angular_rate, kDegree},
-    Unit{"mps2", Dimension::acceleration, 1.0},
-    Unit{"m/s2", Dimension::acceleration, 1.0},
-    Unit{"m/s^2", Dimension::acceleration, 1.0},
-    Unit{"g", Dimension::acceleration, kGravity_mps2},
-    Unit{"mg", Dimension::acceleration, 1e-3 * kGravity_mps2},
-    // In microtesla, the usual unit of the Earth's field.
-    Unit{"uT", Dimension::magnetic_field, 1.0},
-    Unit{"nT", Dimension::magnetic_field, 1e-3},
-    Unit{"mT", Dimension::magnetic_field, 1e3},
-    Unit{"T", Dimension::magnetic_field, 1e6},
-    Unit{"G", Dimension::magnetic_field, 1e2},
-    Unit{"dbhz", Dimension::decibel_hertz, 1.0},
-    Unit{"s", Dimension::time, 0.0},
-    Unit{"ms", Dimension::time, 3.0},
-    Unit{"us", Dimension::time, 6.0},
-    Unit{"ns", Dimension::time, 9.0},
-};
+/// Magnetic fields are in microtesla, the usual unit of the Earth's.
+constexpr Unit kUnits[] = {{"m", Dimension::length, 1.0},
+                           {"cm", Dimension::length, 1e-2},
+                           {"mm", Dimension::length, 1e-3},
+                           {"km", Dimension::length, 1e3},
+                           {"mps", Dimension::speed, 1.0},
+                           {"m/s", Dimension::speed, 1.0},
+                           {"kmh", Dimension::speed, 1.0 / 3.6},
+                           {"km/h", Dimension::speed, 1.0 / 3.6},
+                           {"rad", Dimension::angle, 1.0},
+                           {"deg", Dimension::angle, kDegree},
+                           {"radps", Dimension::angular_rate, 1.0},
+                           {"rad/s", Dimension::angular_rate, 1.0},
+                           {"degps", Dimension::angular_rate, kDegree},
+                           {"deg/s", Dimension::angular_rate, kDegree},
+                           {"mps2", Dimension::acceleration, 1.0},
+                           {"m/s2", Dimension::acceleration, 1.0},
+                           {"m/s^2", Dimension::acceleration, 1.0},
+                           {"g", Dimension::acceleration, kGravity_mps2},
+                           {"mg", Dimension::acceleration, 1e-3 * kGravity_mps2},
+                           {"uT", Dimension::magnetic_field, 1.0},
+                           {"nT", Dimension::magnetic_field, 1e-3},
+                           {"mT", Dimension::magnetic_field, 1e3},
+                           {"T", Dimension::magnetic_field, 1e6},
+                           {"G", Dimension::magnetic_field, 1e2},
+                           {"dbhz", Dimension::decibel_hertz, 1.0},
+                           {"s", Dimension::time, 0.0},
+                           {"ms", Dimension::time, 3.0},
+                           {"us", Dimension::time, 6.0},
+                           {"ns", Dimension::time, 9.0}};
 
 struct ColumnName {
   std::string_view stem;
@@ -77,10 +75,10 @@ ColumnName split_name(std::string_view name) {
 
 /// Null where the unit is unknown.
 const Unit* find_unit(std::string_view name, Dimension dimension) {
-  const auto unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) {
+  const auto* unit = std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit& u) {
     return u.name == name && u.dimension == dimension;
   });
-  return unit == kUnits.end() ? nullptr : &*unit;
+  return unit == std::end(kUnits) ? nullptr : unit;
 }
 
 /// The names of a dimension's units, for messages.

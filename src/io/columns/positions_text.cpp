@@ -92,18 +92,15 @@ void append_position(std::string& out, const Geodetic& p) {
   append_numbers(out, {p.latitude.degrees(), p.longitude.degrees(), p.height_m});
 }
 
-constexpr std::array kFix = {
-    Quantity{"lat", Dimension::angle},    Quantity{"lon", Dimension::angle},
-    Quantity{"h", Dimension::length},     Quantity{"sn", Dimension::length},
-    Quantity{"se", Dimension::length},    Quantity{"sd", Dimension::length},
-    Quantity{"sne", Dimension::length},   Quantity{"seu", Dimension::length},
-    Quantity{"sun", Dimension::length},   Quantity{"vn", Dimension::speed},
-    Quantity{"ve", Dimension::speed},     Quantity{"vd", Dimension::speed},
-    Quantity{"svn", Dimension::speed},    Quantity{"sve", Dimension::speed},
-    Quantity{"svd", Dimension::speed},    Quantity{"vu", Dimension::speed},
-    Quantity{"sh", Dimension::length},    Quantity{"sv_h", Dimension::length},
-    Quantity{"speed", Dimension::speed},  Quantity{"course", Dimension::angle},
-    Quantity{"sspeed", Dimension::speed}, Quantity{"q", Dimension::none}};
+constexpr Quantity kFix[] = {
+    {"lat", Dimension::angle},   {"lon", Dimension::angle},    {"h", Dimension::length},
+    {"sn", Dimension::length},   {"se", Dimension::length},    {"sd", Dimension::length},
+    {"sne", Dimension::length},  {"seu", Dimension::length},   {"sun", Dimension::length},
+    {"vn", Dimension::speed},    {"ve", Dimension::speed},     {"vd", Dimension::speed},
+    {"svn", Dimension::speed},   {"sve", Dimension::speed},    {"svd", Dimension::speed},
+    {"vu", Dimension::speed},    {"sh", Dimension::length},    {"sv_h", Dimension::length},
+    {"speed", Dimension::speed}, {"course", Dimension::angle}, {"sspeed", Dimension::speed},
+    {"q", Dimension::none}};
 
 /// Variances from standard deviations.
 Eigen::Matrix3d variances(const Eigen::Vector3d& sigma) { return sigma.cwiseAbs2().asDiagonal(); }
@@ -200,12 +197,11 @@ std::string format_fixes(std::span<const GnssFix> fixes) {
 
 namespace {
 
-constexpr std::array kNav = {
-    Quantity{"lat", Dimension::angle},  Quantity{"lon", Dimension::angle},
-    Quantity{"h", Dimension::length},   Quantity{"vn", Dimension::speed},
-    Quantity{"ve", Dimension::speed},   Quantity{"vd", Dimension::speed},
-    Quantity{"roll", Dimension::angle}, Quantity{"pitch", Dimension::angle},
-    Quantity{"yaw", Dimension::angle},  Quantity{"vu", Dimension::speed}};
+constexpr Quantity kNav[] = {{"lat", Dimension::angle},  {"lon", Dimension::angle},
+                             {"h", Dimension::length},   {"vn", Dimension::speed},
+                             {"ve", Dimension::speed},   {"vd", Dimension::speed},
+                             {"roll", Dimension::angle}, {"pitch", Dimension::angle},
+                             {"yaw", Dimension::angle},  {"vu", Dimension::speed}};
 
 }  // namespace
 

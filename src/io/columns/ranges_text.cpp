@@ -12,13 +12,13 @@ namespace {
 
 constexpr std::string_view kSystemLetters = "GREC";  // in the order of GnssSystem
 
-constexpr std::array kRanges = {
-    Quantity{"sat", Dimension::text},         Quantity{"x", Dimension::length},
-    Quantity{"y", Dimension::length},         Quantity{"z", Dimension::length},
-    Quantity{"vx", Dimension::speed},         Quantity{"vy", Dimension::speed},
-    Quantity{"vz", Dimension::speed},         Quantity{"range", Dimension::length},
-    Quantity{"rate", Dimension::speed},       Quantity{"range_sigma", Dimension::length},
-    Quantity{"rate_sigma", Dimension::speed}, Quantity{"cn0", Dimension::decibel_hertz}};
+constexpr Quantity kRanges[] = {
+    {"sat", Dimension::text},         {"x", Dimension::length},
+    {"y", Dimension::length},         {"z", Dimension::length},
+    {"vx", Dimension::speed},         {"vy", Dimension::speed},
+    {"vz", Dimension::speed},         {"range", Dimension::length},
+    {"rate", Dimension::speed},       {"range_sigma", Dimension::length},
+    {"rate_sigma", Dimension::speed}, {"cn0", Dimension::decibel_hertz}};
 
 std::optional<SatelliteId> satellite(std::string_view token) {
   if (token.size() < 2) return std::nullopt;

@@ -245,12 +245,7 @@ struct BagReader::Impl {
   }
 };
 
-BagReader::BagReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-BagReader::BagReader(BagReader&&) noexcept = default;
-BagReader& BagReader::operator=(BagReader&&) noexcept = default;
-BagReader::~BagReader() = default;
-
-Result<BagReader> BagReader::from(std::unique_ptr<Impl> impl) {
+Result<BagReader> BagReader::from(std::shared_ptr<Impl> impl) {
   std::string buffer;
   const auto magic = impl->source->fetch(0, bag::kMagic.size(), buffer);
   if (!magic || *magic != bag::kMagic) {
@@ -273,13 +268,13 @@ Result<BagReader> BagReader::open(const std::string& path, const BagReadOptions&
     if (!content) return content.error();
     return parse(std::move(content->bytes), path, options);
   }
-  return from(std::unique_ptr<Impl>(new Impl{std::move(*source), path, options}));
+  return from(std::make_shared<Impl>(Impl{std::move(*source), path, options}));
 }
 
 Result<BagReader> BagReader::parse(std::string bytes, const std::string& source,
                                    const BagReadOptions& options) {
   return from(
-      std::unique_ptr<Impl>(new Impl{std::make_unique<Source>(std::move(bytes)), source, options}));
+      std::make_shared<Impl>(Impl{std::make_unique<Source>(std::move(bytes)), source, options}));
 }
 
 const BagContents& BagReader::contents() const { return impl_->contents; }

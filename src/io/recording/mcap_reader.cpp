@@ -95,12 +95,7 @@ struct McapReader::Impl {
   }
 };
 
-McapReader::McapReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-McapReader::McapReader(McapReader&&) noexcept = default;
-McapReader& McapReader::operator=(McapReader&&) noexcept = default;
-McapReader::~McapReader() = default;
-
-Result<McapReader> McapReader::from(std::unique_ptr<Impl> impl) {
+Result<McapReader> McapReader::from(std::shared_ptr<Impl> impl) {
   if (!impl->has_magic())
     return Error{ErrorCode::parse, "does not begin as an MCAP recording does", impl->name};
   impl->index = mcap::make_index(*impl->source, impl->name, impl->options);
@@ -110,13 +105,13 @@ Result<McapReader> McapReader::from(std::unique_ptr<Impl> impl) {
 Result<McapReader> McapReader::open(const std::string& path, const McapReadOptions& options) {
   auto source = Source::open(path);
   if (!source) return source.error();
-  return from(std::unique_ptr<Impl>(new Impl{std::move(*source), path, options}));
+  return from(std::make_shared<Impl>(Impl{std::move(*source), path, options}));
 }
 
 Result<McapReader> McapReader::parse(std::string bytes, const std::string& source,
                                      const McapReadOptions& options) {
   return from(
-      std::unique_ptr<Impl>(new Impl{std::make_unique<Source>(std::move(bytes)), source, options}));
+      std::make_shared<Impl>(Impl{std::make_unique<Source>(std::move(bytes)), source, options}));
 }
 
 const McapContents& McapReader::contents() const { return impl_->index.contents; }
