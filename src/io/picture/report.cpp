@@ -84,6 +84,8 @@ std::string legend(const Plot& plot) {
 }  // namespace
 
 std::string escape_html(std::string_view text) {
+  constexpr std::string_view kSpecial = "&<>\"'";
+  constexpr const char* kEntities[] = {"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
@@ -92,16 +94,8 @@ std::string escape_html(std::string_view text) {
     const bool control = static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t';
     if (length == 0 || control || c == 0x7f) {
       out += "\ufffd";
-    } else if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '"') {
-      out += "&quot;";
-    } else if (c == '\'') {
-      out += "&#39;";
+    } else if (const std::size_t i = kSpecial.find(c); i != kSpecial.npos) {
+      out += kEntities[i];
     } else {
       out += text.substr(0, length);
     }

@@ -37,12 +37,6 @@ struct McapReader::Impl {
   McapReadOptions options;
   mcap::Index index = {};
 
-  [[nodiscard]] bool has_magic() const {
-    std::string buffer;
-    const auto magic = source->fetch(0, mcap::kMagic.size(), buffer);
-    return magic && *magic == mcap::kMagic;
-  }
-
   void read_through(const McapQuery& query, const mcap::Messages::Sink& sink,
                     Problems& problems) const {
     mcap::Description description = index.known;
@@ -96,7 +90,8 @@ struct McapReader::Impl {
 };
 
 Result<McapReader> McapReader::from(std::shared_ptr<Impl> impl) {
-  if (!impl->has_magic())
+  std::string buffer;
+  if (impl->source->fetch(0, mcap::kMagic.size(), buffer) != mcap::kMagic)
     return Error{ErrorCode::parse, "does not begin as an MCAP recording does", impl->name};
   impl->index = mcap::make_index(*impl->source, impl->name, impl->options);
   return McapReader(std::move(impl));

@@ -38,42 +38,31 @@ Eigen::Matrix3d turned(const Eigen::Matrix3d& covariance) {
   return turn * covariance * turn.transpose();
 }
 
-/// Offset and type of a number in each point.
-struct Field {
-  std::size_t offset = 0;
-  std::uint8_t datatype = 0;
-};
-
-constexpr std::size_t kSizes[] = {0, 1, 1, 2, 2, 4, 4, 4, 8};
-
 template <class T>
 double number_at(const std::uint8_t* bytes, bool big_endian) {
   return static_cast<double>(big_endian ? decode::load_be<T>(bytes) : decode::load_le<T>(bytes));
 }
 
-double value_of(const Field& field, const std::uint8_t* point, bool big) {
-  const std::uint8_t* at = point + field.offset;
-  switch (field.datatype) {
-    case 1:
-      return number_at<std::int8_t>(at, big);
-    case 2:
-      return number_at<std::uint8_t>(at, big);
-    case 3:
-      return number_at<std::int16_t>(at, big);
-    case 4:
-      return number_at<std::uint16_t>(at, big);
-    case 5:
-      return number_at<std::int32_t>(at, big);
-    case 6:
-      return number_at<std::uint32_t>(at, big);
-    case 7:
-      return number_at<float>(at, big);
-    case 8:
-      return number_at<double>(at, big);
-    default:
-      return 0.0;
-  }
-}
+/// The types of numbers in a point, by their constants in sensor_msgs/PointField.
+struct NumberType {
+  std::size_t size = 0;
+  double (*read)(const std::uint8_t* bytes, bool big_endian) = nullptr;
+};
+constexpr NumberType kTypes[] = {{},
+                                 {1, number_at<std::int8_t>},
+                                 {1, number_at<std::uint8_t>},
+                                 {2, number_at<std::int16_t>},
+                                 {2, number_at<std::uint16_t>},
+                                 {4, number_at<std::int32_t>},
+                                 {4, number_at<std::uint32_t>},
+                                 {4, number_at<float>},
+                                 {8, number_at<double>}};
+
+/// Offset and type of a number in each point.
+struct Field {
+  std::size_t offset = 0;
+  std::uint8_t datatype = 0;
+};
 
 /// The first of `names` among the fields; a field beyond the end of the point is not valid.
 std::optional<Field> field_of(const PointCloud2& cloud,
@@ -81,7 +70,7 @@ std::optional<Field> field_of(const PointCloud2& cloud,
   for (const std::string_view name : names)
     for (const PointField& f : cloud.fields_of_point) {
       if (f.name != name || f.datatype < 1 || f.datatype > 8) continue;
-      const std::size_t size = kSizes[f.datatype];
+      const std::size_t size = kTypes[f.datatype].size;
       if (cloud.point_step >= size && f.offset <= cloud.point_step - size)
         return Field{f.offset, f.datatype};
     }
@@ -163,7 +152,8 @@ Result<wayfare::RadarScan> radar_scan_of(const PointCloud2& cloud, LogTime time)
       const std::uint8_t* point =
           cloud.data.data() + row * cloud.row_step + column * cloud.point_step;
       const auto get = [&](const std::optional<Field>& f) {
-        return f ? static_cast<float>(value_of(*f, point, cloud.is_bigendian)) : 0.0F;
+        if (!f) return 0.0F;
+        return static_cast<float>(kTypes[f->datatype].read(point + f->offset, cloud.is_bigendian));
       };
       const RadarPoint p{get(x), get(y), get(z), get(speed), get(strength)};
       if (is_finite(p)) scan.points.push_back(p);

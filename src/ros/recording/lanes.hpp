@@ -38,13 +38,21 @@ class Lanes {
   void add(const std::string& topic, std::vector<Value>& out, Convert convert,
            Need need = Need::required) {
     if (topic.empty()) return;
-    if (need == Need::optional) lanes_[topic].leave_out = [&out] { out.clear(); };
-    add_raw<M>(topic, [&out, convert](const M& message, LogTime time) -> Result<void> {
-      Result<Value> value = convert(message, time);
+    Lane& lane = lanes_[topic];
+    if (need == Need::optional) lane.leave_out = [&out] { out.clear(); };
+    lane.stamped = true;
+    lane.take = [this, &out, convert](const RecordedMessage& raw, Lane& own) -> Result<void> {
+      const auto message = from_bytes<M>(raw.data, raw.topic.dialect);
+      if (!message) return message.error();
+      const bool by_receipt = names_.stamps == StampSource::received;
+      const auto time = by_receipt ? Result<LogTime>(raw.received) : time_of(message->header.stamp);
+      if (!time) return time.error();
+      Result<Value> value = convert(*message, *time);
       if (!value) return value.error();
       out.push_back(*std::move(value));
+      own.late.push_back(*time - raw.received);
       return {};
-    });
+    };
     sort_.push_back([&out] {
       std::stable_sort(out.begin(), out.end(),
                        [](const Value& a, const Value& b) { return a.time < b.time; });
@@ -74,21 +82,6 @@ class Lanes {
     std::vector<Duration> late;  ///< stamp minus receipt, of each message used
     std::optional<Error> first_fault;
   };
-
-  template <class M>
-  void add_raw(const std::string& topic, std::function<Result<void>(const M&, LogTime)> use) {
-    lanes_[topic].stamped = true;
-    lanes_[topic].take = [this, use](const RecordedMessage& raw, Lane& lane) -> Result<void> {
-      const auto message = from_bytes<M>(raw.data, raw.topic.dialect);
-      if (!message) return message.error();
-      const bool by_receipt = names_.stamps == StampSource::received;
-      const auto time = by_receipt ? Result<LogTime>(raw.received) : time_of(message->header.stamp);
-      if (!time) return time.error();
-      if (auto used = use(*message, *time); !used) return used;
-      lane.late.push_back(*time - raw.received);
-      return {};
-    };
-  }
 
   [[nodiscard]] Result<void> check_clocks(io::Problems& problems);
   [[nodiscard]] static Result<void> refuse(const Lane& lane, Error fault, io::Problems& problems);

@@ -88,18 +88,16 @@ struct TurnRate {
   Eigen::Vector3d rate_radps;
 };
 
-Result<void> mount_laser(Recording& r, const LevelMounting& mounting) {
+void mount_laser(Recording& r, const LevelMounting& mounting) {
   r.T_base_laser = Transform2<frame::Base, frame::Laser>(mounting.T_base_sensor.raw());
   if (mounting.upside_down)
     for (wayfare::LaserScan& scan : r.scans) scan = turned_over(std::move(scan));
-  return {};
 }
 
-Result<void> mount_radar(Recording& r, const LevelMounting& mounting) {
+void mount_radar(Recording& r, const LevelMounting& mounting) {
   r.T_base_radar = Transform2<frame::Base, frame::Radar>(mounting.T_base_sensor.raw());
   if (mounting.upside_down)
     for (wayfare::RadarScan& scan : r.radar) scan = turned_over(std::move(scan));
-  return {};
 }
 
 /// The robot's turn rate, for any mounting of the unit; without a transform its z axis points up.
@@ -119,11 +117,12 @@ void mount_unit(RobotRun& run, const std::vector<TurnRate>& rates, const Layout&
 Result<void> mount_sensors(RobotRun& run, const Layout& layout, const std::string& base,
                            const Frames& frames) {
   const auto mount = [&](bool there, const std::optional<std::string>& frame,
-                         Result<void> (*as)(Recording&, const LevelMounting&)) -> Result<void> {
+                         void (*as)(Recording&, const LevelMounting&)) -> Result<void> {
     if (!there) return {};
     const auto mounting = mounting_of(layout.tree, base, frame.value_or(""), run.problems);
     if (!mounting) return mounting.error();
-    return as(run.recording, *mounting);
+    as(run.recording, *mounting);
+    return {};
   };
   auto done = mount(!run.recording.scans.empty(), frames.scan, mount_laser);
   return done ? mount(!run.recording.radar.empty(), frames.radar, mount_radar) : done;
