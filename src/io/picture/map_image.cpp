@@ -99,18 +99,14 @@ std::string format_map_yaml(const GridImage& grid, const std::string& image_name
   // A name in single quotes may contain any character; a quote in it is doubled.
   std::string name;
   for (const char c : image_name) name.append(c == '\'' ? 2 : 1, c);
-  std::string out = "image: '" + name + "'\nresolution: ";
-  text::append_number(out, grid.resolution_m);
-  out += "\norigin: [";
-  text::append_number(out, grid.origin.x());
-  out += ", ";
-  text::append_number(out, grid.origin.y());
-  out += ", ";
-  text::append_number(out, grid.origin.heading().radians());
-  out += "]\nnegate: 0\noccupied_thresh: ";
-  text::append_number(out, options.occupied_threshold);
-  out += "\nfree_thresh: ";
-  text::append_number(out, options.free_threshold);
+  std::string out = "image: '" + name + "'";
+  const auto add = [&](const char* key, double value) { text::append_number(out += key, value); };
+  add("\nresolution: ", grid.resolution_m);
+  add("\norigin: [", grid.origin.x());
+  add(", ", grid.origin.y());
+  add(", ", grid.origin.heading().radians());
+  add("]\nnegate: 0\noccupied_thresh: ", options.occupied_threshold);
+  add("\nfree_thresh: ", options.free_threshold);
   return out += '\n';
 }
 

@@ -45,7 +45,6 @@ double tick_step(const Range& range, double count) {
 }
 
 std::string tick_text(double value, double step) {
-  std::string out;
   const double magnitude = std::max(std::abs(value), step);
   if (magnitude >= 1e7 || magnitude < 1e-5) {
     char buffer[40];
@@ -54,8 +53,7 @@ std::string tick_text(double value, double step) {
     return std::string(buffer, end);
   }
   const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
-  text::append_fixed(out, std::abs(value) < 0.5 * step ? 0.0 : value, decimals);
-  return out;
+  return text::fixed(std::abs(value) < 0.5 * step ? 0.0 : value, decimals);
 }
 
 /// The plot area and the mapping of data to it.
@@ -97,11 +95,7 @@ Frame frame_of(const Plot& plot) {
   return frame;
 }
 
-std::string fixed(double v) {
-  std::string out;
-  text::append_fixed(out, v, 1);
-  return out;
-}
+std::string fixed(double v) { return text::fixed(v, 1); }
 
 std::string point(double x, double y) { return fixed(x) + ' ' + fixed(y); }
 

@@ -120,12 +120,12 @@ void append_numbers(std::string& out, const Numbers& numbers) {
   }
 }
 
-/// Appends `value` with a fixed number of decimals.
-inline void append_fixed(std::string& out, double value, int decimals) {
+/// `value` with a fixed number of decimals.
+inline std::string fixed(double value, int decimals) {
   char buffer[400];
   const auto [end, error] =
       std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
-  out.append(buffer, end);
+  return {buffer, end};
 }
 
 inline constexpr std::string_view kBase64Digits =
