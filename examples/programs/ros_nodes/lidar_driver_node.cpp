@@ -7,7 +7,7 @@
 #include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/ros/convert.hpp>
 
-#include "device.hpp"
+#include "node_program.hpp"
 
 int main(int argc, char** argv) {
   using namespace wayfare;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -50,7 +49,7 @@ using Known =
 
 struct Channel {
   Kind kind;
-  std::unique_ptr<ros::RawPublisher> publisher;
+  ros::RawPublisher publisher;
 };
 
 std::map<std::string, Channel> advertise(ros::Node& node, const ros::RecordingFile& file,
@@ -80,7 +79,7 @@ Result<void> wait_for_listeners(ros::Node& node, const std::map<std::string, Cha
     const auto channel = channels.find(topic);
     if (channel == channels.end())
       return Error{ErrorCode::not_found, "is not a topic that is played", topic};
-    while (node.ok() && channel->second.publisher->subscribers() == 0) {
+    while (node.ok() && channel->second.publisher.subscribers() == 0) {
       if (steady_s() > until_s) return Error{ErrorCode::not_found, "has no subscribers", topic};
       node.spin(0.02);
     }
@@ -108,7 +107,7 @@ Result<std::size_t> play(ros::Node& node, const ros::RecordingFile& file, const 
     while (node.ok() && steady_s() < due_s) node.spin(std::min(0.05, due_s - steady_s()));
     auto bytes = channel.kind.to_ros1(m.data, m.topic.dialect);
     if (!bytes) return damaged = bytes.error(), true;
-    channel.publisher->publish(*bytes);
+    channel.publisher.publish(*bytes);
     ++sent;
     return node.ok();
   });

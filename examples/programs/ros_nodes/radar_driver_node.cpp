@@ -8,7 +8,7 @@
 #include <wayfare/logger/streams.hpp>
 #include <wayfare/ros/convert.hpp>
 
-#include "device.hpp"
+#include "node_program.hpp"
 
 namespace {
 

@@ -87,36 +87,20 @@ Result<void> complete(Arguments& a) {
   return examples::check_grid(a.slam.slam.grid);
 }
 
-/// The topics published.
-class Outputs {
- public:
-  explicit Outputs(ros::Node& node)
-      : node_(node),
-        map_(node.latched_publisher<ros::OccupancyGrid>("map")),
-        path_(node.latched_publisher<ros::Path>("path")),
-        pose_(node.publisher<ros::PoseStamped>("pose")),
-        tf_(node.publisher<ros::TfMessage>("/tf")) {}
-
-  void publish(const ros::SlamNodeOutput& out) {
-    if (!out.transforms.empty()) tf_.publish({out.transforms});
-    for (const ros::PoseStamped& pose : out.poses) pose_.publish(pose);
-    if (out.path) path_.publish(*out.path);
-    if (out.map) map_.publish(*out.map);
-    examples::say_all(node_, out.notices);
-  }
-
- private:
-  ros::Node& node_;
-  ros::Publisher<ros::OccupancyGrid> map_;
-  ros::Publisher<ros::Path> path_;
-  ros::Publisher<ros::PoseStamped> pose_;
-  ros::Publisher<ros::TfMessage> tf_;
-};
-
 void run(ros::Node& node, const ros::SlamNodeOptions& options) {
   constexpr std::uint32_t kQueue = 2000;
   ros::SlamNode slam(options);
-  Outputs outputs(node);
+  auto map = node.latched_publisher<ros::OccupancyGrid>("map");
+  auto path = node.latched_publisher<ros::Path>("path");
+  auto poses = node.publisher<ros::PoseStamped>("pose");
+  auto transforms = node.publisher<ros::TfMessage>("/tf");
+  const auto publish = [&](const ros::SlamNodeOutput& out) {
+    if (!out.transforms.empty()) transforms.publish({out.transforms});
+    for (const ros::PoseStamped& pose : out.poses) poses.publish(pose);
+    if (out.path) path.publish(*out.path);
+    if (out.map) map.publish(*out.map);
+    examples::say_all(node, out.notices);
+  };
   bool clock_checked = false;
   node.subscribe<ros::TfMessage>("/tf_static", kQueue, [&](const auto& m) { slam.add(m); });
   node.subscribe<ros::TfMessage>("/tf", kQueue, [&](const auto& m) { slam.add(m); });
@@ -135,7 +119,7 @@ void run(ros::Node& node, const ros::SlamNodeOptions& options) {
   }
   while (node.ok()) {
     node.spin(slam.busy() ? 0.0 : 0.05);
-    outputs.publish(slam.work(steady_s()));
+    publish(slam.work(steady_s()));
   }
 }
 

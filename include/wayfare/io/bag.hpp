@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
@@ -51,7 +52,7 @@ struct BagContents {
   Problems problems;        ///< each with its byte offset
 };
 
-/// A bag opened for reading.
+/// A bag opened for reading; copies share it.
 class BagReader {
  public:
   /// Errors: cannot be read; does not begin as a bag of version 2.0 does. Everything else is
@@ -61,9 +62,6 @@ class BagReader {
   /// The same for bytes in memory; `source` names them in messages.
   [[nodiscard]] static Result<BagReader> parse(std::string bytes, const std::string& source,
                                                const BagReadOptions& options = {});
-  BagReader(BagReader&&) noexcept;
-  BagReader& operator=(BagReader&&) noexcept;
-  ~BagReader();
 
   [[nodiscard]] const BagContents& contents() const;
 
@@ -74,10 +72,10 @@ class BagReader {
 
  private:
   struct Impl;
-  explicit BagReader(std::unique_ptr<Impl> impl);
-  [[nodiscard]] static Result<BagReader> from(std::unique_ptr<Impl> impl);
+  explicit BagReader(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+  [[nodiscard]] static Result<BagReader> from(std::shared_ptr<Impl> impl);
 
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<const Impl> impl_;
 };
 
 /// Builds a bag in memory: the head of the file contains the position of its index, so that it is

@@ -119,7 +119,9 @@ struct CarmenLog {
 /// others as ROBOTLASER1. Numbers read back to the same bits; times are exact, with nine decimals.
 [[nodiscard]] std::string format_carmen(const Recording& recording);
 
-[[nodiscard]] Result<void> write_carmen(const std::string& path, const Recording& recording,
-                                        const WriteOptions& options = {});
+[[nodiscard]] inline Result<void> write_carmen(const std::string& path, const Recording& recording,
+                                               const WriteOptions& options = {}) {
+  return write_file(path, format_carmen(recording), options);
+}
 
 }  // namespace wayfare::io

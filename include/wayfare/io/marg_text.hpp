@@ -49,8 +49,11 @@ struct MargFormat {
 
 /// Text with named columns; without the magnetometer's columns where no sample has a field.
 [[nodiscard]] std::string format_marg(std::span<const MargSample> samples);
-[[nodiscard]] Result<void> write_marg(const std::string& path, std::span<const MargSample> samples,
-                                      const WriteOptions& options = {});
+[[nodiscard]] inline Result<void> write_marg(const std::string& path,
+                                             std::span<const MargSample> samples,
+                                             const WriteOptions& options = {}) {
+  return write_file(path, format_marg(samples), options);
+}
 
 /// Root mean squares of an estimator's errors over the moving samples with a reference.
 template <AttitudeEstimator Estimator>

@@ -14,6 +14,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <wayfare/core/result.hpp>
@@ -88,7 +89,7 @@ struct McapContents {
   Problems problems;                             ///< each with its byte offset
 };
 
-/// A recording opened for reading.
+/// A recording opened for reading; copies share it.
 class McapReader {
  public:
   /// Errors: cannot be read; does not begin as an MCAP file does. Everything else is reported as a
@@ -98,9 +99,6 @@ class McapReader {
   /// The same for bytes in memory; `source` names them in messages.
   [[nodiscard]] static Result<McapReader> parse(std::string bytes, const std::string& source,
                                                 const McapReadOptions& options = {});
-  McapReader(McapReader&&) noexcept;
-  McapReader& operator=(McapReader&&) noexcept;
-  ~McapReader();
 
   [[nodiscard]] const McapContents& contents() const;
 
@@ -112,10 +110,10 @@ class McapReader {
 
  private:
   struct Impl;
-  explicit McapReader(std::unique_ptr<Impl> impl);
-  [[nodiscard]] static Result<McapReader> from(std::unique_ptr<Impl> impl);
+  explicit McapReader(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
+  [[nodiscard]] static Result<McapReader> from(std::shared_ptr<Impl> impl);
 
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<const Impl> impl_;
 };
 
 struct McapWriterOptions {

@@ -111,14 +111,26 @@ struct ClockFile {
 [[nodiscard]] std::string format_fixes(std::span<const GnssFix> fixes);
 [[nodiscard]] std::string format_nav(std::span<const NavState> trajectory);
 
-[[nodiscard]] Result<void> write_imu(const std::string& path, std::span<const ImuSample> samples,
-                                     const WriteOptions& options = {});
-[[nodiscard]] Result<void> write_ranges(const std::string& path, std::span<const RangeEpoch> epochs,
-                                        const WriteOptions& options = {});
-[[nodiscard]] Result<void> write_fixes(const std::string& path, std::span<const GnssFix> fixes,
-                                       const WriteOptions& options = {});
-[[nodiscard]] Result<void> write_nav(const std::string& path, std::span<const NavState> trajectory,
-                                     const WriteOptions& options = {});
+[[nodiscard]] inline Result<void> write_imu(const std::string& path,
+                                            std::span<const ImuSample> samples,
+                                            const WriteOptions& options = {}) {
+  return write_file(path, format_imu(samples), options);
+}
+[[nodiscard]] inline Result<void> write_ranges(const std::string& path,
+                                               std::span<const RangeEpoch> epochs,
+                                               const WriteOptions& options = {}) {
+  return write_file(path, format_ranges(epochs), options);
+}
+[[nodiscard]] inline Result<void> write_fixes(const std::string& path,
+                                              std::span<const GnssFix> fixes,
+                                              const WriteOptions& options = {}) {
+  return write_file(path, format_fixes(fixes), options);
+}
+[[nodiscard]] inline Result<void> write_nav(const std::string& path,
+                                            std::span<const NavState> trajectory,
+                                            const WriteOptions& options = {}) {
+  return write_file(path, format_nav(trajectory), options);
+}
 
 /// At `time`, GPS time by the computer's clock, this number of bytes of the stream had arrived.
 struct TimeTag {

@@ -78,7 +78,10 @@ class Report {
   Report& image(const Image& image, const std::string& caption);
 
   [[nodiscard]] std::string html() const;
-  [[nodiscard]] Result<void> write(const std::string& path, const WriteOptions& options = {}) const;
+  [[nodiscard]] Result<void> write(const std::string& path,
+                                   const WriteOptions& options = {}) const {
+    return write_file(path, html(), options);
+  }
 
  private:
   std::string title_;

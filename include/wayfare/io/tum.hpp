@@ -42,12 +42,16 @@ struct TumFile {
 [[nodiscard]] std::string format_tum(std::span<const StampedPose> trajectory);
 [[nodiscard]] std::string format_tum(std::span<const StampedPose3> trajectory);
 
-[[nodiscard]] Result<void> write_tum(const std::string& path,
-                                     std::span<const StampedPose> trajectory,
-                                     const WriteOptions& options = {});
-[[nodiscard]] Result<void> write_tum(const std::string& path,
-                                     std::span<const StampedPose3> trajectory,
-                                     const WriteOptions& options = {});
+[[nodiscard]] inline Result<void> write_tum(const std::string& path,
+                                            std::span<const StampedPose> trajectory,
+                                            const WriteOptions& options = {}) {
+  return write_file(path, format_tum(trajectory), options);
+}
+[[nodiscard]] inline Result<void> write_tum(const std::string& path,
+                                            std::span<const StampedPose3> trajectory,
+                                            const WriteOptions& options = {}) {
+  return write_file(path, format_tum(trajectory), options);
+}
 
 struct RelationsFile {
   std::vector<eval::Relation> relations;  ///< z, roll and pitch are ignored

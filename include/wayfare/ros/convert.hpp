@@ -84,6 +84,8 @@ struct LevelMounting {
                                                       double max_tilt_rad = 0.1);
 /// Converts the scan of a laser mounted upside down to that of an upright one at the same position.
 [[nodiscard]] wayfare::LaserScan turned_over(wayfare::LaserScan scan);
+/// The same for a radar.
+[[nodiscard]] wayfare::RadarScan turned_over(wayfare::RadarScan scan);
 
 /// The time is the middle of the sweep, if the message has the sweep's duration. A clockwise scan
 /// is converted to counter-clockwise. Bearings are single precision in the message: each is

@@ -35,8 +35,7 @@ struct Header {
   Stamp stamp;
   std::string frame_id = {};
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a.ros1_only("seq", m.seq), a("stamp", m.stamp), a("frame_id", m.frame_id);
   }
 };
@@ -45,30 +44,21 @@ struct Vector3 {
   static constexpr MessageType kType{"geometry_msgs/Vector3"};
   double x = 0.0, y = 0.0, z = 0.0;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("x", m.x), a("y", m.y), a("z", m.z);
-  }
+  static void fields(auto& m, auto& a) { a("x", m.x), a("y", m.y), a("z", m.z); }
 };
 
 struct Point {
   static constexpr MessageType kType{"geometry_msgs/Point"};
   double x = 0.0, y = 0.0, z = 0.0;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("x", m.x), a("y", m.y), a("z", m.z);
-  }
+  static void fields(auto& m, auto& a) { a("x", m.x), a("y", m.y), a("z", m.z); }
 };
 
 struct Quaternion {
   static constexpr MessageType kType{"geometry_msgs/Quaternion"};
   double x = 0.0, y = 0.0, z = 0.0, w = 0.0;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("x", m.x), a("y", m.y), a("z", m.z), a("w", m.w);
-  }
+  static void fields(auto& m, auto& a) { a("x", m.x), a("y", m.y), a("z", m.z), a("w", m.w); }
 };
 
 struct Pose {
@@ -76,8 +66,7 @@ struct Pose {
   Point position;
   Quaternion orientation;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("position", m.position), a("orientation", m.orientation);
   }
 };
@@ -88,10 +77,7 @@ struct PoseStamped {
   Header header;
   Pose pose;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("header", m.header), a("pose", m.pose);
-  }
+  static void fields(auto& m, auto& a) { a("header", m.header), a("pose", m.pose); }
 };
 
 /// Covariance row by row of x, y, z and rotations about x, y, z.
@@ -100,20 +86,14 @@ struct PoseWithCovariance {
   Pose pose;
   std::array<double, 36> covariance = {};
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("pose", m.pose), a("covariance", m.covariance);
-  }
+  static void fields(auto& m, auto& a) { a("pose", m.pose), a("covariance", m.covariance); }
 };
 
 struct Twist {
   static constexpr MessageType kType{"geometry_msgs/Twist"};
   Vector3 linear, angular;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("linear", m.linear), a("angular", m.angular);
-  }
+  static void fields(auto& m, auto& a) { a("linear", m.linear), a("angular", m.angular); }
 };
 
 struct TwistWithCovariance {
@@ -121,10 +101,7 @@ struct TwistWithCovariance {
   Twist twist;
   std::array<double, 36> covariance = {};
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("twist", m.twist), a("covariance", m.covariance);
-  }
+  static void fields(auto& m, auto& a) { a("twist", m.twist), a("covariance", m.covariance); }
 };
 
 struct TransformParts {
@@ -132,8 +109,7 @@ struct TransformParts {
   Vector3 translation;
   Quaternion rotation;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("translation", m.translation), a("rotation", m.rotation);
   }
 };
@@ -145,8 +121,7 @@ struct TransformStamped {
   std::string child_frame_id = {};
   TransformParts transform;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("header", m.header), a("child_frame_id", m.child_frame_id), a("transform", m.transform);
   }
 };
@@ -155,10 +130,7 @@ struct TfMessage {
   static constexpr MessageType kType{"tf2_msgs/TFMessage", "94810edda583a504dfda3829e70d7eec"};
   std::vector<TransformStamped> transforms = {};
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("transforms", m.transforms);
-  }
+  static void fields(auto& m, auto& a) { a("transforms", m.transforms); }
 };
 
 }  // namespace wayfare::ros

@@ -23,8 +23,7 @@ struct LaserScan {
   std::vector<float> ranges = {};
   std::vector<float> intensities = {};  ///< as many as ranges, or empty
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("header", m.header), a("angle_min", m.angle_min), a("angle_max", m.angle_max);
     a("angle_increment", m.angle_increment), a("time_increment", m.time_increment);
     a("scan_time", m.scan_time), a("range_min", m.range_min), a("range_max", m.range_max);
@@ -43,8 +42,7 @@ struct PointField {
   std::uint8_t datatype = 0;  ///< one of the constants above
   std::uint32_t count = 0;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("name", m.name), a("offset", m.offset), a("datatype", m.datatype), a("count", m.count);
   }
 };
@@ -59,8 +57,7 @@ struct PointCloud2 {
   std::vector<std::uint8_t> data = {};
   bool is_dense = false;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("header", m.header), a("height", m.height), a("width", m.width);
     a("fields", m.fields_of_point), a("is_bigendian", m.is_bigendian);
     a("point_step", m.point_step), a("row_step", m.row_step), a("data", m.data);
@@ -79,8 +76,7 @@ struct Imu {
   Vector3 linear_acceleration;  ///< specific force, m/s²
   std::array<double, 9> linear_acceleration_covariance = {};
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("header", m.header), a("orientation", m.orientation);
     a("orientation_covariance", m.orientation_covariance);
     a("angular_velocity", m.angular_velocity);
@@ -97,8 +93,7 @@ struct MagneticField {
   Vector3 magnetic_field;  ///< tesla; NaN if not measured
   std::array<double, 9> magnetic_field_covariance = {};
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("header", m.header), a("magnetic_field", m.magnetic_field);
     a("magnetic_field_covariance", m.magnetic_field_covariance);
   }
@@ -114,10 +109,7 @@ struct NavSatStatus {
   std::int8_t status = 0;
   std::uint16_t service = 0;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("status", m.status), a("service", m.service);
-  }
+  static void fields(auto& m, auto& a) { a("status", m.status), a("service", m.service); }
 };
 
 struct NavSatFix {
@@ -132,8 +124,7 @@ struct NavSatFix {
   std::array<double, 9> position_covariance = {};  ///< east, north, up; m²
   std::uint8_t position_covariance_type = 0;       ///< one of the constants above
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("header", m.header), a("status", m.status), a("latitude", m.latitude);
     a("longitude", m.longitude), a("altitude", m.altitude);
     a("position_covariance", m.position_covariance);
@@ -149,8 +140,7 @@ struct Odometry {
   PoseWithCovariance pose;
   TwistWithCovariance twist;
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("header", m.header), a("child_frame_id", m.child_frame_id);
     a("pose", m.pose), a("twist", m.twist);
   }
@@ -161,10 +151,7 @@ struct Path {
   Header header;
   std::vector<PoseStamped> poses = {};
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
-    a("header", m.header), a("poses", m.poses);
-  }
+  static void fields(auto& m, auto& a) { a("header", m.header), a("poses", m.poses); }
 };
 
 struct MapMetaData {
@@ -174,8 +161,7 @@ struct MapMetaData {
   std::uint32_t width = 0, height = 0;
   Pose origin;  ///< of the corner of cell (0, 0)
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("map_load_time", m.map_load_time), a("resolution", m.resolution), a("width", m.width);
     a("height", m.height), a("origin", m.origin);
   }
@@ -188,8 +174,7 @@ struct OccupancyGrid {
   MapMetaData info;
   std::vector<std::int8_t> data = {};
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("header", m.header), a("info", m.info), a("data", m.data);
   }
 };
@@ -203,8 +188,7 @@ struct RadarScan {
   std::vector<float> intensities = {};        ///< dB over the noise
   std::vector<float> velocities = {};         ///< m/s along the beam, positive away
 
-  template <class Self, class Archive>
-  static void fields(Self& m, Archive& a) {
+  static void fields(auto& m, auto& a) {
     a("header", m.header), a("width", m.width), a("x", m.x), a("y", m.y), a("z", m.z);
     a("intensities", m.intensities), a("velocities", m.velocities);
   }

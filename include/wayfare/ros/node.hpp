@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <string>
 #include <utility>
 
@@ -22,12 +21,12 @@ template <Message M>
 template <Message M>
 class Publisher {
  public:
-  explicit Publisher(std::unique_ptr<RawPublisher> raw) : raw_(std::move(raw)) {}
-  void publish(const M& message) { raw_->publish(to_ros1(message)); }
-  [[nodiscard]] std::size_t subscribers() const { return raw_->subscribers(); }
+  explicit Publisher(RawPublisher raw) : raw_(std::move(raw)) {}
+  void publish(const M& message) { raw_.publish(to_ros1(message)); }
+  [[nodiscard]] std::size_t subscribers() const { return raw_.subscribers(); }
 
  private:
-  std::unique_ptr<RawPublisher> raw_;
+  RawPublisher raw_;
 };
 
 class Node : public RawNode {

@@ -1,39 +1,139 @@
 #include <wayfare/io/carmen.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 
-#include "io/carmen/carmen_faults.hpp"
+#include <wayfare/io/time_text.hpp>
+
 #include "io/carmen/carmen_laser.hpp"
-#include "io/carmen/carmen_order.hpp"
-#include "io/carmen/line_collector.hpp"
-#include "io/text/text.hpp"
+#include "io/carmen/carmen_lines.hpp"
 
 namespace wayfare::io {
 namespace {
 
-using carmen::OdometryLine;
+using carmen::Faults;
+using carmen::Measured;
 using carmen::ScanLine;
+
+std::int64_t time_of(const ScanLine& line) { return line.scan.time.nanoseconds(); }
+template <class T>
+std::int64_t time_of(const Measured<T>& line) {
+  return line.value.time.nanoseconds();
+}
+
+/// The elements of `times` to keep: a longest non-decreasing subsequence (patience sorting), so
+/// that one wrong stamp costs one line and not all after it.
+std::vector<bool> largest_ordered_set(const std::vector<std::int64_t>& times) {
+  constexpr auto kNone = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> tails, previous(times.size(), kNone);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const auto pile =
+        std::upper_bound(tails.begin(), tails.end(), times[i],
+                         [&](std::int64_t t, std::size_t tail) { return t < times[tail]; });
+    if (pile != tails.begin()) previous[i] = *(pile - 1);
+    if (pile == tails.end()) {
+      tails.push_back(i);
+    } else {
+      *pile = i;
+    }
+  }
+  std::vector<bool> keep(times.size(), false);
+  for (std::size_t i = tails.empty() ? kNone : tails.back(); i != kNone; i = previous[i])
+    keep[i] = true;
+  return keep;
+}
+
+template <class Line>
+Error out_of_order(const Line& line, const std::vector<Line>& before, const char* what) {
+  std::string message = std::string(what) + " is out of order: time stamp " +
+                        format_nanoseconds(time_of(line)) + " s";
+  if (!before.empty()) message += " after " + format_nanoseconds(time_of(before.back())) + " s";
+  return Error{ErrorCode::invalid, std::move(message)};
+}
+
+/// Drops every line that `repeats` the previous one kept.
+template <class Line, class Repeats>
+void drop_repetitions(std::vector<Line>& lines, const char* what, const Repeats& repeats,
+                      Faults& faults) {
+  std::vector<Line> kept;
+  kept.reserve(lines.size());
+  for (Line& line : lines) {
+    if (kept.empty() || !repeats(line, kept.back())) {
+      kept.push_back(std::move(line));
+      continue;
+    }
+    const std::string first = std::to_string(kept.back().line);
+    faults.skip(Error{ErrorCode::invalid, "repeats the " + std::string(what) + " of line " + first},
+                line.line);
+  }
+  lines = std::move(kept);
+}
+
+bool same_scan(const LaserScan& a, const LaserScan& b) {
+  const auto same = [](float x, float y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  return a.time == b.time && std::equal(a.ranges_m.begin(), a.ranges_m.end(), b.ranges_m.begin(),
+                                        b.ranges_m.end(), same);
+}
+
+/// Drops the smallest set of lines that are not in order of time and reports them; `what` names
+/// such a line.
+template <class Line>
+void order(std::vector<Line>& lines, const char* what, Faults& faults) {
+  std::vector<std::int64_t> times;
+  times.reserve(lines.size());
+  for (const Line& line : lines) times.push_back(time_of(line));
+  const std::vector<bool> keep = largest_ordered_set(times);
+  std::vector<Line> kept;
+  kept.reserve(lines.size());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (keep[i]) {
+      kept.push_back(std::move(lines[i]));
+    } else {
+      faults.skip(out_of_order(lines[i], kept, what), lines[i].line);
+    }
+  }
+  lines = std::move(kept);
+}
+
+/// The same, and drops duplicates: lines with the time of the previous one.
+template <class T>
+void order_once(std::vector<Measured<T>>& lines, const char* what, Faults& faults) {
+  order(lines, what, faults);
+  const auto at_the_same_time = [](const auto& a, const auto& b) {
+    return time_of(a) == time_of(b);
+  };
+  drop_repetitions(lines, what, at_the_same_time, faults);
+}
+
+/// Drops scans that are equal to the previous one and reports them.
+void drop_repeated(std::vector<ScanLine>& scans, Faults& faults) {
+  const auto same = [](const ScanLine& a, const ScanLine& b) { return same_scan(a.scan, b.scan); };
+  drop_repetitions(scans, "scan", same, faults);
+}
 
 std::vector<ScanLine>& most_frequent(carmen::ScansByKind& kinds) {
   return *std::max_element(kinds.begin(), kinds.end(),
                            [](const auto& a, const auto& b) { return a.size() < b.size(); });
 }
 
-bool covers_half(const std::vector<OdometryLine>& lines, const std::vector<LaserScan>& scans) {
+bool covers_half(const std::vector<Measured<OdometrySample>>& lines,
+                 const std::vector<LaserScan>& scans) {
   const LogTime first = scans.front().time, last = scans.back().time;
-  const Duration overlap = std::min(lines.back().time, last).since_epoch() -
-                           std::max(lines.front().time, first).since_epoch();
+  const Duration overlap = std::min(lines.back().value.time, last).since_epoch() -
+                           std::max(lines.front().value.time, first).since_epoch();
   return 2.0 * to_seconds(overlap) >= to_seconds(last - first);
 }
 
 template <class T>
-std::vector<T> values_of(std::vector<carmen::Measured<T>>& lines) {
+std::vector<T> values_of(std::vector<Measured<T>>& lines) {
   std::vector<T> values;
   values.reserve(lines.size());
-  for (carmen::Measured<T>& line : lines) values.push_back(std::move(line.value));
+  for (Measured<T>& line : lines) values.push_back(std::move(line.value));
   return values;
 }
 
@@ -84,10 +184,10 @@ class CarmenReader {
   /// Radar, wheels, gyro and truth.
   void finish_robot() {
     carmen::LogLines& lines = collector_.lines();
-    carmen::order_once(lines.radar, "radar scan", faults_);
-    carmen::order_once(lines.wheels, "wheel sample", faults_);
-    carmen::order_once(lines.gyro, "gyro sample", faults_);
-    carmen::order_once(lines.truth, "true pose", faults_);
+    order_once(lines.radar, "radar scan", faults_);
+    order_once(lines.wheels, "wheel sample", faults_);
+    order_once(lines.gyro, "gyro sample", faults_);
+    order_once(lines.truth, "true pose", faults_);
     Recording& to = log_.recording;
     to.radar = values_of(lines.radar);
     to.wheels = values_of(lines.wheels);
@@ -109,8 +209,8 @@ class CarmenReader {
   }
 
   std::vector<LaserScan> finish_scans(std::vector<ScanLine>& scans, const char* what) {
-    carmen::order(scans, what, faults_);
-    carmen::drop_repeated(scans, faults_);
+    order(scans, what, faults_);
+    drop_repeated(scans, faults_);
     const float limit = carmen::range_limit(scans, parameters_, options_);
     std::vector<LaserScan> result;
     result.reserve(scans.size());
@@ -127,27 +227,25 @@ class CarmenReader {
   }
 
   /// From the odometry lines, or from the scans' fields if the lines cover less than half.
-  void finish_odometry(std::vector<OdometryLine>& lines, const std::vector<ScanLine>& scans,
-                       bool pairs) {
-    carmen::order(lines, "odometry", faults_);
+  void finish_odometry(std::vector<Measured<OdometrySample>>& lines,
+                       const std::vector<ScanLine>& scans, bool pairs) {
+    order(lines, "odometry", faults_);
     const bool fields = !scans.empty() && scans.front().robot_pose && !pairs;
-    if (lines.size() >= 2 && lines.front().time < lines.back().time &&
+    if (lines.size() >= 2 && lines.front().value.time < lines.back().value.time &&
         (!fields || covers_half(lines, log_.recording.scans))) {
-      for (const OdometryLine& line : lines) add_odometry(line.time, line.pose);
+      log_.recording.odometry = values_of(lines);
       log_.statistics.odometry_source = OdometrySource::odom_lines;
     } else if (fields) {
       for (std::size_t i = 0; i < scans.size(); ++i)
-        if (scans[i].robot_pose) add_odometry(scan_time(i), *scans[i].robot_pose);
+        if (scans[i].robot_pose)
+          log_.recording.odometry.push_back(
+              {scan_time(i), Transform2<frame::Odom, frame::Base>(*scans[i].robot_pose)});
       log_.statistics.odometry_source = OdometrySource::scan_fields;
     }
     log_.statistics.odometry = log_.recording.odometry.size();
   }
 
   [[nodiscard]] LogTime scan_time(std::size_t i) const { return log_.recording.scans[i].time; }
-
-  void add_odometry(LogTime time, const SE2d& pose) {
-    log_.recording.odometry.push_back({time, Transform2<frame::Odom, frame::Base>(pose)});
-  }
 
   void take_reported_poses(const std::vector<ScanLine>& scans) {
     const bool posed = std::all_of(scans.begin(), scans.end(),
@@ -174,7 +272,7 @@ class CarmenReader {
 
   CarmenOptions options_;
   CarmenLog log_;
-  carmen::Faults faults_;
+  Faults faults_;
   carmen::LineCollector collector_;
   carmen::Parameters parameters_{log_.parameters};
 };

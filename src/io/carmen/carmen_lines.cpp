@@ -4,9 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <utility>
 
-#include "io/text/stamp.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io::carmen {
 namespace {
@@ -62,9 +63,14 @@ bool is_step(double step_rad, std::size_t beams) {
   return step_rad > 0.0 && step_rad * static_cast<double>(beams - 1) < 2.01 * std::numbers::pi;
 }
 
+bool is_word(std::string_view tag) {
+  if (tag.size() > 40) return false;
+  return std::all_of(tag.begin(), tag.end(), [](char c) { return c > 0x20 && c < 0x7f; });
+}
+
 }  // namespace
 
-Result<void> LineParser::ranges(text::Tokens& tokens, std::vector<float>& values) {
+Result<void> LineCollector::ranges(text::Tokens& tokens, std::vector<float>& values) {
   invalid_ranges_ = 0;
   const Result<std::size_t> n = count(tokens, "ranges");
   if (!n) return n.error();
@@ -90,7 +96,7 @@ Result<void> LineParser::ranges(text::Tokens& tokens, std::vector<float>& values
   return {};
 }
 
-Result<void> LineParser::time_and_host(text::Tokens& tokens, bool terminated, LogTime& time) {
+Result<void> LineCollector::time_and_host(text::Tokens& tokens, LogTime& time) {
   const std::string_view stamp = tokens.next();
   const std::optional<LogTime> parsed = parse_stamp(stamp);
   if (!parsed) {
@@ -103,7 +109,7 @@ Result<void> LineParser::time_and_host(text::Tokens& tokens, bool terminated, Lo
   const std::string_view logger_time = tokens.next();
   double number = 0.0;
   if (host.empty()) {
-    if (host_seen_ && !terminated) return fault("the line ends within the time stamp");
+    if (host_seen_ && !terminated_) return fault("the line ends within the time stamp");
     return {};
   }
   if (logger_time.empty() && text::to_number(host, number))
@@ -115,19 +121,19 @@ Result<void> LineParser::time_and_host(text::Tokens& tokens, bool terminated, Lo
   return {};
 }
 
-Result<ScanLine> LineParser::laser(text::Tokens tokens, bool terminated) {
+Result<ScanLine> LineCollector::laser(text::Tokens tokens) {
   ScanLine result;
   double poses[6];
   Result<void> done = ranges(tokens, result.scan.ranges_m);
   if (done) done = numbers(tokens, poses, 6, "laser and robot pose");
-  if (done) done = time_and_host(tokens, terminated, result.scan.time);
+  if (done) done = time_and_host(tokens, result.scan.time);
   if (!done) return done.error();
   result.laser_pose = pose(poses);
   result.robot_pose = pose(poses + 3);
   return result;
 }
 
-Result<ScanLine> LineParser::robot_laser(text::Tokens tokens, bool with_poses, bool terminated) {
+Result<ScanLine> LineCollector::robot_laser(text::Tokens tokens, bool with_poses) {
   ScanLine result;
   double head[7];  // type, start angle, field of view, step, largest range, accuracy, remission
   Result<void> done = numbers(tokens, head, 7, "the laser's properties");
@@ -153,12 +159,12 @@ Result<ScanLine> LineParser::robot_laser(text::Tokens tokens, bool with_poses, b
     result.laser_pose = pose(poses);
     result.robot_pose = pose(poses + 3);
   }
-  done = time_and_host(tokens, terminated, result.scan.time);
+  done = time_and_host(tokens, result.scan.time);
   if (!done) return done.error();
   return result;
 }
 
-Result<ScanLine> LineParser::bare_laser(text::Tokens tokens) {
+Result<ScanLine> LineCollector::bare_laser(text::Tokens tokens) {
   ScanLine result;
   const Result<void> done = ranges(tokens, result.scan.ranges_m);
   if (!done) return done.error();
@@ -166,27 +172,18 @@ Result<ScanLine> LineParser::bare_laser(text::Tokens tokens) {
   return result;
 }
 
-Result<OdometryLine> LineParser::odom(text::Tokens tokens, bool terminated) {
-  OdometryLine result;
-  double values[6];
-  Result<void> done = numbers(tokens, values, 6, "pose, velocities and acceleration");
-  if (done) done = time_and_host(tokens, terminated, result.time);
+template <std::size_t kNumbers, class Make>
+auto LineCollector::stamped(text::Tokens tokens, const char* what, const Make& make)
+    -> Result<decltype(make(nullptr, LogTime()))> {
+  double values[kNumbers];
+  LogTime time;
+  Result<void> done = numbers(tokens, values, kNumbers, what);
+  if (done) done = time_and_host(tokens, time);
   if (!done) return done.error();
-  result.pose = pose(values);
-  return result;
+  return make(values, time);
 }
 
-Result<OdometryLine> LineParser::bare_odometry(text::Tokens tokens) {
-  OdometryLine result;
-  double values[3];
-  const Result<void> done = numbers(tokens, values, 3, "x, y, heading");
-  if (!done) return done.error();
-  if (!tokens.at_end()) return fault("more fields than the line should have");
-  result.pose = pose(values);
-  return result;
-}
-
-Result<RadarScan> LineParser::radar(text::Tokens tokens, bool terminated) {
+Result<RadarScan> LineCollector::radar(text::Tokens tokens) {
   invalid_points_ = 0;
   const Result<std::size_t> n = count(tokens, "points");
   if (!n) return n.error();
@@ -205,37 +202,140 @@ Result<RadarScan> LineParser::radar(text::Tokens tokens, bool terminated) {
       ++invalid_points_;
     }
   }
-  if (auto done = time_and_host(tokens, terminated, scan.time); !done) return done.error();
+  if (auto done = time_and_host(tokens, scan.time); !done) return done.error();
   return scan;
 }
 
-Result<WheelSample> LineParser::wheels(text::Tokens tokens, bool terminated) {
-  double rolled_m[2];
-  WheelSample sample;
-  Result<void> done = numbers(tokens, rolled_m, 2, "left and right wheel");
-  if (done) done = time_and_host(tokens, terminated, sample.time);
-  if (!done) return done.error();
-  sample.left_m = rolled_m[0];
-  sample.right_m = rolled_m[1];
-  return sample;
+void LineCollector::take(std::string_view line, std::size_t number, bool terminated) {
+  line_ = number;
+  terminated_ = terminated;
+  text::Tokens tokens(line);
+  const std::string_view tag = tokens.next();
+  if (tag.empty() || tag[0] == '#') return;
+  const bool rear = tag == "RLASER" || tag.back() == '2';
+  ScansByKind& scans = rear ? lines_.rear : lines_.front;
+  if (tag == "FLASER" || tag == "RLASER") {
+    return take_scan(laser(tokens), scans[kFrontLaser]);
+  }
+  if (tag == "ROBOTLASER1" || tag == "ROBOTLASER2") {
+    return take_scan(robot_laser(tokens, true), scans[kRobotLaser]);
+  }
+  if (tag == "RAWLASER1" || tag == "RAWLASER2") {
+    return take_scan(robot_laser(tokens, false), scans[kRawLaser]);
+  }
+  if (tag == "ODOM") {
+    const auto make = [](const double* v, LogTime time) {
+      return OdometrySample{time, Transform2<frame::Odom, frame::Base>(pose(v))};
+    };
+    return take_sample(stamped<6>(tokens, "pose, velocities and acceleration", make),
+                       lines_.odometry);
+  }
+  if (tag == "RADAR") return take_radar(tokens);
+  if (tag == "WHEELS") {
+    const auto make = [](const double* v, LogTime time) { return WheelSample{time, v[0], v[1]}; };
+    return take_sample(stamped<2>(tokens, "left and right wheel", make), lines_.wheels);
+  }
+  if (tag == "GYRO") {
+    const auto make = [](const double* v, LogTime time) { return GyroSample{time, v[0]}; };
+    return take_sample(stamped<1>(tokens, "turn rate", make), lines_.gyro);
+  }
+  if (tag == "TRUEPOS") {
+    const auto make = [](const double* v, LogTime time) {
+      return StampedPose{time, Transform2<frame::Map, frame::Base>(pose(v))};
+    };
+    return take_sample(stamped<6>(tokens, "true pose and pose by odometry", make), lines_.truth);
+  }
+  if (tag == "Laser") return take_bare_laser(tokens);
+  if (tag == "Odometry") return take_bare_odometry(tokens);
+  if (tag == "PARAM") return take_parameter(tokens);
+  take_other(tag);
 }
 
-Result<GyroSample> LineParser::gyro(text::Tokens tokens, bool terminated) {
-  GyroSample sample;
-  Result<void> done = numbers(tokens, &sample.turn_rate_rad_s, 1, "turn rate");
-  if (done) done = time_and_host(tokens, terminated, sample.time);
-  if (!done) return done.error();
-  return sample;
+void LineCollector::take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to) {
+  if (!scan) return skip(scan.error());
+  note_invalid_ranges(scan->scan.ranges_m.size());
+  scan->line = line_;
+  to.push_back(std::move(*scan));
 }
 
-Result<StampedPose> LineParser::true_pose(text::Tokens tokens, bool terminated) {
-  double poses[6];
-  StampedPose sample;
-  Result<void> done = numbers(tokens, poses, 6, "true pose and pose by odometry");
-  if (done) done = time_and_host(tokens, terminated, sample.time);
-  if (!done) return done.error();
-  sample.T_map_base = Transform2<frame::Map, frame::Base>(pose(poses));
-  return sample;
+void LineCollector::take_radar(text::Tokens tokens) {
+  Result<RadarScan> scan = radar(tokens);
+  if (scan) {
+    log_.statistics.invalid_points += invalid_points_;
+    note_invalid(invalid_points_,
+                 std::to_string(invalid_points_) + " radar points are not finite; dropped",
+                 lines_with_invalid_points_);
+  }
+  take_sample(std::move(scan), lines_.radar);
+}
+
+template <class T>
+void LineCollector::take_sample(Result<T> sample, std::vector<Measured<T>>& to) {
+  if (!sample) return skip(sample.error());
+  to.push_back({line_, std::move(*sample)});
+}
+
+void LineCollector::take_bare_laser(text::Tokens tokens) {
+  const LogTime time = LogTime() + options_.pair_period * pairs_++;
+  if (bare_pose_) {
+    bare_pose_->value.time = time;
+    lines_.pair_odometry.push_back(*bare_pose_);
+  }
+  Result<ScanLine> scan = bare_laser(tokens);
+  if (scan) {
+    scan->scan.time = time;
+    if (bare_pose_) scan->robot_pose = scan->laser_pose = bare_pose_->value.T_odom_base.raw();
+  }
+  bare_pose_.reset();
+  take_scan(std::move(scan), lines_.front[kPair]);
+}
+
+void LineCollector::take_bare_odometry(text::Tokens tokens) {
+  double values[3];
+  Result<void> done = numbers(tokens, values, 3, "x, y, heading");
+  if (done && !tokens.at_end()) done = fault("more fields than the line should have");
+  if (!done) return skip(done.error());
+  bare_pose_ = {line_, {{}, Transform2<frame::Odom, frame::Base>(pose(values))}};
+}
+
+void LineCollector::take_parameter(text::Tokens& tokens) {
+  constexpr std::size_t kMax = 10000;
+  const std::string_view name = tokens.next();
+  const std::string_view value = tokens.next();
+  if (value.empty()) return skip(fault("PARAM without name and value"));
+  if (log_.parameters.size() < kMax) log_.parameters[std::string(name)] = std::string(value);
+}
+
+void LineCollector::take_other(std::string_view tag) {
+  constexpr std::size_t kMax = 64;
+  if (!is_word(tag)) {
+    return skip(fault("unreadable bytes: '" + text::printable(tag) + "'"));
+  }
+  auto& other = log_.statistics.other;
+  const std::string key(tag);
+  const bool room = other.size() < kMax || other.contains(key);
+  ++other[room ? key : "(other)"];
+}
+
+void LineCollector::skip(Error fault) {
+  if (!terminated_) fault.message = "the last line is cut off: " + fault.message;
+  faults_.skip(std::move(fault), line_);
+}
+
+void LineCollector::note_invalid_ranges(std::size_t beams) {
+  log_.statistics.invalid_ranges += invalid_ranges_;
+  note_invalid(invalid_ranges_,
+               std::to_string(invalid_ranges_) + " of " + std::to_string(beams) +
+                   " ranges are negative or not finite; treated as no return",
+               lines_with_invalid_ranges_);
+}
+
+void LineCollector::note_invalid(std::size_t count, const std::string& message,
+                                 std::size_t& lines) {
+  // Logs that write NaN for every beam without a return must not hide other problems.
+  constexpr std::size_t kLinesReported = 20;
+  if (count == 0 || ++lines > kLinesReported) return;
+  faults_.note(Error{ErrorCode::invalid, message}, line_);
 }
 
 }  // namespace wayfare::io::carmen

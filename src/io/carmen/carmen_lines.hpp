@@ -1,20 +1,16 @@
 #pragma once
 
-// Private: parses single lines of a CARMEN log; carmen.cpp combines them.
+// Private: parses the lines of a CARMEN log and collects them by type; carmen.cpp combines them.
 
+#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include <wayfare/core/result.hpp>
-#include <wayfare/core/se2.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
-#include <wayfare/sensors/radar_scan.hpp>
-#include <wayfare/sensors/trajectory.hpp>
-#include <wayfare/sensors/wheels.hpp>
+#include <wayfare/io/carmen.hpp>
 
 #include "io/text/text.hpp"
 
@@ -29,12 +25,6 @@ struct ScanLine {
   std::optional<SE2d> robot_pose;
 };
 
-struct OdometryLine {
-  std::size_t line = 0;
-  LogTime time;
-  SE2d pose;
-};
-
 /// A measurement and its line number.
 template <class T>
 struct Measured {
@@ -42,37 +32,98 @@ struct Measured {
   T value = {};
 };
 
-/// Parses lines after their first word. The caller adds line and source to an error.
-class LineParser {
+/// Adds to a log's problems.
+class Faults {
  public:
-  /// FLASER and RLASER.
-  Result<ScanLine> laser(text::Tokens tokens, bool terminated);
-  /// ROBOTLASER1 and 2 (`with_poses`), RAWLASER1 and 2.
-  Result<ScanLine> robot_laser(text::Tokens tokens, bool with_poses, bool terminated);
-  /// `Laser n r1..rn`, time left at zero.
-  Result<ScanLine> bare_laser(text::Tokens tokens);
-  /// ODOM.
-  Result<OdometryLine> odom(text::Tokens tokens, bool terminated);
-  /// RADAR, WHEELS, GYRO and TRUEPOS.
-  Result<RadarScan> radar(text::Tokens tokens, bool terminated);
-  Result<WheelSample> wheels(text::Tokens tokens, bool terminated);
-  Result<GyroSample> gyro(text::Tokens tokens, bool terminated);
-  Result<StampedPose> true_pose(text::Tokens tokens, bool terminated);
-  /// `Odometry x y θ`, time left at zero.
-  static Result<OdometryLine> bare_odometry(text::Tokens tokens);
+  Faults(std::string source, CarmenLog& log) : source_(std::move(source)), log_(log) {}
 
-  /// Ranges of the last scan that were not finite or negative; they are NaN in it.
-  [[nodiscard]] std::size_t invalid_ranges() const { return invalid_ranges_; }
+  /// Reports a problem of a line that is used.
+  void note(Error error, std::size_t line) {
+    error.source = source_;
+    error.line = line;
+    log_.problems.add(std::move(error));
+  }
+  /// Reports a problem of a line that is skipped.
+  void skip(Error error, std::size_t line) {
+    note(std::move(error), line);
+    ++log_.statistics.skipped_lines;
+  }
 
-  /// Points of the last radar line that were not finite; they are not in its scan.
-  [[nodiscard]] std::size_t invalid_points() const { return invalid_points_; }
+  [[nodiscard]] const std::string& source() const { return source_; }
 
  private:
-  Result<void> ranges(text::Tokens& tokens, std::vector<float>& values);
-  Result<void> time_and_host(text::Tokens& tokens, bool terminated, LogTime& time);
+  std::string source_;
+  CarmenLog& log_;
+};
 
-  std::size_t invalid_ranges_ = 0;
-  std::size_t invalid_points_ = 0;
+/// Types of scan lines, in order of preference: a log with two types contains the same scans twice.
+enum Kind : std::size_t { kRobotLaser, kFrontLaser, kRawLaser, kPair, kKinds };
+
+using ScansByKind = std::array<std::vector<ScanLine>, kKinds>;
+
+/// In the order of the file.
+struct LogLines {
+  ScansByKind front, rear;
+  std::vector<Measured<OdometrySample>> odometry;
+  std::vector<Measured<OdometrySample>> pair_odometry;  ///< of the `Odometry`/`Laser` pairs
+  std::vector<Measured<RadarScan>> radar;
+  std::vector<Measured<WheelSample>> wheels;
+  std::vector<Measured<GyroSample>> gyro;
+  std::vector<Measured<StampedPose>> truth;
+};
+
+/// Parses lines. Parameters and counts are added to the log directly.
+class LineCollector {
+ public:
+  LineCollector(const CarmenOptions& options, Faults& faults, CarmenLog& log)
+      : options_(options), faults_(faults), log_(log) {}
+
+  /// `number` from 1; `terminated`: it ended in '\n'.
+  void take(std::string_view line, std::size_t number, bool terminated);
+
+  [[nodiscard]] LogLines& lines() { return lines_; }
+
+ private:
+  void take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to);
+  void take_radar(text::Tokens tokens);
+  template <class T>
+  void take_sample(Result<T> sample, std::vector<Measured<T>>& to);
+  void take_bare_laser(text::Tokens tokens);
+  void take_bare_odometry(text::Tokens tokens);
+  void take_parameter(text::Tokens& tokens);
+  void take_other(std::string_view tag);
+  void skip(Error fault);
+  void note_invalid_ranges(std::size_t beams);
+  void note_invalid(std::size_t count, const std::string& message, std::size_t& lines);
+
+  // These parse a line after its first word; the caller adds line and source to an error.
+
+  /// FLASER and RLASER.
+  Result<ScanLine> laser(text::Tokens tokens);
+  /// ROBOTLASER1 and 2 (`with_poses`), RAWLASER1 and 2.
+  Result<ScanLine> robot_laser(text::Tokens tokens, bool with_poses);
+  /// `Laser n r1..rn`, time left at zero.
+  Result<ScanLine> bare_laser(text::Tokens tokens);
+  Result<RadarScan> radar(text::Tokens tokens);
+  /// `make(numbers, time)` of a line of numbers, `what`, and the time.
+  template <std::size_t kNumbers, class Make>
+  auto stamped(text::Tokens tokens, const char* what, const Make& make)
+      -> Result<decltype(make(nullptr, LogTime()))>;
+  Result<void> ranges(text::Tokens& tokens, std::vector<float>& values);
+  Result<void> time_and_host(text::Tokens& tokens, LogTime& time);
+
+  CarmenOptions options_;
+  Faults& faults_;
+  CarmenLog& log_;
+  LogLines lines_;
+  std::optional<Measured<OdometrySample>> bare_pose_;  // of the current pair
+  int pairs_ = 0;
+  std::size_t invalid_ranges_ = 0;  // of the last scan: not finite or negative, NaN in it
+  std::size_t invalid_points_ = 0;  // of the last radar line: not finite, not in its scan
+  std::size_t lines_with_invalid_ranges_ = 0;
+  std::size_t lines_with_invalid_points_ = 0;
+  std::size_t line_ = 0;
+  bool terminated_ = true;
   bool host_seen_ = false;
 };
 

@@ -14,15 +14,14 @@
 namespace wayfare::io {
 namespace {
 
-void append(std::string& out, double value) {
-  out += ' ';
-  text::append_number(out, value);
+/// Appends each number after a blank.
+template <class... Numbers>
+void append(std::string& out, Numbers... values) {
+  ((out += ' ', text::append_number(out, values)), ...);
 }
 
 void append(std::string& out, const SE2d& pose) {
-  append(out, pose.x());
-  append(out, pose.y());
-  append(out, pose.heading().radians());
+  append(out, pose.x(), pose.y(), pose.heading().radians());
 }
 
 // The stamp, the host and the logger's clock, for which the stamp is repeated.
@@ -32,13 +31,10 @@ void append_end(std::string& out, LogTime time) {
 }
 
 void append_ranges(std::string& out, const LaserScan& scan) {
-  out += ' ';
-  text::append_number(out, scan.ranges_m.size());
-  for (const float range : scan.ranges_m) {
-    out += ' ';
-    // The format has no NaN; the maximum range means "no return".
-    text::append_number(out, std::isfinite(range) && range >= 0.0F ? range : scan.max_range_m);
-  }
+  append(out, scan.ranges_m.size());
+  // The format has no NaN; the maximum range means "no return".
+  for (const float range : scan.ranges_m)
+    append(out, std::isfinite(range) && range >= 0.0F ? range : scan.max_range_m);
 }
 
 bool near(double a, double b) { return std::abs(a - b) < 1e-9; }
@@ -69,24 +65,18 @@ class Writer {
  private:
   void write_head() {
     out_ = "# CARMEN log: metres, radians, seconds, decibels\n";
-    if (straight_ahead_) {  // other mountings follow from the poses in the scan lines
-      out_ += "PARAM robot_frontlaser_offset";
-      append(out_, T_base_laser_.x());
-      out_ += '\n';
-    }
+    // Other mountings follow from the poses in the scan lines.
+    if (straight_ahead_) write_parameter("robot_frontlaser_offset", T_base_laser_.x());
     const SE2d& T_base_radar = recording_.T_base_radar.raw();
-    write_parameter("robot_radar_offset", T_base_radar.x());
-    write_parameter("robot_radar_side_offset", T_base_radar.y());
-    write_parameter("robot_radar_angular_offset", T_base_radar.heading().radians());
-    write_parameter("robot_radar_max_speed", recording_.radar_max_speed_m_s);
-    write_parameter("robot_wheelbase", recording_.wheel_base_m);
+    write_if_set("robot_radar_offset", T_base_radar.x());
+    write_if_set("robot_radar_side_offset", T_base_radar.y());
+    write_if_set("robot_radar_angular_offset", T_base_radar.heading().radians());
+    write_if_set("robot_radar_max_speed", recording_.radar_max_speed_m_s);
+    write_if_set("robot_wheelbase", recording_.wheel_base_m);
     float max_range_m = 0.0F;
     for (const LaserScan& scan : recording_.scans)
       max_range_m = std::max(max_range_m, scan.max_range_m);
-    if (max_range_m <= 0.0F) return;
-    out_ += "PARAM laser_frontlaser_maxrange ";
-    text::append_number(out_, max_range_m);
-    out_ += '\n';
+    write_if_set("laser_frontlaser_maxrange", max_range_m);
   }
 
   /// In the order of lines of equal time: scans last, after their odometry.
@@ -126,8 +116,7 @@ class Writer {
 
   void write_wheels(const WheelSample& sample) {
     out_ += "WHEELS";
-    append(out_, sample.left_m);
-    append(out_, sample.right_m);
+    append(out_, sample.left_m, sample.right_m);
     append_end(out_, sample.time);
   }
 
@@ -145,23 +134,22 @@ class Writer {
   }
 
   void write_radar(const RadarScan& scan) {
-    out_ += "RADAR ";
-    text::append_number(out_, scan.points.size());
-    for (const RadarPoint& p : scan.points) {
-      for (const float field : {p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db}) {
-        out_ += ' ';
-        text::append_number(out_, field);
-      }
-    }
+    out_ += "RADAR";
+    append(out_, scan.points.size());
+    for (const RadarPoint& p : scan.points)
+      append(out_, p.x_m, p.y_m, p.z_m, p.doppler_m_s, p.snr_db);
     append_end(out_, scan.time);
   }
 
-  void write_parameter(const char* name, double value) {
-    if (value == 0.0) return;
-    out_ += "PARAM ";
-    out_ += name;
+  template <class Number>
+  void write_parameter(const char* name, Number value) {
+    out_.append("PARAM ").append(name);
     append(out_, value);
     out_ += '\n';
+  }
+  template <class Number>
+  void write_if_set(const char* name, Number value) {
+    if (value != Number(0)) write_parameter(name, value);
   }
 
   void write_odometry(std::size_t i) {
@@ -176,9 +164,7 @@ class Writer {
     }
     out_ += "ODOM";
     append(out_, sample.T_odom_base.raw());
-    append(out_, speed);
-    append(out_, turn_rate);
-    append(out_, 0.0);
+    append(out_, speed, turn_rate, 0.0);
     append_end(out_, sample.time);
   }
 
@@ -211,10 +197,8 @@ class Writer {
     const double step = scan.bearing_step.radians();
     const auto beams = static_cast<double>(scan.ranges_m.size());
     out_ += "ROBOTLASER1 0";
-    append(out_, scan.first_bearing.radians());
-    append(out_, step * std::max(0.0, beams - 1.0));
-    append(out_, step);
-    append(out_, static_cast<double>(scan.max_range_m));
+    append(out_, scan.first_bearing.radians(), step * std::max(0.0, beams - 1.0), step,
+           static_cast<double>(scan.max_range_m));
     out_ += " 0.01 0";  // accuracy, remission mode
   }
 
@@ -228,10 +212,5 @@ class Writer {
 }  // namespace
 
 std::string format_carmen(const Recording& recording) { return Writer(recording).write(); }
-
-Result<void> write_carmen(const std::string& path, const Recording& recording,
-                          const WriteOptions& options) {
-  return write_file(path, format_carmen(recording), options);
-}
 
 }  // namespace wayfare::io

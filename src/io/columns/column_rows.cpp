@@ -1,14 +1,14 @@
 #include "io/columns/column_rows.hpp"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 
-#include "io/columns/column_times.hpp"
-#include "io/columns/column_units.hpp"
-#include "io/text/stamp.hpp"
-#include "io/text/text.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -17,15 +17,131 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kGpsEpochUnix_s = 315964800;  // 1980-01-06
 constexpr std::int64_t kWeek_s = 604800;
 
+constexpr double kGravity_mps2 = 9.80665;
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Unit {
+  std::string_view name;
+  Dimension dimension = Dimension::none;
+  double factor = 1.0;  ///< to SI units; for times the number of decimals to shift
+};
+
+/// Magnetic fields are in microtesla, the usual unit of the Earth's.
+constexpr Unit kUnits[] = {{"m", Dimension::length, 1.0},
+                           {"cm", Dimension::length, 1e-2},
+                           {"mm", Dimension::length, 1e-3},
+                           {"km", Dimension::length, 1e3},
+                           {"mps", Dimension::speed, 1.0},
+                           {"m/s", Dimension::speed, 1.0},
+                           {"kmh", Dimension::speed, 1.0 / 3.6},
+                           {"km/h", Dimension::speed, 1.0 / 3.6},
+                           {"rad", Dimension::angle, 1.0},
+                           {"deg", Dimension::angle, kDegree},
+                           {"radps", Dimension::angular_rate, 1.0},
+                           {"rad/s", Dimension::angular_rate, 1.0},
+                           {"degps", Dimension::angular_rate, kDegree},
+                           {"deg/s", Dimension::angular_rate, kDegree},
+                           {"mps2", Dimension::acceleration, 1.0},
+                           {"m/s2", Dimension::acceleration, 1.0},
+                           {"m/s^2", Dimension::acceleration, 1.0},
+                           {"g", Dimension::acceleration, kGravity_mps2},
+                           {"mg", Dimension::acceleration, 1e-3 * kGravity_mps2},
+                           {"uT", Dimension::magnetic_field, 1.0},
+                           {"nT", Dimension::magnetic_field, 1e-3},
+                           {"mT", Dimension::magnetic_field, 1e3},
+                           {"T", Dimension::magnetic_field, 1e6},
+                           {"G", Dimension::magnetic_field, 1e2},
+                           {"dbhz", Dimension::decibel_hertz, 1.0},
+                           {"s", Dimension::time, 0.0},
+                           {"ms", Dimension::time, 3.0},
+                           {"us", Dimension::time, 6.0},
+                           {"ns", Dimension::time, 9.0}};
+
+struct ColumnName {
+  std::string_view stem;
+  std::string_view unit;
+};
+
+/// "ax_g" or "ax [m/s^2]" or "ax(m/s^2)" as stem and unit.
+ColumnName split_name(std::string_view name) {
+  const std::size_t bracket = name.find_first_of("[(");
+  if (bracket != name.npos && (name.back() == ']' || name.back() == ')'))
+    return {text::trimmed(name.substr(0, bracket)),
+            text::trimmed(name.substr(bracket + 1, name.size() - bracket - 2))};
+  const std::size_t underscore = name.rfind('_');
+  if (underscore == name.npos) return {name, {}};
+  return {name.substr(0, underscore), name.substr(underscore + 1)};
+}
+
+/// Null where the unit is unknown.
+const Unit* find_unit(std::string_view name, Dimension dimension) {
+  const auto* unit = std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit& u) {
+    return u.name == name && u.dimension == dimension;
+  });
+  return unit == std::end(kUnits) ? nullptr : unit;
+}
+
+/// The names of a dimension's units, for messages.
+std::string units_of(Dimension dimension) {
+  std::string list;
+  for (const Unit& u : kUnits) {
+    if (u.dimension != dimension) continue;
+    list += list.empty() ? "" : ", ";
+    list += u.name;
+  }
+  return list;
+}
+
+/// Whole numbers separated by `separator`: "2025/07/08".
+template <std::size_t kCount>
+bool whole_numbers(std::string_view token, char separator, std::array<int, kCount>& values) {
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const std::size_t end = i + 1 < kCount ? token.find(separator) : token.size();
+    if (end == token.npos || !text::to_number(token.substr(0, end), values[i])) return false;
+    token.remove_prefix(std::min(token.size(), end + 1));
+  }
+  return true;
+}
+
+/// A decimal number of 10^-decimals seconds, exact.
+std::optional<std::int64_t> decimal_ns(std::string_view token, int decimals) {
+  if (decimals == 0) return parse_nanoseconds(token);
+  if (token.find_first_of("eE") != token.npos) return std::nullopt;
+  return parse_nanoseconds(std::string(token) + "e-" + std::to_string(decimals));
+}
+
+/// Seconds from 1970-01-01 to midnight of "2025/07/08" or "2025-07-08".
+std::optional<std::int64_t> date_seconds(std::string_view token) {
+  std::array<int, 3> d{};
+  if (!whole_numbers(token, '/', d) && !whole_numbers(token, '-', d)) return std::nullopt;
+  if (d[0] < 1900 || d[0] > 2100 || d[1] < 1 || d[2] < 1) return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(d[0]),
+                                         std::chrono::month(static_cast<unsigned>(d[1])),
+                                         std::chrono::day(static_cast<unsigned>(d[2]))};
+  if (!date.ok()) return std::nullopt;
+  return std::int64_t{86400} * std::chrono::sys_days(date).time_since_epoch().count();
+}
+
+/// Nanoseconds of "19:34:18.499".
+std::optional<std::int64_t> clock_ns(std::string_view token) {
+  const std::size_t last = token.rfind(':');
+  std::array<int, 2> hm{};
+  if (last == token.npos || !whole_numbers(token.substr(0, last), ':', hm)) return std::nullopt;
+  const std::optional<std::int64_t> s = parse_nanoseconds(token.substr(last + 1));
+  if (!s || *s < 0 || *s >= 61 * kSecond_ns || hm[0] < 0 || hm[0] > 23 || hm[1] < 0 || hm[1] > 59)
+    return std::nullopt;
+  return (hm[0] * 3600 + hm[1] * 60) * kSecond_ns + *s;
+}
+
 /// The line without a leading comment character.
 std::string_view uncommented(std::string_view line) {
-  line = trimmed(line);
+  line = text::trimmed(line);
   while (!line.empty() && (line.front() == '#' || line.front() == '%')) line.remove_prefix(1);
-  return trimmed(line);
+  return text::trimmed(line);
 }
 
 bool is_comment(std::string_view line) {
-  const std::string_view l = trimmed(line);
+  const std::string_view l = text::trimmed(line);
   return l.empty() || l.front() == '#' || l.front() == '%';
 }
 
@@ -47,20 +163,22 @@ void split_fields(std::string_view line, std::vector<std::string_view>& fields) 
   }
   for (std::size_t end = 0; end != line.npos; line.remove_prefix(std::min(line.size(), end + 1))) {
     end = line.find_first_of(",;");
-    fields.push_back(trimmed(line.substr(0, end)));
+    fields.push_back(text::trimmed(line.substr(0, end)));
     if (end == line.npos) break;
   }
   if (fields.back().empty()) fields.pop_back();
 }
 
 Result<ColumnRows> ColumnRows::open(std::string_view text, const std::string& source,
-                                    const ColumnFormat& format, std::span<const Quantity> wanted) {
+                                    const ColumnFormat& format, std::span<const Quantity> wanted,
+                                    std::size_t required) {
   ColumnRows rows;
   rows.text_ = text;
   rows.source_ = source;
   rows.leap_seconds_ = format.leap_seconds;
   for (const Quantity& quantity : wanted) rows.slots_.push_back({-1, 1.0, quantity});
   if (auto named = rows.name_columns(format); !named) return named.error();
+  if (auto present = rows.require(0, required); !present) return present.error();
   return rows;
 }
 
@@ -183,8 +301,7 @@ std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow
                                  Problems& problems) const {
   std::vector<std::string_view> fields, texts(slots_.size());
   std::vector<double> numbers(slots_.size());
-  text::Lines lines(text_);
-  const auto read_line = [&](std::string_view line) -> std::string {
+  const auto read_line = [&](std::string_view line, const text::Lines& lines) -> std::string {
     split_fields(line, fields);
     if (fields.size() != column_count_)
       return "expected " + std::to_string(column_count_) + " fields, found " +
@@ -210,17 +327,10 @@ std::size_t ColumnRows::for_each(const std::function<std::string(const ColumnRow
     }
     return take(row);
   };
-  std::size_t taken = 0;
-  for (std::string_view line; lines.next(line);) {
-    if (lines.number() <= first_line_ || is_comment(line)) continue;
-    std::string problem = read_line(line);
-    if (problem.empty()) {
-      ++taken;
-    } else {
-      problems.add(Error{ErrorCode::parse, std::move(problem), source_, lines.number()});
-    }
-  }
-  return taken;
+  const auto is_skipped = [&](std::string_view line, const text::Lines& lines) {
+    return lines.number() <= first_line_ || is_comment(line);
+  };
+  return for_each_line(text_, source_, problems, is_skipped, read_line);
 }
 
 }  // namespace wayfare::io

@@ -10,10 +10,15 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/columns.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/io/time_text.hpp>
+
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 
@@ -49,9 +54,11 @@ struct ColumnRow {
 /// The columns of a text and the format of its lines.
 class ColumnRows {
  public:
-  /// Errors: no line names the columns, no time, a column named twice, an unknown unit.
+  /// Errors: no line names the columns, no time, a column named twice, an unknown unit, one of the
+  /// first `required` quantities missing.
   static Result<ColumnRows> open(std::string_view text, const std::string& source,
-                                 const ColumnFormat& format, std::span<const Quantity> wanted);
+                                 const ColumnFormat& format, std::span<const Quantity> wanted,
+                                 std::size_t required = 0);
 
   /// Whether the file has a column for wanted[i].
   [[nodiscard]] bool has(std::size_t i) const { return slots_[i].column >= 0; }
@@ -92,5 +99,15 @@ class ColumnRows {
 /// Splits a line at commas and semicolons, or at blanks where it has neither. Fields are trimmed; a
 /// separator at the end is ignored.
 void split_fields(std::string_view line, std::vector<std::string_view>& fields);
+
+/// Three numbers of a row, from `first` on.
+inline Eigen::Vector3d triple(std::span<const double> numbers, std::size_t first) {
+  return {numbers[first], numbers[first + 1], numbers[first + 2]};
+}
+
+using text::append_numbers;
+inline void append_time(std::string& out, LogTime time) {
+  out += format_nanoseconds(time.nanoseconds());
+}
 
 }  // namespace wayfare::io

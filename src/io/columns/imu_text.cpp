@@ -1,19 +1,26 @@
-#include <array>
-#include <cmath>
+// Samples of an inertial unit, and what relates its clock to GPS time.
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"
-#include "io/columns/nav_columns.hpp"
-#include "io/text/pose_lines.hpp"
 
 namespace wayfare::io {
 namespace {
 
-constexpr std::array kImu = {
-    Quantity{"gx", Dimension::angular_rate}, Quantity{"gy", Dimension::angular_rate},
-    Quantity{"gz", Dimension::angular_rate}, Quantity{"ax", Dimension::acceleration},
-    Quantity{"ay", Dimension::acceleration}, Quantity{"az", Dimension::acceleration}};
+constexpr Quantity kImu[] = {{"gx", Dimension::angular_rate}, {"gy", Dimension::angular_rate},
+                             {"gz", Dimension::angular_rate}, {"ax", Dimension::acceleration},
+                             {"ay", Dimension::acceleration}, {"az", Dimension::acceleration}};
+
+constexpr Quantity kClock[] = {{"device", Dimension::time}};
+
+constexpr std::size_t kHeader = 76;
+constexpr std::size_t kRecord = 8;
+constexpr std::int64_t kGpsEpochUnix_s = 315964800;
 
 }  // namespace
 
@@ -45,9 +52,7 @@ Result<ImuFile> parse_imu(std::string_view all, const std::string& source,
 }
 
 Result<ImuFile> read_imu(const std::string& path, const ColumnFormat& format) {
-  return read_and_parse<ImuFile>(path, {}, [&](std::string_view text, const std::string& source) {
-    return parse_imu(text, source, format);
-  });
+  return read_and_parse(path, {}, parse_imu, format);
 }
 
 std::vector<ImuSample> merge_imu_parts(std::span<const ImuSample> gyro,
@@ -86,9 +91,71 @@ std::string format_imu(std::span<const ImuSample> samples) {
   return out;
 }
 
-Result<void> write_imu(const std::string& path, std::span<const ImuSample> samples,
-                       const WriteOptions& options) {
-  return write_file(path, format_imu(samples), options);
+Result<ClockFile> parse_clock(std::string_view all, const std::string& source,
+                              const ColumnFormat& format) {
+  const auto rows = ColumnRows::open(all, source, format, kClock, 1);
+  if (!rows) return rows.error();
+  ClockFile file;
+  const auto take = [&](const ColumnRow& row) -> std::string {
+    if (std::isnan(row.numbers[0])) return "the device's time is missing";
+    file.pairs.push_back({Time<DeviceClock>::from_seconds(row.numbers[0]), row.time});
+    return {};
+  };
+  if (rows->for_each(take, file.problems) == 0)
+    return no_content("pair of times", source, file.problems);
+  return file;
+}
+
+Result<ClockFile> read_clock(const std::string& path, const ColumnFormat& format) {
+  return read_and_parse(path, {}, parse_clock, format);
+}
+
+Result<TimeTagFile> parse_time_tags(std::string_view bytes, const std::string& source) {
+  if (!bytes.starts_with("TIMETAG RTKLIB") || bytes.size() < kHeader)
+    return Error{ErrorCode::parse, "does not begin as RTKLIB's time tags do", source};
+  const auto start_s = static_cast<std::int64_t>(decode::load_le<std::uint32_t>(bytes, 64));
+  const auto fraction_s = decode::load_le<double>(bytes, 68);
+  if (!(fraction_s >= 0.0 && fraction_s < 1.0))
+    return Error{ErrorCode::parse, "the start is not a time", source, 0, 68};
+  const LogTime start = LogTime::from_nanoseconds((start_s - kGpsEpochUnix_s) * 1'000'000'000) +
+                        from_seconds(fraction_s);
+  TimeTagFile file;
+  for (std::size_t at = kHeader; at + kRecord <= bytes.size(); at += kRecord) {
+    const auto tick_ms = decode::load_le<std::uint32_t>(bytes, at);
+    const TimeTag tag{decode::load_le<std::uint32_t>(bytes, at + 4),
+                      start + std::chrono::milliseconds(tick_ms)};
+    if (!file.tags.empty() &&
+        (tag.time < file.tags.back().time || tag.bytes < file.tags.back().bytes)) {
+      file.problems.add(Error{ErrorCode::parse, "a time tag out of order", source, 0, at});
+      continue;
+    }
+    file.tags.push_back(tag);
+  }
+  if (file.tags.empty()) return Error{ErrorCode::parse, "contains no time tag", source};
+  return file;
+}
+
+Result<TimeTagFile> read_time_tags(const std::string& path) {
+  return read_and_parse(path, {}, parse_time_tags);
+}
+
+Result<ClockFit<LogClock>> fit_time_tags(const ImuFile& file, const TimeTagFile& tags) {
+  // With CR LF, the position of the last tag exceeds the file's size by one byte per line.
+  std::uint64_t last_line = 0;
+  if (!file.ends.empty()) last_line = file.ends.back().line;
+  const std::uint64_t size = file.ends.empty() ? 0 : file.ends.back().byte;
+  const bool carriage_returns =
+      !tags.tags.empty() && tags.tags.back().bytes >= size + last_line - last_line / 10;
+  std::vector<ClockPair<LogClock>> pairs;
+  for (std::size_t i = 0; i < file.samples.size(); ++i) {
+    const std::uint64_t end = file.ends[i].byte + (carriage_returns ? file.ends[i].line : 0);
+    const auto tag =
+        std::lower_bound(tags.tags.begin(), tags.tags.end(), end,
+                         [](const TimeTag& t, std::uint64_t b) { return t.bytes < b; });
+    if (tag == tags.tags.end()) break;
+    pairs.push_back({file.samples[i].time, tag->time});
+  }
+  return fit_clock<LogClock>(pairs);
 }
 
 }  // namespace wayfare::io

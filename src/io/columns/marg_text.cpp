@@ -1,28 +1,80 @@
 #include <wayfare/io/marg_text.hpp>
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 
-#include <wayfare/io/columns.hpp>
+#include <wayfare/core/detail/bytes.hpp>
 
 #include "io/columns/column_rows.hpp"
-#include "io/columns/nav_columns.hpp"
-#include "io/text/pose_lines.hpp"
 
 namespace wayfare::io {
 namespace {
 
+constexpr std::string_view kTableMagic = "F32 ";
+constexpr std::size_t kTableHeader = 16;
+static_assert(std::endian::native == std::endian::little, "the table's numbers are little endian");
+
+}  // namespace
+
+Result<FloatTable> parse_float_table(std::string_view bytes, const std::string& source) {
+  const auto error = [&](const char* message, std::size_t byte) {
+    return Error{ErrorCode::parse, message, source, 0, byte};
+  };
+  if (bytes.substr(0, kTableMagic.size()) != kTableMagic)
+    return error("does not begin with 'F32 '", 0);
+  if (bytes.size() < kTableHeader) return error("ends within its header", bytes.size());
+  const auto columns = decode::load_le<std::int32_t>(bytes, 4);
+  const auto rows = decode::load_le<std::int64_t>(bytes, 8);
+  if (columns < 1 || columns > 65536) return error("the number of columns is not in 1 to 65536", 4);
+  if (rows < 0) return error("has a negative number of rows", 8);
+  FloatTable table;
+  table.columns = static_cast<std::size_t>(columns);
+  const std::string_view body = bytes.substr(kTableHeader);
+  const std::size_t available = body.size() / (sizeof(float) * table.columns);
+  const auto wanted = static_cast<std::size_t>(rows);
+  if (available > wanted ||
+      (available == wanted && body.size() % (sizeof(float) * table.columns) != 0))
+    return error("has bytes after its last row",
+                 kTableHeader + wanted * table.columns * sizeof(float));
+  if (available == 0) return error("contains no rows", kTableHeader);
+  if (available < wanted) table.problems.add(error("ends before its last row", bytes.size()));
+  table.values.resize(available * table.columns);
+  std::memcpy(table.values.data(), body.data(), table.values.size() * sizeof(float));
+  return table;
+}
+
+Result<FloatTable> read_float_table(const std::string& path, const ReadOptions& options) {
+  return read_and_parse(path, options, parse_float_table);
+}
+
+std::string format_float_table(std::span<const float> values, std::size_t columns) {
+  WAYFARE_EXPECTS(columns > 0 && values.size() % columns == 0, "the rows must be of equal length");
+  std::string out(kTableMagic);
+  const auto append = [&](auto value) {
+    char raw[sizeof value];
+    std::memcpy(raw, &value, sizeof value);
+    out.append(raw, sizeof raw);
+  };
+  append(static_cast<std::int32_t>(columns));
+  append(static_cast<std::int64_t>(values.size() / columns));
+  for (const float value : values) append(value);
+  return out;
+}
+
+namespace {
+
 constexpr std::size_t kForce = 3, kField = 6, kAttitude = 9, kMoving = 13;
-constexpr std::array kMarg = {
-    Quantity{"gx", Dimension::angular_rate},   Quantity{"gy", Dimension::angular_rate},
-    Quantity{"gz", Dimension::angular_rate},   Quantity{"ax", Dimension::acceleration},
-    Quantity{"ay", Dimension::acceleration},   Quantity{"az", Dimension::acceleration},
-    Quantity{"mx", Dimension::magnetic_field}, Quantity{"my", Dimension::magnetic_field},
-    Quantity{"mz", Dimension::magnetic_field}, Quantity{"qw", Dimension::none},
-    Quantity{"qx", Dimension::none},           Quantity{"qy", Dimension::none},
-    Quantity{"qz", Dimension::none},           Quantity{"moving", Dimension::none}};
+constexpr Quantity kMarg[] = {{"gx", Dimension::angular_rate},   {"gy", Dimension::angular_rate},
+                              {"gz", Dimension::angular_rate},   {"ax", Dimension::acceleration},
+                              {"ay", Dimension::acceleration},   {"az", Dimension::acceleration},
+                              {"mx", Dimension::magnetic_field}, {"my", Dimension::magnetic_field},
+                              {"mz", Dimension::magnetic_field}, {"qw", Dimension::none},
+                              {"qx", Dimension::none},           {"qy", Dimension::none},
+                              {"qz", Dimension::none},           {"moving", Dimension::none}};
 
 MargReference reference_of(std::span<const double> v) {
   const Eigen::Quaterniond q(v[kAttitude], v[kAttitude + 1], v[kAttitude + 2], v[kAttitude + 3]);
@@ -32,9 +84,8 @@ MargReference reference_of(std::span<const double> v) {
 
 Result<MargFile> parse_rows(std::string_view text, const std::string& source,
                             const ColumnFormat& format) {
-  const auto rows = ColumnRows::open(text, source, format, kMarg);
+  const auto rows = ColumnRows::open(text, source, format, kMarg, kField);
   if (!rows) return rows.error();
-  if (auto present = rows->require(0, kField); !present) return present.error();
   MargFile file;
   file.has_magnetometer = rows->has(kField);
   if (file.has_magnetometer)
@@ -89,14 +140,12 @@ Result<MargFile> parse_table(std::string_view bytes, const std::string& source,
 
 Result<MargFile> parse_marg(std::string_view bytes, const std::string& source,
                             const MargFormat& format) {
-  if (bytes.starts_with("F32 ")) return parse_table(bytes, source, format);
+  if (bytes.starts_with(kTableMagic)) return parse_table(bytes, source, format);
   return parse_rows(bytes, source, format.columns);
 }
 
 Result<MargFile> read_marg(const std::string& path, const MargFormat& format) {
-  return read_and_parse<MargFile>(path, {}, [&](std::string_view bytes, const std::string& source) {
-    return parse_marg(bytes, source, format);
-  });
+  return read_and_parse(path, {}, parse_marg, format);
 }
 
 std::string format_marg(std::span<const MargSample> samples) {
@@ -113,11 +162,6 @@ std::string format_marg(std::span<const MargSample> samples) {
     out += '\n';
   }
   return out;
-}
-
-Result<void> write_marg(const std::string& path, std::span<const MargSample> samples,
-                        const WriteOptions& options) {
-  return write_file(path, format_marg(samples), options);
 }
 
 }  // namespace wayfare::io

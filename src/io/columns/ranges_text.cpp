@@ -6,21 +6,19 @@
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"
-#include "io/columns/nav_columns.hpp"
-#include "io/text/pose_lines.hpp"
 
 namespace wayfare::io {
 namespace {
 
 constexpr std::string_view kSystemLetters = "GREC";  // in the order of GnssSystem
 
-constexpr std::array kRanges = {
-    Quantity{"sat", Dimension::text},         Quantity{"x", Dimension::length},
-    Quantity{"y", Dimension::length},         Quantity{"z", Dimension::length},
-    Quantity{"vx", Dimension::speed},         Quantity{"vy", Dimension::speed},
-    Quantity{"vz", Dimension::speed},         Quantity{"range", Dimension::length},
-    Quantity{"rate", Dimension::speed},       Quantity{"range_sigma", Dimension::length},
-    Quantity{"rate_sigma", Dimension::speed}, Quantity{"cn0", Dimension::decibel_hertz}};
+constexpr Quantity kRanges[] = {
+    {"sat", Dimension::text},         {"x", Dimension::length},
+    {"y", Dimension::length},         {"z", Dimension::length},
+    {"vx", Dimension::speed},         {"vy", Dimension::speed},
+    {"vz", Dimension::speed},         {"range", Dimension::length},
+    {"rate", Dimension::speed},       {"range_sigma", Dimension::length},
+    {"rate_sigma", Dimension::speed}, {"cn0", Dimension::decibel_hertz}};
 
 std::optional<SatelliteId> satellite(std::string_view token) {
   if (token.size() < 2) return std::nullopt;
@@ -55,9 +53,8 @@ std::string take_range(const ColumnRow& row, const ColumnRows& rows, CorrectedRa
 
 Result<RangesFile> parse_ranges(std::string_view all, const std::string& source,
                                 const ColumnFormat& format) {
-  const auto rows = ColumnRows::open(all, source, format, kRanges);
+  const auto rows = ColumnRows::open(all, source, format, kRanges, 8);
   if (!rows) return rows.error();
-  if (auto present = rows->require(0, 8); !present) return present.error();
   RangesFile file;
   const auto take = [&](const ColumnRow& row) -> std::string {
     CorrectedRange range;
@@ -75,10 +72,7 @@ Result<RangesFile> parse_ranges(std::string_view all, const std::string& source,
 }
 
 Result<RangesFile> read_ranges(const std::string& path, const ColumnFormat& format) {
-  return read_and_parse<RangesFile>(path, {},
-                                    [&](std::string_view text, const std::string& source) {
-                                      return parse_ranges(text, source, format);
-                                    });
+  return read_and_parse(path, {}, parse_ranges, format);
 }
 
 std::string format_ranges(std::span<const RangeEpoch> epochs) {
@@ -100,11 +94,6 @@ std::string format_ranges(std::span<const RangeEpoch> epochs) {
     }
   }
   return out;
-}
-
-Result<void> write_ranges(const std::string& path, std::span<const RangeEpoch> epochs,
-                          const WriteOptions& options) {
-  return write_file(path, format_ranges(epochs), options);
 }
 
 }  // namespace wayfare::io

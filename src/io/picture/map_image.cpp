@@ -1,5 +1,7 @@
 #include <wayfare/io/map_image.hpp>
 
+#include <png.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -24,6 +26,56 @@ bool is_consistent(const GridImage& grid) {
 
 }  // namespace
 
+Result<std::string> encode_png(const Image& image) {
+  constexpr std::size_t kLargest = std::size_t{1} << 20;
+  if (image.width == 0 || image.height == 0 || image.width > kLargest || image.height > kLargest)
+    return Error{ErrorCode::invalid, "a picture of " + std::to_string(image.width) + " x " +
+                                         std::to_string(image.height) + " pixels"};
+  if (image.channels != 1 && image.channels != 3)
+    return Error{ErrorCode::unsupported, "a picture has one channel or three"};
+  if (image.pixels.size() != image.width * image.height * image.channels)
+    return Error{ErrorCode::invalid, "the number of pixels does not match the picture's size"};
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = image.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+  std::string bytes(size, '\0');
+  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.pixels.data(), 0, nullptr) == 0)
+    return Error{ErrorCode::io, std::string("PNG: ") + png.message};
+  bytes.resize(size);
+  return bytes;
+}
+
+Result<void> write_png(const std::string& path, const Image& image, const WriteOptions& options) {
+  const Result<std::string> bytes = encode_png(image);
+  if (bytes) return write_file(path, *bytes, options);
+  Error error = bytes.error();
+  error.source = path;
+  return error;
+}
+
+GridImage grid_image(const OccupancyGrid& map) {
+  const CellBox box = map.bounds().value_or(CellBox{});
+  GridImage image;
+  image.width = static_cast<std::size_t>(box.width());
+  image.height = static_cast<std::size_t>(box.height());
+  image.resolution_m = map.resolution_m();
+  // Rounded to the nanometre, since the product may be -1.4000000000000001 instead of -1.4.
+  const auto metres = [&](int cells) { return std::round(cells * map.resolution_m() * 1e9) / 1e9; };
+  image.origin = SE2d(metres(box.min.x), metres(box.min.y), Angle{});
+  image.occupancy.reserve(image.width * image.height);
+  for (int y = box.min.y; y <= box.max.y; ++y) {
+    for (int x = box.min.x; x <= box.max.x; ++x) {
+      const Cell cell{x, y};
+      image.occupancy.push_back(map.observed(cell) ? static_cast<float>(map.probability(cell))
+                                                   : std::nanf(""));
+    }
+  }
+  return image;
+}
+
 Result<std::string> format_pgm(const GridImage& grid, const MapImageOptions& options) {
   if (!is_consistent(grid))
     return Error{ErrorCode::invalid, "the number of cells does not match the map's size"};
@@ -47,18 +99,14 @@ std::string format_map_yaml(const GridImage& grid, const std::string& image_name
   // A name in single quotes may contain any character; a quote in it is doubled.
   std::string name;
   for (const char c : image_name) name.append(c == '\'' ? 2 : 1, c);
-  std::string out = "image: '" + name + "'\nresolution: ";
-  text::append_number(out, grid.resolution_m);
-  out += "\norigin: [";
-  text::append_number(out, grid.origin.x());
-  out += ", ";
-  text::append_number(out, grid.origin.y());
-  out += ", ";
-  text::append_number(out, grid.origin.heading().radians());
-  out += "]\nnegate: 0\noccupied_thresh: ";
-  text::append_number(out, options.occupied_threshold);
-  out += "\nfree_thresh: ";
-  text::append_number(out, options.free_threshold);
+  std::string out = "image: '" + name + "'";
+  const auto add = [&](const char* key, double value) { text::append_number(out += key, value); };
+  add("\nresolution: ", grid.resolution_m);
+  add("\norigin: [", grid.origin.x());
+  add(", ", grid.origin.y());
+  add(", ", grid.origin.heading().radians());
+  add("]\nnegate: 0\noccupied_thresh: ", options.occupied_threshold);
+  add("\nfree_thresh: ", options.free_threshold);
   return out += '\n';
 }
 
@@ -156,15 +204,9 @@ Result<Image> parse_pgm(std::string_view bytes, const std::string& source) {
 
 namespace {
 
-std::string_view trimmed(std::string_view s) {
-  while (!s.empty() && text::is_space(s.front())) s.remove_prefix(1);
-  while (!s.empty() && text::is_space(s.back())) s.remove_suffix(1);
-  return s;
-}
-
 /// A scalar without its quotes and without a comment after it.
 std::string unquoted(std::string_view value) {
-  value = trimmed(value);
+  value = text::trimmed(value);
   if (!value.empty() && (value.front() == '\'' || value.front() == '"')) {
     const char quote = value.front();
     std::string result;
@@ -176,7 +218,7 @@ std::string unquoted(std::string_view value) {
     }
     return result;
   }
-  return std::string(trimmed(value.substr(0, value.find(" #"))));
+  return std::string(text::trimmed(value.substr(0, value.find(" #"))));
 }
 
 struct Entry {
@@ -191,7 +233,7 @@ std::optional<std::array<double, 3>> three_numbers(std::string_view list) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t comma = list.find(',');
     if ((comma == list.npos) != (i == 2)) return std::nullopt;
-    if (!text::to_number(trimmed(list.substr(0, comma)), v[i]) || !std::isfinite(v[i]))
+    if (!text::to_number(text::trimmed(list.substr(0, comma)), v[i]) || !std::isfinite(v[i]))
       return std::nullopt;
     if (comma != list.npos) list.remove_prefix(comma + 1);
   }
@@ -204,13 +246,13 @@ Result<MapYaml> parse_map_yaml(std::string_view all, const std::string& source) 
   std::map<std::string, Entry, std::less<>> entries;
   text::Lines lines(all);
   for (std::string_view line; lines.next(line);) {
-    line = trimmed(line);
+    line = text::trimmed(line);
     if (line.empty() || line.front() == '#' || line == "---") continue;
     const std::size_t colon = line.find(':');
     if (colon == line.npos)
       return Error{ErrorCode::parse, "expected 'key: value'", source, lines.number()};
-    entries[std::string(trimmed(line.substr(0, colon)))] = {unquoted(line.substr(colon + 1)),
-                                                            lines.number()};
+    entries[std::string(text::trimmed(line.substr(0, colon)))] = {unquoted(line.substr(colon + 1)),
+                                                                  lines.number()};
   }
   MapYaml yaml;
   const auto fault = [&](const char* key, const char* wanted) {

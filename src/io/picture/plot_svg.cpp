@@ -45,7 +45,6 @@ double tick_step(const Range& range, double count) {
 }
 
 std::string tick_text(double value, double step) {
-  std::string out;
   const double magnitude = std::max(std::abs(value), step);
   if (magnitude >= 1e7 || magnitude < 1e-5) {
     char buffer[40];
@@ -54,8 +53,7 @@ std::string tick_text(double value, double step) {
     return std::string(buffer, end);
   }
   const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
-  text::append_fixed(out, std::abs(value) < 0.5 * step ? 0.0 : value, decimals);
-  return out;
+  return text::fixed(std::abs(value) < 0.5 * step ? 0.0 : value, decimals);
 }
 
 /// The plot area and the mapping of data to it.
@@ -97,31 +95,19 @@ Frame frame_of(const Plot& plot) {
   return frame;
 }
 
-void append(std::string& out, double v) { text::append_fixed(out, v, 1); }
+std::string fixed(double v) { return text::fixed(v, 1); }
 
-void append_text(std::string& out, double x, double y, const char* attributes,
+std::string point(double x, double y) { return fixed(x) + ' ' + fixed(y); }
+
+void append_text(std::string& out, double x, double y, const std::string& attributes,
                  const std::string& content) {
-  out += "<text x=\"";
-  append(out, x);
-  out += "\" y=\"";
-  append(out, y);
-  out += "\" ";
-  out += attributes;
-  out += '>' + escape_html(content) + "</text>\n";
+  out += "<text x=\"" + fixed(x) + "\" y=\"" + fixed(y) + "\" " + attributes + '>' +
+         escape_html(content) + "</text>\n";
 }
 
 void append_line(std::string& out, const char* kind, double x1, double y1, double x2, double y2) {
-  out += "<path class=\"";
-  out += kind;
-  out += "\" d=\"M";
-  append(out, x1);
-  out += ' ';
-  append(out, y1);
-  out += 'L';
-  append(out, x2);
-  out += ' ';
-  append(out, y2);
-  out += "\"/>\n";
+  out += std::string("<path class=\"") + kind + "\" d=\"M" + point(x1, y1) + 'L' + point(x2, y2) +
+         "\"/>\n";
 }
 
 void append_axes(std::string& out, const Frame& frame, const Plot& plot) {
@@ -145,9 +131,10 @@ void append_axes(std::string& out, const Frame& frame, const Plot& plot) {
   append_text(out, kLeft + 0.5 * frame.inner_width(), frame.height - 8.0,
               "text-anchor=\"middle\" class=\"label\"", plot.x_label);
   const double middle = kTop + 0.5 * frame.inner_height();
-  std::string rotation = "text-anchor=\"middle\" class=\"label\" transform=\"rotate(-90 14 ";
-  append(rotation, middle);
-  append_text(out, 14.0, middle, (rotation + ")\"").c_str(), plot.y_label);
+  append_text(
+      out, 14.0, middle,
+      "text-anchor=\"middle\" class=\"label\" transform=\"rotate(-90 14 " + fixed(middle) + ")\"",
+      plot.y_label);
 }
 
 struct Pixel {
@@ -192,9 +179,7 @@ void append_pixels(std::string& out, const std::vector<Pixel>& piece, Mark mark)
   const std::vector<Pixel> points = thinned(piece);
   for (std::size_t i = 0; i < points.size(); ++i) {
     out += i == 0 || mark == Mark::points ? 'M' : 'L';
-    append(out, points[i].x);
-    out += ' ';
-    append(out, points[i].y);
+    out += point(points[i].x, points[i].y);
     if (mark == Mark::points || points.size() == 1) out += "h0";  // a round cap makes it a dot
   }
 }
@@ -220,11 +205,8 @@ void append_series(std::string& out, const Frame& frame, const Series& series, s
 
 std::string to_svg(const Plot& plot) {
   const Frame frame = frame_of(plot);
-  std::string out = "<svg viewBox=\"0 0 ";
-  append(out, kWidth);
-  out += ' ';
-  append(out, frame.height);
-  out += "\" role=\"img\" aria-label=\"" + escape_html(plot.title) + "\">\n";
+  std::string out = "<svg viewBox=\"0 0 " + point(kWidth, frame.height) +
+                    "\" role=\"img\" aria-label=\"" + escape_html(plot.title) + "\">\n";
   if (frame.x.empty()) {
     append_text(out, 0.5 * kWidth, 0.5 * frame.height, "text-anchor=\"middle\"", "no data");
     return out + "</svg>\n";

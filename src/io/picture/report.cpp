@@ -1,9 +1,10 @@
 #include <wayfare/io/report.hpp>
 
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <utility>
+
+#include "io/text/text.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -53,23 +54,6 @@ img{display:block;min-width:min(100%,620px);max-width:100%;max-height:900px;marg
 @media print{body{background:#fff}figure,.facts div{break-inside:avoid}}
 )";
 
-std::string base64(std::string_view bytes) {
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t block = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      block <<= 8;
-      if (i + k < bytes.size()) block |= static_cast<unsigned char>(bytes[i + k]);
-    }
-    for (std::size_t k = 0; k < 4; ++k)
-      out += i + k > bytes.size() ? '=' : kDigits[block >> (18 - 6 * k) & 63U];
-  }
-  return out;
-}
-
 /// Length of the leading UTF-8 character in bytes; 0 where it is invalid.
 std::size_t utf8_length(std::string_view s) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(s[i]); };
@@ -102,6 +86,8 @@ std::string legend(const Plot& plot) {
 }  // namespace
 
 std::string escape_html(std::string_view text) {
+  constexpr std::string_view kSpecial = "&<>\"'";
+  constexpr const char* kEntities[] = {"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
@@ -110,16 +96,8 @@ std::string escape_html(std::string_view text) {
     const bool control = static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t';
     if (length == 0 || control || c == 0x7f) {
       out += "\ufffd";
-    } else if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '"') {
-      out += "&quot;";
-    } else if (c == '\'') {
-      out += "&#39;";
+    } else if (const std::size_t i = kSpecial.find(c); i != kSpecial.npos) {
+      out += kEntities[i];
     } else {
       out += text.substr(0, length);
     }
@@ -208,7 +186,7 @@ Report& Report::image(const Image& image, const std::string& caption) {
   const Result<std::string> png = encode_png(image);
   if (!png) return paragraph(caption + ": " + png.error().to_string());
   body_ += "<figure>\n" + element("figcaption", caption) + "<img alt=\"" + escape_html(caption);
-  body_ += "\" src=\"data:image/png;base64," + base64(*png) + "\">\n</figure>\n";
+  body_ += "\" src=\"data:image/png;base64," + text::to_base64(*png) + "\">\n</figure>\n";
   return *this;
 }
 
@@ -219,10 +197,6 @@ std::string Report::html() const {
   out += element("h1", title_);
   if (!subtitle_.empty()) out += "<p class=\"subtitle\">" + escape_html(subtitle_) + "</p>\n";
   return out + body_ + "</main>\n</body>\n</html>\n";
-}
-
-Result<void> Report::write(const std::string& path, const WriteOptions& options) const {
-  return write_file(path, html(), options);
 }
 
 }  // namespace wayfare::io

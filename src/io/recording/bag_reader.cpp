@@ -1,17 +1,186 @@
 #include <wayfare/io/bag.hpp>
 
+#include <algorithm>
+#include <functional>
+#include <map>
 #include <utility>
 
-#include "io/recording/bag_walk.hpp"
+#include "io/recording/bag_records.hpp"
 
 namespace wayfare::io {
+namespace bag {
+namespace {
+
+constexpr std::size_t kLongestHead = 1U << 20U;  // of a record; definitions are in its data
+
+using Connections = std::map<std::uint32_t, BagConnection>;
+using Sink = std::function<bool(const BagMessage&)>;
+
+/// Iterates over the records and skips damaged parts.
+class Walk {
+ public:
+  Walk(const Source& source, const std::string& name, const BagReadOptions& options,
+       Connections& known, Problems& problems)
+      : source_(source), name_(name), options_(options), known_(known), problems_(problems) {}
+
+  void run(const Sink& sink) {
+    std::uint64_t at = kMagic.size();
+    while (at < source_.size()) {
+      std::uint64_t size = 0;
+      const auto record = record_at(at, size);
+      if (!record) {
+        const std::uint64_t next = next_chunk(at + 1);
+        fault(at, next == source_.size()
+                      ? "the bag is cut off or damaged here; " + std::to_string(next - at) +
+                            " bytes at its end are skipped"
+                      : "is damaged here; reading continues with the chunk at byte " +
+                            std::to_string(next));
+        at = next;
+        continue;
+      }
+      if (!take(*record, at, sink)) return;
+      at += size;
+    }
+  }
+
+  /// Number of messages skipped because their connection was not described before.
+  [[nodiscard]] std::size_t undescribed() const { return undescribed_; }
+
+  /// The record at `at` and its length; nullopt where there is none, or it is too large.
+  std::optional<Record> record_at(std::uint64_t at, std::uint64_t& size) {
+    const auto length = number_at(at);
+    if (!length || *length > kLongestHead) return std::nullopt;
+    const auto data = number_at(at + 4 + *length);
+    if (!data || *data > options_.max_record_bytes) return std::nullopt;
+    size = 8 + std::uint64_t{*length} + *data;
+    const auto bytes = source_.fetch(at, size, buffer_);
+    if (!bytes) return std::nullopt;
+    std::string_view rest = *bytes;
+    return take_record(rest);
+  }
+
+ private:
+  std::optional<std::uint32_t> number_at(std::uint64_t at) {
+    const auto bytes = source_.fetch(at, 4, buffer_);
+    if (!bytes) return std::nullopt;
+    return ByteCursor(*bytes).number<std::uint32_t>();
+  }
+
+  /// The position of the next chunk: that of its header's length.
+  std::uint64_t next_chunk(std::uint64_t from) {
+    constexpr std::string_view kOp{"\4\0\0\0op=\5", 8};
+    constexpr std::uint64_t kWindow = 1U << 16U, kHead = 64;  // longest header of a chunk
+    std::string window;
+    for (std::uint64_t at = from; at < source_.size(); at += kWindow) {
+      const std::uint64_t n = std::min(source_.size() - at, kWindow + kHead);
+      const auto bytes = source_.fetch(at, n, window);
+      if (!bytes) break;
+      for (std::size_t i = bytes->find(kOp); i != std::string_view::npos;
+           i = bytes->find(kOp, i + 1))
+        for (std::uint64_t back = 4; back <= kHead && back <= at + i - from; ++back)
+          if (is_chunk(at + i - back)) return at + i - back;
+    }
+    return source_.size();
+  }
+
+  bool is_chunk(std::uint64_t at) {
+    const auto length = number_at(at);
+    if (!length || *length > 64) return false;
+    const auto head = source_.fetch(at + 4, *length, buffer_);
+    const auto fields = head ? Fields::parse(*head) : std::nullopt;
+    if (!fields || fields->number<std::uint8_t>("op") != std::uint8_t{5} ||
+        !fields->number<std::uint32_t>("size") || fields->text("compression").empty())
+      return false;
+    const auto data = number_at(at + 4 + *length);
+    return data && *data <= source_.size() - at - 8 - *length;
+  }
+
+  bool take(const Record& record, std::uint64_t at, const Sink& sink) {
+    switch (record.op) {
+      case Op::chunk:
+        return take_chunk(record, at, sink);
+      case Op::message:
+        return take_message(record, at, sink);
+      case Op::connection:
+        if (auto c = connection_of(record)) {
+          known_.emplace(c->id, *std::move(c));
+        } else {
+          fault(at, "a connection is malformed; skipped");
+        }
+        return true;
+      default:
+        return true;
+    }
+  }
+
+  bool take_message(const Record& record, std::uint64_t at, const Sink& sink) {
+    const auto id = record.fields.number<std::uint32_t>("conn");
+    const auto time = record.fields.time("time");
+    if (!id || !time) {
+      fault(at, "a message is malformed; skipped");
+      return true;
+    }
+    const auto connection = known_.find(*id);
+    if (connection == known_.end()) {
+      ++undescribed_;
+      fault(at, "a message of connection " + std::to_string(*id) +
+                    ", which was not described; skipped");
+      return true;
+    }
+    return sink({&connection->second, *time, record.data});
+  }
+
+  bool take_chunk(const Record& record, std::uint64_t at, const Sink& sink) {
+    const auto size = record.fields.number<std::uint32_t>("size");
+    const std::string_view compression = record.fields.text("compression");
+    std::string_view rest = record.data;
+    std::string unpacked;
+    if (!size || *size > options_.max_record_bytes) {
+      fault(at, "a chunk has no size or is too large; skipped");
+      return true;
+    }
+    if (compression != "none") {
+      auto done = decompress_block(compression, rest, *size);
+      if (!done) {
+        problems_.add(fault_at(at, "a chunk " + done.error().message, name_, done.error().code));
+        return true;
+      }
+      unpacked = *std::move(done);
+      rest = unpacked;
+    }
+    while (!rest.empty()) {
+      const auto inner = take_record(rest);
+      if (!inner || inner->op == Op::chunk) {
+        fault(at, "the rest of a chunk is malformed; skipped");
+        return true;
+      }
+      if (!take(*inner, at, sink)) return false;
+    }
+    return true;
+  }
+
+  void fault(std::uint64_t at, std::string message) {
+    problems_.add(fault_at(at, std::move(message), name_));
+  }
+
+  const Source& source_;
+  const std::string& name_;
+  const BagReadOptions& options_;
+  Connections& known_;
+  Problems& problems_;
+  std::string buffer_;
+  std::size_t undescribed_ = 0;
+};
+
+}  // namespace
+}  // namespace bag
 
 struct BagReader::Impl {
   std::unique_ptr<Source> source;
   std::string name;
   BagReadOptions options;
-  BagContents contents;
-  bag::Connections known;
+  BagContents contents = {};
+  bag::Connections known = {};
 
   /// Reads connections and message count from the index at the end; false where it is inconsistent.
   bool read_index() {
@@ -61,10 +230,9 @@ struct BagReader::Impl {
     if (!contents.indexed) {
       known.clear();
       contents.messages = 0;
-      contents.problems.add({ErrorCode::parse,
-                             "the bag was not closed, or its index is damaged; read from the "
-                             "front instead",
-                             name, 0, static_cast<std::size_t>(source->size())});
+      contents.problems.add(fault_at(
+          source->size(),
+          "the bag was not closed, or its index is damaged; read from the front instead", name));
       const Problems before = contents.problems;
       // A damaged description may be repeated further on, at the latest at the end.
       if (count_messages() != 0) {
@@ -77,12 +245,7 @@ struct BagReader::Impl {
   }
 };
 
-BagReader::BagReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-BagReader::BagReader(BagReader&&) noexcept = default;
-BagReader& BagReader::operator=(BagReader&&) noexcept = default;
-BagReader::~BagReader() = default;
-
-Result<BagReader> BagReader::from(std::unique_ptr<Impl> impl) {
+Result<BagReader> BagReader::from(std::shared_ptr<Impl> impl) {
   std::string buffer;
   const auto magic = impl->source->fetch(0, bag::kMagic.size(), buffer);
   if (!magic || *magic != bag::kMagic) {
@@ -105,20 +268,13 @@ Result<BagReader> BagReader::open(const std::string& path, const BagReadOptions&
     if (!content) return content.error();
     return parse(std::move(content->bytes), path, options);
   }
-  auto impl = std::make_unique<Impl>();
-  impl->source = std::move(*source);
-  impl->name = path;
-  impl->options = options;
-  return from(std::move(impl));
+  return from(std::make_shared<Impl>(Impl{std::move(*source), path, options}));
 }
 
 Result<BagReader> BagReader::parse(std::string bytes, const std::string& source,
                                    const BagReadOptions& options) {
-  auto impl = std::make_unique<Impl>();
-  impl->source = std::make_unique<Source>(std::move(bytes));
-  impl->name = source;
-  impl->options = options;
-  return from(std::move(impl));
+  return from(
+      std::make_shared<Impl>(Impl{std::make_unique<Source>(std::move(bytes)), source, options}));
 }
 
 const BagContents& BagReader::contents() const { return impl_->contents; }

@@ -11,7 +11,7 @@
 
 #include <wayfare/io/bag.hpp>
 
-#include "io/recording/byte_cursor.hpp"
+#include "io/recording/bytes.hpp"
 
 namespace wayfare::io::bag {
 

@@ -14,13 +14,6 @@ namespace {
 /// The fields of a header, sorted by name as in ROS.
 using Pairs = std::map<std::string_view, std::string>;
 
-template <std::unsigned_integral T>
-std::string number(T value) {
-  std::string out;
-  put(out, value);
-  return out;
-}
-
 /// Seconds, then nanoseconds.
 std::uint64_t wire_time(LogTime time) {
   const auto ns = static_cast<std::uint64_t>(time.nanoseconds());
@@ -29,14 +22,13 @@ std::uint64_t wire_time(LogTime time) {
 
 std::string header(Pairs pairs) {
   std::string out;
-  for (const auto& [name, value] : pairs) put_text(out, std::string(name) + "=" + value);
+  for (const auto& [name, value] : pairs) put(out, std::string(name) + "=" + value);
   return out;
 }
 
 void put_record(std::string& out, Op op, Pairs pairs, std::string_view data) {
-  pairs["op"] = number(static_cast<std::uint8_t>(op));
-  put_text(out, header(std::move(pairs)));
-  put_text(out, data);
+  pairs["op"] = packed(static_cast<std::uint8_t>(op));
+  out += packed(header(std::move(pairs)), data);
 }
 
 void put_connection(std::string& out, const BagConnection& c) {
@@ -45,19 +37,17 @@ void put_connection(std::string& out, const BagConnection& c) {
               {"topic", c.topic},
               {"type", c.type}};
   if (c.latching) about.emplace("latching", "1");
-  put_record(out, Op::connection, {{"conn", number(c.id)}, {"topic", c.topic}}, header(about));
+  put_record(out, Op::connection, {{"conn", packed(c.id)}, {"topic", c.topic}}, header(about));
 }
 
 /// The bag's first record, of fixed length.
 std::string head(std::uint64_t index, std::size_t connections, std::size_t chunks) {
-  std::string fields = header({{"chunk_count", number(static_cast<std::uint32_t>(chunks))},
-                               {"conn_count", number(static_cast<std::uint32_t>(connections))},
-                               {"index_pos", number(index)},
-                               {"op", number(static_cast<std::uint8_t>(Op::head))}});
-  std::string out;
-  put_text(out, fields);
-  put_text(out, std::string(bag::kHeadBytes - fields.size(), ' '));
-  return out;
+  const std::string fields =
+      header({{"chunk_count", packed(static_cast<std::uint32_t>(chunks))},
+              {"conn_count", packed(static_cast<std::uint32_t>(connections))},
+              {"index_pos", packed(index)},
+              {"op", packed(static_cast<std::uint8_t>(Op::head))}});
+  return packed(fields, std::string(bag::kHeadBytes - fields.size(), ' '));
 }
 
 }  // namespace
@@ -86,7 +76,7 @@ Result<void> BagWriter::write(std::uint32_t connection, LogTime time, std::strin
   open_.last = open_.counts.empty() ? time : std::max(open_.last, time);
   ++open_.counts[connection];
   entries_[connection].push_back({wire_time(time), static_cast<std::uint32_t>(chunk_.size())});
-  put_record(chunk_, Op::message, {{"conn", number(connection)}, {"time", number(wire_time(time))}},
+  put_record(chunk_, Op::message, {{"conn", packed(connection)}, {"time", packed(wire_time(time))}},
              data);
   if (chunk_.size() >= chunk_bytes_) close_chunk();
   return {};
@@ -96,15 +86,15 @@ void BagWriter::close_chunk() {
   if (chunk_.empty()) return;
   open_.at = out_.size();
   put_record(out_, Op::chunk,
-             {{"compression", "none"}, {"size", number(static_cast<std::uint32_t>(chunk_.size()))}},
+             {{"compression", "none"}, {"size", packed(static_cast<std::uint32_t>(chunk_.size()))}},
              chunk_);
   for (const auto& [connection, list] : entries_) {
     std::string data;
-    for (const Entry& e : list) put(data, e.time), put(data, e.offset);
+    for (const Entry& e : list) data += packed(e.time, e.offset);
     put_record(out_, Op::index,
-               {{"conn", number(connection)},
-                {"count", number(static_cast<std::uint32_t>(list.size()))},
-                {"ver", number(bag::kIndexVersion)}},
+               {{"conn", packed(connection)},
+                {"count", packed(static_cast<std::uint32_t>(list.size()))},
+                {"ver", packed(bag::kIndexVersion)}},
                data);
   }
   chunks_.push_back(std::exchange(open_, {}));
@@ -118,14 +108,13 @@ std::string BagWriter::finish() {
   for (const BagConnection& c : connections_) put_connection(out_, c);
   for (const Chunk& chunk : chunks_) {
     std::string counts;
-    for (const auto& [connection, count] : chunk.counts)
-      put(counts, connection), put(counts, count);
+    for (const auto& [connection, count] : chunk.counts) counts += packed(connection, count);
     put_record(out_, Op::chunk_info,
-               {{"chunk_pos", number(chunk.at)},
-                {"count", number(static_cast<std::uint32_t>(chunk.counts.size()))},
-                {"end_time", number(wire_time(chunk.last))},
-                {"start_time", number(wire_time(chunk.first))},
-                {"ver", number(bag::kIndexVersion)}},
+               {{"chunk_pos", packed(chunk.at)},
+                {"count", packed(static_cast<std::uint32_t>(chunk.counts.size()))},
+                {"end_time", packed(wire_time(chunk.last))},
+                {"start_time", packed(wire_time(chunk.first))},
+                {"ver", packed(bag::kIndexVersion)}},
                counts);
   }
   const std::string first = head(index, connections_.size(), chunks_.size());

@@ -1,4 +1,4 @@
-#include "io/recording/block_compression.hpp"
+#include "io/recording/bytes.hpp"
 
 #include <limits>
 #include <optional>
@@ -34,9 +34,8 @@ bool from_lz4(std::string_view bytes, std::string& out) {
   LZ4F_freeDecompressionContext(context);
   return state == 0 && written == out.size();
 }
-constexpr Decompress kLz4 = from_lz4;
 #else
-constexpr Decompress kLz4 = nullptr;
+constexpr Decompress from_lz4 = nullptr;
 #endif
 
 #if WAYFARE_HAS_ZSTD
@@ -44,9 +43,8 @@ bool from_zstd(std::string_view bytes, std::string& out) {
   const std::size_t n = ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size());
   return ZSTD_isError(n) == 0 && n == out.size();
 }
-constexpr Decompress kZstd = from_zstd;
 #else
-constexpr Decompress kZstd = nullptr;
+constexpr Decompress from_zstd = nullptr;
 #endif
 
 #if WAYFARE_HAS_BZIP2
@@ -59,17 +57,17 @@ bool from_bz2(std::string_view bytes, std::string& out) {
                                                 static_cast<unsigned>(bytes.size()), 0, 0);
   return status == BZ_OK && n == out.size();
 }
-constexpr Decompress kBz2 = from_bz2;
 #else
-constexpr Decompress kBz2 = nullptr;
+constexpr Decompress from_bz2 = nullptr;
 #endif
 
 struct Known {
   std::string_view name, package;
   Decompress decompress;
 };
-constexpr Known kKnown[] = {
-    {"lz4", "liblz4-dev", kLz4}, {"zstd", "libzstd-dev", kZstd}, {"bz2", "libbz2-dev", kBz2}};
+constexpr Known kKnown[] = {{"lz4", "liblz4-dev", from_lz4},
+                            {"zstd", "libzstd-dev", from_zstd},
+                            {"bz2", "libbz2-dev", from_bz2}};
 
 }  // namespace
 

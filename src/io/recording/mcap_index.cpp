@@ -1,4 +1,4 @@
-#include "io/recording/mcap_index.hpp"
+#include "io/recording/mcap_walk.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -7,14 +7,11 @@ namespace wayfare::io::mcap {
 
 std::optional<std::string_view> content_at(const Source& source, std::uint64_t at, Opcode opcode,
                                            const McapReadOptions& options, std::string& buffer) {
-  const auto head = source.fetch(at, kRecordHead, buffer);
-  if (!head) return std::nullopt;
-  Cursor c(*head);
-  const auto code = c.number<std::uint8_t>();
-  const auto length = c.number<std::uint64_t>();
-  if (code != static_cast<std::uint8_t>(opcode) || length > options.max_record_bytes)
+  const auto head = head_at(source, at, buffer);
+  if (!head || head->code != static_cast<std::uint8_t>(opcode) ||
+      head->length > options.max_record_bytes)
     return std::nullopt;
-  return source.fetch(at + kRecordHead, length, buffer);
+  return source.fetch(at + kRecordHead, head->length, buffer);
 }
 
 namespace {
@@ -37,10 +34,9 @@ class Indexer {
     index_.contents.indexed = missing == nullptr;
     if (missing != nullptr) {
       reset();
-      index_.contents.problems.add(
-          {ErrorCode::parse,
-           std::string("the recording ") + missing + "; read from the front instead", name_, 0,
-           static_cast<std::size_t>(source_.size())});
+      index_.contents.problems.add(fault_at(
+          source_.size(), std::string("the recording ") + missing + "; read from the front instead",
+          name_));
       scan_all();
     }
     for (const auto& [id, schema] : index_.known.schemas) index_.contents.schemas.push_back(schema);
@@ -161,16 +157,13 @@ class Indexer {
         ++met;
         continue;
       }
-      const auto head = source_.fetch(at, kRecordHead, buffer);
+      const auto head = head_at(source_, at, buffer);
       if (!head) return false;
-      Cursor c(*head);
-      const auto code = c.number<std::uint8_t>();
-      const auto length = c.number<std::uint64_t>();
-      if (code == static_cast<std::uint8_t>(Opcode::data_end)) break;
-      if (code == static_cast<std::uint8_t>(Opcode::message) ||
-          code == static_cast<std::uint8_t>(Opcode::chunk) || length > end - at)
+      const auto opcode = static_cast<Opcode>(head->code);
+      if (opcode == Opcode::data_end) break;
+      if (opcode == Opcode::message || opcode == Opcode::chunk || head->length > end - at)
         return false;
-      at += kRecordHead + length;
+      at += kRecordHead + head->length;
     }
     return met == index_.entries.size();
   }

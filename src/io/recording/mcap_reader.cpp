@@ -4,7 +4,7 @@
 #include <tuple>
 #include <utility>
 
-#include "io/recording/mcap_index.hpp"
+#include "io/recording/mcap_walk.hpp"
 
 namespace wayfare::io {
 
@@ -35,13 +35,7 @@ struct McapReader::Impl {
   std::unique_ptr<Source> source;
   std::string name;
   McapReadOptions options;
-  mcap::Index index;
-
-  [[nodiscard]] bool has_magic() const {
-    std::string buffer;
-    const auto magic = source->fetch(0, mcap::kMagic.size(), buffer);
-    return magic && *magic == mcap::kMagic;
-  }
+  mcap::Index index = {};
 
   void read_through(const McapQuery& query, const mcap::Messages::Sink& sink,
                     Problems& problems) const {
@@ -72,8 +66,7 @@ struct McapReader::Impl {
       auto bytes = std::make_shared<std::string>();
       const auto record = fetch_entry(entry, *bytes);
       if (!record) {
-        problems.add({ErrorCode::parse, "an index entry refers to no chunk", name, 0,
-                      static_cast<std::size_t>(entry.at)});
+        problems.add(fault_at(entry.at, "an index entry refers to no chunk", name));
         continue;
       }
       std::uint64_t nth = 0;
@@ -96,13 +89,9 @@ struct McapReader::Impl {
   }
 };
 
-McapReader::McapReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-McapReader::McapReader(McapReader&&) noexcept = default;
-McapReader& McapReader::operator=(McapReader&&) noexcept = default;
-McapReader::~McapReader() = default;
-
-Result<McapReader> McapReader::from(std::unique_ptr<Impl> impl) {
-  if (!impl->has_magic())
+Result<McapReader> McapReader::from(std::shared_ptr<Impl> impl) {
+  std::string buffer;
+  if (impl->source->fetch(0, mcap::kMagic.size(), buffer) != mcap::kMagic)
     return Error{ErrorCode::parse, "does not begin as an MCAP recording does", impl->name};
   impl->index = mcap::make_index(*impl->source, impl->name, impl->options);
   return McapReader(std::move(impl));
@@ -111,20 +100,13 @@ Result<McapReader> McapReader::from(std::unique_ptr<Impl> impl) {
 Result<McapReader> McapReader::open(const std::string& path, const McapReadOptions& options) {
   auto source = Source::open(path);
   if (!source) return source.error();
-  auto impl = std::make_unique<Impl>();
-  impl->source = std::move(*source);
-  impl->name = path;
-  impl->options = options;
-  return from(std::move(impl));
+  return from(std::make_shared<Impl>(Impl{std::move(*source), path, options}));
 }
 
 Result<McapReader> McapReader::parse(std::string bytes, const std::string& source,
                                      const McapReadOptions& options) {
-  auto impl = std::make_unique<Impl>();
-  impl->source = std::make_unique<Source>(std::move(bytes));
-  impl->name = source;
-  impl->options = options;
-  return from(std::move(impl));
+  return from(
+      std::make_shared<Impl>(Impl{std::make_unique<Source>(std::move(bytes)), source, options}));
 }
 
 const McapContents& McapReader::contents() const { return impl_->index.contents; }

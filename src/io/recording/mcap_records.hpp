@@ -13,7 +13,7 @@
 
 #include <wayfare/io/mcap.hpp>
 
-#include "io/recording/byte_cursor.hpp"
+#include "io/recording/bytes.hpp"
 
 namespace wayfare::io::mcap {
 
@@ -46,10 +46,11 @@ enum class Opcode : std::uint8_t {
   return static_cast<std::uint32_t>(sum);
 }
 
-inline void put_map(std::string& out, const McapMetadata& map) {
+/// The content of a map, without its length.
+[[nodiscard]] inline std::string pairs_of(const McapMetadata& map) {
   std::string pairs;
-  for (const auto& [key, value] : map) put_text(pairs, key), put_text(pairs, value);
-  put_text(out, pairs);
+  for (const auto& [key, value] : map) pairs += packed(key, value);
+  return pairs;
 }
 
 /// A record around `content`.

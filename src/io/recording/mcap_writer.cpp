@@ -11,7 +11,6 @@
 namespace wayfare::io {
 
 using mcap::Opcode;
-using mcap::put_map;
 using mcap::put_record;
 
 namespace {
@@ -20,23 +19,10 @@ constexpr std::size_t kMaxIds = 65535;
 
 std::uint64_t unsigned_ns(LogTime time) { return static_cast<std::uint64_t>(time.nanoseconds()); }
 
-std::string content_of(const McapSchema& s) {
-  std::string out;
-  put(out, s.id);
-  put_text(out, s.name);
-  put_text(out, s.encoding);
-  put_text(out, s.data);
-  return out;
-}
+std::string content_of(const McapSchema& s) { return packed(s.id, s.name, s.encoding, s.data); }
 
 std::string content_of(const McapChannel& c) {
-  std::string out;
-  put(out, c.id);
-  put(out, c.schema);
-  put_text(out, c.topic);
-  put_text(out, c.message_encoding);
-  put_map(out, c.metadata);
-  return out;
+  return packed(c.id, c.schema, c.topic, c.message_encoding, mcap::pairs_of(c.metadata));
 }
 
 /// Position of a message within its chunk's records.
@@ -51,15 +37,9 @@ struct ChunkIndex {
 };
 
 std::string content_of(const ChunkIndex& c) {
-  std::string out, offsets;
-  for (const std::uint64_t v : {c.first, c.last, c.offset, c.length}) put(out, v);
-  for (const auto& [channel, offset] : c.index_offsets) put(offsets, channel), put(offsets, offset);
-  put_text(out, offsets);
-  put(out, c.index_length);
-  put_text(out, "");
-  put(out, c.size);
-  put(out, c.size);
-  return out;
+  std::string offsets;
+  for (const auto& [channel, offset] : c.index_offsets) offsets += packed(channel, offset);
+  return packed(c.first, c.last, c.offset, c.length, offsets, c.index_length, "", c.size, c.size);
 }
 
 }  // namespace
@@ -112,27 +92,20 @@ struct McapWriter::Impl {
   /// The chunk, followed by the index of each channel's messages; in one piece, so that the file
   /// contains both or neither.
   std::string closed_chunk(ChunkIndex& index) {
-    std::string head;
-    put(head, first);
-    put(head, last);
-    put(head, std::uint64_t{chunk.size()});
-    put(head, mcap::crc(chunk));
-    put_text(head, "");
-    put(head, std::uint64_t{chunk.size()});
+    const std::uint64_t size = chunk.size();
+    const std::string head = packed(first, last, size, mcap::crc(chunk), "", size);
     std::string out;
     out.reserve(chunk.size() + 1024);
     out += static_cast<char>(Opcode::chunk);
-    put(out, std::uint64_t{head.size() + chunk.size()});
+    put(out, head.size() + size);
     out += head;
     out += chunk;
-    index = {first, last, position, out.size(), 0, chunk.size(), {}};
+    index = {first, last, position, out.size(), 0, size, {}};
     for (const auto& [channel, list] : entries) {
       index.index_offsets.emplace_back(channel, position + out.size());
-      std::string content, pairs;
-      for (const Entry& e : list) put(pairs, e.time), put(pairs, e.offset);
-      put(content, channel);
-      put_text(content, pairs);
-      put_record(out, Opcode::message_index, content);
+      std::string pairs;
+      for (const Entry& e : list) pairs += packed(e.time, e.offset);
+      put_record(out, Opcode::message_index, packed(channel, pairs));
     }
     index.index_length = out.size() - index.length;
     return out;
@@ -162,19 +135,13 @@ struct McapWriter::Impl {
   }
 
   [[nodiscard]] std::string statistics_content() const {
-    std::string out, counts;
-    put(out, statistics.messages);
-    put(out, static_cast<std::uint16_t>(schemas.size()));
-    put(out, static_cast<std::uint32_t>(channels.size()));
-    put(out, std::uint32_t{0});
-    put(out, static_cast<std::uint32_t>(metadata.size()));
-    put(out, statistics.chunks);
-    put(out, unsigned_ns(statistics.first));
-    put(out, unsigned_ns(statistics.last));
-    for (const auto& [channel, count] : statistics.messages_of)
-      put(counts, channel), put(counts, count);
-    put_text(out, counts);
-    return out;
+    std::string counts;
+    for (const auto& [channel, count] : statistics.messages_of) counts += packed(channel, count);
+    constexpr std::uint32_t kAttachments = 0;
+    return packed(statistics.messages, static_cast<std::uint16_t>(schemas.size()),
+                  static_cast<std::uint32_t>(channels.size()), kAttachments,
+                  static_cast<std::uint32_t>(metadata.size()), statistics.chunks,
+                  unsigned_ns(statistics.first), unsigned_ns(statistics.last), counts);
   }
 
   /// Groups of records of one type, followed by the position of each group.
@@ -185,30 +152,20 @@ struct McapWriter::Impl {
       const std::uint64_t at = out.size();
       for (const auto& item : items) put_record(out, opcode, content(item));
       if (out.size() == at) return;
-      std::string where(1, static_cast<char>(opcode));
-      put(where, begin + at);
-      put(where, out.size() - at);
-      put_record(offsets, Opcode::summary_offset, where);
+      put_record(offsets, Opcode::summary_offset,
+                 packed(static_cast<std::uint8_t>(opcode), begin + at, out.size() - at));
     };
     const auto plain = [](const auto& item) { return content_of(item); };
     group(Opcode::schema, schemas, plain);
     group(Opcode::channel, channels, plain);
     group(Opcode::statistics, std::vector<int>{0}, [&](int) { return statistics_content(); });
     group(Opcode::chunk_index, chunks, plain);
-    group(Opcode::metadata_index, metadata, [](const Metadata& m) {
-      std::string content;
-      put(content, m.offset);
-      put(content, m.length);
-      put_text(content, m.name);
-      return content;
-    });
+    group(Opcode::metadata_index, metadata,
+          [](const Metadata& m) { return packed(m.offset, m.length, m.name); });
     const std::uint64_t offsets_at = begin + out.size();
     out += offsets;
     // The checksum covers the summary and the footer up to itself.
-    out += static_cast<char>(Opcode::footer);
-    put(out, std::uint64_t{20});
-    put(out, begin);
-    put(out, offsets_at);
+    out += packed(static_cast<std::uint8_t>(Opcode::footer), std::uint64_t{20}, begin, offsets_at);
     put(out, mcap::crc(out));
     out += mcap::kMagic;
     return out;
@@ -239,10 +196,8 @@ Result<McapWriter> McapWriter::create(std::unique_ptr<ByteSink> sink,
   auto impl = std::make_unique<Impl>();
   impl->sink = std::move(sink);
   impl->options = options;
-  std::string bytes(mcap::kMagic), content;
-  put_text(content, options.profile);
-  put_text(content, options.library);
-  put_record(bytes, Opcode::header, content);
+  std::string bytes(mcap::kMagic);
+  put_record(bytes, Opcode::header, packed(options.profile, options.library));
   if (auto done = impl->append(bytes); !done) {
     impl->closed = true;
     return done.error();
@@ -306,10 +261,8 @@ Result<void> McapWriter::write(std::uint16_t channel, LogTime log_time, LogTime 
 
 Result<void> McapWriter::add_metadata(const std::string& name, const McapMetadata& pairs) {
   if (auto done = impl_->flush(); !done) return done;
-  std::string content, record;
-  put_text(content, name);
-  put_map(content, pairs);
-  put_record(record, Opcode::metadata, content);
+  std::string record;
+  put_record(record, Opcode::metadata, packed(name, mcap::pairs_of(pairs)));
   const std::uint64_t at = impl_->position;
   if (auto done = impl_->append(record); !done) return done;
   impl_->metadata.push_back({name, at, record.size()});
@@ -327,9 +280,8 @@ Result<void> McapWriter::sync() {
 
 Result<void> McapWriter::close() {
   if (auto done = impl_->flush(); !done) return done;
-  std::string content, end;
-  put(content, impl_->data_crc);
-  put_record(end, Opcode::data_end, content);
+  std::string end;
+  put_record(end, Opcode::data_end, packed(impl_->data_crc));
   if (auto done = impl_->append(end); !done) return done;
   if (auto done = impl_->append(impl_->summary()); !done) return done;
   impl_->closed = true;

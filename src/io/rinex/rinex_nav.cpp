@@ -8,8 +8,7 @@
 #include <wayfare/io/rinex.hpp>
 
 #include "io/rinex/rinex_text.hpp"
-#include "io/text/pose_lines.hpp"
-#include "io/text/text.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -138,15 +137,9 @@ class NavigationReader {
           if (!whole) report(record.line, "the message is cut short");
           break;
         }
-        for (std::size_t i = 0; i < 4; ++i) {
-          const std::string_view text = columns(line, indent + 19 * i, 19);
-          const auto value = rinex::fortran_number(text);
-          if (value) record.v[3 + 4 * k + i] = *value;
-          if (!value && !rinex::is_blank(text)) {
-            report(lines.number(), "not a number: '" + text::printable(text) + "'");
+        for (std::size_t i = 0; i < 4; ++i)
+          if (!number(columns(line, indent + 19 * i, 19), lines.number(), record.v[3 + 4 * k + i]))
             whole = false;
-          }
-        }
         have = lines.next(line);
       }
       if (whole) take(record);
@@ -161,15 +154,19 @@ class NavigationReader {
     if (version2_) name.insert(name.begin(), letter2_);
     record.satellite = parse_satellite(name);
     record.epoch = *rinex::civil_time(columns(line, id, 20));
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::string_view text = columns(line, id + 20 + 19 * i, 19);
-      const auto value = rinex::fortran_number(text);
-      if (value) record.v[i] = *value;
-      if (!value && !rinex::is_blank(text)) {
-        report(record.line, "not a number: '" + text::printable(text) + "'");
-        return false;
-      }
+    for (std::size_t i = 0; i < 3; ++i)
+      if (!number(columns(line, id + 20 + 19 * i, 19), record.line, record.v[i])) return false;
+    return true;
+  }
+
+  /// Leaves `value` where the field is blank; reports any other that is not a number.
+  bool number(std::string_view text, std::size_t line, double& value) {
+    const auto read = rinex::fortran_number(text);
+    if (!read && !rinex::is_blank(text)) {
+      report(line, "not a number: '" + text::printable(text) + "'");
+      return false;
     }
+    value = read.value_or(value);
     return true;
   }
 
@@ -281,10 +278,7 @@ Result<RinexNavigation> parse_rinex_navigation(std::string_view text, const std:
 
 Result<RinexNavigation> read_rinex_navigation(const std::string& path,
                                               const RinexOptions& options) {
-  return read_and_parse<RinexNavigation>(path, options.file,
-                                         [&](std::string_view text, const std::string& source) {
-                                           return parse_rinex_navigation(text, source, options);
-                                         });
+  return read_and_parse(path, options.file, parse_rinex_navigation, options);
 }
 
 }  // namespace wayfare::io

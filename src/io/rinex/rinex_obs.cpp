@@ -8,8 +8,7 @@
 
 #include "io/rinex/rinex_obs_header.hpp"
 #include "io/rinex/rinex_text.hpp"
-#include "io/text/pose_lines.hpp"
-#include "io/text/text.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -238,8 +237,17 @@ bool read_header(rinex::ObservationHeader& header, Cursor& at) {
   return false;
 }
 
-Result<RinexObservations> read_observations(std::string_view text, const std::string& source,
-                                            const RinexOptions& options) {
+}  // namespace
+
+SignalPreference default_signals() {
+  return {{{"1C", "1W", "1P", "1X", "1L", "1S", "1Y"},
+           {"1C", "1P"},
+           {"1C", "1X", "1B", "1Z", "1A"},
+           {"2I", "1I", "2X", "2Q"}}};
+}
+
+Result<RinexObservations> parse_rinex_observations(std::string_view text, const std::string& source,
+                                                   const RinexOptions& options) {
   Cursor at{text::Lines(text)};
   at.next();
   const Result<rinex::FirstLine> first = rinex::first_line(at.line, source);
@@ -258,26 +266,9 @@ Result<RinexObservations> read_observations(std::string_view text, const std::st
   return file;
 }
 
-}  // namespace
-
-SignalPreference default_signals() {
-  return {{{"1C", "1W", "1P", "1X", "1L", "1S", "1Y"},
-           {"1C", "1P"},
-           {"1C", "1X", "1B", "1Z", "1A"},
-           {"2I", "1I", "2X", "2Q"}}};
-}
-
-Result<RinexObservations> parse_rinex_observations(std::string_view text, const std::string& source,
-                                                   const RinexOptions& options) {
-  return read_observations(text, source, options);
-}
-
 Result<RinexObservations> read_rinex_observations(const std::string& path,
                                                   const RinexOptions& options) {
-  return read_and_parse<RinexObservations>(path, options.file,
-                                           [&](std::string_view text, const std::string& source) {
-                                             return parse_rinex_observations(text, source, options);
-                                           });
+  return read_and_parse(path, options.file, parse_rinex_observations, options);
 }
 
 }  // namespace wayfare::io

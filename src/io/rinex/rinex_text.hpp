@@ -20,11 +20,7 @@ inline std::string_view columns(std::string_view line, std::size_t begin, std::s
   return begin < line.size() ? line.substr(begin, length) : std::string_view();
 }
 
-inline std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text::is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && text::is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
+using text::trimmed;
 
 inline bool is_blank(std::string_view text) { return trimmed(text).empty(); }
 

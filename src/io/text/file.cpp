@@ -20,6 +20,10 @@ Error system_error(const std::string& what, const std::string& path) {
   return Error{ErrorCode::io, what + ": " + std::generic_category().message(errno), path};
 }
 
+Error already_exists(const std::string& path) {
+  return Error{ErrorCode::io, "exists already; not overwritten", path};
+}
+
 Error too_large(const std::string& source, std::size_t limit, const char* how) {
   return Error{
       ErrorCode::invalid,
@@ -161,14 +165,20 @@ Result<FileContent> read_file(const std::string& path, const ReadOptions& option
 
 namespace {
 
-Result<void> write_all(Descriptor& file, std::string_view bytes, const std::string& path) {
+/// Writes `bytes` and removes what has been written from them; false on an error.
+bool write_some(int fd, std::string_view& bytes) {
   while (!bytes.empty()) {
-    const ssize_t put = ::write(file.get(), bytes.data(), bytes.size());
+    const ssize_t put = ::write(fd, bytes.data(), bytes.size());
     if (put < 0 && errno == EINTR) continue;
-    if (put < 0) return system_error("cannot be written", path);
+    if (put < 0) return false;
     bytes.remove_prefix(static_cast<std::size_t>(put));
   }
-  if (file.close() != 0) return system_error("cannot be written", path);
+  return true;
+}
+
+Result<void> write_all(Descriptor& file, std::string_view bytes, const std::string& path) {
+  if (!write_some(file.get(), bytes) || file.close() != 0)
+    return system_error("cannot be written", path);
   return {};
 }
 
@@ -182,7 +192,7 @@ Result<void> rename_to_target(const std::string& temporary, const std::string& p
     if (!replace) ::unlink(temporary.c_str());
     return {};
   }
-  if (errno == EEXIST) return Error{ErrorCode::io, "exists already; not overwritten", path};
+  if (errno == EEXIST) return already_exists(path);
   if (!replace && ::access(path.c_str(), F_OK) != 0 &&
       ::rename(temporary.c_str(), path.c_str()) == 0) {
     return {};  // a file system without hard links
@@ -222,8 +232,7 @@ Result<void> write_file(const std::string& path, std::string_view bytes,
   const bool exists = ::stat(path.c_str(), &status) == 0;
   if (exists && S_ISDIR(status.st_mode)) return Error{ErrorCode::io, "is a folder", path};
   if (exists && !S_ISREG(status.st_mode)) return write_into(path, bytes);
-  if (exists && options.existing == Existing::refuse)
-    return Error{ErrorCode::io, "exists already; not overwritten", path};
+  if (exists && options.existing == Existing::refuse) return already_exists(path);
   const std::string target = exists ? resolved(path) : path;
   std::string temporary;
   Descriptor file(create_beside(target, temporary));
@@ -232,6 +241,36 @@ Result<void> write_file(const std::string& path, std::string_view bytes,
   if (done) done = rename_to_target(temporary, target, options.existing);
   if (!done) ::unlink(temporary.c_str());
   return done;
+}
+
+Result<std::unique_ptr<ByteSink>> FileSink::create(const std::string& path,
+                                                   const WriteOptions& options) {
+  const int mode = options.existing == Existing::refuse ? O_EXCL : O_TRUNC;
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0666);
+  if (fd < 0 && errno == EEXIST) return already_exists(path);
+  if (fd < 0) return system_error("cannot be created", path);
+  return std::unique_ptr<ByteSink>(new FileSink(fd, path));
+}
+
+FileSink::~FileSink() { ::close(fd_); }
+
+Result<void> FileSink::write(std::string_view bytes) {
+  const std::size_t all = bytes.size();
+  if (!write_some(fd_, bytes)) {
+    Error failed = system_error("cannot be written", path_);
+    // Removes the incomplete record at the end.
+    if (all != bytes.size() && ::ftruncate(fd_, static_cast<off_t>(size_)) == 0)
+      ::lseek(fd_, static_cast<off_t>(size_), SEEK_SET);
+    return failed;
+  }
+  size_ += all;
+  return {};
+}
+
+Result<void> FileSink::sync() {
+  // EINVAL: the device does not support syncing.
+  if (::fdatasync(fd_) != 0 && errno != EINVAL) return system_error("cannot be synced", path_);
+  return {};
 }
 
 }  // namespace wayfare::io

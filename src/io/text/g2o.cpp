@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "io/text/pose_text.hpp"
+#include "io/text/lines.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {

@@ -16,6 +16,13 @@ namespace wayfare::io::text {
 
 inline bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
+/// Without blanks at either end.
+inline std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
 /// Splits text at '\n'; the last line may lack one.
 class Lines {
  public:
@@ -113,12 +120,12 @@ void append_numbers(std::string& out, const Numbers& numbers) {
   }
 }
 
-/// Appends `value` with a fixed number of decimals.
-inline void append_fixed(std::string& out, double value, int decimals) {
+/// `value` with a fixed number of decimals.
+inline std::string fixed(double value, int decimals) {
   char buffer[400];
   const auto [end, error] =
       std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
-  out.append(buffer, end);
+  return {buffer, end};
 }
 
 inline constexpr std::string_view kBase64Digits =

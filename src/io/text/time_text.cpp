@@ -1,5 +1,6 @@
 #include <wayfare/io/time_text.hpp>
 
+#include <algorithm>
 #include <limits>
 
 #include "io/text/text.hpp"
@@ -7,17 +8,12 @@
 namespace wayfare::io {
 namespace {
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 /// Moves leading digits of `text` to the end of `digits`; returns their number.
-int take_digits(std::string_view& text, std::string& digits) {
-  int count = 0;
-  while (!text.empty() && is_digit(text.front())) {
-    digits += text.front();
-    text.remove_prefix(1);
-    ++count;
-  }
-  return count;
+long take_digits(std::string_view& text, std::string& digits) {
+  const std::size_t count = std::min(text.find_first_not_of("0123456789"), text.size());
+  digits += text.substr(0, count);
+  text.remove_prefix(count);
+  return static_cast<long>(count);
 }
 
 /// The power of ten after 'e', 0 where there is none; nullopt where it is malformed.

@@ -2,8 +2,7 @@
 
 #include <cmath>
 
-#include "io/text/pose_lines.hpp"
-#include "io/text/pose_text.hpp"
+#include "io/text/lines.hpp"
 
 namespace wayfare::io {
 namespace {
@@ -31,7 +30,7 @@ Result<TumFile> parse_tum(std::string_view all, const std::string& source) {
 }
 
 Result<TumFile> read_tum(const std::string& path, const ReadOptions& options) {
-  return read_and_parse<TumFile>(path, options, parse_tum);
+  return read_and_parse(path, options, parse_tum);
 }
 
 Trajectory planar(std::span<const StampedPose3> trajectory) {
@@ -69,14 +68,19 @@ std::string format_tum(std::span<const StampedPose3> trajectory) {
   return out;
 }
 
-Result<void> write_tum(const std::string& path, std::span<const StampedPose> trajectory,
-                       const WriteOptions& options) {
-  return write_file(path, format_tum(trajectory), options);
+Result<RelationsFile> parse_relations(std::string_view text, const std::string& source) {
+  RelationsFile file;
+  const auto take = [&](const auto& times, const auto& v) -> std::string {
+    file.relations.push_back({times[0], times[1], SE2d(v[0], v[1], Angle::radians(v[5]))});
+    return {};
+  };
+  if (for_each_pose_line<2, 6>(text, source, file.problems, take) == 0)
+    return no_content("relation", source, file.problems);
+  return file;
 }
 
-Result<void> write_tum(const std::string& path, std::span<const StampedPose3> trajectory,
-                       const WriteOptions& options) {
-  return write_file(path, format_tum(trajectory), options);
+Result<RelationsFile> read_relations(const std::string& path, const ReadOptions& options) {
+  return read_and_parse(path, options, parse_relations);
 }
 
 }  // namespace wayfare::io

@@ -26,16 +26,14 @@ std::atomic<bool> ended{false};
 namespace ros {
 namespace message_traits {
 
-template <>
-struct MD5Sum<AnyMessage> {
+struct Any {
   static const char* value(const AnyMessage&) { return "*"; }
   static const char* value() { return "*"; }
 };
 template <>
-struct DataType<AnyMessage> {
-  static const char* value(const AnyMessage&) { return "*"; }
-  static const char* value() { return "*"; }
-};
+struct MD5Sum<AnyMessage> : Any {};
+template <>
+struct DataType<AnyMessage> : Any {};
 
 }  // namespace message_traits
 
@@ -63,16 +61,6 @@ namespace wayfare::ros {
 namespace {
 
 constexpr std::uint32_t kSendQueue = 1000;  ///< a burst must not displace earlier messages
-
-class TopicPublisher final : public RawPublisher {
- public:
-  explicit TopicPublisher(::ros::Publisher publisher) : publisher_(std::move(publisher)) {}
-  void publish(const std::string& bytes) override { publisher_.publish(AnyMessage{bytes}); }
-  std::size_t subscribers() const override { return publisher_.getNumSubscribers(); }
-
- private:
-  ::ros::Publisher publisher_;
-};
 
 /// A parameter in the notation of a command line; empty for lists and structures.
 std::string text_of(XmlRpc::XmlRpcValue& value) {
@@ -142,11 +130,12 @@ std::vector<std::pair<std::string, std::string>> RawNode::parameters() const {
   return found;
 }
 
-std::unique_ptr<RawPublisher> RawNode::advertise(const std::string& topic, const TopicType& type,
-                                                 bool latched) {
+RawPublisher RawNode::advertise(const std::string& topic, const TopicType& type, bool latched) {
   ::ros::AdvertiseOptions options(topic, kSendQueue, type.md5, type.name, type.definition);
   options.latch = latched;
-  return std::make_unique<TopicPublisher>(connected_->node.advertise(options));
+  const ::ros::Publisher publisher = connected_->node.advertise(options);
+  return {[publisher](const std::string& bytes) { publisher.publish(AnyMessage{bytes}); },
+          [publisher] { return std::size_t{publisher.getNumSubscribers()}; }};
 }
 
 void RawNode::subscribe(const std::string& topic, const TopicType& type, std::uint32_t queue,

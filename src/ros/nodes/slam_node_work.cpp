@@ -29,12 +29,6 @@ Path path_of(const Trajectory& trajectory, std::string_view frame) {
   return path;
 }
 
-/// Converts the frame of a radar mounted upside down to that of an upright one at the same
-/// position.
-void mirror(wayfare::RadarScan& scan) {
-  for (RadarPoint& p : scan.points) p.y_m = -p.y_m, p.z_m = -p.z_m;
-}
-
 }  // namespace
 
 SlamNodeOutput SlamNode::work(double now_s) {
@@ -186,10 +180,8 @@ void SlamNode::pass_to_stream() {
   if (!odometry_.empty()) odometry_passed_ = odometry_.back().time;
   for (wayfare::LaserScan& scan : lasers_.scans)
     stream_->add(lasers_.mounting->upside_down ? turned_over(std::move(scan)) : std::move(scan));
-  for (wayfare::RadarScan& scan : radar_.scans) {
-    if (radar_.mounting->upside_down) mirror(scan);
-    stream_->add(scan);
-  }
+  for (wayfare::RadarScan& scan : radar_.scans)
+    stream_->add(radar_.mounting->upside_down ? turned_over(std::move(scan)) : std::move(scan));
   lasers_.scans.clear();
   radar_.scans.clear();
 }

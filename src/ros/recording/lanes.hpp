@@ -1,7 +1,8 @@
 #pragma once
 
 // Topics of a recording read together: each message parsed, stamped and converted to a measurement,
-// in one pass over the file.
+// in one pass over the file. Frames of the recording: the sensors' mounting on the robot, and its
+// odometry by transforms.
 
 #include <algorithm>
 #include <functional>
@@ -12,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/core/so3.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/recording.hpp>
 
@@ -36,13 +38,21 @@ class Lanes {
   void add(const std::string& topic, std::vector<Value>& out, Convert convert,
            Need need = Need::required) {
     if (topic.empty()) return;
-    if (need == Need::optional) lanes_[topic].leave_out = [&out] { out.clear(); };
-    add_raw<M>(topic, [&out, convert](const M& message, LogTime time) -> Result<void> {
-      Result<Value> value = convert(message, time);
+    Lane& lane = lanes_[topic];
+    if (need == Need::optional) lane.leave_out = [&out] { out.clear(); };
+    lane.stamped = true;
+    lane.take = [this, &out, convert](const RecordedMessage& raw, Lane& own) -> Result<void> {
+      const auto message = from_bytes<M>(raw.data, raw.topic.dialect);
+      if (!message) return message.error();
+      const bool by_receipt = names_.stamps == StampSource::received;
+      const auto time = by_receipt ? Result<LogTime>(raw.received) : time_of(message->header.stamp);
+      if (!time) return time.error();
+      Result<Value> value = convert(*message, *time);
       if (!value) return value.error();
       out.push_back(*std::move(value));
+      own.late.push_back(*time - raw.received);
       return {};
-    });
+    };
     sort_.push_back([&out] {
       std::stable_sort(out.begin(), out.end(),
                        [](const Value& a, const Value& b) { return a.time < b.time; });
@@ -73,21 +83,6 @@ class Lanes {
     std::optional<Error> first_fault;
   };
 
-  template <class M>
-  void add_raw(const std::string& topic, std::function<Result<void>(const M&, LogTime)> use) {
-    lanes_[topic].stamped = true;
-    lanes_[topic].take = [this, use](const RecordedMessage& raw, Lane& lane) -> Result<void> {
-      const auto message = from_bytes<M>(raw.data, raw.topic.dialect);
-      if (!message) return message.error();
-      const bool by_receipt = names_.stamps == StampSource::received;
-      const auto time = by_receipt ? Result<LogTime>(raw.received) : time_of(message->header.stamp);
-      if (!time) return time.error();
-      if (auto used = use(*message, *time); !used) return used;
-      lane.late.push_back(*time - raw.received);
-      return {};
-    };
-  }
-
   [[nodiscard]] Result<void> check_clocks(io::Problems& problems);
   [[nodiscard]] static Result<void> refuse(const Lane& lane, Error fault, io::Problems& problems);
 
@@ -96,5 +91,31 @@ class Lanes {
   std::map<std::string, Lane> lanes_;
   std::vector<std::function<void()>> sort_;
 };
+
+struct Layout {
+  FrameTree tree;
+  std::vector<OdometrySample> by_transforms;  ///< from `odom`, in the order of the messages
+  std::string odometry_child;                 ///< child of the odometry, else of these transforms
+
+  /// Adds all transforms while the file is read; errors in one are reported in `problems`.
+  void listen(Lanes& lanes, const RecordingFile& file, io::Problems& problems);
+  /// The robot's frame: as named, else the odometry's child, else `base_link`.
+  [[nodiscard]] std::string base_frame(const TopicNames& names) const;
+
+ private:
+  void take(const TfMessage& message, io::Problems& problems);
+};
+
+/// All messages of a topic have one frame, that of the first.
+[[nodiscard]] Result<void> take_frame(const Header& header, std::optional<std::string>& frame);
+
+/// Mounting of the sensor of `frame` on the robot; without a transform, at its centre, with a note.
+/// Errors: not level.
+[[nodiscard]] Result<LevelMounting> mounting_of(const FrameTree& tree, const std::string& base,
+                                                const std::string& frame, io::Problems& problems);
+
+/// Rotates an inertial unit's axes to the robot's; nothing without a transform.
+[[nodiscard]] std::optional<SO3d> rotation_of(const FrameTree& tree, const std::string& base,
+                                              const std::string& frame);
 
 }  // namespace wayfare::ros

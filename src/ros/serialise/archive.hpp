@@ -4,62 +4,53 @@
 // alignment and in how strings end.
 
 #include <array>
-#include <bit>
-#include <concepts>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <string_view>
-#include <type_traits>
+#include <utility>
 #include <vector>
 
+#include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/ros/geometry_messages.hpp>
 
 namespace wayfare::ros {
 
-struct Layout {
+struct Encoding {
   bool big_endian = false;
   std::size_t max_align = 1;         ///< 1: packed
   bool texts_end_with_zero = false;  ///< counted in their length
   bool has_seq = true;               ///< of headers
 };
 
-template <class T>
-concept Number = std::is_arithmetic_v<T>;
+using decode::Number;
 
-template <Number T>
-[[nodiscard]] std::array<char, sizeof(T)> wire_bytes(T value, bool big_endian) {
-  auto bytes = std::bit_cast<std::array<char, sizeof(T)>>(value);
-  if (big_endian != (std::endian::native == std::endian::big))
-    for (std::size_t i = 0; i < sizeof(T) / 2; ++i) std::swap(bytes[i], bytes[sizeof(T) - 1 - i]);
-  return bytes;
-}
-
-/// Padding at `at` so that a number of `size` bytes is aligned as the layout requires.
-[[nodiscard]] inline std::size_t padding(const Layout& layout, std::size_t at, std::size_t size) {
-  const std::size_t align = size < layout.max_align ? size : layout.max_align;
+/// Padding at `at` so that a number of `size` bytes is aligned as the encoding requires.
+[[nodiscard]] inline std::size_t padding(const Encoding& encoding, std::size_t at,
+                                         std::size_t size) {
+  const std::size_t align = size < encoding.max_align ? size : encoding.max_align;
   return (align - at % align) % align;
 }
 
 class Writer {
  public:
-  explicit Writer(Layout layout) : layout_(layout) {}
+  explicit Writer(Encoding encoding) : encoding_(encoding) {}
 
   template <class T>
   void operator()(const char*, const T& value) {
     put(value);
   }
   void ros1_only(const char*, std::uint32_t value) {
-    if (layout_.has_seq) put(value);
+    if (encoding_.has_seq) put(value);
   }
   [[nodiscard]] std::string take() { return std::move(out_); }
 
  private:
   template <Number T>
   void put(T value) {
-    out_.append(padding(layout_, out_.size(), sizeof(T)), '\0');
-    const auto bytes = wire_bytes(value, layout_.big_endian);
-    out_.append(bytes.data(), bytes.size());
+    out_.append(padding(encoding_, out_.size(), sizeof(T)), '\0');
+    std::uint8_t bytes[sizeof(T)];
+    encoding_.big_endian ? decode::store_be(value, bytes) : decode::store_le(value, bytes);
+    out_.append(bytes, bytes + sizeof(T));
   }
   void put(bool value) { put(static_cast<std::uint8_t>(value ? 1 : 0)); }
   void put(const Stamp& stamp) {
@@ -67,7 +58,7 @@ class Writer {
     put(stamp.nanosec);
   }
   void put(const std::string& text) {
-    const std::size_t zero = layout_.texts_end_with_zero ? 1 : 0;
+    const std::size_t zero = encoding_.texts_end_with_zero ? 1 : 0;
     put(static_cast<std::uint32_t>(text.size() + zero));
     out_ += text;
     out_.append(zero, '\0');
@@ -89,14 +80,14 @@ class Writer {
   requires requires { M::kType; }
   void put(const M& message) { M::fields(message, *this); }
 
-  Layout layout_;
+  Encoding encoding_;
   std::string out_;
 };
 
 /// Past the end all values are unchanged and `ok` is false.
 class Reader {
  public:
-  Reader(std::string_view bytes, Layout layout) : bytes_(bytes), layout_(layout) {}
+  Reader(std::string_view bytes, Encoding encoding) : bytes_(bytes), encoding_(encoding) {}
 
   template <class T>
   void operator()(const char* name, T& value) {
@@ -105,7 +96,7 @@ class Reader {
     if (!ok_ && failed_at_ == nullptr) failed_at_ = name;
   }
   void ros1_only(const char* name, std::uint32_t& value) {
-    if (layout_.has_seq) (*this)(name, value);
+    if (encoding_.has_seq) (*this)(name, value);
   }
   [[nodiscard]] bool ok() const { return ok_; }
   [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
@@ -123,12 +114,11 @@ class Reader {
   }
   template <Number T>
   void get(T& value) {
-    static_cast<void>(take(padding(layout_, at_, sizeof(T))));
+    static_cast<void>(take(padding(encoding_, at_, sizeof(T))));
     const std::string_view from = take(sizeof(T));
     if (!ok_) return;
-    T raw;
-    std::memcpy(&raw, from.data(), sizeof(T));
-    value = std::bit_cast<T>(wire_bytes(raw, layout_.big_endian));
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(from.data());
+    value = encoding_.big_endian ? decode::load_be<T>(bytes) : decode::load_le<T>(bytes);
   }
   void get(bool& value) {
     std::uint8_t byte = 0;
@@ -140,13 +130,14 @@ class Reader {
     get(sec);
     get(stamp.nanosec);
     // ROS 2 has the range 1901 to 2038; ROS 1 starts in 1970.
-    stamp.sec = layout_.has_seq ? std::int64_t{sec} : std::int64_t{static_cast<std::int32_t>(sec)};
+    stamp.sec =
+        encoding_.has_seq ? std::int64_t{sec} : std::int64_t{static_cast<std::int32_t>(sec)};
   }
   void get(std::string& text) {
     std::uint32_t size = 0;
     get(size);
     std::string_view from = take(size);
-    if (layout_.texts_end_with_zero && !from.empty()) {
+    if (encoding_.texts_end_with_zero && !from.empty()) {
       if (from.back() != '\0') ok_ = false;
       from.remove_suffix(1);
     }
@@ -178,7 +169,7 @@ class Reader {
   void get(M& message) { M::fields(message, *this); }
 
   std::string_view bytes_;
-  Layout layout_;
+  Encoding encoding_;
   std::size_t at_ = 0;
   bool ok_ = true;
   const char* failed_at_ = nullptr;

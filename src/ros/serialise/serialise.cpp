@@ -1,17 +1,105 @@
 #include <wayfare/ros/serialise.hpp>
 
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "ros/serialise/archive.hpp"
-#include "ros/serialise/describe.hpp"
 
 namespace wayfare::ros {
 namespace {
 
-constexpr Layout kRos1{};
+/// The text of a message's definition, from its list of fields.
+class Describer {
+ public:
+  explicit Describer(Dialect dialect) : dialect_(dialect) {}
+
+  template <class T>
+  void operator()(const char* name, const T& value) {
+    line(type_of(value), name);
+  }
+  void ros1_only(const char* name, std::uint32_t value) {
+    if (dialect_ == Dialect::ros1) line(type_of(value), name);
+  }
+
+  template <class M>
+  [[nodiscard]] std::string whole(const M& message) {
+    body(message);
+    std::string text = own_;
+    for (const auto& [name, definition] : within_)
+      text += std::string(80, '=') + "\nMSG: " + name + "\n" + definition;
+    return text;
+  }
+
+ private:
+  void line(const std::string& type, const char* name) { own_ += type + " " + name + "\n"; }
+
+  template <class M>
+  void body(const M& message) {
+    own_ += M::kType.constants;
+    M::fields(message, *this);
+  }
+
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  static std::string type_of(T) {
+    if constexpr (std::is_same_v<T, bool>) return "bool";
+    const char* kind = std::is_floating_point_v<T> ? "float" : std::is_signed_v<T> ? "int" : "uint";
+    return kind + std::to_string(8 * sizeof(T));
+  }
+  static std::string type_of(const std::string&) { return "string"; }
+  std::string type_of(const Stamp&) {
+    if (dialect_ == Dialect::ros1) return "time";
+    add("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
+    return "builtin_interfaces/Time";
+  }
+  template <class T>
+  std::string type_of(const std::vector<T>&) {
+    return type_of(T{}) + "[]";
+  }
+  template <class T, std::size_t N>
+  std::string type_of(const std::array<T, N>&) {
+    return type_of(T{}) + "[" + std::to_string(N) + "]";
+  }
+  template <class M>
+  requires requires { M::kType; }
+  std::string type_of(const M& message) {
+    const std::string name(M::kType.name);
+    for (const auto& there : within_)
+      if (there.name == name) return name;
+    const std::size_t place = within_.size();
+    within_.push_back({name, {}});
+    std::string outer;
+    outer.swap(own_);
+    body(message);
+    outer.swap(own_);
+    within_[place].definition = std::move(outer);
+    return name;
+  }
+  void add(const std::string& name, const std::string& definition) {
+    for (const auto& there : within_)
+      if (there.name == name) return;
+    within_.push_back({name, definition});
+  }
+
+  struct Part {
+    std::string name, definition;
+  };
+  Dialect dialect_;
+  std::string own_;
+  std::vector<Part> within_;
+};
+
+constexpr Encoding kRos1{};
 constexpr std::size_t kMostPadding = 7;
 
-Layout cdr(bool big_endian, std::size_t max_align) { return {big_endian, max_align, true, false}; }
+Encoding cdr(bool big_endian, std::size_t max_align) {
+  return {big_endian, max_align, true, false};
+}
 
 Error too_short(std::string_view name, const Reader& reader) {
   return {ErrorCode::parse, "ends within its field " + std::string(reader.failed_at()),
@@ -19,8 +107,8 @@ Error too_short(std::string_view name, const Reader& reader) {
 }
 
 template <class M>
-Result<M> read(std::string_view bytes, const Layout& layout, std::size_t spare) {
-  Reader reader(bytes, layout);
+Result<M> read(std::string_view bytes, const Encoding& encoding, std::size_t spare) {
+  Reader reader(bytes, encoding);
   M message;
   M::fields(message, reader);
   if (!reader.ok()) return too_short(M::kType.name, reader);
@@ -32,14 +120,14 @@ Result<M> read(std::string_view bytes, const Layout& layout, std::size_t spare) 
 }
 
 template <class M>
-std::string write(const M& message, const Layout& layout) {
-  Writer writer(layout);
+std::string write(const M& message, const Encoding& encoding) {
+  Writer writer(encoding);
   M::fields(message, writer);
   return writer.take();
 }
 
 /// Of the two bytes that give a message's encoding.
-Result<Layout> layout_of(std::string_view bytes, std::string_view name) {
+Result<Encoding> encoding_of(std::string_view bytes, std::string_view name) {
   if (bytes.size() < 4)
     return Error{ErrorCode::parse, "is shorter than CDR's four bytes", std::string(name)};
   const auto high = static_cast<std::uint8_t>(bytes[0]), low = static_cast<std::uint8_t>(bytes[1]);
@@ -62,9 +150,9 @@ std::string to_cdr(const M& message, ByteOrder order) {
 
 template <Message M>
 Result<M> from_cdr(std::string_view bytes) {
-  const auto layout = layout_of(bytes, M::kType.name);
-  if (!layout) return layout.error();
-  return read<M>(bytes.substr(4), *layout, kMostPadding);
+  const auto encoding = encoding_of(bytes, M::kType.name);
+  if (!encoding) return encoding.error();
+  return read<M>(bytes.substr(4), *encoding, kMostPadding);
 }
 
 template <Message M>

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <type_traits>
 
 namespace wayfare::decode {
@@ -33,6 +34,12 @@ template <Number T>
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < sizeof(T); ++i) bits |= std::uint64_t{p[i]} << (8 * i);
   return std::bit_cast<T>(static_cast<U>(bits));
+}
+
+/// The number whose least significant byte is bytes[at].
+template <Number T>
+[[nodiscard]] T load_le(std::string_view bytes, std::size_t at) {
+  return load_le<T>(reinterpret_cast<const std::uint8_t*>(bytes.data()) + at);
 }
 
 /// The number whose most significant byte is at `p`; sizeof(T) bytes are read.

@@ -22,11 +22,9 @@ struct TopicType {
 };
 
 /// Publishes on one topic during its lifetime.
-class RawPublisher {
- public:
-  virtual ~RawPublisher() = default;
-  virtual void publish(const std::string& bytes) = 0;
-  [[nodiscard]] virtual std::size_t subscribers() const = 0;
+struct RawPublisher {
+  std::function<void(const std::string& bytes)> publish;
+  std::function<std::size_t()> subscribers;
 };
 
 /// The process's only node: roscpp allows one. Callbacks are called by `spin` only, on its thread.
@@ -48,8 +46,8 @@ class RawNode {
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> parameters() const;
 
   /// A latched topic keeps its last message for later subscribers.
-  [[nodiscard]] std::unique_ptr<RawPublisher> advertise(const std::string& topic,
-                                                        const TopicType& type, bool latched);
+  [[nodiscard]] RawPublisher advertise(const std::string& topic, const TopicType& type,
+                                       bool latched);
   /// Up to `queue` messages are queued for `spin`; the oldest are dropped first.
   void subscribe(const std::string& topic, const TopicType& type, std::uint32_t queue,
                  std::function<void(const std::string& bytes)> callback);

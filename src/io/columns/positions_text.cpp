@@ -1,0 +1,253 @@
+// Positions on the Earth: fixes of a receiver and reference trajectories, also as RTKLIB writes
+// them.
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include <wayfare/core/geodesy.hpp>
+#include <wayfare/core/so3.hpp>
+#include <wayfare/io/nav_text.hpp>
+
+#include "io/columns/column_rows.hpp"
+
+namespace wayfare::io {
+namespace {
+
+// Headings of RTKLIB's solutions and the corresponding column names.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kNames = {
+    {{"latitude(deg)", "lat_deg"},
+     {"longitude(deg)", "lon_deg"},
+     {"height(m)", "h_m"},
+     {"Q", "q"},
+     {"sdn(m)", "sn_m"},
+     {"sde(m)", "se_m"},
+     {"sdu(m)", "sd_m"},
+     {"sdne(m)", "sne_m"},
+     {"sdeu(m)", "seu_m"},
+     {"sdun(m)", "sun_m"},
+     {"vn(m/s)", "vn_mps"},
+     {"ve(m/s)", "ve_mps"},
+     {"vu(m/s)", "vu_mps"},
+     {"sdvn", "svn_mps"},
+     {"sdve", "sve_mps"},
+     {"sdvu", "svd_mps"},
+     {"roll(deg)", "roll_deg"},
+     {"pitch(deg)", "pitch_deg"},
+     {"yaw(deg)", "yaw_deg"}}};
+
+std::string our_name(std::string_view heading) {
+  for (const auto& [theirs, ours] : kNames)
+    if (theirs == heading) return std::string(ours);
+  return "-";
+}
+
+/// The columns of an RTKLIB solution (.pos) by its '%' heading; nullopt where it is not a solution
+/// in geodetic coordinates.
+std::optional<ColumnFormat> rtklib_columns(std::string_view all, const ColumnFormat& format) {
+  if (!format.columns.empty()) return std::nullopt;
+  ColumnFormat found = format;
+  text::Lines lines(all);
+  bool utc = false;
+  for (std::string_view line; lines.next(line);) {
+    std::vector<std::string_view> fields;
+    if (line.starts_with('%')) {
+      split_fields(line.substr(1), fields);
+      if (fields.size() < 4 || fields[1] != "latitude(deg)") continue;
+      if (fields[0] != "GPST" && fields[0] != "UTC") continue;
+      utc = fields[0] == "UTC";
+      found.columns.clear();
+      for (std::size_t i = 1; i < fields.size(); ++i) found.columns.push_back(our_name(fields[i]));
+      continue;
+    }
+    if (found.columns.empty()) return std::nullopt;
+    // The heading has one word for date and time, or week and time of week.
+    split_fields(line, fields);
+    if (fields.empty()) continue;
+    const bool date = fields[0].find('/') != std::string_view::npos;
+    const std::array<const char*, 2> time =
+        date ? (utc ? std::array{"utc_date", "utc_clock"} : std::array{"date", "clock"})
+             : std::array{"week", "tow_s"};
+    found.columns.insert(found.columns.begin(), time.begin(), time.end());
+    return found;
+  }
+  return std::nullopt;
+}
+
+/// From radians and metres; returns an error message, or an empty string.
+std::string to_geodetic(const Eigen::Vector3d& lat_lon_h, Geodetic& position) {
+  if (!lat_lon_h.allFinite()) return "the position is not finite";
+  if (!(std::abs(lat_lon_h[0]) <= 1.5707963267948968)) return "the latitude is beyond a pole";
+  if (!(std::abs(lat_lon_h[1]) <= 6.283185307179587)) return "the longitude is beyond 360 degrees";
+  position = {Angle::radians(lat_lon_h[0]), Angle::radians(lat_lon_h[1]), lat_lon_h[2]};
+  return {};
+}
+
+void append_position(std::string& out, const Geodetic& p) {
+  append_numbers(out, {p.latitude.degrees(), p.longitude.degrees(), p.height_m});
+}
+
+constexpr Quantity kFix[] = {
+    {"lat", Dimension::angle},   {"lon", Dimension::angle},    {"h", Dimension::length},
+    {"sn", Dimension::length},   {"se", Dimension::length},    {"sd", Dimension::length},
+    {"sne", Dimension::length},  {"seu", Dimension::length},   {"sun", Dimension::length},
+    {"vn", Dimension::speed},    {"ve", Dimension::speed},     {"vd", Dimension::speed},
+    {"svn", Dimension::speed},   {"sve", Dimension::speed},    {"svd", Dimension::speed},
+    {"vu", Dimension::speed},    {"sh", Dimension::length},    {"sv_h", Dimension::length},
+    {"speed", Dimension::speed}, {"course", Dimension::angle}, {"sspeed", Dimension::speed},
+    {"q", Dimension::none}};
+
+/// Variances from standard deviations.
+Eigen::Matrix3d variances(const Eigen::Vector3d& sigma) { return sigma.cwiseAbs2().asDiagonal(); }
+
+/// RTKLIB writes signed roots of covariances, with the third axis up.
+void add_covariances(const Eigen::Vector3d& ne_eu_un, Eigen::Matrix3d& covariance) {
+  if (!ne_eu_un.allFinite()) return;
+  const auto from_root = [](double root) { return std::copysign(root * root, root); };
+  Eigen::Matrix3d full = covariance;
+  full(0, 1) = full(1, 0) = from_root(ne_eu_un[0]);
+  full(1, 2) = full(2, 1) = -from_root(ne_eu_un[1]);
+  full(0, 2) = full(2, 0) = -from_root(ne_eu_un[2]);
+  if (Eigen::LLT<Eigen::Matrix3d>(full).info() == Eigen::Success) covariance = full;
+}
+
+std::string take_position(std::span<const double> v, GnssFix& fix) {
+  if (std::string fault = to_geodetic(triple(v, 0), fix.position); !fault.empty()) return fault;
+  Eigen::Vector3d sigma = triple(v, 3);
+  if (std::isnan(sigma[0])) sigma = {v[16] / std::sqrt(2.0), v[16] / std::sqrt(2.0), v[17]};
+  if (sigma.hasNaN()) return {};
+  if (!(sigma.minCoeff() > 0.0) || !sigma.allFinite())
+    return "a standard deviation is not positive";
+  fix.position_covariance_ned_m2 = variances(sigma);
+  add_covariances(triple(v, 6), fix.position_covariance_ned_m2);
+  return {};
+}
+
+std::string take_velocity(std::span<const double> v, GnssFix& fix) {
+  Eigen::Vector3d velocity = triple(v, 9);
+  if (std::isnan(velocity[2])) velocity[2] = -v[15];
+  Eigen::Vector3d sigma = triple(v, 12);
+  if (sigma.hasNaN()) sigma.setConstant(std::isnan(v[20]) ? 0.3 : v[20]);
+  if (std::isnan(velocity[0]) && v[18] >= 0.0 && std::isfinite(v[19])) {
+    velocity.head<2>() = v[18] * Eigen::Vector2d(std::cos(v[19]), std::sin(v[19]));
+    velocity[2] = 0.0;
+    sigma[2] = std::hypot(sigma[2], 0.05 * v[18]);  // a slope of three degrees
+  }
+  if (velocity.hasNaN()) return {};
+  if (!velocity.allFinite()) return "the velocity is not finite";
+  if (!(sigma.minCoeff() > 0.0) || !sigma.allFinite())
+    return "a standard deviation of the velocity is not positive";
+  fix.velocity_ned_mps = velocity;
+  fix.velocity_covariance_ned = variances(sigma);
+  return {};
+}
+
+}  // namespace
+
+Result<FixFile> parse_fixes(std::string_view all, const std::string& source,
+                            const ColumnFormat& format) {
+  const auto rows =
+      ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kFix, 3);
+  if (!rows) return rows.error();
+  FixFile file;
+  const auto take = [&](const ColumnRow& row) -> std::string {
+    GnssFix fix;
+    fix.time = row.time;
+    if (std::string fault = take_position(row.numbers, fix); !fault.empty()) return fault;
+    if (std::string fault = take_velocity(row.numbers, fix); !fault.empty()) return fault;
+    const double q = row.numbers[21];
+    file.fixes.push_back(std::move(fix));
+    file.qualities.push_back(q >= 0.0 && q < 100.0 ? static_cast<int>(q) : 0);
+    return {};
+  };
+  if (rows->for_each(take, file.problems) == 0) return no_content("fix", source, file.problems);
+  return file;
+}
+
+Result<FixFile> read_fixes(const std::string& path, const ColumnFormat& format) {
+  return read_and_parse(path, {}, parse_fixes, format);
+}
+
+std::string format_fixes(std::span<const GnssFix> fixes) {
+  std::string out =
+      "t_s lat_deg lon_deg h_m sn_m se_m sd_m sne_m seu_m sun_m "
+      "vn_mps ve_mps vd_mps svn_mps sve_mps svd_mps\n";
+  const auto root = [](double covariance) {
+    return std::copysign(std::sqrt(std::abs(covariance)), covariance);
+  };
+  for (const GnssFix& fix : fixes) {
+    append_time(out, fix.time);
+    append_position(out, fix.position);
+    const Eigen::Matrix3d& p = fix.position_covariance_ned_m2;
+    append_numbers(out, p.diagonal().cwiseSqrt().eval());
+    append_numbers(out, std::array{root(p(0, 1)), root(-p(1, 2)), root(-p(0, 2))});
+    const Eigen::Vector3d unknown =
+        Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+    append_numbers(out, fix.velocity_ned_mps.value_or(unknown));
+    append_numbers(out, fix.velocity_covariance_ned.diagonal().cwiseSqrt().eval());
+    out += '\n';
+  }
+  return out;
+}
+
+namespace {
+
+constexpr Quantity kNav[] = {{"lat", Dimension::angle},  {"lon", Dimension::angle},
+                             {"h", Dimension::length},   {"vn", Dimension::speed},
+                             {"ve", Dimension::speed},   {"vd", Dimension::speed},
+                             {"roll", Dimension::angle}, {"pitch", Dimension::angle},
+                             {"yaw", Dimension::angle},  {"vu", Dimension::speed}};
+
+}  // namespace
+
+Result<NavFile> parse_nav(std::string_view all, const std::string& source,
+                          const ColumnFormat& format) {
+  const auto rows =
+      ColumnRows::open(all, source, rtklib_columns(all, format).value_or(format), kNav, 3);
+  if (!rows) return rows.error();
+  NavFile file;
+  file.has_velocity = rows->has(3) && rows->has(4) && (rows->has(5) || rows->has(9));
+  file.has_attitude = rows->has(6) && rows->has(7) && rows->has(8);
+  const auto take = [&](const ColumnRow& row) -> std::string {
+    NavState state;
+    state.time = row.time;
+    const std::span<const double> v = row.numbers;
+    if (std::string fault = to_geodetic(triple(v, 0), state.position); !fault.empty()) return fault;
+    if (file.has_velocity) state.velocity_ned_mps = {v[3], v[4], rows->has(5) ? v[5] : -v[9]};
+    if (!state.velocity_ned_mps.allFinite()) return "the velocity is not finite";
+    if (file.has_attitude) {
+      if (!triple(v, 6).allFinite()) return "an angle is not finite";
+      state.q_nb = rotation_from_roll_pitch_yaw(triple(v, 6));
+    }
+    file.trajectory.push_back(state);
+    return {};
+  };
+  if (rows->for_each(take, file.problems) == 0)
+    return no_content("position", source, file.problems);
+  return file;
+}
+
+Result<NavFile> read_nav(const std::string& path, const ColumnFormat& format) {
+  return read_and_parse(path, {}, parse_nav, format);
+}
+
+std::string format_nav(std::span<const NavState> trajectory) {
+  std::string out = "t_s lat_deg lon_deg h_m vn_mps ve_mps vd_mps roll_deg pitch_deg yaw_deg\n";
+  out.reserve(trajectory.size() * 180);
+  for (const NavState& state : trajectory) {
+    append_time(out, state.time);
+    append_position(out, state.position);
+    append_numbers(out, state.velocity_ned_mps);
+    for (const double angle : roll_pitch_yaw_rad(state.q_nb))
+      append_numbers(out, std::array{Angle::radians(angle).degrees()});
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace wayfare::io
