@@ -89,7 +89,7 @@ TEST(FrontPlan, ContainsTheFillInAndListsChildrenFirst) {
   for (const auto& shape : tests::all_shapes(rng)) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
     const BlockSparse<3> h(shape.columns, shape.pairs);
-    const FrontPlan plan = plan_fronts(pattern_of(h), 3);
+    const FrontPlan plan = plan_fronts(pattern_of(h), minimum_degree(pattern_of(h)), 3);
     const auto below = eliminate(h, plan.number);
     EXPECT_EQ(plan.placements.size(), static_cast<std::size_t>(h.blocks()));
     int next = 0;

@@ -23,8 +23,8 @@ class Planner {
  public:
   Planner(const UpperPattern& pattern, int block) : pattern_(pattern) { plan_.block = block; }
 
-  FrontPlan plan() {
-    number_columns();
+  FrontPlan plan(std::vector<int> order) {
+    number_columns(std::move(order));
     make_fronts();
     sort_blocks();
     place_.assign(plan_.order.size(), -1);
@@ -39,7 +39,7 @@ class Planner {
     int row, column, block;
   };
 
-  void number_columns();
+  void number_columns(std::vector<int> order);
   void make_fronts();
   void sort_blocks();
   void lay_out(int s);
@@ -55,8 +55,7 @@ class Planner {
   std::vector<int> place_;      // of each column, its block row in the current front
 };
 
-void Planner::number_columns() {
-  std::vector<int> order = minimum_degree(pattern_);
+void Planner::number_columns(std::vector<int> order) {
   {
     const auto parent = elimination_tree(RenumberedPattern(pattern_, inverse_order(order)));
     order = chained(order, postorder(parent));
@@ -178,8 +177,8 @@ void Planner::find_runs(Front& child, const Front& front) {
 
 }  // namespace
 
-FrontPlan plan_fronts(const UpperPattern& pattern, int block) {
-  return Planner(pattern, block).plan();
+FrontPlan plan_fronts(const UpperPattern& pattern, std::vector<int> order, int block) {
+  return Planner(pattern, block).plan(std::move(order));
 }
 
 }  // namespace wayfare::cholesky

@@ -20,7 +20,9 @@ MultifrontalFactor::~MultifrontalFactor() = default;
 
 void MultifrontalFactor::analyse(std::span<const int> starts, std::span<const int> rows, int block,
                                  int leading) {
-  state_->factor.emplace(cholesky::plan_fronts({starts, rows}, block), leading);
+  const cholesky::UpperPattern pattern{starts, rows};
+  state_->factor.emplace(cholesky::plan_fronts(pattern, cholesky::minimum_degree(pattern), block),
+                         leading);
 }
 
 void MultifrontalFactor::set_threads(int threads) {
