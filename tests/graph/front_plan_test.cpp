@@ -9,7 +9,7 @@
 
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "graph/cholesky/elimination_tree.hpp"
+#include "graph/cholesky/symbolic.hpp"
 #include "shapes.hpp"
 
 namespace wayfare::cholesky {

@@ -21,7 +21,7 @@
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif
 
-#include "graph/cholesky/elimination_tree.hpp"
+#include "graph/cholesky/symbolic.hpp"
 #include "graph/cholesky/factor.hpp"
 
 namespace {

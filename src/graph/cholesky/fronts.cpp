@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "graph/cholesky/elimination_tree.hpp"
-#include "graph/cholesky/supernodes.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// order[k] = inner[outer[k]]: renumbers by `inner`, then by `outer`.
 std::vector<int> chained(std::span<const int> inner, std::span<const int> outer) {

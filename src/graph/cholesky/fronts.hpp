@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "graph/cholesky/kernels.hpp"
-#include "graph/cholesky/minimum_degree.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 

@@ -5,12 +5,10 @@
 #include <system_error>
 #include <utility>
 
-#include "graph/cholesky/supernodes.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Below this the cost of starting and waking threads and of cache transfers was noticeable, in
 /// solutions of some ten milliseconds.

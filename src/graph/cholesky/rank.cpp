@@ -9,11 +9,6 @@
 #include "graph/cholesky/factor.hpp"
 
 namespace wayfare::cholesky {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 void Factor::place_diagonal() {
   diagonal_.resize(plan_.order.size());
