@@ -21,8 +21,8 @@
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif
 
-#include "graph/cholesky/symbolic.hpp"
 #include "graph/cholesky/factor.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace {
 
@@ -51,8 +51,7 @@ struct OrderedFronts {
         cholesky::plan_fronts({h.starts(), h.rows()}, Ordering::order(h), N), kLeadingUnits<N>);
   }
   FactorOutcome factorise(const BlockSparse<N>& h) {
-    const double* const values = h.blocks() > 0 ? h.data(0) : nullptr;
-    return factor->judge(values, factor->factorise(values));
+    return factor->factorise(h.blocks() > 0 ? h.data(0) : nullptr);
   }
   void solve_in_place(Eigen::VectorXd& x) { factor->solve_in_place(x.data()); }
 

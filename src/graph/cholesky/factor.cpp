@@ -107,8 +107,13 @@ int Factor::factorise_front(std::size_t s, const double* h) {
   return -1;
 }
 
-int Factor::factorise(const double* h, int threads) {
+FactorOutcome Factor::factorise(const double* h, int threads) {
   set_threads(threads);
+  return judge(h, eliminate(h));
+}
+
+/// Returns the original column at which H stops being positive definite, or −1.
+int Factor::eliminate(const double* h) {
   values_.reserve(factor_size_);
   stack_.reserve(stack_size_);
   scratch_.reserve(at(most_scratch_));

@@ -27,7 +27,6 @@ class AlignedDoubles {
     size_ = size;
   }
   [[nodiscard]] double* data() const { return data_.get(); }
-  [[nodiscard]] std::size_t size() const { return size_; }
 
  private:
   static constexpr std::size_t kAlignment = 64, kSlack = 8;
@@ -47,13 +46,9 @@ class Factor {
   /// The first `leading` numbers of a block share one unit, the others another.
   explicit Factor(FrontPlan plan, int leading);
 
-  /// `h`: the values of the pattern's blocks. Returns the original column at which H stops being
-  /// positive definite, or −1. Bit-identical for any number of threads.
-  int factorise(const double* h, int threads = 1);
-
-  /// What factorise(h), which returned `failed`, says of the rank of H (rank.hpp). The factor is
-  /// void where the outcome is not ok.
-  [[nodiscard]] FactorOutcome judge(const double* h, int failed);
+  /// `h`: the values of the pattern's blocks. The rank of H is judged as in rank.hpp; the factor is
+  /// void where the outcome is not ok. Bit-identical for any number of threads.
+  FactorOutcome factorise(const double* h, int threads = 1);
 
   /// L y = x, then Lᵀ z = y, in the original order of columns.
   void solve_in_place(double* x);
@@ -64,14 +59,14 @@ class Factor {
   /// pattern or `invert` was not called since the last factorisation.
   bool inverse_block(int row, int column, double* out) const;
 
-  [[nodiscard]] const FrontPlan& plan() const { return plan_; }
-
  private:
   struct Place {
     std::size_t l11, l21, update;
     int ld11, ld21;
   };
 
+  int eliminate(const double* h);
+  FactorOutcome judge(const double* h, int failed);
   void place_fronts();
   void place_diagonal();
   void set_threads(int threads);

@@ -106,7 +106,6 @@ class IncrementalCholesky {
   void plan_as_before();
   void plan_in_new_order();
   void join_neighbours();
-  const std::vector<int>& eliminate_symbolically();
   void find_structures();
   void gather_structure(int place);
   void absorb_children(int place);
@@ -150,7 +149,6 @@ class IncrementalCholesky {
   std::vector<int> sequence_;
   IncrementalOrder order_;
   std::vector<std::vector<int>> structures_;
-  std::vector<std::vector<int>> child_places_;
   std::vector<Supernode> supernodes_;
   std::vector<int> seen_, local_, clique_at_;
   std::vector<int> slot_, slots_;

@@ -38,8 +38,6 @@ class NormalEquations {
   [[nodiscard]] double chi2() const {
     return std::accumulate(squared_errors_.begin(), squared_errors_.end(), 0.0);
   }
-  /// eᵀΩe of every edge at the last linearisation.
-  [[nodiscard]] const std::vector<double>& squared_errors() const { return squared_errors_; }
 
   [[nodiscard]] Matrix& hessian() { return hessian_; }
   [[nodiscard]] const Matrix& hessian() const { return hessian_; }
