@@ -7,7 +7,6 @@
 
 #include <wayfare/graph/detail/damped_step.hpp>
 #include <wayfare/graph/detail/descent.hpp>
-#include <wayfare/graph/detail/joint_covariance.hpp>
 #include <wayfare/graph/detail/validate.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
 

@@ -22,9 +22,7 @@ template <LieGroup G>
 Result<void> IncrementalOptimiser<G>::add_edge(const PoseEdge<G>& edge) {
   graph_.edges.push_back(edge);
   auto valid = validate_edge(graph_, graph_.edges.size() - 1);
-  if (valid && !std::isfinite(squared_error(graph_, edge)))
-    valid = detail::edge_fault(graph_, graph_.edges.size() - 1, ErrorCode::degenerate,
-                               "has an error too large to square");
+  if (valid && !std::isfinite(squared_error(graph_, edge))) valid = cost_overflow(graph_);
   if (!valid) graph_.edges.pop_back();
   return valid;
 }

@@ -1,6 +1,6 @@
 // An edge as a term of the linear system.
 
-#include <wayfare/graph/detail/edge_terms.hpp>
+#include <wayfare/graph/detail/normal_equations.hpp>
 #include <wayfare/graph/incremental.hpp>
 
 namespace wayfare {

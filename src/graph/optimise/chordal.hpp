@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/graph/detail/pose_columns.hpp>
+#include <wayfare/graph/detail/normal_equations.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
