@@ -87,6 +87,8 @@ class IncrementalCholesky {
     bool weak = false;           // some pivot lost many digits
     std::vector<double> probes;  // of the rounding of pivots, computed on demand
     [[nodiscard]] int separators() const { return static_cast<int>(rows.size()) - frontals; }
+    [[nodiscard]] auto eliminated() const { return std::span(rows).first(index(frontals)); }
+    [[nodiscard]] auto separator() const { return std::span(rows).subspan(index(frontals)); }
   };
   /// Columns of the affected part that are eliminated together.
   struct Supernode {
@@ -124,6 +126,7 @@ class IncrementalCholesky {
   FactorOutcome judge() const;
 
   void assemble(Clique& clique);
+  void number_slots(const Clique& clique);
   void add_terms(Clique& clique, int variable);
   const int* later_slots(const Clique& clique);
   int eliminate(Clique& clique);
