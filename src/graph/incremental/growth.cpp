@@ -123,7 +123,7 @@ void IncrementalOptimiser<G>::admit() {
   for (std::size_t k = solved_edges_; k < graph_.edges.size(); ++k) {
     const PoseEdge<G>& edge = graph_.edges[k];
     system_.add_term(variable_of_[index(edge.from)], variable_of_[index(edge.to)], linearise(edge));
-    costs_.set(k, cost_of(edge));
+    costs_.set(k, robust_cost(graph_, edge, kernel_));
   }
 }
 

@@ -159,7 +159,7 @@ void IncrementalOptimiser<G>::sum_costs(std::size_t first_moved) {
     for (const int k : system_.terms_of(variable_of_[index(moved_[i].pose)])) {
       if (edge_mark_[index(k)] == stamp_) continue;
       edge_mark_[index(k)] = stamp_;
-      costs_.set(index(k), cost_of(graph_.edges[index(k)]));
+      costs_.set(index(k), robust_cost(graph_, graph_.edges[index(k)], kernel_));
     }
   }
 }
@@ -213,7 +213,8 @@ Result<void> IncrementalOptimiser<G>::take_poses(const std::vector<G>& poses,
   }
   work_since_order_ = 0.0;
   // The remaining step at an optimum is below the stop criterion; the next update includes it.
-  for (std::size_t k = 0; k < graph_.edges.size(); ++k) costs_.set(k, cost_of(graph_.edges[k]));
+  for (std::size_t k = 0; k < graph_.edges.size(); ++k)
+    costs_.set(k, robust_cost(graph_, graph_.edges[k], kernel_));
   return {};
 }
 
@@ -229,12 +230,6 @@ auto IncrementalOptimiser<G>::linearise(const PoseEdge<G>& edge) const -> Increm
   term.ra = -weight * terms.from_gradient;
   term.rb = -weight * terms.to_gradient;
   return term;
-}
-
-template <LieGroup G>
-double IncrementalOptimiser<G>::cost_of(const PoseEdge<G>& edge) const {
-  const double s = squared_error(graph_, edge);
-  return edge.robust ? kernel_(s).cost : s;
 }
 
 template class IncrementalOptimiser<SE2d>;

@@ -78,9 +78,4 @@ class ChordalSolver {
   const std::vector<double>* weights_ = nullptr;
 };
 
-extern template class PairwiseSystem<SE2d>;
-extern template class PairwiseSystem<SE3d>;
-extern template class ChordalSolver<SE2d>;
-extern template class ChordalSolver<SE3d>;
-
 }  // namespace wayfare

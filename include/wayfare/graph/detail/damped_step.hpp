@@ -238,8 +238,4 @@ template <LieGroup G, LinearSolver Solver>
   return joint;
 }
 
-// Compiled once in wayfare::graph.
-extern template class DampedStep<SE2d, MultifrontalCholesky<3>>;
-extern template class DampedStep<SE3d, MultifrontalCholesky<6>>;
-
 }  // namespace wayfare

@@ -3,11 +3,13 @@
 // Minimisation of Σ ρ(eᵀΩe) by Gauss-Newton (H Δ = −g) and Levenberg-Marquardt
 // ((H + λ diag H) Δ = −g). Before and after, `step` is linearised at the graph's poses.
 
+#include <cmath>
 #include <limits>
 
 #include <wayfare/core/levenberg_marquardt.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/detail/damped_step.hpp>
+#include <wayfare/graph/detail/validate.hpp>
 #include <wayfare/graph/report.hpp>
 
 namespace wayfare {
@@ -117,6 +119,21 @@ Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
   return {};
 }
 
+/// Minimises from the graph's poses: Gauss-Newton, or Levenberg-Marquardt if it is asked for or a
+/// full step fails. Errors: a cost that overflows, and those of levenberg_marquardt.
+template <LieGroup G, LinearSolver S>
+Result<void> descend(DampedStep<G, S>& step, PoseGraph<G>& graph, const OptimiseOptions& options,
+                     OptimiseReport& report) {
+  report.initial_cost = report.final_cost = step.linearise(graph, options.kernel);
+  report.initial_chi2 = step.equations().chi2();
+  if (!std::isfinite(report.initial_cost)) return cost_overflow(graph);
+  if (step.equations().free_poses().empty()) return {};
+  const bool damped = options.method == OptimiseMethod::levenberg_marquardt;
+  if (!damped && gauss_newton(step, graph, options, report)) return {};
+  report.fell_back = !damped;
+  return levenberg_marquardt(step, graph, options, report);
+}
+
 /// An Error if the edges leave a pose undetermined at the end of the descent, where `step` is
 /// linearised. Factorises again only if the last factorisation is inconclusive.
 template <LieGroup G, LinearSolver S>
@@ -124,17 +141,5 @@ Result<void> check_determined(DampedStep<G, S>& step, const PoseGraph<G>& graph)
   if (step.equations().free_poses().empty() || step.determined() || step.factorise()) return {};
   return step.undetermined(graph);
 }
-
-// Compiled once in wayfare::graph.
-extern template bool gauss_newton(DampedStep<SE2d, MultifrontalCholesky<3>>&, PoseGraph<SE2d>&,
-                                  const OptimiseOptions&, OptimiseReport&);
-extern template Result<void> levenberg_marquardt(DampedStep<SE2d, MultifrontalCholesky<3>>&,
-                                                 PoseGraph<SE2d>&, const OptimiseOptions&,
-                                                 OptimiseReport&);
-extern template bool gauss_newton(DampedStep<SE3d, MultifrontalCholesky<6>>&, PoseGraph<SE3d>&,
-                                  const OptimiseOptions&, OptimiseReport&);
-extern template Result<void> levenberg_marquardt(DampedStep<SE3d, MultifrontalCholesky<6>>&,
-                                                 PoseGraph<SE3d>&, const OptimiseOptions&,
-                                                 OptimiseReport&);
 
 }  // namespace wayfare

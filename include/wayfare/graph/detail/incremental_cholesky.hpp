@@ -29,6 +29,7 @@ struct IncrementalTerm {
   Vector ra, rb;
 };
 
+/// Compiled in wayfare::graph for N = 3 and 6.
 template <int N>
 class IncrementalCholesky {
  public:
@@ -161,9 +162,5 @@ class IncrementalCholesky {
   int last_columns_ = 0, last_solved_ = 0, constrained_ = 0;
   double last_flops_ = 0.0, total_flops_ = 0.0;
 };
-
-// Compiled once in wayfare::graph.
-extern template class IncrementalCholesky<3>;
-extern template class IncrementalCholesky<6>;
 
 }  // namespace wayfare

@@ -150,11 +150,8 @@ double NormalEquations<G>::linearise(const PoseGraph<G>& graph, const RobustKern
 template <LieGroup G>
 double NormalEquations<G>::cost(const PoseGraph<G>& graph, const RobustKernel& kernel) const {
   double sum = 0.0;
-  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
-    const PoseEdge<G>& edge = graph.edges[k];
-    const double s = squared_error(graph, edge);
-    sum += weight(k) * (edge.robust ? kernel(s).cost : s);
-  }
+  for (std::size_t k = 0; k < graph.edges.size(); ++k)
+    sum += weight(k) * robust_cost(graph, graph.edges[k], kernel);
   return sum;
 }
 
