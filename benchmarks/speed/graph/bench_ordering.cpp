@@ -60,11 +60,11 @@ struct OrderedFronts {
 
 double nonzeros(const UpperPattern& pattern, const std::vector<int>& order, int block) {
   using namespace cholesky;
-  const auto first = elimination_tree(RenumberedPattern(pattern, inverse_order(order)));
+  const auto first = elimination_tree(renumbered(pattern, inverse_order(order)));
   std::vector<int> both;
   for (const int i : postorder(first)) both.push_back(order[static_cast<std::size_t>(i)]);
-  const RenumberedPattern renumbered(pattern, inverse_order(both));
-  const auto counts = column_counts(renumbered, elimination_tree(renumbered));
+  const ColumnLists above = renumbered(pattern, inverse_order(both));
+  const auto counts = column_counts(above, elimination_tree(above));
   const double below = std::accumulate(counts.begin(), counts.end(), 0.0) - pattern.columns();
   return below * block * block + pattern.columns() * block * (block + 1) / 2.0;
 }

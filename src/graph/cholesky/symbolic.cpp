@@ -21,33 +21,22 @@ int find_root(std::vector<int>& ancestor, int i) {
 
 }  // namespace
 
-RenumberedPattern::RenumberedPattern(const UpperPattern& pattern, std::span<const int> number)
-    : starts_(at(pattern.columns()) + 1, 0) {
-  const auto each = [&](const auto& visit) {
-    for (int c = 0; c < pattern.columns(); ++c) {
-      const int b = number[at(c)];
-      for (int k = pattern.starts[at(c)]; k + 1 < pattern.starts[at(c) + 1]; ++k) {
-        const int a = number[at(pattern.rows[at(k)])];
-        visit(std::min(a, b), std::max(a, b));
-      }
-    }
-  };
-  each([&](int, int column) { ++starts_[at(column) + 1]; });
-  std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
-  rows_.resize(at(starts_.back()));
-  std::vector<int> next(starts_.begin(), starts_.end() - 1);
-  each([&](int row, int column) { rows_[at(next[at(column)]++)] = row; });
+ColumnLists renumbered(const UpperPattern& pattern, std::span<const int> number) {
+  return {at(pattern.columns()), [&](const auto& visit) {
+            for (int c = 0; c < pattern.columns(); ++c) {
+              const int b = number[at(c)];
+              for (int k = pattern.starts[at(c)]; k + 1 < pattern.starts[at(c) + 1]; ++k) {
+                const int a = number[at(pattern.rows[at(k)])];
+                visit(std::max(a, b), std::min(a, b));
+              }
+            }
+          }};
 }
 
-std::span<const int> RenumberedPattern::above(int column) const {
-  return std::span(rows_).subspan(at(starts_[at(column)]),
-                                  at(starts_[at(column) + 1] - starts_[at(column)]));
-}
-
-std::vector<int> elimination_tree(const RenumberedPattern& pattern) {
-  std::vector<int> parent(at(pattern.columns()), -1), ancestor(at(pattern.columns()), -1);
-  for (int j = 0; j < pattern.columns(); ++j) {
-    for (int i : pattern.above(j)) {
+std::vector<int> elimination_tree(const ColumnLists& above) {
+  std::vector<int> parent(above.count(), -1), ancestor(above.count(), -1);
+  for (int j = 0; at(j) < above.count(); ++j) {
+    for (int i : above[j]) {
       while (i != j) {  // to the root, with path compression to j
         const int next = ancestor[at(i)];
         ancestor[at(i)] = j;
@@ -88,7 +77,7 @@ std::vector<int> postorder(std::span<const int> parent) {
 // Column j of L has as many blocks as there are row subtrees with j in them. The subtree of row i
 // has its leaves among the columns of H's blocks in that row; with +1 at each leaf and −1 at the
 // lowest common ancestors of consecutive leaves, the count of j is the sum over its subtree.
-std::vector<int> column_counts(const RenumberedPattern& pattern, std::span<const int> parent) {
+std::vector<int> column_counts(const ColumnLists& above, std::span<const int> parent) {
   const std::size_t n = parent.size();
   std::vector<int> first(n, -1), count(n, 0), largest_first(n, -1), previous_leaf(n, -1);
   for (std::size_t j = 0; j < n; ++j) {
@@ -96,22 +85,16 @@ std::vector<int> column_counts(const RenumberedPattern& pattern, std::span<const
     for (int i = static_cast<int>(j); i >= 0 && first[at(i)] < 0; i = parent[at(i)])
       first[at(i)] = static_cast<int>(j);
   }
-  // By columns: the rows of each column below the diagonal.
-  std::vector<int> starts(n + 1, 0), below;
-  for (std::size_t c = 0; c < n; ++c)
-    for (const int r : pattern.above(static_cast<int>(c))) ++starts[at(r) + 1];
-  std::partial_sum(starts.begin(), starts.end(), starts.begin());
-  below.resize(at(starts[n]));
-  std::vector<int> next(starts.begin(), starts.end() - 1), ancestor(n);
-  for (std::size_t c = 0; c < n; ++c)
-    for (const int r : pattern.above(static_cast<int>(c)))
-      below[at(next[at(r)]++)] = static_cast<int>(c);
+  const ColumnLists below(n, [&](const auto& visit) {
+    for (int c = 0; at(c) < n; ++c)
+      for (const int r : above[c]) visit(r, c);
+  });
+  std::vector<int> ancestor(n);
   std::iota(ancestor.begin(), ancestor.end(), 0);
   for (std::size_t j = 0; j < n; ++j) {
     const int up = parent[j];
     if (up >= 0) --count[at(up)];  // j is not part of column `up`
-    for (int k = starts[j]; k < starts[j + 1]; ++k) {
-      const int row = below[at(k)];
+    for (const int row : below[static_cast<int>(j)]) {
       if (first[j] <= largest_first[at(row)]) continue;  // not a leaf of the row's subtree
       largest_first[at(row)] = first[j];
       ++count[j];

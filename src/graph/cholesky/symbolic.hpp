@@ -3,13 +3,14 @@
 // Symbolic analysis of a sparse Cholesky factorisation: elimination order, elimination tree and
 // supernodes. All counts are of blocks.
 
-#include <cstddef>
 #include <span>
 #include <vector>
 
+#include "graph/lists.hpp"
+
 namespace wayfare::cholesky {
 
-constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using detail::at;
 
 /// A symmetric pattern: column c has rows r ≤ c, rows[starts[c]] … rows[starts[c + 1] − 1], the
 /// diagonal last.
@@ -24,22 +25,14 @@ struct UpperPattern {
 /// Duff 1996, "An approximate minimum degree ordering algorithm").
 [[nodiscard]] std::vector<int> minimum_degree(const UpperPattern& pattern);
 
-/// A pattern with renumbered columns: column c of the original is number[c]. Stores the rows above
-/// the diagonal of each column, unordered.
-class RenumberedPattern {
- public:
-  RenumberedPattern(const UpperPattern& pattern, std::span<const int> number);
-
-  [[nodiscard]] int columns() const { return static_cast<int>(starts_.size()) - 1; }
-  [[nodiscard]] std::span<const int> above(int column) const;
-
- private:
-  std::vector<int> starts_, rows_;
-};
+/// The rows above the diagonal of each column, unordered.
+using ColumnLists = detail::Lists<int>;
+/// With renumbered columns: column c of the original is number[c].
+[[nodiscard]] ColumnLists renumbered(const UpperPattern& pattern, std::span<const int> number);
 
 /// parent[j] = the row of the first block below the diagonal in column j of L, or −1 (Liu 1986, "A
 /// compact row storage scheme for Cholesky factors using elimination trees").
-[[nodiscard]] std::vector<int> elimination_tree(const RenumberedPattern& pattern);
+[[nodiscard]] std::vector<int> elimination_tree(const ColumnLists& above);
 
 /// Nodes of a forest, children before parents and each subtree contiguous.
 [[nodiscard]] std::vector<int> postorder(std::span<const int> parent);
@@ -47,8 +40,7 @@ class RenumberedPattern {
 /// Blocks in each column of L, including the diagonal. Columns must be numbered in postorder
 /// (Gilbert, Ng, Peyton 1994, "An efficient algorithm to compute row and column counts for sparse
 /// Cholesky factorization").
-[[nodiscard]] std::vector<int> column_counts(const RenumberedPattern& pattern,
-                                             std::span<const int> parent);
+[[nodiscard]] std::vector<int> column_counts(const ColumnLists& above, std::span<const int> parent);
 
 /// inverse[order[k]] = k.
 [[nodiscard]] std::vector<int> inverse_order(std::span<const int> order);
