@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/graph/detail/scalar_expansion.hpp>
+#include <wayfare/graph/detail/scalar_solver.hpp>
 
 #include "patterns.hpp"
 

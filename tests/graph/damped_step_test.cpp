@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
-#include <wayfare/graph/detail/joint_covariance.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
 
 #include "tangle.hpp"

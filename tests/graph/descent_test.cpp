@@ -6,8 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/graph/detail/optimise_control.hpp>
-#include <wayfare/graph/detail/phase_timer.hpp>
+#include <wayfare/graph/detail/damped_step.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/report.hpp>
 

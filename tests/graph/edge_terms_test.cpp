@@ -1,4 +1,4 @@
-#include <wayfare/graph/detail/edge_terms.hpp>
+#include <wayfare/graph/detail/normal_equations.hpp>
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "graph/cholesky/elimination_tree.hpp"
+#include "graph/cholesky/symbolic.hpp"
 #include "shapes.hpp"
 
 namespace wayfare::cholesky {
@@ -70,12 +70,12 @@ TEST(ColumnCounts, EqualThoseOfTheElimination) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
     const BlockSparse<3> h(shape.columns, shape.pairs);
     auto order = minimum_degree(pattern_of(h));
-    const auto first = elimination_tree(RenumberedPattern(pattern_of(h), inverse_order(order)));
+    const auto first = elimination_tree(renumbered(pattern_of(h), inverse_order(order)));
     std::vector<int> both;
     for (const int i : postorder(first)) both.push_back(order[static_cast<std::size_t>(i)]);
-    const RenumberedPattern renumbered(pattern_of(h), inverse_order(both));
-    const auto parent = elimination_tree(renumbered);
-    const auto counts = column_counts(renumbered, parent);
+    const ColumnLists above = renumbered(pattern_of(h), inverse_order(both));
+    const auto parent = elimination_tree(above);
+    const auto counts = column_counts(above, parent);
     const auto below = eliminate(h, inverse_order(both));
     for (std::size_t j = 0; j < below.size(); ++j) {
       EXPECT_EQ(parent[j], below[j].empty() ? -1 : *below[j].begin());
@@ -89,7 +89,7 @@ TEST(FrontPlan, ContainsTheFillInAndListsChildrenFirst) {
   for (const auto& shape : tests::all_shapes(rng)) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
     const BlockSparse<3> h(shape.columns, shape.pairs);
-    const FrontPlan plan = plan_fronts(pattern_of(h), 3);
+    const FrontPlan plan = plan_fronts(pattern_of(h), minimum_degree(pattern_of(h)), 3);
     const auto below = eliminate(h, plan.number);
     EXPECT_EQ(plan.placements.size(), static_cast<std::size_t>(h.blocks()));
     int next = 0;

@@ -147,7 +147,8 @@ TEST_P(ShareOut, PutsEveryFrontAboveItsChildren) {
   for (const auto& shape : shapes) {
     SCOPED_TRACE(shape.name);
     const BlockSparse<3> h(shape.columns, shape.pairs);
-    const auto plan = cholesky::plan_fronts({h.starts(), h.rows()}, block);
+    const cholesky::UpperPattern pattern{h.starts(), h.rows()};
+    const auto plan = cholesky::plan_fronts(pattern, cholesky::minimum_degree(pattern), block);
     EXPECT_EQ(share_out(plan, 1).size(), 1);
     const TaskTree tree = share_out(plan, 2);
     EXPECT_EQ(tree.begins, share_out(plan, 256).begins);

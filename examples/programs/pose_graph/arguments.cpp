@@ -21,19 +21,19 @@ const std::map<std::string, MaybeStart> kStarts{{"file", StartMethod::given},
                                                 {"odometry", StartMethod::odometry},
                                                 {"tree", StartMethod::tree},
                                                 {"chordal", StartMethod::chordal}};
-const std::map<std::string, Robust> kRobust{{"none", Robust::none},
-                                            {"huber", Robust::huber},
-                                            {"cauchy", Robust::cauchy},
-                                            {"gm", Robust::geman_mcclure},
-                                            {"dcs", Robust::dcs},
-                                            {"gnc", Robust::gnc},
-                                            {"gnc-gm", Robust::gnc_geman_mcclure}};
-/// None for the others.
-const std::map<Robust, RobustKernelKind> kKernels{
-    {Robust::huber, RobustKernelKind::huber},
-    {Robust::cauchy, RobustKernelKind::cauchy},
-    {Robust::geman_mcclure, RobustKernelKind::geman_mcclure},
-    {Robust::dcs, RobustKernelKind::dynamic_covariance_scaling}};
+/// A kernel, or a loss of graduated non-convexity.
+struct Robust {
+  RobustKernelKind kernel = RobustKernelKind::none;
+  std::optional<GncLoss> gnc = {};
+};
+const std::map<std::string, Robust> kRobust{
+    {"none", {}},
+    {"huber", {RobustKernelKind::huber}},
+    {"cauchy", {RobustKernelKind::cauchy}},
+    {"gm", {RobustKernelKind::geman_mcclure}},
+    {"dcs", {RobustKernelKind::dynamic_covariance_scaling}},
+    {"gnc", {RobustKernelKind::none, GncLoss::truncated_least_squares}},
+    {"gnc-gm", {RobustKernelKind::none, GncLoss::geman_mcclure}}};
 
 void add_file_options(CommandLine& app, Arguments& a) {
   app.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip").required();
@@ -50,13 +50,13 @@ void add_file_options(CommandLine& app, Arguments& a) {
                  "(default) or project onto the nearest that is");
 }
 
-void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start) {
+void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robust& robust) {
   app.add_choice("--init", start, kStarts,
                  "initial poses: of the file, the chain of edges between neighbours, a spanning "
                  "tree of least depth, or chordal relaxation (default file; with --robust gnc a "
                  "tree over odometry)");
   app.add_choice(
-      "--robust", a.robust, kRobust,
+      "--robust", robust, kRobust,
       "against outliers among edges between vertices that are not neighbours in the file: "
       "a kernel, or gnc (graduated non-convexity with truncated least squares; gnc-gm: "
       "with Geman-McClure), which identifies them (default none)");
@@ -94,12 +94,13 @@ std::optional<int> parse(int argc, char** argv, Arguments& a) {
       "Optimise the pose graph of a g2o file: prints the sum of e'We before and after (g2o's "
       "error, no factor 1/2), iterations and milliseconds, and writes the graph.");
   MaybeStart start;
+  Robust robust;
   add_file_options(app, a);
-  add_solver_options(app, a, start);
+  add_solver_options(app, a, start, robust);
   if (const auto code = app.parse(argc, argv)) return code;
-  if (const auto kernel = kKernels.find(a.robust); kernel != kKernels.end())
-    a.options.kernel.kind = kernel->second;
-  a.start_from_trusted = a.graduated() && !start;
+  a.options.kernel.kind = robust.kernel;
+  a.gnc = robust.gnc;
+  a.start_from_trusted = a.gnc && !start;
   a.start = start.value_or(StartMethod::given);
   return {};
 }

@@ -14,8 +14,6 @@ namespace wayfare::examples {
 
 enum class SolverChoice { block, eigen, cholmod };
 
-enum class Robust { none, huber, cauchy, geman_mcclure, dcs, gnc, gnc_geman_mcclure };
-
 struct Arguments : OutputArguments {
   std::string input;
   std::string svg, marginals, rejected;  ///< empty: not written
@@ -23,15 +21,11 @@ struct Arguments : OutputArguments {
   StartMethod start = StartMethod::given;
   bool start_from_trusted = false;  ///< GNC's own initialisation, without --init
   SolverChoice solver = SolverChoice::block;
-  Robust robust = Robust::none;
+  std::optional<GncLoss> gnc;  ///< for graduated non-convexity
   bool robust_odometry = false;
   bool incremental = false;
   double inlier_probability = GncOptions{}.inlier_probability;
   OptimiseOptions options;
-
-  [[nodiscard]] bool graduated() const {
-    return robust == Robust::gnc || robust == Robust::gnc_geman_mcclure;
-  }
 };
 
 /// The exit code if the program is to end.

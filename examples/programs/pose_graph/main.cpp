@@ -18,7 +18,7 @@ using namespace wayfare::examples;
 void print(const Outcome& outcome, const Arguments& a) {
   const OptimiseReport& r = outcome.report;
   if (a.start != StartMethod::given) std::printf("start      %.1f ms\n", 1e3 * outcome.start_s);
-  if (a.graduated()) {
+  if (a.gnc) {
     std::printf("rounds     %d\nrejected   %zu edges\n", outcome.rounds, outcome.rejected.size());
     std::printf("without rejected edges:\n");
   }
@@ -32,7 +32,7 @@ void print(const Outcome& outcome, const Arguments& a) {
               r.fell_back ? ", fell back to Levenberg-Marquardt" : "");
   const PhaseTimes& t = r.times;
   std::printf("time       %.1f ms", 1e3 * outcome.total_s);
-  if (!a.graduated() && !a.incremental) {
+  if (!a.gnc && !a.incremental) {
     std::printf(" (check %.1f, analyse %.1f, linearise %.1f, factorise %.1f, solve %.1f)",
                 1e3 * t.validate_s, 1e3 * t.analyse_s, 1e3 * t.linearise_s, 1e3 * t.factorise_s,
                 1e3 * t.solve_s);

@@ -22,8 +22,4 @@ struct Outcome {
 template <LieGroup G>
 Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& initial);
 
-/// Adds edge by edge and solves the graph after each.
-template <LieGroup G>
-Result<void> replay(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome);
-
 }  // namespace wayfare::examples

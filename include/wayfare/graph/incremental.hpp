@@ -53,7 +53,8 @@ struct IncrementalReport {
 
 /// Gauss-Newton on a growing graph. With both thresholds zero, every round is a complete
 /// Gauss-Newton step of the batch optimiser, to rounding; otherwise the cost stays near its optimum
-/// (tests/graph/incremental_replay_test.cpp has the bounds). Deterministic.
+/// (tests/graph/incremental_replay_test.cpp has the bounds). Deterministic. Compiled in
+/// wayfare::graph for SE2d and SE3d.
 template <LieGroup G>
 class IncrementalOptimiser {
  public:
@@ -113,7 +114,6 @@ class IncrementalOptimiser {
   void withdraw();
 
   [[nodiscard]] IncrementalTerm<kDof> linearise(const PoseEdge<G>& edge) const;
-  [[nodiscard]] double cost_of(const PoseEdge<G>& edge) const;
   void relinearise_far(double threshold);
   void relinearise_all();
   void relinearise(int pose);
@@ -145,10 +145,6 @@ class IncrementalOptimiser {
   double work_since_order_ = 0.0;
   UndeterminedPose<G> undetermined_;
 };
-
-// Compiled once in wayfare::graph.
-extern template class IncrementalOptimiser<SE2d>;
-extern template class IncrementalOptimiser<SE3d>;
 
 template <LieGroup G>
 struct ReplayStep {

@@ -15,6 +15,10 @@
 
 namespace wayfare {
 
+namespace cholesky {
+class Factor;
+}
+
 /// Implementation of MultifrontalCholesky, compiled once for all block sizes and instruction sets.
 /// Pattern and values are those of BlockSparse.
 class MultifrontalFactor {
@@ -33,8 +37,8 @@ class MultifrontalFactor {
   bool inverse_block(int row, int column, double* out) const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<cholesky::Factor> factor_;
+  int threads_ = 1;
 };
 
 /// Number of translations, which come first in a block of a pose.

@@ -2,12 +2,9 @@
 
 // x* = argmin Σ ρ(eᵀΩe) on a pose graph, and the covariance of x*.
 
-#include <cmath>
 #include <vector>
 
-#include <wayfare/graph/detail/damped_step.hpp>
 #include <wayfare/graph/detail/descent.hpp>
-#include <wayfare/graph/detail/joint_covariance.hpp>
 #include <wayfare/graph/detail/validate.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
 
@@ -50,8 +47,6 @@ class PoseGraphOptimiser {
 
  private:
   Result<void> run(PoseGraph<G>& graph, const OptimiseOptions& options, OptimiseReport& report);
-  Result<void> minimise(PoseGraph<G>& graph, const OptimiseOptions& options,
-                        OptimiseReport& report);
 
   DampedStep<G, Solver> step_;
 };
@@ -82,28 +77,11 @@ Result<void> PoseGraphOptimiser<G, S>::run(PoseGraph<G>& graph, const OptimiseOp
   }
   step_.set_threads(options.threads);
   report.structure_reused = step_.prepare(graph);
-  report.initial_cost = report.final_cost = step_.linearise(graph, options.kernel);
-  report.initial_chi2 = step_.equations().chi2();
-  if (!std::isfinite(report.initial_cost)) return cost_overflow(graph);
-  if (!step_.equations().free_poses().empty()) {
-    if (auto done = minimise(graph, options, report); !done) return done;
-  }
-  report.final_chi2 = step_.equations().chi2();
-  return {};
-}
-
-template <LieGroup G, LinearSolver S>
-Result<void> PoseGraphOptimiser<G, S>::minimise(PoseGraph<G>& graph, const OptimiseOptions& options,
-                                                OptimiseReport& report) {
   const std::vector<G> start = graph.poses;
-  const bool damped = options.method == OptimiseMethod::levenberg_marquardt;
-  Result<void> done;
-  if (damped || !gauss_newton(step_, graph, options, report)) {
-    report.fell_back = !damped;
-    done = levenberg_marquardt(step_, graph, options, report);
-  }
+  auto done = descend(step_, graph, options, report);
   if (done) done = check_determined(step_, graph);
   if (!done) graph.poses = start;
+  report.final_chi2 = step_.equations().chi2();
   return done;
 }
 

@@ -155,31 +155,30 @@ template <LieGroup G>
   return not_negative(e.dot(edge.information * e));
 }
 
-/// Σ eᵀΩe over all edges, without a factor of ½ and without robust kernels.
+/// ρ(eᵀΩe) of one edge; eᵀΩe if it is not `robust`.
 template <LieGroup G>
-[[nodiscard]] double chi2(const PoseGraph<G>& graph) {
-  double sum = 0.0;
-  for (const auto& edge : graph.edges) sum += squared_error(graph, edge);
-  return sum;
+[[nodiscard]] double robust_cost(const PoseGraph<G>& graph, const PoseEdge<G>& edge,
+                                 const RobustKernel& kernel) {
+  const double s = squared_error(graph, edge);
+  return edge.robust ? kernel(s).cost : s;
 }
 
-/// Σ ρ(eᵀΩe): the optimiser's objective; equal to chi2 without a kernel.
+/// Σ ρ(eᵀΩe): the optimiser's objective.
 template <LieGroup G>
 [[nodiscard]] double robust_cost(const PoseGraph<G>& graph, const RobustKernel& kernel) {
   double sum = 0.0;
-  for (const auto& edge : graph.edges) {
-    const double s = squared_error(graph, edge);
-    sum += edge.robust ? kernel(s).cost : s;
-  }
+  for (const auto& edge : graph.edges) sum += robust_cost(graph, edge, kernel);
   return sum;
+}
+
+/// Σ eᵀΩe over all edges, without a factor of ½ and without robust kernels.
+template <LieGroup G>
+[[nodiscard]] double chi2(const PoseGraph<G>& graph) {
+  return robust_cost(graph, {});
 }
 
 // Compiled once in wayfare::graph.
 extern template double squared_error(const PoseGraph<SE2d>&, const PoseEdge<SE2d>&);
 extern template double squared_error(const PoseGraph<SE3d>&, const PoseEdge<SE3d>&);
-extern template double chi2(const PoseGraph<SE2d>&);
-extern template double chi2(const PoseGraph<SE3d>&);
-extern template double robust_cost(const PoseGraph<SE2d>&, const RobustKernel&);
-extern template double robust_cost(const PoseGraph<SE3d>&, const RobustKernel&);
 
 }  // namespace wayfare

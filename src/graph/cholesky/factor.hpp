@@ -4,15 +4,39 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <vector>
 
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "graph/cholesky/aligned.hpp"
 #include "graph/cholesky/fronts.hpp"
 #include "graph/cholesky/parallel.hpp"
 
 namespace wayfare::cholesky {
+
+/// An uninitialised array aligned to a cache line, with slack to read a vector past its end. A
+/// handle: const access does not prevent writing.
+class AlignedDoubles {
+ public:
+  /// Reallocates only if the array is too small.
+  void reserve(std::size_t size) {
+    if (size <= size_ && data_) return;
+    data_.reset();  // first, so that both never exist together
+    data_.reset(static_cast<double*>(
+        ::operator new ((size + kSlack) * sizeof(double), std::align_val_t{kAlignment})));
+    size_ = size;
+  }
+  [[nodiscard]] double* data() const { return data_.get(); }
+
+ private:
+  static constexpr std::size_t kAlignment = 64, kSlack = 8;
+  struct Free {
+    void operator()(double* p) const { ::operator delete (p, std::align_val_t{kAlignment}); }
+  };
+
+  std::unique_ptr<double[], Free> data_;
+  std::size_t size_ = 0;
+};
 
 /// The values of a multifrontal factorisation and their layout. The updates of a task are on two
 /// stacks, for fronts at even and at odd depth, so that a front's update does not overlap those of
@@ -22,13 +46,9 @@ class Factor {
   /// The first `leading` numbers of a block share one unit, the others another.
   explicit Factor(FrontPlan plan, int leading);
 
-  /// `h`: the values of the pattern's blocks. Returns the original column at which H stops being
-  /// positive definite, or −1. Bit-identical for any number of threads.
-  int factorise(const double* h, int threads = 1);
-
-  /// What factorise(h), which returned `failed`, says of the rank of H (rank.hpp). The factor is
-  /// void where the outcome is not ok.
-  [[nodiscard]] FactorOutcome judge(const double* h, int failed);
+  /// `h`: the values of the pattern's blocks. The rank of H is judged as in rank.hpp; the factor is
+  /// void where the outcome is not ok. Bit-identical for any number of threads.
+  FactorOutcome factorise(const double* h, int threads = 1);
 
   /// L y = x, then Lᵀ z = y, in the original order of columns.
   void solve_in_place(double* x);
@@ -39,14 +59,14 @@ class Factor {
   /// pattern or `invert` was not called since the last factorisation.
   bool inverse_block(int row, int column, double* out) const;
 
-  [[nodiscard]] const FrontPlan& plan() const { return plan_; }
-
  private:
   struct Place {
     std::size_t l11, l21, update;
     int ld11, ld21;
   };
 
+  int eliminate(const double* h);
+  FactorOutcome judge(const double* h, int failed);
   void place_fronts();
   void place_diagonal();
   void set_threads(int threads);

@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "graph/cholesky/elimination_tree.hpp"
-#include "graph/cholesky/supernodes.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// order[k] = inner[outer[k]]: renumbers by `inner`, then by `outer`.
 std::vector<int> chained(std::span<const int> inner, std::span<const int> outer) {
@@ -23,13 +20,13 @@ class Planner {
  public:
   Planner(const UpperPattern& pattern, int block) : pattern_(pattern) { plan_.block = block; }
 
-  FrontPlan plan() {
-    number_columns();
+  FrontPlan plan(std::vector<int> order) {
+    number_columns(std::move(order));
     make_fronts();
     sort_blocks();
     place_.assign(plan_.order.size(), -1);
-    plan_.rows.reserve(2 * entries_.size());
-    plan_.runs.reserve(entries_.size());
+    plan_.rows.reserve(2 * pattern_.rows.size());
+    plan_.runs.reserve(pattern_.rows.size());
     for (int s = 0; s < static_cast<int>(plan_.fronts.size()); ++s) lay_out(s);
     return std::move(plan_);
   }
@@ -39,7 +36,7 @@ class Planner {
     int row, column, block;
   };
 
-  void number_columns();
+  void number_columns(std::vector<int> order);
   void make_fronts();
   void sort_blocks();
   void lay_out(int s);
@@ -50,20 +47,18 @@ class Planner {
   UpperPattern pattern_;
   FrontPlan plan_;
   Supernodes supernodes_;
-  std::vector<int> entry_starts_;
-  std::vector<Entry> entries_;  // H's blocks by front
-  std::vector<int> place_;      // of each column, its block row in the current front
+  detail::Lists<Entry> entries_;  // H's blocks by front
+  std::vector<int> place_;        // of each column, its block row in the current front
 };
 
-void Planner::number_columns() {
-  std::vector<int> order = minimum_degree(pattern_);
+void Planner::number_columns(std::vector<int> order) {
   {
-    const auto parent = elimination_tree(RenumberedPattern(pattern_, inverse_order(order)));
+    const auto parent = elimination_tree(renumbered(pattern_, inverse_order(order)));
     order = chained(order, postorder(parent));
   }
-  const RenumberedPattern renumbered(pattern_, inverse_order(order));
-  const auto parent = elimination_tree(renumbered);
-  supernodes_ = find_supernodes(parent, column_counts(renumbered, parent), plan_.block);
+  const ColumnLists above = renumbered(pattern_, inverse_order(order));
+  const auto parent = elimination_tree(above);
+  supernodes_ = find_supernodes(parent, column_counts(above, parent), plan_.block);
   plan_.order = chained(order, supernodes_.order);
   plan_.number = inverse_order(plan_.order);
 }
@@ -95,7 +90,7 @@ void Planner::sort_blocks() {
   for (std::size_t s = 0; s < plan_.fronts.size(); ++s)
     for (int k = 0; k < plan_.fronts[s].columns; ++k)
       front_of[at(plan_.fronts[s].first + k)] = static_cast<int>(s);
-  const auto each = [&](const auto& visit) {
+  entries_ = detail::Lists<Entry>(plan_.fronts.size(), [&](const auto& visit) {
     for (int c = 0; c < pattern_.columns(); ++c) {
       for (int k = pattern_.starts[at(c)]; k < pattern_.starts[at(c) + 1]; ++k) {
         const int a = plan_.number[at(pattern_.rows[at(k)])], b = plan_.number[at(c)];
@@ -103,14 +98,8 @@ void Planner::sort_blocks() {
         visit(front_of[at(column)], Entry{std::max(a, b), column, a > b ? k : -1 - k});
       }
     }
-  };
-  entry_starts_.assign(plan_.fronts.size() + 1, 0);
-  each([&](int s, const Entry&) { ++entry_starts_[at(s) + 1]; });
-  for (std::size_t s = 0; s < plan_.fronts.size(); ++s) entry_starts_[s + 1] += entry_starts_[s];
-  entries_.resize(at(entry_starts_.back()));
-  std::vector<int> next(entry_starts_.begin(), entry_starts_.end() - 1);
-  each([&](int s, const Entry& e) { entries_[at(next[at(s)]++)] = e; });
-  plan_.placements.reserve(entries_.size());
+  });
+  plan_.placements.reserve(pattern_.rows.size());
 }
 
 void Planner::lay_out(int s) {
@@ -134,7 +123,7 @@ void Planner::find_rows(int s) {
     place_[at(r)] = mark;
     plan_.rows.push_back(r);
   };
-  for (int k = entry_starts_[at(s)]; k < entry_starts_[at(s) + 1]; ++k) take(entries_[at(k)].row);
+  for (const Entry& e : entries_[s]) take(e.row);
   for (int k = front.children_begin; k < front.children_end; ++k) {
     const Front& child = plan_.fronts[at(plan_.children[at(k)])];
     for (int i = 0; i < child.rows; ++i) take(plan_.rows[at(child.rows_begin + i)]);
@@ -146,8 +135,7 @@ void Planner::find_rows(int s) {
 void Planner::place_blocks(const Front& front, int s) {
   Front& f = plan_.fronts[at(s)];
   f.placements_begin = static_cast<int>(plan_.placements.size());
-  for (int k = entry_starts_[at(s)]; k < entry_starts_[at(s) + 1]; ++k) {
-    const Entry& e = entries_[at(k)];
+  for (const Entry& e : entries_[s]) {
     const bool transposed = e.block < 0;
     const int row = place_[at(e.row)], column = e.column - front.first;
     const bool below = row >= front.columns;
@@ -178,8 +166,8 @@ void Planner::find_runs(Front& child, const Front& front) {
 
 }  // namespace
 
-FrontPlan plan_fronts(const UpperPattern& pattern, int block) {
-  return Planner(pattern, block).plan();
+FrontPlan plan_fronts(const UpperPattern& pattern, std::vector<int> order, int block) {
+  return Planner(pattern, block).plan(std::move(order));
 }
 
 }  // namespace wayfare::cholesky

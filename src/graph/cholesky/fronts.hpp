@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "graph/cholesky/kernels.hpp"
-#include "graph/cholesky/minimum_degree.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 
@@ -40,6 +40,7 @@ struct FrontPlan {
   }
 };
 
-[[nodiscard]] FrontPlan plan_fronts(const UpperPattern& pattern, int block);
+/// `order`: of elimination, as of minimum_degree; the plan's own differs without further fill-in.
+[[nodiscard]] FrontPlan plan_fronts(const UpperPattern& pattern, std::vector<int> order, int block);
 
 }  // namespace wayfare::cholesky

@@ -1,4 +1,4 @@
-#include "graph/cholesky/minimum_degree.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,6 @@
 
 namespace wayfare::cholesky {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Nodes of the quotient graph are variables (columns not yet eliminated; indistinguishable ones
 /// are merged into one) and elements (cliques left by eliminations). A variable's list has its

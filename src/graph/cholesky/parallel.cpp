@@ -5,12 +5,10 @@
 #include <system_error>
 #include <utility>
 
-#include "graph/cholesky/supernodes.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Below this the cost of starting and waking threads and of cache transfers was noticeable, in
 /// solutions of some ten milliseconds.
@@ -69,7 +67,11 @@ TaskPool::TaskPool(TaskTree tree, int threads)
   const int workers = std::min(threads, tree_.size()) - 1;
   workers_.reserve(at(std::max(workers, 0)));
   try {
-    for (int k = 0; k < workers; ++k) workers_.emplace_back([this] { serve(); });
+    for (int k = 0; k < workers; ++k)
+      workers_.emplace_back([this] {
+        std::unique_lock lock(mutex_);
+        work(lock, [this] { return stopping_; });
+      });
   } catch (const std::system_error&) {  // no more threads: same result, slower
   }
 }
@@ -93,38 +95,27 @@ void TaskPool::run(const std::function<void(int)>& task) {
   for (int t = 0; t < tree_.size(); ++t)
     if (children_left_[at(t)] == 0) make_ready(t);
   changed_.notify_all();
-  while (remaining_ > 0) {
-    if (ready_.empty()) {
-      changed_.wait(lock);
-    } else {
-      do_next(lock);
-    }
-  }
-}
-
-void TaskPool::serve() {
-  std::unique_lock lock(mutex_);
-  while (!stopping_) {
-    if (ready_.empty()) {
-      changed_.wait(lock);
-    } else {
-      do_next(lock);
-    }
-  }
+  work(lock, [this] { return remaining_ == 0; });
 }
 
 // A parent that becomes ready here needs no notification: this thread looks for work next.
-void TaskPool::do_next(std::unique_lock<std::mutex>& lock) {
-  std::pop_heap(ready_.begin(), ready_.end(), shorter());
-  const int t = ready_.back();
-  ready_.pop_back();
-  const auto& task = *task_;
-  lock.unlock();
-  task(t);
-  lock.lock();
-  if (--remaining_ == 0) changed_.notify_all();
-  if (const int parent = tree_.parents[at(t)]; parent >= 0 && --children_left_[at(parent)] == 0)
-    make_ready(parent);
+void TaskPool::work(std::unique_lock<std::mutex>& lock, const auto& done) {
+  while (!done()) {
+    if (ready_.empty()) {
+      changed_.wait(lock);
+      continue;
+    }
+    std::pop_heap(ready_.begin(), ready_.end(), shorter());
+    const int t = ready_.back();
+    ready_.pop_back();
+    const auto& task = *task_;
+    lock.unlock();
+    task(t);
+    lock.lock();
+    if (--remaining_ == 0) changed_.notify_all();
+    if (const int parent = tree_.parents[at(t)]; parent >= 0 && --children_left_[at(parent)] == 0)
+      make_ready(parent);
+  }
 }
 
 void TaskPool::make_ready(int task) {

@@ -4,7 +4,6 @@
 // updates in the order of the plan, so results do not depend on the number of threads.
 
 #include <condition_variable>
-#include <cstddef>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -42,14 +41,10 @@ class TaskPool {
   void run(const std::function<void(int)>& task);
 
  private:
-  void serve();
-  void do_next(std::unique_lock<std::mutex>& lock);
+  void work(std::unique_lock<std::mutex>& lock, const auto& done);
   void make_ready(int task);
   [[nodiscard]] auto shorter() const {
-    return [this](int a, int b) {
-      return tree_.cost_to_root[static_cast<std::size_t>(a)] <
-             tree_.cost_to_root[static_cast<std::size_t>(b)];
-    };
+    return [this](int a, int b) { return tree_.cost_to_root[at(a)] < tree_.cost_to_root[at(b)]; };
   }
 
   TaskTree tree_;     // constant

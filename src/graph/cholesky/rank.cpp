@@ -9,11 +9,6 @@
 #include "graph/cholesky/factor.hpp"
 
 namespace wayfare::cholesky {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 void Factor::place_diagonal() {
   diagonal_.resize(plan_.order.size());
@@ -120,6 +115,7 @@ FactorOutcome Factor::find_undetermined() {
   return {true, -1, {}, true};
 }
 
+/// What eliminate(h), which returned `failed`, says of the rank of H.
 FactorOutcome Factor::judge(const double* h, int failed) {
   if (failed < 0) return suspicious_ ? find_undetermined() : FactorOutcome{};
   // What is singular to rounding is positive definite once it is lifted by more than rounding, and
@@ -138,7 +134,7 @@ FactorOutcome Factor::judge(const double* h, int failed) {
     for (int i = 0; i < n; ++i)
       lifted[at(diagonal_[c]) * at(n * n) + at(i * (n + 1))] += kLift * scale_[c * at(n) + at(i)];
   FactorOutcome outcome{false, failed};
-  if (factorise(lifted.data(), threads_) >= 0) return outcome;
+  if (eliminate(lifted.data()) >= 0) return outcome;
   find_scales();
   if (const FactorOutcome found = find_undetermined(); !found.ok) outcome = found;
   return outcome;

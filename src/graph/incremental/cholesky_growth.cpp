@@ -125,8 +125,8 @@ void IncrementalCholesky<N>::mark_involving() {
     expanded_[index(c)] = stamp_;
     mark_ancestors(c);
     for (const int child : cliques_[index(c)].children) {
-      const Clique& below = cliques_[index(child)];
-      if (std::any_of(below.rows.begin() + below.frontals, below.rows.end(),
+      const auto separator = cliques_[index(child)].separator();
+      if (std::any_of(separator.begin(), separator.end(),
                       [&](int row) { return reset_mark_[index(row)] == stamp_; }))
         stack_.push_back(child);
     }
@@ -153,7 +153,7 @@ void IncrementalCholesky<N>::collect_variables() {
   };
   for (const int c : marked_) {
     const Clique& clique = cliques_[index(c)];
-    for (int i = 0; i < clique.frontals; ++i) take(clique.rows[index(i)]);
+    for (const int v : clique.eliminated()) take(v);
     for (const int child : clique.children)
       if (clique_mark_[index(child)] != stamp_) orphans_.push_back(child);
   }
@@ -201,7 +201,7 @@ void IncrementalCholesky<N>::commit() {
   for (const int c : fresh_) {
     add_flops(c, 1.0);
     const Clique& clique = cliques_[index(c)];
-    for (int i = 0; i < clique.frontals; ++i) clique_of_[index(clique.rows[index(i)])] = c;
+    for (const int v : clique.eliminated()) clique_of_[index(v)] = c;
     for (const int child : clique.children) cliques_[index(child)].parent = c;
   }
   last_columns_ = static_cast<int>(affected_.size());

@@ -32,7 +32,7 @@ void IncrementalCholesky<N>::plan_as_before() {
       const bool stays = clique_mark_[index(child)] != stamp_;
       clique.children.push_back(stays ? child : cliques_[index(child)].made_anew);
     }
-    for (int i = 0; i < clique.frontals; ++i) place_[index(clique.rows[index(i)])] = place++;
+    for (const int v : clique.eliminated()) place_[index(v)] = place++;
     fresh_.push_back(made);
     if (before.parent >= 0 && --cliques_[index(before.parent)].pending == 0)
       stack_.push_back(before.parent);
@@ -45,12 +45,12 @@ void IncrementalCholesky<N>::plan_in_new_order() {
   for (int i = 0; i < nodes; ++i) place_[index(affected_[index(i)])] = i;
   order_.start(nodes);
   join_neighbours();
-  if (affected_.back() == variables() - 1) order_.keep_last(nodes - 1);
-  const std::vector<int>& order = order_.find();
-  sequence_.resize(affected_.size());
-  for (int k = 0; k < nodes; ++k) sequence_[index(k)] = affected_[index(order[index(k)])];
-  for (int k = 0; k < nodes; ++k) place_[index(sequence_[index(k)])] = k;
   constrained_ = affected_.back() == variables() - 1 ? nodes - 1 : nodes;
+  if (constrained_ < nodes) order_.keep_last(constrained_);
+  const std::vector<int>& order = order_.find();
+  sequence_.clear();
+  for (const int node : order) sequence_.push_back(affected_[index(node)]);
+  for (int k = 0; k < nodes; ++k) place_[index(sequence_[index(k)])] = k;
   find_structures();
   make_cliques();
 }
@@ -67,10 +67,8 @@ void IncrementalCholesky<N>::join_neighbours() {
     }
   }
   for (const int o : orphans_) {
-    const Clique& orphan = cliques_[index(o)];
     local_.clear();
-    for (int i = orphan.frontals; i < static_cast<int>(orphan.rows.size()); ++i)
-      local_.push_back(place_[index(orphan.rows[index(i)])]);
+    for (const int v : cliques_[index(o)].separator()) local_.push_back(place_[index(v)]);
     order_.join_all(local_);
   }
 }
@@ -91,10 +89,8 @@ void IncrementalCholesky<N>::find_structures() {
     node.merged = false;
   }
   for (const int o : orphans_) {
-    const Clique& orphan = cliques_[index(o)];
     int first = static_cast<int>(n);
-    for (int i = orphan.frontals; i < static_cast<int>(orphan.rows.size()); ++i)
-      first = std::min(first, place_[index(orphan.rows[index(i)])]);
+    for (const int v : cliques_[index(o)].separator()) first = std::min(first, place_[index(v)]);
     supernodes_[index(first)].orphans.push_back(o);
   }
   for (std::size_t k = 0; k < n; ++k) {
@@ -122,11 +118,8 @@ void IncrementalCholesky<N>::gather_structure(int place) {
   }
   for (const int child : supernodes_[index(place)].children)
     for (const int later : structures_[index(child)]) take(later);
-  for (const int o : supernodes_[index(place)].orphans) {
-    const Clique& orphan = cliques_[index(o)];
-    for (int i = orphan.frontals; i < static_cast<int>(orphan.rows.size()); ++i)
-      take(place_[index(orphan.rows[index(i)])]);
-  }
+  for (const int o : supernodes_[index(place)].orphans)
+    for (const int row : cliques_[index(o)].separator()) take(place_[index(row)]);
   std::sort(structure.begin(), structure.end());
 }
 
@@ -168,8 +161,7 @@ void IncrementalCholesky<N>::absorb_children(int place) {
     child.merged = true;
     node.frontals.insert(node.frontals.end() - 1, child.frontals.begin(), child.frontals.end());
     node.orphans.insert(node.orphans.end(), child.orphans.begin(), child.orphans.end());
-    local_.assign(child.children.begin(), child.children.end());
-    kept.insert(kept.end(), local_.begin(), local_.end());
+    kept.insert(kept.end(), child.children.begin(), child.children.end());
   }
   node.children.assign(kept.begin(), kept.end());
 }

@@ -22,9 +22,7 @@ template <LieGroup G>
 Result<void> IncrementalOptimiser<G>::add_edge(const PoseEdge<G>& edge) {
   graph_.edges.push_back(edge);
   auto valid = validate_edge(graph_, graph_.edges.size() - 1);
-  if (valid && !std::isfinite(squared_error(graph_, edge)))
-    valid = detail::edge_fault(graph_, graph_.edges.size() - 1, ErrorCode::degenerate,
-                               "has an error too large to square");
+  if (valid && !std::isfinite(squared_error(graph_, edge))) valid = cost_overflow(graph_);
   if (!valid) graph_.edges.pop_back();
   return valid;
 }
@@ -125,7 +123,7 @@ void IncrementalOptimiser<G>::admit() {
   for (std::size_t k = solved_edges_; k < graph_.edges.size(); ++k) {
     const PoseEdge<G>& edge = graph_.edges[k];
     system_.add_term(variable_of_[index(edge.from)], variable_of_[index(edge.to)], linearise(edge));
-    costs_.set(k, cost_of(edge));
+    costs_.set(k, robust_cost(graph_, edge, kernel_));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include <wayfare/graph/detail/normal_equations.hpp>
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
 
@@ -158,7 +159,7 @@ void IncrementalOptimiser<G>::sum_costs(std::size_t first_moved) {
     for (const int k : system_.terms_of(variable_of_[index(moved_[i].pose)])) {
       if (edge_mark_[index(k)] == stamp_) continue;
       edge_mark_[index(k)] = stamp_;
-      costs_.set(index(k), cost_of(graph_.edges[index(k)]));
+      costs_.set(index(k), robust_cost(graph_, graph_.edges[index(k)], kernel_));
     }
   }
 }
@@ -212,8 +213,23 @@ Result<void> IncrementalOptimiser<G>::take_poses(const std::vector<G>& poses,
   }
   work_since_order_ = 0.0;
   // The remaining step at an optimum is below the stop criterion; the next update includes it.
-  for (std::size_t k = 0; k < graph_.edges.size(); ++k) costs_.set(k, cost_of(graph_.edges[k]));
+  for (std::size_t k = 0; k < graph_.edges.size(); ++k)
+    costs_.set(k, robust_cost(graph_, graph_.edges[k], kernel_));
   return {};
+}
+
+template <LieGroup G>
+auto IncrementalOptimiser<G>::linearise(const PoseEdge<G>& edge) const -> IncrementalTerm<kDof> {
+  EdgeTerms<G> terms;
+  edge_terms(edge, origins_[index(edge.from)], origins_[index(edge.to)], terms);
+  const double weight = edge.robust ? kernel_(terms.squared_error).weight : 1.0;
+  IncrementalTerm<kDof> term;
+  term.aa = weight * terms.from;
+  term.ab = weight * terms.between;
+  term.bb = weight * terms.to;
+  term.ra = -weight * terms.from_gradient;
+  term.rb = -weight * terms.to_gradient;
+  return term;
 }
 
 template class IncrementalOptimiser<SE2d>;

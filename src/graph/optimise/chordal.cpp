@@ -10,10 +10,12 @@
 #include <wayfare/graph/detail/validate.hpp>
 #include <wayfare/graph/start.hpp>
 
+#include "graph/lists.hpp"
+
 namespace wayfare {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using detail::at;
 
 SO2d nearest_rotation(const Eigen::Matrix2d& m) {
   const double c = m(0, 0) + m(1, 1), s = m(1, 0) - m(0, 1), size = std::hypot(c, s);

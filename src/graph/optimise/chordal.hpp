@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/graph/detail/pose_columns.hpp>
+#include <wayfare/graph/detail/normal_equations.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
@@ -77,10 +77,5 @@ class ChordalSolver {
   PairwiseSystem<G> system_;
   const std::vector<double>* weights_ = nullptr;
 };
-
-extern template class PairwiseSystem<SE2d>;
-extern template class PairwiseSystem<SE3d>;
-extern template class ChordalSolver<SE2d>;
-extern template class ChordalSolver<SE3d>;
 
 }  // namespace wayfare

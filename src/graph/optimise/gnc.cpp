@@ -154,15 +154,7 @@ Result<void> Gnc<G>::solve(OptimiseOptions options) {
   report.iterations = 0;
   report.fell_back = false;
   report.history.clear();
-  report.initial_cost = report.final_cost = step_.linearise(graph_, {});
-  if (!std::isfinite(report.initial_cost)) return cost_overflow(graph_);
-  Result<void> done;
-  if (step_.equations().free_poses().empty()) return done;
-  if (options.method != OptimiseMethod::gauss_newton ||
-      !gauss_newton(step_, graph_, options, report)) {
-    report.fell_back = options.method == OptimiseMethod::gauss_newton;
-    done = levenberg_marquardt(step_, graph_, options, report);
-  }
+  auto done = descend(step_, graph_, options, report);
   report_.iterations += report.iterations;
   report.initial_chi2 = report.initial_cost;
   report.final_chi2 = report.final_cost;

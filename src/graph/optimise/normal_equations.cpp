@@ -99,10 +99,6 @@ void edge_terms(const PoseEdge<SE3d>& edge, const SE3d& from, const SE3d& to,
 
 template double squared_error(const PoseGraph<SE2d>&, const PoseEdge<SE2d>&);
 template double squared_error(const PoseGraph<SE3d>&, const PoseEdge<SE3d>&);
-template double chi2(const PoseGraph<SE2d>&);
-template double chi2(const PoseGraph<SE3d>&);
-template double robust_cost(const PoseGraph<SE2d>&, const RobustKernel&);
-template double robust_cost(const PoseGraph<SE3d>&, const RobustKernel&);
 
 template class NormalEquations<SE2d>;
 template class NormalEquations<SE3d>;

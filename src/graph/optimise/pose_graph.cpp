@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include <wayfare/graph/eigen_solver.hpp>
+
 namespace wayfare {
 
 Error undetermined_error(const std::string& label, const double* direction, int size) {
@@ -18,20 +20,12 @@ Error undetermined_error(const std::string& label, const double* direction, int 
   return {ErrorCode::degenerate, known ? text + ")" : text};
 }
 
-template class DampedStep<SE2d, MultifrontalCholesky<3>>;
-template class DampedStep<SE3d, MultifrontalCholesky<6>>;
-template bool gauss_newton(DampedStep<SE2d, MultifrontalCholesky<3>>&, PoseGraph<SE2d>&,
-                           const OptimiseOptions&, OptimiseReport&);
-template Result<void> levenberg_marquardt(DampedStep<SE2d, MultifrontalCholesky<3>>&,
-                                          PoseGraph<SE2d>&, const OptimiseOptions&,
-                                          OptimiseReport&);
-template bool gauss_newton(DampedStep<SE3d, MultifrontalCholesky<6>>&, PoseGraph<SE3d>&,
-                           const OptimiseOptions&, OptimiseReport&);
-template Result<void> levenberg_marquardt(DampedStep<SE3d, MultifrontalCholesky<6>>&,
-                                          PoseGraph<SE3d>&, const OptimiseOptions&,
-                                          OptimiseReport&);
-
 template class PoseGraphOptimiser<SE2d>;
 template class PoseGraphOptimiser<SE3d>;
+
+template class ScalarSolver<
+    3, Eigen::SimplicialLLT<ScalarExpansion<3>::Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>>>;
+template class ScalarSolver<
+    6, Eigen::SimplicialLLT<ScalarExpansion<6>::Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>>>;
 
 }  // namespace wayfare

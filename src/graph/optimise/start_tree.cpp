@@ -7,10 +7,12 @@
 #include <wayfare/graph/detail/validate.hpp>
 #include <wayfare/graph/start.hpp>
 
+#include "graph/lists.hpp"
+
 namespace wayfare {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using detail::at;
 
 std::vector<int> anchors_of(const auto& graph) {
   return graph.fixed.empty() ? std::vector<int>{0} : graph.fixed;
@@ -36,24 +38,13 @@ std::vector<int> chain_of(const PoseGraph<G>& graph) {
 }
 
 /// The edges of each pose, in order.
-class EdgesAt {
- public:
-  template <class G>
-  explicit EdgesAt(const PoseGraph<G>& graph) : starts_(graph.poses.size() + 1, 0) {
-    for (const auto& e : graph.edges) ++starts_[at(e.from)], ++starts_[at(e.to)];
-    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
-    edges_.resize(2 * graph.edges.size());
-    for (std::size_t e = graph.edges.size(); e-- > 0;)
-      for (const int end : {graph.edges[e].from, graph.edges[e].to})
-        edges_[--starts_[at(end)]] = static_cast<int>(e);
-  }
-  const int* begin(int pose) const { return edges_.data() + starts_[at(pose)]; }
-  const int* end(int pose) const { return edges_.data() + starts_[at(pose) + 1]; }
-
- private:
-  std::vector<std::size_t> starts_;
-  std::vector<int> edges_;
-};
+detail::Lists<int> edges_by_pose(const auto& graph) {
+  return {graph.poses.size(), [&](const auto& visit) {
+            for (std::size_t e = 0; e < graph.edges.size(); ++e)
+              for (const int end : {graph.edges[e].from, graph.edges[e].to})
+                visit(end, static_cast<int>(e));
+          }};
+}
 
 }  // namespace
 
@@ -85,7 +76,7 @@ Result<void> start_from_odometry(PoseGraph<G>& graph) {
 template <LieGroup G>
 Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather) {
   if (auto valid = validate(graph); !valid) return valid;
-  const EdgesAt edges_at(graph);
+  const auto edges_at = edges_by_pose(graph);
   struct Step {
     int pose, edge;  // the edge that reaches the pose
   };
@@ -101,10 +92,10 @@ Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather) {
       const int parent = edge.from == step.pose ? edge.to : edge.from;
       graph.poses[at(step.pose)] = across(edge, parent, graph.poses[at(parent)]);
     }
-    for (const int* e = edges_at.begin(step.pose); e != edges_at.end(step.pose); ++e) {
-      const PoseEdge<G>& edge = graph.edges[at(*e)];
+    for (const int e : edges_at[step.pose]) {
+      const PoseEdge<G>& edge = graph.edges[at(e)];
       const bool waits = rather == TreeEdges::trusted_first && edge.robust;
-      (waits ? later : open).push_back({edge.from == step.pose ? edge.to : edge.from, *e});
+      (waits ? later : open).push_back({edge.from == step.pose ? edge.to : edge.from, e});
     }
   };
   for (std::size_t k = 0; k < open.size(); ++k) {

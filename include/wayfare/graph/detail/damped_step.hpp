@@ -2,18 +2,33 @@
 
 // One step of an optimisation: (H + λ diag H) Δ = −g on a pose graph, with λ = 0 for Gauss-Newton.
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <wayfare/graph/detail/normal_equations.hpp>
-#include <wayfare/graph/detail/phase_timer.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/report.hpp>
 
 namespace wayfare {
+
+/// Adds its lifetime to `seconds`.
+class PhaseTimer {
+ public:
+  explicit PhaseTimer(double& seconds) : seconds_(seconds) {}
+  PhaseTimer(const PhaseTimer&) = delete;
+  PhaseTimer& operator=(const PhaseTimer&) = delete;
+  ~PhaseTimer() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  double& seconds_;
+  Clock::time_point start_ = Clock::now();
+};
 
 /// Linearises a graph, solves for the step, and applies or undoes it. Reuses pattern, symbolic
 /// factorisation and memory while the graph's structure is unchanged.
@@ -167,8 +182,60 @@ int DampedStep<G, S>::first_overflow() const {
   return -1;
 }
 
-// Compiled once in wayfare::graph.
-extern template class DampedStep<SE2d, MultifrontalCholesky<3>>;
-extern template class DampedStep<SE3d, MultifrontalCholesky<6>>;
+namespace detail {
+
+/// Columns of H⁻¹, with one solve each.
+template <int N, LinearSolver Solver>
+void solve_joint(Solver& solver, const int (&columns)[2], Eigen::Index size,
+                 Eigen::Matrix<double, 2 * N, 2 * N>& joint) {
+  Eigen::VectorXd x(size);
+  for (int side = 0; side < 2; ++side) {
+    if (columns[side] < 0) continue;
+    for (int k = 0; k < N; ++k) {
+      x.setZero();
+      x[columns[side] * N + k] = 1.0;
+      solver.solve_in_place(x);
+      for (int row = 0; row < 2; ++row) {
+        if (columns[row] < 0) continue;
+        joint.template block<N, 1>(row * N, side * N + k) = x.template segment<N>(columns[row] * N);
+      }
+    }
+  }
+}
+
+/// From the solver's selected inverse; false if a block is missing there.
+template <int N, LinearSolver Solver>
+bool look_up_joint(const Solver& solver, const int (&columns)[2],
+                   Eigen::Matrix<double, 2 * N, 2 * N>& joint) {
+  if constexpr (SelectedInverse<Solver>) {
+    Eigen::Matrix<double, N, N> block;
+    for (int row = 0; row < 2; ++row) {
+      for (int side = 0; side < 2; ++side) {
+        if (columns[row] < 0 || columns[side] < 0) continue;
+        if (!solver.inverse_block(columns[row], columns[side], block)) return false;
+        joint.template block<N, N>(row * N, side * N) = block;
+      }
+    }
+    return true;
+  }
+  return false;
+}
+
+}  // namespace detail
+
+/// The joint covariance of two poses (a first), as right perturbations of them: their rows and
+/// columns of H⁻¹, zero for a fixed pose. `solver` has factorised `equations`' H; blocks of its
+/// selected inverse are looked up.
+template <LieGroup G, LinearSolver Solver>
+[[nodiscard]] auto joint_covariance(const NormalEquations<G>& equations, Solver& solver, int a,
+                                    int b) {
+  constexpr int kDof = ManifoldTraits<G>::kDof;
+  Eigen::Matrix<double, 2 * kDof, 2 * kDof> joint;
+  joint.setZero();
+  const int columns[2] = {equations.free_index(a), equations.free_index(b)};
+  if (detail::look_up_joint<kDof>(solver, columns, joint)) return joint;
+  detail::solve_joint<kDof>(solver, columns, equations.gradient().size(), joint);
+  return joint;
+}
 
 }  // namespace wayfare

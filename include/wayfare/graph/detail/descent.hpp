@@ -3,14 +3,52 @@
 // Minimisation of Σ ρ(eᵀΩe) by Gauss-Newton (H Δ = −g) and Levenberg-Marquardt
 // ((H + λ diag H) Δ = −g). Before and after, `step` is linearised at the graph's poses.
 
+#include <cmath>
 #include <limits>
 
 #include <wayfare/core/levenberg_marquardt.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/detail/damped_step.hpp>
-#include <wayfare/graph/detail/optimise_control.hpp>
+#include <wayfare/graph/detail/validate.hpp>
+#include <wayfare/graph/report.hpp>
 
 namespace wayfare {
+
+/// Records a report's history and decides when and why to stop.
+class OptimiseControl {
+ public:
+  /// Both must outlive it.
+  OptimiseControl(const OptimiseOptions& options, OptimiseReport& report)
+      : options_(options), report_(report) {}
+
+  [[nodiscard]] bool may_iterate() const { return report_.iterations < options_.max_iterations; }
+
+  /// After an accepted step; true if the optimisation ends.
+  bool taken(double cost_before, const IterationRecord& record) {
+    if (!goes_on(record)) return true;
+    const double gain = cost_before - record.cost;
+    if (gain > options_.min_relative_gain * cost_before && gain > options_.min_absolute_gain) {
+      return false;
+    }
+    report_.reason = StopReason::converged;
+    return true;
+  }
+
+  /// After a rejected step; true if the progress callback stops the optimisation.
+  bool refused(double damping) { return !goes_on({report_.final_cost, damping, 0.0, false}); }
+
+ private:
+  bool goes_on(const IterationRecord& record) {
+    report_.history.push_back(record);
+    const int number = static_cast<int>(report_.history.size());
+    if (!options_.progress || options_.progress(number, record)) return true;
+    report_.reason = StopReason::stopped;
+    return false;
+  }
+
+  const OptimiseOptions& options_;
+  OptimiseReport& report_;
+};
 
 /// False if a full step could not be computed or did not lower the cost: the poses are then those
 /// before it.
@@ -81,6 +119,21 @@ Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
   return {};
 }
 
+/// Minimises from the graph's poses: Gauss-Newton, or Levenberg-Marquardt if it is asked for or a
+/// full step fails. Errors: a cost that overflows, and those of levenberg_marquardt.
+template <LieGroup G, LinearSolver S>
+Result<void> descend(DampedStep<G, S>& step, PoseGraph<G>& graph, const OptimiseOptions& options,
+                     OptimiseReport& report) {
+  report.initial_cost = report.final_cost = step.linearise(graph, options.kernel);
+  report.initial_chi2 = step.equations().chi2();
+  if (!std::isfinite(report.initial_cost)) return cost_overflow(graph);
+  if (step.equations().free_poses().empty()) return {};
+  const bool damped = options.method == OptimiseMethod::levenberg_marquardt;
+  if (!damped && gauss_newton(step, graph, options, report)) return {};
+  report.fell_back = !damped;
+  return levenberg_marquardt(step, graph, options, report);
+}
+
 /// An Error if the edges leave a pose undetermined at the end of the descent, where `step` is
 /// linearised. Factorises again only if the last factorisation is inconclusive.
 template <LieGroup G, LinearSolver S>
@@ -88,17 +141,5 @@ Result<void> check_determined(DampedStep<G, S>& step, const PoseGraph<G>& graph)
   if (step.equations().free_poses().empty() || step.determined() || step.factorise()) return {};
   return step.undetermined(graph);
 }
-
-// Compiled once in wayfare::graph.
-extern template bool gauss_newton(DampedStep<SE2d, MultifrontalCholesky<3>>&, PoseGraph<SE2d>&,
-                                  const OptimiseOptions&, OptimiseReport&);
-extern template Result<void> levenberg_marquardt(DampedStep<SE2d, MultifrontalCholesky<3>>&,
-                                                 PoseGraph<SE2d>&, const OptimiseOptions&,
-                                                 OptimiseReport&);
-extern template bool gauss_newton(DampedStep<SE3d, MultifrontalCholesky<6>>&, PoseGraph<SE3d>&,
-                                  const OptimiseOptions&, OptimiseReport&);
-extern template Result<void> levenberg_marquardt(DampedStep<SE3d, MultifrontalCholesky<6>>&,
-                                                 PoseGraph<SE3d>&, const OptimiseOptions&,
-                                                 OptimiseReport&);
 
 }  // namespace wayfare

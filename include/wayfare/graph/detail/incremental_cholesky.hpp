@@ -29,6 +29,7 @@ struct IncrementalTerm {
   Vector ra, rb;
 };
 
+/// Compiled in wayfare::graph for N = 3 and 6.
 template <int N>
 class IncrementalCholesky {
  public:
@@ -87,6 +88,8 @@ class IncrementalCholesky {
     bool weak = false;           // some pivot lost many digits
     std::vector<double> probes;  // of the rounding of pivots, computed on demand
     [[nodiscard]] int separators() const { return static_cast<int>(rows.size()) - frontals; }
+    [[nodiscard]] auto eliminated() const { return std::span(rows).first(index(frontals)); }
+    [[nodiscard]] auto separator() const { return std::span(rows).subspan(index(frontals)); }
   };
   /// Columns of the affected part that are eliminated together.
   struct Supernode {
@@ -106,7 +109,6 @@ class IncrementalCholesky {
   void plan_as_before();
   void plan_in_new_order();
   void join_neighbours();
-  const std::vector<int>& eliminate_symbolically();
   void find_structures();
   void gather_structure(int place);
   void absorb_children(int place);
@@ -125,6 +127,7 @@ class IncrementalCholesky {
   FactorOutcome judge() const;
 
   void assemble(Clique& clique);
+  void number_slots(const Clique& clique);
   void add_terms(Clique& clique, int variable);
   const int* later_slots(const Clique& clique);
   int eliminate(Clique& clique);
@@ -150,7 +153,6 @@ class IncrementalCholesky {
   std::vector<int> sequence_;
   IncrementalOrder order_;
   std::vector<std::vector<int>> structures_;
-  std::vector<std::vector<int>> child_places_;
   std::vector<Supernode> supernodes_;
   std::vector<int> seen_, local_, clique_at_;
   std::vector<int> slot_, slots_;
@@ -160,9 +162,5 @@ class IncrementalCholesky {
   int last_columns_ = 0, last_solved_ = 0, constrained_ = 0;
   double last_flops_ = 0.0, total_flops_ = 0.0;
 };
-
-// Compiled once in wayfare::graph.
-extern template class IncrementalCholesky<3>;
-extern template class IncrementalCholesky<6>;
 
 }  // namespace wayfare

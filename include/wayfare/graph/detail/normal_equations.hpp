@@ -6,12 +6,49 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/graph/detail/edge_terms.hpp>
-#include <wayfare/graph/detail/pose_columns.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
 namespace wayfare {
+
+/// The contribution of one edge to H = Σ JᵀΩJ and g = Σ JᵀΩe.
+template <LieGroup G>
+struct EdgeTerms {
+  SquareOf<G> from, to;  ///< on the diagonal, at X_i and X_j
+  SquareOf<G> between;   ///< in row X_i and column X_j
+  TangentOf<G> from_gradient, to_gradient;
+  double squared_error = 0.0;  ///< eᵀΩe
+};
+
+void edge_terms(const PoseEdge<SE2d>& edge, const SE2d& from, const SE2d& to, EdgeTerms<SE2d>& out);
+void edge_terms(const PoseEdge<SE3d>& edge, const SE3d& from, const SE3d& to, EdgeTerms<SE3d>& out);
+
+/// The block column of each free pose of a graph.
+class PoseColumns {
+ public:
+  template <LieGroup G>
+  void number(const PoseGraph<G>& graph) {
+    columns_.assign(graph.poses.size(), 0);
+    if (graph.fixed.empty() && !columns_.empty()) columns_[0] = -1;
+    for (const int pose : graph.fixed) columns_[static_cast<std::size_t>(pose)] = -1;
+    free_.clear();
+    for (int pose = 0; pose < graph.size(); ++pose) {
+      int& column = columns_[static_cast<std::size_t>(pose)];
+      if (column < 0) continue;
+      column = static_cast<int>(free_.size());
+      free_.push_back(pose);
+    }
+  }
+
+  [[nodiscard]] std::size_t poses() const { return columns_.size(); }
+  /// The free poses in the order of their columns.
+  [[nodiscard]] const std::vector<int>& free() const { return free_; }
+  /// The column of a pose, −1 if it is fixed.
+  [[nodiscard]] int of(int pose) const { return columns_[static_cast<std::size_t>(pose)]; }
+
+ private:
+  std::vector<int> columns_, free_;
+};
 
 /// H = Σ w JᵀΩJ and g = Σ w JᵀΩe of a pose graph over its free poses, with w the robust kernel's
 /// weight. The pattern and each edge's block addresses are reused while the graph's structure
@@ -38,8 +75,6 @@ class NormalEquations {
   [[nodiscard]] double chi2() const {
     return std::accumulate(squared_errors_.begin(), squared_errors_.end(), 0.0);
   }
-  /// eᵀΩe of every edge at the last linearisation.
-  [[nodiscard]] const std::vector<double>& squared_errors() const { return squared_errors_; }
 
   [[nodiscard]] Matrix& hessian() { return hessian_; }
   [[nodiscard]] const Matrix& hessian() const { return hessian_; }
@@ -115,11 +150,8 @@ double NormalEquations<G>::linearise(const PoseGraph<G>& graph, const RobustKern
 template <LieGroup G>
 double NormalEquations<G>::cost(const PoseGraph<G>& graph, const RobustKernel& kernel) const {
   double sum = 0.0;
-  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
-    const PoseEdge<G>& edge = graph.edges[k];
-    const double s = squared_error(graph, edge);
-    sum += weight(k) * (edge.robust ? kernel(s).cost : s);
-  }
+  for (std::size_t k = 0; k < graph.edges.size(); ++k)
+    sum += weight(k) * robust_cost(graph, graph.edges[k], kernel);
   return sum;
 }
 

@@ -1,8 +1,13 @@
+#include "outputs.hpp"
+
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 
-#include "outputs.hpp"
+#include <wayfare/graph/optimise.hpp>
+
+#include "support/program_files.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -40,8 +45,8 @@ void append(std::string& out, const char* format, auto... values) {
 template <class G>
 class Panel {
  public:
-  Panel(std::string& out, const PoseGraph<G>& graph, const std::vector<G>& poses)
-      : out_(out), graph_(graph), poses_(poses), frame_(poses) {}
+  Panel(std::string& out, const PoseGraph<G>& graph)
+      : out_(out), graph_(graph), frame_(graph.poses) {}
 
   void draw(const char* title, const std::vector<char>& rejected) {
     append(out_, "<text x=\"%.0f\" y=\"20\" text-anchor=\"middle\">%s: sum of e'We %.6g</text>\n",
@@ -54,18 +59,13 @@ class Panel {
 
  private:
   const auto& position(int pose) const {
-    return poses_[static_cast<std::size_t>(pose)].translation();
+    return graph_.poses[static_cast<std::size_t>(pose)].translation();
   }
 
   double sum_of_errors(const std::vector<char>& rejected) const {
     double sum = 0.0;
-    for (std::size_t k = 0; k < rejected.size(); ++k) {
-      const auto& edge = graph_.edges[k];
-      const auto e =
-          PoseError<G>::error(edge.measurement, poses_[static_cast<std::size_t>(edge.from)],
-                              poses_[static_cast<std::size_t>(edge.to)]);
-      if (rejected[k] == 0) sum += e.dot(edge.information * e);
-    }
+    for (std::size_t k = 0; k < rejected.size(); ++k)
+      if (rejected[k] == 0) sum += squared_error(graph_, graph_.edges[k]);
     return sum;
   }
 
@@ -88,9 +88,34 @@ class Panel {
 
   std::string& out_;
   const PoseGraph<G>& graph_;
-  const std::vector<G>& poses_;
   Frame frame_;
 };
+
+constexpr const char* kPlanar[] = {"x", "y", "theta"};
+constexpr const char* kSpatial[] = {"x", "y", "z", "rx", "ry", "rz"};
+
+/// "x_theta_m_rad", "x_x_m2".
+std::string heading_of(int dof, int i, int j) {
+  const auto name = [&](int k) { return std::string(dof == 3 ? kPlanar[k] : kSpatial[k]); };
+  const int moves = dof == 3 ? 2 : 3;
+  const char* unit = j < moves ? "m2" : i < moves ? "m_rad" : "rad2";
+  return name(i) + "_" + name(j) + "_" + unit;
+}
+
+template <LieGroup G>
+PoseGraph<G> without(const PoseGraph<G>& graph, const std::vector<int>& rejected) {
+  PoseGraph<G> rest = graph;
+  rest.edges.clear();
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    if (next < rejected.size() && rejected[next] == static_cast<int>(k)) {
+      ++next;
+    } else {
+      rest.edges.push_back(graph.edges[k]);
+    }
+  }
+  return rest;
+}
 
 }  // namespace
 
@@ -109,19 +134,56 @@ std::string draw(const PoseGraph<G>& graph, const std::vector<G>& before,
       ".loop{stroke:#e0a030;stroke-width:.6;stroke-opacity:.7}"
       ".false{stroke:#d02020;stroke-width:.6;stroke-opacity:.6}</style>\n"
       "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n";
-  Panel<G>(out, graph, before).draw("before", is_rejected);
+  PoseGraph<G> start = graph;
+  start.poses = before;
+  Panel<G>(out, start).draw("before", is_rejected);
   append(out, "<g transform=\"translate(%.0f 0)\">\n", kPanel_px);
-  Panel<G>(out, graph, graph.poses).draw("after", is_rejected);
+  Panel<G>(out, graph).draw("after", is_rejected);
   append(out, "</g>\n<text x=\"12\" y=\"%.0f\">", kPanel_px + kTitle_px - 6.0);
-  out +=
-      "<tspan fill=\"#1f4e79\">path</tspan> <tspan "
-      "fill=\"#c08010\">loops</tspan>";
+  out += "<tspan fill=\"#1f4e79\">path</tspan> <tspan fill=\"#c08010\">loops</tspan>";
   if (!rejected.empty()) out += " <tspan fill=\"#d02020\">rejected, not in the sum</tspan>";
   out += "</text>\n</svg>\n";
   return out;
 }
 
+template <LieGroup G>
+Result<std::string> marginals_table(const PoseGraph<G>& graph, const std::vector<int>& rejected,
+                                    const RobustKernel& kernel) {
+  constexpr int kDof = ManifoldTraits<G>::kDof;
+  PoseGraphOptimiser<G> optimiser;
+  const auto covariances = optimiser.covariances(without(graph, rejected), kernel);
+  if (!covariances) return covariances.error();
+  std::string out = "vertex";
+  for (int i = 0; i < kDof; ++i)
+    for (int j = i; j < kDof; ++j) out.append(1, ',').append(heading_of(kDof, i, j));
+  out += '\n';
+  for (int pose = 0; pose < graph.size(); ++pose) {
+    const SquareOf<G>& covariance = (*covariances)[static_cast<std::size_t>(pose)];
+    out += graph.label(pose);
+    for (int i = 0; i < kDof; ++i)
+      for (int j = i; j < kDof; ++j) out.append(1, ',').append(significant(covariance(i, j), 9));
+    out += '\n';
+  }
+  return out;
+}
+
+template <LieGroup G>
+std::string edges_table(const PoseGraph<G>& graph, const std::vector<int>& edges) {
+  std::string out = "from,to\n";
+  for (const int k : edges) {
+    const auto& edge = graph.edges[static_cast<std::size_t>(k)];
+    out += graph.label(edge.from) + "," + graph.label(edge.to) + "\n";
+  }
+  return out;
+}
+
 template std::string draw(const PoseGraph2&, const std::vector<SE2d>&, const std::vector<int>&);
 template std::string draw(const PoseGraph3&, const std::vector<SE3d>&, const std::vector<int>&);
+template Result<std::string> marginals_table(const PoseGraph2&, const std::vector<int>&,
+                                             const RobustKernel&);
+template Result<std::string> marginals_table(const PoseGraph3&, const std::vector<int>&,
+                                             const RobustKernel&);
+template std::string edges_table(const PoseGraph2&, const std::vector<int>&);
+template std::string edges_table(const PoseGraph3&, const std::vector<int>&);
 
 }  // namespace wayfare::examples
