@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <limits>
+#include <ranges>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include <wayfare/core/contract.hpp>
@@ -29,6 +32,18 @@ struct Summary {
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+/// The median of the projected values, of an even number the greater of the middle two, of none a
+/// zero. Reorders the values.
+template <std::ranges::random_access_range Values, class Projection = std::identity>
+[[nodiscard]] auto upper_median_of(Values&& values, Projection projection = {}) {
+  using Value = std::remove_cvref_t<
+      std::invoke_result_t<Projection&, std::ranges::range_reference_t<Values>>>;
+  if (std::ranges::empty(values)) return Value{};
+  const auto middle = std::ranges::begin(values) + std::ranges::ssize(values) / 2;
+  std::ranges::nth_element(values, middle, {}, projection);
+  return Value(std::invoke(projection, *middle));
 }
 
 [[nodiscard]] inline Summary summarise(std::span<const double> values) {

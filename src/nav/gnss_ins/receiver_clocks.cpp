@@ -3,22 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include <wayfare/core/statistics.hpp>
+
 namespace wayfare::nav {
 namespace {
 
 constexpr double kLightMillisecond_m = 299792.458;
 constexpr double kUnknownClock_m2 = 1e4;
 
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
-
 double robust_sigma(const std::vector<double>& v, double centre) {
   std::vector<double> d;
   for (double x : v) d.push_back(std::abs(x - centre));
-  return 1.4826 * median(d);
+  return 1.4826 * upper_median_of(d);
 }
 
 RangeEpoch of_system(const RangeEpoch& epoch, GnssSystem system) {
@@ -94,12 +90,12 @@ void ReceiverClocks::set(InsRangeFilter& filter, const RangeEpoch& epoch) {
   if (*most == 0) return;
   reference_ = static_cast<GnssSystem>(most - count.begin());
   const RangeEpoch own = of_system(epoch, reference_);
-  const Residuals range = ranges(filter, own), rate = rates(filter, own);
+  Residuals range = ranges(filter, own), rate = rates(filter, own);
   if (range.innovation.empty()) return;
-  filter.jump_clock(median(range.innovation), 0.0);
+  filter.jump_clock(upper_median_of(range.innovation), 0.0);
   filter.ekf().reset_variance(ins_state::kClock, kUnknownClock_m2);
   const bool drifts = !rate.innovation.empty();
-  restart(filter, 1, drifts ? median(rate.innovation) : 0.0, drifts ? 1e2 : 1e6);
+  restart(filter, 1, drifts ? upper_median_of(rate.innovation) : 0.0, drifts ? 1e2 : 1e6);
   known_ = true;
   initialised_ = {};
   initialised(reference_) = true;
@@ -109,17 +105,17 @@ void ReceiverClocks::add_new_systems(InsRangeFilter& filter, const RangeEpoch& e
   for (int i = 0; i < kGnssSystems; ++i) {
     const auto system = static_cast<GnssSystem>(i);
     if (initialised(system)) continue;
-    const Residuals range = ranges(filter, of_system(epoch, system));
+    Residuals range = ranges(filter, of_system(epoch, system));
     if (range.innovation.empty()) continue;
-    restart(filter, 2 + offset_of(system), median(range.innovation), kUnknownClock_m2);
+    restart(filter, 2 + offset_of(system), upper_median_of(range.innovation), kUnknownClock_m2);
     initialised(system) = true;
   }
 }
 
 double ReceiverClocks::correct_jump(InsRangeFilter& filter, const RangeEpoch& epoch) const {
-  const Residuals range = ranges(filter, epoch);
+  Residuals range = ranges(filter, epoch);
   if (range.innovation.empty()) return 0.0;
-  const double shift = median(range.innovation), sigma = median(range.sigma);
+  const double shift = upper_median_of(range.innovation), sigma = upper_median_of(range.sigma);
   const double scatter = robust_sigma(range.innovation, shift);
   const double whole = std::round(shift / kLightMillisecond_m) * kLightMillisecond_m;
   const bool millisecond =
