@@ -30,7 +30,6 @@ class WallStates {
   explicit WallStates(const SE2d& T_base_laser) : T_base_laser_(T_base_laser) {}
 
   [[nodiscard]] bool has_walls() const { return left_ || right_; }
-  [[nodiscard]] bool has_end() const { return end_; }
   void forget_walls() { left_ = right_ = false; }
   void forget_end() { end_ = false; }
 

@@ -210,38 +210,35 @@ void InsEngine::apply(const RangeEpoch& epoch, EventLog& events) {
 
 void InsEngine::apply(const GnssFix& fix, EventLog& events) {
   const Vector3d lever = options_.q_body_imu.inverse() * options_.antenna_lever_arm_m;
-  const auto axes = [](const Eigen::Matrix3d& covariance) {
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance);
-  };
   const double scale = options_.range_sigma_scale * options_.range_sigma_scale;
-  const auto position = axes(fix.position_covariance_ned_m2);
+  // Along the axes of the covariance; one rejected permanently is a lock-out as well, since the
+  // others cannot correct it.
+  const auto update = [&](Kind kind, const Eigen::Matrix3d& covariance, const auto& model) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
+    bool all = true;
+    for (int i = 0; i < 3; ++i) {
+      const auto u = filter_.ekf().update(
+          model(axes.eigenvectors().col(i), scale * axes.eigenvalues()[i]), options_.gate_sigma);
+      record(events, kind, {}, u);
+      all = all && u.accepted;
+    }
+    return all;
+  };
   const Vector3d at = filter_.plane().offset(fix.position);
-  int in = 0;
-  for (int i = 0; i < 3; ++i) {
-    const auto u = filter_.ekf().update(
-        AntennaPositionModel<double, kOffsets>{filter_.plane(), at, position.eigenvectors().col(i),
-                                               lever, scale * position.eigenvalues()[i]},
-        options_.gate_sigma);
-    record(events, Kind::position, {}, u);
-    in += u.accepted ? 1 : 0;
-  }
-  // One axis rejected permanently is a lock-out as well: the others cannot correct it.
-  reopen(ranges_rejected_since_, in == 3 ? 1 : 0, 1, events);
-  if (in == 3) note_full_epoch();
+  const bool position_in = update(
+      Kind::position, fix.position_covariance_ned_m2, [&](const Vector3d& axis, double variance) {
+        return AntennaPositionModel<double, kOffsets>{filter_.plane(), at, axis, lever, variance};
+      });
+  reopen(ranges_rejected_since_, position_in ? 1 : 0, 1, events);
+  if (position_in) note_full_epoch();
   if (!fix.velocity_ned_mps) return;
-  const auto velocity = axes(fix.velocity_covariance_ned);
-  in = 0;
-  for (int i = 0; i < 3; ++i) {
-    const auto u = filter_.ekf().update(
-        AntennaVelocityModel<double, kOffsets>{
-            *fix.velocity_ned_mps, velocity.eigenvectors().col(i), lever, filter_.gyro_radps(),
-            scale * velocity.eigenvalues()[i]},
-        options_.gate_sigma);
-    record(events, Kind::velocity, {}, u);
-    in += u.accepted ? 1 : 0;
-  }
-  reopen(rates_rejected_since_, in == 3 ? 1 : 0, 1, events);
-  if (in == 3) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
+  const bool velocity_in = update(
+      Kind::velocity, fix.velocity_covariance_ned, [&](const Vector3d& axis, double variance) {
+        return AntennaVelocityModel<double, kOffsets>{*fix.velocity_ned_mps, axis, lever,
+                                                      filter_.gyro_radps(), variance};
+      });
+  reopen(rates_rejected_since_, velocity_in ? 1 : 0, 1, events);
+  if (velocity_in) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
 }
 
 NavState InsEngine::nav() const {

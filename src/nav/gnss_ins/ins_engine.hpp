@@ -12,7 +12,6 @@
 #include <wayfare/nav/ins_filter.hpp>
 
 #include "nav/gnss_ins/receiver_clocks.hpp"
-#include "nav/gnss_ins/recent_readings.hpp"
 #include "nav/gnss_ins/zero_velocity_detector.hpp"
 
 namespace wayfare::nav {

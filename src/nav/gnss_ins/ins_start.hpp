@@ -4,7 +4,7 @@
 
 #include <wayfare/nav/gnss_ins.hpp>
 
-#include "nav/gnss_ins/recent_readings.hpp"
+#include "nav/gnss_ins/zero_velocity_detector.hpp"
 
 namespace wayfare::nav {
 
