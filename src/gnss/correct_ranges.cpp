@@ -20,6 +20,16 @@ double variable_part(double elevation, double signal, double decade, double elev
   return low * low + weak * weak;
 }
 
+/// The carrier of `o`; GLONASS channels are from the message.
+double carrier_of(const SatelliteObservation& o, const Ephemeris& ephemeris) {
+  const auto* glonass = std::get_if<GlonassEphemeris>(&ephemeris);
+  const bool second = o.carrier_hz < 1.4e9;
+  if (glonass != nullptr)
+    return *carrier_hz(GnssSystem::glonass, second ? '2' : '1', glonass->channel);
+  if (std::isfinite(o.carrier_hz) && o.carrier_hz > 0.0) return o.carrier_hz;
+  return o.satellite.system == GnssSystem::beidou ? carrier::kB1I : carrier::kL1;
+}
+
 /// Corrects the satellites of one epoch.
 class Corrector {
  public:
@@ -32,16 +42,100 @@ class Corrector {
 
   /// The corrected range, or the reason for rejection.
   [[nodiscard]] std::variant<CorrectedRange, RangeRefusal> correct(
-      const SatelliteObservation& o) const;
+      const SatelliteObservation& o) const {
+    if (const auto why = unusable(o)) return *why;
+    // A rate without range still needs the satellite's state: 1 m/s of error per second of time.
+    const double measured_m = std::isfinite(o.pseudorange_m) ? o.pseudorange_m : 2.3e7;
+    const Time<GpsClock> transmission = time_ - from_seconds(measured_m / kSpeedOfLight_mps);
+    const Ephemeris* ephemeris = ephemerides_.nearest(o.satellite, transmission);
+    if (ephemeris == nullptr) return RangeRefusal::no_ephemeris;
+    const Duration limit =
+        options_.limits.age[static_cast<std::size_t>(index_of(o.satellite.system))];
+    const Duration age = transmission - reference_time(*ephemeris);
+    if (age > limit || age < -limit) return RangeRefusal::ephemeris_too_far;
+    const double carrier = carrier_of(o, *ephemeris);
+    if (!is_healthy(*ephemeris, carrier)) return RangeRefusal::unhealthy;
+    const std::optional<double> delay_s = group_delay_s(*ephemeris, carrier);
+    if (!delay_s) return RangeRefusal::unknown_signal;
+
+    const double clock_s = satellite_state(*ephemeris, transmission).clock_s;
+    const SatelliteState state = satellite_state(*ephemeris, transmission - from_seconds(clock_s));
+    CorrectedRange range;
+    range.satellite = o.satellite;
+    range.cn0_dbhz = o.cn0_dbhz;
+    rotate_to_reception(state, range);
+    LineOfSight sight{0.0, 0.5};
+    Air air;
+    if (known_) {
+      sight = line_of_sight(near_, range.position_ecef_m);
+      if (sight.elevation_rad < options_.elevation_mask.radians()) return RangeRefusal::low;
+      air = this->air(sight, carrier);
+    }
+    range.range_m = o.pseudorange_m + kSpeedOfLight_mps * (state.clock_s - *delay_s) -
+                    air.delay_m;  // NaN stays NaN
+    range.range_rate_mps =
+        -o.doppler_hz * kSpeedOfLight_mps / carrier + kSpeedOfLight_mps * state.clock_drift;
+    range.range_sigma_m = options_.sigma.range_m(sight.elevation_rad, o.cn0_dbhz, air.sigma_m);
+    range.range_rate_sigma_mps = options_.sigma.rate_mps(sight.elevation_rad, o.cn0_dbhz);
+    return range;
+  }
 
  private:
-  [[nodiscard]] std::optional<RangeRefusal> unusable(const SatelliteObservation& o) const;
-  void rotate_to_reception(const SatelliteState& at_transmission, CorrectedRange& range) const;
   struct Air {
     double delay_m = 0.0;
     double sigma_m = 0.0;  ///< of the ionosphere after correction
   };
-  [[nodiscard]] Air air(const LineOfSight& sight, double carrier_hz) const;
+
+  [[nodiscard]] std::optional<RangeRefusal> unusable(const SatelliteObservation& o) const {
+    if (!options_.systems[static_cast<std::size_t>(index_of(o.satellite.system))])
+      return RangeRefusal::not_wanted;
+    const auto& excluded = options_.excluded;
+    if (std::find(excluded.begin(), excluded.end(), o.satellite) != excluded.end())
+      return RangeRefusal::not_wanted;
+    if (!std::isfinite(o.pseudorange_m) && !std::isfinite(o.doppler_hz))
+      return RangeRefusal::not_measured;
+    // 20 000 km at the zenith to 42 000 km at the horizon, with a clock error of up to 100 ms.
+    if (std::isfinite(o.pseudorange_m) && !(o.pseudorange_m > -1e7 && o.pseudorange_m < 7.5e7))
+      return RangeRefusal::implausible;
+    if (std::isfinite(o.cn0_dbhz) && o.cn0_dbhz < options_.min_cn0_dbhz) return RangeRefusal::weak;
+    return std::nullopt;
+  }
+
+  /// Rotates the satellite into the Earth-fixed axes at reception (Sagnac effect). Its velocity is
+  /// the derivative of the rotated position by the time of reception, as range rates require.
+  void rotate_to_reception(const SatelliteState& s, CorrectedRange& range) const {
+    constexpr double w = wgs84::kEarthRate_radps, c = kSpeedOfLight_mps;
+    double travel_s = known_ ? (s.position_ecef_m - near_ecef_m_).norm() / c : 0.075;
+    for (int i = 0; i < (known_ ? 2 : 1); ++i) {
+      const double co = std::cos(w * travel_s), si = std::sin(w * travel_s);
+      const Eigen::Matrix3d rotation =
+          (Eigen::Matrix3d() << co, si, 0, -si, co, 0, 0, 0, 1).finished();
+      range.position_ecef_m = rotation * s.position_ecef_m;
+      range.velocity_ecef_mps = rotation * s.velocity_ecef_mps;
+      if (known_) travel_s = (range.position_ecef_m - near_ecef_m_).norm() / c;
+    }
+    if (!known_) return;
+    const Eigen::Vector3d u = (range.position_ecef_m - near_ecef_m_).normalized();
+    const double travel_rate = u.dot(range.velocity_ecef_mps) / c;
+    const Eigen::Vector3d& p = range.position_ecef_m;
+    range.velocity_ecef_mps = (1.0 - travel_rate) * range.velocity_ecef_mps +
+                              travel_rate * w * Eigen::Vector3d(p.y(), -p.x(), 0.0);
+  }
+
+  [[nodiscard]] Air air(const LineOfSight& sight, double carrier_hz) const {
+    Air result;
+    const auto& broadcast =
+        ephemerides_.gps_ionosphere ? ephemerides_.gps_ionosphere : ephemerides_.beidou_ionosphere;
+    if (options_.ionosphere) {
+      result.delay_m = ionosphere_delay_m(broadcast ? *broadcast : nominal_ionosphere(), time_,
+                                          near_, sight, carrier_hz);
+      result.sigma_m = result.delay_m * (broadcast ? options_.sigma.ionosphere_fraction
+                                                   : options_.sigma.nominal_ionosphere_fraction);
+    }
+    if (options_.troposphere)
+      result.delay_m += troposphere_delay_m(near_, sight, options_.relative_humidity);
+    return result;
+  }
 
   Time<GpsClock> time_;
   const Ephemerides& ephemerides_;
@@ -50,105 +144,6 @@ class Corrector {
   bool known_ = false;
   Geodetic near_;
 };
-
-std::optional<RangeRefusal> Corrector::unusable(const SatelliteObservation& o) const {
-  if (!options_.systems[static_cast<std::size_t>(index_of(o.satellite.system))])
-    return RangeRefusal::not_wanted;
-  const auto& excluded = options_.excluded;
-  if (std::find(excluded.begin(), excluded.end(), o.satellite) != excluded.end())
-    return RangeRefusal::not_wanted;
-  if (!std::isfinite(o.pseudorange_m) && !std::isfinite(o.doppler_hz))
-    return RangeRefusal::not_measured;
-  // 20 000 km at the zenith to 42 000 km at the horizon, with a clock error of up to 100 ms.
-  if (std::isfinite(o.pseudorange_m) && !(o.pseudorange_m > -1e7 && o.pseudorange_m < 7.5e7))
-    return RangeRefusal::implausible;
-  if (std::isfinite(o.cn0_dbhz) && o.cn0_dbhz < options_.min_cn0_dbhz) return RangeRefusal::weak;
-  return std::nullopt;
-}
-
-/// The carrier of `o`; GLONASS channels are from the message.
-double carrier_of(const SatelliteObservation& o, const Ephemeris& ephemeris) {
-  const auto* glonass = std::get_if<GlonassEphemeris>(&ephemeris);
-  const bool second = o.carrier_hz < 1.4e9;
-  if (glonass != nullptr)
-    return *carrier_hz(GnssSystem::glonass, second ? '2' : '1', glonass->channel);
-  if (std::isfinite(o.carrier_hz) && o.carrier_hz > 0.0) return o.carrier_hz;
-  return o.satellite.system == GnssSystem::beidou ? carrier::kB1I : carrier::kL1;
-}
-
-/// Rotates the satellite into the Earth-fixed axes at reception (Sagnac effect). Its velocity is
-/// the derivative of the rotated position by the time of reception, as range rates require.
-void Corrector::rotate_to_reception(const SatelliteState& s, CorrectedRange& range) const {
-  constexpr double w = wgs84::kEarthRate_radps, c = kSpeedOfLight_mps;
-  double travel_s = known_ ? (s.position_ecef_m - near_ecef_m_).norm() / c : 0.075;
-  for (int i = 0; i < (known_ ? 2 : 1); ++i) {
-    const double co = std::cos(w * travel_s), si = std::sin(w * travel_s);
-    const Eigen::Matrix3d rotation =
-        (Eigen::Matrix3d() << co, si, 0, -si, co, 0, 0, 0, 1).finished();
-    range.position_ecef_m = rotation * s.position_ecef_m;
-    range.velocity_ecef_mps = rotation * s.velocity_ecef_mps;
-    if (known_) travel_s = (range.position_ecef_m - near_ecef_m_).norm() / c;
-  }
-  if (!known_) return;
-  const Eigen::Vector3d u = (range.position_ecef_m - near_ecef_m_).normalized();
-  const double travel_rate = u.dot(range.velocity_ecef_mps) / c;
-  const Eigen::Vector3d& p = range.position_ecef_m;
-  range.velocity_ecef_mps = (1.0 - travel_rate) * range.velocity_ecef_mps +
-                            travel_rate * w * Eigen::Vector3d(p.y(), -p.x(), 0.0);
-}
-
-Corrector::Air Corrector::air(const LineOfSight& sight, double carrier_hz) const {
-  Air result;
-  const auto& broadcast =
-      ephemerides_.gps_ionosphere ? ephemerides_.gps_ionosphere : ephemerides_.beidou_ionosphere;
-  if (options_.ionosphere) {
-    result.delay_m = ionosphere_delay_m(broadcast ? *broadcast : nominal_ionosphere(), time_, near_,
-                                        sight, carrier_hz);
-    result.sigma_m = result.delay_m * (broadcast ? options_.sigma.ionosphere_fraction
-                                                 : options_.sigma.nominal_ionosphere_fraction);
-  }
-  if (options_.troposphere)
-    result.delay_m += troposphere_delay_m(near_, sight, options_.relative_humidity);
-  return result;
-}
-
-std::variant<CorrectedRange, RangeRefusal> Corrector::correct(const SatelliteObservation& o) const {
-  if (const auto why = unusable(o)) return *why;
-  // A rate without range still needs the satellite's state: 1 m/s of error per second of time.
-  const double measured_m = std::isfinite(o.pseudorange_m) ? o.pseudorange_m : 2.3e7;
-  const Time<GpsClock> transmission = time_ - from_seconds(measured_m / kSpeedOfLight_mps);
-  const Ephemeris* ephemeris = ephemerides_.nearest(o.satellite, transmission);
-  if (ephemeris == nullptr) return RangeRefusal::no_ephemeris;
-  const Duration limit =
-      options_.limits.age[static_cast<std::size_t>(index_of(o.satellite.system))];
-  const Duration age = transmission - reference_time(*ephemeris);
-  if (age > limit || age < -limit) return RangeRefusal::ephemeris_too_far;
-  const double carrier = carrier_of(o, *ephemeris);
-  if (!is_healthy(*ephemeris, carrier)) return RangeRefusal::unhealthy;
-  const std::optional<double> delay_s = group_delay_s(*ephemeris, carrier);
-  if (!delay_s) return RangeRefusal::unknown_signal;
-
-  const double clock_s = satellite_state(*ephemeris, transmission).clock_s;
-  const SatelliteState state = satellite_state(*ephemeris, transmission - from_seconds(clock_s));
-  CorrectedRange range;
-  range.satellite = o.satellite;
-  range.cn0_dbhz = o.cn0_dbhz;
-  rotate_to_reception(state, range);
-  LineOfSight sight{0.0, 0.5};
-  Air air;
-  if (known_) {
-    sight = line_of_sight(near_, range.position_ecef_m);
-    if (sight.elevation_rad < options_.elevation_mask.radians()) return RangeRefusal::low;
-    air = this->air(sight, carrier);
-  }
-  range.range_m = o.pseudorange_m + kSpeedOfLight_mps * (state.clock_s - *delay_s) -
-                  air.delay_m;  // NaN stays NaN
-  range.range_rate_mps =
-      -o.doppler_hz * kSpeedOfLight_mps / carrier + kSpeedOfLight_mps * state.clock_drift;
-  range.range_sigma_m = options_.sigma.range_m(sight.elevation_rad, o.cn0_dbhz, air.sigma_m);
-  range.range_rate_sigma_mps = options_.sigma.rate_mps(sight.elevation_rad, o.cn0_dbhz);
-  return range;
-}
 
 }  // namespace
 
@@ -171,29 +166,17 @@ KlobucharModel nominal_ionosphere() {
 }
 
 const char* to_text(RangeRefusal why) {
-  switch (why) {
-    case RangeRefusal::not_measured:
-      return "neither range nor rate";
-    case RangeRefusal::implausible:
-      return "implausible range";
-    case RangeRefusal::not_wanted:
-      return "excluded";
-    case RangeRefusal::duplicate:
-      return "duplicate in the epoch";
-    case RangeRefusal::no_ephemeris:
-      return "no ephemeris";
-    case RangeRefusal::ephemeris_too_far:
-      return "no ephemeris near enough in time";
-    case RangeRefusal::unhealthy:
-      return "unhealthy";
-    case RangeRefusal::unknown_signal:
-      return "no group delay known for the signal";
-    case RangeRefusal::low:
-      return "below the elevation mask";
-    case RangeRefusal::weak:
-      return "weak signal";
-  }
-  return "";
+  constexpr const char* kTexts[] = {"neither range nor rate",
+                                    "implausible range",
+                                    "excluded",
+                                    "duplicate in the epoch",
+                                    "no ephemeris",
+                                    "no ephemeris near enough in time",
+                                    "unhealthy",
+                                    "no group delay known for the signal",
+                                    "below the elevation mask",
+                                    "weak signal"};
+  return kTexts[static_cast<std::size_t>(why)];
 }
 
 RangeEpoch correct_ranges(const ObservationEpoch& epoch, const Ephemerides& ephemerides,

@@ -4,71 +4,57 @@
 #include <cmath>
 #include <string>
 
-
 namespace wayfare {
 namespace {
 
+constexpr const char* kNotFinite = "a value is missing or not finite";
+constexpr const char* kClock = "a clock value is out of range";
+
+template <class... Values>
+bool finite(Values... values) {
+  return (std::isfinite(values) && ...);
+}
+template <class... Values>
+bool below(double limit, Values... values) {
+  return ((std::abs(values) < limit) && ...);
+}
+
 /// The reason a message is invalid, or null.
 const char* fault_of(const KeplerianEphemeris& k) {
-  const double all[] = {k.sqrt_semi_major_axis,
-                        k.eccentricity,
-                        k.mean_anomaly_rad,
-                        k.mean_motion_difference_radps,
-                        k.inclination_rad,
-                        k.inclination_rate_radps,
-                        k.ascending_node_rad,
-                        k.ascending_node_rate_radps,
-                        k.argument_of_perigee_rad,
-                        k.cuc_rad,
-                        k.cus_rad,
-                        k.crc_m,
-                        k.crs_m,
-                        k.cic_rad,
-                        k.cis_rad,
-                        k.clock_bias_s,
-                        k.clock_drift,
-                        k.clock_drift_rate_per_s,
-                        k.group_delay_s[0],
-                        k.group_delay_s[1]};
-  for (const double value : all)
-    if (!std::isfinite(value)) return "a value is missing or not finite";
+  if (!finite(k.sqrt_semi_major_axis, k.eccentricity, k.mean_anomaly_rad,
+              k.mean_motion_difference_radps, k.inclination_rad, k.inclination_rate_radps,
+              k.ascending_node_rad, k.ascending_node_rate_radps, k.argument_of_perigee_rad,
+              k.cuc_rad, k.cus_rad, k.crc_m, k.crs_m, k.cic_rad, k.cis_rad, k.clock_bias_s,
+              k.clock_drift, k.clock_drift_rate_per_s, k.group_delay_s[0], k.group_delay_s[1]))
+    return kNotFinite;
   // Medium orbits have √A near 5150 to 5440, geosynchronous ones 6493.
   if (!(k.sqrt_semi_major_axis > 4000.0 && k.sqrt_semi_major_axis < 8000.0))
     return "the orbit's size is not that of a navigation satellite";
   if (!(k.eccentricity >= 0.0 && k.eccentricity < 0.5)) return "the eccentricity is out of range";
-  if (!(std::abs(k.crc_m) < 1e5 && std::abs(k.crs_m) < 1e5)) return "a correction is out of range";
-  const double angles[] = {k.mean_anomaly_rad,
-                           k.inclination_rad,
-                           k.ascending_node_rad,
-                           k.argument_of_perigee_rad,
-                           k.cuc_rad,
-                           k.cus_rad,
-                           k.cic_rad,
-                           k.cis_rad};
-  for (const double angle : angles)
-    if (!(std::abs(angle) < 10.0)) return "an angle is out of range";
-  const double rates[] = {k.mean_motion_difference_radps, k.inclination_rate_radps,
-                          k.ascending_node_rate_radps};
-  for (const double rate : rates)
-    if (!(std::abs(rate) < 1e-4)) return "an angle's rate is out of range";
-  const bool clock = std::abs(k.clock_bias_s) < 1.0 && std::abs(k.clock_drift) < 1e-4 &&
-                     std::abs(k.clock_drift_rate_per_s) < 1e-6 &&
-                     std::abs(k.group_delay_s[0]) < 1e-3 && std::abs(k.group_delay_s[1]) < 1e-3;
-  if (!clock) return "a clock value is out of range";
+  if (!below(1e5, k.crc_m, k.crs_m)) return "a correction is out of range";
+  if (!below(10.0, k.mean_anomaly_rad, k.inclination_rad, k.ascending_node_rad,
+             k.argument_of_perigee_rad, k.cuc_rad, k.cus_rad, k.cic_rad, k.cis_rad))
+    return "an angle is out of range";
+  if (!below(1e-4, k.mean_motion_difference_radps, k.inclination_rate_radps,
+             k.ascending_node_rate_radps))
+    return "an angle's rate is out of range";
+  if (!below(1.0, k.clock_bias_s) || !below(1e-4, k.clock_drift) ||
+      !below(1e-6, k.clock_drift_rate_per_s) ||
+      !below(1e-3, k.group_delay_s[0], k.group_delay_s[1]))
+    return kClock;
   return k.satellite.system == GnssSystem::glonass ? "GLONASS has no such message" : nullptr;
 }
 
 const char* fault_of(const GlonassEphemeris& g) {
   if (!g.position_m.allFinite() || !g.velocity_mps.allFinite() || !g.acceleration_mps2.allFinite())
-    return "a value is missing or not finite";
+    return kNotFinite;
   const double radius = g.position_m.norm(), speed = g.velocity_mps.norm();
   if (!(radius > 2.4e7 && radius < 2.7e7) || !(speed > 1e3 && speed < 6e3) ||
       !(g.acceleration_mps2.norm() < 1e-3))
     return "the orbit is not that of a GLONASS satellite";
   if (g.channel < -7 || g.channel > 13) return "the frequency channel is out of range";
-  const bool clock = std::abs(g.clock_bias_s) < 1.0 && std::abs(g.clock_drift) < 1e-4 &&
-                     std::abs(g.l2_minus_l1_s) < 1e-3;
-  if (!clock) return "a clock value is out of range";
+  if (!below(1.0, g.clock_bias_s) || !below(1e-4, g.clock_drift) || !below(1e-3, g.l2_minus_l1_s))
+    return kClock;
   return g.satellite.system == GnssSystem::glonass ? nullptr : "only GLONASS has such a message";
 }
 
@@ -84,6 +70,60 @@ bool is_before(const Ephemeris& a, const Ephemeris& b) {
 }
 
 }  // namespace
+
+const char* name_of(GnssSystem system) {
+  constexpr const char* kNames[] = {"GPS", "GLONASS", "Galileo", "BeiDou"};
+  return kNames[index_of(system)];
+}
+
+std::optional<GnssSystem> system_of(char letter) {
+  for (const GnssSystem system : kAllGnssSystems)
+    if (letter_of(system) == letter) return system;
+  return std::nullopt;
+}
+
+std::string to_string(SatelliteId satellite) {
+  std::string text(1, letter_of(satellite.system));
+  if (satellite.number < 10) text += '0';
+  return text += std::to_string(satellite.number);
+}
+
+std::optional<SatelliteId> parse_satellite(std::string_view text) {
+  char letter = 'G';
+  if (text.size() == 3) {
+    if (text[0] != ' ') letter = text[0];
+    text.remove_prefix(1);
+  }
+  const std::optional<GnssSystem> system = system_of(letter);
+  if (!system || text.size() != 2) return std::nullopt;
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  if ((text[0] != ' ' && !digit(text[0])) || !digit(text[1])) return std::nullopt;
+  const int number = (text[0] == ' ' ? 0 : text[0] - '0') * 10 + (text[1] - '0');
+  if (number == 0) return std::nullopt;
+  return SatelliteId{*system, static_cast<std::uint8_t>(number)};
+}
+
+std::optional<double> carrier_hz(GnssSystem system, char band, int glonass_channel) {
+  const auto pick = [&](std::string_view bands, std::initializer_list<double> carriers) {
+    const std::size_t at = bands.find(band);
+    return at == bands.npos ? std::nullopt : std::optional<double>(carriers.begin()[at]);
+  };
+  switch (system) {
+    case GnssSystem::gps:
+      return pick("125", {carrier::kL1, carrier::kL2, carrier::kL5});
+    case GnssSystem::galileo:
+      return pick("15786",
+                  {carrier::kE1, carrier::kE5a, carrier::kE5b, carrier::kE5, carrier::kE6});
+    case GnssSystem::beidou:
+      return pick("21576",
+                  {carrier::kB1I, carrier::kB1C, carrier::kL5, carrier::kB2I, carrier::kB3I});
+    case GnssSystem::glonass:
+      break;
+  }
+  if (band == '1') return carrier::kGlonassL1 + glonass_channel * carrier::kGlonassL1Step;
+  if (band == '2') return carrier::kGlonassL2 + glonass_channel * carrier::kGlonassL2Step;
+  return std::nullopt;
+}
 
 Time<GpsClock> reference_time(const Ephemeris& e) {
   return std::visit([](const auto& x) { return x.toe; }, e);
@@ -139,7 +179,7 @@ const Ephemeris* Ephemerides::nearest(SatelliteId satellite, Time<GpsClock> time
 
 std::size_t Ephemerides::size() const {
   std::size_t count = 0;
-  for (const auto& entry : messages_) count += entry.second.size();
+  for (const auto& [satellite, list] : messages_) count += list.size();
   return count;
 }
 

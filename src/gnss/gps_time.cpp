@@ -25,8 +25,8 @@ constexpr std::array kLeapSeconds = {
     leap(1996, 1, 11), leap(1997, 7, 12), leap(1999, 1, 13), leap(2006, 1, 14), leap(2009, 1, 15),
     leap(2012, 7, 16), leap(2015, 7, 17), leap(2017, 1, 18)};
 
-/// Time since `epoch`.
-std::optional<Duration> since(sys_days epoch, const CivilTime& c) {
+template <class Clock>
+std::optional<Time<Clock>> from_civil(sys_days epoch, const CivilTime& c) {
   const auto in = [](int value, int low, int high) { return value >= low && value <= high; };
   if (!in(c.year, 1980, 2099) || !in(c.month, 1, 12) || !in(c.day, 1, 31)) return std::nullopt;
   if (!in(c.hour, 0, 23) || !in(c.minute, 0, 59)) return std::nullopt;
@@ -35,8 +35,8 @@ std::optional<Duration> since(sys_days epoch, const CivilTime& c) {
                                           std::chrono::month(static_cast<unsigned>(c.month)) /
                                           std::chrono::day(static_cast<unsigned>(c.day));
   if (!ymd.ok()) return std::nullopt;
-  return Duration(sys_days(ymd) - epoch) + std::chrono::hours(c.hour) +
-         std::chrono::minutes(c.minute) + c.of_minute;
+  return Time<Clock>() + (Duration(sys_days(ymd) - epoch) + std::chrono::hours(c.hour) +
+                          std::chrono::minutes(c.minute) + c.of_minute);
 }
 
 }  // namespace
@@ -70,18 +70,13 @@ Time<UtcClock> to_utc(Time<GpsClock> t, std::span<const LeapSecond> table) {
 }
 
 std::optional<Time<GpsClock>> gps_from_civil(const CivilTime& civil) {
-  const auto t = since(kGpsEpoch, civil);
-  return t ? std::optional(Time<GpsClock>() + *t) : std::nullopt;
+  return from_civil<GpsClock>(kGpsEpoch, civil);
 }
-
 std::optional<Time<UtcClock>> utc_from_civil(const CivilTime& civil) {
-  const auto t = since(kGpsEpoch, civil);
-  return t ? std::optional(Time<UtcClock>() + *t) : std::nullopt;
+  return from_civil<UtcClock>(kGpsEpoch, civil);
 }
-
 std::optional<Time<BeidouClock>> beidou_from_civil(const CivilTime& civil) {
-  const auto t = since(kBeidouEpoch, civil);
-  return t ? std::optional(Time<BeidouClock>() + *t) : std::nullopt;
+  return from_civil<BeidouClock>(kBeidouEpoch, civil);
 }
 
 CivilTime civil_from_gps(Time<GpsClock> time) {

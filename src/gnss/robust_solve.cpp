@@ -28,13 +28,9 @@ class Normal {
     return static_cast<int>((matrix_.diagonal().array() == 0.0).count());
   }
 
-  /// Position or velocity, which come first, are observed; a clock may not be.
-  [[nodiscard]] bool observes_motion() const {
-    return (matrix_.diagonal().head<3>().array() > 0.0).all();
-  }
-
   std::optional<Eigen::VectorXd> solve() {
-    if (!observes_motion()) return std::nullopt;
+    // Position or velocity, which come first, must be observed; a clock need not be.
+    if (!(matrix_.diagonal().head<3>().array() > 0.0).all()) return std::nullopt;
     fix_unobserved();
     const Eigen::VectorXd scale = matrix_.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix_ * scale.asDiagonal();
@@ -62,20 +58,18 @@ class Normal {
   Eigen::VectorXd side_;
 };
 
-double weight_of(const System& s, const Eigen::VectorXd& weight, int i) {
-  const double given = i < s.measurements() ? weight[i] : 1.0;
-  return given / (s.sigma(i) * s.sigma(i));
-}
-
 Normal normal_of(const System& s, const Eigen::VectorXd& weight) {
   Normal normal(s.unknowns());
-  for (int i = 0; i < s.rows(); ++i) normal.add(s.row(i), s.value(i), weight_of(s, weight, i));
+  for (int i = 0; i < s.rows(); ++i) {
+    const double given = i < s.measurements() ? weight[i] : 1.0;
+    normal.add(s[i].a, s[i].value, given / (s[i].sigma * s[i].sigma));
+  }
   return normal;
 }
 
 /// Residual in σ.
 double normalised(const System& s, const Eigen::VectorXd& x, int i) {
-  return (s.value(i) - s.row(i).dot(x)) / s.sigma(i);
+  return (s[i].value - s[i].a.dot(x)) / s[i].sigma;
 }
 
 double robust_cost(const System& s, const Eigen::VectorXd& x, double scale) {
@@ -129,12 +123,6 @@ Eigen::VectorXd solve_reweighted(const System& s, Eigen::VectorXd x, const Optio
   return x;
 }
 
-void exclude_outliers(const System& s, const Eigen::VectorXd& x, double limit,
-                      Eigen::VectorXd& weight) {
-  for (int i = 0; i < s.measurements(); ++i)
-    if (std::abs(normalised(s, x, i)) > limit) weight[i] = 0.0;
-}
-
 /// Residuals and covariance of a solution from its unknowns and weights.
 std::optional<Solution> complete(const System& s, const Eigen::VectorXd& x,
                                  const Eigen::VectorXd& weight) {
@@ -144,7 +132,7 @@ std::optional<Solution> complete(const System& s, const Eigen::VectorXd& x,
   for (int i = 0; i < s.rows(); ++i) {
     const double r = normalised(s, x, i);
     if (i < s.measurements()) {
-      solution.residual[i] = r * s.sigma(i);
+      solution.residual[i] = r * s[i].sigma;
       if (weight[i] > 0.0) ++used;
     }
     if (i >= s.measurements() || weight[i] > 0.0) solution.chi_square += r * r;
@@ -162,7 +150,7 @@ std::optional<Solution> complete(const System& s, const Eigen::VectorXd& x,
 Eigen::MatrixXd System::unweighted_covariance(const Eigen::VectorXd& weight) const {
   Normal normal(unknowns_);
   for (int i = 0; i < rows(); ++i)
-    if (i >= measurements_ || weight[i] > 0.0) normal.add(row(i), 0.0, 1.0);
+    if (i >= measurements_ || weight[i] > 0.0) normal.add((*this)[i].a, 0.0, 1.0);
   const auto inverse = normal.inverse();
   if (inverse) return *inverse;
   return Eigen::MatrixXd::Constant(unknowns_, unknowns_, std::numeric_limits<double>::infinity());
@@ -178,7 +166,8 @@ std::optional<Solution> solve(const System& s, const Options& options) {
     return plain;
   const Eigen::VectorXd start = best_start(s, *all, options.scale);
   const Eigen::VectorXd robust = solve_reweighted(s, start, options, weight);
-  exclude_outliers(s, robust, options.exclusion_sigma, weight);
+  for (int i = 0; i < s.measurements(); ++i)
+    if (std::abs(normalised(s, robust, i)) > options.exclusion_sigma) weight[i] = 0.0;
   // Without the outliers, the others get their full weights.
   const auto last = normal_of(s, weight).solve();
   if (!last) return plain;

@@ -9,6 +9,11 @@
 
 namespace wayfare::robust {
 
+struct Row {
+  Eigen::VectorXd a;
+  double value, sigma;
+};
+
 /// Rows a·x = y with standard deviations. The unknowns are three of position or velocity, then
 /// clocks; priors are rows that are never excluded and come last.
 class System {
@@ -16,12 +21,12 @@ class System {
   explicit System(int unknowns) : unknowns_(unknowns) {}
 
   void add(const Eigen::VectorXd& row, double value, double sigma) {
-    push(row, value, sigma);
+    rows_.push_back({row, value, sigma});
     ++measurements_;
   }
   /// After all measurements.
   void add_prior(const Eigen::VectorXd& row, double value, double sigma) {
-    push(row, value, sigma);
+    rows_.push_back({row, value, sigma});
   }
 
   [[nodiscard]] int unknowns() const { return unknowns_; }
@@ -29,26 +34,15 @@ class System {
   [[nodiscard]] int rows() const { return static_cast<int>(rows_.size()); }
   /// Degrees of freedom: rows less unknowns.
   [[nodiscard]] int redundancy() const { return rows() - unknowns_; }
-  [[nodiscard]] const Eigen::VectorXd& row(int i) const {
-    return rows_[static_cast<std::size_t>(i)];
-  }
-  [[nodiscard]] double value(int i) const { return values_[static_cast<std::size_t>(i)]; }
-  [[nodiscard]] double sigma(int i) const { return sigmas_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const Row& operator[](int i) const { return rows_[static_cast<std::size_t>(i)]; }
 
   /// (AᵀA)⁻¹ over the measurements with non-zero weight and all priors; infinite if singular.
   [[nodiscard]] Eigen::MatrixXd unweighted_covariance(const Eigen::VectorXd& weight) const;
 
  private:
-  void push(const Eigen::VectorXd& row, double value, double sigma) {
-    rows_.push_back(row);
-    values_.push_back(value);
-    sigmas_.push_back(sigma);
-  }
-
   int unknowns_;
   int measurements_ = 0;
-  std::vector<Eigen::VectorXd> rows_;
-  std::vector<double> values_, sigmas_;
+  std::vector<Row> rows_;
 };
 
 struct Options {

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
-
-#include <Eigen/Cholesky>
 
 #include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
@@ -80,19 +79,23 @@ Error too_few(const RangeSet& set, const std::string& what) {
   return Error{ErrorCode::degenerate, what + " (" + systems_text(set) + ")", "single point"};
 }
 
+/// For equations of this redundancy.
+robust::Options robust_options(const SinglePointOptions& options, int redundancy) {
+  return {options.exclude_faults,
+          chi_square_threshold(std::max(redundancy, 1), options.false_alarm), options.robust_scale,
+          options.exclusion_sigma};
+}
+
 /// Gauss-Newton iterations until the position converges.
 Result<Solution> iterate(const RangeSet& set, const SinglePointOptions& options,
                          Eigen::VectorXd& x) {
-  robust::Options how;
-  how.scale = options.robust_scale;
-  how.exclusion_sigma = options.exclusion_sigma;
   // Far from the solution, nonlinearity looks like faults; exclusion starts once it is near, or as
   // near as the faults allow.
   bool near = false;
   for (int iteration = 0; iteration < 40; ++iteration) {
     const System equations = linearise(set, x, options);
+    robust::Options how = robust_options(options, equations.redundancy());
     how.exclude = near && options.exclude_faults;
-    how.threshold = chi_square_threshold(std::max(equations.redundancy(), 1), options.false_alarm);
     const std::optional<Solution> solution = robust::solve(equations, how);
     if (!solution)
       return too_few(
@@ -139,12 +142,8 @@ void solve_velocity(const RangeEpoch& epoch, const SinglePointOptions& options,
     which.push_back(i);
   }
   if (equations.redundancy() < 0) return;
-  robust::Options how;
-  how.exclude = options.exclude_faults;
-  how.scale = options.robust_scale;
-  how.exclusion_sigma = options.exclusion_sigma;
-  how.threshold = chi_square_threshold(std::max(equations.redundancy(), 1), options.false_alarm);
-  const std::optional<Solution> solution = robust::solve(equations, how);
+  const std::optional<Solution> solution =
+      robust::solve(equations, robust_options(options, equations.redundancy()));
   if (!solution || solution->step.head<3>().norm() > 1e4) return;
   point.velocity_ned_mps = ecef_ned.transpose() * solution->step.head<3>();
   point.velocity_covariance_ned =
@@ -179,15 +178,15 @@ void fill_residuals(const RangeEpoch& epoch, const RangeSet& set, const Solution
 
 /// The clocks of the systems in use, and the true time by the first of them.
 void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, SinglePoint& point) {
-  double first = std::numeric_limits<double>::quiet_NaN();
   for (const SatelliteResidual& r : point.residuals) {
     const std::size_t s = index(r.satellite.system);
     if (r.range_used) point.clock_bias_m[s] = x[set.column[s]];
   }
-  for (const double clock : point.clock_bias_m)
-    if (std::isnan(first)) first = clock;
+  const auto& clocks = point.clock_bias_m;
+  const auto first =
+      std::find_if(clocks.begin(), clocks.end(), [](double clock) { return !std::isnan(clock); });
   point.instant = point.time;
-  if (std::isfinite(first)) point.instant = point.time - from_seconds(first / kSpeedOfLight_mps);
+  if (first != clocks.end()) point.instant = point.time - from_seconds(*first / kSpeedOfLight_mps);
 }
 
 }  // namespace
@@ -249,8 +248,8 @@ namespace {
 Result<SinglePoint> converge(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
                              const SinglePointOptions& options, Eigen::Vector3d near) {
   std::vector<RefusedRange> refused;
-  SinglePointOptions intermediate =
-      options;  // geometry and consistency are checked at the end only
+  // Geometry and consistency are checked at the end only.
+  SinglePointOptions intermediate = options;
   intermediate.max_pdop = std::numeric_limits<double>::infinity();
   intermediate.answer_inconsistent = true;
   for (int iteration = 0; iteration < 8; ++iteration) {
@@ -260,10 +259,11 @@ Result<SinglePoint> converge(const ObservationEpoch& epoch, const Ephemerides& e
     Result<SinglePoint> point = single_point(ranges, intermediate, near);
     if (!point) return point.error();
     const bool converged = near.norm() > 1e6 && (point->position_ecef_m - near).norm() < 1.0;
-    if (converged) point = single_point(ranges, options, near);
-    if (!point) return point.error();
-    if (converged) point->refused = std::move(refused);
-    if (converged) return point;
+    if (converged) {
+      point = single_point(ranges, options, near);
+      if (point) point->refused = std::move(refused);
+      return point;
+    }
     near = point->position_ecef_m;
   }
   return Error{ErrorCode::numerical, "the range corrections do not converge", "single point"};
@@ -281,6 +281,46 @@ Result<SinglePoint> single_point(const ObservationEpoch& epoch, const Ephemeride
   }
   // A wrong approximate position hides satellites below the horizon.
   return converge(epoch, ephemerides, options, Eigen::Vector3d::Zero());
+}
+
+void SystemOffsets::learn(const SinglePoint& point) {
+  const double gps = point.clock_bias_m[0];
+  if (!point.consistent || point.degrees_of_freedom < 2 || std::isnan(gps)) return;
+  for (std::size_t s = 1; s < tracks_.size(); ++s) {
+    if (std::isnan(point.clock_bias_m[s])) continue;
+    Track& track = tracks_[s];
+    const double offset = point.clock_bias_m[s] - gps;
+    const double gain = 1.0 / std::min(++track.count, 200);
+    if (track.count == 1) track.mean_m = offset;
+    const double limit = track.count <= 10 ? 1e9 : 5.0 * std::max(track.spread_m, 0.1);
+    const double off = std::clamp(offset - track.mean_m, -limit, limit);
+    track.mean_m += gain * off;
+    track.spread_m += gain * (std::abs(off) - track.spread_m);
+  }
+}
+
+std::optional<ClockOffset> SystemOffsets::of(GnssSystem system) const {
+  const Track& track = tracks_[index(system)];
+  if (system == GnssSystem::gps) return ClockOffset{0.0, 0.0};
+  if (track.count < 10) return std::nullopt;
+  // Errors of successive epochs are correlated: half of one epoch's deviation.
+  return ClockOffset{track.mean_m, std::max(0.5 * track.spread_m, 0.3)};
+}
+
+std::array<std::optional<ClockOffset>, kGnssSystems> SystemOffsets::all() const {
+  std::array<std::optional<ClockOffset>, kGnssSystems> result;
+  for (const GnssSystem system : kAllGnssSystems) result[index(system)] = of(system);
+  return result;
+}
+
+RangeEpoch on_one_clock(const RangeEpoch& epoch, const SystemOffsets& offsets) {
+  RangeEpoch result = epoch;
+  for (CorrectedRange& r : result.satellites) {
+    const std::optional<ClockOffset> offset = offsets.of(r.satellite.system);
+    r.range_m -= offset ? offset->offset_m : std::numeric_limits<double>::quiet_NaN();
+    if (offset) r.range_sigma_m = std::hypot(r.range_sigma_m, offset->sigma_m);
+  }
+  return result;
 }
 
 GnssFix to_fix(const SinglePoint& point) {

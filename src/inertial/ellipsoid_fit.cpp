@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+
+#include <wayfare/core/statistics.hpp>
 
 namespace wayfare {
 namespace {
@@ -58,13 +58,6 @@ void move(Ellipsoid& e, const Row& step) {
   e.matrix += change;
 }
 
-/// Robust standard deviation: 1.4826 times the median magnitude.
-double spread_of(std::vector<double> magnitudes) {
-  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return 1.4826 * *middle;
-}
-
 /// The points relative to their mean, scaled to a largest norm of one.
 struct Scaled {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -99,12 +92,13 @@ Equations linearise(const Ellipsoid& e, Points points) {
   return equations;
 }
 
+/// Robust standard deviation: 1.4826 times the median magnitude.
 double residual_of(const Ellipsoid& e, Points points) {
   std::vector<double> magnitudes;
   magnitudes.reserve(points.size());
   Row jacobian;
   for (const auto& p : points) magnitudes.push_back(std::abs(distance(e, p, jacobian)));
-  return spread_of(std::move(magnitudes));
+  return 1.4826 * upper_median_of(magnitudes);
 }
 
 /// Gauss-Newton on `e`: the final information matrix, none if it diverges.

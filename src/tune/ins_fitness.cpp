@@ -9,6 +9,7 @@
 #include <wayfare/core/detail/isa.hpp>
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/parallel.hpp>
+#include <wayfare/core/statistics.hpp>
 
 #include "tune/kernel.hpp"
 
@@ -153,8 +154,7 @@ class Layout {
     if (steps.empty()) return;
     std::vector<double> all;
     for (const kernel::Step& s : steps) all.push_back(s.dt_s);
-    std::nth_element(all.begin(), all.begin() + std::ssize(all) / 2, all.end());
-    nominal_dt_s = all[all.size() / 2];
+    nominal_dt_s = upper_median_of(all);
   }
 
   const TuningDrive& drive_;
@@ -182,14 +182,9 @@ void set_clock(const TuningDrive& drive, kernel::Problem& p) {
     if (std::isfinite(r.range_rate_mps))
       drift.push_back(r.range_rate_mps - d.normalized().dot(r.velocity_ecef_mps - velocity));
   }
-  const auto median = [](std::vector<double>& v) {
-    if (v.empty()) return 0.0;
-    std::nth_element(v.begin(), v.begin() + std::ssize(v) / 2, v.end());
-    return v[v.size() / 2];
-  };
-  p.clock_drift_mps = median(drift);
+  p.clock_drift_mps = upper_median_of(drift);
   p.clock_bias_m =
-      median(bias) - p.clock_drift_mps * to_seconds(epoch->time - drive.start.nav.time);
+      upper_median_of(bias) - p.clock_drift_mps * to_seconds(epoch->time - drive.start.nav.time);
 }
 
 }  // namespace

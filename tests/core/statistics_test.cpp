@@ -31,6 +31,15 @@ TEST(Statistics, MedianDoesNotDependOnOrder) {
   EXPECT_EQ(median_of({-2.0}), -2.0);
 }
 
+TEST(Statistics, UpperMedianIsOneOfTheValues) {
+  std::vector<double> even = {9.0, -1.0, 3.0, 4.0}, odd = {9.0, -1.0, 3.0}, none;
+  EXPECT_EQ(upper_median_of(even), 4.0);
+  EXPECT_EQ(upper_median_of(odd), 3.0);
+  EXPECT_EQ(upper_median_of(none), 0.0);
+  std::vector<std::pair<int, double>> pairs = {{5, 0.1}, {7, 0.3}, {6, 0.2}};
+  EXPECT_EQ(upper_median_of(pairs, &std::pair<int, double>::second), 0.2);
+}
+
 TEST(Statistics, IsNaNForAnEmptySet) {
   const Summary s = summarise({});
   EXPECT_EQ(s.count, 0U);

@@ -8,7 +8,6 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/inertial/attitude.hpp>
-#include <wayfare/inertial/detail/ahrs_alignment.hpp>
 #include <wayfare/inertial/detail/ahrs_heading.hpp>
 #include <wayfare/inertial/detail/ahrs_level.hpp>
 #include <wayfare/inertial/detail/ahrs_readings.hpp>
@@ -77,7 +76,7 @@ TEST(Alignment, LevellingIsTheSmallestRotation) {
     const SO3d before = f.q_enu_body();
     const double x = rng.normal(), y = rng.normal();
     const Vector3d force = kGravity * Vector3d(x, y, rng.normal()).normalized();
-    align::level(f, force, 0.02);
+    f.level(force, 0.02);
     EXPECT_LT((f.rotation() * force - Vector3d(0, 0, kGravity)).norm(), 1e-9);
     const Vector3d turn = (f.q_enu_body() * before.inverse()).log();
     EXPECT_NEAR(turn.z(), 0.0, 1e-9);  // no rotation about the vertical
@@ -97,7 +96,7 @@ TEST(Alignment, TurningTheHeadingRotatesTheVelocity) {
   f.set_velocity({1.0, 2.0});
   const Vector3d up_before = f.q_enu_body().inverse() * Vector3d::UnitZ();
   const double heading = compass_of_x<frame::Enu>(f.q_enu_body()).radians();
-  align::turn_heading(f, 0.5 * std::numbers::pi, 0.1);
+  f.turn_heading(0.5 * std::numbers::pi, 0.1);
   EXPECT_LT((f.velocity() - Eigen::Vector2d(-2.0, 1.0)).norm(), 1e-15);
   EXPECT_LT((f.q_enu_body().inverse() * Vector3d::UnitZ() - up_before).norm(), 1e-15);
   EXPECT_NEAR(std::remainder(compass_of_x<frame::Enu>(f.q_enu_body()).radians() - heading,
@@ -111,13 +110,13 @@ TEST(Alignment, ForgettingKeepsTheOtherStates) {
   Filter f = rotated_filter();
   f.set_bias({0.1, 0.2, 0.3});
   f.set_velocity({1.0, 2.0});
-  align::forget_bias(f, p);
+  f.forget_bias(p);
   EXPECT_EQ(f.bias(), Vector3d(0, 0, 0));
   EXPECT_DOUBLE_EQ(f.covariance()(3, 3), p.bias_sigma * p.bias_sigma);
   EXPECT_EQ(f.covariance()(3, 6), 0.0);
   EXPECT_EQ(f.covariance()(0, 6), 0.01);
   EXPECT_EQ(f.velocity(), Eigen::Vector2d(1.0, 2.0));
-  align::forget_velocity(f, 4.0);
+  f.forget_velocity(4.0);
   EXPECT_EQ(f.velocity(), Eigen::Vector2d(0, 0));
   EXPECT_EQ(f.covariance()(7, 7), 4.0);
   EXPECT_EQ(f.covariance()(0, 6), 0.0);
@@ -143,10 +142,10 @@ TEST(AhrsLevel, EstimatesTheBiasAtRest) {
   AhrsParameters p;
   AhrsLevel<double> level(p);
   Filter f;
-  align::forget_bias(f, p);
+  f.forget_bias(p);
   const Vector3d bias(0.010, -0.006, 0.004), up(0.0, 0.0, kGravity);
   ASSERT_TRUE(level.start(f, up, bias));
-  align::turn_heading(f, 0.0, 0.0);
+  f.turn_heading(0.0, 0.0);
   for (int i = 0; i < 100 * 30; ++i) {
     level.add_rate(bias, 0.01);
     f.turn(bias - f.bias(), 0.01, p.rate_noise * p.rate_noise * 0.01,

@@ -8,8 +8,8 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
-#include <wayfare/inertial/detail/gyro_noise.hpp>
-#include <wayfare/inertial/detail/magnetic_gate.hpp>
+#include <wayfare/inertial/detail/ahrs_heading.hpp>
+#include <wayfare/inertial/detail/ahrs_readings.hpp>
 #include <wayfare/inertial/detail/rest_detector.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
 

@@ -6,12 +6,25 @@
 #include <vector>
 
 #include <wayfare/eval/table.hpp>
+#include <wayfare/inertial/allan.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/io/report.hpp>
 
-#include "record.hpp"
-
 namespace wayfare::examples {
+
+/// Statistics of one axis.
+struct AxisRecord {
+  AllanRecorder allan;
+  AutocorrelationRecorder slow;
+};
+
+/// A record of a unit at rest, taken in reading by reading.
+struct RestRecord {
+  double rate_hz = 0.0;
+  std::size_t readings = 0;
+  std::vector<AxisRecord> axes;  ///< gyro x y z in rad/s, accelerometer x y z in m/s²
+  [[nodiscard]] double length_s() const { return static_cast<double>(readings) / rate_hz; }
+};
 
 struct AxisFit {
   AllanCurve curve, hadamard;

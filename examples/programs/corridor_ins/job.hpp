@@ -1,6 +1,6 @@
 #pragma once
 
-// Inputs, runs and results of corridor_ins.
+// Inputs and runs of corridor_ins.
 
 #include <optional>
 #include <string>
@@ -40,11 +40,5 @@ struct Runs {
 };
 
 [[nodiscard]] Result<Runs> run_all(const Job& job, const CorridorArguments& arguments);
-
-[[nodiscard]] Facts facts_of(const Job& job, const Runs& runs, const CorridorArguments& arguments);
-/// Errors by section of the simulated drive.
-[[nodiscard]] eval::Table section_table(const Job& job, const Runs& runs);
-/// Errors against the reference after a rigid alignment.
-[[nodiscard]] eval::Table reference_table(const Job& job, const Runs& runs);
 
 }  // namespace wayfare::examples

@@ -24,15 +24,6 @@ struct SppRun {
   Facts facts;
 };
 
-/// Against the reference, interpolated between states at most 2 s apart; north, east, down.
-struct PositionError {
-  LogTime time;
-  Eigen::Vector3d ned_m = Eigen::Vector3d::Zero();
-  std::optional<Eigen::Vector3d> velocity_ned_mps;
-  Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
-};
-[[nodiscard]] std::vector<PositionError> errors_of(const SppRun& run);
-
 /// Horizontal, vertical and velocity errors; with a peer, also at its epochs, and its errors.
 [[nodiscard]] eval::Table error_table(const SppRun& run);
 

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <limits>
+#include <ranges>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include <wayfare/core/contract.hpp>
@@ -39,6 +42,18 @@ struct Summary {
       values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
+}
+
+/// The median of the projected values, of an even number the greater of the middle two, of none a
+/// zero. Reorders the values.
+template <std::ranges::random_access_range Values, class Projection = std::identity>
+[[nodiscard]] auto upper_median_of(Values&& values, Projection projection = {}) {
+  using Value = std::remove_cvref_t<
+      std::invoke_result_t<Projection&, std::ranges::range_reference_t<Values>>>;
+  if (std::ranges::empty(values)) return Value{};
+  const auto middle = std::ranges::begin(values) + std::ranges::ssize(values) / 2;
+  std::ranges::nth_element(values, middle, {}, projection);
+  return Value(std::invoke(projection, *middle));
 }
 
 [[nodiscard]] inline Summary summarise(std::span<const double> values) {

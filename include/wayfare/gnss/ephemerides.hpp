@@ -1,8 +1,7 @@
 #pragma once
 
-// Names and carrier frequencies of satellites and signals.
-//
-// Broadcast ephemerides: satellite orbits and clocks, and the message valid at a time.
+// Names and carrier frequencies of satellites and signals, and broadcast ephemerides: satellite
+// orbits and clocks, and the message valid at a time.
 
 #include <array>
 #include <cstddef>

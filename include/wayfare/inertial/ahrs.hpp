@@ -1,9 +1,7 @@
 #pragma once
 
-// Baseline attitude filters with the interface of Ahrs: Madgwick's gradient descent and Mahony's
-// complementary filter.
-//
-// Attitude and heading from gyro, accelerometer and, optionally, magnetometer.
+// Attitude and heading from gyro, accelerometer and, optionally, magnetometer: Ahrs, and the
+// baseline filters of Madgwick and Mahony with the same interface.
 
 #include <cmath>
 #include <concepts>

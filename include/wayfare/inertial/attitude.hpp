@@ -78,26 +78,8 @@ struct SensorReport {
 
   /// Counts `status` and returns it.
   UpdateStatus note(UpdateStatus status) {
-    switch (status) {
-      case UpdateStatus::used:
-        ++used;
-        break;
-      case UpdateStatus::waiting:
-        ++waiting;
-        break;
-      case UpdateStatus::missing:
-        ++missing;
-        break;
-      case UpdateStatus::late:
-        ++late;
-        break;
-      case UpdateStatus::saturated:
-        ++saturated;
-        break;
-      case UpdateStatus::disturbed:
-        ++disturbed;
-        break;
-    }
+    std::uint64_t* const counts[] = {&used, &waiting, &missing, &late, &saturated, &disturbed};
+    ++*counts[static_cast<int>(status)];
     return status;
   }
 };

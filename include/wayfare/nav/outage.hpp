@@ -1,9 +1,7 @@
 #pragma once
 
-// Drift of a navigation system during satellite outages.
-//
-// Satellite outage experiments: repeated runs over one drive, each with most satellites removed
-// during a different window (Zhang 2020, section 3.5.3).
+// Drift of a navigation system during satellite outages: repeated runs over one drive, each with
+// most satellites removed during a different window (Zhang 2020, section 3.5.3).
 
 #include <algorithm>
 #include <cmath>

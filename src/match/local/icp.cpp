@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include <wayfare/core/statistics.hpp>
+
 #include "match/local/registration.hpp"
 
 namespace wayfare {
@@ -59,13 +61,6 @@ Cost cost_of(const std::vector<Pair>& pairs, const SE2d& pose, double sigma_m, d
   return cost;
 }
 
-double median_distance(std::vector<Pair>& pairs) {
-  const auto middle = pairs.begin() + static_cast<std::ptrdiff_t>(pairs.size() / 2);
-  std::nth_element(pairs.begin(), middle, pairs.end(),
-                   [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
-  return middle->distance;
-}
-
 /// Σ of the gradients' outer products over pairs, and the fit of all points.
 struct Fit {
   Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
@@ -105,7 +100,7 @@ Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, cons
     pairs = pairs_at(map, points, pose, reach);
     if (pairs.size() < 3) return std::optional<MatchResult>();
     // Far from the solution, residuals are scaled by their median; close to it, by the noise.
-    const double median = median_distance(pairs);
+    const double median = upper_median_of(pairs, &Pair::distance);
     const double sigma = std::max(options_.sigma_m, median);
     const SE2d before = pose;
     const auto cost_at = [&](const SE2d& at) {

@@ -1,13 +1,306 @@
 #include <wayfare/nav/corridor_ins.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "nav/corridor_ins/engine.hpp"
+#include <wayfare/core/statistics.hpp>
+
+#include "nav/corridor_ins/motion_watch.hpp"
+#include "nav/corridor_ins/wall_states.hpp"
 
 namespace wayfare {
+namespace {
 
 using namespace corridor_state;
+using corridor::Filter;
+using corridor::Predicted;
+using corridor::Row;
+
+Filter start_filter(const CorridorInsOptions& o, const SE2d& start) {
+  CorridorVector x = CorridorVector::Zero(), sigma = CorridorVector::Constant(1.0);
+  x[kX] = start.x(), x[kY] = start.y(), x[kHeading] = start.heading().radians();
+  x[kBiasConstant] = o.start_bias_value_rad_s;
+  sigma[kX] = sigma[kY] = o.start_position_m;
+  sigma[kHeading] = o.start_heading_rad;
+  sigma[kSpeed] = sigma[kSpeedX] = sigma[kSpeedY] = 1e-6;
+  sigma[kAcceleration] = o.noise.acceleration_sigma_m_s2;
+  sigma[kBiasWalk] = o.noise.bias_sigma_rad_s;
+  sigma[kBiasConstant] = o.start_bias_rad_s;
+  sigma[kBiasDrift] = o.start_drift_rad_s2;
+  sigma[kScale] = o.start_scale;
+  return {x, sigma.cwiseAbs2().asDiagonal()};
+}
+
+WallOptions detector_options(const CorridorInsOptions& o) {
+  WallOptions walls = o.walls;
+  walls.end_walls = o.use_end_walls;
+  return walls;
+}
+
+/// After a corner the end wall becomes a side wall: its points must not be used twice.
+bool end_is_side_wall(const Predicted& p, const CorridorWalls& detected) {
+  constexpr double kAcross_rad = 0.5;
+  if (!p.walls.end) return false;
+  const double off = (p.walls.end->alpha - detected.direction).radians();
+  return std::abs(std::remainder(off, std::numbers::pi)) > kAcross_rad;
+}
+
+}  // namespace
+
+/// Implementation of CorridorIns.
+class CorridorIns::Engine {
+ public:
+  Engine(const CorridorInsOptions& options, const SE2d& start)
+      : options_(options),
+        filter_(start_filter(options, start)),
+        process_(options.noise),
+        watch_(options),
+        detector_(detector_options(options)),
+        walls_(options.T_base_laser.raw()) {
+    for (int dof = 1; dof <= 3; ++dof)
+      gates_[dof] = chi_square_quantile(1.0 - options.gate_probability, dof);
+  }
+
+  Result<void> add_motion(const MotionSample& s) {
+    if (!std::isfinite(s.turn_rate_rad_s) || !std::isfinite(s.speed_m_s)) {
+      ++report_.refused_samples;
+      return Error{ErrorCode::invalid, "a motion sample is not finite", {}};
+    }
+    if (time_ && s.time <= *time_) {
+      ++report_.refused_samples;
+      return Error{ErrorCode::invalid, "a motion sample is not after the previous one", {}};
+    }
+    // The first sample only gives the start time.
+    if (time_) step(s, s.time - *time_);
+    time_ = s.time;
+    return {};
+  }
+
+  Result<CorridorScanUpdate> add_scan(const LaserScan& scan) {
+    if (scan_time_ && scan.time <= *scan_time_)
+      return Error{ErrorCode::invalid, "a scan is not after the previous one", {}};
+    if (!scan_time_) walls_time_ = scan.time;
+    scan_time_ = scan.time;
+    ++report_.scans;
+    CorridorScanUpdate update;
+    if (!options_.use_walls) return update;
+    const Predicted predicted = walls_.predict(filter_);
+    detect_walls(scan, predicted, update);
+    if (update.walls) {
+      use_walls(predicted, update);
+      walls_time_ = scan.time;
+    } else {
+      report_.longest_outage = std::max(report_.longest_outage, scan.time - walls_time_);
+      if (options_.memory == WallMemory::one_scan) walls_.forget_walls(), walls_.forget_end();
+    }
+    return update;
+  }
+
+  [[nodiscard]] const Filter& filter() const { return filter_; }
+  [[nodiscard]] const CorridorReport& report() const { return report_; }
+
+ private:
+  void log_event(LogTime time, std::string what) {
+    if (report_.events.size() < 100) report_.events.push_back({time, std::move(what)});
+  }
+
+  void step(const MotionSample& s, Duration dt) {
+    const auto checked = watch_.check(s, dt);
+    report_.saturated_samples += checked.saturated ? 1 : 0;
+    report_.slipping_samples += checked.slipping ? 1 : 0;
+    if (checked.saturated && !saturated_) log_event(s.time, "gyro beyond its range");
+    if (checked.slip_began) log_event(s.time, "wheels slip");
+    saturated_ = checked.saturated;
+    filter_.predict(process_, checked.input);
+    if (checked.input.at_rest) calibrate_at_rest(checked.input);
+  }
+
+  /// While the wheels stand the gyro reads bias and noise only.
+  void calibrate_at_rest(const CorridorInput& u) {
+    ++report_.rest_samples;
+    Row row = Row::Zero();
+    row[kBiasWalk] = row[kBiasConstant] = 1.0;
+    const double walk = options_.noise.angle_random_walk_rad_per_sqrt_s;
+    const double bias = filter_.state()[kBiasWalk] + filter_.state()[kBiasConstant];
+    filter_.update(
+        [&](const CorridorVector&) {
+          return ScalarMeasurement<double, Row>{u.turn_rate_rad_s - bias, row,
+                                                walk * walk / u.dt_s};
+        },
+        6.0);
+  }
+
+  /// Tracks the walls; acquires new ones if there are none or tracking fails.
+  void detect_walls(const LaserScan& scan, const Predicted& predicted, CorridorScanUpdate& update) {
+    if (walls_.has_walls() && rejections_ < options_.rejections_to_reacquire) {
+      update.walls = detector_.track(scan, predicted.walls);
+      update.tracked = update.walls.has_value();
+    }
+    if (update.tracked) {
+      ++report_.tracked;
+      search_missing_walls(scan, predicted, update);
+    } else {
+      update.walls = detector_.acquire(scan);
+      report_.acquisitions += update.walls ? 1 : 0;
+      if (update.walls && walls_.has_walls())
+        update.walls = corridor::facing(*update.walls, predicted.walls.direction);
+    }
+    if (update.walls) add_wall_noise(*update.walls);
+    report_.scans_with_walls += update.walls ? 1 : 0;
+    report_.not_parallel += update.walls && !update.walls->parallel ? 1 : 0;
+  }
+
+  void add_wall_noise(CorridorWalls& walls) const {
+    const double turn2 = options_.wall_direction_sigma_rad * options_.wall_direction_sigma_rad;
+    const double offset2 = options_.wall_offset_sigma_m * options_.wall_offset_sigma_m;
+    walls.covariance.diagonal() += Eigen::Vector3d(turn2, offset2, offset2);
+    if (walls.end) walls.end->covariance.diagonal() += Eigen::Vector2d(offset2, turn2);
+  }
+
+  /// Periodic search for the other side wall, or one across the corridor.
+  void search_missing_walls(const LaserScan& scan, const Predicted& predicted,
+                            CorridorScanUpdate& update) {
+    constexpr int kEvery = 5;
+    const bool one_side = !predicted.walls.left || !predicted.walls.right;
+    const bool no_end = options_.use_end_walls && !predicted.walls.end;
+    if ((!one_side && !no_end) || report_.scans % kEvery != 0) return;
+    const auto found = detector_.acquire(scan, predicted.walls.direction);
+    if (!found) return;
+    if (no_end && found->end) update.walls->end = found->end;
+    if (!predicted.walls.left) {
+      update.walls->left = found->left;
+      update.walls->covariance(1, 1) = found->covariance(1, 1);
+    }
+    if (!predicted.walls.right) {
+      update.walls->right = found->right;
+      update.walls->covariance(2, 2) = found->covariance(2, 2);
+    }
+  }
+
+  void use_walls(const Predicted& predicted, CorridorScanUpdate& update) {
+    const CorridorWalls& detected = *update.walls;
+    const bool lost = scan_time_ && *scan_time_ - walls_time_ > options_.lost_after;
+    if (walls_.has_walls() && use_sides(predicted, detected)) {
+      rejections_ = 0;
+      update.outcome = WallOutcome::used;
+      ++report_.scans_used;
+      walls_.enter_missing_side(detected, filter_);
+    } else if (!walls_.has_walls() || lost || rejections_ >= options_.rejections_to_reacquire) {
+      begin_corridor(detected, update);
+    } else {
+      ++rejections_;
+      ++report_.refused_walls;
+      update.outcome = WallOutcome::refused;
+      if (rejections_ == 1) log_event(*scan_time_, "walls do not match their prediction");
+    }
+    if (options_.use_end_walls) update.end_used = use_end(predicted, detected, update);
+    if (options_.memory == WallMemory::one_scan) remember_this_scan(detected);
+  }
+
+  void begin_corridor(const CorridorWalls& detected, CorridorScanUpdate& update) {
+    rejections_ = 0;
+    ++report_.corridors;
+    update.outcome = WallOutcome::reacquired;
+    walls_.enter(detected, filter_);
+    if (options_.memory == WallMemory::corridor) log_event(*scan_time_, "walls acquired");
+    if (options_.square_sigma_rad > 0.0) set_square(detected);
+  }
+
+  /// Constrains nearly parallel or orthogonal walls to be exactly so relative to the first ones.
+  void set_square(const CorridorWalls& detected) {
+    constexpr double kTolerance_rad = 0.2, kLong_m = 2.0;
+    const auto is_long = [](const auto& wall) {
+      return wall && wall->end_m - wall->begin_m > kLong_m;
+    };
+    if (!is_long(detected.left) && !is_long(detected.right)) return;
+    const double direction = filter_.state()[kDirection];
+    if (!first_direction_rad_) first_direction_rad_ = direction;
+    const double off = std::remainder(direction - *first_direction_rad_, 0.5 * std::numbers::pi);
+    if (std::abs(off) > kTolerance_rad) return;
+    Row row = Row::Zero();
+    row[kDirection] = 1.0;
+    filter_.update([&](const CorridorVector&) {
+      return ScalarMeasurement<double, Row>{-off, row,
+                                            options_.square_sigma_rad * options_.square_sigma_rad};
+    });
+  }
+
+  void remember_this_scan(const CorridorWalls& detected) {
+    walls_.enter(detected, filter_);
+    if (detected.end && options_.use_end_walls) {
+      walls_.enter_end(*detected.end, filter_);
+    } else {
+      walls_.forget_end();
+    }
+  }
+
+  /// Updates with direction and both offsets; if rejected, with one side or the other.
+  bool use_sides(const Predicted& p, const CorridorWalls& detected) {
+    const bool left = p.walls.left && detected.left, right = p.walls.right && detected.right;
+    if (!left && !right) return false;
+    if (use_rows(p, detected, left, right)) return true;
+    if (!left || !right) return false;
+    const bool one = use_rows(p, detected, true, false) || use_rows(p, detected, false, true);
+    report_.refused_sides += one ? 1 : 0;
+    return one;
+  }
+
+  bool use_rows(const Predicted& p, const CorridorWalls& detected, bool left, bool right) {
+    Eigen::Vector3d all(wrap_to_pi((detected.direction - p.walls.direction).radians()), 0.0, 0.0);
+    if (left) all[1] = detected.left->offset_m - p.walls.left->offset_m;
+    if (right) all[2] = detected.right->offset_m - p.walls.right->offset_m;
+    std::vector<int> rows{0};
+    if (left) rows.push_back(1);
+    if (right) rows.push_back(2);
+    Eigen::VectorXd innovation = all(rows);
+    corridor::Rows h = p.rows(rows, Eigen::all);
+    Eigen::MatrixXd r = detected.covariance(rows, rows);
+    return filter_.update_block<Eigen::Dynamic>(innovation, h, r, gates_[rows.size()]);
+  }
+
+  bool use_end(const Predicted& p, const CorridorWalls& detected,
+               const CorridorScanUpdate& update) {
+    if (end_is_side_wall(p, detected)) walls_.forget_end();
+    if (!detected.end || update.outcome == WallOutcome::refused || end_is_side_wall(p, detected))
+      return false;
+    if (p.walls.end) {
+      const Eigen::Vector2d innovation(
+          wrap_to_pi((detected.end->alpha - p.walls.end->alpha).radians()),
+          detected.end->rho_m - p.walls.end->rho_m);
+      const Eigen::Matrix2d r = corridor::angle_first(*detected.end);
+      if (filter_.update_block<2>(innovation, p.end_rows, r, gates_[2])) {
+        end_rejections_ = 0;
+        ++report_.end_walls_used;
+        return true;
+      }
+      ++report_.refused_end_walls;
+      if (++end_rejections_ < options_.rejections_to_reacquire) return false;
+    }
+    end_rejections_ = 0;
+    walls_.enter_end(*detected.end, filter_);
+    return false;
+  }
+
+  CorridorInsOptions options_;
+  Filter filter_;
+  CorridorMotion process_;
+  corridor::MotionWatch watch_;
+  WallDetector detector_;
+  corridor::WallStates walls_;
+  CorridorReport report_;
+  double gates_[4] = {};
+  std::optional<LogTime> time_, scan_time_;
+  std::optional<double> first_direction_rad_;
+  LogTime walls_time_;
+  int rejections_ = 0, end_rejections_ = 0;
+  bool saturated_ = false;
+};
 
 CorridorIns::CorridorIns(const CorridorInsOptions& options, const SE2d& start)
     : engine_(std::make_unique<Engine>(options, start)) {}

@@ -8,7 +8,6 @@
 
 #include "nav/gnss_ins/ins_engine.hpp"
 #include "nav/gnss_ins/ins_start.hpp"
-#include "nav/gnss_ins/plausible.hpp"
 
 namespace wayfare {
 
@@ -16,7 +15,6 @@ namespace {
 
 using nav::EventLog;
 using nav::InsEngine;
-using nav::plausible;
 using nav::Starter;
 
 using Measurement = std::variant<ImuSample, RangeEpoch, GnssFix>;
@@ -25,6 +23,32 @@ LogTime time_of(const Measurement& m) {
   return std::visit([](const auto& x) { return x.time; }, m);
 }
 bool is_imu(const Measurement& m) { return std::holds_alternative<ImuSample>(m); }
+
+/// Whether a measurement is finite and within the range of any sensor of its kind.
+bool plausible(const ImuSample& s) {
+  return s.angular_rate_radps.allFinite() && s.specific_force_mps2.allFinite() &&
+         s.angular_rate_radps.cwiseAbs().maxCoeff() < 200.0 &&
+         s.specific_force_mps2.cwiseAbs().maxCoeff() < 5000.0;
+}
+
+bool plausible(const RangeEpoch& e) {
+  return std::any_of(e.satellites.begin(), e.satellites.end(), [](const CorrectedRange& s) {
+    return (std::isfinite(s.range_m) || std::isfinite(s.range_rate_mps)) &&
+           s.position_ecef_m.allFinite();
+  });
+}
+
+bool plausible(const GnssFix& f) {
+  const auto positive = [](const Eigen::Matrix3d& m) {
+    return m.allFinite() && (m.diagonal().array() > 0.0).all();
+  };
+  return std::isfinite(f.position.latitude.radians()) &&
+         std::isfinite(f.position.longitude.radians()) && std::isfinite(f.position.height_m) &&
+         std::abs(f.position.latitude.degrees()) <= 90.0 &&
+         positive(f.position_covariance_ned_m2) &&
+         (!f.velocity_ned_mps ||
+          (f.velocity_ned_mps->allFinite() && positive(f.velocity_covariance_ned)));
+}
 
 Error refused(ErrorCode code, LogTime time, const std::string& why) {
   char text[48];
@@ -46,11 +70,8 @@ class GnssIns::Filter {
   explicit Filter(const GnssInsOptions& options) : options_(options), starter_(options) {}
 
   void start(const GnssInsStart& start) {
-    engine_.reset();
+    clear();
     given_start_ = start;
-    log_.clear();
-    snapshots_.clear();
-    done_ = 0;
   }
   [[nodiscard]] bool started() const { return engine_.has_value(); }
 
@@ -78,12 +99,11 @@ class GnssIns::Filter {
     }
     if (!engine_) try_given_start(s);
     last_imu_ = s;
-    if (!engine_) {
+    if (engine_) {
+      insert(s);
+    } else {
       starter_.add(s);
-      return {};
     }
-    insert(s);
-    run();
     return {};
   }
 
@@ -97,19 +117,13 @@ class GnssIns::Filter {
       return {};
     }
     const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
-    if (m.time < oldest) {
-      return refused(ErrorCode::invalid, m.time, "too late");
-    }
-    for (const Entry& e : log_) {
-      if (std::holds_alternative<Gnss>(e.measurement) && time_of(e.measurement) == m.time) {
+    if (m.time < oldest) return refused(ErrorCode::invalid, m.time, "too late");
+    for (const Entry& e : log_)
+      if (std::holds_alternative<Gnss>(e.measurement) && time_of(e.measurement) == m.time)
         return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
-      }
-    }
-    if (last_imu_ && m.time - last_imu_->time > from_seconds(60.0)) {
+    if (last_imu_ && m.time - last_imu_->time > from_seconds(60.0))
       return refused(ErrorCode::invalid, m.time, "far ahead of the inertial readings");
-    }
     insert(m);
-    run();
     return {};
   }
 
@@ -129,22 +143,24 @@ class GnssIns::Filter {
     InsEngine engine;
   };
 
-  void forget() {
+  void clear() {
     engine_.reset();
-    starter_ = Starter(options_);
     log_.clear();
     snapshots_.clear();
     done_ = 0;
   }
 
+  void forget() {
+    clear();
+    starter_ = Starter(options_);
+  }
+
   void begin(const GnssInsStart& start, const ImuSample& first) {
+    clear();
     engine_.emplace(options_, start, first);
-    given_start_.reset();
-    log_.clear();
-    snapshots_.clear();
-    done_ = 0;
     snapshots_.push_back({0, *engine_});
     events_.note(start.nav.time, "inertial navigation started");
+    given_start_.reset();
   }
 
   void try_given_start(const ImuSample& s) {
@@ -159,6 +175,7 @@ class GnssIns::Filter {
     begin(*given_start_, s);
   }
 
+  /// Puts it in order of time, and processes what can be.
   void insert(const Measurement& m) {
     const LogTime t = time_of(m);
     auto at = log_.end();
@@ -171,6 +188,7 @@ class GnssIns::Filter {
     const auto index = static_cast<std::size_t>(at - log_.begin());
     log_.insert(at, Entry{m});
     if (index < done_) rewind(index);
+    run();
   }
 
   /// Restores the newest snapshot before entry `index`.
@@ -181,8 +199,7 @@ class GnssIns::Filter {
   }
 
   void run() {
-    while (done_ < log_.size()) {
-      if (!step()) break;
+    while (done_ < log_.size() && step()) {
     }
     prune();
   }
@@ -190,43 +207,41 @@ class GnssIns::Filter {
   /// False if the next measurement must wait for an inertial reading after it.
   bool step() {
     Entry& entry = log_[done_];
-    if (const auto* s = std::get_if<ImuSample>(&entry.measurement)) {
-      events_.open = !entry.processed;
-      engine_->advance(*s, is_gap(engine_->last_sample(), *s), events_);
-      events_.open = true;
-      entry.processed = true;
-      ++done_;
-      if (snapshots_.empty() ||
-          engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25)) {
-        snapshots_.push_back({done_, *engine_});
-      }
-      return true;
-    }
     const LogTime t = time_of(entry.measurement);
-    if (t > engine_->time()) {
-      const auto next = std::find_if(log_.begin() + static_cast<std::ptrdiff_t>(done_), log_.end(),
-                                     [](const Entry& e) { return is_imu(e.measurement); });
-      if (next == log_.end()) return false;
-      const auto& s = std::get<ImuSample>(next->measurement);
-      const ImuSample last = engine_->last_sample();
-      engine_->advance(interpolate(last, s, t), is_gap(last, s), events_);
-    }
+    if (!is_imu(entry.measurement) && t > engine_->time() && !advance_to(t)) return false;
     events_.open = !entry.processed;
-    std::visit(
-        [this](const auto& m) {
-          if constexpr (!std::is_same_v<std::decay_t<decltype(m)>, ImuSample>) {
-            engine_->apply(m, events_);
-          }
-        },
-        entry.measurement);
+    std::visit([this](const auto& m) { process(m); }, entry.measurement);
     events_.open = true;
     entry.processed = true;
     ++done_;
-    if (engine_->lost()) {
+    if (is_imu(entry.measurement)) {
+      if (snapshots_.empty() ||
+          engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25))
+        snapshots_.push_back({done_, *engine_});
+    } else if (engine_->lost()) {
       events_.note(t, "the solution has diverged from the measurements: reinitialising");
       forget();
     }
     return true;
+  }
+
+  /// Advances by interpolation to the next inertial reading, if there is one.
+  bool advance_to(LogTime t) {
+    const auto next = std::find_if(log_.begin() + static_cast<std::ptrdiff_t>(done_), log_.end(),
+                                   [](const Entry& e) { return is_imu(e.measurement); });
+    if (next == log_.end()) return false;
+    const auto& s = std::get<ImuSample>(next->measurement);
+    const ImuSample last = engine_->last_sample();
+    engine_->advance(interpolate(last, s, t), is_gap(last, s), events_);
+    return true;
+  }
+
+  void process(const ImuSample& s) {
+    engine_->advance(s, is_gap(engine_->last_sample(), s), events_);
+  }
+  template <class Gnss>
+  void process(const Gnss& m) {
+    engine_->apply(m, events_);
   }
 
   [[nodiscard]] bool is_gap(const ImuSample& a, const ImuSample& b) const {
@@ -236,12 +251,8 @@ class GnssIns::Filter {
   void prune() {
     if (!engine_) return;
     const LogTime limit = engine_->time() - from_seconds(options_.max_lateness_s);
-    std::size_t drop = 0;
-    while (snapshots_.size() > 1 && snapshots_[1].engine.time() <= limit) {
-      snapshots_.pop_front();
-    }
-    drop = snapshots_.front().done;
-    if (drop == 0) return;
+    while (snapshots_.size() > 1 && snapshots_[1].engine.time() <= limit) snapshots_.pop_front();
+    const std::size_t drop = snapshots_.front().done;
     log_.erase(log_.begin(), log_.begin() + static_cast<std::ptrdiff_t>(drop));
     for (Snapshot& k : snapshots_) k.done -= drop;
     done_ -= drop;

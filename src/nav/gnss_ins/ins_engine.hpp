@@ -3,16 +3,19 @@
 // The filter with all its memory as one copyable value, so that late measurements are processed by
 // replay from a copy.
 
-#include <array>
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <Eigen/Eigenvalues>
 
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 
 #include "nav/gnss_ins/receiver_clocks.hpp"
-#include "nav/gnss_ins/recent_readings.hpp"
 #include "nav/gnss_ins/zero_velocity_detector.hpp"
 
 namespace wayfare::nav {
@@ -33,32 +36,284 @@ class InsEngine {
   using Filter = InsRangeFilter;
   using State = Filter::State;
 
-  InsEngine(const GnssInsOptions& options, const GnssInsStart& start, const ImuSample& first);
+  InsEngine(const GnssInsOptions& options, const GnssInsStart& start, const ImuSample& first)
+      : options_(options),
+        filter_(make_filter(options, start)),
+        last_(first),
+        clocks_(options.range_sigma_scale, options.gate_sigma) {
+    last_.time = start.nav.time;
+  }
 
   [[nodiscard]] LogTime time() const { return last_.time; }
   [[nodiscard]] const ImuSample& last_sample() const { return last_; }
   /// Propagates to `sample`'s time; `in_gap`: readings in between are missing.
-  void advance(const ImuSample& sample, bool in_gap, EventLog& events);
-  void apply(const RangeEpoch& epoch, EventLog& events);
-  void apply(const GnssFix& fix, EventLog& events);
+  void advance(const ImuSample& sample, bool in_gap, EventLog& events) {
+    const double dt = to_seconds(sample.time - last_.time);
+    if (dt <= 0.0) return;
+    // Long steps are subdivided: the coefficients are constant within a step.
+    const int parts = std::max(1, static_cast<int>(std::ceil(dt / 0.1)));
+    ImuInterval imu = between(last_, sample);
+    imu.dt_s = dt / parts;
+    const Vector3d rate_step = (imu.end_rate_radps - imu.begin_rate_radps) / parts;
+    const Vector3d force_step = (imu.end_force_mps2 - imu.begin_force_mps2) / parts;
+    for (int i = 0; i < parts; ++i) {
+      imu.end_rate_radps = imu.begin_rate_radps + rate_step;
+      imu.end_force_mps2 = imu.begin_force_mps2 + force_step;
+      predict(imu, in_gap);
+      imu.begin_rate_radps = imu.end_rate_radps;
+      imu.begin_force_mps2 = imu.end_force_mps2;
+    }
+    last_ = sample;
+    if (in_gap) {
+      recent_.forget();
+      zero_velocity_.forget();
+    } else {
+      recent_.add(sample, dt);
+    }
+    constrain(events);
+  }
 
-  [[nodiscard]] GnssInsEstimate estimate() const;
-  [[nodiscard]] GnssInsPoint point() const;
+  void apply(const RangeEpoch& epoch, EventLog& events) {
+    std::string notice;
+    const bool ready = clocks_.prepare(filter_, epoch, notice);
+    if (!notice.empty()) events.note(last_.time, notice);
+    if (!ready) return;
+    int ranges = 0, ranges_in = 0, rates = 0, rates_in = 0;
+    for (const CorrectedRange& s : epoch.satellites) {
+      if (has_range(s)) {
+        const auto u = filter_.update_range(s, clocks_.range_sigma_m(s), options_.gate_sigma,
+                                            clocks_.offset_of(s.satellite.system));
+        record(events, Kind::range, s.satellite, u);
+        ++ranges;
+        ranges_in += u.accepted ? 1 : 0;
+      }
+      if (has_rate(s)) {
+        const auto u = filter_.update_range_rate(s, clocks_.rate_sigma_mps(s), options_.gate_sigma);
+        record(events, Kind::range_rate, s.satellite, u);
+        ++rates;
+        rates_in += u.accepted ? 1 : 0;
+      }
+    }
+    reopen(ranges_rejected_since_, ranges_in, ranges, events);
+    reopen(rates_rejected_since_, rates_in, rates, events);
+    if (ranges_in < 4) return;
+    note_full_epoch();
+    if (rates_in >= 4) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
+  }
+
+  void apply(const GnssFix& fix, EventLog& events) {
+    const Vector3d lever = options_.q_body_imu.inverse() * options_.antenna_lever_arm_m;
+    const double scale = options_.range_sigma_scale * options_.range_sigma_scale;
+    // Along the axes of the covariance; one rejected permanently is a lock-out as well, since the
+    // others cannot correct it.
+    const auto update = [&](Kind kind, const Eigen::Matrix3d& covariance, const auto& model) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
+      bool all = true;
+      for (int i = 0; i < 3; ++i) {
+        const auto u = filter_.ekf().update(
+            model(axes.eigenvectors().col(i), scale * axes.eigenvalues()[i]), options_.gate_sigma);
+        record(events, kind, {}, u);
+        all = all && u.accepted;
+      }
+      return all;
+    };
+    const Vector3d at = filter_.plane().offset(fix.position);
+    const bool position_in = update(
+        Kind::position, fix.position_covariance_ned_m2, [&](const Vector3d& axis, double variance) {
+          return AntennaPositionModel<double, kOffsets>{filter_.plane(), at, axis, lever, variance};
+        });
+    reopen(ranges_rejected_since_, position_in ? 1 : 0, 1, events);
+    if (position_in) note_full_epoch();
+    if (!fix.velocity_ned_mps) return;
+    const bool velocity_in = update(
+        Kind::velocity, fix.velocity_covariance_ned, [&](const Vector3d& axis, double variance) {
+          return AntennaVelocityModel<double, kOffsets>{*fix.velocity_ned_mps, axis, lever,
+                                                        filter_.gyro_radps(), variance};
+        });
+    reopen(rates_rejected_since_, velocity_in ? 1 : 0, 1, events);
+    if (velocity_in) zero_velocity_.learn(recent_, filter_.state().velocity_mps.norm());
+  }
+
+  [[nodiscard]] GnssInsEstimate estimate() const {
+    using namespace ins_state;
+    const State& x = filter_.state();
+    GnssInsEstimate e;
+    e.nav = nav();
+    e.gyro_bias_radps = x.gyro_bias_radps;
+    e.accel_bias_mps2 = x.accel_bias_mps2;
+    e.gyro_scale = x.gyro_scale;
+    e.accel_scale = x.accel_scale;
+    e.clock_bias_m = filter_.clock_bias_m();
+    e.clock_drift_mps = x.clock[1];
+    // The attitude error in body axes: R_body_unit · unit error.
+    Eigen::Matrix<double, kSize, kSize> rotation = Eigen::Matrix<double, kSize, kSize>::Identity();
+    rotation.block<3, 3>(kAttitude, kAttitude) = options_.q_body_imu.matrix();
+    e.covariance =
+        rotation * filter_.covariance().topLeftCorner<kSize, kSize>() * rotation.transpose();
+    return e;
+  }
+
+  [[nodiscard]] GnssInsPoint point() const {
+    using namespace ins_state;
+    const State& x = filter_.state();
+    const auto& p = filter_.covariance();
+    GnssInsPoint point;
+    point.nav = nav();
+    Eigen::Matrix<double, kSize, 1> variance = p.diagonal().head<kSize>();
+    const Eigen::Matrix3d r = options_.q_body_imu.matrix();
+    variance.segment<3>(kAttitude) =
+        (r * p.block<3, 3>(kAttitude, kAttitude) * r.transpose()).diagonal();
+    point.sigma = variance.cwiseMax(0.0).cwiseSqrt().cast<float>();
+    point.imu_errors << x.gyro_bias_radps.cast<float>(), x.accel_bias_mps2.cast<float>(),
+        x.gyro_scale.cast<float>(), x.accel_scale.cast<float>();
+    point.clock_bias_m = filter_.clock_bias_m();
+    point.clock_drift_mps = x.clock[1];
+    return point;
+  }
+
   /// Measurements have been rejected for so long that the filter should be reinitialised.
   [[nodiscard]] bool lost() const { return lost_; }
 
  private:
-  void predict(const ImuInterval& imu, bool in_gap);
-  void add_vibration(double dt_s);
-  void constrain(EventLog& events);
-  void update_standstill(EventLog& events);
-  void update_non_holonomic(EventLog& events);
-  void note_full_epoch();
-  void record(EventLog& events, InnovationRecord::Kind kind, SatelliteId id,
-              const ScalarUpdate<double>& u) const;
+  using Kind = InnovationRecord::Kind;
+  using Vector3d = Eigen::Vector3d;
+
+  static Filter make_filter(const GnssInsOptions& o, const GnssInsStart& start) {
+    using namespace ins_state;
+    State x;
+    x.velocity_mps = start.nav.velocity_ned_mps;
+    x.q_nu = start.nav.q_nb * o.q_body_imu;
+    Filter::Square p = Filter::Square::Zero();
+    const auto set = [&p](int first, const Vector3d& sigma) {
+      p.diagonal().segment<3>(first) = sigma.cwiseAbs2();
+    };
+    set(kPosition, Vector3d::Constant(start.position_sigma_m));
+    set(kVelocity, Vector3d::Constant(start.velocity_sigma_mps));
+    // Tilt and heading are about north, east and down; the state's error about the unit's axes.
+    const Eigen::Matrix3d c = x.q_nu.matrix();
+    const Vector3d level(start.level_sigma_rad, start.level_sigma_rad, start.heading_sigma_rad);
+    p.block<3, 3>(kAttitude, kAttitude) = c.transpose() * level.cwiseAbs2().asDiagonal() * c;
+    const bool bias_known = start.gyro_bias_sigma_radps > 0.0;
+    if (bias_known) x.gyro_bias_radps = start.gyro_bias_radps;
+    set(kGyroBias,
+        bias_known ? Vector3d::Constant(start.gyro_bias_sigma_radps) : o.imu.gyro_bias_radps.sigma);
+    set(kAccelBias, o.imu.accel_bias_mps2.sigma);
+    set(kGyroScale, o.imu.gyro_scale.sigma);
+    set(kAccelScale, o.imu.accel_scale.sigma);
+    p.diagonal().tail<2 + kOffsets>().setConstant(1e4);
+    const Vector3d lever = o.q_body_imu.inverse() * o.antenna_lever_arm_m;
+    return {start.nav.position, 0.0, x, p, InsNoise<double>(o.imu, o.clock), lever};
+  }
+
+  void predict(const ImuInterval& imu, bool in_gap) {
+    filter_.predict(imu);
+    add_vibration(imu.dt_s);
+    if (!in_gap) return;
+    // Unknown motion, independent from second to second: white noise of density a²·1 s.
+    using namespace ins_state;
+    const double v = options_.gap_acceleration_mps2 * options_.gap_acceleration_mps2 * imu.dt_s;
+    const double w = options_.gap_turn_rate_radps * options_.gap_turn_rate_radps * imu.dt_s;
+    for (int i = 0; i < 3; ++i) {
+      filter_.ekf().add_variance(kVelocity + i, v);
+      filter_.ekf().add_variance(kAttitude + i, w);
+    }
+  }
+
+  void add_vibration(double dt_s) {
+    // Variation beyond the unit's own noise is vibration; its aliased fraction is an error of each
+    // reading, constant for a step.
+    const Eigen::Array3d own =
+        2.0 * options_.imu.gyro_white_rad_per_sqrt_s.array().square() / std::max(dt_s, 1e-3);
+    const Eigen::Array3d vibration = (recent_.vibration_radps2().array() - own).max(0.0);
+    const double angle = options_.gyro_vibration_share * dt_s;
+    for (int i = 0; i < 3; ++i)
+      filter_.ekf().add_variance(ins_state::kAttitude + i, angle * angle * vibration[i]);
+  }
+
+  void constrain(EventLog& events) {
+    if (last_constraint_ && to_seconds(last_.time - *last_constraint_) < 0.099) return;
+    last_constraint_ = last_.time;
+    if (options_.zero_velocity_updates) update_standstill(events);
+    if (options_.non_holonomic_in_outage) update_non_holonomic(events);
+  }
+
+  void update_standstill(EventLog& events) {
+    const auto velocity_variance = filter_.covariance().diagonal().segment<3>(ins_state::kVelocity);
+    if (!zero_velocity_.update(
+            last_.time, recent_,
+            {filter_.state().gyro_bias_radps, filter_.state().velocity_mps.norm(),
+             std::sqrt(velocity_variance.sum())}))
+      return;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto v = filter_.ekf().update(VelocityModel<double, kOffsets>{axis, 0.0, 0.05 * 0.05},
+                                          options_.gate_sigma);
+      record(events, Kind::standstill, {}, v);
+      if (!v.accepted) return;
+    }
+    // The mean of half a second, used at 10 Hz: each value counts for a fifth.
+    const double sigma = 3e-4 + 0.3 * recent_.rate_spread_radps();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double measured = recent_.mean_rate_radps()[axis];
+      filter_.ekf().update(ZeroTurnRateModel<double, kOffsets>{axis, measured, sigma * sigma},
+                           options_.gate_sigma);
+    }
+  }
+
+  void update_non_holonomic(EventLog& events) {
+    const double limit_s = std::max(0.3, 1.5 * epoch_interval_s_);
+    if (last_full_epoch_ && to_seconds(last_.time - *last_full_epoch_) < limit_s) return;
+    if (filter_.state().velocity_mps.norm() < 0.5) return;
+    const double sigma = options_.non_holonomic_sigma_mps;
+    for (int axis = 1; axis < 3; ++axis) {
+      const Vector3d direction = options_.q_body_imu.inverse() * Vector3d::Unit(axis);
+      const auto u = filter_.ekf().update(
+          BodyVelocityModel<double, kOffsets>{direction, Vector3d::Zero(), filter_.gyro_radps(),
+                                              0.0, sigma * sigma},
+          options_.gate_sigma);
+      record(events, Kind::constraint, {}, u);
+    }
+  }
+
+  void note_full_epoch() {
+    if (last_full_epoch_) {
+      const double interval_s = to_seconds(last_.time - *last_full_epoch_);
+      epoch_interval_s_ += 0.1 * (std::min(interval_s, 2.0) - epoch_interval_s_);
+    }
+    last_full_epoch_ = last_.time;
+  }
+
+  void record(EventLog& events, Kind kind, SatelliteId id, const ScalarUpdate<double>& u) const {
+    if (!events.open) return;
+    events.innovations.push_back(
+        {last_.time, kind, id, u.innovation, std::sqrt(std::max(u.variance, 0.0)), u.accepted});
+  }
+
   /// Inflates the covariance after long rejection; `since`: start of the rejections.
-  void reopen(std::optional<LogTime>& since, int accepted, int total, EventLog& events);
-  [[nodiscard]] NavState nav() const;
+  void reopen(std::optional<LogTime>& since, int accepted, int total, EventLog& events) {
+    if (total == 0) return;
+    if (2 * accepted >= total) {
+      since.reset();
+      return;
+    }
+    if (!since) since = last_.time;
+    const double rejected_s = to_seconds(last_.time - *since);
+    if (rejected_s < options_.gate_reopen_s) return;
+    using namespace ins_state;
+    const auto worst = [this](int first) {
+      return filter_.covariance().diagonal().segment<3>(first).maxCoeff();
+    };
+    if (worst(kPosition) < 1e8) filter_.ekf().scale_sigma(kPosition, 6, 1.5);
+    // Tilt and heading are more reliable, and essential: inflated less.
+    if (worst(kAttitude) < 0.15 * 0.15) filter_.ekf().scale_sigma(kAttitude, 3, 1.5);
+    filter_.ekf().scale_sigma(kClock, 2, 1.5);
+    events.note(last_.time, "most ranges or rates rejected for long: the covariance is inflated");
+    if (rejected_s > 10.0 * options_.gate_reopen_s) lost_ = true;
+  }
+
+  [[nodiscard]] NavState nav() const {
+    const State& x = filter_.state();
+    return {last_.time, filter_.position(), x.velocity_mps, x.q_nu * options_.q_body_imu.inverse()};
+  }
 
   GnssInsOptions options_;
   Filter filter_;

@@ -3,11 +3,13 @@
 // Receiver clock handling: reference system, initialisation of the other systems' offsets, and
 // clock jumps.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/ins_filter.hpp>
 
@@ -31,10 +33,26 @@ class ReceiverClocks {
 
   /// Initialises the filter's clocks for the ranges of an epoch. False if no clock can be
   /// determined yet; `notice` is set on events.
-  [[nodiscard]] bool prepare(InsRangeFilter& filter, const RangeEpoch& epoch, std::string& notice);
+  [[nodiscard]] bool prepare(InsRangeFilter& filter, const RangeEpoch& epoch, std::string& notice) {
+    if (!known_) {
+      set(filter, epoch);
+      if (!known_) return false;
+      notice = "receiver clock set from the first ranges";
+    }
+    add_new_systems(filter, epoch);
+    const double jump_m = correct_jump(filter, epoch);
+    if (jump_m != 0.0)
+      notice = "receiver clock jumped by " + std::to_string(std::llround(jump_m)) + " m";
+    return true;
+  }
 
   /// Index of a system's clock offset; −1 for the reference system.
-  [[nodiscard]] int offset_of(GnssSystem system) const;
+  [[nodiscard]] int offset_of(GnssSystem system) const {
+    if (system == reference_) return -1;
+    const int i = static_cast<int>(system);
+    return i < static_cast<int>(reference_) ? i : i - 1;
+  }
+
   [[nodiscard]] double range_sigma_m(const CorrectedRange& s) const {
     return s.range_sigma_m * sigma_scale_;
   }
@@ -43,17 +61,103 @@ class ReceiverClocks {
   }
 
  private:
-  /// Innovations before any update.
+  static constexpr double kLightMillisecond_m = 299792.458;
+  static constexpr double kUnknownClock_m2 = 1e4;
+
+  /// Innovations before any update, and their standard deviations.
   struct Residuals {
     std::vector<double> innovation, sigma;
   };
 
-  void set(InsRangeFilter& filter, const RangeEpoch& epoch);
-  void add_new_systems(InsRangeFilter& filter, const RangeEpoch& epoch);
+  static RangeEpoch of_system(const RangeEpoch& epoch, GnssSystem system) {
+    RangeEpoch own{epoch.time, {}};
+    for (const CorrectedRange& s : epoch.satellites)
+      if (s.satellite.system == system) own.satellites.push_back(s);
+    return own;
+  }
+
+  /// Of the usable measurements.
+  template <class Usable, class ModelOf>
+  static Residuals residuals(const InsRangeFilter& filter, const RangeEpoch& epoch,
+                             const Usable& usable, const ModelOf& model_of) {
+    Residuals r;
+    for (const CorrectedRange& s : epoch.satellites) {
+      if (!usable(s)) continue;
+      const auto m = model_of(s)(filter.state());
+      if (!std::isfinite(m.innovation)) continue;
+      r.innovation.push_back(m.innovation);
+      r.sigma.push_back(filter.ekf().predicted_sigma(m));
+    }
+    return r;
+  }
+
+  /// Adds `step` to clock `i` of the state and resets its variance.
+  static void restart(InsRangeFilter& filter, int i, double step, double variance) {
+    InsRangeFilter::State x = filter.state();
+    x.clock[i] += step;
+    filter.ekf().set_state(x);
+    filter.ekf().reset_variance(ins_state::kClock + i, variance);
+  }
+
+  void set(InsRangeFilter& filter, const RangeEpoch& epoch) {
+    std::array<int, kGnssSystems> count{};
+    for (const CorrectedRange& s : epoch.satellites)
+      if (has_range(s)) ++count[static_cast<std::size_t>(s.satellite.system)];
+    const auto most = std::max_element(count.begin(), count.end());
+    if (*most == 0) return;
+    reference_ = static_cast<GnssSystem>(most - count.begin());
+    const RangeEpoch own = of_system(epoch, reference_);
+    Residuals range = ranges(filter, own), rate = rates(filter, own);
+    if (range.innovation.empty()) return;
+    filter.jump_clock(upper_median_of(range.innovation), 0.0);
+    filter.ekf().reset_variance(ins_state::kClock, kUnknownClock_m2);
+    const bool drifts = !rate.innovation.empty();
+    restart(filter, 1, upper_median_of(rate.innovation), drifts ? 1e2 : 1e6);
+    known_ = true;
+    initialised_ = {};
+    initialised(reference_) = true;
+  }
+
+  void add_new_systems(InsRangeFilter& filter, const RangeEpoch& epoch) {
+    for (int i = 0; i < kGnssSystems; ++i) {
+      const auto system = static_cast<GnssSystem>(i);
+      if (initialised(system)) continue;
+      Residuals range = ranges(filter, of_system(epoch, system));
+      if (range.innovation.empty()) continue;
+      restart(filter, 2 + offset_of(system), upper_median_of(range.innovation), kUnknownClock_m2);
+      initialised(system) = true;
+    }
+  }
+
   /// Returns the jump, or zero.
-  double correct_jump(InsRangeFilter& filter, const RangeEpoch& epoch) const;
-  [[nodiscard]] Residuals ranges(const InsRangeFilter& filter, const RangeEpoch& epoch) const;
-  [[nodiscard]] Residuals rates(const InsRangeFilter& filter, const RangeEpoch& epoch) const;
+  double correct_jump(InsRangeFilter& filter, const RangeEpoch& epoch) const {
+    Residuals range = ranges(filter, epoch);
+    if (range.innovation.empty()) return 0.0;
+    const double shift = upper_median_of(range.innovation), sigma = upper_median_of(range.sigma);
+    for (double& x : range.innovation) x = std::abs(x - shift);
+    const double scatter = 1.4826 * upper_median_of(range.innovation);
+    const double whole = std::round(shift / kLightMillisecond_m) * kLightMillisecond_m;
+    const bool millisecond =
+        whole != 0.0 && std::abs(shift - whole) < std::max(100.0, gate_sigma_ * sigma);
+    const bool common = range.innovation.size() >= 4 && std::abs(shift) > 30.0 &&
+                        std::abs(shift) > gate_sigma_ * sigma && scatter < 0.2 * std::abs(shift);
+    if (!millisecond && !common) return 0.0;
+    filter.jump_clock(millisecond && !common ? whole : shift, 30.0);
+    return shift;
+  }
+
+  [[nodiscard]] Residuals ranges(const InsRangeFilter& filter, const RangeEpoch& epoch) const {
+    return residuals(filter, epoch, has_range, [&](const CorrectedRange& s) {
+      return filter.range_model(s, range_sigma_m(s), offset_of(s.satellite.system));
+    });
+  }
+
+  [[nodiscard]] Residuals rates(const InsRangeFilter& filter, const RangeEpoch& epoch) const {
+    return residuals(filter, epoch, has_rate, [&](const CorrectedRange& s) {
+      return filter.range_rate_model(s, rate_sigma_mps(s));
+    });
+  }
+
   [[nodiscard]] bool& initialised(GnssSystem system) {
     return initialised_[static_cast<std::size_t>(system)];
   }

@@ -9,7 +9,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/inertial/ahrs.hpp>
-#include <wayfare/inertial/detail/heading_track.hpp>
+#include <wayfare/inertial/detail/external_heading.hpp>
 #include <wayfare/pedestrian/walk_feedback.hpp>
 #include "core/at.hpp"
 #include "motion.hpp"

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/inertial/detail/velocity_model.hpp>
+#include <wayfare/inertial/detail/ahrs_level.hpp>
 
 namespace wayfare {
 namespace {

@@ -5,9 +5,11 @@
 #include <array>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <wayfare/core/so3.hpp>
 #include <wayfare/filter/sequential_update.hpp>
+#include <wayfare/inertial/ahrs_parameters.hpp>
 
 namespace wayfare {
 
@@ -39,6 +41,38 @@ class AhrsFilter {
   void set_velocity(const Eigen::Matrix<T, 2, 1>& v) { velocity_ = v; }
   void set_bias(const Vector& b) { bias_ = b; }
   void set_delay(T delay) { delay_ = delay; }
+
+  /// Resets bias and delay to their initial values.
+  void forget_bias(const AhrsParameters& p) {
+    for (int i = 0; i < 3; ++i) p_.decouple(kBias + i, T(p.bias_sigma * p.bias_sigma));
+    const double delay = p.use_magnetometer ? p.magnetometer_delay_sigma_s : 0.0;
+    p_.decouple(kDelay, T(delay * delay));
+    bias_.setZero();
+    delay_ = T(p.magnetometer_delay_s);
+  }
+  void forget_velocity(T variance) {
+    velocity_.setZero();
+    p_.decouple(kVelocity, variance);
+    p_.decouple(kVelocity + 1, variance);
+  }
+  /// Applies the smallest rotation that makes `force` point up. The tilt then has standard
+  /// deviation `sigma`; the heading variance grows with the rotation angle.
+  void level(const Vector& force, T sigma) {
+    const auto rotation = SO3<T>::between(r_ * force, Vector::UnitZ());
+    set_attitude(rotation * q_);
+    const T angle = rotation.log().norm();
+    const T heading = p_(2, 2) + T(0.25) * angle * angle;
+    p_.decouple(0, sigma * sigma);
+    p_.decouple(1, sigma * sigma);
+    p_.decouple(2, heading);
+  }
+  /// Rotates the attitude about the vertical by `angle`, counter-clockwise; the heading then has
+  /// standard deviation `sigma`.
+  void turn_heading(T angle, T sigma) {
+    set_attitude(SO3<T>::exp({T(0), T(0), angle}) * q_);
+    velocity_ = Eigen::Rotation2D<T>(angle) * velocity_;
+    p_.decouple(2, sigma * sigma);
+  }
 
   /// Propagates by the body's rate (bias subtracted) for dt; each angle gains `angle_variance`,
   /// each bias `bias_variance`.

@@ -9,12 +9,41 @@
 #include <Eigen/Core>
 
 #include <wayfare/inertial/ahrs_parameters.hpp>
-#include <wayfare/inertial/detail/ahrs_alignment.hpp>
 #include <wayfare/inertial/detail/ahrs_filter.hpp>
 #include <wayfare/inertial/detail/rest_detector.hpp>
-#include <wayfare/inertial/detail/velocity_model.hpp>
 
 namespace wayfare {
+
+/// Zero-mean first-order Gauss-Markov velocity as a measurement for a filter that integrates the
+/// acceleration. From v₁ = φ·v₀ + w with φ = exp(−dt/τ) and v₁ = v₀ + a·dt: the innovation w,
+/// divided by 1 − φ, is v₁ + a·dt·φ/(1 − φ), white, of variance σ²(1 + φ)/(1 − φ). The model is one
+/// measurement of zero per step, exact at any rate.
+template <class T>
+class HorizontalVelocityModel {
+ public:
+  explicit HorizontalVelocityModel(const AhrsParameters& p)
+      : time_s_(T(p.velocity_time_s)),
+        variance_(T(p.velocity_density * p.velocity_density / (2.0 * p.velocity_time_s))) {}
+
+  void set_step(T dt) {
+    if (dt == dt_) return;
+    dt_ = dt;
+    const T one_minus_phi = -std::expm1(-dt / time_s_);
+    const T phi = T(1) - one_minus_phi;
+    acceleration_gain_s_ = dt * phi / one_minus_phi;
+    innovation_variance_ = variance_ * (T(1) + phi) / one_minus_phi;
+  }
+
+  /// Factor of the acceleration in the measurement, dt·φ/(1 − φ), s.
+  [[nodiscard]] T acceleration_gain_s() const { return acceleration_gain_s_; }
+  [[nodiscard]] T innovation_variance() const { return innovation_variance_; }
+  /// σ² of the process, m²/s².
+  [[nodiscard]] T variance() const { return variance_; }
+
+ private:
+  T time_s_, variance_;
+  T dt_ = T(0), acceleration_gain_s_ = T(0), innovation_variance_ = T(0);
+};
 
 template <class T>
 class AhrsLevel {
@@ -38,14 +67,14 @@ class AhrsLevel {
     if (!(std::abs(off) < T(0.5))) return false;
     const T turning = rate.norm() > T(0.3) ? T(0.4) : T(0);
     filter.set_attitude(SO3<T>());
-    align::level(filter, force, std::sqrt(T(0.0012) + T(9) * off * off + turning * turning));
+    filter.level(force, std::sqrt(T(0.0012) + T(9) * off * off + turning * turning));
     reset_velocity(filter);
     return true;
   }
 
   /// Forgets the velocity, after a gap.
   void reset_velocity(Filter& filter) {
-    align::forget_velocity(filter, velocity_model_.variance());
+    filter.forget_velocity(velocity_model_.variance());
     mean_.setZero();
     lost_s_ = T(0);
   }
@@ -79,7 +108,7 @@ class AhrsLevel {
   using Row = IndexedRow<T, Index...>;
   static constexpr double kGravity = 9.80665;
 
-  /// The velocity model as a measurement: v + k·a is white noise (velocity_model.hpp).
+  /// The velocity model as a measurement: v + k·a is white noise.
   void update_velocity(Filter& filter, const Vector& f, T dt) {
     velocity_model_.set_step(dt);
     const T k = velocity_model_.acceleration_gain_s(), r = velocity_model_.innovation_variance();
@@ -111,7 +140,7 @@ class AhrsLevel {
     const bool tilted = mean_.template head<2>().squaredNorm() > limit * limit;
     lost_s_ = tilted || mean_.z() < -limit ? lost_s_ + dt : T(0);
     if (lost_s_ < T(0.5) || std::abs(body.norm() - T(kGravity)) > T(0.3 * kGravity)) return false;
-    align::level(filter, body, T(0.3));
+    filter.level(body, T(0.3));
     reset_velocity(filter);
     return true;
   }

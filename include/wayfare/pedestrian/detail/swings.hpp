@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/pedestrian/step.hpp>
 
@@ -114,8 +115,8 @@ class GaitStartDetector {
       swings[i] = steps_[i].swing_mps2;
       intervals[i] = steps_[i].interval_s;
     }
-    const double swing = median(swings.begin(), count_);
-    const double interval = median(intervals.begin() + 1, count_ - 1);
+    const double swing = upper_median_of(std::span(swings).first(count_));
+    const double interval = upper_median_of(std::span(intervals).subspan(1, count_ - 1));
     std::size_t first = 0;
     for (std::size_t i = 0; i + 1 < count_; ++i) {
       const bool weak = steps_[i].swing_mps2 < swing_part_ * swing;
@@ -134,14 +135,6 @@ class GaitStartDetector {
     steps_[0] = steps_[1];
     steps_[0].time = first.time;
     steps_[0].crest_mps2 = first.crest_mps2;
-  }
-
-  template <class Iterator>
-  [[nodiscard]] static double median(Iterator begin, std::size_t n) {
-    if (n == 0) return 0.0;
-    const auto middle = begin + static_cast<std::ptrdiff_t>(n / 2);
-    std::nth_element(begin, middle, begin + static_cast<std::ptrdiff_t>(n));
-    return *middle;
   }
 
   double swing_part_, interval_part_;
