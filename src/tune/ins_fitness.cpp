@@ -10,13 +10,13 @@
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/parallel.hpp>
 
-#include "tune/kernel.hpp"
+#include "tune/kernels/kernels.hpp"
 
 namespace wayfare {
 namespace {
 
 using Eigen::Vector3d;
-namespace kernel = wf_tune_kernel;
+namespace kernel = fitness_kernels;
 
 static_assert(kInsGenes == kernel::kGenes);
 
@@ -26,15 +26,13 @@ void put(const SO3d& r, double* to) {
   to[0] = q.w(), to[1] = q.x(), to[2] = q.y(), to[3] = q.z();
 }
 
-std::vector<kernel::Kernel> kernels() {
-  std::vector<kernel::Kernel> all;
-#ifdef __x86_64__
-  if (runs_here(Isa::avx512)) all.push_back({"avx512", 8, kernel::evaluate_avx512});
-  if (runs_here(Isa::avx2)) all.push_back({"avx2", 4, kernel::evaluate_avx2});
-#endif
-  all.push_back({"baseline", 2, kernel::evaluate_baseline});
-  return all;
-}
+struct Variant {
+  const char* name;
+  Isa isa;
+};
+/// The fastest first.
+constexpr Variant kVariants[] = {
+    {"avx512", Isa::avx512}, {"avx2", Isa::avx2}, {"baseline", Isa::baseline}};
 
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime t) {
   const double u = to_seconds(t - a.time) / to_seconds(b.time - a.time);
@@ -202,6 +200,7 @@ double InsFitnessWeights::sum(const InsRmse& e) const {
 struct InsFitness::Content {
   Layout layout;
   kernel::Problem problem{};
+  const char* name = "";
   kernel::Kernel kernel{};
   InsFitnessOptions options;
 
@@ -238,13 +237,14 @@ Result<InsFitness> InsFitness::make(const TuningDrive& drive, const InsFitnessOp
     return Error{ErrorCode::invalid, "there are no readings or no ranges after the start"};
   if (content->layout.truths.empty())
     return Error{ErrorCode::invalid, "the reference does not overlap the recording"};
-  const auto all = kernels();
-  const auto chosen = std::find_if(all.begin(), all.end(), [&options](const kernel::Kernel& k) {
-    return options.kernel.empty() || options.kernel == k.name;
-  });
-  if (chosen == all.end())
+  const auto chosen =
+      std::find_if(std::begin(kVariants), std::end(kVariants), [&options](const Variant& v) {
+        return runs_here(v.isa) && (options.kernel.empty() || options.kernel == v.name);
+      });
+  if (chosen == std::end(kVariants))
     return Error{ErrorCode::unsupported, "no kernel '" + options.kernel + "' on this processor"};
-  content->kernel = *chosen;
+  content->name = chosen->name;
+  content->kernel = kernel::kernel_for(chosen->isa);
   InsFitness fitness;
   fitness.content_ = std::move(content);
   return fitness;
@@ -283,7 +283,7 @@ void InsFitness::operator()(std::span<const double> individuals, std::span<doubl
   }
 }
 
-std::string InsFitness::kernel() const { return content_->kernel.name; }
+std::string InsFitness::kernel() const { return content_->name; }
 int InsFitness::lanes() const { return content_->kernel.lanes; }
 double InsFitness::length_s() const {
   double sum = 0.0;

@@ -1,9 +1,4 @@
-// The navigation filter over a whole drive, one per lane. Included by kernel_*.cpp, which define
-// the number of lanes (WF_LANES), the function's name (WF_EVALUATE) and names of the two namespaces
-// per instruction set: functions compiled with different flags must not be merged by the linker.
-
-#define Eigen WF_EIGEN
-#define wayfare WF_WAYFARE
+// Compiled once for each instruction set, with WAYFARE_ISA naming its namespace.
 
 #include <cmath>
 
@@ -12,19 +7,23 @@
 #include <wayfare/gnss/range_model.hpp>
 #include <wayfare/inertial/ins_model.hpp>
 
-#include "tune/kernel.hpp"
+#include "tune/kernels/kernels.hpp"
 
-namespace wayfare {
+namespace wayfare::fitness_kernels::WAYFARE_ISA {
 namespace {
 
-using T = Pack<double, WF_LANES>;
+#if defined(__AVX512F__)
+constexpr int kLanes = 8;
+#elif defined(__AVX2__)
+constexpr int kLanes = 4;
+#else
+constexpr int kLanes = 2;
+#endif
+
+using T = Pack<double, kLanes>;
 using State = InsState<T, 0>;
 using Filter = Ekf<State>;
 using Vector3 = Eigen::Matrix<T, 3, 1>;
-using wf_tune_kernel::Problem;
-using wf_tune_kernel::Satellite;
-using wf_tune_kernel::Step;
-using wf_tune_kernel::Truth;
 
 Eigen::Vector3d vector(const double* v) { return {v[0], v[1], v[2]}; }
 SO3d rotation(const double* q) { return SO3d(Eigen::Quaterniond(q[0], q[1], q[2], q[3])); }
@@ -34,8 +33,8 @@ SO3d rotation(const double* q) { return SO3d(Eigen::Quaterniond(q[0], q[1], q[2]
 class Individuals {
  public:
   explicit Individuals(const double* genes) {
-    for (int g = 0; g < wf_tune_kernel::kGenes; ++g)
-      for (int i = 0; i < WF_LANES; ++i) value_[g].set(i, genes[g * WF_LANES + i]);
+    for (int g = 0; g < kGenes; ++g)
+      for (int i = 0; i < kLanes; ++i) value_[g].set(i, genes[g * kLanes + i]);
   }
   [[nodiscard]] InsNoise<T> noise() const {
     constexpr int kBlocks[] = {0, 12, 6, 18};  // positions of the filter's four triples
@@ -57,10 +56,10 @@ class Individuals {
   [[nodiscard]] const T& range_scale() const { return value_[32]; }
 
  private:
-  T value_[wf_tune_kernel::kGenes];
+  T value_[kGenes];
 };
 
-LocalTangentPlane plane_of(const wf_tune_kernel::Anchor& a) {
+LocalTangentPlane plane_of(const Anchor& a) {
   return LocalTangentPlane(
       {Angle::radians(a.latitude_rad), Angle::radians(a.longitude_rad), a.height_m});
 }
@@ -82,10 +81,10 @@ class Drive {
 
   void run(double* rmse) {
     for (int i = 0; i < problem_.step_count; ++i) step(problem_.steps[i]);
-    for (int k = 0; k < wf_tune_kernel::kScores; ++k) {
+    for (int k = 0; k < kScores; ++k) {
       const T mean = squares_[k] / T(counts_[k] > 0 ? counts_[k] : 1);
       const T score = select(is_finite(mean), sqrt(mean), T(HUGE_VAL));
-      for (int i = 0; i < WF_LANES; ++i) rmse[k * WF_LANES + i] = score[i];
+      for (int i = 0; i < kLanes; ++i) rmse[k * kLanes + i] = score[i];
     }
   }
 
@@ -191,7 +190,7 @@ class Drive {
   void recentre(int anchor) {
     const LocalTangentPlane next = plane_of(problem_.anchors[anchor]);
     State x = filter_.state();
-    for (int i = 0; i < WF_LANES; ++i) {
+    for (int i = 0; i < kLanes; ++i) {
       Eigen::Vector3d p;
       for (int k = 0; k < 3; ++k) p[k] = x.position_m[k][i];
       const Eigen::Vector3d moved = next.offset(plane_.geodetic(p));
@@ -213,17 +212,17 @@ class Drive {
   int at_plane_ = 0;
   InsModel<T, 0> model_;
   Filter filter_;
-  T squares_[wf_tune_kernel::kScores];
-  double counts_[wf_tune_kernel::kScores] = {};
+  T squares_[kScores];
+  double counts_[kScores] = {};
 };
 
-}  // namespace
-}  // namespace wayfare
-
-namespace wf_tune_kernel {
-
-void WF_EVALUATE(const Problem& problem, const double* genes, double* rmse) {
-  WF_WAYFARE::Drive(problem, WF_WAYFARE::Individuals(genes)).run(rmse);
+void evaluate(const Problem& problem, const double* genes, double* rmse) {
+  Drive(problem, Individuals(genes)).run(rmse);
 }
 
-}  // namespace wf_tune_kernel
+}  // namespace
+
+extern const Kernel table;
+const Kernel table = {kLanes, evaluate};
+
+}  // namespace wayfare::fitness_kernels::WAYFARE_ISA

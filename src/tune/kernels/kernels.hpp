@@ -1,10 +1,12 @@
 #pragma once
 
-// Input of the fitness kernels: plain numbers only, so that a kernel compiled for another
-// instruction set shares no inline function with the rest of the program. The kernels use Eigen and
-// this library under separate namespace names (kernel.inl); this header is shared.
+// The navigation filter over a whole drive, one individual per lane, compiled for several
+// instruction sets. Its input is plain numbers: with other compile options Eigen's types may have
+// another alignment.
 
-namespace wf_tune_kernel {
+#include <wayfare/core/detail/isa.hpp>
+
+namespace wayfare::fitness_kernels {
 
 inline constexpr int kGenes = 33;
 inline constexpr int kScores = 6;  ///< north, east, down (m), roll, pitch, yaw (rad)
@@ -51,16 +53,13 @@ struct Problem {
   double gate_sigma, vibration_share;
 };
 
-/// `genes` are kGenes rows and `rmse` kScores rows of as many columns as the kernel has lanes; a
-/// lane that diverges scores infinity.
-using Evaluate = void(const Problem& problem, const double* genes, double* rmse);
-
 struct Kernel {
-  const char* name;
   int lanes;
-  Evaluate* evaluate;
+  /// `genes` are kGenes rows and `rmse` kScores rows of as many columns as there are lanes; a lane
+  /// that diverges scores infinity.
+  void (*evaluate)(const Problem& problem, const double* genes, double* rmse);
 };
 
-Evaluate evaluate_baseline, evaluate_avx2, evaluate_avx512;
+[[nodiscard]] const Kernel& kernel_for(Isa isa);
 
-}  // namespace wf_tune_kernel
+}  // namespace wayfare::fitness_kernels
