@@ -25,8 +25,7 @@ using State = InsState<T, 0>;
 using Filter = Ekf<State>;
 using Vector3 = Eigen::Matrix<T, 3, 1>;
 
-Eigen::Vector3d vector(const double* v) { return {v[0], v[1], v[2]}; }
-SO3d rotation(const double* q) { return SO3d(Eigen::Quaterniond(q[0], q[1], q[2], q[3])); }
+SO3d rotation(const Quaternion& q) { return SO3d(Eigen::Quaterniond(q[0], q[1], q[2], q[3])); }
 
 /// Genes in the order of Zhang 2020, table 2: gyro bias σ τ, gyro scale σ τ, accelerometer bias σ
 /// τ, accelerometer scale σ τ, white noises, clock, range scale.
@@ -59,20 +58,15 @@ class Individuals {
   T value_[kGenes];
 };
 
-LocalTangentPlane plane_of(const Anchor& a) {
-  return LocalTangentPlane(
-      {Angle::radians(a.latitude_rad), Angle::radians(a.longitude_rad), a.height_m});
-}
-
 class Drive {
  public:
   Drive(const Problem& problem, const Individuals& individuals)
       : problem_(problem),
         noise_(individuals.noise()),
         range_scale_(individuals.range_scale()),
-        lever_(vector(problem.lever_imu_m).cast<T>()),
+        lever_(problem.lever_imu_m.cast<T>()),
         imu_body_(rotation(problem.q_body_imu).inverse().cast<T>()),
-        plane_(plane_of(problem.anchors[0])),
+        plane_(problem.anchors.front()),
         model_(plane_, noise_),
         filter_(start(), covariance()) {
     model_.prepare(problem.nominal_dt_s);
@@ -80,7 +74,7 @@ class Drive {
   }
 
   void run(double* rmse) {
-    for (int i = 0; i < problem_.step_count; ++i) step(problem_.steps[i]);
+    for (const Step& s : problem_.steps) step(s);
     for (int k = 0; k < kScores; ++k) {
       const T mean = squares_[k] / T(counts_[k] > 0 ? counts_[k] : 1);
       const T score = select(is_finite(mean), sqrt(mean), T(HUGE_VAL));
@@ -91,8 +85,7 @@ class Drive {
  private:
   [[nodiscard]] State start() const {
     State x;
-    x.position_m = vector(problem_.start_offset_m).cast<T>();
-    x.velocity_mps = vector(problem_.start_velocity_mps).cast<T>();
+    x.velocity_mps = problem_.start_velocity_mps.cast<T>();
     x.q_nu = (rotation(problem_.start_q_nb) * rotation(problem_.q_body_imu)).cast<T>();
     x.clock[0] = T(problem_.clock_bias_m);
     x.clock[1] = T(problem_.clock_drift_mps);
@@ -121,43 +114,38 @@ class Drive {
 
   void step(const Step& s) {
     if (s.plane != at_plane_) recentre(s.plane);
-    const ImuInterval imu{vector(s.begin_rate), vector(s.end_rate), vector(s.begin_force),
-                          vector(s.end_force), s.dt_s};
-    filter_.predict(model_, imu);
+    filter_.predict(model_, s.imu);
     add_vibration(s);
-    if (s.truth >= 0) score(problem_.truths[s.truth]);
-    if (s.satellites > 0) update(s, imu);
+    if (s.truth) score(*s.truth);
+    if (s.satellites > 0) update(s);
   }
 
   /// As in the navigation system: the aliased fraction of the vibration is an error of each
   /// reading.
   void add_vibration(const Step& s) {
-    const double share = problem_.vibration_share * s.dt_s;
+    const double share = problem_.vibration_share * s.imu.dt_s;
     if (share == 0.0) return;
     for (int i = 0; i < 3; ++i) {
       const T white = noise_.gyro_white[i];
-      const T more = T(s.vibration[i]) - T(2.0 / s.dt_s) * white * white;
+      const T more = T(s.vibration[i]) - T(2.0 / s.imu.dt_s) * white * white;
       filter_.add_variance(ins_state::kAttitude + i,
                            T(share * share) * select(more > T(0), more, T(0)));
     }
   }
 
-  void update(const Step& s, const ImuInterval& imu) {
-    const Vector3 rate = imu.end_rate_radps.cast<T>();
+  void update(const Step& s) {
+    const Vector3 rate = s.imu.end_rate_radps.cast<T>();
     const T gate = T(problem_.gate_sigma);
-    for (int k = s.first_satellite; k < s.first_satellite + s.satellites; ++k) {
-      const Satellite& from = problem_.satellites[k];
-      CorrectedRange r;
-      r.position_ecef_m = vector(from.position_ecef_m);
-      r.velocity_ecef_mps = vector(from.velocity_ecef_mps);
-      const SatelliteView view(r, plane_);
-      if (from.has_range) {
+    for (std::size_t k = s.first_satellite; k < s.first_satellite + s.satellites; ++k) {
+      const CorrectedRange& from = problem_.satellites[k];
+      const SatelliteView view(from, plane_);
+      if (std::isfinite(from.range_m) && from.range_sigma_m > 0.0) {
         const T sigma = range_scale_ * T(from.range_sigma_m);
         (void)filter_.update(RangeModel<T, 0>{plane_, view, from.range_m - view.anchor_range_m,
                                               sigma * sigma, lever_},
                              gate);
       }
-      if (from.has_rate) {
+      if (std::isfinite(from.range_rate_mps) && from.range_rate_sigma_mps > 0.0) {
         const T sigma = range_scale_ * T(from.range_rate_sigma_mps);
         (void)filter_.update(
             RangeRateModel<T, 0>{plane_, view, from.range_rate_mps, sigma * sigma, lever_, rate},
@@ -187,8 +175,8 @@ class Drive {
     counts_[k] += 1.0;
   }
 
-  void recentre(int anchor) {
-    const LocalTangentPlane next = plane_of(problem_.anchors[anchor]);
+  void recentre(std::size_t anchor) {
+    const LocalTangentPlane next(problem_.anchors[anchor]);
     State x = filter_.state();
     for (int i = 0; i < kLanes; ++i) {
       Eigen::Vector3d p;
@@ -209,7 +197,7 @@ class Drive {
   Vector3 lever_;
   SO3<T> imu_body_;
   LocalTangentPlane plane_;
-  int at_plane_ = 0;
+  std::size_t at_plane_ = 0;
   InsModel<T, 0> model_;
   Filter filter_;
   T squares_[kScores];
