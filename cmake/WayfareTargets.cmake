@@ -67,20 +67,43 @@ function(wayfare_component name)
   set_property(GLOBAL APPEND PROPERTY WAYFARE_BUILT_COMPONENTS ${name})
 endfunction()
 
-# wayfare_kernels(NAME FOLDER OPTION...): one portable source of inner loops, FOLDER/kernels_ISA.cpp,
-# compiled for several instruction sets. The flags stay on these files alone.
+# wayfare_kernels(NAME FOLDER OPTION...): one portable source of inner loops, FOLDER/kernels.cpp, compiled
+# once for each instruction set ISA with WAYFARE_ISA=ISA. All symbols of these objects but `table` become
+# local, and their section groups are dissolved: of an inline function with several copies the linker
+# keeps any one for all callers, and a processor without wide registers must not get this one. For the
+# same reason no code here is optimised at link time, and no symbol is unique.
 function(wayfare_kernels name folder)
-  target_sources(wayfare_${name} PRIVATE ${folder}/dispatch.cpp ${folder}/kernels_baseline.cpp)
-  set_source_files_properties(${folder}/kernels_baseline.cpp PROPERTIES
-                              COMPILE_OPTIONS "-O3;${ARGN}" SKIP_PRECOMPILE_HEADERS ON)
-  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-    target_sources(wayfare_${name} PRIVATE ${folder}/kernels_avx2.cpp ${folder}/kernels_avx512.cpp)
-    set_source_files_properties(${folder}/kernels_avx2.cpp PROPERTIES
-      COMPILE_OPTIONS "-O3;${ARGN};-mavx2;-mfma" SKIP_PRECOMPILE_HEADERS ON)
-    set_source_files_properties(${folder}/kernels_avx512.cpp PROPERTIES
-      COMPILE_OPTIONS "-O3;${ARGN};-mfma;-mavx512f;-mavx512bw;-mavx512vl;-mavx512dq"
-      SKIP_PRECOMPILE_HEADERS ON)
+  if(NOT CMAKE_OBJCOPY)
+    message(FATAL_ERROR "wayfare's component '${name}' needs objcopy (Debian: binutils)")
   endif()
+  set(isas baseline)
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    list(APPEND isas avx2 avx512)
+  endif()
+  set(options_baseline "")
+  set(options_avx2 -mavx2 -mfma)
+  set(options_avx512 -mfma -mavx512f -mavx512bw -mavx512vl -mavx512dq)
+  target_sources(wayfare_${name} PRIVATE ${folder}/dispatch.cpp)
+  foreach(isa IN LISTS isas)
+    set(target wayfare_${name}_${folder}_${isa})
+    add_library(${target} OBJECT ${folder}/kernels.cpp)
+    wayfare_warnings(${target})
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_compile_features(${target} PRIVATE cxx_std_20)
+    target_compile_definitions(${target} PRIVATE WAYFARE_ISA=${isa})
+    target_compile_options(${target} PRIVATE -O3 -fno-lto ${ARGN} ${options_${isa}}
+                                             $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
+    target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/src")
+    target_link_libraries(${target} PRIVATE Eigen3::Eigen)
+    set(object "${CMAKE_CURRENT_BINARY_DIR}/${folder}_${isa}.$<CONFIG>.o")
+    add_custom_command(
+      OUTPUT "${object}"
+      COMMAND "${CMAKE_OBJCOPY}" --wildcard --remove-section=.group
+              "--keep-global-symbol=_ZN7wayfare*5tableE*" $<TARGET_OBJECTS:${target}> "${object}"
+      DEPENDS ${target} $<TARGET_OBJECTS:${target}>
+      COMMENT "Making symbols of ${folder} for ${isa} local" VERBATIM)
+    target_sources(wayfare_${name} PRIVATE "${object}")
+  endforeach()
 endfunction()
 
 # Warnings are errors in our own build only.

@@ -83,13 +83,8 @@ GeneticState GeneticSearch::next(const GeneticState& state, const BatchFitness& 
   const double done = static_cast<double>(state.generation()) /
                       static_cast<double>(std::max<std::size_t>(1, options_.generations));
   const double sigma = options_.mutation_sigma * std::max(0.1, 1.0 - done);
-  GeneticState child;
-  child.history = state.history;
-  child.units.assign(state.units.begin(),
-                     state.units.begin() + static_cast<std::ptrdiff_t>(options_.elite * n));
-  child.scores.assign(state.scores.begin(),
-                      state.scores.begin() + static_cast<std::ptrdiff_t>(options_.elite));
-  child.scores.resize(options_.population);
+  GeneticState child = state;
+  child.units.resize(options_.elite * n);
   for (std::size_t i = options_.elite; i < options_.population; ++i) {
     const double* mother = &state.units[wheel.draw(rng) * n];
     const double* father = &state.units[wheel.draw(rng) * n];
@@ -151,10 +146,10 @@ std::vector<double> GeneticSearch::best(const GeneticState& state) const {
 
 namespace {
 
-void put(std::string& text, double v) {
+/// The shortest text that is read back as the same number.
+std::string text_of(double v) {
   char digits[64];
-  const auto end = std::to_chars(digits, digits + sizeof digits, v);
-  text.append(digits, end.ptr);
+  return {digits, std::to_chars(digits, digits + sizeof digits, v).ptr};
 }
 
 /// Sequential tokens of a text.
@@ -195,38 +190,26 @@ std::string GeneticSearch::header() const {
   std::string text = "genetic-search-1\nseed " + std::to_string(options_.seed) + "\npopulation " +
                      std::to_string(options_.population) + "\nelite " +
                      std::to_string(options_.elite) + "\nhow ";
-  for (const double v :
-       {static_cast<double>(options_.generations), options_.selection_pressure,
-        options_.crossover_rate, options_.mutation_rate, options_.mutation_sigma}) {
-    put(text, v);
-    text += ' ';
-  }
+  for (const double v : {static_cast<double>(options_.generations), options_.selection_pressure,
+                         options_.crossover_rate, options_.mutation_rate, options_.mutation_sigma})
+    text += text_of(v) + ' ';
   text += "\n";
-  for (const Gene& g : genes_) {
-    text += "gene " + g.name + (g.logarithmic ? " log " : " linear ");
-    put(text, g.low);
-    text += ' ';
-    put(text, g.high);
-    text += '\n';
-  }
+  for (const Gene& g : genes_)
+    text += "gene " + g.name + (g.logarithmic ? " log " : " linear ") + text_of(g.low) + ' ' +
+            text_of(g.high) + '\n';
   return text;
 }
 
 std::string GeneticSearch::format(const GeneticState& state) const {
   std::string text = header() + "generations " + std::to_string(state.history.size()) + "\n";
-  for (const GenerationSummary& s : state.history) {
-    put(text, s.best);
-    text += ' ';
-    put(text, s.mean);
-    text += ' ' + std::to_string(s.failed) + ' ' + std::to_string(s.evaluations) + '\n';
-  }
+  for (const GenerationSummary& s : state.history)
+    text += text_of(s.best) + ' ' + text_of(s.mean) + ' ' + std::to_string(s.failed) + ' ' +
+            std::to_string(s.evaluations) + '\n';
   text += "individuals\n";
   for (std::size_t i = 0; i < state.scores.size(); ++i) {
-    put(text, state.scores[i]);
-    for (std::size_t g = 0; g < genes_.size(); ++g) {
-      text += ' ';
-      put(text, state.units[i * genes_.size() + g]);
-    }
+    text += text_of(state.scores[i]);
+    for (std::size_t g = 0; g < genes_.size(); ++g)
+      text += ' ' + text_of(state.units[i * genes_.size() + g]);
     text += '\n';
   }
   return text + "end\n";

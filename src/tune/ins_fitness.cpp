@@ -1,9 +1,13 @@
 #include <wayfare/tune/ins_fitness.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/detail/isa.hpp>
@@ -11,31 +15,43 @@
 #include <wayfare/core/parallel.hpp>
 #include <wayfare/core/statistics.hpp>
 
-#include "tune/kernel.hpp"
+#include "tune/kernels/kernels.hpp"
 
 namespace wayfare {
 namespace {
 
 using Eigen::Vector3d;
-namespace kernel = wf_tune_kernel;
+namespace kernel = fitness_kernels;
 
 static_assert(kInsGenes == kernel::kGenes);
 
-void put(const Vector3d& v, double* to) { std::copy_n(v.data(), 3, to); }
-void put(const SO3d& r, double* to) {
+kernel::Quaternion coefficients(const SO3d& r) {
   const auto& q = r.quaternion();
-  to[0] = q.w(), to[1] = q.x(), to[2] = q.y(), to[3] = q.z();
+  return {q.w(), q.x(), q.y(), q.z()};
 }
 
-std::vector<kernel::Kernel> kernels() {
-  std::vector<kernel::Kernel> all;
-#ifdef __x86_64__
-  if (runs_here(Isa::avx512)) all.push_back({"avx512", 8, kernel::evaluate_avx512});
-  if (runs_here(Isa::avx2)) all.push_back({"avx2", 4, kernel::evaluate_avx2});
-#endif
-  all.push_back({"baseline", 2, kernel::evaluate_baseline});
-  return all;
+struct Triple {
+  const char* name;
+  bool is_tau;
+  Eigen::Vector3d& value;
+};
+
+std::array<Triple, 10> triples(ImuNoise& n) {
+  return {{{"gyro_bias_sigma", false, n.gyro_bias_radps.sigma},
+           {"gyro_bias_tau", true, n.gyro_bias_radps.tau_s},
+           {"gyro_scale_sigma", false, n.gyro_scale.sigma},
+           {"gyro_scale_tau", true, n.gyro_scale.tau_s},
+           {"accel_bias_sigma", false, n.accel_bias_mps2.sigma},
+           {"accel_bias_tau", true, n.accel_bias_mps2.tau_s},
+           {"accel_scale_sigma", false, n.accel_scale.sigma},
+           {"accel_scale_tau", true, n.accel_scale.tau_s},
+           {"gyro_white", false, n.gyro_white_rad_per_sqrt_s},
+           {"accel_white", false, n.accel_white_mps_per_sqrt_s}}};
 }
+
+/// The names of the kernels, the fastest first.
+constexpr std::pair<const char*, Isa> kVariants[] = {
+    {"avx512", Isa::avx512}, {"avx2", Isa::avx2}, {"baseline", Isa::baseline}};
 
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime t) {
   const double u = to_seconds(t - a.time) / to_seconds(b.time - a.time);
@@ -43,27 +59,26 @@ ImuSample interpolate(const ImuSample& a, const ImuSample& b, LogTime t) {
           a.specific_force_mps2 + u * (b.specific_force_mps2 - a.specific_force_mps2)};
 }
 
-/// A drive as a sequence of steps: readings are split at the epochs, so that every epoch ends a
-/// step.
-class Layout {
+/// Adds a drive to a problem as a sequence of steps: readings are split at the epochs, so that
+/// every epoch ends a step.
+class StepMaker {
  public:
-  std::vector<kernel::Step> steps;
-  std::vector<kernel::Satellite> satellites;
-  std::vector<kernel::Truth> truths;
-  std::vector<kernel::Anchor> anchors;
-  double nominal_dt_s = 0.0;
+  StepMaker(const TuningDrive& drive, double score_interval_s, kernel::Problem& to)
+      : drive_(drive),
+        interval_s_(score_interval_s),
+        plane_(drive.start.nav.position),
+        next_score_(drive.start.nav.time),
+        to_(to) {}
 
-  Layout(const TuningDrive& drive, const InsFitnessOptions& options)
-      : drive_(drive), interval_s_(options.score_interval_s), plane_(drive.start.nav.position) {
-    add_anchor();
-    next_score_ = drive.start.nav.time;
-    auto epoch = std::find_if(drive.ranges.begin(), drive.ranges.end(),
-                              [&](const RangeEpoch& e) { return e.time > drive.start.nav.time; });
+  void run() {
+    to_.anchors.push_back(plane_.anchor());
+    auto epoch = std::find_if(drive_.ranges.begin(), drive_.ranges.end(),
+                              [&](const RangeEpoch& e) { return e.time > next_score_; });
     std::optional<ImuSample> last;
-    for (ImuSample s : drive.imu) {
-      s.time += from_seconds(drive.options.imu_time_offset_s);
-      if (s.time < drive.start.nav.time || (last && s.time <= last->time)) continue;
-      while (last && epoch != drive.ranges.end() && epoch->time < s.time) {
+    for (ImuSample s : drive_.imu) {
+      s.time += from_seconds(drive_.options.imu_time_offset_s);
+      if (s.time < drive_.start.nav.time || (last && s.time <= last->time)) continue;
+      while (last && epoch != drive_.ranges.end() && epoch->time < s.time) {
         if (epoch->time > last->time) {
           const ImuSample cut = interpolate(*last, s, epoch->time);
           add(*last, cut, &*epoch);
@@ -72,95 +87,57 @@ class Layout {
         ++epoch;
       }
       if (last) {
-        const bool ends = epoch != drive.ranges.end() && epoch->time == s.time;
+        const bool ends = epoch != drive_.ranges.end() && epoch->time == s.time;
         add(*last, s, ends ? &*epoch : nullptr);
         if (ends) ++epoch;
       }
       last = s;
     }
-    find_nominal_dt();
+    std::vector<double> intervals;
+    for (const kernel::Step& s : to_.steps) intervals.push_back(s.imu.dt_s);
+    to_.nominal_dt_s = upper_median_of(intervals);
   }
 
  private:
-  void add_anchor() {
-    const Geodetic& a = plane_.anchor();
-    anchors.push_back({a.latitude.radians(), a.longitude.radians(), a.height_m});
-  }
-
   void add(const ImuSample& from, const ImuSample& to, const RangeEpoch* epoch) {
     kernel::Step s{};
-    put(from.angular_rate_radps, s.begin_rate);
-    put(to.angular_rate_radps, s.end_rate);
-    put(from.specific_force_mps2, s.begin_force);
-    put(to.specific_force_mps2, s.end_force);
-    s.dt_s = to_seconds(to.time - from.time);
-    update_vibration(from, to, s.dt_s);
-    put(vibration_, s.vibration);
-    s.truth = -1;
-    s.first_satellite = static_cast<int>(satellites.size());
-    if (epoch) add_satellites(*epoch);
-    s.satellites = static_cast<int>(satellites.size()) - s.first_satellite;
-    s.plane = static_cast<int>(anchors.size()) - 1;
-    if (to.time >= next_score_) add_truth(to.time, s);
-    steps.push_back(s);
+    s.imu = between(from, to);
+    // As in the navigation system: exponential mean over half a second.
+    const double gain = 1.0 - std::exp(-s.imu.dt_s / 0.5);
+    const Vector3d change = to.angular_rate_radps - from.angular_rate_radps;
+    s.vibration = vibration_ += gain * (0.5 * change.cwiseAbs2() - vibration_);
+    s.first_satellite = to_.satellites.size();
+    if (epoch)
+      std::copy_if(epoch->satellites.begin(), epoch->satellites.end(),
+                   std::back_inserter(to_.satellites), [](const CorrectedRange& r) {
+                     return r.position_ecef_m.allFinite() && r.velocity_ecef_mps.allFinite();
+                   });
+    s.satellites = to_.satellites.size() - s.first_satellite;
+    if (to.time >= next_score_) s.truth = truth(to.time);
+    s.plane = to_.anchors.size() - 1;
+    to_.steps.push_back(s);
   }
 
-  /// As in the navigation system: exponential mean over half a second.
-  void update_vibration(const ImuSample& from, const ImuSample& to, double dt_s) {
-    const double gain = 1.0 - std::exp(-dt_s / 0.5);
-    const Vector3d step = to.angular_rate_radps - from.angular_rate_radps;
-    vibration_ += gain * (0.5 * step.cwiseAbs2() - vibration_);
-  }
-
-  void add_satellites(const RangeEpoch& epoch) {
-    for (const CorrectedRange& r : epoch.satellites) {
-      kernel::Satellite s{};
-      put(r.position_ecef_m, s.position_ecef_m);
-      put(r.velocity_ecef_mps, s.velocity_ecef_mps);
-      s.range_m = r.range_m;
-      s.range_rate_mps = r.range_rate_mps;
-      s.range_sigma_m = r.range_sigma_m;
-      s.range_rate_sigma_mps = r.range_rate_sigma_mps;
-      s.has_range = std::isfinite(r.range_m) && r.range_sigma_m > 0.0;
-      s.has_rate = std::isfinite(r.range_rate_mps) && r.range_rate_sigma_mps > 0.0;
-      if (r.position_ecef_m.allFinite() && r.velocity_ecef_mps.allFinite()) satellites.push_back(s);
-    }
-  }
-
-  void add_truth(LogTime time, kernel::Step& s) {
+  std::optional<kernel::Truth> truth(LogTime time) {
     const auto state = drive_.truth(time);
-    if (!state) return;
+    if (!state) return std::nullopt;
     next_score_ = time + from_seconds(interval_s_ - 1e-6);
-    Vector3d at = plane_.offset(state->position);
     // The plane follows the truth, not a filter, so that it is the same for all.
-    if (at.norm() > 5000.0) {
+    if (plane_.offset(state->position).norm() > 5000.0) {
       plane_ = LocalTangentPlane(state->position);
-      add_anchor();
-      at.setZero();
-      s.plane = static_cast<int>(anchors.size()) - 1;
+      to_.anchors.push_back(plane_.anchor());
     }
-    kernel::Truth t{};
-    put(at, t.offset_m);
-    put(state->q_nb, t.q_nb);
-    t.has_level = drive_.has_level;
     // A heading from the course over ground is valid only in motion.
-    t.has_heading =
-        drive_.has_heading && (drive_.has_level || state->velocity_ned_mps.head<2>().norm() > 3.0);
-    s.truth = static_cast<int>(truths.size());
-    truths.push_back(t);
-  }
-
-  void find_nominal_dt() {
-    if (steps.empty()) return;
-    std::vector<double> all;
-    for (const kernel::Step& s : steps) all.push_back(s.dt_s);
-    nominal_dt_s = upper_median_of(all);
+    const bool moves = state->velocity_ned_mps.head<2>().norm() > 3.0;
+    return kernel::Truth{plane_.offset(state->position), coefficients(state->q_nb),
+                         drive_.has_level, drive_.has_heading && (drive_.has_level || moves)};
   }
 
   const TuningDrive& drive_;
   double interval_s_;
   LocalTangentPlane plane_;
   LogTime next_score_;
+  kernel::Problem& to_;
   Vector3d vibration_ = Vector3d::Zero();
 };
 
@@ -189,37 +166,69 @@ void set_clock(const TuningDrive& drive, kernel::Problem& p) {
 
 }  // namespace
 
+std::vector<double> ins_genes(const GnssInsOptions& options) {
+  ImuNoise imu = options.imu;
+  std::vector<double> genes;
+  for (const Triple& t : triples(imu))
+    for (int i = 0; i < 3; ++i) genes.push_back(t.value[i]);
+  genes.push_back(options.clock.bias_walk_m_per_sqrt_s);
+  genes.push_back(options.clock.drift_walk_mps_per_sqrt_s);
+  genes.push_back(options.range_sigma_scale);
+  return genes;
+}
+
+GnssInsOptions with_ins_genes(const GnssInsOptions& options, std::span<const double> genes) {
+  WAYFARE_EXPECTS(genes.size() == kInsGenes, "33 genes");
+  GnssInsOptions o = options;
+  std::size_t g = 0;
+  for (const Triple& t : triples(o.imu))
+    for (int i = 0; i < 3; ++i) t.value[i] = genes[g++];
+  o.clock.bias_walk_m_per_sqrt_s = genes[g++];
+  o.clock.drift_walk_mps_per_sqrt_s = genes[g++];
+  o.range_sigma_scale = genes[g++];
+  return o;
+}
+
+std::vector<Gene> ins_gene_bounds(const GnssInsOptions& nominal, const InsGeneSpans& spans) {
+  const std::vector<double> at = ins_genes(nominal);
+  std::vector<Gene> genes;
+  const auto add = [&](const std::string& name, double span) {
+    const double v = at[genes.size()];
+    genes.push_back({name, v / span, v * span, true});
+  };
+  ImuNoise imu = nominal.imu;
+  for (const Triple& t : triples(imu))
+    for (const char* axis : {"_x", "_y", "_z"})
+      add(std::string(t.name) + axis, t.is_tau ? spans.tau : spans.noise);
+  add("clock_bias_walk", spans.clock);
+  add("clock_drift_walk", spans.clock);
+  add("range_sigma_scale", spans.range_scale);
+  return genes;
+}
+
 double InsFitnessWeights::sum(const InsRmse& e) const {
   return north * e.north_m + east * e.east_m + down * e.down_m + roll * e.roll_deg +
          pitch * e.pitch_deg + heading * e.heading_deg;
 }
 
 struct InsFitness::Content {
-  Layout layout;
   kernel::Problem problem{};
+  const char* name = "";
   kernel::Kernel kernel{};
   InsFitnessOptions options;
 
-  Content(const TuningDrive& drive, const InsFitnessOptions& with)
-      : layout(drive, with), options(with) {
+  Content(const TuningDrive& drive, const InsFitnessOptions& with) : options(with) {
     kernel::Problem& p = problem;
-    p.steps = layout.steps.data();
-    p.step_count = static_cast<int>(layout.steps.size());
-    p.nominal_dt_s = layout.nominal_dt_s;
-    p.satellites = layout.satellites.data();
-    p.truths = layout.truths.data();
-    p.anchors = layout.anchors.data();
+    StepMaker(drive, options.score_interval_s, p).run();
     const GnssInsStart& s = drive.start;
-    put(Vector3d::Zero(), p.start_offset_m);
-    put(s.nav.velocity_ned_mps, p.start_velocity_mps);
-    put(s.nav.q_nb, p.start_q_nb);
-    put(drive.options.q_body_imu, p.q_body_imu);
+    p.start_velocity_mps = s.nav.velocity_ned_mps;
+    p.start_q_nb = coefficients(s.nav.q_nb);
+    p.q_body_imu = coefficients(drive.options.q_body_imu);
     p.position_sigma_m = s.position_sigma_m;
     p.velocity_sigma_mps = s.velocity_sigma_mps;
     p.level_sigma_rad = s.level_sigma_rad;
     p.heading_sigma_rad = s.heading_sigma_rad;
-    put(Vector3d(drive.options.q_body_imu.inverse() * drive.options.antenna_lever_arm_m),
-        p.lever_imu_m);
+    p.lever_imu_m = drive.options.q_body_imu.inverse() * drive.options.antenna_lever_arm_m;
     p.gate_sigma = drive.options.gate_sigma;
     p.vibration_share = drive.options.gyro_vibration_share;
     set_clock(drive, p);
@@ -229,17 +238,20 @@ struct InsFitness::Content {
 Result<InsFitness> InsFitness::make(const TuningDrive& drive, const InsFitnessOptions& options) {
   WAYFARE_EXPECTS(static_cast<bool>(drive.truth), "a tuning drive needs a truth");
   auto content = std::make_shared<Content>(drive, options);
-  if (content->layout.steps.empty() || content->layout.satellites.empty())
+  const kernel::Problem& problem = content->problem;
+  if (problem.steps.empty() || problem.satellites.empty())
     return Error{ErrorCode::invalid, "there are no readings or no ranges after the start"};
-  if (content->layout.truths.empty())
+  if (std::none_of(problem.steps.begin(), problem.steps.end(),
+                   [](const kernel::Step& s) { return s.truth.has_value(); }))
     return Error{ErrorCode::invalid, "the reference does not overlap the recording"};
-  const auto all = kernels();
-  const auto chosen = std::find_if(all.begin(), all.end(), [&options](const kernel::Kernel& k) {
-    return options.kernel.empty() || options.kernel == k.name;
-  });
-  if (chosen == all.end())
+  const auto chosen =
+      std::find_if(std::begin(kVariants), std::end(kVariants), [&options](const auto& v) {
+        return runs_here(v.second) && (options.kernel.empty() || options.kernel == v.first);
+      });
+  if (chosen == std::end(kVariants))
     return Error{ErrorCode::unsupported, "no kernel '" + options.kernel + "' on this processor"};
-  content->kernel = *chosen;
+  content->name = chosen->first;
+  content->kernel = kernel::kernel_for(chosen->second);
   InsFitness fitness;
   fitness.content_ = std::move(content);
   return fitness;
@@ -278,13 +290,6 @@ void InsFitness::operator()(std::span<const double> individuals, std::span<doubl
   }
 }
 
-std::string InsFitness::kernel() const { return content_->kernel.name; }
-int InsFitness::lanes() const { return content_->kernel.lanes; }
-double InsFitness::length_s() const {
-  double sum = 0.0;
-  for (const auto& s : content_->layout.steps) sum += s.dt_s;
-  return sum;
-}
-std::size_t InsFitness::steps() const { return content_->layout.steps.size(); }
+std::string InsFitness::kernel() const { return content_->name; }
 
 }  // namespace wayfare

@@ -1,5 +1,5 @@
-// Factors that are no numbers, or say that a measurement is impossible, against a model that keeps
-// plain weights instead of logarithms.
+// Factors that are not numbers, or mean that a measurement is impossible, compared with a model
+// that keeps plain weights instead of logarithms.
 
 #include <algorithm>
 #include <array>
@@ -26,7 +26,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 LogTime at_second(double s) { return LogTime::from_seconds(s); }
 StampedPose start() { return {at_second(0), Transform2<frame::Map, frame::Base>(SE2d())}; }
 
-/// A map that knows which particle of the last update it comes from.
+/// A map that stores which particle of the last update it comes from.
 struct Origin {
   std::size_t index = 0;
 };
@@ -72,7 +72,7 @@ struct Model {
       if (weights[i] > 0.0 && (!(weights[best] > 0.0) || evidence[i] > evidence[best])) best = i;
     return best;
   }
-  /// As the particles came to be drawn.
+  /// Resamples as the filter did.
   void take(std::span<const Filter::Particle> drawn) {
     std::vector<double> of_drawn;
     for (const auto& particle : drawn) of_drawn.push_back(evidence[particle.map.index]);
@@ -91,7 +91,7 @@ void expect_same(const Filter& filter, const Model& model) {
   ASSERT_EQ(filter.best(), model.best());
 }
 
-/// Particles are drawn n·w times, give or take one (low variance); none without weight.
+/// Particles are drawn n·w ± 1 times (low variance); none without weight.
 void expect_drawn_by_weight(const Filter& filter, const Model& before) {
   std::vector<double> count(before.weights.size());
   for (const auto& particle : filter.particles()) ++count[particle.map.index];
@@ -189,7 +189,7 @@ void expect_same_bits(const Filter& a, const Filter& b) {
   }
 }
 
-// What is refused is as if the measurement were impossible: the others cannot tell.
+// A refused factor has the effect of an impossible measurement on the other particles.
 TEST(RbpfRefusal, OthersGoOnAsIfTheWeightWereZero) {
   Rng rng(23);
   for (int run = 0; run < 300 && !HasFatalFailure(); ++run) {
@@ -249,7 +249,7 @@ TEST(RbpfRefusal, APoseThatIsNotFiniteIsRefusedLikeItsFactor) {
   }
 }
 
-// Every particle has a pose for every update, those refused in whole included.
+// Every particle has a pose for every update, also for one refused for all particles.
 TEST(RbpfRefusal, AnUpdateRefusedInWholeMovesTheParticlesAndKeepsTheirWeights) {
   Filter filter(3, start(), {}, 1);
   ASSERT_TRUE(update(filter, 1, {-1.0, kNan, -2.0}));

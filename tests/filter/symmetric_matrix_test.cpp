@@ -1,8 +1,5 @@
 #include <wayfare/filter/sequential_update.hpp>
 
-#include <cmath>
-#include <limits>
-
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 
@@ -66,27 +63,6 @@ TEST(SymmetricMatrix, OperationsMatchTheDenseMatrix) {
     m.dense(2, 2) = 9.0;
     EXPECT_LT((m.packed.dense() - m.dense).norm(), 1e-15 * 20);
   }
-}
-
-TEST(SymmetricMatrix, DetectsEveryElementThatIsNotFinite) {
-  for (int i = 0; i < kSize; ++i)
-    for (int j = 0; j < kSize; ++j)
-      for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-        Packed m;
-        EXPECT_TRUE(m.all_finite());
-        m(i, j) = bad;
-        EXPECT_FALSE(m.all_finite());
-      }
-}
-
-// [4 2; 2 3] = L diag(4, 2) Lᵀ, [1 2; 2 1] = L diag(1, −3) Lᵀ.
-TEST(LeastPivot, IsPositiveExactlyForPositiveDefiniteMatrices) {
-  using testing::least_pivot;
-  EXPECT_DOUBLE_EQ(least_pivot((Eigen::Matrix2d() << 4, 2, 2, 3).finished()), 2.0);
-  EXPECT_DOUBLE_EQ(least_pivot((Eigen::Matrix2d() << 1, 2, 2, 1).finished()), -3.0);
-  EXPECT_EQ(least_pivot((Eigen::Matrix2d() << 1, 1, 1, 1).finished()), 0.0);
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(least_pivot((Eigen::Matrix2d() << 1, nan, nan, 1).finished()) > 0.0);
 }
 
 }  // namespace

@@ -1,25 +1,51 @@
-# cmake -DNM=... -DLIBRARY=... -P check_symbols.cmake: the kernels compiled for wider registers must
-# define no function that a linker could merge with another file's, or a processor without them would
-# meet their instructions.
-execute_process(COMMAND "${NM}" -C "${LIBRARY}" OUTPUT_VARIABLE symbols RESULT_VARIABLE code)
-if(NOT code EQUAL 0)
-  message(FATAL_ERROR "${NM} cannot read ${LIBRARY}")
-endif()
-string(REPLACE ";" "," symbols "${symbols}")
-string(REPLACE "\n" ";" lines "${symbols}")
+# cmake -DNM=... -DREADELF=... -DLIBRARY=... -P check_symbols.cmake: objects of kernels share nothing
+# but their `table`. A linker could merge any other global symbol or section group with another file's,
+# and a processor without wide registers would meet their instructions.
+set(kernel_name "[a-z_]+_(baseline|avx2|avx512)\\.[A-Za-z]*\\.o")
+
+# The lines of `command` about each object; characters special in lists are replaced.
+function(lines_of out)
+  execute_process(COMMAND ${ARGN} "${LIBRARY}" OUTPUT_VARIABLE text RESULT_VARIABLE code)
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "${ARGN} cannot read ${LIBRARY}")
+  endif()
+  string(REGEX REPLACE "[][;]" "," text "${text}")
+  string(REPLACE "\n" ";" text "${text}")
+  set(${out} "${text}" PARENT_SCOPE)
+endfunction()
+
+lines_of(symbols "${NM}" -C)
 set(kernel FALSE)
 set(kernels 0)
-foreach(line IN LISTS lines)
+foreach(line IN LISTS symbols)
   if(line MATCHES "^[^ ]+\\.o:$")
     set(kernel FALSE)
-    if(line MATCHES "^kernel_avx")
+    if(line MATCHES "^${kernel_name}:$")
       set(kernel TRUE)
       math(EXPR kernels "${kernels} + 1")
     endif()
-  elseif(kernel AND line MATCHES "^[0-9a-f]+ [WVu] " AND NOT line MATCHES "(wayfare|Eigen)_tune_|DW\\.ref")
+  elseif(kernel AND line MATCHES "^[0-9a-f]+ [ABCDGRSTVWu] "
+         AND NOT line MATCHES " wayfare::[a-z_]+::(baseline|avx2|avx512)::table(\\(int\\))?$")
     message(FATAL_ERROR "a kernel shares: ${line}")
   endif()
 endforeach()
 if(kernels EQUAL 0)
   message(FATAL_ERROR "no kernel in ${LIBRARY}")
+endif()
+
+lines_of(groups "${READELF}" --section-groups --wide)
+set(kernel FALSE)
+foreach(line IN LISTS groups)
+  if(line MATCHES "^File: ")
+    set(kernel FALSE)
+    if(line MATCHES "\\(${kernel_name}\\)$")
+      set(kernel TRUE)
+      math(EXPR kernels "${kernels} - 1")
+    endif()
+  elseif(kernel AND line MATCHES "group section")
+    message(FATAL_ERROR "a kernel shares: ${line}")
+  endif()
+endforeach()
+if(NOT kernels EQUAL 0)
+  message(FATAL_ERROR "${READELF} and ${NM} name different objects in ${LIBRARY}")
 endif()

@@ -40,9 +40,6 @@ using Point3 = Point<Frame, 3>;
 template <class To, class From, class Group>
 class Transform {
  public:
-  using ToFrame = To;
-  using FromFrame = From;
-
   Transform() = default;
   explicit Transform(Group raw) : raw_(std::move(raw)) {}
 

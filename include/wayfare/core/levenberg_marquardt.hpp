@@ -1,7 +1,5 @@
 #pragma once
 
-// Why an iterative minimisation ended.
-//
 // Nonlinear least squares by Levenberg-Marquardt: steps Δ of (H + λD) Δ = −g with H = JᵀJ,
 // g = Jᵀr, taken where they lower the cost; λ falls after a step that did and grows after one that
 // did not.
@@ -29,6 +27,7 @@
 
 namespace wayfare {
 
+/// Why an iterative minimisation ended.
 enum class StopReason {
   converged,       ///< the gain fell below its threshold
   max_iterations,  ///< the estimate is the best so far
@@ -98,7 +97,7 @@ concept GainRatioDamping = requires(D& d, double gain_ratio) {
   d.step_taken(gain_ratio);
 };
 
-/// How λ changes. `exhausted`: no larger λ is worth a try.
+/// How λ changes. `exhausted`: no larger λ needs to be tried.
 template <class D>
 concept DampingSchedule = requires(D& d, const D& c) {
   { c.value() } -> std::convertible_to<double>;
@@ -192,7 +191,7 @@ struct LevenbergMarquardtOptions {
   /// … or where a step is shorter than this (norm of the tangent vector, in its own units).
   double step_tolerance = 1e-10;
   double initial_damping = 1e-4;  ///< λ₀, relative to diag H; larger: more careful start
-  double max_damping = 1e12;      ///< gives up (no_progress) when λ would pass this
+  double max_damping = 1e12;      ///< stops (no_progress) when λ would pass this
 };
 
 template <Manifold M>
@@ -200,7 +199,7 @@ struct LevenbergMarquardtResult {
   M estimate;
   double cost = 0.0;  ///< ½ Σ r²
   /// JᵀJ at the estimate: the inverse of its covariance if the residuals are in standard
-  /// deviations; singular along directions they say nothing about.
+  /// deviations; singular along directions that they do not determine.
   SquareOf<M> information;
   int iterations = 0;  ///< steps computed, refused ones too
   StopReason reason = StopReason::max_iterations;

@@ -205,18 +205,7 @@ namespace Eigen {
 template <class T, int N>
 struct NumTraits<wayfare::Pack<T, N>> : GenericNumTraits<wayfare::Pack<T, N>> {
   using Real = wayfare::Pack<T, N>;
-  using NonInteger = Real;
-  using Nested = Real;
-  using Literal = Real;
-  enum {
-    IsComplex = 0,
-    IsInteger = 0,
-    IsSigned = 1,
-    RequireInitialization = 0,
-    ReadCost = 1,
-    AddCost = 1,
-    MulCost = 1
-  };
+  enum { IsSigned = 1, RequireInitialization = 0 };
   static Real epsilon() { return Real(NumTraits<T>::epsilon()); }
   static Real dummy_precision() { return Real(NumTraits<T>::dummy_precision()); }
   static Real highest() { return Real(NumTraits<T>::highest()); }

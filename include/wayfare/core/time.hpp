@@ -28,8 +28,6 @@ struct GpsClock {};
 template <class Clock>
 class Time {
  public:
-  using ClockType = Clock;
-
   constexpr Time() = default;
   template <BareNumber Bare>
   Time(Bare) = delete;  // an instant has a unit: Time::from_seconds(s) or from_nanoseconds(ns)
@@ -62,25 +60,26 @@ class Time {
 
   template <class Other>
   constexpr Duration operator-(Time<Other> other) const {
-    static_assert(std::is_same_v<Clock, Other>,
-                  "wayfare: these times are on different clocks; convert one of them first");
-    return since_epoch_ - other.since_epoch();
+    return since_epoch_ - on_this_clock(other);
   }
   template <class Other>
   constexpr std::strong_ordering operator<=>(Time<Other> other) const {
-    static_assert(std::is_same_v<Clock, Other>,
-                  "wayfare: these times are on different clocks; convert one of them first");
-    return nanoseconds() <=> other.nanoseconds();
+    return nanoseconds() <=> on_this_clock(other).count();
   }
   template <class Other>
   constexpr bool operator==(Time<Other> other) const {
-    static_assert(std::is_same_v<Clock, Other>,
-                  "wayfare: these times are on different clocks; convert one of them first");
-    return nanoseconds() == other.nanoseconds();
+    return since_epoch_ == on_this_clock(other);
   }
 
  private:
   constexpr explicit Time(Duration since_epoch) : since_epoch_(since_epoch) {}
+
+  template <class Other>
+  static constexpr Duration on_this_clock(Time<Other> time) {
+    static_assert(std::is_same_v<Clock, Other>,
+                  "wayfare: these times are on different clocks; convert one of them first");
+    return time.since_epoch();
+  }
 
   Duration since_epoch_{0};
 };

@@ -88,20 +88,6 @@ enum class Resampling {
   low_variance  ///< the same with a common random offset: within 1 of n·w (Kitagawa 1996)
 };
 
-/// Draws `drawn.size()` particles, indices in ascending order. Particles without weight are never
-/// drawn; where no weight is valid, all are equal. An empty set gives zeros.
-inline void resample(std::span<const double> log_weights, Resampling scheme, Rng& rng,
-                     std::span<ParticleIndex> drawn);
-
-/// The same, returning `count` indices.
-[[nodiscard]] inline std::vector<ParticleIndex> resample(std::span<const double> log_weights,
-                                                         std::size_t count, Resampling scheme,
-                                                         Rng& rng) {
-  std::vector<ParticleIndex> drawn(count);
-  resample(log_weights, scheme, rng, drawn);
-  return drawn;
-}
-
 namespace detail {
 
 /// The next of n thresholds in ascending order in [0, 1).
@@ -128,6 +114,8 @@ class AscendingThresholds {
 
 }  // namespace detail
 
+/// Draws `drawn.size()` particles, indices in ascending order. Particles without weight are never
+/// drawn; where no weight is valid, all are equal. An empty set gives zeros.
 inline void resample(std::span<const double> log_weights, Resampling scheme, Rng& rng,
                      std::span<ParticleIndex> drawn) {
   const double max = max_log_weight(log_weights);
@@ -167,6 +155,15 @@ inline void resample(std::span<const double> log_weights, Resampling scheme, Rng
     }
   }
   while (at < drawn.size()) draw(last_candidate);  // thresholds lost to rounding at the end
+}
+
+/// The same, returning `count` indices.
+[[nodiscard]] inline std::vector<ParticleIndex> resample(std::span<const double> log_weights,
+                                                         std::size_t count, Resampling scheme,
+                                                         Rng& rng) {
+  std::vector<ParticleIndex> drawn(count);
+  resample(log_weights, scheme, rng, drawn);
+  return drawn;
 }
 
 }  // namespace wayfare

@@ -146,10 +146,7 @@ class Rbpf {
       Particle& from = particles_[drawn[k]];
       const bool last = k + 1 == drawn.size() || drawn[k + 1] != drawn[k];
       ends.push_back(ends_[drawn[k]]);
-      if (last)
-        particles.push_back(std::move(from));
-      else
-        particles.push_back(from);
+      particles.push_back(last ? std::move(from) : Particle(from));
     }
     for (const AncestryTree::Node end : ends_) tree_.release(end);
     ends_ = std::move(ends);

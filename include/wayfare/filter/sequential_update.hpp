@@ -1,14 +1,11 @@
 #pragma once
 
-// The output of a measurement model.
-//
 // Measurements taken one number after the other (sequential processing: Maybeck 1979, 7.4; Simon
 // 2006, 6.1), on a covariance in any storage: the covariance is updated after each, the estimate
 // once after the last.
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <type_traits>
 #include <utility>
@@ -62,12 +59,6 @@ class SymmetricMatrix {
   void decouple(int i, T variance) {
     for (int j = 0; j < N; ++j) (*this)(i, j) = T(0);
     (*this)(i, i) = variance;
-  }
-
-  [[nodiscard]] bool all_finite() const {
-    bool finite = true;
-    for (const T& x : upper_) finite = finite && std::isfinite(x);
-    return finite;
   }
 
   [[nodiscard]] Eigen::Matrix<T, N, N> dense() const {

@@ -67,6 +67,14 @@ struct GroundSlip {
 struct InputJacobian {
   SE2d increment;
   Eigen::Matrix<double, 3, 2> by_inputs;
+
+  /// The increment of inputs with these variances on a ground of this covariance.
+  [[nodiscard]] Gaussian<SE2d> with_noise(const Eigen::Vector2d& variances,
+                                          const Eigen::Matrix3d& ground) const {
+    const Eigen::Matrix3d covariance =
+        by_inputs * variances.asDiagonal() * by_inputs.transpose() + ground;
+    return {increment, Eigen::Matrix3d(0.5 * (covariance + covariance.transpose()))};
+  }
 };
 
 /// From the distance rolled by each wheel, forward positive.
@@ -93,7 +101,10 @@ struct DifferentialDriveModel {
   [[nodiscard]] Eigen::Vector2d input_variances(double left_m, double right_m) const {
     return {wheel_variance(left_m), wheel_variance(right_m)};
   }
-  [[nodiscard]] Gaussian<SE2d> operator()(double left_m, double right_m) const;
+  [[nodiscard]] Gaussian<SE2d> operator()(double left_m, double right_m) const {
+    return linearised(left_m, right_m)
+        .with_noise(input_variances(left_m, right_m), ground.covariance(twist(left_m, right_m)));
+  }
 
  private:
   [[nodiscard]] double wheel_variance(double distance_m) const {
@@ -134,29 +145,12 @@ struct GyroMotion {
             walk * walk * std::abs(dt_s) + bias * bias};
   }
   [[nodiscard]] Gaussian<SE2d> operator()(double along_m, double turn_rate_rad_s,
-                                          double dt_s) const;
+                                          double dt_s) const {
+    return linearised(along_m, turn_rate_rad_s, dt_s)
+        .with_noise(input_variances(along_m, dt_s),
+                    ground.covariance(twist(along_m, turn_rate_rad_s, dt_s)));
+  }
 };
-
-namespace detail {
-inline Gaussian<SE2d> increment_of(const InputJacobian& j, const Eigen::Vector2d& variances,
-                                   const Eigen::Matrix3d& ground) {
-  const Eigen::Matrix3d covariance =
-      j.by_inputs * variances.asDiagonal() * j.by_inputs.transpose() + ground;
-  return {j.increment, Eigen::Matrix3d(0.5 * (covariance + covariance.transpose()))};
-}
-}  // namespace detail
-
-inline Gaussian<SE2d> DifferentialDriveModel::operator()(double left_m, double right_m) const {
-  return detail::increment_of(linearised(left_m, right_m), input_variances(left_m, right_m),
-                              ground.covariance(twist(left_m, right_m)));
-}
-
-inline Gaussian<SE2d> GyroMotion::operator()(double along_m, double turn_rate_rad_s,
-                                             double dt_s) const {
-  return detail::increment_of(linearised(along_m, turn_rate_rad_s, dt_s),
-                              input_variances(along_m, dt_s),
-                              ground.covariance(twist(along_m, turn_rate_rad_s, dt_s)));
-}
 
 /// Fuses both by the product of their densities (Zhang 2020, equation 5.4), with the heading
 /// difference wrapped. Assumes independence: where both distances come from the same wheels, their

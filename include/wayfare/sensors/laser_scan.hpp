@@ -1,8 +1,5 @@
 #pragma once
 
-// Projects the scan of a tilted range finder onto the level plane, for carriers that sway: heads,
-// hands, small boats.
-
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -44,8 +41,9 @@ struct LevelScanOptions {
   std::size_t beams = 3600;
 };
 
-/// The points of `scan`, rotated by `q_level_laser` (z up) and projected onto the level plane, as a
-/// scan over the full circle. The nearest point of each beam is used.
+/// The points of `scan` of a tilted range finder, on a carrier that sways (head, hand, small boat),
+/// rotated by `q_level_laser` (z up) and projected onto the level plane, as a scan over the full
+/// circle. The nearest point of each beam is used.
 [[nodiscard]] inline LaserScan level_scan(const LaserScan& scan, const SO3d& q_level_laser,
                                           const LevelScanOptions& options = {}) {
   constexpr double kTwoPi = 2.0 * std::numbers::pi;

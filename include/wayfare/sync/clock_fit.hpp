@@ -117,20 +117,17 @@ class ClockEnvelope {
   /// the minimum delay of the link; never later than the arrival.
   LogTime add(Time<DeviceClock> device, LogTime arrived) {
     if (!buckets_.empty()) {
-      const Duration off = arrived - (*this)(device);
+      const Duration off = arrived - line_(device);
       const bool backwards = device < buckets_.back().device;
       if (off > options_.jump || off < -options_.jump || backwards) restart();
     }
     insert({device, arrived});
-    return std::min((*this)(device), arrived);
+    return std::min(line_(device), arrived);
   }
 
   /// The current line; undefined before the first arrival.
-  [[nodiscard]] LogTime operator()(Time<DeviceClock> device) const {
-    const Duration since = device - device_origin_;
-    return log_origin_ + since + from_seconds((rate_ - 1.0) * to_seconds(since));
-  }
-  [[nodiscard]] double rate() const { return rate_; }
+  [[nodiscard]] LogTime operator()(Time<DeviceClock> device) const { return line_(device); }
+  [[nodiscard]] double rate() const { return line_.rate; }
   [[nodiscard]] std::size_t restarts() const { return restarts_; }
 
  private:
@@ -142,7 +139,7 @@ class ClockEnvelope {
 
   void restart() {
     buckets_.clear();
-    rate_ = 1.0;
+    line_.rate = 1.0;
     ++restarts_;
   }
 
@@ -156,14 +153,11 @@ class ClockEnvelope {
       buckets_.back() = a;
     }
     // No measurement arrives before it was made.
-    if ((*this)(a.device) > a.log) log_origin_ = log_origin_ - ((*this)(a.device) - a.log);
+    if (line_(a.device) > a.log) line_.log_origin = line_.log_origin - (line_(a.device) - a.log);
   }
 
   void fit() {
     const Arrival& first = buckets_.front();
-    device_origin_ = first.device;
-    log_origin_ = first.log;
-    rate_ = 1.0;
     const auto x = [&](const Arrival& a) { return to_seconds(a.device - first.device); };
     const auto y = [&](const Arrival& a) { return to_seconds(a.ahead() - first.ahead()); };
     double mean = 0.0, least = 0.0;
@@ -189,15 +183,13 @@ class ClockEnvelope {
       }
       break;
     }
-    rate_ = 1.0 + slope;
-    log_origin_ = log_origin_ + from_seconds(offset);
+    line_ = {first.device, first.log + from_seconds(offset), 1.0 + slope};
   }
 
   ClockEnvelopeOptions options_;
   std::deque<Arrival> buckets_;
-  Time<DeviceClock> bucket_start_, device_origin_;
-  LogTime log_origin_;
-  double rate_ = 1.0;
+  Time<DeviceClock> bucket_start_;
+  ClockFit<DeviceClock> line_;
   std::size_t restarts_ = 0;
 };
 

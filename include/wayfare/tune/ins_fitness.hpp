@@ -93,9 +93,6 @@ class InsFitness {
                                           const std::function<void(double)>& progress = {}) const;
 
   [[nodiscard]] std::string kernel() const;  ///< its name
-  [[nodiscard]] int lanes() const;
-  [[nodiscard]] double length_s() const;
-  [[nodiscard]] std::size_t steps() const;
 
  private:
   struct Content;

@@ -1,4 +1,4 @@
-// Part of kernels.inl: distance fields, ray casting and the scores of many poses.
+// Part of kernels.cpp: distance fields, ray casting and the scores of many poses.
 
 void column_step(const uint8_t* __restrict occupied, const uint16_t* __restrict before,
                  uint16_t* __restrict here, int n) {

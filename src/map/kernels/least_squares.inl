@@ -1,4 +1,4 @@
-// Part of kernels.inl: sums over the points for the least-squares matchers.
+// Part of kernels.cpp: sums over the points for the least-squares matchers.
 
 // Sixteen lanes in every variant, so that the sums round alike; lanes past the end read zeros. The
 // lanes are summed in double precision every 512 points.

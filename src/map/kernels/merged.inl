@@ -1,4 +1,4 @@
-// Part of kernels.inl: points in the same cell share one look-up.
+// Part of kernels.cpp: points in the same cell share one look-up.
 
 // First the start of each entry, without branches, then the entries.
 int merge(const int32_t* __restrict u, const int32_t* __restrict v, int n, const MergedUnit& unit,

@@ -1,4 +1,4 @@
-// Part of kernels.inl: construction of the tables.
+// Part of kernels.cpp: construction of the tables.
 
 void stamp(uint16_t* __restrict target, int stride, const uint16_t* __restrict kernel, int width,
            int rows) {

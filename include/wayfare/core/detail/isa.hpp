@@ -2,7 +2,8 @@
 
 // The instruction sets that kernels are compiled for, and which of them this machine supports. A
 // folder of kernels contains one portable source, compiled as baseline, avx2 and avx512 into
-// namespaces of these names; its dispatch.cpp selects with WAYFARE_VARIANT.
+// namespaces of these names (wayfare_kernels of cmake/WayfareTargets.cmake); its dispatch.cpp
+// selects with WAYFARE_VARIANT.
 
 namespace wayfare {
 

@@ -1,6 +1,4 @@
-// Included once for each instruction set, with WAYFARE_ISA naming its namespace. Only raw pointers
-// and built-in types: the linker could otherwise keep the copy of an inline standard function that
-// was compiled here, for all callers.
+// Compiled once for each instruction set, with WAYFARE_ISA naming its namespace.
 
 #include "map/kernels/kernels.hpp"
 

@@ -1,9 +1,4 @@
-// The navigation filter over a whole drive, one per lane. Included by kernel_*.cpp, which define
-// the number of lanes (WF_LANES), the function's name (WF_EVALUATE) and names of the two namespaces
-// per instruction set: functions compiled with different flags must not be merged by the linker.
-
-#define Eigen WF_EIGEN
-#define wayfare WF_WAYFARE
+// Compiled once for each instruction set, with WAYFARE_ISA naming its namespace.
 
 #include <cmath>
 
@@ -12,30 +7,33 @@
 #include <wayfare/gnss/range_model.hpp>
 #include <wayfare/inertial/ins_model.hpp>
 
-#include "tune/kernel.hpp"
+#include "tune/kernels/kernels.hpp"
 
-namespace wayfare {
+namespace wayfare::fitness_kernels::WAYFARE_ISA {
 namespace {
 
-using T = Pack<double, WF_LANES>;
+#if defined(__AVX512F__)
+constexpr int kLanes = 8;
+#elif defined(__AVX2__)
+constexpr int kLanes = 4;
+#else
+constexpr int kLanes = 2;
+#endif
+
+using T = Pack<double, kLanes>;
 using State = InsState<T, 0>;
 using Filter = Ekf<State>;
 using Vector3 = Eigen::Matrix<T, 3, 1>;
-using wf_tune_kernel::Problem;
-using wf_tune_kernel::Satellite;
-using wf_tune_kernel::Step;
-using wf_tune_kernel::Truth;
 
-Eigen::Vector3d vector(const double* v) { return {v[0], v[1], v[2]}; }
-SO3d rotation(const double* q) { return SO3d(Eigen::Quaterniond(q[0], q[1], q[2], q[3])); }
+SO3d rotation(const Quaternion& q) { return SO3d(Eigen::Quaterniond(q[0], q[1], q[2], q[3])); }
 
 /// Genes in the order of Zhang 2020, table 2: gyro bias σ τ, gyro scale σ τ, accelerometer bias σ
 /// τ, accelerometer scale σ τ, white noises, clock, range scale.
 class Individuals {
  public:
   explicit Individuals(const double* genes) {
-    for (int g = 0; g < wf_tune_kernel::kGenes; ++g)
-      for (int i = 0; i < WF_LANES; ++i) value_[g].set(i, genes[g * WF_LANES + i]);
+    for (int g = 0; g < kGenes; ++g)
+      for (int i = 0; i < kLanes; ++i) value_[g].set(i, genes[g * kLanes + i]);
   }
   [[nodiscard]] InsNoise<T> noise() const {
     constexpr int kBlocks[] = {0, 12, 6, 18};  // positions of the filter's four triples
@@ -57,13 +55,8 @@ class Individuals {
   [[nodiscard]] const T& range_scale() const { return value_[32]; }
 
  private:
-  T value_[wf_tune_kernel::kGenes];
+  T value_[kGenes];
 };
-
-LocalTangentPlane plane_of(const wf_tune_kernel::Anchor& a) {
-  return LocalTangentPlane(
-      {Angle::radians(a.latitude_rad), Angle::radians(a.longitude_rad), a.height_m});
-}
 
 class Drive {
  public:
@@ -71,9 +64,9 @@ class Drive {
       : problem_(problem),
         noise_(individuals.noise()),
         range_scale_(individuals.range_scale()),
-        lever_(vector(problem.lever_imu_m).cast<T>()),
+        lever_(problem.lever_imu_m.cast<T>()),
         imu_body_(rotation(problem.q_body_imu).inverse().cast<T>()),
-        plane_(plane_of(problem.anchors[0])),
+        plane_(problem.anchors.front()),
         model_(plane_, noise_),
         filter_(start(), covariance()) {
     model_.prepare(problem.nominal_dt_s);
@@ -81,19 +74,18 @@ class Drive {
   }
 
   void run(double* rmse) {
-    for (int i = 0; i < problem_.step_count; ++i) step(problem_.steps[i]);
-    for (int k = 0; k < wf_tune_kernel::kScores; ++k) {
+    for (const Step& s : problem_.steps) step(s);
+    for (int k = 0; k < kScores; ++k) {
       const T mean = squares_[k] / T(counts_[k] > 0 ? counts_[k] : 1);
       const T score = select(is_finite(mean), sqrt(mean), T(HUGE_VAL));
-      for (int i = 0; i < WF_LANES; ++i) rmse[k * WF_LANES + i] = score[i];
+      for (int i = 0; i < kLanes; ++i) rmse[k * kLanes + i] = score[i];
     }
   }
 
  private:
   [[nodiscard]] State start() const {
     State x;
-    x.position_m = vector(problem_.start_offset_m).cast<T>();
-    x.velocity_mps = vector(problem_.start_velocity_mps).cast<T>();
+    x.velocity_mps = problem_.start_velocity_mps.cast<T>();
     x.q_nu = (rotation(problem_.start_q_nb) * rotation(problem_.q_body_imu)).cast<T>();
     x.clock[0] = T(problem_.clock_bias_m);
     x.clock[1] = T(problem_.clock_drift_mps);
@@ -122,43 +114,38 @@ class Drive {
 
   void step(const Step& s) {
     if (s.plane != at_plane_) recentre(s.plane);
-    const ImuInterval imu{vector(s.begin_rate), vector(s.end_rate), vector(s.begin_force),
-                          vector(s.end_force), s.dt_s};
-    filter_.predict(model_, imu);
+    filter_.predict(model_, s.imu);
     add_vibration(s);
-    if (s.truth >= 0) score(problem_.truths[s.truth]);
-    if (s.satellites > 0) update(s, imu);
+    if (s.truth) score(*s.truth);
+    if (s.satellites > 0) update(s);
   }
 
   /// As in the navigation system: the aliased fraction of the vibration is an error of each
   /// reading.
   void add_vibration(const Step& s) {
-    const double share = problem_.vibration_share * s.dt_s;
+    const double share = problem_.vibration_share * s.imu.dt_s;
     if (share == 0.0) return;
     for (int i = 0; i < 3; ++i) {
       const T white = noise_.gyro_white[i];
-      const T more = T(s.vibration[i]) - T(2.0 / s.dt_s) * white * white;
+      const T more = T(s.vibration[i]) - T(2.0 / s.imu.dt_s) * white * white;
       filter_.add_variance(ins_state::kAttitude + i,
                            T(share * share) * select(more > T(0), more, T(0)));
     }
   }
 
-  void update(const Step& s, const ImuInterval& imu) {
-    const Vector3 rate = imu.end_rate_radps.cast<T>();
+  void update(const Step& s) {
+    const Vector3 rate = s.imu.end_rate_radps.cast<T>();
     const T gate = T(problem_.gate_sigma);
-    for (int k = s.first_satellite; k < s.first_satellite + s.satellites; ++k) {
-      const Satellite& from = problem_.satellites[k];
-      CorrectedRange r;
-      r.position_ecef_m = vector(from.position_ecef_m);
-      r.velocity_ecef_mps = vector(from.velocity_ecef_mps);
-      const SatelliteView view(r, plane_);
-      if (from.has_range) {
+    for (std::size_t k = s.first_satellite; k < s.first_satellite + s.satellites; ++k) {
+      const CorrectedRange& from = problem_.satellites[k];
+      const SatelliteView view(from, plane_);
+      if (std::isfinite(from.range_m) && from.range_sigma_m > 0.0) {
         const T sigma = range_scale_ * T(from.range_sigma_m);
         (void)filter_.update(RangeModel<T, 0>{plane_, view, from.range_m - view.anchor_range_m,
                                               sigma * sigma, lever_},
                              gate);
       }
-      if (from.has_rate) {
+      if (std::isfinite(from.range_rate_mps) && from.range_rate_sigma_mps > 0.0) {
         const T sigma = range_scale_ * T(from.range_rate_sigma_mps);
         (void)filter_.update(
             RangeRateModel<T, 0>{plane_, view, from.range_rate_mps, sigma * sigma, lever_, rate},
@@ -188,10 +175,10 @@ class Drive {
     counts_[k] += 1.0;
   }
 
-  void recentre(int anchor) {
-    const LocalTangentPlane next = plane_of(problem_.anchors[anchor]);
+  void recentre(std::size_t anchor) {
+    const LocalTangentPlane next(problem_.anchors[anchor]);
     State x = filter_.state();
-    for (int i = 0; i < WF_LANES; ++i) {
+    for (int i = 0; i < kLanes; ++i) {
       Eigen::Vector3d p;
       for (int k = 0; k < 3; ++k) p[k] = x.position_m[k][i];
       const Eigen::Vector3d moved = next.offset(plane_.geodetic(p));
@@ -210,20 +197,20 @@ class Drive {
   Vector3 lever_;
   SO3<T> imu_body_;
   LocalTangentPlane plane_;
-  int at_plane_ = 0;
+  std::size_t at_plane_ = 0;
   InsModel<T, 0> model_;
   Filter filter_;
-  T squares_[wf_tune_kernel::kScores];
-  double counts_[wf_tune_kernel::kScores] = {};
+  T squares_[kScores];
+  double counts_[kScores] = {};
 };
 
-}  // namespace
-}  // namespace wayfare
-
-namespace wf_tune_kernel {
-
-void WF_EVALUATE(const Problem& problem, const double* genes, double* rmse) {
-  WF_WAYFARE::Drive(problem, WF_WAYFARE::Individuals(genes)).run(rmse);
+void evaluate(const Problem& problem, const double* genes, double* rmse) {
+  Drive(problem, Individuals(genes)).run(rmse);
 }
 
-}  // namespace wf_tune_kernel
+}  // namespace
+
+extern const Kernel table;
+const Kernel table = {kLanes, evaluate};
+
+}  // namespace wayfare::fitness_kernels::WAYFARE_ISA

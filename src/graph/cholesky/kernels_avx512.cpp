@@ -1,2 +1,0 @@
-#define WAYFARE_ISA avx512
-#include "graph/cholesky/kernels.inl"

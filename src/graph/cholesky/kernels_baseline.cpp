@@ -1,2 +1,0 @@
-#define WAYFARE_ISA baseline
-#include "graph/cholesky/kernels.inl"

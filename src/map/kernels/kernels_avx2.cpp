@@ -1,2 +1,0 @@
-#define WAYFARE_ISA avx2
-#include "map/kernels/kernels.inl"

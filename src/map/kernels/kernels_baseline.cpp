@@ -1,2 +1,0 @@
-#define WAYFARE_ISA baseline
-#include "map/kernels/kernels.inl"
