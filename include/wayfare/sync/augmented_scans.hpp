@@ -60,9 +60,6 @@ struct SyncedStep {
   std::optional<LaserScan> laser = {};
 
   [[nodiscard]] double forward_m() const { return 0.5 * (wheels.left_m + wheels.right_m); }
-  [[nodiscard]] double forward_m_s() const {
-    return since > Duration::zero() ? forward_m() / to_seconds(since) : 0.0;
-  }
 };
 
 struct SyncStatistics {
