@@ -102,8 +102,7 @@ TEST(FrontPlan, ContainsTheFillInAndListsChildrenFirst) {
       for (int c = f.first; c < next; ++c)
         for (const int r : below[static_cast<std::size_t>(c)])
           EXPECT_TRUE(r < next || std::binary_search(rows.begin(), rows.end(), r));
-      for (int k = f.children_begin; k < f.children_end; ++k) {
-        const int child = plan.children[static_cast<std::size_t>(k)];
+      for (const int child : plan.children[s]) {
         EXPECT_LT(child, static_cast<int>(s));
         EXPECT_EQ(plan.fronts[static_cast<std::size_t>(child)].parent, static_cast<int>(s));
       }

@@ -19,18 +19,17 @@ struct Front {
   int rows = 0;        ///< below the eliminated columns
   int rows_begin = 0;  ///< in FrontPlan::rows
   int parent = -1;
-  int children_begin = 0, children_end = 0;      ///< in FrontPlan::children
   int placements_begin = 0, placements_end = 0;  ///< in FrontPlan::placements
   int runs_begin = 0, pivot_runs = 0, runs = 0;  ///< in FrontPlan::runs: its rows in the parent
 };
 
 struct FrontPlan {
-  int block = 0;              ///< scalars per side
-  std::vector<int> number;    ///< new number of each original column
-  std::vector<int> order;     ///< the inverse
-  std::vector<Front> fronts;  ///< children before parents
-  std::vector<int> rows;      ///< of each front, ascending, in the new numbering
-  std::vector<int> children;
+  int block = 0;                ///< scalars per side
+  std::vector<int> number;      ///< new number of each original column
+  std::vector<int> order;       ///< the inverse
+  std::vector<Front> fronts;    ///< children before parents
+  std::vector<int> rows;        ///< of each front, ascending, in the new numbering
+  detail::Lists<int> children;  ///< of each front, ascending
   std::vector<Placement> placements;
   std::vector<Run> runs;
 
