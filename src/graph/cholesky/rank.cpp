@@ -61,11 +61,7 @@ bool Factor::loses_digits(std::size_t s, const double* h, const Panel& front) {
 double Factor::estimate_shares(int k, std::vector<double>& most) {
   std::vector<double> y(most.size() + kPad);
   for (std::size_t i = 0; i < most.size(); ++i) y[i] = std::sqrt(scale_[i]) * probe(i, k);
-  for (std::size_t s = 0; s < places_.size(); ++s) {
-    const Front& f = plan_.fronts[s];
-    kernels_.forward(panel(s, values_), f.first, plan_.rows.data() + f.rows_begin, y.data(),
-                     scratch_.data());
-  }
+  for (std::size_t s = 0; s < places_.size(); ++s) substitute(s, kernels_.forward, y.data());
   double largest = 0.0;
   for (std::size_t i = 0; i < most.size(); ++i)
     largest = std::max(largest, most[i] = std::max(most[i], y[i] * y[i]));
@@ -76,12 +72,8 @@ double Factor::estimate_shares(int k, std::vector<double>& most) {
 std::vector<double> Factor::response(std::size_t j) {
   std::vector<double> v(scale_.size() + kPad, 0.0);
   v[j] = 1.0;
-  for (std::size_t s = places_.size(); s-- > 0;) {
-    const Front& f = plan_.fronts[s];
-    if (at(f.first * plan_.block) > j) continue;
-    kernels_.backward(panel(s, values_), f.first, plan_.rows.data() + f.rows_begin, v.data(),
-                      scratch_.data());
-  }
+  for (std::size_t s = places_.size(); s-- > 0;)
+    if (at(plan_.fronts[s].first * plan_.block) <= j) substitute(s, kernels_.backward, v.data());
   return v;
 }
 
