@@ -9,8 +9,8 @@
 
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "graph/cholesky/fronts.hpp"
 #include "graph/cholesky/parallel.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 

@@ -51,16 +51,14 @@ class ScalarExpansion {
   [[nodiscard]] const Matrix& matrix() const { return matrix_; }
 
   /// The diagonal, in each block the largest of the numbers that share a unit.
-  [[nodiscard]] Eigen::VectorXd permuted_scales(const BlockSparse<N>& h, int leading) const {
+  [[nodiscard]] Eigen::VectorXd permuted_scales(const BlockSparse<N>& h) const {
+    constexpr int kFirst = kLeadingUnits<N>, kOther = N - kFirst;
     Eigen::VectorXd scales(matrix_.cols());
     for (int c = 0; c < h.columns(); ++c) {
-      const auto block = h.block(h.diagonal_index(c));
-      double most[2] = {0.0, 0.0};
-      for (int k = 0; k < N; ++k) {
-        double& of_unit = most[k < leading ? 0 : 1];
-        of_unit = std::max(of_unit, block(k, k));
-      }
-      for (int k = 0; k < N; ++k) scales[position_[at(c)] * N + k] = most[k < leading ? 0 : 1];
+      const auto diagonal = h.block(h.diagonal_index(c)).diagonal();
+      auto own = scales.segment<N>(position_[at(c)] * N);
+      own.template head<kFirst>().setConstant(diagonal.template head<kFirst>().maxCoeff());
+      own.template tail<kOther>().setConstant(diagonal.template tail<kOther>().maxCoeff());
     }
     return scales;
   }
@@ -148,7 +146,7 @@ FactorOutcome ScalarSolver<N, Decomposition>::factorise(const BlockSparse<N>& h)
 /// Whether some pivot is small beside the diagonal it was before elimination.
 template <int N, class Decomposition>
 bool ScalarSolver<N, Decomposition>::suspicious(const BlockSparse<N>& h) const {
-  const Eigen::VectorXd scale = expansion_.permuted_scales(h, kLeadingUnits<N>);
+  const Eigen::VectorXd scale = expansion_.permuted_scales(h);
   const double loss = suspicious_loss(h.columns());
   bool found = false;
   detail::each_pivot(decomposition_, [&](int column, double pivot) {
