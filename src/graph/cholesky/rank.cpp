@@ -1,4 +1,4 @@
-// What a factorisation says of the rank of H.
+// The rank of H from its factorisation.
 
 #include "graph/cholesky/rank.hpp"
 
@@ -24,7 +24,7 @@ void Factor::place_diagonal() {
 
 namespace {
 
-/// The largest D_jj / l_jj² of a front, and its D: while both are at hand.
+/// The largest D_jj / l_jj² of a front, and its D.
 template <int N>
 double largest_loss(const Panel& front, const int* diagonal, const double* h, int leading,
                     double* d) {
@@ -91,7 +91,7 @@ FactorOutcome Factor::find_undetermined() {
   for (int k = 0; k < kFirstProbes; ++k) largest = std::max(largest, estimate_shares(k, estimates));
   if (largest < kDoubt / kRounding) return {};
   for (int k = kFirstProbes; k < kProbes; ++k) estimate_shares(k, estimates);
-  int borderline = 16;  // most directions computed in vain
+  int borderline = 16;  // largest number of directions computed for doubtful estimates
   for (std::size_t j = 0; j < scale_.size(); ++j) {
     if (!(estimates[j] >= kSlack / kRounding)) continue;
     if (estimates[j] < 10.0 / kRounding && borderline-- <= 0) continue;
@@ -107,11 +107,11 @@ FactorOutcome Factor::find_undetermined() {
   return {true, -1, {}, true};
 }
 
-/// What eliminate(h), which returned `failed`, says of the rank of H.
+/// The rank of H, given the result of eliminate(h).
 FactorOutcome Factor::judge(const double* h, int failed) {
   if (failed < 0) return suspicious_ ? find_undetermined() : FactorOutcome{};
-  // What is singular to rounding is positive definite once it is lifted by more than rounding, and
-  // its undetermined directions are then left with just that.
+  // A matrix that is singular to rounding becomes positive definite if more than rounding is added
+  // to its diagonal; its undetermined directions then have that information only.
   const int n = plan_.block;
   std::vector<double> lifted(h, h + blocks_ * at(n * n));
   const auto find_scales = [&] {
