@@ -1,6 +1,6 @@
 // Ordering and plan, compared with column-by-column elimination.
 
-#include "graph/cholesky/fronts.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 #include <algorithm>
 #include <set>
@@ -9,7 +9,6 @@
 
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "graph/cholesky/symbolic.hpp"
 #include "shapes.hpp"
 
 namespace wayfare::cholesky {

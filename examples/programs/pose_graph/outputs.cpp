@@ -1,4 +1,4 @@
-#include "outputs.hpp"
+#include "program.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -6,8 +6,6 @@
 #include <limits>
 
 #include <wayfare/graph/optimise.hpp>
-
-#include "support/program_files.hpp"
 
 namespace wayfare::examples {
 namespace {

@@ -142,12 +142,8 @@ void Factor::solve_in_place(double* x) {
   double* const y = permuted_.data();
   const int columns = static_cast<int>(plan_.order.size());
   kernels_.gather(plan_.order.data(), columns, x, y);
-  const auto substitute = [&](std::size_t s, auto kernel) {
-    const Front& f = plan_.fronts[s];
-    kernel(panel(s, values_), f.first, plan_.rows.data() + f.rows_begin, y, scratch_.data());
-  };
-  for (std::size_t s = 0; s < places_.size(); ++s) substitute(s, kernels_.forward);
-  for (std::size_t s = places_.size(); s-- > 0;) substitute(s, kernels_.backward);
+  for (std::size_t s = 0; s < places_.size(); ++s) substitute(s, kernels_.forward, y);
+  for (std::size_t s = places_.size(); s-- > 0;) substitute(s, kernels_.backward, y);
   kernels_.gather(plan_.number.data(), columns, y, x);
 }
 

@@ -1,9 +1,7 @@
-#include "graph/cholesky/fronts.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 #include <algorithm>
 #include <utility>
-
-#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 namespace {
