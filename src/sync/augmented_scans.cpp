@@ -281,10 +281,7 @@ class RobotSynchroniser::Impl {
 };
 
 RobotSynchroniser::RobotSynchroniser(const SyncParams& params)
-    : impl_(std::make_unique<Impl>(params)) {}
-RobotSynchroniser::~RobotSynchroniser() = default;
-RobotSynchroniser::RobotSynchroniser(RobotSynchroniser&&) noexcept = default;
-RobotSynchroniser& RobotSynchroniser::operator=(RobotSynchroniser&&) noexcept = default;
+    : impl_(detail::make_owned<Impl>(params)) {}
 
 bool RobotSynchroniser::push(const WheelSample& sample) { return impl_->push(sample); }
 bool RobotSynchroniser::push(const GyroSample& sample) { return impl_->push(sample); }

@@ -6,10 +6,9 @@
 // "The multifrontal method for sparse matrix solution"). Ordering and elimination tree are those of
 // the graph of blocks, N² times smaller than that of scalars.
 
-#include <memory>
-
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 
 namespace wayfare {
@@ -33,10 +32,7 @@ class MultifrontalCholesky {
   /// The first `leading` numbers of a block share one unit and the others another; needed to tell a
   /// direction without information from one with little (FactorOutcome). Default: those of a pose,
   /// x, y (and z), then angles.
-  explicit MultifrontalCholesky(int leading = kLeadingUnits<N>);
-  MultifrontalCholesky(MultifrontalCholesky&&) noexcept;
-  MultifrontalCholesky& operator=(MultifrontalCholesky&&) noexcept;
-  ~MultifrontalCholesky();
+  explicit MultifrontalCholesky(int leading = kLeadingUnits<N>) : leading_(leading) {}
 
   /// Number of threads of further factorisations, including the caller's; default 1. Small matrices
   /// use one. Results are bit-identical for any number.
@@ -53,7 +49,7 @@ class MultifrontalCholesky {
   bool inverse_block(int row, int column, Eigen::Matrix<double, N, N>& block) const;
 
  private:
-  std::unique_ptr<cholesky::Factor> factor_;
+  detail::Owned<cholesky::Factor> factor_{nullptr, nullptr};
   int leading_;
   int threads_ = 1;
 };

@@ -6,10 +6,10 @@
 
 #include <chrono>
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <vector>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
@@ -75,9 +75,6 @@ struct SyncStatistics {
 class RobotSynchroniser {
  public:
   explicit RobotSynchroniser(const SyncParams& params);
-  ~RobotSynchroniser();
-  RobotSynchroniser(RobotSynchroniser&&) noexcept;
-  RobotSynchroniser& operator=(RobotSynchroniser&&) noexcept;
 
   /// False where the measurement was rejected.
   bool push(const WheelSample& sample);
@@ -94,7 +91,7 @@ class RobotSynchroniser {
 
  private:
   class Impl;
-  std::unique_ptr<Impl> impl_;
+  detail::Owned<Impl> impl_;
 };
 
 /// `params` with the sensor geometry of the recording.

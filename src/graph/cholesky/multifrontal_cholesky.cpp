@@ -7,19 +7,9 @@
 namespace wayfare {
 
 template <int N>
-MultifrontalCholesky<N>::MultifrontalCholesky(int leading) : leading_(leading) {}
-template <int N>
-MultifrontalCholesky<N>::MultifrontalCholesky(MultifrontalCholesky&&) noexcept = default;
-template <int N>
-MultifrontalCholesky<N>& MultifrontalCholesky<N>::operator=(MultifrontalCholesky&&) noexcept =
-    default;
-template <int N>
-MultifrontalCholesky<N>::~MultifrontalCholesky() = default;
-
-template <int N>
 void MultifrontalCholesky<N>::analyse(const BlockSparse<N>& h) {
   const cholesky::UpperPattern pattern{h.starts(), h.rows()};
-  factor_ = std::make_unique<cholesky::Factor>(
+  factor_ = detail::make_owned<cholesky::Factor>(
       cholesky::plan_fronts(pattern, cholesky::minimum_degree(pattern), N), leading_);
 }
 
