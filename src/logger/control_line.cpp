@@ -13,7 +13,7 @@
 
 namespace wayfare::logger {
 
-using wayfare::detail::system_error;
+using io::system_error;
 
 constexpr std::size_t kMostClients = 16;
 

@@ -16,7 +16,7 @@
 
 namespace wayfare::logger {
 
-using wayfare::detail::system_error;
+using io::system_error;
 
 namespace {
 

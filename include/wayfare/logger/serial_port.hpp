@@ -7,12 +7,12 @@
 #include <string>
 #include <utility>
 
-#include <wayfare/core/detail/descriptor.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/io/detail/descriptor.hpp>
 
 namespace wayfare::logger {
 
-using wayfare::detail::Descriptor;
+using io::Descriptor;
 
 /// Setting of the modem line DTR, by which an RPLIDAR A1's adapter stops its motor.
 enum class ModemLine { keep, on, off };

@@ -17,8 +17,8 @@
 #include <string_view>
 #include <utility>
 
-#include <wayfare/core/detail/descriptor.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/io/detail/descriptor.hpp>
 
 namespace wayfare::io {
 
@@ -88,10 +88,10 @@ class Source {
   explicit Source(std::string bytes) : bytes_(std::move(bytes)), size_(bytes_.size()) {}
 
   static Result<std::unique_ptr<Source>> open(const std::string& path) {
-    detail::Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-    if (fd.get() < 0) return detail::system_error("cannot be opened", path);
+    Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (fd.get() < 0) return system_error("cannot be opened", path);
     struct stat status {};
-    if (::fstat(fd.get(), &status) != 0) return detail::system_error("cannot be examined", path);
+    if (::fstat(fd.get(), &status) != 0) return system_error("cannot be examined", path);
     if (!S_ISREG(status.st_mode)) return Error{ErrorCode::io, "is not a regular file", path};
     auto source = std::make_unique<Source>(std::string());
     source->fd_ = std::move(fd);
@@ -120,7 +120,7 @@ class Source {
 
  private:
   std::string bytes_;
-  detail::Descriptor fd_;
+  Descriptor fd_;
   std::uint64_t size_ = 0;
 };
 

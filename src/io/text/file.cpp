@@ -8,15 +8,19 @@
 #include <cstdlib>
 #include <limits>
 #include <memory>
+#include <system_error>
 #include <utility>
 
-#include <wayfare/core/detail/descriptor.hpp>
+#include <wayfare/io/detail/descriptor.hpp>
 #include <wayfare/io/text_file.hpp>
 
 namespace wayfare::io {
 
-using detail::Descriptor;
-using detail::system_error;
+int Descriptor::close() { return fd_ < 0 ? 0 : ::close(std::exchange(fd_, -1)); }
+
+Error system_error(const std::string& what, const std::string& path) {
+  return Error{ErrorCode::io, what + ": " + std::generic_category().message(errno), path};
+}
 
 namespace {
 

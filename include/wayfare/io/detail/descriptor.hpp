@@ -1,15 +1,11 @@
 #pragma once
 
-#include <unistd.h>
-
-#include <cerrno>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include <wayfare/core/result.hpp>
 
-namespace wayfare::detail {
+namespace wayfare::io {
 
 /// Owns an open file, terminal or socket; -1: none.
 class Descriptor {
@@ -24,15 +20,13 @@ class Descriptor {
 
   [[nodiscard]] int get() const { return fd_; }
   /// 0 on success; a full network disk may report its error only here.
-  int close() { return fd_ < 0 ? 0 : ::close(std::exchange(fd_, -1)); }
+  int close();
 
  private:
   int fd_;
 };
 
 /// What failed at `path`, with the reason in errno.
-[[nodiscard]] inline Error system_error(const std::string& what, const std::string& path) {
-  return {ErrorCode::io, what + ": " + std::generic_category().message(errno), path};
-}
+[[nodiscard]] Error system_error(const std::string& what, const std::string& path);
 
-}  // namespace wayfare::detail
+}  // namespace wayfare::io
