@@ -24,22 +24,18 @@ class ScalarExpansion {
   /// `position[i]` = new index of block column i.
   void build(const BlockSparse<N>& h, std::vector<int> position) {
     position_ = std::move(position);
-    std::vector<Eigen::Triplet<int>> places;  // in h, of each scalar
-    places.reserve(at(h.blocks()) * kStride);
+    std::vector<Eigen::Triplet<int>> blocks;  // their places in h, below zero if transposed
+    blocks.reserve(at(h.blocks()));
     for (int c = 0; c < h.columns(); ++c) {
       for (int i = h.starts()[at(c)]; i < h.starts()[at(c) + 1]; ++i) {
-        const int r = h.rows()[at(i)];
-        for (int k = 0; k < kStride; ++k) {
-          const int row = position_[at(r)] * N + k % N, column = position_[at(c)] * N + k / N;
-          if (r == c && row > column) continue;
-          places.emplace_back(std::min(row, column), std::max(row, column), i * kStride + k);
-        }
+        const int row = position_[at(h.rows()[at(i)])], column = position_[at(c)];
+        blocks.emplace_back(std::min(row, column), std::max(row, column),
+                            row > column ? -1 - i : i);
       }
     }
-    Eigen::SparseMatrix<int> sorted(h.columns() * N, h.columns() * N);
-    sorted.setFromTriplets(places.begin(), places.end());
-    source_.assign(sorted.valuePtr(), sorted.valuePtr() + sorted.nonZeros());
-    matrix_ = sorted.template cast<double>();
+    Eigen::SparseMatrix<int> sorted(h.columns(), h.columns());
+    sorted.setFromTriplets(blocks.begin(), blocks.end());
+    expand(sorted);
   }
 
   /// Copies the values of a matrix with the pattern of `build`.
@@ -76,7 +72,26 @@ class ScalarExpansion {
   }
 
  private:
-  static constexpr int kStride = N * N;
+  void expand(const Eigen::SparseMatrix<int>& blocks) {
+    std::vector<int> starts{0}, rows;
+    source_.clear();
+    rows.reserve(static_cast<std::size_t>(blocks.nonZeros() * N * N));
+    source_.reserve(rows.capacity());
+    for (int c = 0; c < blocks.cols() * N; ++c) {
+      const int k = c % N;
+      for (Eigen::SparseMatrix<int>::InnerIterator it(blocks, c / N); it; ++it) {
+        const int i = it.value(), height = it.row() == c / N ? k + 1 : N;
+        for (int j = 0; j < height; ++j) {
+          rows.push_back(static_cast<int>(it.row()) * N + j);
+          source_.push_back(i < 0 ? (-1 - i) * N * N + j * N + k : i * N * N + k * N + j);
+        }
+      }
+      starts.push_back(static_cast<int>(rows.size()));
+    }
+    const std::vector<double> none(rows.size(), 0.0);
+    matrix_ = Eigen::Map<const Matrix>(blocks.rows() * N, blocks.cols() * N, starts.back(),
+                                       starts.data(), rows.data(), none.data());
+  }
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
   Matrix matrix_;
