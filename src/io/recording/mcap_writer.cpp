@@ -131,6 +131,7 @@ struct McapWriter::Impl {
     }
     chunk.clear();
     entries.clear();
+    first = last = 0;  // as the format requires of a chunk without messages
     return {};
   }
 
@@ -175,6 +176,7 @@ struct McapWriter::Impl {
 McapWriter::McapWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 McapWriter::McapWriter(McapWriter&&) noexcept = default;
 McapWriter& McapWriter::operator=(McapWriter&& other) noexcept {
+  if (this == &other) return *this;
   if (impl_ && !impl_->closed) static_cast<void>(close());
   impl_ = std::move(other.impl_);
   return *this;
@@ -285,7 +287,9 @@ Result<void> McapWriter::close() {
   if (auto done = impl_->append(end); !done) return done;
   if (auto done = impl_->append(impl_->summary()); !done) return done;
   impl_->closed = true;
-  return impl_->sink->sync();
+  auto done = impl_->sink->sync();
+  if (!done) impl_->failed = done.error();
+  return done;
 }
 
 const McapStatistics& McapWriter::statistics() const { return impl_->statistics; }
