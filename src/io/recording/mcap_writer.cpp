@@ -131,6 +131,7 @@ struct McapWriter::Impl {
     }
     chunk.clear();
     entries.clear();
+    first = last = 0;  // as the format requires of a chunk without messages
     return {};
   }
 
@@ -178,7 +179,9 @@ struct McapWriter::Impl {
     if (auto done = append(end); !done) return done;
     if (auto done = append(summary()); !done) return done;
     closed = true;
-    return sink->sync();
+    auto done = sink->sync();
+    if (!done) failed = done.error();
+    return done;
   }
 
   ~Impl() {
