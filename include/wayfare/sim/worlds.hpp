@@ -133,8 +133,8 @@ struct VoxelWorldParams {
 };
 
 /// A real building: the voxels of a map and the path of its carrier, which becomes the route. A
-/// wall around everything closes gaps in the map. Errors: an empty slice, or a path shorter than
-/// two steps.
+/// wall around everything closes gaps in the map. Errors: an empty slice, a path shorter than two
+/// steps, positions that are not finite or beyond 100 km, or more than 67 million cells.
 [[nodiscard]] Result<World> world_of_voxels(std::span<const Eigen::Vector3d> voxels_m,
                                             std::span<const Eigen::Vector3d> path_m,
                                             const VoxelWorldParams& params, const Rng& rng);

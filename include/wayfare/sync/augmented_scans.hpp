@@ -32,6 +32,9 @@ struct SyncParams {
   Duration max_wait{500'000'000};
   /// Between wheel or gyro samples further apart than this, the motion is unknown.
   Duration largest_gap{300'000'000};
+  /// A longer silence of all streams is one step: a damaged stamp does not give a step for each
+  /// period of the years up to it.
+  Duration longest_silence = std::chrono::hours(1);
   double wheel_base_m = 0.0;  ///< as in the recording
   Transform2<frame::Base, frame::Radar> T_base_radar = {};
   /// Bearings are corrected for the robot's motion where the array's largest speed is known.
@@ -63,7 +66,9 @@ struct SyncedStep {
 };
 
 struct SyncStatistics {
-  std::size_t refused_late = 0;  ///< not later than the previous one of its stream, or than a step
+  /// Not later than the previous one of its stream, or than a step, or at the end of the range of
+  /// LogTime.
+  std::size_t refused_late = 0;
   std::size_t refused_not_finite = 0;  ///< wheels and gyro
   std::size_t dropped_scans = 0;       ///< radar frames in groups below min_scans
 };

@@ -83,7 +83,11 @@ class Furnisher {
   }
   [[nodiscard]] std::size_t number(double per_m2) const {
     const Vector2d extent = plan_.upper_corner_m() - plan_.lower_corner_m() + Vector2d(4.0, 4.0);
-    return static_cast<std::size_t>(std::lround(per_m2 * extent.prod()));
+    const double count = per_m2 * extent.prod();
+    constexpr double kMax = 1e7;
+    WAYFARE_EXPECTS(count >= 0.0 && count <= kMax,
+                    "a plan has up to ten million reflectors a kind");
+    return static_cast<std::size_t>(std::lround(std::min(std::max(count, 0.0), kMax)));
   }
 
   void add_hidden(Rng& rng) {
