@@ -85,7 +85,7 @@ struct Interior {
 };
 
 /// Reflectors of the walls of `plan`, its floor and the objects behind the walls. The same plan,
-/// interior, parameters and generator give the same reflectors.
+/// interior, parameters and generator give the same reflectors, ten million at most.
 [[nodiscard]] std::vector<Reflector> furnish(const FloorPlan& plan, const Interior& interior,
                                              const FurnishParams& params, const Rng& rng);
 

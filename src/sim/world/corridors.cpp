@@ -261,7 +261,9 @@ Result<FloorPlan> three_corridors(const CorridorsParams& p, const Rng& rng) {
   for (const double length : p.lengths_m)
     if (!(length > 0.0 && length <= kLongest_m) || !(p.width_m > 0.0 && p.width_m <= kLongest_m))
       return Error{ErrorCode::invalid, "a corridor needs a positive length and width up to 100 km"};
-  constexpr double kMostPerMetre = 100.0;
+  constexpr double kMostPerMetre = 100.0, kNarrowest_m = 0.1;
+  if (f.door_spacing_m > 0.0 && f.door_spacing_m < kNarrowest_m)
+    return Error{ErrorCode::invalid, "the doors are less than 0.1 m apart"};
   for (const double per_m : {f.boxes_per_m, f.people_per_m, f.glass_per_m})
     if (!(per_m >= 0.0 && per_m <= kMostPerMetre))
       return Error{ErrorCode::invalid, "a corridor has up to 100 objects of a kind per metre"};
