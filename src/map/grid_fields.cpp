@@ -89,8 +89,8 @@ Error invalid(const char* what) {
 bool usable(const DetectionViewOptions& o, double sigma_cells) {
   // At least one unit of log-odds.
   return o.max_detections >= 0.0 && std::isfinite(o.max_detections) &&
-         LogOdds::from_probability(o.hit_probability).fixed > 0 && o.hit_probability < 1.0 && sigma_cells >= 0.0 && o.background > 0.0 &&
-         std::isfinite(o.background);
+         LogOdds::from_probability(o.hit_probability).fixed > 0 && o.hit_probability < 1.0 &&
+         sigma_cells >= 0.0 && o.background > 0.0 && std::isfinite(o.background);
 }
 
 /// The cells the points can reach, none if they are not finite.

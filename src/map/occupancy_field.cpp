@@ -148,8 +148,7 @@ Result<void> OccupancyFieldMaker::make(const OccupancyGrid& grid, const PointSet
   if (!box) return empty_with(box.error());
   prepare_kernels(options, resolution);
   // No point moves farther than all around its circle.
-  const FieldReach within{reach.translation_m,
-                          std::min(reach.heading_rad, 2.0 * std::numbers::pi)};
+  const FieldReach within{reach.translation_m, std::min(reach.heading_rad, 2.0 * std::numbers::pi)};
   blocks_ = reachable_blocks(*box, points.max_norm_m(), within, resolution);
   const Cell low = blocks_.min, high = blocks_.max;
   const CellBox covered{{low.x * kBlock, low.y * kBlock},

@@ -27,8 +27,7 @@ const std::vector<std::uint16_t>& probabilities() {
 
 Result<CellBox> ProbabilityGrid::extent(const CellBox& bounds, double unknown_probability,
                                         int margin) {
-  if (!(unknown_probability >= 0 && unknown_probability <= 1) || margin < 0 ||
-      margin > kMaxCell)
+  if (!(unknown_probability >= 0 && unknown_probability <= 1) || margin < 0 || margin > kMaxCell)
     return Error{ErrorCode::invalid,
                  "a probability grid: unknown probability or margin out of range"};
   const CellBox box = bounds.grown(margin);

@@ -2,10 +2,15 @@
 
 // Every map of a small room, with what can be observed of it as a list of numbers.
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/map/detection_grid.hpp>
@@ -24,6 +29,16 @@ namespace wayfare::tests {
 
 using Observed = std::vector<double>;
 
+inline constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
+inline constexpr float kInfF = std::numeric_limits<float>::infinity();
+
+/// A Result's Error says something.
+template <class R>
+void expect_refused(const R& result, const std::string& what) {
+  ASSERT_FALSE(result) << what;
+  EXPECT_GT(result.error().to_string().size(), 15U) << what;
+}
+
 inline SE2d pose_in_room(int k) {
   return {0.4 * (k % 5) - 0.8, 0.3 * (k % 3) - 0.4, Angle::degrees(35.0 * k)};
 }
@@ -41,6 +56,15 @@ inline PointSet points_at(const std::vector<Eigen::Vector2f>& list) {
   PointSet points;
   for (const Eigen::Vector2f& p : list) points.push_back(p);
   return points;
+}
+
+/// Not finite, or farther than any cell.
+inline std::vector<SE2d> bad_poses() {
+  return {{kNan, 0, Angle()},
+          {0, kInf, Angle()},
+          {0, 0, Angle::radians(kNan)},
+          {0, 0, Angle::radians(kInf)},
+          {1e300, -1e300, Angle()}};
 }
 
 inline OccupancyGrid room_grid(double resolution_m = 0.1, int scans = 3) {
@@ -78,8 +102,7 @@ inline void observe(const PaddedTable& table, Observed& out) {
   out.insert(out.end(), {table.resolution_m(), 1.0 * table.origin().x, 1.0 * table.origin().y});
   for (int y = -PaddedTable::kBorder; y < table.height() + PaddedTable::kBorder; ++y) {
     const std::uint16_t* row = table.data() + std::ptrdiff_t{y} * table.stride();
-    out.insert(out.end(), row - PaddedTable::kBorder,
-               row + table.width() + PaddedTable::kBorder);
+    out.insert(out.end(), row - PaddedTable::kBorder, row + table.width() + PaddedTable::kBorder);
   }
 }
 inline void observe(const LikelihoodField& field, Observed& out) {
@@ -180,7 +203,9 @@ inline RayCaster make(int scans) {
 }
 template <>
 inline SurfaceMap make(int scans) {
-  return with_views([](auto views) { return *SurfaceMap::make(views); }, scans);
+  // A beam every four degrees: neighbours are up to half a metre apart.
+  return with_views([](auto views) { return *SurfaceMap::make(views, {.normal_radius_m = 0.5}); },
+                    scans);
 }
 template <>
 inline NdtMap make(int scans) {

@@ -18,8 +18,6 @@
 namespace wayfare::tests {
 namespace {
 
-const float kNanF = static_cast<float>(kNan), kInfF = static_cast<float>(kInf);
-
 struct BicubicMatcher : GaussNewtonMatcher {
   BicubicMatcher() : GaussNewtonMatcher({.interpolation = Interpolation::bicubic}) {}
 };
@@ -65,9 +63,8 @@ class EveryMatchersLimits : public ::testing::Test {
   Map map_ = make<Map>(3);
 };
 
-using EveryMatcher =
-    ::testing::Types<CorrelativeMatcher, BranchAndBoundMatcher, GaussNewtonMatcher, BicubicMatcher,
-                     MultiStartMatcher, IcpMatcher, NdtMatcher>;
+using EveryMatcher = ::testing::Types<CorrelativeMatcher, BranchAndBoundMatcher, GaussNewtonMatcher,
+                                      BicubicMatcher, MultiStartMatcher, IcpMatcher, NdtMatcher>;
 TYPED_TEST_SUITE(EveryMatchersLimits, EveryMatcher, );
 
 TYPED_TEST(EveryMatchersLimits, RefusesEmptyMapsAndPoints) {
@@ -172,7 +169,9 @@ TYPED_TEST(EveryMatchersLimits, PriorInformation) {
   // An information that fixes the pose gives the prior.
   const auto fixed = found(Vector3d::Constant(1e15).asDiagonal());
   ASSERT_TRUE(fixed);
-  if (*fixed) EXPECT_LT((*fixed)->T_map_points.minus(at).norm(), 0.01);
+  if (*fixed) {
+    EXPECT_LT((*fixed)->T_map_points.minus(at).norm(), 0.01);
+  }
   for (const Matrix3d& bad :
        {Matrix3d(Matrix3d::Constant(kNan)), Matrix3d(Vector3d(kInf, 1, 1).asDiagonal()),
         Matrix3d(Vector3d(1, -1, 1).asDiagonal()), Matrix3d(-1e9 * Matrix3d::Identity()),
@@ -205,8 +204,13 @@ Observed numbers_of(const Result<std::optional<MatchResult>>& found) {
   if (!*found) return {-1.0};
   const MatchResult& m = **found;
   const SE2d& T = m.T_map_points;
-  Observed out{T.x(), T.y(), T.rotation().cos(), T.rotation().sin(), m.score,
-               m.mean_log_likelihood, static_cast<double>(m.candidates)};
+  Observed out{T.x(),
+               T.y(),
+               T.rotation().cos(),
+               T.rotation().sin(),
+               m.score,
+               m.mean_log_likelihood,
+               static_cast<double>(m.candidates)};
   if (m.covariance) out.insert(out.end(), m.covariance->data(), m.covariance->data() + 9);
   return out;
 }

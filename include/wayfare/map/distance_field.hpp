@@ -88,8 +88,8 @@ struct DistanceLikelihood {
 [[nodiscard]] Result<LikelihoodField> likelihood_field(const DistanceField& distances,
                                                        const DistanceLikelihood& likelihood = {});
 
-/// Expected ranges of a sensor in the map, sixteen rays at a time. A moved-from caster has no cells,
-/// as a default one.
+/// Expected ranges of a sensor in the map, sixteen rays at a time. A moved-from caster has no
+/// cells, as a default one.
 class RayCaster {
  public:
   /// Longest ray, cells.

@@ -83,9 +83,8 @@ Result<void> check(const LikelihoodField& grid, const PointSet& points,
   for (const auto& axis : {points.x_m(), points.y_m()})
     if (!std::all_of(axis.begin(), axis.end(), [](float t) { return std::isfinite(t); }))
       return fault("PoseProposal: a point is not finite");
-  if (o.samples < 1 || o.headings < 1 || !(o.reach_sigmas > 0) ||
-      !std::isfinite(o.reach_sigmas) || o.samples > 1 << 20 || o.headings > 1 << 12 ||
-      std::isnan(o.independent_points))
+  if (o.samples < 1 || o.headings < 1 || !(o.reach_sigmas > 0) || !std::isfinite(o.reach_sigmas) ||
+      o.samples > 1 << 20 || o.headings > 1 << 12 || std::isnan(o.independent_points))
     return fault("PoseProposal: samples, headings or reach out of range");
   return {};
 }

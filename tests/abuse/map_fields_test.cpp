@@ -1,172 +1,17 @@
-// What maps, makers and fields do with input and options at the border of what they take.
+// What grids, their fields and rays do with input and options at the border of what they take.
 
 #include <cmath>
-#include <functional>
-#include <string>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
-
-#include <wayfare/map/voxel_filter.hpp>
 
 #include "abuse/abuse.hpp"
 #include "abuse/map_cases.hpp"
 
 namespace wayfare::tests {
 namespace {
-
-const float kNanF = static_cast<float>(kNan), kInfF = static_cast<float>(kInf);
-
-/// A Result's Error says something.
-template <class R>
-void expect_refused(const R& result, const std::string& what) {
-  ASSERT_FALSE(result) << what;
-  EXPECT_GT(result.error().to_string().size(), 15U) << what;
-}
-
-/// Points that no map of points takes.
-std::vector<PointSet> bad_points() {
-  return {PointSet(), points_at({{kNanF, 0}}), points_at({{0, 1}, {0, kInfF}}),
-          points_at({{-kInfF, 0}}), points_at({{1e30F, 0}}), points_at({{0, 0}, {1e9F, -1e9F}})};
-}
-std::vector<SE2d> bad_poses() {
-  return {{kNan, 0, Angle()},   {0, kInf, Angle()},  {0, 0, Angle::radians(kNan)},
-          {0, 0, Angle::radians(kInf)}, {1e300, -1e300, Angle()}};
-}
-
-template <class Make>
-void expect_point_map_refuses(const Make& make_map) {
-  const PointSet good = points_in_room(0);
-  for (const PointSet& bad : bad_points()) {
-    const PlacedPoints placed{&bad, SE2d()};
-    expect_refused(make_map(std::span(&placed, 1)), std::to_string(bad.size()) + " bad points");
-    // Good points beside do not help, unless there are none to be refused.
-    const PlacedPoints two[] = {{&good, SE2d()}, {&bad, SE2d()}};
-    EXPECT_EQ(make_map(std::span(two)).has_value(), bad.empty());
-  }
-  for (const SE2d& pose : bad_poses()) {
-    const PlacedPoints placed{&good, pose};
-    expect_refused(make_map(std::span(&placed, 1)), "a bad pose");
-  }
-  expect_refused(make_map(std::span<const PlacedPoints>()), "nothing");
-  const PlacedPoints null;
-  expect_refused(make_map(std::span(&null, 1)), "null");
-}
-
-TEST(MapInput, MapsOfPointsRefuseWhatHasNoPlace) {
-  expect_point_map_refuses([](auto scans) { return likelihood_field(scans); });
-  expect_point_map_refuses([](auto scans) { return SurfaceMap::make(scans); });
-  expect_point_map_refuses([](auto scans) { return NdtMap::make(scans); });
-}
-
-TEST(MapInput, MapsOfOnePointAndOfEqualPoints) {
-  for (const std::size_t n : {1U, 2U, 5U, 1000U}) {
-    SCOPED_TRACE(n);
-    const PointSet points = points_at(std::vector<Eigen::Vector2f>(n, {1.0F, 2.0F}));
-    const PlacedPoints placed{&points, SE2d()};
-    const auto field = likelihood_field({&placed, 1});
-    const auto surface = SurfaceMap::make({&placed, 1});
-    const auto ndt = NdtMap::make({&placed, 1}, {.min_points = 1});
-    ASSERT_TRUE(field && surface && ndt);
-    EXPECT_GT(field->value(cell_of({1, 2}, field->resolution_m())), 3500);
-    ASSERT_EQ(surface->points().size(), 1U);
-    EXPECT_TRUE(surface->points()[0].normal.isZero(0)) << "a point has no direction";
-    const NdtCell* cell = ndt->levels()[0].at({1, 2}, 0);
-    ASSERT_NE(cell, nullptr);
-    EXPECT_TRUE(cell->mean.allFinite() && cell->information.allFinite());
-    EXPECT_NEAR(cell->mean.x(), 1.0, 1e-9);
-  }
-}
-
-/// Two scans of one point each, as far from one another as a limit allows, and farther: no map
-/// allocates for the empty space between what it has no room for.
-TEST(MapInput, PointsFarApartAreRefusedBeforeTheyAreStored) {
-  for (const float far : {100.0F, 1100.0F, 1e4F, 1e5F, 1e6F, 9e6F, 1e9F, 1e20F, 3e38F}) {
-    SCOPED_TRACE(far);
-    const PointSet points = points_at({{-far, -far}, {far, far}});
-    const PlacedPoints placed{&points, SE2d()};
-    EXPECT_EQ(likelihood_field({&placed, 1}).has_value(), far <= 100);
-    // 2²⁶ squares of 25 cm are 2 km a side; 2²⁴ of 50 cm about the origin reach 1 km.
-    const auto surface = SurfaceMap::make({&placed, 1});
-    EXPECT_EQ(surface.has_value(), far < 1e3F);
-    EXPECT_EQ(NdtMap::make({&placed, 1}, {.min_points = 1}).has_value(), far < 1e3F);
-  }
-  const PointSet points = points_at({{-700.0F, -700.0F}, {700.0F, 700.0F}});
-  const PlacedPoints placed{&points, SE2d()};
-  const auto ndt = NdtMap::make({&placed, 1}, {.cell_sizes_m = {0.5}, .min_points = 1});
-  ASSERT_TRUE(ndt);  // 8 million squares a tiling
-  EXPECT_NE(ndt->levels()[0].at({700, 700}, 3), nullptr);
-  EXPECT_EQ(ndt->levels()[0].at({0, 0}, 3), nullptr);
-}
-
-TEST(MapInput, OptionsOfMapsOfPoints) {
-  const PointSet points = points_in_room(0);
-  const PlacedPoints placed{&points, SE2d()};
-  const std::span<const PlacedPoints> scans(&placed, 1);
-  std::vector<double> not_positive(kNotFinite.begin(), kNotFinite.end());
-  not_positive.insert(not_positive.end(), {0.0, -1.0, -kHuge});
-  for (const double bad : not_positive) {
-    SCOPED_TRACE(bad);
-    expect_refused(likelihood_field(scans, {.resolution_m = bad}), "resolution");
-    expect_refused(likelihood_field(scans, {.sigma_m = bad}), "sigma");
-    expect_refused(likelihood_field(scans, {.floor_probability = bad}), "floor");
-    expect_refused(SurfaceMap::make(scans, {.spacing_m = bad}), "spacing");
-    expect_refused(SurfaceMap::make(scans, {.normal_radius_m = bad}), "radius");
-    if (bad < 0 || std::isnan(bad)) {
-      expect_refused(SurfaceMap::make(scans, {.max_flatness = bad}), "flatness");
-      expect_refused(NdtMap::make(scans, {.min_sigma_m = bad}), "sigma");
-    }
-    if (bad != kInf) expect_refused(NdtMap::make(scans, {.cell_sizes_m = {1.0, bad}}), "sizes");
-    expect_refused(voxel_filter(points, bad), "side");
-  }
-  expect_refused(NdtMap::make(scans, {.cell_sizes_m = {}}), "no sizes");
-  for (const int bad : {0, -1, std::numeric_limits<int>::min()})
-    expect_refused(NdtMap::make(scans, {.min_points = bad}), "min_points");
-  for (const double tiny : {kTiny, 1e-200, 1e-9}) {
-    expect_refused(NdtMap::make(scans, {.cell_sizes_m = {tiny}}), "cells too small");
-    expect_refused(NdtMap::make(scans, {.min_sigma_m = tiny}), "its inverse square overflows");
-    expect_refused(SurfaceMap::make(scans, {.spacing_m = tiny}), "spacing");
-    expect_refused(voxel_filter(points, tiny), "side");
-    expect_refused(likelihood_field(scans, {.resolution_m = tiny}), "resolution");
-    const auto narrow = likelihood_field(scans, {.sigma_m = tiny});
-    EXPECT_TRUE(narrow) << "a kernel without width, no NaN";
-  }
-  expect_refused(likelihood_field(scans, {.floor_probability = 1.0}), "floor");
-  EXPECT_TRUE(likelihood_field(scans, {.sigma_m = 1e-3, .floor_probability = kTiny}));
-  EXPECT_TRUE(likelihood_field(scans, {.floor_probability = std::nextafter(1.0, 0.0)}));
-}
-
-TEST(MapInput, NearestPointsOfOddQuestions) {
-  const auto map = make<SurfaceMap>(2);
-  const Eigen::Vector2f there = map.points()[7].point;
-  EXPECT_EQ(map.nearest(there, 0.0F), &map.points()[7]);
-  EXPECT_EQ(map.nearest(there, kInfF), &map.points()[7]);
-  EXPECT_EQ(map.nearest(there, 3e38F), &map.points()[7]);
-  for (const float radius : {-0.01F, -1.0F, -kInfF, kNanF}) {
-    EXPECT_EQ(map.nearest(there, radius), nullptr) << radius;
-    map.for_each_within(there, radius, [&](const SurfacePoint&) { ADD_FAILURE() << radius; });
-  }
-  for (const float far : {1e9F, -1e30F, 3e38F, kInfF, -kInfF, kNanF}) {
-    EXPECT_EQ(map.nearest({far, 0.0F}, 1.0F), nullptr) << far;
-    EXPECT_EQ(map.nearest({0.0F, far}, 1.0F), nullptr) << far;
-  }
-  EXPECT_EQ(SurfaceMap().nearest({0, 0}, kInfF), nullptr);
-  const auto ndt = make<NdtMap>(2);
-  for (const double far : {1e9, -kHuge, kInf, kNan})
-    for (int t = 0; t < 4; ++t) EXPECT_EQ(ndt.levels()[0].at({far, -far}, t), nullptr);
-}
-
-TEST(MapInput, VoxelsOfNothingOneAndEqualPoints) {
-  EXPECT_EQ(voxel_filter(PointSet(), 0.1)->size(), 0U);
-  EXPECT_EQ(voxel_filter(points_at({{1, 1}}), 1e300)->size(), 1U);
-  const auto equal = voxel_filter(points_at(std::vector<Eigen::Vector2f>(999, {0.3F, -7.0F})), 0.1);
-  ASSERT_EQ(equal->size(), 1U);
-  EXPECT_EQ((*equal)[0], Eigen::Vector2f(0.3F, -7.0F));
-  for (const PointSet& bad : bad_points())
-    if (!bad.empty()) expect_refused(voxel_filter(bad, 0.1), "points");
-}
-
-// --- Grids -----------------------------------------------------------------------------------
 
 /// Fields of a grid of the room, one of nothing, and one with cells 1e9 apart.
 struct Grids {
@@ -177,7 +22,7 @@ struct Grids {
   }
 };
 
-TEST(MapInput, GridsThatAreEmptyOrTooLargeHaveNoTables) {
+TEST(MapFields, GridsThatAreEmptyOrTooLargeHaveNoTables) {
   const Grids g;
   EXPECT_EQ(g.sparse.bounds()->cells(), std::int64_t{kMaxCell} * kMaxCell * 4 - kMaxCell * 4LL + 1);
   EXPECT_TRUE(g.sparse.observed({kMaxCell - 1, kMaxCell - 1}));
@@ -191,7 +36,7 @@ TEST(MapInput, GridsThatAreEmptyOrTooLargeHaveNoTables) {
   }
 }
 
-TEST(MapInput, OptionsOfFieldsOfGrids) {
+TEST(MapFields, OptionsOfFieldsOfGrids) {
   const OccupancyGrid grid = room_grid();
   for (const double bad : {kNan, kInf, -kInf, -0.1, 1.5, 1e9}) {
     SCOPED_TRACE(bad);
@@ -203,11 +48,10 @@ TEST(MapInput, OptionsOfFieldsOfGrids) {
     expect_refused(table.make(grid, bad), "unknown");
     expect_refused(detection_grid(grid, {.hit_probability = bad}), "hit");
     if (!(bad > 0)) expect_refused(detection_grid(grid, {.background = bad}), "background");
-    if (!(bad >= 0 && bad < 2))
-      expect_refused(detection_grid(grid, {.blur_sigma_m = bad}), "blur");
+    if (!(bad >= 0 && bad < 2)) expect_refused(detection_grid(grid, {.blur_sigma_m = bad}), "blur");
   }
-  for (const int margin : {-1, std::numeric_limits<int>::min(), kMaxCell,
-                           std::numeric_limits<int>::max()}) {
+  for (const int margin :
+       {-1, std::numeric_limits<int>::min(), kMaxCell, std::numeric_limits<int>::max()}) {
     ProbabilityGrid table;
     expect_refused(table.make(grid, 0.5, margin), "margin");
   }
@@ -217,7 +61,7 @@ TEST(MapInput, OptionsOfFieldsOfGrids) {
 }
 
 /// Without a blur, and with one too narrow to reach a neighbour.
-TEST(MapInput, ABlurOfNearlyNothingIsNone) {
+TEST(MapFields, ABlurOfNearlyNothingIsNone) {
   const OccupancyGrid grid = room_grid();
   const PointSet points = points_in_room(1);
   const DetectionViewOptions none{.blur_sigma_m = 0.0, .max_detections = 20.0};
@@ -240,7 +84,7 @@ TEST(MapInput, ABlurOfNearlyNothingIsNone) {
 }
 
 /// `call(options changed by one)` for makers of views for a scan.
-TEST(MapInput, OptionsOfMakersOfViews) {
+TEST(MapFields, OptionsOfMakersOfViews) {
   const OccupancyGrid grid = room_grid();
   const PointSet points = points_in_room(1);
   OccupancyFieldMaker occupancy;
@@ -280,9 +124,10 @@ TEST(MapInput, OptionsOfMakersOfViews) {
 }
 
 /// A heading that is not known at all: the points may be anywhere on their circles.
-TEST(MapInput, AHeadingReachOfMoreThanATurnIsAll) {
+TEST(MapFields, AHeadingReachOfMoreThanATurnIsAll) {
   const OccupancyGrid grid = room_grid();
-  for (const PointSet& points : {points_in_room(1), points_at({{0.01F, 0.0F}}), points_at({{0, 0}})}) {
+  for (const PointSet& points :
+       {points_in_room(1), points_at({{0.01F, 0.0F}}), points_at({{0, 0}})}) {
     OccupancyFieldMaker maker;
     LikelihoodField turn, more;
     ASSERT_TRUE(maker.make(grid, points, SE2d(), {0.3, 6.3}, {}, turn));
@@ -294,7 +139,7 @@ TEST(MapInput, AHeadingReachOfMoreThanATurnIsAll) {
 }
 
 /// Cells of a nanometre: a metre is beyond the last one.
-TEST(MapInput, ViewsOfCellsThatHaveNoNumber) {
+TEST(MapFields, ViewsOfCellsThatHaveNoNumber) {
   OccupancyGrid grid({.resolution_m = 1e-9});
   ScanRaster raster;
   EXPECT_FALSE(insert_points(grid, SE2d(), points_at({{1, 0}}), {}, raster));
@@ -308,7 +153,7 @@ TEST(MapInput, ViewsOfCellsThatHaveNoNumber) {
                                {.blur_sigma_m = 0.0, .max_detections = 5}, view));
 }
 
-TEST(MapInput, TablesRefuseSizes) {
+TEST(MapFields, TablesRefuseSizes) {
   LikelihoodField field;
   const CellBox all{{-kMaxCell, -kMaxCell}, {kMaxCell, kMaxCell}};
   expect_refused(field.reset(0.05, all, 0.1), "all");
@@ -328,7 +173,7 @@ TEST(MapInput, TablesRefuseSizes) {
 }
 
 /// A scan without a return leaves no trace, also as the first one.
-TEST(MapInput, AFirstScanWithoutReturnsLeavesAMapEmpty) {
+TEST(MapFields, AFirstScanWithoutReturnsLeavesAMapEmpty) {
   MultiResolutionGrid map;
   LaserScan scan = scan_in_room(0);
   scan.ranges_m.assign(90, kInfF);
@@ -347,7 +192,7 @@ TEST(MapInput, AFirstScanWithoutReturnsLeavesAMapEmpty) {
 
 // --- Distances and rays ----------------------------------------------------------------------
 
-TEST(MapInput, MasksOfDistances) {
+TEST(MapFields, MasksOfDistances) {
   const std::vector<std::uint8_t> two{0, 1};
   expect_refused(DistanceField::of_mask(two, 3, 1, 0.1), "sizes");
   expect_refused(DistanceField::of_mask({}, 0, 0, 0.1), "nothing");
@@ -368,7 +213,7 @@ TEST(MapInput, MasksOfDistances) {
 
 /// The longest field: the distance along it is known, and a likelihood that hardly falls over it
 /// has no table as long as its square, 8e8.
-TEST(MapInput, TheWidestLikelihoodOfTheLongestField) {
+TEST(MapFields, TheWidestLikelihoodOfTheLongestField) {
   std::vector<std::uint8_t> mask(DistanceField::kMaxSide, 0);
   mask[0] = 1;
   const auto field = DistanceField::of_mask(mask, DistanceField::kMaxSide, 1, 1.0);
@@ -393,7 +238,7 @@ TEST(MapInput, TheWidestLikelihoodOfTheLongestField) {
     expect_refused(likelihood_field(*field, {0.1, bad}), "floor");
 }
 
-TEST(MapInput, RaysOfOddPosesDirectionsAndLimits) {
+TEST(MapFields, RaysOfOddPosesDirectionsAndLimits) {
   const auto caster = make<RayCaster>(2);
   const std::vector<float> cosines{1.0F, 0.0F, 0.6F}, sines{0.0F, -1.0F, 0.8F};
   std::vector<float> ranges(3);
@@ -404,7 +249,8 @@ TEST(MapInput, RaysOfOddPosesDirectionsAndLimits) {
   };
   for (const SE2d& pose : bad_poses()) EXPECT_EQ(cast(pose, 5.0), Observed(3, 5.0));
   EXPECT_EQ(cast(SE2d(1e9, -1e9, Angle()), 5.0), Observed(3, 5.0));
-  for (const double none : {0.0, -1.0, -kInf, kNan}) EXPECT_EQ(cast(SE2d(), none), Observed(3, 0.0));
+  for (const double none : {0.0, -1.0, -kInf, kNan})
+    EXPECT_EQ(cast(SE2d(), none), Observed(3, 0.0));
   const Observed far = cast(SE2d(), 1e9);
   EXPECT_EQ(far, cast(SE2d(), kInf));
   for (const double range : far) EXPECT_LE(range, 0.1 * RayCaster::kMaxCells * 1.0001);
@@ -423,7 +269,7 @@ TEST(MapInput, RaysOfOddPosesDirectionsAndLimits) {
 }
 
 /// A ray as long as cells are numbered, over cells of 1000 km.
-TEST(MapInput, SegmentsBetweenPointsThatSaturate) {
+TEST(MapFields, SegmentsBetweenPointsThatSaturate) {
   for (const double far : {1e9, 1e12}) {
     std::int64_t cells = 0;
     Cell last;
@@ -445,7 +291,7 @@ TEST(MapInput, SegmentsBetweenPointsThatSaturate) {
 }
 
 /// Beams in one place, of one direction, or with steps that make no circle.
-TEST(MapInput, ScansOfStrangeShapes) {
+TEST(MapFields, ScansOfStrangeShapes) {
   ScanRaster raster;
   for (const double step : {0.0, 1e-300, 1e-12, 3.2, 1e9, -1e9, 1e300})
     for (const double first : {0.0, 1e9, -1e300})
