@@ -151,7 +151,7 @@ TEST(TwoFeetAbuse, BrokenStreamsOfEitherFootStayFiniteAndMoveAsValues) {
       ImuSample s = foot_walk()[i];
       if (side == TwoFeet::Side::right && i > 300 && i < 400) continue;
       if (rng.below(20) == 0) s.angular_rate_radps[1] = kNotFinite[rng.below(3)];
-      if (rng.below(20) == 0) s.time -= from_seconds(rng.uniform(0.0, 2.0));
+      if (rng.below(20) == 0) s.time = s.time - from_seconds(rng.uniform(0.0, 2.0));
       (void)feet.add(side, s, none);
     }
   EXPECT_GT(feet.projections(), 0U);
@@ -224,7 +224,7 @@ TEST(PedestrianAbuse, MissingReadingsAndLateStampsAreEverydayValues) {
     if (rng.below(8) == 0) s.specific_force_mps2[rng.below(3)] = kNotFinite[rng.below(3)];
     if (rng.below(8) == 0) s.angular_rate_radps[rng.below(3)] = kNotFinite[rng.below(3)];
     if (rng.below(2) == 0) s.magnetic_field_uT.setConstant(kNan);
-    if (rng.below(50) == 0) s.time -= from_seconds(rng.uniform(0.0, 1.0));
+    if (rng.below(50) == 0) s.time = s.time - from_seconds(rng.uniform(0.0, 1.0));
     (void)walker.add(s, [](const PedestrianPose& p) {
       ASSERT_TRUE(p.position_m.allFinite() && p.covariance.allFinite());
     });
