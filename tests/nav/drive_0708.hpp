@@ -17,7 +17,7 @@
 namespace wayfare::tests {
 
 inline std::string drive_0708_folder() {
-  return std::string(WAYFARE_DATA_DIR) + "/gnss/drive_0708";
+  return WAYFARE_DATA_DIR "/gnss/drive_0708";
 }
 
 struct Drive0708 {
