@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <limits>
-#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -18,12 +17,10 @@
 #include <wayfare/logger/streams.hpp>
 
 namespace wayfare::logger {
-namespace {
 
-Error system_error(const char* what, const std::string& path) {
-  return Error{ErrorCode::io, std::string(what) + ": " + std::generic_category().message(errno),
-               path};
-}
+using io::system_error;
+
+namespace {
 
 /// No echo, no line editing, no flow control, no translation: all 256 byte values pass. False if it
 /// is no terminal.
@@ -72,10 +69,6 @@ Result<std::size_t> read_some(int fd, std::span<std::uint8_t> buffer,
 }
 
 }  // namespace
-
-Descriptor::~Descriptor() {
-  if (fd_ >= 0) ::close(fd_);
-}
 
 Result<SerialPort> SerialPort::open(const std::string& path, const SerialOptions& options) {
   if (options.baud <= 0) return Error{ErrorCode::invalid, "needs a baud rate", path};

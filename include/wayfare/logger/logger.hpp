@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
@@ -121,9 +122,6 @@ class Logger {
  public:
   /// Errors: no sensor, two with one name, an unknown kind, a control port that cannot be opened.
   [[nodiscard]] static Result<std::unique_ptr<Logger>> start(LoggerOptions options);
-  Logger(const Logger&) = delete;
-  Logger& operator=(const Logger&) = delete;
-  ~Logger();
 
   /// Error: the recording cannot be created; the one before is still being written; the logger is
   /// terminated. Does nothing while one is being made.
@@ -139,9 +137,9 @@ class Logger {
 
  private:
   struct Impl;
-  explicit Logger(std::unique_ptr<Impl> impl);
+  explicit Logger(detail::Owned<Impl> impl);
 
-  std::unique_ptr<Impl> impl_;
+  detail::Owned<Impl> impl_;
 };
 
 }  // namespace wayfare::logger

@@ -8,25 +8,11 @@
 #include <utility>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/io/detail/descriptor.hpp>
 
 namespace wayfare::logger {
 
-/// Owns an open file, terminal or socket; -1: none.
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  ~Descriptor();
-
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
+using io::Descriptor;
 
 /// Setting of the modem line DTR, by which an RPLIDAR A1's adapter stops its motor.
 enum class ModemLine { keep, on, off };
