@@ -61,7 +61,8 @@ struct LoggerOptions {
   std::string control_port = {};    ///< serial line with remote control; empty: none
   int control_baud = 57600;
   std::string control_socket = {};  ///< Unix socket with the same protocol; empty: none
-  /// Creates the output of a recording; empty: a file.
+  /// Creates the output of a recording; empty: a file. Neither it nor its sinks may call `begin` or
+  /// destroy the logger.
   std::function<Result<std::unique_ptr<io::ByteSink>>(const std::string& path)> open_sink = {};
 };
 
@@ -131,7 +132,7 @@ class Logger {
   void terminate();
 
   [[nodiscard]] LoggerStatus status() const;
-  /// Waits until recording has ended; false after the timeout.
+  /// Waits until recording has ended; false after the timeout (of a year at most).
   bool wait_until_stopped(Duration timeout);
 
  private:

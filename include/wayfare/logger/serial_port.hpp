@@ -18,7 +18,7 @@ using io::Descriptor;
 enum class ModemLine { keep, on, off };
 
 struct SerialOptions {
-  int baud = 115200;  ///< any rate that the driver supports, not only the standard ones
+  int baud = 115200;  ///< positive; any rate that the driver supports, not only the standard ones
   ModemLine dtr = ModemLine::keep;
 };
 
@@ -26,12 +26,12 @@ struct SerialOptions {
 /// a rate nor modem lines.
 class SerialPort {
  public:
-  /// Errors: cannot be opened, is no terminal. Bytes received before are kept.
+  /// Errors: cannot be opened, is no terminal, no positive rate. Bytes received before are kept.
   [[nodiscard]] static Result<SerialPort> open(const std::string& path,
                                                const SerialOptions& options = {});
 
-  /// Waits up to `timeout` for bytes; returns their number, 0 after the timeout. Error: the line is
-  /// closed.
+  /// Waits up to `timeout` for bytes; returns their number, 0 after the timeout or where the buffer
+  /// is empty. Error: the line is closed.
   [[nodiscard]] Result<std::size_t> read(std::span<std::uint8_t> buffer,
                                          std::chrono::milliseconds timeout);
   /// Writes without waiting; returns the number of bytes written.
