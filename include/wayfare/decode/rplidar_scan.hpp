@@ -48,22 +48,27 @@ namespace detail {
 
 /// Angles of a capsule's points: evenly spaced from its start to the next one's.
 struct CapsuleAngles {
+  static constexpr int kTurn_q6 = 360 * 64, kTurn_q16 = 360 << 16;
   int angle_q16 = 0, step_q16 = 0;
 
-  CapsuleAngles(int start_q6, int next_q6, int points) : angle_q16(start_q6 << 10) {
-    const int span_q6 = next_q6 - start_q6 + (next_q6 < start_q6 ? 360 * 64 : 0);
-    step_q16 = (span_q6 << 10) / points;
+  CapsuleAngles(int start_q6, int next_q6, int points) : angle_q16(start_q6 % kTurn_q6 << 10) {
+    const int span_q6 = next_q6 % kTurn_q6 - start_q6 % kTurn_q6;
+    step_q16 = ((span_q6 + (span_q6 < 0 ? kTurn_q6 : 0)) << 10) / points;
   }
-  /// The next point, `offset_q16` before its nominal angle.
-  RplidarPoint next(std::uint32_t distance_q2, int offset_q16) {
-    int q6 = (angle_q16 - offset_q16) >> 10;
-    q6 += q6 < 0 ? 360 * 64 : 0;
-    while (q6 >= 360 * 64) q6 -= 360 * 64;  // two turns where a capsule spans almost one
+  /// The next point, `offset_q16` before its nominal angle. Written in place, as a returned one
+  /// would be read before its narrower stores have left the processor.
+  void next(RplidarPoint& point, std::uint32_t distance_q2, int offset_q16) {
+    int q16 = angle_q16 - offset_q16;
+    q16 += q16 < 0 ? kTurn_q16 : 0;
+    q16 -= q16 >= kTurn_q16 ? kTurn_q16 : 0;
     angle_q16 += step_q16;
-    const bool start = angle_q16 % (360 << 16) < step_q16;
+    const bool start = angle_q16 >= kTurn_q16;
+    angle_q16 -= start ? kTurn_q16 : 0;
     constexpr std::uint8_t kNoQuality = 0x2F;
-    return {static_cast<std::uint16_t>(q6), distance_q2,
-            distance_q2 != 0 ? kNoQuality : std::uint8_t{0}, start};
+    point.angle_q6 = static_cast<std::uint16_t>(q16 >> 10);
+    point.distance_q2 = distance_q2;
+    point.quality = distance_q2 != 0 ? kNoQuality : std::uint8_t{0};
+    point.start_of_revolution = start;
   }
 };
 
@@ -140,8 +145,8 @@ class RplidarUnpacker {
       const std::uint8_t* p = &capsule_[4 + 5 * cabin];
       const int d1 = load_le<std::uint16_t>(p), d2 = load_le<std::uint16_t>(p + 2);
       const int offset1_q3 = (d1 & 3) << 4 | (p[4] & 0xF), offset2_q3 = (d2 & 3) << 4 | p[4] >> 4;
-      points_[2 * cabin] = angles.next(static_cast<std::uint32_t>(d1 & ~3), offset1_q3 << 13);
-      points_[2 * cabin + 1] = angles.next(static_cast<std::uint32_t>(d2 & ~3), offset2_q3 << 13);
+      angles.next(points_[2 * cabin], static_cast<std::uint32_t>(d1 & ~3), offset1_q3 << 13);
+      angles.next(points_[2 * cabin + 1], static_cast<std::uint32_t>(d2 & ~3), offset2_q3 << 13);
     }
     return 32;
   }
@@ -149,7 +154,7 @@ class RplidarUnpacker {
   std::size_t unpack_dense(Bytes next) {
     detail::CapsuleAngles angles(start_q6(capsule_.data()), start_q6(next.data()), 40);
     for (std::size_t i = 0; i < 40; ++i)
-      points_[i] = angles.next(std::uint32_t{load_le<std::uint16_t>(&capsule_[4 + 2 * i])} << 2, 0);
+      angles.next(points_[i], std::uint32_t{load_le<std::uint16_t>(&capsule_[4 + 2 * i])} << 2, 0);
     return 40;
   }
 
@@ -166,7 +171,7 @@ class RplidarUnpacker {
           predicted(static_cast<std::int32_t>(word << 10) >> 22, base1),
           predicted(static_cast<std::int32_t>(word) >> 22, major2)};
       for (std::size_t i = 0; i < 3; ++i)
-        points_[3 * cabin + i] = angles.next(distances[i], detail::ultra_offset_q16(distances[i]));
+        angles.next(points_[3 * cabin + i], distances[i], detail::ultra_offset_q16(distances[i]));
     }
     return 96;
   }
