@@ -24,13 +24,13 @@ void Factor::place_diagonal() {
 
 namespace {
 
-/// The largest D_jj / l_jj² of a front, and its D.
+/// The largest D_jj / l_jj² of a front.
 template <int N>
-double largest_loss(const Panel& front, const int* diagonal, const double* h, int leading,
-                    double* d) {
+double largest_loss(const Panel& front, const int* diagonal, const double* h, int leading) {
   const double* inverse = front.l11;
   double most = 0.0;
-  for (int c = 0; c < front.pivots / N; ++c, d += N) {
+  for (int c = 0; c < front.pivots / N; ++c) {
+    double d[N];
     scales<N>(h + static_cast<long>(diagonal[c]) * (N * N), N + 1, leading, d);
     for (int i = 0; i < N; ++i, inverse += front.ld11 + 1)
       most = std::max(most, d[i] * *inverse * *inverse);
@@ -50,8 +50,7 @@ auto with_block(int block, const Op& op) {
 bool Factor::loses_digits(std::size_t s, const double* h, const Panel& front) {
   const int first = plan_.fronts[s].first;
   const double loss = with_block(plan_.block, [&](auto n) {
-    return largest_loss<n()>(front, diagonal_.data() + first, h, leading_,
-                             scale_.data() + at(first * n()));
+    return largest_loss<n()>(front, diagonal_.data() + first, h, leading_);
   });
   return loss > suspicious_loss(static_cast<int>(diagonal_.size()));
 }
@@ -109,25 +108,21 @@ FactorOutcome Factor::find_undetermined() {
 
 /// The rank of H, given the result of eliminate(h).
 FactorOutcome Factor::judge(const double* h, int failed) {
-  if (failed < 0) return suspicious_ ? find_undetermined() : FactorOutcome{};
+  if (failed < 0 && !suspicious_) return {};
+  const int n = plan_.block;
+  with_block(n, [&](auto size) {
+    for (std::size_t c = 0; c < diagonal_.size(); ++c)
+      scales<size()>(h + at(diagonal_[c]) * at(n * n), n + 1, leading_, scale_.data() + c * at(n));
+  });
+  if (failed < 0) return find_undetermined();
   // A matrix that is singular to rounding becomes positive definite if more than rounding is added
   // to its diagonal; its undetermined directions then have that information only.
-  const int n = plan_.block;
   std::vector<double> lifted(h, h + blocks_ * at(n * n));
-  const auto find_scales = [&] {
-    with_block(n, [&](auto size) {
-      for (std::size_t c = 0; c < diagonal_.size(); ++c)
-        scales<size()>(h + at(diagonal_[c]) * at(n * n), n + 1, leading_,
-                       scale_.data() + c * at(n));
-    });
-  };
-  find_scales();
   for (std::size_t c = 0; c < diagonal_.size(); ++c)
     for (int i = 0; i < n; ++i)
       lifted[at(diagonal_[c]) * at(n * n) + at(i * (n + 1))] += kLift * scale_[c * at(n) + at(i)];
   FactorOutcome outcome{false, failed};
   if (eliminate(lifted.data()) >= 0) return outcome;
-  find_scales();
   if (const FactorOutcome found = find_undetermined(); !found.ok) outcome = found;
   return outcome;
 }
