@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -51,7 +52,9 @@ struct MapImageOptions {
   WriteOptions file = {};
 };
 
-/// The cells of `map` within its bounds; a single unknown cell for an empty map.
+/// The cells of `map` within its bounds; a single unknown cell for an empty map. Of a map whose
+/// bounds enclose more than 2^30 cells, as after a pose far away, those near the median of its
+/// tiles.
 [[nodiscard]] GridImage grid_image(const OccupancyGrid& map);
 
 /// The image for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
@@ -73,7 +76,8 @@ class MapPainter {
  public:
   explicit MapPainter(const GridImage& grid);
 
-  /// A square with a side of `side` pixels.
+  /// A square with a side of `side` pixels. What is outside of the picture, or not finite, is not
+  /// drawn; the same for `path`.
   MapPainter& dot(const Eigen::Vector2d& position_m, const Colour& colour, int side = 2);
   /// Two pixels wide.
   MapPainter& path(std::span<const Eigen::Vector2d> positions_m, const Colour& colour);
@@ -81,6 +85,9 @@ class MapPainter {
   [[nodiscard]] const Image& picture() const { return picture_; }
 
  private:
+  [[nodiscard]] std::pair<double, double> visible(const Eigen::Vector2d& from,
+                                                  const Eigen::Vector2d& step) const;
+
   SE2d T_grid_map_;
   double resolution_m_;
   Image picture_;

@@ -171,7 +171,9 @@ class Writer {
   // Constant before the first sample and after the last.
   [[nodiscard]] SE2d odometry_at(LogTime time) const {
     if (odometry_.empty()) return {};
-    return *pose_at(odometry_, std::clamp(time, odometry_.front().time, odometry_.back().time));
+    if (time <= odometry_.front().time) return odometry_.front().T_map_base.raw();
+    const StampedPose& last = odometry_.back();
+    return pose_at(odometry_, std::min(time, last.time)).value_or(last.T_map_base.raw());
   }
 
   void write_scan(const LaserScan& scan) {

@@ -56,8 +56,30 @@ Result<void> write_png(const std::string& path, const Image& image, const WriteO
   return error;
 }
 
-GridImage grid_image(const OccupancyGrid& map) {
+namespace {
+
+/// The bounds, or a part of them that can be kept in memory.
+CellBox bounds_of(const OccupancyGrid& map) {
+  constexpr std::int64_t kMost = std::int64_t{1} << 30;
+  constexpr int kReach = 2048;
   const CellBox box = map.bounds().value_or(CellBox{});
+  if (box.width() <= kMost / box.height()) return box;
+  std::vector<int> x, y;
+  map.for_each_tile([&](const Cell& first, const auto&) {
+    x.push_back(first.x);
+    y.push_back(first.y);
+  });
+  for (std::vector<int>* all : {&x, &y})
+    std::nth_element(all->begin(), all->begin() + std::ssize(*all) / 2, all->end());
+  const Cell middle{x[x.size() / 2], y[y.size() / 2]};
+  return {{std::max(box.min.x, middle.x - kReach), std::max(box.min.y, middle.y - kReach)},
+          {std::min(box.max.x, middle.x + kReach), std::min(box.max.y, middle.y + kReach)}};
+}
+
+}  // namespace
+
+GridImage grid_image(const OccupancyGrid& map) {
+  const CellBox box = bounds_of(map);
   GridImage image;
   image.width = static_cast<std::size_t>(box.width());
   image.height = static_cast<std::size_t>(box.height());

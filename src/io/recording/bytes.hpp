@@ -96,7 +96,8 @@ class Source {
     const auto failed = [&](const char* what) {
       return Error{ErrorCode::io, std::string(what) + std::generic_category().message(errno), path};
     };
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    // Opening a pipe would otherwise wait for its writer.
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0) return failed("cannot be opened: ");
     auto source = std::make_unique<Source>(std::string());
     source->fd_ = fd;

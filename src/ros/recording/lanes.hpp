@@ -50,7 +50,9 @@ class Lanes {
       Result<Value> value = convert(*message, *time);
       if (!value) return value.error();
       out.push_back(*std::move(value));
-      own.late.push_back(*time - raw.received);
+      // Within 126 years, so that the difference of any two fits.
+      constexpr auto kFar = Duration(4'000'000'000'000'000'000);
+      own.late.push_back(std::clamp(*time - raw.received, -kFar, kFar));
       return {};
     };
     sort_.push_back([&out] {
