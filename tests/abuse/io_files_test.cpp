@@ -211,7 +211,8 @@ const LogTime kStart = LogTime::from_seconds(1e9);
 ImuFile imu_file(int samples) {
   ImuFile file;
   for (int i = 0; i < samples; ++i)
-    file.samples.push_back({kStart + std::chrono::milliseconds(10 * i), {}, {}});
+    file.samples.push_back({kStart + std::chrono::milliseconds(10 * i), Eigen::Vector3d::Zero(),
+                            Eigen::Vector3d::Zero()});
   file.has_gyro = file.has_accelerometer = true;
   return file;
 }
