@@ -33,7 +33,7 @@ struct Message {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 const LogTime kLast = LogTime::from_nanoseconds((1LL << 32) * kSecond_ns - 1);
 
-LogTime any_time(Rng& rng) {
+LogTime any_stamp(Rng& rng) {
   const auto small = static_cast<std::int64_t>(rng.below(100));
   switch (rng.below(6)) {
     case 0:
@@ -88,7 +88,7 @@ Bag any_bag(Rng& rng, int calls) {
     } else if (!bag.topics.empty()) {
       bag.calls += "write ";
       const auto id = static_cast<std::uint32_t>(rng.below(bag.topics.size()));
-      Message m{bag.topics[id], std::string(rng.below(40), '\0'), any_time(rng)};
+      Message m{bag.topics[id], std::string(rng.below(40), '\0'), any_stamp(rng)};
       for (char& c : m.data) c = static_cast<char>(rng.below(256));
       EXPECT_TRUE(writer.write(id, m.time, m.data));
       bag.written.push_back(std::move(m));

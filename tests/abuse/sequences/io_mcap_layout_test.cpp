@@ -113,7 +113,7 @@ File any_file(Rng& rng, const std::vector<std::string>& compressions) {
   return file;
 }
 
-std::vector<Remembered> sorted(std::vector<Remembered> messages) {
+std::vector<Remembered> by_log_time(std::vector<Remembered> messages) {
   std::stable_sort(messages.begin(), messages.end(), [](const Remembered& a, const Remembered& b) {
     return a.log_time < b.log_time;
   });
@@ -130,7 +130,7 @@ TEST(McapLayouts, AreReadInBothOrders) {
     ASSERT_TRUE(reader);
     ASSERT_EQ(reader->contents().statistics.messages, file.messages.size());
     ASSERT_EQ(read_all(*reader), file.messages);
-    ASSERT_EQ(read_all(*reader, {.order = McapOrder::log_time}), sorted(file.messages));
+    ASSERT_EQ(read_all(*reader, {.order = McapOrder::log_time}), by_log_time(file.messages));
     // Truncated: a prefix, in either order the same messages.
     const auto part =
         McapReader::parse(file.bytes.substr(0, 8 + rng.below(file.bytes.size() - 8)), "memory");
@@ -138,7 +138,7 @@ TEST(McapLayouts, AreReadInBothOrders) {
     const auto read = read_all(*part);
     ASSERT_LE(read.size(), file.messages.size());
     ASSERT_TRUE(std::equal(read.begin(), read.end(), file.messages.begin()));
-    ASSERT_EQ(read_all(*part, {.order = McapOrder::log_time}), sorted(read));
+    ASSERT_EQ(read_all(*part, {.order = McapOrder::log_time}), by_log_time(read));
   }
 }
 
