@@ -163,7 +163,7 @@ TEST(Maps, OfAnyExtentArePictures) {
   for (int i = 0; i < 200; ++i) map.update({i, 2 * i}, LogOdds::from_probability(0.9));
   const GridImage small = grid_image(map);
   EXPECT_EQ(small.width, 200U);
-  for (const Cell far : {Cell{1'000'000'000, 5}, Cell{-2'000'000'000, 2'000'000'000}}) {
+  for (const Cell far : {Cell{kMaxCell, 5}, Cell{-kMaxCell, kMaxCell}}) {
     map.update(far, LogOdds::from_probability(0.9));
     const GridImage image = grid_image(map);
     ASSERT_EQ(image.occupancy.size(), image.width * image.height);
@@ -244,7 +244,7 @@ TEST(NavRecordings, OfPartsThatDoNotFit) {
   fixes = 0;
   EXPECT_FALSE(read_nav_recording(files, {}, reading)) << "no fix";
   fixes = 5;
-  for (const double late : {kNan, kInf, -kInf, 1e300}) {
+  for (const double late : {kNan, kInf, -kInf}) {
     NavFormats formats;
     formats.fixes.velocity_late_s = late;
     EXPECT_FALSE(read_nav_recording(files, formats, reading)) << late;

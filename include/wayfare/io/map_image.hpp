@@ -8,7 +8,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -85,9 +84,6 @@ class MapPainter {
   [[nodiscard]] const Image& picture() const { return picture_; }
 
  private:
-  [[nodiscard]] std::pair<double, double> visible(const Eigen::Vector2d& from,
-                                                  const Eigen::Vector2d& step) const;
-
   SE2d T_grid_map_;
   double resolution_m_;
   Image picture_;

@@ -54,7 +54,10 @@ class Writer {
         T_base_laser_(recording.T_base_laser.raw()),
         odometry_(as_trajectory(recording.odometry)),
         straight_ahead_(near(T_base_laser_.y(), 0.0) &&
-                        near(T_base_laser_.heading().radians(), 0.0)) {}
+                        near(T_base_laser_.heading().radians(), 0.0)) {
+    std::stable_sort(odometry_.begin(), odometry_.end(),
+                     [](const StampedPose& a, const StampedPose& b) { return a.time < b.time; });
+  }
 
   std::string write() {
     write_head();
@@ -171,9 +174,7 @@ class Writer {
   // Constant before the first sample and after the last.
   [[nodiscard]] SE2d odometry_at(LogTime time) const {
     if (odometry_.empty()) return {};
-    if (time <= odometry_.front().time) return odometry_.front().T_map_base.raw();
-    const StampedPose& last = odometry_.back();
-    return pose_at(odometry_, std::min(time, last.time)).value_or(last.T_map_base.raw());
+    return *pose_at(odometry_, std::clamp(time, odometry_.front().time, odometry_.back().time));
   }
 
   void write_scan(const LaserScan& scan) {

@@ -126,7 +126,7 @@ Result<MargFile> parse_table(std::string_view bytes, const std::string& source,
   const Result<FloatTable> table = parse_float_table(bytes, source);
   if (!table) return table.error();
   if (!(format.period_s >= 0.0 && std::isfinite(format.period_s)))
-    return Error{ErrorCode::invalid, "the sampling period is not a positive number", source};
+    return Error{ErrorCode::invalid, "the sampling period is negative or not finite", source};
   ColumnFormat columns = format.columns;
   if (columns.columns.size() != table->columns)
     return Error{ErrorCode::invalid,

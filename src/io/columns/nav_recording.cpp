@@ -67,7 +67,7 @@ class Loader {
   Result<NavRecording> load() {
     GnssInsRecording& r = out_.recording;
     for (const NavFileFormat* format : {&formats_.fixes, &formats_.truth})
-      if (!(std::abs(format->velocity_late_s) < 1e9))
+      if (!std::isfinite(format->velocity_late_s))
         return Error{ErrorCode::invalid, "the delay of velocities is not a number of seconds"};
     if (auto done = load_imu(); !done) return done.error();
     if (r.imu.empty()) return Error{ErrorCode::invalid, "the inertial unit has no samples"};

@@ -11,6 +11,9 @@
 #include <map>
 #include <optional>
 #include <utility>
+#include <vector>
+
+#include <wayfare/core/statistics.hpp>
 
 #include "io/text/text.hpp"
 
@@ -60,18 +63,15 @@ namespace {
 
 /// The bounds, or a part of them that can be kept in memory.
 CellBox bounds_of(const OccupancyGrid& map) {
-  constexpr std::int64_t kMost = std::int64_t{1} << 30;
   constexpr int kReach = 2048;
   const CellBox box = map.bounds().value_or(CellBox{});
-  if (box.width() <= kMost / box.height()) return box;
+  if (box.cells() <= std::int64_t{1} << 30) return box;
   std::vector<int> x, y;
   map.for_each_tile([&](const Cell& first, const auto&) {
     x.push_back(first.x);
     y.push_back(first.y);
   });
-  for (std::vector<int>* all : {&x, &y})
-    std::nth_element(all->begin(), all->begin() + std::ssize(*all) / 2, all->end());
-  const Cell middle{x[x.size() / 2], y[y.size() / 2]};
+  const Cell middle{upper_median_of(x), upper_median_of(y)};
   return {{std::max(box.min.x, middle.x - kReach), std::max(box.min.y, middle.y - kReach)},
           {std::min(box.max.x, middle.x + kReach), std::min(box.max.y, middle.y + kReach)}};
 }

@@ -19,21 +19,21 @@ MapPainter::MapPainter(const GridImage& grid)
 
 MapPainter& MapPainter::dot(const Eigen::Vector2d& position_m, const Colour& colour, int side) {
   const Eigen::Vector2d cell = (T_grid_map_ * position_m) / resolution_m_;
-  if (!cell.allFinite()) return *this;
+  if (!cell.allFinite() || side <= 0) return *this;
   const auto width = static_cast<double>(picture_.width);
   const auto height = static_cast<double>(picture_.height);
-  const double before = 0.5 * (static_cast<double>(side) - 1.0);
-  // Of the rows or columns of the square, those that may be within the picture.
-  const auto first = [&](double at) {
-    return static_cast<int>(std::clamp(std::floor(before - at), 0.0, static_cast<double>(side)));
+  const double before = 0.5 * (side - 1);
+  // Of the square's columns or rows, those that may be within the picture.
+  const auto range = [&](double at, double size) {
+    const auto within = [count = static_cast<double>(side)](double i) {
+      return static_cast<int>(std::clamp(i, 0.0, count));
+    };
+    return std::pair(within(std::floor(before - at)), within(std::ceil(size + before - at) + 1.0));
   };
-  const auto last = [&](double at, double size) {
-    return static_cast<int>(
-        std::clamp(std::ceil(size + before - at) + 1.0, 0.0, static_cast<double>(side)));
-  };
-  if (side <= 0) return *this;
-  for (int i = first(cell.x()); i < last(cell.x(), width); ++i) {
-    for (int j = first(cell.y()); j < last(cell.y(), height); ++j) {
+  const auto [left, right] = range(cell.x(), width);
+  const auto [low, high] = range(cell.y(), height);
+  for (int i = left; i < right; ++i) {
+    for (int j = low; j < high; ++j) {
       const double column = std::floor(cell.x() + i - before);
       const double row = height - 1.0 - std::floor(cell.y() + j - before);
       if (!(column >= 0.0 && row >= 0.0 && column < width && row < height)) continue;
@@ -45,33 +45,36 @@ MapPainter& MapPainter::dot(const Eigen::Vector2d& position_m, const Colour& col
   return *this;
 }
 
-/// The part of a segment, as fractions of it, that may be visible in the picture.
-std::pair<double, double> MapPainter::visible(const Eigen::Vector2d& from,
-                                              const Eigen::Vector2d& step) const {
-  const Eigen::Vector2d begin = (T_grid_map_ * from) / resolution_m_;
-  const Eigen::Vector2d along = T_grid_map_.rotation() * step / resolution_m_;
-  const Eigen::Vector2d size(static_cast<double>(picture_.width),
-                             static_cast<double>(picture_.height));
-  constexpr double kMargin = 4.0;  // pixels
+namespace {
+
+/// The part of the line from `begin` to `begin` + `step`, in pixels, that may be seen in a picture
+/// of `size`: its first and last point as fractions of the line.
+std::pair<double, double> visible(const Eigen::Vector2d& begin, const Eigen::Vector2d& step,
+                                  const Eigen::Vector2d& size) {
+  constexpr double kMargin = 4.0;
   double first = 0.0, last = 1.0;
   for (int axis = 0; axis < 2; ++axis) {
-    double enters = (-kMargin - begin[axis]) / along[axis];
-    double leaves = (size[axis] + kMargin - begin[axis]) / along[axis];
-    if (enters > leaves) std::swap(enters, leaves);
-    if (along[axis] == 0.0) continue;
-    first = std::max(first, enters);
-    last = std::min(last, leaves);
+    if (step[axis] == 0.0) continue;
+    const double low = (-kMargin - begin[axis]) / step[axis];
+    const double high = (size[axis] + kMargin - begin[axis]) / step[axis];
+    first = std::max(first, std::min(low, high));
+    last = std::min(last, std::max(low, high));
   }
   return {first, last};
 }
 
+}  // namespace
+
 MapPainter& MapPainter::path(std::span<const Eigen::Vector2d> positions_m, const Colour& colour) {
-  constexpr double kMost = 1e15;  // pieces of a segment; beyond, positions are not exact to a pixel
+  constexpr double kMost = 1e15;  // beyond, the pieces' positions are not exact to a pixel
+  const Eigen::Vector2d size(static_cast<double>(picture_.width),
+                             static_cast<double>(picture_.height));
   for (std::size_t i = 1; i < positions_m.size(); ++i) {
     const Eigen::Vector2d step = positions_m[i] - positions_m[i - 1];
+    const Eigen::Vector2d begin = (T_grid_map_ * positions_m[i - 1]) / resolution_m_;
     const double pieces = 1.0 + std::floor(step.norm() / (0.5 * resolution_m_));
-    if (!(pieces < kMost)) continue;
-    const auto [first, last] = visible(positions_m[i - 1], step);
+    if (!(pieces < kMost) || !begin.allFinite()) continue;
+    const auto [first, last] = visible(begin, T_grid_map_.rotation() * step / resolution_m_, size);
     const double end = std::min(pieces, std::ceil(last * pieces) + 1.0);
     for (double k = std::max(0.0, std::floor(first * pieces)); k < end; k += 1.0)
       dot(positions_m[i - 1] + step * k / pieces, colour);

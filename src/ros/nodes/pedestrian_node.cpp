@@ -48,7 +48,7 @@ PedestrianNodeOutput PedestrianNode::idle(double now_s) {
 
 void PedestrianNode::take(const MargSample& sample, double now_s, PedestrianNodeOutput& out) {
   heard_s_ = now_s;
-  if (last_ && is_jump_back(*last_, sample.time, options_.jump_back_s)) {
+  if (last_ && sample.time + from_seconds(options_.jump_back_s) < *last_) {
     notices_.add(Severity::warning, "back",
                  "time went back by " + std::to_string(to_seconds(*last_ - sample.time)) +
                      " s: restarts at the origin",

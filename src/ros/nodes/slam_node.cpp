@@ -56,7 +56,7 @@ void SlamNode::enqueue(Sensed<Scan>& to, Result<Scan> scan, const Header& header
     return notices_.add(
         Severity::error, "other than " + to.frame,
         "left out scans in frame '" + frame + "': the map uses those in '" + to.frame + "'", now_s);
-  if (to.last_received && is_jump_back(*to.last_received, scan->time, options_.jump_back_s)) {
+  if (to.last_received && scan->time + from_seconds(options_.jump_back_s) < *to.last_received) {
     notices_.add(
         Severity::warning, "back",
         "time went back by " + seconds(*to.last_received - scan->time) + ": begins a new map",
@@ -90,7 +90,7 @@ void SlamNode::add(const Odometry& message, double now_s) {
   const SE2d T_odom_base = sample->T_odom_base.raw();
   if (!odometry_.empty()) {
     const OdometrySample& last = odometry_.back();
-    if (is_jump_back(last.time, *time, options_.jump_back_s)) {
+    if (*time + from_seconds(options_.jump_back_s) < last.time) {
       odometry_.clear();
       T_joined_odom_.reset();
     } else if (*time <= last.time) {
@@ -122,7 +122,8 @@ void SlamNode::add(const Imu& message, double now_s) {
   if (!rate)
     return notices_.add(Severity::error, "bad reading",
                         "left out an inertial sample: " + rate.error().to_string(), now_s);
-  if (!gyro_.empty() && is_jump_back(gyro_.back().time, *time, options_.jump_back_s)) gyro_.clear();
+  if (!gyro_.empty() && *time + from_seconds(options_.jump_back_s) < gyro_.back().time)
+    gyro_.clear();
   if (!gyro_.empty() && *time <= gyro_.back().time) return;
   gyro_.push_back({*time, rate->z()});
   motion_missing_ = false;

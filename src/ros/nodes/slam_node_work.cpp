@@ -112,8 +112,8 @@ bool SlamNode::motion_is_known(LogTime time, double now_s) {
 
 MotionHint SlamNode::hint(LogTime time) const {
   const Duration gap = from_seconds(options_.odometry_gap_s);
-  if (!odometry_.empty() && odometry_.front().time - time < gap &&
-      time - odometry_.back().time < gap)
+  if (!odometry_.empty() && odometry_.front().time - gap < time &&
+      time < odometry_.back().time + gap)
     return {OdometryTrack(odometry_).at(time), {}};
   if (last_scan_ && !gyro_.empty()) return {{}, GyroTurn(gyro_).between(*last_scan_, time)};
   return {};

@@ -50,9 +50,7 @@ class Lanes {
       Result<Value> value = convert(*message, *time);
       if (!value) return value.error();
       out.push_back(*std::move(value));
-      // Within 126 years, so that the difference of any two fits.
-      constexpr auto kFar = Duration(4'000'000'000'000'000'000);
-      own.late.push_back(std::clamp(*time - raw.received, -kFar, kFar));
+      own.late.push_back(*time - raw.received);
       return {};
     };
     sort_.push_back([&out] {

@@ -7,8 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/core/time.hpp>
-
 namespace wayfare::ros {
 
 enum class Severity { info, warning, error };
@@ -18,11 +16,6 @@ struct Notice {
   Severity severity = Severity::info;
   std::string text;
 };
-
-/// Whether `time` is more than `limit_s`, which may be infinite, before the one received last.
-[[nodiscard]] inline bool is_jump_back(LogTime last, LogTime time, double limit_s) {
-  return last - time > from_seconds(limit_s);
-}
 
 /// Notices, each repeated only after a while.
 class Notices {
