@@ -279,7 +279,8 @@ TEST(NavRecordings, PartsOfAUnitOfAnyOrder) {
 TEST(Logs, OfARecordingThatIsNotInOrder) {
   Recording r;
   for (const double t : {5.0, 1.0, 3.0, 3.0, -1e9}) {
-    r.odometry.push_back({LogTime::from_seconds(t), {}});
+    const SE2d pose(t, 0.0, Angle());
+    r.odometry.push_back({LogTime::from_seconds(t), Transform2<frame::Odom, frame::Base>(pose)});
     r.scans.push_back({LogTime::from_seconds(2.0 * t),
                        Angle(),
                        Angle::degrees(1.0),
@@ -288,7 +289,11 @@ TEST(Logs, OfARecordingThatIsNotInOrder) {
                        {1.0F, std::nanf(""), -1.0F, std::numeric_limits<float>::infinity()}});
     r.radar.push_back({LogTime::from_seconds(t), {}});
   }
-  const auto log = parse_carmen(format_carmen(r), "source");
+  // Between two samples of odometry, wherever they are.
+  r.truth.push_back({LogTime::from_seconds(2.0), {}});
+  const std::string text = format_carmen(r);
+  EXPECT_NE(text.find("\nTRUEPOS 0 0 0 2 0 0 "), text.npos);
+  const auto log = parse_carmen(text, "source");
   ASSERT_TRUE(log);
   EXPECT_EQ(log->recording.scans.size(), 5U - 1U) << "one is the same as another";
   const auto empty = parse_carmen(format_carmen({}), "source", {.needs_laser = false});

@@ -102,7 +102,8 @@ constexpr Quantity kFix[] = {
     {"speed", Dimension::speed}, {"course", Dimension::angle}, {"sspeed", Dimension::speed},
     {"q", Dimension::none}};
 
-/// Variances from standard deviations; nullopt where one is not positive, or its square is not.
+/// Variances from standard deviations; nullopt where one, or its square, is not positive and
+/// finite.
 std::optional<Eigen::Matrix3d> variances(const Eigen::Vector3d& sigma) {
   const Eigen::Vector3d squares = sigma.cwiseAbs2();
   if (!(sigma.minCoeff() > 0.0 && squares.minCoeff() > 0.0) || !squares.allFinite())
