@@ -84,11 +84,10 @@ class Drive {
     for (int i = 0; i < calls && !::testing::Test::HasFailure(); ++i) call();
     take(node_.finish(now_s_));
     for (const LogTime time : published_.poses) EXPECT_TRUE(offered_.contains(time));
-    // In order of time, but for a start anew.
+    // In order of time within a map; the notice of a new one is not repeated at once.
     std::size_t back = 0;
     for (std::size_t i = 1; i < published_.poses.size(); ++i)
       back += published_.poses[i] <= published_.poses[i - 1] ? 1 : 0;
-    // Notices of the same are not repeated at once.
     EXPECT_TRUE(back == 0 || published_.restarts > 0);
     EXPECT_LE(published_.poses.size(), offers_);
     return published_;

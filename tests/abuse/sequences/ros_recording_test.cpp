@@ -2,6 +2,7 @@
 // then read whole, truncated and damaged.
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <set>
