@@ -135,7 +135,7 @@ struct ExpectedInnovation {
 };
 
 template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P>
-[[nodiscard]] auto expected_innovation(const P& p, const IndexedRow<T, Index...>& h) {
+[[nodiscard]] inline auto expected_innovation(const P& p, const IndexedRow<T, Index...>& h) {
   auto cross = p.times(h);
   const T variance = h.sum([&](int i) { return detail::element(cross, i); });
   return ExpectedInnovation<T, decltype(cross)>{std::move(cross), variance};
@@ -157,9 +157,10 @@ struct WeightedInnovation {
 /// less what the correction explains, over its variance: χ² with one degree of freedom.
 template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P, class Vector,
           class Correction, class Gain = WeightedInnovation>
-T sequential_update(P& p, Correction& correction, const IndexedRow<T, Index...>& h,
-                    const ExpectedInnovation<T, Vector>& expected,
-                    std::type_identity_t<T> innovation, std::type_identity_t<T> r, Gain gain = {}) {
+inline T sequential_update(P& p, Correction& correction, const IndexedRow<T, Index...>& h,
+                           const ExpectedInnovation<T, Vector>& expected,
+                           std::type_identity_t<T> innovation, std::type_identity_t<T> r,
+                           Gain gain = {}) {
   // Rounding must not make the variance negative: a gain of the wrong sign would follow. A number
   // known exactly that is measured exactly stays as it is.
   const T variance = std::max(expected.variance, T(0)) + r;
@@ -172,8 +173,8 @@ T sequential_update(P& p, Correction& correction, const IndexedRow<T, Index...>&
 }
 
 template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P, class Correction>
-T sequential_update(P& p, Correction& correction, const IndexedRow<T, Index...>& h,
-                    std::type_identity_t<T> innovation, std::type_identity_t<T> r) {
+inline T sequential_update(P& p, Correction& correction, const IndexedRow<T, Index...>& h,
+                           std::type_identity_t<T> innovation, std::type_identity_t<T> r) {
   return sequential_update(p, correction, h, expected_innovation(p, h), innovation, r);
 }
 

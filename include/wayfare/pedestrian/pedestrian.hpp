@@ -78,8 +78,9 @@ class Pedestrian {
                          : UpdateStatus::waiting;
   }
 
-  [[nodiscard]] double forward_radians() const {
-    const Eigen::Vector3d axis = ahrs_.q_world_body() * p_.forward;
+  [[nodiscard]] double forward_radians() const { return forward_radians(ahrs_.q_world_body()); }
+  [[nodiscard]] double forward_radians(const SO3d& q_world_body) const {
+    const Eigen::Vector3d axis = q_world_body * p_.forward;
     return std::atan2(axis.y(), axis.x());
   }
 
@@ -87,7 +88,7 @@ class Pedestrian {
   void update_heading(const MargSample& s) {
     if (!ahrs_.ready()) return;
     const auto q = ahrs_.q_world_body();
-    const double heading = forward_radians() + magnetic_drift_.correction();
+    const double heading = forward_radians(q) + magnetic_drift_.correction();
     const double dt = heading_.add(
         s.time, heading,
         magnetic_drift_.on() ? magnetic_drift_.variance() : ahrs_.world_covariance()(2, 2));

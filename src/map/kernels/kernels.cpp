@@ -51,6 +51,7 @@ void block_rows(const uint16_t* __restrict table, int stride, const int32_t* __r
   for (int begin = 0; begin < n; begin += 16) {
     const int end = begin + 16 < n ? begin + 16 : n;
     typedef uint16_t Lanes __attribute__((vector_size(2 * kBlock), aligned(2), may_alias));
+    typedef uint32_t Sums __attribute__((vector_size(4 * kBlock), aligned(4), may_alias));
     Lanes acc[kRows] = {};
     for (int i = begin; i < end; ++i) {
       const uint16_t* p = table + at[i];
@@ -58,7 +59,7 @@ void block_rows(const uint16_t* __restrict table, int stride, const int32_t* __r
         acc[r] += *reinterpret_cast<const Lanes*>(p + static_cast<long>(r) * stride);
     }
     for (int r = 0; r < kRows; ++r)
-      for (int c = 0; c < kBlock; ++c) sums[r * kBlock + c] += acc[r][c];
+      reinterpret_cast<Sums*>(sums)[r] += __builtin_convertvector(acc[r], Sums);
   }
 }
 

@@ -91,14 +91,15 @@ Farthest farthest(const Beams& b, std::size_t begin, std::size_t end) {
   return {index, distance, chord};
 }
 
-void split_run(const Beams& beams, const WallOptions& options, std::size_t begin, std::size_t end,
-               std::vector<Segment>& segments) {
-  struct Run {
-    std::size_t begin, end;  // the last point is end − 1
-  };
+struct Run {
+  std::size_t begin, end;  // the last point is end − 1
+};
+
+/// Splits the runs of the stack `open`.
+void split_runs(const Beams& beams, const WallOptions& options, std::vector<Run>& open,
+                std::vector<Segment>& segments) {
   const double noise = std::hypot(options.range_noise_m, options.flatness_m);
   const auto min_points = static_cast<std::size_t>(std::max(options.min_segment_points, 2));
-  std::vector<Run> open{{begin, end}};
   while (!open.empty()) {
     const Run r = open.back();
     open.pop_back();
@@ -222,6 +223,9 @@ double direction_of(const Candidate& c, std::span<const Segment> segments, doubl
 
 std::vector<Segment> split(const Beams& beams, const WallOptions& options) {
   std::vector<Segment> segments;
+  std::vector<Run> open;
+  segments.reserve(64);
+  open.reserve(64);
   const std::size_t n = beams.x_m.size();
   const double gap2 = options.break_m * options.break_m;
   std::size_t begin = 0;
@@ -230,7 +234,8 @@ std::vector<Segment> split(const Beams& beams, const WallOptions& options) {
       const double dx = beams.x_m[i] - beams.x_m[i - 1], dy = beams.y_m[i] - beams.y_m[i - 1];
       if (dx * dx + dy * dy <= gap2) continue;
     }
-    split_run(beams, options, begin, i, segments);
+    open.push_back({begin, i});
+    split_runs(beams, options, open, segments);
     begin = i;
   }
   return segments;
@@ -282,6 +287,7 @@ std::vector<Candidate> correlated_walls(const Beams& beams, std::optional<Angle>
   constexpr double kMostCells = 1e5;
   const double cells = std::min(options.max_width_m, options.max_range_m + kCell_m) / kCell_m;
   const auto half = static_cast<std::ptrdiff_t>(cells > 0 ? std::min(cells, kMostCells) : 0.0);
+  const auto most = static_cast<double>(half);
   std::vector<double> count(static_cast<std::size_t>(2 * half + 2));
   Candidate best;
   for (int h = -90; h < 90; ++h) {
@@ -291,11 +297,9 @@ std::vector<Candidate> correlated_walls(const Beams& beams, std::optional<Angle>
     const double ux = std::cos(direction), uy = std::sin(direction);
     for (std::size_t i = 0; i < beams.x_m.size(); ++i) {
       const double offset = beams.y_m[i] * ux - beams.x_m[i] * uy;
-      const double cell = std::floor(offset / kCell_m) + static_cast<double>(half);
-      if (!(cell >= 0 && cell <= 2.0 * static_cast<double>(half)) ||
-          std::abs(offset) < kLeastOffset_m)
-        continue;
-      count[static_cast<std::size_t>(cell)] += 1.0;
+      const double cell = std::floor(offset / kCell_m);
+      if (!(std::abs(cell) <= most) || std::abs(offset) < kLeastOffset_m) continue;
+      count[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) + half)] += 1.0;
     }
     std::array<Offsets::Best, 2> sides;
     for (std::ptrdiff_t c = 0; c <= 2 * half; ++c) {

@@ -200,13 +200,15 @@ struct OffsetHistogram {
   }
 };
 
-std::vector<NearPoint> points_near(const Beams& b, const Guess& guess, double max_shift_m) {
+constexpr std::size_t kMaxBeams = 200;  // a finer scan is subsampled
+
+std::span<const NearPoint> points_near(const Beams& b, const Guess& guess, double max_shift_m,
+                                       std::array<NearPoint, kMaxBeams>& points) {
   constexpr double kNear_m = 6.0;
-  constexpr std::size_t kMaxBeams = 200;  // a finer scan is subsampled
   const double half = std::min(max_shift_m, (kCells / 2 - 8) * kCell_m);
   const double ux = std::cos(guess.direction_rad), uy = std::sin(guess.direction_rad);
-  std::vector<NearPoint> points;
   const std::size_t step = 1 + b.range_m.size() / kMaxBeams;
+  std::size_t n = 0;
   for (std::size_t i = 0; i < b.range_m.size(); i += step) {
     const double q = ux * b.sin_bearing[i] - uy * b.cos_bearing[i];
     const std::size_t k = q > 0.0 ? 0 : 1;
@@ -215,18 +217,19 @@ std::vector<NearPoint> points_near(const Beams& b, const Guess& guess, double ma
     if (!guess.present[k] || !(std::abs(across) < half) || std::abs(along) > kNear_m ||
         b.range_m[i] == 0.0)
       continue;
-    points.push_back({static_cast<float>(along), static_cast<float>(across),
-                      static_cast<std::int16_t>(4.0 * std::min(b.range_m[i] / std::abs(q), 25.0)),
-                      static_cast<std::int16_t>(k)});
+    points[n++] = {static_cast<float>(along), static_cast<float>(across),
+                   static_cast<std::int16_t>(4.0 * std::min(b.range_m[i] / std::abs(q), 25.0)),
+                   static_cast<std::int16_t>(k)};
   }
-  return points;
+  return std::span(points).first(n);
 }
 
 }  // namespace
 
 Guess align(const Beams& beams, const Guess& guess, double max_shift_m, double max_turn_rad) {
   constexpr double kCoarse_rad = 0.01, kFine_rad = 0.004;
-  const std::vector<NearPoint> points = points_near(beams, guess, max_shift_m);
+  std::array<NearPoint, kMaxBeams> storage;
+  const std::span<const NearPoint> points = points_near(beams, guess, max_shift_m, storage);
   OffsetHistogram histogram;
   int most = histogram.accumulate(points, 0.0);
   double turn = 0.0;
