@@ -51,7 +51,9 @@ struct MapImageOptions {
   WriteOptions file = {};
 };
 
-/// The cells of `map` within its bounds; a single unknown cell for an empty map.
+/// The cells of `map` within its bounds; a single unknown cell for an empty map. Of a map whose
+/// bounds enclose more than 2^30 cells, as after a pose far away, those near the median of its
+/// tiles.
 [[nodiscard]] GridImage grid_image(const OccupancyGrid& map);
 
 /// The image for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
@@ -73,7 +75,8 @@ class MapPainter {
  public:
   explicit MapPainter(const GridImage& grid);
 
-  /// A square with a side of `side` pixels.
+  /// A square with a side of `side` pixels. What is outside of the picture, or not finite, is not
+  /// drawn; the same for `path`.
   MapPainter& dot(const Eigen::Vector2d& position_m, const Colour& colour, int side = 2);
   /// Two pixels wide.
   MapPainter& path(std::span<const Eigen::Vector2d> positions_m, const Colour& colour);

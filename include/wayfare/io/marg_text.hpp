@@ -42,7 +42,8 @@ struct MargFormat {
 };
 
 /// Errors: the file cannot be read, a column is missing or has an unknown unit, or no line is
-/// usable; for a binary table also a wrong number of names.
+/// usable; for a binary table also a wrong number of names, or a period that is negative or not
+/// finite.
 [[nodiscard]] Result<MargFile> read_marg(const std::string& path, const MargFormat& format = {});
 [[nodiscard]] Result<MargFile> parse_marg(std::string_view bytes, const std::string& source,
                                           const MargFormat& format = {});

@@ -57,8 +57,9 @@ struct NavReading {
   std::function<Result<FixFile>(const std::string&, const ColumnFormat&)> fixes = read_fixes;
 };
 
-/// Reads all files and sorts each stream by time. Errors: those of the readers; no satellite
-/// measurements; streams that do not overlap in time, with the gap between them.
+/// Reads all files and sorts each stream by time. Errors: those of the readers; no inertial samples
+/// or no satellite measurements; streams that do not overlap in time, with the gap between them; a
+/// delay of velocities that is not finite.
 [[nodiscard]] Result<NavRecording> read_nav_recording(const NavFiles& files,
                                                       const NavFormats& formats = {},
                                                       const NavReading& reading = {});

@@ -153,7 +153,8 @@ struct TimeTagFile {
 
 /// The linear fit from the times of `file`, its device's own counter, to GPS time. Each sample is
 /// paired with the first tag after its arrival. Streams logged with CR LF but stored with LF alone
-/// are detected by the byte count of the last tag, which exceeds the file's size.
+/// are detected by the byte count of the last tag, which exceeds the file's size. Errors: samples
+/// without `ends`, as from other kinds of files; fewer than two instants.
 [[nodiscard]] Result<ClockFit<LogClock>> fit_time_tags(const ImuFile& file,
                                                        const TimeTagFile& tags);
 

@@ -33,8 +33,9 @@ class FrameTree {
 
   [[nodiscard]] bool empty() const { return parents_.empty(); }
 
-  /// The pose of `frame` in `base`, bit-exact between parent and child. Errors: the frames are not
-  /// connected (the known frames are listed), or a rotation is invalid.
+  /// The pose of `frame` in `base`; between parent and child their transform as received,
+  /// unchecked. Errors: the frames are not connected by valid transforms (the known frames are
+  /// listed).
   [[nodiscard]] Result<TransformParts> find(std::string_view base, std::string_view frame) const;
 
  private:
@@ -46,7 +47,7 @@ class FrameTree {
   std::map<std::string, Parent, std::less<>> parents_;
 };
 
-/// Errors: zero, which means "not set"; before 1970; a second or more of nanoseconds.
+/// Errors: zero, which means "not set"; before 1970 or after 2106; a second or more of nanoseconds.
 [[nodiscard]] Result<LogTime> time_of(const Stamp& stamp);
 /// `time` must not be before 1970. Exact.
 [[nodiscard]] Stamp stamp_of(LogTime time);
@@ -120,7 +121,8 @@ struct LevelMounting {
 [[nodiscard]] MagneticField magnetic_message_of(const Eigen::Vector3d& field_uT, LogTime time,
                                                 std::string_view frame);
 
-/// Errors: no fix, or not a position on the Earth. An unknown covariance becomes the identity.
+/// Errors: no fix, not a position on the Earth, variances that are not positive. An unknown
+/// covariance becomes the identity; one that is not positive definite is reduced to its variances.
 [[nodiscard]] Result<GnssFix> fix_of(const NavSatFix& message, LogTime time);
 [[nodiscard]] NavSatFix message_of(const GnssFix& fix, std::string_view frame);
 

@@ -136,22 +136,23 @@ class RecordingWriter {
   [[nodiscard]] static Result<RecordingWriter> create(const std::string& path,
                                                       const io::WriteOptions& options = {});
 
-  /// Errors: a time before 1970, or of the disk.
+  /// Errors: a time before 1970, a topic with messages of another type, or of the disk.
   template <Message M>
   [[nodiscard]] Result<void> write(const std::string& topic, LogTime received, const M& message) {
-    if (!knows(topic))
+    if (!knows(topic, M::kType))
       if (auto added = add(topic, M::kType, definition<M>(dialect())); !added) return added;
     return write_bytes(topic, received, to_bytes(message, dialect()));
   }
 
-  /// Closes the file; nothing can be written afterwards. A bag is complete on the disk only now.
+  /// Closes the file; nothing can be written afterwards. A bag is complete on the disk only now; if
+  /// that fails, it can be tried again.
   [[nodiscard]] Result<void> close();
 
  private:
   struct Impl;
   explicit RecordingWriter(detail::Owned<Impl> impl);
   [[nodiscard]] Dialect dialect() const;
-  [[nodiscard]] bool knows(const std::string& topic) const;
+  [[nodiscard]] bool knows(const std::string& topic, const MessageType& type) const;
   [[nodiscard]] Result<void> add(const std::string& topic, const MessageType& type,
                                  const std::string& definition);
   [[nodiscard]] Result<void> write_bytes(const std::string& topic, LogTime received,
@@ -178,7 +179,8 @@ struct RobotTopics {
 /// geometry_msgs/PoseStamped) and the sensors' mounting (on /tf_static). `read_robot` restores them
 /// bit for bit. Rates and forces of a `unit` replace the recording's gyro on its topic; its
 /// magnetic field has a topic of its own. Wheels have no ROS message and are dropped. Errors: as of
-/// `RecordingWriter::write`; a time of zero, which means "not set" in ROS.
+/// `RecordingWriter::write`; a time of zero, which means "not set" in ROS, or after 2038, where the
+/// stamps of ROS 2 end.
 [[nodiscard]] Result<void> write_robot(RecordingWriter& writer, const Recording& recording,
                                        const RobotTopics& topics = {}, const UnitRun& unit = {});
 

@@ -148,7 +148,6 @@ class CarmenReader {
   void report(Error error) { log_.problems.add(std::move(error)); }
 
   Result<CarmenLog> read(std::string_view all) {
-    if (all.substr(0, 3) == "\xef\xbb\xbf") all.remove_prefix(3);  // a byte order mark
     text::Lines lines(all);
     for (std::string_view line; lines.next(line);)
       collector_.take(line, lines.number(), lines.terminated());

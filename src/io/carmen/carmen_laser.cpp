@@ -117,10 +117,10 @@ SE2d mounting(const std::vector<ScanLine>& scans, const Parameters& parameters) 
     const SE2d relative = line.robot_pose->inverse() * *line.laser_pose;
     if (!first) first = relative;
     const Eigen::Vector3d change = relative.minus(*first);
-    if (change.cwiseAbs().maxCoeff() > 2e-3) return {};
+    if (!(change.cwiseAbs().maxCoeff() <= 2e-3)) return {};  // also where it is not finite
     sum += change;
   }
-  if (!first || first->log().norm() < 2e-3 || first->translation().norm() > 5.0) return {};
+  if (!first || first->log().norm() < 2e-3 || !(first->translation().norm() <= 5.0)) return {};
   return first->plus(sum / static_cast<double>(scans.size()));
 }
 

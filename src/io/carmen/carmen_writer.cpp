@@ -54,7 +54,10 @@ class Writer {
         T_base_laser_(recording.T_base_laser.raw()),
         odometry_(as_trajectory(recording.odometry)),
         straight_ahead_(near(T_base_laser_.y(), 0.0) &&
-                        near(T_base_laser_.heading().radians(), 0.0)) {}
+                        near(T_base_laser_.heading().radians(), 0.0)) {
+    std::stable_sort(odometry_.begin(), odometry_.end(),
+                     [](const StampedPose& a, const StampedPose& b) { return a.time < b.time; });
+  }
 
   std::string write() {
     write_head();

@@ -98,6 +98,8 @@ Result<ClockFile> parse_clock(std::string_view all, const std::string& source,
   ClockFile file;
   const auto take = [&](const ColumnRow& row) -> std::string {
     if (std::isnan(row.numbers[0])) return "the device's time is missing";
+    if (std::abs(row.numbers[0]) > 1e-9 * static_cast<double>(kLargestStamp_ns))
+      return "the device's time is too large";
     file.pairs.push_back({Time<DeviceClock>::from_seconds(row.numbers[0]), row.time});
     return {};
   };
@@ -140,6 +142,9 @@ Result<TimeTagFile> read_time_tags(const std::string& path) {
 }
 
 Result<ClockFit<LogClock>> fit_time_tags(const ImuFile& file, const TimeTagFile& tags) {
+  if (file.ends.size() != file.samples.size())
+    return Error{ErrorCode::invalid,
+                 "time tags belong to a file of text: these samples have no place in one"};
   // With CR LF, the position of the last tag exceeds the file's size by one byte per line.
   std::uint64_t last_line = 0;
   if (!file.ends.empty()) last_line = file.ends.back().line;

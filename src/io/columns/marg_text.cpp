@@ -95,6 +95,8 @@ Result<MargFile> parse_rows(std::string_view text, const std::string& source,
     if (auto present = rows->require(kAttitude, kMoving); !present) return present.error();
   const auto take = [&](const ColumnRow& row) -> std::string {
     const std::span<const double> v = row.numbers;
+    if (std::any_of(v.begin(), v.end(), [](double x) { return std::isinf(x); }))
+      return "a reading is infinite";
     file.samples.push_back({row.time, triple(v, 0), triple(v, kForce), triple(v, kField)});
     if (has_reference) file.reference.push_back(reference_of(v));
     file.moving.push_back(!rows->has(kMoving) || v[kMoving] > 0.5);
@@ -123,6 +125,8 @@ Result<MargFile> parse_table(std::string_view bytes, const std::string& source,
                              const MargFormat& format) {
   const Result<FloatTable> table = parse_float_table(bytes, source);
   if (!table) return table.error();
+  if (!(format.period_s >= 0.0 && std::isfinite(format.period_s)))
+    return Error{ErrorCode::invalid, "the sampling period is negative or not finite", source};
   ColumnFormat columns = format.columns;
   if (columns.columns.size() != table->columns)
     return Error{ErrorCode::invalid,

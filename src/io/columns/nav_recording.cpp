@@ -66,7 +66,11 @@ class Loader {
 
   Result<NavRecording> load() {
     GnssInsRecording& r = out_.recording;
+    for (const NavFileFormat* format : {&formats_.fixes, &formats_.truth})
+      if (!std::isfinite(format->velocity_late_s))
+        return Error{ErrorCode::invalid, "the delay of velocities is not a number of seconds"};
     if (auto done = load_imu(); !done) return done.error();
+    if (r.imu.empty()) return Error{ErrorCode::invalid, "the inertial unit has no samples"};
     if (auto done = load_ranges(); !done) return done.error();
     if (auto done = load_fixes(); !done) return done.error();
     if (r.ranges.empty() && r.fixes.empty())

@@ -102,8 +102,14 @@ constexpr Quantity kFix[] = {
     {"speed", Dimension::speed}, {"course", Dimension::angle}, {"sspeed", Dimension::speed},
     {"q", Dimension::none}};
 
-/// Variances from standard deviations.
-Eigen::Matrix3d variances(const Eigen::Vector3d& sigma) { return sigma.cwiseAbs2().asDiagonal(); }
+/// Variances from standard deviations; nullopt where one, or its square, is not positive and
+/// finite.
+std::optional<Eigen::Matrix3d> variances(const Eigen::Vector3d& sigma) {
+  const Eigen::Vector3d squares = sigma.cwiseAbs2();
+  if (!(sigma.minCoeff() > 0.0 && squares.minCoeff() > 0.0) || !squares.allFinite())
+    return std::nullopt;
+  return squares.asDiagonal();
+}
 
 /// RTKLIB writes signed roots of covariances, with the third axis up.
 void add_covariances(const Eigen::Vector3d& ne_eu_un, Eigen::Matrix3d& covariance) {
@@ -121,9 +127,9 @@ std::string take_position(std::span<const double> v, GnssFix& fix) {
   Eigen::Vector3d sigma = triple(v, 3);
   if (std::isnan(sigma[0])) sigma = {v[16] / std::sqrt(2.0), v[16] / std::sqrt(2.0), v[17]};
   if (sigma.hasNaN()) return {};
-  if (!(sigma.minCoeff() > 0.0) || !sigma.allFinite())
-    return "a standard deviation is not positive";
-  fix.position_covariance_ned_m2 = variances(sigma);
+  const auto covariance = variances(sigma);
+  if (!covariance) return "a standard deviation is not positive";
+  fix.position_covariance_ned_m2 = *covariance;
   add_covariances(triple(v, 6), fix.position_covariance_ned_m2);
   return {};
 }
@@ -140,10 +146,10 @@ std::string take_velocity(std::span<const double> v, GnssFix& fix) {
   }
   if (velocity.hasNaN()) return {};
   if (!velocity.allFinite()) return "the velocity is not finite";
-  if (!(sigma.minCoeff() > 0.0) || !sigma.allFinite())
-    return "a standard deviation of the velocity is not positive";
+  const auto covariance = variances(sigma);
+  if (!covariance) return "a standard deviation of the velocity is not positive";
   fix.velocity_ned_mps = velocity;
-  fix.velocity_covariance_ned = variances(sigma);
+  fix.velocity_covariance_ned = *covariance;
   return {};
 }
 

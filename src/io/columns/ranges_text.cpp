@@ -43,9 +43,9 @@ std::string take_range(const ColumnRow& row, const ColumnRows& rows, CorrectedRa
   if (!range.position_ecef_m.allFinite() || !range.velocity_ecef_mps.allFinite())
     return "the satellite's position or velocity is not finite";
   if (std::isinf(range.range_m) || std::isinf(range.range_rate_mps)) return "an infinite range";
-  if (!(range.range_sigma_m > 0.0) || !std::isfinite(range.range_sigma_m) ||
-      !(range.range_rate_sigma_mps > 0.0) || !std::isfinite(range.range_rate_sigma_mps))
-    return "a standard deviation is not positive";
+  for (const double sigma : {range.range_sigma_m, range.range_rate_sigma_mps})
+    if (!(sigma > 0.0 && sigma * sigma > 0.0) || !std::isfinite(sigma * sigma))
+      return "a standard deviation is not positive";
   return {};
 }
 

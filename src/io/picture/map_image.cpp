@@ -11,6 +11,9 @@
 #include <map>
 #include <optional>
 #include <utility>
+#include <vector>
+
+#include <wayfare/core/statistics.hpp>
 
 #include "io/text/text.hpp"
 
@@ -56,8 +59,27 @@ Result<void> write_png(const std::string& path, const Image& image, const WriteO
   return error;
 }
 
-GridImage grid_image(const OccupancyGrid& map) {
+namespace {
+
+/// The bounds, or a part of them that can be kept in memory.
+CellBox bounds_of(const OccupancyGrid& map) {
+  constexpr int kReach = 2048;
   const CellBox box = map.bounds().value_or(CellBox{});
+  if (box.cells() <= std::int64_t{1} << 30) return box;
+  std::vector<int> x, y;
+  map.for_each_tile([&](const Cell& first, const auto&) {
+    x.push_back(first.x);
+    y.push_back(first.y);
+  });
+  const Cell middle{upper_median_of(x), upper_median_of(y)};
+  return {{std::max(box.min.x, middle.x - kReach), std::max(box.min.y, middle.y - kReach)},
+          {std::min(box.max.x, middle.x + kReach), std::min(box.max.y, middle.y + kReach)}};
+}
+
+}  // namespace
+
+GridImage grid_image(const OccupancyGrid& map) {
+  const CellBox box = bounds_of(map);
   GridImage image;
   image.width = static_cast<std::size_t>(box.width());
   image.height = static_cast<std::size_t>(box.height());

@@ -1,5 +1,6 @@
 #include <wayfare/io/report.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -60,6 +61,10 @@ std::size_t utf8_length(std::string_view s) {
   std::size_t length = 1;
   if (byte(0) >= 0x80) length = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
   if (length > s.size() || (byte(0) >= 0x80 && byte(0) < 0xc2) || byte(0) > 0xf4) return 0;
+  // Longer than necessary, half of a surrogate pair, or beyond U+10FFFF.
+  if ((byte(0) == 0xe0 && byte(1) < 0xa0) || (byte(0) == 0xed && byte(1) >= 0xa0) ||
+      (byte(0) == 0xf0 && byte(1) < 0x90) || (byte(0) == 0xf4 && byte(1) >= 0x90))
+    return 0;
   for (std::size_t i = 1; i < length; ++i)
     if ((byte(i) & 0xc0) != 0x80) return 0;
   return length;
@@ -117,7 +122,7 @@ Series path_series(std::string name, const Trajectory& trajectory, const SE2d& T
 
 Series broken_at_wraps(const Series& series) {
   Series broken{series.name, {}, {}, series.mark};
-  for (std::size_t i = 0; i < series.y.size(); ++i) {
+  for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
     if (i > 0 && std::abs(series.y[i] - series.y[i - 1]) > 180.0)
       broken.add(series.x[i], std::numeric_limits<double>::quiet_NaN());
     broken.add(series.x[i], series.y[i]);
@@ -130,7 +135,8 @@ Series bounds_series(const Series& upper) {
   bounds.mark = Mark::dashed;
   if (upper.x.empty()) return bounds;
   bounds.add(upper.x.back(), std::numeric_limits<double>::quiet_NaN());
-  for (std::size_t i = 0; i < upper.x.size(); ++i) bounds.add(upper.x[i], -upper.y[i]);
+  for (std::size_t i = 0; i < std::min(upper.x.size(), upper.y.size()); ++i)
+    bounds.add(upper.x[i], -upper.y[i]);
   return bounds;
 }
 

@@ -88,7 +88,8 @@ class Source {
   explicit Source(std::string bytes) : bytes_(std::move(bytes)), size_(bytes_.size()) {}
 
   static Result<std::unique_ptr<Source>> open(const std::string& path) {
-    Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    // Opening a pipe would otherwise wait for its writer.
+    Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (fd.get() < 0) return system_error("cannot be opened", path);
     struct stat status {};
     if (::fstat(fd.get(), &status) != 0) return system_error("cannot be examined", path);

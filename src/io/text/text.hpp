@@ -8,9 +8,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace wayfare::io::text {
 
@@ -23,10 +25,12 @@ inline std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// Splits text at '\n'; the last line may lack one.
+/// Splits text at '\n'; the last line may lack one. A byte order mark (UTF-8) before it is skipped.
 class Lines {
  public:
-  explicit Lines(std::string_view text) : rest_(text) {}
+  explicit Lines(std::string_view text) : rest_(text) {
+    if (rest_.starts_with("\xef\xbb\xbf")) rest_.remove_prefix(3);
+  }
 
   bool next(std::string_view& line) {
     if (rest_.empty()) return false;
@@ -48,6 +52,16 @@ class Lines {
   bool terminated_ = true;
 };
 
+/// Whether a number beyond the range of its type is too small for it, not too large; `max_digits`
+/// are those before the point of its largest number.
+inline bool underflows(std::string_view number, int max_digits) {
+  number.remove_prefix(std::min(number.find_first_not_of("-0"), number.size()));
+  const std::size_t digits = std::min(number.find_first_not_of("0123456789"), number.size());
+  const std::size_t exponent = number.find_first_of("eE");
+  if (exponent == number.npos) return digits == 0;
+  return number.substr(exponent + 1).starts_with('-') && std::cmp_less_equal(digits, max_digits);
+}
+
 /// All of `token` as a number in the C locale; a leading '+' is allowed. Else `value` is unchanged.
 template <class T>
 bool to_number(std::string_view token, T& value) {
@@ -62,7 +76,7 @@ bool to_number(std::string_view token, T& value) {
   }
   if constexpr (std::floating_point<T>) {
     // Underflow gives zero; overflow is rejected.
-    if (token.find("e-") == token.npos && token.find("E-") == token.npos) return false;
+    if (!underflows(token, std::numeric_limits<T>::max_exponent10)) return false;
     value = T(0);
     return true;
   }

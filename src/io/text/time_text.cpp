@@ -26,19 +26,18 @@ std::optional<int> take_exponent(std::string_view text) {
   return exponent;
 }
 
-/// 0.d1d2d3... · 10^places rounded to a whole number.
-std::optional<std::int64_t> rounded(const std::string& digits, long places) {
-  constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
-  std::int64_t value = 0;
+/// 0.d1d2d3... · 10^places rounded to a whole number of at most `max`.
+std::optional<std::uint64_t> rounded(const std::string& digits, long places, std::uint64_t max) {
+  std::uint64_t value = 0;
   for (long i = 0; i < places; ++i) {
-    const int digit =
-        i < static_cast<long>(digits.size()) ? digits[static_cast<std::size_t>(i)] - '0' : 0;
-    if (value > (kMax - digit) / 10) return std::nullopt;
+    const auto at = static_cast<std::size_t>(i);
+    const std::uint64_t digit = at < digits.size() ? static_cast<unsigned>(digits[at] - '0') : 0U;
+    if (value > (max - digit) / 10) return std::nullopt;
     value = value * 10 + digit;
   }
   const bool up = places >= 0 && places < static_cast<long>(digits.size()) &&
                   digits[static_cast<std::size_t>(places)] >= '5';
-  if (up && value == kMax) return std::nullopt;
+  if (up && value == max) return std::nullopt;
   return value + (up ? 1 : 0);
 }
 
@@ -64,9 +63,11 @@ std::optional<std::int64_t> parse_nanoseconds(std::string_view seconds) {
   const std::size_t zeros = digits.find_first_not_of('0');
   if (zeros == digits.npos) return 0;
   places += *exponent + 9 - static_cast<long>(zeros);
-  const std::optional<std::int64_t> value = rounded(digits.substr(zeros), places);
+  // The most negative number has no positive counterpart.
+  constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  const auto value = rounded(digits.substr(zeros), places, negative ? kMax + 1 : kMax);
   if (!value) return std::nullopt;
-  return negative ? -*value : *value;
+  return static_cast<std::int64_t>(negative ? 0 - *value : *value);
 }
 
 std::string format_nanoseconds(std::int64_t nanoseconds) {

@@ -19,7 +19,7 @@ bool is_skipped(std::string_view line, const text::Lines&) {
 Result<PointText> parse_points(std::string_view all, const std::string& source) {
   PointText result;
   const auto take = [&](std::string_view whole, const text::Lines&) -> std::string {
-    std::string line(whole.substr(0, 200));
+    std::string line(whole);
     std::replace_if(line.begin(), line.end(), is_separator, ' ');
     text::Tokens tokens(line);
     Eigen::Vector3d point;

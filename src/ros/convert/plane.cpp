@@ -59,6 +59,7 @@ Result<LogTime> time_of(const Stamp& stamp) {
   const auto wrong = [](const char* what) { return Error{ErrorCode::invalid, what, "stamp"}; };
   if (stamp == Stamp{}) return wrong("is zero: the sender set no time");
   if (stamp.sec < 0) return wrong("is before 1970");
+  if (stamp.sec > std::numeric_limits<std::uint32_t>::max()) return wrong("is after 2106");
   if (stamp.nanosec >= kSecond) return wrong("has a second or more of nanoseconds");
   return LogTime::from_nanoseconds(stamp.sec * std::int64_t{kSecond} + stamp.nanosec);
 }

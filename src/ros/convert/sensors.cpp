@@ -8,6 +8,8 @@
 #include <optional>
 #include <string_view>
 
+#include <Eigen/Cholesky>
+
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/ros/convert.hpp>
 
@@ -147,6 +149,7 @@ Result<wayfare::RadarScan> radar_scan_of(const PointCloud2& cloud, LogTime time)
   const auto strength = field_of(cloud, {"intensity", "snr", "snr_db"});
   if (auto ok = check_sizes(cloud); !ok) return ok.error();
   wayfare::RadarScan scan{time, {}};
+  if (cloud.width == 0) return scan;  // of any height
   for (std::uint64_t row = 0; row < cloud.height; ++row)
     for (std::uint64_t column = 0; column < cloud.width; ++column) {
       const std::uint8_t* point =
@@ -276,6 +279,9 @@ Result<GnssFix> fix_of(const NavSatFix& m, LogTime time) {
     if (!covariance.allFinite() || !(covariance.diagonal().minCoeff() > 0.0))
       return invalid("has no positive variances", "position_covariance");
     fix.position_covariance_ned_m2 = turned(covariance);
+    Eigen::Matrix3d& used = fix.position_covariance_ned_m2;
+    if (Eigen::LLT<Eigen::Matrix3d>(used).info() != Eigen::Success)
+      used = Eigen::Matrix3d(used.diagonal().asDiagonal());
   }
   return fix;
 }

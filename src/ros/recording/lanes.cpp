@@ -77,7 +77,7 @@ Result<void> Lanes::check_clocks(io::Problems& problems) {
     if (first == nullptr) {
       first = &topic;
       reference = middle;
-    } else if (const Duration apart = middle - reference;
+    } else if (const Duration apart = wayfare::detail::saturated_difference(middle, reference);
                apart > names_.clock_tolerance || apart < -names_.clock_tolerance) {
       Error fault{ErrorCode::invalid,
                   "is stamped " + std::to_string(to_seconds(apart)) + " s from " + *first +

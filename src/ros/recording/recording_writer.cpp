@@ -1,7 +1,9 @@
 #include <wayfare/ros/recording.hpp>
 
+#include <filesystem>
 #include <map>
 #include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -17,7 +19,13 @@ struct RecordingWriter::Impl {
   io::WriteOptions options;
   std::optional<io::BagWriter> bag;
   std::optional<io::McapWriter> mcap;
-  std::map<std::string, std::uint32_t> channels;
+  std::string bytes;    ///< of a bag that could not be written yet
+  bool closed = false;  ///< the bag
+  struct Channel {
+    std::uint32_t id = 0;
+    std::string type;
+  };
+  std::map<std::string, Channel> channels;
 };
 
 RecordingWriter::RecordingWriter(detail::Owned<Impl> impl) : impl_(std::move(impl)) {}
@@ -28,6 +36,9 @@ Result<RecordingWriter> RecordingWriter::create(const std::string& path,
   impl->path = path;
   impl->options = options;
   if (path.ends_with(".bag")) {
+    std::error_code ignored;
+    if (options.existing == io::Existing::refuse && std::filesystem::is_regular_file(path, ignored))
+      return Error{ErrorCode::io, "exists already; not overwritten", path};
     impl->bag.emplace();
   } else if (path.ends_with(".mcap")) {
     io::McapWriterOptions mcap;
@@ -43,36 +54,47 @@ Result<RecordingWriter> RecordingWriter::create(const std::string& path,
 
 Dialect RecordingWriter::dialect() const { return impl_->bag ? Dialect::ros1 : Dialect::ros2; }
 
-bool RecordingWriter::knows(const std::string& topic) const {
-  return impl_->channels.count(topic) != 0;
+bool RecordingWriter::knows(const std::string& topic, const MessageType& type) const {
+  const auto found = impl_->channels.find(topic);
+  return found != impl_->channels.end() && found->second.type == type.name;
 }
 
 Result<void> RecordingWriter::add(const std::string& topic, const MessageType& type,
                                   const std::string& definition) {
+  if (const auto found = impl_->channels.find(topic); found != impl_->channels.end())
+    return Error{ErrorCode::invalid,
+                 "has messages of " + found->second.type + ", not of " + std::string(type.name),
+                 topic};
+  const std::string name(type.name);
   if (impl_->bag) {
-    impl_->channels[topic] =
-        impl_->bag->add_connection({0, topic, std::string(type.name), std::string(type.md5),
-                                    definition, topic == "/tf_static"});
+    impl_->channels[topic] = {impl_->bag->add_connection({0, topic, name, std::string(type.md5),
+                                                          definition, topic == "/tf_static"}),
+                              name};
     return {};
   }
   const auto schema = impl_->mcap->add_schema(ros2_name(type.name), "ros2msg", definition);
   if (!schema) return schema.error();
   const auto channel = impl_->mcap->add_channel(topic, "cdr", *schema);
   if (!channel) return channel.error();
-  impl_->channels[topic] = *channel;
+  impl_->channels[topic] = {*channel, name};
   return {};
 }
 
 Result<void> RecordingWriter::write_bytes(const std::string& topic, LogTime received,
                                           std::string_view data) {
-  const std::uint32_t channel = impl_->channels[topic];
+  const std::uint32_t channel = impl_->channels[topic].id;
   if (impl_->bag) return impl_->bag->write(channel, received, data);
   return impl_->mcap->write(static_cast<std::uint16_t>(channel), received, received, data);
 }
 
 Result<void> RecordingWriter::close() {
   if (impl_->mcap) return impl_->mcap->close();
-  return io::write_file(impl_->path, impl_->bag->finish(), impl_->options);
+  if (impl_->closed) return Error{ErrorCode::invalid, "the recording is closed", impl_->path};
+  if (impl_->bytes.empty()) impl_->bytes = impl_->bag->finish();
+  auto done = io::write_file(impl_->path, impl_->bytes, impl_->options);
+  if (done) impl_->bytes.clear();
+  impl_->closed = done.has_value();
+  return done;
 }
 
 namespace {
@@ -104,6 +126,8 @@ class RobotWriter {
       if (next == nullptr) return {};
       if (*next <= LogTime())
         return Error{ErrorCode::invalid, "has a time of zero or before: ROS takes that as not set"};
+      if (*next >= kEnd)
+        return Error{ErrorCode::invalid, "has a time after 2038, which ROS 2 does not represent"};
       auto done = write_mountings(*next);
       if (done)
         done = next == times[0]   ? write(r.odometry[odometry++])
@@ -117,6 +141,9 @@ class RobotWriter {
   }
 
  private:
+  /// Stamps of ROS 2 have signed seconds of 32 bits; those of ROS 1 would last to 2106.
+  static constexpr LogTime kEnd = LogTime::from_nanoseconds((1LL << 31) * 1'000'000'000);
+
   /// Once, before everything else.
   Result<void> write_mountings(LogTime time) {
     if (std::exchange(mounted_, true)) return {};
