@@ -42,16 +42,19 @@ Result<void> ControlLine::listen(const std::string& path) {
   if (path.size() >= sizeof address.sun_path)
     return Error{ErrorCode::invalid, "is too long for a socket's name", path};
   std::memcpy(address.sun_path, path.c_str(), path.size());
-  // Remove the socket of a killed logger; keep anything that is not a socket.
+  const auto* name = reinterpret_cast<const sockaddr*>(&address);
+  constexpr int kType = SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK;
+  Descriptor socket(::socket(AF_UNIX, kType, 0));
+  const Descriptor probe(::socket(AF_UNIX, kType, 0));
+  if (socket.get() < 0 || probe.get() < 0) return system_error("no socket", path);
+  // Remove the socket of a killed logger; keep one that is listened on, and all that is no socket.
+  if (::connect(probe.get(), name, sizeof address) == 0 || errno == EAGAIN)
+    return Error{ErrorCode::io, "is in use by another logger", path};
   struct stat there {};
   if (::lstat(path.c_str(), &there) == 0 && S_ISSOCK(there.st_mode)) ::unlink(path.c_str());
-  Descriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (socket.get() < 0) return system_error("no socket", path);
-  const mode_t before = ::umask(0077);  // only this user may control the logger
-  const int bound =
-      ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  ::umask(before);
-  if (bound != 0 || ::listen(socket.get(), 8) != 0)
+  // Only this user may control the logger: the file gets the mode of the socket.
+  if (::fchmod(socket.get(), 0600) != 0 || ::bind(socket.get(), name, sizeof address) != 0 ||
+      ::listen(socket.get(), 8) != 0)
     return system_error("cannot be listened on", path);
   listener_ = std::move(socket);
   socket_path_ = path;

@@ -25,7 +25,7 @@ class ControlLine {
 
   /// Waits up to `timeout` for commands.
   void poll(std::chrono::milliseconds timeout, const std::function<void(Command)>& sink);
-  /// To all clients; one that cannot take it at once does not get it.
+  /// To all clients; one that cannot take all of it at once is closed.
   void send(std::string_view line);
 
  private:

@@ -76,16 +76,21 @@ struct Logger::Impl {
   }
 
   void coordinate() {
-    LogTime last = clock.now();
+    constexpr milliseconds kPoll(20);
+    LogTime last = clock.now(), answered = last - kPoll;
     while (!quit) {
-      control.poll(milliseconds(20), [&](Command command) { obey(command); });
+      control.poll(kPoll, [&](Command command) { obey(command); });
       const LogTime now = clock.now();
       const bool due = now - last >= options.status_every;
       if (due) {
         for (const auto& sensor : sensors) sensor->measure_rates(now - last);
         last = now;
       }
-      if (due || report) tell(due);
+      // One client's flood of commands must not fill the lines of the others.
+      const bool answer = report && now - answered >= kPoll;
+      if (due || answer) tell(due);
+      if (!answer) continue;
+      answered = now;
       report = false;
     }
   }

@@ -184,6 +184,36 @@ TEST(LoggerAbuse, AFailureAtAnyPointIsCounted) {
       }
 }
 
+/// A chunk is written when it is full, long before a flush is due.
+TEST(LoggerAbuse, TheRecordThatFillsAChunkIsCounted) {
+  Disk disk;
+  Bench bench(disk);
+  std::atomic<bool> stuck{false}, waiting{false};
+  disk.on_write = [&] {
+    for (waiting = stuck.load(); stuck;) std::this_thread::sleep_for(1ms);
+  };
+  bench.options.flush_every = kEver;
+  bench.start();
+  ASSERT_TRUE(bench.logger->begin());
+  disk.writes = 0;
+  stuck = true;
+  const std::vector<std::uint8_t> piece(1000);
+  std::uint64_t sent = 0;
+  for (int more = 0; more < 5; more += waiting ? 1 : 0) {
+    ++sent;
+    ASSERT_EQ(bench.terminal.write(piece, 20s).value_or(0), piece.size());
+    ASSERT_TRUE(
+        eventually([&] { return bench.logger->status().sensors[0].bytes == sent * piece.size(); }));
+  }
+  stuck = false;
+  ASSERT_TRUE(eventually([&] { return bench.logger->status().state == LoggerState::failed; }));
+  const LoggerStatus status = bench.logger->status();
+  EXPECT_GT(sent, 1000U) << "a chunk is of a megabyte";
+  EXPECT_GE(status.dropped, sent);
+  EXPECT_EQ(status.sensors[0].recorded_bytes, 0U);
+  EXPECT_EQ(status.written, disk.files().at(0)->bytes.size());
+}
+
 TEST(LoggerAbuse, TwoLoggersInTwoThreads) {
   const auto both = tests::in_two_threads([](int) {
     Disk disk;

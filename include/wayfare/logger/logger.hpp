@@ -60,7 +60,9 @@ struct LoggerOptions {
                             << 20;  ///< waiting for the disk; beyond, data is dropped
   std::string control_port = {};    ///< serial line with remote control; empty: none
   int control_baud = 57600;
-  std::string control_socket = {};  ///< Unix socket with the same protocol; empty: none
+  /// Unix socket with the same protocol; empty: none. Up to 16 clients at once, others are closed,
+  /// as is one whose unread status lines fill its buffer.
+  std::string control_socket = {};
   /// Creates the output of a recording; empty: a file. Neither it nor its sinks may call `begin` or
   /// destroy the logger.
   std::function<Result<std::unique_ptr<io::ByteSink>>(const std::string& path)> open_sink = {};
@@ -83,8 +85,10 @@ struct SensorStatus {
   std::string name;
   SensorState state = SensorState::waiting;
   std::uint64_t bytes = 0;           ///< read since the start
-  std::uint64_t recorded_bytes = 0;  ///< of them written to this recording's file
-  /// Records that are not in this recording: the queue had no room, or the disk failed.
+  std::uint64_t recorded_bytes = 0;  ///< of them written to this recording's file, in whole records
+  /// Records that are not in this recording: the queue had no room, or the disk failed. Records are
+  /// written in chunks: of one that the disk does not take as a whole, all are dropped. Those read
+  /// once the state says `failed` belong to no recording.
   std::uint64_t dropped = 0;
   double bytes_per_s = 0.0;  ///< over the last status interval
   double messages_per_s = 0.0;
@@ -92,10 +96,12 @@ struct SensorStatus {
   std::string note;  ///< reason for waiting, limitations of the line
 };
 
+/// File, counts and error are those of the last recording that was begun, even if its file could
+/// not be created.
 struct LoggerStatus {
   LoggerState state = LoggerState::idle;
   LogTime time;
-  std::string file;           ///< current or last file
+  std::string file;
   double seconds = 0.0;       ///< of this recording
   std::uint64_t written = 0;  ///< bytes of the file
   std::uint64_t disk_free = 0;
@@ -120,11 +126,12 @@ struct LoggerStatus {
 /// messages; and it has /logger/status.
 class Logger {
  public:
-  /// Errors: no sensor, two with one name, an unknown kind, a control port that cannot be opened.
+  /// Errors: no sensor, two with one name, an unknown kind, a control port that cannot be opened, a
+  /// control socket on which another logger listens.
   [[nodiscard]] static Result<std::unique_ptr<Logger>> start(LoggerOptions options);
 
   /// Error: the recording cannot be created; the one before is still being written; the logger is
-  /// terminated. Does nothing while one is being made.
+  /// terminated. Does nothing while one is being made; after one that failed it begins another.
   Result<void> begin();
   /// Ends the recording once all data read so far is written.
   void stop();
