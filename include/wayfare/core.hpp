@@ -16,7 +16,5 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
-#include <wayfare/core/so2.hpp>
-#include <wayfare/core/so3.hpp>
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/core/time.hpp>

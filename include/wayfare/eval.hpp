@@ -2,7 +2,6 @@
 
 // Trajectory errors, alignment, consistency tests and tables.
 
-#include <wayfare/eval/attitude_error.hpp>
 #include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/nav_error.hpp>
 #include <wayfare/eval/relations.hpp>

@@ -4,16 +4,12 @@
 
 #include <wayfare/io/bag.hpp>
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/columns.hpp>
 #include <wayfare/io/g2o.hpp>
 #include <wayfare/io/map_image.hpp>
-#include <wayfare/io/marg_text.hpp>
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/io/nav_recording.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/rinex.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/io/time_text.hpp>
 #include <wayfare/io/tum.hpp>
-#include <wayfare/io/voxel_text.hpp>

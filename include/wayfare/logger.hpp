@@ -6,4 +6,3 @@
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/logger/serial_port.hpp>
-#include <wayfare/logger/streams.hpp>

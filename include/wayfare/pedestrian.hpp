@@ -7,6 +7,5 @@
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/pedestrian/step.hpp>
 #include <wayfare/pedestrian/step_detector.hpp>
-#include <wayfare/pedestrian/step_length.hpp>
 #include <wayfare/pedestrian/two_feet.hpp>
 #include <wayfare/pedestrian/walk_feedback.hpp>

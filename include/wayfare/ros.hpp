@@ -3,7 +3,6 @@
 // ROS messages and recordings without ROS, and the engines of the nodes.
 
 #include <wayfare/ros/convert.hpp>
-#include <wayfare/ros/geometry_messages.hpp>
 #include <wayfare/ros/messages.hpp>
 #include <wayfare/ros/nodes.hpp>
 #include <wayfare/ros/recording.hpp>

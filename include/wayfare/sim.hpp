@@ -2,11 +2,9 @@
 
 // Simulated worlds, robots, vehicles and walkers with their sensors.
 
-#include <wayfare/sim/differential_drive.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/gnss.hpp>
 #include <wayfare/sim/ins_monte_carlo.hpp>
-#include <wayfare/sim/lidar_2d.hpp>
 #include <wayfare/sim/radar.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>

@@ -5,4 +5,3 @@
 #include <wayfare/testing/decoder_laws.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 #include <wayfare/testing/lie_group_laws.hpp>
-#include <wayfare/testing/manifold_laws.hpp>

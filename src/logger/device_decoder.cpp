@@ -14,7 +14,6 @@
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/decode/xbus.hpp>
 #include <wayfare/logger/messages.hpp>
-#include <wayfare/logger/streams.hpp>
 #include <wayfare/sync/clock_fit.hpp>
 
 namespace wayfare::logger {

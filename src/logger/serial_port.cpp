@@ -13,8 +13,8 @@
 #include <utility>
 
 #include <wayfare/core/contract.hpp>
+#include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/logger/serial_port.hpp>
-#include <wayfare/logger/streams.hpp>
 
 namespace wayfare::logger {
 

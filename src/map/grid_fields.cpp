@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include <wayfare/map/detection_grid.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 
 namespace wayfare {
 namespace {

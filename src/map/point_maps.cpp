@@ -11,9 +11,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include <wayfare/map/ndt_map.hpp>
-#include <wayfare/map/surface_map.hpp>
-#include <wayfare/map/voxel_filter.hpp>
+#include <wayfare/map/point_maps.hpp>
 
 namespace wayfare {
 namespace {

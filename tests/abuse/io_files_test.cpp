@@ -16,12 +16,11 @@
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/g2o.hpp>
 #include <wayfare/io/map_image.hpp>
-#include <wayfare/io/marg_text.hpp>
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/io/nav_recording.hpp>
+#include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/rinex.hpp>
 #include <wayfare/io/tum.hpp>
-#include <wayfare/io/voxel_text.hpp>
 
 #include "abuse/abuse.hpp"
 #include "io/support.hpp"

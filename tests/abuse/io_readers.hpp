@@ -14,12 +14,10 @@
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/g2o.hpp>
 #include <wayfare/io/map_image.hpp>
-#include <wayfare/io/marg_text.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/rinex.hpp>
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
-#include <wayfare/io/voxel_text.hpp>
 
 #include "io/rinex_samples.hpp"
 

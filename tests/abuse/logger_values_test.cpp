@@ -18,7 +18,6 @@
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
 #include <wayfare/logger/serial_port.hpp>
-#include <wayfare/logger/streams.hpp>
 
 #include "abuse/abuse.hpp"
 #include "abuse/decode_streams.hpp"

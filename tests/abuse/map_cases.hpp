@@ -13,15 +13,12 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/map/detail/precomputation_grids.hpp>
-#include <wayfare/map/detection_grid.hpp>
 #include <wayfare/map/distance_field.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/map/likelihood_field.hpp>
-#include <wayfare/map/ndt_map.hpp>
-#include <wayfare/map/occupancy_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
+#include <wayfare/map/point_maps.hpp>
 #include <wayfare/map/probability_grid.hpp>
-#include <wayfare/map/surface_map.hpp>
 
 #include "match/walls.hpp"
 

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/map/voxel_filter.hpp>
+#include <wayfare/map/point_maps.hpp>
 
 #include "abuse/abuse.hpp"
 #include "abuse/map_cases.hpp"

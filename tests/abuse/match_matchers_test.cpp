@@ -9,8 +9,7 @@
 
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-#include <wayfare/match/icp.hpp>
-#include <wayfare/match/ndt.hpp>
+#include <wayfare/match/registration.hpp>
 
 #include "abuse/abuse.hpp"
 #include "abuse/map_cases.hpp"

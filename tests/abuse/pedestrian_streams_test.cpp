@@ -11,7 +11,6 @@
 #include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/pedestrian/step_detector.hpp>
-#include <wayfare/pedestrian/step_length.hpp>
 #include <wayfare/pedestrian/two_feet.hpp>
 #include <wayfare/pedestrian/walk_feedback.hpp>
 

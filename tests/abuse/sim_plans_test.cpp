@@ -8,9 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/sim/differential_drive.hpp>
 #include <wayfare/sim/floor_plan.hpp>
-#include <wayfare/sim/lidar_2d.hpp>
 #include <wayfare/sim/radar.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/worlds.hpp>

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 
 namespace wayfare {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 
 #include <cmath>
 #include <numbers>

@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 
 namespace wayfare {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/ahrs_heading.hpp>
 #include <wayfare/inertial/detail/ahrs_level.hpp>

@@ -7,7 +7,7 @@
 #include <wayfare/inertial/detail/ins_transition.hpp>
 #include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/testing/filter_laws.hpp>
-#include <wayfare/testing/manifold_laws.hpp>
+#include <wayfare/testing/lie_group_laws.hpp>
 
 #include "filter/numeric_jacobian.hpp"
 

@@ -1,4 +1,4 @@
-#include <wayfare/io/columns.hpp>
+#include <wayfare/io/text_file.hpp>
 
 #include <cmath>
 #include <limits>

@@ -1,9 +1,9 @@
-#include <wayfare/io/marg_text.hpp>
+#include <wayfare/io/nav_text.hpp>
 
 #include <cmath>
 #include <string>
 
-#include <wayfare/io/columns.hpp>
+#include <wayfare/io/text_file.hpp>
 #include "support.hpp"
 
 namespace wayfare::io {

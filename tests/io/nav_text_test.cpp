@@ -1,7 +1,7 @@
 // Columns of inertial samples, ranges, fixes and reference trajectories. Expected values are
 // derived by hand from the units' definitions.
-#include <wayfare/io/columns.hpp>
 #include <wayfare/io/nav_text.hpp>
+#include <wayfare/io/text_file.hpp>
 
 #include <cmath>
 #include <limits>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include "support.hpp"
 
 namespace wayfare::io {

@@ -1,4 +1,4 @@
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 
 #include <cstdint>
 #include <limits>

@@ -8,7 +8,6 @@
 #include <wayfare/decode/stream_decoder.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>
-#include <wayfare/logger/streams.hpp>
 #include "io/support.hpp"
 
 namespace wayfare::logger {

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include <wayfare/logger/streams.hpp>
+#include <wayfare/logger/device_decoder.hpp>
 #include "simulated_devices.hpp"
 
 namespace wayfare::logger {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/logger/logger.hpp>
-#include <wayfare/logger/streams.hpp>
 #include "io/mcap_samples.hpp"
 #include "io/support.hpp"
 

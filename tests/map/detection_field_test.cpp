@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/map/detection_grid.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 
 namespace wayfare {
 namespace {

@@ -1,4 +1,4 @@
-#include <wayfare/map/occupancy_field.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <wayfare/map/ray.hpp>
+#include <wayfare/map/cell.hpp>
 
 #include <algorithm>
 #include <utility>

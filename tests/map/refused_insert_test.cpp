@@ -12,8 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/map/detection_grid.hpp>
-#include <wayfare/map/occupancy_field.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/probability_grid.hpp>
 
 #include "match/walls.hpp"

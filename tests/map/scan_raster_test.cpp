@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/map/ray.hpp>
+#include <wayfare/map/cell.hpp>
 
 namespace wayfare {
 namespace {

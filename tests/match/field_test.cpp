@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
-#include <wayfare/map/detection_grid.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 
 #include "scenes.hpp"

@@ -12,8 +12,7 @@
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/detail/scene_constraint.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-#include <wayfare/match/icp.hpp>
-#include <wayfare/match/ndt.hpp>
+#include <wayfare/match/registration.hpp>
 
 #include "walls.hpp"
 

@@ -9,7 +9,7 @@
 
 #include <wayfare/nav/corridor_ins.hpp>
 
-#include <wayfare/sim/differential_drive.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 
 #include "corridor_ins/evaluate.hpp"
 

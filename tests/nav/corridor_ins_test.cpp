@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/sim/differential_drive.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 
 #include "corridor_ins/evaluate.hpp"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/sim/gnss.hpp>

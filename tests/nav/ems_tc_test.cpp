@@ -12,7 +12,7 @@
 #include <matio.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/nav_error.hpp>
 #include <wayfare/io/text_file.hpp>

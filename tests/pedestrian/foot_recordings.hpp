@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/io/columns.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/sensors/imu.hpp>
 

@@ -6,7 +6,6 @@
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/pedestrian/step.hpp>
 #include <wayfare/pedestrian/step_detector.hpp>
-#include <wayfare/pedestrian/step_length.hpp>
 
 #include <cmath>
 #include <cstdint>

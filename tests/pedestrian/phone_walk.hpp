@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/sensors/imu.hpp>
 
 namespace wayfare::testing {

@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <wayfare/io/columns.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 
 namespace wayfare::testing {

@@ -17,11 +17,11 @@
 #include <vector>
 
 #include <wayfare/decode/xbus.hpp>
-#include <wayfare/io/marg_text.hpp>
 #include <wayfare/io/mcap.hpp>
+#include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/tum.hpp>
+#include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/logger/logger.hpp>
-#include <wayfare/logger/streams.hpp>
 #include "logger/simulated_devices.hpp"
 
 namespace wayfare {

@@ -2,7 +2,6 @@
 
 #include <wayfare/ros/serialise.hpp>
 
-#include <wayfare/ros/geometry_messages.hpp>
 #include <wayfare/ros/messages.hpp>
 
 #include <gmock/gmock.h>

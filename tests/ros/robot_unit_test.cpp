@@ -8,7 +8,7 @@
 
 #include <gmock/gmock.h>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/recording.hpp>
 

@@ -1,4 +1,4 @@
-#include <wayfare/sim/differential_drive.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <wayfare/sim/lidar_2d.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 
 #include <cmath>
 #include <numbers>

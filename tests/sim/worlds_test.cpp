@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/voxel_text.hpp>
+#include <wayfare/io/map_image.hpp>
 
 #include "io/support.hpp"
 

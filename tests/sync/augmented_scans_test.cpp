@@ -9,7 +9,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/sensors/wheels.hpp>
-#include <wayfare/sim/differential_drive.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 
 #include "core/at.hpp"
 

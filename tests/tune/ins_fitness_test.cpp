@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/eval/nav_error.hpp>
 #include <wayfare/sim/gnss.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include <wayfare/map/detail/scan_raster.hpp>
-#include <wayfare/map/detection_grid.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 
 namespace wayfare::examples {

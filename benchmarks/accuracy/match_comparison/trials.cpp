@@ -11,8 +11,7 @@
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-#include <wayfare/match/icp.hpp>
-#include <wayfare/match/ndt.hpp>
+#include <wayfare/match/registration.hpp>
 
 namespace wayfare::examples {
 namespace {

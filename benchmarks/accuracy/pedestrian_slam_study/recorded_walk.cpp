@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/marg_text.hpp>
+#include <wayfare/io/nav_text.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 
 namespace wayfare::examples {

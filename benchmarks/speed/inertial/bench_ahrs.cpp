@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/ahrs.hpp>
 
 namespace {

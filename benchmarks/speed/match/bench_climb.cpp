@@ -9,8 +9,7 @@
 
 #include <wayfare/map/inverse_lidar.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-#include <wayfare/match/icp.hpp>
-#include <wayfare/match/ndt.hpp>
+#include <wayfare/match/registration.hpp>
 
 #ifdef WAYFARE_BENCH_HAS_CERES
 #include <ceres/ceres.h>

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/sim/walks.hpp>

@@ -10,8 +10,8 @@
 #include <benchmark/benchmark.h>
 
 #include <wayfare/core/random.hpp>
+#include <wayfare/map/cell.hpp>
 #include <wayfare/map/distance_field.hpp>
-#include <wayfare/map/ray.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 
 namespace wayfare {

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/core/so3.hpp>
-#include <wayfare/eval/attitude_error.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/eval/table.hpp>
+#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/report.hpp>
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 
 namespace wayfare::examples {
 namespace {

@@ -7,9 +7,9 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/ahrs.hpp>
-#include <wayfare/io/marg_text.hpp>
+#include <wayfare/io/nav_text.hpp>
 #include <wayfare/sensors/imu.hpp>
 
 #include "support/program_files.hpp"

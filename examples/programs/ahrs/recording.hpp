@@ -8,9 +8,9 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
-#include <wayfare/io/marg_text.hpp>
+#include <wayfare/io/nav_text.hpp>
 #include <wayfare/ros/recording.hpp>
 #include <wayfare/sensors/recording.hpp>
 

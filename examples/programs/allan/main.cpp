@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include <wayfare/io/columns.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/ros/recording.hpp>
 
 #include "findings.hpp"

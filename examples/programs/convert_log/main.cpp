@@ -6,7 +6,7 @@
 #include <utility>
 
 #include <wayfare/ros/recording.hpp>
-#include <wayfare/sim/differential_drive.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 
 #include "ahrs/recording.hpp"
 #include "support/slam_program.hpp"

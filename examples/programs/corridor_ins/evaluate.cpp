@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include <wayfare/eval/consistency.hpp>
-#include <wayfare/sim/differential_drive.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 
 namespace wayfare::examples {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_scan.hpp>
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 
 #include "tables.hpp"
 

@@ -6,7 +6,7 @@
 #include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/mt_sample.hpp>
 #include <wayfare/decode/xbus.hpp>
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 
 #include "tables.hpp"
 

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include <wayfare/eval/trajectory_error.hpp>
-#include <wayfare/io/voxel_text.hpp>
+#include <wayfare/io/map_image.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/simulate_recording.hpp>

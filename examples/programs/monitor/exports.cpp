@@ -6,7 +6,7 @@
 #include <utility>
 
 #include <wayfare/io/mcap.hpp>
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/messages.hpp>
 
 #include "recording_view.hpp"

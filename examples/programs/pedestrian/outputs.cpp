@@ -5,7 +5,7 @@
 
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/report.hpp>
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
 
 namespace wayfare::examples {

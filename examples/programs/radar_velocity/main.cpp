@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <wayfare/io/report.hpp>
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/motion/radar_velocity.hpp>
 
 #include "support/slam_program.hpp"

@@ -18,8 +18,8 @@
 
 #include <wayfare/io/mcap.hpp>
 #include <wayfare/io/text_file.hpp>
+#include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/logger/messages.hpp>
-#include <wayfare/logger/streams.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 

@@ -5,7 +5,7 @@
 
 #include <wayfare/decode/ti_decoder.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/logger/streams.hpp>
+#include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/ros/convert.hpp>
 
 #include "node_program.hpp"

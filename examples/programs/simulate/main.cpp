@@ -10,7 +10,6 @@
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
-#include <wayfare/io/voxel_text.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/sim/worlds.hpp>

@@ -11,7 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/io/text_file.hpp>
 
 #include "program_files.hpp"

@@ -7,9 +7,9 @@
 #include <map>
 #include <numbers>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/core/statistics.hpp>
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
 
 namespace wayfare::examples {

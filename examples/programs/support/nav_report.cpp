@@ -4,7 +4,7 @@
 #include <map>
 #include <numbers>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/io/report.hpp>
 
 #include "nav_outputs.hpp"

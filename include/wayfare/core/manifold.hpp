@@ -35,7 +35,7 @@ struct ManifoldTraits<Eigen::Matrix<T, N, 1>> {
   static Tangent minus(const Tangent& y, const Tangent& x) { return y - x; }
 };
 
-/// Laws (checked by testing/manifold_laws.hpp): x ⊞ 0 = x, x ⊞ (y ⊟ x) = y, (x ⊞ τ) ⊟ x = τ near
+/// Laws (checked by testing/lie_group_laws.hpp): x ⊞ 0 = x, x ⊞ (y ⊟ x) = y, (x ⊞ τ) ⊟ x = τ near
 /// zero.
 template <class M>
 concept Manifold = requires(const M& x, const M& y,

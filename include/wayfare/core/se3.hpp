@@ -1,11 +1,146 @@
 #pragma once
 
+#include <cmath>
+#include <limits>
+
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <wayfare/core/detail/stumpff.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/manifold.hpp>
 
 namespace wayfare {
+
+/// The matrix of the cross product with `v`.
+template <class T>
+[[nodiscard]] Eigen::Matrix<T, 3, 3> skew(const Eigen::Matrix<T, 3, 1>& v) {
+  return (Eigen::Matrix<T, 3, 3>() << T(0), -v[2], v[1], v[2], T(0), -v[0], -v[1], v[0], T(0))
+      .finished();
+}
+
+/// A rotation of space, stored as a unit quaternion. Tangent vectors are rotation vectors, radians.
+template <class T>
+class SO3 {
+ public:
+  using Scalar = T;
+  static constexpr int kDof = 3;
+  using Tangent = Eigen::Matrix<T, 3, 1>;
+  using Jacobian = Eigen::Matrix<T, 3, 3>;
+  using Vector = Eigen::Matrix<T, 3, 1>;
+  using Quaternion = Eigen::Quaternion<T>;
+
+  SO3() = default;
+  /// Normalises `q`, which must not be zero.
+  explicit SO3(const Quaternion& q) : q_(q) {
+    using std::sqrt;
+    q_.coeffs() /= sqrt(q.squaredNorm());
+  }
+  explicit SO3(const Eigen::Matrix<T, 3, 3>& rotation) : SO3(Quaternion(rotation)) {}
+
+  [[nodiscard]] static SO3 identity() { return SO3(); }
+  /// The shortest rotation from the direction of `from` to that of `to`, both nonzero; for opposite
+  /// directions, any one of them.
+  [[nodiscard]] static SO3 between(const Vector& from, const Vector& to) {
+    using std::sqrt;
+    const T length = sqrt(from.squaredNorm() * to.squaredNorm()), w = length + from.dot(to);
+    if (w > T(8) * std::numeric_limits<T>::epsilon() * length) {
+      const Vector axis = from.cross(to);
+      return SO3(Quaternion(w, axis[0], axis[1], axis[2]));
+    }
+    const Vector axis = from.unitOrthogonal();
+    return SO3(Quaternion(T(0), axis[0], axis[1], axis[2]));
+  }
+
+  [[nodiscard]] const Quaternion& quaternion() const { return q_; }
+  [[nodiscard]] Eigen::Matrix<T, 3, 3> matrix() const { return q_.toRotationMatrix(); }
+
+  [[nodiscard]] SO3 inverse() const { return from_unit(q_.conjugate()); }
+  SO3 operator*(const SO3& o) const {
+    // One Newton step towards unit norm keeps long products on the sphere.
+    Quaternion q = q_ * o.q_;
+    q.coeffs() *= T(1.5) - T(0.5) * q.squaredNorm();
+    return from_unit(q);
+  }
+  Vector operator*(const Vector& v) const { return q_ * v; }
+
+  /// (101).
+  [[nodiscard]] static SO3 exp(const Tangent& tau) {
+    const T quarter = T(0.25) * tau.squaredNorm();
+    const T k = T(0.5) * stumpff<1>(quarter);
+    return from_unit(Quaternion(stumpff<0>(quarter), k * tau[0], k * tau[1], k * tau[2]));
+  }
+  /// (102), the shorter of the two rotation vectors.
+  [[nodiscard]] Tangent log() const {
+    using std::atan2, std::sqrt;
+    const T sign = q_.w() < T(0) ? T(-1) : T(1);
+    const T w = sign * q_.w();
+    const Vector v = sign * q_.vec();
+    const T square = v.squaredNorm();
+    if (square < T(1e-8)) return (T(2) / w) * (T(1) - square / (T(3) * w * w)) * v;
+    const T norm = sqrt(square);
+    return (T(2) * atan2(norm, w) / norm) * v;
+  }
+
+  [[nodiscard]] Jacobian adjoint() const { return matrix(); }
+
+  /// (143).
+  [[nodiscard]] static Jacobian right_jacobian(const Tangent& tau) {
+    const T square = tau.squaredNorm();
+    const Jacobian k = skew(tau);
+    return Jacobian::Identity() - stumpff<2>(square) * k + stumpff<3>(square) * k * k;
+  }
+  /// (144).
+  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& tau) {
+    const T square = tau.squaredNorm();
+    // 1/θ² − (1 + cos θ)/(2θ sin θ) = (c₃ − 2c₄)/(2c₂), which is regular at both zero and π.
+    const T c = (stumpff<3>(square) - T(2) * stumpff<4>(square)) / (T(2) * stumpff<2>(square));
+    const Jacobian k = skew(tau);
+    return Jacobian::Identity() + T(0.5) * k + c * k * k;
+  }
+
+  [[nodiscard]] SO3 plus(const Tangent& tau) const { return *this * exp(tau); }
+  [[nodiscard]] Tangent minus(const SO3& x) const { return (x.inverse() * *this).log(); }
+
+  template <class U>
+  [[nodiscard]] SO3<U> cast() const {
+    return SO3<U>(q_.template cast<U>());
+  }
+
+ private:
+  static SO3 from_unit(const Quaternion& q) {
+    SO3 r;
+    r.q_ = q;
+    return r;
+  }
+
+  Quaternion q_ = Quaternion::Identity();
+};
+
+using SO3d = SO3<double>;
+
+/// Rz(yaw) Ry(pitch) Rx(roll), radians; for `q_nb` the vehicle's attitude angles.
+[[nodiscard]] inline SO3d rotation_from_roll_pitch_yaw(const Eigen::Vector3d& roll_pitch_yaw_rad) {
+  using Eigen::AngleAxisd, Eigen::Vector3d;
+  return SO3d(Eigen::Quaterniond(AngleAxisd(roll_pitch_yaw_rad[2], Vector3d::UnitZ()) *
+                                 AngleAxisd(roll_pitch_yaw_rad[1], Vector3d::UnitY()) *
+                                 AngleAxisd(roll_pitch_yaw_rad[0], Vector3d::UnitX())));
+}
+
+/// Roll and yaw in [−π, π], pitch in [−π/2, π/2]. At pitch ±π/2, where roll and yaw rotate about
+/// the same axis, only yaw − roll (up) or yaw + roll (down) is determined: roll is then 0 by
+/// convention. At any pitch `rotation_from_roll_pitch_yaw` of the angles is the rotation, within
+/// rounding.
+[[nodiscard]] inline Eigen::Vector3d roll_pitch_yaw_rad(const SO3d& rotation) {
+  constexpr double kStraight = 1e-12;  // cosine of a pitch at which roll would be rounding
+  const Eigen::Matrix3d r = rotation.matrix();
+  const double cos_pitch = std::hypot(r(2, 1), r(2, 2));
+  const double roll = cos_pitch < kStraight ? 0.0 : std::atan2(r(2, 1), r(2, 2));
+  // From the rotation without the roll: near pitch ±π/2 its second column determines yaw better
+  // than its first.
+  const double s = std::sin(roll), c = std::cos(roll);
+  const double yaw = std::atan2(s * r(0, 2) - c * r(0, 1), c * r(1, 1) - s * r(1, 2));
+  return {roll, std::atan2(-r(2, 0), cos_pitch), yaw};
+}
 
 /// A rigid motion of space. Tangent vectors are (ρ, θ): three metres, then three radians.
 template <class T>

@@ -18,7 +18,7 @@
 
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/detail/bytes.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/decode/detail/mt_values.hpp>
 
 namespace wayfare::decode {

@@ -16,7 +16,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/eval/table.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/nav/gnss_ins.hpp>

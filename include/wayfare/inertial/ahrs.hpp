@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/ahrs_readings.hpp>

@@ -11,7 +11,7 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/frame.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/sensors/imu.hpp>
 
 namespace wayfare {
@@ -29,7 +29,7 @@ template <LevelFrame World, class T>
 }
 
 /// Compass direction of the body's x axis, clockwise from north; roll, pitch and yaw are in
-/// core/so3.hpp.
+/// core/se3.hpp.
 template <LevelFrame World, class T>
 [[nodiscard]] Angle compass_of_x(const SO3<T>& q_world_body) {
   const Eigen::Matrix<T, 3, 1> x = q_world_body.matrix().col(0);

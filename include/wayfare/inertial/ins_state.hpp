@@ -10,7 +10,7 @@
 
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/manifold.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 
 namespace wayfare {

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/geodesy.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/sensors/imu.hpp>
 
 namespace wayfare {

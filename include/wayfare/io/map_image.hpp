@@ -1,6 +1,9 @@
 #pragma once
 
 // Occupancy maps as PGM and YAML in the format of ROS map_server, and as images for viewing.
+//
+// Occupied voxels or points as text, one per line, in the format of ColoRadar's maps: "(x y z)" or
+// "x,y,z", metres. Brackets, commas and blanks separate the numbers.
 
 #include <array>
 #include <cstddef>
@@ -115,5 +118,15 @@ struct MapYaml {
 /// A grey PGM image, binary (P5) or text (P2), with a maximum of at most 255, which is scaled to
 /// 255.
 [[nodiscard]] Result<Image> parse_pgm(std::string_view bytes, const std::string& source);
+
+struct PointText {
+  std::vector<Eigen::Vector3d> points_m;
+  Problems problems;  ///< skipped lines
+};
+
+/// Empty lines and comments (#) are skipped, malformed lines reported by number and skipped.
+/// Errors: the file cannot be read or contains no point.
+[[nodiscard]] Result<PointText> read_points(const std::string& path);
+[[nodiscard]] Result<PointText> parse_points(std::string_view text, const std::string& source);
 
 }  // namespace wayfare::io

@@ -8,8 +8,8 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/eval/nav_error.hpp>
-#include <wayfare/io/columns.hpp>
 #include <wayfare/io/nav_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 
 namespace wayfare::io {

@@ -15,7 +15,7 @@
 #include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/sensors/gnss.hpp>

@@ -7,13 +7,13 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/pedestrian/detail/magnetic_heading_drift.hpp>
 #include <wayfare/pedestrian/detail/straight_walk.hpp>
 #include <wayfare/pedestrian/step.hpp>
-#include <wayfare/pedestrian/step_length.hpp>
+#include <wayfare/pedestrian/step_detector.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare {

@@ -12,7 +12,6 @@
 #include <wayfare/pedestrian/detail/walking_heading.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/step_detector.hpp>
-#include <wayfare/pedestrian/step_length.hpp>
 
 namespace wayfare {
 

@@ -18,7 +18,7 @@
 
 #include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/text_file.hpp>

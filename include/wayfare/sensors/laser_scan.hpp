@@ -10,7 +10,7 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/contract.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/core/time.hpp>
 
 namespace wayfare {

@@ -6,7 +6,7 @@
 
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/geodesy.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/core/time.hpp>
 
 namespace wayfare {

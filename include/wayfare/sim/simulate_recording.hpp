@@ -1,5 +1,7 @@
 #pragma once
 
+// A robot on two driven wheels: following of a route, and the samples of its wheels and gyro.
+//
 // Simulation of a complete drive: a robot follows a route through a plan, and its sensors are
 // recorded. Also kidnapping, by cutting and joining recordings.
 
@@ -8,12 +10,80 @@
 #include <stop_token>
 #include <vector>
 
+#include <Eigen/Core>
+
+#include <wayfare/core/random.hpp>
+#include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/sensors/recording.hpp>
-#include <wayfare/sim/differential_drive.hpp>
-#include <wayfare/sim/lidar_2d.hpp>
+#include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/sensors/wheels.hpp>
+#include <wayfare/sim/floor_plan.hpp>
 
 namespace wayfare::sim {
+
+struct DriveParams {
+  double max_speed_m_s = 0.9;
+  double max_turn_rate_rad_s = 1.2;
+  double max_acceleration_m_s2 = 0.6;
+  double max_turn_acceleration_rad_s2 = 3.0;
+  double heading_gain_per_s = 2.5;  ///< turn rate per radian of heading error
+  double waypoint_radius_m = 0.3;   ///< distance at which a waypoint is reached
+  Duration step{10'000'000};        ///< the speeds are constant within a step
+  Duration timeout{std::chrono::hours(4)};
+};
+
+/// The true trajectory of a robot that starts at rest on the first waypoint, heading for the
+/// second, and follows the rest: one pose every `step`. Errors: fewer than two waypoints, waypoints
+/// that are not finite, and a timeout before the last one.
+[[nodiscard]] Result<Trajectory> drive_route(std::span<const Eigen::Vector2d> route_m,
+                                             const DriveParams& params = {}, LogTime start = {});
+
+/// A part of the floor on which wheels slip more and sink in: they report more than they roll.
+struct Carpet {
+  Eigen::Vector2d lower_m = Eigen::Vector2d::Zero();
+  Eigen::Vector2d upper_m = Eigen::Vector2d::Zero();
+  double slip_factor = 3.0;      ///< of the random slip's standard deviation
+  double reported_scale = 1.02;  ///< metres reported per metre rolled
+
+  [[nodiscard]] bool covers(const Eigen::Vector2d& p) const {
+    return (p.array() >= lower_m.array()).all() && (p.array() <= upper_m.array()).all();
+  }
+};
+
+struct WheelParams {
+  double wheel_base_m = 0.4;
+  double left_scale = 1.0;  ///< metres reported per metre rolled: a wheel of another radius
+  double right_scale = 1.0;
+  /// Random slip of each wheel: standard deviation after one metre, growing with the root of the
+  /// distance rolled (forward or backward).
+  double slip_m_per_sqrt_m = 0.004;
+  std::vector<Carpet> carpets = {};  ///< in the truth's frame; the first covering a point applies
+};
+
+struct GyroParams {
+  double bias_rad_s = 0.0;
+  /// Standard deviation of the integrated angle after one second, growing with the root of time.
+  double angle_random_walk_rad_per_sqrt_s = 0.0;
+};
+
+/// One sample every `period`, the first at the start of `truth` (and zero).
+[[nodiscard]] std::vector<WheelSample> simulate_wheels(const Trajectory& truth, Duration period,
+                                                       const WheelParams& params, Rng& rng);
+[[nodiscard]] std::vector<GyroSample> simulate_gyro(const Trajectory& truth, Duration period,
+                                                    const GyroParams& params, Rng& rng);
+
+/// Dead reckoning from identity: the mean of the two wheels along an arc with the heading change
+/// (right - left) / wheel_base.
+[[nodiscard]] std::vector<OdometrySample> dead_reckon(std::span<const WheelSample> wheels,
+                                                      double wheel_base_m);
+/// The same with the heading change from the gyro; both series must have the same times.
+[[nodiscard]] std::vector<OdometrySample> dead_reckon(std::span<const WheelSample> wheels,
+                                                      std::span<const GyroSample> gyro);
+
+/// The pose at `time`, along the constant-twist path between the neighbours in `trajectory` (in
+/// order of time, not empty); constant before the first and after the last.
+[[nodiscard]] SE2d true_pose_at(const Trajectory& trajectory, LogTime time);
 
 enum class HeadingSource { wheels, gyro };
 

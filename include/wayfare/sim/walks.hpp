@@ -9,7 +9,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/sensors/imu.hpp>
 #include <wayfare/sensors/laser_scan.hpp>

@@ -17,7 +17,6 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/sim/floor_plan.hpp>
-#include <wayfare/sim/lidar_2d.hpp>
 #include <wayfare/sim/radar.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 

@@ -12,7 +12,7 @@
 #include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/map/probability_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>

@@ -7,7 +7,7 @@
 
 #include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/walk_feedback.hpp>
 #include <wayfare/sensors/imu.hpp>

@@ -24,9 +24,8 @@
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/filter/rbpf.hpp>
-#include <wayfare/map/detection_grid.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
-#include <wayfare/map/occupancy_field.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/match/pose_proposal.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 
 #include "io/carmen/carmen_laser.hpp"
 #include "io/carmen/carmen_lines.hpp"

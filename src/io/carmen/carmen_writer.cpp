@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 #include "io/text/text.hpp"

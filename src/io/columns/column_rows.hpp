@@ -14,9 +14,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/io/columns.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/io/time_text.hpp>
 
 #include "io/text/lines.hpp"
 

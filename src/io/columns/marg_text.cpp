@@ -1,4 +1,4 @@
-#include <wayfare/io/marg_text.hpp>
+#include <wayfare/io/nav_text.hpp>
 
 #include <algorithm>
 #include <bit>

@@ -11,7 +11,7 @@
 #include <Eigen/Cholesky>
 
 #include <wayfare/core/geodesy.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"

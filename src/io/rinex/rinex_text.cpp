@@ -1,6 +1,6 @@
 #include "io/rinex/rinex_text.hpp"
 
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 
 namespace wayfare::io::rinex {
 

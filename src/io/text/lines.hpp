@@ -19,7 +19,6 @@
 #include <wayfare/core/se3.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/io/time_text.hpp>
 
 #include "io/text/text.hpp"
 

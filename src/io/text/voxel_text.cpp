@@ -1,4 +1,4 @@
-#include <wayfare/io/voxel_text.hpp>
+#include <wayfare/io/map_image.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <wayfare/match/icp.hpp>
+#include <wayfare/match/registration.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <wayfare/match/ndt.hpp>
+#include <wayfare/match/registration.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/ros/convert.hpp>
 #include <wayfare/ros/recording.hpp>
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include <wayfare/core/detail/bytes.hpp>
-#include <wayfare/ros/geometry_messages.hpp>
+#include <wayfare/ros/messages.hpp>
 
 namespace wayfare::ros {
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 
 namespace wayfare::sim {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 
 namespace wayfare::sim {
 namespace {

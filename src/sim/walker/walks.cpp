@@ -7,7 +7,7 @@
 #include <utility>
 
 #include <wayfare/core/contract.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 
 namespace wayfare::sim {

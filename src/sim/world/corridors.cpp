@@ -7,7 +7,7 @@
 
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/filter/gauss_markov.hpp>
-#include <wayfare/sim/differential_drive.hpp>
+#include <wayfare/sim/simulate_recording.hpp>
 
 namespace wayfare::sim {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/map/ray.hpp>
+#include <wayfare/map/cell.hpp>
 
 namespace wayfare::sim {
 namespace {

@@ -10,8 +10,7 @@
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/random.hpp>
-#include <wayfare/map/detection_grid.hpp>
-#include <wayfare/map/occupancy_field.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/match/pose_proposal.hpp>

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/core/so3.hpp>
-#include <wayfare/eval/attitude_error.hpp>
-#include <wayfare/io/columns.hpp>
+#include <wayfare/core/se3.hpp>
+#include <wayfare/eval/trajectory_error.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/sensors/imu.hpp>
 
 namespace wayfare::testing {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/eval/attitude_error.hpp>
+#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/inertial/ahrs.hpp>
 #include "motion.hpp"
 

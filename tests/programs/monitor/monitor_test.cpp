@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include <wayfare/io/time_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
 #include "logger/simulated_devices.hpp"

@@ -8,7 +8,7 @@
 
 #include <wayfare/decode/rplidar_scan.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/logger/streams.hpp>
+#include <wayfare/logger/device_decoder.hpp>
 #include <wayfare/ros/convert.hpp>
 #include "decode/rplidar_streams.hpp"
 #include "decode/ti_streams.hpp"

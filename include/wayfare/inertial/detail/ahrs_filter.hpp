@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
 

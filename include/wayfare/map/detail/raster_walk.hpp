@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include <wayfare/map/ray.hpp>
+#include <wayfare/map/cell.hpp>
 
 namespace wayfare {
 

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/pedestrian/detail/foot_filter.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/sensors/imu.hpp>

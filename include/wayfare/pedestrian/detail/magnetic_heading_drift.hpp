@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>

@@ -11,7 +11,7 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/core/so3.hpp>
+#include <wayfare/core/se3.hpp>
 #include <wayfare/filter/ekf.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/rest_detector.hpp>
