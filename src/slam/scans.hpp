@@ -2,10 +2,15 @@
 
 // What the systems that process scans share: checks of their input, and runs over a recording.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <optional>
 #include <string>
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/sensors/recording.hpp>
@@ -31,24 +36,64 @@ inline bool finite(const SE2d& pose) {
   return pose.translation().allFinite() && finite(pose.heading());
 }
 
+/// Symmetric and positive semi-definite, to rounding; by correlations, so that the units of its
+/// rows do not matter.
+inline bool is_covariance(const Eigen::Matrix3d& c) {
+  constexpr double kRounding = 1e-6;
+  if (!c.allFinite() || (c.diagonal().array() < 0).any()) return false;
+  const Eigen::Vector3d sigma = c.diagonal().cwiseSqrt();
+  const double least = 1e-12 * sigma.maxCoeff() * sigma.maxCoeff();
+  Eigen::Matrix3d correlation = Eigen::Matrix3d::Identity();
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < i; ++j) {
+      const double scale = sigma[i] * sigma[j];
+      if (std::abs(c(i, j) - c(j, i)) > kRounding * scale + least ||
+          std::abs(c(i, j)) > (1 + kRounding) * scale + least)
+        return false;
+      if (scale > least) correlation(i, j) = c(i, j) / scale;
+    }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(correlation, Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()[0] >= -kRounding;
+}
+
+/// Whether every beam has a bearing.
+inline bool has_finite_bearings(const LaserScan& scan) {
+  return finite(scan.first_bearing) && finite(scan.bearing_step) &&
+         finite(scan.bearing(scan.ranges_m.size()));
+}
+
 /// Refuses a scan without beams or with geometry that is not finite.
 inline Result<void> check_beams(const LaserScan& scan) {
   if (scan.ranges_m.empty()) return Error{ErrorCode::invalid, "the scan has no beams"};
-  if (!finite(scan.first_bearing) || !finite(scan.bearing_step))
+  if (!has_finite_bearings(scan))
     return Error{ErrorCode::invalid, "the scan's bearings are not finite"};
   return {};
 }
 
-/// Also one with odometry that is not finite, or earlier than the last of `accepted`.
+/// Refuses odometry that is not finite, or so far away that the cells of fine maps are not numbered
+/// there.
+inline Result<void> check_odometry(const SE2d& odometry) {
+  constexpr double kFarthest_m = 1e7;  // also farther than the coordinates of any map projection
+  if (!finite(odometry)) return Error{ErrorCode::invalid, "the odometry pose is not finite"};
+  if (odometry.translation().cwiseAbs().maxCoeff() > kFarthest_m)
+    return Error{ErrorCode::invalid, "the odometry pose is farther than 10 000 km from its origin"};
+  return {};
+}
+
+/// Also one with odometry that cannot be used, or earlier than the last of `accepted`.
 template <class Scans>
 Result<void> check_scan(const LaserScan& scan, const std::optional<SE2d>& odometry,
                         const Scans& accepted) {
   if (auto ok = check_beams(scan); !ok) return ok;
   if (!accepted.empty() && scan.time < accepted.back().time)
     return Error{ErrorCode::invalid, "the scan is earlier than the one before it"};
-  if (odometry && !finite(*odometry))
-    return Error{ErrorCode::invalid, "the odometry pose is not finite"};
+  if (odometry) return check_odometry(*odometry);
   return {};
+}
+
+/// Limits counts among the options: from zero to a number that can be added to any index.
+inline void limit_counts(std::initializer_list<int*> counts) {
+  for (int* count : counts) *count = std::clamp(*count, 0, 1 << 28);
 }
 
 /// Number of scans refused, and the reason for the first.

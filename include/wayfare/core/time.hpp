@@ -15,6 +15,24 @@ namespace wayfare {
 
 using Duration = std::chrono::nanoseconds;
 
+namespace detail {
+
+/// a + b and a − b, at the limit of a Duration where the result is beyond it.
+[[nodiscard]] constexpr Duration saturated_sum(Duration a, Duration b) {
+  std::int64_t sum = 0;
+  if (!__builtin_add_overflow(a.count(), b.count(), &sum)) [[likely]]
+    return Duration(sum);
+  return b < Duration(0) ? Duration::min() : Duration::max();
+}
+[[nodiscard]] constexpr Duration saturated_difference(Duration a, Duration b) {
+  std::int64_t difference = 0;
+  if (!__builtin_sub_overflow(a.count(), b.count(), &difference)) [[likely]]
+    return Duration(difference);
+  return b < Duration(0) ? Duration::max() : Duration::min();
+}
+
+}  // namespace detail
+
 /// The common time base of all measurements of one recording or running system.
 struct LogClock {};
 /// A sensor's own counter, before conversion to the common time base.
@@ -24,7 +42,8 @@ struct HostClock {};
 /// GPS time since 1980-01-06T00:00:00, no leap seconds.
 struct GpsClock {};
 
-/// An instant on `Clock`, as nanoseconds since that clock's epoch.
+/// An instant on `Clock`, as nanoseconds since that clock's epoch. Sums and differences beyond the
+/// 292 years that these can count are the nearest representable value.
 template <class Clock>
 class Time {
  public:
@@ -54,13 +73,17 @@ class Time {
   }
   [[nodiscard]] constexpr Duration since_epoch() const { return since_epoch_; }
 
-  constexpr Time operator+(Duration d) const { return Time(since_epoch_ + d); }
-  constexpr Time operator-(Duration d) const { return Time(since_epoch_ - d); }
+  constexpr Time operator+(Duration d) const {
+    return Time(detail::saturated_sum(since_epoch_, d));
+  }
+  constexpr Time operator-(Duration d) const {
+    return Time(detail::saturated_difference(since_epoch_, d));
+  }
   constexpr Time& operator+=(Duration d) { return *this = *this + d; }
 
   template <class Other>
   constexpr Duration operator-(Time<Other> other) const {
-    return since_epoch_ - on_this_clock(other);
+    return detail::saturated_difference(since_epoch_, on_this_clock(other));
   }
   template <class Other>
   constexpr std::strong_ordering operator<=>(Time<Other> other) const {

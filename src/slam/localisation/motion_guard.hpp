@@ -8,6 +8,8 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/slam/localisation.hpp>
 
+#include "slam/motion.hpp"
+
 namespace wayfare {
 
 /// Converts odometry at the scans' times to motions; replaces implausible ones by a prediction.
@@ -27,7 +29,7 @@ class MotionGuard {
     if (time_) {
       const double dt = to_seconds(time - *time_);
       if (const auto increment = plausible_increment(given, dt)) {
-        velocity_ = increment->log() / dt;
+        velocity_ = possible_velocity(increment->log() / dt);
         step = {uncertain(*increment, options_.odometry), false};
       } else {
         constexpr double kLongest_s = 0.5;  // no extrapolation through a gap in the log
@@ -42,8 +44,8 @@ class MotionGuard {
 
   /// Estimated pose at that time: gives the velocity when there is no odometry.
   void update(const SE2d& pose) {
-    if (estimated_ && !odometry_ && *time_ > estimated_->time)
-      velocity_ = pose.minus(estimated_->pose) / to_seconds(*time_ - estimated_->time);
+    const double dt = estimated_ ? to_seconds(*time_ - estimated_->time) : 0.0;
+    if (!odometry_ && dt >= kShortestInterval_s) velocity_ = pose.minus(estimated_->pose) / dt;
     estimated_ = Estimated{*time_, pose};
   }
 
@@ -60,6 +62,13 @@ class MotionGuard {
     const bool possible = increment.translation().norm() <= options_.max_speed_m_s * time &&
                           turn <= options_.max_turn_rate.radians() * time;
     return possible ? std::optional(increment) : std::nullopt;
+  }
+
+  /// Within the robot's limits: the motion accepted over a short interval may be much faster.
+  [[nodiscard]] Eigen::Vector3d possible_velocity(const Eigen::Vector3d& velocity) const {
+    const double over = std::max(velocity.head<2>().norm() / options_.max_speed_m_s,
+                                 std::abs(velocity[2]) / options_.max_turn_rate.radians());
+    return over > 1.0 ? Eigen::Vector3d(velocity / over) : velocity;
   }
 
   static bool finite(const SE2d& pose) {
