@@ -33,9 +33,11 @@ struct Motion {
   return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
 }
 
-/// A motion without noise has no information matrix: at least 1 µm and 1 µrad.
+/// A motion without noise has no information matrix: at least 1 µm and 1 µrad, also in place of
+/// NaN.
 [[nodiscard]] inline Eigen::Vector3d at_least_rounding(const Eigen::Vector3d& sigma) {
-  return sigma.cwiseMax(1e-6);
+  constexpr double kLeast = 1e-6;
+  return (sigma.array() > kLeast).select(sigma, kLeast);
 }
 
 /// Whether a motion reaches this travel or heading change.

@@ -76,7 +76,11 @@ class MotionGuard {
            std::isfinite(pose.rotation().sin());
   }
   static Gaussian<SE2d> uncertain(const SE2d& increment, const MotionNoise& noise) {
-    return {increment, sigma_of(increment, noise).cwiseAbs2().asDiagonal()};
+    // Options that are not finite: the motion is unknown, the particles stay finite.
+    constexpr double kUnknown = 1e3;
+    const Eigen::Vector3d sigma = sigma_of(increment, noise);
+    const Eigen::Vector3d known = (sigma.array().abs() < kUnknown).select(sigma, kUnknown);
+    return {increment, known.cwiseAbs2().asDiagonal()};
   }
 
   const LocalisationOptions& options_;
