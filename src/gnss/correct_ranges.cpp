@@ -36,7 +36,7 @@ class Corrector {
   Corrector(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
             const Eigen::Vector3d& near_ecef_m, const RangeCorrectionOptions& options)
       : time_(epoch.time), ephemerides_(ephemerides), near_ecef_m_(near_ecef_m), options_(options) {
-    known_ = near_ecef_m.allFinite() && near_ecef_m.norm() > 1e6;
+    known_ = near_ecef_m.allFinite() && near_ecef_m.norm() > 1e6 && near_ecef_m.norm() < 1e9;
     if (known_) near_ = geodetic_from_ecef(near_ecef_m);
   }
 

@@ -168,9 +168,9 @@ const Ephemeris* Ephemerides::nearest(SatelliteId satellite, Time<GpsClock> time
   // Of equal distances the first, which is the I/NAV message.
   Duration least = Duration::max();
   for (const Ephemeris& e : of(satellite)) {
-    const Duration difference = reference_time(e) - time;
-    const Duration distance = difference < Duration(0) ? -difference : difference;
-    if (distance >= least) continue;
+    const Time<GpsClock> toe = reference_time(e);
+    const Duration distance = toe < time ? time - toe : toe - time;
+    if (best != nullptr && distance >= least) continue;
     least = distance;
     best = &e;
   }

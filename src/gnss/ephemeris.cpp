@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+
+#include <wayfare/core/contract.hpp>
 
 #include <wayfare/gnss/gps_time.hpp>
 
@@ -171,10 +174,13 @@ SatelliteState satellite_state(const KeplerianEphemeris& k, Time<GpsClock> time)
 }
 
 SatelliteState satellite_state(const GlonassEphemeris& g, Time<GpsClock> time, double step_s) {
-  const double dt = to_seconds(time - g.toe);
+  WAYFARE_EXPECTS(step_s > 0.0, "the step is positive");
+  constexpr double kMostSteps = 1e5;
+  const double dt = to_seconds(time - g.toe), needed = std::ceil(std::abs(dt) / step_s);
   OrbitState s;
   s << g.position_m, g.velocity_mps;
-  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(dt) / step_s)));
+  if (!(needed <= kMostSteps)) s.setConstant(std::numeric_limits<double>::quiet_NaN());
+  const int steps = needed <= kMostSteps ? std::max(1, static_cast<int>(needed)) : 0;
   for (int i = 0; i < steps; ++i) s = runge_kutta(s, dt / steps, g.acceleration_mps2);
   return {s.head<3>(), s.tail<3>(), g.clock_bias_s + g.clock_drift * dt, g.clock_drift};
 }

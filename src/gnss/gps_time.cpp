@@ -51,17 +51,17 @@ int gps_minus_utc_s(Time<UtcClock> t, std::span<const LeapSecond> table) {
 }
 
 Time<GpsClock> to_gps(Time<UtcClock> t, std::span<const LeapSecond> table) {
-  return Time<GpsClock>() + (t.since_epoch() + std::chrono::seconds(gps_minus_utc_s(t, table)));
+  return Time<GpsClock>() + t.since_epoch() + std::chrono::seconds(gps_minus_utc_s(t, table));
 }
 
 Time<UtcClock> to_utc(Time<GpsClock> t, std::span<const LeapSecond> table) {
   int leaps = 0;
   for (const LeapSecond& entry : table) {
     // The leap second ends at the new difference.
-    const Duration starts = entry.from.since_epoch() + std::chrono::seconds(leaps);
+    const Duration starts = (entry.from + std::chrono::seconds(leaps)).since_epoch();
     if (t.since_epoch() >= starts) leaps = entry.gps_minus_utc_s;
   }
-  const Duration utc = t.since_epoch() - std::chrono::seconds(leaps);
+  const Duration utc = (t - std::chrono::seconds(leaps)).since_epoch();
   for (const LeapSecond& entry : table) {
     const bool within = entry.gps_minus_utc_s == leaps && utc < entry.from.since_epoch();
     if (within) return Time<UtcClock>() + (utc + std::chrono::seconds(1));
@@ -82,7 +82,9 @@ std::optional<Time<BeidouClock>> beidou_from_civil(const CivilTime& civil) {
 CivilTime civil_from_gps(Time<GpsClock> time) {
   const auto day = std::chrono::floor<days>(time.since_epoch());
   const std::chrono::year_month_day ymd(kGpsEpoch + day);
-  const Duration of_day = time.since_epoch() - day;
+  // Not the difference: the first day of all begins before the first instant.
+  Duration of_day = time.since_epoch() % days(1);
+  if (of_day < Duration(0)) of_day += days(1);
   const auto hours = std::chrono::floor<std::chrono::hours>(of_day);
   const auto minutes = std::chrono::floor<std::chrono::minutes>(of_day - hours);
   return {static_cast<int>(ymd.year()),

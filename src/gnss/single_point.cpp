@@ -10,6 +10,7 @@
 #include <wayfare/gnss/gps_time.hpp>
 
 #include "gnss/robust_solve.hpp"
+#include "gnss/usable_ranges.hpp"
 
 namespace wayfare {
 namespace {
@@ -29,10 +30,11 @@ std::size_t index(GnssSystem system) { return static_cast<std::size_t>(index_of(
 RangeSet ranges_of(const RangeEpoch& epoch) {
   RangeSet set;
   set.column.fill(-1);
+  FirstOnly is_first;
   for (const CorrectedRange& r : epoch.satellites) {
-    const bool usable = std::isfinite(r.range_m) && r.range_sigma_m > 0.0 &&
-                        std::isfinite(r.range_sigma_m) && r.position_ecef_m.allFinite();
-    if (!usable) continue;
+    const bool usable = std::abs(r.range_m) < kFarthest_m && r.range_sigma_m > 0.0 &&
+                        std::isfinite(r.range_sigma_m) && is_place(r.position_ecef_m);
+    if (!usable || !is_first(r.satellite)) continue;
     set.ranges.push_back(&r);
     int& column = set.column[index(r.satellite.system)];
     if (column < 0) column = 3 + set.systems++;
@@ -130,11 +132,12 @@ void solve_velocity(const RangeEpoch& epoch, const SinglePointOptions& options,
                     const Eigen::Matrix3d& ecef_ned, SinglePoint& point) {
   System equations(4);
   std::vector<std::size_t> which;
+  FirstOnly is_first;
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
     const CorrectedRange& r = epoch.satellites[i];
-    const bool usable = std::isfinite(r.range_rate_mps) && r.range_rate_sigma_mps > 0.0 &&
+    const bool usable = std::abs(r.range_rate_mps) < 1e6 && r.range_rate_sigma_mps > 0.0 &&
                         std::isfinite(r.range_rate_sigma_mps) && r.velocity_ecef_mps.allFinite();
-    if (!usable) continue;
+    if (!usable || !is_first(r.satellite)) continue;
     const Eigen::Vector3d u = (r.position_ecef_m - point.position_ecef_m).normalized();
     Eigen::VectorXd row(4);
     row << -u, 1.0;
@@ -192,6 +195,7 @@ void fill_clocks(const RangeSet& set, const Eigen::VectorXd& x, SinglePoint& poi
 }  // namespace
 
 double chi_square_threshold(int degrees_of_freedom, double probability) {
+  if (degrees_of_freedom < 1) return 0.0;
   // The normal quantile by bisection of its tail, once per epoch.
   double low = -10.0, high = 10.0;
   for (int i = 0; i < 60; ++i) {
@@ -206,7 +210,7 @@ Result<SinglePoint> single_point(const RangeEpoch& epoch, const SinglePointOptio
                                  const Eigen::Vector3d& near_ecef_m) {
   const RangeSet set = ranges_of(epoch);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(3 + set.systems);
-  if (near_ecef_m.allFinite()) x.head<3>() = near_ecef_m;
+  if (is_place(near_ecef_m)) x.head<3>() = near_ecef_m;
   const int have = static_cast<int>(set.ranges.size());
   const int needed = set.ranges.empty() ? 4 : have - linearise(set, x, options).redundancy();
   if (have < needed) {
@@ -285,9 +289,9 @@ Result<SinglePoint> single_point(const ObservationEpoch& epoch, const Ephemeride
 
 void SystemOffsets::learn(const SinglePoint& point) {
   const double gps = point.clock_bias_m[0];
-  if (!point.consistent || point.degrees_of_freedom < 2 || std::isnan(gps)) return;
+  if (!point.consistent || point.degrees_of_freedom < 2 || !std::isfinite(gps)) return;
   for (std::size_t s = 1; s < tracks_.size(); ++s) {
-    if (std::isnan(point.clock_bias_m[s])) continue;
+    if (!std::isfinite(point.clock_bias_m[s])) continue;
     Track& track = tracks_[s];
     const double offset = point.clock_bias_m[s] - gps;
     const double gain = 1.0 / std::min(++track.count, 200);

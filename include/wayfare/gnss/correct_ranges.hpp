@@ -77,10 +77,10 @@ struct RefusedRange {
 };
 
 /// Corrects one epoch. `near_ecef_m` is the approximate receiver position, for elevation,
-/// atmosphere and Sagnac effect (6 mm per km of error). Within 1000 km of the Earth's centre it
-/// counts as unknown: no atmosphere and no elevation mask are applied. A satellite with a rate but
-/// no range is kept with a NaN range, and vice versa. The result is in GPS time (`log_time`).
-/// Rejected satellites are appended to `refused`.
+/// atmosphere and Sagnac effect (6 mm per km of error). Within 1000 km of the Earth's centre, or
+/// beyond 10⁹ m of it, it counts as unknown: no atmosphere and no elevation mask are applied. A
+/// satellite with a rate but no range is kept with a NaN range, and vice versa. The result is in
+/// GPS time (`log_time`). Rejected satellites are appended to `refused`.
 [[nodiscard]] RangeEpoch correct_ranges(const ObservationEpoch& epoch,
                                         const Ephemerides& ephemerides,
                                         const Eigen::Vector3d& near_ecef_m,

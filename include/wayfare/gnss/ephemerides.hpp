@@ -111,7 +111,8 @@ struct SatelliteState {
                                              Time<GpsClock> time);
 
 /// GLONASS ICD 5.1 A.3.1.2: Runge-Kutta of fourth order, Earth's flattening by J2, steps of at most
-/// `step_s`; the clock needs no relativity correction.
+/// `step_s`; the clock needs no relativity correction. NaN if that takes more than 100 000 steps
+/// (69 days by default), where nothing is left of the orbit.
 [[nodiscard]] SatelliteState satellite_state(const GlonassEphemeris& ephemeris, Time<GpsClock> time,
                                              double step_s = 60.0);
 

@@ -34,14 +34,18 @@ struct WeekTime {
   Duration of_week{0};
 };
 
+/// Weeks beyond ±15250 (292 years) give the nearest representable instant.
 [[nodiscard]] constexpr Time<GpsClock> gps_time(int week, Duration of_week) {
+  constexpr auto kMost = Duration::max() / kGpsWeek;
+  if (week > kMost) return Time<GpsClock>() + Duration::max();
+  if (week < -kMost) return Time<GpsClock>() + Duration::min();
   return Time<GpsClock>() + week * kGpsWeek + of_week;
 }
 
 [[nodiscard]] constexpr WeekTime week_time(Time<GpsClock> time) {
-  const Duration t = time.since_epoch();
-  const auto week = t / kGpsWeek - (t % kGpsWeek < Duration(0) ? 1 : 0);
-  return {static_cast<int>(week), t - week * kGpsWeek};
+  const Duration t = time.since_epoch(), rest = t % kGpsWeek;
+  const bool before = rest < Duration(0);
+  return {static_cast<int>(t / kGpsWeek) - (before ? 1 : 0), before ? rest + kGpsWeek : rest};
 }
 
 /// The instant with this time of week nearest to `near`, for messages without a week number.
@@ -56,12 +60,13 @@ struct WeekTime {
 /// for Galileo, 8192 for BeiDou and GPS CNAV): the week nearest to that of `near`.
 [[nodiscard]] constexpr int unrolled_week(int week, Time<GpsClock> near, int cycle = 1024) {
   const int reference = week_time(near).week;
-  const int ahead = ((week - reference) % cycle + cycle) % cycle;
+  const auto difference = std::int64_t{week} - reference;
+  const auto ahead = static_cast<int>((difference % cycle + cycle) % cycle);
   return reference + (ahead > cycle / 2 ? ahead - cycle : ahead);
 }
 
 [[nodiscard]] constexpr Time<GpsClock> to_gps(Time<BeidouClock> t) {
-  return gps_time(kBeidouWeekZero, kGpsMinusBeidou + t.since_epoch());
+  return gps_time(kBeidouWeekZero, kGpsMinusBeidou) + t.since_epoch();
 }
 [[nodiscard]] constexpr Time<BeidouClock> to_beidou(Time<GpsClock> t) {
   return Time<BeidouClock>() + (t - gps_time(kBeidouWeekZero, kGpsMinusBeidou));
@@ -73,10 +78,10 @@ struct WeekTime {
   return Time<GalileoClock>() + (t - gps_time(kGalileoWeekZero, Duration(0)));
 }
 [[nodiscard]] constexpr Time<UtcClock> to_utc(Time<GlonassClock> t) {
-  return Time<UtcClock>() + (t.since_epoch() - std::chrono::hours(3));
+  return Time<UtcClock>() + t.since_epoch() - std::chrono::hours(3);
 }
 [[nodiscard]] constexpr Time<GlonassClock> to_glonass(Time<UtcClock> t) {
-  return Time<GlonassClock>() + (t.since_epoch() + std::chrono::hours(3));
+  return Time<GlonassClock>() + t.since_epoch() + std::chrono::hours(3);
 }
 
 /// From this instant of UTC on GPS is `gps_minus_utc_s` ahead of it.

@@ -90,7 +90,8 @@ struct SinglePoint {
 /// 11.2). If the sum of squares fails its χ² test (Parkinson and Axelrad 1988) a robust solution
 /// replaces it: the loss Σ ln(1 + (r / (scale · σ))²), minimised by iterative reweighting from the
 /// best of the solutions with up to two satellites removed; outliers to it are excluded.
-/// `near_ecef_m` may be zero.
+/// `near_ecef_m` may be zero; beyond 10⁹ m, or not finite, it is ignored. Of a satellite's ranges
+/// and of its rates in one epoch the first counts.
 ///
 /// Errors: `degenerate` for too few satellites (the message gives the number by system) or a poor
 /// geometry; `numerical` if the iteration does not converge; `invalid` if the satellites disagree
@@ -106,7 +107,8 @@ struct SinglePoint {
     const Eigen::Vector3d& near_ecef_m = Eigen::Vector3d::Zero());
 
 /// The value a χ² variable of `degrees_of_freedom` exceeds with probability `probability`, by
-/// Wilson and Hilferty's approximation (1931), good to 3 % down to one degree of freedom.
+/// Wilson and Hilferty's approximation (1931), good to 3 % down to one degree of freedom; zero
+/// without one.
 [[nodiscard]] double chi_square_threshold(int degrees_of_freedom, double probability);
 
 /// Estimates inter-system clock offsets from solutions, so that with few satellites a second system

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -10,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/contract.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/core/time.hpp>
 
@@ -38,10 +38,9 @@ struct LaserScan {
 struct LevelScanOptions {
   /// Lower and higher points, m above the sensor, are floor and ceiling and are dropped.
   double lowest_m = -1.2, highest_m = 0.8;
-  /// Beams of the level scan over a full circle, 1 to kMostBeams; more represent the bearings more
+  /// Beams of the level scan over a full circle, from 1 to 10⁶; more represent the bearings more
   /// precisely.
   std::size_t beams = 3600;
-  static constexpr std::size_t kMostBeams = 1'000'000;
 };
 
 /// The points of `scan` of a tilted range finder, on a carrier that sways (head, hand, small boat),
@@ -50,14 +49,16 @@ struct LevelScanOptions {
 [[nodiscard]] inline LaserScan level_scan(const LaserScan& scan, const SO3d& q_level_laser,
                                           const LevelScanOptions& options = {}) {
   constexpr double kTwoPi = 2.0 * std::numbers::pi;
-  const std::size_t beams = std::clamp<std::size_t>(options.beams, 1, options.kMostBeams);
-  const double step = kTwoPi / static_cast<double>(beams);
+  constexpr std::size_t kMaxBeams = 1'000'000;
+  WAYFARE_EXPECTS(options.beams > 0 && options.beams <= kMaxBeams,
+                  "a level scan has from 1 to a million beams");
+  const double step = kTwoPi / static_cast<double>(options.beams);
   LaserScan level{scan.time,
                   Angle::radians(-std::numbers::pi),
                   Angle::radians(step),
                   scan.min_range_m,
                   scan.max_range_m,
-                  std::vector<float>(beams, std::numeric_limits<float>::quiet_NaN())};
+                  std::vector<float>(options.beams, std::numeric_limits<float>::quiet_NaN())};
   for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
     if (!scan.returned(i)) continue;
     const double bearing = scan.bearing(i).radians();
@@ -65,7 +66,8 @@ struct LevelScanOptions {
     const Eigen::Vector3d p = q_level_laser * Eigen::Vector3d(double(scan.ranges_m[i]) * beam);
     if (!(p.z() >= options.lowest_m && p.z() <= options.highest_m)) continue;
     const double beam_index = (std::atan2(p.y(), p.x()) + std::numbers::pi) / step;
-    float& range = level.ranges_m[static_cast<std::size_t>(std::lround(beam_index)) % beams];
+    float& range =
+        level.ranges_m[static_cast<std::size_t>(std::lround(beam_index)) % options.beams];
     const auto projected = static_cast<float>(p.head<2>().norm());
     if (!(range <= projected)) range = projected;
   }
