@@ -36,24 +36,18 @@ inline bool finite(const SE2d& pose) {
   return pose.translation().allFinite() && finite(pose.heading());
 }
 
-/// Symmetric and positive semi-definite, to rounding; by correlations, so that the units of its
+/// Symmetric and positive semi-definite, to rounding; of the correlations, so that the units of the
 /// rows do not matter.
 inline bool is_covariance(const Eigen::Matrix3d& c) {
-  constexpr double kRounding = 1e-6;
+  constexpr double kRounding = 1e-6, kLeast = 1e-150;
   if (!c.allFinite() || (c.diagonal().array() < 0).any()) return false;
   const Eigen::Vector3d sigma = c.diagonal().cwiseSqrt();
-  const double least = 1e-12 * sigma.maxCoeff() * sigma.maxCoeff();
-  Eigen::Matrix3d correlation = Eigen::Matrix3d::Identity();
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < i; ++j) {
-      const double scale = sigma[i] * sigma[j];
-      if (std::abs(c(i, j) - c(j, i)) > kRounding * scale + least ||
-          std::abs(c(i, j)) > (1 + kRounding) * scale + least)
-        return false;
-      if (scale > least) correlation(i, j) = c(i, j) / scale;
-    }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(correlation, Eigen::EigenvaluesOnly);
-  return eigen.eigenvalues()[0] >= -kRounding;
+  const Eigen::Vector3d scale =
+      sigma.cwiseMax(kRounding * sigma.maxCoeff()).cwiseMax(kLeast).cwiseInverse();
+  const Eigen::Matrix3d r = scale.asDiagonal() * c * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(r, Eigen::EigenvaluesOnly);
+  return ((r - r.transpose()).array().abs() <= kRounding).all() &&
+         eigen.eigenvalues()[0] >= -kRounding;
 }
 
 /// Whether every beam has a bearing.
@@ -70,24 +64,19 @@ inline Result<void> check_beams(const LaserScan& scan) {
   return {};
 }
 
-/// Refuses odometry that is not finite, or so far away that the cells of fine maps are not numbered
-/// there.
-inline Result<void> check_odometry(const SE2d& odometry) {
-  constexpr double kFarthest_m = 1e7;  // also farther than the coordinates of any map projection
-  if (!finite(odometry)) return Error{ErrorCode::invalid, "the odometry pose is not finite"};
-  if (odometry.translation().cwiseAbs().maxCoeff() > kFarthest_m)
-    return Error{ErrorCode::invalid, "the odometry pose is farther than 10 000 km from its origin"};
-  return {};
-}
-
-/// Also one with odometry that cannot be used, or earlier than the last of `accepted`.
+/// Also one earlier than the last of `accepted`, or with odometry that is not finite or so far away
+/// that the cells of fine maps are not numbered there.
 template <class Scans>
 Result<void> check_scan(const LaserScan& scan, const std::optional<SE2d>& odometry,
                         const Scans& accepted) {
+  constexpr double kFarthest_m = 1e7;  // also farther than the coordinates of any map projection
   if (auto ok = check_beams(scan); !ok) return ok;
   if (!accepted.empty() && scan.time < accepted.back().time)
     return Error{ErrorCode::invalid, "the scan is earlier than the one before it"};
-  if (odometry) return check_odometry(*odometry);
+  if (odometry && !finite(*odometry))
+    return Error{ErrorCode::invalid, "the odometry pose is not finite"};
+  if (odometry && odometry->translation().cwiseAbs().maxCoeff() > kFarthest_m)
+    return Error{ErrorCode::invalid, "the odometry pose is farther than 10 000 km from its origin"};
   return {};
 }
 

@@ -9,6 +9,7 @@
 #include <wayfare/slam/localisation.hpp>
 
 #include "slam/motion.hpp"
+#include "slam/scans.hpp"
 
 namespace wayfare {
 
@@ -24,7 +25,8 @@ class MotionGuard {
 
   /// From the previous time to `time`.
   Step step(LogTime time, const std::optional<SE2d>& odometry) {
-    const std::optional<SE2d> given = odometry && finite(*odometry) ? odometry : std::nullopt;
+    const std::optional<SE2d> given =
+        odometry && detail::finite(*odometry) ? odometry : std::nullopt;
     Step step{{SE2d::identity(), Eigen::Matrix3d::Zero()}, !given};
     if (time_) {
       const double dt = to_seconds(time - *time_);
@@ -71,10 +73,6 @@ class MotionGuard {
     return over > 1.0 ? Eigen::Vector3d(velocity / over) : velocity;
   }
 
-  static bool finite(const SE2d& pose) {
-    return pose.translation().allFinite() && std::isfinite(pose.rotation().cos()) &&
-           std::isfinite(pose.rotation().sin());
-  }
   static Gaussian<SE2d> uncertain(const SE2d& increment, const MotionNoise& noise) {
     // Options that are not finite: the motion is unknown, the particles stay finite.
     constexpr double kUnknown = 1e3;

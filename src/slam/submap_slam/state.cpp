@@ -211,26 +211,24 @@ struct SubmapState {
   /// that: whoever changes a map can compute it.
   static bool is_valid(const SubmapSlam::Engine& e, const Loops& pending) {
     const SubmapGraph& m = e.map_;
+    if (!has_valid_motion(e)) return false;
     if (m.nodes.empty())
       return m.submaps.empty() && m.graph.poses.empty() && m.graph.edges.empty() &&
              pending.edges.empty() && e.scans_.empty() && e.forgotten_.empty();
     return has_valid_poses(m) && has_valid_edges(m.graph, m.graph.edges) &&
-           has_valid_edges(m.graph, pending.edges) && has_valid_submaps(m) && has_valid_scans(e) &&
-           has_valid_motion(e);
+           has_valid_edges(m.graph, pending.edges) && has_valid_submaps(m) && has_valid_scans(e);
   }
 
  private:
-  template <class Values, class Good>
-  static bool all(const Values& values, const Good& good) {
-    return std::all_of(values.begin(), values.end(), good);
+  static bool has_valid_motion(const SubmapSlam::Engine& e) {
+    const MotionModel& m = e.motion_model_;
+    return m.last_.has_value() == !e.map_.nodes.empty() &&
+           (!m.last_ || (is_near(m.last_->pose) && is_near(m.last_->odometry.value_or(SE2d())))) &&
+           is_near(m.velocity_from_.pose) && m.mean_interval_s_ >= 0.0 &&
+           m.velocity_.cwiseAbs().maxCoeff() < kFarthest_m && is_near(e.T_local_base_) &&
+           is_count(e.lost_) && is_count(e.nodes_since_search_) &&
+           detail::is_covariance(e.since_node_) && detail::is_covariance(e.since_match_);
   }
-  template <class Values, class Follows>
-  static bool ordered(const Values& values, const Follows& follows) {
-    return std::adjacent_find(values.begin(), values.end(), [&](const auto& a, const auto& b) {
-             return !follows(a, b);
-           }) == values.end();
-  }
-
   /// Every pose is that of one node or one submap.
   static bool has_valid_poses(const SubmapGraph& m) {
     const std::size_t poses = m.graph.poses.size();
@@ -239,14 +237,16 @@ struct SubmapState {
       return in(owner.pose, poses) &&
              !std::exchange(taken[static_cast<std::size_t>(owner.pose)], 1);
     };
-    return poses == m.nodes.size() + m.submaps.size() && all(m.graph.poses, is_near) &&
-           all(m.nodes, take) && all(m.submaps, take) && all(m.nodes, [](const SubmapNode& n) {
+    return poses == m.nodes.size() + m.submaps.size() &&
+           std::ranges::all_of(m.graph.poses, is_near) && std::ranges::all_of(m.nodes, take) &&
+           std::ranges::all_of(m.submaps, take) &&
+           std::ranges::all_of(m.nodes, [](const SubmapNode& n) {
              return is_near(n.T_local_node) && n.points->xy().size() % 2 == 0;
            });
   }
   static bool has_valid_edges(const PoseGraph2& graph, const std::vector<PoseEdge<SE2d>>& edges) {
     const std::size_t poses = graph.poses.size();
-    return all(edges, [&](const PoseEdge<SE2d>& x) {
+    return std::ranges::all_of(edges, [&](const PoseEdge<SE2d>& x) {
       return in(x.from, poses) && in(x.to, poses) && x.from != x.to && is_near(x.measurement) &&
              is_information(x.information);
     });
@@ -254,34 +254,26 @@ struct SubmapState {
   /// In the order in which they began, each later one at a later node; those that are not finished
   /// are the last ones and reach to the latest node.
   static bool has_valid_submaps(const SubmapGraph& m) {
-    const std::size_t nodes = m.nodes.size();
     constexpr auto kLastId = std::numeric_limits<std::int64_t>::max() / 2;
-    const auto follows = [](const Submap& a, const Submap& b) {
-      return a.id < b.id && a.first < b.first && (a.finished || !b.finished);
+    const auto wrong = [](const Submap& a, const Submap& b) {
+      return a.id >= b.id || a.first >= b.first || (!a.finished && b.finished);
     };
     return !m.submaps.empty() && m.submaps.front().first == 0 && m.submaps.front().id >= 0 &&
            !m.submaps.back().finished && m.submaps.back().id < m.next_id_ && m.next_id_ < kLastId &&
-           ordered(m.submaps, follows) && all(m.submaps, [&](const Submap& s) {
-             return in(s.last, nodes) && s.first <= s.last && is_near(s.T_local_submap) &&
+           std::ranges::adjacent_find(m.submaps, wrong) == m.submaps.end() &&
+           std::ranges::all_of(m.submaps, [&](const Submap& s) {
+             return in(s.last, m.nodes.size()) && s.first <= s.last && is_near(s.T_local_submap) &&
                     (s.finished || s.last == m.latest());
            });
   }
   static bool has_valid_scans(const SubmapSlam::Engine& e) {
-    const auto earlier = [](const auto& a, const auto& b) { return a.time <= b.time; };
-    return !e.scans_.empty() && ordered(e.scans_, earlier) && ordered(e.forgotten_, earlier) &&
-           ordered(e.scans_,
-                   [](const ScanPose& a, const ScanPose& b) { return a.node <= b.node; }) &&
-           all(e.scans_, [&](const ScanPose& s) {
+    using std::ranges::is_sorted;
+    return !e.scans_.empty() && is_sorted(e.scans_, {}, &ScanPose::time) &&
+           is_sorted(e.forgotten_, {}, &StampedPose::time) &&
+           is_sorted(e.scans_, {}, &ScanPose::node) &&
+           std::ranges::all_of(e.scans_, [&](const ScanPose& s) {
              return in(s.node, e.map_.nodes.size()) && is_near(s.T_node_base);
            });
-  }
-  static bool has_valid_motion(const SubmapSlam::Engine& e) {
-    const MotionModel& m = e.motion_model_;
-    return is_near(e.T_local_base_) && is_count(e.lost_) && is_count(e.nodes_since_search_) &&
-           detail::is_covariance(e.since_node_) && detail::is_covariance(e.since_match_) &&
-           m.last_ && is_near(m.last_->pose) &&
-           (!m.last_->odometry || is_near(*m.last_->odometry)) && is_near(m.velocity_from_.pose) &&
-           m.mean_interval_s_ >= 0.0 && m.velocity_.cwiseAbs().maxCoeff() < kFarthest_m;
   }
 };
 

@@ -147,6 +147,7 @@ bool refused_or_works(const Bytes& bytes, int scans) {
         {odometry_of_drive(45 + 4 * k), {}});
   (void)slam->finish();
   (void)slam->memory_bytes();
+  EXPECT_TRUE(all_finite(numbers_of(slam->trajectory())));
   EXPECT_LT(slam->map().tiles().tile_count(), 5000U);
   return false;
 }
