@@ -214,7 +214,8 @@ struct SubmapState {
     if (!has_valid_motion(e)) return false;
     if (m.nodes.empty())
       return m.submaps.empty() && m.graph.poses.empty() && m.graph.edges.empty() &&
-             pending.edges.empty() && e.scans_.empty() && e.forgotten_.empty();
+             pending.edges.empty() && e.scans_.empty() && e.forgotten_.empty() &&
+             e.nodes_since_search_ == 0;
     return has_valid_poses(m) && has_valid_edges(m.graph, m.graph.edges) &&
            has_valid_edges(m.graph, pending.edges) && has_valid_submaps(m) && has_valid_scans(e);
   }

@@ -189,13 +189,13 @@ TEST(SubmapSequence, SignedNonsenseIsRefusedOrWorks) {
       return "state " + std::to_string(s) + " byte " + std::to_string(i);
     };
     const std::size_t content = good.size() - 2 * kWord;
-    for (int trial = 0; trial < 150; ++trial) {
+    for (int trial = 0; trial < 50; ++trial) {
       const std::size_t i = kWord + rng.below(content);
       Bytes bad = good;
       bad[i] ^= static_cast<std::uint8_t>(1U << rng.below(8));
       attempt(std::move(bad), at(i));
     }
-    for (int trial = 0; trial < 150; ++trial) {
+    for (int trial = 0; trial < 50; ++trial) {
       const std::size_t i = kWord + rng.below(content - kWord);
       Bytes bad = good;
       if (trial % 3 == 0)
@@ -206,7 +206,7 @@ TEST(SubmapSequence, SignedNonsenseIsRefusedOrWorks) {
         decode::store_le(rng.below(2) == 0 ? INT64_MAX : INT64_MIN, bad.data() + i);
       attempt(std::move(bad), at(i) + " word");
     }
-    for (int trial = 0; trial < 40; ++trial) {
+    for (int trial = 0; trial < 20; ++trial) {
       const auto i = static_cast<std::ptrdiff_t>(kWord + rng.below(content));
       Bytes bad = good;
       if (trial % 2 == 0)
@@ -216,8 +216,8 @@ TEST(SubmapSequence, SignedNonsenseIsRefusedOrWorks) {
       attempt(std::move(bad), at(static_cast<std::size_t>(i)) + " moved");
     }
   }
-  EXPECT_GT(refused, 100U);
-  EXPECT_GT(worked, 100U);
+  EXPECT_GT(refused, 40U);
+  EXPECT_GT(worked, 40U);
 }
 
 // Counts of 1e9 and more at every place of a state that could be one.
