@@ -1,6 +1,7 @@
 // The options of graph, Hector, submap and pedestrian SLAM at their limits and beyond: every pose
 // stays finite, nothing is lost, no memory or time without bound.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -180,8 +181,9 @@ struct Settings<PedestrianDriver> {
              }}};
   }
   static std::vector<Choice<O>> counts() {
-    return {
-        {"beams", [](O& o, int n) { o.level.beams = n < 0 ? 1 : static_cast<std::size_t>(n); }}};
+    return {{"beams", [](O& o, int n) {
+               o.level.beams = static_cast<std::size_t>(std::clamp(n, 1, 20'000));
+             }}};
   }
 };
 
