@@ -1,5 +1,5 @@
-// The particle filter on radar and LiDAR: motion and scans that are none, detections far away, times
-// near the limits, options at their limits.
+// The particle filter on radar and LiDAR: motion and scans that are none, detections far away,
+// times near the limits, options at their limits.
 
 #include <cmath>
 #include <cstdint>
