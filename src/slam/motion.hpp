@@ -21,12 +21,23 @@ struct Motion {
   /// Of the motion since an earlier pose, given its covariance before this one.
   [[nodiscard]] Eigen::Matrix3d accumulated(const Eigen::Matrix3d& before) const {
     const Eigen::Matrix3d turn = increment.inverse().adjoint();
-    return turn * before * turn.transpose() + covariance();
+    const Eigen::Matrix3d sum = turn * before * turn.transpose() + covariance();
+    // Nothing is known then; leaps of odometry would make products overflow.
+    constexpr double kUnknown = 1e12;
+    if (!(sum.diagonal().maxCoeff() < kUnknown)) return kUnknown * Eigen::Matrix3d::Identity();
+    return sum;
   }
 };
 
 [[nodiscard]] inline Eigen::Matrix3d information_of(const Eigen::Vector3d& sigma) {
   return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+/// A motion without noise has no information matrix: at least 1 µm and 1 µrad, also in place of
+/// NaN.
+[[nodiscard]] inline Eigen::Vector3d at_least_rounding(const Eigen::Vector3d& sigma) {
+  constexpr double kLeast = 1e-6;
+  return (sigma.array() > kLeast).select(sigma, kLeast);
 }
 
 /// Whether a motion reaches this travel or heading change.
@@ -35,22 +46,30 @@ struct Motion {
          std::abs(motion.heading().radians()) >= turn.radians();
 }
 
+/// Odometry that leaps farther between two scans counts as missing: the information of an edge of
+/// such uncertainty is zero to rounding, and the graph could not be optimised.
+inline constexpr double kLongestMotion_m = 1e4;
+
+/// Over a shorter interval no velocity is measured: errors of the poses would be divided by it.
+inline constexpr double kShortestInterval_s = 1e-3;
+
 /// Predicts the next scan's pose from odometry, or at constant velocity.
 class MotionModel {
  public:
   MotionModel(const MotionNoise& odometry, const MotionNoise& constant_velocity)
       : odometry_noise_(odometry), velocity_noise_(constant_velocity) {}
 
-  /// From the last scan to `time`: the odometry increment if both ends are known, else at the
-  /// velocity between the last two scans.
+  /// From the last scan to `time`: the odometry increment if both ends are known, else, or if it is
+  /// a leap, at the velocity between the last two scans.
   [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry) const {
     if (!last_) return {};
     if (odometry && last_->odometry) {
       const SE2d increment = last_->odometry->inverse() * *odometry;
-      return {increment, sigma_of(increment, odometry_noise_)};
+      if (increment.translation().norm() < kLongestMotion_m)
+        return {increment, at_least_rounding(sigma_of(increment, odometry_noise_))};
     }
     const SE2d increment = SE2d::exp(velocity_ * interval_s(time));
-    return {increment, sigma_of(increment, velocity_noise_)};
+    return {increment, at_least_rounding(sigma_of(increment, velocity_noise_))};
   }
 
   /// Adds a scan's estimated pose. Timestamp jitter makes short intervals look fast: an interval
@@ -62,7 +81,7 @@ class MotionModel {
       mean_interval_s_ =
           mean_interval_s_ > 0.0 ? mean_interval_s_ + kGain * (step - mean_interval_s_) : step;
       const double dt = to_seconds(time - velocity_from_.time);
-      if (dt > 0.0 && dt >= 0.5 * mean_interval_s_) {
+      if (dt >= kShortestInterval_s && dt >= 0.5 * mean_interval_s_) {
         velocity_ = pose.minus(velocity_from_.pose) / dt;
         velocity_from_ = {time, pose};
       }

@@ -2,10 +2,15 @@
 
 // What the systems that process scans share: checks of their input, and runs over a recording.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <optional>
 #include <string>
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/sensors/recording.hpp>
@@ -31,24 +36,53 @@ inline bool finite(const SE2d& pose) {
   return pose.translation().allFinite() && finite(pose.heading());
 }
 
+/// Symmetric and positive semi-definite, to rounding; of the correlations, so that the units of the
+/// rows do not matter.
+inline bool is_covariance(const Eigen::Matrix3d& c) {
+  constexpr double kRounding = 1e-6, kLeast = 1e-150;
+  if (!c.allFinite() || (c.diagonal().array() < 0).any()) return false;
+  const Eigen::Vector3d sigma = c.diagonal().cwiseSqrt();
+  const Eigen::Vector3d scale =
+      sigma.cwiseMax(kRounding * sigma.maxCoeff()).cwiseMax(kLeast).cwiseInverse();
+  const Eigen::Matrix3d r = scale.asDiagonal() * c * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(r, Eigen::EigenvaluesOnly);
+  return ((r - r.transpose()).array().abs() <= kRounding).all() &&
+         eigen.eigenvalues()[0] >= -kRounding;
+}
+
+/// Whether every beam has a bearing.
+inline bool has_finite_bearings(const LaserScan& scan) {
+  return finite(scan.first_bearing) && finite(scan.bearing_step) &&
+         finite(scan.bearing(scan.ranges_m.size()));
+}
+
 /// Refuses a scan without beams or with geometry that is not finite.
 inline Result<void> check_beams(const LaserScan& scan) {
   if (scan.ranges_m.empty()) return Error{ErrorCode::invalid, "the scan has no beams"};
-  if (!finite(scan.first_bearing) || !finite(scan.bearing_step))
+  if (!has_finite_bearings(scan))
     return Error{ErrorCode::invalid, "the scan's bearings are not finite"};
   return {};
 }
 
-/// Also one with odometry that is not finite, or earlier than the last of `accepted`.
+/// Also one earlier than the last of `accepted`, or with odometry that is not finite or so far away
+/// that the cells of fine maps are not numbered there.
 template <class Scans>
 Result<void> check_scan(const LaserScan& scan, const std::optional<SE2d>& odometry,
                         const Scans& accepted) {
+  constexpr double kFarthest_m = 1e7;  // also farther than the coordinates of any map projection
   if (auto ok = check_beams(scan); !ok) return ok;
   if (!accepted.empty() && scan.time < accepted.back().time)
     return Error{ErrorCode::invalid, "the scan is earlier than the one before it"};
   if (odometry && !finite(*odometry))
     return Error{ErrorCode::invalid, "the odometry pose is not finite"};
+  if (odometry && odometry->translation().cwiseAbs().maxCoeff() > kFarthest_m)
+    return Error{ErrorCode::invalid, "the odometry pose is farther than 10 000 km from its origin"};
   return {};
+}
+
+/// Limits counts among the options: from zero to a number that can be added to any index.
+inline void limit_counts(std::initializer_list<int*> counts) {
+  for (int* count : counts) *count = std::clamp(*count, 0, 1 << 28);
 }
 
 /// Number of scans refused, and the reason for the first.

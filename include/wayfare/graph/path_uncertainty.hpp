@@ -39,8 +39,9 @@ class PathUncertaintyFinder {
  public:
   /// From `root` over the edges for which `usable(edge)` is true; information matrices must be
   /// positive definite. Dijkstra's search, O(E log V); as heading and position errors can cancel, a
-  /// pose may become less uncertain than its predecessor and is then expanded again. The result is
-  /// valid until the next search.
+  /// pose may become less uncertain than its predecessor and is then expanded again, which ends
+  /// after 100 expansions per pose: between poses 10⁹ m apart rounding errors alone would let it go
+  /// on for ever. The result is valid until the next search.
   template <class Usable>
   const PathUncertainty& find(const PoseGraph2& graph, int root, Usable usable);
 
@@ -96,7 +97,7 @@ const PathUncertainty& PathUncertaintyFinder::find(const PoseGraph2& graph, int 
                                                    Usable usable) {
   take_in_new(graph);
   reset_result(graph.poses.size(), root);
-  while (!open_.empty()) {
+  for (std::size_t left = 100 * graph.poses.size(); !open_.empty() && left > 0; --left) {
     const auto [size, pose] = open_.front();
     std::pop_heap(open_.begin(), open_.end(), std::greater<>());
     open_.pop_back();

@@ -25,6 +25,7 @@
 
 namespace wayfare {
 
+/// Negative counts are taken as zero.
 struct GraphSlamOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};
 
@@ -83,8 +84,10 @@ class GraphSlam {
   explicit GraphSlam(const GraphSlamOptions& options = {});
 
   /// Processes the next scan with the odometry at its time, if any. Returns an Error and changes
-  /// nothing for a scan without beams, with non-finite geometry, or earlier than the previous one.
-  /// A scan with too few returns gets the pose predicted by the motion model.
+  /// nothing for a scan without beams, with non-finite geometry, or earlier than the previous one,
+  /// and for odometry that is not finite or farther than 10 000 km from its origin. Odometry that
+  /// leaps by more than 10 km counts as missing. A scan with too few returns gets the pose
+  /// predicted by the motion model.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 

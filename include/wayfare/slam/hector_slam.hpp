@@ -77,7 +77,9 @@ class HectorSlam {
   /// Adds a sample of an inertial unit on the same body, before the scans that follow it.
   UpdateStatus add(const ImuSample& sample);
 
-  /// Processes the next scan with the odometry at its time, if any. Errors as GraphSlam::add_scan.
+  /// Processes the next scan with the odometry at its time, if any. Errors as GraphSlam::add_scan,
+  /// and for a first scan that makes no map. A later one that would make the map too large is left
+  /// out of it.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 

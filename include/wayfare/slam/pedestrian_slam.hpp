@@ -39,7 +39,7 @@ class PedestrianSlam {
 
   /// Adds a sample of the unit on the same body as the laser.
   MargUpdateStatus add(const MargSample& sample);
-  /// A scan before the first attitude is taken as level.
+  /// A scan before the first attitude is taken as level. Errors as SubmapSlam::add_scan.
   Result<ScanOutcome> add_scan(const LaserScan& scan);
   Result<void> finish() { return slam().finish(); }
 

@@ -66,7 +66,8 @@ struct RbpfSensorOptions {
   Angle max_turn_correction = Angle::degrees(60);
   /// Half width of the search window in standard deviations of the motion.
   double search_sigmas = 3.0;
-  /// Farther points are not matched, m.
+  /// Farther points are not matched, m. Those of a radar are not mapped either: each detection, if
+  /// only of noise, takes memory where it is.
   double max_range_m = 20.0;
   /// Between neighbouring points, m.
   double point_spacing_m = 0.1;
@@ -89,6 +90,7 @@ struct RbpfSensorOptions {
   o.min_points = 15;
   o.min_score = 0.05;
   o.wide_m = 0.0;
+  o.max_range_m = 60.0;
   o.point_spacing_m = 0.0;
   o.map_travel_m = 0.05;
   o.search_points = 0;
@@ -96,7 +98,7 @@ struct RbpfSensorOptions {
 }
 
 struct RadarSlamOptions {
-  std::size_t particles = 30;
+  std::size_t particles = 30;  ///< at least 1
   std::uint64_t seed = 1;
   int threads = 1;  ///< particles processed in parallel; any number gives the same result
 

@@ -24,6 +24,7 @@
 
 namespace wayfare {
 
+/// Negative counts are taken as zero.
 struct SubmapSlamOptions {
   Transform2<frame::Base, frame::Laser> T_base_laser{};
 
@@ -118,6 +119,7 @@ class SubmapSlam {
   /// Poses of submaps and nodes; loop closures are the edges marked `robust`.
   [[nodiscard]] const PoseGraph2& graph() const;
   [[nodiscard]] const SubmapSlamStatistics& statistics() const;
+  /// After `restore` the pose alone is known until the next scan.
   [[nodiscard]] const LocalPlacement& local() const;
   /// Of all nodes kept, at their current poses.
   [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
@@ -128,7 +130,7 @@ class SubmapSlam {
   /// The complete state, to continue later as if without interruption.
   [[nodiscard]] std::vector<std::uint8_t> save() const;
   /// Continues from a saved state, with the options it was saved under. An Error names the byte at
-  /// which it is not valid.
+  /// which it is not valid: damaged (by its digest), or with values that no map has.
   [[nodiscard]] static Result<SubmapSlam> restore(std::span<const std::uint8_t> bytes,
                                                   const SubmapSlamOptions& options = {});
 

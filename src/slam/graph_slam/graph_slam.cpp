@@ -18,10 +18,10 @@ namespace wayfare {
 class GraphSlam::Engine {
  public:
   explicit Engine(const GraphSlamOptions& options)
-      : options_(options),
+      : options_(with_valid_counts(options)),
         motion_model_(options.odometry, options.constant_velocity),
-        tracker_(options),
-        loop_closer_(options) {}
+        tracker_(options_),
+        loop_closer_(options_) {}
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const std::optional<SE2d>& odometry) {
     if (auto ok = detail::check_scan(scan, odometry, scans_); !ok) return ok.error();
@@ -68,6 +68,12 @@ class GraphSlam::Engine {
   [[nodiscard]] const GraphSlamStatistics& statistics() const { return statistics_; }
 
  private:
+  static GraphSlamOptions with_valid_counts(GraphSlamOptions o) {
+    detail::limit_counts({&o.local_nodes, &o.sharp_nodes, &o.nodes_between_loops, &o.loop_gap_nodes,
+                          &o.loop_context_nodes, &o.loop_map_nodes, &o.loops_per_search});
+    return o;
+  }
+
   [[nodiscard]] PointSet points_of(const LaserScan& scan) const {
     return thin(end_points(scan, options_.T_base_laser.raw()),
                 static_cast<float>(options_.point_spacing_m),

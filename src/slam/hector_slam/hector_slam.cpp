@@ -45,12 +45,13 @@ class HectorSlam::Engine {
       outcome =
           place(view, predict(scan.time, odometry), alternative_to_odometry(scan.time, odometry));
     }
+    if (outcome.matched && map_update_due()) {
+      const auto inserted = insert_into_map(view);
+      if (!inserted && map_.empty()) return inserted.error();
+      outcome.became_node = inserted.has_value();
+    }
     if (has_imu_ && !carrier_.placed())
       carrier_.place(pose_, options_.min_sigma_m, options_.min_sigma);
-    if (outcome.matched && map_update_due()) {
-      if (auto ok = insert_into_map(view); !ok) return ok.error();
-      outcome.became_node = true;
-    }
     motion_model_.update(scan.time, pose_, odometry);
     coasting_ = has_imu_ && !outcome.matched;
     outcome.T_map_base = MapPose(pose_);

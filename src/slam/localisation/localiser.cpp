@@ -3,8 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include <wayfare/slam/localisation.hpp>
 
 #include "slam/localisation/motion_guard.hpp"
@@ -74,9 +72,7 @@ class Localiser::Engine {
   }
 
   Result<void> start_at(const Gaussian<SE2d>& pose) {
-    const Eigen::LDLT<Eigen::Matrix3d> ldlt(pose.covariance);
-    if (!detail::finite(pose.mean) || !pose.covariance.allFinite() ||
-        ldlt.info() != Eigen::Success || !ldlt.isPositive())
+    if (!detail::finite(pose.mean) || !detail::is_covariance(pose.covariance))
       return Error{ErrorCode::invalid,
                    "start_at: the pose is not finite or its covariance not positive semi-definite"};
     start_anywhere();
@@ -102,7 +98,7 @@ class Localiser::Engine {
   }
 
   Result<LocalisationOutcome> add_scan(const LaserScan& scan, const std::optional<SE2d>& odometry) {
-    if (!detail::finite(scan.first_bearing) || !detail::finite(scan.bearing_step))
+    if (!detail::has_finite_bearings(scan))
       return Error{ErrorCode::invalid, "a scan whose bearings are not finite"};
     if (motion_.time() && scan.time <= *motion_.time())
       return Error{ErrorCode::invalid, "a scan not later than the last: late or duplicated"};

@@ -8,6 +8,9 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/slam/localisation.hpp>
 
+#include "slam/motion.hpp"
+#include "slam/scans.hpp"
+
 namespace wayfare {
 
 /// Converts odometry at the scans' times to motions; replaces implausible ones by a prediction.
@@ -22,12 +25,13 @@ class MotionGuard {
 
   /// From the previous time to `time`.
   Step step(LogTime time, const std::optional<SE2d>& odometry) {
-    const std::optional<SE2d> given = odometry && finite(*odometry) ? odometry : std::nullopt;
+    const std::optional<SE2d> given =
+        odometry && detail::finite(*odometry) ? odometry : std::nullopt;
     Step step{{SE2d::identity(), Eigen::Matrix3d::Zero()}, !given};
     if (time_) {
       const double dt = to_seconds(time - *time_);
       if (const auto increment = plausible_increment(given, dt)) {
-        velocity_ = increment->log() / dt;
+        velocity_ = possible_velocity(increment->log() / dt);
         step = {uncertain(*increment, options_.odometry), false};
       } else {
         constexpr double kLongest_s = 0.5;  // no extrapolation through a gap in the log
@@ -42,8 +46,8 @@ class MotionGuard {
 
   /// Estimated pose at that time: gives the velocity when there is no odometry.
   void update(const SE2d& pose) {
-    if (estimated_ && !odometry_ && *time_ > estimated_->time)
-      velocity_ = pose.minus(estimated_->pose) / to_seconds(*time_ - estimated_->time);
+    const double dt = estimated_ ? to_seconds(*time_ - estimated_->time) : 0.0;
+    if (!odometry_ && dt >= kShortestInterval_s) velocity_ = pose.minus(estimated_->pose) / dt;
     estimated_ = Estimated{*time_, pose};
   }
 
@@ -62,12 +66,19 @@ class MotionGuard {
     return possible ? std::optional(increment) : std::nullopt;
   }
 
-  static bool finite(const SE2d& pose) {
-    return pose.translation().allFinite() && std::isfinite(pose.rotation().cos()) &&
-           std::isfinite(pose.rotation().sin());
+  /// Within the robot's limits: the motion accepted over a short interval may be much faster.
+  [[nodiscard]] Eigen::Vector3d possible_velocity(const Eigen::Vector3d& velocity) const {
+    const double over = std::max(velocity.head<2>().norm() / options_.max_speed_m_s,
+                                 std::abs(velocity[2]) / options_.max_turn_rate.radians());
+    return over > 1.0 ? Eigen::Vector3d(velocity / over) : velocity;
   }
+
   static Gaussian<SE2d> uncertain(const SE2d& increment, const MotionNoise& noise) {
-    return {increment, sigma_of(increment, noise).cwiseAbs2().asDiagonal()};
+    // Options that are not finite: the motion is unknown, the particles stay finite.
+    constexpr double kUnknown = 1e3;
+    const Eigen::Vector3d sigma = sigma_of(increment, noise);
+    const Eigen::Vector3d known = (sigma.array().abs() < kUnknown).select(sigma, kUnknown);
+    return {increment, known.cwiseAbs2().asDiagonal()};
   }
 
   const LocalisationOptions& options_;

@@ -169,7 +169,8 @@ ParticleSet uniform_poses(const LocalisationMap& map, const LocalisationOptions&
   const double most = static_cast<double>(std::max<std::size_t>(options.max_candidates, 1));
   const double least = std::min(static_cast<double>(options.min_candidates), most);
   ParticleSet poses;
-  poses.resize(static_cast<std::size_t>(std::clamp(wanted, std::max(least, 1.0), most)));
+  // In this order NaN gives the least.
+  poses.resize(static_cast<std::size_t>(std::min(std::max({1.0, least, wanted}), most)));
   const double stride = places / static_cast<double>(poses.size());
   for_blocks(poses.size(), options.threads, rng, [&](std::size_t i, Rng& own) {
     const double at = (static_cast<double>(i) + own.uniform()) * stride;

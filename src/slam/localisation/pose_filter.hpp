@@ -65,8 +65,10 @@ class PoseFilter {
   [[nodiscard]] double log_evidence(const ScanWeigher& scan, bool broad) const {
     return log_sum_exp(joint_weights(scan, broad)) - log_sum_exp(particles_.log_weight);
   }
-  /// Adds as many particles with noise: for a set that is slightly off.
+  /// Adds as many particles with noise: for a set that is slightly off. Nothing while the set is
+  /// above its limit: where the scan fits nowhere, no resampling follows.
   void add_noisy_copies() {
+    if (particles_.size() > std::max(options_.max_particles, options_.min_particles)) return;
     constexpr double kAside_m = 0.2, kAside_rad = 0.1;
     Rng rng = next_stream();
     const std::size_t n = particles_.size();

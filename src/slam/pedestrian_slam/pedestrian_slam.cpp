@@ -84,6 +84,7 @@ class PedestrianSlam::Engine {
   }
 
   Result<ScanOutcome> add_scan(const LaserScan& scan) {
+    if (auto ok = detail::check_scan(scan, {}, dead_reckoning_); !ok) return ok.error();
     levelled_ = level_scan(scan, q_level_laser(), options_.level);
     const SE2d walker = walker_;
     const MotionHint hint = hint_at(scan.time);

@@ -33,7 +33,8 @@ class RadarSlam::Engine {
   explicit Engine(const RadarSlamOptions& options) : options_(options) {
     if (options_.radar.density)
       options_.radar.density->hit_probability = options.radar_hit_probability;
-    for (int k = 0; k < std::max(1, options.threads); ++k)
+    const std::size_t threads = static_cast<std::size_t>(std::max(1, options.threads));
+    for (std::size_t k = 0; k < std::min(threads, options.particles); ++k)
       workers_.push_back({{SensorStep(options_.lidar, options.proposal),
                            SensorStep(options_.radar, options.proposal)},
                           ScanRaster()});
@@ -41,11 +42,12 @@ class RadarSlam::Engine {
 
   Result<void> move(const Gaussian<SE2d>& increment) {
     const Gaussian<SE2d> moved = compose(moved_, increment);
-    const auto finite = [](const Gaussian<SE2d>& g) {
-      return detail::finite(g.mean) && g.covariance.allFinite();
+    const auto valid = [](const Gaussian<SE2d>& g) {
+      return detail::finite(g.mean) && detail::is_covariance(g.covariance);
     };
-    if (!finite(increment) || !finite(moved) || (increment.covariance.diagonal().array() < 0).any())
-      return Error{ErrorCode::invalid, "the motion is not finite, or a variance negative"};
+    if (!valid(increment) || !detail::finite(moved.mean) || !moved.covariance.allFinite())
+      return Error{ErrorCode::invalid,
+                   "the motion is not finite or its covariance not positive semi-definite"};
     if (filter_) {
       moved_ = moved;
       tracked_ = tracked_ * increment.mean;
@@ -67,7 +69,10 @@ class RadarSlam::Engine {
     for (std::size_t i = 0; i < points.size(); ++i)
       if (!points[i].allFinite())
         return Error{ErrorCode::invalid, "a detection of the scan is not finite"};
-    return process(time, kRadar, points, nullptr);
+    return process(time, kRadar,
+                   thin(points, static_cast<float>(options_.radar.point_spacing_m),
+                        static_cast<float>(options_.radar.max_range_m)),
+                   nullptr);
   }
 
   [[nodiscard]] Trajectory trajectory() const {

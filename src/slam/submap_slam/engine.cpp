@@ -11,12 +11,22 @@
 #include "slam/scans.hpp"
 
 namespace wayfare {
+namespace {
+
+SubmapSlamOptions with_valid_counts(SubmapSlamOptions o) {
+  detail::limit_counts({&o.submap_nodes, &o.lost_scans, &o.nodes_between_loops,
+                        &o.loop_latency_scans, &o.loop_context_nodes, &o.loops_per_search,
+                        &o.tables_kept, &o.max_submaps, &o.threads});
+  return o;
+}
+
+}  // namespace
 
 SubmapSlam::Engine::Engine(const SubmapSlamOptions& options)
-    : options_(options),
+    : options_(with_valid_counts(options)),
       motion_model_(options.odometry, options.constant_velocity),
-      tracker_(options),
-      search_(options) {}
+      tracker_(options_),
+      search_(options_) {}
 
 Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const MotionHint& hint) {
   const auto odometry = detail::raw(hint.odometry);
@@ -66,6 +76,7 @@ Motion SubmapSlam::Engine::predict(LogTime time, const std::optional<SE2d>& odom
   motion.increment = SE2d(motion.increment.translation(), SO2d(*turn));
   motion.sigma[2] =
       options_.gyro_floor.radians() + options_.gyro_per_rad * std::abs(turn->radians());
+  motion.sigma = at_least_rounding(motion.sigma);
   return motion;
 }
 
@@ -175,8 +186,7 @@ void SubmapSlam::Engine::begin_search() {
   nodes_since_search_ = 0;
   forget();
   if (search_.begin(map_))
-    join_at_ =
-        statistics_.scans + static_cast<std::uint64_t>(std::max(options_.loop_latency_scans, 0));
+    join_at_ = statistics_.scans + static_cast<std::uint64_t>(options_.loop_latency_scans);
 }
 
 int SubmapSlam::Engine::join_loops() {

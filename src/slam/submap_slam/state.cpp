@@ -2,12 +2,16 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/LU>
 
 #include <wayfare/core/detail/bytes.hpp>
 
@@ -28,6 +32,22 @@ std::uint64_t digest(std::span<const std::uint8_t> bytes) {
 bool in(int index, std::size_t size) {
   return index >= 0 && static_cast<std::size_t>(index) < size;
 }
+
+/// Of a counter that is still to be increased.
+bool is_count(int n) { return n >= 0 && n < std::numeric_limits<int>::max() / 2; }
+
+/// Whether search and optimisation can use it: it and its inverse are positive definite.
+bool is_information(const Eigen::Matrix3d& m) {
+  const auto definite = [](const Eigen::Matrix3d& x) {
+    return x.allFinite() && Eigen::LLT<Eigen::Matrix3d>(x).info() == Eigen::Success;
+  };
+  return definite(m) && definite(m.inverse());
+}
+
+/// Beyond it sums of poses lose their meaning, and products of them may overflow.
+constexpr double kFarthest_m = 1e12;
+
+bool is_near(const SE2d& pose) { return pose.translation().cwiseAbs().maxCoeff() < kFarthest_m; }
 
 // Serialisation with one list of fields for both directions: little endian, every vector preceded
 // by its length.
@@ -187,28 +207,74 @@ struct SubmapState {
       field(a, *n);
   }
 
-  /// Whether all indices are valid and the invariants hold.
+  /// Whether all indices are valid and the invariants of the class hold. The digest does not show
+  /// that: whoever changes a map can compute it.
   static bool is_valid(const SubmapSlam::Engine& e, const Loops& pending) {
     const SubmapGraph& m = e.map_;
-    const std::size_t poses = m.graph.poses.size(), nodes = m.nodes.size();
-    const auto edge = [&](const PoseEdge<SE2d>& x) { return in(x.from, poses) && in(x.to, poses); };
-    const auto all = [](const auto& values, const auto& good) {
-      return std::all_of(values.begin(), values.end(), good);
-    };
+    if (!has_valid_motion(e)) return false;
     if (m.nodes.empty())
-      return m.submaps.empty() && poses == 0 && m.graph.edges.empty() && e.scans_.empty();
-    return all(m.graph.edges, edge) && all(pending.edges, edge) &&
-           all(m.nodes,
-               [&](const SubmapNode& n) {
-                 return in(n.pose, poses) && n.points->xy().size() % 2 == 0;
-               }) &&
-           all(m.submaps,
-               [&](const Submap& s) {
-                 return in(s.pose, poses) && in(s.first, nodes) && in(s.last, nodes) &&
-                        s.first <= s.last;
-               }) &&
-           !m.submaps.empty() && !m.submaps.back().finished && !e.scans_.empty() &&
-           all(e.scans_, [&](const ScanPose& s) { return in(s.node, nodes); });
+      return m.submaps.empty() && m.graph.poses.empty() && m.graph.edges.empty() &&
+             pending.edges.empty() && e.scans_.empty() && e.forgotten_.empty() &&
+             e.nodes_since_search_ == 0;
+    return has_valid_poses(m) && has_valid_edges(m.graph, m.graph.edges) &&
+           has_valid_edges(m.graph, pending.edges) && has_valid_submaps(m) && has_valid_scans(e);
+  }
+
+ private:
+  static bool has_valid_motion(const SubmapSlam::Engine& e) {
+    const MotionModel& m = e.motion_model_;
+    return m.last_.has_value() == !e.map_.nodes.empty() &&
+           (!m.last_ || (is_near(m.last_->pose) && is_near(m.last_->odometry.value_or(SE2d())))) &&
+           is_near(m.velocity_from_.pose) && m.mean_interval_s_ >= 0.0 &&
+           m.velocity_.cwiseAbs().maxCoeff() < kFarthest_m && is_near(e.T_local_base_) &&
+           is_count(e.lost_) && is_count(e.nodes_since_search_) &&
+           detail::is_covariance(e.since_node_) && detail::is_covariance(e.since_match_);
+  }
+  /// Every pose is that of one node or one submap.
+  static bool has_valid_poses(const SubmapGraph& m) {
+    const std::size_t poses = m.graph.poses.size();
+    std::vector<char> taken(poses, 0);
+    const auto take = [&](const auto& owner) {
+      return in(owner.pose, poses) &&
+             !std::exchange(taken[static_cast<std::size_t>(owner.pose)], 1);
+    };
+    return poses == m.nodes.size() + m.submaps.size() &&
+           std::ranges::all_of(m.graph.poses, is_near) && std::ranges::all_of(m.nodes, take) &&
+           std::ranges::all_of(m.submaps, take) &&
+           std::ranges::all_of(m.nodes, [](const SubmapNode& n) {
+             return is_near(n.T_local_node) && n.points->xy().size() % 2 == 0;
+           });
+  }
+  static bool has_valid_edges(const PoseGraph2& graph, const std::vector<PoseEdge<SE2d>>& edges) {
+    const std::size_t poses = graph.poses.size();
+    return std::ranges::all_of(edges, [&](const PoseEdge<SE2d>& x) {
+      return in(x.from, poses) && in(x.to, poses) && x.from != x.to && is_near(x.measurement) &&
+             is_information(x.information);
+    });
+  }
+  /// In the order in which they began, each later one at a later node; those that are not finished
+  /// are the last ones and reach to the latest node.
+  static bool has_valid_submaps(const SubmapGraph& m) {
+    constexpr auto kLastId = std::numeric_limits<std::int64_t>::max() / 2;
+    const auto wrong = [](const Submap& a, const Submap& b) {
+      return a.id >= b.id || a.first >= b.first || (!a.finished && b.finished);
+    };
+    return !m.submaps.empty() && m.submaps.front().first == 0 && m.submaps.front().id >= 0 &&
+           !m.submaps.back().finished && m.submaps.back().id < m.next_id_ && m.next_id_ < kLastId &&
+           std::ranges::adjacent_find(m.submaps, wrong) == m.submaps.end() &&
+           std::ranges::all_of(m.submaps, [&](const Submap& s) {
+             return in(s.last, m.nodes.size()) && s.first <= s.last && is_near(s.T_local_submap) &&
+                    (s.finished || s.last == m.latest());
+           });
+  }
+  static bool has_valid_scans(const SubmapSlam::Engine& e) {
+    using std::ranges::is_sorted;
+    return !e.scans_.empty() && is_sorted(e.scans_, {}, &ScanPose::time) &&
+           is_sorted(e.forgotten_, {}, &StampedPose::time) &&
+           is_sorted(e.scans_, {}, &ScanPose::node) &&
+           std::ranges::all_of(e.scans_, [&](const ScanPose& s) {
+             return in(s.node, e.map_.nodes.size()) && is_near(s.T_node_base);
+           });
   }
 };
 
@@ -238,6 +304,7 @@ Result<void> SubmapSlam::Engine::restore(std::span<const std::uint8_t> bytes) {
   if (!a.ok() || a.left() != 0 || !SubmapState::is_valid(*this, pending))
     return fault("values that are not a valid map", sizeof(std::uint64_t) + a.at());
   search_.set_result(std::move(pending));
+  local_.T_local_base = OdomPose(T_local_base_);
   return map_.nodes.empty() ? Result<void>() : tracker_.follow(map_);
 }
 
