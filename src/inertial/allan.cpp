@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -25,7 +26,7 @@ AllanRecorder::AllanRecorder(double period_s) : period_s_(period_s) {
 }
 
 void AllanRecorder::add(double value) {
-  if (!std::isfinite(value)) return;
+  if (!(std::abs(value) <= 1e100)) return;  // sums of squares would overflow
   if (count_ == 0) first_ = value;
   // Kahan summation: days of readings accumulate a large total with small differences.
   const double term = value - first_ - compensation_;
@@ -221,12 +222,33 @@ AllanCoefficient coefficient(const Solution& s, int part, std::span<const AllanP
 
 }  // namespace
 
+namespace {
+
+/// Far from where squares and ratios overflow.
+bool is_usable(const AllanPoint& p) {
+  const auto positive = [](double x) { return x > 1e-30 && x < 1e30; };
+  return positive(p.deviation) && positive(p.tau_s) && std::isfinite(p.relative_sigma);
+}
+
+/// The fit takes the square of the number of points in memory, and its cube in time.
+void thin_out(AllanCurve& curve) {
+  constexpr std::size_t kMost = 500;
+  if (curve.size() <= kMost) return;
+  AllanCurve kept;
+  for (std::size_t i = 0; i < kMost; ++i)
+    kept.push_back(curve[i * (curve.size() - 1) / (kMost - 1)]);
+  curve = std::move(kept);
+}
+
+}  // namespace
+
 AllanFit fit_allan(std::span<const AllanPoint> curve, double least_averages) {
   AllanCurve used;
   for (const AllanPoint& p : curve) {
     const double averages = 1.0 + 0.5 / (p.relative_sigma * p.relative_sigma);
-    if (averages >= least_averages && p.deviation > 0.0) used.push_back(p);
+    if (averages >= least_averages && is_usable(p)) used.push_back(p);
   }
+  thin_out(used);
   AllanFit fit;
   if (used.size() < 3) return fit;
   const Solution s = solve(used);

@@ -140,7 +140,9 @@ struct GnssInsResult {
 };
 
 /// The filter, processing one measurement at a time in order of arrival. Late range epochs and
-/// fixes are handled by replay from recent states.
+/// fixes are handled by replay from recent states. If all inertial readings of a second are late
+/// the unit's clock was set back, and the solution is reinitialised; so it is where readings lead
+/// off the Earth (heights of −100 to 10 000 km, up to a kilometre from the poles).
 class GnssIns {
  public:
   explicit GnssIns(const GnssInsOptions& options);
@@ -148,6 +150,9 @@ class GnssIns {
   GnssIns(GnssIns&&) noexcept;
   GnssIns& operator=(GnssIns&&) noexcept;
 
+  /// To start at the first inertial reading at or after the given time, at most
+  /// GnssInsOptions::max_imu_gap_s later. A start that is not finite or not on the Earth leaves the
+  /// filter unchanged; a notice says so.
   void start(const GnssInsStart& start);
   [[nodiscard]] bool started() const;
 
