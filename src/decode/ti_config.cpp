@@ -49,6 +49,13 @@ std::optional<double> number_of(std::string_view word) {
   return value;
 }
 
+/// The actual slope of the chip's synthesizer, Hz/s.
+double ramp_slope(const TiProfile& p) {
+  const double reference_mhz = p.start_ghz < 70.0 ? 2700.0 : 3600.0;
+  const double unit = reference_mhz * 900.0 / 0x1p26;  // MHz/µs
+  return 1e12 * unit * std::floor(p.slope_mhz_per_us / unit);
+}
+
 /// Reads the commands in order; keeps the first error.
 class Reader {
  public:
@@ -209,7 +216,7 @@ class Reader {
     require(p.samples >= 2 && p.samples <= 8192, "number of samples out of range");
     require(p.sample_ksps > 0.0 && p.sample_ksps <= 37500.0, "sampling rate out of range");
     require(p.idle_us >= 0.0 && p.adc_start_us >= 0.0, "negative time");
-    require(p.slope_mhz_per_us > 0.0 && p.slope_mhz_per_us <= 300.0, "slope out of range");
+    require(ramp_slope(p) > 0.0 && p.slope_mhz_per_us <= 300.0, "slope out of range");
     require(p.adc_start_us + sampling_us <= p.ramp_end_us, "sampling ends after the ramp");
     const double end_ghz = p.start_ghz + 1e-3 * p.slope_mhz_per_us * p.ramp_end_us;
     require(end_ghz <= (p.start_ghz < 70.0 ? 64.0 : 81.0) + 1e-6, "ramp leaves the band");
@@ -253,13 +260,6 @@ class Reader {
   std::set<std::string_view> seen_;
   std::optional<Error> error_;
 };
-
-/// The actual slope of the chip's synthesizer, Hz/s.
-double ramp_slope(const TiProfile& p) {
-  const double reference_mhz = p.start_ghz < 70.0 ? 2700.0 : 3600.0;
-  const double unit = reference_mhz * 900.0 / 0x1p26;  // MHz/µs
-  return 1e12 * unit * std::floor(p.slope_mhz_per_us / unit);
-}
 
 }  // namespace
 

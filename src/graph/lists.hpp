@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <numeric>
 #include <span>
@@ -25,9 +26,9 @@ class Lists {
   }
 
   [[nodiscard]] std::size_t count() const { return starts_.size() - 1; }
-  [[nodiscard]] std::span<const T> operator[](int list) const {
-    return std::span(items_).subspan(at(starts_[at(list)]),
-                                     at(starts_[at(list) + 1] - starts_[at(list)]));
+  [[nodiscard]] std::span<const T> operator[](std::integral auto list) const {
+    const auto i = static_cast<std::size_t>(list);
+    return std::span(items_).subspan(at(starts_[i]), at(starts_[i + 1] - starts_[i]));
   }
 
  private:

@@ -9,20 +9,13 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <system_error>
 #include <utility>
 
 namespace wayfare::logger {
-namespace {
+
+using io::system_error;
 
 constexpr std::size_t kMostClients = 16;
-
-Error system_error(const char* what, const std::string& path) {
-  return Error{ErrorCode::io, std::string(what) + ": " + std::generic_category().message(errno),
-               path};
-}
-
-}  // namespace
 
 Result<ControlLine> ControlLine::open(const std::string& port, int baud,
                                       const std::string& socket) {

@@ -1,5 +1,6 @@
 #include <wayfare/logger/device_decoder.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <map>
@@ -124,7 +125,10 @@ class XsensDevice final : public DeviceDecoder {
   void take(const decode::AwindaSnapshot& snapshot, LogTime sent, const Sink& sink) {
     // A retransmission is late by more than the line's delay; its frame counter gives its time.
     const auto device = [&](std::uint32_t frame) {
-      return Time<DeviceClock>() + from_seconds(static_cast<double>(frames_.at(frame)) * period_s_);
+      // Damaged numbers may add up to a time from which differences overflow.
+      constexpr double kFarthest_s = 1e9;
+      const double since_s = static_cast<double>(frames_.at(frame)) * period_s_;
+      return Time<DeviceClock>() + from_seconds(std::clamp(since_s, -kFarthest_s, kFarthest_s));
     };
     if (!snapshot.retransmitted) envelope_.add(device(snapshot.frame), sent);
     station_->add(snapshot, [&](const decode::AwindaMotion& motion) {
@@ -215,6 +219,7 @@ std::vector<std::string> device_kinds() {
 }
 
 Result<Decoder> make_decoder(const DeviceDescription& device) {
+  if (device.baud <= 0) return Error{ErrorCode::invalid, "needs a baud rate", device.name};
   std::string known;
   for (const auto& [name, make] : kKinds) {
     if (name == device.kind) return make(device);

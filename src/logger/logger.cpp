@@ -112,8 +112,7 @@ struct Logger::Impl {
   std::thread thread;
 };
 
-Logger::Logger(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Logger::~Logger() = default;
+Logger::Logger(detail::Owned<Impl> impl) : impl_(std::move(impl)) {}
 
 Result<std::unique_ptr<Logger>> Logger::start(LoggerOptions options) {
   if (auto sound = check(options); !sound) return sound.error();
@@ -130,7 +129,7 @@ Result<std::unique_ptr<Logger>> Logger::start(LoggerOptions options) {
   auto control =
       ControlLine::open(options.control_port, options.control_baud, options.control_socket);
   if (!control) return control.error();
-  auto impl = std::make_unique<Impl>(std::move(options), std::move(*control));
+  auto impl = detail::make_owned<Impl>(std::move(options), std::move(*control));
   for (std::size_t i = 0; i < decoders.size(); ++i)
     impl->sensors.push_back(std::make_unique<Sensor>(
         i, impl->options.sensors[i], std::move(decoders[i]), impl->recorder, impl->clock));

@@ -12,6 +12,7 @@
 #include <wayfare/core/detail/bytes.hpp>
 
 #include "io/text/text.hpp"
+#include "logger/time_parts.hpp"
 
 namespace wayfare::logger {
 namespace {
@@ -36,12 +37,11 @@ void put(std::string& out, Number value) {
 
 /// The beginning of a message: its time and frame.
 std::string head(LogTime time, std::string_view frame) {
-  const std::int64_t ns = time.nanoseconds();
-  const std::int64_t rest = (ns % kSecond + kSecond) % kSecond;
+  const auto [sec, nsec] = seconds_and_rest(time);
   std::string out = R"({"timestamp":{"sec":)";
-  put(out, (ns - rest) / kSecond);
+  put(out, sec);
   out += R"(,"nsec":)";
-  put(out, rest);
+  put(out, nsec);
   out += R"(},"frame_id":")" + json_escaped(frame) + '"';
   return out;
 }
@@ -98,6 +98,11 @@ std::optional<LogTime> time_of(const json& message) {
   if (sec == it->end() || nsec == it->end() || !sec->is_number_integer() ||
       !nsec->is_number_integer())
     return std::nullopt;
+  // An unsigned number above the limit of a signed one would be taken for a negative one.
+  const auto too_large = [](const json& n) {
+    return n.is_number_unsigned() && n.get<std::uint64_t>() > 9'000'000'000;
+  };
+  if (too_large(*sec) || too_large(*nsec)) return std::nullopt;
   const auto s = sec->get<std::int64_t>(), ns = nsec->get<std::int64_t>();
   if (s < -9'000'000'000 || s > 9'000'000'000 || ns < 0 || ns >= kSecond) return std::nullopt;
   return LogTime::from_nanoseconds(s * kSecond + ns);
@@ -288,7 +293,9 @@ Result<MargSample> parse_imu(std::string_view text) {
   const auto rate = vector_of(message, "angular_velocity");
   const auto force = vector_of(message, "linear_acceleration");
   const auto field = vector_of(message, "magnetic_field");
-  if (!time || !rate || !force || !field) return wrong;
+  const bool any = message.contains("angular_velocity") ||
+                   message.contains("linear_acceleration") || message.contains("magnetic_field");
+  if (!time || !any || !rate || !force || !field) return wrong;
   return MargSample{*time, *rate, *force, *field};
 }
 

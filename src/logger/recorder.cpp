@@ -111,6 +111,7 @@ void Recorder::halt() {
   if (state_ == LoggerState::starting || state_ == LoggerState::recording)
     state_ = LoggerState::stopping;
   close_session();
+  failed_session_ = 0;
   state_changed_.notify_all();
 }
 
@@ -128,7 +129,7 @@ void Recorder::terminate() {
 
 std::uint32_t Recorder::session() const {
   const std::lock_guard lock(state_mutex_);
-  return session_;
+  return session_ != 0 ? session_ : failed_session_;
 }
 
 void Recorder::add(std::uint32_t session, LoggedMessage message) {
@@ -136,13 +137,15 @@ void Recorder::add(std::uint32_t session, LoggedMessage message) {
   const std::size_t source = message.source, cost = message.data.size() + kOverhead;
   // Under one lock with the check: no message of a session follows the mark of its end.
   const std::lock_guard lock(state_mutex_);
-  if (session == 0 || session != session_) return;
+  if (session == 0) return;
+  if (session == failed_session_) ++tallies_[source].dropped;
+  if (session != session_) return;
   if (!queue_.push({Kind::message, std::move(message)}, cost)) ++tallies_[source].dropped;
 }
 
 void Recorder::run() {
   for (bool running = true; running;) {
-    const std::deque<Item> items = queue_.take(options_.flush_every);
+    const std::deque<Item> items = queue_.take(waitable(options_.flush_every));
     {
       const std::lock_guard writing(writer_mutex_);
       for (const Item& item : items) {
@@ -239,6 +242,7 @@ void Recorder::fail(const Error& error) {
   failure_ = error.to_string();
   static_cast<void>(close_file());
   const std::lock_guard lock(state_mutex_);
+  failed_session_ = session_;
   close_session();
 }
 
@@ -249,6 +253,7 @@ void Recorder::end() {
   state_ = failure_.empty() ? LoggerState::idle : LoggerState::failed;
   if (terminating_) state_ = LoggerState::terminated;
   error_ = failure_;
+  failed_session_ = 0;
   ended_ = clock_.now();
   state_changed_.notify_all();
 }
@@ -272,7 +277,7 @@ std::vector<Tally> Recorder::fill(LoggerStatus& status) const {
 
 bool Recorder::wait_until_stopped(Duration timeout) {
   std::unique_lock lock(state_mutex_);
-  return state_changed_.wait_for(lock, timeout, [&] {
+  return state_changed_.wait_for(lock, waitable(timeout), [&] {
     return state_ != LoggerState::starting && state_ != LoggerState::recording &&
            state_ != LoggerState::stopping;
   });

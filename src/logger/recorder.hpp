@@ -2,6 +2,7 @@
 
 // The writing thread: writes all data from the other threads in their order.
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -32,6 +33,11 @@ class LoggerClock {
   Duration offset_ = std::chrono::system_clock::now().time_since_epoch() -
                      std::chrono::steady_clock::now().time_since_epoch();
 };
+
+/// A timeout that can be added to the present time of any clock.
+[[nodiscard]] inline Duration waitable(Duration timeout) {
+  return std::clamp(timeout, Duration(0), Duration(std::chrono::hours(24 * 365)));
+}
 
 /// A message to be recorded.
 struct LoggedMessage {
@@ -64,7 +70,7 @@ class Recorder {
   void stop();
   void terminate();
 
-  /// Which recording is being made; 0: none.
+  /// Which recording is being made, or has failed while its state still says `recording`; 0: none.
   [[nodiscard]] std::uint32_t session() const;
   /// Takes a message of recording `session`: it is written or counted as dropped. One of a session
   /// that has ended belongs to none.
@@ -119,7 +125,8 @@ class Recorder {
   LoggerState state_ = LoggerState::idle;
   bool terminating_ = false;
   std::uint32_t session_ = 0, sessions_ = 0;
-  std::vector<Tally> tallies_;  ///< by source
+  std::uint32_t failed_session_ = 0;  ///< until its end mark: its messages are dropped
+  std::vector<Tally> tallies_;        ///< by source
   std::uint64_t written_ = 0;
   std::string file_, error_;
   LogTime begun_, ended_;

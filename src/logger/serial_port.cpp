@@ -8,20 +8,19 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <system_error>
+#include <limits>
 #include <thread>
 #include <utility>
 
+#include <wayfare/core/contract.hpp>
 #include <wayfare/logger/serial_port.hpp>
 #include <wayfare/logger/streams.hpp>
 
 namespace wayfare::logger {
-namespace {
 
-Error system_error(const char* what, const std::string& path) {
-  return Error{ErrorCode::io, std::string(what) + ": " + std::generic_category().message(errno),
-               path};
-}
+using io::system_error;
+
+namespace {
 
 /// No echo, no line editing, no flow control, no translation: all 256 byte values pass. False if it
 /// is no terminal.
@@ -49,10 +48,17 @@ void set_dtr(int fd, ModemLine line, std::string& note) {
     note += std::string(note.empty() ? "" : "; ") + "there is no modem line DTR";
 }
 
+/// Within what poll() waits for; a negative number would mean for ever.
+std::chrono::milliseconds waitable(std::chrono::milliseconds timeout) {
+  return std::clamp(timeout, std::chrono::milliseconds(0),
+                    std::chrono::milliseconds(std::numeric_limits<int>::max()));
+}
+
 Result<std::size_t> read_some(int fd, std::span<std::uint8_t> buffer,
                               std::chrono::milliseconds timeout, const std::string& path) {
+  if (buffer.empty()) return std::size_t{0};
   pollfd p{fd, POLLIN, 0};
-  const int ready = ::poll(&p, 1, static_cast<int>(timeout.count()));
+  const int ready = ::poll(&p, 1, static_cast<int>(waitable(timeout).count()));
   if (ready < 0 && errno != EINTR) return system_error("cannot be waited for", path);
   if (ready <= 0) return std::size_t{0};
   const ssize_t n = ::read(fd, buffer.data(), buffer.size());
@@ -64,11 +70,8 @@ Result<std::size_t> read_some(int fd, std::span<std::uint8_t> buffer,
 
 }  // namespace
 
-Descriptor::~Descriptor() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
 Result<SerialPort> SerialPort::open(const std::string& path, const SerialOptions& options) {
+  if (options.baud <= 0) return Error{ErrorCode::invalid, "needs a baud rate", path};
   Descriptor fd(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (fd.get() < 0) return system_error("cannot be opened", path);
   SerialPort port(std::move(fd), path);
@@ -109,7 +112,7 @@ Result<PseudoTerminal> PseudoTerminal::open() {
 
 Result<std::size_t> PseudoTerminal::write(std::span<const std::uint8_t> bytes,
                                           std::chrono::milliseconds timeout) {
-  const auto until = std::chrono::steady_clock::now() + timeout;
+  const auto until = std::chrono::steady_clock::now() + waitable(timeout);
   std::size_t done = 0;
   while (done < bytes.size()) {
     const ssize_t n = ::write(master_.get(), bytes.data() + done, bytes.size() - done);
@@ -138,22 +141,26 @@ std::size_t PseudoTerminal::unread() const {
 }
 
 std::vector<TimedBytes> at_rate(decode::Bytes bytes, double bytes_per_s, std::size_t piece) {
+  WAYFARE_EXPECTS(bytes_per_s > 0.0 && piece > 0, "a device sends some bytes at some rate");
   std::vector<TimedBytes> stream;
-  for (std::size_t at = 0; at < bytes.size(); at += piece) {
+  for (std::size_t at = 0; at < bytes.size();) {
     const std::size_t n = std::min(piece, bytes.size() - at);
     stream.push_back(
         {from_seconds(static_cast<double>(at + n) / bytes_per_s), bytes.subspan(at, n)});
+    at += n;
   }
   return stream;
 }
 
 Result<std::uint64_t> play(PseudoTerminal& terminal, const std::vector<TimedBytes>& stream,
                            double speed, const std::atomic<bool>& stop) {
+  WAYFARE_EXPECTS(speed > 0.0, "time passes at a positive speed");
   using Clock = std::chrono::steady_clock;
+  constexpr Duration kLongest = std::chrono::hours(24 * 365 * 100);
   const Clock::time_point begin = Clock::now();
   std::uint64_t written = 0;
   for (const TimedBytes& piece : stream) {
-    const auto due = begin + from_seconds(to_seconds(piece.at) / speed);
+    const auto due = begin + std::min(from_seconds(to_seconds(piece.at) / speed), kLongest);
     while (!stop && Clock::now() < due)
       std::this_thread::sleep_until(std::min(due, Clock::now() + std::chrono::milliseconds(50)));
     decode::Bytes rest = piece.bytes;

@@ -1,12 +1,15 @@
 #include <zlib.h>
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <string>
 
 #include <wayfare/logger/logger.hpp>
 #include <wayfare/logger/messages.hpp>
+
+#include "logger/time_parts.hpp"
 
 namespace wayfare::logger {
 namespace {
@@ -20,9 +23,13 @@ std::string checksum(std::string_view bytes) {
   return text.data();
 }
 
+/// One decimal, cut off. Independent of the locale, whose decimal point may be another.
 std::string number(double value) {
-  std::string text = std::to_string(std::isfinite(value) ? value : 0.0);
-  return text.substr(0, text.find('.') + 2);
+  std::array<char, 400> text{};  // the longest has 309 digits before the point
+  const char* end = std::to_chars(text.data(), text.data() + text.size(),
+                                  std::isfinite(value) ? value : 0.0, std::chars_format::fixed, 6)
+                        .ptr;
+  return std::string(text.cbegin(), end - 5);
 }
 
 }  // namespace
@@ -58,10 +65,10 @@ const char* name_of(SensorState state) {
 
 std::string to_json(const LoggerStatus& status) {
   const auto text = [](const std::string& s) { return '"' + json_escaped(s) + '"'; };
-  const std::int64_t ns = status.time.nanoseconds();
+  const auto [sec, nsec] = seconds_and_rest(status.time);
   std::string out = "{\"state\":" + text(name_of(status.state));
-  out += ",\"timestamp\":{\"sec\":" + std::to_string(ns / 1'000'000'000) +
-         ",\"nsec\":" + std::to_string(ns % 1'000'000'000) + '}';
+  out +=
+      ",\"timestamp\":{\"sec\":" + std::to_string(sec) + ",\"nsec\":" + std::to_string(nsec) + '}';
   out += ",\"file\":" + text(status.file) + ",\"seconds\":" + number(status.seconds);
   out += ",\"written\":" + std::to_string(status.written);
   out += ",\"disk_free\":" + std::to_string(status.disk_free);

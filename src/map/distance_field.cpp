@@ -42,6 +42,10 @@ Result<void> check_size(std::int64_t width, std::int64_t height) {
   return {};
 }
 
+bool in_range(const Cell& c) {
+  return c.x >= -kMaxCell && c.y >= -kMaxCell && c.x <= kMaxCell && c.y <= kMaxCell;
+}
+
 std::int64_t floor_divide(std::int64_t a, std::int64_t b) {
   return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0);
 }
@@ -95,6 +99,8 @@ Result<DistanceField> DistanceField::of_mask(std::span<const std::uint8_t> occup
     return Error{ErrorCode::invalid, "DistanceField: the mask has " +
                                          std::to_string(occupied.size()) + " cells, not " +
                                          std::to_string(width) + " x " + std::to_string(height)};
+  if (!in_range(origin))
+    return Error{ErrorCode::invalid, "DistanceField: the origin lies beyond the last cell"};
   DistanceField field;
   field.resolution_m_ = resolution_m;
   field.origin_ = origin;
@@ -122,6 +128,8 @@ Result<DistanceField> DistanceField::of_mask(std::span<const std::uint8_t> occup
 Result<DistanceField> DistanceField::of_grid(const OccupancyGrid& grid,
                                              double occupied_probability) {
   if (!grid.bounds()) return Error{ErrorCode::invalid, "DistanceField: the map is empty"};
+  if (!(occupied_probability >= 0 && occupied_probability <= 1))
+    return Error{ErrorCode::invalid, "DistanceField: the probability is out of range"};
   const CellBox box = *grid.bounds();
   if (auto ok = check_size(box.width(), box.height()); !ok) return ok.error();
   const LogOdds least = LogOdds::from_probability(occupied_probability);
@@ -148,19 +156,26 @@ Result<LikelihoodField> likelihood_field(const DistanceField& distances,
                            {distances.origin(), distances.origin() + extent}, floor);
       !ok)
     return ok.error();
-  // A table of the squares up to where the value rounds to zero.
-  std::vector<std::uint16_t> value_of;
-  for (int square = 0;; ++square) {
+  const auto value_of = [&](std::int32_t square) {
     const double p = floor + (1 - floor) * std::exp(-0.5 * square / (sigma * sigma));
-    value_of.push_back(static_cast<std::uint16_t>(
-        std::lround((std::log(p) - grid.log_floor()) / grid.log_step())));
-    if (value_of.back() == 0) break;
-  }
-  const auto last = static_cast<std::int32_t>(value_of.size()) - 1;
+    return static_cast<std::uint16_t>(
+        std::lround((std::log(p) - grid.log_floor()) / grid.log_step()));
+  };
+  // A table of the squares up to where the value rounds to zero, of at most one entry per cell.
+  const auto cells = static_cast<std::int64_t>(distances.width()) * distances.height();
+  std::vector<std::uint16_t> table;
+  do table.push_back(value_of(static_cast<std::int32_t>(table.size())));
+  while (table.back() != 0 && std::ssize(table) < cells);
+  const auto last = static_cast<std::int32_t>(table.size()) - 1;
+  const bool complete = table.back() == 0;
   for (int y = 0; y < distances.height(); ++y) {
     std::uint16_t* out = grid.data() + std::ptrdiff_t{y} * grid.stride();
-    for (const std::int32_t square : distances.row(y))
-      *out++ = value_of[static_cast<std::size_t>(std::min(square, last))];
+    for (const std::int32_t square : distances.row(y)) {
+      if (complete || square <= last)
+        *out++ = table[static_cast<std::size_t>(std::min(square, last))];
+      else
+        *out++ = square >= DistanceField::kFar ? std::uint16_t{0} : value_of(square);
+    }
   }
   return grid;
 }
@@ -184,12 +199,13 @@ void RayCaster::cast(const SE2d& T_map_laser, std::span<const float> cosines,
                      std::span<float> ranges_m) const {
   WAYFARE_EXPECTS(cosines.size() == sines.size() && sines.size() == ranges_m.size(),
                   "cosines, sines and ranges must have the same length");
-  const double limit = std::clamp(max_range_m / resolution_m_, 0.0, kMaxCells);
+  const double limit = max_range_m > 0 ? std::min(max_range_m / resolution_m_, kMaxCells) : 0.0;
   const Cell cell = cell_of(T_map_laser.translation(), resolution_m_);
   const Eigen::Vector2d in_cell =
       T_map_laser.translation() / resolution_m_ - Eigen::Vector2d(cell.x, cell.y);
   const Cell at = cell - origin_;
   const bool outside = at.x < 0 || at.y < 0 || at.x >= width_ || at.y >= height_ ||
+                       !T_map_laser.translation().allFinite() ||
                        !std::isfinite(T_map_laser.rotation().cos());
   if (outside) {
     std::fill(ranges_m.begin(), ranges_m.end(), static_cast<float>(limit * resolution_m_));

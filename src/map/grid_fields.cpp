@@ -12,6 +12,9 @@
 namespace wayfare {
 namespace {
 
+/// With a smaller σ, in cells, the neighbours' weights are zero, and soon 0/0 at the centre.
+constexpr double kNoBlur = 1e-3;
+
 std::vector<float> gaussian(double sigma_cells) {
   const int radius = static_cast<int>(std::ceil(3 * sigma_cells));
   std::vector<float> weights;
@@ -56,7 +59,7 @@ std::vector<float> blurred(const CellBox& box, double sigma_cells, float outside
   for (int y = box.min.y; y <= box.max.y; ++y)
     for (int x = box.min.x; x <= box.max.x; ++x)
       image.push_back(static_cast<float>(value_of(Cell{x, y})));
-  if (sigma_cells > 0)
+  if (sigma_cells > kNoBlur)
     blur(image, static_cast<int>(box.width()), static_cast<int>(box.height()), sigma_cells,
          outside);
   return image;
@@ -84,9 +87,10 @@ Error invalid(const char* what) {
 }
 
 bool usable(const DetectionViewOptions& o, double sigma_cells) {
-  return o.max_detections >= 0.0 && std::isfinite(o.max_detections) && o.hit_probability > 0.5 &&
-         o.hit_probability < 1.0 && sigma_cells >= 0.0 && o.background > 0.0 &&
-         std::isfinite(o.background);
+  // At least one unit of log-odds.
+  return o.max_detections >= 0.0 && std::isfinite(o.max_detections) &&
+         LogOdds::from_probability(o.hit_probability).fixed > 0 && o.hit_probability < 1.0 &&
+         sigma_cells >= 0.0 && o.background > 0.0 && std::isfinite(o.background);
 }
 
 /// The cells the points can reach, none if they are not finite.
@@ -104,8 +108,11 @@ std::optional<CellBox> reachable(const PointSet& points, const SE2d& pose, const
   if (!((high - low).maxCoeff() + 2.0 * margin < 1e4) || !(high.abs().maxCoeff() < 1e6))
     return std::nullopt;
   const Eigen::Vector2d edge = Eigen::Vector2d::Constant(margin);
-  return CellBox{cell_of(Eigen::Vector2d(low) - edge, resolution_m),
-                 cell_of(Eigen::Vector2d(high) + edge, resolution_m)};
+  const CellBox box{cell_of(Eigen::Vector2d(low) - edge, resolution_m),
+                    cell_of(Eigen::Vector2d(high) + edge, resolution_m)};
+  const CellBox named{{1 - kMaxCell, 1 - kMaxCell}, {kMaxCell - 1, kMaxCell - 1}};
+  if (!named.contains(box.min) || !named.contains(box.max)) return std::nullopt;
+  return box;
 }
 
 }  // namespace
@@ -159,15 +166,15 @@ Result<LikelihoodField> detection_grid(const OccupancyGrid& grid,
 }
 
 void DetectionFieldMaker::prepare_kernel(double sigma_cells) {
-  if (sigma_cells == sigma_cells_) return;
+  if (sigma_cells == sigma_cells_ && !kernel_.empty()) return;
   sigma_cells_ = sigma_cells;
-  radius_ = static_cast<int>(std::ceil(3.0 * sigma_cells));
+  radius_ = sigma_cells > kNoBlur ? static_cast<int>(std::ceil(3.0 * sigma_cells)) : 0;
   kernel_.clear();
   float sum = 0.0F;
   for (int y = -radius_; y <= radius_; ++y)
     for (int x = -radius_; x <= radius_; ++x) {
       const double d2 = x * x + y * y;
-      kernel_.push_back(sigma_cells > 0.0
+      kernel_.push_back(radius_ > 0
                             ? static_cast<float>(std::exp(-0.5 * d2 / (sigma_cells * sigma_cells)))
                             : 1.0F);
       sum += kernel_.back();

@@ -50,7 +50,7 @@ Result<void> LikelihoodField::reset(double resolution_m, const CellBox& box,
 }
 
 void LikelihoodFieldMaker::prepare_kernels(const LikelihoodFieldOptions& options) {
-  if (options == prepared_) return;
+  if (options == prepared_ && !kernels_.empty()) return;
   const double sigma = options.sigma_m / options.resolution_m;
   const double log_floor = std::log(options.floor_probability);
   radius_ = static_cast<int>(std::ceil(sigma * std::sqrt(-2 * log_floor)));
@@ -122,6 +122,8 @@ Result<void> LikelihoodFieldMaker::make(std::span<const PlacedPoints> scans,
                        "likelihood_field: resolution, sigma or floor out of range (the kernel may "
                        "reach 30 cells)"});
   for (const PlacedPoints& s : scans) {
+    if (s.points == nullptr)
+      return empty_with({ErrorCode::invalid, "likelihood_field: a pose without points"});
     const double pose_sum = s.T_map_points.translation().sum() + s.T_map_points.rotation().cos();
     if (!std::isfinite(pose_sum) || std::abs(pose_sum) / options.resolution_m > kMaxCell)
       return empty_with({ErrorCode::invalid, "likelihood_field: a pose is not finite"});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "map/kernels/kernels.hpp"
 
@@ -19,7 +20,7 @@ Error invalid(const char* what) {
 }  // namespace
 
 void OccupancyFieldMaker::prepare_kernels(const OccupancyFieldOptions& o, double resolution_m) {
-  if (o == prepared_ && resolution_m == prepared_resolution_m_) return;
+  if (o == prepared_ && resolution_m == prepared_resolution_m_ && !kernels_.empty()) return;
   const double sigma = o.sigma_m / resolution_m, log_floor = std::log(o.floor_probability);
   radius_ = static_cast<int>(std::ceil(sigma * std::sqrt(-2 * log_floor)));
   const int rows = 2 * radius_ + 1;
@@ -146,12 +147,14 @@ Result<void> OccupancyFieldMaker::make(const OccupancyGrid& grid, const PointSet
   auto box = place(points, T_map_points, resolution);
   if (!box) return empty_with(box.error());
   prepare_kernels(options, resolution);
-  blocks_ = reachable_blocks(*box, points.max_norm_m(), reach, resolution);
+  // No point moves farther than all around its circle.
+  const FieldReach within{reach.translation_m, std::min(reach.heading_rad, 2.0 * std::numbers::pi)};
+  blocks_ = reachable_blocks(*box, points.max_norm_m(), within, resolution);
   const Cell low = blocks_.min, high = blocks_.max;
   const CellBox covered{{low.x * kBlock, low.y * kBlock},
                         {high.x * kBlock + kBlock - 1, high.y * kBlock + kBlock - 1}};
   if (auto ok = view.reset(resolution, covered.grown(radius_), floor); !ok) return ok;
-  mark(points, reach, resolution);
+  mark(points, within, resolution);
   const std::uint8_t* marked = marks_.data();
   for (int y = blocks_.min.y; y <= blocks_.max.y; ++y)
     for (int x = blocks_.min.x; x <= blocks_.max.x; ++x, ++marked) {

@@ -22,7 +22,9 @@ namespace {
 /// `what` is the map to be built, for the messages.
 Result<PointSet> placed_points(std::span<const PlacedPoints> scans, std::string_view what) {
   PointSet points;
-  for (const PlacedPoints& scan : scans)
+  for (const PlacedPoints& scan : scans) {
+    if (scan.points == nullptr)
+      return Error{ErrorCode::invalid, std::string(what) + ": a pose without points"};
     for (std::size_t i = 0; i < scan.points->size(); ++i) {
       const Eigen::Vector2d p =
           scan.T_map_points * Eigen::Vector2d((*scan.points)[i].cast<double>());
@@ -31,6 +33,7 @@ Result<PointSet> placed_points(std::span<const PlacedPoints> scans, std::string_
                      std::string(what) + ": a point or pose is not finite, or too far"};
       points.push_back(p.cast<float>());
     }
+  }
   if (points.empty()) return Error{ErrorCode::invalid, std::string(what) + ": no points"};
   return points;
 }
@@ -78,8 +81,9 @@ NdtCell distribution(const Moments& m, const NdtMapOptions& options) {
 Result<void> check(const PointSet& points, const NdtMapOptions& options) {
   constexpr double kMaxCells = 1 << 24;
   const double extent = 2 * static_cast<double>(points.max_norm_m());
-  if (options.cell_sizes_m.empty() || !(options.min_sigma_m > 0))
-    return Error{ErrorCode::invalid, "an NDT map: no cell sizes, or min_sigma_m is not positive"};
+  if (options.cell_sizes_m.empty() || !(options.min_sigma_m >= 1e-6) || options.min_points < 1)
+    return Error{ErrorCode::invalid,
+                 "an NDT map: no cell sizes, or min_sigma_m or min_points out of range"};
   for (const double side : options.cell_sizes_m) {
     const double across = extent / side + 3;
     if (!(side > 0) || !(across * across <= kMaxCells))
@@ -120,8 +124,10 @@ Result<PointSet> voxel_filter(const PointSet& points, double side_m) {
 
 Result<SurfaceMap> SurfaceMap::make(std::span<const PlacedPoints> scans,
                                     const SurfaceMapOptions& options) {
-  if (!(options.normal_radius_m > 0 && options.normal_radius_m <= 10))
-    return Error{ErrorCode::invalid, "a surface map: the normals' radius is out of range"};
+  if (!(options.normal_radius_m > 0 && options.normal_radius_m <= 10) ||
+      !(options.max_flatness >= 0))
+    return Error{ErrorCode::invalid,
+                 "a surface map: the normals' radius or flatness is out of range"};
   const auto all = placed_points(scans, "a surface map");
   if (!all) return all.error();
   const auto points = voxel_filter(*all, options.spacing_m);
@@ -140,17 +146,18 @@ Result<SurfaceMap> SurfaceMap::make(std::span<const PlacedPoints> scans,
 
 /// Stable counting sort.
 void SurfaceMap::sort_into_buckets(const PointSet& points) {
-  first_.assign(static_cast<std::size_t>(box_.cells()) + 1, 0);
+  // first_[b + 1] is where the next point of bucket b goes, and at last where the bucket ends.
+  first_.assign(static_cast<std::size_t>(box_.cells()) + 2, 0);
   std::vector<std::size_t> bucket_of(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     bucket_of[i] = box_.index(cell_of(points[i].cast<double>(), kBucket_m));
-    ++first_[bucket_of[i] + 1];
+    ++first_[bucket_of[i] + 2];
   }
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
-  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
   points_.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
-    points_[next[bucket_of[i]]++] = {points[i], Eigen::Vector2f::Zero()};
+    points_[first_[bucket_of[i] + 1]++] = {points[i], Eigen::Vector2f::Zero()};
+  first_.pop_back();
 }
 
 void SurfaceMap::find_normals(const SurfaceMapOptions& options) {
@@ -171,6 +178,7 @@ void SurfaceMap::find_normals(const SurfaceMapOptions& options) {
 }
 
 CellBox SurfaceMap::buckets_within(const Eigen::Vector2f& p, float radius_m) const {
+  if (!(radius_m >= 0)) return {{0, 0}, {-1, -1}};
   const Eigen::Vector2d centre = p.cast<double>();
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(static_cast<double>(radius_m));
   const Cell low = cell_of(centre - margin, kBucket_m), high = cell_of(centre + margin, kBucket_m);
@@ -203,16 +211,29 @@ NdtMap::Level::Level(const PointSet& points_map, double cell_m, const NdtMapOpti
     for (int t = 0; t < kTilings; ++t) box_.extend(cell_of(point(i) + shift(t), cell_m));
   const auto cells = static_cast<std::size_t>(box_.cells());
   for (int t = 0; t < kTilings; ++t) {
-    std::vector<Moments> moments(cells);
+    // Most squares have no points.
+    std::vector<Moments> moments;
+    std::vector<std::uint32_t>& places = places_.emplace_back(cells, kNone);
     for (std::size_t i = 0; i < points_map.size(); ++i) {
       const Eigen::Vector2d p = point(i);
-      Moments& m = moments[box_.index(cell_of(p + shift(t), cell_m))];
+      std::uint32_t& place = places[box_.index(cell_of(p + shift(t), cell_m))];
+      if (place == kNone) {
+        place = static_cast<std::uint32_t>(moments.size());
+        moments.emplace_back();
+      }
+      Moments& m = moments[place];
       m.n += 1;
       m.sum += p;
       m.squares += p * p.transpose();
     }
-    std::vector<NdtCell>& tiling = tilings_.emplace_back();
-    for (const Moments& m : moments) tiling.push_back(distribution(m, options));
+    std::vector<std::uint32_t> stored;  // of each of the moments
+    for (const Moments& m : moments) {
+      const NdtCell cell = distribution(m, options);
+      stored.push_back(cell.known ? static_cast<std::uint32_t>(cells_.size()) : kNone);
+      if (cell.known) cells_.push_back(cell);
+    }
+    for (std::uint32_t& place : places)
+      if (place != kNone) place = stored[place];
   }
 }
 

@@ -27,7 +27,7 @@ const std::vector<std::uint16_t>& probabilities() {
 
 Result<CellBox> ProbabilityGrid::extent(const CellBox& bounds, double unknown_probability,
                                         int margin) {
-  if (!(unknown_probability >= 0 && unknown_probability <= 1) || margin < 0)
+  if (!(unknown_probability >= 0 && unknown_probability <= 1) || margin < 0 || margin > kMaxCell)
     return Error{ErrorCode::invalid,
                  "a probability grid: unknown probability or margin out of range"};
   const CellBox box = bounds.grown(margin);
@@ -90,6 +90,7 @@ Result<void> MultiResolutionGrid::insert_everywhere(const LayRays& lay_rays) {
     if (auto ok = check_room(i, *box); !ok) return ok;
     changed.push_back(*box);
   }
+  if (changed.empty()) return {};  // no rays
   tables_.resize(grids_.size());
   for (std::size_t i = 0; i < changed.size(); ++i) {
     const auto from = lay_rays(grids_[i].resolution_m());

@@ -48,6 +48,12 @@ class Track {
     return true;
   }
 
+  // The first sample's time after `time`.
+  [[nodiscard]] std::optional<LogTime> after(LogTime time) const {
+    const auto node = upper(time);
+    return node == nodes_.end() ? std::nullopt : std::optional(node->time);
+  }
+
   void drop_before(LogTime time) {
     while (nodes_.size() > 2 && nodes_[1].time <= time) nodes_.pop_front();
   }
@@ -125,6 +131,12 @@ class RobotSynchroniser::Impl {
 
  private:
   bool take_time(Stream stream, LogTime time) {
+    constexpr LogTime kLast = LogTime::from_nanoseconds(Duration::max().count());
+    // After such a time no step could follow.
+    if (time > kLast - params_.period - params_.max_wait) {
+      ++statistics_.refused_late;
+      return false;
+    }
     if ((latest_[stream] && time <= *latest_[stream]) || (started_ && time < last_)) {
       ++statistics_.refused_late;
       return false;
@@ -170,9 +182,23 @@ class RobotSynchroniser::Impl {
 
   [[nodiscard]] LogTime next_time() const {
     LogTime time = grid_;
+    if (const auto next = next_measurement(); next && *next - last_ > params_.longest_silence)
+      time = std::max(time, *next);
     if (!lasers_.empty()) time = std::min(time, lasers_.front().time);
     if (!radar_.empty()) time = std::min(time, radar_.front().time);
     return time;
+  }
+
+  // The earliest time after the last step at which any stream measured.
+  [[nodiscard]] std::optional<LogTime> next_measurement() const {
+    std::optional<LogTime> next = wheels_.after(last_);
+    const auto consider = [&](std::optional<LogTime> time) {
+      if (time && (!next || *time < *next)) next = time;
+    };
+    consider(gyro_.after(last_));
+    if (!radar_.empty()) consider(radar_.front().time);
+    if (!lasers_.empty()) consider(lasers_.front().time);
+    return next;
   }
 
   // Number of radar frames in the next augmented scan; 0 while it is incomplete.
@@ -214,7 +240,7 @@ class RobotSynchroniser::Impl {
     wheels_.drop_before(time);
     gyro_.drop_before(time);
     last_ = time;
-    while (grid_ <= time) grid_ += params_.period;
+    grid_ = next_on_grid(grid_, params_.period, time);
     return step;
   }
 
@@ -281,10 +307,7 @@ class RobotSynchroniser::Impl {
 };
 
 RobotSynchroniser::RobotSynchroniser(const SyncParams& params)
-    : impl_(std::make_unique<Impl>(params)) {}
-RobotSynchroniser::~RobotSynchroniser() = default;
-RobotSynchroniser::RobotSynchroniser(RobotSynchroniser&&) noexcept = default;
-RobotSynchroniser& RobotSynchroniser::operator=(RobotSynchroniser&&) noexcept = default;
+    : impl_(detail::make_owned<Impl>(params)) {}
 
 bool RobotSynchroniser::push(const WheelSample& sample) { return impl_->push(sample); }
 bool RobotSynchroniser::push(const GyroSample& sample) { return impl_->push(sample); }

@@ -29,8 +29,9 @@ GeneticSearch::GeneticSearch(std::vector<Gene> genes, const GeneticOptions& opti
                   "at least one gene and two individuals");
   WAYFARE_EXPECTS(options.elite < options.population, "the elite is smaller than the population");
   for (const Gene& g : genes_)
-    WAYFARE_EXPECTS(g.low <= g.high && (!g.logarithmic || g.low > 0.0),
-                    "ordered bounds, positive for logarithmic genes");
+    WAYFARE_EXPECTS(g.low <= g.high && std::isfinite(g.high - g.low) &&
+                        (!g.logarithmic || (g.low > 0.0 && std::isfinite(g.high / g.low))),
+                    "ordered bounds of finite range, positive for logarithmic genes");
 }
 
 GeneticState GeneticSearch::start(const BatchFitness& fitness,
@@ -42,7 +43,8 @@ GeneticState GeneticSearch::start(const BatchFitness& fitness,
   for (std::size_t i = 0; i < options_.population; ++i)
     for (std::size_t g = 0; g < n; ++g) {
       const double random = rng.uniform();
-      state.units.push_back(i < rows ? genes_[g].unit(known[i * n + g]) : random);
+      const bool is_known = i < rows && !std::isnan(known[i * n + g]);
+      state.units.push_back(is_known ? genes_[g].unit(known[i * n + g]) : random);
     }
   state.scores.assign(options_.population, 0.0);
   evaluate(state, 0, 0, fitness);
@@ -77,7 +79,9 @@ class RankWheel {
 
 GeneticState GeneticSearch::next(const GeneticState& state, const BatchFitness& fitness) const {
   const std::size_t n = genes_.size();
-  WAYFARE_EXPECTS(state.units.size() == options_.population * n, "the state is of this search");
+  WAYFARE_EXPECTS(state.units.size() == options_.population * n &&
+                      state.scores.size() == options_.population && !state.history.empty(),
+                  "the state is of this search");
   Rng rng = Rng(options_.seed).stream(state.generation());
   const RankWheel wheel(options_.population, options_.selection_pressure);
   const double done = static_cast<double>(state.generation()) /
@@ -139,6 +143,7 @@ void GeneticSearch::evaluate(GeneticState& state, std::size_t from, std::size_t 
 }
 
 std::vector<double> GeneticSearch::best(const GeneticState& state) const {
+  WAYFARE_EXPECTS(state.units.size() >= genes_.size(), "the state is of this search");
   std::vector<double> values;
   for (std::size_t g = 0; g < genes_.size(); ++g) values.push_back(genes_[g].value(state.units[g]));
   return values;
@@ -245,6 +250,10 @@ Result<GeneticState> GeneticSearch::parse(std::string_view text, const std::stri
     }
   }
   if (!words.expect("end")) return words.fault("is truncated");
+  if (!std::is_sorted(state.scores.begin(), state.scores.end()) ||
+      std::any_of(state.scores.begin(), state.scores.end(), [](double s) { return std::isnan(s); }))
+    return words.fault("the individuals are not in order of their scores");
+  if (format(state) != text) return words.fault("is not as it was written");
   return state;
 }
 

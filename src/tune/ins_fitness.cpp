@@ -237,6 +237,8 @@ struct InsFitness::Content {
 
 Result<InsFitness> InsFitness::make(const TuningDrive& drive, const InsFitnessOptions& options) {
   WAYFARE_EXPECTS(static_cast<bool>(drive.truth), "a tuning drive needs a truth");
+  if (!(options.score_interval_s >= 0.0) || !std::isfinite(drive.options.imu_time_offset_s))
+    return Error{ErrorCode::invalid, "score interval or time offset is not a number of seconds"};
   auto content = std::make_shared<Content>(drive, options);
   const kernel::Problem& problem = content->problem;
   if (problem.steps.empty() || problem.satellites.empty())

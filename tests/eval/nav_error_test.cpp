@@ -26,8 +26,11 @@ NavTrajectory northwards(std::initializer_list<double> times_s, double east_m = 
 std::vector<GnssInsPoint> points_of(const NavTrajectory& states) {
   std::vector<GnssInsPoint> points;
   for (const NavState& s : states) {
-    points.push_back({s, {}, {}});
-    points.back().sigma.setConstant(2.0F);
+    GnssInsPoint point;
+    point.nav = s;
+    point.sigma.setConstant(2.0F);
+    point.imu_errors.setZero();
+    points.push_back(point);
   }
   return points;
 }

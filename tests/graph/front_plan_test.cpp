@@ -1,6 +1,6 @@
 // Ordering and plan, compared with column-by-column elimination.
 
-#include "graph/cholesky/fronts.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 #include <algorithm>
 #include <set>
@@ -9,7 +9,6 @@
 
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "graph/cholesky/symbolic.hpp"
 #include "shapes.hpp"
 
 namespace wayfare::cholesky {
@@ -102,8 +101,7 @@ TEST(FrontPlan, ContainsTheFillInAndListsChildrenFirst) {
       for (int c = f.first; c < next; ++c)
         for (const int r : below[static_cast<std::size_t>(c)])
           EXPECT_TRUE(r < next || std::binary_search(rows.begin(), rows.end(), r));
-      for (int k = f.children_begin; k < f.children_end; ++k) {
-        const int child = plan.children[static_cast<std::size_t>(k)];
+      for (const int child : plan.children[s]) {
         EXPECT_LT(child, static_cast<int>(s));
         EXPECT_EQ(plan.fronts[static_cast<std::size_t>(child)].parent, static_cast<int>(s));
       }

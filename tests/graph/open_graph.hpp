@@ -1,6 +1,6 @@
 #pragma once
 
-// Graphs whose edges leave directions open, and by dense linear algebra which.
+// Graphs whose edges leave directions undetermined; dense linear algebra gives these directions.
 
 #include <cstddef>
 #include <vector>
@@ -25,7 +25,7 @@ SquareOf<G> random_information(Rng& rng) {
   return q * d.asDiagonal() * q.transpose();
 }
 
-/// `information` with the share `left` of what it said along `n`.
+/// `information` reduced to the fraction `left` along `n`.
 template <class G>
 SquareOf<G> silenced(const SquareOf<G>& information, const TangentOf<G>& n, double left) {
   const TangentOf<G> u = n.normalized();
@@ -34,10 +34,11 @@ SquareOf<G> silenced(const SquareOf<G>& information, const TangentOf<G>& n, doub
   return 0.5 * (s + s.transpose());
 }
 
-/// Rigid groups of poses, each joined to an earlier one by edges that say nothing (or the share
-/// `left`) along one direction: every group but the first moves freely along one of its own. Groups
-/// of a chain or a tree are joined by one edge, along any direction of its error; those of loops by
-/// three, along the same direction of the world. Poses fit the measurements exactly.
+/// Rigid groups of poses, each joined to an earlier one by edges without information (or with the
+/// fraction `left` of it) along one direction: every group but the first moves freely along a
+/// direction of its own. Groups of a chain or a tree are joined by one edge, with any direction of
+/// its error; those of loops by three, with the same direction in the world. The poses fit the
+/// measurements exactly.
 template <class G>
 PoseGraph<G> open_graph(Rng& rng, OpenShape shape, int directions, double left = 0.0) {
   constexpr int kGroup = 7, kMoves = static_cast<int>(G::Vector::RowsAtCompileTime);

@@ -15,7 +15,7 @@
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/g2o.hpp>
 
-#include "graph/cholesky/fronts.hpp"
+#include "graph/cholesky/symbolic.hpp"
 #include "io/support.hpp"
 #include "shapes.hpp"
 

@@ -83,7 +83,7 @@ TYPED_TEST(OpenGraph, IsNamedByBatchCovariancesAndIncrementalAlike) {
   EXPECT_EQ(graphs, 225);
 }
 
-// The same graphs with a little information left: 1e-7 of what the others say, or less.
+// The same graphs with a little information left: at most 1e-7 of that of the other edges.
 TYPED_TEST(OpenGraph, IsNoneWhereALittleIsSaid) {
   using G = std::conditional_t<TypeParam::kBlock == 3, SE2d, SE3d>;
   for (const OpenShape shape : kShapes) {
@@ -108,7 +108,8 @@ class OpenStart : public ::testing::Test {};
 using Groups = ::testing::Types<SE2d, SE3d>;
 TYPED_TEST_SUITE(OpenStart, Groups);
 
-// A chain or a tree is open wherever its poses are. Grown, it waits with what is open.
+// A chain or a tree is undetermined wherever its poses are. The incremental optimiser leaves the
+// undetermined part pending.
 TYPED_TEST(OpenStart, MayLieAnywhere) {
   using G = TypeParam;
   for (const OpenShape shape : {OpenShape::chain, OpenShape::tree}) {
@@ -139,7 +140,7 @@ TYPED_TEST(OpenStart, MayLieAnywhere) {
   }
 }
 
-// Two poses and one edge that says nothing of y: nothing along y, in the frame of the second pose.
+// Two poses and one edge without information on y: undetermined along y of the second pose.
 TEST(OpenPair, IsNamedAtEveryAngle) {
   for (int degrees = 0; degrees < 360; degrees += 5) {
     for (const double factor : {1e-8, 1.0, 1e8}) {
@@ -156,8 +157,8 @@ TEST(OpenPair, IsNamedAtEveryAngle) {
   }
 }
 
-// The last ten of a chain say nothing along one direction each: that of the first of them moves all
-// that follow, and with it nothing else.
+// The last ten edges of a chain have no information along one direction each: the direction of the
+// first of them moves all later poses, and no others.
 TEST(OpenChain, IsNamedAtEveryAngleAndItsCostIsNeverNegative) {
   for (int degrees = 0; degrees < 180; ++degrees) {
     const double a = degrees * 3.14159265358979323846 / 180.0;
@@ -187,8 +188,8 @@ TEST(OpenChain, IsNamedAtEveryAngleAndItsCostIsNeverNegative) {
   }
 }
 
-// A large map that may turn as a whole about pose 1, of which the only edge to pose 0 does not say
-// the heading: where the null vector moves far poses by many times what it moves near ones.
+// A large map that may turn as a whole about pose 1, whose only edge to pose 0 has no information on
+// the heading: the null vector moves distant poses many times as far as near ones.
 TEST(HingedMap, IsNamedHoweverLarge) {
   for (const int width : {1, 30, 90}) {  // straight; or to and fro, joined to the row before
     for (const int poses : {300, 3000}) {

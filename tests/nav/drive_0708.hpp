@@ -16,9 +16,7 @@
 
 namespace wayfare::tests {
 
-inline std::string drive_0708_folder() {
-  return std::string(WAYFARE_DATA_DIR) + "/gnss/drive_0708";
-}
+inline std::string drive_0708_folder() { return WAYFARE_DATA_DIR "/gnss/drive_0708"; }
 
 struct Drive0708 {
   std::vector<ImuSample> imu;

@@ -87,7 +87,7 @@ TEST(AugmentedScans, MotionIsInterpolatedWithoutLoss) {
     by_gyro =
         by_gyro.plus({step.forward_m(), 0.0, step.gyro.turn_rate_rad_s * to_seconds(step.since)});
     if (step.since > Duration::zero()) {
-      EXPECT_NEAR(step.forward_m_s(), 0.5, 1e-6);
+      EXPECT_NEAR(step.forward_m() / to_seconds(step.since), 0.5, 1e-6);
     }
     EXPECT_LT(by_gyro.minus(Drive::pose(step.time)).norm(), 1e-6);
   }

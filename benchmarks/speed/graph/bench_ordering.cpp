@@ -143,7 +143,7 @@ using ByCholmod = Scalar<Ordering, detail::OrderedCholmod>;
 
 template <class Task>
 void run(benchmark::State& state, const std::filesystem::path& path) {
-  const auto file = io::read_g2o(path);
+  const auto file = io::read_g2o(path, {.indefinite = io::IndefiniteInformation::project});
   if (!file) return state.SkipWithError(file.error().to_string().c_str());
   std::visit(
       [&](const auto& any) {

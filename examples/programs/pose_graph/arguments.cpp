@@ -1,4 +1,4 @@
-#include "arguments.hpp"
+#include "program.hpp"
 
 #include <map>
 

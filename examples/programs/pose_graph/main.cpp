@@ -6,9 +6,7 @@
 
 #include <wayfare/io/g2o.hpp>
 
-#include "arguments.hpp"
-#include "outputs.hpp"
-#include "solve.hpp"
+#include "program.hpp"
 
 namespace {
 

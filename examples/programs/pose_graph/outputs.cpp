@@ -1,4 +1,4 @@
-#include "outputs.hpp"
+#include "program.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -6,8 +6,6 @@
 #include <limits>
 
 #include <wayfare/graph/optimise.hpp>
-
-#include "support/program_files.hpp"
 
 namespace wayfare::examples {
 namespace {
@@ -161,7 +159,7 @@ Result<std::string> marginals_table(const PoseGraph<G>& graph, const std::vector
     const SquareOf<G>& covariance = (*covariances)[static_cast<std::size_t>(pose)];
     out += graph.label(pose);
     for (int i = 0; i < kDof; ++i)
-      for (int j = i; j < kDof; ++j) out.append(1, ',').append(significant(covariance(i, j), 9));
+      for (int j = i; j < kDof; ++j) out.append(1, ',').append(eval::significant(covariance(i, j), 9));
     out += '\n';
   }
   return out;

@@ -1,4 +1,4 @@
-#include "solve.hpp"
+#include "program.hpp"
 
 #ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
 #include <wayfare/graph/cholmod_solver.hpp>

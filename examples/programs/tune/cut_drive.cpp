@@ -34,14 +34,12 @@ Result<void> run(const Options& o) {
   const LogTime zero = drive->recording.imu.front().time;
   const LogTime from = zero + from_seconds(o.from_s),
                 to = zero + from_seconds(std::min(o.to_s, 1e8));
-  const auto within = [&](LogTime t) { return t >= from && t <= to; };
-  std::vector<ImuSample> imu;
+  const auto outside = [&](const auto& m) { return m.time < from || m.time > to; };
+  std::vector<ImuSample> imu = drive->recording.imu;
+  std::erase_if(imu, outside);
+  std::vector<RangeEpoch> ranges = drive->recording.ranges;
+  std::erase_if(ranges, outside);
   NavTrajectory truth;
-  for (const ImuSample& s : drive->recording.imu)
-    if (within(s.time)) imu.push_back(s);
-  std::vector<RangeEpoch> ranges;
-  for (const RangeEpoch& e : drive->recording.ranges)
-    if (within(e.time)) ranges.push_back(e);
   // Every tenth of a second: the reference is a smooth curve through the recorded states.
   const Eigen::Vector3d lever = -config->filter.antenna_lever_arm_m;
   if (!ranges.empty())

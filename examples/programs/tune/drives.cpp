@@ -68,13 +68,9 @@ Result<LoadedDrive> load_drive(const std::string& folder, std::uint64_t seed) {
 }
 
 SystemErrors system_errors(const LoadedDrive& drive, const GnssInsOptions& options) {
-  SystemErrors errors;
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  errors.position_ned_m = errors.velocity_ned_mps = errors.attitude_deg =
-      Eigen::Vector3d::Constant(nan);
   const auto run = run_gnss_ins(recording_of(drive), options);
-  errors.diverged = true;
-  if (!run) return errors;
+  const Eigen::Vector3d nan = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  if (!run) return {nan, nan, nan};
   Eigen::Matrix<double, 9, 1> squares = Eigen::Matrix<double, 9, 1>::Zero(), counts = squares;
   for (const GnssInsPoint& p : run->points) {
     const auto truth = drive.tuning.truth(p.nav.time);
@@ -84,19 +80,13 @@ SystemErrors system_errors(const LoadedDrive& drive, const GnssInsOptions& optio
     square << e.position_ned_m.cwiseAbs2(), e.velocity_ned_mps.cwiseAbs2(),
         (e.attitude_body_rad / kDegree).cwiseAbs2();
     known.segment<2>(6).setConstant(drive.tuning.has_level ? 1.0 : 0.0);
-    known[8] = drive.tuning.has_heading &&
-                       (drive.tuning.has_level || truth->velocity_ned_mps.head<2>().norm() > 3.0)
-                   ? 1.0
-                   : 0.0;
+    const bool moves = truth->velocity_ned_mps.head<2>().norm() > 3.0;
+    known[8] = drive.tuning.has_heading && (drive.tuning.has_level || moves) ? 1.0 : 0.0;
     squares += square.cwiseProduct(known);
     counts += known;
   }
   const Eigen::Matrix<double, 9, 1> rmse = squares.cwiseQuotient(counts).cwiseSqrt();
-  errors.position_ned_m = rmse.head<3>();
-  errors.velocity_ned_mps = rmse.segment<3>(3);
-  errors.attitude_deg = rmse.tail<3>();
-  errors.diverged = !rmse.head<6>().allFinite();
-  return errors;
+  return {rmse.head<3>(), rmse.segment<3>(3), rmse.tail<3>()};
 }
 
 Result<OutageReport> outages(const LoadedDrive& drive, const GnssInsOptions& options, int threads) {

@@ -25,9 +25,9 @@ struct LoadedDrive {
 /// standard deviations.
 [[nodiscard]] Result<LoadedDrive> load_drive(const std::string& folder, std::uint64_t seed);
 
-/// Root mean square errors of the whole navigation system, including constraints and standstill.
+/// Root mean square errors of the whole navigation system, including constraints and standstill;
+/// NaN where the run failed.
 struct SystemErrors {
-  bool diverged = false;
   Eigen::Vector3d position_ned_m, velocity_ned_mps;
   Eigen::Vector3d attitude_deg;  ///< roll, pitch, yaw; NaN if unknown
   [[nodiscard]] double position_m() const { return position_ned_m.norm(); }

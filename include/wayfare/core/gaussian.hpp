@@ -61,7 +61,8 @@ template <Manifold M>
 
 /// The normalised product of two densities on the same manifold:
 /// Σ = (Σ₁⁻¹ + Σ₂⁻¹)⁻¹, mean = mean₁ ⊞ Σ Σ₂⁻¹ (mean₂ ⊟ mean₁). The difference is taken on the
-/// manifold, so headings wrap; exact for vectors, first order for curved groups.
+/// manifold, so headings wrap; exact for vectors, first order for curved groups. Errors: a sum of
+/// covariances that is not positive definite, numbers that are not finite.
 template <Manifold M>
 [[nodiscard]] Result<Gaussian<M>> product(const Gaussian<M>& a, const Gaussian<M>& b) {
   using Scalar = typename Gaussian<M>::Scalar;
@@ -71,9 +72,11 @@ template <Manifold M>
   }
   const SquareOf<M> gain = sum.solve(a.covariance).transpose();  // Σ₁ (Σ₁ + Σ₂)⁻¹
   const SquareOf<M> covariance = gain * b.covariance;
-  return Gaussian<M>{
-      ManifoldTraits<M>::plus(a.mean, gain * ManifoldTraits<M>::minus(b.mean, a.mean)),
-      SquareOf<M>(Scalar(0.5) * (covariance + covariance.transpose()))};
+  const TangentOf<M> correction = gain * ManifoldTraits<M>::minus(b.mean, a.mean);
+  if (!correction.allFinite() || !covariance.allFinite())
+    return Error{ErrorCode::numerical, "a mean or covariance is not finite"};
+  return Gaussian<M>{ManifoldTraits<M>::plus(a.mean, correction),
+                     SquareOf<M>(Scalar(0.5) * (covariance + covariance.transpose()))};
 }
 
 /// The pose a ∘ b of two independent uncertain poses: Σ = Ad(b⁻¹) Σa Ad(b⁻¹)ᵀ + Σb.

@@ -8,6 +8,7 @@
 //   height = h₀ − d.
 // Curvilinear coordinates, a chart of the ellipsoid. For offsets below about 20 km.
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Core>
@@ -99,7 +100,9 @@ template <class T>
     const double length = std::hypot(tan_beta_y, tan_beta_x);
     const double sb = length > 0.0 ? tan_beta_y / length : 1.0;
     const double cb = length > 0.0 ? tan_beta_x / length : 0.0;
-    const double y = ecef_m.z() + ep2 * b * sb * sb * sb, x = p - e2 * a * cb * cb * cb;
+    // Within 43 km of the centre x would change its sign, and the latitude pass the pole.
+    const double y = ecef_m.z() + ep2 * b * sb * sb * sb;
+    const double x = std::max(p - e2 * a * cb * cb * cb, 0.0);
     const double norm = std::hypot(x, y);
     sin_phi = norm > 0.0 ? y / norm : 1.0;
     cos_phi = norm > 0.0 ? x / norm : 0.0;
@@ -132,6 +135,8 @@ struct EarthAt {
   T gravity_mps2;
 };
 
+/// The chart about an anchor. Not at the poles, where east has no direction: north and east of a
+/// point then are meaningless.
 class LocalTangentPlane {
  public:
   LocalTangentPlane() : LocalTangentPlane(Geodetic{}) {}

@@ -163,11 +163,6 @@ struct LaneOf {
   static constexpr int kLanes = 1;
 };
 template <class T, int N>
-struct LaneOf<Mask<T, N>> {
-  using Type = bool;
-  static constexpr int kLanes = N;
-};
-template <class T, int N>
 struct LaneOf<Pack<T, N>> {
   using Type = T;
   static constexpr int kLanes = N;
@@ -175,22 +170,19 @@ struct LaneOf<Pack<T, N>> {
 
 /// Lane `i` of a pack or a mask; a scalar or bool has one lane.
 template <class T>
-[[nodiscard]] auto lane(const T& x, int i) {
-  if constexpr (std::is_arithmetic_v<T>) {
-    static_cast<void>(i);
+[[nodiscard]] auto lane(const T& x, [[maybe_unused]] int i) {
+  if constexpr (std::is_arithmetic_v<T>)
     return x;
-  } else {
+  else
     return x[i];
-  }
 }
 template <class T, class U>
-void set_lane(T& x, int i, U value) {
-  if constexpr (std::is_arithmetic_v<T>) {
-    static_cast<void>(i);
-    x = static_cast<T>(value);
-  } else {
-    x.set(i, static_cast<typename LaneOf<T>::Type>(value));
-  }
+void set_lane(T& x, [[maybe_unused]] int i, U value) {
+  const auto converted = static_cast<typename LaneOf<T>::Type>(value);
+  if constexpr (std::is_arithmetic_v<T>)
+    x = converted;
+  else
+    x.set(i, converted);
 }
 
 /// Neither infinite nor NaN, lane by lane.

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -16,11 +17,14 @@ using FractionDone = std::function<void(double)>;
 /// Calls f(index, worker) for the indices 0 … n-1, on up to `threads` threads, and `progress`, from
 /// one thread at a time, after each. No two concurrent calls have the same worker, which is below
 /// `threads`. The assignment of indices to threads is not specified: if f writes only to data of
-/// its index or of its worker, the result does not depend on the number of threads.
+/// its index or of its worker, the result does not depend on the number of threads. Fewer threads
+/// are used where the system has no more, and never more than 256.
 template <class F>
 void parallel_for_workers(std::size_t n, int threads, const F& f,
                           const FractionDone& progress = {}) {
-  const std::size_t workers = std::min(n, static_cast<std::size_t>(std::max(threads, 1)));
+  constexpr int kMaxThreads = 256;
+  const std::size_t workers =
+      std::min(n, static_cast<std::size_t>(std::clamp(threads, 1, kMaxThreads)));
   std::atomic<std::size_t> next{0};
   std::size_t done = 0;
   std::mutex mutex;  // guards done and the calls of progress
@@ -33,7 +37,12 @@ void parallel_for_workers(std::size_t n, int threads, const F& f,
     }
   };
   std::vector<std::thread> others;
-  for (std::size_t k = 1; k < workers; ++k) others.emplace_back(work, k);
+  others.reserve(workers);
+  try {
+    for (std::size_t k = 1; k < workers; ++k) others.emplace_back(work, k);
+  } catch (const std::system_error&) {
+    // The threads there are share the work.
+  }
   work(0);
   for (auto& thread : others) thread.join();
 }

@@ -16,7 +16,7 @@
 
 namespace wayfare {
 
-/// Statistics of a set of errors, in the errors' unit; NaN where there are none.
+/// Statistics of a set of errors, in the errors' unit; NaN where there are none, or one is NaN.
 struct Summary {
   std::size_t count = 0;
   double mean = std::numeric_limits<double>::quiet_NaN();
@@ -26,18 +26,26 @@ struct Summary {
   double max = std::numeric_limits<double>::quiet_NaN();
 };
 
+namespace detail {
+[[nodiscard]] inline bool any_nan(std::span<const double> values) {
+  return std::any_of(values.begin(), values.end(), [](double v) { return v != v; });
+}
+}  // namespace detail
+
+/// NaN if there are none, or one of them is NaN.
 [[nodiscard]] inline double median_of(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (values.empty() || detail::any_nan(values)) return std::numeric_limits<double>::quiet_NaN();
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-/// The value below which the share `part` of them lies, without interpolation; NaN if there are
-/// none.
+/// The value below which the share `part`, in [0, 1], of them lies, without interpolation; NaN if
+/// there are none, or one of them is NaN.
 [[nodiscard]] inline double quantile(std::vector<double> values, double part) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  WAYFARE_EXPECTS(part >= 0.0 && part <= 1.0, "the share must be in [0, 1]");
+  if (values.empty() || detail::any_nan(values)) return std::numeric_limits<double>::quiet_NaN();
   const auto at =
       values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
@@ -45,7 +53,7 @@ struct Summary {
 }
 
 /// The median of the projected values, of an even number the greater of the middle two, of none a
-/// zero. Reorders the values.
+/// zero. Reorders the values, which must not be NaN.
 template <std::ranges::random_access_range Values, class Projection = std::identity>
 [[nodiscard]] auto upper_median_of(Values&& values, Projection projection = {}) {
   using Value = std::remove_cvref_t<
@@ -68,7 +76,9 @@ template <std::ranges::random_access_range Values, class Projection = std::ident
   s.std = std::sqrt(spread / n);
   s.rmse = std::sqrt(squares / n);
   s.median = median_of({values.begin(), values.end()});
-  s.max = *std::max_element(values.begin(), values.end());
+  s.max = s.mean == s.mean || !detail::any_nan(values)
+              ? *std::max_element(values.begin(), values.end())
+              : std::numeric_limits<double>::quiet_NaN();
   return s;
 }
 
@@ -104,6 +114,14 @@ inline double gamma_q_fraction(double a, double x) {
                   "a chi-square distribution has a positive number of degrees of freedom");
   if (!(x > 0.0)) return x == x ? 0.0 : x;
   if (std::isinf(x)) return 1.0;
+  // The expansions need a number of terms that grows with the root of `dof`. For so many degrees of
+  // freedom the cube root of x / dof is normal, to about 1/dof (Wilson and Hilferty 1931).
+  constexpr double kMany = 1e9;
+  if (dof > kMany) {
+    const double variance = 2.0 / (9.0 * std::min(dof, std::numeric_limits<double>::max()));
+    const double normal = (std::cbrt(x / dof) - (1.0 - variance)) / std::sqrt(variance);
+    return 0.5 * std::erfc(-normal / std::sqrt(2.0));
+  }
   const double a = 0.5 * dof, y = 0.5 * x;
   return y < a + 1.0 ? detail::gamma_p_series(a, y) : 1.0 - detail::gamma_q_fraction(a, y);
 }

@@ -119,4 +119,15 @@ using LogTime = Time<LogClock>;
   return LogTime::from_seconds(s).since_epoch();
 }
 
+/// The first of the instants grid + k period, k ≥ 0, that is after `time`; the last representable
+/// instant where there is none. `period` is positive.
+template <class Clock>
+[[nodiscard]] constexpr Time<Clock> next_on_grid(Time<Clock> grid, Duration period,
+                                                 Time<Clock> time) {
+  // Once, or twice where the difference is beyond the range.
+  while (grid <= time && grid.since_epoch() < Duration::max())
+    grid = grid + (time - grid) / period * period + period;
+  return grid;
+}
+
 }  // namespace wayfare

@@ -16,6 +16,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <wayfare/core/contract.hpp>
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/decode/detail/mt_values.hpp>
@@ -115,7 +116,8 @@ namespace detail {
 
 }  // namespace detail
 
-/// Motion from `a` to a later snapshot `b` of the same tracker; `period_s` is the frame period.
+/// Motion from `a` to a later snapshot `b` of the same tracker; `period_s` is the frame period. Not
+/// finite where no time is between them: equal frames, a period of zero.
 [[nodiscard]] inline AwindaMotion awinda_motion(const AwindaSnapshot& a, const AwindaSnapshot& b,
                                                 double period_s) {
   AwindaMotion m{b.device, b.frame, b.frame - a.frame, {}, {}, b.field_au(), b.status};
@@ -137,11 +139,12 @@ namespace detail {
 /// A station's configuration message (0D): its id and those of its trackers.
 struct AwindaConfiguration {
   std::uint32_t station = 0;
-  double period_s = 0.0;  ///< of the station's clock, in units of 1/115200 s
+  double period_s = 0.0;  ///< of the station's clock, in units of 1/115200 s; 0: not given
   std::uint16_t trackers = 0;
   Bytes data;
 
   [[nodiscard]] std::uint32_t tracker(std::size_t i) const {
+    WAYFARE_EXPECTS(i < trackers, "there is no such tracker");
     return load_be<std::uint32_t>(&data[98 + 20 * i]);
   }
 };
@@ -155,7 +158,10 @@ struct AwindaConfiguration {
   return c;
 }
 
-/// Sorts one tracker's snapshots by frame. A missing one is dropped after `kWindow` frames.
+/// Sorts one tracker's snapshots by frame. A missing one is dropped after `kWindow` frames. A jump
+/// by more than twice as many begins another sequence: what is buffered is delivered before. A jump
+/// back does so unless it is a retransmission, which is late: a counter that restarted, or the
+/// frame after one with a damaged number.
 template <std::size_t kWindow = 32>
 class AwindaReorderBuffer {
  public:
@@ -165,13 +171,14 @@ class AwindaReorderBuffer {
       started_ = true;
       next_ = snapshot.frame;
     }
-    const auto ahead = static_cast<std::int32_t>(snapshot.frame - next_);  // wraps around
-    if (ahead < 0 || buffered(snapshot.frame)) {
+    const std::int64_t ahead = static_cast<std::int32_t>(snapshot.frame - next_);  // wraps around
+    constexpr std::int64_t kJump = 2 * kWindow;
+    const bool restarted = ahead >= kJump || (ahead <= -kJump && !snapshot.retransmitted);
+    if (!restarted && (ahead < 0 || buffered(snapshot.frame))) {
       ++late_;
       return;
     }
-    // A jump of more than twice the window is another recording: delivers what is buffered.
-    if (static_cast<std::size_t>(ahead) >= 2 * kWindow) {
+    if (restarted) {
       finish(sink);
       started_ = true;
       next_ = snapshot.frame;
@@ -224,17 +231,20 @@ class AwindaReorderBuffer {
   std::uint64_t late_ = 0, missing_ = 0;
 };
 
-/// The trackers of a station: takes snapshots in any order, delivers ordered motions.
+/// The trackers of a station: takes snapshots in any order, delivers ordered motions. Across a step
+/// back of the frame counter there is none.
 template <std::size_t kTrackers = 32, std::size_t kWindow = 32>
 class AwindaStation {
  public:
-  /// `period_s`: the frame period, from the station's output rate.
+  /// `period_s`: the frame period, from the station's output rate. Where it is not positive and
+  /// finite, as in a damaged configuration, all snapshots are refused.
   explicit AwindaStation(double period_s) : period_s_(period_s) {}
 
   /// Calls `sink(const AwindaMotion&)`.
   template <class Sink>
   void add(const AwindaSnapshot& snapshot, Sink&& sink) {
-    Tracker* tracker = find(snapshot.device);
+    const bool measurable = period_s_ > 0.0 && std::isfinite(period_s_);
+    Tracker* tracker = measurable ? find(snapshot.device) : nullptr;
     if (tracker == nullptr) {
       ++refused_;
       return;
@@ -251,7 +261,7 @@ class AwindaStation {
   }
 
   [[nodiscard]] std::size_t trackers() const { return trackers_; }
-  /// Snapshots of trackers beyond `kTrackers`.
+  /// Snapshots of trackers beyond `kTrackers`, or without a valid period.
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
   [[nodiscard]] std::uint64_t late() const {
     std::uint64_t sum = 0;
@@ -281,7 +291,8 @@ class AwindaStation {
   }
   template <class Sink>
   void follow(Tracker& tracker, const AwindaSnapshot& s, Sink& sink) {
-    if (tracker.has_previous) sink(awinda_motion(tracker.previous, s, period_s_));
+    const auto frames = static_cast<std::int32_t>(s.frame - tracker.previous.frame);
+    if (tracker.has_previous && frames > 0) sink(awinda_motion(tracker.previous, s, period_s_));
     tracker.previous = s;
     tracker.has_previous = true;
   }

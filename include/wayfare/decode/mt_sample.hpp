@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <wayfare/core/contract.hpp>
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/awinda.hpp>
@@ -177,7 +178,10 @@ inline bool take_packet(const MtPacket& p, MtSample& s) {
 /// 2³². Steps back by less than half the period remain steps back.
 class CounterUnwrapper {
  public:
-  explicit CounterUnwrapper(std::uint64_t period) : period_(static_cast<std::int64_t>(period)) {}
+  /// `period` from 1 to 2³².
+  explicit CounterUnwrapper(std::uint64_t period) : period_(static_cast<std::int64_t>(period)) {
+    WAYFARE_EXPECTS(period >= 1 && period <= std::uint64_t{1} << 32, "no period of a counter");
+  }
 
   [[nodiscard]] std::int64_t at(std::uint32_t count) {
     std::int64_t step = (static_cast<std::int64_t>(count) - total_) % period_;

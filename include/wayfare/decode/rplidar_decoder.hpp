@@ -34,6 +34,12 @@ class RplidarPacket {
   Bytes bytes_;
 };
 
+/// Whether a response is an endless sequence of nodes or capsules.
+[[nodiscard]] constexpr bool is_rplidar_scan(RplidarResponse response) {
+  using enum RplidarResponse;
+  return response == node || response == express || response == ultra || response == dense;
+}
+
 /// Whether five bytes are a possible node: start bit and its inverse, check bit, angle below 360°.
 [[nodiscard]] inline bool is_rplidar_node(const std::uint8_t* p) {
   return ((p[0] ^ p[0] >> 1) & 1) != 0 && (p[1] & 1) != 0 && (p[1] >> 1 | p[2] << 7) < 360 * 64;
@@ -84,10 +90,12 @@ class RplidarFraming {
   static constexpr std::size_t kCapacity = 256;
 
   RplidarFraming() = default;
-  /// For a stream that begins inside a response.
-  explicit RplidarFraming(RplidarResponse inside) { expect(inside); }
+  /// For streams that begin inside a response of nodes or capsules; others are searched for a
+  /// descriptor.
+  explicit RplidarFraming(RplidarResponse inside) : inside_(inside) { end_stream(); }
 
   void expect_reply() { expect(RplidarResponse::none); }
+  void end_stream() { expect(is_rplidar_scan(inside_) ? inside_ : RplidarResponse::none); }
 
   Look look(const Front& front, DecoderStatistics& statistics) {
     examined_ += std::min<std::size_t>(front.bytes.size(), kCapacity);
@@ -232,6 +240,7 @@ class RplidarFraming {
     return Look::frame(kNode);
   }
 
+  RplidarResponse inside_ = RplidarResponse::none;     ///< where a stream begins
   RplidarResponse response_ = RplidarResponse::none;   ///< being received
   RplidarResponse delivered_ = RplidarResponse::none;  ///< type of the frame just found
   std::uint32_t length_ = 0;

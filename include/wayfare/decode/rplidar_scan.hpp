@@ -38,6 +38,7 @@ struct RplidarPoint {
   bool operator==(const RplidarPoint&) const = default;
 };
 
+/// The point of a node: five bytes that satisfy `is_rplidar_node`.
 [[nodiscard]] inline RplidarPoint rplidar_node(Bytes b) {
   return {static_cast<std::uint16_t>(b[1] >> 1 | b[2] << 7), load_le<std::uint16_t>(&b[3]),
           static_cast<std::uint8_t>(b[0] >> 2), (b[0] & 1) != 0};
@@ -57,7 +58,7 @@ struct CapsuleAngles {
   RplidarPoint next(std::uint32_t distance_q2, int offset_q16) {
     int q6 = (angle_q16 - offset_q16) >> 10;
     q6 += q6 < 0 ? 360 * 64 : 0;
-    q6 -= q6 >= 360 * 64 ? 360 * 64 : 0;
+    while (q6 >= 360 * 64) q6 -= 360 * 64;  // two turns where a capsule spans almost one
     angle_q16 += step_q16;
     const bool start = angle_q16 % (360 << 16) < step_q16;
     constexpr std::uint8_t kNoQuality = 0x2F;
@@ -104,11 +105,13 @@ class RplidarUnpacker {
   void add(const RplidarPacket& packet, Sink&& sink) {
     const Bytes b = packet.bytes();
     if (packet.is_descriptor()) return reset();
+    if (!is_rplidar_scan(packet.response())) return;
     if (packet.response() == RplidarResponse::node) {
+      if (b.size() != 5) return;
       points_[0] = rplidar_node(b);
       return sink(std::span<const RplidarPoint>(points_.data(), 1));
     }
-    if (b.size() != 84 && b.size() != 132) return;
+    if (b.size() != (packet.response() == RplidarResponse::ultra ? 132U : 84U)) return;
     const bool first = (b[3] & 0x80) != 0;  // the first after a start or a reset of the encoder
     if (!first && length_ == b.size() && packet.position() == end_ &&
         packet.response() == response_)
@@ -252,15 +255,17 @@ class RplidarRevolutions {
 
 struct RplidarScanOptions {
   std::size_t beams = 360;    ///< of the scan, evenly around
-  float min_range_m = 0.15F;  ///< nearer points are dropped
+  float min_range_m = 0.15F;  ///< nearer points are dropped; those without return always
   float max_range_m = 12.0F;  ///< farther points are dropped
 };
 
 /// Converts a revolution to a scan with evenly spaced bearings from −π, counter-clockwise: each
 /// beam has the nearest point of its sector, or NaN. The scan's time is that of the first point.
+/// Without beams it is empty.
 [[nodiscard]] inline LaserScan to_laser_scan(const RplidarRevolution& revolution,
                                              const RplidarScanOptions& options = {}) {
-  const double step = 2.0 * std::numbers::pi / static_cast<double>(options.beams);
+  const double step =
+      options.beams == 0 ? 0.0 : 2.0 * std::numbers::pi / static_cast<double>(options.beams);
   LaserScan scan{revolution.points.empty() ? LogTime{} : revolution.points.front().time,
                  Angle::radians(-std::numbers::pi),
                  Angle::radians(step),
@@ -268,12 +273,14 @@ struct RplidarScanOptions {
                  options.max_range_m,
                  {}};
   scan.ranges_m.assign(options.beams, std::numeric_limits<float>::quiet_NaN());
+  if (options.beams == 0) return scan;
   for (const TimedRplidarPoint& p : revolution.points) {
     const auto range = static_cast<float>(p.point.distance_m());
+    if (p.point.distance_q2 == 0) continue;
     if (!(range >= options.min_range_m && range < options.max_range_m)) continue;
     const double from_back = (180.0 - p.point.angle_deg()) / 360.0;  // clockwise to counter-
-    const double beam =
-        std::round((from_back < 0.0 ? from_back + 1.0 : from_back) * double(options.beams));
+    const double turn = from_back - std::floor(from_back);
+    const double beam = std::round(turn * static_cast<double>(options.beams));
     float& kept = scan.ranges_m[static_cast<std::size_t>(beam) % options.beams];
     if (!(kept <= range)) kept = range;
   }
@@ -283,6 +290,7 @@ struct RplidarScanOptions {
 /// Decodes an RPLIDAR's byte stream into whole revolutions with the times of their points.
 class RplidarStream {
  public:
+  /// `baud` > 0 of the line.
   explicit RplidarStream(int baud) : baud_(baud) {}
 
   /// Takes the next bytes, the last of which arrived at `arrived`; calls `sink(const
@@ -299,7 +307,8 @@ class RplidarStream {
   template <class Sink>
   void take(const RplidarPacket& packet, LogTime arrived, Sink& sink) {
     if (packet.response() == RplidarResponse::sample_rate && !packet.is_descriptor()) {
-      rate_ = rplidar_sample_rate(packet.bytes()).value_or(rate_);
+      const auto rate = rplidar_sample_rate(packet.bytes());
+      if (rate && rate->standard_us != 0 && rate->express_us != 0) rate_ = *rate;
       return;
     }
     // A new request began in the middle of a revolution.

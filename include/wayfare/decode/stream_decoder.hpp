@@ -20,13 +20,15 @@
 #include <cstring>
 #include <utility>
 
+#include <wayfare/core/contract.hpp>
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
 
 namespace wayfare::decode {
 
-/// Time that `bytes` take on a line of `baud`: start bit, eight bits, stop bit each.
+/// Time that `bytes` take on a line of `baud` > 0: start bit, eight bits, stop bit each.
 [[nodiscard]] inline Duration line_time(std::uint64_t bytes, int baud) {
+  WAYFARE_EXPECTS(baud > 0, "the rate of a line must be positive");
   return from_seconds(10.0 * static_cast<double>(bytes) / static_cast<double>(baud));
 }
 
@@ -70,6 +72,8 @@ struct Front {
   bool ended = false;          ///< no more bytes follow
 };
 
+/// What a device brings. It may have `end_stream()`, which returns it to its initial state before
+/// another stream, where the positions of the bytes do not tell it.
 template <class F>
 concept Framing = std::default_initializable<F> &&
     requires(F framing, const F constant, const Front& front, DecoderStatistics& s) {
@@ -79,7 +83,8 @@ concept Framing = std::default_initializable<F> &&
   { constant.examined() } -> std::same_as<std::uint64_t>;
 };
 
-/// Buffers the stream for a framing, so that the result does not depend on the chunks.
+/// Buffers the stream for a framing, so that the result does not depend on the chunks. A sink must
+/// not feed the decoder that calls it. A copy continues the stream on its own.
 template <Framing F>
 class StreamDecoder {
  public:
@@ -102,11 +107,13 @@ class StreamDecoder {
     top_up(bytes.subspan(used));
   }
 
-  /// Ends the stream: decodes the buffered bytes. The decoder may then be fed another stream.
+  /// Ends the stream: decodes the buffered bytes. The decoder may then be fed another stream, which
+  /// it decodes as a new one would; counts and positions continue.
   template <class Sink>
   void finish(Sink&& sink) {
     if (held() != 0) walk({&buffer_[begin_], held()}, true, sink);
     begin_ = end_ = 0;
+    if constexpr (requires { framing_.end_stream(); }) framing_.end_stream();
   }
 
   [[nodiscard]] const DecoderStatistics& statistics() const { return statistics_; }
@@ -140,6 +147,8 @@ class StreamDecoder {
       Look look = framing_.look({rest, position_, ended}, statistics_);
       ++looks_;
       if (look.kind == Look::Kind::need && !ended) {
+        WAYFARE_EXPECTS(look.bytes > rest.size() && look.bytes <= F::kCapacity,
+                        "a framing needs more bytes than are present, up to its capacity");
         need_ = look.bytes;
         return at;
       }
@@ -150,6 +159,7 @@ class StreamDecoder {
         framing_.deliver(rest.first(look.bytes), position_, sink);
       }
       const std::size_t n = look.kind == Look::Kind::frame ? look.advance : look.bytes;
+      WAYFARE_EXPECTS(n > 0 && n <= rest.size(), "a framing advances by some of the bytes present");
       at += n;
       position_ += n;
       if (position_ > claimed_) statistics_.skipped_bytes += position_ - claimed_;

@@ -28,8 +28,10 @@ inline constexpr std::array<std::uint8_t, 8> kTiMagic = {2, 1, 4, 3, 6, 5, 8, 7}
   // Distance from byte value v in the word to its end; 8 where it is not part of the word.
   constexpr std::array<std::uint8_t, 9> kShift = {8, 6, 7, 4, 5, 2, 3, 8, 1};
   const std::uint64_t word = load_le<std::uint64_t>(kTiMagic.data());
+  if (bytes.size() < 8) return bytes.size();
+  const std::size_t last_start = bytes.size() - 8;
   std::size_t at = from;
-  while (at + 8 <= bytes.size()) {
+  while (at <= last_start) {
     const std::uint8_t last = bytes[at + 7];
     if (last > 8) {
       at += 8;
@@ -239,8 +241,8 @@ struct TiLimits {
 /// The chip ramps at whole multiples of 900 · 3.6e9 / 2^26 Hz/µs (2.7e9 in the 60 GHz band) and
 /// rounds a slope down to one (TI, mmWaveLink interface, rlProfileCfg); range and speed grids are
 /// computed from that. Speeds use the centre of the sampled window, not the start of the ramp: for
-/// a 3.4 GHz sweep at 77 GHz that is 2.8 %. Speed of light as in the firmware, 3·10⁸ m/s, which
-/// determines the grid of its points.
+/// a 3.4 GHz sweep at 77 GHz that is 2.8 %. `config` is one that `parse_ti_config` returns. Speed
+/// of light as in the firmware, 3·10⁸ m/s, which determines the grid of its points.
 [[nodiscard]] TiLimits limits_of(const TiConfig& config);
 
 }  // namespace wayfare::decode

@@ -177,14 +177,13 @@ inline std::optional<TiTemperature> TiFrame::temperature() const {
   const bool floats = frame.header().major() >= 3;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const TiPoint p = frame[i];
-    if (!std::isfinite(p.x_m + p.y_m + p.z_m) || (floats && !std::isfinite(p.doppler_mps)))
-      continue;
     RadarPoint point{p.y_m, -p.x_m, p.z_m, p.doppler_mps, 0.0F};
     if (!floats) {
       point.doppler_m_s = static_cast<float>(speed_step_mps * p.doppler_bin);
       point.snr_db = 10.0F * std::log10(static_cast<float>(p.peak) + 1.0F);
     }
     if (frame.has_side_info()) point.snr_db = 0.1F * static_cast<float>(p.snr_ddb);
+    if (!std::isfinite(p.x_m + p.y_m + p.z_m) || !std::isfinite(point.doppler_m_s)) continue;
     scan.points.push_back(point);
   }
   return scan;

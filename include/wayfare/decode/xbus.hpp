@@ -107,7 +107,7 @@ class BasicXbusFraming {
     const bool extended = b[3] == 0xFF;
     if (extended && b.size() < 6) return Look::need(6);
     const std::size_t length = extended ? load_be<std::uint16_t>(&b[4]) : b[3];
-    if (extended && (length < 0xFF || length > kMaxData)) {
+    if ((extended && length < 0xFF) || length > kMaxData) {
       ++statistics.malformed;
       return Look::skip(1);
     }

@@ -47,7 +47,8 @@ double best_omega(const Eigen::Matrix<double, kRows, kRows>& B, int unmeasured) 
 /// rows C = ∂h/∂x whose errors may have any correlation with the state's (Julier and Uhlmann 1997):
 /// P⁺⁻¹ = (1 − ω) P⁻¹ + ω Cᵀ R⁻¹ C, in covariance form K = P Cᵀ ((1 − ω)/ω R + C P Cᵀ)⁻¹, x⁺ = x +
 /// K · innovation, P⁺ = (P − K C P) / (1 − ω), with the ω that minimises det P⁺. P⁺ is consistent
-/// where P and R are. nullopt where P or R is not positive definite, or an input is not finite.
+/// where P and R are. nullopt where P or R is not positive definite, or an input or result is not
+/// finite.
 template <int kStates, int kRows>
 [[nodiscard]] std::optional<Intersected<kStates>> covariance_intersection(
     const Eigen::Matrix<double, kStates, kStates>& P,
@@ -79,6 +80,7 @@ template <int kStates, int kRows>
   fused.covariance =
       (A * P * A.transpose() + state_weight / fused.omega * K * R * K.transpose()) / state_weight;
   fused.covariance = 0.5 * (fused.covariance + fused.covariance.transpose()).eval();
+  if (!fused.correction.allFinite() || !fused.covariance.allFinite()) return {};
   return fused;
 }
 

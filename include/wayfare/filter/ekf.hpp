@@ -87,7 +87,7 @@ class Ekf {
   }
 
   /// Updates with a scalar measurement. It is rejected where |innovation| exceeds `gate_sigma` of
-  /// its own σ, where it is not finite, and in lanes that are not `enabled`.
+  /// its own σ, where it or its variance is not finite, and in lanes that are not `enabled`.
   template <class Model>
   requires MeasurementModel<Model, M> ScalarUpdate<Scalar> update(
       const Model& model, const Scalar& gate_sigma = std::numeric_limits<float>::max(),
@@ -96,8 +96,9 @@ class Ekf {
     const Tangent g = covariance_times(measured.row);
     const Scalar s = row_times(measured.row, g) + measured.variance;
     const Scalar nu = measured.innovation;
-    // Written so that NaN and a variance that is not positive are rejected.
-    const MaskOf<Scalar> accepted = enabled && (s > Scalar(0)) && is_finite(Scalar(nu * nu / s)) &&
+    // Written so that NaN, infinity and a variance that is not positive are rejected.
+    const MaskOf<Scalar> accepted = enabled && (s > Scalar(0)) && is_finite(s) &&
+                                    is_finite(Scalar(nu * nu / s)) &&
                                     (nu * nu <= gate_sigma * gate_sigma * s);
     if (any(accepted)) correct(measured.row, g, s, measured.variance, nu, accepted);
     return {nu, s, accepted};

@@ -55,6 +55,15 @@ struct Normalisation {
 inline Normalisation normalise(std::span<double> log_weights) {
   Normalisation result{log_sum_exp(log_weights), 0, false};
   result.collapsed = !std::isfinite(result.log_sum);
+  // In the rounding of a larger sum the number of the particles that share it is lost.
+  constexpr double kLarge = 1e9;
+  if (!result.collapsed && std::abs(result.log_sum) > kLarge) {
+    const double max = max_log_weight(log_weights), log_sum = result.log_sum;
+    for (double& l : log_weights) l -= max;
+    result = normalise(log_weights);
+    result.log_sum = log_sum;
+    return result;
+  }
   const double equal = -std::log(static_cast<double>(log_weights.size()));
   for (double& l : log_weights) {
     const bool number = l < std::numeric_limits<double>::infinity();

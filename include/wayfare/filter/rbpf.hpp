@@ -128,9 +128,11 @@ class Rbpf {
     if (result.collapsed)
       return Error{ErrorCode::numerical, "Rbpf: the measurement leaves no particle any weight"};
     constexpr double kNone = -std::numeric_limits<double>::infinity();
+    constexpr double kMax = std::numeric_limits<double>::max();
     for (std::size_t i = 0; i < weights.size(); ++i) {
       double& evidence = particles_[i].log_evidence;
-      evidence = weights[i] == kNone ? kNone : evidence + log_factors[i];
+      // Within the range: -inf is reserved for particles without weight.
+      evidence = weights[i] == kNone ? kNone : std::clamp(evidence + log_factors[i], -kMax, kMax);
     }
     log_weights_ = std::move(weights);
     return result;

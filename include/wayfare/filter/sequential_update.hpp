@@ -160,8 +160,10 @@ template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P
 T sequential_update(P& p, Correction& correction, const IndexedRow<T, Index...>& h,
                     const ExpectedInnovation<T, Vector>& expected,
                     std::type_identity_t<T> innovation, std::type_identity_t<T> r, Gain gain = {}) {
-  // Rounding must not make the variance negative: a gain of the wrong sign would follow.
-  const T weight = T(1) / (std::max(expected.variance, T(0)) + r);
+  // Rounding must not make the variance negative: a gain of the wrong sign would follow. A number
+  // known exactly that is measured exactly stays as it is.
+  const T variance = std::max(expected.variance, T(0)) + r;
+  const T weight = variance > T(0) ? T(1) / variance : T(0);
   const T left = innovation - h.sum([&](int i) { return detail::element(correction, i); });
   for (int i = 0; i < static_cast<int>(expected.cross.size()); ++i)
     detail::element(correction, i) += gain(detail::element(expected.cross, i), left, weight);

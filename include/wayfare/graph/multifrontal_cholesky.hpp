@@ -6,11 +6,9 @@
 // "The multifrontal method for sparse matrix solution"). Ordering and elimination tree are those of
 // the graph of blocks, N² times smaller than that of scalars.
 
-#include <memory>
-#include <span>
-
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 
 namespace wayfare {
@@ -18,28 +16,6 @@ namespace wayfare {
 namespace cholesky {
 class Factor;
 }
-
-/// Implementation of MultifrontalCholesky, compiled once for all block sizes and instruction sets.
-/// Pattern and values are those of BlockSparse.
-class MultifrontalFactor {
- public:
-  MultifrontalFactor();
-  MultifrontalFactor(MultifrontalFactor&&) noexcept;
-  MultifrontalFactor& operator=(MultifrontalFactor&&) noexcept;
-  ~MultifrontalFactor();
-
-  /// The first `leading` numbers of a block share one unit, the others another.
-  void analyse(std::span<const int> starts, std::span<const int> rows, int block, int leading);
-  void set_threads(int threads);
-  FactorOutcome factorise(const double* values);
-  void solve_in_place(double* x);
-  void invert();
-  bool inverse_block(int row, int column, double* out) const;
-
- private:
-  std::unique_ptr<cholesky::Factor> factor_;
-  int threads_ = 1;
-};
 
 /// Number of translations, which come first in a block of a pose.
 template <int N>
@@ -60,27 +36,22 @@ class MultifrontalCholesky {
 
   /// Number of threads of further factorisations, including the caller's; default 1. Small matrices
   /// use one. Results are bit-identical for any number.
-  void set_threads(int threads) { factor_.set_threads(threads); }
+  void set_threads(int threads);
 
-  void analyse(const BlockSparse<N>& h) { factor_.analyse(h.starts(), h.rows(), N, leading_); }
-
-  FactorOutcome factorise(const BlockSparse<N>& h) {
-    return factor_.factorise(h.blocks() > 0 ? h.data(0) : nullptr);
-  }
-
-  void solve_in_place(Eigen::VectorXd& x) { factor_.solve_in_place(x.data()); }
+  void analyse(const BlockSparse<N>& h);
+  FactorOutcome factorise(const BlockSparse<N>& h);
+  void solve_in_place(Eigen::VectorXd& x);
 
   /// Computes the blocks of H⁻¹ in the pattern of L, which includes that of H. Requires a
   /// successful `factorise`; costs about twice its time and the same memory again.
-  void invert() { factor_.invert(); }
+  void invert();
   /// Block (row, column) of H⁻¹; false if it was not computed since the last `factorise`.
-  bool inverse_block(int row, int column, Eigen::Matrix<double, N, N>& block) const {
-    return factor_.inverse_block(row, column, block.data());
-  }
+  bool inverse_block(int row, int column, Eigen::Matrix<double, N, N>& block) const;
 
  private:
-  MultifrontalFactor factor_;
+  detail::Owned<cholesky::Factor> factor_{nullptr, nullptr};
   int leading_;
+  int threads_ = 1;
 };
 
 static_assert(ThreadedSolver<MultifrontalCholesky<3>>);

@@ -87,10 +87,10 @@ class BagWriter {
   /// Returns the identifier of the connection; `connection.id` is ignored.
   std::uint32_t add_connection(BagConnection connection);
 
-  /// Errors: no such connection; a time before 1970 or after 2106.
+  /// Errors: no such connection; a time before 1970 or after 2106; the bag is finished.
   [[nodiscard]] Result<void> write(std::uint32_t connection, LogTime time, std::string_view data);
 
-  /// Returns the bag's bytes and ends it.
+  /// Returns the bag's bytes and ends it; nothing the next time.
   [[nodiscard]] std::string finish();
 
  private:
@@ -113,6 +113,7 @@ class BagWriter {
   Chunk open_;
   std::map<std::uint32_t, std::vector<Entry>> entries_;
   std::vector<Chunk> chunks_;
+  bool finished_ = false;
 };
 
 }  // namespace wayfare::io

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
@@ -123,7 +124,8 @@ struct McapWriterOptions {
 };
 
 /// Writes one file. Chunks are not compressed. After an error every later call returns the same
-/// error, and the file keeps what was flushed before.
+/// error, and the file keeps what was flushed before. The destructor closes the file if necessary;
+/// call `close` to obtain its errors.
 class McapWriter {
  public:
   /// Errors: the file exists (see `write`), or cannot be written.
@@ -132,10 +134,6 @@ class McapWriter {
                                                  const WriteOptions& write = {});
   [[nodiscard]] static Result<McapWriter> create(std::unique_ptr<ByteSink> sink,
                                                  const McapWriterOptions& options = {});
-  McapWriter(McapWriter&&) noexcept;
-  McapWriter& operator=(McapWriter&&) noexcept;
-  /// Closes the file if necessary; call `close` to obtain its errors.
-  ~McapWriter();
 
   /// Return the identifier. Errors: more than 65535 of them, or a text longer than 4 GB.
   [[nodiscard]] Result<std::uint16_t> add_schema(const std::string& name,
@@ -165,9 +163,9 @@ class McapWriter {
 
  private:
   struct Impl;
-  explicit McapWriter(std::unique_ptr<Impl> impl);
+  explicit McapWriter(detail::Owned<Impl> impl);
 
-  std::unique_ptr<Impl> impl_;
+  detail::Owned<Impl> impl_;
 };
 
 }  // namespace wayfare::io

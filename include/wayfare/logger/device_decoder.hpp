@@ -51,14 +51,15 @@ class DeviceDecoder {
 struct DeviceDescription {
   std::string name;           ///< of the sensor: frame of its messages, first part of its topics
   std::string kind = "raw";   ///< one of device_kinds()
-  int baud = 115200;          ///< of its line: determines the delay of the bytes
+  int baud = 115200;          ///< of its line, positive: determines the delay of the bytes
   std::string configuration;  ///< text of a TI radar's .cfg, if there is one
 };
 
 /// The kinds that `make_decoder` supports.
 [[nodiscard]] std::vector<std::string> device_kinds();
 
-/// Errors: an unknown kind, an invalid configuration. Kind "raw" decodes nothing.
+/// Errors: an unknown kind, no positive baud rate, an invalid configuration. Kind "raw" decodes
+/// nothing.
 [[nodiscard]] Result<std::unique_ptr<DeviceDecoder>> make_decoder(const DeviceDescription& device);
 
 }  // namespace wayfare::logger

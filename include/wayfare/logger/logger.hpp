@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/text_file.hpp>
@@ -60,7 +61,8 @@ struct LoggerOptions {
   std::string control_port = {};    ///< serial line with remote control; empty: none
   int control_baud = 57600;
   std::string control_socket = {};  ///< Unix socket with the same protocol; empty: none
-  /// Creates the output of a recording; empty: a file.
+  /// Creates the output of a recording; empty: a file. Neither it nor its sinks may call `begin` or
+  /// destroy the logger.
   std::function<Result<std::unique_ptr<io::ByteSink>>(const std::string& path)> open_sink = {};
 };
 
@@ -120,9 +122,6 @@ class Logger {
  public:
   /// Errors: no sensor, two with one name, an unknown kind, a control port that cannot be opened.
   [[nodiscard]] static Result<std::unique_ptr<Logger>> start(LoggerOptions options);
-  Logger(const Logger&) = delete;
-  Logger& operator=(const Logger&) = delete;
-  ~Logger();
 
   /// Error: the recording cannot be created; the one before is still being written; the logger is
   /// terminated. Does nothing while one is being made.
@@ -133,14 +132,14 @@ class Logger {
   void terminate();
 
   [[nodiscard]] LoggerStatus status() const;
-  /// Waits until recording has ended; false after the timeout.
+  /// Waits until recording has ended; false after the timeout (of a year at most).
   bool wait_until_stopped(Duration timeout);
 
  private:
   struct Impl;
-  explicit Logger(std::unique_ptr<Impl> impl);
+  explicit Logger(detail::Owned<Impl> impl);
 
-  std::unique_ptr<Impl> impl_;
+  detail::Owned<Impl> impl_;
 };
 
 }  // namespace wayfare::logger

@@ -4,6 +4,8 @@
 // viewers of MCAP recordings support. Foxglove has no message for an inertial unit: wayfare.Imu is
 // our own.
 //
+// Times within ±9e9 s of the epoch are read back.
+//
 // A logger's recordings as measurements.
 
 #include <cstddef>
@@ -38,7 +40,7 @@ struct MessageSchema {
 [[nodiscard]] Result<RadarScan> parse_point_cloud(std::string_view json);
 
 /// wayfare.Imu: angular_velocity (rad/s), linear_acceleration (specific force, m/s²) and
-/// magnetic_field (µT), each null if the unit did not measure it.
+/// magnetic_field (µT), each null or absent if the unit did not measure it; one at least is there.
 [[nodiscard]] MessageSchema imu_schema();
 [[nodiscard]] std::string imu_json(const MargSample& sample, std::string_view frame);
 [[nodiscard]] Result<MargSample> parse_imu(std::string_view json);

@@ -8,31 +8,17 @@
 #include <utility>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/io/detail/descriptor.hpp>
 
 namespace wayfare::logger {
 
-/// Owns an open file, terminal or socket; -1: none.
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  ~Descriptor();
-
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
+using io::Descriptor;
 
 /// Setting of the modem line DTR, by which an RPLIDAR A1's adapter stops its motor.
 enum class ModemLine { keep, on, off };
 
 struct SerialOptions {
-  int baud = 115200;  ///< any rate that the driver supports, not only the standard ones
+  int baud = 115200;  ///< positive; any rate that the driver supports, not only the standard ones
   ModemLine dtr = ModemLine::keep;
 };
 
@@ -40,12 +26,12 @@ struct SerialOptions {
 /// a rate nor modem lines.
 class SerialPort {
  public:
-  /// Errors: cannot be opened, is no terminal. Bytes received before are kept.
+  /// Errors: cannot be opened, is no terminal, no positive rate. Bytes received before are kept.
   [[nodiscard]] static Result<SerialPort> open(const std::string& path,
                                                const SerialOptions& options = {});
 
-  /// Waits up to `timeout` for bytes; returns their number, 0 after the timeout. Error: the line is
-  /// closed.
+  /// Waits up to `timeout` for bytes; returns their number, 0 after the timeout or where the buffer
+  /// is empty. Error: the line is closed.
   [[nodiscard]] Result<std::size_t> read(std::span<std::uint8_t> buffer,
                                          std::chrono::milliseconds timeout);
   /// Writes without waiting; returns the number of bytes written.

@@ -23,12 +23,13 @@ struct TimedBytes {
   decode::Bytes bytes;
 };
 
-/// A capture without times as sent by a device of that rate, `piece` bytes at a time.
+/// A capture without times as sent by a device of that rate, `piece` bytes at a time; both are
+/// positive.
 [[nodiscard]] std::vector<TimedBytes> at_rate(decode::Bytes bytes, double bytes_per_s,
                                               std::size_t piece = 256);
 
-/// Writes all of it at `speed` times its rate, waiting for a slower reader. Returns the number of
-/// bytes written: fewer if `stop` was set.
+/// Writes all of it at `speed` > 0 times its rate, waiting for a slower reader. Returns the number
+/// of bytes written: fewer if `stop` was set.
 [[nodiscard]] Result<std::uint64_t> play(PseudoTerminal& terminal,
                                          const std::vector<TimedBytes>& stream, double speed,
                                          const std::atomic<bool>& stop);
@@ -36,7 +37,7 @@ struct TimedBytes {
 /// Converts a TI radar's bytes, as they arrive, to scans in the computer's time.
 class TiStream {
  public:
-  /// `speed_step_mps` as of `decode::to_radar_scan`.
+  /// `baud` > 0 of the line; `speed_step_mps` as of `decode::to_radar_scan`.
   explicit TiStream(int baud, double speed_step_mps = 0.0)
       : baud_(baud), speed_step_mps_(speed_step_mps) {}
 

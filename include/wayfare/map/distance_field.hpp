@@ -32,12 +32,14 @@ class DistanceField {
   DistanceField() = default;
 
   /// From a mask, row by row from the lowest, occupied where not zero; its first cell is `origin`.
-  /// Errors: sizes that do not agree or are too large, a resolution that is not positive.
+  /// Errors: sizes that do not agree or are too large, a resolution that is not positive, an origin
+  /// beyond ±kMaxCell.
   [[nodiscard]] static Result<DistanceField> of_mask(std::span<const std::uint8_t> occupied,
                                                      int width, int height, double resolution_m,
                                                      const Cell& origin = {});
 
   /// From the cells with at least this probability of being occupied, over the grid's bounds.
+  /// Errors: no observed cell, bounds that are too large, a probability outside [0, 1].
   [[nodiscard]] static Result<DistanceField> of_grid(const OccupancyGrid& grid,
                                                      double occupied_probability = 0.65);
 
@@ -86,7 +88,8 @@ struct DistanceLikelihood {
 [[nodiscard]] Result<LikelihoodField> likelihood_field(const DistanceField& distances,
                                                        const DistanceLikelihood& likelihood = {});
 
-/// Expected ranges of a sensor in the map, sixteen rays at a time.
+/// Expected ranges of a sensor in the map, sixteen rays at a time. A moved-from caster has no
+/// cells, as a default one.
 class RayCaster {
  public:
   /// Longest ray, cells.
@@ -97,15 +100,16 @@ class RayCaster {
 
   /// Ranges from the pose along its heading plus each bearing, given by cosines and sines: metres
   /// to where the ray enters the first occupied cell, 0 from inside one, `max_range_m` if there is
-  /// none within it or the ray leaves the map first. A cell may be missed if the ray passes within
-  /// a thousandth of a cell of its corner. The three spans have the same length.
+  /// none within it or the ray leaves the map first, or if the pose is not finite. A cell may be
+  /// missed if the ray passes within a thousandth of a cell of its corner. Ranges end at kMaxCells;
+  /// a `max_range_m` that is not positive gives zeros. The three spans have the same length.
   void cast(const SE2d& T_map_laser, std::span<const float> cosines, std::span<const float> sines,
             double max_range_m, std::span<float> ranges_m) const;
 
  private:
   double resolution_m_ = 0.05;
   Cell origin_;
-  int width_ = 0, height_ = 0;
+  ResetOnMove<int> width_, height_;
   std::vector<float> distance_ = std::vector<float>(4, -1.0F);  // with a border of −1
 };
 

@@ -53,7 +53,7 @@ struct OccupancyViewOptions {
 
 /// Points and their pose in the map.
 struct PlacedPoints {
-  const PointSet* points = nullptr;
+  const PointSet* points = nullptr;  ///< null: an Error
   SE2d T_map_points;
 };
 

@@ -29,7 +29,7 @@ class ProbabilityGrid : public PaddedTable {
 
   /// Rebuilds the table from `grid` with a margin of `margin` cells about the observed ones,
   /// reusing memory. Errors, with the table left empty: no observed cell, an unknown probability
-  /// outside [0, 1], more than kMaxCells.
+  /// outside [0, 1], a negative margin, more than kMaxCells.
   Result<void> make(const OccupancyGrid& grid, double unknown_probability, int margin = 0);
 
   /// The cells of the table `make` would build for a grid with these bounds. Errors as there.
@@ -61,7 +61,8 @@ struct MultiResolutionOptions {
 };
 
 /// Occupancy grids at several resolutions, each updated with every scan (Kohlbrecher et al. 2011),
-/// and the probability tables that scan matchers read.
+/// and the probability tables that scan matchers read. A moved-from object can only be destroyed or
+/// assigned to.
 class MultiResolutionGrid {
  public:
   explicit MultiResolutionGrid(const MultiResolutionOptions& options = {});
@@ -75,7 +76,7 @@ class MultiResolutionGrid {
 
   [[nodiscard]] bool empty() const { return tables_.empty(); }
   [[nodiscard]] const OccupancyGrid& finest() const { return grids_.back(); }
-  /// Coarse to fine; empty before the first scan.
+  /// Coarse to fine; empty before the first scan with a return.
   [[nodiscard]] const ProbabilityPyramid& tables() const { return tables_; }
   /// Of grids and tables.
   [[nodiscard]] std::size_t memory_bytes() const;

@@ -33,13 +33,14 @@ class SurfaceMap {
  public:
   SurfaceMap() = default;
 
-  /// Errors: no points, points or poses that are not finite, points too far apart.
+  /// Errors: no points, points or poses that are not finite, points too far apart (more than 2²⁶
+  /// squares of 25 cm, or 1e7 m from the origin), options out of range.
   [[nodiscard]] static Result<SurfaceMap> make(std::span<const PlacedPoints> scans,
                                                const SurfaceMapOptions& options = {});
 
   [[nodiscard]] std::span<const SurfacePoint> points() const { return points_; }
   [[nodiscard]] bool empty() const { return points_.empty(); }
-  /// The nearest point, or null if none is within `radius_m`.
+  /// The nearest point, or null if none is within `radius_m`; none is within a negative radius.
   [[nodiscard]] const SurfacePoint* nearest(const Eigen::Vector2f& p_map, float radius_m) const;
   /// visit(point) for every point within `radius_m`.
   template <class Visit>

@@ -55,7 +55,8 @@ class PoseProposal {
   /// Largest half extent of the lattice, cells.
   static constexpr int kMaxHalf = 31;
 
-  /// Errors: no points, an empty map, covariances that are not positive definite.
+  /// Errors: no points or some that are not finite, an empty map, covariances that are not positive
+  /// definite or whose densities exceed the range of numbers, options out of range.
   Result<PoseDraw> draw(const LikelihoodField& grid, const PointSet& points,
                         const Gaussian<SE2d>& proposal, const Gaussian<SE2d>& motion, Rng& rng,
                         const PoseProposalOptions& options = {});

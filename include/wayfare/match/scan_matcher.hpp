@@ -27,7 +27,8 @@ struct MatchOptions {
   /// Matches with a smaller score (see MatchResult::score) are rejected.
   double min_score = 0.0;
   /// Information matrix of a Gaussian prior on (Rᵀ(t − t₀), θ − θ₀), the offset from the prior pose
-  /// in its own axes; its log density (without constant) is added to each candidate.
+  /// in its own axes; its log density (without constant) is added to each candidate. Positive
+  /// semi-definite; zero is no prior.
   std::optional<Eigen::Matrix3d> prior_information{};
   /// Errors of neighbouring beams are correlated: Σ ln p is scaled to this number of independent
   /// points, relative to the prior and in the covariance. 0: all points are independent.
@@ -61,7 +62,8 @@ struct MatchResult {
 };
 
 /// Finds the pose of points in a map near a prior. No result if nothing in the window reaches the
-/// minimum score; an Error for invalid input (no points, NaN, a window that is too large).
+/// minimum score; an Error for invalid input (an empty map, no points, NaN, a window that is too
+/// large, an indefinite prior information, options out of range).
 template <class M>
 concept ScanMatcher = requires(M matcher, const typename M::Map& map, const PointSet& points,
                                const SE2d& prior, const SearchWindow& window,

@@ -90,8 +90,8 @@ class DopplerEquations {
       const auto z = o_.plane ? 0.0 : static_cast<double>(p.z_m);
       const Eigen::Vector3d at(static_cast<double>(p.x_m), static_cast<double>(p.y_m), z);
       const double range = at.norm();
-      if (!(range >= o_.min_range_m) || !std::isfinite(range) || !std::isfinite(p.doppler_m_s) ||
-          !(static_cast<double>(p.snr_db) >= o_.min_snr_db))
+      if (!(range > 0.0 && range >= o_.min_range_m) || !std::isfinite(range) ||
+          !std::isfinite(p.doppler_m_s) || !(static_cast<double>(p.snr_db) >= o_.min_snr_db))
         continue;
       all_.push_back({at / range, -static_cast<double>(p.doppler_m_s), i});
     }

@@ -5,12 +5,12 @@
 // without walls.
 
 #include <functional>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/inertial/ins_model.hpp>
@@ -95,9 +95,6 @@ struct Estimate {
 class CorridorIns {
  public:
   explicit CorridorIns(const CorridorInsOptions& options = {}, const SE2d& start = {});
-  ~CorridorIns();
-  CorridorIns(CorridorIns&&) noexcept;
-  CorridorIns& operator=(CorridorIns&&) noexcept;
 
   /// Rejected without effect if not finite, beyond 1000 rad/s or m/s, or not after the previous
   /// sample.
@@ -120,7 +117,7 @@ class CorridorIns {
 
  private:
   class Engine;
-  std::unique_ptr<Engine> engine_;
+  detail::Owned<Engine> engine_;
 };
 
 /// The solution at one scan.

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
@@ -146,9 +146,6 @@ struct GnssInsResult {
 class GnssIns {
  public:
   explicit GnssIns(const GnssInsOptions& options);
-  ~GnssIns();
-  GnssIns(GnssIns&&) noexcept;
-  GnssIns& operator=(GnssIns&&) noexcept;
 
   /// To start at the first inertial reading at or after the given time, at most
   /// GnssInsOptions::max_imu_gap_s later. A start that is not finite or not on the Earth leaves the
@@ -171,7 +168,7 @@ class GnssIns {
 
  private:
   class Filter;
-  std::unique_ptr<Filter> filter_;
+  detail::Owned<Filter> filter_;
 };
 
 /// Called regularly with the fraction done, in [0, 1].

@@ -76,9 +76,11 @@ class WalkFeedback {
   [[nodiscard]] Angle direction() const { return Angle::radians(direction_.value); }
 
   /// At each scan: position by the map and by the uncorrected steps, in frames with the same
-  /// heading; `length_known`: whether the scene constrains the motion along the path.
+  /// heading; `length_known`: whether the scene constrains the motion along the path. A position
+  /// that is not finite is ignored.
   void add(LogTime time, const Eigen::Vector2d& by_map_m, const Eigen::Vector2d& by_steps_m,
            bool length_known) {
+    if (!std::isfinite(by_map_m.squaredNorm() + by_steps_m.squaredNorm())) return;
     if (!past_.empty()) {
       const double dt = std::clamp(to_seconds(time - past_.back().time), 0.0, 5.0);
       direction_.p(0, 0) += p_.direction_wander * p_.direction_wander * dt;

@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/core/time.hpp>
@@ -134,9 +135,6 @@ class RecordingWriter {
   /// `options`), or cannot be written.
   [[nodiscard]] static Result<RecordingWriter> create(const std::string& path,
                                                       const io::WriteOptions& options = {});
-  RecordingWriter(RecordingWriter&&) noexcept;
-  RecordingWriter& operator=(RecordingWriter&&) noexcept;
-  ~RecordingWriter();
 
   /// Errors: a time before 1970, or of the disk.
   template <Message M>
@@ -151,7 +149,7 @@ class RecordingWriter {
 
  private:
   struct Impl;
-  explicit RecordingWriter(std::unique_ptr<Impl> impl);
+  explicit RecordingWriter(detail::Owned<Impl> impl);
   [[nodiscard]] Dialect dialect() const;
   [[nodiscard]] bool knows(const std::string& topic) const;
   [[nodiscard]] Result<void> add(const std::string& topic, const MessageType& type,
@@ -159,7 +157,7 @@ class RecordingWriter {
   [[nodiscard]] Result<void> write_bytes(const std::string& topic, LogTime received,
                                          std::string_view data);
 
-  std::unique_ptr<Impl> impl_;
+  detail::Owned<Impl> impl_;
 };
 
 /// An inertial unit recorded with a robot.

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/contract.hpp>
 #include <wayfare/core/so3.hpp>
 #include <wayfare/core/time.hpp>
 
@@ -37,7 +38,8 @@ struct LaserScan {
 struct LevelScanOptions {
   /// Lower and higher points, m above the sensor, are floor and ceiling and are dropped.
   double lowest_m = -1.2, highest_m = 0.8;
-  /// Beams of the level scan over a full circle; more represent the bearings more precisely.
+  /// Beams of the level scan over a full circle, from 1 to 10⁶; more represent the bearings more
+  /// precisely.
   std::size_t beams = 3600;
 };
 
@@ -47,6 +49,9 @@ struct LevelScanOptions {
 [[nodiscard]] inline LaserScan level_scan(const LaserScan& scan, const SO3d& q_level_laser,
                                           const LevelScanOptions& options = {}) {
   constexpr double kTwoPi = 2.0 * std::numbers::pi;
+  constexpr std::size_t kMaxBeams = 1'000'000;
+  WAYFARE_EXPECTS(options.beams > 0 && options.beams <= kMaxBeams,
+                  "a level scan has from 1 to a million beams");
   const double step = kTwoPi / static_cast<double>(options.beams);
   LaserScan level{scan.time,
                   Angle::radians(-std::numbers::pi),

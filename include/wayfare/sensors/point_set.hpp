@@ -10,13 +10,14 @@
 
 #include <Eigen/Core>
 
+#include <wayfare/core/detail/reset_on_move.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
 
 namespace wayfare {
 
 /// Points of the plane, metres. The arrays are padded to a multiple of 16 with copies of the last
-/// point; `size()` does not count the padding.
+/// point; `size()` does not count the padding. Empty once it was moved from.
 class PointSet {
  public:
   static constexpr std::size_t kLanes = 16;
@@ -39,7 +40,7 @@ class PointSet {
   void push_back(const Eigen::Vector2f& p) {
     x_.resize(size_);
     y_.resize(size_);
-    ++size_;
+    size_ = size_ + 1;
     const std::size_t padded = (size_ + kLanes - 1) / kLanes * kLanes;
     x_.resize(padded, p.x());
     y_.resize(padded, p.y());
@@ -56,7 +57,7 @@ class PointSet {
   }
 
  private:
-  std::size_t size_ = 0;
+  ResetOnMove<std::size_t> size_;
   std::vector<float> x_, y_;
 };
 

@@ -30,7 +30,7 @@ struct Recording {
   Trajectory truth = {};  ///< ground truth, e.g. of a simulator
 };
 
-/// A recording as a lesser sensor would have made it.
+/// A recording as a lesser sensor would have made it. 0 scans or beams count as 1.
 struct Thinning {
   std::size_t every = 1;           ///< keeps each every-th scan …
   std::size_t beams = 1;           ///< … and each beams-th beam of it
@@ -39,16 +39,17 @@ struct Thinning {
 };
 
 inline void thin(LaserScan& scan, const Thinning& t) {
+  const std::size_t every_beam = std::max<std::size_t>(t.beams, 1);
   const double half = Angle::degrees(0.5 * t.field_of_view_deg).radians();
   std::vector<float> kept;
   std::size_t first = scan.ranges_m.size();
   for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
     if (t.field_of_view_deg > 0 && std::abs(scan.bearing(i).radians()) > half) continue;
     first = std::min(first, i);
-    if ((i - first) % t.beams == 0) kept.push_back(scan.ranges_m[i]);
+    if ((i - first) % every_beam == 0) kept.push_back(scan.ranges_m[i]);
   }
   if (!kept.empty()) scan.first_bearing = scan.bearing(first);
-  scan.bearing_step = scan.bearing_step * static_cast<double>(t.beams);
+  scan.bearing_step = scan.bearing_step * static_cast<double>(every_beam);
   scan.ranges_m = std::move(kept);
   if (t.max_range_m > 0)
     scan.max_range_m = std::min(scan.max_range_m, static_cast<float>(t.max_range_m));
@@ -57,9 +58,12 @@ inline void thin(LaserScan& scan, const Thinning& t) {
 /// Thins the scans; other streams are unchanged.
 inline void thin(Recording& recording, const Thinning& t) {
   std::vector<LaserScan> kept;
-  for (std::size_t i = 0; i < recording.scans.size(); i += t.every) {
+  const std::size_t every = std::max<std::size_t>(t.every, 1);
+  for (std::size_t i = 0; i < recording.scans.size();) {
     thin(recording.scans[i], t);
     kept.push_back(std::move(recording.scans[i]));
+    if (every >= recording.scans.size() - i) break;
+    i += every;
   }
   recording.scans = std::move(kept);
 }

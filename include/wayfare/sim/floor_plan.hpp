@@ -59,14 +59,16 @@ class FloorPlan {
 
   /// Metres from `origin_m` along the unit vector `direction` to the first wall; infinity if there
   /// is none within `max_range_m`. A ray does not pass through the joint of two walls; a wall
-  /// exactly edge-on is hit only through its neighbours.
+  /// exactly edge-on is hit only through its neighbours. Nothing is hit from or along numbers that
+  /// are not finite.
   [[nodiscard]] double cast(const Eigen::Vector2d& origin_m, const Eigen::Vector2d& direction,
                             double max_range_m) const;
 
-  /// Whether there is a wall between the two points.
+  /// Whether there is a wall between the two points; false where one is not finite.
   [[nodiscard]] bool blocks(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const;
 
-  /// Metres to the nearest wall within `max_m`; infinity if there is none.
+  /// Metres to the nearest wall within `max_m`; infinity if there is none, or the point is not
+  /// finite.
   [[nodiscard]] double clearance(const Eigen::Vector2d& point_m, double max_m) const;
 
  private:

@@ -53,7 +53,8 @@ struct WalkerParams {
 [[nodiscard]] Constellation gps_and_galileo();
 
 /// The satellite for a range measured at `reception`: its position at transmission, in the
-/// Earth-fixed axes of reception.
+/// Earth-fixed axes of reception. Nothing for one that is unknown then, or where its position or
+/// the receiver's is not finite.
 [[nodiscard]] std::optional<SatelliteMotion> seen_from(const Constellation& constellation,
                                                        SatelliteId satellite,
                                                        Time<GpsClock> reception,

@@ -85,7 +85,7 @@ struct Interior {
 };
 
 /// Reflectors of the walls of `plan`, its floor and the objects behind the walls. The same plan,
-/// interior, parameters and generator give the same reflectors.
+/// interior, parameters and generator give the same reflectors, ten million at most.
 [[nodiscard]] std::vector<Reflector> furnish(const FloorPlan& plan, const Interior& interior,
                                              const FurnishParams& params, const Rng& rng);
 
@@ -94,8 +94,8 @@ struct Interior {
 struct RadarParams {
   double range_bin_m = 0.0436;
   double doppler_bin_m_s = 0.1217;
-  std::size_t doppler_bins = 16;  ///< a power of two; speeds alias at half of them
-  std::size_t azimuth_bins = 64;  ///< equal steps of the sine, over [-1, 1)
+  std::size_t doppler_bins = 16;  ///< a power of two to 1024; speeds alias at half of them
+  std::size_t azimuth_bins = 64;  ///< equal steps of the sine, over [-1, 1); 1024 at most
   double wavelength_m = 0.003785;
   double min_range_m = 0.5;  ///< nearer points are antenna coupling, and cut off
   double max_range_m = 6.0;
@@ -115,7 +115,8 @@ struct RadarParams {
 
 /// The frame at `time` of a radar at `T_plan_radar` that moves with `velocity_m_s` (in its own
 /// axes). `rng` draws the receivers' noise; the echoes are determined by the geometry to a fraction
-/// of the wavelength.
+/// of the wavelength. A reflector with numbers that are not finite, or with a mirror that is not of
+/// this plan, has no echo; nor has any at a velocity that is not finite.
 [[nodiscard]] RadarScan simulate_radar(const FloorPlan& plan, std::span<const Reflector> reflectors,
                                        const SE2d& T_plan_radar,
                                        const Eigen::Vector2d& velocity_m_s, LogTime time,

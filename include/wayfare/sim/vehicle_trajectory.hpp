@@ -86,15 +86,16 @@ class VehicleTrajectory {
 };
 
 /// Starts and ends at rest; corners are rounded with continuous curvature, speed is as high as the
-/// limits allow. Errors: fewer than two distinct waypoints, values that are not finite, and heading
-/// changes of more than 170°.
+/// limits allow. Errors: fewer than two distinct waypoints, values that are not finite, heading
+/// changes of more than 170°, more than 2000 km or 111 hours.
 [[nodiscard]] Result<VehicleTrajectory> drive_waypoints(const Geodetic& origin,
                                                         std::span<const Waypoint> waypoints,
                                                         const VehicleLimits& limits = {},
                                                         LogTime start = {});
 
 /// Follows a recorded solution in order of time. The vehicle is assumed to drive forward and to
-/// keep its heading at rest. Errors: fewer than four states, or states that are not finite.
+/// keep its heading at rest. Errors: fewer than four states, states that are not finite or not in
+/// order of time, and more than five million knots.
 [[nodiscard]] Result<VehicleTrajectory> follow_solution(std::span<const NavState> solution,
                                                         const TrackFit& fit = {});
 

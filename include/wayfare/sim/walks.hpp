@@ -44,7 +44,7 @@ struct FeetTruth {
 };
 
 /// A swing is a smooth step in time (10u³ − 15u⁴ + 6u⁵) forward with a bump (64u³(1 − u)³) upward;
-/// each unit has its own noise.
+/// each unit has its own noise. At most ten million samples.
 [[nodiscard]] FeetTruth simulate_feet(const FeetPlan& plan, const ImuNoise& noise, const Rng& rng);
 
 /// The motion is that of ten walks recorded by a unit on the head: |a| varies by 1.9 to 2.9 m/s² at
@@ -71,7 +71,8 @@ class HeadWalk {
     Eigen::Vector3d position_m;
   };
 
-  /// Along the waypoints `route_m`, two or more; the other properties of the walk are random.
+  /// Along the waypoints `route_m`, two or more distinct ones; the other properties of the walk are
+  /// random.
   HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& params, Rng rng);
 
   [[nodiscard]] double duration_s() const { return duration_s_; }

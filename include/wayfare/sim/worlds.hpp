@@ -44,7 +44,9 @@ struct CorridorsParams {
   double width_m = 2.4;
   CorridorFurniture furniture{.door_spacing_m = 0.0};
 };
-/// Along x, then along y, then along x again; closed at both ends.
+/// Along x, then along y, then along x again; closed at both ends. Errors: lengths or a width that
+/// are not positive or beyond 100 km, more than 100 objects of a kind per metre, doors less than
+/// 0.1 m apart.
 [[nodiscard]] Result<FloorPlan> three_corridors(const CorridorsParams& params, const Rng& rng);
 
 enum class MotionPattern { straight = 1, curved = 2 };
@@ -95,7 +97,9 @@ struct CorridorDrive {
   [[nodiscard]] CorridorSection section_at(LogTime time) const;
 };
 
-/// Starts at rest at the origin, along x. Every sensor draws from its own random stream.
+/// Starts at rest at the origin, along x. Every sensor draws from its own random stream. Errors: as
+/// three_corridors, speeds, radii or periods that are not positive, corners wider than the
+/// corridors, more than a day.
 [[nodiscard]] Result<CorridorDrive> simulate_corridors(const CorridorDriveParams& params,
                                                        const Rng& rng);
 
@@ -133,8 +137,8 @@ struct VoxelWorldParams {
 };
 
 /// A real building: the voxels of a map and the path of its carrier, which becomes the route. A
-/// wall around everything closes gaps in the map. Errors: an empty slice, or a path shorter than
-/// two steps.
+/// wall around everything closes gaps in the map. Errors: an empty slice, a path shorter than two
+/// steps, positions that are not finite or beyond 100 km, or more than 67 million cells.
 [[nodiscard]] Result<World> world_of_voxels(std::span<const Eigen::Vector3d> voxels_m,
                                             std::span<const Eigen::Vector3d> path_m,
                                             const VoxelWorldParams& params, const Rng& rng);

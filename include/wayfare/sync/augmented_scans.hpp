@@ -6,10 +6,10 @@
 
 #include <chrono>
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <vector>
 
+#include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/sensors/laser_scan.hpp>
@@ -32,6 +32,9 @@ struct SyncParams {
   Duration max_wait{500'000'000};
   /// Between wheel or gyro samples further apart than this, the motion is unknown.
   Duration largest_gap{300'000'000};
+  /// A longer silence of all streams is one step: a damaged stamp does not give a step for each
+  /// period of the years up to it.
+  Duration longest_silence = std::chrono::hours(1);
   double wheel_base_m = 0.0;  ///< as in the recording
   Transform2<frame::Base, frame::Radar> T_base_radar = {};
   /// Bearings are corrected for the robot's motion where the array's largest speed is known.
@@ -60,13 +63,12 @@ struct SyncedStep {
   std::optional<LaserScan> laser = {};
 
   [[nodiscard]] double forward_m() const { return 0.5 * (wheels.left_m + wheels.right_m); }
-  [[nodiscard]] double forward_m_s() const {
-    return since > Duration::zero() ? forward_m() / to_seconds(since) : 0.0;
-  }
 };
 
 struct SyncStatistics {
-  std::size_t refused_late = 0;  ///< not later than the previous one of its stream, or than a step
+  /// Not later than the previous one of its stream, or than a step, or at the end of the range of
+  /// LogTime.
+  std::size_t refused_late = 0;
   std::size_t refused_not_finite = 0;  ///< wheels and gyro
   std::size_t dropped_scans = 0;       ///< radar frames in groups below min_scans
 };
@@ -78,9 +80,6 @@ struct SyncStatistics {
 class RobotSynchroniser {
  public:
   explicit RobotSynchroniser(const SyncParams& params);
-  ~RobotSynchroniser();
-  RobotSynchroniser(RobotSynchroniser&&) noexcept;
-  RobotSynchroniser& operator=(RobotSynchroniser&&) noexcept;
 
   /// False where the measurement was rejected.
   bool push(const WheelSample& sample);
@@ -97,7 +96,7 @@ class RobotSynchroniser {
 
  private:
   class Impl;
-  std::unique_ptr<Impl> impl_;
+  detail::Owned<Impl> impl_;
 };
 
 /// `params` with the sensor geometry of the recording.

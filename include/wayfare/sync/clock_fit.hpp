@@ -33,7 +33,7 @@ struct ClockFitOptions {
   bool late = false;
   /// Pairs further from the line than this many standard deviations are rejected.
   double gate_sigma = 3.0;
-  int rounds = 8;
+  int rounds = 8;  ///< of rejection and fit; at least one fit is made
 };
 
 /// log = log_origin + rate · (device − device_origin).
@@ -67,7 +67,8 @@ template <class Device>
   // The log's clock minus the device's: small numbers.
   const auto y = [&](std::size_t i) { return to_seconds(pairs[i].log - log_start) - x(i); };
   double slope = 0.0, offset = 0.0;
-  for (int round = 0; round < options.rounds; ++round) {
+  const int rounds = std::max(options.rounds, 1);
+  for (int round = 0; round < rounds; ++round) {
     double n = 0.0, mx = 0.0, my = 0.0, sxx = 0.0, sxy = 0.0, squares = 0.0;
     for (std::size_t i = 0; i < pairs.size(); ++i)
       if (used[i] != 0) n += 1.0, mx += x(i), my += y(i);
@@ -82,7 +83,7 @@ template <class Device>
       if (used[i] != 0) squares += residual(i) * residual(i);
     fit.used = static_cast<std::size_t>(n);
     fit.residual_s = std::sqrt(squares / n);
-    if (round + 1 == options.rounds) break;
+    if (round + 1 == rounds) break;
     std::size_t kept = 0;
     std::vector<char> next(pairs.size(), 0);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -134,7 +135,9 @@ class ClockEnvelope {
   struct Arrival {
     Time<DeviceClock> device;
     LogTime log;
-    [[nodiscard]] Duration ahead() const { return log.since_epoch() - device.since_epoch(); }
+    [[nodiscard]] Duration ahead() const {
+      return detail::saturated_difference(log.since_epoch(), device.since_epoch());
+    }
   };
 
   void restart() {
@@ -159,7 +162,9 @@ class ClockEnvelope {
   void fit() {
     const Arrival& first = buckets_.front();
     const auto x = [&](const Arrival& a) { return to_seconds(a.device - first.device); };
-    const auto y = [&](const Arrival& a) { return to_seconds(a.ahead() - first.ahead()); };
+    const auto y = [&](const Arrival& a) {
+      return to_seconds(detail::saturated_difference(a.ahead(), first.ahead()));
+    };
     double mean = 0.0, least = 0.0;
     std::vector<const Arrival*> hull;
     for (const Arrival& a : buckets_) {

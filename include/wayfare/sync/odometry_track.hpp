@@ -42,9 +42,10 @@ class GyroTurn {
  public:
   explicit GyroTurn(std::span<const GyroSample> samples) : samples_(samples) {}
 
-  /// nullopt where there is a gap of half a second, or no sample up to `to`.
+  /// nullopt where there is a gap of half a second, no sample up to `to`, or `to` before `from`.
   [[nodiscard]] std::optional<Angle> between(LogTime from, LogTime to) const {
     constexpr double kSilence_s = 0.5;
+    if (to < from) return std::nullopt;
     auto s = std::partition_point(samples_.begin(), samples_.end(),
                                   [&](const GyroSample& g) { return g.time <= from; });
     double turn = 0.0;

@@ -71,7 +71,7 @@ class GeneticSearch {
   [[nodiscard]] const GeneticOptions& options() const { return options_; }
 
   /// The first generation, uniform over the bounds and evaluated; `known` (rows of genes in their
-  /// own units) are its first individuals.
+  /// own units) are its first individuals, NaN where a gene is not known.
   [[nodiscard]] GeneticState start(const BatchFitness& fitness,
                                    std::span<const double> known = {}) const;
   /// The next generation. Has its own random stream, so that it depends on `state` only.
@@ -83,7 +83,8 @@ class GeneticSearch {
   /// The best individual in its own units.
   [[nodiscard]] std::vector<double> best(const GeneticState& state) const;
 
-  /// A state as text, bit-exact, with genes and options; parsing checks all of it.
+  /// A state as text, bit-exact, with genes and options; parsing checks all of it: what is accepted
+  /// is formatted to the same text.
   [[nodiscard]] std::string format(const GeneticState& state) const;
   [[nodiscard]] Result<GeneticState> parse(std::string_view text, const std::string& source) const;
 

@@ -82,7 +82,8 @@ struct InsFitnessOptions {
 /// bit-identical for any neighbours, instruction set and number of threads.
 class InsFitness {
  public:
-  /// Errors: no readings or epochs after the start, no truth, an unknown or unsupported kernel.
+  /// Errors: no readings or epochs after the start, no truth, an unknown or unsupported kernel, a
+  /// score interval or time offset that is not a number.
   [[nodiscard]] static Result<InsFitness> make(const TuningDrive& drive,
                                                const InsFitnessOptions& options = {});
 

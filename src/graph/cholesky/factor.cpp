@@ -57,10 +57,8 @@ void Factor::place_updates(std::size_t begin, std::size_t end, const std::vector
     const Front& f = plan_.fronts[s];
     std::size_t& own = top[depth[s] % 2];
     std::size_t& children = top[1 - depth[s] % 2];
-    for (int k = f.children_begin; k < f.children_end; ++k) {
-      const std::size_t child = at(plan_.children[at(k)]);
-      if (child >= begin) children = std::min(children, places_[child].update);
-    }
+    for (const int child : plan_.children[s])
+      if (at(child) >= begin) children = std::min(children, places_[at(child)].update);
     places_[s].update = own;
     own += at(places_[s].ld21) * at(f.rows * plan_.block);
     highest[depth[s] % 2] = std::max(highest[depth[s] % 2], own);
@@ -94,16 +92,15 @@ int Factor::factorise_front(std::size_t s, const double* h) {
   std::fill(front.l11, front.l21 + at(front.ld21) * at(front.pivots), 0.0);
   kernels_.scatter(plan_.placements.data() + f.placements_begin,
                    f.placements_end - f.placements_begin, h, front);
-  for (int k = f.children_begin; k < f.children_end; ++k)
-    kernels_.add_to_panel(update_of(plan_.children[at(k)]), front);
+  for (const int child : plan_.children[s]) kernels_.add_to_panel(update_of(child), front);
   if (const int failed = kernels_.factorise(front); failed >= 0)
     return f.first + failed / plan_.block;
   if (loses_digits(s, h, front)) suspicious_.store(true, std::memory_order_relaxed);
   if (f.rows == 0) return -1;
   double* const update = stack_.data() + places_[s].update;
   kernels_.update(front, update, front.ld21);
-  for (int k = f.children_begin; k < f.children_end; ++k)
-    kernels_.add_to_update(update_of(plan_.children[at(k)]), update, front.ld21);
+  for (const int child : plan_.children[s])
+    kernels_.add_to_update(update_of(child), update, front.ld21);
   return -1;
 }
 
@@ -145,12 +142,8 @@ void Factor::solve_in_place(double* x) {
   double* const y = permuted_.data();
   const int columns = static_cast<int>(plan_.order.size());
   kernels_.gather(plan_.order.data(), columns, x, y);
-  const auto substitute = [&](std::size_t s, auto kernel) {
-    const Front& f = plan_.fronts[s];
-    kernel(panel(s, values_), f.first, plan_.rows.data() + f.rows_begin, y, scratch_.data());
-  };
-  for (std::size_t s = 0; s < places_.size(); ++s) substitute(s, kernels_.forward);
-  for (std::size_t s = places_.size(); s-- > 0;) substitute(s, kernels_.backward);
+  for (std::size_t s = 0; s < places_.size(); ++s) substitute(s, kernels_.forward, y);
+  for (std::size_t s = places_.size(); s-- > 0;) substitute(s, kernels_.backward, y);
   kernels_.gather(plan_.number.data(), columns, y, x);
 }
 
@@ -160,14 +153,11 @@ void Factor::invert() {
   inverse_.reserve(factor_size_);
   scratch_.reserve(inverse_scratch_);
   for (std::size_t s = places_.size(); s-- > 0;) {
-    const Front& f = plan_.fronts[s];
     const Panel z = panel(s, inverse_);
     const double* const z22 = stack_.data() + places_[s].update;
     kernels_.invert(panel(s, values_), z, z22, scratch_.data());
-    for (int k = f.children_begin; k < f.children_end; ++k) {
-      const int child = plan_.children[at(k)];
+    for (const int child : plan_.children[s])
       kernels_.gather_inverse(update_of(child), z, z22, stack_.data() + places_[at(child)].update);
-    }
   }
   inverted_ = true;
 }

@@ -9,8 +9,8 @@
 
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "graph/cholesky/fronts.hpp"
 #include "graph/cholesky/parallel.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 
@@ -80,6 +80,11 @@ class Factor {
   [[nodiscard]] FactorOutcome find_undetermined();
   [[nodiscard]] Panel panel(std::size_t s, const AlignedDoubles& values) const;
   [[nodiscard]] Update update_of(int child) const;
+  /// By the kernel `forward` or `backward`; y in the new numbering.
+  void substitute(std::size_t s, const auto& kernel, double* y) {
+    const Front& f = plan_.fronts[s];
+    kernel(panel(s, values_), f.first, plan_.rows.data() + f.rows_begin, y, scratch_.data());
+  }
 
   FrontPlan plan_;
   int leading_;

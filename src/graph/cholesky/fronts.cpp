@@ -1,9 +1,7 @@
-#include "graph/cholesky/fronts.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 #include <algorithm>
 #include <utility>
-
-#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 namespace {
@@ -41,7 +39,7 @@ class Planner {
   void sort_blocks();
   void lay_out(int s);
   void find_rows(int s);
-  void place_blocks(const Front& front, int s);
+  void place_blocks(Front& front, int s);
   void find_runs(Front& child, const Front& front);
 
   UpperPattern pattern_;
@@ -71,18 +69,12 @@ void Planner::make_fronts() {
     f.first = supernodes_.first[s];
     f.columns = supernodes_.first[s + 1] - f.first;
     f.parent = supernodes_.parent[s];
-    if (f.parent >= 0) ++plan_.fronts[at(f.parent)].children_end;
   }
-  int begin = 0;
-  for (Front& f : plan_.fronts) {
-    f.children_begin = std::exchange(begin, begin + f.children_end);
-    f.children_end = f.children_begin;
-  }
-  plan_.children.resize(at(begin));
-  for (std::size_t s = 0; s < n; ++s) {
-    const int p = plan_.fronts[s].parent;
-    if (p >= 0) plan_.children[at(plan_.fronts[at(p)].children_end++)] = static_cast<int>(s);
-  }
+  plan_.children = detail::Lists<int>(n, [&](const auto& visit) {
+    for (std::size_t s = 0; s < n; ++s)
+      if (const int parent = plan_.fronts[s].parent; parent >= 0)
+        visit(parent, static_cast<int>(s));
+  });
 }
 
 void Planner::sort_blocks() {
@@ -109,8 +101,7 @@ void Planner::lay_out(int s) {
   int next = front.columns;
   for (const int r : plan_.rows_of(front)) place_[at(r)] = next++;
   place_blocks(front, s);
-  for (int k = front.children_begin; k < front.children_end; ++k)
-    find_runs(plan_.fronts[at(plan_.children[at(k)])], front);
+  for (const int child : plan_.children[s]) find_runs(plan_.fronts[at(child)], front);
 }
 
 // place_ marks rows already found by −2 − s, which is not a block row.
@@ -124,17 +115,16 @@ void Planner::find_rows(int s) {
     plan_.rows.push_back(r);
   };
   for (const Entry& e : entries_[s]) take(e.row);
-  for (int k = front.children_begin; k < front.children_end; ++k) {
-    const Front& child = plan_.fronts[at(plan_.children[at(k)])];
+  for (const int c : plan_.children[s]) {
+    const Front& child = plan_.fronts[at(c)];
     for (int i = 0; i < child.rows; ++i) take(plan_.rows[at(child.rows_begin + i)]);
   }
   std::sort(plan_.rows.begin() + front.rows_begin, plan_.rows.end());
   front.rows = static_cast<int>(plan_.rows.size()) - front.rows_begin;
 }
 
-void Planner::place_blocks(const Front& front, int s) {
-  Front& f = plan_.fronts[at(s)];
-  f.placements_begin = static_cast<int>(plan_.placements.size());
+void Planner::place_blocks(Front& front, int s) {
+  front.placements_begin = static_cast<int>(plan_.placements.size());
   for (const Entry& e : entries_[s]) {
     const bool transposed = e.block < 0;
     const int row = place_[at(e.row)], column = e.column - front.first;
@@ -142,7 +132,7 @@ void Planner::place_blocks(const Front& front, int s) {
     plan_.placements.push_back({transposed ? -1 - e.block : e.block,
                                 below ? row - front.columns : row, column, transposed, below});
   }
-  f.placements_end = static_cast<int>(plan_.placements.size());
+  front.placements_end = static_cast<int>(plan_.placements.size());
 }
 
 /// Rows of the child that are also contiguous in the front are added in one run.

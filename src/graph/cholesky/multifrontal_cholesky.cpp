@@ -6,34 +6,43 @@
 
 namespace wayfare {
 
-MultifrontalFactor::MultifrontalFactor() = default;
-MultifrontalFactor::MultifrontalFactor(MultifrontalFactor&&) noexcept = default;
-MultifrontalFactor& MultifrontalFactor::operator=(MultifrontalFactor&&) noexcept = default;
-MultifrontalFactor::~MultifrontalFactor() = default;
-
-void MultifrontalFactor::analyse(std::span<const int> starts, std::span<const int> rows, int block,
-                                 int leading) {
-  const cholesky::UpperPattern pattern{starts, rows};
-  factor_ = std::make_unique<cholesky::Factor>(
-      cholesky::plan_fronts(pattern, cholesky::minimum_degree(pattern), block), leading);
+template <int N>
+void MultifrontalCholesky<N>::analyse(const BlockSparse<N>& h) {
+  const cholesky::UpperPattern pattern{h.starts(), h.rows()};
+  factor_ = detail::make_owned<cholesky::Factor>(
+      cholesky::plan_fronts(pattern, cholesky::minimum_degree(pattern), N), leading_);
 }
 
-void MultifrontalFactor::set_threads(int threads) {
+template <int N>
+void MultifrontalCholesky<N>::set_threads(int threads) {
   WAYFARE_EXPECTS(threads > 0, "the number of threads must be positive");
   threads_ = threads;
 }
 
-FactorOutcome MultifrontalFactor::factorise(const double* values) {
+template <int N>
+FactorOutcome MultifrontalCholesky<N>::factorise(const BlockSparse<N>& h) {
   WAYFARE_EXPECTS(factor_ != nullptr, "analyse() must be called before factorise()");
-  return factor_->factorise(values, threads_);
+  return factor_->factorise(h.blocks() > 0 ? h.data(0) : nullptr, threads_);
 }
 
-void MultifrontalFactor::solve_in_place(double* x) { factor_->solve_in_place(x); }
-
-void MultifrontalFactor::invert() { factor_->invert(); }
-
-bool MultifrontalFactor::inverse_block(int row, int column, double* out) const {
-  return factor_ && factor_->inverse_block(row, column, out);
+template <int N>
+void MultifrontalCholesky<N>::solve_in_place(Eigen::VectorXd& x) {
+  factor_->solve_in_place(x.data());
 }
+
+template <int N>
+void MultifrontalCholesky<N>::invert() {
+  factor_->invert();
+}
+
+template <int N>
+bool MultifrontalCholesky<N>::inverse_block(int row, int column,
+                                            Eigen::Matrix<double, N, N>& block) const {
+  return factor_ && factor_->inverse_block(row, column, block.data());
+}
+
+template class MultifrontalCholesky<2>;
+template class MultifrontalCholesky<3>;
+template class MultifrontalCholesky<6>;
 
 }  // namespace wayfare

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "graph/cholesky/fronts.hpp"
+#include "graph/cholesky/symbolic.hpp"
 
 namespace wayfare::cholesky {
 

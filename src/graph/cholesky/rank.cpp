@@ -1,4 +1,4 @@
-// What a factorisation says of the rank of H.
+// The rank of H from its factorisation.
 
 #include "graph/cholesky/rank.hpp"
 
@@ -24,7 +24,7 @@ void Factor::place_diagonal() {
 
 namespace {
 
-/// The largest D_jj / l_jj² of a front, and its D: while both are at hand.
+/// The largest D_jj / l_jj² of a front, and its D.
 template <int N>
 double largest_loss(const Panel& front, const int* diagonal, const double* h, int leading,
                     double* d) {
@@ -61,11 +61,7 @@ bool Factor::loses_digits(std::size_t s, const double* h, const Panel& front) {
 double Factor::estimate_shares(int k, std::vector<double>& most) {
   std::vector<double> y(most.size() + kPad);
   for (std::size_t i = 0; i < most.size(); ++i) y[i] = std::sqrt(scale_[i]) * probe(i, k);
-  for (std::size_t s = 0; s < places_.size(); ++s) {
-    const Front& f = plan_.fronts[s];
-    kernels_.forward(panel(s, values_), f.first, plan_.rows.data() + f.rows_begin, y.data(),
-                     scratch_.data());
-  }
+  for (std::size_t s = 0; s < places_.size(); ++s) substitute(s, kernels_.forward, y.data());
   double largest = 0.0;
   for (std::size_t i = 0; i < most.size(); ++i)
     largest = std::max(largest, most[i] = std::max(most[i], y[i] * y[i]));
@@ -76,12 +72,8 @@ double Factor::estimate_shares(int k, std::vector<double>& most) {
 std::vector<double> Factor::response(std::size_t j) {
   std::vector<double> v(scale_.size() + kPad, 0.0);
   v[j] = 1.0;
-  for (std::size_t s = places_.size(); s-- > 0;) {
-    const Front& f = plan_.fronts[s];
-    if (at(f.first * plan_.block) > j) continue;
-    kernels_.backward(panel(s, values_), f.first, plan_.rows.data() + f.rows_begin, v.data(),
-                      scratch_.data());
-  }
+  for (std::size_t s = places_.size(); s-- > 0;)
+    if (at(plan_.fronts[s].first * plan_.block) <= j) substitute(s, kernels_.backward, v.data());
   return v;
 }
 
@@ -99,7 +91,7 @@ FactorOutcome Factor::find_undetermined() {
   for (int k = 0; k < kFirstProbes; ++k) largest = std::max(largest, estimate_shares(k, estimates));
   if (largest < kDoubt / kRounding) return {};
   for (int k = kFirstProbes; k < kProbes; ++k) estimate_shares(k, estimates);
-  int borderline = 16;  // most directions computed in vain
+  int borderline = 16;  // largest number of directions computed for doubtful estimates
   for (std::size_t j = 0; j < scale_.size(); ++j) {
     if (!(estimates[j] >= kSlack / kRounding)) continue;
     if (estimates[j] < 10.0 / kRounding && borderline-- <= 0) continue;
@@ -115,11 +107,11 @@ FactorOutcome Factor::find_undetermined() {
   return {true, -1, {}, true};
 }
 
-/// What eliminate(h), which returned `failed`, says of the rank of H.
+/// The rank of H, given the result of eliminate(h).
 FactorOutcome Factor::judge(const double* h, int failed) {
   if (failed < 0) return suspicious_ ? find_undetermined() : FactorOutcome{};
-  // What is singular to rounding is positive definite once it is lifted by more than rounding, and
-  // its undetermined directions are then left with just that.
+  // A matrix that is singular to rounding becomes positive definite if more than rounding is added
+  // to its diagonal; its undetermined directions then have that information only.
   const int n = plan_.block;
   std::vector<double> lifted(h, h + blocks_ * at(n * n));
   const auto find_scales = [&] {

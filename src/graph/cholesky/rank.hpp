@@ -1,6 +1,6 @@
 #pragma once
 
-// When a pivot is nothing but rounding: one rule for all factorisations.
+// When a pivot is only rounding: one rule for all factorisations.
 //
 // With H = L Lᵀ let v = l_jj L⁻ᵀ e_j: one at j, zero after it, and before it the response that
 // costs least. The pivot is l_jj² = vᵀHv, the information left along v. D is the diagonal of H
@@ -26,9 +26,9 @@ inline constexpr double kLift = kRounding / 4.0;
 /// how far below the truth an estimate may be.
 inline constexpr int kProbes = 4;
 inline constexpr double kSlack = 0.1;
-/// Where the first of them stay this far below the limit, all is well. The pivot of an exact null
-/// vector is above 32 times the limit; that two estimates both fall so far short has a chance of
-/// one in a million.
+/// If the first of them are below this fraction of the limit, H is determined. The pivot of an
+/// exact null vector is above 32 times the limit; that two estimates both fall so far short has a
+/// chance of one in a million.
 inline constexpr int kFirstProbes = 2;
 inline constexpr double kDoubt = 1e-4;
 
@@ -43,7 +43,7 @@ inline double probe(std::uint64_t i, int k) {
 }
 
 /// D of one block of N from its diagonal, numbers `stride` apart; the first `leading` share a unit,
-/// and so do the others. Where H says nothing of a unit any scale will do: one.
+/// and so do the others. If H has no information on a unit, its scale is one.
 template <int N>
 inline void scales(const double* diagonal, long stride, int leading, double* d) {
   double most[2] = {0.0, 0.0};

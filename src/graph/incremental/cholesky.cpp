@@ -197,8 +197,8 @@ bool IncrementalCholesky<N>::suspicious(Clique& clique) const {
   return most > suspicious_loss(variables());
 }
 
-/// Whether a pivot of a clique may be nothing but rounding. Probes are kept with their clique, so
-/// that they cost in proportion to what is factorised.
+/// Whether a pivot of a clique may be only rounding. Probes are stored with their clique, so that
+/// their cost is proportional to that of the factorisation.
 template <int N>
 bool IncrementalCholesky<N>::nearly_undetermined(int root) {
   stack_.assign(1, root);
@@ -221,7 +221,7 @@ bool IncrementalCholesky<N>::nearly_undetermined(int root) {
   return false;
 }
 
-/// L⁻¹ D^½ z: of the frontals, then what is handed on to the separator.
+/// L⁻¹ D^½ z of the frontals, then the update of the separator.
 template <int N>
 void IncrementalCholesky<N>::find_probes(Clique& clique) {
   const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
@@ -259,8 +259,8 @@ auto IncrementalCholesky<N>::scales_of(int variable) const -> Vector {
   return d;
 }
 
-/// By the whole system in the batch solver's order, so that both decide alike. Costs a whole
-/// factorisation: only where what is kept here leaves a doubt.
+/// From the whole system in the batch solver's order, so that both decide alike. Costs a complete
+/// factorisation: only for doubtful pivots.
 template <int N>
 FactorOutcome IncrementalCholesky<N>::judge() const {
   std::vector<std::pair<int, int>> pairs;

@@ -34,7 +34,7 @@ std::vector<double> thresholds(const PoseGraph<G>& graph, double probability) {
   for (int n = 1; n <= ManifoldTraits<G>::kDof; ++n)
     of_dof[n] = chi_square_quantile(probability, n);
   std::vector<double> c2(graph.edges.size());
-  const SquareOf<G>* last = nullptr;  // most edges have the very information of the one before
+  const SquareOf<G>* last = nullptr;  // most edges have the same information as the previous one
   int dof = 0;
   for (std::size_t k = 0; k < c2.size(); ++k) {
     if (!graph.edges[k].robust) continue;

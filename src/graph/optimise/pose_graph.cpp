@@ -23,9 +23,7 @@ Error undetermined_error(const std::string& label, const double* direction, int 
 template class PoseGraphOptimiser<SE2d>;
 template class PoseGraphOptimiser<SE3d>;
 
-template class ScalarSolver<
-    3, Eigen::SimplicialLLT<ScalarExpansion<3>::Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>>>;
-template class ScalarSolver<
-    6, Eigen::SimplicialLLT<ScalarExpansion<6>::Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>>>;
+template class ScalarSolver<3, detail::OrderedLlt<3>>;
+template class ScalarSolver<6, detail::OrderedLlt<6>>;
 
 }  // namespace wayfare

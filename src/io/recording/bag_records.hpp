@@ -44,10 +44,16 @@ class Fields {
     return fields;
   }
 
+  /// Empty where there is no such field.
   [[nodiscard]] std::string_view text(std::string_view name) const {
     for (const auto& [key, value] : all_)
       if (key == name) return value;
     return {};
+  }
+  [[nodiscard]] bool has(std::string_view name) const {
+    for (const auto& [key, value] : all_)
+      if (key == name) return true;
+    return false;
   }
   /// nullopt where there is no such field of that size.
   template <std::unsigned_integral T>
@@ -90,15 +96,13 @@ struct Record {
 [[nodiscard]] inline std::optional<BagConnection> connection_of(const Record& record) {
   const auto id = record.fields.number<std::uint32_t>("conn");
   const auto about = Fields::parse(record.data);
-  if (!id || !about) return std::nullopt;
-  BagConnection c{*id,
-                  std::string(record.fields.text("topic")),
-                  std::string(about->text("type")),
-                  std::string(about->text("md5sum")),
-                  std::string(about->text("message_definition")),
-                  about->text("latching") == "1"};
-  if (c.topic.empty() || c.type.empty()) return std::nullopt;
-  return c;
+  if (!id || !about || !record.fields.has("topic") || !about->has("type")) return std::nullopt;
+  return BagConnection{*id,
+                       std::string(record.fields.text("topic")),
+                       std::string(about->text("type")),
+                       std::string(about->text("md5sum")),
+                       std::string(about->text("message_definition")),
+                       about->text("latching") == "1"};
 }
 
 }  // namespace wayfare::io::bag

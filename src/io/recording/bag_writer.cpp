@@ -63,6 +63,7 @@ std::uint32_t BagWriter::add_connection(BagConnection connection) {
 }
 
 Result<void> BagWriter::write(std::uint32_t connection, LogTime time, std::string_view data) {
+  if (finished_) return Error{ErrorCode::invalid, "the bag is finished"};
   if (connection >= connections_.size())
     return Error{ErrorCode::invalid, "no connection " + std::to_string(connection)};
   const BagConnection& c = connections_[connection];
@@ -103,6 +104,7 @@ void BagWriter::close_chunk() {
 }
 
 std::string BagWriter::finish() {
+  if (std::exchange(finished_, true)) return {};
   close_chunk();
   const std::uint64_t index = out_.size();
   for (const BagConnection& c : connections_) put_connection(out_, c);

@@ -15,10 +15,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/io/detail/descriptor.hpp>
 
 namespace wayfare::io {
 
@@ -86,23 +86,15 @@ class ByteCursor {
 class Source {
  public:
   explicit Source(std::string bytes) : bytes_(std::move(bytes)), size_(bytes_.size()) {}
-  Source(const Source&) = delete;
-  Source& operator=(const Source&) = delete;
-  ~Source() {
-    if (fd_ >= 0) ::close(fd_);
-  }
 
   static Result<std::unique_ptr<Source>> open(const std::string& path) {
-    const auto failed = [&](const char* what) {
-      return Error{ErrorCode::io, std::string(what) + std::generic_category().message(errno), path};
-    };
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0) return failed("cannot be opened: ");
-    auto source = std::make_unique<Source>(std::string());
-    source->fd_ = fd;
+    Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (fd.get() < 0) return system_error("cannot be opened", path);
     struct stat status {};
-    if (::fstat(fd, &status) != 0) return failed("cannot be examined: ");
+    if (::fstat(fd.get(), &status) != 0) return system_error("cannot be examined", path);
     if (!S_ISREG(status.st_mode)) return Error{ErrorCode::io, "is not a regular file", path};
+    auto source = std::make_unique<Source>(std::string());
+    source->fd_ = std::move(fd);
     source->size_ = static_cast<std::uint64_t>(status.st_size);
     return source;
   }
@@ -113,11 +105,12 @@ class Source {
   std::optional<std::string_view> fetch(std::uint64_t at, std::uint64_t n,
                                         std::string& buffer) const {
     if (at > size_ || n > size_ - at) return std::nullopt;
-    if (fd_ < 0) return std::string_view(bytes_).substr(at, n);
+    if (fd_.get() < 0) return std::string_view(bytes_).substr(at, n);
     buffer.resize(n);
     std::size_t got = 0;
     while (got < n) {
-      const ssize_t r = ::pread(fd_, buffer.data() + got, n - got, static_cast<off_t>(at + got));
+      const ssize_t r =
+          ::pread(fd_.get(), buffer.data() + got, n - got, static_cast<off_t>(at + got));
       if (r < 0 && errno == EINTR) continue;
       if (r <= 0) return std::nullopt;
       got += static_cast<std::size_t>(r);
@@ -127,7 +120,7 @@ class Source {
 
  private:
   std::string bytes_;
-  int fd_ = -1;
+  Descriptor fd_;
   std::uint64_t size_ = 0;
 };
 

@@ -43,6 +43,12 @@ struct McapReader::Impl {
     mcap::Messages messages(description, name, options, problems);
     mcap::Walk walk(*source, name, options, problems);
     walk.run([&](const Record& record) {
+      // Not protected by a checksum: one flipped bit makes a message of an index.
+      if (index.contents.indexed && record.opcode == Opcode::message) {
+        problems.add(fault_at(
+            record.at, "a message outside of the chunks, unknown to the summary; skipped", name));
+        return true;
+      }
       return messages.take(record,
                            [&](const McapMessage& m) { return !matches(query, m) || sink(m); });
     });

@@ -131,6 +131,7 @@ struct McapWriter::Impl {
     }
     chunk.clear();
     entries.clear();
+    first = last = 0;  // as the format requires of a chunk without messages
     return {};
   }
 
@@ -170,18 +171,25 @@ struct McapWriter::Impl {
     out += mcap::kMagic;
     return out;
   }
+
+  Result<void> close() {
+    if (auto done = flush(); !done) return done;
+    std::string end;
+    put_record(end, Opcode::data_end, packed(data_crc));
+    if (auto done = append(end); !done) return done;
+    if (auto done = append(summary()); !done) return done;
+    closed = true;
+    auto done = sink->sync();
+    if (!done) failed = done.error();
+    return done;
+  }
+
+  ~Impl() {
+    if (!closed) static_cast<void>(close());
+  }
 };
 
-McapWriter::McapWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-McapWriter::McapWriter(McapWriter&&) noexcept = default;
-McapWriter& McapWriter::operator=(McapWriter&& other) noexcept {
-  if (impl_ && !impl_->closed) static_cast<void>(close());
-  impl_ = std::move(other.impl_);
-  return *this;
-}
-McapWriter::~McapWriter() {
-  if (impl_ && !impl_->closed) static_cast<void>(close());
-}
+McapWriter::McapWriter(detail::Owned<Impl> impl) : impl_(std::move(impl)) {}
 
 Result<McapWriter> McapWriter::create(const std::string& path, const McapWriterOptions& options,
                                       const WriteOptions& write) {
@@ -193,15 +201,12 @@ Result<McapWriter> McapWriter::create(const std::string& path, const McapWriterO
 Result<McapWriter> McapWriter::create(std::unique_ptr<ByteSink> sink,
                                       const McapWriterOptions& options) {
   WAYFARE_EXPECTS(sink != nullptr, "a recording needs a sink");
-  auto impl = std::make_unique<Impl>();
+  auto impl = detail::make_owned<Impl>();
   impl->sink = std::move(sink);
   impl->options = options;
   std::string bytes(mcap::kMagic);
   put_record(bytes, Opcode::header, packed(options.profile, options.library));
-  if (auto done = impl->append(bytes); !done) {
-    impl->closed = true;
-    return done.error();
-  }
+  if (auto done = impl->append(bytes); !done) return done.error();
   return McapWriter(std::move(impl));
 }
 
@@ -278,15 +283,7 @@ Result<void> McapWriter::sync() {
   return done;
 }
 
-Result<void> McapWriter::close() {
-  if (auto done = impl_->flush(); !done) return done;
-  std::string end;
-  put_record(end, Opcode::data_end, packed(impl_->data_crc));
-  if (auto done = impl_->append(end); !done) return done;
-  if (auto done = impl_->append(impl_->summary()); !done) return done;
-  impl_->closed = true;
-  return impl_->sink->sync();
-}
+Result<void> McapWriter::close() { return impl_->close(); }
 
 const McapStatistics& McapWriter::statistics() const { return impl_->statistics; }
 std::uint64_t McapWriter::bytes_written() const { return impl_->position; }

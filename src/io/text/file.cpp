@@ -11,14 +11,18 @@
 #include <system_error>
 #include <utility>
 
+#include <wayfare/io/detail/descriptor.hpp>
 #include <wayfare/io/text_file.hpp>
 
 namespace wayfare::io {
-namespace {
+
+int Descriptor::close() { return fd_ < 0 ? 0 : ::close(std::exchange(fd_, -1)); }
 
 Error system_error(const std::string& what, const std::string& path) {
   return Error{ErrorCode::io, what + ": " + std::generic_category().message(errno), path};
 }
+
+namespace {
 
 Error already_exists(const std::string& path) {
   return Error{ErrorCode::io, "exists already; not overwritten", path};
@@ -30,23 +34,6 @@ Error too_large(const std::string& source, std::size_t limit, const char* how) {
       std::string(how) + " to more than the " + std::to_string(limit) + " bytes allowed; refused",
       source};
 }
-
-/// Closes a file descriptor at the end of its scope.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  [[nodiscard]] int get() const { return fd_; }
-  /// 0 on success; a full network disk may report its error only here.
-  int close() { return ::close(std::exchange(fd_, -1)); }
-
- private:
-  int fd_;
-};
 
 Result<std::string> read_raw(const std::string& path, std::size_t limit) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));

@@ -30,7 +30,8 @@ void Beams::load(const LaserScan& scan, double max_range_m) {
   x_m.resize(n);
   y_m.resize(n);
   const float low = std::max(scan.min_range_m, 1e-3F);
-  const float high = std::min(scan.max_range_m, static_cast<float>(max_range_m));
+  float high = std::min(scan.max_range_m, static_cast<float>(max_range_m));
+  if (n == 0 || !std::isfinite(scan.bearing(n - 1).radians())) high = 0.0F;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const float r = scan.ranges_m[i];
@@ -278,7 +279,9 @@ std::vector<Candidate> correlated_walls(const Beams& beams, std::optional<Angle>
                                         const WallOptions& options) {
   constexpr double kStep_rad = std::numbers::pi / 180.0;
   constexpr double kCell_m = 0.05;
-  const auto half = static_cast<std::ptrdiff_t>(options.max_width_m / kCell_m);
+  constexpr double kMostCells = 1e5;
+  const double cells = std::min(options.max_width_m, options.max_range_m + kCell_m) / kCell_m;
+  const auto half = static_cast<std::ptrdiff_t>(cells > 0 ? std::min(cells, kMostCells) : 0.0);
   std::vector<double> count(static_cast<std::size_t>(2 * half + 2));
   Candidate best;
   for (int h = -90; h < 90; ++h) {
@@ -288,8 +291,10 @@ std::vector<Candidate> correlated_walls(const Beams& beams, std::optional<Angle>
     const double ux = std::cos(direction), uy = std::sin(direction);
     for (std::size_t i = 0; i < beams.x_m.size(); ++i) {
       const double offset = beams.y_m[i] * ux - beams.x_m[i] * uy;
-      const auto cell = static_cast<std::ptrdiff_t>(std::floor(offset / kCell_m)) + half;
-      if (cell < 0 || cell > 2 * half || std::abs(offset) < kLeastOffset_m) continue;
+      const double cell = std::floor(offset / kCell_m) + static_cast<double>(half);
+      if (!(cell >= 0 && cell <= 2.0 * static_cast<double>(half)) ||
+          std::abs(offset) < kLeastOffset_m)
+        continue;
       count[static_cast<std::size_t>(cell)] += 1.0;
     }
     std::array<Offsets::Best, 2> sides;

@@ -170,7 +170,7 @@ SearchRange window_of(const CorridorWalls& predicted, double tracking_m) {
   const Eigen::Vector3d sigma = predicted.covariance.diagonal().cwiseSqrt();
   const double offset =
       3.0 * std::max(predicted.left ? sigma[1] : 0.0, predicted.right ? sigma[2] : 0.0);
-  return {std::clamp(offset > 0.0 ? offset : tracking_m, 0.01, tracking_m),
+  return {std::clamp(offset > 0.0 ? offset : tracking_m, 0.01, std::max(tracking_m, 0.01)),
           std::clamp(sigma[0] > 0.0 ? 3.0 * sigma[0] : 0.02, 0.001, 0.05)};
 }
 

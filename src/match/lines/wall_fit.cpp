@@ -212,7 +212,9 @@ std::vector<NearPoint> points_near(const Beams& b, const Guess& guess, double ma
     const std::size_t k = q > 0.0 ? 0 : 1;
     const double across = b.range_m[i] * q - guess.offset_m[k];
     const double along = b.range_m[i] * (ux * b.cos_bearing[i] + uy * b.sin_bearing[i]);
-    if (!guess.present[k] || !(std::abs(across) < half) || std::abs(along) > kNear_m) continue;
+    if (!guess.present[k] || !(std::abs(across) < half) || std::abs(along) > kNear_m ||
+        b.range_m[i] == 0.0)
+      continue;
     points.push_back({static_cast<float>(along), static_cast<float>(across),
                       static_cast<std::int16_t>(4.0 * std::min(b.range_m[i] / std::abs(q), 25.0)),
                       static_cast<std::int16_t>(k)});

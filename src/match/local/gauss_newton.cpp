@@ -175,6 +175,8 @@ Result<std::optional<MatchResult>> GaussNewtonMatcher::match(const ProbabilityPy
                                                              const SE2d& prior,
                                                              const SearchWindow& window,
                                                              const MatchOptions& options) const {
+  if (!(options_.residual_sigma > 0) || !(options_.point_sigma_m > 0))
+    return Error{ErrorCode::invalid, "Gauss-Newton matching: a sigma is not positive"};
   if (auto ok = check_map(map); !ok) return ok.error();
   if (auto ok = detail::check_input("Gauss-Newton matching", points, prior, window, options); !ok)
     return ok.error();

@@ -89,6 +89,9 @@ Fit fit_at(const SurfaceMap& map, const PointSet& points, const SE2d& pose,
 Result<std::optional<MatchResult>> IcpMatcher::match(const SurfaceMap& map, const PointSet& points,
                                                      const SE2d& prior, const SearchWindow& window,
                                                      const MatchOptions& options) const {
+  if (!(options_.sigma_m > 0) || !(options_.max_correspondence_m > 0) ||
+      !(options_.floor_probability > 0 && options_.floor_probability < 1))
+    return Error{ErrorCode::invalid, "ICP: sigma, reach or floor out of range"};
   if (map.empty()) return Error{ErrorCode::invalid, "ICP: the map is empty"};
   if (auto ok = detail::check_input("ICP", points, prior, window, options); !ok) return ok.error();
   const detail::Prior prior_term(prior, window, options, points);

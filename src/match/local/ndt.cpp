@@ -93,6 +93,8 @@ Eigen::Matrix3d information_at(const Level& level, const PointSet& points, const
 Result<std::optional<MatchResult>> NdtMatcher::match(const NdtMap& map, const PointSet& points,
                                                      const SE2d& prior, const SearchWindow& window,
                                                      const MatchOptions& options) const {
+  if (!(options_.floor_probability > 0 && options_.floor_probability < 1))
+    return Error{ErrorCode::invalid, "NDT: the floor probability must lie within (0, 1)"};
   if (map.empty()) return Error{ErrorCode::invalid, "NDT: the map is empty"};
   if (auto ok = detail::check_input("NDT", points, prior, window, options); !ok) return ok.error();
   const detail::Prior prior_term(prior, window, options, points);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include <wayfare/map/surface_map.hpp>
@@ -25,8 +26,16 @@ Result<void> check_input(std::string_view who, const PointSet& points, const SE2
     return refused("the initial pose is not finite");
   if (!(window.half_x_m >= 0 && window.half_y_m >= 0 && window.half_heading.radians() >= 0))
     return refused("the window's half extents must not be negative");
-  if (options.prior_information && !options.prior_information->allFinite())
-    return refused("the prior's information is not finite");
+  if (std::isnan(options.min_score) || std::isnan(options.independent_points))
+    return refused("min_score or independent_points is not a number");
+  if (!options.prior_information) return {};
+  const Eigen::Matrix3d symmetric =
+      0.5 * (*options.prior_information + options.prior_information->transpose());
+  const double norm = symmetric.norm();
+  if (!std::isfinite(norm)) return refused("the prior's information is not finite");
+  if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(symmetric, Eigen::EigenvaluesOnly)
+          .eigenvalues()[0] < -1e-9 * norm)
+    return refused("the prior's information matrix is indefinite");
   return {};
 }
 
@@ -78,9 +87,10 @@ bool Prior::in_window(const SE2d& pose) const {
 }
 
 Eigen::Matrix3d Prior::covariance(const Eigen::Matrix3d& information) const {
-  constexpr double kLeast = 1e-6;
-  const double x = std::max(kLeast, std::max(window_.half_x_m, window_.half_y_m));
-  const double heading = std::max(kLeast, window_.half_heading.radians());
+  // Wider windows add less than rounding leaves of the information.
+  constexpr double kLeast = 1e-6, kMost = 1e3;
+  const double x = std::clamp(std::max(window_.half_x_m, window_.half_y_m), kLeast, kMost);
+  const double heading = std::clamp(window_.half_heading.radians(), kLeast, kMost);
   Eigen::Matrix3d bounded = information;
   bounded.diagonal() += Eigen::Vector3d(1 / (x * x), 1 / (x * x), 1 / (heading * heading));
   return bounded.inverse();

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-
 #include "map/kernels/kernels.hpp"
 #include "match/local/registration.hpp"
 #include "match/search/candidates.hpp"
@@ -18,6 +16,7 @@ namespace {
 
 /// Number of steps of at most `step` in each half of ±half.
 int half_steps(double half, double step) {
+  if (half == 0) return 0;  // also for a step of zero
   return static_cast<int>(std::ceil(std::min(half / step, 1e6) - 1e-9));
 }
 
@@ -27,14 +26,11 @@ double finest_heading_step(double farthest_m, double resolution_m) {
   return half_chord < 1 ? 2 * std::asin(half_chord) : std::numbers::pi;  // also for d = 0
 }
 
-Result<Eigen::Matrix3d> along_map_axes(const Eigen::Matrix3d& information, const SE2d& prior) {
+Eigen::Matrix3d along_map_axes(const Eigen::Matrix3d& information, const SE2d& prior) {
   const Eigen::Matrix3d symmetric = 0.5 * (information + information.transpose());
-  if (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(symmetric, Eigen::EigenvaluesOnly)
-          .eigenvalues()[0] < -1e-9 * symmetric.norm())
-    return Error{ErrorCode::invalid, "match: the prior's information matrix is indefinite"};
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   rotation.topLeftCorner<2, 2>() = prior.rotation().matrix();
-  return Eigen::Matrix3d(rotation * symmetric * rotation.transpose());
+  return rotation * symmetric * rotation.transpose();
 }
 
 /// Every sixteenth cosine and sine directly, that of the prior's heading included; those between by
@@ -117,9 +113,7 @@ Result<CandidateSpace> plan(const LikelihoodField& grid, const PointSet& points,
   s.min_sum = static_cast<std::int64_t>(
       std::ceil(std::max(0.0, options.min_score) * n * LikelihoodField::kMaxValue));
   if (options.prior_information) {
-    auto information = along_map_axes(*options.prior_information, prior);
-    if (!information) return information.error();
-    s.information = *information;
+    s.information = along_map_axes(*options.prior_information, prior);
     s.has_prior = true;
   }
   s.headings = headings_of(s);

@@ -71,7 +71,8 @@ namespace {
 
 int nodes_over(double reach_m, double cell_m) {
   constexpr double kMost = 2.0 * PoseProposal::kMaxHalf + 1.0;
-  return static_cast<int>(std::clamp(std::ceil(2.0 * reach_m / cell_m), 1.0, kMost));
+  const double nodes = std::ceil(2.0 * reach_m / cell_m);
+  return nodes > 1.0 ? static_cast<int>(std::min(nodes, kMost)) : 1;
 }
 
 Result<void> check(const LikelihoodField& grid, const PointSet& points,
@@ -79,8 +80,11 @@ Result<void> check(const LikelihoodField& grid, const PointSet& points,
   const auto fault = [](const char* what) { return Error{ErrorCode::invalid, what}; };
   if (grid.empty()) return fault("PoseProposal: the map is empty");
   if (points.empty()) return fault("PoseProposal: no points");
-  if (o.samples < 1 || o.headings < 1 || !(o.reach_sigmas > 0) || o.samples > 1 << 20 ||
-      o.headings > 1 << 12)
+  for (const auto& axis : {points.x_m(), points.y_m()})
+    if (!std::all_of(axis.begin(), axis.end(), [](float t) { return std::isfinite(t); }))
+      return fault("PoseProposal: a point is not finite");
+  if (o.samples < 1 || o.headings < 1 || !(o.reach_sigmas > 0) || !std::isfinite(o.reach_sigmas) ||
+      o.samples > 1 << 20 || o.headings > 1 << 12 || std::isnan(o.independent_points))
     return fault("PoseProposal: samples, headings or reach out of range");
   return {};
 }
@@ -200,7 +204,11 @@ Result<PoseDraw> PoseProposal::draw(const LikelihoodField& grid, const PointSet&
     f.c += floor;
     lattice.add_densities(f, scale * grid.log_step(), out);
   }
-  return sample_pose(lattice, rng);
+  PoseDraw drawn = sample_pose(lattice, rng);
+  if (!std::isfinite(drawn.log_evidence) || !drawn.T_map_points.translation().allFinite() ||
+      !drawn.moments.covariance.allFinite())
+    return Error{ErrorCode::numerical, "PoseProposal: the densities exceed the range of numbers"};
+  return drawn;
 }
 
 /// Draws one of the samples by weight; sum and moments of the weights.

@@ -301,10 +301,7 @@ class CorridorIns::Engine {
 };
 
 CorridorIns::CorridorIns(const CorridorInsOptions& options, const SE2d& start)
-    : engine_(std::make_unique<Engine>(options, start)) {}
-CorridorIns::~CorridorIns() = default;
-CorridorIns::CorridorIns(CorridorIns&&) noexcept = default;
-CorridorIns& CorridorIns::operator=(CorridorIns&&) noexcept = default;
+    : engine_(detail::make_owned<Engine>(options, start)) {}
 
 Result<void> CorridorIns::add_motion(const MotionSample& sample) {
   return engine_->add_motion(sample);

@@ -307,10 +307,7 @@ class GnssIns::Filter {
   EventLog events_;
 };
 
-GnssIns::GnssIns(const GnssInsOptions& options) : filter_(std::make_unique<Filter>(options)) {}
-GnssIns::~GnssIns() = default;
-GnssIns::GnssIns(GnssIns&&) noexcept = default;
-GnssIns& GnssIns::operator=(GnssIns&&) noexcept = default;
+GnssIns::GnssIns(const GnssInsOptions& options) : filter_(detail::make_owned<Filter>(options)) {}
 
 void GnssIns::start(const GnssInsStart& start) { filter_->start(start); }
 bool GnssIns::started() const { return filter_->started(); }

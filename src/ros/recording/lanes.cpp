@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include <wayfare/core/statistics.hpp>
+
 namespace wayfare::ros {
 
 Result<std::string> choose_topic(const RecordingFile& file, std::string_view type,
@@ -71,12 +73,11 @@ Result<void> Lanes::check_clocks(io::Problems& problems) {
   for (auto* named : all) {
     auto& [topic, lane] = *named;
     if (lane.late.empty()) continue;
-    const auto middle = lane.late.begin() + static_cast<long>(lane.late.size() / 2);
-    std::nth_element(lane.late.begin(), middle, lane.late.end());
+    const Duration middle = upper_median_of(lane.late);
     if (first == nullptr) {
       first = &topic;
-      reference = *middle;
-    } else if (const Duration apart = *middle - reference;
+      reference = middle;
+    } else if (const Duration apart = middle - reference;
                apart > names_.clock_tolerance || apart < -names_.clock_tolerance) {
       Error fault{ErrorCode::invalid,
                   "is stamped " + std::to_string(to_seconds(apart)) + " s from " + *first +

@@ -20,14 +20,11 @@ struct RecordingWriter::Impl {
   std::map<std::string, std::uint32_t> channels;
 };
 
-RecordingWriter::RecordingWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
-RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
-RecordingWriter::~RecordingWriter() = default;
+RecordingWriter::RecordingWriter(detail::Owned<Impl> impl) : impl_(std::move(impl)) {}
 
 Result<RecordingWriter> RecordingWriter::create(const std::string& path,
                                                 const io::WriteOptions& options) {
-  auto impl = std::make_unique<Impl>();
+  auto impl = detail::make_owned<Impl>();
   impl->path = path;
   impl->options = options;
   if (path.ends_with(".bag")) {

@@ -87,7 +87,7 @@ void for_each_period(const Trajectory& truth, Duration period, const Visit& visi
     if (truth[i].time < due) continue;
     visit(truth[i], forward_m, turn_rad);
     forward_m = turn_rad = 0.0;
-    while (due <= truth[i].time) due += period;
+    due = next_on_grid(due, period, truth[i].time);
   }
 }
 

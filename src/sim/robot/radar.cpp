@@ -155,6 +155,7 @@ int walls_between(const FloorPlan& plan, const Vector2d& from, const Vector2d& t
 
 // Whether a mirror image is visible: the line to it meets its mirror, and no wall before it.
 bool seen_in_mirror(const FloorPlan& plan, const Reflector& ghost, const Vector2d& from) {
+  if (ghost.mirror >= plan.segments().size()) return false;  // of another plan
   const Segment& wall = plan.segments()[ghost.mirror];
   const Vector2d along = wall.b_m - wall.a_m, line = ghost.at_m - from;
   const auto cross = [](const Vector2d& a, const Vector2d& b) {
@@ -179,7 +180,7 @@ class Illumination {
         to_(T_plan_radar.inverse()),
         velocity_(velocity_m_s) {}
 
-  /// False if the echo is negligible.
+  /// False if the echo is negligible, or not finite.
   bool echo(const Reflector& reflector, std::size_t index, double max_range_m, Echo& echo) const {
     const Vector2d p = to_ * reflector.at_m;
     const double range = p.norm();
@@ -198,6 +199,10 @@ class Illumination {
     echo.doppler_bins = -velocity_.dot(u) / params_.doppler_bin_m_s;
     echo.sine = u.y();
     echo.amplitude = db_to_amplitude(db);
+    constexpr double kFastest_bins = 1e6;
+    if (!std::isfinite(echo.range_bins + echo.amplitude) ||
+        !(std::abs(echo.doppler_bins) < kFastest_bins))
+      return false;
     // Two-way; the reflectors' ranges differ by more than the millimetres of their positions.
     const double own = 2.399963 * static_cast<double>(index);
     echo.phase = std::remainder(4.0 * kPi * range / params_.wavelength_m + own, 2.0 * kPi);
@@ -230,6 +235,12 @@ RadarScan simulate_radar(const FloorPlan& plan, std::span<const Reflector> refle
                   "a radar's cells have sizes, and more Doppler bins than its threshold looks at");
   const std::size_t beyond = params.range_guard + params.range_window;
   const double seen_m = params.max_range_m + static_cast<double>(beyond) * params.range_bin_m;
+  constexpr double kMaxRangeCells = 1e5;
+  constexpr std::size_t kMaxBins = 1024;
+  WAYFARE_EXPECTS(seen_m / params.range_bin_m < kMaxRangeCells && params.min_range_m >= 0.0 &&
+                      params.min_range_m / params.range_bin_m < kMaxRangeCells &&
+                      params.doppler_bins <= kMaxBins && params.azimuth_bins <= kMaxBins,
+                  "a radar has up to 1e5 range cells and 1024 bins");
   Cube cube(static_cast<std::size_t>(seen_m / params.range_bin_m) + 1, params.doppler_bins, rng);
   const Illumination illumination(plan, T_plan_radar, velocity_m_s, params);
   Echo echo{};

@@ -108,6 +108,7 @@ Recording part_of(const Recording& recording, LogTime from, LogTime to) {
   Recording part;
   part.T_base_laser = recording.T_base_laser;
   part.T_base_radar = recording.T_base_radar;
+  part.radar_max_speed_m_s = recording.radar_max_speed_m_s;
   part.wheel_base_m = recording.wheel_base_m;
   part.scans = between(recording.scans, from, to);
   part.odometry = between(recording.odometry, from, to);

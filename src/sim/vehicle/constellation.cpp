@@ -56,8 +56,8 @@ Constellation combined(Constellation a, Constellation b) {
   both.satellites.insert(both.satellites.end(), b.satellites.begin(), b.satellites.end());
   both.motion = [first = std::move(a.motion), second = std::move(b.motion)](
                     SatelliteId id, Time<GpsClock> t) -> std::optional<SatelliteMotion> {
-    if (auto m = first(id, t)) return m;
-    return second(id, t);
+    if (auto m = first ? first(id, t) : std::nullopt) return m;
+    return second ? second(id, t) : std::nullopt;
   };
   return both;
 }
@@ -84,6 +84,7 @@ std::optional<SatelliteMotion> seen_from(const Constellation& constellation, Sat
     m->velocity_ecef_mps = turn * m->velocity_ecef_mps;
     // Each iteration reduces the error by v/c, about 1e-5.
     travel_s = (m->position_ecef_m - receiver_ecef_m).norm() / kSpeedOfLight_mps;
+    if (!std::isfinite(travel_s)) return std::nullopt;
     if (round == 3) return m;
   }
 }

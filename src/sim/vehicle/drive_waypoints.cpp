@@ -143,7 +143,12 @@ Result<VehicleTrajectory> drive_waypoints(const Geodetic& origin,
                   "the limits of a vehicle are positive");
   const auto path = path_through(waypoints, limits);
   if (!path) return path.error();
+  constexpr double kLongest_m = 2e6, kLongest_s = 4e5;
+  if (!(path->length_m() <= kLongest_m))
+    return Error{ErrorCode::invalid, "the drive is longer than 2000 km"};
   const SpeedProfile profile(*path, limits);
+  if (!(profile.duration_s() <= kLongest_s))
+    return Error{ErrorCode::invalid, "the drive takes longer than 111 hours"};
   const double end_s =
       kSample_s * std::ceil((profile.duration_s() + limits.build_up_s) / kSample_s);
   const DriveSamples samples = sample_drive(*path, profile, origin, limits, end_s);

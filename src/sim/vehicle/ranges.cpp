@@ -218,6 +218,9 @@ Constellation broadcast_constellation(const Ephemerides& ephemerides) {
 }
 
 Ephemerides walker_ephemerides(const WalkerParams& params, Time<GpsClock> reference) {
+  WAYFARE_EXPECTS(params.planes > 0 && params.satellites >= params.planes &&
+                      params.satellites % params.planes == 0 && params.satellites < 256,
+                  "every plane has the same number of satellites");
   const int per_plane = params.satellites / params.planes;
   Ephemerides messages;
   for (int i = 0; i < params.satellites; ++i) {
@@ -269,6 +272,7 @@ SimulatedObservations simulate_observations(const VehicleTrajectory& trajectory,
       noises[i].step(params.code_sigma_m, params.doppler_sigma_hz * wavelength, params.multipath,
                      dt);
       const auto satellite = seen_from(sky, sky.satellites[i], r.instant, r.antenna.position_m);
+      if (!satellite) continue;
       const LineOfSight sight = line_of_sight(r.place, satellite->position_ecef_m);
       if (sight.elevation_rad < params.elevation_mask.radians()) continue;
       SatelliteObservation o = observe(

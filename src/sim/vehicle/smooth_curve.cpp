@@ -91,7 +91,7 @@ Result<SmoothCurve> SmoothCurve::fit(std::span<const CurveSample> samples, doubl
   SmoothCurve curve;
   curve.begin_s_ = begin_s, curve.end_s_ = end_s;
   const double wanted = std::ceil((end_s - begin_s) / options.knot_spacing_s - 1e-9);
-  if (!(wanted < 1e8)) return Error{ErrorCode::invalid, "the curve would need too many knots"};
+  if (!(wanted < 5e6)) return Error{ErrorCode::invalid, "the curve would need too many knots"};
   const auto segments = static_cast<std::size_t>(std::max(1.0, wanted));
   curve.spacing_s_ = (end_s - begin_s) / static_cast<double>(segments);
   const double h = curve.spacing_s_;

@@ -42,6 +42,9 @@ Result<std::vector<Corner>> corners_of(std::span<const Waypoint> waypoints) {
     c.at = {w.north_m, w.east_m};
     if (!c.at.allFinite() || !std::isfinite(w.height_m) || !(w.stop_s >= 0.0))
       return Error{ErrorCode::invalid, "waypoint " + std::to_string(i) + " is not finite"};
+    if (std::abs(w.height_m) > 1e6)
+      return Error{ErrorCode::invalid,
+                   "waypoint " + std::to_string(i) + " is more than 1000 km above or below"};
     if (!corners.empty()) {
       Corner& before = corners.back();
       const Vector2d leg = c.at - before.at;

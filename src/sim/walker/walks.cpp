@@ -16,6 +16,7 @@ namespace {
 using Vector = Eigen::Vector3d;
 
 constexpr double kGravity = 9.80665;
+constexpr double kMaxSamples = 1e7;
 
 struct Pose {
   Vector p, v;
@@ -109,8 +110,11 @@ FeetTruth simulate_feet(const FeetPlan& plan, const ImuNoise& noise, const Rng& 
   WAYFARE_EXPECTS(plan.rate_hz > 0.0 && plan.strides > 0 && plan.swing_s > 0.0,
                   "feet need a positive rate, strides and a swing");
   const double stride_s = plan.swing_s + plan.stance_s;
-  const Foot left(plan, true), right(plan, false);
   const double duration_s = 2.0 * plan.rest_s + (plan.strides + 0.5) * stride_s;
+  WAYFARE_EXPECTS(
+      plan.stance_s >= 0.0 && plan.rest_s >= 0.0 && duration_s * plan.rate_hz < kMaxSamples,
+      "stance and rest are not negative, and a walk has up to ten million samples");
+  const Foot left(plan, true), right(plan, false);
   return {walk(left, plan, duration_s, noise, rng.stream(0)),
           walk(right, plan, duration_s, noise, rng.stream(1)), right.begin() - left.begin(),
           (plan.strides - 0.5) * plan.stride_m};
@@ -118,9 +122,13 @@ FeetTruth simulate_feet(const FeetPlan& plan, const ImuNoise& noise, const Rng& 
 
 HeadWalk::HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& params, Rng rng)
     : p_(params), route_m_(std::move(route_m)) {
+  // A waypoint given twice has no direction.
+  route_m_.erase(std::unique(route_m_.begin(), route_m_.end()), route_m_.end());
   along_.push_back(0.0);
   for (std::size_t i = 1; i < route_m_.size(); ++i)
     along_.push_back(along_.back() + (route_m_[i] - route_m_[i - 1]).norm());
+  WAYFARE_EXPECTS(route_m_.size() >= 2 && std::isfinite(along_.back()) && p_.speed_m_s > 0.0,
+                  "a walk needs two distinct waypoints and a speed");
   yaw_ = waves(p_.glance.radians(), rng);
   pitch_ = waves(p_.pitch.radians(), rng);
   roll_ = waves(p_.roll.radians(), rng);
@@ -201,6 +209,8 @@ HeadWalk::Pose HeadWalk::at(double time_s) const {
 }
 
 MargRecording HeadWalk::unit(double rate_hz, const UnitNoise& noise, Rng& rng) const {
+  WAYFARE_EXPECTS(rate_hz > 0.0 && duration_s_ * rate_hz < kMaxSamples,
+                  "a walk has up to ten million samples");
   constexpr double kStep_s = 0.004;
   MargRecording readings;
   const auto white = [&](double sigma) {

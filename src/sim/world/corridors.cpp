@@ -138,6 +138,23 @@ std::array<double, 4> section_lengths(const std::array<Stretch, 5>& stretches, d
   return ends;
 }
 
+Result<void> check(const CorridorDriveParams& p) {
+  constexpr double kLongest_s = 86400.0;
+  if (!(p.speed_m_s > 0.0) || !(p.acceleration_m_s2 > 0.0) || !(p.corner_radius_m > 0.0) ||
+      !(p.weave_length_m > 0.0) || !std::isfinite(p.weave_rad) ||
+      p.motion_period <= Duration::zero() || p.scan_period <= Duration::zero())
+    return Error{ErrorCode::invalid,
+                 "a drive needs positive speed, acceleration, radius, weave length and periods"};
+  const auto& l = p.place.lengths_m;
+  if (!(p.corner_radius_m < std::min({l[0], 0.5 * l[1], l[2]})))
+    return Error{ErrorCode::invalid, "the corners are wider than a corridor is long"};
+  const double length_m = l[0] + l[1] + l[2];
+  const double slowest = std::min(p.speed_m_s, std::sqrt(p.acceleration_m_s2));
+  if (!(p.rest_s >= 0.0 && p.rest_s + length_m / slowest <= kLongest_s))
+    return Error{ErrorCode::invalid, "the drive takes longer than a day"};
+  return {};
+}
+
 Driven drive(const CorridorDriveParams& p) {
   const auto stretches = path_stretches(p);
   const auto ends = section_lengths(stretches, 0.5 * p.place.width_m);
@@ -239,6 +256,17 @@ void append_furnished_wall(const Eigen::Vector2d& a_m, const Eigen::Vector2d& b_
 }
 
 Result<FloorPlan> three_corridors(const CorridorsParams& p, const Rng& rng) {
+  constexpr double kLongest_m = 1e5;
+  const CorridorFurniture& f = p.furniture;
+  for (const double length : p.lengths_m)
+    if (!(length > 0.0 && length <= kLongest_m) || !(p.width_m > 0.0 && p.width_m <= kLongest_m))
+      return Error{ErrorCode::invalid, "a corridor needs a positive length and width up to 100 km"};
+  constexpr double kMostPerMetre = 100.0, kNarrowest_m = 0.1;
+  if (f.door_spacing_m > 0.0 && f.door_spacing_m < kNarrowest_m)
+    return Error{ErrorCode::invalid, "the doors are less than 0.1 m apart"};
+  for (const double per_m : {f.boxes_per_m, f.people_per_m, f.glass_per_m})
+    if (!(per_m >= 0.0 && per_m <= kMostPerMetre))
+      return Error{ErrorCode::invalid, "a corridor has up to 100 objects of a kind per metre"};
   const double h = 0.5 * p.width_m, back = 1.5;
   const double x1 = p.lengths_m[0], y1 = p.lengths_m[1], x2 = x1 + p.lengths_m[2];
   // Once round the inside, with the corridor on the left.
@@ -279,6 +307,7 @@ CorridorSection CorridorDrive::section_at(LogTime time) const {
 }
 
 Result<CorridorDrive> simulate_corridors(const CorridorDriveParams& p, const Rng& rng) {
+  if (auto ok = check(p); !ok) return ok.error();
   auto plan = three_corridors(p.place, rng.stream(0));
   if (!plan) return plan.error();
   Driven driven = drive(p);

@@ -186,6 +186,7 @@ double FloorPlan::cast(const Eigen::Vector2d& origin_m, const Eigen::Vector2d& d
 
   // Amanatides and Woo 1987: step to the neighbour that the ray enters first.
   const Eigen::Vector2d entry = origin_m + t_in * direction;
+  if (!entry.allFinite()) return kInfinity;
   int at[2] = {column_of(entry.x()), row_of(entry.y())};
   const int size[2] = {columns_, rows_};
   int step[2];
@@ -213,10 +214,11 @@ double FloorPlan::cast(const Eigen::Vector2d& origin_m, const Eigen::Vector2d& d
 bool FloorPlan::blocks(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const {
   const double distance = (to_m - from_m).norm();
   if (!(distance > 0.0)) return false;
-  return cast(from_m, (to_m - from_m) / distance, distance) <= distance;
+  return cast(from_m, (to_m - from_m) / distance, distance) < kInfinity;
 }
 
 double FloorPlan::clearance(const Eigen::Vector2d& point_m, double max_m) const {
+  if (!point_m.allFinite() || !(max_m >= 0.0)) return kInfinity;
   double nearest = kInfinity;
   for (int row = row_of(point_m.y() - max_m); row <= row_of(point_m.y() + max_m); ++row) {
     for (int col = column_of(point_m.x() - max_m); col <= column_of(point_m.x() + max_m); ++col) {
@@ -235,7 +237,7 @@ std::optional<Eigen::Vector2d> find_leak(const FloorPlan& plan, const Eigen::Vec
   const auto outside = [&](const Eigen::Vector2d& p) {
     return !((p - lower).minCoeff() > 0.0 && (plan.upper_corner_m() - p).minCoeff() > 0.0);
   };
-  if (outside(inside_m)) return inside_m;
+  if (outside(inside_m)) return inside_m;  // NaN too
 
   // The lattice passes through `inside_m`, so that rounding starts no step on a wall.
   const Eigen::Array2i below = ((inside_m - lower) / step).array().floor().cast<int>();

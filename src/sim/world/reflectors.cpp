@@ -22,6 +22,8 @@ class Furnisher {
       : plan_(plan), interior_(interior), params_(params) {}
 
   std::vector<Reflector> furnish(const Rng& rng) {
+    constexpr double kMost = 1e7;
+    WAYFARE_EXPECTS(expected_number() <= kMost, "a plan has up to ten million reflectors");
     Rng walls = rng.stream(kWalls), corners = rng.stream(kCorners);
     for (const Segment& wall : plan_.segments()) add_wall(wall, walls);
     add_corners(corners);
@@ -37,6 +39,23 @@ class Furnisher {
   }
 
  private:
+  // Without corners, door frames and ghosts; infinite or NaN where the parameters are.
+  [[nodiscard]] double expected_number() const {
+    const FurnishParams& p = params_;
+    const auto per_m = [](const FurnishParams::Kind& kind, double share) {
+      return kind.spacing_m > 0.0 ? share / kind.spacing_m : 0.0;
+    };
+    const double per_wall_m =
+        per_m(p.plaster, 1.0) + per_m(p.panel, 1.0) + per_m(p.strut, p.strut_share);
+    double walls_m = 0.0;
+    for (const Segment& wall : plan_.segments()) walls_m += (wall.b_m - wall.a_m).norm();
+    constexpr double kInPatch = 63.0;  // 20 π, for each reflector per m² of the floor
+    const double per_m2 =
+        std::abs(p.hidden_per_m2) + std::abs(p.diffuse_per_m2) +
+        std::abs(p.floor_per_m2) * (1.0 + kInPatch * std::abs(p.floor_patches_per_m2));
+    return per_wall_m * walls_m + per_m2 * extent_m2();
+  }
+
   void add(const Vector2d& at_m, const FurnishParams::Kind& kind, const Vector2d& normal,
            Rng& rng) {
     Reflector r;
@@ -81,9 +100,11 @@ class Furnisher {
     const double x = rng.uniform(lower.x() - 2.0, upper.x() + 2.0);
     return {x, rng.uniform(lower.y() - 2.0, upper.y() + 2.0)};
   }
+  [[nodiscard]] double extent_m2() const {
+    return (plan_.upper_corner_m() - plan_.lower_corner_m() + Vector2d(4.0, 4.0)).prod();
+  }
   [[nodiscard]] std::size_t number(double per_m2) const {
-    const Vector2d extent = plan_.upper_corner_m() - plan_.lower_corner_m() + Vector2d(4.0, 4.0);
-    return static_cast<std::size_t>(std::lround(per_m2 * extent.prod()));
+    return static_cast<std::size_t>(std::lround(std::max(per_m2, 0.0) * extent_m2()));
   }
 
   void add_hidden(Rng& rng) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <utility>
 
 namespace wayfare::sim {
@@ -185,6 +186,33 @@ class VoxelSlice {
   CellMask mask_;
 };
 
+// Voxels of the slice and path within an image that fits in memory.
+Result<void> check_extent(std::span<const Eigen::Vector3d> voxels_m,
+                          std::span<const Eigen::Vector3d> path_m, const VoxelWorldParams& params) {
+  constexpr double kMaxCells = 1 << 26, kFarthest_m = 1e5;
+  Eigen::Array2d lower = Eigen::Array2d::Constant(kFarthest_m), upper = -lower;
+  const auto add = [&](const Eigen::Vector3d& p) {
+    if (!p.allFinite() || p.head<2>().cwiseAbs().maxCoeff() > kFarthest_m) return false;
+    lower = lower.min(p.head<2>().array());
+    upper = upper.max(p.head<2>().array());
+    return true;
+  };
+  for (std::size_t i = 0; i < path_m.size(); ++i)
+    if (!add(path_m[i]))
+      return Error{ErrorCode::invalid,
+                   "position " + std::to_string(i) + " of the path is not finite or beyond 100 km"};
+  for (std::size_t i = 0; i < voxels_m.size(); ++i) {
+    const double z = voxels_m[i].z();
+    if (z < params.lowest_m || z > params.highest_m) continue;
+    if (!add(voxels_m[i]))
+      return Error{ErrorCode::invalid,
+                   "voxel " + std::to_string(i) + " is not finite or beyond 100 km"};
+  }
+  if (((upper - lower + 4.0) / params.voxel_m).prod() > kMaxCells)
+    return Error{ErrorCode::invalid, "the world of voxels has more than 67 million cells"};
+  return {};
+}
+
 // Velocity of the radar in its own axes, from the poses around the frame.
 Vector2d velocity_at(const Trajectory& truth, LogTime time, const SE2d& T_base_radar) {
   constexpr Duration kHalf{10'000'000};
@@ -200,6 +228,7 @@ Result<std::vector<RadarScan>> record_radar(const World& world, const Trajectory
   const SE2d T_base_radar = mount.T_base_radar.raw();
   const LogTime start = truth.front().time;
   const double length_s = std::max(1e-9, to_seconds(truth.back().time - start));
+  WAYFARE_EXPECTS(mount.period > Duration::zero(), "a radar needs a positive period");
   for (LogTime t = start; t <= truth.back().time; t += mount.period) {
     if (control.stop.stop_requested()) return Error{ErrorCode::cancelled, "stopped on request"};
     Rng noise = rng.stream(scans.size());
@@ -264,6 +293,10 @@ Result<World> world_of_voxels(std::span<const Eigen::Vector3d> voxels_m,
   for (const Eigen::Vector3d& at : path_m)
     if (route.empty() || (at.head<2>() - route.back()).norm() >= params.step_m)
       route.emplace_back(at.head<2>());
+  if (!(params.voxel_m > 0.0) || !(params.clear_m >= 0.0) || !std::isfinite(params.clear_m) ||
+      params.min_stacked < 1)
+    return Error{ErrorCode::invalid, "a world of voxels needs a positive voxel size"};
+  if (auto ok = check_extent(voxels_m, path_m, params); !ok) return ok.error();
   if (route.size() < 3)
     return Error{ErrorCode::invalid, "the path through the voxels is shorter than two steps"};
   VoxelSlice slice(voxels_m, route, params);

@@ -24,46 +24,37 @@ class ScalarExpansion {
   /// `position[i]` = new index of block column i.
   void build(const BlockSparse<N>& h, std::vector<int> position) {
     position_ = std::move(position);
-    const auto columns = by_column(h);
-    allocate(columns);
-    target_.assign(static_cast<std::size_t>(h.blocks()) * N, 0);
-    int next = 0;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      for (int k = 0; k < N; ++k) next = lay_out_column(columns[c], static_cast<int>(c), k, next);
-      matrix_.outerIndexPtr()[(c + 1) * N] = next;
+    std::vector<Eigen::Triplet<int>> blocks;  // their places in h, below zero if transposed
+    blocks.reserve(at(h.blocks()));
+    for (int c = 0; c < h.columns(); ++c) {
+      for (int i = h.starts()[at(c)]; i < h.starts()[at(c) + 1]; ++i) {
+        const int row = position_[at(h.rows()[at(i)])], column = position_[at(c)];
+        blocks.emplace_back(std::min(row, column), std::max(row, column),
+                            row > column ? -1 - i : i);
+      }
     }
+    Eigen::SparseMatrix<int> sorted(h.columns(), h.columns());
+    sorted.setFromTriplets(blocks.begin(), blocks.end());
+    expand(sorted);
   }
 
   /// Copies the values of a matrix with the pattern of `build`.
   void fill(const BlockSparse<N>& h) {
-    double* values = matrix_.valuePtr();
-    for (int c = 0; c < h.columns(); ++c) {
-      for (int i = h.starts()[at(c)]; i < h.starts()[at(c) + 1]; ++i) {
-        const int r = h.rows()[at(i)];
-        const auto block = h.block(i);
-        const bool flip = position_[at(r)] > position_[at(c)];
-        for (int k = 0; k < N; ++k) {
-          const int height = r == c ? k + 1 : N;
-          double* column = values + target_[at(i) * N + at(k)];
-          for (int j = 0; j < height; ++j) column[j] = flip ? block(k, j) : block(j, k);
-        }
-      }
-    }
+    std::transform(source_.begin(), source_.end(), matrix_.valuePtr(),
+                   [values = h.blocks() > 0 ? h.data(0) : nullptr](int i) { return values[i]; });
   }
 
   [[nodiscard]] const Matrix& matrix() const { return matrix_; }
 
   /// The diagonal, in each block the largest of the numbers that share a unit.
-  [[nodiscard]] Eigen::VectorXd permuted_scales(const BlockSparse<N>& h, int leading) const {
+  [[nodiscard]] Eigen::VectorXd permuted_scales(const BlockSparse<N>& h) const {
+    constexpr int kFirst = kLeadingUnits<N>, kOther = N - kFirst;
     Eigen::VectorXd scales(matrix_.cols());
     for (int c = 0; c < h.columns(); ++c) {
-      const auto block = h.block(h.diagonal_index(c));
-      double most[2] = {0.0, 0.0};
-      for (int k = 0; k < N; ++k) {
-        double& of_unit = most[k < leading ? 0 : 1];
-        of_unit = std::max(of_unit, block(k, k));
-      }
-      for (int k = 0; k < N; ++k) scales[position_[at(c)] * N + k] = most[k < leading ? 0 : 1];
+      const auto diagonal = h.block(h.diagonal_index(c)).diagonal();
+      auto own = scales.segment<N>(position_[at(c)] * N);
+      own.template head<kFirst>().setConstant(diagonal.template head<kFirst>().maxCoeff());
+      own.template tail<kOther>().setConstant(diagonal.template tail<kOther>().maxCoeff());
     }
     return scales;
   }
@@ -81,50 +72,31 @@ class ScalarExpansion {
   }
 
  private:
-  struct Entry {
-    int row;
-    int block;
-  };
+  void expand(const Eigen::SparseMatrix<int>& blocks) {
+    std::vector<int> starts{0}, rows;
+    source_.clear();
+    rows.reserve(static_cast<std::size_t>(blocks.nonZeros() * N * N));
+    source_.reserve(rows.capacity());
+    for (int c = 0; c < blocks.cols() * N; ++c) {
+      const int k = c % N;
+      for (Eigen::SparseMatrix<int>::InnerIterator it(blocks, c / N); it; ++it) {
+        const int i = it.value(), height = it.row() == c / N ? k + 1 : N;
+        for (int j = 0; j < height; ++j) {
+          rows.push_back(static_cast<int>(it.row()) * N + j);
+          source_.push_back(i < 0 ? (-1 - i) * N * N + j * N + k : i * N * N + k * N + j);
+        }
+      }
+      starts.push_back(static_cast<int>(rows.size()));
+    }
+    const std::vector<double> none(rows.size(), 0.0);
+    matrix_ = Eigen::Map<const Matrix>(blocks.rows() * N, blocks.cols() * N, starts.back(),
+                                       starts.data(), rows.data(), none.data());
+  }
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-  /// The blocks of each permuted column, rows ascending.
-  std::vector<std::vector<Entry>> by_column(const BlockSparse<N>& h) const {
-    std::vector<std::vector<Entry>> columns(at(h.columns()));
-    for (int c = 0; c < h.columns(); ++c) {
-      for (int i = h.starts()[at(c)]; i < h.starts()[at(c) + 1]; ++i) {
-        const int a = position_[at(h.rows()[at(i)])], b = position_[at(c)];
-        columns[at(std::max(a, b))].push_back({std::min(a, b), i});
-      }
-    }
-    for (auto& column : columns) {
-      std::sort(column.begin(), column.end(),
-                [](const Entry& x, const Entry& y) { return x.row < y.row; });
-    }
-    return columns;
-  }
-
-  void allocate(const std::vector<std::vector<Entry>>& columns) {
-    std::size_t blocks = 0;
-    for (const auto& column : columns) blocks += column.size();
-    const auto size = static_cast<Eigen::Index>(columns.size() * N);
-    const auto above = static_cast<Eigen::Index>((blocks - columns.size()) * N * N);
-    matrix_.resize(size, size);
-    matrix_.resizeNonZeros(above + size * (N + 1) / 2);
-  }
-
-  int lay_out_column(const std::vector<Entry>& column, int c, int k, int next) {
-    matrix_.outerIndexPtr()[c * N + k] = next;
-    for (const auto& [row, block] : column) {
-      target_[at(block) * N + at(k)] = next;
-      const int height = row == c ? k + 1 : N;
-      for (int j = 0; j < height; ++j) matrix_.innerIndexPtr()[next++] = row * N + j;
-    }
-    return next;
-  }
-
-  std::vector<int> position_;
-  std::vector<int> target_;  // index among the values of each column of each block
   Matrix matrix_;
+  std::vector<int> position_;
+  std::vector<int> source_;  // of each value, its place in h
 };
 
 namespace detail {
@@ -189,7 +161,7 @@ FactorOutcome ScalarSolver<N, Decomposition>::factorise(const BlockSparse<N>& h)
 /// Whether some pivot is small beside the diagonal it was before elimination.
 template <int N, class Decomposition>
 bool ScalarSolver<N, Decomposition>::suspicious(const BlockSparse<N>& h) const {
-  const Eigen::VectorXd scale = expansion_.permuted_scales(h, kLeadingUnits<N>);
+  const Eigen::VectorXd scale = expansion_.permuted_scales(h);
   const double loss = suspicious_loss(h.columns());
   bool found = false;
   detail::each_pivot(decomposition_, [&](int column, double pivot) {
