@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -220,35 +219,23 @@ AllanCoefficient coefficient(const Solution& s, int part, std::span<const AllanP
   return c;
 }
 
-}  // namespace
-
-namespace {
-
 /// Far from where squares and ratios overflow.
 bool is_usable(const AllanPoint& p) {
   const auto positive = [](double x) { return x > 1e-30 && x < 1e30; };
   return positive(p.deviation) && positive(p.tau_s) && std::isfinite(p.relative_sigma);
 }
 
-/// The fit takes the square of the number of points in memory, and its cube in time.
-void thin_out(AllanCurve& curve) {
-  constexpr std::size_t kMost = 500;
-  if (curve.size() <= kMost) return;
-  AllanCurve kept;
-  for (std::size_t i = 0; i < kMost; ++i)
-    kept.push_back(curve[i * (curve.size() - 1) / (kMost - 1)]);
-  curve = std::move(kept);
-}
-
 }  // namespace
 
 AllanFit fit_allan(std::span<const AllanPoint> curve, double least_averages) {
   AllanCurve used;
-  for (const AllanPoint& p : curve) {
+  // The fit takes the square of the number of points in memory, and its cube in time.
+  const std::size_t step = 1 + curve.size() / 500;
+  for (std::size_t i = 0; i < curve.size(); i += step) {
+    const AllanPoint& p = curve[i];
     const double averages = 1.0 + 0.5 / (p.relative_sigma * p.relative_sigma);
     if (averages >= least_averages && is_usable(p)) used.push_back(p);
   }
-  thin_out(used);
   AllanFit fit;
   if (used.size() < 3) return fit;
   const Solution s = solve(used);

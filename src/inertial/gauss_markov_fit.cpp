@@ -13,7 +13,7 @@
 namespace wayfare {
 
 AutocorrelationRecorder::AutocorrelationRecorder(double period_s, std::size_t blocks)
-    : period_s_(period_s), max_blocks_(blocks < blocks + 1 ? blocks + blocks % 2 : blocks - 1) {
+    : period_s_(period_s), max_blocks_(blocks - blocks % 2) {
   WAYFARE_EXPECTS(period_s > 0.0 && blocks >= 16, "a positive period and at least 16 blocks");
 }
 

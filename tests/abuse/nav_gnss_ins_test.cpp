@@ -202,12 +202,12 @@ TEST(GnssInsAbuse, AFixWithoutVelocityIsNotStandstill) {
   GnssIns ins{GnssInsOptions{}};
   Drive drive{.rest_s = 0.0, .swing_rad = 0.0};
   const Simulated run = simulate(drive, 12.0, 0.02);
+  GnssFix fix;
   for (std::size_t i = 0; i < run.imu.size(); ++i) {
     ImuSample s = run.imu[i];
     s.angular_rate_radps.z() += 0.05;  // a bias that must not be taken for one at rest
     ASSERT_TRUE(ins.add(s));
     if (i % 25 != 0) continue;
-    GnssFix fix;
     fix.time = s.time;
     fix.position = run.truth[i].position;
     if (i > 500) fix.velocity_ned_mps = run.truth[i].velocity_ned_mps;
@@ -216,6 +216,11 @@ TEST(GnssInsAbuse, AFixWithoutVelocityIsNotStandstill) {
   }
   ASSERT_TRUE(ins.started());
   EXPECT_EQ(ins.estimate().gyro_bias_radps.norm(), 0.0);
+  // The fix that started it is in the state, and not used again after another one.
+  GnssFix next = fix;
+  next.time += std::chrono::milliseconds(5);
+  EXPECT_TRUE(ins.add(next));
+  EXPECT_FALSE(ins.add(fix));
 }
 
 TEST(GnssInsAbuse, RunsOfNothingAreErrors) {

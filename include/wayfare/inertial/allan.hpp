@@ -86,8 +86,8 @@ struct AllanFit {
 
 /// Non-negative least squares on the relative variance, each point weighted by its own uncertainty
 /// and a model error of 3 %. Averaging times that fit into the record fewer than `least_averages`
-/// times are left out, and points that are not finite and positive. At most 500 points, evenly
-/// picked, are used. All zero for fewer than three.
+/// times are left out, and points that are not finite and positive. Of more than 500 points, every
+/// n-th is used. All zero for fewer than three.
 [[nodiscard]] AllanFit fit_allan(std::span<const AllanPoint> curve, double least_averages = 9.0);
 
 /// R(t) = σ² e^(−t/τ) of the slow part of a record; `found` is false if its autocorrelation does

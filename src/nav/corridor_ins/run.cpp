@@ -31,9 +31,9 @@ class DistanceTravelled {
     }
   }
   [[nodiscard]] double at(LogTime time) const {
+    if (times_.empty()) return 0.0;
     const auto next = std::upper_bound(times_.begin(), times_.end(), time);
     const auto i = static_cast<std::size_t>(next - times_.begin());
-    if (times_.empty()) return 0.0;
     if (i == 0) return distance_m_.front();
     if (i == times_.size()) return distance_m_.back();
     const double u = to_seconds(time - times_[i - 1]) / to_seconds(times_[i] - times_[i - 1]);

@@ -1,10 +1,13 @@
 #include <wayfare/nav/gnss_ins.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <deque>
+#include <type_traits>
 #include <variant>
+#include <vector>
 
 #include <Eigen/Cholesky>
 
@@ -85,6 +88,7 @@ class GnssIns::Filter {
     if (!plausible(start))
       return events_.note(start.nav.time, "the given start is implausible: it is not used");
     clear();
+    seen_ = {};
     given_start_ = start;
   }
   [[nodiscard]] bool started() const { return engine_.has_value(); }
@@ -103,7 +107,7 @@ class GnssIns::Filter {
       events_.note(s.time, "the unit's clock was set back: reinitialising");
       forget();
       last_imu_.reset();
-      newest_ranges_.reset(), newest_fix_.reset();
+      seen_ = {};
     }
     const double gap_s = last_imu_ ? to_seconds(s.time - last_imu_->time) : 0.0;
     const std::string missing = "no inertial readings for " + std::to_string(gap_s) + " s: ";
@@ -131,26 +135,23 @@ class GnssIns::Filter {
   template <class Gnss>
   Result<void> add(const Gnss& m) {
     if (!plausible(m)) return refused(ErrorCode::invalid, m.time, "no usable measurement");
-    const bool far_ahead = last_imu_ && m.time - last_imu_->time > from_seconds(60.0);
+    std::vector<LogTime>& seen = seen_[std::is_same_v<Gnss, GnssFix> ? 1 : 0];
+    const bool twice = std::find(seen.begin(), seen.end(), m.time) != seen.end();
     if (!engine_) {
       if (given_start_) return refused(ErrorCode::not_found, m.time, "before the given start");
-      if (!last_imu_ || far_ahead) return {};  // nothing to start with
-      if (newest(m) && m.time <= *newest(m))
-        return refused(ErrorCode::invalid, m.time, "an epoch arrived twice or out of order");
-      newest(m) = m.time;
-      if (const auto start = starter_.add(m)) begin(*start, *last_imu_);
+      if (twice) return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
+      seen.assign(1, m.time);
+      auto start = starter_.add(m);
+      if (start && last_imu_) begin(*start, *last_imu_);
       return {};
     }
     const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
     if (m.time < oldest) return refused(ErrorCode::invalid, m.time, "too late");
-    // The log does not contain the epoch that started the filter.
-    bool twice = newest(m) && m.time == *newest(m);
-    for (const Entry& e : log_)
-      twice = twice ||
-              (std::holds_alternative<Gnss>(e.measurement) && time_of(e.measurement) == m.time);
     if (twice) return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
-    if (far_ahead) return refused(ErrorCode::invalid, m.time, "far ahead of the inertial readings");
-    newest(m) = newest(m) ? std::max(*newest(m), m.time) : m.time;
+    if (last_imu_ && m.time - last_imu_->time > from_seconds(60.0))
+      return refused(ErrorCode::invalid, m.time, "far ahead of the inertial readings");
+    std::erase_if(seen, [oldest](LogTime t) { return t < oldest; });
+    seen.push_back(m.time);
     insert(m);
     return {};
   }
@@ -170,10 +171,6 @@ class GnssIns::Filter {
     std::size_t done;
     InsEngine engine;
   };
-
-  /// Time of the newest epoch of its kind.
-  std::optional<LogTime>& newest(const RangeEpoch&) { return newest_ranges_; }
-  std::optional<LogTime>& newest(const GnssFix&) { return newest_fix_; }
 
   void clear() {
     engine_.reset();
@@ -245,14 +242,15 @@ class GnssIns::Filter {
     entry.processed = true;
     ++done_;
     if (is_imu(entry.measurement)) {
-      if (!engine_->on_earth()) {
-        events_.note(t, "the readings lead off the Earth: reinitialising");
-        forget();
-        return true;
-      }
       if (snapshots_.empty() ||
-          engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25))
+          engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25)) {
+        if (!engine_->on_earth()) {
+          events_.note(t, "the readings lead off the Earth: reinitialising");
+          forget();
+          return true;
+        }
         snapshots_.push_back({done_, *engine_});
+      }
     } else if (engine_->lost()) {
       events_.note(t, "the solution has diverged from the measurements: reinitialising");
       forget();
@@ -299,7 +297,8 @@ class GnssIns::Filter {
   std::optional<InsEngine> engine_;
   std::optional<ImuSample> last_imu_;
   SampleClock imu_clock_{1.0};
-  std::optional<LogTime> newest_ranges_, newest_fix_;
+  /// Times of accepted ranges and fixes, while they could still be replayed or start the filter.
+  std::array<std::vector<LogTime>, 2> seen_;
   double interval_s_ = 0.0;
   std::deque<Entry> log_;
   std::size_t done_ = 0;
