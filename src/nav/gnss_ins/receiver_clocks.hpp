@@ -18,19 +18,15 @@ namespace wayfare::nav {
 inline constexpr int kOffsets = kGnssSystems - 1;
 using InsRangeFilter = InsFilter<double, kOffsets>;
 
-/// Finite, and not so large that the computation would overflow or lose all digits.
-[[nodiscard]] inline bool is_below(double value, double limit) { return std::abs(value) < limit; }
+// Finite, and within limits that keep the computation from overflow and loss of all digits.
 [[nodiscard]] inline bool is_usable_sigma(double sigma) { return sigma > 1e-6 && sigma < 1e9; }
-[[nodiscard]] inline bool has_satellite(const CorrectedRange& s) {
-  return s.position_ecef_m.cwiseAbs().maxCoeff() < 1e10 && s.position_ecef_m.allFinite();
-}
-
 [[nodiscard]] inline bool has_range(const CorrectedRange& s) {
-  return is_below(s.range_m, 1e12) && has_satellite(s) && is_usable_sigma(s.range_sigma_m);
+  return std::abs(s.range_m) < 1e12 && s.position_ecef_m.squaredNorm() < 1e20 &&
+         is_usable_sigma(s.range_sigma_m);
 }
 [[nodiscard]] inline bool has_rate(const CorrectedRange& s) {
-  return is_below(s.range_rate_mps, 1e8) && has_satellite(s) && s.velocity_ecef_mps.allFinite() &&
-         s.velocity_ecef_mps.cwiseAbs().maxCoeff() < 1e8 && is_usable_sigma(s.range_rate_sigma_mps);
+  return std::abs(s.range_rate_mps) < 1e8 && s.position_ecef_m.squaredNorm() < 1e20 &&
+         s.velocity_ecef_mps.squaredNorm() < 1e16 && is_usable_sigma(s.range_rate_sigma_mps);
 }
 
 class ReceiverClocks {
