@@ -190,7 +190,7 @@ class Ahrs {
   [[nodiscard]] bool at_rest() const { return readings_.level().at_rest(); }
 
   /// Sets the heading: direction of the body's x axis, clockwise from north. `waiting`, without
-  /// effect, before there is an attitude; `missing` if not finite.
+  /// effect, before there is an attitude; `missing` if not finite or beyond 1e9 rad.
   UpdateStatus set_compass(Angle x_axis, Angle sigma) {
     return readings_.set_compass(x_axis, sigma);
   }

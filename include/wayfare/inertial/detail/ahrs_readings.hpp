@@ -116,8 +116,9 @@ class AhrsReadings {
   }
 
   UpdateStatus set_compass(Angle x_axis, Angle sigma) {
-    const double square = sigma.radians() * sigma.radians();
-    if (!std::isfinite(x_axis.radians()) || !std::isfinite(square)) return UpdateStatus::missing;
+    // Squares of both are computed, also as floats.
+    if (!(std::abs(x_axis.radians()) < 1e9) || !(std::abs(sigma.radians()) < 1e9))
+      return UpdateStatus::missing;
     if (!ready_) return UpdateStatus::waiting;
     heading_.set(filter_, x_axis, sigma);
     external_.settle();
