@@ -25,7 +25,7 @@ AllanRecorder::AllanRecorder(double period_s) : period_s_(period_s) {
 }
 
 void AllanRecorder::add(double value) {
-  if (!std::isfinite(value)) return;
+  if (!(std::abs(value) <= 1e100)) return;  // sums of squares would overflow
   if (count_ == 0) first_ = value;
   // Kahan summation: days of readings accumulate a large total with small differences.
   const double term = value - first_ - compensation_;
@@ -219,13 +219,22 @@ AllanCoefficient coefficient(const Solution& s, int part, std::span<const AllanP
   return c;
 }
 
+/// Far from where squares and ratios overflow.
+bool is_usable(const AllanPoint& p) {
+  const auto positive = [](double x) { return x > 1e-30 && x < 1e30; };
+  return positive(p.deviation) && positive(p.tau_s) && std::isfinite(p.relative_sigma);
+}
+
 }  // namespace
 
 AllanFit fit_allan(std::span<const AllanPoint> curve, double least_averages) {
   AllanCurve used;
-  for (const AllanPoint& p : curve) {
+  // The fit takes the square of the number of points in memory, and its cube in time.
+  const std::size_t step = 1 + curve.size() / 500;
+  for (std::size_t i = 0; i < curve.size(); i += step) {
+    const AllanPoint& p = curve[i];
     const double averages = 1.0 + 0.5 / (p.relative_sigma * p.relative_sigma);
-    if (averages >= least_averages && p.deviation > 0.0) used.push_back(p);
+    if (averages >= least_averages && is_usable(p)) used.push_back(p);
   }
   AllanFit fit;
   if (used.size() < 3) return fit;

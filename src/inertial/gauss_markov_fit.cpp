@@ -13,12 +13,12 @@
 namespace wayfare {
 
 AutocorrelationRecorder::AutocorrelationRecorder(double period_s, std::size_t blocks)
-    : period_s_(period_s), max_blocks_(blocks + blocks % 2) {
+    : period_s_(period_s), max_blocks_(blocks - blocks % 2) {
   WAYFARE_EXPECTS(period_s > 0.0 && blocks >= 16, "a positive period and at least 16 blocks");
 }
 
 void AutocorrelationRecorder::add(double value) {
-  if (!std::isfinite(value)) return;
+  if (!(std::abs(value) <= 1e100)) return;  // sums of squares would overflow
   if (!started_) first_ = value;
   started_ = true;
   block_sum_ += value - first_;

@@ -57,6 +57,7 @@ class IndependentMean {
   [[nodiscard]] double mean() const { return mean_; }
   /// Standard deviation of one value; NaN for fewer than two.
   [[nodiscard]] double deviation() const {
+    if (count_ < 2) return std::numeric_limits<double>::quiet_NaN();
     return std::sqrt(squares_ / (static_cast<double>(count_) - 1.0));
   }
   [[nodiscard]] double standard_error() const {

@@ -174,13 +174,21 @@ struct PlainGnss {
   std::vector<Eigen::Vector3d> error_ned_m;  ///< NaN outside of the reference
 };
 
-/// Times since the unit's first sample.
+/// Times since the unit's first sample; without one, since the first epoch or fix.
 [[nodiscard]] inline PlainGnss plain_gnss(const GnssInsRecording& recording,
                                           const NavReference& reference) {
   PlainGnss plain;
+  LogTime start;
+  if (!recording.imu.empty()) {
+    start = recording.imu.front().time;
+  } else if (!recording.ranges.empty()) {
+    start = recording.ranges.front().time;
+  } else if (!recording.fixes.empty()) {
+    start = recording.fixes.front().time;
+  }
   const auto add = [&](LogTime time, const Geodetic& position) {
     const auto truth = reference_at(reference, time);
-    plain.time_s.push_back(to_seconds(time - recording.imu.front().time));
+    plain.time_s.push_back(to_seconds(time - start));
     plain.position.push_back(position);
     plain.error_ned_m.emplace_back(
         Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));

@@ -15,11 +15,11 @@
 
 namespace wayfare::eval {
 
-/// `value` with a fixed number of decimals; "–" for NaN.
+/// `value` with a fixed number of decimals, 80 at most; "–" for NaN.
 [[nodiscard]] inline std::string fixed(double value, int decimals) {
   if (value != value) return "\u2013";
   char text[400];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  std::snprintf(text, sizeof text, "%.*f", std::clamp(decimals, 0, 80), value);
   return text;
 }
 
@@ -34,10 +34,10 @@ namespace wayfare::eval {
   return mean_std(s.mean, s.std, decimals);
 }
 
-/// `value` with this number of significant digits.
+/// `value` with this number of significant digits, 17 at most: more are not in a double.
 [[nodiscard]] inline std::string significant(double value, int digits = 3) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  std::snprintf(text, sizeof text, "%.*g", std::clamp(digits, 1, 17), value);
   return text;
 }
 

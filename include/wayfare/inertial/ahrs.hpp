@@ -3,6 +3,7 @@
 // Attitude and heading from gyro, accelerometer and, optionally, magnetometer: Ahrs, and the
 // baseline filters of Madgwick and Mahony with the same interface.
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 
@@ -54,13 +55,15 @@ class BasicAhrs {
 
   explicit BasicAhrs(const Rule& rule = {}) : rule_(rule) {}
 
-  /// One sensor's reading. Force and field are held until the next one and act at each rate.
+  /// One sensor's reading. Force and field are held until the next one and act at each rate; a rate
+  /// acts for a second at most. Rates above 1000 rad/s are `saturated` and not used.
   UpdateStatus add_rate(LogTime time, const Vector& radps) {
     if (!radps.allFinite()) return UpdateStatus::missing;
+    if (radps.cwiseAbs().maxCoeff() > T(1e3)) return UpdateStatus::saturated;
     const auto verdict = rate_clock_.check(time);
     if (verdict == SampleClock::Verdict::late) return UpdateStatus::late;
     if (!ready_) return UpdateStatus::waiting;
-    const T dt = T(rate_clock_.step_s());
+    const T dt = T(std::min(rate_clock_.step_s(), 1.0));
     q_ = q_ * SO3<T>::exp((radps + rule_(error(), integral_, dt)) * dt);
     return UpdateStatus::used;
   }
@@ -87,7 +90,7 @@ class BasicAhrs {
     if (!reading.allFinite()) return UpdateStatus::missing;
     if (held.clock.check(time) == SampleClock::Verdict::late) return UpdateStatus::late;
     const T norm = reading.norm();
-    if (!(norm > T(0))) return UpdateStatus::missing;
+    if (!(norm > T(0)) || !std::isfinite(norm)) return UpdateStatus::missing;
     held.direction = reading / norm;
     if (!ready_) start();
     return UpdateStatus::used;
@@ -186,8 +189,11 @@ class Ahrs {
   [[nodiscard]] T magnetometer_delay_s() const { return filter().delay(); }
   [[nodiscard]] bool at_rest() const { return readings_.level().at_rest(); }
 
-  /// Sets the heading: direction of the body's x axis, clockwise from north.
-  void set_compass(Angle x_axis, Angle sigma) { readings_.set_compass(x_axis, sigma); }
+  /// Sets the heading: direction of the body's x axis, clockwise from north. `waiting`, without
+  /// effect, before there is an attitude; `missing` if not finite or beyond 1e9 rad.
+  UpdateStatus set_compass(Angle x_axis, Angle sigma) {
+    return readings_.set_compass(x_axis, sigma);
+  }
 
   /// External heading of AhrsParameters::heading_axis, up to AhrsParameters::heading_history_s old:
   /// corrects attitude and gyro bias. The first one initialises an unknown heading. `waiting`: no

@@ -31,7 +31,7 @@ class AllanRecorder {
   /// `period_s` between readings, which are evenly spaced.
   explicit AllanRecorder(double period_s);
 
-  /// Non-finite values are ignored.
+  /// Non-finite values, and those above 1e100, are ignored.
   void add(double value);
   [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] double mean() const;
@@ -86,7 +86,8 @@ struct AllanFit {
 
 /// Non-negative least squares on the relative variance, each point weighted by its own uncertainty
 /// and a model error of 3 %. Averaging times that fit into the record fewer than `least_averages`
-/// times are left out. All zero for fewer than three points.
+/// times are left out, and points that are not finite and positive. Of more than 500 points, every
+/// n-th is used. All zero for fewer than three.
 [[nodiscard]] AllanFit fit_allan(std::span<const AllanPoint> curve, double least_averages = 9.0);
 
 /// R(t) = σ² e^(−t/τ) of the slow part of a record; `found` is false if its autocorrelation does
@@ -104,7 +105,7 @@ class AutocorrelationRecorder {
   /// `period_s` between evenly spaced readings; at most `blocks` means are stored.
   explicit AutocorrelationRecorder(double period_s, std::size_t blocks = 32768);
 
-  /// Non-finite values are ignored.
+  /// Non-finite values, and those above 1e100, are ignored.
   void add(double value);
 
   /// Autocorrelation of the block means about their mean, at multiples of block_s().

@@ -41,7 +41,7 @@ template <LevelFrame World, class T>
 enum class UpdateStatus {
   used,       ///< it updated the estimate
   waiting,    ///< no attitude yet, or no gyro reading near its time
-  missing,    ///< not finite: no measurement
+  missing,    ///< not finite, or without a direction: no measurement
   late,       ///< not after the previous one
   saturated,  ///< at or beyond the sensor's range
   disturbed,  ///< rejected: magnetic disturbance, or external heading outside the gate

@@ -8,6 +8,7 @@
 // clock.
 
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Core>
 
@@ -245,7 +246,7 @@ class InsModel {
 
   LocalTangentPlane plane_;
   InsNoise<T> noise_;
-  double prepared_dt_s_ = 0.0;
+  double prepared_dt_s_ = std::numeric_limits<double>::quiet_NaN();
   ErrorSteps prepared_;
 };
 

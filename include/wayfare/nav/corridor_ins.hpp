@@ -96,10 +96,11 @@ class CorridorIns {
  public:
   explicit CorridorIns(const CorridorInsOptions& options = {}, const SE2d& start = {});
 
-  /// Rejected without effect if not finite or not after the previous sample.
+  /// Rejected without effect if not finite, beyond 1000 rad/s or m/s, or not after the previous
+  /// sample.
   Result<void> add_motion(const MotionSample& sample);
   /// A scan at or after the last motion sample. The state is that of the sample, so a scan should
-  /// follow the sample of its time. Rejected like motion samples.
+  /// follow the sample of its time. Rejected if not after the previous scan.
   Result<CorridorScanUpdate> add_scan(const LaserScan& scan);
 
   [[nodiscard]] SE2d pose() const;
@@ -137,7 +138,8 @@ struct CorridorRun {
   std::string first_refusal;
 };
 
-/// Motion from gyro and wheels, or gyro and odometry, if recorded; else from odometry alone.
+/// Motion from gyro and wheels, or gyro and odometry, if recorded; else from odometry alone. Wheel
+/// and odometry samples that are not finite are left out.
 /// `added_bias_rad_s` is added to the turn rate, to test its estimation.
 [[nodiscard]] std::vector<MotionSample> motion_of(const Recording& recording,
                                                   double added_bias_rad_s = 0.0);

@@ -68,14 +68,12 @@ class CorridorIns::Engine {
   }
 
   Result<void> add_motion(const MotionSample& s) {
-    if (!std::isfinite(s.turn_rate_rad_s) || !std::isfinite(s.speed_m_s)) {
+    const auto refuse = [this](const char* why) {
       ++report_.refused_samples;
-      return Error{ErrorCode::invalid, "a motion sample is not finite", {}};
-    }
-    if (time_ && s.time <= *time_) {
-      ++report_.refused_samples;
-      return Error{ErrorCode::invalid, "a motion sample is not after the previous one", {}};
-    }
+      return Error{ErrorCode::invalid, why, {}};
+    };
+    if (!corridor::plausible(s)) return refuse("a motion sample is not finite, or implausible");
+    if (time_ && s.time <= *time_) return refuse("a motion sample is not after the previous one");
     // The first sample only gives the start time.
     if (time_) step(s, s.time - *time_);
     time_ = s.time;
@@ -334,14 +332,14 @@ Eigen::Matrix<double, 5, 5> CorridorIns::joint_covariance() const {
 Estimate CorridorIns::gyro_bias() const {
   const CorridorMatrix& p = covariance();
   return {state()[kBiasWalk] + state()[kBiasConstant],
-          std::sqrt(p(kBiasWalk, kBiasWalk) + p(kBiasConstant, kBiasConstant) +
-                    2.0 * p(kBiasWalk, kBiasConstant))};
+          corridor::sigma_of(p(kBiasWalk, kBiasWalk) + p(kBiasConstant, kBiasConstant) +
+                             2.0 * p(kBiasWalk, kBiasConstant))};
 }
 Estimate CorridorIns::gyro_drift() const {
-  return {state()[kBiasDrift], std::sqrt(covariance()(kBiasDrift, kBiasDrift))};
+  return {state()[kBiasDrift], corridor::sigma_of(covariance()(kBiasDrift, kBiasDrift))};
 }
 Estimate CorridorIns::speed_scale() const {
-  return {state()[kScale], std::sqrt(covariance()(kScale, kScale))};
+  return {state()[kScale], corridor::sigma_of(covariance()(kScale, kScale))};
 }
 
 }  // namespace wayfare

@@ -1,11 +1,21 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/nav/corridor_ins.hpp>
 
 namespace wayfare::corridor {
+
+/// Finite, and not far beyond any vehicle, so that the covariance cannot overflow.
+[[nodiscard]] inline bool plausible(const MotionSample& s) {
+  constexpr double kFastest = 1e3;
+  return std::abs(s.turn_rate_rad_s) < kFastest && std::abs(s.speed_m_s) < kFastest;
+}
+
+/// Zero where rounding has left less.
+[[nodiscard]] inline double sigma_of(double variance) { return std::sqrt(std::max(variance, 0.0)); }
 
 /// Plausibility checks of gyro and wheels over consecutive samples.
 class MotionWatch {

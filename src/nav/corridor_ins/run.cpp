@@ -6,6 +6,11 @@
 namespace wayfare {
 namespace {
 
+bool is_finite(const OdometrySample& o) {
+  const SE2d& pose = o.T_odom_base.raw();
+  return std::isfinite(pose.x() + pose.y() + pose.heading().radians());
+}
+
 /// Odometry motion between two samples.
 Eigen::Vector3d step_between(const OdometrySample& before, const OdometrySample& after) {
   return (before.T_odom_base.raw().inverse() * after.T_odom_base.raw()).log();
@@ -15,12 +20,18 @@ Eigen::Vector3d step_between(const OdometrySample& before, const OdometrySample&
 class DistanceTravelled {
  public:
   explicit DistanceTravelled(const Recording& r) {
-    for (const WheelSample& w : r.wheels) append(w.time, 0.5 * (w.left_m + w.right_m));
-    if (!r.wheels.empty()) return;
-    for (std::size_t i = 0; i < r.odometry.size(); ++i)
-      append(r.odometry[i].time, i > 0 ? step_between(r.odometry[i - 1], r.odometry[i]).x() : 0.0);
+    for (const WheelSample& w : r.wheels)
+      if (std::isfinite(w.left_m + w.right_m)) append(w.time, 0.5 * (w.left_m + w.right_m));
+    if (!times_.empty()) return;
+    const OdometrySample* before = nullptr;
+    for (const OdometrySample& o : r.odometry) {
+      if (!is_finite(o)) continue;
+      append(o.time, before != nullptr ? step_between(*before, o).x() : 0.0);
+      before = &o;
+    }
   }
   [[nodiscard]] double at(LogTime time) const {
+    if (times_.empty()) return 0.0;
     const auto next = std::upper_bound(times_.begin(), times_.end(), time);
     const auto i = static_cast<std::size_t>(next - times_.begin());
     if (i == 0) return distance_m_.front();
@@ -56,6 +67,7 @@ std::vector<MotionSample> from_odometry(const Recording& r) {
   std::vector<MotionSample> motion;
   const OdometrySample* before = nullptr;
   for (const OdometrySample& o : r.odometry) {
+    if (!is_finite(o)) continue;
     if (before != nullptr && o.time <= before->time) continue;
     MotionSample sample{o.time};
     if (before != nullptr) {

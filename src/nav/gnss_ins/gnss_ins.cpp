@@ -1,10 +1,17 @@
 #include <wayfare/nav/gnss_ins.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <deque>
+#include <type_traits>
 #include <variant>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include <wayfare/inertial/detail/sample_clock.hpp>
 
 #include "nav/gnss_ins/ins_engine.hpp"
 #include "nav/gnss_ins/ins_start.hpp"
@@ -31,23 +38,29 @@ bool plausible(const ImuSample& s) {
          s.specific_force_mps2.cwiseAbs().maxCoeff() < 5000.0;
 }
 
+bool plausible_velocity(const Eigen::Vector3d& mps) { return mps.squaredNorm() < 1e10; }
+
 bool plausible(const RangeEpoch& e) {
-  return std::any_of(e.satellites.begin(), e.satellites.end(), [](const CorrectedRange& s) {
-    return (std::isfinite(s.range_m) || std::isfinite(s.range_rate_mps)) &&
-           s.position_ecef_m.allFinite();
-  });
+  return std::any_of(e.satellites.begin(), e.satellites.end(),
+                     [](const CorrectedRange& s) { return nav::has_range(s) || nav::has_rate(s); });
 }
 
 bool plausible(const GnssFix& f) {
   const auto positive = [](const Eigen::Matrix3d& m) {
-    return m.allFinite() && (m.diagonal().array() > 0.0).all();
+    return m.allFinite() && m.isApprox(m.transpose(), 1e-6) &&
+           Eigen::LLT<Eigen::Matrix3d>(m).info() == Eigen::Success;
   };
-  return std::isfinite(f.position.latitude.radians()) &&
-         std::isfinite(f.position.longitude.radians()) && std::isfinite(f.position.height_m) &&
-         std::abs(f.position.latitude.degrees()) <= 90.0 &&
-         positive(f.position_covariance_ned_m2) &&
+  return nav::is_on_earth(f.position) && positive(f.position_covariance_ned_m2) &&
          (!f.velocity_ned_mps ||
-          (f.velocity_ned_mps->allFinite() && positive(f.velocity_covariance_ned)));
+          (plausible_velocity(*f.velocity_ned_mps) && positive(f.velocity_covariance_ned)));
+}
+
+bool plausible(const GnssInsStart& s) {
+  const auto sigma = [](double value) { return value >= 0.0 && std::isfinite(value * value); };
+  return nav::is_on_earth(s.nav.position) && plausible_velocity(s.nav.velocity_ned_mps) &&
+         s.nav.q_nb.quaternion().coeffs().allFinite() && s.gyro_bias_radps.allFinite() &&
+         sigma(s.position_sigma_m) && sigma(s.velocity_sigma_mps) && sigma(s.level_sigma_rad) &&
+         sigma(s.heading_sigma_rad) && sigma(s.gyro_bias_sigma_radps);
 }
 
 Error refused(ErrorCode code, LogTime time, const std::string& why) {
@@ -70,7 +83,10 @@ class GnssIns::Filter {
   explicit Filter(const GnssInsOptions& options) : options_(options), starter_(options) {}
 
   void start(const GnssInsStart& start) {
+    if (!plausible(start))
+      return events_.note(start.nav.time, "the given start is implausible: it is not used");
     clear();
+    seen_ = {};
     given_start_ = start;
   }
   [[nodiscard]] bool started() const { return engine_.has_value(); }
@@ -79,10 +95,17 @@ class GnssIns::Filter {
     s.time += from_seconds(options_.imu_time_offset_s);
     if (!plausible(s))
       return refused(ErrorCode::invalid, s.time, "an inertial reading is implausible");
-    if (last_imu_ && s.time <= last_imu_->time) {
+    const SampleClock::Verdict order = imu_clock_.check(s.time);
+    if (order == SampleClock::Verdict::late) {
       return refused(ErrorCode::invalid, s.time,
                      s.time == last_imu_->time ? "an inertial reading arrived twice"
                                                : "an inertial reading is out of order");
+    }
+    if (last_imu_ && order == SampleClock::Verdict::first) {
+      events_.note(s.time, "the unit's clock was set back: reinitialising");
+      forget();
+      last_imu_.reset();
+      seen_ = {};
     }
     const double gap_s = last_imu_ ? to_seconds(s.time - last_imu_->time) : 0.0;
     const std::string missing = "no inertial readings for " + std::to_string(gap_s) + " s: ";
@@ -110,19 +133,23 @@ class GnssIns::Filter {
   template <class Gnss>
   Result<void> add(const Gnss& m) {
     if (!plausible(m)) return refused(ErrorCode::invalid, m.time, "no usable measurement");
+    std::vector<LogTime>& seen = seen_[std::is_same_v<Gnss, GnssFix> ? 1 : 0];
+    const bool twice = std::find(seen.begin(), seen.end(), m.time) != seen.end();
     if (!engine_) {
       if (given_start_) return refused(ErrorCode::not_found, m.time, "before the given start");
+      if (twice) return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
+      seen.assign(1, m.time);
       auto start = starter_.add(m);
       if (start && last_imu_) begin(*start, *last_imu_);
       return {};
     }
     const LogTime oldest = snapshots_.empty() ? engine_->time() : snapshots_.front().engine.time();
     if (m.time < oldest) return refused(ErrorCode::invalid, m.time, "too late");
-    for (const Entry& e : log_)
-      if (std::holds_alternative<Gnss>(e.measurement) && time_of(e.measurement) == m.time)
-        return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
+    if (twice) return refused(ErrorCode::invalid, m.time, "an epoch arrived twice");
     if (last_imu_ && m.time - last_imu_->time > from_seconds(60.0))
       return refused(ErrorCode::invalid, m.time, "far ahead of the inertial readings");
+    std::erase_if(seen, [oldest](LogTime t) { return t < oldest; });
+    seen.push_back(m.time);
     insert(m);
     return {};
   }
@@ -165,9 +192,7 @@ class GnssIns::Filter {
 
   void try_given_start(const ImuSample& s) {
     if (!given_start_ || s.time < given_start_->nav.time) return;
-    const LogTime from = last_imu_ ? std::max(last_imu_->time, given_start_->nav.time) : s.time;
-    if (s.time - given_start_->nav.time > from_seconds(options_.max_imu_gap_s) &&
-        s.time - from > from_seconds(options_.max_imu_gap_s)) {
+    if (s.time - given_start_->nav.time > from_seconds(options_.max_imu_gap_s)) {
       events_.note(s.time, "the given start is too long before the inertial readings");
       given_start_.reset();
       return;
@@ -216,8 +241,14 @@ class GnssIns::Filter {
     ++done_;
     if (is_imu(entry.measurement)) {
       if (snapshots_.empty() ||
-          engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25))
+          engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25)) {
+        if (!engine_->on_earth()) {
+          events_.note(t, "the readings lead off the Earth: reinitialising");
+          forget();
+          return true;
+        }
         snapshots_.push_back({done_, *engine_});
+      }
     } else if (engine_->lost()) {
       events_.note(t, "the solution has diverged from the measurements: reinitialising");
       forget();
@@ -263,6 +294,9 @@ class GnssIns::Filter {
   std::optional<GnssInsStart> given_start_;
   std::optional<InsEngine> engine_;
   std::optional<ImuSample> last_imu_;
+  SampleClock imu_clock_{1.0};
+  /// Times of accepted ranges and fixes, while they could still be replayed or start the filter.
+  std::array<std::vector<LogTime>, 2> seen_;
   double interval_s_ = 0.0;
   std::deque<Entry> log_;
   std::size_t done_ = 0;

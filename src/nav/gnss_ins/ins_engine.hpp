@@ -31,6 +31,12 @@ struct EventLog {
   }
 };
 
+/// Near the ground, and not where north and east are undefined.
+[[nodiscard]] inline bool is_on_earth(const Geodetic& p) {
+  return std::abs(p.latitude.degrees()) < 89.99 && std::abs(p.longitude.degrees()) <= 360.0 &&
+         p.height_m > -1e5 && p.height_m < 1e7;
+}
+
 class InsEngine {
  public:
   using Filter = InsRangeFilter;
@@ -51,7 +57,7 @@ class InsEngine {
     const double dt = to_seconds(sample.time - last_.time);
     if (dt <= 0.0) return;
     // Long steps are subdivided: the coefficients are constant within a step.
-    const int parts = std::max(1, static_cast<int>(std::ceil(dt / 0.1)));
+    const int parts = static_cast<int>(std::clamp(std::ceil(dt / 0.1), 1.0, 1e6));
     ImuInterval imu = between(last_, sample);
     imu.dt_s = dt / parts;
     const Vector3d rate_step = (imu.end_rate_radps - imu.begin_rate_radps) / parts;
@@ -173,6 +179,10 @@ class InsEngine {
 
   /// Measurements have been rejected for so long that the filter should be reinitialised.
   [[nodiscard]] bool lost() const { return lost_; }
+  /// False once the readings have carried the unit to where the navigation equations do not hold.
+  [[nodiscard]] bool on_earth() const {
+    return is_on_earth(filter_.position()) && filter_.state().velocity_mps.squaredNorm() < 1e10;
+  }
 
  private:
   using Kind = InnovationRecord::Kind;

@@ -18,12 +18,15 @@ namespace wayfare::nav {
 inline constexpr int kOffsets = kGnssSystems - 1;
 using InsRangeFilter = InsFilter<double, kOffsets>;
 
+// Finite, and within limits that keep the computation from overflow and loss of all digits.
+[[nodiscard]] inline bool is_usable_sigma(double sigma) { return sigma > 1e-6 && sigma < 1e9; }
 [[nodiscard]] inline bool has_range(const CorrectedRange& s) {
-  return std::isfinite(s.range_m) && s.position_ecef_m.allFinite() && s.range_sigma_m > 0.0;
+  return std::abs(s.range_m) < 1e12 && s.position_ecef_m.squaredNorm() < 1e20 &&
+         is_usable_sigma(s.range_sigma_m);
 }
 [[nodiscard]] inline bool has_rate(const CorrectedRange& s) {
-  return std::isfinite(s.range_rate_mps) && s.position_ecef_m.allFinite() &&
-         s.velocity_ecef_mps.allFinite() && s.range_rate_sigma_mps > 0.0;
+  return std::abs(s.range_rate_mps) < 1e8 && s.position_ecef_m.squaredNorm() < 1e20 &&
+         s.velocity_ecef_mps.squaredNorm() < 1e16 && is_usable_sigma(s.range_rate_sigma_mps);
 }
 
 class ReceiverClocks {

@@ -90,6 +90,9 @@ class AhrsReadings {
   }
 
   UpdateStatus add_field(LogTime time, const Vector& field) {
+    // A magnetometer without power or calibration reads zero: no direction.
+    if (field.cwiseAbs().maxCoeff() < T(1e-6))
+      return report_.magnetometer.note(UpdateStatus::missing);
     const Check j = check(field, p_.field_range, field_clock_, time);
     if (!p_.use_magnetometer || !j.usable || j.status == UpdateStatus::saturated)
       return report_.magnetometer.note(p_.use_magnetometer ? j.status : UpdateStatus::missing);
@@ -112,9 +115,14 @@ class AhrsReadings {
     return report_.external.note(outcome.status);
   }
 
-  void set_compass(Angle x_axis, Angle sigma) {
+  UpdateStatus set_compass(Angle x_axis, Angle sigma) {
+    // Squares of both are computed, also as floats.
+    if (!(std::abs(x_axis.radians()) < 1e9) || !(std::abs(sigma.radians()) < 1e9))
+      return UpdateStatus::missing;
+    if (!ready_) return UpdateStatus::waiting;
     heading_.set(filter_, x_axis, sigma);
     external_.settle();
+    return UpdateStatus::used;
   }
 
   [[nodiscard]] bool ready() const { return ready_; }
