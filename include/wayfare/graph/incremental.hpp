@@ -69,10 +69,10 @@ class IncrementalOptimiser {
   /// and an error too large to square.
   Result<void> add_edge(const PoseEdge<G>& edge);
   /// Adds the poses and edges of `grown` that graph() does not have; the common ones are assumed to
-  /// be identical. Errors, with nothing added: those of add_pose and add_edge, or a pose that was
-  /// free and is fixed now.
+  /// be identical, except that pending ones may be fixed now. Errors, with nothing added: those of
+  /// add_pose and add_edge, or a solved pose that was free and is fixed now.
   Result<void> append(const PoseGraph<G>& grown);
-  /// Removes the poses and edges added since the last successful update.
+  /// Removes the poses, with their labels, and edges added since the last successful update.
   void discard_pending();
 
   /// Adds the pending poses and edges to the solution. On an Error (names a new pose that is not

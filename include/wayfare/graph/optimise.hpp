@@ -71,6 +71,7 @@ template <LieGroup G, LinearSolver S>
 Result<void> PoseGraphOptimiser<G, S>::run(PoseGraph<G>& graph, const OptimiseOptions& options,
                                            OptimiseReport& report) {
   const PhaseTimer total(step_.times().total_s);
+  step_.forget_outcome();
   {
     const PhaseTimer timer(step_.times().validate_s);
     if (auto valid = validate(graph); !valid) return valid;
@@ -88,6 +89,7 @@ Result<void> PoseGraphOptimiser<G, S>::run(PoseGraph<G>& graph, const OptimiseOp
 template <LieGroup G, LinearSolver S>
 Result<void> PoseGraphOptimiser<G, S>::prepare_covariances(const PoseGraph<G>& graph,
                                                            const RobustKernel& kernel) {
+  step_.forget_outcome();
   if (auto valid = validate(graph); !valid) return valid;
   step_.prepare(graph);
   step_.linearise(graph, kernel);

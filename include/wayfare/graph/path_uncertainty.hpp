@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <wayfare/core/contract.hpp>
@@ -37,11 +38,11 @@ struct PathUncertainty {
 /// information must not change.
 class PathUncertaintyFinder {
  public:
-  /// From `root` over the edges for which `usable(edge)` is true; information matrices must be
-  /// positive definite. Dijkstra's search, O(E log V); as heading and position errors can cancel, a
-  /// pose may become less uncertain than its predecessor and is then expanded again, which ends
-  /// after 100 expansions per pose: between poses 10⁹ m apart rounding errors alone would let it go
-  /// on for ever. The result is valid until the next search.
+  /// From `root` over the edges for which `usable(edge)` is true and whose information is positive
+  /// definite. Dijkstra's search, O(E log V); as heading and position errors can cancel, a pose may
+  /// become less uncertain than its predecessor and is then expanded again, which ends after 100
+  /// expansions per pose: between poses 10⁹ m apart rounding errors alone would let it go on for
+  /// ever. The result is valid until the next search.
   template <class Usable>
   const PathUncertainty& find(const PoseGraph2& graph, int root, Usable usable);
 
@@ -70,6 +71,8 @@ inline void PathUncertaintyFinder::take_in_new(const PoseGraph2& graph) {
     neighbours_[static_cast<std::size_t>(e.from)].push_back({e.to, static_cast<int>(k)});
     neighbours_[static_cast<std::size_t>(e.to)].push_back({e.from, static_cast<int>(k)});
     edge_covariance_.emplace_back(e.information.inverse());
+    if (edge_covariance_.back().llt().info() != Eigen::Success)
+      edge_covariance_.back().setConstant(std::numeric_limits<double>::quiet_NaN());  // no offer
   }
 }
 

@@ -29,12 +29,12 @@ struct KernelValue {
 
 struct RobustKernel {
   RobustKernelKind kind = RobustKernelKind::none;
-  double scale = 1.0;  ///< standard deviations, > 0; larger: less robust
+  double scale = 1.0;  ///< standard deviations, > 0; larger: less robust, infinite: none
 
   /// `s` = eᵀΩe ≥ 0.
   [[nodiscard]] KernelValue operator()(double s) const {
     const double width = scale * scale;
-    switch (kind) {
+    switch (std::isinf(width) ? RobustKernelKind::none : kind) {
       case RobustKernelKind::none:
         break;
       case RobustKernelKind::huber: {

@@ -23,12 +23,13 @@ enum class TreeEdges {
 
 /// Initialises the free poses along the chain of edges between poses k and k + 1, from the fixed
 /// poses (pose 0 if there are none); edges that are not `robust` are preferred. An Error names the
-/// poses where the chain breaks. On an Error, here as below, the poses are unchanged.
+/// poses where the chain breaks, or the pose whose coordinates overflow. On an Error, here as
+/// below, the poses are unchanged.
 template <LieGroup G>
 Result<void> start_from_odometry(PoseGraph<G>& graph);
 
 /// Initialises the free poses along a spanning tree from the fixed poses. An Error if a pose is
-/// connected to none of them.
+/// connected to none of them, or its coordinates overflow.
 template <LieGroup G>
 Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather = TreeEdges::any);
 

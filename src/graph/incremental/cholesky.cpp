@@ -128,8 +128,12 @@ const std::vector<int>& IncrementalCholesky<N>::solve(double threshold) {
   changed_.clear();
   last_solved_ = 0;
   stack_.clear();
+  const bool whole = !(threshold >= held_back_);  // changes that were too small then may not be now
+  held_back_ = threshold;
+  for (int c = 0; whole && c < static_cast<int>(cliques_.size()); ++c)
+    if (cliques_[index(c)].frontals > 0 && cliques_[index(c)].parent < 0) stack_.push_back(c);
   for (const int c : roots_)
-    if (cliques_[index(c)].fresh && cliques_[index(c)].parent < 0) stack_.push_back(c);
+    if (!whole && cliques_[index(c)].fresh && cliques_[index(c)].parent < 0) stack_.push_back(c);
   roots_.clear();
   while (!stack_.empty()) {
     Clique& clique = cliques_[index(stack_.back())];
@@ -137,7 +141,7 @@ const std::vector<int>& IncrementalCholesky<N>::solve(double threshold) {
     clique.fresh = false;
     substitute(clique, threshold);
     for (const int child : clique.children)
-      if (cliques_[index(child)].fresh || separator_changed(cliques_[index(child)]))
+      if (whole || cliques_[index(child)].fresh || separator_changed(cliques_[index(child)]))
         stack_.push_back(child);
   }
   return changed_;

@@ -20,9 +20,10 @@ Result<int> IncrementalOptimiser<G>::add_pose(const G& initial, bool held) {
 
 template <LieGroup G>
 Result<void> IncrementalOptimiser<G>::add_edge(const PoseEdge<G>& edge) {
-  graph_.edges.push_back(edge);
+  graph_.edges.push_back(edge);  // `edge` may be one of graph(): from here on it may be gone
   auto valid = validate_edge(graph_, graph_.edges.size() - 1);
-  if (valid && !std::isfinite(squared_error(graph_, edge))) valid = cost_overflow(graph_);
+  if (valid && !std::isfinite(squared_error(graph_, graph_.edges.back())))
+    valid = cost_overflow(graph_);
   if (!valid) graph_.edges.pop_back();
   return valid;
 }
@@ -40,9 +41,13 @@ Result<void> IncrementalOptimiser<G>::append(const PoseGraph<G>& grown) {
       if (pose < 0 || pose >= grown.size())
         return Error{ErrorCode::not_found,
                      "fixed pose " + std::to_string(pose) + " is not in the graph"};
-      if (index(pose) < solved_poses_ && !is_held(pose))
+      auto& fixed = graph_.fixed;
+      if (index(pose) >= poses || std::find(fixed.begin(), fixed.end(), pose) != fixed.end())
+        continue;
+      if (index(pose) < solved_poses_)
         return Error{ErrorCode::unsupported,
                      "pose " + graph_.label(pose) + " was free and is fixed now"};
+      fixed.push_back(pose);
     }
     for (std::size_t i = poses; i < grown.poses.size(); ++i) {
       const int pose = static_cast<int>(i);
@@ -67,6 +72,7 @@ template <LieGroup G>
 void IncrementalOptimiser<G>::discard_pending() {
   graph_.poses.resize(solved_poses_);
   graph_.edges.resize(solved_edges_);
+  if (graph_.labels.size() > solved_poses_) graph_.labels.resize(solved_poses_);
   std::erase_if(graph_.fixed, [&](int pose) { return index(pose) >= solved_poses_; });
 }
 

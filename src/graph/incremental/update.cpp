@@ -78,7 +78,7 @@ FactorOutcome IncrementalOptimiser<G>::refactor(IncrementalReport& report) {
 
 template <LieGroup G>
 void IncrementalOptimiser<G>::relinearise_far(double threshold) {
-  if (threshold < far_step_) {  // the list may be incomplete
+  if (!(threshold >= far_step_)) {  // the list may be incomplete
     far_.clear();
     for (std::size_t i = 0; i < solved_poses_; ++i) {
       is_far_[i] = variable_of_[i] >= 0;

@@ -46,6 +46,17 @@ detail::Lists<int> edges_by_pose(const auto& graph) {
           }};
 }
 
+/// Sets the poses, unless sums of measurements overflow.
+template <class G>
+Result<void> take(PoseGraph<G>& graph, std::vector<G> x) {
+  for (int pose = 0; pose < graph.size(); ++pose)
+    if (!detail::is_finite(x[at(pose)]))
+      return Error{ErrorCode::degenerate,
+                   "pose " + graph.label(pose) + " is too far away: its coordinates overflow"};
+  graph.poses = std::move(x);
+  return {};
+}
+
 }  // namespace
 
 template <LieGroup G>
@@ -69,8 +80,7 @@ Result<void> start_from_odometry(PoseGraph<G>& graph) {
     if (!place(k, k + 1)) return broken(k, k + 1);
   for (int k = first + 1; k < graph.size(); ++k)
     if (placed[at(k)] == 0 && !place(k, k - 1)) return broken(k - 1, k);
-  graph.poses = std::move(x);
-  return {};
+  return take(graph, std::move(x));
 }
 
 template <LieGroup G>
@@ -82,15 +92,16 @@ Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather) {
   };
   // Breadth first; paths over untrusted edges are used only when no other is left.
   std::vector<Step> open, later;
-  std::vector<char> placed(graph.poses.size(), 0);
+  std::vector<G> x = graph.poses;
+  std::vector<char> placed(x.size(), 0);
   for (const int a : anchors_of(graph)) open.push_back({a, -1});
-  const auto take = [&](const Step& step) {
+  const auto place = [&](const Step& step) {
     if (placed[at(step.pose)] != 0) return;
     placed[at(step.pose)] = 1;
     if (step.edge >= 0) {
       const PoseEdge<G>& edge = graph.edges[at(step.edge)];
       const int parent = edge.from == step.pose ? edge.to : edge.from;
-      graph.poses[at(step.pose)] = across(edge, parent, graph.poses[at(parent)]);
+      x[at(step.pose)] = across(edge, parent, x[at(parent)]);
     }
     for (const int e : edges_at[step.pose]) {
       const PoseEdge<G>& edge = graph.edges[at(e)];
@@ -99,10 +110,10 @@ Result<void> start_from_tree(PoseGraph<G>& graph, TreeEdges rather) {
     }
   };
   for (std::size_t k = 0; k < open.size(); ++k) {
-    take(Step(open[k]));
+    place(Step(open[k]));
     if (k + 1 == open.size()) open.insert(open.end(), later.begin(), later.end()), later.clear();
   }
-  return {};
+  return take(graph, std::move(x));
 }
 
 template Result<void> start_from_odometry(PoseGraph<SE2d>&);

@@ -42,6 +42,12 @@ class DampedStep {
     if constexpr (ThreadedSolver<Solver>) solver_.set_threads(threads);
   }
 
+  /// As before the first factorisation: nothing is known to be undetermined.
+  void forget_outcome() {
+    outcome_ = {};
+    undamped_ = false;
+  }
+
   /// Sets up the equations of a validated graph; returns whether the structure was reused.
   bool prepare(const PoseGraph<G>& graph);
 
@@ -103,8 +109,7 @@ class DampedStep {
 template <LieGroup G, LinearSolver S>
 bool DampedStep<G, S>::prepare(const PoseGraph<G>& graph) {
   const PhaseTimer timer(times_.analyse_s);
-  outcome_ = {};
-  undamped_ = false;
+  forget_outcome();
   const bool changed = equations_.set_structure(graph);
   if (changed && !equations_.free_poses().empty()) solver_.analyse(equations_.hessian());
   return !changed;

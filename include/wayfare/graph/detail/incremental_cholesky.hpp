@@ -161,6 +161,7 @@ class IncrementalCholesky {
   std::vector<int> changed_, stack_;
   int last_columns_ = 0, last_solved_ = 0, constrained_ = 0;
   double last_flops_ = 0.0, total_flops_ = 0.0;
+  double held_back_ = 0.0;  // the last threshold of `solve`
 };
 
 }  // namespace wayfare

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -165,7 +166,8 @@ bool ScalarSolver<N, Decomposition>::suspicious(const BlockSparse<N>& h) const {
   const double loss = suspicious_loss(h.columns());
   bool found = false;
   detail::each_pivot(decomposition_, [&](int column, double pivot) {
-    found = found || !(scale[column] <= loss * pivot * pivot);
+    const double most = loss * pivot * pivot;
+    found = found || !(scale[column] <= most && std::isfinite(most));
   });
   return found;
 }
