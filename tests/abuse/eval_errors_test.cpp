@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/eval/attitude_error.hpp>
 #include <wayfare/eval/consistency.hpp>
 #include <wayfare/eval/nav_error.hpp>
 #include <wayfare/eval/relations.hpp>
