@@ -6,10 +6,8 @@
 #include <wayfare/graph/gnc.hpp>
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/linear_solver.hpp>
-#include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/path_uncertainty.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/graph/report.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
-#include <wayfare/graph/start.hpp>

@@ -5,7 +5,6 @@
 #include <wayfare/slam/graph_slam.hpp>
 #include <wayfare/slam/hector_slam.hpp>
 #include <wayfare/slam/localisation.hpp>
-#include <wayfare/slam/localisation_map.hpp>
 #include <wayfare/slam/pedestrian_slam.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 #include <wayfare/slam/scan_outcome.hpp>

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

@@ -1,4 +1,4 @@
-#include <wayfare/inertial/allan.hpp>
+#include <wayfare/inertial/imu_noise.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -16,7 +16,7 @@
 #include <wayfare/graph/gnc.hpp>
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/graph/start.hpp>
+#include <wayfare/graph/pose_graph.hpp>
 
 #include "abuse/abuse.hpp"
 #include "graph/growth.hpp"

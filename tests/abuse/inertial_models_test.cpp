@@ -9,7 +9,6 @@
 #include <wayfare/filter/ekf.hpp>
 #include <wayfare/inertial/ins_model.hpp>
 #include <wayfare/inertial/ins_state.hpp>
-#include <wayfare/inertial/strapdown.hpp>
 
 #include "abuse/abuse.hpp"
 

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/inertial/allan.hpp>
+#include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/inertial/magnetometer_calibration.hpp>
 
 #include "abuse/abuse.hpp"

@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
 #include <wayfare/sensors/point_set.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 #include "abuse/abuse.hpp"

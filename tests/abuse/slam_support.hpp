@@ -13,8 +13,8 @@
 #include <vector>
 
 #include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 #include <wayfare/slam/hector_slam.hpp>
 #include <wayfare/slam/pedestrian_slam.hpp>

@@ -1,5 +1,5 @@
 // EXPECT: an angle has a unit: Angle::radians\(x\) or Angle::degrees\(x\)
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 void set(wayfare::LaserScan& scan, double step) {
 #ifdef WAYFARE_MUST_FAIL

@@ -1,5 +1,5 @@
 // EXPECT: an instant has a unit: Time::from_seconds\(s\) or from_nanoseconds\(ns\)
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 void set(wayfare::LaserScan& scan, double seconds) {
 #ifdef WAYFARE_MUST_FAIL

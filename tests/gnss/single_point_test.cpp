@@ -8,7 +8,7 @@
 
 #include "sky.hpp"
 
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
-#include <wayfare/graph/multifrontal_cholesky.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 
 #include "tangle.hpp"
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/graph/detail/damped_step.hpp>
-#include <wayfare/graph/multifrontal_cholesky.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/report.hpp>
 
 #include "tangle.hpp"

@@ -1,4 +1,4 @@
-#include <wayfare/graph/multifrontal_cholesky.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 
 #include <limits>
 

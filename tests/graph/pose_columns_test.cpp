@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/graph/start.hpp>
+#include <wayfare/graph/pose_graph.hpp>
 
 namespace wayfare {
 namespace {

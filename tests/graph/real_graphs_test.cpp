@@ -9,7 +9,7 @@
 
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/graph/start.hpp>
+#include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/io/g2o.hpp>
 
 #include "io/support.hpp"

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/graph/eigen_solver.hpp>
-#include <wayfare/graph/multifrontal_cholesky.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 #ifdef WAYFARE_TEST_CHOLMOD
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif

@@ -1,5 +1,5 @@
 #include <numbers>
-#include <wayfare/graph/start.hpp>
+#include <wayfare/graph/pose_graph.hpp>
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/inertial/allan.hpp>
+#include <wayfare/inertial/imu_noise.hpp>
 
 namespace wayfare {
 namespace {

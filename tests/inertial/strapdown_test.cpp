@@ -1,4 +1,4 @@
-#include <wayfare/inertial/strapdown.hpp>
+#include <wayfare/inertial/ins_state.hpp>
 
 #include <cmath>
 #include <numbers>

@@ -8,7 +8,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/inertial/strapdown.hpp>
+#include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 
 namespace wayfare::tests {

@@ -12,7 +12,7 @@
 
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare::testing {
 

@@ -1,6 +1,6 @@
 // A radar's frames compared with the theory of its signal processing for known reflectors.
 
-#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sim/radar.hpp>
 
 #include <algorithm>

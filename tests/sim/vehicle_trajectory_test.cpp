@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/sensors/nav_state.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::sim {
 namespace {

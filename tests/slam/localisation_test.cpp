@@ -8,7 +8,7 @@
 
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
-#include <wayfare/slam/localisation_map.hpp>
+#include <wayfare/slam/localisation.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 
 #include "localisation_support.hpp"

@@ -9,7 +9,7 @@
 
 #include <wayfare/pedestrian/pedestrian.hpp>
 #include <wayfare/pedestrian/walk_feedback.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sim/walks.hpp>
 
 #include "sim/support.hpp"

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <numbers>
 
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 #include "sim/support.hpp"
 

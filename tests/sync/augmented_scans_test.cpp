@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/sensors/wheels.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 
 #include "core/at.hpp"

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 namespace {

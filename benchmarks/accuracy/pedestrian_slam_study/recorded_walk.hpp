@@ -6,7 +6,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/sim/walks.hpp>
 

@@ -10,7 +10,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/match/scan_matcher.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare {
 

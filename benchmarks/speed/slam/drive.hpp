@@ -13,7 +13,7 @@
 
 #include <wayfare/core/se2.hpp>
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
 namespace wayfare {

@@ -10,7 +10,7 @@
 #include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/io/nav_text.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 #include "support/program_files.hpp"
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <wayfare/eval/table.hpp>
-#include <wayfare/inertial/allan.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/io/report.hpp>
 

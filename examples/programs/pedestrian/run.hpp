@@ -11,7 +11,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
 
 #include "support/program_files.hpp"

@@ -8,7 +8,6 @@
 #include <wayfare/graph/gnc.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/graph/report.hpp>
-#include <wayfare/graph/start.hpp>
 #include <wayfare/io/g2o.hpp>
 
 #include "support/program_files.hpp"

@@ -6,7 +6,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/gnss/single_point.hpp>
-#include <wayfare/sensors/nav_state.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 #include "support/program_files.hpp"
 

@@ -10,7 +10,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
-#include <wayfare/sensors/nav_state.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 #include "nav_config.hpp"
 

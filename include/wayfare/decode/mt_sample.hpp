@@ -16,7 +16,7 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/awinda.hpp>
 #include <wayfare/decode/detail/mt_values.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare::decode {
 

@@ -18,7 +18,7 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/decode/rplidar_decoder.hpp>
 #include <wayfare/decode/rplidar_protocol.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare::decode {
 

@@ -12,7 +12,7 @@
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare::decode {
 

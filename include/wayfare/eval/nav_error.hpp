@@ -21,7 +21,7 @@
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/nav/outage.hpp>
-#include <wayfare/sensors/nav_state.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare::eval {
 

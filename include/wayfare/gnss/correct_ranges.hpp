@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/gnss/ephemerides.hpp>
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

@@ -18,7 +18,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
 #include <wayfare/gnss/range_model.hpp>
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

@@ -14,7 +14,7 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 #include <wayfare/inertial/ins_state.hpp>
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

@@ -11,7 +11,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/gnss/correct_ranges.hpp>
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

@@ -6,7 +6,7 @@
 
 #include <wayfare/graph/detail/descent.hpp>
 #include <wayfare/graph/detail/validate.hpp>
-#include <wayfare/graph/multifrontal_cholesky.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 
 namespace wayfare {
 

@@ -12,7 +12,7 @@
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/se3.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

@@ -18,7 +18,6 @@
 #include <wayfare/inertial/detail/ins_transition.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/inertial/ins_state.hpp>
-#include <wayfare/inertial/strapdown.hpp>
 
 namespace wayfare {
 

@@ -23,9 +23,8 @@
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/sensors/gnss.hpp>
-#include <wayfare/sensors/imu.hpp>
-#include <wayfare/sensors/nav_state.hpp>
+#include <wayfare/sensors/measurements.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sync/clock_fit.hpp>
 
 namespace wayfare::io {

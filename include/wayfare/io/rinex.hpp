@@ -18,7 +18,7 @@
 #include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare::io {
 

@@ -15,10 +15,9 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/sensors/imu.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
-#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare::logger {
 

@@ -12,8 +12,8 @@
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/detail/scan_raster.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
 #include <wayfare/sensors/point_set.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare {
 

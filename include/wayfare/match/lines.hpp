@@ -10,7 +10,7 @@
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/match/detail/beams.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare {
 

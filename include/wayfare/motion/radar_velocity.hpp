@@ -19,7 +19,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare {
 

@@ -18,9 +18,8 @@
 #include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/inertial/ins_state.hpp>
-#include <wayfare/sensors/gnss.hpp>
-#include <wayfare/sensors/imu.hpp>
-#include <wayfare/sensors/nav_state.hpp>
+#include <wayfare/sensors/measurements.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare {
 

@@ -14,7 +14,7 @@
 #include <wayfare/gnss/range_model.hpp>
 #include <wayfare/inertial/ins_model.hpp>
 #include <wayfare/inertial/ins_state.hpp>
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

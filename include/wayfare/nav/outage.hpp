@@ -19,8 +19,8 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/gnss/single_point.hpp>
 #include <wayfare/nav/gnss_ins.hpp>
-#include <wayfare/sensors/gnss.hpp>
-#include <wayfare/sensors/nav_state.hpp>
+#include <wayfare/sensors/measurements.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 
 namespace wayfare {
 

@@ -13,7 +13,7 @@
 #include <wayfare/pedestrian/detail/foot_noise.hpp>
 #include <wayfare/pedestrian/detail/foot_readings.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

@@ -16,12 +16,9 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/ros/messages.hpp>
-#include <wayfare/sensors/gnss.hpp>
-#include <wayfare/sensors/imu.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
-#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/measurements.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sensors/trajectory.hpp>
-#include <wayfare/sensors/wheels.hpp>
 
 namespace wayfare::ros {
 

@@ -23,8 +23,7 @@
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/ros/serialise.hpp>
-#include <wayfare/sensors/gnss.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
 
 namespace wayfare::ros {

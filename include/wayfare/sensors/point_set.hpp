@@ -12,7 +12,7 @@
 
 #include <wayfare/core/detail/reset_on_move.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare {
 

@@ -6,10 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/sensors/laser_scan.hpp>
-#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/measurements.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sensors/trajectory.hpp>
-#include <wayfare/sensors/wheels.hpp>
 
 namespace wayfare {
 

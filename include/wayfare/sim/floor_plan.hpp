@@ -17,7 +17,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare::sim {
 

@@ -15,7 +15,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
 
 namespace wayfare::sim {

@@ -16,7 +16,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 
 namespace wayfare::sim {

@@ -15,9 +15,9 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/sensors/trajectory.hpp>
-#include <wayfare/sensors/wheels.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 
 namespace wayfare::sim {

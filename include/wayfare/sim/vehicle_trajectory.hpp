@@ -12,8 +12,8 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
-#include <wayfare/sensors/imu.hpp>
-#include <wayfare/sensors/nav_state.hpp>
+#include <wayfare/sensors/measurements.hpp>
+#include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/detail/smooth_curve.hpp>
 
 namespace wayfare::sim {

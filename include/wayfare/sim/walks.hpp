@@ -11,8 +11,8 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
-#include <wayfare/sensors/imu.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/measurements.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 
 namespace wayfare::sim {

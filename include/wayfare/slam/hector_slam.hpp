@@ -16,9 +16,9 @@
 #include <wayfare/map/probability_grid.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>
-#include <wayfare/sensors/imu.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/slam/detail/carrier_filter.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 

@@ -10,8 +10,8 @@
 #include <wayfare/core/se3.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/walk_feedback.hpp>
-#include <wayfare/sensors/imu.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/measurements.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
 namespace wayfare {

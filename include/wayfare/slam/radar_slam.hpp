@@ -29,11 +29,10 @@
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/match/pose_proposal.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
-#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sensors/trajectory.hpp>
-#include <wayfare/sensors/wheels.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 #include <wayfare/sync/augmented_scans.hpp>
 

@@ -12,11 +12,10 @@
 #include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/point_set.hpp>
-#include <wayfare/sensors/radar_scan.hpp>
 #include <wayfare/sensors/recording.hpp>
-#include <wayfare/sensors/wheels.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/sync/detail/radar_bearing.hpp>
 
 namespace wayfare {

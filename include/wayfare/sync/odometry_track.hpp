@@ -8,8 +8,8 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/se2.hpp>
+#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/trajectory.hpp>
-#include <wayfare/sensors/wheels.hpp>
 
 namespace wayfare {
 

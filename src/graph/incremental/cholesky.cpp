@@ -6,7 +6,7 @@
 #include <utility>
 
 #include <wayfare/graph/detail/incremental_cholesky.hpp>
-#include <wayfare/graph/multifrontal_cholesky.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 
 #include "graph/cholesky/rank.hpp"
 #include "graph/incremental/front.hpp"

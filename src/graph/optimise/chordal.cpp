@@ -8,7 +8,7 @@
 #include <Eigen/SVD>
 
 #include <wayfare/graph/detail/validate.hpp>
-#include <wayfare/graph/start.hpp>
+#include <wayfare/graph/pose_graph.hpp>
 
 #include "graph/lists.hpp"
 

@@ -8,7 +8,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/detail/normal_equations.hpp>
-#include <wayfare/graph/multifrontal_cholesky.hpp>
+#include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
 namespace wayfare {

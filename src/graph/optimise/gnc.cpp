@@ -11,7 +11,7 @@
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/graph/detail/descent.hpp>
 #include <wayfare/graph/optimise.hpp>
-#include <wayfare/graph/start.hpp>
+#include <wayfare/graph/pose_graph.hpp>
 
 #include "graph/optimise/chordal.hpp"
 

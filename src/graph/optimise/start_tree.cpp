@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <wayfare/graph/detail/validate.hpp>
-#include <wayfare/graph/start.hpp>
+#include <wayfare/graph/pose_graph.hpp>
 
 #include "graph/lists.hpp"
 

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/time.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare::nav {
 

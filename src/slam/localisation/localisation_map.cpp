@@ -1,4 +1,4 @@
-#include <wayfare/slam/localisation_map.hpp>
+#include <wayfare/slam/localisation.hpp>
 
 namespace wayfare {
 namespace {

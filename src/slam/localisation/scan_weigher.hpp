@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include <wayfare/sensors/laser_scan.hpp>
 #include <wayfare/sensors/point_set.hpp>
+#include <wayfare/sensors/scans.hpp>
 #include <wayfare/slam/localisation.hpp>
 
 #include "slam/localisation/particle_set.hpp"

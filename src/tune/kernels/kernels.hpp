@@ -13,8 +13,8 @@
 
 #include <wayfare/core/detail/isa.hpp>
 #include <wayfare/core/geodesy.hpp>
-#include <wayfare/inertial/strapdown.hpp>
-#include <wayfare/sensors/gnss.hpp>
+#include <wayfare/inertial/ins_state.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare::fitness_kernels {
 

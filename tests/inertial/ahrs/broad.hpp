@@ -9,7 +9,7 @@
 #include <wayfare/core/se3.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare::testing {
 

@@ -10,7 +10,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/se3.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare::testing {
 

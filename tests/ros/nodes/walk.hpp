@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare::testing {
 

@@ -10,7 +10,6 @@
 
 #include <wayfare/graph/detail/normal_equations.hpp>
 #include <wayfare/graph/linear_solver.hpp>
-#include <wayfare/graph/multifrontal_cholesky.hpp>
 #include <wayfare/graph/report.hpp>
 
 namespace wayfare {

@@ -11,7 +11,6 @@
 #include <Eigen/SparseCore>
 
 #include <wayfare/graph/linear_solver.hpp>
-#include <wayfare/graph/multifrontal_cholesky.hpp>
 
 namespace wayfare {
 

@@ -8,7 +8,6 @@
 
 #include <wayfare/filter/gauss_markov.hpp>
 #include <wayfare/inertial/ins_state.hpp>
-#include <wayfare/inertial/strapdown.hpp>
 
 namespace wayfare {
 

@@ -17,7 +17,7 @@
 #include <wayfare/map/detail/polygon_fill.hpp>
 #include <wayfare/map/detail/raster_walk.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare {
 

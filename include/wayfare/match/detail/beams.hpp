@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include <wayfare/sensors/laser_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare::lines {
 

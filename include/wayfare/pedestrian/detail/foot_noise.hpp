@@ -11,7 +11,7 @@
 #include <wayfare/core/se3.hpp>
 #include <wayfare/pedestrian/detail/foot_filter.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/pedestrian/parameters.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

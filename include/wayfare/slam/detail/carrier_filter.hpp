@@ -16,8 +16,8 @@
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/rest_detector.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
-#include <wayfare/inertial/strapdown.hpp>
-#include <wayfare/sensors/imu.hpp>
+#include <wayfare/inertial/ins_state.hpp>
+#include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 

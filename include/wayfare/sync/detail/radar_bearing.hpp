@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/sensors/radar_scan.hpp>
+#include <wayfare/sensors/scans.hpp>
 
 namespace wayfare {
 
