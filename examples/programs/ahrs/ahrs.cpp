@@ -59,9 +59,8 @@ int main(int argc, char** argv) {
   Arguments arguments;
   RecordingOptions::add_path(app, "FILE", arguments.file);
   add_out(app, arguments);
-  app.add_option("--calibration", arguments.calibration,
-                 "of the magnetometer, from calibrate_magnetometer")
-      .existing_file();
+  app.add_file("--calibration", arguments.calibration,
+               "of the magnetometer, from calibrate_magnetometer");
   add_force_and_quiet(app, arguments);
   arguments.recording.add_options(app);
   arguments.filter.add_options(app);

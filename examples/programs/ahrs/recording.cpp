@@ -76,10 +76,8 @@ Result<io::MargFile> RecordingOptions::read(const std::string& path,
 void FilterOptions::add_options(CommandLine& app) {
   app.add_flag("--enu", enu, "attitude in east-north-up instead of north-east-down");
   app.add_flag("--no-magnetometer", no_magnetometer, "use gyro and accelerometer alone");
-  app.add_option("--declination", declination_deg,
-                 "of magnetic from true north, degrees, east positive")
-      .range(-180.0, 180.0)
-      .show_default();
+  app.add_number("--declination", declination_deg, -180.0, 180.0,
+                 "of magnetic from true north, degrees, east positive");
   app.add_option("--magnetometer-delay", delay_s,
                  "delay of the magnetometer's time stamps, seconds; by default estimated")
       .range(-0.1, 0.1);
@@ -97,10 +95,9 @@ AhrsParameters FilterOptions::parameters() const {
 }
 
 void UnitOptions::add_options(CommandLine& app) {
-  app.add_option("--unit", path,
-                 "the recording of the inertial unit, on the clock of LOG; by default the unit in "
-                 "LOG, if it has one")
-      .existing_file();
+  app.add_file("--unit", path,
+               "the recording of the inertial unit, on the clock of LOG; by default the unit in "
+               "LOG, if it has one");
   recording.add_options_beside_log(app);
   app.add_option("--forward", forward,
                  "the unit's axis along which the laser's x points, unless a ROS recording has the "

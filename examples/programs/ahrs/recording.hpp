@@ -30,12 +30,10 @@ struct RecordingOptions {
   /// The argument `name`: the path of a recording, or of several.
   template <class Path>
   static void add_path(CommandLine& app, const std::string& name, Path& path) {
-    app.add_option(
-           name, path,
-           "columns of text, a binary table, a ROS recording (ROS 2's .mcap, ROS 1's .bag), "
-           "or a logger's recording (.mcap)")
-        .required()
-        .existing_file();
+    app.add_file(name, path,
+                 "columns of text, a binary table, a ROS recording (ROS 2's .mcap, ROS 1's .bag), "
+                 "or a logger's recording (.mcap)")
+        .required();
   }
   /// Reports skipped lines on standard error. The unit's mounting, from transforms of a ROS
   /// recording, goes to `q_base_unit`.

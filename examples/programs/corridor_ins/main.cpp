@@ -158,25 +158,23 @@ Result<void> run(const Options& o) {
 }
 
 void add_options(CommandLine& app, Options& o) {
-  app.add_option(
-         "LOG", o.log,
-         std::string(kRobotLogs) + "; from CARMEN text, GYRO and WHEELS lines, else odometry")
-      .existing_file();
+  app.add_file(
+      "LOG", o.log,
+      std::string(kRobotLogs) + "; from CARMEN text, GYRO and WHEELS lines, else odometry");
   app.add_option("--simulated", o.simulated,
                  "instead of a log: three corridors with straight (1) or curved (2) motion")
       .range(1, 2);
   add_out(app, o);
-  app.add_option("--reference", o.reference, "reference trajectory, TUM").existing_file();
+  app.add_file("--reference", o.reference, "reference trajectory, TUM");
   app.add_option("--add-bias", o.added_bias_deg_s, "bias added to the yaw rate, deg/s");
   app.add_option(
          "--origin", o.origin,
          "latitude, longitude and azimuth of the start's x axis, degrees: adds the solution "
          "in latitude and longitude, and removes the Earth's rotation")
       .expected(3);
-  app.add_option("--config", o.config, "JSON file of options; see --print-config").existing_file();
-  app.add_option("--passes", o.passes, "passes over a log, each started with the bias of the last")
-      .range(1, 20)
-      .show_default();
+  app.add_file("--config", o.config, "JSON file of options; see --print-config");
+  app.add_number("--passes", o.passes, 1, 20,
+                 "passes over a log, each started with the bias of the last");
   app.add_flag("--no-walls-across", o.no_walls_across, "use side walls only");
   app.add_flag("--rest", o.rest, "estimate the bias from odometry at rest too");
   add_seed(app, o, "of the simulation");

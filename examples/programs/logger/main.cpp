@@ -64,9 +64,8 @@ int main(int argc, char** argv) {
       "Record several devices into one MCAP file: their bytes and the decoded messages. Begins on "
       "the remote command B, or immediately with --record.");
   Arguments a;
-  app.add_option("--config", a.config, "JSON file of sensors and options; see --print-config")
-      .required()
-      .existing_file();
+  app.add_file("--config", a.config, "JSON file of sensors and options; see --print-config")
+      .required();
   app.add_flag("--record", a.record, "begin to record immediately");
   app.add_flag("--quiet", a.quiet, "no status on the terminal");
   app.add_print(

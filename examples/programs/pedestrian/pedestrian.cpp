@@ -85,21 +85,16 @@ Result<void> run(const Arguments& a) {
 void add_options(CommandLine& app, Arguments& a) {
   RecordingOptions::add_path(app, "FILE", a.file);
   add_out(app, a);
-  app.add_option("--truth", a.truth, "true positions on the same clock, TUM text, to compare with")
-      .existing_file();
+  app.add_file("--truth", a.truth, "true positions on the same clock, TUM text, to compare with");
   app.add_flag("--foot", a.foot, "the unit is on a foot, with zero velocity in stance phases");
   app.add_flag("--ared", a.ared, "detect stance phases by the gyro alone (with --foot)");
-  app.add_option("--gyro-range", a.gyro_range_degps, "of the unit, deg/s (with --foot)")
-      .positive()
-      .show_default();
+  app.add_positive("--gyro-range", a.gyro_range_degps, "of the unit, deg/s (with --foot)");
   app.add_option("--length", a.length, "step length model")
       .one_of({"kim", "constant", "weinberg", "frequency"})
       .show_default();
   app.add_option("--factor", a.factor, "the model's factor, from a walk of known length")
       .positive();
-  app.add_option("--height", a.height_m, "of the walker, metres (with --length frequency)")
-      .positive()
-      .show_default();
+  app.add_positive("--height", a.height_m, "of the walker, metres (with --length frequency)");
   app.add_option("--forward", a.forward, "the unit's axis in the direction of walking")
       .one_of({"x", "y", "z", "-x", "-y", "-z"})
       .show_default();
@@ -109,15 +104,11 @@ void add_options(CommandLine& app, Arguments& a) {
   app.add_flag("--uncalibrated", a.uncalibrated,
                "the magnetometer is not calibrated: its offset is estimated during the walk, and "
                "headings are relative to the start");
-  app.add_option("--declination", a.declination_deg,
-                 "of magnetic from true north, degrees, east positive")
-      .range(-180.0, 180.0)
-      .show_default();
-  app.add_option("--straight", a.straight_degps,
+  app.add_number("--declination", a.declination_deg, -180.0, 180.0,
+                 "of magnetic from true north, degrees, east positive");
+  app.add_number("--straight", a.straight_degps, 0.0, 5.0,
                  "standard deviation of the gyro bias, deg/s, estimated as the most frequent yaw "
-                 "rate: 0.2 for paths with straight segments")
-      .range(0.0, 5.0)
-      .show_default();
+                 "rate: 0.2 for paths with straight segments");
   add_force_and_quiet(app, a);
   a.recording.add_options(app);
 }

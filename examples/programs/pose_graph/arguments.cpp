@@ -61,14 +61,10 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
       "a kernel, or gnc (graduated non-convexity with truncated least squares; gnc-gm: "
       "with Geman-McClure), which identifies them (default none)");
   app.add_flag("--robust-all", a.robust_odometry, "edges between neighbours may be outliers too");
-  app.add_option("--robust-scale", a.options.kernel.scale,
-                 "scale of the kernel in standard deviations")
-      .positive()
-      .show_default();
-  app.add_option("--inliers", a.inlier_probability,
-                 "share of inliers gnc is to keep if the information matrices are consistent")
-      .range(0.5, 1.0 - 1e-12)
-      .show_default();
+  app.add_positive("--robust-scale", a.options.kernel.scale,
+                   "scale of the kernel in standard deviations");
+  app.add_number("--inliers", a.inlier_probability, 0.5, 1.0 - 1e-12,
+                 "share of inliers gnc is to keep if the information matrices are consistent");
   app.add_flag("--incremental", a.incremental,
                "add the graph edge by edge and solve after each; each pose is initialised by its "
                "first edge");
@@ -77,14 +73,10 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
                  "Levenberg-Marquardt");
   app.add_choice("--solver", a.solver, kSolvers,
                  "sparse Cholesky (default block: that of wayfare)");
-  app.add_option("--threads", a.options.threads,
-                 "of the block solver; results do not depend on their number")
-      .range(1, 256)
-      .show_default();
-  app.add_option("--max-iterations", a.options.max_iterations,
-                 "largest number of linear systems solved")
-      .range(1, 1'000'000)
-      .show_default();
+  app.add_number("--threads", a.options.threads, 1, 256,
+                 "of the block solver; results do not depend on their number");
+  app.add_number("--max-iterations", a.options.max_iterations, 1, 1'000'000,
+                 "largest number of linear systems solved");
 }
 
 }  // namespace

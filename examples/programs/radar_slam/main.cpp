@@ -136,14 +136,13 @@ int main(int argc, char** argv) {
       "map.yaml, map.png and report.html; with both sensors also radar_map.pgm and radar_map.yaml, "
       "for localise.");
   Options o;
-  app.add_option("LOG", o.log, "the recorded log").required().existing_file();
+  app.add_file("LOG", o.log, "the recorded log").required();
   add_out(app, o);
   app.add_option("--sensors", o.sensors, "radar, lidar or both; by default those of the log")
       .one_of({"radar", "lidar", "both"});
   app.add_option("--particles", o.particles, "of the filter; by default 30, for radar alone 10")
       .range(1, 100000);
-  app.add_option("--relations", o.relations, "true relative poses, to compare with")
-      .existing_file();
+  app.add_file("--relations", o.relations, "true relative poses, to compare with");
   add_threads(app, o.threads);
   add_seed(app, o, "of the random numbers: the same seed gives the same result");
   add_robot_topics(app, o.topics);

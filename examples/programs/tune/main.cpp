@@ -211,10 +211,9 @@ void add_options(CommandLine& app, Options& o) {
   folders("--training", o.training, "drives to tune on: imu.txt, ranges.txt, truth.txt").required();
   folders("--test", o.test, "drives to evaluate the result on");
   add_out(app, o);
-  app.add_option("--nominal", o.nominal, "nominal parameters, as allan writes them")
-      .existing_file();
+  app.add_file("--nominal", o.nominal, "nominal parameters, as allan writes them");
   const auto count = [&](const char* name, auto& value, double least, const char* text) {
-    app.add_option(name, value, text).range(least, 1e7).show_default();
+    app.add_number(name, value, least, 1e7, text);
   };
   count("--population", o.genetic.population, 4, "individuals");
   count("--generations", o.genetic.generations, 1, "generations");
