@@ -1,7 +1,7 @@
 #pragma once
 
 // Options of the programs on nine-axis recordings, and of SLAM programs for an inertial unit beside
-// the range finder.
+// the range finder; calibrations of magnetometers.
 
 #include <optional>
 #include <string>
@@ -10,7 +10,9 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
+#include <wayfare/inertial/magnetometer_calibration.hpp>
 #include <wayfare/io/nav_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/ros/recording.hpp>
 #include <wayfare/sensors/recording.hpp>
 
@@ -75,5 +77,11 @@ struct UnitOptions {
   /// From the unit's axes to the robot's, by transforms, else by --forward.
   [[nodiscard]] SO3d q_base_unit(const UnitReadings& readings, const Recording& log) const;
 };
+
+/// The calibration of a magnetometer as JSON (docs/reference/formats.md).
+[[nodiscard]] Result<MagnetometerCalibration> read_calibration(const std::string& path);
+[[nodiscard]] Result<void> write_calibration(const std::string& path,
+                                             const MagnetometerCalibration& calibration,
+                                             const io::WriteOptions& options);
 
 }  // namespace wayfare::examples
