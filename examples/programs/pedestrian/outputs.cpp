@@ -1,4 +1,4 @@
-#include "run.hpp"
+#include "outputs.hpp"
 
 #include <algorithm>
 #include <utility>
