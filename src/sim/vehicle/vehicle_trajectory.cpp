@@ -162,4 +162,30 @@ ImuNoise perfect_imu() {
   return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), none, none, none, none};
 }
 
+VehicleTrajectory demo_drive(LogTime start) {
+  constexpr Waypoint kRoute[] = {{0, 0, 0, 8},     {550, 0, 3, 0},     {550, 550, 8, 4},
+                                 {1100, 550, 12},  {1100, 1100, 2, 0}, {650, 1400, 5, 0},
+                                 {50, 1150, 9, 4}, {50, 450, 4, 0},    {-100, 36, -3, 4.6}};
+  VehicleLimits limits;
+  limits.speed_mps = 23.0;
+  const Geodetic origin{Angle::degrees(51.0797), Angle::degrees(-114.1314), 1100.0};
+  return drive_waypoints(origin, kRoute, limits, start).value();
+}
+
+VehicleTrajectory round_drive(int rounds, LogTime start) {
+  WAYFARE_EXPECTS(rounds > 0, "a drive needs a round");
+  VehicleLimits gentle;
+  gentle.acceleration_mps2 = gentle.braking_mps2 = gentle.lateral_acceleration_mps2 = 0.8;
+  gentle.turn_radius_m = 80.0, gentle.build_up_s = 4.0;
+  std::vector<Waypoint> route;
+  for (int i = 0; i < rounds; ++i) {
+    route.push_back({0, 0, 0, 0});
+    route.push_back({900, 0, 10, i % 7 == 0 ? 60.0 : 0.0});
+    route.push_back({900, 800, 0, 0});
+    route.push_back({0, 800, 5, i % 3 == 0 ? 20.0 : 0.0});
+  }
+  const Geodetic origin{Angle::degrees(51.0), Angle::degrees(-114.0), 1100.0};
+  return drive_waypoints(origin, route, gentle, start).value();
+}
+
 }  // namespace wayfare::sim
