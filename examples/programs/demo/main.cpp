@@ -78,14 +78,15 @@ Result<void> run_filter(const Recording& recording, const SlamArguments& o, Slam
   options.particles = 10;
   options.seed = o.seed;
   options.threads = o.threads;
-  ProgressLine progress(m.name, o.quiet);
-  auto run = run_radar_slam(recording, options, sensors, std::ref(progress));
+  auto run = run_timed(m.name, o.quiet, [&](ProgressLine& progress) {
+    return run_radar_slam(recording, options, sensors, std::ref(progress));
+  });
   if (!run) return run.error();
-  m.took_s = progress.finish();
-  m.trajectory = std::move(run->trajectory);
-  m.map = run->map();
+  m.took_s = run->took_s;
+  m.trajectory = std::move(run->slam.trajectory);
+  m.map = run->slam.map();
   m.remark = std::to_string(options.particles) + " particles, resampled " +
-             std::to_string(run->statistics.resampled) + " times";
+             std::to_string(run->slam.statistics.resampled) + " times";
   return {};
 }
 

@@ -29,7 +29,9 @@ Result<void> run(const Options& o) {
   if (o.no_constraints) config->filter.non_holonomic_in_outage = false;
   auto outages = parse_outages(o.outages);
   if (!outages) return outages.error();
-  if (auto ready = o.prepare(nav_output_names()); !ready) return ready;
+  if (auto ready = o.prepare({"trajectory.txt", "trajectory.tum", "states.txt", "report.html"});
+      !ready)
+    return ready;
   ProgressLine reading("reading", o.quiet);
   auto recording = load_nav_recording(o.files, *config, std::ref(reading));
   if (!recording) return recording.error();

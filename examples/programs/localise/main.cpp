@@ -148,7 +148,7 @@ Result<void> run(const Options& o) {
   if (!recording) return recording.error();
   const auto truth = truth_of(o, *recording);
   if (!truth) return truth.error();
-  if (auto ready = o.prepare(localisation_files()); !ready) return ready;
+  if (auto ready = o.prepare({"trajectory.tum", "poses.csv", "report.html"}); !ready) return ready;
   const auto timed = localise(o, *maps, *recording);
   if (!timed) return timed.error();
   print_refused_scans(timed->slam.refused_scans, timed->slam.first_refusal);

@@ -155,10 +155,6 @@ std::string walk_text(const WalkRun& run, const Trajectory& truth) {
   return summary(run).to_text() + (truth.empty() ? "" : errors(run, truth).to_text());
 }
 
-std::vector<std::string> walk_output_names() {
-  return {"track.csv", "trajectory.tum", "report.html"};
-}
-
 Result<void> write_walk_outputs(const OutputArguments& to, const std::string& title,
                                 const WalkRun& run, const Trajectory& truth) {
   return first_error({io::write_file(to.path("track.csv"), csv(run), to.write()),

@@ -36,8 +36,7 @@ struct WalkRun {
   bool foot = false;
 };
 
-[[nodiscard]] std::vector<std::string> walk_output_names();
-/// The truth may be empty.
+/// Writes track.csv, trajectory.tum and report.html. The truth may be empty.
 [[nodiscard]] Result<void> write_walk_outputs(const OutputArguments& to, const std::string& title,
                                               const WalkRun& run, const Trajectory& truth);
 /// Steps, length, end, use of the readings and, with truth, errors.

@@ -140,7 +140,7 @@ WalkRun walk(const Arguments& a, const io::MargFile& file) {
 }
 
 Result<void> run(const Arguments& a) {
-  if (auto ready = a.prepare(walk_output_names()); !ready) return ready;
+  if (auto ready = a.prepare({"track.csv", "trajectory.tum", "report.html"}); !ready) return ready;
   const auto file = a.recording.read(a.file);
   if (!file) return file.error();
   Trajectory truth;

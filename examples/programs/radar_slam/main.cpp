@@ -9,7 +9,6 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
-#include "support/progress_line.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -48,17 +47,16 @@ Result<Inputs> read_inputs(const Options& o) {
   return inputs;
 }
 
-Result<Timed<RadarSlamRun>> run_timed(const Inputs& inputs, const Options& o) {
+Result<Timed<RadarSlamRun>> run_filter(const Inputs& inputs, const Options& o) {
   RadarSlamOptions options;
   options.threads = o.threads;
   options.seed = o.seed;
   options.particles = o.particles > 0                        ? o.particles
                       : inputs.sensors == SlamSensors::radar ? 10
                                                              : 30;
-  ProgressLine progress("particle filter", o.quiet);
-  auto slam = run_radar_slam(inputs.recording, options, inputs.sensors, std::ref(progress));
-  if (!slam) return slam.error();
-  return Timed<RadarSlamRun>{*std::move(slam), progress.finish()};
+  return run_timed("particle filter", o.quiet, [&](ProgressLine& progress) {
+    return run_radar_slam(inputs.recording, options, inputs.sensors, std::ref(progress));
+  });
 }
 
 eval::Table particles_table(const RadarSlamRun& slam) {
@@ -108,7 +106,7 @@ Result<void> run(const Options& o) {
   const auto inputs = read_inputs(o);
   if (!inputs) return inputs.error();
   if (auto ready = prepare_folder(o.out, o.write()); !ready) return ready;
-  const auto run = run_timed(*inputs, o);
+  const auto run = run_filter(*inputs, o);
   if (!run) return run.error();
   print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
   const PoseGraph2 no_graph;

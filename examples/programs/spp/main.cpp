@@ -167,7 +167,8 @@ Facts facts_of(const SppRun& run, const Ephemerides& messages, const Arguments& 
 
 Result<void> run_spp(const Arguments& a) {
   if (!a.out.empty())
-    if (auto ready = a.prepare(spp_output_names()); !ready) return ready;
+    if (auto ready = a.prepare({"positions.txt", "ranges.txt", "track.tum", "report.html"}); !ready)
+      return ready;
   const auto systems = systems_of(a.systems);
   if (!systems) return systems.error();
   const Result<Ephemerides> messages = read_messages(a.nav);
