@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -49,33 +48,21 @@ struct AhrsRun {
 
 template <class World>
 AhrsRun run_in(const MargRecording& samples, const AhrsParameters& parameters,
-               const std::function<void(double)>& progress) {
+               ProgressLine& progress) {
   Ahrs<World> ahrs(parameters);
   AhrsRun run;
   run.rows.reserve(samples.size());
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    AhrsRow row;
-    row.status = ahrs.add(samples[i]);
-    row.time = samples[i].time;
-    row.ready = ahrs.ready();
-    row.q_world_body = ahrs.q_world_body();
-    row.sigma_rad = ahrs.world_covariance().diagonal().cwiseSqrt();
-    row.bias_radps = ahrs.gyro_bias_radps();
-    row.bias_sigma_radps = ahrs.gyro_bias_sigma_radps();
-    row.delay_s = ahrs.magnetometer_delay_s();
-    row.at_rest = ahrs.at_rest();
-    run.rows.push_back(row);
-    if (i % 4096 == 0) progress(static_cast<double>(i) / static_cast<double>(samples.size()));
+    const MargUpdateStatus status = ahrs.add(samples[i]);
+    run.rows.push_back({samples[i].time, ahrs.ready(), ahrs.q_world_body(),
+                        ahrs.world_covariance().diagonal().cwiseSqrt(), ahrs.gyro_bias_radps(),
+                        ahrs.gyro_bias_sigma_radps(), ahrs.magnetometer_delay_s(), ahrs.at_rest(),
+                        status});
+    if (i % 4096 == 0)
+      progress.update(static_cast<double>(i) / static_cast<double>(samples.size()));
   }
   run.report = ahrs.report();
   return run;
-}
-
-/// `progress` is called with the fraction done.
-AhrsRun run_ahrs(const MargRecording& samples, const AhrsParameters& parameters, bool enu,
-                 const std::function<void(double)>& progress) {
-  return enu ? run_in<frame::Enu>(samples, parameters, progress)
-             : run_in<frame::Ned>(samples, parameters, progress);
 }
 
 struct AhrsOutputs {
@@ -281,7 +268,8 @@ Result<void> run(const Arguments& a) {
   parameters.use_magnetometer = parameters.use_magnetometer && file->has_magnetometer;
 
   ProgressLine progress("attitude", a.quiet);
-  const AhrsRun run = run_ahrs(file->samples, parameters, a.filter.enu, std::ref(progress));
+  const AhrsRun run = a.filter.enu ? run_in<frame::Enu>(file->samples, parameters, progress)
+                                   : run_in<frame::Ned>(file->samples, parameters, progress);
   const double took_s = progress.finish();
   const auto is_ready = [](const AhrsRow& row) { return row.ready; };
   if (std::none_of(run.rows.begin(), run.rows.end(), is_ready))
