@@ -6,7 +6,6 @@
 
 #include <wayfare/inertial/magnetometer_calibration.hpp>
 
-#include "calibration_file.hpp"
 #include "recording.hpp"
 #include "support/program_files.hpp"
 

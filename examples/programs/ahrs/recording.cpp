@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include <wayfare/logger/messages.hpp>
 
 #include "support/program_files.hpp"
@@ -39,6 +41,29 @@ Result<io::MargFile> read_ros(const std::string& path, const ros::TopicNames& na
   if (!run) return run.error();
   if (q_base_unit != nullptr) *q_base_unit = run->q_base_unit;
   return file_of(std::move(run->samples), std::move(run->problems));
+}
+
+using Json = nlohmann::json;
+
+template <class Matrix>
+Json rows_of(const Matrix& m) {
+  Json rows = Json::array();
+  for (int r = 0; r < m.rows(); ++r) {
+    Json row = Json::array();
+    for (int c = 0; c < m.cols(); ++c) row.push_back(m(r, c));
+    rows.push_back(m.cols() == 1 ? row[0] : row);
+  }
+  return rows;
+}
+
+/// Three finite numbers.
+bool read_triple(const Json& from, Eigen::Vector3d& to) {
+  if (!from.is_array() || from.size() != 3) return false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!from[i].is_number()) return false;
+    to[static_cast<Eigen::Index>(i)] = from[i].get<double>();
+  }
+  return to.allFinite();
 }
 
 }  // namespace
@@ -76,10 +101,8 @@ Result<io::MargFile> RecordingOptions::read(const std::string& path,
 void FilterOptions::add_options(CommandLine& app) {
   app.add_flag("--enu", enu, "attitude in east-north-up instead of north-east-down");
   app.add_flag("--no-magnetometer", no_magnetometer, "use gyro and accelerometer alone");
-  app.add_option("--declination", declination_deg,
-                 "of magnetic from true north, degrees, east positive")
-      .range(-180.0, 180.0)
-      .show_default();
+  app.add_number("--declination", declination_deg, -180.0, 180.0,
+                 "of magnetic from true north, degrees, east positive");
   app.add_option("--magnetometer-delay", delay_s,
                  "delay of the magnetometer's time stamps, seconds; by default estimated")
       .range(-0.1, 0.1);
@@ -97,10 +120,9 @@ AhrsParameters FilterOptions::parameters() const {
 }
 
 void UnitOptions::add_options(CommandLine& app) {
-  app.add_option("--unit", path,
-                 "the recording of the inertial unit, on the clock of LOG; by default the unit in "
-                 "LOG, if it has one")
-      .existing_file();
+  app.add_file("--unit", path,
+               "the recording of the inertial unit, on the clock of LOG; by default the unit in "
+               "LOG, if it has one");
   recording.add_options_beside_log(app);
   app.add_option("--forward", forward,
                  "the unit's axis along which the laser's x points, unless a ROS recording has the "
@@ -146,6 +168,39 @@ SO3d UnitOptions::q_base_unit(const UnitReadings& readings, const Recording& log
   if (readings.q_base_unit) return *readings.q_base_unit;
   return SO3d::exp(Eigen::Vector3d(0, 0, log.T_base_laser.raw().heading().radians())) *
          q_unit_laser().inverse();
+}
+
+Result<MagnetometerCalibration> read_calibration(const std::string& path) {
+  const auto content = io::read_file(path);
+  if (!content) return content.error();
+  const Json json = Json::parse(content->bytes, nullptr, false);
+  const auto error = [&](const char* what) { return Error{ErrorCode::parse, what, path}; };
+  if (!json.is_object()) return error("is not a JSON object");
+  MagnetometerCalibration c;
+  if (!json.contains("offset_uT") || !read_triple(json["offset_uT"], c.offset_uT))
+    return error("needs 'offset_uT', three numbers");
+  const bool square = json.contains("correction") && json["correction"].is_array() &&
+                      json["correction"].size() == 3;
+  for (std::size_t r = 0; r < 3; ++r) {
+    Eigen::Vector3d row;
+    if (!square || !read_triple(json["correction"][r], row))
+      return error("needs 'correction', three rows of three numbers");
+    c.correction.row(static_cast<Eigen::Index>(r)) = row.transpose();
+  }
+  return c;
+}
+
+Result<void> write_calibration(const std::string& path, const MagnetometerCalibration& c,
+                               const io::WriteOptions& options) {
+  const Json json{{"offset_uT", rows_of(c.offset_uT)},
+                  {"correction", rows_of(c.correction)},
+                  {"offset_sigma_uT", rows_of(c.offset_sigma_uT)},
+                  {"correction_sigma", rows_of(c.correction_sigma)},
+                  {"field_uT", c.field_uT},
+                  {"residual_uT", c.residual_uT},
+                  {"raw_residual_uT", c.raw_residual_uT},
+                  {"readings", c.used}};
+  return io::write_file(path, json.dump(2) + "\n", options);
 }
 
 }  // namespace wayfare::examples

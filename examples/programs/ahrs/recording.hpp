@@ -1,7 +1,7 @@
 #pragma once
 
 // Options of the programs on nine-axis recordings, and of SLAM programs for an inertial unit beside
-// the range finder.
+// the range finder; calibrations of magnetometers.
 
 #include <optional>
 #include <string>
@@ -10,7 +10,9 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/inertial/ahrs_parameters.hpp>
+#include <wayfare/inertial/magnetometer_calibration.hpp>
 #include <wayfare/io/nav_text.hpp>
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/ros/recording.hpp>
 #include <wayfare/sensors/recording.hpp>
 
@@ -30,12 +32,10 @@ struct RecordingOptions {
   /// The argument `name`: the path of a recording, or of several.
   template <class Path>
   static void add_path(CommandLine& app, const std::string& name, Path& path) {
-    app.add_option(
-           name, path,
-           "columns of text, a binary table, a ROS recording (ROS 2's .mcap, ROS 1's .bag), "
-           "or a logger's recording (.mcap)")
-        .required()
-        .existing_file();
+    app.add_file(name, path,
+                 "columns of text, a binary table, a ROS recording (ROS 2's .mcap, ROS 1's .bag), "
+                 "or a logger's recording (.mcap)")
+        .required();
   }
   /// Reports skipped lines on standard error. The unit's mounting, from transforms of a ROS
   /// recording, goes to `q_base_unit`.
@@ -77,5 +77,11 @@ struct UnitOptions {
   /// From the unit's axes to the robot's, by transforms, else by --forward.
   [[nodiscard]] SO3d q_base_unit(const UnitReadings& readings, const Recording& log) const;
 };
+
+/// The calibration of a magnetometer as JSON (docs/reference/formats.md).
+[[nodiscard]] Result<MagnetometerCalibration> read_calibration(const std::string& path);
+[[nodiscard]] Result<void> write_calibration(const std::string& path,
+                                             const MagnetometerCalibration& calibration,
+                                             const io::WriteOptions& options);
 
 }  // namespace wayfare::examples

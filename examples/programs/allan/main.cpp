@@ -158,19 +158,16 @@ int main(int argc, char** argv) {
       "fits for each axis. With --out a report with the curves, and parameters.json for gnss_ins "
       "--config.");
   Options o;
-  app.add_option("FILE", o.file,
-                 "columns of text, a float table, or raw float32, gzip or not; or a ROS recording "
-                 "(ROS 2's .mcap, ROS 1's .bag)")
-      .required()
-      .existing_file();
-  app.add_option("--rate", o.format.rate_hz, "samples per second; 0: from the times in the file")
-      .range(0.0, 1e6)
-      .show_default();
+  app.add_file("FILE", o.file,
+               "columns of text, a float table, or raw float32, gzip or not; or a ROS recording "
+               "(ROS 2's .mcap, ROS 1's .bag)")
+      .required();
+  app.add_number("--rate", o.format.rate_hz, 0.0, 1e6,
+                 "samples per second; 0: from the times in the file");
   app.add_flag("--raw", o.format.raw, "rows of six float32: gx gy gz in deg/s, ax ay az in g");
   add_imu_topic(app, o.format.topics);
   app.add_option("--out", o.out, "folder for the results, created if needed");
-  app.add_option("--config", o.config, "mounting and filter options for parameters.json")
-      .existing_file();
+  app.add_file("--config", o.config, "mounting and filter options for parameters.json");
   app.add_flag("--force", o.force, "replace existing files");
   if (const auto code = app.parse(argc, argv)) return *code;
   return exit_code("allan", run(o));

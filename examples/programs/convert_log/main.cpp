@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
       ". ROS is not needed. Reading the recording gives bit-identical numbers, except for the last "
       "bit of a magnetic field. Thinned out, it is what a lesser sensor would have recorded.");
   Options o;
-  app.add_option("LOG", o.log, "the recorded log").required().existing_file();
+  app.add_file("LOG", o.log, "the recorded log").required();
   add_out(app, o, "the file to write: ROS 2's .mcap (CDR) or ROS 1's .bag");
   o.unit.add_options(app);
   add_robot_topics(app, o.topics);

@@ -2,22 +2,176 @@
 
 #include <array>
 #include <cstdio>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/carmen.hpp>
+#include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
-#include "job.hpp"
+#include "evaluate.hpp"
 #include "outputs.hpp"
+#include "support/option_fields.hpp"
+#include "support/progress_line.hpp"
+#include "support/slam_program.hpp"
 
 namespace {
 
 using namespace wayfare;
 using namespace wayfare::examples;
-using Options = CorridorArguments;
+
+struct Options : SlamArguments {
+  std::string reference, config;
+  int simulated = 0, passes = 4;
+  double added_bias_deg_s = 0.0;
+  std::vector<double> origin;
+  bool no_walls_across = false, rest = false;
+};
+
+/// A recording with options and truth.
+struct Job {
+  Recording recording;
+  CorridorInsOptions options;
+  Trajectory reference;
+  std::optional<sim::CorridorDrive> drive;
+  double rest_s = 0.0;
+};
+
+/// For logs of unknown lasers and wheels; without gyro, the yaw rate is that of the odometry.
+CorridorInsOptions log_defaults(bool has_gyro) {
+  CorridorInsOptions o;
+  o.walls.range_noise_m = 0.015;
+  o.walls.flatness_m = 0.01;
+  o.walls.split_m = 0.05;
+  o.square_sigma_rad = 0.01;
+  o.wall_offset_sigma_m = 0.02;
+  o.wall_direction_sigma_rad = 0.01;
+  o.noise.slip_m_per_sqrt_m = 0.02;
+  o.noise.acceleration_sigma_m_s2 = 1e-6;
+  o.start_scale = 0.03;
+  o.start_bias_rad_s = 0.06;
+  o.start_drift_rad_s2 = has_gyro ? 6e-6 : 1e-9;
+  o.greatest_acceleration_m_s2 = 20.0;  // the times of odometry are not exact
+  o.rest_calibrates = has_gyro;         // odometry at rest has zero yaw rate
+  if (!has_gyro) {
+    o.noise.angle_random_walk_rad_per_sqrt_s = 0.01;
+    o.noise.bias_sigma_rad_s = 1e-5;
+    o.gyro_range_rad_s = 20.0;
+    o.turn_error = 0.1;
+  }
+  return o;
+}
+
+std::vector<OptionField> fields(CorridorInsOptions& o) {
+  return {
+      option_field("range_noise_m", o.walls.range_noise_m),
+      option_field("flatness_m", o.walls.flatness_m),
+      option_field("reach_m", o.walls.max_range_m),
+      option_field("split_m", o.walls.split_m),
+      option_field("least_support_m", o.walls.min_support_m),
+      option_field("least_correlation", o.walls.min_correlation),
+      option_field("angle_random_walk_rad_per_sqrt_s", o.noise.angle_random_walk_rad_per_sqrt_s),
+      option_field("bias_sigma_rad_s", o.noise.bias_sigma_rad_s),
+      option_field("bias_tau_s", o.noise.bias_tau_s),
+      option_field("slip_m_per_sqrt_m", o.noise.slip_m_per_sqrt_m),
+      option_field("start_bias_rad_s", o.start_bias_rad_s),
+      option_field("start_drift_rad_s2", o.start_drift_rad_s2),
+      option_field("start_scale", o.start_scale),
+      option_field("greatest_acceleration_m_s2", o.greatest_acceleration_m_s2),
+      option_field("wall_offset_sigma_m", o.wall_offset_sigma_m),
+      option_field("wall_direction_sigma_rad", o.wall_direction_sigma_rad),
+      option_field("turn_error", o.turn_error),
+      option_field("square_sigma_rad", o.square_sigma_rad),
+      option_field("tracking_m", o.walls.tracking_m),
+      option_field("gate_probability", o.gate_probability)};
+}
+
+Result<Job> simulated_job(const Options& o) {
+  sim::CorridorDriveParams p;
+  p.pattern = o.simulated == 1 ? sim::MotionPattern::straight : sim::MotionPattern::curved;
+  auto drive = sim::simulate_corridors(p, Rng(o.seed));
+  if (!drive) return drive.error();
+  Job job{drive->recording, options_for(p, Aiding::end_walls), drive->recording.truth,
+          *std::move(drive), p.rest_s};
+  return job;
+}
+
+Result<Job> log_job(const Options& o) {
+  auto recording = read_robot_log(o.log, o.topics);
+  if (!recording) return recording.error();
+  const bool has_gyro = !recording->gyro.empty() && !recording->wheels.empty();
+  Job job{*std::move(recording), log_defaults(has_gyro), {}, {}, 0.0};
+  job.options.T_base_laser = job.recording.T_base_laser;
+  job.reference = job.recording.truth;
+  if (o.reference.empty()) return job;
+  const auto file = io::read_tum(o.reference);
+  if (!file) return file.error();
+  job.reference = io::planar(file->trajectory);
+  return job;
+}
+
+/// Several passes over the log, each with the bias of the last: the result then does not depend on
+/// the initial bias error.
+Result<CorridorRun> run_passes(const Job& job, const Options& o, double added_rad_s) {
+  const auto motion = motion_of(job.recording, added_rad_s);
+  CorridorInsOptions options = job.options;
+  const int passes = job.drive ? 1 : o.passes;
+  ProgressLine progress("corridors", o.quiet);
+  for (int pass = 0;; ++pass) {
+    auto run = run_corridor_ins(job.recording, motion, options, {}, [&](double fraction) {
+      progress.update((pass + fraction) / passes);
+    });
+    if (!run || pass + 1 >= passes) {
+      if (run) progress.finish();
+      return run;
+    }
+    options.start_bias_value_rad_s = run->epochs.back().gyro_bias.value;
+  }
+}
+
+struct Runs {
+  CorridorRun aided, unaided;
+  std::optional<CorridorRun> without_added;  ///< aided, no bias added
+};
+
+/// The simulated drive or the log, with the options of --config.
+Result<Job> make_job(const Options& o) {
+  auto job = o.simulated > 0 ? simulated_job(o) : log_job(o);
+  if (!job) return job;
+  if (!o.config.empty()) {
+    if (auto ok = read_option_fields(o.config, fields(job->options)); !ok) return ok.error();
+  }
+  if (o.no_walls_across) job->options.use_end_walls = false;
+  if (o.rest) job->options.rest_calibrates = true;
+  if (o.origin.size() == 3) job->options.latitude_rad = Angle::degrees(o.origin[0]).radians();
+  return job;
+}
+
+/// All options of --config with their defaults for logs.
+std::string corridor_options_text() {
+  CorridorInsOptions defaults = log_defaults(false);
+  return option_fields_text(fields(defaults));
+}
+
+Result<Runs> run_all(const Job& job, const Options& o) {
+  const double added = Angle::degrees(o.added_bias_deg_s).radians();
+  auto aided = run_passes(job, o, added);
+  if (!aided) return aided.error();
+  CorridorInsOptions alone = job.options;
+  alone.use_walls = false;
+  auto unaided = run_corridor_ins(job.recording, motion_of(job.recording, added), alone);
+  if (!unaided) return unaided.error();
+  Runs runs{*std::move(aided), *std::move(unaided), {}};
+  if (added == 0.0) return runs;
+  auto plain = run_passes(job, o, 0.0);
+  if (!plain) return plain.error();
+  runs.without_added = *std::move(plain);
+  return runs;
+}
 
 /// Mean yaw rate of the motion minus that of the reference, rad/s.
 double reference_bias(std::span<const MotionSample> motion, const Trajectory& reference) {
@@ -76,13 +230,6 @@ void add_report_facts(const CorridorReport& r, Facts& facts) {
                                     std::to_string(r.saturated_samples) + " saturated");
 }
 
-Facts facts_of(const Job& job, const Runs& runs, const Options& o) {
-  Facts facts;
-  add_bias_facts(job, runs, o, facts);
-  add_report_facts(runs.aided.report, facts);
-  return facts;
-}
-
 std::array<std::pair<const char*, const CorridorRun*>, 2> named(const Runs& runs) {
   return {{{"with walls", &runs.aided}, {"without", &runs.unaided}}};
 }
@@ -123,7 +270,8 @@ std::optional<LocalPlane> plane_of(const Options& o) {
 Result<void> run(const Options& o) {
   if (o.log.empty() == (o.simulated == 0))
     return Error{ErrorCode::invalid, "either a LOG or --simulated is needed", {}};
-  std::vector<std::string> files = corridor_files();
+  std::vector<std::string> files = {"navigation.txt", "trajectory.tum", "unaided.tum", "walls.png",
+                                    "report.html"};
   if (o.simulated > 0) files.emplace_back("log.carmen");
   if (auto ready = o.prepare(files); !ready) return ready;
   const auto job = make_job(o);
@@ -137,7 +285,8 @@ Result<void> run(const Options& o) {
                           job->reference,
                           job->drive.has_value(),
                           plane_of(o)};
-  outputs.facts = facts_of(*job, *runs, o);
+  add_bias_facts(*job, *runs, o, outputs.facts);
+  add_report_facts(runs->aided.report, outputs.facts);
   if (job->drive) {
     outputs.tables.emplace_back("Position RMSE by sections", section_table(*job, *runs));
     for (const CorridorEpoch& e : runs->aided.epochs)
@@ -158,33 +307,30 @@ Result<void> run(const Options& o) {
 }
 
 void add_options(CommandLine& app, Options& o) {
-  app.add_option(
-         "LOG", o.log,
-         std::string(kRobotLogs) + "; from CARMEN text, GYRO and WHEELS lines, else odometry")
-      .existing_file();
+  app.add_file(
+      "LOG", o.log,
+      std::string(kRobotLogs) + "; from CARMEN text, GYRO and WHEELS lines, else odometry");
   app.add_option("--simulated", o.simulated,
                  "instead of a log: three corridors with straight (1) or curved (2) motion")
       .range(1, 2);
   add_out(app, o);
-  app.add_option("--reference", o.reference, "reference trajectory, TUM").existing_file();
+  app.add_file("--reference", o.reference, "reference trajectory, TUM");
   app.add_option("--add-bias", o.added_bias_deg_s, "bias added to the yaw rate, deg/s");
   app.add_option(
          "--origin", o.origin,
          "latitude, longitude and azimuth of the start's x axis, degrees: adds the solution "
          "in latitude and longitude, and removes the Earth's rotation")
       .expected(3);
-  app.add_option("--config", o.config, "JSON file of options; see --print-config").existing_file();
-  app.add_option("--passes", o.passes, "passes over a log, each started with the bias of the last")
-      .range(1, 20)
-      .show_default();
+  app.add_file("--config", o.config, "JSON file of options; see --print-config");
+  app.add_number("--passes", o.passes, 1, 20,
+                 "passes over a log, each started with the bias of the last");
   app.add_flag("--no-walls-across", o.no_walls_across, "use side walls only");
   app.add_flag("--rest", o.rest, "estimate the bias from odometry at rest too");
   add_seed(app, o, "of the simulation");
   add_robot_topics(app, o.topics);
   add_force_and_quiet(app, o);
-  app.add_print(
-      "--print-config", [] { return corridor_options_text(); },
-      "print all options of --config with their defaults for logs, and exit");
+  app.add_print("--print-config", corridor_options_text,
+                "print all options of --config with their defaults for logs, and exit");
 }
 
 }  // namespace

@@ -164,10 +164,6 @@ Trajectory trajectory_of(const CorridorRun& run) {
   return t;
 }
 
-std::vector<std::string> corridor_files() {
-  return {"navigation.txt", "trajectory.tum", "unaided.tum", "walls.png", "report.html"};
-}
-
 Result<void> write_corridor_outputs(const OutputArguments& to, const CorridorOutputs& o) {
   const io::Image walls = walls_picture(o);
   return first_error({io::write_file(to.path("navigation.txt"), navigation_text(o), to.write()),

@@ -28,9 +28,7 @@ struct CorridorOutputs {
 
 [[nodiscard]] Trajectory trajectory_of(const CorridorRun& run);
 
-/// The files of write_corridor_outputs.
-[[nodiscard]] std::vector<std::string> corridor_files();
-
+/// Writes navigation.txt, trajectory.tum, unaided.tum, walls.png and report.html.
 [[nodiscard]] Result<void> write_corridor_outputs(const OutputArguments& to,
                                                   const CorridorOutputs& outputs);
 

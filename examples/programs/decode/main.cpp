@@ -40,9 +40,8 @@ void describe(CommandLine& app, Arguments& a) {
   app.add_option("--config", a.config, "ti: chirp configuration (.cfg), for speeds before SDK 3");
   app.add_choice("--inside", a.rplidar.inside, kAnswers,
                  "rplidar: answer in which the capture begins");
-  app.add_option("--baud", a.rplidar.baud, "rplidar: rate of the serial line, for the times")
-      .range(1200.0, 1e8)
-      .show_default();
+  app.add_number("--baud", a.rplidar.baud, 1200.0, 1e8,
+                 "rplidar: rate of the serial line, for the times");
   app.add_option("--sample-us", a.rplidar.sample_us,
                  "rplidar: time per sample; by default from the capture, else 500 or 250")
       .range(1.0, 1e5);

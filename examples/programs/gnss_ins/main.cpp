@@ -29,7 +29,9 @@ Result<void> run(const Options& o) {
   if (o.no_constraints) config->filter.non_holonomic_in_outage = false;
   auto outages = parse_outages(o.outages);
   if (!outages) return outages.error();
-  if (auto ready = o.prepare(nav_output_names()); !ready) return ready;
+  if (auto ready = o.prepare({"trajectory.txt", "trajectory.tum", "states.txt", "report.html"});
+      !ready)
+    return ready;
   ProgressLine reading("reading", o.quiet);
   auto recording = load_nav_recording(o.files, *config, std::ref(reading));
   if (!recording) return recording.error();
@@ -65,21 +67,20 @@ Result<void> run(const Options& o) {
 }
 
 void add_files(CommandLine& app, NavFiles& files) {
-  const auto file = [&](const char* name, auto& path, const char* text) {
-    return app.add_option(name, path, text).existing_file();
-  };
-  file("--imu", files.imu, "inertial samples; two files if gyro and accelerometer are separate")
+  app.add_file("--imu", files.imu,
+               "inertial samples; two files if gyro and accelerometer are separate")
       .required()
       .expected(1, 2);
-  file("--imu-tags", files.imu_tags, "RTKLIB's time tags of the inertial file");
-  file("--imu-clock", files.imu_clock, "pairs of the unit's times and GPS times")
+  app.add_file("--imu-tags", files.imu_tags, "RTKLIB's time tags of the inertial file");
+  app.add_file("--imu-clock", files.imu_clock, "pairs of the unit's times and GPS times")
       .excludes("--imu-tags");
-  file("--obs", files.observations, "raw observations, RINEX 2.1 or 3");
-  file("--nav", files.navigation, "broadcast messages, RINEX; several files allowed")
+  app.add_file("--obs", files.observations, "raw observations, RINEX 2.1 or 3");
+  app.add_file("--nav", files.navigation, "broadcast messages, RINEX; several files allowed")
       .expected(1, 64);
-  file("--ranges", files.ranges, "corrected ranges instead of --obs and --nav").excludes("--obs");
-  file("--fixes", files.fixes, "positions and velocities, for loose coupling");
-  file("--truth", files.truth, "reference to compare with");
+  app.add_file("--ranges", files.ranges, "corrected ranges instead of --obs and --nav")
+      .excludes("--obs");
+  app.add_file("--fixes", files.fixes, "positions and velocities, for loose coupling");
+  app.add_file("--truth", files.truth, "reference to compare with");
   add_vehicle_topics(app, files.topics);
 }
 
@@ -93,15 +94,13 @@ int main(int argc, char** argv) {
       "states.txt and report.html.");
   Options o;
   add_files(app, o.files);
-  app.add_option("--config", o.config, "JSON description of the recording; see --print-config")
-      .existing_file();
+  app.add_file("--config", o.config, "JSON description of the recording; see --print-config");
   app.add_option("--outage", o.outages,
                  "remove satellites: START:LENGTH[:SATELLITES LEFT],... in seconds since the first "
                  "inertial sample");
   add_out(app, o);
-  app.add_option("--rate", o.rate_hz, "lines per second of trajectory.txt; 0: rate of the unit")
-      .range(0.0, 1e4)
-      .show_default();
+  app.add_number("--rate", o.rate_hz, 0.0, 1e4,
+                 "lines per second of trajectory.txt; 0: rate of the unit");
   app.add_flag("--no-constraints", o.no_constraints,
                "allow sideways and vertical motion in outages; standstill is still detected");
   add_force_and_quiet(app, o);

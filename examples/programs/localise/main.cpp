@@ -148,7 +148,7 @@ Result<void> run(const Options& o) {
   if (!recording) return recording.error();
   const auto truth = truth_of(o, *recording);
   if (!truth) return truth.error();
-  if (auto ready = o.prepare(localisation_files()); !ready) return ready;
+  if (auto ready = o.prepare({"trajectory.tum", "poses.csv", "report.html"}); !ready) return ready;
   const auto timed = localise(o, *maps, *recording);
   if (!timed) return timed.error();
   print_refused_scans(timed->slam.refused_scans, timed->slam.first_refusal);
@@ -162,17 +162,13 @@ Result<void> run(const Options& o) {
 }
 
 void add_options(CommandLine& app, Options& o) {
-  app.add_option("LOG", o.log, std::string("the recorded log: ") + kRobotLogs)
-      .required()
-      .existing_file();
-  app.add_option("MAP", o.map, "the .yaml file of a map, as map_server and graph_slam write it")
-      .required()
-      .existing_file();
+  app.add_file("LOG", o.log, std::string("the recorded log: ") + kRobotLogs).required();
+  app.add_file("MAP", o.map, "the .yaml file of a map, as map_server and graph_slam write it")
+      .required();
   add_out(app, o);
-  app.add_option("--radar-map", o.radar_map,
-                 "the .yaml file of a map of radar detections, as radar_slam writes it beside MAP: "
-                 "the log's radar is then used as well")
-      .existing_file();
+  app.add_file("--radar-map", o.radar_map,
+               "the .yaml file of a map of radar detections, as radar_slam writes it beside MAP: "
+               "the log's radar is then used as well");
   app.add_option("--sensors", o.sensors, "lidar, radar or both; by default those with a map")
       .one_of({"lidar", "radar", "both"});
   app.add_option("--initial", o.initial,
@@ -182,20 +178,14 @@ void add_options(CommandLine& app, Options& o) {
       .expected(3);
   app.add_flag("--global", o.global, "search the whole map (the default without --initial)")
       .excludes("--initial");
-  app.add_option("--truth", o.truth,
-                 "true trajectory in the map's frame, TUM; by default the truth in the log")
-      .existing_file();
+  app.add_file("--truth", o.truth,
+               "true trajectory in the map's frame, TUM; by default the truth in the log");
   app.add_flag("--beam", o.beam, "the beam model instead of the likelihood field");
-  app.add_option("--beams", o.localisation.beams, "beams used per scan")
-      .range(4, 10000)
-      .show_default();
-  app.add_option("--max-range", o.localisation.max_range_m, "farther returns are not used, m")
-      .positive()
-      .show_default();
-  app.add_option("--particles", o.localisation.max_particles, "largest number of particles")
-      .range(100, 10000000)
-      .show_default();
-  app.add_option("--sigma", o.map_options.lidar.sigma_m, "of a range, m").positive().show_default();
+  app.add_number("--beams", o.localisation.beams, 4, 10000, "beams used per scan");
+  app.add_positive("--max-range", o.localisation.max_range_m, "farther returns are not used, m");
+  app.add_number("--particles", o.localisation.max_particles, 100, 10000000,
+                 "largest number of particles");
+  app.add_positive("--sigma", o.map_options.lidar.sigma_m, "of a range, m");
   add_seed(app, o, "the same seed gives the same results");
   add_threads(app, o.threads);
   add_robot_topics(app, o.topics);

@@ -10,6 +10,7 @@
 #include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
+#include "support/slam_outputs.hpp"
 #include "trials.hpp"
 
 namespace wayfare::examples {
@@ -90,12 +91,6 @@ std::vector<double> column(const LocalisationOutputs& o, const F& f) {
   return values;
 }
 
-std::vector<Eigen::Vector2d> positions(const Trajectory& trajectory) {
-  std::vector<Eigen::Vector2d> result;
-  for (const StampedPose& p : trajectory) result.push_back(p.T_map_base.raw().translation());
-  return result;
-}
-
 void add_pictures(io::Report& report, const LocalisationOutputs& o) {
   const LogTime start = o.run.outcomes.front().time;
   for (const ParticleSnapshot& shot : o.run.snapshots) {
@@ -109,8 +104,8 @@ void add_pictures(io::Report& report, const LocalisationOutputs& o) {
                      (o.truth.empty() ? "." : "; the square is the true position."));
   }
   io::MapPainter painter(o.map);
-  painter.path(positions(o.truth), io::kGreen);
-  for (const Eigen::Vector2d& p : positions(o.run.trajectory(true))) painter.dot(p, io::kBlue, 3);
+  painter.path(points_of(o.truth), io::kGreen);
+  for (const Eigen::Vector2d& p : points_of(o.run.trajectory(true))) painter.dot(p, io::kBlue, 3);
   report.image(painter.picture(), o.truth.empty()
                                       ? "The converged poses."
                                       : "The true path and, in blue, the converged poses.");
@@ -147,10 +142,6 @@ io::Report report_of(const LocalisationOutputs& o) {
 }
 
 }  // namespace
-
-std::vector<std::string> localisation_files() {
-  return {"trajectory.tum", "poses.csv", "report.html"};
-}
 
 eval::Table localisation_errors(const LocalisationOutputs& o) {
   eval::Table table({{""},

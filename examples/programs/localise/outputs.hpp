@@ -20,9 +20,6 @@ struct LocalisationOutputs {
   Facts facts = {};
 };
 
-/// The files of write_localisation.
-[[nodiscard]] std::vector<std::string> localisation_files();
-
 /// Errors of the converged poses and of all; without truth, no rows.
 [[nodiscard]] eval::Table localisation_errors(const LocalisationOutputs& outputs);
 

@@ -1,20 +1,182 @@
 // Records several devices. Ends on SIGINT, SIGTERM, or the remote command T.
 
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <thread>
+#include <vector>
 
-#include "config.hpp"
+#include <nlohmann/json.hpp>
+
+#include <wayfare/io/text_file.hpp>
+#include <wayfare/logger/logger.hpp>
+
 #include "support/command_line.hpp"
 
 namespace {
 
 using namespace wayfare;
 using namespace std::chrono_literals;
+
+using Json = nlohmann::ordered_json;
+using logger::ModemLine;
+
+/// Sets an option; returns what is wrong with the value, or nothing.
+using Setter = std::function<std::optional<std::string>(const Json&)>;
+using Setters = std::map<std::string, Setter>;
+
+Setter text(std::string& to) {
+  return [&](const Json& v) -> std::optional<std::string> {
+    if (!v.is_string()) return "must be a string";
+    to = v.get<std::string>();
+    return std::nullopt;
+  };
+}
+
+Setter number(double least, double most, std::function<void(double)> set) {
+  return [least, most, set](const Json& v) -> std::optional<std::string> {
+    const double x = v.is_number() ? v.get<double>() : std::nan("");
+    if (!(x >= least && x <= most))
+      return "must be a number from " + Json(least).dump() + " to " + Json(most).dump();
+    set(x);
+    return std::nullopt;
+  };
+}
+
+Setter duration(double least_s, Duration& to) {
+  return number(least_s, 3600.0, [&](double s) { to = from_seconds(s); });
+}
+
+Setter rate(int& to) {
+  return number(50.0, 1e7, [&](double x) { to = static_cast<int>(x); });
+}
+
+std::optional<std::string> set_dtr(const Json& v, ModemLine& to) {
+  const std::map<std::string, ModemLine> lines = {
+      {"keep", ModemLine::keep}, {"on", ModemLine::on}, {"off", ModemLine::off}};
+  const auto line = lines.find(v.is_string() ? v.get<std::string>() : "");
+  if (line == lines.end()) return "must be keep, on or off";
+  to = line->second;
+  return std::nullopt;
+}
+
+/// Pairs of hexadecimal digits, separated by spaces.
+std::optional<std::string> set_bytes(const Json& v, std::vector<std::uint8_t>& to) {
+  std::string digits;
+  for (const char c : v.is_string() ? v.get<std::string>() : std::string("?"))
+    if (c != ' ') digits += c;
+  if (digits.size() % 2 != 0 || digits.find_first_not_of("0123456789abcdefABCDEF") != digits.npos)
+    return "must be bytes in hexadecimal, such as \"A5 20\"";
+  for (std::size_t i = 0; i < digits.size(); i += 2)
+    to.push_back(static_cast<std::uint8_t>(std::stoi(digits.substr(i, 2), nullptr, 16)));
+  return std::nullopt;
+}
+
+/// Calls the setter of each key of `json`.
+Result<void> apply(const Json& json, const Setters& setters, const std::string& where,
+                   const std::string& path) {
+  if (!json.is_object()) return Error{ErrorCode::parse, "expected a JSON object" + where, path};
+  for (const auto& [key, value] : json.items()) {
+    const auto setter = setters.find(key);
+    if (setter == setters.end())
+      return Error{ErrorCode::parse, "unknown option '" + key + "'" + where, path};
+    if (const auto wrong = setter->second(value))
+      return Error{ErrorCode::parse, "option '" + key + "'" + where + " " + *wrong, path};
+  }
+  return {};
+}
+
+Result<logger::SensorOptions> read_sensor(const Json& json, const std::string& path) {
+  logger::SensorOptions s;
+  std::string file;
+  const auto done = apply(json,
+                          {{"name", text(s.device.name)},
+                           {"kind", text(s.device.kind)},
+                           {"port", text(s.port)},
+                           {"baud", rate(s.device.baud)},
+                           {"configuration", text(file)},
+                           {"dtr", [&](const Json& v) { return set_dtr(v, s.dtr); }},
+                           {"request", [&](const Json& v) { return set_bytes(v, s.request); }}},
+                          " of a sensor", path);
+  if (!done) return done.error();
+  if (s.device.name.find_first_of("/ ") != std::string::npos)
+    return Error{ErrorCode::parse, "a sensor's name must not contain spaces or slashes", path};
+  if (s.port.empty())
+    return Error{ErrorCode::parse, "sensor " + s.device.name + " needs a port", path};
+  if (file.empty()) return s;
+  const auto folder = std::filesystem::path(path).parent_path();
+  const auto content = io::read_file((folder / file).string());
+  if (!content) return content.error();
+  s.device.configuration = content->bytes;
+  return s;
+}
+
+/// A logger's options from a JSON file, as docs/how-to/logger.md describes it. Configuration files
+/// of sensors are relative to its folder. Errors: not JSON, an unknown key, a value out of range.
+Result<logger::LoggerOptions> read_logger_config(const std::string& path) {
+  const auto file = io::read_file(path);
+  if (!file) return file.error();
+  const Json json = Json::parse(file->bytes, nullptr, false, true);
+  logger::LoggerOptions o;
+  Json sensors;
+  const auto control = [&](const Json& v) -> std::optional<std::string> {
+    const auto done = apply(v,
+                            {{"port", text(o.control_port)},
+                             {"baud", rate(o.control_baud)},
+                             {"socket", text(o.control_socket)}},
+                            " of control", path);
+    return done ? std::nullopt : std::optional(done.error().message);
+  };
+  const auto done = apply(
+      json,
+      {{"folder", text(o.folder)},
+       {"prefix", text(o.prefix)},
+       {"flush_s", duration(0.001, o.flush_every)},
+       {"sync_s", duration(0.0, o.sync_every)},
+       {"queue_mb", number(0.01, 16384.0,
+                           [&](double mb) { o.queue_bytes = static_cast<std::size_t>(mb * 1e6); })},
+       {"control", control},
+       {"sensors",
+        [&](const Json& v) -> std::optional<std::string> {
+          if (!v.is_array()) return "must be a list";
+          sensors = v;
+          return std::nullopt;
+        }}},
+      "", path);
+  if (!done) return done.error();
+  for (const Json& s : sensors) {
+    auto sensor = read_sensor(s, path);
+    if (!sensor) return sensor.error();
+    o.sensors.push_back(std::move(*sensor));
+  }
+  return o;
+}
+
+/// An example for the three supported devices.
+std::string example_logger_config() {
+  return R"({
+  "folder": "recordings",
+  "prefix": "walk",
+  "flush_s": 0.1,
+  "sync_s": 1.0,
+  "queue_mb": 64,
+  "control": {"port": "/dev/ttyUSB2", "baud": 57600, "socket": "logger.sock"},
+  "sensors": [
+    {"name": "radar", "kind": "ti_mmwave", "port": "/dev/ttyACM1", "baud": 921600},
+    {"name": "lidar", "kind": "rplidar", "port": "/dev/ttyUSB0", "baud": 115200,
+     "dtr": "off", "request": "A5 20"},
+    {"name": "imu", "kind": "xsens", "port": "/dev/ttyUSB1", "baud": 115200}
+  ]
+}
+)";
+}
 
 volatile std::sig_atomic_t end_requested = 0;
 
@@ -36,7 +198,7 @@ void print(const logger::LoggerStatus& s) {
 }
 
 Result<void> run(const Arguments& a) {
-  auto options = examples::read_logger_config(a.config);
+  auto options = read_logger_config(a.config);
   if (!options) return options.error();
   std::error_code code;
   std::filesystem::create_directories(options->folder, code);
@@ -64,13 +226,12 @@ int main(int argc, char** argv) {
       "Record several devices into one MCAP file: their bytes and the decoded messages. Begins on "
       "the remote command B, or immediately with --record.");
   Arguments a;
-  app.add_option("--config", a.config, "JSON file of sensors and options; see --print-config")
-      .required()
-      .existing_file();
+  app.add_file("--config", a.config, "JSON file of sensors and options; see --print-config")
+      .required();
   app.add_flag("--record", a.record, "begin to record immediately");
   app.add_flag("--quiet", a.quiet, "no status on the terminal");
   app.add_print(
-      "--print-config", [] { return examples::example_logger_config(); },
+      "--print-config", [] { return example_logger_config(); },
       "print an example of --config, and exit");
   if (const auto code = app.parse(argc, argv)) return *code;
   const auto end = [](int) { end_requested = 1; };

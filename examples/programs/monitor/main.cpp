@@ -21,14 +21,12 @@ int main(int argc, char** argv) {
       "scans, radar points, path and map, CSV and MCAP export), and a running logger's status with "
       "buttons to start and stop it.");
   examples::MonitorOptions o;
-  app.add_option("RECORDING", o.recording, "a logger's recording (.mcap)").existing_file();
+  app.add_file("RECORDING", o.recording, "a logger's recording (.mcap)");
   app.add_option("--live", o.live, "control socket, or serial control line, of a running logger");
   app.add_option("--host", o.host,
                  "address to listen on; all but loopback addresses require a token")
       .show_default();
-  app.add_option("--port", o.port, "port to listen on; 0: any free port")
-      .range(0, 65535)
-      .show_default();
+  app.add_number("--port", o.port, 0, 65535, "port to listen on; 0: any free port");
   app.add_option("--token", o.token, "required in every request; generated if needed");
   if (const auto code = app.parse(argc, argv)) return *code;
   const auto end = [](int) { end_requested = 1; };

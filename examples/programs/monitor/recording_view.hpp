@@ -58,11 +58,4 @@ class RecordingView {
   mutable std::chrono::steady_clock::time_point reopen_;  ///< not reread before
 };
 
-[[nodiscard]] std::string schema_of(const io::McapContents& contents,
-                                    const io::McapChannel& channel);
-/// Null if there is none.
-[[nodiscard]] const io::McapChannel* find_topic(const io::McapContents& contents,
-                                                const std::string& topic);
-[[nodiscard]] Error no_topic(const std::string& topic);
-
 }  // namespace wayfare::examples

@@ -1,4 +1,4 @@
-#include "run.hpp"
+#include "outputs.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -153,10 +153,6 @@ io::Report report_of(const std::string& title, const WalkRun& run, const Traject
 
 std::string walk_text(const WalkRun& run, const Trajectory& truth) {
   return summary(run).to_text() + (truth.empty() ? "" : errors(run, truth).to_text());
-}
-
-std::vector<std::string> walk_output_names() {
-  return {"track.csv", "trajectory.tum", "report.html"};
 }
 
 Result<void> write_walk_outputs(const OutputArguments& to, const std::string& title,

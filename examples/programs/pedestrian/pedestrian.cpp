@@ -1,15 +1,18 @@
 // Pedestrian dead reckoning from a recorded unit on the body or on a foot.
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <map>
+#include <functional>
 #include <string>
 
 #include <wayfare/io/tum.hpp>
+#include <wayfare/pedestrian/foot_tracker.hpp>
+#include <wayfare/pedestrian/pedestrian.hpp>
 
 #include "ahrs/recording.hpp"
-#include "run.hpp"
+#include "outputs.hpp"
 #include "support/progress_line.hpp"
 
 namespace {
@@ -25,6 +28,84 @@ struct Arguments : OutputArguments {
   double gyro_range_degps = 2000.0;
   RecordingOptions recording;
 };
+
+using Progress = std::function<void(double)>;
+
+void update(const Progress& progress, std::size_t i, std::size_t n) {
+  if (i % 4096 == 0) progress(static_cast<double>(i) / static_cast<double>(n));
+}
+
+std::string readings(const SensorReport& r) {
+  return std::to_string(r.used) + " used, " + std::to_string(r.missing) + " missing, " +
+         std::to_string(r.late) + " late, " + std::to_string(r.saturated) + " saturated";
+}
+
+WalkRun run_steps(const MargRecording& samples, const PedestrianParameters& parameters,
+                  const Progress& progress) {
+  Pedestrian pedestrian(parameters);
+  WalkRun run;
+  const auto keep = [&](const PedestrianPose& p) {
+    const Eigen::Vector2d sigma = p.covariance.diagonal().head<2>().cwiseSqrt();
+    run.rows.push_back({p.time,
+                        {p.position_m.x(), p.position_m.y(), 0.0},
+                        p.heading,
+                        {sigma.x(), sigma.y(), 0.0},
+                        p.length_m,
+                        p.step.interval_s,
+                        0.0,
+                        true});
+  };
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const MargUpdateStatus status = pedestrian.add(samples[i], keep);
+    if (status.accelerometer == UpdateStatus::used ||
+        status.accelerometer == UpdateStatus::saturated)
+      run.force.emplace_back(samples[i].time, samples[i].specific_force_mps2.norm());
+    update(progress, i, samples.size());
+  }
+  const PedestrianReport report = pedestrian.report();
+  run.events = report.steps;
+  run.walked_m = report.distance_m;
+  run.facts = {
+      {"gyro", readings(report.ahrs.gyro)},
+      {"accelerometer", readings(report.ahrs.accelerometer)},
+      {"magnetometer", readings(report.ahrs.magnetometer) + ", " +
+                           std::to_string(report.ahrs.magnetometer.disturbed) + " disturbed"},
+      {"attitude restarts", std::to_string(report.ahrs.restarts)},
+      {"steps without a heading", std::to_string(report.without_heading)}};
+  return run;
+}
+
+WalkRun run_foot(const MargRecording& samples, const FootParameters& parameters,
+                 const Progress& progress) {
+  FootTracker tracker(parameters);
+  WalkRun run;
+  run.foot = true;
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  const auto keep = [&](const FootPose& p) {
+    WalkRow row{p.time, p.position_m, p.heading,   p.position_covariance_m2.diagonal().cwiseSqrt(),
+                0.0,    0.0,          p.statistic, p.stance > 0.5};
+    if (row.event) {
+      row.step_m = (p.position_m - last).head<2>().norm();
+      run.walked_m += row.step_m;
+      last = p.position_m;
+    }
+    run.rows.push_back(row);
+  };
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const MargSample& s = samples[i];
+    tracker.add({s.time, s.angular_rate_radps, s.specific_force_mps2}, keep);
+    update(progress, i, samples.size());
+  }
+  tracker.finish(keep);
+  const FootReport& report = tracker.report();
+  run.events = report.stances;
+  run.facts = {{"gyro", readings(report.gyro)},
+               {"accelerometer", readings(report.accelerometer)},
+               {"unreliable stances", std::to_string(report.rejected)},
+               {"gaps", std::to_string(report.gaps)},
+               {"reinitialised", std::to_string(report.lost)}};
+  return run;
+}
 
 StepLength length_model(const Arguments& a) {
   StepLength model = KimStep{};
@@ -59,7 +140,7 @@ WalkRun walk(const Arguments& a, const io::MargFile& file) {
 }
 
 Result<void> run(const Arguments& a) {
-  if (auto ready = a.prepare(walk_output_names()); !ready) return ready;
+  if (auto ready = a.prepare({"track.csv", "trajectory.tum", "report.html"}); !ready) return ready;
   const auto file = a.recording.read(a.file);
   if (!file) return file.error();
   Trajectory truth;
@@ -85,21 +166,16 @@ Result<void> run(const Arguments& a) {
 void add_options(CommandLine& app, Arguments& a) {
   RecordingOptions::add_path(app, "FILE", a.file);
   add_out(app, a);
-  app.add_option("--truth", a.truth, "true positions on the same clock, TUM text, to compare with")
-      .existing_file();
+  app.add_file("--truth", a.truth, "true positions on the same clock, TUM text, to compare with");
   app.add_flag("--foot", a.foot, "the unit is on a foot, with zero velocity in stance phases");
   app.add_flag("--ared", a.ared, "detect stance phases by the gyro alone (with --foot)");
-  app.add_option("--gyro-range", a.gyro_range_degps, "of the unit, deg/s (with --foot)")
-      .positive()
-      .show_default();
+  app.add_positive("--gyro-range", a.gyro_range_degps, "of the unit, deg/s (with --foot)");
   app.add_option("--length", a.length, "step length model")
       .one_of({"kim", "constant", "weinberg", "frequency"})
       .show_default();
   app.add_option("--factor", a.factor, "the model's factor, from a walk of known length")
       .positive();
-  app.add_option("--height", a.height_m, "of the walker, metres (with --length frequency)")
-      .positive()
-      .show_default();
+  app.add_positive("--height", a.height_m, "of the walker, metres (with --length frequency)");
   app.add_option("--forward", a.forward, "the unit's axis in the direction of walking")
       .one_of({"x", "y", "z", "-x", "-y", "-z"})
       .show_default();
@@ -109,15 +185,11 @@ void add_options(CommandLine& app, Arguments& a) {
   app.add_flag("--uncalibrated", a.uncalibrated,
                "the magnetometer is not calibrated: its offset is estimated during the walk, and "
                "headings are relative to the start");
-  app.add_option("--declination", a.declination_deg,
-                 "of magnetic from true north, degrees, east positive")
-      .range(-180.0, 180.0)
-      .show_default();
-  app.add_option("--straight", a.straight_degps,
+  app.add_number("--declination", a.declination_deg, -180.0, 180.0,
+                 "of magnetic from true north, degrees, east positive");
+  app.add_number("--straight", a.straight_degps, 0.0, 5.0,
                  "standard deviation of the gyro bias, deg/s, estimated as the most frequent yaw "
-                 "rate: 0.2 for paths with straight segments")
-      .range(0.0, 5.0)
-      .show_default();
+                 "rate: 0.2 for paths with straight segments");
   add_force_and_quiet(app, a);
   a.recording.add_options(app);
 }

@@ -1,17 +1,235 @@
 // Optimises a pose graph from a g2o file and writes it back.
 
 #include <cstdio>
+#include <map>
+#include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
+#ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
+#include <wayfare/graph/cholmod_solver.hpp>
+#endif
+#include <wayfare/graph/eigen_solver.hpp>
+#include <wayfare/graph/gnc.hpp>
+#include <wayfare/graph/incremental.hpp>
+#include <wayfare/graph/optimise.hpp>
+#include <wayfare/graph/report.hpp>
 #include <wayfare/io/g2o.hpp>
 
-#include "program.hpp"
+#include "outputs.hpp"
+#include "support/program_files.hpp"
 
 namespace {
 
 using namespace wayfare;
 using namespace wayfare::examples;
+
+enum class SolverChoice { block, eigen, cholmod };
+
+struct Arguments : OutputArguments {
+  std::string input;
+  std::string svg, marginals, rejected;  ///< empty: not written
+  io::IndefiniteInformation indefinite = io::IndefiniteInformation::refuse;
+  StartMethod start = StartMethod::given;
+  bool start_from_trusted = false;  ///< GNC's own initialisation, without --init
+  SolverChoice solver = SolverChoice::block;
+  std::optional<GncLoss> gnc;  ///< for graduated non-convexity
+  bool robust_odometry = false;
+  bool incremental = false;
+  double inlier_probability = GncOptions{}.inlier_probability;
+  OptimiseOptions options;
+};
+
+const std::map<std::string, SolverChoice> kSolvers{
+    {"block", SolverChoice::block},
+    {"eigen", SolverChoice::eigen},
+#ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
+    {"cholmod", SolverChoice::cholmod},
+#endif
+};
+const std::map<std::string, OptimiseMethod> kMethods{{"gn", OptimiseMethod::gauss_newton},
+                                                     {"lm", OptimiseMethod::levenberg_marquardt}};
+const std::map<std::string, io::IndefiniteInformation> kIndefinite{
+    {"refuse", io::IndefiniteInformation::refuse}, {"project", io::IndefiniteInformation::project}};
+using MaybeStart = std::optional<StartMethod>;
+const std::map<std::string, MaybeStart> kStarts{{"file", StartMethod::given},
+                                                {"odometry", StartMethod::odometry},
+                                                {"tree", StartMethod::tree},
+                                                {"chordal", StartMethod::chordal}};
+/// A kernel, or a loss of graduated non-convexity.
+struct Robust {
+  RobustKernelKind kernel = RobustKernelKind::none;
+  std::optional<GncLoss> gnc = {};
+};
+const std::map<std::string, Robust> kRobust{
+    {"none", {}},
+    {"huber", {RobustKernelKind::huber}},
+    {"cauchy", {RobustKernelKind::cauchy}},
+    {"gm", {RobustKernelKind::geman_mcclure}},
+    {"dcs", {RobustKernelKind::dynamic_covariance_scaling}},
+    {"gnc", {RobustKernelKind::none, GncLoss::truncated_least_squares}},
+    {"gnc-gm", {RobustKernelKind::none, GncLoss::geman_mcclure}}};
+
+void add_file_options(CommandLine& app, Arguments& a) {
+  app.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip").required();
+  add_out(app, a, "file for the optimised graph");
+  app.add_flag("--force", a.force, "replace existing files");
+  app.add_option("--svg", a.svg,
+                 "file for a drawing of the graph before and after: path, loops, rejected loops in "
+                 "red (3D from above)");
+  app.add_option("--marginals", a.marginals,
+                 "CSV of every pose's covariance in its own frame; fixed poses are exact");
+  app.add_option("--rejected", a.rejected, "CSV of the edges that --robust gnc rejects");
+  app.add_choice("--indefinite", a.indefinite, kIndefinite,
+                 "information matrices that are not positive semi-definite: refuse the file "
+                 "(default) or project onto the nearest that is");
+}
+
+void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robust& robust) {
+  app.add_choice("--init", start, kStarts,
+                 "initial poses: of the file, the chain of edges between neighbours, a spanning "
+                 "tree of least depth, or chordal relaxation (default file; with --robust gnc a "
+                 "tree over odometry)");
+  app.add_choice(
+      "--robust", robust, kRobust,
+      "against outliers among edges between vertices that are not neighbours in the file: "
+      "a kernel, or gnc (graduated non-convexity with truncated least squares; gnc-gm: "
+      "with Geman-McClure), which identifies them (default none)");
+  app.add_flag("--robust-all", a.robust_odometry, "edges between neighbours may be outliers too");
+  app.add_positive("--robust-scale", a.options.kernel.scale,
+                   "scale of the kernel in standard deviations");
+  app.add_number("--inliers", a.inlier_probability, 0.5, 1.0 - 1e-12,
+                 "share of inliers gnc is to keep if the information matrices are consistent");
+  app.add_flag("--incremental", a.incremental,
+               "add the graph edge by edge and solve after each; each pose is initialised by its "
+               "first edge");
+  app.add_choice("--method", a.options.method, kMethods,
+                 "gn: Gauss-Newton, falling back to lm where a step fails (default); lm: "
+                 "Levenberg-Marquardt");
+  app.add_choice("--solver", a.solver, kSolvers,
+                 "sparse Cholesky (default block: that of wayfare)");
+  app.add_number("--threads", a.options.threads, 1, 256,
+                 "of the block solver; results do not depend on their number");
+  app.add_number("--max-iterations", a.options.max_iterations, 1, 1'000'000,
+                 "largest number of linear systems solved");
+}
+
+/// The exit code if the program is to end.
+std::optional<int> parse(int argc, char** argv, Arguments& a) {
+  CommandLine app(
+      "Optimise the pose graph of a g2o file: prints the sum of e'We before and after (g2o's "
+      "error, no factor 1/2), iterations and milliseconds, and writes the graph.");
+  MaybeStart start;
+  Robust robust;
+  add_file_options(app, a);
+  add_solver_options(app, a, start, robust);
+  if (const auto code = app.parse(argc, argv)) return code;
+  a.options.kernel.kind = robust.kernel;
+  a.gnc = robust.gnc;
+  a.start_from_trusted = a.gnc && !start;
+  a.start = start.value_or(StartMethod::given);
+  return {};
+}
+
+struct Outcome {
+  OptimiseReport report;
+  double start_s = 0.0;
+  double total_s = 0.0;       ///< of the optimisation
+  int rounds = 0;             ///< of graduated non-convexity
+  std::vector<int> rejected;  ///< outlier edges
+};
+
+template <LieGroup G>
+Result<OptimiseReport> optimise_with(PoseGraph<G>& graph, const Arguments& a) {
+  switch (a.solver) {
+    case SolverChoice::eigen:
+      return PoseGraphOptimiser<G, EigenSolver<G::kDof>>().optimise(graph, a.options);
+    case SolverChoice::cholmod:
+#ifdef WAYFARE_EXAMPLE_HAS_CHOLMOD
+      return PoseGraphOptimiser<G, CholmodSolver<G::kDof>>().optimise(graph, a.options);
+#endif
+    case SolverChoice::block:
+      break;
+  }
+  return PoseGraphOptimiser<G>().optimise(graph, a.options);
+}
+
+template <LieGroup G>
+Result<void> reject_outliers(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome) {
+  if (a.solver != SolverChoice::block)
+    return Error{ErrorCode::unsupported, "--robust gnc uses the block solver only"};
+  GncOptions options;
+  options.loss = *a.gnc;
+  options.inlier_probability = a.inlier_probability;
+  options.start_from_trusted = a.start_from_trusted;
+  options.optimise = a.options;
+  auto report = optimise_gnc(graph, options);
+  if (!report) return report.error();
+  outcome.report = std::move(report->optimisation);
+  outcome.rejected = std::move(report->rejected);
+  outcome.rounds = report->rounds;
+  return {};
+}
+
+/// Adds edge by edge and solves the graph after each.
+template <LieGroup G>
+Result<void> replay(PoseGraph<G>& graph, const Arguments& a, Outcome& outcome) {
+  if (a.gnc || a.solver != SolverChoice::block)
+    return Error{ErrorCode::unsupported,
+                 "--incremental needs a kernel or none, and the block solver"};
+  for (const int pose : graph.fixed) {
+    if (pose == 0) continue;
+    return Error{ErrorCode::unsupported, "--incremental fixes the first vertex only; vertex " +
+                                             graph.label(pose) + " is fixed in the file"};
+  }
+  OptimiseReport& report = outcome.report;
+  report.initial_chi2 = chi2(graph);
+  report.initial_cost = robust_cost(graph, a.options.kernel);
+  IncrementalOptimiser<G> optimiser(a.options.kernel);
+  if (auto added = optimiser.add_pose(graph.poses.front()); !added) return added.error();
+  for (const ReplayStep<G>& step : replay_steps(graph)) {
+    if (step.new_pose >= 0) {
+      if (auto added = optimiser.add_pose(step.placed(optimiser.poses())); !added)
+        return added.error();
+    }
+    if (auto added = optimiser.add_edge(step.edge); !added) return added;
+    const auto update = optimiser.update();
+    if (!update) return update.error();
+    report.iterations += update->rounds;
+    report.fell_back = report.fell_back || update->fell_back;
+  }
+  if (optimiser.poses().size() != graph.poses.size())
+    return Error{ErrorCode::degenerate,
+                 "the edges do not connect every vertex in the order of the file"};
+  graph.poses = optimiser.poses();
+  report.final_chi2 = chi2(graph);
+  report.final_cost = robust_cost(graph, a.options.kernel);
+  return {};
+}
+
+/// Initialises the poses by --init, stores them in `initial` and optimises them.
+template <LieGroup G>
+Result<Outcome> solve(PoseGraph<G>& graph, const Arguments& a, std::vector<G>& initial) {
+  Outcome outcome;
+  const auto timed = [](double& seconds, const auto& work) -> Result<void> {
+    const PhaseTimer timer(seconds);
+    return work();
+  };
+  auto done = timed(outcome.start_s, [&] { return start_from(graph, a.start); });
+  if (!done) return done.error();
+  initial = graph.poses;
+  done = timed(outcome.total_s, [&]() -> Result<void> {
+    if (a.incremental) return replay(graph, a, outcome);
+    if (a.gnc) return reject_outliers(graph, a, outcome);
+    auto report = optimise_with(graph, a);
+    if (!report) return report.error();
+    outcome.report = std::move(*report);
+    return {};
+  });
+  if (!done) return done.error();
+  return outcome;
+}
 
 void print(const Outcome& outcome, const Arguments& a) {
   const OptimiseReport& r = outcome.report;

@@ -1,10 +1,11 @@
-#include "program.hpp"
+#include "outputs.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
 
+#include <wayfare/eval/table.hpp>
 #include <wayfare/graph/optimise.hpp>
 
 namespace wayfare::examples {
@@ -159,7 +160,8 @@ Result<std::string> marginals_table(const PoseGraph<G>& graph, const std::vector
     const SquareOf<G>& covariance = (*covariances)[static_cast<std::size_t>(pose)];
     out += graph.label(pose);
     for (int i = 0; i < kDof; ++i)
-      for (int j = i; j < kDof; ++j) out.append(1, ',').append(eval::significant(covariance(i, j), 9));
+      for (int j = i; j < kDof; ++j)
+        out.append(1, ',').append(eval::significant(covariance(i, j), 9));
     out += '\n';
   }
   return out;

@@ -9,7 +9,6 @@
 #include <wayfare/eval/table.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
-#include "support/progress_line.hpp"
 #include "support/slam_program.hpp"
 
 namespace {
@@ -48,17 +47,16 @@ Result<Inputs> read_inputs(const Options& o) {
   return inputs;
 }
 
-Result<Timed<RadarSlamRun>> run_timed(const Inputs& inputs, const Options& o) {
+Result<Timed<RadarSlamRun>> run_filter(const Inputs& inputs, const Options& o) {
   RadarSlamOptions options;
   options.threads = o.threads;
   options.seed = o.seed;
   options.particles = o.particles > 0                        ? o.particles
                       : inputs.sensors == SlamSensors::radar ? 10
                                                              : 30;
-  ProgressLine progress("particle filter", o.quiet);
-  auto slam = run_radar_slam(inputs.recording, options, inputs.sensors, std::ref(progress));
-  if (!slam) return slam.error();
-  return Timed<RadarSlamRun>{*std::move(slam), progress.finish()};
+  return run_timed("particle filter", o.quiet, [&](ProgressLine& progress) {
+    return run_radar_slam(inputs.recording, options, inputs.sensors, std::ref(progress));
+  });
 }
 
 eval::Table particles_table(const RadarSlamRun& slam) {
@@ -108,7 +106,7 @@ Result<void> run(const Options& o) {
   const auto inputs = read_inputs(o);
   if (!inputs) return inputs.error();
   if (auto ready = prepare_folder(o.out, o.write()); !ready) return ready;
-  const auto run = run_timed(*inputs, o);
+  const auto run = run_filter(*inputs, o);
   if (!run) return run.error();
   print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
   const PoseGraph2 no_graph;
@@ -136,14 +134,13 @@ int main(int argc, char** argv) {
       "map.yaml, map.png and report.html; with both sensors also radar_map.pgm and radar_map.yaml, "
       "for localise.");
   Options o;
-  app.add_option("LOG", o.log, "the recorded log").required().existing_file();
+  app.add_file("LOG", o.log, "the recorded log").required();
   add_out(app, o);
   app.add_option("--sensors", o.sensors, "radar, lidar or both; by default those of the log")
       .one_of({"radar", "lidar", "both"});
   app.add_option("--particles", o.particles, "of the filter; by default 30, for radar alone 10")
       .range(1, 100000);
-  app.add_option("--relations", o.relations, "true relative poses, to compare with")
-      .existing_file();
+  app.add_file("--relations", o.relations, "true relative poses, to compare with");
   add_threads(app, o.threads);
   add_seed(app, o, "of the random numbers: the same seed gives the same result");
   add_robot_topics(app, o.topics);

@@ -147,12 +147,10 @@ int main(int argc, char** argv) {
       ". Writes velocity.csv and report.html. If the radar's driver sets no stamps, use --stamps "
       "received.");
   Options o;
-  app.add_option("LOG", o.log, "the recorded frames").required().existing_file();
+  app.add_file("LOG", o.log, "the recorded frames").required();
   add_out(app, o);
   app.add_flag("--plane", o.velocity.plane, "the radar measures no elevation");
-  app.add_option("--inlier", o.velocity.inlier_m_s, "largest error of an inlier, m/s")
-      .positive()
-      .show_default();
+  app.add_positive("--inlier", o.velocity.inlier_m_s, "largest error of an inlier, m/s");
   app.add_option("--min-range", o.velocity.min_range_m, "of a point, metres")
       .not_negative()
       .show_default();

@@ -258,13 +258,13 @@ int main(int argc, char** argv) {
       "pseudo-terminals that a logger can open in their place; else the inertial unit to "
       "pedestrian dead reckoning, or the scans to graph SLAM.");
   Arguments a;
-  app.add_option("RECORDING", a.recording, "a logger's recording (.mcap)").existing_file();
+  app.add_file("RECORDING", a.recording, "a logger's recording (.mcap)");
   app.add_option("--ptys", a.ptys, "folder for links to the pseudo-terminals, one per device");
   app.add_option("--capture", a.captures,
                  "NAME:BYTES_PER_SECOND:FILE, a device's bytes instead of a recording; repeatable");
   app.add_option("--seconds", a.seconds, "duration to which captures are repeated, at real speed")
       .not_negative();
-  app.add_option("--speed", a.speed, "times real time").range(1e-3, 1e6).show_default();
+  app.add_number("--speed", a.speed, 1e-3, 1e6, "times real time");
   app.add_option("--wait", a.wait_s, "seconds before the first byte").not_negative();
   app.add_option("--system", a.system,
                  "system to run; by default the one for which the recording has the sensor")

@@ -23,9 +23,7 @@ int main(int argc, char** argv) {
                                      {"on", logger::ModemLine::on},
                                      {"off", logger::ModemLine::off}},
                                     "the modem line; off starts the motor of an A1");
-  app.add_option("--beams", scan.beams, "per scan, evenly distributed")
-      .range(8, 100000)
-      .show_default();
+  app.add_number("--beams", scan.beams, 8, 100000, "per scan, evenly distributed");
   const auto started = examples::start_node(argc, argv, "lidar_driver_node", app);
   if (!started.node) return started.exit_code;
   ros::Node& node = *started.node;

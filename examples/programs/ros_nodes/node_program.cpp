@@ -70,9 +70,7 @@ void say_all(const ros::Node& node, const std::vector<ros::Notice>& notices) {
 
 void add_device_options(CommandLine& app, DeviceArguments& a) {
   app.add_option("--port", a.port, "the device's serial line, such as /dev/ttyUSB0").required();
-  app.add_option("--baud", a.line.baud, "bits per second on the line")
-      .range(300, 10'000'000)
-      .show_default();
+  app.add_number("--baud", a.line.baud, 300, 10'000'000, "bits per second on the line");
   app.add_option("--frame", a.frame, "frame of the messages").show_default();
 }
 

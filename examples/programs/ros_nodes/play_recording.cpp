@@ -124,8 +124,8 @@ int main(int argc, char** argv) {
   examples::CommandLine app(
       "Play a recording of ROS messages (.bag, or .mcap of ROS 2) onto its topics. "
       "Transforms on tf_static are latched.");
-  app.add_option("RECORDING", a.recording, "the recording").required().existing_file();
-  app.add_option("--speed", a.speed, "times real time").range(1e-3, 1e6).show_default();
+  app.add_file("RECORDING", a.recording, "the recording").required();
+  app.add_number("--speed", a.speed, 1e-3, 1e6, "times real time");
   app.add_option("--from-s", a.from_s, "seconds to skip at the beginning").not_negative();
   app.add_option("--seconds", a.seconds, "largest duration to play").positive();
   app.add_option("--leave-out", a.leave_out, "a topic not to play; repeatable").take_all();

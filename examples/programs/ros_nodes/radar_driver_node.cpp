@@ -33,8 +33,7 @@ int main(int argc, char** argv) {
       "Publish the frames of a TI mmWave radar's data port as wayfare_msgs/RadarScan on 'radar' "
       "and as sensor_msgs/PointCloud2 on 'radar_points'. The radar must be configured.");
   examples::add_device_options(app, device);
-  app.add_option("--config", config_file, "the radar's .cfg, needed for speeds before SDK 3")
-      .existing_file();
+  app.add_file("--config", config_file, "the radar's .cfg, needed for speeds before SDK 3");
   const auto started = examples::start_node(argc, argv, "radar_driver_node", app);
   if (!started.node) return started.exit_code;
   ros::Node& node = *started.node;

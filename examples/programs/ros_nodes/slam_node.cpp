@@ -43,25 +43,17 @@ void add_options(examples::CommandLine& app, Arguments& a) {
   app.add_flag("--no-odometry", a.no_odometry,
                "do not wait for odometry; odom -> base is published by the node");
   app.add_flag("--imu", s.imu, "with --no-odometry: rotation from the inertial unit");
-  app.add_option("--map-period-s", s.map_period_s, "interval between maps")
-      .positive()
-      .show_default();
+  app.add_positive("--map-period-s", s.map_period_s, "interval between maps");
   app.add_option("--patience-s", s.patience_s, "longest time a scan waits for odometry")
       .not_negative()
       .show_default();
-  app.add_option("--settle-s", s.settle_s, "time without scans after which the graph is optimised")
-      .positive()
-      .show_default();
-  app.add_option("--resolution-m", s.map.resolution_m,
-                 "cell size of the published map, with laser scans only")
-      .positive()
-      .show_default();
-  app.add_option("--threads", s.slam.threads,
-                 "more than one: loop search and particles run in parallel")
-      .range(1, 64)
-      .show_default();
-  app.add_option("--config", a.config, "JSON file of SLAM options; see submap_slam --print-config")
-      .existing_file();
+  app.add_positive("--settle-s", s.settle_s,
+                   "time without scans after which the graph is optimised");
+  app.add_positive("--resolution-m", s.map.resolution_m,
+                   "cell size of the published map, with laser scans only");
+  app.add_number("--threads", s.slam.threads, 1, 64,
+                 "more than one: loop search and particles run in parallel");
+  app.add_file("--config", a.config, "JSON file of SLAM options; see submap_slam --print-config");
 }
 
 SE2d pose_of(const std::vector<double>& v) { return SE2d(v[0], v[1], Angle::degrees(v[2])); }

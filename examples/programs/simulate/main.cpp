@@ -55,25 +55,23 @@ void add_options(CommandLine& app, Options& o) {
 }
 
 void add_robot_options(CommandLine& app, Options& o) {
-  const auto number = [&](const char* name, double& value, double low, double high,
-                          const char* text) {
-    app.add_option(name, value, text).range(low, high).show_default();
-  };
-  number("--speed", o.robot.drive.max_speed_m_s, 0.01, 20.0, "largest speed, m/s");
-  app.add_option("--beams", o.beams, "beams per scan").range(1, 100000).show_default();
+  app.add_number("--beams", o.beams, 1, 100000, "beams per scan");
   app.add_flag("--full-circle", o.full_circle, "beams all around (else 180 deg ahead)");
-  number("--scan-rate", o.scan_rate_hz, 0.01, 1000.0, "scans per second");
-  number("--max-range", o.robot.lidar.max_range_m, 0.5, 1000.0, "m");
-  number("--range-noise", o.robot.lidar.range_noise_m, 0.0, 10.0, "standard deviation, m");
-  number("--missed", o.robot.lidar.missed_return, 0.0, 1.0, "probability that a beam is lost");
-  number("--slip", o.robot.wheels.slip_m_per_sqrt_m, 0.0, 10.0,
-         "standard deviation of a wheel's slip after one metre, m");
-  number("--left-scale", o.robot.wheels.left_scale, 0.1, 10.0, "metres reported per metre rolled");
-  number("--right-scale", o.robot.wheels.right_scale, 0.1, 10.0, "the same for the right wheel");
+  app.add_number("--scan-rate", o.scan_rate_hz, 0.01, 1000.0, "scans per second");
+  app.add_number("--max-range", o.robot.lidar.max_range_m, 0.5, 1000.0, "m");
+  app.add_number("--range-noise", o.robot.lidar.range_noise_m, 0.0, 10.0, "standard deviation, m");
+  app.add_number("--missed", o.robot.lidar.missed_return, 0.0, 1.0,
+                 "probability that a beam is lost");
+  app.add_number("--slip", o.robot.wheels.slip_m_per_sqrt_m, 0.0, 10.0,
+                 "standard deviation of a wheel's slip after one metre, m");
+  app.add_number("--left-scale", o.robot.wheels.left_scale, 0.1, 10.0,
+                 "metres reported per metre rolled");
+  app.add_number("--right-scale", o.robot.wheels.right_scale, 0.1, 10.0,
+                 "the same for the right wheel");
   app.add_flag("--gyro", o.use_gyro, "heading of the odometry from the gyro, not from the wheels");
-  number("--gyro-bias", o.robot.gyro.bias_rad_s, -1.0, 1.0, "rad/s");
-  number("--gyro-walk", o.robot.gyro.angle_random_walk_rad_per_sqrt_s, 0.0, 10.0,
-         "standard deviation of the angle after one second, rad");
+  app.add_number("--gyro-bias", o.robot.gyro.bias_rad_s, -1.0, 1.0, "rad/s");
+  app.add_number("--gyro-walk", o.robot.gyro.angle_random_walk_rad_per_sqrt_s, 0.0, 10.0,
+                 "standard deviation of the angle after one second, rad");
 }
 
 void complete(Options& o) {

@@ -42,36 +42,29 @@ void add_options(CommandLine& app, Options& o) {
                  "which built-in drive: demo (310 s, 4.5 km), town (many turns), ring (fast)")
       .one_of({"demo", "town", "ring"})
       .show_default();
-  app.add_option("--config", o.config,
-                 "true noise of the unit and of the receiver's clock: imu_noise and filter of a "
-                 "description for gnss_ins")
-      .existing_file();
+  app.add_file("--config", o.config,
+               "true noise of the unit and of the receiver's clock: imu_noise and filter of a "
+               "description for gnss_ins");
   app.add_option("--velocity-late", o.velocity_late_s,
                  "delay of the time stamps of the track's velocities, s")
       .show_default();
   app.add_option("--seed", o.seed, "the same seed gives the same files").show_default();
-  app.add_option("--start", o.start_s,
-                 "of the built-in drive: seconds of GPS time since 1980-01-06")
-      .range(0.0, 4e9)
-      .show_default();
+  app.add_number("--start", o.start_s, 0.0, 4e9,
+                 "of the built-in drive: seconds of GPS time since 1980-01-06");
   add_force_and_quiet(app, o);
 }
 
 void add_sensor_options(CommandLine& app, Options& o) {
-  const auto number = [&](const char* name, double& value, double low, double high,
-                          const char* text) {
-    app.add_option(name, value, text).range(low, high).show_default();
-  };
-  number("--imu-rate", o.imu_rate_hz, 1.0, 10000.0, "samples per second of the inertial unit");
   app.add_flag("--perfect-imu", o.perfect_unit, "an inertial unit without errors");
-  number("--range-rate", o.range_rate_hz, 0.01, 100.0, "epochs per second of the receiver");
+  app.add_number("--range-rate", o.range_rate_hz, 0.01, 100.0, "epochs per second of the receiver");
   app.add_option("--satellites", o.satellites, "largest number, chosen for their geometry")
       .show_default();
-  number("--mask", o.elevation_mask_deg, -10.0, 90.0, "smallest elevation, degrees");
-  number("--range-sigma", o.ranges.range_sigma_m, 0.0, 1000.0, "noise of a range, m");
-  number("--rate-sigma", o.ranges.range_rate_sigma_mps, 0.0, 1000.0, "of a range rate, m/s");
-  number("--multipath", o.multipath_per_hour, 0.0, 3600.0,
-         "bursts of reflections per satellite and hour, 20 m and 10 s on average");
+  app.add_number("--mask", o.elevation_mask_deg, -10.0, 90.0, "smallest elevation, degrees");
+  app.add_number("--range-sigma", o.ranges.range_sigma_m, 0.0, 1000.0, "noise of a range, m");
+  app.add_number("--rate-sigma", o.ranges.range_rate_sigma_mps, 0.0, 1000.0,
+                 "of a range rate, m/s");
+  app.add_number("--multipath", o.multipath_per_hour, 0.0, 3600.0,
+                 "bursts of reflections per satellite and hour, 20 m and 10 s on average");
   app.add_option("--outage", o.outages,
                  "BEGIN:LENGTH[:SATELLITES], seconds since the start, and the number left (0)")
       .take_all();

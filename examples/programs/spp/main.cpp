@@ -167,7 +167,8 @@ Facts facts_of(const SppRun& run, const Ephemerides& messages, const Arguments& 
 
 Result<void> run_spp(const Arguments& a) {
   if (!a.out.empty())
-    if (auto ready = a.prepare(spp_output_names()); !ready) return ready;
+    if (auto ready = a.prepare({"positions.txt", "ranges.txt", "track.tum", "report.html"}); !ready)
+      return ready;
   const auto systems = systems_of(a.systems);
   if (!systems) return systems.error();
   const Result<Ephemerides> messages = read_messages(a.nav);
@@ -199,30 +200,24 @@ Result<void> run_spp(const Arguments& a) {
 }
 
 void add_options(CommandLine& app, Arguments& a) {
-  app.add_option("--obs", a.obs, "RINEX 2 or 3 observations, plain or gzip")
-      .required()
-      .existing_file();
-  app.add_option("--nav", a.nav, "RINEX navigation files").required().existing_file();
+  app.add_file("--obs", a.obs, "RINEX 2 or 3 observations, plain or gzip").required();
+  app.add_file("--nav", a.nav, "RINEX navigation files").required();
   app.add_option("--system", a.systems, "systems to use: G GPS, R GLONASS, E Galileo, C BeiDou")
       .show_default();
   app.add_option(
       "--out", a.out,
       "folder for positions.txt, ranges.txt, track.tum and report.html, created if needed");
-  app.add_option("--truth", a.truth,
-                 "reference positions of the antenna: named columns or RTKLIB's .pos")
-      .existing_file();
+  app.add_file("--truth", a.truth,
+               "reference positions of the antenna: named columns or RTKLIB's .pos");
   app.add_option("--truth-columns", a.truth_columns,
                  "comma-separated names of its columns, if it has none: "
                  "week,tow_s,lat_deg,lon_deg,h_m");
   app.add_option("--truth-skip", a.truth_skip, "lines before its data").show_default();
   app.add_option("--truth-shift", a.truth_shift_s, "seconds added to its times").show_default();
-  app.add_option("--peer", a.peer, "another program's solution (RTKLIB's .pos), to compare with")
-      .existing_file()
+  app.add_file("--peer", a.peer, "another program's solution (RTKLIB's .pos), to compare with")
       .needs("--truth");
-  app.add_option("--elevation-mask", a.elevation_mask_deg,
-                 "smallest elevation of the satellites used, deg")
-      .range(0.0, 90.0)
-      .show_default();
+  app.add_number("--elevation-mask", a.elevation_mask_deg, 0.0, 90.0,
+                 "smallest elevation of the satellites used, deg");
   app.add_option("--min-cn0", a.min_cn0, "smallest C/N0 of the signals used, dB-Hz").show_default();
   app.add_flag("--no-ionosphere", a.no_ionosphere, "do not correct for the ionosphere");
   app.add_flag("--no-troposphere", a.no_troposphere, "do not correct for the troposphere");

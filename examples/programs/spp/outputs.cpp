@@ -273,10 +273,6 @@ eval::Table error_table(const SppRun& run) {
   return table;
 }
 
-std::vector<std::string> spp_output_names() {
-  return {"positions.txt", "ranges.txt", "track.tum", "report.html"};
-}
-
 Result<void> write_spp_outputs(const OutputArguments& to, const SppRun& run) {
   std::vector<GnssFix> fixes;
   for (const SinglePoint& p : run.points) fixes.push_back(to_fix(p));

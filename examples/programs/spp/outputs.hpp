@@ -27,7 +27,6 @@ struct SppRun {
 /// Horizontal, vertical and velocity errors; with a peer, also at its epochs, and its errors.
 [[nodiscard]] eval::Table error_table(const SppRun& run);
 
-[[nodiscard]] std::vector<std::string> spp_output_names();
 /// Writes positions.txt (fixes), ranges.txt (corrected ranges), track.tum (east, north, up from the
 /// first position, m) and report.html.
 [[nodiscard]] Result<void> write_spp_outputs(const OutputArguments& to, const SppRun& run);

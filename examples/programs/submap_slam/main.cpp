@@ -67,10 +67,9 @@ int main(int argc, char** argv) {
        submap_slam_fields(options), std::bind_front(run, std::cref(options), std::cref(files)),
        [&] { return check_grid(options.grid); },
        [&](CommandLine& app) {
-         app.add_option("--continue", files.from,
-                        "a map saved by an earlier run with the same options, to continue; LOG is "
-                        "the log after it")
-             .existing_file();
+         app.add_file("--continue", files.from,
+                      "a map saved by an earlier run with the same options, to continue; LOG is "
+                      "the log after it");
          app.add_option("--save", files.to, "file to save the map to, for --continue");
        }});
 }

@@ -57,6 +57,21 @@ class CommandLine {
   /// them.
   template <class Value>
   Option add_option(const std::string& name, Value& value, const std::string& help);
+  /// The path of an existing file, or several.
+  template <class Path>
+  Option add_file(const std::string& name, Path& path, const std::string& help) {
+    return add_option(name, path, help).existing_file();
+  }
+  /// A number in [low, high]; --help shows its default.
+  template <class Value, class Bound>
+  Option add_number(const std::string& name, Value& value, Bound low, Bound high,
+                    const std::string& help) {
+    return add_option(name, value, help).range(low, high).show_default();
+  }
+  /// A positive number; --help shows its default.
+  Option add_positive(const std::string& name, double& value, const std::string& help) {
+    return add_option(name, value, help).positive().show_default();
+  }
   Option add_flag(const std::string& name, bool& value, const std::string& help);
   /// One of the words of `choices`, with the value it stands for.
   template <class Value>

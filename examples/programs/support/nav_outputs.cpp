@@ -270,10 +270,6 @@ std::string summary(const NavOutputs& run, const NavFindings& f) {
   return out + to_text(f.tables);
 }
 
-std::vector<std::string> nav_output_names() {
-  return {"trajectory.txt", "trajectory.tum", "states.txt", "report.html"};
-}
-
 Result<void> write_nav_outputs(const OutputArguments& to, const NavOutputs& run,
                                const NavFindings& findings) {
   const io::WriteOptions options = to.write();

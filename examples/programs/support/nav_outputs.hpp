@@ -44,9 +44,7 @@ struct NavFindings {
 [[nodiscard]] std::string summary(const NavOutputs& run, const NavFindings& findings);
 [[nodiscard]] io::Report report_of(const NavOutputs& run, const NavFindings& findings);
 
-/// The files of write_nav_outputs.
-[[nodiscard]] std::vector<std::string> nav_output_names();
-
+/// Writes trajectory.txt, trajectory.tum, states.txt and report.html.
 [[nodiscard]] Result<void> write_nav_outputs(const OutputArguments& to, const NavOutputs& run,
                                              const NavFindings& findings);
 

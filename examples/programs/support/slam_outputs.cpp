@@ -17,15 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Points = std::vector<Eigen::Vector2d>;
-
-Points points_of(const Trajectory& trajectory) {
-  Points points;
-  points.reserve(trajectory.size());
-  for (const StampedPose& pose : trajectory) points.push_back(pose.T_map_base.raw().translation());
-  return points;
-}
-
 // Odometry at the scans' times, with the first pose of SLAM's trajectory.
 Trajectory odometry_at_scans(const SlamOutputs& run) {
   Trajectory result;
@@ -120,6 +111,13 @@ Result<void> prepare_folder(const std::string& folder, const io::WriteOptions& o
   std::vector<std::string> names(kNames.begin(), kNames.end());
   names.insert(names.end(), more.begin(), more.end());
   return prepare_files(folder, names, options);
+}
+
+std::vector<Eigen::Vector2d> points_of(const Trajectory& trajectory) {
+  std::vector<Eigen::Vector2d> points;
+  points.reserve(trajectory.size());
+  for (const StampedPose& pose : trajectory) points.push_back(pose.T_map_base.raw().translation());
+  return points;
 }
 
 std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run) {

@@ -44,6 +44,8 @@ struct NamedErrors {
 [[nodiscard]] std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run);
 [[nodiscard]] eval::Table error_table(const std::vector<NamedErrors>& errors);
 
+/// The positions of a trajectory.
+[[nodiscard]] std::vector<Eigen::Vector2d> points_of(const Trajectory& trajectory);
 /// The map with the robot's path.
 [[nodiscard]] io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory);
 

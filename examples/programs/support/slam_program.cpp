@@ -20,11 +20,10 @@ struct Arguments : SlamArguments {
 };
 
 void add_options(CommandLine& app, Arguments& o, const LogProgram& program) {
-  app.add_option("LOG", o.log, "the recorded log").required().existing_file();
+  app.add_file("LOG", o.log, "the recorded log").required();
   add_out(app, o);
-  app.add_option("--relations", o.relations, "true relative poses, to compare with")
-      .existing_file();
-  app.add_option("--config", o.config, "JSON file of options; see --print-config").existing_file();
+  app.add_file("--relations", o.relations, "true relative poses, to compare with");
+  app.add_file("--config", o.config, "JSON file of options; see --print-config");
   add_threads(app, o.threads);
   add_seed(app, o, "accepted for uniformity: " + program.system + " uses no random numbers");
   app.add_flag("--no-odometry", o.no_odometry, "use the scans alone");
@@ -110,9 +109,8 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
 }  // namespace
 
 void add_threads(CommandLine& app, int& threads) {
-  app.add_option("--threads", threads, "worker threads; results do not depend on their number")
-      .range(1, 256)
-      .show_default();
+  app.add_number("--threads", threads, 1, 256,
+                 "worker threads; results do not depend on their number");
 }
 
 void add_seed(CommandLine& app, SlamArguments& arguments, const std::string& text) {

@@ -72,14 +72,10 @@ int main(int argc, char** argv) {
       "Extract part of a recorded drive for tune: the unit's readings are real, the ranges "
       "simulated\nalong the recording's reference, whose attitude is the course.");
   Options o;
-  app.add_option("--imu", o.files.imu, "inertial samples").required().existing_file();
-  app.add_option("--imu-tags", o.files.imu_tags, "RTKLIB's time tags of the inertial file")
-      .existing_file();
-  app.add_option("--truth", o.files.truth, "the reference the ranges are simulated along")
-      .required()
-      .existing_file();
-  app.add_option("--config", o.config, "JSON description of the recording; see gnss_ins")
-      .existing_file();
+  app.add_file("--imu", o.files.imu, "inertial samples").required();
+  app.add_file("--imu-tags", o.files.imu_tags, "RTKLIB's time tags of the inertial file");
+  app.add_file("--truth", o.files.truth, "the reference the ranges are simulated along").required();
+  app.add_file("--config", o.config, "JSON description of the recording; see gnss_ins");
   app.add_option("--from", o.from_s, "seconds after the first sample").show_default();
   app.add_option("--to", o.to_s, "seconds after the first sample");
   app.add_option("--seed", o.ranges.seed, "of the simulated ranges").show_default();

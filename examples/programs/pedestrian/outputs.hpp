@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,9 +8,6 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/result.hpp>
-#include <wayfare/pedestrian/parameters.hpp>
-#include <wayfare/pedestrian/pedestrian.hpp>
-#include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
 
 #include "support/program_files.hpp"
@@ -40,15 +36,7 @@ struct WalkRun {
   bool foot = false;
 };
 
-using Progress = std::function<void(double)>;
-
-[[nodiscard]] WalkRun run_steps(const MargRecording& samples,
-                                const PedestrianParameters& parameters, const Progress& progress);
-[[nodiscard]] WalkRun run_foot(const MargRecording& samples, const FootParameters& parameters,
-                               const Progress& progress);
-
-[[nodiscard]] std::vector<std::string> walk_output_names();
-/// The truth may be empty.
+/// Writes track.csv, trajectory.tum and report.html. The truth may be empty.
 [[nodiscard]] Result<void> write_walk_outputs(const OutputArguments& to, const std::string& title,
                                               const WalkRun& run, const Trajectory& truth);
 /// Steps, length, end, use of the readings and, with truth, errors.

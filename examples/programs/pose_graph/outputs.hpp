@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/graph/pose_graph.hpp>
+
+namespace wayfare::examples {
+
+/// An SVG of the graph with the poses `before` and with its poses; `rejected` are edges.
+template <LieGroup G>
+[[nodiscard]] std::string draw(const PoseGraph<G>& graph, const std::vector<G>& before,
+                               const std::vector<int>& rejected);
+
+/// One row per pose: label and upper triangle of the covariance, units in the heading. Without the
+/// `rejected` edges.
+template <LieGroup G>
+[[nodiscard]] Result<std::string> marginals_table(const PoseGraph<G>& graph,
+                                                  const std::vector<int>& rejected,
+                                                  const RobustKernel& kernel);
+
+/// One row per edge: the labels of its vertices.
+template <LieGroup G>
+[[nodiscard]] std::string edges_table(const PoseGraph<G>& graph, const std::vector<int>& edges);
+
+}  // namespace wayfare::examples
