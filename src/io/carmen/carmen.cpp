@@ -10,7 +10,6 @@
 
 #include <wayfare/io/text_file.hpp>
 
-#include "io/carmen/carmen_laser.hpp"
 #include "io/carmen/carmen_lines.hpp"
 
 namespace wayfare::io {

@@ -1,4 +1,4 @@
-#include "io/carmen/carmen_laser.hpp"
+#include "io/carmen/carmen_lines.hpp"
 
 #include <algorithm>
 #include <cmath>

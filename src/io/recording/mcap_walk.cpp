@@ -1,4 +1,4 @@
-#include "io/recording/mcap_walk.hpp"
+#include "io/recording/mcap_records.hpp"
 
 #include <algorithm>
 #include <utility>
