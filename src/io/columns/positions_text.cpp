@@ -13,6 +13,7 @@
 
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/se3.hpp>
+#include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/io/nav_text.hpp>
 
 #include "io/columns/column_rows.hpp"
@@ -259,8 +260,6 @@ std::string format_nav(std::span<const NavState> trajectory) {
 
 namespace {
 
-constexpr std::string_view kSystemLetters = "GREC";  // in the order of GnssSystem
-
 constexpr Quantity kRanges[] = {
     {"sat", Dimension::text},         {"x", Dimension::length},
     {"y", Dimension::length},         {"z", Dimension::length},
@@ -271,11 +270,11 @@ constexpr Quantity kRanges[] = {
 
 std::optional<SatelliteId> satellite(std::string_view token) {
   if (token.size() < 2) return std::nullopt;
-  const std::size_t system = kSystemLetters.find(token.front());
+  const std::optional<GnssSystem> system = system_of(token.front());
   int number = 0;
-  if (system == kSystemLetters.npos || !text::to_number(token.substr(1), number)) return {};
+  if (!system || !text::to_number(token.substr(1), number)) return std::nullopt;
   if (number < 1 || number > 255) return std::nullopt;
-  return SatelliteId{static_cast<GnssSystem>(system), static_cast<std::uint8_t>(number)};
+  return SatelliteId{*system, static_cast<std::uint8_t>(number)};
 }
 
 std::string take_range(const ColumnRow& row, const ColumnRows& rows, CorrectedRange& range) {
@@ -331,10 +330,7 @@ std::string format_ranges(std::span<const RangeEpoch> epochs) {
   for (const RangeEpoch& epoch : epochs) {
     for (const CorrectedRange& r : epoch.satellites) {
       append_time(out, epoch.time);
-      out += ' ';
-      out += kSystemLetters[static_cast<std::size_t>(r.satellite.system)];
-      if (r.satellite.number < 10) out += '0';
-      text::append_number(out, static_cast<int>(r.satellite.number));
+      out += ' ' + to_string(r.satellite);
       append_numbers(out, r.position_ecef_m);
       append_numbers(out, r.velocity_ecef_mps);
       append_numbers(out, std::array{r.range_m, r.range_rate_mps, r.range_sigma_m,

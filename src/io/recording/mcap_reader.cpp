@@ -11,9 +11,6 @@ namespace wayfare::io {
 namespace mcap {
 namespace {
 
-// The contents of a recording and the positions of its messages: from its summary, or from all its
-// data where that is missing or inconsistent.
-
 /// A chunk, or a message outside of chunks.
 struct IndexEntry {
   std::uint64_t at = 0;
@@ -37,7 +34,8 @@ std::optional<std::string_view> content_at(const Source& source, std::uint64_t a
   return source.fetch(at + kRecordHead, head->length, buffer);
 }
 
-/// Faults are reported in the contents' problems.
+/// The contents of a recording and the positions of its messages: from its summary, or from all its
+/// data where that is missing or inconsistent. Faults are reported in the contents' problems.
 class Indexer {
  public:
   Indexer(const Source& source, const std::string& name, const McapReadOptions& options)
@@ -343,11 +341,8 @@ const McapContents& McapReader::contents() const { return impl_->index.contents;
 Problems McapReader::read(const McapQuery& query,
                           const std::function<bool(const McapMessage&)>& sink) const {
   Problems problems(impl_->options.max_problems);
-  if (query.order == McapOrder::file) {
-    impl_->read_through(query, sink, problems);
-  } else {
-    impl_->read_by_time(query, sink, problems);
-  }
+  const auto read = query.order == McapOrder::file ? &Impl::read_through : &Impl::read_by_time;
+  ((*impl_).*read)(query, sink, problems);
   return problems;
 }
 

@@ -167,8 +167,10 @@ class Messages {
   bool take_any(const Record& record, const Sink& sink);
   bool take_chunk(const Record& record, const Sink& sink);
 
-  void fault(std::uint64_t at, std::string message) {
-    problems_.add(fault_at(at, std::move(message), name_));
+  /// True: reading goes on behind the fault.
+  bool fault(std::uint64_t at, std::string message, ErrorCode code = ErrorCode::parse) {
+    problems_.add(fault_at(at, std::move(message), name_, code));
+    return true;
   }
 
   Description& known_;
