@@ -96,20 +96,13 @@ class Walk {
   }
 
   bool take(const Record& record, std::uint64_t at, const Sink& sink) {
-    switch (record.op) {
-      case Op::chunk:
-        return take_chunk(record, at, sink);
-      case Op::message:
-        return take_message(record, at, sink);
-      case Op::connection:
-        if (auto c = connection_of(record)) {
-          known_.emplace(c->id, *std::move(c));
-          return true;
-        }
-        return fault(at, "a connection is malformed; skipped");
-      default:
-        return true;
-    }
+    if (record.op == Op::chunk) return take_chunk(record, at, sink);
+    if (record.op == Op::message) return take_message(record, at, sink);
+    if (record.op != Op::connection) return true;
+    auto c = connection_of(record);
+    if (!c) return fault(at, "a connection is malformed; skipped");
+    known_.emplace(c->id, *std::move(c));
+    return true;
   }
 
   bool take_message(const Record& record, std::uint64_t at, const Sink& sink) {
