@@ -95,7 +95,6 @@ class LineCollector {
   void take_parameter(text::Tokens& tokens);
   void take_other(std::string_view tag);
   void skip(Error fault);
-  void note_invalid_ranges(std::size_t beams);
   void note_invalid(std::size_t count, const std::string& message, std::size_t& lines);
 
   // These parse a line after its first word; the caller adds line and source to an error.
@@ -134,10 +133,8 @@ class Parameters {
  public:
   explicit Parameters(const std::map<std::string, std::string>& values) : values_(values) {}
 
-  /// nullopt where the name is missing or its value is not a finite number.
-  [[nodiscard]] std::optional<double> find(const std::string& name) const;
-  /// The same, 0 instead of nullopt.
-  [[nodiscard]] double operator[](const char* name) const { return find(name).value_or(0.0); }
+  /// 0 where the name is missing or its value is not a finite number.
+  [[nodiscard]] double operator[](const char* name) const;
 
  private:
   const std::map<std::string, std::string>& values_;

@@ -22,26 +22,17 @@ namespace wayfare::io {
 namespace {
 
 // Headings of RTKLIB's solutions and the corresponding column names.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kNames = {
-    {{"latitude(deg)", "lat_deg"},
-     {"longitude(deg)", "lon_deg"},
-     {"height(m)", "h_m"},
-     {"Q", "q"},
-     {"sdn(m)", "sn_m"},
-     {"sde(m)", "se_m"},
-     {"sdu(m)", "sd_m"},
-     {"sdne(m)", "sne_m"},
-     {"sdeu(m)", "seu_m"},
-     {"sdun(m)", "sun_m"},
-     {"vn(m/s)", "vn_mps"},
-     {"ve(m/s)", "ve_mps"},
-     {"vu(m/s)", "vu_mps"},
-     {"sdvn", "svn_mps"},
-     {"sdve", "sve_mps"},
-     {"sdvu", "svd_mps"},
-     {"roll(deg)", "roll_deg"},
-     {"pitch(deg)", "pitch_deg"},
-     {"yaw(deg)", "yaw_deg"}}};
+constexpr std::pair<std::string_view, std::string_view> kNames[] = {
+    {"latitude(deg)", "lat_deg"}, {"longitude(deg)", "lon_deg"},
+    {"height(m)", "h_m"},         {"Q", "q"},
+    {"sdn(m)", "sn_m"},           {"sde(m)", "se_m"},
+    {"sdu(m)", "sd_m"},           {"sdne(m)", "sne_m"},
+    {"sdeu(m)", "seu_m"},         {"sdun(m)", "sun_m"},
+    {"vn(m/s)", "vn_mps"},        {"ve(m/s)", "ve_mps"},
+    {"vu(m/s)", "vu_mps"},        {"sdvn", "svn_mps"},
+    {"sdve", "sve_mps"},          {"sdvu", "svd_mps"},
+    {"roll(deg)", "roll_deg"},    {"pitch(deg)", "pitch_deg"},
+    {"yaw(deg)", "yaw_deg"}};
 
 std::string our_name(std::string_view heading) {
   for (const auto& [theirs, ours] : kNames)

@@ -11,7 +11,6 @@
 #include <system_error>
 #include <utility>
 
-#include <wayfare/io/detail/descriptor.hpp>
 #include <wayfare/io/text_file.hpp>
 
 #include "io/text/text.hpp"
@@ -235,21 +234,19 @@ Result<void> write_file(const std::string& path, std::string_view bytes,
 Result<std::unique_ptr<ByteSink>> FileSink::create(const std::string& path,
                                                    const WriteOptions& options) {
   const int mode = options.existing == Existing::refuse ? O_EXCL : O_TRUNC;
-  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0666);
-  if (fd < 0 && errno == EEXIST) return already_exists(path);
-  if (fd < 0) return system_error("cannot be created", path);
-  return std::unique_ptr<ByteSink>(new FileSink(fd, path));
+  Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0666));
+  if (file.get() < 0 && errno == EEXIST) return already_exists(path);
+  if (file.get() < 0) return system_error("cannot be created", path);
+  return std::unique_ptr<ByteSink>(new FileSink(std::move(file), path));
 }
-
-FileSink::~FileSink() { ::close(fd_); }
 
 Result<void> FileSink::write(std::string_view bytes) {
   const std::size_t all = bytes.size();
-  if (!write_some(fd_, bytes)) {
+  if (!write_some(file_.get(), bytes)) {
     Error failed = system_error("cannot be written", path_);
     // Removes the incomplete record at the end.
-    if (all != bytes.size() && ::ftruncate(fd_, static_cast<off_t>(size_)) == 0)
-      ::lseek(fd_, static_cast<off_t>(size_), SEEK_SET);
+    if (all != bytes.size() && ::ftruncate(file_.get(), static_cast<off_t>(size_)) == 0)
+      ::lseek(file_.get(), static_cast<off_t>(size_), SEEK_SET);
     return failed;
   }
   size_ += all;
@@ -258,7 +255,8 @@ Result<void> FileSink::write(std::string_view bytes) {
 
 Result<void> FileSink::sync() {
   // EINVAL: the device does not support syncing.
-  if (::fdatasync(fd_) != 0 && errno != EINVAL) return system_error("cannot be synced", path_);
+  if (::fdatasync(file_.get()) != 0 && errno != EINVAL)
+    return system_error("cannot be synced", path_);
   return {};
 }
 
