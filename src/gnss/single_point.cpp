@@ -1,22 +1,38 @@
 #include <wayfare/gnss/single_point.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/gnss/gps_time.hpp>
 
 #include "gnss/robust_solve.hpp"
-#include "gnss/usable_ranges.hpp"
 
 namespace wayfare {
 namespace {
 
 using robust::Solution;
 using robust::System;
+
+/// Beyond every orbit, and every error of a receiver's clock.
+constexpr double kFarthest_m = 1e9;
+
+bool is_place(const Eigen::Vector3d& p) {
+  return p.allFinite() && p.cwiseAbs().maxCoeff() < kFarthest_m;
+}
+
+/// Whether a satellite comes for the first time: measurements of one are not independent.
+struct FirstOnly {
+  std::array<std::array<bool, 256>, kGnssSystems> seen{};
+  bool operator()(SatelliteId s) {
+    return !std::exchange(seen[static_cast<std::size_t>(s.system)][s.number], true);
+  }
+};
 
 /// The usable ranges in order, and their systems.
 struct RangeSet {
@@ -278,11 +294,8 @@ Result<SinglePoint> converge(const ObservationEpoch& epoch, const Ephemerides& e
 Result<SinglePoint> single_point(const ObservationEpoch& epoch, const Ephemerides& ephemerides,
                                  const SinglePointOptions& options,
                                  const Eigen::Vector3d& near_ecef_m) {
-  const bool given = near_ecef_m.allFinite() && near_ecef_m.norm() > 1e6;
-  if (given) {
-    Result<SinglePoint> point = converge(epoch, ephemerides, options, near_ecef_m);
-    if (point) return point;
-  }
+  if (near_ecef_m.allFinite() && near_ecef_m.norm() > 1e6)
+    if (auto point = converge(epoch, ephemerides, options, near_ecef_m)) return point;
   // A wrong approximate position hides satellites below the horizon.
   return converge(epoch, ephemerides, options, Eigen::Vector3d::Zero());
 }
@@ -328,11 +341,8 @@ RangeEpoch on_one_clock(const RangeEpoch& epoch, const SystemOffsets& offsets) {
 }
 
 GnssFix to_fix(const SinglePoint& point) {
-  GnssFix fix;
-  fix.time = point.instant;
-  fix.position = point.position;
-  fix.position_covariance_ned_m2 = point.position_covariance_ned_m2;
-  fix.velocity_ned_mps = point.velocity_ned_mps;
+  GnssFix fix{point.instant, point.position, point.position_covariance_ned_m2,
+              point.velocity_ned_mps};
   if (point.velocity_ned_mps) fix.velocity_covariance_ned = point.velocity_covariance_ned;
   return fix;
 }

@@ -59,6 +59,12 @@ struct Moments {
   double n = 0;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+
+  void add(const Eigen::Vector2d& p) {
+    n += 1;
+    sum += p;
+    squares += p * p.transpose();
+  }
 };
 
 /// The covariance's eigenvalues are at least min_sigma_m².
@@ -161,17 +167,13 @@ void SurfaceMap::sort_into_buckets(const PointSet& points) {
 void SurfaceMap::find_normals(const SurfaceMapOptions& options) {
   const auto radius = static_cast<float>(options.normal_radius_m);
   for (SurfacePoint& s : points_) {
-    double n = 0;
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+    Moments m;
     for_each_within(s.point, radius, [&](const SurfacePoint& other) {
-      const Eigen::Vector2d d = (other.point - s.point).cast<double>();
-      n += 1;
-      sum += d;
-      squares += d * d.transpose();
+      m.add((other.point - s.point).cast<double>());
     });
-    if (n >= 3)
-      s.normal = normal_of(squares / n - sum * sum.transpose() / (n * n), options.max_flatness);
+    if (m.n >= 3)
+      s.normal = normal_of(m.squares / m.n - m.sum * m.sum.transpose() / (m.n * m.n),
+                           options.max_flatness);
   }
 }
 
@@ -219,10 +221,7 @@ NdtMap::Level::Level(const PointSet& points_map, double cell_m, const NdtMapOpti
         place = static_cast<std::uint32_t>(moments.size());
         moments.emplace_back();
       }
-      Moments& m = moments[place];
-      m.n += 1;
-      m.sum += p;
-      m.squares += p * p.transpose();
+      moments[place].add(p);
     }
     std::vector<std::uint32_t> stored;  // of each of the moments
     for (const Moments& m : moments) {

@@ -9,7 +9,7 @@
 #include <wayfare/core/time.hpp>
 #include <wayfare/sensors/point_set.hpp>
 #include <wayfare/sensors/recording.hpp>
-#include <wayfare/sync/detail/radar_bearing.hpp>
+#include <wayfare/sync/augmented_scans.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
 namespace wayfare {

@@ -1,4 +1,4 @@
-#include <wayfare/map/detail/polygon_fill.hpp>
+#include <wayfare/map/detail/raster.hpp>
 
 #include <numbers>
 #include <vector>

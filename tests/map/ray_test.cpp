@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/map/detail/raster_walk.hpp>
+#include <wayfare/map/detail/raster.hpp>
 
 namespace wayfare {
 namespace {

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/sync/detail/radar_bearing.hpp>
+#include <wayfare/sync/augmented_scans.hpp>
 
 namespace wayfare::sim {
 namespace {

@@ -9,7 +9,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
-#include <wayfare/sync/detail/radar_bearing.hpp>
+#include <wayfare/sync/augmented_scans.hpp>
 
 #include "localisation_support.hpp"
 #include "sync/gather_radar.hpp"

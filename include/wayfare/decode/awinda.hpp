@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -167,10 +168,7 @@ class AwindaReorderBuffer {
  public:
   template <class Sink>
   void add(const AwindaSnapshot& snapshot, Sink&& sink) {
-    if (!started_) {
-      started_ = true;
-      next_ = snapshot.frame;
-    }
+    if (!std::exchange(started_, true)) next_ = snapshot.frame;
     const std::int64_t ahead = static_cast<std::int32_t>(snapshot.frame - next_);  // wraps around
     constexpr std::int64_t kJump = 2 * kWindow;
     const bool restarted = ahead >= kJump || (ahead <= -kJump && !snapshot.retransmitted);

@@ -75,63 +75,35 @@ bool take(const MtPacket& p, std::optional<T>& to) {
 
 /// Stores one packet; false where its id is unknown or its length wrong.
 inline bool take_packet(const MtPacket& p, MtSample& s) {
-  switch (p.kind()) {
-    case 0x0810:
-      return take(p, s.temperature_c);
-    case 0x1010:
-      if (p.data.size() == 12) s.utc = mt_utc(p.data.data());
-      return p.data.size() == 12;
-    case 0x1020:
-      return take(p, s.packet_counter);
-    case 0x1060:
-      return take(p, s.sample_time_fine);
-    case 0x1070:
-      return take(p, s.sample_time_coarse);
-    case 0x2010:
-      return take(p, s.quaternion);
-    case 0x2020:
-      return take(p, s.rotation_matrix);
-    case 0x2030:
-      return take(p, s.euler_deg);
-    case 0x3010:
-      return take(p, s.pressure_pa);
-    case 0x4010:
-      return take(p, s.delta_v_mps);
-    case 0x4020:
-      return take(p, s.acceleration_mps2);
-    case 0x4030:
-      return take(p, s.free_acceleration_mps2);
-    case 0x4040:
-      return take(p, s.acceleration_hr_mps2);
-    case 0x5010:
-      return take(p, s.altitude_msl_m);
-    case 0x5020:
-      return take(p, s.altitude_ellipsoid_m);
-    case 0x5030:
-      return take(p, s.position_ecef_m);
-    case 0x5040:
-      return take(p, s.lat_lon_deg);
-    case 0x7010:
-      return (s.gnss = mt_gnss(p.data)).has_value();
-    case 0x8020:
-      return take(p, s.rate_radps);
-    case 0x8030:
-      return take(p, s.delta_q);
-    case 0x8040:
-      return take(p, s.rate_hr_radps);
-    case 0xC020:
-      return take(p, s.magnetic_field_au);
-    case 0xD010:
-      return take(p, s.velocity_mps);
-    case 0xE010:
-      return take(p, s.status_byte);
-    case 0xE020:
-      return take(p, s.status_word);
-    case 0xE040:
-      return take(p, s.rssi_dbm);
-    default:
-      return false;
-  }
+  const std::uint16_t kind = p.kind();
+  if (kind == 0x0810) return take(p, s.temperature_c);
+  if (kind == 0x1010 && p.data.size() == 12) s.utc = mt_utc(p.data.data());
+  if (kind == 0x1010) return p.data.size() == 12;
+  if (kind == 0x1020) return take(p, s.packet_counter);
+  if (kind == 0x1060) return take(p, s.sample_time_fine);
+  if (kind == 0x1070) return take(p, s.sample_time_coarse);
+  if (kind == 0x2010) return take(p, s.quaternion);
+  if (kind == 0x2020) return take(p, s.rotation_matrix);
+  if (kind == 0x2030) return take(p, s.euler_deg);
+  if (kind == 0x3010) return take(p, s.pressure_pa);
+  if (kind == 0x4010) return take(p, s.delta_v_mps);
+  if (kind == 0x4020) return take(p, s.acceleration_mps2);
+  if (kind == 0x4030) return take(p, s.free_acceleration_mps2);
+  if (kind == 0x4040) return take(p, s.acceleration_hr_mps2);
+  if (kind == 0x5010) return take(p, s.altitude_msl_m);
+  if (kind == 0x5020) return take(p, s.altitude_ellipsoid_m);
+  if (kind == 0x5030) return take(p, s.position_ecef_m);
+  if (kind == 0x5040) return take(p, s.lat_lon_deg);
+  if (kind == 0x7010) return (s.gnss = mt_gnss(p.data)).has_value();
+  if (kind == 0x8020) return take(p, s.rate_radps);
+  if (kind == 0x8030) return take(p, s.delta_q);
+  if (kind == 0x8040) return take(p, s.rate_hr_radps);
+  if (kind == 0xC020) return take(p, s.magnetic_field_au);
+  if (kind == 0xD010) return take(p, s.velocity_mps);
+  if (kind == 0xE010) return take(p, s.status_byte);
+  if (kind == 0xE020) return take(p, s.status_word);
+  if (kind == 0xE040) return take(p, s.rssi_dbm);
+  return false;
 }
 
 [[nodiscard]] inline bool has_frame(std::uint16_t kind) {
@@ -268,17 +240,13 @@ inline void take_raw(MtCursor& in, MtLegacySample& out) {
 }
 
 inline void take_orientation(MtCursor& in, std::uint32_t settings, MtSample& out) {
-  switch (settings & 0xC) {
-    case 0x0:
-      out.quaternion = in.reals<4>();
-      break;
-    case 0x4:
-      out.euler_deg = in.reals<3>();
-      break;
-    default: {
-      const Eigen::Matrix<double, 9, 1> columns = in.reals<9>();
-      out.rotation_matrix = Eigen::Map<const Eigen::Matrix3d>(columns.data());
-    }
+  if ((settings & 0xC) == 0x0) {
+    out.quaternion = in.reals<4>();
+  } else if ((settings & 0xC) == 0x4) {
+    out.euler_deg = in.reals<3>();
+  } else {
+    const Eigen::Matrix<double, 9, 1> columns = in.reals<9>();
+    out.rotation_matrix = Eigen::Map<const Eigen::Matrix3d>(columns.data());
   }
 }
 

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/io/detail/descriptor.hpp>
 
 namespace wayfare::io {
 
@@ -101,17 +102,13 @@ class FileSink final : public ByteSink {
  public:
   [[nodiscard]] static Result<std::unique_ptr<ByteSink>> create(const std::string& path,
                                                                 const WriteOptions& options = {});
-  FileSink(const FileSink&) = delete;
-  FileSink& operator=(const FileSink&) = delete;
-  ~FileSink() override;
-
   [[nodiscard]] Result<void> write(std::string_view bytes) override;
   [[nodiscard]] Result<void> sync() override;
 
  private:
-  FileSink(int fd, std::string path) : fd_(fd), path_(std::move(path)) {}
+  FileSink(Descriptor file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
 
-  int fd_;
+  Descriptor file_;
   std::string path_;
   std::uint64_t size_ = 0;
 };

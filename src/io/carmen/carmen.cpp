@@ -10,7 +10,6 @@
 
 #include <wayfare/io/text_file.hpp>
 
-#include "io/carmen/carmen_laser.hpp"
 #include "io/carmen/carmen_lines.hpp"
 
 namespace wayfare::io {
@@ -74,10 +73,10 @@ void drop_repetitions(std::vector<Line>& lines, const char* what, const Repeats&
   lines = std::move(kept);
 }
 
-bool same_scan(const LaserScan& a, const LaserScan& b) {
+bool same_scan(const ScanLine& a, const ScanLine& b) {
   const auto same = [](float x, float y) { return x == y || (std::isnan(x) && std::isnan(y)); };
-  return a.time == b.time && std::equal(a.ranges_m.begin(), a.ranges_m.end(), b.ranges_m.begin(),
-                                        b.ranges_m.end(), same);
+  const std::vector<float>&r = a.scan.ranges_m, &s = b.scan.ranges_m;
+  return a.scan.time == b.scan.time && std::equal(r.begin(), r.end(), s.begin(), s.end(), same);
 }
 
 /// Drops the smallest set of lines that are not in order of time and reports them; `what` names
@@ -100,22 +99,6 @@ void order(std::vector<Line>& lines, const char* what, Faults& faults) {
   lines = std::move(kept);
 }
 
-/// The same, and drops duplicates: lines with the time of the previous one.
-template <class T>
-void order_once(std::vector<Measured<T>>& lines, const char* what, Faults& faults) {
-  order(lines, what, faults);
-  const auto at_the_same_time = [](const auto& a, const auto& b) {
-    return time_of(a) == time_of(b);
-  };
-  drop_repetitions(lines, what, at_the_same_time, faults);
-}
-
-/// Drops scans that are equal to the previous one and reports them.
-void drop_repeated(std::vector<ScanLine>& scans, Faults& faults) {
-  const auto same = [](const ScanLine& a, const ScanLine& b) { return same_scan(a.scan, b.scan); };
-  drop_repetitions(scans, "scan", same, faults);
-}
-
 std::vector<ScanLine>& most_frequent(carmen::ScansByKind& kinds) {
   return *std::max_element(kinds.begin(), kinds.end(),
                            [](const auto& a, const auto& b) { return a.size() < b.size(); });
@@ -135,6 +118,17 @@ std::vector<T> values_of(std::vector<Measured<T>>& lines) {
   values.reserve(lines.size());
   for (Measured<T>& line : lines) values.push_back(std::move(line.value));
   return values;
+}
+
+/// The values in order of time, without duplicates: lines with the time of the previous one.
+template <class T>
+std::vector<T> ordered_once(std::vector<Measured<T>>& lines, const char* what, Faults& faults) {
+  order(lines, what, faults);
+  const auto at_the_same_time = [](const auto& a, const auto& b) {
+    return time_of(a) == time_of(b);
+  };
+  drop_repetitions(lines, what, at_the_same_time, faults);
+  return values_of(lines);
 }
 
 /// Converts text to a log: parses the lines, then combines them.
@@ -183,33 +177,25 @@ class CarmenReader {
   /// Radar, wheels, gyro and truth.
   void finish_robot() {
     carmen::LogLines& lines = collector_.lines();
-    order_once(lines.radar, "radar scan", faults_);
-    order_once(lines.wheels, "wheel sample", faults_);
-    order_once(lines.gyro, "gyro sample", faults_);
-    order_once(lines.truth, "true pose", faults_);
     Recording& to = log_.recording;
-    to.radar = values_of(lines.radar);
-    to.wheels = values_of(lines.wheels);
-    to.gyro = values_of(lines.gyro);
-    to.truth = values_of(lines.truth);
+    to.radar = ordered_once(lines.radar, "radar scan", faults_);
+    to.wheels = ordered_once(lines.wheels, "wheel sample", faults_);
+    to.gyro = ordered_once(lines.gyro, "gyro sample", faults_);
+    to.truth = ordered_once(lines.truth, "true pose", faults_);
     to.T_base_radar = Transform2<frame::Base, frame::Radar>(carmen::radar_mounting(parameters_));
     to.radar_max_speed_m_s = std::max(0.0, parameters_["robot_radar_max_speed"]);
     to.wheel_base_m = std::max(0.0, parameters_["robot_wheelbase"]);
-    count_robot(to);
-  }
-
-  void count_robot(const Recording& recording) {
-    CarmenStatistics& to = log_.statistics;
-    to.radar_scans = recording.radar.size();
-    for (const RadarScan& scan : recording.radar) to.radar_points += scan.points.size();
-    to.wheels = recording.wheels.size();
-    to.gyro = recording.gyro.size();
-    to.true_poses = recording.truth.size();
+    CarmenStatistics& count = log_.statistics;
+    count.radar_scans = to.radar.size();
+    for (const RadarScan& scan : to.radar) count.radar_points += scan.points.size();
+    count.wheels = to.wheels.size();
+    count.gyro = to.gyro.size();
+    count.true_poses = to.truth.size();
   }
 
   std::vector<LaserScan> finish_scans(std::vector<ScanLine>& scans, const char* what) {
     order(scans, what, faults_);
-    drop_repeated(scans, faults_);
+    drop_repetitions(scans, "scan", same_scan, faults_);
     const float limit = carmen::range_limit(scans, parameters_, options_);
     std::vector<LaserScan> result;
     result.reserve(scans.size());

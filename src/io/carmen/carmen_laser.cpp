@@ -1,4 +1,4 @@
-#include "io/carmen/carmen_laser.hpp"
+#include "io/carmen/carmen_lines.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -79,11 +79,11 @@ float no_return_value(const std::vector<ScanLine>& scans, float limit) {
 
 }  // namespace
 
-std::optional<double> Parameters::find(const std::string& name) const {
+double Parameters::operator[](const char* name) const {
   const auto found = values_.find(name);
   double value = 0.0;
-  if (found == values_.end() || !text::to_number(found->second, value)) return std::nullopt;
-  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+  if (found != values_.end()) text::to_number(found->second, value);
+  return std::isfinite(value) ? value : 0.0;
 }
 
 void set_bearings(LaserScan& scan, const Parameters& parameters) {

@@ -253,7 +253,12 @@ void LineCollector::take(std::string_view line, std::size_t number, bool termina
 
 void LineCollector::take_scan(Result<ScanLine> scan, std::vector<ScanLine>& to) {
   if (!scan) return skip(scan.error());
-  note_invalid_ranges(scan->scan.ranges_m.size());
+  log_.statistics.invalid_ranges += invalid_ranges_;
+  note_invalid(invalid_ranges_,
+               std::to_string(invalid_ranges_) + " of " +
+                   std::to_string(scan->scan.ranges_m.size()) +
+                   " ranges are negative or not finite; treated as no return",
+               lines_with_invalid_ranges_);
   scan->line = line_;
   to.push_back(std::move(*scan));
 }
@@ -320,14 +325,6 @@ void LineCollector::take_other(std::string_view tag) {
 void LineCollector::skip(Error fault) {
   if (!terminated_) fault.message = "the last line is cut off: " + fault.message;
   faults_.skip(std::move(fault), line_);
-}
-
-void LineCollector::note_invalid_ranges(std::size_t beams) {
-  log_.statistics.invalid_ranges += invalid_ranges_;
-  note_invalid(invalid_ranges_,
-               std::to_string(invalid_ranges_) + " of " + std::to_string(beams) +
-                   " ranges are negative or not finite; treated as no return",
-               lines_with_invalid_ranges_);
 }
 
 void LineCollector::note_invalid(std::size_t count, const std::string& message,

@@ -1,9 +1,11 @@
 #pragma once
 
 // Private: parses the lines of a CARMEN log and collects them by type; carmen.cpp combines them.
+// And properties of the laser derived from a whole log.
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -93,7 +95,6 @@ class LineCollector {
   void take_parameter(text::Tokens& tokens);
   void take_other(std::string_view tag);
   void skip(Error fault);
-  void note_invalid_ranges(std::size_t beams);
   void note_invalid(std::size_t count, const std::string& message, std::size_t& lines);
 
   // These parse a line after its first word; the caller adds line and source to an error.
@@ -126,5 +127,30 @@ class LineCollector {
   bool terminated_ = true;
   bool host_seen_ = false;
 };
+
+/// The PARAM lines of a log, as numbers.
+class Parameters {
+ public:
+  explicit Parameters(const std::map<std::string, std::string>& values) : values_(values) {}
+
+  /// 0 where the name is missing or its value is not a finite number.
+  [[nodiscard]] double operator[](const char* name) const;
+
+ private:
+  const std::map<std::string, std::string>& values_;
+};
+
+/// Bearings of a scan whose line has none: by the number of beams, or PARAM.
+void set_bearings(LaserScan& scan, const Parameters& parameters);
+
+/// Ranges of `scans` from here on mean "no return".
+[[nodiscard]] float range_limit(const std::vector<ScanLine>& scans, const Parameters& parameters,
+                                const CarmenOptions& options);
+
+/// Mounting of the laser: from PARAM, or from the difference of laser and robot pose if constant.
+[[nodiscard]] SE2d mounting(const std::vector<ScanLine>& scans, const Parameters& parameters);
+
+/// Mounting of the radar, from PARAM.
+[[nodiscard]] SE2d radar_mounting(const Parameters& parameters);
 
 }  // namespace wayfare::io::carmen

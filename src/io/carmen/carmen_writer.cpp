@@ -110,30 +110,24 @@ class Writer {
   void write(const Entry& entry) {
     const std::size_t i = entry.index;
     if (entry.kind == Kind::odometry) return write_odometry(i);
-    if (entry.kind == Kind::wheels) return write_wheels(recording_.wheels[i]);
-    if (entry.kind == Kind::gyro) return write_gyro(recording_.gyro[i]);
-    if (entry.kind == Kind::truth) return write_truth(recording_.truth[i]);
     if (entry.kind == Kind::radar) return write_radar(recording_.radar[i]);
-    write_scan(recording_.scans[i]);
+    if (entry.kind == Kind::scan) return write_scan(recording_.scans[i]);
+    if (entry.kind == Kind::wheels) {
+      const WheelSample& sample = recording_.wheels[i];
+      write_line("WHEELS", entry.time, sample.left_m, sample.right_m);
+    } else if (entry.kind == Kind::gyro) {
+      write_line("GYRO", entry.time, recording_.gyro[i].turn_rate_rad_s);
+    } else {
+      write_line("TRUEPOS", entry.time, recording_.truth[i].T_map_base.raw(),
+                 odometry_at(entry.time));
+    }
   }
 
-  void write_wheels(const WheelSample& sample) {
-    out_ += "WHEELS";
-    append(out_, sample.left_m, sample.right_m);
-    append_end(out_, sample.time);
-  }
-
-  void write_gyro(const GyroSample& sample) {
-    out_ += "GYRO";
-    append(out_, sample.turn_rate_rad_s);
-    append_end(out_, sample.time);
-  }
-
-  void write_truth(const StampedPose& sample) {
-    out_ += "TRUEPOS";
-    append(out_, sample.T_map_base.raw());
-    append(out_, odometry_at(sample.time));
-    append_end(out_, sample.time);
+  template <class... Values>
+  void write_line(const char* tag, LogTime time, const Values&... values) {
+    out_ += tag;
+    (append(out_, values), ...);
+    append_end(out_, time);
   }
 
   void write_radar(const RadarScan& scan) {
@@ -165,10 +159,7 @@ class Writer {
       speed = twist.x();
       turn_rate = twist.z();
     }
-    out_ += "ODOM";
-    append(out_, sample.T_odom_base.raw());
-    append(out_, speed, turn_rate, 0.0);
-    append_end(out_, sample.time);
+    write_line("ODOM", sample.time, sample.T_odom_base.raw(), speed, turn_rate, 0.0);
   }
 
   // Constant before the first sample and after the last.

@@ -1,8 +1,11 @@
 // Samples of an inertial unit, and what relates its clock to GPS time.
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include <wayfare/core/detail/bytes.hpp>
 #include <wayfare/io/nav_text.hpp>
@@ -161,6 +164,162 @@ Result<ClockFit<LogClock>> fit_time_tags(const ImuFile& file, const TimeTagFile&
     pairs.push_back({file.samples[i].time, tag->time});
   }
   return fit_clock<LogClock>(pairs);
+}
+
+namespace {
+
+constexpr std::string_view kTableMagic = "F32 ";
+constexpr std::size_t kTableHeader = 16;
+static_assert(std::endian::native == std::endian::little, "the table's numbers are little endian");
+
+}  // namespace
+
+Result<FloatTable> parse_float_table(std::string_view bytes, const std::string& source) {
+  const auto error = [&](const char* message, std::size_t byte) {
+    return Error{ErrorCode::parse, message, source, 0, byte};
+  };
+  if (bytes.substr(0, kTableMagic.size()) != kTableMagic)
+    return error("does not begin with 'F32 '", 0);
+  if (bytes.size() < kTableHeader) return error("ends within its header", bytes.size());
+  const auto columns = decode::load_le<std::int32_t>(bytes, 4);
+  const auto rows = decode::load_le<std::int64_t>(bytes, 8);
+  if (columns < 1 || columns > 65536) return error("the number of columns is not in 1 to 65536", 4);
+  if (rows < 0) return error("has a negative number of rows", 8);
+  FloatTable table;
+  table.columns = static_cast<std::size_t>(columns);
+  const std::string_view body = bytes.substr(kTableHeader);
+  const std::size_t available = body.size() / (sizeof(float) * table.columns);
+  const auto wanted = static_cast<std::size_t>(rows);
+  if (available > wanted ||
+      (available == wanted && body.size() % (sizeof(float) * table.columns) != 0))
+    return error("has bytes after its last row",
+                 kTableHeader + wanted * table.columns * sizeof(float));
+  if (available == 0) return error("contains no rows", kTableHeader);
+  if (available < wanted) table.problems.add(error("ends before its last row", bytes.size()));
+  table.values.resize(available * table.columns);
+  std::memcpy(table.values.data(), body.data(), table.values.size() * sizeof(float));
+  return table;
+}
+
+Result<FloatTable> read_float_table(const std::string& path, const ReadOptions& options) {
+  return read_and_parse(path, options, parse_float_table);
+}
+
+std::string format_float_table(std::span<const float> values, std::size_t columns) {
+  WAYFARE_EXPECTS(columns > 0 && values.size() % columns == 0, "the rows must be of equal length");
+  std::string out(kTableMagic);
+  const auto append = [&](auto value) {
+    char raw[sizeof value];
+    std::memcpy(raw, &value, sizeof value);
+    out.append(raw, sizeof raw);
+  };
+  append(static_cast<std::int32_t>(columns));
+  append(static_cast<std::int64_t>(values.size() / columns));
+  for (const float value : values) append(value);
+  return out;
+}
+
+namespace {
+
+constexpr std::size_t kForce = 3, kField = 6, kAttitude = 9, kMoving = 13;
+constexpr Quantity kMarg[] = {{"gx", Dimension::angular_rate},   {"gy", Dimension::angular_rate},
+                              {"gz", Dimension::angular_rate},   {"ax", Dimension::acceleration},
+                              {"ay", Dimension::acceleration},   {"az", Dimension::acceleration},
+                              {"mx", Dimension::magnetic_field}, {"my", Dimension::magnetic_field},
+                              {"mz", Dimension::magnetic_field}, {"qw", Dimension::none},
+                              {"qx", Dimension::none},           {"qy", Dimension::none},
+                              {"qz", Dimension::none},           {"moving", Dimension::none}};
+
+MargReference reference_of(std::span<const double> v) {
+  const Eigen::Quaterniond q(v[kAttitude], v[kAttitude + 1], v[kAttitude + 2], v[kAttitude + 3]);
+  const bool known = std::abs(q.norm() - 1.0) < 0.01;
+  return {known ? SO3d(q) : SO3d(), known};
+}
+
+Result<MargFile> parse_rows(std::string_view text, const std::string& source,
+                            const ColumnFormat& format) {
+  const auto rows = ColumnRows::open(text, source, format, kMarg, kField);
+  if (!rows) return rows.error();
+  MargFile file;
+  file.has_magnetometer = rows->has(kField);
+  if (file.has_magnetometer)
+    if (auto present = rows->require(kField, kAttitude); !present) return present.error();
+  const bool has_reference = rows->has(kAttitude);
+  if (has_reference)
+    if (auto present = rows->require(kAttitude, kMoving); !present) return present.error();
+  const auto take = [&](const ColumnRow& row) -> std::string {
+    const std::span<const double> v = row.numbers;
+    if (std::any_of(v.begin(), v.end(), [](double x) { return std::isinf(x); }))
+      return "a reading is infinite";
+    file.samples.push_back({row.time, triple(v, 0), triple(v, kForce), triple(v, kField)});
+    if (has_reference) file.reference.push_back(reference_of(v));
+    file.moving.push_back(!rows->has(kMoving) || v[kMoving] > 0.5);
+    return {};
+  };
+  if (rows->for_each(take, file.problems) == 0) return no_content("sample", source, file.problems);
+  return file;
+}
+
+/// The table as text of the same columns, preceded by a time where it has none.
+std::string as_text(const FloatTable& table, double period_s) {
+  std::string out;
+  out.reserve(table.values.size() * 12);
+  for (std::size_t r = 0; r < table.rows(); ++r) {
+    if (period_s > 0.0) append_time(out, LogTime::from_seconds(static_cast<double>(r) * period_s));
+    for (const float value : table.row(r)) {
+      if (!out.empty() && out.back() != '\n') out += ' ';
+      text::append_number(out, value);
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+Result<MargFile> parse_table(std::string_view bytes, const std::string& source,
+                             const MargFormat& format) {
+  const Result<FloatTable> table = parse_float_table(bytes, source);
+  if (!table) return table.error();
+  if (!(format.period_s >= 0.0 && std::isfinite(format.period_s)))
+    return Error{ErrorCode::invalid, "the sampling period is negative or not finite", source};
+  ColumnFormat columns = format.columns;
+  if (columns.columns.size() != table->columns)
+    return Error{ErrorCode::invalid,
+                 "has " + std::to_string(table->columns) + " columns without names; " +
+                     std::to_string(columns.columns.size()) + " names are given",
+                 source};
+  if (format.period_s > 0.0) columns.columns.insert(columns.columns.begin(), "t_s");
+  Result<MargFile> file = parse_rows(as_text(*table, format.period_s), source, columns);
+  if (file)
+    for (const Error& e : table->problems.first()) file->problems.add(e);
+  return file;
+}
+
+}  // namespace
+
+Result<MargFile> parse_marg(std::string_view bytes, const std::string& source,
+                            const MargFormat& format) {
+  if (bytes.starts_with(kTableMagic)) return parse_table(bytes, source, format);
+  return parse_rows(bytes, source, format.columns);
+}
+
+Result<MargFile> read_marg(const std::string& path, const MargFormat& format) {
+  return read_and_parse(path, {}, parse_marg, format);
+}
+
+std::string format_marg(std::span<const MargSample> samples) {
+  const bool magnetometer = std::any_of(samples.begin(), samples.end(), [](const MargSample& s) {
+    return s.magnetic_field_uT.allFinite();
+  });
+  std::string out = "t_s gx_radps gy_radps gz_radps ax_mps2 ay_mps2 az_mps2";
+  out += magnetometer ? " mx_uT my_uT mz_uT\n" : "\n";
+  for (const MargSample& s : samples) {
+    append_time(out, s.time);
+    append_numbers(out, s.angular_rate_radps);
+    append_numbers(out, s.specific_force_mps2);
+    if (magnetometer) append_numbers(out, s.magnetic_field_uT);
+    out += '\n';
+  }
+  return out;
 }
 
 }  // namespace wayfare::io

@@ -8,14 +8,9 @@
 namespace wayfare::io {
 
 MapPainter::MapPainter(const GridImage& grid)
-    : T_grid_map_(grid.origin.inverse()), resolution_m_(grid.resolution_m) {
-  const Image grey = to_picture(grid);
-  picture_ = {grey.width, grey.height, 3, {}};
-  picture_.pixels.reserve(3 * grey.width * grey.height);
-  for (std::size_t i = 0; i < grey.width * grey.height; ++i)
-    for (std::size_t c = 0; c < 3; ++c)
-      picture_.pixels.push_back(grey.pixels[i * grey.channels + (grey.channels == 3 ? c : 0)]);
-}
+    : T_grid_map_(grid.origin.inverse()),
+      resolution_m_(grid.resolution_m),
+      picture_(to_picture(grid)) {}
 
 MapPainter& MapPainter::dot(const Eigen::Vector2d& position_m, const Colour& colour, int side) {
   const Eigen::Vector2d cell = (T_grid_map_ * position_m) / resolution_m_;

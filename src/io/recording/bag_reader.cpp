@@ -96,36 +96,24 @@ class Walk {
   }
 
   bool take(const Record& record, std::uint64_t at, const Sink& sink) {
-    switch (record.op) {
-      case Op::chunk:
-        return take_chunk(record, at, sink);
-      case Op::message:
-        return take_message(record, at, sink);
-      case Op::connection:
-        if (auto c = connection_of(record)) {
-          known_.emplace(c->id, *std::move(c));
-        } else {
-          fault(at, "a connection is malformed; skipped");
-        }
-        return true;
-      default:
-        return true;
-    }
+    if (record.op == Op::chunk) return take_chunk(record, at, sink);
+    if (record.op == Op::message) return take_message(record, at, sink);
+    if (record.op != Op::connection) return true;
+    auto c = connection_of(record);
+    if (!c) return fault(at, "a connection is malformed; skipped");
+    known_.emplace(c->id, *std::move(c));
+    return true;
   }
 
   bool take_message(const Record& record, std::uint64_t at, const Sink& sink) {
     const auto id = record.fields.number<std::uint32_t>("conn");
     const auto time = record.fields.time("time");
-    if (!id || !time) {
-      fault(at, "a message is malformed; skipped");
-      return true;
-    }
+    if (!id || !time) return fault(at, "a message is malformed; skipped");
     const auto connection = known_.find(*id);
     if (connection == known_.end()) {
       ++undescribed_;
-      fault(at, "a message of connection " + std::to_string(*id) +
-                    ", which was not described; skipped");
-      return true;
+      return fault(at, "a message of connection " + std::to_string(*id) +
+                           ", which was not described; skipped");
     }
     return sink({&connection->second, *time, record.data});
   }
@@ -135,32 +123,27 @@ class Walk {
     const std::string_view compression = record.fields.text("compression");
     std::string_view rest = record.data;
     std::string unpacked;
-    if (!size || *size > options_.max_record_bytes) {
-      fault(at, "a chunk has no size or is too large; skipped");
-      return true;
-    }
+    if (!size || *size > options_.max_record_bytes)
+      return fault(at, "a chunk has no size or is too large; skipped");
     if (compression != "none") {
       auto done = decompress_block(compression, rest, *size);
-      if (!done) {
-        problems_.add(fault_at(at, "a chunk " + done.error().message, name_, done.error().code));
-        return true;
-      }
+      if (!done) return fault(at, "a chunk " + done.error().message, done.error().code);
       unpacked = *std::move(done);
       rest = unpacked;
     }
     while (!rest.empty()) {
       const auto inner = take_record(rest);
-      if (!inner || inner->op == Op::chunk) {
-        fault(at, "the rest of a chunk is malformed; skipped");
-        return true;
-      }
+      if (!inner || inner->op == Op::chunk)
+        return fault(at, "the rest of a chunk is malformed; skipped");
       if (!take(*inner, at, sink)) return false;
     }
     return true;
   }
 
-  void fault(std::uint64_t at, std::string message) {
-    problems_.add(fault_at(at, std::move(message), name_));
+  /// True: reading goes on behind the fault.
+  bool fault(std::uint64_t at, std::string message, ErrorCode code = ErrorCode::parse) {
+    problems_.add(fault_at(at, std::move(message), name_, code));
+    return true;
   }
 
   const Source& source_;

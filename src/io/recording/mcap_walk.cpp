@@ -1,4 +1,4 @@
-#include "io/recording/mcap_walk.hpp"
+#include "io/recording/mcap_records.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -181,23 +181,19 @@ bool Messages::take(const Record& record, const Sink& sink) {
 bool Messages::take_any(const Record& record, const Sink& sink) {
   if (record.opcode == Opcode::chunk) return take_chunk(record, sink);
   if (record.opcode == Opcode::schema || record.opcode == Opcode::channel) {
-    if (!known_.take(record))
-      fault(record.at, "a description is malformed or conflicts with another; skipped");
-    return true;
+    return known_.take(record) ||
+           fault(record.at, "a description is malformed or conflicts with another; skipped");
   }
   if (record.opcode != Opcode::message) return true;
   McapMessage message;
   std::uint16_t id = 0;
-  if (!read_message(record.content, id, message)) {
-    fault(record.at, "a message is malformed; skipped");
-    return true;
-  }
+  if (!read_message(record.content, id, message))
+    return fault(record.at, "a message is malformed; skipped");
   const auto channel = known_.channels.find(id);
   if (channel == known_.channels.end()) {
     ++undescribed_;
-    fault(record.at,
-          "a message of channel " + std::to_string(id) + ", which was not described; skipped");
-    return true;
+    return fault(record.at, "a message of channel " + std::to_string(id) +
+                                ", which was not described; skipped");
   }
   message.channel = &channel->second;
   return sink(message);
@@ -207,10 +203,7 @@ bool Messages::take_chunk(const Record& record, const Sink& sink) {
   const ChunkHead chunk = read_chunk_head(record.content);
   auto buffer = std::make_shared<std::string>();
   const auto records = records_of(chunk, options_.max_record_bytes, *buffer);
-  if (!records) {
-    problems_.add(fault_at(record.at, records.error().message, name_, records.error().code));
-    return true;
-  }
+  if (!records) return fault(record.at, records.error().message, records.error().code);
   const bool packed = !chunk.compression.empty();
   if (packed) unpacked_ = std::move(buffer);
   // Within a compressed chunk every position is that of the chunk.
@@ -219,10 +212,8 @@ bool Messages::take_chunk(const Record& record, const Sink& sink) {
   while (!rest.empty()) {
     const std::uint64_t at = packed ? record.at : begin + (records->size() - rest.size());
     const auto inner = take_record(rest, at);
-    if (!inner || inner->opcode == Opcode::chunk) {
-      fault(at, "the rest of a chunk is malformed; skipped");
-      return true;
-    }
+    if (!inner || inner->opcode == Opcode::chunk)
+      return fault(at, "the rest of a chunk is malformed; skipped");
     if (!take_any(*inner, sink)) return false;
   }
   return true;

@@ -7,7 +7,7 @@
 #include <wayfare/gnss/ephemerides.hpp>
 #include <wayfare/io/rinex.hpp>
 
-#include "io/rinex/rinex_text.hpp"
+#include "io/rinex/rinex_header.hpp"
 #include "io/text/lines.hpp"
 
 namespace wayfare::io {

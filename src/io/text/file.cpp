@@ -11,8 +11,9 @@
 #include <system_error>
 #include <utility>
 
-#include <wayfare/io/detail/descriptor.hpp>
 #include <wayfare/io/text_file.hpp>
+
+#include "io/text/text.hpp"
 
 namespace wayfare::io {
 
@@ -233,21 +234,19 @@ Result<void> write_file(const std::string& path, std::string_view bytes,
 Result<std::unique_ptr<ByteSink>> FileSink::create(const std::string& path,
                                                    const WriteOptions& options) {
   const int mode = options.existing == Existing::refuse ? O_EXCL : O_TRUNC;
-  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0666);
-  if (fd < 0 && errno == EEXIST) return already_exists(path);
-  if (fd < 0) return system_error("cannot be created", path);
-  return std::unique_ptr<ByteSink>(new FileSink(fd, path));
+  Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0666));
+  if (file.get() < 0 && errno == EEXIST) return already_exists(path);
+  if (file.get() < 0) return system_error("cannot be created", path);
+  return std::unique_ptr<ByteSink>(new FileSink(std::move(file), path));
 }
-
-FileSink::~FileSink() { ::close(fd_); }
 
 Result<void> FileSink::write(std::string_view bytes) {
   const std::size_t all = bytes.size();
-  if (!write_some(fd_, bytes)) {
+  if (!write_some(file_.get(), bytes)) {
     Error failed = system_error("cannot be written", path_);
     // Removes the incomplete record at the end.
-    if (all != bytes.size() && ::ftruncate(fd_, static_cast<off_t>(size_)) == 0)
-      ::lseek(fd_, static_cast<off_t>(size_), SEEK_SET);
+    if (all != bytes.size() && ::ftruncate(file_.get(), static_cast<off_t>(size_)) == 0)
+      ::lseek(file_.get(), static_cast<off_t>(size_), SEEK_SET);
     return failed;
   }
   size_ += all;
@@ -256,8 +255,83 @@ Result<void> FileSink::write(std::string_view bytes) {
 
 Result<void> FileSink::sync() {
   // EINVAL: the device does not support syncing.
-  if (::fdatasync(fd_) != 0 && errno != EINVAL) return system_error("cannot be synced", path_);
+  if (::fdatasync(file_.get()) != 0 && errno != EINVAL)
+    return system_error("cannot be synced", path_);
   return {};
+}
+
+namespace {
+
+/// Moves leading digits of `text` to the end of `digits`; returns their number.
+long take_digits(std::string_view& text, std::string& digits) {
+  const std::size_t count = std::min(text.find_first_not_of("0123456789"), text.size());
+  digits += text.substr(0, count);
+  text.remove_prefix(count);
+  return static_cast<long>(count);
+}
+
+/// The power of ten after 'e', 0 where there is none; nullopt where it is malformed.
+std::optional<int> take_exponent(std::string_view text) {
+  if (text.empty()) return 0;
+  if (text.front() != 'e' && text.front() != 'E') return std::nullopt;
+  int exponent = 0;
+  if (!text::to_number(text.substr(1), exponent)) return std::nullopt;
+  if (exponent < -1000 || exponent > 1000) return std::nullopt;
+  return exponent;
+}
+
+/// 0.d1d2d3... · 10^places rounded to a whole number of at most `max`.
+std::optional<std::uint64_t> rounded(const std::string& digits, long places, std::uint64_t max) {
+  std::uint64_t value = 0;
+  for (long i = 0; i < places; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const std::uint64_t digit = at < digits.size() ? static_cast<unsigned>(digits[at] - '0') : 0U;
+    if (value > (max - digit) / 10) return std::nullopt;
+    value = value * 10 + digit;
+  }
+  const bool up = places >= 0 && places < static_cast<long>(digits.size()) &&
+                  digits[static_cast<std::size_t>(places)] >= '5';
+  if (up && value == max) return std::nullopt;
+  return value + (up ? 1 : 0);
+}
+
+}  // namespace
+
+std::optional<std::int64_t> parse_nanoseconds(std::string_view seconds) {
+  constexpr std::size_t kLongest = 400;  // limits the work on malformed input
+  if (seconds.size() > kLongest) return std::nullopt;
+  bool negative = false;
+  if (!seconds.empty() && (seconds.front() == '-' || seconds.front() == '+')) {
+    negative = seconds.front() == '-';
+    seconds.remove_prefix(1);
+  }
+  std::string digits;
+  long places = take_digits(seconds, digits);
+  if (!seconds.empty() && seconds.front() == '.') {
+    seconds.remove_prefix(1);
+    take_digits(seconds, digits);
+  }
+  if (digits.empty()) return std::nullopt;
+  const std::optional<int> exponent = take_exponent(seconds);
+  if (!exponent) return std::nullopt;
+  const std::size_t zeros = digits.find_first_not_of('0');
+  if (zeros == digits.npos) return 0;
+  places += *exponent + 9 - static_cast<long>(zeros);
+  // The most negative number has no positive counterpart.
+  constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  const auto value = rounded(digits.substr(zeros), places, negative ? kMax + 1 : kMax);
+  if (!value) return std::nullopt;
+  return static_cast<std::int64_t>(negative ? 0 - *value : *value);
+}
+
+std::string format_nanoseconds(std::int64_t nanoseconds) {
+  const bool negative = nanoseconds < 0;
+  // Unsigned, since the absolute value of the most negative number does not fit int64.
+  const auto bits = static_cast<std::uint64_t>(nanoseconds);
+  std::string text = std::to_string(negative ? 0 - bits : bits);
+  if (text.size() < 10) text.insert(0, 10 - text.size(), '0');
+  text.insert(text.size() - 9, 1, '.');
+  return negative ? "-" + text : text;
 }
 
 }  // namespace wayfare::io

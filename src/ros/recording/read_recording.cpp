@@ -42,15 +42,12 @@ struct RadarTopic {
 };
 
 Result<RadarTopic> choose_radar(const RecordingFile& file, const std::string& named) {
-  if (has_topic(file, named, RadarScan::kType.name)) {
-    const auto topic = choose_topic(file, RadarScan::kType.name, named, "radar");
+  const bool is_cloud = !has_topic(file, named, RadarScan::kType.name);
+  if (!is_cloud || !named.empty()) {
+    const auto& type = is_cloud ? PointCloud2::kType : RadarScan::kType;
+    const auto topic = choose_topic(file, type.name, named, "radar");
     if (!topic) return topic.error();
-    return RadarTopic{*topic, false};
-  }
-  if (!named.empty()) {
-    const auto topic = choose_topic(file, PointCloud2::kType.name, named, "radar");
-    if (!topic) return topic.error();
-    return RadarTopic{*topic, true};
+    return RadarTopic{*topic, is_cloud};
   }
   const auto clouds = radar_clouds(file);
   if (clouds.size() > 1)

@@ -14,8 +14,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
-#include <wayfare/map/detail/polygon_fill.hpp>
-#include <wayfare/map/detail/raster_walk.hpp>
+#include <wayfare/map/detail/raster.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/sensors/scans.hpp>
 
