@@ -34,6 +34,7 @@ Result<void> IncrementalOptimiser<G>::first_round(const IncrementalOptions& opti
   relinearised_.clear();
   if (report.reordered) {
     relinearise_all();
+    far_step_ = options.relinearise_step;  // from here on poses are listed by this one
     system_.touch_all();
     work_since_order_ = 0.0;
   } else {
