@@ -173,17 +173,17 @@ TYPED_TEST(GraphAbuse, AnUndeterminedPoseIsThatOfTheLastCall) {
   auto open = twelve<G>();
   SquareOf<G> some = SquareOf<G>::Identity();
   some(0, 0) = 0.0;
-  open.edges.push_back({11, open.add_pose(open.poses.back()), G(), some});
+  open.edges.push_back({11, open.add_pose(open.variables.back()), G(), some});
   PoseGraph<G> apart;
   apart.add_pose(G());
   apart.add_pose(G());
   for (const bool covariances : {false, true}) {
     PoseGraphOptimiser<G> optimiser;
     ASSERT_FALSE(optimiser.optimise(open));
-    EXPECT_EQ(optimiser.undetermined().pose, 12);
+    EXPECT_EQ(optimiser.undetermined().variable, 12);
     ASSERT_FALSE(covariances ? optimiser.prepare_covariances(apart)
                              : outcome(optimiser.optimise(apart)));
-    EXPECT_EQ(optimiser.undetermined().pose, -1);
+    EXPECT_EQ(optimiser.undetermined().variable, -1);
   }
 }
 

@@ -15,7 +15,7 @@ using tests::DenseEquations;
 using tests::tangle;
 
 template <class G>
-using Step = DampedStep<G, MultifrontalCholesky<ManifoldTraits<G>::kDof>>;
+using Step = DampedStep<PoseGraph<G>, MultifrontalCholesky<ManifoldTraits<G>::kDof>>;
 
 template <class G>
 class DampedStepTest : public ::testing::Test {
@@ -32,7 +32,7 @@ TYPED_TEST(DampedStepTest, SolvesTheDampedEquations) {
   EXPECT_FALSE(this->step_.prepare(this->graph_));
   EXPECT_TRUE(this->step_.prepare(this->graph_));
   this->step_.linearise(this->graph_, {});
-  const auto& free = this->step_.equations().free_poses();
+  const auto& free = this->step_.equations().free();
   const DenseEquations<TypeParam> want(this->graph_, free);
   for (const double damping : {0.0, 1e-3, 10.0}) {  // each step restores the equations
     Eigen::MatrixXd damped = want.hessian;
@@ -90,12 +90,12 @@ TYPED_TEST(DampedStepTest, JointCovarianceEqualsTheDenseInverse) {
   this->step_.linearise(this->graph_, {});
   ASSERT_TRUE(this->step_.factorise());
   const auto& equations = this->step_.equations();
-  const DenseEquations<TypeParam> dense(this->graph_, equations.free_poses());
+  const DenseEquations<TypeParam> dense(this->graph_, equations.free());
   const Eigen::MatrixXd inverse = dense.hessian.inverse();
   for (int a = 0; a < this->graph_.size(); ++a) {
     for (int b = 0; b < this->graph_.size(); ++b) {
       const auto joint = joint_covariance(equations, this->step_.solver(), a, b);
-      const int columns[2] = {equations.free_index(a), equations.free_index(b)};
+      const int columns[2] = {equations.column(a), equations.column(b)};
       for (int row = 0; row < 2; ++row) {
         for (int side = 0; side < 2; ++side) {
           SquareOf<TypeParam> want = SquareOf<TypeParam>::Zero();

@@ -63,7 +63,7 @@ TEST(PhaseTimer, AddsToThePreviousValue) {
   EXPECT_GE(seconds, once);
 }
 
-using PlaneStep = DampedStep<SE2d, MultifrontalCholesky<3>>;
+using PlaneStep = DampedStep<PoseGraph2, MultifrontalCholesky<3>>;
 
 struct Descent {
   PoseGraph2 graph;

@@ -84,7 +84,8 @@ TEST(IncrementalFaults, WaitsForTheEdgeThatConnectsOrDeterminesAPose) {
     const auto undetermined = growing.update(kExact);
     ASSERT_FALSE(undetermined);
     EXPECT_EQ(undetermined.error().code, ErrorCode::degenerate);
-    EXPECT_EQ(undetermined.error().message, "pose 10 is not fully determined by the edges, along (0, 0, 1)");
+    EXPECT_EQ(undetermined.error().message,
+              "pose 10 is not fully determined by the edges, along (0, 0, 1)");
     ASSERT_FALSE(growing.optimise_fully());
   }
   EXPECT_EQ(apart({growing.poses().begin(), growing.poses().end() - 1}, before), 0.0);

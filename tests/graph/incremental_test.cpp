@@ -43,7 +43,7 @@ TYPED_TEST(IncrementalTest, EqualsABatchStepIfAllIsRelinearised) {
     for (const auto& step : replay_steps(whole)) {
       take(growing, step);
       auto batch = growing.graph();
-      DampedStep<G, DefaultSolver<G::kDof>> whole_step;
+      DampedStep<PoseGraph<G>, DefaultSolver<G::kDof>> whole_step;
       whole_step.prepare(batch);
       whole_step.linearise(batch, kernel);
       ASSERT_TRUE(whole_step.compute(0.0));

@@ -21,7 +21,7 @@ TYPED_TEST(IterationHeap, NothingIsAllocatedAfterTheFirstIteration) {
   using G = TypeParam;
   Rng rng(5);
   auto graph = tests::tangle<G>(rng);
-  DampedStep<G, DefaultSolver<G::kDof>> step;
+  DampedStep<PoseGraph<G>, DefaultSolver<G::kDof>> step;
   const RobustKernel kernel{RobustKernelKind::cauchy, 1.0};
   std::size_t taken[3] = {};
   for (std::size_t& count : taken) {

@@ -32,8 +32,8 @@ TYPED_TEST(NormalEquationsTest, GradientEqualsTheNumericalOneOfTheCost) {
     equations.set_structure(graph);
     moved.set_structure(graph);
     equations.linearise(graph, kernel);
-    for (std::size_t c = 0; c < equations.free_poses().size(); ++c) {
-      auto& pose = graph.poses[static_cast<std::size_t>(equations.free_poses()[c])];
+    for (std::size_t c = 0; c < equations.free().size(); ++c) {
+      auto& pose = graph.poses[static_cast<std::size_t>(equations.free()[c])];
       const TypeParam kept = pose;
       for (int k = 0; k < kDof; ++k) {
         const auto cost_at = [&](double step) {
@@ -55,7 +55,7 @@ TYPED_TEST(NormalEquationsTest, EqualThoseOfNumericJacobians) {
     NormalEquations<TypeParam> equations;
     equations.set_structure(graph);
     equations.linearise(graph, {});
-    const tests::DenseEquations<TypeParam> want(graph, equations.free_poses());
+    const tests::DenseEquations<TypeParam> want(graph, equations.free());
     const Eigen::MatrixXd whole = tests::dense(equations.hessian());
     EXPECT_LT((whole - want.hessian).norm(), 1e-8 * want.hessian.norm());
     EXPECT_LT((equations.gradient() - want.gradient).norm(), 1e-8 * want.gradient.norm());
@@ -111,8 +111,8 @@ TYPED_TEST(NormalEquationsTest, StructureIsRebuiltOnlyIfItChanged) {
   auto graph = tangle<TypeParam>(rng);
   NormalEquations<TypeParam> equations;
   EXPECT_TRUE(equations.set_structure(graph));
-  EXPECT_EQ(equations.free_poses(), (std::vector<int>{1, 2, 4}));
-  EXPECT_EQ(equations.free_index(3), -1);
+  EXPECT_EQ(equations.free(), (std::vector<int>{1, 2, 4}));
+  EXPECT_EQ(equations.column(3), -1);
   EXPECT_EQ(equations.hessian().blocks(), 3 + 2);  // 1-2 and 1-4; 4-3 and 3-2 end at a fixed pose
   graph.poses[1] = TypeParam();
   graph.edges[0].information *= 2.0;
@@ -123,7 +123,7 @@ TYPED_TEST(NormalEquationsTest, StructureIsRebuiltOnlyIfItChanged) {
   EXPECT_TRUE(equations.set_structure(graph));
   graph.fixed.clear();  // then the first pose is fixed
   EXPECT_TRUE(equations.set_structure(graph));
-  EXPECT_EQ(equations.free_index(0), -1);
+  EXPECT_EQ(equations.column(0), -1);
 }
 
 }  // namespace

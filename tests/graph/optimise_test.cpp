@@ -220,7 +220,7 @@ TYPED_TEST(AnUndeterminedPose, IsNamedAndTheGraphUnchanged) {
   EXPECT_EQ(report.error().message,
             std::string("pose 8 is not fully determined by the edges, along ") +
                 (G::kDof == 3 ? "(0, 0, 1)" : "(0, 0, 0, 0, 0, 1)"));
-  EXPECT_EQ(optimiser.undetermined().pose, 8);
+  EXPECT_EQ(optimiser.undetermined().variable, 8);
   EXPECT_NEAR(optimiser.undetermined().direction[G::kDof - 1], 1.0, 1e-12);
   for (std::size_t k = 0; k < before.size(); ++k)
     EXPECT_EQ(graph.poses[k].minus(before[k]).norm(), 0.0);

@@ -8,22 +8,22 @@
 namespace wayfare {
 namespace {
 
-TEST(PoseColumns, FreePosesAreNumberedInOrder) {
+TEST(VariableColumns, FreePosesAreNumberedInOrder) {
   PoseGraph2 graph;
   for (int i = 0; i < 5; ++i) graph.add_pose(SE2d());
-  PoseColumns columns;
-  columns.number(graph);
+  VariableColumns columns;
+  columns.number(graph.size(), graph.held());
   EXPECT_EQ(columns.free(), (std::vector<int>{1, 2, 3, 4}));
   graph.fixed = {3, 1, 3};
-  columns.number(graph);
+  columns.number(graph.size(), graph.held());
   EXPECT_EQ(columns.free(), (std::vector<int>{0, 2, 4}));
   EXPECT_EQ(columns.of(2), 1);
   EXPECT_EQ(columns.of(3), -1);
-  EXPECT_EQ(columns.poses(), 5U);
+  EXPECT_EQ(columns.size(), 5);
 }
 
 // No free pose: no error, and nothing moves.
-TEST(PoseColumns, ASinglePoseIsItsOwnOptimumAndStart) {
+TEST(VariableColumns, ASinglePoseIsItsOwnOptimumAndStart) {
   PoseGraph2 graph{{SE2d(1.0, 2.0, Angle{})}, {}, {}, {}};
   PoseGraphOptimiser<SE2d> optimiser;
   const auto report = optimiser.optimise(graph);

@@ -19,10 +19,10 @@
 namespace wayfare {
 namespace {
 
+using ::testing::HasSubstr;
 using tests::NullSpace;
 using tests::open_graph;
 using tests::OpenShape;
-using ::testing::HasSubstr;
 
 constexpr OpenShape kShapes[] = {OpenShape::chain, OpenShape::tree, OpenShape::loops};
 
@@ -33,12 +33,13 @@ void scale(PoseGraph<G>& graph, double factor) {
 
 /// That a call failed and names a direction in which the graph is open.
 template <class G>
-void expect_named(const Error& error, const UndeterminedPose<G>& open, const NullSpace<G>& null) {
+void expect_named(const Error& error, const Undetermined<ManifoldTraits<G>::kDof>& open,
+                  const NullSpace<G>& null) {
   EXPECT_EQ(error.code, ErrorCode::degenerate);
   EXPECT_THAT(error.message, HasSubstr("is not fully determined by the edges, along ("));
-  ASSERT_GE(open.pose, 1) << error.message;
+  ASSERT_GE(open.variable, 1) << error.message;
   EXPECT_NEAR(open.direction.norm(), 1.0, 1e-12);
-  EXPECT_LT(null.distance(open.pose, open.direction), 1e-5) << error.message;
+  EXPECT_LT(null.distance(open.variable, open.direction), 1e-5) << error.message;
 }
 
 template <class Solver>
@@ -132,7 +133,7 @@ TYPED_TEST(OpenStart, MayLieAnywhere) {
       ASSERT_TRUE(growing.append(graph));
       for (int again = 0; again < 2; ++again) {
         ASSERT_FALSE(growing.update());
-        EXPECT_GE(growing.undetermined().pose, 7);
+        EXPECT_GE(growing.undetermined().variable, 7);
         ASSERT_FALSE(growing.optimise_fully());
       }
       EXPECT_EQ(tests::apart({growing.poses().begin(), growing.poses().begin() + 7}, solved), 0.0);
@@ -146,7 +147,8 @@ TEST(OpenPair, IsNamedAtEveryAngle) {
     for (const double factor : {1e-8, 1.0, 1e8}) {
       const SE2d z(1.0, 2.0, Angle::degrees(degrees));
       const Eigen::Matrix3d information = Eigen::Vector3d(factor, 0.0, factor).asDiagonal();
-      PoseGraph2 graph{{SE2d(), z * SE2d(0.3, 0.1, Angle{})}, {{0, 1, z, information, false}}, {}, {}};
+      PoseGraph2 graph{
+          {SE2d(), z * SE2d(0.3, 0.1, Angle{})}, {{0, 1, z, information, false}}, {}, {}};
       PoseGraphOptimiser<SE2d> batch;
       const auto report = batch.optimise(graph);
       ASSERT_FALSE(report) << degrees;
@@ -180,7 +182,7 @@ TEST(OpenChain, IsNamedAtEveryAngleAndItsCostIsNeverNegative) {
     equations.set_structure(graph);
     EXPECT_GE(equations.linearise(graph, {}), 0.0);
     ASSERT_FALSE(batch.optimise(graph)) << degrees;
-    EXPECT_GE(batch.undetermined().pose, 21) << degrees;
+    EXPECT_GE(batch.undetermined().variable, 21) << degrees;
     ASSERT_FALSE(batch.covariances(graph)) << degrees;
     IncrementalOptimiser<SE2d> growing;
     ASSERT_TRUE(growing.append(graph));
@@ -188,8 +190,8 @@ TEST(OpenChain, IsNamedAtEveryAngleAndItsCostIsNeverNegative) {
   }
 }
 
-// A large map that may turn as a whole about pose 1, whose only edge to pose 0 has no information on
-// the heading: the null vector moves distant poses many times as far as near ones.
+// A large map that may turn as a whole about pose 1, whose only edge to pose 0 has no information
+// on the heading: the null vector moves distant poses many times as far as near ones.
 TEST(HingedMap, IsNamedHoweverLarge) {
   for (const int width : {1, 30, 90}) {  // straight; or to and fro, joined to the row before
     for (const int poses : {300, 3000}) {
@@ -197,8 +199,8 @@ TEST(HingedMap, IsNamedHoweverLarge) {
       graph.add_pose(SE2d());
       for (int i = 1; i <= poses; ++i) {
         const int row = (i - 1) / width, along = (i - 1) % width;
-        graph.add_pose(SE2d(1.0 + row, row % 2 == 0 ? along : width - 1 - along,
-                            Angle::radians(0.7 * i)));
+        graph.add_pose(
+            SE2d(1.0 + row, row % 2 == 0 ? along : width - 1 - along, Angle::radians(0.7 * i)));
         const auto join = [&](int from) {
           const SE2d z = graph.poses[static_cast<std::size_t>(from)].inverse() * graph.poses.back();
           graph.edges.push_back(

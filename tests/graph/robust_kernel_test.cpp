@@ -5,9 +5,9 @@
 namespace wayfare {
 namespace {
 
-constexpr RobustKernelKind kAllKernels[] = {RobustKernelKind::none, RobustKernelKind::huber,
-                                     RobustKernelKind::cauchy, RobustKernelKind::geman_mcclure,
-                                     RobustKernelKind::dynamic_covariance_scaling};
+constexpr RobustKernelKind kAllKernels[] = {
+    RobustKernelKind::none, RobustKernelKind::huber, RobustKernelKind::cauchy,
+    RobustKernelKind::geman_mcclure, RobustKernelKind::dynamic_covariance_scaling};
 
 TEST(RobustKernel, WeightIsTheDerivativeOfTheCost) {
   for (const auto kind : kAllKernels) {

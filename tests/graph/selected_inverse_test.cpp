@@ -73,13 +73,13 @@ TYPED_TEST(CovariancesTest, OfAllPosesEqualTheDenseInverse) {
   NormalEquations<TypeParam> equations;
   equations.set_structure(graph);
   const Eigen::MatrixXd inverse =
-      tests::DenseEquations<TypeParam>(graph, equations.free_poses()).hessian.inverse();
+      tests::DenseEquations<TypeParam>(graph, equations.free()).hessian.inverse();
   PoseGraphOptimiser<TypeParam> optimiser;
   const auto all = optimiser.covariances(graph);
   ASSERT_TRUE(all);
   ASSERT_EQ(all->size(), graph.poses.size());
   for (int pose = 0; pose < graph.size(); ++pose) {
-    const int c = equations.free_index(pose) * kDof;
+    const int c = equations.column(pose) * kDof;
     SquareOf<TypeParam> want = SquareOf<TypeParam>::Zero();
     if (c >= 0) want = inverse.block<kDof, kDof>(c, c);
     EXPECT_LT(((*all)[static_cast<std::size_t>(pose)] - want).norm(), 1e-7 * inverse.norm());

@@ -177,7 +177,7 @@ void factorise_or_invert(benchmark::State& state, const auto&, auto& equations, 
   solver.analyse(equations.hessian());
   solver.factorise(equations.hessian());
   if constexpr (kInvert) solver.invert();  // memory taken, as for the factor
-  std::vector<Eigen::Matrix<double, kDof, kDof>> all(equations.free_poses().size());
+  std::vector<Eigen::Matrix<double, kDof, kDof>> all(equations.free().size());
   for (auto _ : state) {
     if constexpr (kInvert) {
       solver.invert();

@@ -86,7 +86,9 @@ class IncrementalOptimiser {
 
   /// The undetermined pose and direction of the last update or optimise_fully that failed with
   /// ErrorCode::degenerate, if the edges were the cause.
-  [[nodiscard]] const UndeterminedPose<G>& undetermined() const { return undetermined_; }
+  [[nodiscard]] const Undetermined<ManifoldTraits<G>::kDof>& undetermined() const {
+    return undetermined_;
+  }
 
   /// The solved poses; pending ones at their initial values.
   [[nodiscard]] const std::vector<G>& poses() const { return graph_.poses; }
@@ -143,7 +145,7 @@ class IncrementalOptimiser {
   std::vector<Relinearised> relinearised_;
   std::vector<Moved> moved_;  // in this update
   double work_since_order_ = 0.0;
-  UndeterminedPose<G> undetermined_;
+  Undetermined<ManifoldTraits<G>::kDof> undetermined_;
 };
 
 template <LieGroup G>

@@ -1,10 +1,11 @@
 #pragma once
 
-// x* = argmin Σ ρ(eᵀΩe) on a pose graph, and the covariance of x*.
+// x* = argmin Σ ρ(eᵀΩe) on a graph, and the covariance of x*.
 
 #include <vector>
 
 #include <wayfare/graph/detail/descent.hpp>
+#include <wayfare/graph/detail/factor_equations.hpp>
 #include <wayfare/graph/detail/validate.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 
@@ -13,52 +14,61 @@ namespace wayfare {
 template <int N>
 using DefaultSolver = MultifrontalCholesky<N>;
 
-/// Optimises pose graphs. Reuses pattern, symbolic factorisation and memory between calls while the
+/// Optimises graphs. Reuses pattern, symbolic factorisation and memory between calls while the
 /// structure is unchanged.
-template <LieGroup G, LinearSolver Solver = DefaultSolver<ManifoldTraits<G>::kDof>>
-class PoseGraphOptimiser {
+template <class Graph, LinearSolver Solver = DefaultSolver<Graph::kBlock>>
+class GraphOptimiser {
  public:
-  static constexpr int kDof = ManifoldTraits<G>::kDof;
+  static constexpr int kBlock = Graph::kBlock;
+  using Covariance = Eigen::Matrix<double, kBlock, kBlock>;
 
-  /// Moves the free poses of `graph` to a local minimum near their initial values. Errors, with the
-  /// poses unchanged: those of validate, errors too large to square, a pose that the edges leave
-  /// undetermined at the minimum (reported by `undetermined`).
-  Result<OptimiseReport> optimise(PoseGraph<G>& graph, const OptimiseOptions& options = {});
+  /// Moves the free variables of `graph` to a local minimum near their initial values. Errors, with
+  /// the variables unchanged: those of validate, errors too large to square, a variable that the
+  /// edges leave undetermined at the minimum (reported by `undetermined`).
+  Result<OptimiseReport> optimise(Graph& graph, const OptimiseOptions& options = {});
 
-  /// The undetermined pose and direction of the last call that failed with ErrorCode::degenerate,
-  /// if the edges were the cause.
-  [[nodiscard]] UndeterminedPose<G> undetermined() const { return step_.undetermined(); }
+  /// The undetermined variable and direction of the last call that failed with
+  /// ErrorCode::degenerate, if the edges were the cause.
+  [[nodiscard]] Undetermined<kBlock> undetermined() const { return step_.undetermined(); }
 
-  /// Linearises and factorises at the graph's poses, for the covariances below.
-  Result<void> prepare_covariances(const PoseGraph<G>& graph, const RobustKernel& kernel = {});
+  /// Linearises and factorises at the graph's values, for the covariances below.
+  Result<void> prepare_covariances(const Graph& graph, const RobustKernel& kernel = {});
 
-  /// The covariance of a pose, as a right perturbation of it, given the fixed poses; zero for
+  /// The covariance of a variable, as a right perturbation of it, given the fixed ones; zero for
   /// those. Requires prepare_covariances on this graph.
-  [[nodiscard]] SquareOf<G> covariance(int pose);
+  [[nodiscard]] Covariance covariance(int variable);
+  template <class X>
+  [[nodiscard]] SquareOf<X> covariance(const VariableId<X>& variable) {
+    constexpr int kDof = ManifoldTraits<X>::kDof;
+    return covariance(variable.index).template topLeftCorner<kDof, kDof>();
+  }
 
   /// prepare_covariances and the covariances of all poses, at the cost of two or three
   /// factorisations if the solver supports it (SelectedInverse). Afterwards `covariance`, and
   /// `relative_covariance` of poses that share an edge, are look-ups.
-  Result<std::vector<SquareOf<G>>> covariances(const PoseGraph<G>& graph,
-                                               const RobustKernel& kernel = {});
+  Result<std::vector<Covariance>> covariances(const Graph& graph, const RobustKernel& kernel = {});
 
   /// The covariance of X_from⁻¹ X_to, as a right perturbation of it.
-  [[nodiscard]] SquareOf<G> relative_covariance(const PoseGraph<G>& graph, int from, int to);
+  [[nodiscard]] Covariance relative_covariance(const Graph& graph, int from,
+                                               int to) requires LieGroup<typename Graph::Pose>;
 
  private:
-  Result<void> run(PoseGraph<G>& graph, const OptimiseOptions& options, OptimiseReport& report);
+  Result<void> run(Graph& graph, const OptimiseOptions& options, OptimiseReport& report);
 
-  DampedStep<G, Solver> step_;
+  DampedStep<Graph, Solver> step_;
 };
 
-/// Optimises one graph; for repeated calls use a PoseGraphOptimiser.
-template <LieGroup G>
-Result<OptimiseReport> optimise(PoseGraph<G>& graph, const OptimiseOptions& options = {}) {
-  return PoseGraphOptimiser<G>().optimise(graph, options);
+template <LieGroup G, LinearSolver Solver = DefaultSolver<ManifoldTraits<G>::kDof>>
+using PoseGraphOptimiser = GraphOptimiser<PoseGraph<G>, Solver>;
+
+/// Optimises one graph; for repeated calls use a GraphOptimiser.
+template <class Graph>
+Result<OptimiseReport> optimise(Graph& graph, const OptimiseOptions& options = {}) {
+  return GraphOptimiser<Graph>().optimise(graph, options);
 }
 
-template <LieGroup G, LinearSolver S>
-Result<OptimiseReport> PoseGraphOptimiser<G, S>::optimise(PoseGraph<G>& graph,
+template <class Graph, LinearSolver S>
+Result<OptimiseReport> GraphOptimiser<Graph, S>::optimise(Graph& graph,
                                                           const OptimiseOptions& options) {
   OptimiseReport report;
   step_.times() = {};
@@ -67,8 +77,8 @@ Result<OptimiseReport> PoseGraphOptimiser<G, S>::optimise(PoseGraph<G>& graph,
   return report;
 }
 
-template <LieGroup G, LinearSolver S>
-Result<void> PoseGraphOptimiser<G, S>::run(PoseGraph<G>& graph, const OptimiseOptions& options,
+template <class Graph, LinearSolver S>
+Result<void> GraphOptimiser<Graph, S>::run(Graph& graph, const OptimiseOptions& options,
                                            OptimiseReport& report) {
   const PhaseTimer total(step_.times().total_s);
   step_.forget_outcome();
@@ -78,56 +88,56 @@ Result<void> PoseGraphOptimiser<G, S>::run(PoseGraph<G>& graph, const OptimiseOp
   }
   step_.set_threads(options.threads);
   report.structure_reused = step_.prepare(graph);
-  const std::vector<G> start = graph.poses;
+  const typename Graph::Values start = graph.values();
   auto done = descend(step_, graph, options, report);
   if (done) done = check_determined(step_, graph);
-  if (!done) graph.poses = start;
+  if (!done) graph.set_values(start);
   report.final_chi2 = step_.equations().chi2();
   return done;
 }
 
-template <LieGroup G, LinearSolver S>
-Result<void> PoseGraphOptimiser<G, S>::prepare_covariances(const PoseGraph<G>& graph,
+template <class Graph, LinearSolver S>
+Result<void> GraphOptimiser<Graph, S>::prepare_covariances(const Graph& graph,
                                                            const RobustKernel& kernel) {
   step_.forget_outcome();
   if (auto valid = validate(graph); !valid) return valid;
   step_.prepare(graph);
   step_.linearise(graph, kernel);
-  if (step_.equations().free_poses().empty() || step_.factorise()) return {};
+  if (step_.equations().free().empty() || step_.factorise()) return {};
   return step_.undetermined(graph);
 }
 
-template <LieGroup G, LinearSolver S>
-SquareOf<G> PoseGraphOptimiser<G, S>::covariance(int pose) {
-  return joint_covariance(step_.equations(), step_.solver(), pose, pose)
-      .template topLeftCorner<kDof, kDof>();
+template <class Graph, LinearSolver S>
+auto GraphOptimiser<Graph, S>::covariance(int variable) -> Covariance {
+  return joint_covariance(step_.equations(), step_.solver(), variable, variable)
+      .template topLeftCorner<kBlock, kBlock>();
 }
 
-template <LieGroup G, LinearSolver S>
-Result<std::vector<SquareOf<G>>> PoseGraphOptimiser<G, S>::covariances(const PoseGraph<G>& graph,
-                                                                       const RobustKernel& kernel) {
+template <class Graph, LinearSolver S>
+auto GraphOptimiser<Graph, S>::covariances(const Graph& graph, const RobustKernel& kernel)
+    -> Result<std::vector<Covariance>> {
   if (auto prepared = prepare_covariances(graph, kernel); !prepared) return prepared.error();
   if constexpr (SelectedInverse<S>) {
-    if (!step_.equations().free_poses().empty()) step_.solver().invert();
+    if (!step_.equations().free().empty()) step_.solver().invert();
   }
-  std::vector<SquareOf<G>> all;
-  all.reserve(graph.poses.size());
-  for (int pose = 0; pose < graph.size(); ++pose) all.push_back(covariance(pose));
+  std::vector<Covariance> all;
+  all.reserve(static_cast<std::size_t>(graph.size()));
+  for (int i = 0; i < graph.size(); ++i) all.push_back(covariance(i));
   return all;
 }
 
-template <LieGroup G, LinearSolver S>
-SquareOf<G> PoseGraphOptimiser<G, S>::relative_covariance(const PoseGraph<G>& graph, int from,
-                                                          int to) {
-  const G between = graph.poses[static_cast<std::size_t>(from)].inverse() *
-                    graph.poses[static_cast<std::size_t>(to)];
-  Eigen::Matrix<double, kDof, 2 * kDof> j;
-  j << -between.inverse().adjoint(), SquareOf<G>::Identity();
+template <class Graph, LinearSolver S>
+auto GraphOptimiser<Graph, S>::relative_covariance(const Graph& graph, int from, int to)
+    -> Covariance requires LieGroup<typename Graph::Pose> {
+  const typename Graph::Pose between = graph.poses[static_cast<std::size_t>(from)].inverse() *
+                                       graph.poses[static_cast<std::size_t>(to)];
+  Eigen::Matrix<double, kBlock, 2 * kBlock> j;
+  j << -between.inverse().adjoint(), Covariance::Identity();
   return j * joint_covariance(step_.equations(), step_.solver(), from, to) * j.transpose();
 }
 
 // Compiled once in wayfare::graph.
-extern template class PoseGraphOptimiser<SE2d>;
-extern template class PoseGraphOptimiser<SE3d>;
+extern template class GraphOptimiser<PoseGraph2>;
+extern template class GraphOptimiser<PoseGraph3>;
 
 }  // namespace wayfare

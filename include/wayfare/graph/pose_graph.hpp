@@ -15,6 +15,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
+#include <wayfare/graph/edge.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
 
 namespace wayfare {
@@ -125,6 +126,10 @@ struct PoseEdge {
 /// any time.
 template <LieGroup G>
 struct PoseGraph {
+  static constexpr int kBlock = ManifoldTraits<G>::kDof;  ///< numbers of a step of one pose
+  using Pose = G;
+  using Values = std::vector<G>;
+
   std::vector<G> poses;  ///< in one common frame; initial values of the next optimisation
   std::vector<PoseEdge<G>> edges;
   std::vector<int> fixed;           ///< fixed poses; empty: pose 0
@@ -136,18 +141,29 @@ struct PoseGraph {
     return size() - 1;
   }
   [[nodiscard]] int size() const { return static_cast<int>(poses.size()); }
+  /// The fixed poses.
+  [[nodiscard]] std::vector<int> held() const {
+    return fixed.empty() && !poses.empty() ? std::vector<int>{0} : fixed;
+  }
   [[nodiscard]] std::string label(int pose) const {
     const auto i = static_cast<std::size_t>(pose);
     return pose >= 0 && i < labels.size() ? labels[i] : std::to_string(pose);
+  }
+
+  // What the optimisers use of any graph.
+  [[nodiscard]] std::string name(int pose) const { return "pose " + label(pose); }
+  [[nodiscard]] int dof(int) const { return kBlock; }
+  [[nodiscard]] const Values& values() const { return poses; }
+  void set_values(const Values& values) { poses = values; }
+  template <class Step>
+  void move(int pose, const Step& step) {
+    G& x = poses[static_cast<std::size_t>(pose)];
+    x = ManifoldTraits<G>::plus(x, step);
   }
 };
 
 using PoseGraph2 = PoseGraph<SE2d>;
 using PoseGraph3 = PoseGraph<SE3d>;
-
-/// eᵀΩe as computed, without what rounding may have taken below zero: Ω is positive semi-definite,
-/// so that zero is nearer to the truth than any negative number. NaN stays.
-[[nodiscard]] inline double not_negative(double square) { return square < 0.0 ? 0.0 : square; }
 
 /// eᵀΩe of one edge at the graph's poses.
 template <LieGroup G>

@@ -52,24 +52,26 @@ struct PhaseTimes {
   double total_s = 0.0;
 };
 
-/// What the edges leave open: moving `pose` along `direction`, a right perturbation of it, with the
-/// other poses following as it costs least, changes the cost by no more than rounding
+/// What the edges leave open: moving `variable` along `direction`, a right perturbation of it, with
+/// the others following as it costs least, changes the cost by no more than rounding
 /// (FactorOutcome has the rule).
-template <LieGroup G>
-struct UndeterminedPose {
-  int pose = -1;                                  ///< −1: none that could be named
-  TangentOf<G> direction = TangentOf<G>::Zero();  ///< of length one; zero: the solver cannot tell
+template <int N>
+struct Undetermined {
+  int variable = -1;  ///< −1: none that could be named
+  /// Of length one, in the first rows of a smaller variable; zero: the solver cannot tell.
+  Eigen::Matrix<double, N, 1> direction = Eigen::Matrix<double, N, 1>::Zero();
 };
 
 /// "pose 8 is not fully determined by the edges, along (0.5, -0.866, 0)", and what is not known
-/// left out. `label` is what messages call the pose.
-[[nodiscard]] Error undetermined_error(const std::string& label, const double* direction, int size);
+/// left out. `name` is what messages call the variable.
+[[nodiscard]] Error undetermined_error(const std::string& name, const double* direction, int size);
 
-template <LieGroup G>
-[[nodiscard]] Error undetermined_error(const PoseGraph<G>& graph, const UndeterminedPose<G>& open) {
-  if (open.pose < 0) return {ErrorCode::degenerate, "the edges do not determine every pose"};
-  return undetermined_error(graph.label(open.pose), open.direction.data(),
-                            static_cast<int>(open.direction.size()));
+template <class Graph>
+[[nodiscard]] Error undetermined_error(const Graph& graph,
+                                       const Undetermined<Graph::kBlock>& open) {
+  if (open.variable < 0) return {ErrorCode::degenerate, "the edges do not determine every pose"};
+  return undetermined_error(graph.name(open.variable), open.direction.data(),
+                            graph.dof(open.variable));
 }
 
 struct OptimiseReport {

@@ -108,7 +108,7 @@ template <LieGroup G>
 Error IncrementalOptimiser<G>::name_undetermined(const FactorOutcome& outcome) {
   undetermined_ = {};
   if (outcome.block >= 0) {
-    undetermined_.pose = pose_of_[index(outcome.block)];
+    undetermined_.variable = pose_of_[index(outcome.block)];
     undetermined_.direction = Eigen::Map<const TangentOf<G>>(outcome.direction.data());
   }
   return undetermined_error(graph_, undetermined_);

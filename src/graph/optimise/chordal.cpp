@@ -33,7 +33,7 @@ SO3d nearest_rotation(const Eigen::Matrix3d& m) {
 
 template <LieGroup G>
 PairwiseSystem<G>::PairwiseSystem(const PoseGraph<G>& graph) {
-  columns_.number(graph);
+  columns_.number(graph.size(), graph.held());
   std::vector<std::pair<int, int>> pairs;
   for (const auto& e : graph.edges)
     if (column(e.from) >= 0 && column(e.to) >= 0) pairs.emplace_back(column(e.from), column(e.to));

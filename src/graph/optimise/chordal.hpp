@@ -39,7 +39,7 @@ class PairwiseSystem {
   void solve(Eigen::VectorXd& b) { solver_.solve_in_place(b); }
 
  private:
-  PoseColumns columns_;
+  VariableColumns columns_;
   BlockSparse<N> matrix_;
   std::vector<int> coupling_;          // of each edge, −1 where an end is fixed
   MultifrontalCholesky<N> solver_{N};  // one unit for all

@@ -82,7 +82,7 @@ class Gnc {
   GncReport& report_;
   std::vector<double> c2_, weights_, u_;  // of every edge; u = s/c², 0 if trusted
   std::optional<ChordalSolver<G>> chordal_;
-  DampedStep<G, DefaultSolver<ManifoldTraits<G>::kDof>> step_;
+  DampedStep<PoseGraph<G>, DefaultSolver<ManifoldTraits<G>::kDof>> step_;
 };
 
 /// Follows the surrogate losses from the convex one to the final one. Only the set of inliers

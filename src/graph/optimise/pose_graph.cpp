@@ -7,8 +7,8 @@
 
 namespace wayfare {
 
-Error undetermined_error(const std::string& label, const double* direction, int size) {
-  std::string text = "pose " + label + " is not fully determined by the edges";
+Error undetermined_error(const std::string& name, const double* direction, int size) {
+  std::string text = name + " is not fully determined by the edges";
   bool known = false;
   for (int i = 0; i < size; ++i) known = known || direction[i] != 0.0;
   for (int i = 0; known && i < size; ++i) {
@@ -20,8 +20,8 @@ Error undetermined_error(const std::string& label, const double* direction, int 
   return {ErrorCode::degenerate, known ? text + ")" : text};
 }
 
-template class PoseGraphOptimiser<SE2d>;
-template class PoseGraphOptimiser<SE3d>;
+template class GraphOptimiser<PoseGraph2>;
+template class GraphOptimiser<PoseGraph3>;
 
 template class ScalarSolver<3, detail::OrderedLlt<3>>;
 template class ScalarSolver<6, detail::OrderedLlt<6>>;

@@ -16,7 +16,22 @@ bool is_semidefinite(const Square& m) {
   // Gershgorin: every eigenvalue is at least a diagonal entry minus the rest of its row.
   const auto rest = m.cwiseAbs().rowwise().sum() - m.diagonal().cwiseAbs();
   if ((m.diagonal() - rest).minCoeff() >= 0.0) return true;
-  return Eigen::LLT<Square>(m + rounding * Square::Identity()).info() == Eigen::Success;
+  return Eigen::LLT<Square>(m + rounding * Square::Identity(m.rows(), m.cols())).info() ==
+         Eigen::Success;
+}
+
+/// Success, or what is wrong with an edge's information.
+template <class Square>
+Result<void> fault_of(const Square& info) {
+  if (!info.allFinite()) return Error{ErrorCode::invalid, "has an information that is not finite"};
+  const double size = info.cwiseAbs().maxCoeff();
+  if (size == 0.0) return Error{ErrorCode::degenerate, "has zero information"};
+  if ((info - info.transpose()).cwiseAbs().maxCoeff() > 1e-9 * size)
+    return Error{ErrorCode::invalid, "has an information matrix that is not symmetric"};
+  if (!is_semidefinite(info))
+    return Error{ErrorCode::invalid,
+                 "has an information matrix that is not positive semi-definite"};
+  return {};
 }
 
 template <LieGroup G>
@@ -44,22 +59,24 @@ Result<void> validate_ends(const PoseGraph<G>& graph, std::size_t index) {
 
 template <LieGroup G>
 Result<void> validate_information(const PoseGraph<G>& graph, std::size_t index) {
-  const auto fault = [&](ErrorCode code, const char* what) {
-    return edge_fault(graph, index, code, what);
-  };
-  const SquareOf<G>& info = graph.edges[index].information;
-  if (!info.allFinite()) return fault(ErrorCode::invalid, "has an information that is not finite");
-  const double size = info.cwiseAbs().maxCoeff();
-  if (size == 0.0) return fault(ErrorCode::degenerate, "has zero information");
-  if ((info - info.transpose()).cwiseAbs().maxCoeff() > 1e-9 * size)
-    return fault(ErrorCode::invalid, "has an information matrix that is not symmetric");
-  if (!is_semidefinite(info))
-    return fault(ErrorCode::invalid,
-                 "has an information matrix that is not positive semi-definite");
-  return {};
+  const auto checked = fault_of(graph.edges[index].information);
+  if (checked) return {};
+  return edge_fault(graph, index, checked.error().code, checked.error().message);
 }
 
 }  // namespace
+
+Result<void> detail::check_information(const Eigen::Ref<const Eigen::MatrixXd>& information) {
+  return fault_of(Eigen::MatrixXd(information));
+}
+
+Error detail::edge_fault(int index, std::span<const int> variables, ErrorCode code,
+                         const std::string& what) {
+  std::string text = "edge " + std::to_string(index) + " (";
+  for (std::size_t i = 0; i < variables.size(); ++i)
+    text += (i == 0 ? "" : ", ") + std::to_string(variables[i]);
+  return {code, text + ") " + what};
+}
 
 template <LieGroup G>
 Result<void> validate_edge(const PoseGraph<G>& graph, std::size_t index) {

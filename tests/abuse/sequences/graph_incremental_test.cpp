@@ -140,10 +140,10 @@ class Growing {
   Result<PoseGraph<G>> whole_step() const {
     PoseGraph<G> graph = model_;
     if (auto valid = validate(graph); !valid) return valid.error();
-    DampedStep<G, DefaultSolver<G::kDof>> step;
+    DampedStep<PoseGraph<G>, DefaultSolver<G::kDof>> step;
     step.prepare(graph);
     step.linearise(graph, kernel_);
-    if (step.equations().free_poses().empty()) return graph;
+    if (step.equations().free().empty()) return graph;
     if (!step.compute(0.0)) return step.undetermined(graph);
     step.apply(graph);
     return graph;
@@ -162,7 +162,7 @@ class Growing {
     if (!report) {
       ++refusals;
       ASSERT_FALSE(expected) << report.error().message;
-      if (exact && tested_.undetermined().pose < 0) {
+      if (exact && tested_.undetermined().variable < 0) {
         ASSERT_EQ(report.error().code, expected.error().code);
       }
       return expect_as_modelled();

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/graph/detail/factor_equations.hpp>
 #include <wayfare/graph/detail/normal_equations.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/report.hpp>
@@ -29,12 +30,25 @@ class PhaseTimer {
   Clock::time_point start_ = Clock::now();
 };
 
+/// The equations of a kind of graph.
+template <class Graph>
+struct EquationsOf;
+template <LieGroup G>
+struct EquationsOf<PoseGraph<G>> {
+  using Type = NormalEquations<G>;
+};
+template <class V, class E>
+struct EquationsOf<FactorGraph<V, E>> {
+  using Type = FactorEquations<FactorGraph<V, E>>;
+};
+
 /// Linearises a graph, solves for the step, and applies or undoes it. Reuses pattern, symbolic
 /// factorisation and memory while the graph's structure is unchanged.
-template <LieGroup G, LinearSolver Solver>
+template <class Graph, LinearSolver Solver>
 class DampedStep {
  public:
-  static constexpr int kDof = ManifoldTraits<G>::kDof;
+  static constexpr int kBlock = Graph::kBlock;
+  using Equations = typename EquationsOf<Graph>::Type;
 
   /// For the factorisation, if the solver supports it.
   void set_threads(int threads) {
@@ -48,16 +62,16 @@ class DampedStep {
   }
 
   /// Sets up the equations of a validated graph; returns whether the structure was reused.
-  bool prepare(const PoseGraph<G>& graph);
+  bool prepare(const Graph& graph);
 
   /// H and g at the graph's poses; returns Σ ρ(eᵀΩe).
-  double linearise(const PoseGraph<G>& graph, const RobustKernel& kernel) {
+  double linearise(const Graph& graph, const RobustKernel& kernel) {
     const PhaseTimer timer(times_.linearise_s);
     return equations_.linearise(graph, kernel);
   }
 
   /// Σ ρ(eᵀΩe), as `linearise` returns.
-  double cost(const PoseGraph<G>& graph, const RobustKernel& kernel) {
+  double cost(const Graph& graph, const RobustKernel& kernel) {
     const PhaseTimer timer(times_.linearise_s);
     return equations_.cost(graph, kernel);
   }
@@ -69,8 +83,8 @@ class DampedStep {
   bool factorise(double damping = 0.0);
 
   /// Moves the free poses along the step.
-  void apply(PoseGraph<G>& graph);
-  void undo(PoseGraph<G>& graph) const { graph.poses = saved_; }
+  void apply(Graph& graph);
+  void undo(Graph& graph) const { graph.set_values(saved_); }
 
   /// Whether the last factorisation and step succeeded.
   [[nodiscard]] bool solved() const { return outcome_.ok; }
@@ -81,12 +95,12 @@ class DampedStep {
   /// to spare, and without damping.
   [[nodiscard]] bool determined() const { return outcome_.ok && !outcome_.weak && undamped_; }
   /// What the last factorisation, which failed, leaves open.
-  [[nodiscard]] UndeterminedPose<G> undetermined() const;
-  [[nodiscard]] Error undetermined(const PoseGraph<G>& graph) const {
+  [[nodiscard]] Undetermined<Graph::kBlock> undetermined() const;
+  [[nodiscard]] Error undetermined(const Graph& graph) const {
     return undetermined_error(graph, undetermined());
   }
 
-  [[nodiscard]] const NormalEquations<G>& equations() const { return equations_; }
+  [[nodiscard]] const Equations& equations() const { return equations_; }
   [[nodiscard]] Solver& solver() { return solver_; }
   [[nodiscard]] PhaseTimes& times() { return times_; }
 
@@ -95,27 +109,27 @@ class DampedStep {
   void restore();
   [[nodiscard]] int first_overflow() const;
 
-  NormalEquations<G> equations_;
+  Equations equations_;
   Solver solver_;
   PhaseTimes times_;
   FactorOutcome outcome_;
   bool undamped_ = false;  // that made it
   double model_gain_ = 0.0;
-  std::vector<G> saved_;
+  typename Graph::Values saved_;
   Eigen::VectorXd step_, diagonal_;
 };
 
-template <LieGroup G, LinearSolver S>
-bool DampedStep<G, S>::prepare(const PoseGraph<G>& graph) {
+template <class Graph, LinearSolver S>
+bool DampedStep<Graph, S>::prepare(const Graph& graph) {
   const PhaseTimer timer(times_.analyse_s);
   forget_outcome();
   const bool changed = equations_.set_structure(graph);
-  if (changed && !equations_.free_poses().empty()) solver_.analyse(equations_.hessian());
+  if (changed && !equations_.free().empty()) solver_.analyse(equations_.hessian());
   return !changed;
 }
 
-template <LieGroup G, LinearSolver S>
-bool DampedStep<G, S>::compute(double damping) {
+template <class Graph, LinearSolver S>
+bool DampedStep<Graph, S>::compute(double damping) {
   if (!factorise(damping)) return false;
   const PhaseTimer timer(times_.solve_s);
   step_ = -equations_.gradient();
@@ -127,8 +141,8 @@ bool DampedStep<G, S>::compute(double damping) {
   return outcome_.ok;
 }
 
-template <LieGroup G, LinearSolver S>
-bool DampedStep<G, S>::factorise(double damping) {
+template <class Graph, LinearSolver S>
+bool DampedStep<Graph, S>::factorise(double damping) {
   const PhaseTimer timer(times_.factorise_s);
   undamped_ = damping == 0.0;
   if (damping > 0.0) damp(damping);
@@ -137,49 +151,48 @@ bool DampedStep<G, S>::factorise(double damping) {
   return outcome_.ok;
 }
 
-template <LieGroup G, LinearSolver S>
-void DampedStep<G, S>::damp(double damping) {
+template <class Graph, LinearSolver S>
+void DampedStep<Graph, S>::damp(double damping) {
   auto& h = equations_.hessian();
   diagonal_.resize(equations_.gradient().size());
   for (int c = 0; c < h.columns(); ++c) {
     auto block = h.block(h.diagonal_index(c));
-    diagonal_.template segment<kDof>(c * kDof) = block.diagonal();
+    diagonal_.template segment<kBlock>(c * kBlock) = block.diagonal();
     block.diagonal() *= 1.0 + damping;
   }
 }
 
-template <LieGroup G, LinearSolver S>
-void DampedStep<G, S>::restore() {
+template <class Graph, LinearSolver S>
+void DampedStep<Graph, S>::restore() {
   auto& h = equations_.hessian();
   for (int c = 0; c < h.columns(); ++c) {
-    h.block(h.diagonal_index(c)).diagonal() = diagonal_.template segment<kDof>(c * kDof);
+    h.block(h.diagonal_index(c)).diagonal() = diagonal_.template segment<kBlock>(c * kBlock);
   }
 }
 
-template <LieGroup G, LinearSolver S>
-void DampedStep<G, S>::apply(PoseGraph<G>& graph) {
-  saved_ = graph.poses;
+template <class Graph, LinearSolver S>
+void DampedStep<Graph, S>::apply(Graph& graph) {
+  saved_ = graph.values();
   int column = 0;
-  for (const int pose : equations_.free_poses()) {
-    G& x = graph.poses[static_cast<std::size_t>(pose)];
-    x = ManifoldTraits<G>::plus(x, step_.template segment<kDof>(kDof * column++));
+  for (const int variable : equations_.free()) {
+    graph.move(variable, step_.template segment<kBlock>(kBlock * column++));
   }
 }
 
-template <LieGroup G, LinearSolver S>
-UndeterminedPose<G> DampedStep<G, S>::undetermined() const {
-  UndeterminedPose<G> open;
+template <class Graph, LinearSolver S>
+Undetermined<Graph::kBlock> DampedStep<Graph, S>::undetermined() const {
+  Undetermined<Graph::kBlock> open;
   if (outcome_.ok) return open;
   const int block = outcome_.block >= 0 ? outcome_.block : first_overflow();
   if (block < 0) return open;
-  open.pose = equations_.free_poses()[static_cast<std::size_t>(block)];
-  open.direction = Eigen::Map<const TangentOf<G>>(outcome_.direction.data());
+  open.variable = equations_.free()[static_cast<std::size_t>(block)];
+  open.direction = Eigen::Map<const Eigen::Matrix<double, kBlock, 1>>(outcome_.direction.data());
   return open;
 }
 
 /// The first block column with an overflow; −1 if there is none.
-template <LieGroup G, LinearSolver S>
-int DampedStep<G, S>::first_overflow() const {
+template <class Graph, LinearSolver S>
+int DampedStep<Graph, S>::first_overflow() const {
   const auto& h = equations_.hessian();
   for (int c = 0; c < h.columns(); ++c)
     if (!h.block(h.diagonal_index(c)).allFinite()) return c;
@@ -227,16 +240,15 @@ bool look_up_joint(const Solver& solver, const int (&columns)[2],
 
 }  // namespace detail
 
-/// The joint covariance of two poses (a first), as right perturbations of them: their rows and
-/// columns of H⁻¹, zero for a fixed pose. `solver` has factorised `equations`' H; blocks of its
+/// The joint covariance of two variables (a first), as right perturbations of them: their rows and
+/// columns of H⁻¹, zero for a fixed one. `solver` has factorised `equations`' H; blocks of its
 /// selected inverse are looked up.
-template <LieGroup G, LinearSolver Solver>
-[[nodiscard]] auto joint_covariance(const NormalEquations<G>& equations, Solver& solver, int a,
-                                    int b) {
-  constexpr int kDof = ManifoldTraits<G>::kDof;
+template <class Equations, LinearSolver Solver>
+[[nodiscard]] auto joint_covariance(const Equations& equations, Solver& solver, int a, int b) {
+  constexpr int kDof = Equations::Matrix::kBlock;
   Eigen::Matrix<double, 2 * kDof, 2 * kDof> joint;
   joint.setZero();
-  const int columns[2] = {equations.free_index(a), equations.free_index(b)};
+  const int columns[2] = {equations.column(a), equations.column(b)};
   if (detail::look_up_joint<kDof>(solver, columns, joint)) return joint;
   detail::solve_joint<kDof>(solver, columns, equations.gradient().size(), joint);
   return joint;

@@ -52,8 +52,8 @@ class OptimiseControl {
 
 /// False if a full step could not be computed or did not lower the cost: the poses are then those
 /// before it.
-template <LieGroup G, LinearSolver S>
-bool gauss_newton(DampedStep<G, S>& step, PoseGraph<G>& graph, const OptimiseOptions& options,
+template <class Graph, LinearSolver S>
+bool gauss_newton(DampedStep<Graph, S>& step, Graph& graph, const OptimiseOptions& options,
                   OptimiseReport& report) {
   OptimiseControl control(options, report);
   while (control.may_iterate()) {
@@ -80,8 +80,8 @@ bool gauss_newton(DampedStep<G, S>& step, PoseGraph<G>& graph, const OptimiseOpt
 /// to the caller, takes steps that leave the cost as it is, and names what is not determined.
 /// Damping is scaled by the diagonal of H so that metres and radians are damped alike. Error if the
 /// poses are undetermined at every damping.
-template <LieGroup G, LinearSolver S>
-Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
+template <class Graph, LinearSolver S>
+Result<void> levenberg_marquardt(DampedStep<Graph, S>& step, Graph& graph,
                                  const OptimiseOptions& options, OptimiseReport& report) {
   OptimiseControl control(options, report);
   NielsenDamping damping(options.initial_damping, options.max_damping);
@@ -121,13 +121,14 @@ Result<void> levenberg_marquardt(DampedStep<G, S>& step, PoseGraph<G>& graph,
 
 /// Minimises from the graph's poses: Gauss-Newton, or Levenberg-Marquardt if it is asked for or a
 /// full step fails. Errors: a cost that overflows, and those of levenberg_marquardt.
-template <LieGroup G, LinearSolver S>
-Result<void> descend(DampedStep<G, S>& step, PoseGraph<G>& graph, const OptimiseOptions& options,
+template <class Graph, LinearSolver S>
+Result<void> descend(DampedStep<Graph, S>& step, Graph& graph, const OptimiseOptions& options,
                      OptimiseReport& report) {
   report.initial_cost = report.final_cost = step.linearise(graph, options.kernel);
   report.initial_chi2 = step.equations().chi2();
-  if (!std::isfinite(report.initial_cost)) return cost_overflow(graph);
-  if (step.equations().free_poses().empty()) return {};
+  if (!std::isfinite(report.initial_cost) || !step.equations().gradient().allFinite())
+    return cost_overflow(graph);
+  if (step.equations().free().empty()) return {};
   const bool damped = options.method == OptimiseMethod::levenberg_marquardt;
   if (!damped && gauss_newton(step, graph, options, report)) return {};
   report.fell_back = !damped;
@@ -136,9 +137,9 @@ Result<void> descend(DampedStep<G, S>& step, PoseGraph<G>& graph, const Optimise
 
 /// An Error if the edges leave a pose undetermined at the end of the descent, where `step` is
 /// linearised. Factorises again only if the last factorisation is inconclusive.
-template <LieGroup G, LinearSolver S>
-Result<void> check_determined(DampedStep<G, S>& step, const PoseGraph<G>& graph) {
-  if (step.equations().free_poses().empty() || step.determined() || step.factorise()) return {};
+template <class Graph, LinearSolver S>
+Result<void> check_determined(DampedStep<Graph, S>& step, const Graph& graph) {
+  if (step.equations().free().empty() || step.determined() || step.factorise()) return {};
   return step.undetermined(graph);
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/graph/detail/variable_columns.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 
@@ -22,33 +23,6 @@ struct EdgeTerms {
 
 void edge_terms(const PoseEdge<SE2d>& edge, const SE2d& from, const SE2d& to, EdgeTerms<SE2d>& out);
 void edge_terms(const PoseEdge<SE3d>& edge, const SE3d& from, const SE3d& to, EdgeTerms<SE3d>& out);
-
-/// The block column of each free pose of a graph.
-class PoseColumns {
- public:
-  template <LieGroup G>
-  void number(const PoseGraph<G>& graph) {
-    columns_.assign(graph.poses.size(), 0);
-    if (graph.fixed.empty() && !columns_.empty()) columns_[0] = -1;
-    for (const int pose : graph.fixed) columns_[static_cast<std::size_t>(pose)] = -1;
-    free_.clear();
-    for (int pose = 0; pose < graph.size(); ++pose) {
-      int& column = columns_[static_cast<std::size_t>(pose)];
-      if (column < 0) continue;
-      column = static_cast<int>(free_.size());
-      free_.push_back(pose);
-    }
-  }
-
-  [[nodiscard]] std::size_t poses() const { return columns_.size(); }
-  /// The free poses in the order of their columns.
-  [[nodiscard]] const std::vector<int>& free() const { return free_; }
-  /// The column of a pose, −1 if it is fixed.
-  [[nodiscard]] int of(int pose) const { return columns_[static_cast<std::size_t>(pose)]; }
-
- private:
-  std::vector<int> columns_, free_;
-};
 
 /// H = Σ w JᵀΩJ and g = Σ w JᵀΩe of a pose graph over its free poses, with w the robust kernel's
 /// weight. The pattern and each edge's block addresses are reused while the graph's structure
@@ -81,9 +55,9 @@ class NormalEquations {
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
 
   /// The free poses in the order of the block columns.
-  [[nodiscard]] const std::vector<int>& free_poses() const { return columns_.free(); }
+  [[nodiscard]] const std::vector<int>& free() const { return columns_.free(); }
   /// The block column of a pose, −1 if it is fixed.
-  [[nodiscard]] int free_index(int pose) const { return columns_.of(pose); }
+  [[nodiscard]] int column(int pose) const { return columns_.of(pose); }
 
  private:
   using Square = SquareOf<G>;
@@ -108,7 +82,7 @@ class NormalEquations {
 
   std::vector<int> fixed_;
   std::vector<std::pair<int, int>> ends_;
-  PoseColumns columns_;
+  VariableColumns columns_;
   std::vector<Slot> slots_;
   std::vector<double> weights_, squared_errors_;
   Matrix hessian_;
@@ -119,18 +93,18 @@ template <LieGroup G>
 bool NormalEquations<G>::set_structure(const PoseGraph<G>& graph) {
   if (same_structure(graph)) return false;
   fixed_ = graph.fixed;
-  columns_.number(graph);
+  columns_.number(graph.size(), graph.held());
   std::vector<std::pair<int, int>> pairs;
   pairs.reserve(graph.edges.size());
   ends_.clear();
   ends_.reserve(graph.edges.size());
   for (const auto& edge : graph.edges) {
     ends_.emplace_back(edge.from, edge.to);
-    const int i = free_index(edge.from), j = free_index(edge.to);
+    const int i = column(edge.from), j = column(edge.to);
     if (i >= 0 && j >= 0) pairs.emplace_back(i, j);
   }
-  hessian_ = Matrix(static_cast<int>(free_poses().size()), pairs);
-  gradient_.setZero(static_cast<Eigen::Index>(free_poses().size()) * kDof);
+  hessian_ = Matrix(static_cast<int>(free().size()), pairs);
+  gradient_.setZero(static_cast<Eigen::Index>(free().size()) * kDof);
   find_addresses();
   return true;
 }
@@ -157,7 +131,7 @@ double NormalEquations<G>::cost(const PoseGraph<G>& graph, const RobustKernel& k
 
 template <LieGroup G>
 bool NormalEquations<G>::same_structure(const PoseGraph<G>& graph) const {
-  if (columns_.poses() != graph.poses.size() || ends_.size() != graph.edges.size()) return false;
+  if (columns_.size() != graph.size() || ends_.size() != graph.edges.size()) return false;
   if (fixed_ != graph.fixed) return false;
   for (std::size_t k = 0; k < ends_.size(); ++k) {
     if (ends_[k] != std::pair(graph.edges[k].from, graph.edges[k].to)) return false;
@@ -172,8 +146,8 @@ void NormalEquations<G>::find_addresses() {
   slots_.reserve(ends_.size());
   for (const auto& [from, to] : ends_) {
     Slot s;
-    s.from = free_index(from);
-    s.to = free_index(to);
+    s.from = column(from);
+    s.to = column(to);
     if (s.from >= 0) s.from_diagonal = hessian_.diagonal_index(s.from);
     if (s.to >= 0) s.to_diagonal = hessian_.diagonal_index(s.to);
     if (s.from >= 0 && s.to >= 0) {

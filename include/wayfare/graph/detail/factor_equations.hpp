@@ -1,0 +1,180 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/graph/detail/variable_columns.hpp>
+#include <wayfare/graph/factor_graph.hpp>
+#include <wayfare/graph/linear_solver.hpp>
+
+namespace wayfare {
+
+/// H = Σ w JᵀΩJ and g = Σ w JᵀΩe of a factor graph over its free variables, with w the kernel's
+/// weight. Each variable has a block of the same size; the rows that a smaller one does not use
+/// have the scale of its information on the diagonal and nothing else, so that their step is zero.
+template <class Graph>
+class FactorEquations {
+ public:
+  static constexpr int kBlock = Graph::kBlock;
+  using Matrix = BlockSparse<kBlock>;
+
+  /// Sets up the pattern for a validated graph; returns whether it changed.
+  bool set_structure(const Graph& graph);
+
+  /// Weights of the edges in addition to the kernel's, in the order of each_edge; empty: 1.
+  void set_weights(std::vector<double> weights) { weights_ = std::move(weights); }
+
+  /// Fills H and g at the graph's values; returns Σ w ρ(eᵀΩe).
+  double linearise(const Graph& graph, const RobustKernel& = {});
+
+  /// Σ w ρ(eᵀΩe).
+  [[nodiscard]] double cost(const Graph& graph, const RobustKernel& = {}) const {
+    double sum = 0.0;
+    std::size_t k = 0;
+    graph.each_edge([&](const auto& edge, const auto&, const auto&... x) {
+      sum += weight(k++) * robust_value(edge, squared_error(edge, x...)).cost;
+    });
+    return sum;
+  }
+
+  /// Σ eᵀΩe over all edges at the last linearisation, without kernel and weights.
+  [[nodiscard]] double chi2() const { return chi2_; }
+
+  [[nodiscard]] Matrix& hessian() { return hessian_; }
+  [[nodiscard]] const Matrix& hessian() const { return hessian_; }
+  [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
+  /// The free variables in the order of the block columns.
+  [[nodiscard]] const std::vector<int>& free() const { return columns_.free(); }
+  /// The block column of a variable, −1 if it is fixed.
+  [[nodiscard]] int column(int variable) const { return columns_.of(variable); }
+
+ private:
+  [[nodiscard]] double weight(std::size_t edge) const {
+    return weights_.empty() ? 1.0 : weights_[edge];
+  }
+  template <class E, class... X>
+  double add(const E& edge, std::size_t k, const int* slots, const int* columns, const X&... x);
+  void fill_unused(const Graph& graph);
+
+  std::vector<int> ends_, fixed_;  // the variables of all edges; the structure's own copies
+  VariableColumns columns_;
+  std::vector<int> slots_;  // blocks of H of every pair i ≤ j of an edge's variables, −1: fixed
+  std::vector<double> weights_;
+  Matrix hessian_;
+  Eigen::VectorXd gradient_;
+  double chi2_ = 0.0;
+};
+
+template <class Graph>
+bool FactorEquations<Graph>::set_structure(const Graph& graph) {
+  std::vector<int> ends;
+  graph.each_edge([&](const auto&, const auto& variables, const auto&...) {
+    ends.insert(ends.end(), variables.begin(), variables.end());
+  });
+  if (columns_.size() == graph.size() && ends == ends_ && fixed_ == graph.fixed()) return false;
+  ends_ = std::move(ends);
+  fixed_ = graph.fixed();
+  columns_.number(graph.size(), fixed_);
+  std::vector<std::pair<int, int>> pairs;
+  const auto each_pair = [&](const auto& with) {
+    graph.each_edge([&](const auto&, const auto& variables, const auto&...) {
+      for (std::size_t i = 0; i < variables.size(); ++i)
+        for (std::size_t j = i; j < variables.size(); ++j)
+          with(column(variables[i]), column(variables[j]));
+    });
+  };
+  each_pair([&](int a, int b) {
+    if (a >= 0 && b >= 0 && a != b) pairs.emplace_back(a, b);
+  });
+  hessian_ = Matrix(static_cast<int>(free().size()), pairs);
+  gradient_.setZero(static_cast<Eigen::Index>(free().size()) * kBlock);
+  slots_.clear();
+  each_pair([&](int a, int b) {
+    slots_.push_back(a < 0 || b < 0 ? -1 : hessian_.find(std::min(a, b), std::max(a, b)));
+  });
+  return true;
+}
+
+template <class Graph>
+double FactorEquations<Graph>::linearise(const Graph& graph, const RobustKernel&) {
+  hessian_.set_zero();
+  gradient_.setZero();
+  chi2_ = 0.0;
+  double cost = 0.0;
+  std::size_t k = 0;
+  const int* slots = slots_.data();
+  graph.each_edge([&](const auto& edge, const auto& variables, const auto&... x) {
+    constexpr std::size_t kCount = sizeof...(x);
+    std::array<int, kCount> columns;
+    std::transform(variables.begin(), variables.end(), columns.begin(),
+                   [&](int v) { return column(v); });
+    cost += add(edge, k++, slots, columns.data(), x...);
+    slots += kCount * (kCount + 1) / 2;
+  });
+  fill_unused(graph);
+  return cost;
+}
+
+template <class Graph>
+template <class E, class... X>
+double FactorEquations<Graph>::add(const E& edge, std::size_t k, const int* slots,
+                                   const int* columns, const X&... x) {
+  JacobiansOf<E> jacobians;
+  const EdgeError<E> e = wayfare::linearise(edge, jacobians, x...);
+  EdgeError<E> f = e;  // Ωe
+  if constexpr (detail::kHasInformation<E>) f = edge.information * e;
+  const double s = not_negative(e.dot(f));
+  chi2_ += s;
+  const KernelValue rho = robust_value(edge, s);
+  const double w = rho.weight * weight(k);
+  const auto with_row = [&]<std::size_t I>(std::integral_constant<std::size_t, I>) {
+    const auto& ji = std::get<I>(jacobians.by);
+    constexpr int kRows = std::remove_cvref_t<decltype(ji)>::ColsAtCompileTime;
+    auto scaled = [&] {  // w Jᵢᵀ Ω
+      if constexpr (detail::kHasInformation<E>)
+        return Eigen::Matrix<double, kRows, E::kDim>(w * ji.transpose() * edge.information);
+      else
+        return Eigen::Matrix<double, kRows, E::kDim>(w * ji.transpose());
+    }();
+    if (columns[I] >= 0)
+      gradient_.template segment<kRows>(columns[I] * kBlock) += w * (ji.transpose() * f);
+    const auto with_column = [&]<std::size_t J>(std::integral_constant<std::size_t, J>) {
+      const int slot = *slots++;
+      if (slot < 0) return;
+      const auto& jj = std::get<J>(jacobians.by);
+      constexpr int kColumns = std::remove_cvref_t<decltype(jj)>::ColsAtCompileTime;
+      auto block = hessian_.block(slot);
+      if (columns[I] <= columns[J])
+        block.template topLeftCorner<kRows, kColumns>().noalias() += scaled * jj;
+      if (columns[I] > columns[J] || (I != J && columns[I] == columns[J]))
+        block.template topLeftCorner<kColumns, kRows>().noalias() += (scaled * jj).transpose();
+    };
+    [&]<std::size_t... J>(std::index_sequence<J...>) {
+      (with_column(std::integral_constant<std::size_t, I + J>{}), ...);
+    }
+    (std::make_index_sequence<sizeof...(X) - I>{});
+  };
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (with_row(std::integral_constant<std::size_t, I>{}), ...);
+  }
+  (std::index_sequence_for<X...>{});
+  return weight(k) * rho.cost;
+}
+
+template <class Graph>
+void FactorEquations<Graph>::fill_unused(const Graph& graph) {
+  for (int c = 0; c < hessian_.columns(); ++c) {
+    const int dof = graph.dof(free()[static_cast<std::size_t>(c)]);
+    if (dof == kBlock) continue;
+    auto diagonal = hessian_.block(hessian_.diagonal_index(c)).diagonal();
+    const double scale = diagonal.head(dof).maxCoeff();
+    diagonal.tail(kBlock - dof).setConstant(scale > 0.0 ? scale : 1.0);
+  }
+}
+
+}  // namespace wayfare

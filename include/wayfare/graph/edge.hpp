@@ -1,0 +1,227 @@
+#pragma once
+
+// What an edge of a factor graph is: an error on one or more variables, with its Jacobians. Edges
+// are plain values; any type with these members is one.
+//
+//   struct RangeToBeacon {                       // to a beacon at an unknown place
+//     using Variables = EdgeVariables<SE2d, Eigen::Vector2d>;
+//     using Jacobians = AutomaticJacobians;
+//     static constexpr int kDim = 1;
+//     double range_m, sigma_m;
+//     template <class T>
+//     Eigen::Matrix<T, 1, 1> error(const SE2<T>& x, const Eigen::Matrix<T, 2, 1>& beacon) const {
+//       using std::sqrt;
+//       return Eigen::Matrix<T, 1, 1>(((beacon - x.translation()).norm() - range_m) / sigma_m);
+//     }
+//   };
+
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/dual.hpp>
+#include <wayfare/core/manifold.hpp>
+#include <wayfare/graph/robust_kernel.hpp>
+
+namespace wayfare {
+
+/// The types of an edge's variables, in the order of its error's arguments.
+template <Manifold... V>
+struct EdgeVariables {
+  static constexpr int kCount = static_cast<int>(sizeof...(V));
+  static constexpr std::array<int, sizeof...(V)> kDofs{ManifoldTraits<V>::kDof...};
+  using Tuple = std::tuple<V...>;
+};
+
+/// How Jacobians are computed where an edge does not give them itself.
+struct NumericJacobians {};    ///< central differences of `error`; accurate to about 1e-9
+struct AutomaticJacobians {};  ///< `error` evaluated on dual numbers; exact to rounding
+
+/// ∂e/∂δᵢ for the right perturbation x_i ⊞ δ_i of each variable.
+template <int Dim, class Variables>
+struct EdgeJacobians;
+template <int Dim, class... V>
+struct EdgeJacobians<Dim, EdgeVariables<V...>> {
+  std::tuple<Eigen::Matrix<double, Dim, ManifoldTraits<V>::kDof>...> by;
+};
+
+template <class E>
+using JacobiansOf = EdgeJacobians<E::kDim, typename E::Variables>;
+
+template <class E>
+using EdgeError = Eigen::Matrix<double, E::kDim, 1>;
+
+namespace detail {
+
+template <class E, class Variables>
+struct EdgeTraits : std::false_type {};
+template <class E, class... V>
+struct EdgeTraits<E, EdgeVariables<V...>> {
+  static constexpr bool kHasMemberError = requires(const E& edge, const V&... x) {
+    { edge.error(x...) } -> std::convertible_to<EdgeError<E>>;
+  };
+  static constexpr bool kIsAnalytic = requires(const E& edge, const V&... x, JacobiansOf<E>& j) {
+    { edge.linearise(x..., j) } -> std::convertible_to<EdgeError<E>>;
+  };
+};
+
+template <class E>
+inline constexpr bool kHasInformation = requires(const E& edge) {
+  { edge.information } -> std::convertible_to<Eigen::Matrix<double, E::kDim, E::kDim>>;
+};
+template <class E>
+inline constexpr bool kHasKernel = requires(const E& edge) {
+  { edge.kernel(1.0) } -> std::convertible_to<KernelValue>;
+};
+template <class E>
+inline constexpr bool kIsAutomatic = requires {
+  requires std::same_as<typename E::Jacobians, AutomaticJacobians>;
+};
+
+}  // namespace detail
+
+/// Required: `Variables`, `kDim`, and `error(x...)`, a vector of kDim numbers. Optional:
+/// - `linearise(x..., JacobiansOf<E>&)`, which returns the error and sets the Jacobians; else
+/// - `using Jacobians = AutomaticJacobians`, where `error` is a template of the scalar; else they
+///   are numeric;
+/// - `information`, Ω of the error; without it the error is in standard deviations;
+/// - `kernel`, called with eᵀΩe, which returns the cost and weight (KernelValue).
+template <class E>
+concept Edge = std::copyable<E> && requires {
+  typename E::Variables;
+  { E::kDim } -> std::convertible_to<int>;
+} && detail::EdgeTraits<E, typename E::Variables>::kHasMemberError;
+
+namespace detail {
+
+/// What a type lacks to be an edge, in words.
+template <class E>
+constexpr bool check_edge() {
+  constexpr bool kNamesVariables = requires { typename E::Variables; };
+  constexpr bool kHasDimension = requires {
+    { E::kDim } -> std::convertible_to<int>;
+  };
+  static_assert(kNamesVariables,
+                "wayfare: an edge names its variables, using Variables = EdgeVariables<X, Y>");
+  static_assert(kHasDimension,
+                "wayfare: an edge has the size of its error, static constexpr int kDim");
+  if constexpr (kNamesVariables && kHasDimension)
+    static_assert(EdgeTraits<E, typename E::Variables>::kHasMemberError,
+                  "wayfare: an edge has a const member error(x, y), which takes its variables and "
+                  "returns Eigen::Matrix<double, kDim, 1>");
+  static_assert(std::copyable<E>, "wayfare: an edge is a value: it can be copied and assigned");
+  return true;
+}
+
+}  // namespace detail
+
+/// An edge whose loss is a kernel of any type that maps s = eᵀΩe to a KernelValue.
+template <Edge E, class Kernel = RobustKernel>
+struct Robust : E {
+  Kernel kernel;
+};
+template <class E, class K>
+Robust(E, K) -> Robust<E, K>;
+
+namespace detail {
+
+/// x ⊞ δ on dual numbers; δ are the variables from `first` on.
+template <int N, Manifold V>
+auto on_duals(const V& x, int first) {
+  using D = Dual<double, N>;
+  constexpr int kDof = ManifoldTraits<V>::kDof;
+  Eigen::Matrix<D, kDof, 1> step;
+  for (int i = 0; i < kDof; ++i) step[i] = D::variable(0.0, first + i);
+  if constexpr (requires { x.template cast<D>().plus(step); }) {
+    return x.template cast<D>().plus(step);
+  } else {
+    return Eigen::Matrix<D, kDof, 1>(x.template cast<D>() + step);
+  }
+}
+
+template <class E, class... V, std::size_t... I>
+EdgeError<E> linearise_automatically(const E& edge, JacobiansOf<E>& j, std::index_sequence<I...>,
+                                     const V&... x) {
+  constexpr std::array<int, sizeof...(V)> kDofs{ManifoldTraits<V>::kDof...};
+  constexpr int kAll = (ManifoldTraits<V>::kDof + ...);
+  constexpr auto kFirst = [&] {
+    std::array<int, sizeof...(V)> first{};
+    for (std::size_t i = 1; i < first.size(); ++i) first[i] = first[i - 1] + kDofs[i - 1];
+    return first;
+  }();
+  const auto error = edge.error(on_duals<kAll>(x, kFirst[I])...);
+  EdgeError<E> values;
+  for (int row = 0; row < E::kDim; ++row) {
+    values[row] = error[row].value;
+    ((std::get<I>(j.by).row(row) =
+          error[row].derivatives.template segment<kDofs[I]>(kFirst[I]).transpose()),
+     ...);
+  }
+  return values;
+}
+
+/// The column of differences along each direction of variable I.
+template <std::size_t I, class E, class... V>
+void differentiate(const E& edge, JacobiansOf<E>& j, std::tuple<V...> x) {
+  using X = std::tuple_element_t<I, std::tuple<V...>>;
+  using Traits = ManifoldTraits<X>;
+  constexpr double kStep = 6e-6;  // about ε^⅓: balances truncation and rounding
+  const X at = std::get<I>(x);
+  const auto error = [&](const auto&... each) { return EdgeError<E>(edge.error(each...)); };
+  for (int k = 0; k < Traits::kDof; ++k) {
+    TangentOf<X> step = TangentOf<X>::Zero();
+    step[k] = kStep;
+    std::get<I>(x) = Traits::plus(at, step);
+    const EdgeError<E> ahead = std::apply(error, x);
+    std::get<I>(x) = Traits::plus(at, TangentOf<X>(-step));
+    std::get<I>(j.by).col(k) = (ahead - std::apply(error, x)) / (2.0 * kStep);
+  }
+}
+
+}  // namespace detail
+
+/// The error of an edge and its Jacobians, by the means the edge chose.
+template <Edge E, class... V>
+EdgeError<E> linearise(const E& edge, JacobiansOf<E>& j, const V&... x) {
+  if constexpr (detail::EdgeTraits<E, typename E::Variables>::kIsAnalytic) {
+    return edge.linearise(x..., j);
+  } else if constexpr (detail::kIsAutomatic<E>) {
+    return detail::linearise_automatically(edge, j, std::index_sequence_for<V...>{}, x...);
+  } else {
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      (detail::differentiate<I>(edge, j, std::tuple<V...>(x...)), ...);
+    }
+    (std::index_sequence_for<V...>{});
+    return edge.error(x...);
+  }
+}
+
+/// eᵀΩe as computed, without what rounding may have taken below zero: Ω is positive semi-definite,
+/// so that zero is nearer to the truth than any negative number. NaN stays.
+[[nodiscard]] inline double not_negative(double square) { return square < 0.0 ? 0.0 : square; }
+
+/// eᵀΩe of an edge.
+template <Edge E, class... V>
+[[nodiscard]] double squared_error(const E& edge, const V&... x) {
+  const EdgeError<E> e = edge.error(x...);
+  if constexpr (detail::kHasInformation<E>)
+    return not_negative(e.dot(edge.information * e));
+  else
+    return e.squaredNorm();
+}
+
+/// ρ(s) and ρ′(s) of an edge with eᵀΩe = s.
+template <Edge E>
+[[nodiscard]] KernelValue robust_value(const E& edge, double s) {
+  if constexpr (detail::kHasKernel<E>)
+    return edge.kernel(s);
+  else
+    return {s, 1.0};
+}
+
+}  // namespace wayfare

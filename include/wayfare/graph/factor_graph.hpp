@@ -1,0 +1,209 @@
+#pragma once
+
+// A factor graph: variables of any manifold types, and edges of any types between them.
+//
+//   FactorGraph<Variables<SE2d, Eigen::Vector2d>, Edges<Between<SE2d>, RangeToBeacon>> graph;
+//   const auto start = graph.add(SE2d());
+//   const auto beacon = graph.add(Eigen::Vector2d(3, 1));
+//   graph.fix(start);
+//   graph.add(RangeToBeacon{2.9, 0.1}, start, beacon);
+//   optimise(graph);
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/contract.hpp>
+#include <wayfare/core/manifold.hpp>
+#include <wayfare/graph/edge.hpp>
+
+namespace wayfare {
+
+template <Manifold... V>
+struct Variables {};
+template <class... E>
+struct Edges {};
+
+/// A variable of type V: its number among all variables of its graph.
+template <class V>
+struct VariableId {
+  int index = -1;
+  bool operator==(const VariableId&) const = default;
+};
+
+namespace detail {
+
+/// The size of the solver's blocks: of the largest variable, and one of those it is compiled for.
+/// A smaller variable fills the first rows of its block.
+template <Manifold... V>
+constexpr int block_size() {
+  constexpr int largest = std::max({ManifoldTraits<V>::kDof...});
+  static_assert(largest <= 6,
+                "wayfare: a variable has up to 6 degrees of freedom; make several of a larger one");
+  return largest <= 2 ? 2 : largest <= 3 ? 3 : 6;
+}
+
+/// An edge and the numbers of its variables.
+template <class E>
+struct PlacedEdge {
+  E edge;
+  std::array<int, static_cast<std::size_t>(E::Variables::kCount)> variables;
+};
+
+}  // namespace detail
+
+namespace detail {
+
+template <class X, class... All>
+inline constexpr bool kIsOneOf = (std::is_same_v<X, All> || ...);
+template <class E, class... V>
+inline constexpr bool kJoinsTheseVariables =
+    std::is_same_v<EdgeVariables<V...>, typename E::Variables>;
+}  // namespace detail
+
+template <class AllVariables, class AllEdges>
+class FactorGraph;
+
+/// A plain value. Variables are numbered in the order they are added; edges keep their order among
+/// those of the same type.
+template <Manifold... V, class... E>
+class FactorGraph<Variables<V...>, Edges<E...>> {
+  static_assert((detail::check_edge<E>() && ...));
+
+ public:
+  static constexpr int kBlock = detail::block_size<V...>();
+  using Values = std::tuple<std::vector<V>...>;
+
+  template <class X>
+  VariableId<X> add(const X& initial) requires detail::kIsOneOf<X, V...> {
+    auto& values = std::get<std::vector<X>>(values_);
+    variables_.push_back({type_of<X>(), static_cast<int>(values.size()), ManifoldTraits<X>::kDof});
+    values.push_back(initial);
+    return {size() - 1};
+  }
+
+  /// Between variables that are in the graph.
+  template <class X, class... U>
+  void add(const X& edge, const VariableId<U>&... variables) requires(
+      detail::kIsOneOf<X, E...>&& detail::kJoinsTheseVariables<X, U...>) {
+    WAYFARE_EXPECTS((contains(variables) && ...), "an edge joins variables of its graph");
+    std::get<std::vector<detail::PlacedEdge<X>>>(edges_).push_back({edge, {variables.index...}});
+  }
+
+  /// Its value stays as it is.
+  template <class X>
+  void fix(const VariableId<X>& variable) {
+    WAYFARE_EXPECTS(contains(variable), "a fixed variable is one of its graph");
+    fixed_.push_back(variable.index);
+  }
+
+  template <class X>
+  [[nodiscard]] const X& operator[](const VariableId<X>& variable) const {
+    WAYFARE_EXPECTS(contains(variable), "the variable is one of this graph");
+    return std::get<std::vector<X>>(values_)[place(variable.index)];
+  }
+  template <class X>
+  [[nodiscard]] X& operator[](const VariableId<X>& variable) {
+    return const_cast<X&>(std::as_const(*this)[variable]);
+  }
+  /// Of one type, in the order they were added.
+  template <class X>
+  [[nodiscard]] const std::vector<X>& all() const {
+    return std::get<std::vector<X>>(values_);
+  }
+  template <class X>
+  [[nodiscard]] std::vector<detail::PlacedEdge<X>>& edges() {
+    return std::get<std::vector<detail::PlacedEdge<X>>>(edges_);
+  }
+  template <class X>
+  [[nodiscard]] const std::vector<detail::PlacedEdge<X>>& edges() const {
+    return std::get<std::vector<detail::PlacedEdge<X>>>(edges_);
+  }
+
+  /// Number of variables.
+  [[nodiscard]] int size() const { return static_cast<int>(variables_.size()); }
+  [[nodiscard]] int edge_count() const {
+    return static_cast<int>((edges<E>().size() + ... + std::size_t{0}));
+  }
+  [[nodiscard]] const std::vector<int>& fixed() const { return fixed_; }
+  [[nodiscard]] int dof(int variable) const {
+    return variables_[static_cast<std::size_t>(variable)].dof;
+  }
+  /// What messages call a variable.
+  [[nodiscard]] std::string name(int variable) const {
+    return "variable " + std::to_string(variable);
+  }
+
+  [[nodiscard]] const Values& values() const { return values_; }
+  void set_values(const Values& values) { values_ = values; }
+
+  /// Moves a variable by the first numbers of `step`.
+  template <class Step>
+  void move(int variable, const Step& step) {
+    visit(variable, [&]<class X>(X& x) {
+      x = ManifoldTraits<X>::plus(x, step.template head<ManifoldTraits<X>::kDof>());
+    });
+  }
+
+  /// visit(x) with a variable's value.
+  template <class Visit>
+  void visit(int variable, const Visit& with) {
+    const Place& p = variables_[static_cast<std::size_t>(variable)];
+    (void)((p.type == type_of<V>() &&
+            (with(std::get<std::vector<V>>(values_)[static_cast<std::size_t>(p.index)]), true)) ||
+           ...);
+  }
+
+  /// visit(edge, the numbers of its variables, their values...) for every edge, type by type.
+  template <class Visit>
+  void each_edge(const Visit& with) const {
+    (each_edge_of<E>(with), ...);
+  }
+
+ private:
+  struct Place {
+    int type, index, dof;
+  };
+
+  template <class X>
+  static constexpr int type_of() {
+    int type = -1, i = 0;
+    ((std::is_same_v<X, V> ? type = i++ : i++), ...);
+    return type;
+  }
+  template <class X>
+  [[nodiscard]] bool contains(const VariableId<X>& v) const {
+    return v.index >= 0 && v.index < size() &&
+           variables_[static_cast<std::size_t>(v.index)].type == type_of<X>();
+  }
+  [[nodiscard]] std::size_t place(int variable) const {
+    return static_cast<std::size_t>(variables_[static_cast<std::size_t>(variable)].index);
+  }
+
+  template <class X, class Visit>
+  void each_edge_of(const Visit& with) const {
+    for (const auto& placed : edges<X>()) with_values(placed, with, typename X::Variables{});
+  }
+  template <class X, class Visit, class... U>
+  void with_values(const detail::PlacedEdge<X>& placed, const Visit& with,
+                   EdgeVariables<U...>) const {
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      with(placed.edge, placed.variables,
+           std::get<std::vector<U>>(values_)[place(placed.variables[I])]...);
+    }
+    (std::index_sequence_for<U...>{});
+  }
+
+  std::vector<Place> variables_;
+  Values values_;
+  std::tuple<std::vector<detail::PlacedEdge<E>>...> edges_;
+  std::vector<int> fixed_;
+};
+
+}  // namespace wayfare
