@@ -2,7 +2,10 @@
 
 // The error-state Kalman filter of the AHRS, nine states. World axes are east, north, up.
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <limits>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -67,11 +70,11 @@ class AhrsFilter {
     p_.decouple(2, heading);
   }
   /// Rotates the attitude about the vertical by `angle`, counter-clockwise; the heading then has
-  /// standard deviation `sigma`.
+  /// standard deviation `sigma`, or is unknown.
   void turn_heading(T angle, T sigma) {
     set_attitude(SO3<T>::exp({T(0), T(0), angle}) * q_);
     velocity_ = Eigen::Rotation2D<T>(angle) * velocity_;
-    p_.decouple(2, sigma * sigma);
+    p_.decouple(2, std::min(sigma * sigma, kUnknown));
   }
 
   /// Propagates by the body's rate (bias subtracted) for dt; each angle gains `angle_variance`,
@@ -120,14 +123,22 @@ class AhrsFilter {
   T observe(const IndexedRow<T, Index...>& h, T innovation, T r) {
     return sequential_update(p_, pending_, h, innovation, r);
   }
-  /// The same if the measurement error has covariance −`shared`, rad², with the heading error; the
-  /// heading's coefficient in `h` is one.
+  /// The same if the measurement error has covariance −`shared`, rad², with the heading error, a
+  /// result of consistent_share(); the heading's coefficient in `h` is one.
   template <int... Index>
   T observe_shared(const IndexedRow<T, Index...>& h, T innovation, T r, T shared) {
     auto expected = expected_innovation(p_, h);
     expected.variance -= T(2) * shared;
     expected.cross[kAttitude + 2] -= shared;
     return sequential_update(p_, pending_, h, expected, innovation, r);
+  }
+  /// The part of `shared` that an error of variance `r` ≥ `shared` can have in common with the
+  /// heading error: state and measurement have a joint covariance only if shared² ≤ r·c, with c the
+  /// heading's variance given all other states (Schur complement). Beyond that, other measurements
+  /// have since removed noise from the heading, and at most c is left of it.
+  [[nodiscard]] T consistent_share(T shared, T r) const {
+    const T own = own_heading_variance();
+    return shared * shared > r * own ? own : shared;
   }
   /// Variance h P hᵀ of the state error along the row.
   template <int... Index>
@@ -156,6 +167,19 @@ class AhrsFilter {
         T(1) - x * (T(1.0 / 2) - x * (T(1.0 / 24) - x * (T(1.0 / 720) - x * T(1.0 / 40320))));
     const T k = T(0.5) - x * (T(1.0 / 12) - x * (T(1.0 / 240) - x * T(1.0 / 10080)));
     return SO3<T>(Eigen::Quaternion<T>(c, k * v[0], k * v[1], k * v[2]));
+  }
+
+  /// Variance of the heading error given the errors of all other states.
+  [[nodiscard]] T own_heading_variance() const {
+    Covariance rest = p_;
+    for (const int i : {0, 1, 3, 4, 5, 6, 7, 8}) {
+      // A state given by those before it, but for rounding, adds nothing.
+      if (!(rest(i, i) > T(16) * std::numeric_limits<T>::epsilon() * p_(i, i))) continue;
+      typename Covariance::Vector column;
+      for (int j = 0; j < kSize; ++j) column[static_cast<std::size_t>(j)] = rest(j, i);
+      rest.subtract_outer(column, T(1) / rest(i, i));
+    }
+    return std::max(rest(2, 2), T(0));
   }
 
   [[nodiscard]] Rotation attitude_with_bias() const {

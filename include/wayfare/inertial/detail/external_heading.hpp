@@ -127,7 +127,8 @@ struct AxisHeading {
 
 /// The heading ψₛ at an earlier time is the current one less the gyro's rotation since: ψₛ = ψ −
 /// (Σω − Σh·b) − w. The fix therefore measures ψ and the bias b with the row (h, Σh), and its error
-/// is correlated with the state through the gyro noise w since then, which the gain accounts for.
+/// is correlated with the state through the gyro noise w since then, as far as other measurements
+/// have not removed it from the heading, which the gain accounts for.
 /// Equivalent to stochastic cloning (Roumeliotis and Burdick 2002) if only the gyro changed the
 /// heading in between.
 template <class T>
@@ -202,8 +203,9 @@ class ExternalHeading {
     const Vector b = since.by_bias.template cast<T>();
     const Row row{{here.row[0], here.row[1], here.row[2], b[0], b[1], b[2]}};
     // The last fix has removed the correlation from before it.
-    const T shared =
-        T(std::clamp(since.variance, 0.0, std::max(track_.now().variance - settled_, 0.0)));
+    const T shared = filter.consistent_share(
+        T(std::clamp(since.variance, 0.0, std::max(track_.now().variance - settled_, 0.0))),
+        variance);
     const T expected = std::max(filter.variance_of(row) - T(2) * shared, T(0)) + variance;
     nis_ = off * off / expected;
     if (nis_ > gate2_) return reject(fix, off, variance);
