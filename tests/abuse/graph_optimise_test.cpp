@@ -173,7 +173,7 @@ TYPED_TEST(GraphAbuse, AnUndeterminedPoseIsThatOfTheLastCall) {
   auto open = twelve<G>();
   SquareOf<G> some = SquareOf<G>::Identity();
   some(0, 0) = 0.0;
-  open.edges.push_back({11, open.add_pose(open.variables.back()), G(), some});
+  open.edges.push_back({11, open.add_pose(open.poses.back()), G(), some});
   PoseGraph<G> apart;
   apart.add_pose(G());
   apart.add_pose(G());
