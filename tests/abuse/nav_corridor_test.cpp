@@ -79,8 +79,7 @@ TEST(CorridorAbuse, GapsOfAnyLengthAndTheFastestMotionStayFinite) {
       EXPECT_TRUE(ins.add_motion({time, 999.0, speed}));
       expect_sound(ins);
       EXPECT_TRUE(ins.add_scan(corridor_scan(time)));
-      EXPECT_TRUE(ins.state().allFinite() && ins.covariance().allFinite());
-      EXPECT_TRUE(std::isfinite(ins.gyro_bias().sigma) && std::isfinite(ins.speed_scale().sigma));
+      expect_sound(ins);
       EXPECT_TRUE(ins.report().longest_outage >= Duration(0));
     }
   }

@@ -91,7 +91,10 @@ struct Estimate {
   double value = 0.0, sigma = 0.0;
 };
 
-/// The filter, processed sample by sample. Not thread-safe.
+/// The filter, processed sample by sample. Not thread-safe. With walls, where heading or position
+/// become unknown, as after a long gap in the motion (standard deviations above 10 rad or 1 km),
+/// they get the standard deviations √10 rad and 100 m, which mean unknown, and the gyro those of
+/// the start; the next walls are new ones; an event reports it.
 class CorridorIns {
  public:
   explicit CorridorIns(const CorridorInsOptions& options = {}, const SE2d& start = {});

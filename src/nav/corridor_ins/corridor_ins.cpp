@@ -12,6 +12,7 @@
 #include <wayfare/core/statistics.hpp>
 
 #include "nav/corridor_ins/motion_watch.hpp"
+#include "nav/corridor_ins/start_filter.hpp"
 #include "nav/corridor_ins/wall_states.hpp"
 
 namespace wayfare {
@@ -21,21 +22,6 @@ using namespace corridor_state;
 using corridor::Filter;
 using corridor::Predicted;
 using corridor::Row;
-
-Filter start_filter(const CorridorInsOptions& o, const SE2d& start) {
-  CorridorVector x = CorridorVector::Zero(), sigma = CorridorVector::Constant(1.0);
-  x[kX] = start.x(), x[kY] = start.y(), x[kHeading] = start.heading().radians();
-  x[kBiasConstant] = o.start_bias_value_rad_s;
-  sigma[kX] = sigma[kY] = o.start_position_m;
-  sigma[kHeading] = o.start_heading_rad;
-  sigma[kSpeed] = sigma[kSpeedX] = sigma[kSpeedY] = 1e-6;
-  sigma[kAcceleration] = o.noise.acceleration_sigma_m_s2;
-  sigma[kBiasWalk] = o.noise.bias_sigma_rad_s;
-  sigma[kBiasConstant] = o.start_bias_rad_s;
-  sigma[kBiasDrift] = o.start_drift_rad_s2;
-  sigma[kScale] = o.start_scale;
-  return {x, sigma.cwiseAbs2().asDiagonal()};
-}
 
 WallOptions detector_options(const CorridorInsOptions& o) {
   WallOptions walls = o.walls;
@@ -58,7 +44,7 @@ class CorridorIns::Engine {
  public:
   Engine(const CorridorInsOptions& options, const SE2d& start)
       : options_(options),
-        filter_(start_filter(options, start)),
+        filter_(corridor::start_filter(options, start)),
         process_(options.noise),
         watch_(options),
         detector_(detector_options(options)),
@@ -116,7 +102,17 @@ class CorridorIns::Engine {
     if (checked.slip_began) log_event(s.time, "wheels slip");
     saturated_ = checked.saturated;
     filter_.predict(process_, checked.input);
+    // Without walls a large covariance does no harm.
+    if (options_.use_walls && corridor::is_lost(filter_.covariance())) restart(s.time);
     if (checked.input.at_rest) calibrate_at_rest(checked.input);
+  }
+
+  void restart(LogTime time) {
+    filter_ = corridor::restart_filter(options_, filter_);
+    walls_.forget_walls(), walls_.forget_end();
+    first_direction_rad_.reset();
+    restarted_ = true;
+    log_event(time, "heading or position unknown");
   }
 
   /// While the wheels stand the gyro reads bias and noise only.
@@ -218,7 +214,11 @@ class CorridorIns::Engine {
     };
     if (!is_long(detected.left) && !is_long(detected.right)) return;
     const double direction = filter_.state()[kDirection];
-    if (!first_direction_rad_) first_direction_rad_ = direction;
+    // After a restart the first direction only defines the others: the heading is unknown.
+    if (!first_direction_rad_) {
+      first_direction_rad_ = direction;
+      if (restarted_) return;
+    }
     const double off = std::remainder(direction - *first_direction_rad_, 0.5 * std::numbers::pi);
     if (std::abs(off) > kTolerance_rad) return;
     Row row = Row::Zero();
@@ -297,7 +297,7 @@ class CorridorIns::Engine {
   std::optional<double> first_direction_rad_;
   LogTime walls_time_;
   int rejections_ = 0, end_rejections_ = 0;
-  bool saturated_ = false;
+  bool saturated_ = false, restarted_ = false;
 };
 
 CorridorIns::CorridorIns(const CorridorInsOptions& options, const SE2d& start)

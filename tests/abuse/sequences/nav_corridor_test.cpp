@@ -51,7 +51,7 @@ class CorridorSchedule {
     if (what < 9) return motion();
     if (what < 13) return scan();
     if (what == 13)
-      time_ += from_seconds(rng_.below(8) == 0 ? rng_.uniform(0.0, 60.0) : rng_.uniform(0.0, 3.0));
+      time_ += from_seconds(rng_.below(8) == 0 ? rng_.uniform(0.0, 1e6) : rng_.uniform(0.0, 3.0));
     if (what == 14) {
       CorridorIns elsewhere(std::move(abused_));
       abused_ = std::move(elsewhere);
@@ -135,7 +135,7 @@ TEST(CorridorSequences, WhatIsRefusedLeavesNoTrace) {
     if (HasFailure()) FAIL() << "see the calls above";
     used += schedule.scans_used();
   }
-  EXPECT_GT(used, 300U);
+  EXPECT_GT(used, 500U);
 }
 
 }  // namespace
