@@ -5,6 +5,7 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/contract.hpp>
+#include <wayfare/core/dual.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/geodesy.hpp>

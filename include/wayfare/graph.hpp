@@ -2,7 +2,10 @@
 
 // Pose graphs: optimisers, robust kernels, initialisation, covariances, incremental smoothing.
 
+#include <wayfare/graph/edge.hpp>
+#include <wayfare/graph/edges.hpp>
 #include <wayfare/graph/eigen_solver.hpp>
+#include <wayfare/graph/factor_graph.hpp>
 #include <wayfare/graph/gnc.hpp>
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/linear_solver.hpp>

@@ -3,5 +3,6 @@
 // Laws as test suites for types of your own; needs GoogleTest.
 
 #include <wayfare/testing/decoder_laws.hpp>
+#include <wayfare/testing/edge_laws.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 #include <wayfare/testing/lie_group_laws.hpp>

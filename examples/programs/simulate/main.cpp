@@ -55,6 +55,7 @@ void add_options(CommandLine& app, Options& o) {
 }
 
 void add_robot_options(CommandLine& app, Options& o) {
+  app.add_number("--speed", o.robot.drive.max_speed_m_s, 0.01, 20.0, "largest speed, m/s");
   app.add_number("--beams", o.beams, 1, 100000, "beams per scan");
   app.add_flag("--full-circle", o.full_circle, "beams all around (else 180 deg ahead)");
   app.add_number("--scan-rate", o.scan_rate_hz, 0.01, 1000.0, "scans per second");

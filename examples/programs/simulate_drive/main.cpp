@@ -55,6 +55,8 @@ void add_options(CommandLine& app, Options& o) {
 }
 
 void add_sensor_options(CommandLine& app, Options& o) {
+  app.add_number("--imu-rate", o.imu_rate_hz, 1.0, 10000.0,
+                 "samples per second of the inertial unit");
   app.add_flag("--perfect-imu", o.perfect_unit, "an inertial unit without errors");
   app.add_number("--range-rate", o.range_rate_hz, 0.01, 100.0, "epochs per second of the receiver");
   app.add_option("--satellites", o.satellites, "largest number, chosen for their geometry")

@@ -79,6 +79,7 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
  public:
   static constexpr int kBlock = detail::block_size<V...>();
   using Values = std::tuple<std::vector<V>...>;
+  using Pose = void;  // variables differ: there are no relative poses
 
   template <class X>
   VariableId<X> add(const X& initial) requires detail::kIsOneOf<X, V...> {
