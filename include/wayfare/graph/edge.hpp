@@ -33,14 +33,12 @@ namespace wayfare {
 /// The types of an edge's variables, in the order of its error's arguments.
 template <Manifold... V>
 struct EdgeVariables {
-  static constexpr int kCount = static_cast<int>(sizeof...(V));
-  static constexpr std::array<int, sizeof...(V)> kDofs{ManifoldTraits<V>::kDof...};
-  using Tuple = std::tuple<V...>;
+  static constexpr std::size_t kCount = sizeof...(V);
 };
 
 /// How Jacobians are computed where an edge does not give them itself.
-struct NumericJacobians {};    ///< central differences of `error`; accurate to about 1e-9
-struct AutomaticJacobians {};  ///< `error` evaluated on dual numbers; exact to rounding
+struct NumericJacobians {};    ///< central differences of `error`: lose a third of the digits
+struct AutomaticJacobians {};  ///< `error` evaluated on dual numbers: exact to rounding
 
 /// ∂e/∂δᵢ for the right perturbation x_i ⊞ δ_i of each variable.
 template <int Dim, class Variables>
@@ -200,10 +198,6 @@ EdgeError<E> linearise(const E& edge, JacobiansOf<E>& j, const V&... x) {
     return edge.error(x...);
   }
 }
-
-/// eᵀΩe as computed, without what rounding may have taken below zero: Ω is positive semi-definite,
-/// so that zero is nearer to the truth than any negative number. NaN stays.
-[[nodiscard]] inline double not_negative(double square) { return square < 0.0 ? 0.0 : square; }
 
 /// eᵀΩe of an edge.
 template <Edge E, class... V>

@@ -15,12 +15,14 @@
 #include <string>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/manifold.hpp>
+#include <wayfare/graph/detail/factor_equations.hpp>
 #include <wayfare/graph/edge.hpp>
 
 namespace wayfare {
@@ -29,13 +31,6 @@ template <Manifold... V>
 struct Variables {};
 template <class... E>
 struct Edges {};
-
-/// A variable of type V: its number among all variables of its graph.
-template <class V>
-struct VariableId {
-  int index = -1;
-  bool operator==(const VariableId&) const = default;
-};
 
 namespace detail {
 
@@ -53,28 +48,28 @@ constexpr int block_size() {
 template <class E>
 struct PlacedEdge {
   E edge;
-  std::array<int, static_cast<std::size_t>(E::Variables::kCount)> variables;
+  std::array<int, E::Variables::kCount> variables;
 };
-
-}  // namespace detail
-
-namespace detail {
 
 template <class X, class... All>
 inline constexpr bool kIsOneOf = (std::is_same_v<X, All> || ...);
 template <class E, class... V>
 inline constexpr bool kJoinsTheseVariables =
     std::is_same_v<EdgeVariables<V...>, typename E::Variables>;
-}  // namespace detail
+template <class... V, class... U>
+constexpr bool has_all(Variables<V...>, EdgeVariables<U...>) {
+  return (kIsOneOf<U, V...> && ...);
+}
 
-template <class AllVariables, class AllEdges>
-class FactorGraph;
+}  // namespace detail
 
 /// A plain value. Variables are numbered in the order they are added; edges keep their order among
 /// those of the same type.
 template <Manifold... V, class... E>
 class FactorGraph<Variables<V...>, Edges<E...>> {
   static_assert((detail::check_edge<E>() && ...));
+  static_assert((detail::has_all(Variables<V...>{}, typename E::Variables{}) && ...),
+                "wayfare: the types of an edge's variables are among those of its graph");
 
  public:
   static constexpr int kBlock = detail::block_size<V...>();
@@ -84,7 +79,7 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
   template <class X>
   VariableId<X> add(const X& initial) requires detail::kIsOneOf<X, V...> {
     auto& values = std::get<std::vector<X>>(values_);
-    variables_.push_back({type_of<X>(), static_cast<int>(values.size()), ManifoldTraits<X>::kDof});
+    variables_.push_back({type_of<X>(), values.size()});
     values.push_back(initial);
     return {size() - 1};
   }
@@ -106,21 +101,16 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
 
   template <class X>
   [[nodiscard]] const X& operator[](const VariableId<X>& variable) const {
-    WAYFARE_EXPECTS(contains(variable), "the variable is one of this graph");
-    return std::get<std::vector<X>>(values_)[place(variable.index)];
+    return all<X>()[checked(variable)];
   }
   template <class X>
   [[nodiscard]] X& operator[](const VariableId<X>& variable) {
-    return const_cast<X&>(std::as_const(*this)[variable]);
+    return std::get<std::vector<X>>(values_)[checked(variable)];
   }
   /// Of one type, in the order they were added.
   template <class X>
   [[nodiscard]] const std::vector<X>& all() const {
     return std::get<std::vector<X>>(values_);
-  }
-  template <class X>
-  [[nodiscard]] std::vector<detail::PlacedEdge<X>>& edges() {
-    return std::get<std::vector<detail::PlacedEdge<X>>>(edges_);
   }
   template <class X>
   [[nodiscard]] const std::vector<detail::PlacedEdge<X>>& edges() const {
@@ -134,7 +124,8 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
   }
   [[nodiscard]] const std::vector<int>& fixed() const { return fixed_; }
   [[nodiscard]] int dof(int variable) const {
-    return variables_[static_cast<std::size_t>(variable)].dof;
+    constexpr int kDofs[] = {ManifoldTraits<V>::kDof...};
+    return kDofs[place(variable).type];
   }
   /// What messages call a variable.
   [[nodiscard]] std::string name(int variable) const {
@@ -147,18 +138,13 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
   /// Moves a variable by the first numbers of `step`.
   template <class Step>
   void move(int variable, const Step& step) {
-    visit(variable, [&]<class X>(X& x) {
-      x = ManifoldTraits<X>::plus(x, step.template head<ManifoldTraits<X>::kDof>());
-    });
-  }
-
-  /// visit(x) with a variable's value.
-  template <class Visit>
-  void visit(int variable, const Visit& with) {
-    const Place& p = variables_[static_cast<std::size_t>(variable)];
-    (void)((p.type == type_of<V>() &&
-            (with(std::get<std::vector<V>>(values_)[static_cast<std::size_t>(p.index)]), true)) ||
-           ...);
+    const Place& p = place(variable);
+    const auto move_one = [&]<class X>(std::vector<X>& values) {
+      values[p.index] =
+          ManifoldTraits<X>::plus(values[p.index], step.template head<ManifoldTraits<X>::kDof>());
+      return true;
+    };
+    (void)((p.type == type_of<V>() && move_one(std::get<std::vector<V>>(values_))) || ...);
   }
 
   /// visit(edge, the numbers of its variables, their values...) for every edge, type by type.
@@ -168,8 +154,10 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
   }
 
  private:
+  /// Which of the types, and the index among its values.
   struct Place {
-    int type, index, dof;
+    int type;
+    std::size_t index;
   };
 
   template <class X>
@@ -178,13 +166,17 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
     ((std::is_same_v<X, V> ? type = i++ : i++), ...);
     return type;
   }
+  [[nodiscard]] const Place& place(int variable) const {
+    return variables_[static_cast<std::size_t>(variable)];
+  }
   template <class X>
   [[nodiscard]] bool contains(const VariableId<X>& v) const {
-    return v.index >= 0 && v.index < size() &&
-           variables_[static_cast<std::size_t>(v.index)].type == type_of<X>();
+    return v.index >= 0 && v.index < size() && place(v.index).type == type_of<X>();
   }
-  [[nodiscard]] std::size_t place(int variable) const {
-    return static_cast<std::size_t>(variables_[static_cast<std::size_t>(variable)].index);
+  template <class X>
+  [[nodiscard]] std::size_t checked(const VariableId<X>& variable) const {
+    WAYFARE_EXPECTS(contains(variable), "the variable is one of this graph");
+    return place(variable.index).index;
   }
 
   template <class X, class Visit>
@@ -195,8 +187,7 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
   void with_values(const detail::PlacedEdge<X>& placed, const Visit& with,
                    EdgeVariables<U...>) const {
     [&]<std::size_t... I>(std::index_sequence<I...>) {
-      with(placed.edge, placed.variables,
-           std::get<std::vector<U>>(values_)[place(placed.variables[I])]...);
+      with(placed.edge, placed.variables, all<U>()[place(placed.variables[I]).index]...);
     }
     (std::index_sequence_for<U...>{});
   }

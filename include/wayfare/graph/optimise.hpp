@@ -5,7 +5,6 @@
 #include <vector>
 
 #include <wayfare/graph/detail/descent.hpp>
-#include <wayfare/graph/detail/factor_equations.hpp>
 #include <wayfare/graph/detail/validate.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 

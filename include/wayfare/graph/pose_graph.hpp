@@ -15,7 +15,6 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
-#include <wayfare/graph/edge.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
 
 namespace wayfare {

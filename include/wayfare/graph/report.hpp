@@ -27,7 +27,8 @@ struct IterationRecord {
 
 struct OptimiseOptions {
   OptimiseMethod method = OptimiseMethod::gauss_newton;
-  RobustKernel kernel{};     ///< for edges marked `robust`
+  /// Of a pose graph's edges marked `robust`; those of a factor graph have their own.
+  RobustKernel kernel{};
   int max_iterations = 100;  ///< maximum number of linear systems solved
   /// Converged if a step lowers the cost by less than this fraction of it (smaller: more accurate)
   double min_relative_gain = 1e-6;

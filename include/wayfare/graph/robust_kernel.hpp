@@ -58,4 +58,8 @@ struct RobustKernel {
   }
 };
 
+/// eᵀΩe as computed, without what rounding may have taken below zero: Ω is positive semi-definite,
+/// so that zero is nearer to the truth than any negative number. NaN stays.
+[[nodiscard]] inline double not_negative(double square) { return square < 0.0 ? 0.0 : square; }
+
 }  // namespace wayfare

@@ -1,3 +1,4 @@
+#include <wayfare/graph/detail/factor_equations.hpp>
 #include <wayfare/graph/detail/validate.hpp>
 
 #include <Eigen/Cholesky>

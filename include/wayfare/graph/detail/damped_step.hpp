@@ -1,6 +1,6 @@
 #pragma once
 
-// One step of an optimisation: (H + λ diag H) Δ = −g on a pose graph, with λ = 0 for Gauss-Newton.
+// One step of an optimisation: (H + λ diag H) Δ = −g on a graph, with λ = 0 for Gauss-Newton.
 
 #include <chrono>
 #include <cstddef>
@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/graph/detail/factor_equations.hpp>
 #include <wayfare/graph/detail/normal_equations.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/report.hpp>
@@ -36,10 +35,6 @@ struct EquationsOf;
 template <LieGroup G>
 struct EquationsOf<PoseGraph<G>> {
   using Type = NormalEquations<G>;
-};
-template <class V, class E>
-struct EquationsOf<FactorGraph<V, E>> {
-  using Type = FactorEquations<FactorGraph<V, E>>;
 };
 
 /// Linearises a graph, solves for the step, and applies or undoes it. Reuses pattern, symbolic

@@ -1,18 +1,29 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
-#include <numeric>
+#include <span>
+#include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <wayfare/core/result.hpp>
 #include <wayfare/graph/detail/variable_columns.hpp>
-#include <wayfare/graph/factor_graph.hpp>
+#include <wayfare/graph/edge.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 
 namespace wayfare {
+
+template <class AllVariables, class AllEdges>
+class FactorGraph;
+template <class Graph>
+struct EquationsOf;
 
 /// H = Σ w JᵀΩJ and g = Σ w JᵀΩe of a factor graph over its free variables, with w the kernel's
 /// weight. Each variable has a block of the same size; the rows that a smaller one does not use
@@ -68,6 +79,11 @@ class FactorEquations {
   Matrix hessian_;
   Eigen::VectorXd gradient_;
   double chi2_ = 0.0;
+};
+
+template <class V, class E>
+struct EquationsOf<FactorGraph<V, E>> {
+  using Type = FactorEquations<FactorGraph<V, E>>;
 };
 
 template <class Graph>
@@ -175,6 +191,61 @@ void FactorEquations<Graph>::fill_unused(const Graph& graph) {
     const double scale = diagonal.head(dof).maxCoeff();
     diagonal.tail(kBlock - dof).setConstant(scale > 0.0 ? scale : 1.0);
   }
+}
+
+namespace detail {
+
+/// Success if it is finite, not zero, symmetric, and positive semi-definite to rounding; else
+/// "has zero information", for an edge.
+[[nodiscard]] Result<void> check_information(const Eigen::Ref<const Eigen::MatrixXd>& information);
+
+/// "edge 3 (1, 7) has …"; edges are counted type by type.
+[[nodiscard]] Error edge_fault(int index, std::span<const int> variables, ErrorCode code,
+                               const std::string& what);
+
+}  // namespace detail
+
+/// The first edge whose information is not that of a measurement, or success. Errors that are not
+/// finite are found when they are computed, variables that are not determined when H is factorised.
+template <class V, class E>
+[[nodiscard]] Result<void> validate(const FactorGraph<V, E>& graph) {
+  if (graph.size() == 0) return Error{ErrorCode::degenerate, "the graph has no variables"};
+  Result<void> first;
+  int index = 0;
+  graph.each_edge([&]<class X>(const X& edge, const auto& variables, const auto&...) {
+    if constexpr (detail::kHasInformation<X>) {
+      if (first) {
+        const auto checked = detail::check_information(edge.information);
+        if (!checked)
+          first =
+              detail::edge_fault(index, variables, checked.error().code, checked.error().message);
+      }
+    }
+    ++index;
+  });
+  return first;
+}
+
+/// Names the edge that makes the cost or the gradient of a valid graph not finite.
+template <class V, class E>
+[[nodiscard]] Error cost_overflow(const FactorGraph<V, E>& graph) {
+  Result<void> first;
+  int index = 0;
+  graph.each_edge([&]<class X>(const X& edge, const auto& variables, const auto&... x) {
+    const auto fault = [&](ErrorCode code, const char* what) {
+      if (first) first = detail::edge_fault(index, variables, code, what);
+    };
+    JacobiansOf<X> jacobians;
+    if (!EdgeError<X>(linearise(edge, jacobians, x...)).allFinite())
+      fault(ErrorCode::invalid, "has an error that is not finite");
+    else if (!std::isfinite(squared_error(edge, x...)))
+      fault(ErrorCode::degenerate, "has an error too large to square");
+    if (!std::apply([](const auto&... by) { return (by.allFinite() && ...); }, jacobians.by))
+      fault(ErrorCode::invalid, "has a Jacobian that is not finite");
+    ++index;
+  });
+  if (!first) return first.error();
+  return {ErrorCode::degenerate, "the sum of the edges' squared errors overflows"};
 }
 
 }  // namespace wayfare

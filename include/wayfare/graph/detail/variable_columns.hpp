@@ -6,6 +6,13 @@
 
 namespace wayfare {
 
+/// A variable of type V: its number among all variables of its graph.
+template <class V>
+struct VariableId {
+  int index = -1;
+  bool operator==(const VariableId&) const = default;
+};
+
 /// The block column of each free variable of a graph.
 class VariableColumns {
  public:
