@@ -124,13 +124,14 @@ function(wayfare_library name)
   wayfare_precompile(${name} programs)
 endfunction()
 
-# wayfare_program(NAME SOURCES... LIBS ...): a program.
+# wayfare_program(NAME SOURCES... LIBS ...): a program; the property WAYFARE_PROGRAMS lists all.
 function(wayfare_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBS})
   wayfare_warnings(${name})
   wayfare_precompile(${name} programs)
+  set_property(GLOBAL APPEND PROPERTY WAYFARE_PROGRAMS ${name})
 endfunction()
 
 # wayfare_test(NAME SOURCES ... LIBS ...): one gtest executable, every case its own ctest entry.
