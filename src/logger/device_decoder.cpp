@@ -121,13 +121,16 @@ class XsensDevice final : public DeviceDecoder {
     frames_ = decode::CounterUnwrapper(std::uint64_t{1} << 32);
   }
 
+  /// Damaged counters may add up to a time from which differences overflow.
+  static Time<DeviceClock> device_time(double since_s) {
+    constexpr double kFarthest_s = 1e9;
+    return Time<DeviceClock>::from_seconds(std::clamp(since_s, -kFarthest_s, kFarthest_s));
+  }
+
   void take(const decode::AwindaSnapshot& snapshot, LogTime sent, const Sink& sink) {
     // A retransmission is late by more than the line's delay; its frame counter gives its time.
     const auto device = [&](std::uint32_t frame) {
-      // Damaged numbers may add up to a time from which differences overflow.
-      constexpr double kFarthest_s = 1e9;
-      const double since_s = static_cast<double>(frames_.at(frame)) * period_s_;
-      return Time<DeviceClock>() + from_seconds(std::clamp(since_s, -kFarthest_s, kFarthest_s));
+      return device_time(static_cast<double>(frames_.at(frame)) * period_s_);
     };
     if (!snapshot.retransmitted) envelope_.add(device(snapshot.frame), sent);
     station_->add(snapshot, [&](const decode::AwindaMotion& motion) {
@@ -140,8 +143,7 @@ class XsensDevice final : public DeviceDecoder {
     LogTime time = sent;
     if (sample.sample_time_fine)
       time = envelope_.add(
-          Time<DeviceClock>() + std::chrono::microseconds(100) * fine_.at(*sample.sample_time_fine),
-          sent);
+          device_time(1e-4 * static_cast<double>(fine_.at(*sample.sample_time_fine))), sent);
     const MargSample marg = decode::to_marg_sample(sample, time);
     if (marg.angular_rate_radps.allFinite() || marg.specific_force_mps2.allFinite())
       give(lone_, marg, sink);

@@ -26,10 +26,10 @@ std::string checksum(std::string_view bytes) {
 /// One decimal, cut off. Independent of the locale, whose decimal point may be another.
 std::string number(double value) {
   std::array<char, 400> text{};  // the longest has 309 digits before the point
-  const char* end = std::to_chars(text.data(), text.data() + text.size(),
+  char* const end = std::to_chars(text.data(), text.data() + text.size(),
                                   std::isfinite(value) ? value : 0.0, std::chars_format::fixed, 6)
                         .ptr;
-  return std::string(text.cbegin(), end - 5);
+  return std::string(text.data(), end - 5);
 }
 
 }  // namespace
