@@ -341,8 +341,8 @@ const McapContents& McapReader::contents() const { return impl_->index.contents;
 Problems McapReader::read(const McapQuery& query,
                           const std::function<bool(const McapMessage&)>& sink) const {
   Problems problems(impl_->options.max_problems);
-  const auto read = query.order == McapOrder::file ? &Impl::read_through : &Impl::read_by_time;
-  ((*impl_).*read)(query, sink, problems);
+  query.order == McapOrder::file ? impl_->read_through(query, sink, problems)
+                                 : impl_->read_by_time(query, sink, problems);
   return problems;
 }
 
