@@ -11,4 +11,5 @@ bool matches_scans();
 
 /// A Gauss-Markov state decays as its process says.
 bool filters();
+/// A lift is tracked by a state, edges and a robust kernel of its own.
 bool own_edges();

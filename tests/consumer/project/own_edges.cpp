@@ -72,6 +72,8 @@ bool own_edges() {
     if (i > 0) graph.add(Ride{}, ride[ride.size() - 2], ride.back());
   }
   const auto report = optimise(graph);
-  return report && std::abs(graph[ride.back()].height_m - 28.5) < 0.2 &&
-         std::abs(graph[ride.back()].speed_m_s - 1.5) < 0.05;
+  // The slope of the kernel is at most one: the wrong reading acts as one that is off by a standard
+  // deviation, 0.1 m. Heights within that at both ends of 19 s give the speed within 0.2 m / 19 s.
+  return report && std::abs(graph[ride.back()].height_m - 28.5) < 0.1 &&
+         std::abs(graph[ride.back()].speed_m_s - 1.5) < 0.01;
 }
