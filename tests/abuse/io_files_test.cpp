@@ -69,8 +69,8 @@ TEST(Files, NoneAndFolders) {
   expect_io_error(FileSink::create(here, {Existing::replace}), here);
 }
 
-// Opening a pipe waits for its writer, which never comes.
-TEST(Files, RecordingsArePipesNever) {
+// To open a pipe for reading would wait for a writer.
+TEST(Files, APipeIsNoRecording) {
   const TemporaryFolder folder;
   const std::string pipe = folder / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);

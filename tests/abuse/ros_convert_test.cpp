@@ -73,7 +73,8 @@ TEST(RosConvert, ScansOfAnyNumbers) {
           EXPECT_TRUE(std::isfinite(scan->ranges_m[i]) && scan->ranges_m[i] >= 0.0F);
         }
       }
-      EXPECT_LT(std::abs(to_seconds(scan->time - kNow)), 6.0);
+      // The middle of a sweep of less than 10 s.
+      EXPECT_LT(std::abs(to_seconds(scan->time - kNow)), 5.0);
       EXPECT_EQ(message_of(turned_over(*scan), "laser").ranges.size(), 5U);
     }
   LaserScan empty = scan_message();
@@ -120,7 +121,8 @@ TEST(RosConvert, CloudsOfAnySizes) {
       cloud.fields_of_point[0].offset = offset;
       cloud.fields_of_point[0].datatype = static_cast<std::uint8_t>(type);
       cloud.is_bigendian = type % 2 == 0;
-      static_cast<void>(radar_scan_of(cloud, kNow));
+      const auto scan = radar_scan_of(cloud, kNow);
+      EXPECT_TRUE(!scan || scan->points.size() <= 2U);
     }
   // Empty rows, as many as there may be.
   PointCloud2 rows = cloud_message();
