@@ -55,8 +55,8 @@ struct CapsuleAngles {
     const int span_q6 = next_q6 % kTurn_q6 - start_q6 % kTurn_q6;
     step_q16 = ((span_q6 + (span_q6 < 0 ? kTurn_q6 : 0)) << 10) / points;
   }
-  /// The next point, `offset_q16` before its nominal angle. Written in place, as a returned one
-  /// would be read before its narrower stores have left the processor.
+  /// The next point, `offset_q16` before its nominal angle. Written in place: copying a returned
+  /// one in wide loads would wait for its narrow stores (no store forwarding).
   void next(RplidarPoint& point, std::uint32_t distance_q2, int offset_q16) {
     int q16 = angle_q16 - offset_q16;
     q16 += q16 < 0 ? kTurn_q16 : 0;

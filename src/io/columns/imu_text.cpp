@@ -147,7 +147,7 @@ Result<TimeTagFile> read_time_tags(const std::string& path) {
 Result<ClockFit<LogClock>> fit_time_tags(const ImuFile& file, const TimeTagFile& tags) {
   if (file.ends.size() != file.samples.size())
     return Error{ErrorCode::invalid,
-                 "time tags belong to a file of text: these samples have no place in one"};
+                 "time tags need samples of a text file: these have no positions in bytes"};
   // With CR LF, the position of the last tag exceeds the file's size by one byte per line.
   std::uint64_t last_line = 0;
   if (!file.ends.empty()) last_line = file.ends.back().line;
