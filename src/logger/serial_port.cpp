@@ -141,7 +141,8 @@ std::size_t PseudoTerminal::unread() const {
 }
 
 std::vector<TimedBytes> at_rate(decode::Bytes bytes, double bytes_per_s, std::size_t piece) {
-  WAYFARE_EXPECTS(bytes_per_s > 0.0 && piece > 0, "a device sends some bytes at some rate");
+  WAYFARE_EXPECTS(bytes_per_s > 0.0 && piece > 0,
+                  "bytes per second and bytes per piece must be positive");
   std::vector<TimedBytes> stream;
   for (std::size_t at = 0; at < bytes.size();) {
     const std::size_t n = std::min(piece, bytes.size() - at);
@@ -154,7 +155,7 @@ std::vector<TimedBytes> at_rate(decode::Bytes bytes, double bytes_per_s, std::si
 
 Result<std::uint64_t> play(PseudoTerminal& terminal, const std::vector<TimedBytes>& stream,
                            double speed, const std::atomic<bool>& stop) {
-  WAYFARE_EXPECTS(speed > 0.0, "time passes at a positive speed");
+  WAYFARE_EXPECTS(speed > 0.0, "the speed must be positive");
   using Clock = std::chrono::steady_clock;
   constexpr Duration kLongest = std::chrono::hours(24 * 365 * 100);
   const Clock::time_point begin = Clock::now();

@@ -322,13 +322,13 @@ TEST(SerialPortAbuse, MovedLines) {
 
 TEST(SerialPortAbuseDeathTest, StreamsHavePiecesAndRates) {
   const Stream bytes(10);
-  EXPECT_DEATH(static_cast<void>(at_rate(bytes, 1.0, 0)), "some bytes");
+  EXPECT_DEATH(static_cast<void>(at_rate(bytes, 1.0, 0)), "must be positive");
   for (const double rate : {0.0, -1.0, tests::kNan})
-    EXPECT_DEATH(static_cast<void>(at_rate(bytes, rate)), "some rate");
+    EXPECT_DEATH(static_cast<void>(at_rate(bytes, rate)), "must be positive");
   auto terminal = PseudoTerminal::open();
   const std::atomic<bool> stop{false};
   for (const double speed : {0.0, -1.0, tests::kNan})
-    EXPECT_DEATH(static_cast<void>(play(*terminal, {}, speed, stop)), "positive speed");
+    EXPECT_DEATH(static_cast<void>(play(*terminal, {}, speed, stop)), "speed must be positive");
 }
 
 TEST(SerialPortAbuse, StreamsOfAnyLength) {

@@ -55,8 +55,8 @@ struct MapImageOptions {
 };
 
 /// The cells of `map` within its bounds; a single unknown cell for an empty map. Of a map whose
-/// bounds enclose more than 2^30 cells, as after a pose far away, those near the median of its
-/// tiles.
+/// bounds enclose more than 2^30 cells, as after a pose that diverged, those within 2048 cells of
+/// the median of its tiles.
 [[nodiscard]] GridImage grid_image(const OccupancyGrid& map);
 
 /// The image for programs: 0 occupied, 254 free, 205 unknown, rows from the top.
@@ -79,7 +79,7 @@ class MapPainter {
   explicit MapPainter(const GridImage& grid);
 
   /// A square with a side of `side` pixels. What is outside of the picture, or not finite, is not
-  /// drawn; the same for `path`.
+  /// drawn; the same for `path`, and for its lines of more than 5e14 pixels.
   MapPainter& dot(const Eigen::Vector2d& position_m, const Colour& colour, int side = 2);
   /// Two pixels wide.
   MapPainter& path(std::span<const Eigen::Vector2d> positions_m, const Colour& colour);

@@ -140,7 +140,7 @@ class Walk {
     return true;
   }
 
-  /// True: reading goes on behind the fault.
+  /// Returns true: reading continues after the fault.
   bool fault(std::uint64_t at, std::string message, ErrorCode code = ErrorCode::parse) {
     problems_.add(fault_at(at, std::move(message), name_, code));
     return true;

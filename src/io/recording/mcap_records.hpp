@@ -167,7 +167,7 @@ class Messages {
   bool take_any(const Record& record, const Sink& sink);
   bool take_chunk(const Record& record, const Sink& sink);
 
-  /// True: reading goes on behind the fault.
+  /// Returns true: reading continues after the fault.
   bool fault(std::uint64_t at, std::string message, ErrorCode code = ErrorCode::parse) {
     problems_.add(fault_at(at, std::move(message), name_, code));
     return true;

@@ -85,9 +85,10 @@ Observed numbers_of(const Result<std::optional<MatchResult>>& found) {
   return out;
 }
 
-/// Copied, moved from or as it is: the scratch memory of the next call.
+/// Leaves the scratch memory of the next call as a copy has it, as a moved-from object, or as it
+/// is.
 template <class T>
-void shake(T& object, Rng& rng) {
+void copy_or_move_from(T& object, Rng& rng) {
   const std::uint64_t how = rng.below(6);
   if (how == 0) {
     const T copy = object;
@@ -131,8 +132,8 @@ TEST(MatchSequences, ReusedSearchesAreAsNew) {
         }
         matched += one->has_value() ? 1 : 0;
       }
-      shake(correlative, rng);
-      shake(bounded, rng);
+      copy_or_move_from(correlative, rng);
+      copy_or_move_from(bounded, rng);
     }
   }
   EXPECT_GT(matched, 300);
@@ -163,7 +164,7 @@ TEST(MatchSequences, ReusedProposalsAreAsNew) {
         ASSERT_EQ(got->moments.covariance, want->moments.covariance);
         ASSERT_EQ(a(), b()) << "as many numbers drawn";
       }
-      shake(reused, rng);
+      copy_or_move_from(reused, rng);
     }
   }
 }
@@ -200,7 +201,7 @@ TEST(MatchSequences, ReusedDetectorsAreAsNew) {
         ASSERT_EQ(got->covariance, want->covariance);
         ASSERT_TRUE(got->covariance.allFinite());
       }
-      shake(reused, rng);
+      copy_or_move_from(reused, rng);
     }
   }
 }
