@@ -176,7 +176,7 @@ TEST(Maps, OfAnyExtentArePictures) {
   }
 }
 
-// Beyond the picture nothing is drawn, and nothing is waited for.
+// What is outside of the picture is not drawn and takes no time, however long a line is.
 TEST(Maps, PathsOfAnyNumbers) {
   const GridImage grid{40, 30, 0.05, SE2d(-1.0, -0.5, Angle::degrees(10.0)),
                        std::vector<float>(1200, 0.5F)};

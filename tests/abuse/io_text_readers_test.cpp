@@ -71,7 +71,7 @@ TEST_P(TextReaders, NothingIsAnError) {
                                   std::string(1000, '\n'), std::string(1000, '\0')}) {
     SCOPED_TRACE(::testing::PrintToString(text));
     const ReadText file = read(text);
-    // Navigation files may contain no message, but not no header.
+    // A navigation file may be without messages, but not without a header.
     ASSERT_TRUE(file.error);
     expect_sane(file);
   }
@@ -222,7 +222,7 @@ TEST_P(TextReaders, TwoThreadsReadTheSame) {
 INSTANTIATE_TEST_SUITE_P(All, TextReaders, ::testing::ValuesIn(text_readers()),
                          [](const auto& i) { return replaced(i.param.name, " ", "_"); });
 
-// Which of two problems a number beyond its type's range has does not depend on how it is written.
+// Too small a number is zero and too large a one is refused, however it is written.
 TEST(TextNumbers, BeyondTheRangeOfTheirType) {
   const auto read = [](const std::string& number) {
     const auto file = io::parse_points(number + " 2 3\n", "source");
