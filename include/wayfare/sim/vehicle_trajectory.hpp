@@ -86,8 +86,9 @@ class VehicleTrajectory {
 };
 
 /// Starts and ends at rest; corners are rounded with continuous curvature, speed is as high as the
-/// limits allow. Errors: fewer than two distinct waypoints, values that are not finite, heading
-/// changes of more than 170°, more than 2000 km or 111 hours.
+/// limits allow. Errors: fewer than two distinct waypoints, values that are not finite, a
+/// negative time at rest, heights beyond ± 1000 km, heading changes of more than 170°, more than
+/// 2000 km or 111 hours.
 [[nodiscard]] Result<VehicleTrajectory> drive_waypoints(const Geodetic& origin,
                                                         std::span<const Waypoint> waypoints,
                                                         const VehicleLimits& limits = {},

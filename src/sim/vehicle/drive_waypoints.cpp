@@ -118,8 +118,11 @@ Result<std::vector<Corner>> corners_of(std::span<const Waypoint> waypoints) {
     const Waypoint& w = waypoints[i];
     Corner c;
     c.at = {w.north_m, w.east_m};
-    if (!c.at.allFinite() || !std::isfinite(w.height_m) || !(w.stop_s >= 0.0))
+    if (!c.at.allFinite() || !std::isfinite(w.height_m) || !std::isfinite(w.stop_s))
       return Error{ErrorCode::invalid, "waypoint " + std::to_string(i) + " is not finite"};
+    if (w.stop_s < 0.0)
+      return Error{ErrorCode::invalid,
+                   "waypoint " + std::to_string(i) + " has a negative time at rest"};
     if (std::abs(w.height_m) > 1e6)
       return Error{ErrorCode::invalid,
                    "waypoint " + std::to_string(i) + " is more than 1000 km above or below"};
