@@ -230,7 +230,7 @@ bool is_usable(const AllanPoint& p) {
 AllanFit fit_allan(std::span<const AllanPoint> curve, double least_averages) {
   AllanCurve used;
   // The fit takes the square of the number of points in memory, and its cube in time.
-  const std::size_t step = 1 + curve.size() / 500;
+  const std::size_t step = (curve.size() + 499) / 500;
   for (std::size_t i = 0; i < curve.size(); i += step) {
     const AllanPoint& p = curve[i];
     const double averages = 1.0 + 0.5 / (p.relative_sigma * p.relative_sigma);

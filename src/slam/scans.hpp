@@ -9,9 +9,6 @@
 #include <optional>
 #include <string>
 
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
-
 #include <wayfare/core/result.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
@@ -34,20 +31,6 @@ inline std::optional<SE2d> raw(const std::optional<OdomPose>& odometry) {
 inline bool finite(Angle angle) { return std::isfinite(angle.radians()); }
 inline bool finite(const SE2d& pose) {
   return pose.translation().allFinite() && finite(pose.heading());
-}
-
-/// Symmetric and positive semi-definite, to rounding; of the correlations, so that the units of the
-/// rows do not matter.
-inline bool is_covariance(const Eigen::Matrix3d& c) {
-  constexpr double kRounding = 1e-6, kLeast = 1e-150;
-  if (!c.allFinite() || (c.diagonal().array() < 0).any()) return false;
-  const Eigen::Vector3d sigma = c.diagonal().cwiseSqrt();
-  const Eigen::Vector3d scale =
-      sigma.cwiseMax(kRounding * sigma.maxCoeff()).cwiseMax(kLeast).cwiseInverse();
-  const Eigen::Matrix3d r = scale.asDiagonal() * c * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(r, Eigen::EigenvaluesOnly);
-  return ((r - r.transpose()).array().abs() <= kRounding).all() &&
-         eigen.eigenvalues()[0] >= -kRounding;
 }
 
 /// Whether every beam has a bearing.

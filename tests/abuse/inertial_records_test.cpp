@@ -72,7 +72,7 @@ TEST(AllanAbuse, CurvesOfAnyPointsAreFitted) {
   AllanCurve good;
   for (int i = 1; i <= 30; ++i) good.push_back({double(i), 1.0 / std::sqrt(i), 0.05});
   const AllanFit expected = fit_allan(good);
-  EXPECT_GT(expected.random_walk.value, 0.9);
+  EXPECT_NEAR(expected.random_walk.value, 1.0, 1e-9);  // N = 1 alone: variance 1/τ
   for (const double x : {kNan, kInf, -kInf, kHuge, kTiny, 0.0, -1.0}) {
     AllanCurve curve = good;
     curve.push_back({x, 1.0, 0.05});
@@ -96,7 +96,17 @@ TEST(AllanAbuse, ALongCurveNeedsNoMoreMemoryThanAShortOne) {
   for (int i = 1; i <= 1'000'000; ++i) curve.push_back({double(i), 1.0 / std::sqrt(i), 1e-3});
   const AllanFit fit = fit_allan(curve);
   expect_finite(fit);
-  EXPECT_NEAR(fit.random_walk.value, 1.0, 0.05);
+  EXPECT_NEAR(fit.random_walk.value, 1.0, 1e-9);
+}
+
+// All of 500 points are used, every second one of 501: a lowest point at an odd index is left out.
+TEST(AllanAbuse, UsesEveryPointOfACurveThatIsNotTooLong) {
+  for (const std::size_t size : {std::size_t{3}, std::size_t{500}, std::size_t{501}}) {
+    AllanCurve curve;
+    for (std::size_t i = 0; i < size; ++i) curve.push_back({1.0 + double(i), 1.0, 0.05});
+    curve[1].deviation = 0.5;
+    EXPECT_EQ(fit_allan(curve).floor_tau_s == 2.0, size <= 500) << size;
+  }
 }
 
 TEST(AllanAbuse, ClaimedSizesAreNotAllocated) {

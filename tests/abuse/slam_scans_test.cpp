@@ -148,7 +148,7 @@ TYPED_TEST(AbusedSlam, RefusesWhatIsNoScanAndIsUnchanged) {
 }
 
 // As the first scan, and in mid-run: every pose is finite, one for each scan, and a run that was
-// merely disturbed finds back.
+// merely disturbed recovers.
 TYPED_TEST(AbusedSlam, AcceptsOddScans) {
   for (const Change& change : accepted())
     for (const int at : {0, 1, 12}) {

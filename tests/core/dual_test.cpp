@@ -66,6 +66,14 @@ TEST(Dual, ComparesByValue) {
   EXPECT_FALSE(isfinite(sqrt(Dual2::variable(0.0, 0)))) << "the slope is infinite";
 }
 
+TEST(Dual, PowersAtZero) {
+  const Dual2 zero = Dual2::variable(0.0, 0);
+  for (const double exponent : {0.0, 1.0, 2.0}) {
+    EXPECT_EQ(pow(zero, exponent).value, exponent == 0.0 ? 1.0 : 0.0);
+    EXPECT_EQ(pow(zero, exponent).derivatives[0], exponent == 1.0 ? 1.0 : 0.0);
+  }
+}
+
 // Derivative of the logarithm: the inverse of the right Jacobian (Sola, Deray, Atchuthan, (144)).
 TEST(Dual, GoThroughTheLieGroups) {
   using D = Dual<double, 6>;

@@ -47,6 +47,44 @@ TEST(Gaussian, LogDensityInClosedForm) {
   EXPECT_NEAR(log_density(g, x), std::log(density), 1e-12);
 }
 
+// Equal correlations ρ of three variables: the eigenvalues are 1 − ρ, twice, and 1 + 2ρ.
+TEST(Gaussian, DefinitenessDoesNotDependOnUnits) {
+  const auto correlated = [](double rho) {
+    return Eigen::Matrix3d(Eigen::Matrix3d::Constant(rho) +
+                           (1.0 - rho) * Eigen::Matrix3d::Identity());
+  };
+  for (const Eigen::Vector3d& units : {Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(1e-3, 1e2, 1),
+                                       Eigen::Vector3d(1e100, 1e98, 1e97)}) {
+    const auto scaled = [&](const Eigen::Matrix3d& m) {
+      return Eigen::Matrix3d(units.asDiagonal() * m * units.asDiagonal());
+    };
+    for (const double rho : {-0.51, 1.01}) {
+      EXPECT_FALSE(is_positive_semidefinite(scaled(correlated(rho)))) << rho;
+      EXPECT_FALSE(is_positive_definite(scaled(correlated(rho)))) << rho;
+    }
+    for (const double rho : {-0.5, 1.0})
+      EXPECT_TRUE(is_positive_semidefinite(scaled(correlated(rho))));
+    for (const double rho : {-0.49, 0.0, 0.99})
+      EXPECT_TRUE(is_positive_definite(scaled(correlated(rho)))) << rho;
+    Eigen::Matrix3d askew = scaled(correlated(0.5));
+    askew(0, 2) *= 1.00001;
+    EXPECT_FALSE(is_positive_semidefinite(askew));
+  }
+  EXPECT_FALSE(is_positive_definite(correlated(1.0)));
+  const Eigen::Matrix3d zero = Eigen::Matrix3d::Zero();
+  EXPECT_TRUE(is_positive_semidefinite(zero));
+  EXPECT_FALSE(is_positive_definite(zero));
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(),
+                           std::numeric_limits<double>::infinity(), 1e300, 1e-9}) {
+    Eigen::Matrix3d without_variances = zero;
+    without_variances(0, 1) = without_variances(1, 0) = bad;
+    EXPECT_FALSE(is_positive_semidefinite(without_variances)) << bad;
+    EXPECT_FALSE(
+        is_positive_semidefinite(Eigen::Matrix3d(Eigen::Vector3d(1, -bad, 1).asDiagonal())));
+  }
+  EXPECT_TRUE(is_positive_definite(Eigen::Matrix2f(Eigen::Vector2f(1e-6F, 4.0F).asDiagonal())));
+}
+
 TEST(Gaussian, DensityIntegratesToOne) {
   // The trapezoid sum of a Gaussian converges faster than any power: steps of 0.25 σ out to ±9 σ.
   const Gaussian<Eigen::Vector2d> g{{0.5, -1.0},

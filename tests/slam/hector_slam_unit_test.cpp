@@ -49,6 +49,23 @@ double worst_m(const Trajectory& found, const Trajectory& truth, double from_s =
   return worst;
 }
 
+// With the laser mounted where no cell has a number.
+TEST(HectorSlamWithUnit, ARefusedFirstScanIsNotCounted) {
+  HectorSlamOptions options;
+  options.T_base_laser = Transform2<frame::Base, frame::Laser>(SE2d(1e12, 0.0, Angle()));
+  HectorSlam slam(options);
+  LogTime time;
+  for (int i = 0; i < 300; ++i, time += std::chrono::milliseconds(10))
+    slam.add(ImuSample{time, Eigen::Vector3d::Zero(), {0.0, 0.0, 9.81}});
+  const LaserScan scan{time,  Angle::degrees(-180),         Angle::degrees(1), 0.05F,
+                       10.0F, std::vector<float>(360, 2.0F)};
+  ASSERT_TRUE(slam.carrier().covers(time));
+  EXPECT_FALSE(slam.add_scan(scan, std::nullopt));
+  EXPECT_EQ(slam.statistics().levelled_scans, 0U);
+  EXPECT_EQ(slam.statistics().scans, 0U);
+  EXPECT_TRUE(slam.trajectory().empty());
+}
+
 TEST(HectorSlamWithUnit, TracksATiltingHead) {
   for (const std::uint64_t seed : {1U, 2U}) {
     const Walked w = walk_through_the_office(seed);

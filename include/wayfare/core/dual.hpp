@@ -6,13 +6,13 @@
 
 #include <cmath>
 #include <compare>
-#include <limits>
 
 #include <Eigen/Core>
 
 namespace wayfare {
 
-/// x + Σ dᵢ εᵢ with εᵢ εⱼ = 0. Comparisons are those of the values.
+/// x + Σ dᵢ εᵢ with εᵢ εⱼ = 0. Comparisons are those of the values. Where a function has no
+/// derivative (square root, hypot and atan2 at zero), the derivatives are infinite or NaN.
 template <class T, int N>
 struct Dual {
   using Derivatives = Eigen::Matrix<T, N, 1>;
@@ -87,7 +87,8 @@ struct Dual {
     return {length, (x.value * x.derivatives + y.value * y.derivatives) / length};
   }
   friend Dual pow(const Dual& a, T exponent) {
-    return chain(a, std::pow(a.value, exponent), exponent * std::pow(a.value, exponent - T(1)));
+    const T slope = exponent == T(0) ? T(0) : exponent * std::pow(a.value, exponent - T(1));
+    return chain(a, std::pow(a.value, exponent), slope);
   }
   /// The slope at zero is that of the right side.
   friend Dual abs(const Dual& a) { return a.value < T(0) ? -a : a; }

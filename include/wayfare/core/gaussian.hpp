@@ -23,6 +23,31 @@ struct Gaussian {
   Covariance covariance = Covariance::Identity();
 };
 
+/// Whether a square matrix is finite, symmetric and positive semi-definite, the latter two to 1e-6
+/// of the correlations, so that the units of its rows do not matter. Standard deviations below 1e-6
+/// of the largest count as that.
+template <class Derived>
+[[nodiscard]] bool is_positive_semidefinite(const Eigen::MatrixBase<Derived>& matrix) {
+  constexpr double kRounding = 1e-6, kLeast = 1e-150;  // whose inverse square does not overflow
+  using Square = Eigen::Matrix<double, Derived::RowsAtCompileTime, Derived::ColsAtCompileTime>;
+  const Square m = matrix.template cast<double>();
+  if (!m.allFinite() || (m.diagonal().array() < 0).any()) return false;
+  const auto sigma = m.diagonal().cwiseSqrt().eval();
+  const auto scale =
+      sigma.cwiseMax(kRounding * sigma.maxCoeff()).cwiseMax(kLeast).cwiseInverse().eval();
+  Square r = scale.asDiagonal() * m * scale.asDiagonal();
+  if (!((r - r.transpose()).array().abs() <= kRounding).all()) return false;
+  r.diagonal().array() += kRounding;
+  return Eigen::LLT<Square>(r).info() == Eigen::Success;
+}
+
+/// The same, and no direction is known exactly: the Cholesky factorisation exists.
+template <class Derived>
+[[nodiscard]] bool is_positive_definite(const Eigen::MatrixBase<Derived>& matrix) {
+  return is_positive_semidefinite(matrix) &&
+         Eigen::LLT<typename Derived::PlainObject>(matrix).info() == Eigen::Success;
+}
+
 /// (x ⊟ mean)ᵀ Σ⁻¹ (x ⊟ mean); NaN where the covariance is not positive definite.
 template <Manifold M>
 [[nodiscard]] auto squared_mahalanobis(const Gaussian<M>& g, const M& x) {

@@ -134,6 +134,7 @@ struct ExpectedInnovation {
   T variance;    ///< from the state alone: h P hᵀ
 };
 
+// `inline` raises the compiler's size limit for inlining, on which the speed of the filters depends.
 template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P>
 [[nodiscard]] inline auto expected_innovation(const P& p, const IndexedRow<T, Index...>& h) {
   auto cross = p.times(h);

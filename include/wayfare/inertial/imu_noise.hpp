@@ -5,7 +5,7 @@
 //
 // Allan and Hadamard deviation of a sensor at rest: IEEE Std 952-1997, annex C; Riley and Howe 2008
 // (NIST SP 1065).
-
+//
 // Identification of a first-order Gauss-Markov process from its autocorrelation (Gelb 1974, section
 // 2.5).
 

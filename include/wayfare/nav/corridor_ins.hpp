@@ -91,10 +91,10 @@ struct Estimate {
   double value = 0.0, sigma = 0.0;
 };
 
-/// The filter, processed sample by sample. Not thread-safe. With walls, where heading or position
-/// become unknown, as after a long gap in the motion (standard deviations above 10 rad or 1 km),
-/// they get the standard deviations √10 rad and 100 m, which mean unknown, and the gyro those of
-/// the start; the next walls are new ones; an event reports it.
+/// The filter, processed sample by sample. Not thread-safe. With walls the filter is reinitialised
+/// when heading or position become unknown (standard deviations above 10 rad or 1 km), as after a
+/// long gap in the motion: with standard deviations of √10 rad and 100 m, the gyro errors of the
+/// start, and new walls. An event reports it.
 class CorridorIns {
  public:
   explicit CorridorIns(const CorridorInsOptions& options = {}, const SE2d& start = {});
@@ -142,8 +142,8 @@ struct CorridorRun {
 };
 
 /// Motion from gyro and wheels, or gyro and odometry, if recorded; else from odometry alone. Wheel
-/// and odometry samples that are not finite are left out.
-/// `added_bias_rad_s` is added to the turn rate, to test its estimation.
+/// and odometry samples that are not finite are left out; empty if none remain. `added_bias_rad_s`
+/// is added to the turn rate, to test its estimation.
 [[nodiscard]] std::vector<MotionSample> motion_of(const Recording& recording,
                                                   double added_bias_rad_s = 0.0);
 

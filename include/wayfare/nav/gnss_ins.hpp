@@ -140,8 +140,9 @@ struct GnssInsResult {
 
 /// The filter, processing one measurement at a time in order of arrival. Late range epochs and
 /// fixes are handled by replay from recent states. The solution is reinitialised if all inertial
-/// readings of a second are late, since the unit's clock was set back, and if it leaves the Earth:
-/// heights of −100 to 10 000 km, speeds below 100 km/s, more than a kilometre from the poles.
+/// readings of a second are late, since the unit's clock was set back, and if it leaves the range
+/// of the navigation equations: heights of −100 to 10 000 km, speeds below 100 km/s, more than a
+/// kilometre from the poles.
 class GnssIns {
  public:
   explicit GnssIns(const GnssInsOptions& options);

@@ -6,7 +6,10 @@
 //     wayfare::testing::EdgeLaws<MyEdge>{{edge}}.check();      // at random values
 //   }
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <string>
 #include <tuple>
 #include <utility>
 #include <vector>

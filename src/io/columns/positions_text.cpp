@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
+#include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/gnss/ephemerides.hpp>
@@ -112,7 +111,7 @@ void add_covariances(const Eigen::Vector3d& ne_eu_un, Eigen::Matrix3d& covarianc
   full(0, 1) = full(1, 0) = from_root(ne_eu_un[0]);
   full(1, 2) = full(2, 1) = -from_root(ne_eu_un[1]);
   full(0, 2) = full(2, 0) = -from_root(ne_eu_un[2]);
-  if (Eigen::LLT<Eigen::Matrix3d>(full).info() == Eigen::Success) covariance = full;
+  if (is_positive_definite(full)) covariance = full;
 }
 
 std::string take_position(std::span<const double> v, GnssFix& fix) {

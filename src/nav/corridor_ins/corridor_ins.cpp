@@ -58,7 +58,8 @@ class CorridorIns::Engine {
       ++report_.refused_samples;
       return Error{ErrorCode::invalid, why, {}};
     };
-    if (!corridor::plausible(s)) return refuse("a motion sample is not finite, or implausible");
+    if (!corridor::plausible(s))
+      return refuse("the turn rate or speed of a motion sample is not below 1000 rad/s or m/s");
     if (time_ && s.time <= *time_) return refuse("a motion sample is not after the previous one");
     // The first sample only gives the start time.
     if (time_) step(s, s.time - *time_);

@@ -30,8 +30,8 @@ class DistanceTravelled {
       before = &o;
     }
   }
+  [[nodiscard]] bool empty() const { return times_.empty(); }
   [[nodiscard]] double at(LogTime time) const {
-    if (times_.empty()) return 0.0;
     const auto next = std::upper_bound(times_.begin(), times_.end(), time);
     const auto i = static_cast<std::size_t>(next - times_.begin());
     if (i == 0) return distance_m_.front();
@@ -50,8 +50,7 @@ class DistanceTravelled {
   std::vector<double> distance_m_;
 };
 
-std::vector<MotionSample> from_gyro(const Recording& r) {
-  const DistanceTravelled travelled(r);
+std::vector<MotionSample> from_gyro(const Recording& r, const DistanceTravelled& travelled) {
   std::vector<MotionSample> motion;
   for (std::size_t i = 0; i < r.gyro.size(); ++i) {
     const LogTime time = r.gyro[i].time;
@@ -85,9 +84,9 @@ std::vector<MotionSample> from_odometry(const Recording& r) {
 }  // namespace
 
 std::vector<MotionSample> motion_of(const Recording& recording, double added_bias_rad_s) {
-  const bool has_distance = !recording.wheels.empty() || !recording.odometry.empty();
-  const bool has_gyro = !recording.gyro.empty() && has_distance;
-  auto motion = has_gyro ? from_gyro(recording) : from_odometry(recording);
+  const DistanceTravelled travelled(recording);
+  const bool has_gyro = !recording.gyro.empty() && !travelled.empty();
+  auto motion = has_gyro ? from_gyro(recording, travelled) : from_odometry(recording);
   for (MotionSample& sample : motion) sample.turn_rate_rad_s += added_bias_rad_s;
   return motion;
 }

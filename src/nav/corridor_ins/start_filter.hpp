@@ -26,13 +26,13 @@ namespace wayfare::corridor {
   return {x, sigma.cwiseAbs2().asDiagonal()};
 }
 
-/// Whether heading or position are unknown: the linearised errors mean nothing beyond a rotation,
-/// and rounding of larger covariances exceeds the accuracy of walls.
+/// Whether heading or position are unknown: heading errors beyond a rotation cannot be linearised,
+/// and the rounding errors of larger covariances exceed the accuracy of walls.
 [[nodiscard]] inline bool is_lost(const CorridorMatrix& p) {
   return p(kHeading, kHeading) > 100.0 || p(kX, kX) + p(kY, kY) > 1e6;
 }
 
-/// Starts again where `lost` is, with unknown pose; the speed and its errors remain.
+/// The filter at the pose of `lost`, which is taken as unknown; the speed and its errors are kept.
 [[nodiscard]] inline Filter restart_filter(const CorridorInsOptions& o, const Filter& lost) {
   const CorridorVector& old = lost.state();
   const Angle heading = Angle::radians(old[kHeading]).wrapped();

@@ -9,8 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
+#include <wayfare/core/gaussian.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
 
 #include "nav/gnss_ins/ins_engine.hpp"
@@ -38,6 +37,7 @@ bool plausible(const ImuSample& s) {
          s.specific_force_mps2.cwiseAbs().maxCoeff() < 5000.0;
 }
 
+/// Slower than 100 km/s.
 bool plausible_velocity(const Eigen::Vector3d& mps) { return mps.squaredNorm() < 1e10; }
 
 bool plausible(const RangeEpoch& e) {
@@ -46,13 +46,9 @@ bool plausible(const RangeEpoch& e) {
 }
 
 bool plausible(const GnssFix& f) {
-  const auto positive = [](const Eigen::Matrix3d& m) {
-    return m.allFinite() && m.isApprox(m.transpose(), 1e-6) &&
-           Eigen::LLT<Eigen::Matrix3d>(m).info() == Eigen::Success;
-  };
-  return nav::is_on_earth(f.position) && positive(f.position_covariance_ned_m2) &&
-         (!f.velocity_ned_mps ||
-          (plausible_velocity(*f.velocity_ned_mps) && positive(f.velocity_covariance_ned)));
+  return nav::is_on_earth(f.position) && is_positive_definite(f.position_covariance_ned_m2) &&
+         (!f.velocity_ned_mps || (plausible_velocity(*f.velocity_ned_mps) &&
+                                  is_positive_definite(f.velocity_covariance_ned)));
 }
 
 bool plausible(const GnssInsStart& s) {
@@ -84,7 +80,9 @@ class GnssIns::Filter {
 
   void start(const GnssInsStart& start) {
     if (!plausible(start))
-      return events_.note(start.nav.time, "the given start is implausible: it is not used");
+      return events_.note(start.nav.time,
+                          "the given start is implausible: not finite, not on the Earth, faster "
+                          "than 100 km/s, or of a negative standard deviation: it is not used");
     clear();
     seen_ = {};
     given_start_ = start;
@@ -243,7 +241,7 @@ class GnssIns::Filter {
       if (snapshots_.empty() ||
           engine_->time() - snapshots_.back().engine.time() > from_seconds(0.25)) {
         if (!engine_->on_earth()) {
-          events_.note(t, "the readings lead off the Earth: reinitialising");
+          events_.note(t, "the solution is off the Earth: reinitialising");
           forget();
           return true;
         }

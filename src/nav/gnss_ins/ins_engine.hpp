@@ -179,7 +179,7 @@ class InsEngine {
 
   /// Measurements have been rejected for so long that the filter should be reinitialised.
   [[nodiscard]] bool lost() const { return lost_; }
-  /// False once the readings have carried the unit to where the navigation equations do not hold.
+  /// False where the navigation equations are not valid.
   [[nodiscard]] bool on_earth() const {
     return is_on_earth(filter_.position()) && filter_.state().velocity_mps.squaredNorm() < 1e10;
   }

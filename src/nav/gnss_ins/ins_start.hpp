@@ -109,7 +109,7 @@ class Starter {
   }
 
   [[nodiscard]] std::optional<GnssInsStart> add(const GnssFix& fix) {
-    // Without a velocity it tells neither standstill nor heading.
+    // A position alone determines neither standstill nor heading.
     if (!fix.velocity_ned_mps) return std::nullopt;
     const double sigma = std::sqrt(fix.position_covariance_ned_m2.diagonal().maxCoeff());
     return try_start(fix.time, fix.position, *fix.velocity_ned_mps, std::max(0.5, 2.0 * sigma));

@@ -18,7 +18,7 @@ namespace wayfare::nav {
 inline constexpr int kOffsets = kGnssSystems - 1;
 using InsRangeFilter = InsFilter<double, kOffsets>;
 
-// Finite, and within limits that keep the computation from overflow and loss of all digits.
+// Of these values: finite, and within limits that exclude overflow and the loss of all digits.
 [[nodiscard]] inline bool is_usable_sigma(double sigma) { return sigma > 1e-6 && sigma < 1e9; }
 [[nodiscard]] inline bool has_range(const CorrectedRange& s) {
   return std::abs(s.range_m) < 1e12 && s.position_ecef_m.squaredNorm() < 1e20 &&

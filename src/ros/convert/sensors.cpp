@@ -8,9 +8,8 @@
 #include <optional>
 #include <string_view>
 
-#include <Eigen/Cholesky>
-
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/gaussian.hpp>
 #include <wayfare/ros/convert.hpp>
 
 namespace wayfare::ros {
@@ -280,8 +279,7 @@ Result<GnssFix> fix_of(const NavSatFix& m, LogTime time) {
       return invalid("has no positive variances", "position_covariance");
     fix.position_covariance_ned_m2 = turned(covariance);
     Eigen::Matrix3d& used = fix.position_covariance_ned_m2;
-    if (Eigen::LLT<Eigen::Matrix3d>(used).info() != Eigen::Success)
-      used = Eigen::Matrix3d(used.diagonal().asDiagonal());
+    if (!is_positive_definite(used)) used = Eigen::Matrix3d(used.diagonal().asDiagonal());
   }
   return fix;
 }

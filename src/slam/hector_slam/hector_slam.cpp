@@ -57,6 +57,7 @@ class HectorSlam::Engine {
     outcome.T_map_base = MapPose(pose_);
     trajectory_.push_back({scan.time, outcome.T_map_base});
     ++statistics_.scans;
+    statistics_.levelled_scans += level_known_ ? 1 : 0;
     statistics_.unmatched_scans += outcome.matched ? 0 : 1;
     return outcome;
   }
@@ -86,7 +87,6 @@ class HectorSlam::Engine {
     const SO3d q_base_laser =
         SO3d::exp(Eigen::Vector3d(0, 0, mounted.rotation().angle().radians()));
     levelled_ = level_scan(scan, q * q_base_laser, options_.level);
-    ++statistics_.levelled_scans;
     const Eigen::Vector3d at(mounted.x(), mounted.y(), 0);
     return {&levelled_, SE2d(Eigen::Vector2d((q * at).head<2>()), SO2d())};
   }

@@ -72,7 +72,7 @@ class Localiser::Engine {
   }
 
   Result<void> start_at(const Gaussian<SE2d>& pose) {
-    if (!detail::finite(pose.mean) || !detail::is_covariance(pose.covariance))
+    if (!detail::finite(pose.mean) || !is_positive_semidefinite(pose.covariance))
       return Error{ErrorCode::invalid,
                    "start_at: the pose is not finite or its covariance not positive semi-definite"};
     start_anywhere();

@@ -43,7 +43,7 @@ class RadarSlam::Engine {
   Result<void> move(const Gaussian<SE2d>& increment) {
     const Gaussian<SE2d> moved = compose(moved_, increment);
     const auto valid = [](const Gaussian<SE2d>& g) {
-      return detail::finite(g.mean) && detail::is_covariance(g.covariance);
+      return detail::finite(g.mean) && is_positive_semidefinite(g.covariance);
     };
     if (!valid(increment) || !detail::finite(moved.mean) || !moved.covariance.allFinite())
       return Error{ErrorCode::invalid,

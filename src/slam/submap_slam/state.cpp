@@ -14,6 +14,7 @@
 #include <Eigen/LU>
 
 #include <wayfare/core/detail/bytes.hpp>
+#include <wayfare/core/gaussian.hpp>
 
 #include "slam/submap_slam/engine.hpp"
 
@@ -228,7 +229,7 @@ struct SubmapState {
            is_near(m.velocity_from_.pose) && m.mean_interval_s_ >= 0.0 &&
            m.velocity_.cwiseAbs().maxCoeff() < kFarthest_m && is_near(e.T_local_base_) &&
            is_count(e.lost_) && is_count(e.nodes_since_search_) &&
-           detail::is_covariance(e.since_node_) && detail::is_covariance(e.since_match_);
+           is_positive_semidefinite(e.since_node_) && is_positive_semidefinite(e.since_match_);
   }
   /// Every pose is that of one node or one submap.
   static bool has_valid_poses(const SubmapGraph& m) {
