@@ -19,7 +19,8 @@ template <class G>
 SquareOf<G> random_information(Rng& rng) {
   SquareOf<G> m;
   for (auto& v : m.reshaped()) v = rng.uniform(-1.0, 1.0);
-  const SquareOf<G> q = m.householderQr().householderQ();
+  // Of dynamic size, which is compiled once for all groups.
+  const SquareOf<G> q = Eigen::HouseholderQR<Eigen::MatrixXd>(m).householderQ();
   TangentOf<G> d;
   for (auto& v : d) v = std::pow(10.0, rng.uniform(0.0, 2.0));
   return q * d.asDiagonal() * q.transpose();
@@ -58,9 +59,9 @@ PoseGraph<G> open_graph(Rng& rng, OpenShape shape, int directions, double left =
     }
     join(first + 4, first + 1);
     if (group == 0) continue;
-    const int earlier = shape == OpenShape::tree ? static_cast<int>(rng.below(
-                                                       static_cast<std::uint64_t>(group)))
-                                                 : group - 1;
+    const int earlier = shape == OpenShape::tree
+                            ? static_cast<int>(rng.below(static_cast<std::uint64_t>(group)))
+                            : group - 1;
     TangentOf<G> n = random_tangent<G>(rng, 1.0);
     if (shape != OpenShape::loops) {
       auto& edge = join(earlier * kGroup + 6, first);
