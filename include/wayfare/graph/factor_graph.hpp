@@ -197,4 +197,20 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
   std::vector<int> fixed_;
 };
 
+/// Initial values along relative poses, which a factor graph need not have: compile errors.
+template <class V, class E>
+void start_from_odometry(FactorGraph<V, E>&) {
+  static_assert(!std::is_same_v<V, V>, "wayfare: a start along odometry takes pose graphs only");
+}
+template <class V, class E>
+void start_from_tree(FactorGraph<V, E>&) {
+  static_assert(!std::is_same_v<V, V>, "wayfare: a spanning tree's start takes pose graphs only");
+}
+template <class V, class E>
+void start_from_chordal(FactorGraph<V, E>&) {
+  static_assert(
+      !std::is_same_v<V, V>,
+      "wayfare: the chordal start relaxes rotations between poses: it takes pose graphs only");
+}
+
 }  // namespace wayfare
