@@ -29,7 +29,7 @@ struct GncOptions {
   double growth = 1.4;
   int max_rounds = 200;
   /// Start from a spanning tree that prefers trusted edges; false: from the graph's poses. Factor
-  /// graphs start from their values.
+  /// graphs start from their values, improved with equal weights of all edges that may be outliers.
   bool start_from_trusted = true;
   /// Of each solve; its kernel is not used.
   OptimiseOptions optimise{};

@@ -14,6 +14,8 @@ namespace detail {
 template <LieGroup G>
 class GncProblem<PoseGraph<G>> {
  public:
+  static constexpr bool kStartsEqual = false;
+
   explicit GncProblem(const PoseGraph<G>& graph) : graph_(graph) {
     if (ChordalSolver<G>::check(graph)) chordal_.emplace(graph);
   }

@@ -37,9 +37,10 @@ int degrees_of_freedom(const Square& information) {
 }
 
 /// What GNC needs of a kind of graph: `start`, initial values; c² of every edge, ∞ if it is
-/// trusted; u = s/c²; `relax`, the values that solve a relaxed problem with
-/// `weights` of the edges, if there is one; `check`, whether the edges whose weight is not zero
-/// determine the graph. That of pose graphs is in src/graph/optimise/gnc.cpp.
+/// trusted; u = s/c²; kStartsEqual, whether the first weights are equal; `relax`, the values that
+/// solve a relaxed problem with `weights` of the edges, if there is one; `check`, whether the edges
+/// whose weight is not zero determine the graph. That of pose graphs is in
+/// src/graph/optimise/gnc.cpp.
 template <class Graph>
 class GncProblem;
 
@@ -64,6 +65,7 @@ class GncProblem<FactorGraph<V, Edges<E...>>> {
 
  public:
   using Graph = FactorGraph<V, Edges<E...>>;
+  static constexpr bool kStartsEqual = true;
 
   explicit GncProblem(const Graph& graph) : graph_(graph) {}
 
@@ -126,6 +128,7 @@ class Gnc {
   Result<void> settle();
   Result<void> relax(const OptimiseOptions& options);
   Result<void> solve(OptimiseOptions options);
+  double measure();
   bool reweigh(double mu);
   bool cut();
 
@@ -144,17 +147,27 @@ Result<void> Gnc<Graph>::graduate() {
   const bool truncated = options_.loss == GncLoss::truncated_least_squares;
   OptimiseOptions coarse = options_.optimise;
   coarse.min_relative_gain = std::max(coarse.min_relative_gain, 1e-2);
-  problem_.measure(c2_, u_);
-  const double largest =
-      std::accumulate(u_.begin(), u_.end(), 0.0, [](double a, double b) { return std::max(a, b); });
-  if (!std::isfinite(largest)) return cost_overflow(graph_);
   // The surrogates are convex below and above these (remarks 5 and 6).
-  double mu = truncated ? 1.0 / std::max(2.0 * largest - 1.0, 1e-9) : std::max(2.0 * largest, 1.0);
+  const auto convex = [&](double largest) {
+    return truncated ? 1.0 / std::max(2.0 * largest - 1.0, 1e-9) : std::max(2.0 * largest, 1.0);
+  };
+  double largest = measure();
+  if (!std::isfinite(largest)) return cost_overflow(graph_);
+  if constexpr (GncProblem<Graph>::kStartsEqual) {
+    // Values may come from the very edges that are outliers: an edge that agrees with them must not
+    // outweigh the others.
+    const double equal = gnc_weight(options_.loss, largest, convex(largest));
+    for (std::size_t k = 0; k < weights_.size(); ++k)
+      if (!std::isinf(c2_[k])) weights_[k] = std::max(equal, kLeastWeight);
+    if (auto done = relax(coarse); !done) return done;
+    largest = measure();
+  }
+  double mu = convex(largest);
   while (report_.rounds < options_.max_rounds) {
     const bool undecided = reweigh(mu);
     if (report_.rounds > 0 && (truncated ? !undecided : mu <= 1.0)) break;
     if (auto done = relax(coarse); !done) return done;
-    problem_.measure(c2_, u_);
+    measure();
     ++report_.rounds;
     mu = truncated ? mu * options_.growth : std::max(mu / options_.growth, 1.0);
   }
@@ -173,7 +186,7 @@ Result<void> Gnc<Graph>::settle() {
     if (done) done = solve(options_.optimise);
     if (done) done = check_determined(step_, graph_);
     if (!done) return done;
-    problem_.measure(c2_, u_);
+    measure();
   }
   for (std::size_t k = 0; k < weights_.size(); ++k) {
     if (weights_[k] == 0.0) report_.rejected.push_back(static_cast<int>(k));
@@ -205,6 +218,14 @@ Result<void> Gnc<Graph>::solve(OptimiseOptions options) {
   report.initial_chi2 = report.initial_cost;
   report.final_chi2 = report.final_cost;
   return done;
+}
+
+/// Computes u; returns the largest.
+template <class Graph>
+double Gnc<Graph>::measure() {
+  problem_.measure(c2_, u_);
+  return std::accumulate(u_.begin(), u_.end(), 0.0,
+                         [](double a, double b) { return std::max(a, b); });
 }
 
 /// Whether a weight is between 0 and 1.
