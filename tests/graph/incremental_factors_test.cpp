@@ -331,6 +331,34 @@ TEST(IncrementalFactorGraph, SurvivesErrorsThatAreNotNumbers) {
   EXPECT_GT(at_once, 3);
 }
 
+/// Not a number below zero.
+struct Root {
+  using Variables = EdgeVariables<Scalar>;
+  using Jacobians = AutomaticJacobians;
+  static constexpr int kDim = 1;
+  template <class T>
+  Eigen::Matrix<T, 1, 1> error(const Eigen::Matrix<T, 1, 1>& x) const {
+    using std::sqrt;
+    return Eigen::Matrix<T, 1, 1>(sqrt(x[0]) - T(1.0));
+  }
+};
+
+// An edge that is a number where its variable is, though not where it was linearised last.
+TEST(IncrementalFactorGraph, LinearisesAtTheValuesWhereOldPointsWillNotDo) {
+  using Graph = FactorGraph<Variables<Scalar>, Edges<Prior<Scalar>, Root>>;
+  IncrementalGraphOptimiser<Graph> growing;
+  const auto x = growing.add(Scalar(-1.0));
+  ASSERT_TRUE(growing.add(Prior<Scalar>{Scalar(4.0)}, *x));
+  ASSERT_FALSE(growing.add(Root{}, *x)) << "at -1";
+  ASSERT_TRUE(growing.update({.relinearise_step = 100.0}));
+  EXPECT_NEAR(growing[*x][0], 4.0, 1e-9);
+  ASSERT_TRUE(growing.add(Root{}, *x));
+  const auto report = growing.update({.relinearise_step = 100.0, .max_rounds = 1});
+  ASSERT_TRUE(report) << report.error().message;
+  // At 4 the root's error is 1 and its slope 1/4: (1 + 1/16) d = -1/4.
+  EXPECT_NEAR(growing[*x][0], 4.0 - 0.25 / 1.0625, 1e-9);
+}
+
 TEST(IncrementalFactorGraph, RefusesBadAdditionsByNameAndKeepsTheRest) {
   using Graph = tests::ScaledWheels::Graph;
   Walk<tests::ScaledWheels> walk(41);

@@ -37,9 +37,11 @@ Result<IncrementalReport> IncrementalGraphOptimiser<Graph>::update(
 template <class Graph>
 Result<void> IncrementalGraphOptimiser<Graph>::first_round(const IncrementalOptions& options,
                                                            IncrementalReport& report) {
-  report.reordered = work_since_order_ > options.reorder_work * system_.total_flops();
+  // What is not finite at old linearisation points may be so at the values.
+  report.reordered = !finite_ || work_since_order_ > options.reorder_work * system_.total_flops();
   relinearised_.clear();
   if (report.reordered) {
+    finite_ = true;
     relinearise_all();
     far_step_ = options.relinearise_step;  // from here on variables are listed by this one
     system_.touch_all();
