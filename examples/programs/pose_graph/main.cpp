@@ -15,7 +15,6 @@
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/report.hpp>
-#include <wayfare/io/g2o.hpp>
 #include <wayfare/io/landmark_graph.hpp>
 
 #include "outputs.hpp"
@@ -38,6 +37,7 @@ struct Arguments : OutputArguments {
   std::optional<GncLoss> gnc;  ///< for graduated non-convexity
   bool robust_odometry = false;
   bool incremental = false;
+  bool grow = false;
   double inlier_probability = GncOptions{}.inlier_probability;
   OptimiseOptions options;
 };
@@ -102,6 +102,9 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
                  "initial poses: of the file, the chain of edges between neighbours, a spanning "
                  "tree of least depth, or chordal relaxation (default file; with --robust gnc a "
                  "tree over odometry)");
+  app.add_flag("--grow", a.grow,
+               "initial values from optimising the graph as it grows in the order of the file: for "
+               "logs whose odometry drifts far");
   app.add_choice(
       "--robust", robust, kRobust,
       "against outliers among edges between vertices that are not neighbours in the file: "
@@ -288,10 +291,10 @@ Result<void> check_landmark_options(const Arguments& a) {
   if (a.options.kernel.kind == RobustKernelKind::none && !a.gnc && !a.incremental &&
       a.start == StartMethod::given && a.solver == SolverChoice::block && a.rejected.empty())
     return {};
-  return Error{ErrorCode::unsupported,
-               "--robust, --incremental, --init, --solver and --rejected are for graphs of poses "
-               "alone; the file has landmarks or priors",
-               a.input};
+  const char* const message =
+      "--robust, --incremental, --init, --solver and --rejected are for graphs of poses alone; the "
+      "file has landmarks or priors";
+  return Error{ErrorCode::unsupported, message, a.input};
 }
 
 template <LieGroup G>
@@ -301,12 +304,9 @@ Result<void> run_landmarks(io::GraphFile<G>& file, const Arguments& a) {
   auto graph = io::to_factor_graph(file);
   std::printf("vertices   %zu\nlandmarks  %zu\nedges      %d\n", file.vertices.size(),
               file.landmarks.size(), graph.edge_count());
-  Outcome outcome;
-  auto report = optimise(graph, a.options);
+  const auto report = optimise(graph, a.options);
   if (!report) return report.error();
-  outcome.report = std::move(*report);
-  outcome.total_s = outcome.report.times.total_s;
-  print(outcome, a);
+  print({*report, 0.0, report->times.total_s}, a);
   io::take_values(graph, file);
   const io::WriteOptions options = a.write();
   auto done = io::write_g2o(a.out, file, options);
@@ -320,6 +320,8 @@ template <LieGroup G>
 Result<void> run(io::GraphFile<G>& file, const Arguments& a) {
   for (const auto& [kind, lines] : file.ignored)
     std::fprintf(stderr, "pose_graph: %zu lines of unknown kind %s ignored\n", lines, kind.c_str());
+  if (a.grow)
+    if (auto started = io::start_from_growth(file); !started) return started;
   if (!file.only_poses()) return run_landmarks(file, a);
   PoseGraph<G> graph = io::to_pose_graph(file);
   if (a.robust_odometry) {
