@@ -306,7 +306,7 @@ Result<void> run_landmarks(io::GraphFile<G>& file, const Arguments& a) {
               file.landmarks.size(), graph.edge_count());
   const auto report = optimise(graph, a.options);
   if (!report) return report.error();
-  print({*report, 0.0, report->times.total_s}, a);
+  print({*report, 0.0, report->times.total_s, 0, {}}, a);
   io::take_values(graph, file);
   const io::WriteOptions options = a.write();
   auto done = io::write_g2o(a.out, file, options);
