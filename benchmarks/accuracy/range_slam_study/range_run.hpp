@@ -71,7 +71,8 @@ using RangeGraph = FactorGraph<Variables<SE2d, Eigen::Vector2d, RangeScale>,
 
 /// Poses by odometry from the origin, which is fixed; each beacon where most of the circles of its
 /// first ranges meet: of the intersections of any two, that with the least robust cost. Variables
-/// are the poses, then the beacons.
-[[nodiscard]] RangeGraph range_graph(const RangeRun& run, const RangeNoise& noise = {});
+/// are the poses, the beacons and the ranges' scale, which is fixed at 1 unless it is `free_scale`.
+[[nodiscard]] RangeGraph range_graph(const RangeRun& run, bool free_scale,
+                                     const RangeNoise& noise = {});
 
 }  // namespace wayfare::examples
