@@ -7,6 +7,7 @@
 #include <wayfare/graph/eigen_solver.hpp>
 #include <wayfare/graph/factor_graph.hpp>
 #include <wayfare/graph/gnc.hpp>
+#include <wayfare/graph/growing_factor_graph.hpp>
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 #include <wayfare/graph/optimise.hpp>

@@ -24,13 +24,9 @@
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/graph/detail/factor_equations.hpp>
 #include <wayfare/graph/edge.hpp>
+#include <wayfare/graph/growing_factor_graph.hpp>
 
 namespace wayfare {
-
-template <Manifold... V>
-struct Variables {};
-template <class... E>
-struct Edges {};
 
 namespace detail {
 
@@ -44,18 +40,6 @@ constexpr int block_size() {
   return largest <= 2 ? 2 : largest <= 3 ? 3 : 6;
 }
 
-/// An edge and the numbers of its variables.
-template <class E>
-struct PlacedEdge {
-  E edge;
-  std::array<int, E::Variables::kCount> variables;
-};
-
-template <class X, class... All>
-inline constexpr bool kIsOneOf = (std::is_same_v<X, All> || ...);
-template <class E, class... V>
-inline constexpr bool kJoinsTheseVariables =
-    std::is_same_v<EdgeVariables<V...>, typename E::Variables>;
 template <class... V, class... U>
 constexpr bool has_all(Variables<V...>, EdgeVariables<U...>) {
   return (kIsOneOf<U, V...> && ...);
@@ -154,6 +138,8 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
   }
 
  private:
+  friend class GrowingGraph<FactorGraph>;
+
   /// Which of the types, and the index among its values.
   struct Place {
     int type;
@@ -165,6 +151,19 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
     int type = -1, i = 0;
     ((std::is_same_v<X, V> ? type = i++ : i++), ...);
     return type;
+  }
+  template <class X>
+  static constexpr int edge_type() {
+    int type = -1, i = 0;
+    ((std::is_same_v<X, E> ? type = i++ : i++), ...);
+    return type;
+  }
+  /// The number of the first edge of type X among all edges.
+  template <class X>
+  [[nodiscard]] int first_number() const {
+    std::size_t before = 0;
+    ((edge_type<E>() < edge_type<X>() ? before += edges<E>().size() : before), ...);
+    return static_cast<int>(before);
   }
   [[nodiscard]] const Place& place(int variable) const {
     return variables_[static_cast<std::size_t>(variable)];
@@ -197,5 +196,21 @@ class FactorGraph<Variables<V...>, Edges<E...>> {
   std::tuple<std::vector<detail::PlacedEdge<E>>...> edges_;
   std::vector<int> fixed_;
 };
+
+/// Initial values along relative poses, which a factor graph need not have: compile errors.
+template <class V, class E>
+void start_from_odometry(FactorGraph<V, E>&) {
+  static_assert(!std::is_same_v<V, V>, "wayfare: a start along odometry takes pose graphs only");
+}
+template <class V, class E>
+void start_from_tree(FactorGraph<V, E>&) {
+  static_assert(!std::is_same_v<V, V>, "wayfare: a spanning tree's start takes pose graphs only");
+}
+template <class V, class E>
+void start_from_chordal(FactorGraph<V, E>&) {
+  static_assert(
+      !std::is_same_v<V, V>,
+      "wayfare: the chordal start relaxes rotations between poses: it takes pose graphs only");
+}
 
 }  // namespace wayfare

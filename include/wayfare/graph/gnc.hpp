@@ -28,7 +28,8 @@ struct GncOptions {
   /// Factor of μ between rounds, as in the paper. Larger: fewer rounds, less robust.
   double growth = 1.4;
   int max_rounds = 200;
-  /// Start from a spanning tree that prefers trusted edges; false: from the graph's poses.
+  /// Start from a spanning tree that prefers trusted edges; false: from the graph's poses. Factor
+  /// graphs start from their values, improved with equal weights of all edges that may be outliers.
   bool start_from_trusted = true;
   /// Of each solve; its kernel is not used.
   OptimiseOptions optimise{};
@@ -49,16 +50,22 @@ struct GncOptions {
 
 struct GncReport {
   OptimiseReport optimisation;  ///< the last solve, without the rejected edges
-  std::vector<int> rejected;    ///< outlier edges, ascending; never a trusted one
-  int rounds = 0;               ///< losses solved
-  int iterations = 0;           ///< linear systems solved in all rounds
+  /// Outlier edges, ascending; never a trusted one. Those of a factor graph are counted type by
+  /// type, in the order of FactorGraph::each_edge.
+  std::vector<int> rejected;
+  int rounds = 0;      ///< losses solved
+  int iterations = 0;  ///< linear systems solved in all rounds
   double total_s = 0.0;
 };
 
-/// Optimises a graph whose `robust` edges may be outliers and reports which are; the others are
-/// trusted. Compiled in wayfare::graph for SE2d and SE3d. Errors, with the poses unchanged: those
-/// of PoseGraphOptimiser.
-template <LieGroup G>
-Result<GncReport> optimise_gnc(PoseGraph<G>& graph, const GncOptions& options = {});
+/// Optimises a graph of which some edges may be outliers and reports which are; the others are
+/// trusted. They are a pose graph's edges marked `robust`, and a factor graph's edges whose member
+/// `bool robust` is true, or without such a member those of types with a kernel, which is not used.
+/// Errors, with the values unchanged: those of GraphOptimiser, also where a variable has outlier
+/// edges only. Compiled in wayfare::graph for PoseGraph2 and PoseGraph3.
+template <class Graph>
+Result<GncReport> optimise_gnc(Graph& graph, const GncOptions& options = {});
 
 }  // namespace wayfare
+
+#include <wayfare/graph/detail/gnc_rounds.hpp>

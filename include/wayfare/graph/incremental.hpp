@@ -1,6 +1,6 @@
 #pragma once
 
-// Incremental optimisation of a growing pose graph: the cost of a new pose or edge depends on what
+// Incremental optimisation of a growing graph: the cost of a new variable or edge depends on what
 // it changes, not on the size of the graph.
 //
 // Fluid relinearisation and partial back-substitution as in Kaess, Johannsson, Roberts, Ila,
@@ -12,21 +12,25 @@
 // it.
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdlib>
+#include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include <wayfare/graph/detail/incremental_cholesky.hpp>
 #include <wayfare/graph/detail/incremental_sum.hpp>
+#include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/graph/report.hpp>
 
 namespace wayfare {
 
 struct IncrementalOptions {
-  /// A pose's edges are relinearised if a component of its step (m or rad) exceeds this. Smaller:
-  /// closer to the optimum, more columns refactorised. 0: every pose that moved.
+  /// A variable's edges are relinearised if a component of its step (m or rad) exceeds this.
+  /// Smaller: closer to the optimum, more columns refactorised. 0: every variable that moved.
   double relinearise_step = 0.05;
   /// Back-substitution continues down the tree where a step changes by more than this (m or rad).
   /// 0: with every change.
@@ -41,8 +45,8 @@ struct IncrementalOptions {
 
 /// Statistics of one update.
 struct IncrementalReport {
-  double cost = 0.0;       ///< Σ ρ(eᵀΩe) at the poses after it
-  int relinearised = 0;    ///< poses whose edges were relinearised
+  double cost = 0.0;       ///< Σ ρ(eᵀΩe) at the values after it
+  int relinearised = 0;    ///< variables whose edges were relinearised
   int refactored = 0;      ///< block columns refactorised, summed over the rounds
   int substituted = 0;     ///< block columns whose step was computed, summed over the rounds
   double flops = 0.0;      ///< multiplications and additions of the factorisation
@@ -51,15 +55,17 @@ struct IncrementalReport {
   bool fell_back = false;  ///< the step raised the cost; the batch optimiser took over
 };
 
-/// Gauss-Newton on a growing graph. With both thresholds zero, every round is a complete
-/// Gauss-Newton step of the batch optimiser, to rounding; otherwise the cost stays near its optimum
-/// (tests/graph/incremental_replay_test.cpp has the bounds). Deterministic. Compiled in
-/// wayfare::graph for SE2d and SE3d.
+/// The graph of an incremental optimiser, whose last variables and edges may be pending: how they
+/// are added. Specialised for pose graphs here, for factor graphs in growing_factor_graph.hpp.
+template <class Graph>
+class GrowingGraph;
+
+/// Compiled in wayfare::graph for SE2d and SE3d.
 template <LieGroup G>
-class IncrementalOptimiser {
+class GrowingGraph<PoseGraph<G>> {
  public:
   /// `kernel` applies to edges marked `robust`.
-  explicit IncrementalOptimiser(const RobustKernel& kernel = {}) : kernel_(kernel) {}
+  explicit GrowingGraph(const RobustKernel& kernel = {}) : kernel_(kernel) {}
 
   /// Added with the next update. `held`: fixed; if none is fixed at the first update, pose 0 is.
   /// Returns its index; an Error if it is not finite.
@@ -75,78 +81,154 @@ class IncrementalOptimiser {
   /// Removes the poses, with their labels, and edges added since the last successful update.
   void discard_pending();
 
-  /// Adds the pending poses and edges to the solution. On an Error (names a new pose that is not
-  /// connected to the others or not determined by its edges) the solution is unchanged and they
-  /// stay pending.
-  Result<IncrementalReport> update(const IncrementalOptions& options = {});
-
-  /// The batch optimiser from the current poses, then relinearises everything there. Uses this
-  /// object's kernel instead of that of `options`. On an Error nothing has changed.
-  Result<OptimiseReport> optimise_fully(OptimiseOptions options = {});
-
-  /// The undetermined pose and direction of the last update or optimise_fully that failed with
-  /// ErrorCode::degenerate, if the edges were the cause.
-  [[nodiscard]] const Undetermined<ManifoldTraits<G>::kDof>& undetermined() const {
-    return undetermined_;
-  }
-
   /// The solved poses; pending ones at their initial values.
   [[nodiscard]] const std::vector<G>& poses() const { return graph_.poses; }
   [[nodiscard]] const PoseGraph<G>& graph() const { return graph_; }
 
- private:
-  static constexpr int kDof = ManifoldTraits<G>::kDof;
+ protected:
+  static constexpr int kBlock = ManifoldTraits<G>::kDof;
+  using Value = G;
 
-  struct Moved {
-    int pose;
-    G before;
-  };
-  struct Relinearised {
-    int pose;
-    G before;
-    TangentOf<G> step;
+  /// What is not pending.
+  struct Solved {
+    std::size_t poses = 0, edges = 0, fixed = 0;
   };
 
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  [[nodiscard]] Solved solved() const {
+    return {solved_poses_, solved_edges_, graph_.fixed.size()};
+  }
+  void settle();
+  void unsettle(const Solved& before);
   [[nodiscard]] bool is_held(int pose) const;
   [[nodiscard]] Result<void> check_pending() const;
-  Error name_undetermined(const FactorOutcome& outcome);
+
+  [[nodiscard]] const RobustKernel& kernel() const { return kernel_; }
+  [[nodiscard]] const G& value(int pose) const { return graph_.poses[index(pose)]; }
+  static void set_value(PoseGraph<G>& graph, int pose, const G& x) { graph.poses[index(pose)] = x; }
+  /// The pose becomes origin ⊞ step.
+  void place(int pose, const G& origin, const TangentOf<G>& step) {
+    graph_.poses[index(pose)] = ManifoldTraits<G>::plus(origin, step);
+  }
+
+  // Edge k is term k.
+  [[nodiscard]] std::size_t edges() const { return graph_.edges.size(); }
+  [[nodiscard]] static std::size_t edge_of(int term) { return index(term); }
+  [[nodiscard]] double cost_of(std::size_t k) const {
+    return robust_cost(graph_, graph_.edges[k], kernel_);
+  }
+  /// visit(term, its poses, its values), linearised at `origins`. Returns whether values are
+  /// finite, which those of poses are, or the factorisation fails.
+  template <class Visit>
+  bool linearise(std::size_t k, const std::vector<G>& origins, const Visit& visit) const {
+    const PoseEdge<G>& edge = graph_.edges[k];
+    visit(static_cast<int>(k), edge.from, edge.to, terms_of(edge, origins));
+    return true;
+  }
+  /// Names the edge for which `linearise` returned false.
+  [[nodiscard]] Error fault_at(const std::vector<G>&) const { return cost_overflow(graph_); }
+
+  PoseGraph<G> graph_;  // including pending; poses as estimated
+
+ private:
+  [[nodiscard]] IncrementalTerm<kBlock> terms_of(const PoseEdge<G>& edge,
+                                                 const std::vector<G>& origins) const;
+
+  RobustKernel kernel_;
+  std::size_t solved_poses_ = 0, solved_edges_ = 0;
+};
+
+/// Gauss-Newton on a growing graph. With both thresholds zero, every round is a complete
+/// Gauss-Newton step of the batch optimiser, to rounding; otherwise the cost stays near its optimum
+/// (tests/graph/incremental_replay_test.cpp has the bounds). Deterministic. Variables and edges are
+/// added by the members of GrowingGraph<Graph>:
+///
+///   IncrementalGraphOptimiser<FactorGraph<Variables<SE2d, Eigen::Vector2d>,
+///                                         Edges<Between<SE2d>, BearingRange>>> growing;
+///   const auto start = growing.add(SE2d(), true);         // fixed
+///   const auto tree = growing.add(Eigen::Vector2d(5, 1)); // Result<VariableId<Eigen::Vector2d>>
+///   growing.add(BearingRange{…}, *start, *tree);          // Result<void>
+///   growing.update();
+///   growing[*tree];
+///
+/// Compiled in wayfare::graph for pose graphs.
+template <class Graph>
+class IncrementalGraphOptimiser : public GrowingGraph<Graph> {
+  using Growing = GrowingGraph<Graph>;
+
+ public:
+  using GrowingGraph<Graph>::GrowingGraph;
+  /// Adds the pending variables and edges to the solution. On an Error (names a new pose that is
+  /// not connected to the others, a variable not determined by its edges, or an edge whose error or
+  /// Jacobian is not finite on the way) the solution is unchanged and they stay pending.
+  Result<IncrementalReport> update(const IncrementalOptions& options = {});
+
+  /// The batch optimiser from the current values, then relinearises everything there. Uses this
+  /// object's kernel instead of that of `options`. On an Error nothing has changed.
+  Result<OptimiseReport> optimise_fully(OptimiseOptions options = {});
+
+  /// The undetermined variable and direction of the last update or optimise_fully that failed with
+  /// ErrorCode::degenerate, if the edges were the cause.
+  [[nodiscard]] const Undetermined<Graph::kBlock>& undetermined() const { return undetermined_; }
+
+ private:
+  static constexpr int kBlock = Graph::kBlock;
+  using Step = Eigen::Matrix<double, kBlock, 1>;
+  using Value = typename Growing::Value;
+
+  struct Moved {
+    int variable;
+    Value before;
+  };
+  struct Relinearised {
+    int variable;
+    Value before;
+    Step step;
+  };
+
+  using Growing::graph_;
+  using Growing::index;
+
+  Error fault_of(const FactorOutcome& outcome);
   void admit();
   void settle();
   void withdraw();
+  Error restore(const typename Growing::Solved& before);
 
-  [[nodiscard]] IncrementalTerm<kDof> linearise(const PoseEdge<G>& edge) const;
+  void each_edge_of(const auto& changed, std::size_t first, const auto& with);
   void relinearise_far(double threshold);
   void relinearise_all();
-  void relinearise(int pose);
+  void relinearise(int variable);
   void linearise_again();
   void undo_relinearisation();
   FactorOutcome refactor(IncrementalReport& report);
-  void move_poses(const IncrementalOptions& options, IncrementalReport& report);
+  void move_values(const IncrementalOptions& options, IncrementalReport& report);
   void sum_costs(std::size_t first_moved);
   Result<void> first_round(const IncrementalOptions& options, IncrementalReport& report);
   void further_rounds(const IncrementalOptions& options, IncrementalReport& report);
   void fall_back(IncrementalReport& report);
-  Result<void> take_poses(const std::vector<G>& poses, IncrementalReport& report);
+  Result<void> take_values(const typename Graph::Values& values, IncrementalReport& report);
 
-  RobustKernel kernel_;
-  PoseGraph<G> graph_;  // including pending; poses as estimated
-  std::size_t solved_poses_ = 0, solved_edges_ = 0;
-  IncrementalCholesky<kDof> system_;  // term k is edge k
-  std::vector<G> origins_;            // linearisation point of each admitted pose
-  std::vector<int> variable_of_;      // of each admitted pose, −1 if it is held
-  std::vector<int> pose_of_;          // of each variable
-  IncrementalSum costs_;              // of the edges
-  std::vector<int> far_;              // poses whose step exceeds far_step_
+  std::size_t admitted_variables_ = 0, admitted_edges_ = 0;  // in the last factorisation
+  IncrementalCholesky<kBlock> system_;
+  std::vector<Value> origins_;    // linearisation point of each admitted variable
+  std::vector<int> column_of_;    // of each admitted variable, −1 if it is held
+  std::vector<int> variable_of_;  // of each column
+  IncrementalSum costs_;          // of the edges
+  std::vector<int> far_;          // variables whose step exceeds far_step_
   std::vector<char> is_far_;
   double far_step_ = 0.0;
+  bool finite_ = true;  // all that was linearised for the next factorisation
   std::vector<int> edge_mark_;
   int stamp_ = 0;
   std::vector<Relinearised> relinearised_;
   std::vector<Moved> moved_;  // in this update
   double work_since_order_ = 0.0;
-  Undetermined<ManifoldTraits<G>::kDof> undetermined_;
+  Undetermined<kBlock> undetermined_;
 };
+
+template <LieGroup G>
+using IncrementalOptimiser = IncrementalGraphOptimiser<PoseGraph<G>>;
 
 template <LieGroup G>
 struct ReplayStep {
@@ -180,3 +262,5 @@ template <LieGroup G>
 }
 
 }  // namespace wayfare
+
+#include <wayfare/graph/detail/incremental_update.hpp>

@@ -82,6 +82,19 @@ void IncrementalCholesky<N>::add_terms(Clique& clique, int variable) {
     else
       detail::add_rows<N>(to, stride, term.ab.data(), N, N);
   }
+  fill_unused(variable, diagonal, diagonal_stride + 1);
+}
+
+/// The rows that a variable does not use get the scale of its information: their step is zero. The
+/// diagonal's numbers are `stride` apart.
+template <int N>
+void IncrementalCholesky<N>::fill_unused(int variable, double* diagonal,
+                                         std::ptrdiff_t stride) const {
+  const int dof = dof_[index(variable)];
+  if (dof == N) return;
+  double scale = 0.0;
+  for (int i = 0; i < dof; ++i) scale = std::max(scale, diagonal[i * stride]);
+  for (int i = dof; i < N; ++i) diagonal[i * stride] = scale > 0.0 ? scale : 1.0;
 }
 
 /// The slots of the separators: frontals, frontals + 1, …
@@ -259,6 +272,7 @@ auto IncrementalCholesky<N>::scales_of(int variable) const -> Vector {
     const Term& term = terms_[index(t)];
     diagonal += (ends_[index(t)].first == variable ? term.aa : term.bb).diagonal();
   }
+  fill_unused(variable, diagonal.data(), 1);
   cholesky::scales<N>(diagonal.data(), 1, kLeadingUnits<N>, d.data());
   return d;
 }
@@ -284,11 +298,13 @@ FactorOutcome IncrementalCholesky<N>::judge() const {
       block += term.ab.transpose();
     }
   }
+  for (int v = 0; v < variables(); ++v) fill_unused(v, h.data(h.diagonal_index(v)), N + 1);
   MultifrontalCholesky<N> whole;
   whole.analyse(h);
   return whole.factorise(h);
 }
 
+template class IncrementalCholesky<2>;
 template class IncrementalCholesky<3>;
 template class IncrementalCholesky<6>;
 

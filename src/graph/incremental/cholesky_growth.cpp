@@ -9,9 +9,10 @@
 namespace wayfare {
 
 template <int N>
-int IncrementalCholesky<N>::add_variable() {
+int IncrementalCholesky<N>::add_variable(int dof) {
   const int variable = variables();
   clique_of_.push_back(-1);
+  dof_.push_back(dof);
   terms_of_.emplace_back();
   x_.resize(x_.size() + N, 0.0);
   for (auto* marks : {&variable_mark_, &reset_mark_, &changed_mark_, &place_, &slot_})
@@ -58,6 +59,7 @@ void IncrementalCholesky<N>::roll_back(int variables_kept, int terms_kept) {
   }
   while (variables() > variables_kept) {
     clique_of_.pop_back();
+    dof_.pop_back();
     terms_of_.pop_back();
     x_.resize(x_.size() - N);
     for (auto* marks : {&variable_mark_, &reset_mark_, &changed_mark_, &place_, &slot_})
@@ -212,6 +214,7 @@ void IncrementalCholesky<N>::commit() {
   forget_touched();
 }
 
+template class IncrementalCholesky<2>;
 template class IncrementalCholesky<3>;
 template class IncrementalCholesky<6>;
 

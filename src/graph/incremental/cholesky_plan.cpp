@@ -186,6 +186,7 @@ void IncrementalCholesky<N>::make_cliques() {
   }
 }
 
+template class IncrementalCholesky<2>;
 template class IncrementalCholesky<3>;
 template class IncrementalCholesky<6>;
 

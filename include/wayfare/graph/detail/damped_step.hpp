@@ -71,6 +71,10 @@ class DampedStep {
     return equations_.cost(graph, kernel);
   }
   void set_weights(std::vector<double> weights) { equations_.set_weights(std::move(weights)); }
+  /// Those that a factor graph's edges have.
+  void ignore_kernels() {
+    if constexpr (requires { equations_.use_kernels(false); }) equations_.use_kernels(false);
+  }
 
   /// Factorises and solves; false if the poses are not determined.
   bool compute(double damping);

@@ -14,6 +14,7 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/graph/detail/edge_blocks.hpp>
 #include <wayfare/graph/detail/variable_columns.hpp>
 #include <wayfare/graph/edge.hpp>
 #include <wayfare/graph/linear_solver.hpp>
@@ -40,6 +41,9 @@ class FactorEquations {
   /// Weights of the edges in addition to the kernel's, in the order of each_edge; empty: 1.
   void set_weights(std::vector<double> weights) { weights_ = std::move(weights); }
 
+  /// Whether the edges' own kernels apply; default true. Otherwise ρ(s) = s.
+  void use_kernels(bool use) { kernels_ = use; }
+
   /// Fills H and g at the graph's values; returns Σ w ρ(eᵀΩe).
   double linearise(const Graph& graph, const RobustKernel& = {});
 
@@ -48,7 +52,8 @@ class FactorEquations {
     double sum = 0.0;
     std::size_t k = 0;
     graph.each_edge([&](const auto& edge, const auto&, const auto&... x) {
-      sum += weight(k++) * robust_value(edge, squared_error(edge, x...)).cost;
+      const double s = squared_error(edge, x...);
+      sum += weight(k++) * (kernels_ ? robust_value(edge, s).cost : s);
     });
     return sum;
   }
@@ -79,6 +84,7 @@ class FactorEquations {
   Matrix hessian_;
   Eigen::VectorXd gradient_;
   double chi2_ = 0.0;
+  bool kernels_ = true;
 };
 
 template <class V, class E>
@@ -140,46 +146,24 @@ template <class Graph>
 template <class E, class... X>
 double FactorEquations<Graph>::add(const E& edge, std::size_t k, const int* slots,
                                    const int* columns, const X&... x) {
-  JacobiansOf<E> jacobians;
-  const EdgeError<E> e = wayfare::linearise(edge, jacobians, x...);
-  EdgeError<E> f = e;  // Ωe
-  if constexpr (detail::kHasInformation<E>) f = edge.information * e;
-  const double s = not_negative(e.dot(f));
-  chi2_ += s;
-  const KernelValue rho = robust_value(edge, s);
-  const double w = rho.weight * weight(k);
-  const auto with_row = [&]<std::size_t I>(std::integral_constant<std::size_t, I>) {
-    const auto& ji = std::get<I>(jacobians.by);
-    constexpr int kRows = std::remove_cvref_t<decltype(ji)>::ColsAtCompileTime;
-    auto scaled = [&] {  // w Jᵢᵀ Ω
-      if constexpr (detail::kHasInformation<E>)
-        return Eigen::Matrix<double, kRows, E::kDim>(w * ji.transpose() * edge.information);
-      else
-        return Eigen::Matrix<double, kRows, E::kDim>(w * ji.transpose());
-    }();
-    if (columns[I] >= 0)
-      gradient_.template segment<kRows>(columns[I] * kBlock) += w * (ji.transpose() * f);
-    const auto with_column = [&]<std::size_t J>(std::integral_constant<std::size_t, J>) {
-      const int slot = *slots++;
-      if (slot < 0) return;
-      const auto& jj = std::get<J>(jacobians.by);
-      constexpr int kColumns = std::remove_cvref_t<decltype(jj)>::ColsAtCompileTime;
-      auto block = hessian_.block(slot);
-      if (columns[I] <= columns[J])
-        block.template topLeftCorner<kRows, kColumns>().noalias() += scaled * jj;
-      if (columns[I] > columns[J] || (I != J && columns[I] == columns[J]))
-        block.template topLeftCorner<kColumns, kRows>().noalias() += (scaled * jj).transpose();
-    };
-    [&]<std::size_t... J>(std::index_sequence<J...>) {
-      (with_column(std::integral_constant<std::size_t, I + J>{}), ...);
-    }
-    (std::make_index_sequence<sizeof...(X) - I>{});
+  const auto to_gradient = [&](auto i, const auto& part) {
+    constexpr int kRows = std::remove_cvref_t<decltype(part)>::RowsAtCompileTime;
+    if (columns[i] >= 0) gradient_.template segment<kRows>(columns[i] * kBlock) += part;
   };
-  [&]<std::size_t... I>(std::index_sequence<I...>) {
-    (with_row(std::integral_constant<std::size_t, I>{}), ...);
-  }
-  (std::index_sequence_for<X...>{});
-  return weight(k) * rho.cost;
+  const auto to_hessian = [&](auto i, auto j, const auto& part) {
+    const int slot = *slots++;
+    if (slot < 0) return;
+    constexpr int kRows = std::remove_cvref_t<decltype(part)>::RowsAtCompileTime;
+    constexpr int kColumns = std::remove_cvref_t<decltype(part)>::ColsAtCompileTime;
+    auto block = hessian_.block(slot);
+    if (columns[i] <= columns[j]) block.template topLeftCorner<kRows, kColumns>().noalias() += part;
+    if (columns[i] > columns[j] || (i != j && columns[i] == columns[j]))
+      block.template topLeftCorner<kColumns, kRows>().noalias() += part.transpose();
+  };
+  const detail::EdgeCost added =
+      detail::edge_blocks(edge, weight(k), kernels_, to_gradient, to_hessian, x...);
+  chi2_ += added.squared_error;
+  return weight(k) * added.cost;
 }
 
 template <class Graph>
@@ -202,6 +186,19 @@ namespace detail {
 /// "edge 3 (1, 7) has …"; edges are counted type by type.
 [[nodiscard]] Error edge_fault(int index, std::span<const int> variables, ErrorCode code,
                                const std::string& what);
+
+/// What is wrong with the error of an edge or its Jacobians at x, or success.
+template <Edge E, class... X>
+[[nodiscard]] Result<void> check_error(const E& edge, const X&... x) {
+  JacobiansOf<E> jacobians;
+  if (!EdgeError<E>(linearise(edge, jacobians, x...)).allFinite())
+    return Error{ErrorCode::invalid, "has an error that is not finite"};
+  if (!std::isfinite(squared_error(edge, x...)))
+    return Error{ErrorCode::degenerate, "has an error too large to square"};
+  if (!std::apply([](const auto&... by) { return (by.allFinite() && ...); }, jacobians.by))
+    return Error{ErrorCode::invalid, "has a Jacobian that is not finite"};
+  return {};
+}
 
 }  // namespace detail
 
@@ -231,17 +228,10 @@ template <class V, class E>
 [[nodiscard]] Error cost_overflow(const FactorGraph<V, E>& graph) {
   Result<void> first;
   int index = 0;
-  graph.each_edge([&]<class X>(const X& edge, const auto& variables, const auto&... x) {
-    const auto fault = [&](ErrorCode code, const char* what) {
-      if (first) first = detail::edge_fault(index, variables, code, what);
-    };
-    JacobiansOf<X> jacobians;
-    if (!EdgeError<X>(linearise(edge, jacobians, x...)).allFinite())
-      fault(ErrorCode::invalid, "has an error that is not finite");
-    else if (!std::isfinite(squared_error(edge, x...)))
-      fault(ErrorCode::degenerate, "has an error too large to square");
-    if (!std::apply([](const auto&... by) { return (by.allFinite() && ...); }, jacobians.by))
-      fault(ErrorCode::invalid, "has a Jacobian that is not finite");
+  graph.each_edge([&](const auto& edge, const auto& variables, const auto&... x) {
+    const auto checked = first ? detail::check_error(edge, x...) : Result<void>{};
+    if (!checked)
+      first = detail::edge_fault(index, variables, checked.error().code, checked.error().message);
     ++index;
   });
   if (!first) return first.error();

@@ -29,15 +29,16 @@ struct IncrementalTerm {
   Vector ra, rb;
 };
 
-/// Compiled in wayfare::graph for N = 3 and 6.
+/// Compiled in wayfare::graph for N = 2, 3 and 6.
 template <int N>
 class IncrementalCholesky {
  public:
   using Term = IncrementalTerm<N>;
   using Vector = typename Term::Vector;
 
-  /// Returns its index; its x is zero.
-  int add_variable();
+  /// Returns its index; its x is zero. A variable of fewer than N numbers fills the first rows of
+  /// its block: its terms are zero in the others.
+  int add_variable(int dof = N);
   /// Between variables `a` and `b`; −1 for a term of one variable. Returns the term's index.
   int add_term(int a, int b, const Term& term);
   void set_term(int index, const Term& term);
@@ -129,6 +130,7 @@ class IncrementalCholesky {
   void assemble(Clique& clique);
   void number_slots(const Clique& clique);
   void add_terms(Clique& clique, int variable);
+  void fill_unused(int variable, double* diagonal, std::ptrdiff_t stride) const;
   const int* later_slots(const Clique& clique);
   int eliminate(Clique& clique);
   static double flops(const Clique& clique);
@@ -138,6 +140,7 @@ class IncrementalCholesky {
   std::vector<Term> terms_;
   std::vector<std::pair<int, int>> ends_;
   std::vector<std::vector<int>> terms_of_;
+  std::vector<int> dof_;  // of each variable
   std::vector<double> x_;
   std::vector<Clique> cliques_;
   std::vector<int> free_cliques_;

@@ -1,16 +1,17 @@
-// Additions to an incremental graph: validated, pending, admitted or withdrawn.
+// Additions to an incremental pose graph.
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
+#include <wayfare/graph/detail/normal_equations.hpp>
 #include <wayfare/graph/detail/validate.hpp>
 #include <wayfare/graph/incremental.hpp>
 
 namespace wayfare {
 
 template <LieGroup G>
-Result<int> IncrementalOptimiser<G>::add_pose(const G& initial, bool held) {
+Result<int> GrowingGraph<PoseGraph<G>>::add_pose(const G& initial, bool held) {
   if (!detail::is_finite(initial))
     return Error{ErrorCode::invalid, "pose " + std::to_string(graph_.size()) + " is not finite"};
   const int pose = graph_.add_pose(initial);
@@ -19,7 +20,7 @@ Result<int> IncrementalOptimiser<G>::add_pose(const G& initial, bool held) {
 }
 
 template <LieGroup G>
-Result<void> IncrementalOptimiser<G>::add_edge(const PoseEdge<G>& edge) {
+Result<void> GrowingGraph<PoseGraph<G>>::add_edge(const PoseEdge<G>& edge) {
   graph_.edges.push_back(edge);  // `edge` may be one of graph(): from here on it may be gone
   auto valid = validate_edge(graph_, graph_.edges.size() - 1);
   if (valid && !std::isfinite(squared_error(graph_, graph_.edges.back())))
@@ -29,7 +30,7 @@ Result<void> IncrementalOptimiser<G>::add_edge(const PoseEdge<G>& edge) {
 }
 
 template <LieGroup G>
-Result<void> IncrementalOptimiser<G>::append(const PoseGraph<G>& grown) {
+Result<void> GrowingGraph<PoseGraph<G>>::append(const PoseGraph<G>& grown) {
   const auto poses = graph_.poses.size(), edges = graph_.edges.size();
   const auto held = graph_.fixed;
   const auto labels = graph_.labels;
@@ -69,7 +70,7 @@ Result<void> IncrementalOptimiser<G>::append(const PoseGraph<G>& grown) {
 }
 
 template <LieGroup G>
-void IncrementalOptimiser<G>::discard_pending() {
+void GrowingGraph<PoseGraph<G>>::discard_pending() {
   graph_.poses.resize(solved_poses_);
   graph_.edges.resize(solved_edges_);
   if (graph_.labels.size() > solved_poses_) graph_.labels.resize(solved_poses_);
@@ -77,14 +78,14 @@ void IncrementalOptimiser<G>::discard_pending() {
 }
 
 template <LieGroup G>
-bool IncrementalOptimiser<G>::is_held(int pose) const {
+bool GrowingGraph<PoseGraph<G>>::is_held(int pose) const {
   const auto& fixed = graph_.fixed;
   return fixed.empty() ? pose == 0 : std::find(fixed.begin(), fixed.end(), pose) != fixed.end();
 }
 
 /// Every new pose must be connected to a solved or fixed one.
 template <LieGroup G>
-Result<void> IncrementalOptimiser<G>::check_pending() const {
+Result<void> GrowingGraph<PoseGraph<G>>::check_pending() const {
   if (graph_.poses.empty()) return Error{ErrorCode::degenerate, "the graph has no poses"};
   const int solved = static_cast<int>(solved_poses_);
   const int anchor = graph_.size() - solved;  // represents all solved or fixed poses
@@ -105,57 +106,38 @@ Result<void> IncrementalOptimiser<G>::check_pending() const {
 }
 
 template <LieGroup G>
-Error IncrementalOptimiser<G>::name_undetermined(const FactorOutcome& outcome) {
-  undetermined_ = {};
-  if (outcome.block >= 0) {
-    undetermined_.variable = pose_of_[index(outcome.block)];
-    undetermined_.direction = Eigen::Map<const TangentOf<G>>(outcome.direction.data());
-  }
-  return undetermined_error(graph_, undetermined_);
-}
-
-/// Pending poses and edges become part of the system.
-template <LieGroup G>
-void IncrementalOptimiser<G>::admit() {
-  for (std::size_t i = solved_poses_; i < graph_.poses.size(); ++i) {
-    const int pose = static_cast<int>(i);
-    origins_.push_back(graph_.poses[i]);
-    variable_of_.push_back(is_held(pose) ? -1 : system_.add_variable());
-    if (variable_of_.back() >= 0) pose_of_.push_back(pose);
-    is_far_.push_back(0);
-  }
-  costs_.resize(graph_.edges.size());
-  edge_mark_.resize(graph_.edges.size(), 0);
-  for (std::size_t k = solved_edges_; k < graph_.edges.size(); ++k) {
-    const PoseEdge<G>& edge = graph_.edges[k];
-    system_.add_term(variable_of_[index(edge.from)], variable_of_[index(edge.to)], linearise(edge));
-    costs_.set(k, robust_cost(graph_, edge, kernel_));
-  }
-}
-
-/// Accepts the admitted poses and edges.
-template <LieGroup G>
-void IncrementalOptimiser<G>::settle() {
+void GrowingGraph<PoseGraph<G>>::settle() {
   if (graph_.fixed.empty()) graph_.fixed.push_back(0);
   solved_poses_ = graph_.poses.size();
   solved_edges_ = graph_.edges.size();
 }
 
-/// Admitted poses and edges become pending again.
 template <LieGroup G>
-void IncrementalOptimiser<G>::withdraw() {
-  std::size_t free = pose_of_.size();
-  while (free > 0 && index(pose_of_[free - 1]) >= solved_poses_) --free;
-  system_.roll_back(static_cast<int>(free), static_cast<int>(solved_edges_));
-  pose_of_.resize(free);
-  origins_.resize(solved_poses_);
-  variable_of_.resize(solved_poses_);
-  is_far_.resize(solved_poses_);
-  edge_mark_.resize(solved_edges_);
-  costs_.resize(solved_edges_);
+void GrowingGraph<PoseGraph<G>>::unsettle(const Solved& before) {
+  graph_.fixed.resize(before.fixed);
+  solved_poses_ = before.poses;
+  solved_edges_ = before.edges;
 }
 
-template class IncrementalOptimiser<SE2d>;
-template class IncrementalOptimiser<SE3d>;
+template <LieGroup G>
+auto GrowingGraph<PoseGraph<G>>::terms_of(const PoseEdge<G>& edge,
+                                          const std::vector<G>& origins) const
+    -> IncrementalTerm<kBlock> {
+  EdgeTerms<G> terms;
+  edge_terms(edge, origins[index(edge.from)], origins[index(edge.to)], terms);
+  const double weight = edge.robust ? kernel_(terms.squared_error).weight : 1.0;
+  IncrementalTerm<kBlock> term;
+  term.aa = weight * terms.from;
+  term.ab = weight * terms.between;
+  term.bb = weight * terms.to;
+  term.ra = -weight * terms.from_gradient;
+  term.rb = -weight * terms.to_gradient;
+  return term;
+}
+
+template class GrowingGraph<PoseGraph<SE2d>>;
+template class GrowingGraph<PoseGraph<SE3d>>;
+template class IncrementalGraphOptimiser<PoseGraph<SE2d>>;
+template class IncrementalGraphOptimiser<PoseGraph<SE3d>>;
 
 }  // namespace wayfare
