@@ -39,7 +39,7 @@ enum class Triangle { rows, toro };
 template <int N>
 Square<N> information_of(const Square<N>& matrix, LogMatrix kind) {
   if (kind == LogMatrix::information) return matrix;
-  if (kind == LogMatrix::covariance) return matrix.inverse();
+  if (kind == LogMatrix::covariance) return matrix.inverse() + Square<N>::Zero();  // no -0
   const Square<N> root = matrix.template triangularView<Eigen::Upper>();
   return root.transpose() * root;
 }
