@@ -298,9 +298,9 @@ Result<void> check_landmark_options(const Arguments& a) {
 }
 
 template <LieGroup G>
-Result<void> run_landmarks(io::GraphFile<G>& file, const Arguments& a) {
+Result<void> run_landmarks(io::GraphFile<G>& file, const io::GraphFile<G>& as_read,
+                           const Arguments& a) {
   if (auto ok = check_landmark_options(a); !ok) return ok;
-  const io::GraphFile<G> before = file;
   auto graph = io::to_factor_graph(file);
   std::printf("vertices   %zu\nlandmarks  %zu\nedges      %d\n", file.vertices.size(),
               file.landmarks.size(), graph.edge_count());
@@ -308,25 +308,23 @@ Result<void> run_landmarks(io::GraphFile<G>& file, const Arguments& a) {
   if (!report) return report.error();
   print({*report, 0.0, report->times.total_s, 0, {}}, a);
   io::take_values(graph, file);
-  const io::WriteOptions options = a.write();
-  auto done = io::write_g2o(a.out, file, options);
-  if (done && !a.svg.empty()) done = io::write_file(a.svg, draw(before, file), options);
+  auto done = io::write_g2o(a.out, file, a.write());
+  if (done && !a.svg.empty()) done = io::write_file(a.svg, draw(as_read, file), a.write());
   if (!done || a.marginals.empty()) return done;
   const auto table = marginals_table(file);
-  return table ? io::write_file(a.marginals, *table, options) : table.error();
+  return table ? io::write_file(a.marginals, *table, a.write()) : table.error();
 }
 
 template <LieGroup G>
 Result<void> run(io::GraphFile<G>& file, const Arguments& a) {
   for (const auto& [kind, lines] : file.ignored)
     std::fprintf(stderr, "pose_graph: %zu lines of unknown kind %s ignored\n", lines, kind.c_str());
-  if (a.grow)
-    if (auto started = io::start_from_growth(file); !started) return started;
-  if (!file.only_poses()) return run_landmarks(file, a);
+  const io::GraphFile<G> as_read = file;
+  if (auto ok = a.grow ? io::start_from_growth(file) : Result<void>{}; !ok) return ok;
+  if (!file.only_poses()) return run_landmarks(file, as_read, a);
   PoseGraph<G> graph = io::to_pose_graph(file);
-  if (a.robust_odometry) {
+  if (a.robust_odometry)
     for (auto& edge : graph.edges) edge.robust = true;
-  }
   std::printf("vertices   %zu\nedges      %zu\n", graph.poses.size(), graph.edges.size());
   std::vector<G> initial;
   const auto outcome = solve(graph, a, initial);
