@@ -71,7 +71,7 @@ inline ReadText read_g2o_text(const std::string& text) {
   return read_text(io::parse_g2o(text, "source"), [](const io::AnyGraphFile& file, ReadText& out) {
     std::visit(
         [&](const auto& graph) {
-          out.items = graph.vertices.size() + graph.edges.size();
+          out.items = graph.vertices.size() + graph.edges.size() + graph.landmarks.size();
           out.digest = io::format_g2o(graph);
         },
         file);
@@ -147,6 +147,24 @@ inline const std::vector<TextReader>& text_readers() {
        "# g\nVERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\n"
        "EDGE_SE3:QUAT 0 1 1 0 0 0 0 0 1" +
            se3,
+       true, true, read_g2o_text},
+      {"g2o landmarks",
+       "# g\nVERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nVERTEX_XY 2 2 0\n"
+       "EDGE_SE2 0 1 1 0 0 2 0.5 0 3 0 4\nEDGE_SE2_XY 0 2 2 0 2 0.5 3\n"
+       "EDGE_BEARING_SE2_XY 1 2 0.1 4\nEDGE_RANGE_SE2_XY 1 2 1 4\n"
+       "EDGE_PRIOR_SE2 0 0 0 0 2 0.5 0 3 0 4\nEDGE_PRIOR_SE2_XY 1 1 0 2 0.5 3\n"
+       "EDGE_PRIOR_XY 2 2 0 2 0.5 3\nEDGE_PRIOR_XY 2 2 0 2 0.5 3\n",
+       true, true, read_g2o_text},
+      {"g2o landmarks in space",
+       "# g\nPARAMS_SE3OFFSET 5 0 0 1 0 0 0 1\nVERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n"
+       "VERTEX_TRACKXYZ 1 1 0 0\nEDGE_SE3_TRACKXYZ 0 1 5 1 0 0 1 0 0 2 0 3\n"
+       "EDGE_POINTXYZ_PRIOR 1 1 0 0 1 0 0 2 0 3\nEDGE_SE3_XYZ_PRIOR 0 5 0 0 0 1 0 0 2 0 3\n"
+       "EDGE_SE3_PRIOR 0 5 0 0 1 0 0 0 1" +
+           se3,
+       true, true, read_g2o_text},
+      {"landmark log",
+       "# l\nODOMETRY 0 1 1 0 0.1 2 0.5 0 3 0 4\nLANDMARK 1 2 1 0.5 2 0.5 3\n"
+       "BR 1 2 0.5 1 0.1 0.2\nODOMETRY 1 3 1 0 0.1 2 0.5 0 3 0 4\nBR 3 4 0.5 1 0.1 0.2\n",
        true, true, read_g2o_text},
       {"imu",
        "t_s gx_radps gy_radps gz_radps ax_mps2 ay_mps2 az_mps2\n1 0.1 0 -0.2 0.1 0 -9.8\n"

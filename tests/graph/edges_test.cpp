@@ -29,6 +29,13 @@ TEST(Edges, KeepTheLaws) {
   EdgeLaws<PositionOf<SE3d>>{
       {PositionOf<SE3d>{{1, 2, 3}, Eigen::Matrix3d::Identity(), {0.3, 0.1, 0.2}}}}
       .check();
+  EdgeLaws<PoseOf<SE2d>>{
+      {PoseOf<SE2d>{planar, Eigen::Matrix3d::Identity(), SE2d(0.3, 0.1, Angle::degrees(40))}}, 0.5}
+      .check();
+  EdgeLaws<PoseOf<SE3d>>{{PoseOf<SE3d>{spatial, SquareOf<SE3d>::Identity(),
+                                       SE3d({0.3, 0.1, 0.2}, spatial.rotation())}},
+                         0.5}
+      .check();
   EdgeLaws<Robust<LandmarkPosition<SE2d>>>{{Robust<LandmarkPosition<SE2d>>{}}}.check();
 }
 
@@ -45,6 +52,17 @@ TEST(Edges, AreZeroWhereTheMeasurementIsExact) {
   EXPECT_LT(
       (PositionOf<SE2d>{pose * antenna, Eigen::Matrix2d::Identity(), antenna}).error(pose).norm(),
       1e-14);
+  const SE2d camera(0.4, -0.2, Angle::degrees(90));
+  EXPECT_LT((PoseOf<SE2d>{pose * camera, Eigen::Matrix3d::Identity(), camera}).error(pose).norm(),
+            1e-14);
+}
+
+// The camera looks to the left, 0.5 m ahead of the robot's origin. Measured one metre further along
+// the robot's x axis than it is: one metre to the camera's right, so the truth is to its left.
+TEST(Edges, APoseIsComparedInTheMeasuredFrame) {
+  const SE2d camera(0.5, 0.0, Angle::degrees(90));
+  const PoseOf<SE2d> edge{SE2d(1.5, 0.0, Angle::degrees(90)), Eigen::Matrix3d::Identity(), camera};
+  EXPECT_TRUE(edge.error(SE2d()).isApprox(Eigen::Vector3d(0.0, 1.0, 0.0), 1e-12));
 }
 
 // The error of a bearing is the short way round.

@@ -30,7 +30,7 @@ TEST(G2o, ReadsAPlanarGraph) {
       "VERTEX_SE2 7 0 0 0\n"
       "\n"
       "VERTEX_SE2 9 1e0 +2 -0.5\n"
-      "VERTEX_XY 3 1 1\n"
+      "VERTEX_SEGMENT2D 3 1 1 2 2\n"
       "FIX 7");
   ASSERT_EQ(graph.vertices.size(), 2U);
   EXPECT_EQ(graph.vertices[1].id, 9);
@@ -42,7 +42,7 @@ TEST(G2o, ReadsAPlanarGraph) {
   expected << 10, 1, 2, 1, 20, 3, 2, 3, 30;
   EXPECT_EQ(graph.edges[0].information, expected);
   EXPECT_THAT(graph.fixed, ::testing::ElementsAre(7));
-  EXPECT_EQ(graph.ignored_lines, 1U);
+  EXPECT_THAT(graph.ignored, ::testing::ElementsAre(::testing::Pair("VERTEX_SEGMENT2D", 1U)));
 }
 
 TEST(G2o, ReadsASpatialGraph) {
@@ -62,6 +62,10 @@ TEST(G2o, ReadsASpatialGraph) {
 
 const std::string kTwo = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\n";
 
+const std::string kSix = " 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1";
+const std::string kSpace =
+    "PARAMS_SE3OFFSET 7 1 0 0 0 0 0 1\nVERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_TRACKXYZ 1 0 0 0\n";
+
 TEST(G2o, RejectsWithTheLine) {
   const std::tuple<std::string, std::size_t, const char*> cases[] = {
       {"", 0, "no vertex"},
@@ -79,6 +83,37 @@ TEST(G2o, RejectsWithTheLine) {
       {kTwo + "FIX 4\n", 3, "FIX: no vertex 4"},
       {kTwo + "VERTEX_SE3:QUAT 2 0 0 0 0 0 0 1\n", 3, "do not mix"},
       {"VERTEX_SE3:QUAT 2 0 0 0 0 0 0 2\n", 1, "unit length"},
+      {kTwo + "VERTEX_TRACKXYZ 2 0 0 0\n", 3, "do not mix"},
+      {kTwo + "VERTEX_XY 1 0 0\n", 3, "vertex 1 is defined twice"},
+      {kTwo + "VERTEX_XY 2 0\n", 3, "landmark: expected 2 numbers, found 1"},
+      {kTwo + "VERTEX_XY 2 0 1 2\n", 3, "landmark: more than 2 numbers"},
+      {kTwo + "EDGE_SE2_XY 0 2 1 0 1 0 1\n", 3, "edge 0 -> 2: no landmark 2"},
+      {kTwo + "EDGE_SE2_XY 0 1 1 0 1 0 1\n", 3, "edge 0 -> 1: vertex 1 is a pose"},
+      {kTwo + "VERTEX_XY 2 0 0\nEDGE_SE2 0 2 1 0 0 1 0 0 1 0 1\n", 4, "vertex 2 is a landmark"},
+      {kTwo + "VERTEX_XY 2 0 0\nEDGE_SE2_XY 2 0 1 0 1 0 1\n", 4, "vertex 2 is a landmark"},
+      {kTwo + "EDGE_SE2_XY 0 0 1 0 1 0 1\n", 3, "connects a vertex to itself"},
+      {kTwo + "VERTEX_XY 2 0 0\nEDGE_SE2_XY 0 2 1 0 1 2 1\n", 4, "not positive semi-definite"},
+      {kTwo + "VERTEX_XY 2 0 0\nEDGE_SE2_XY 0 2 1 0 1 0\n", 4, "information matrix"},
+      {kTwo + "VERTEX_XY 2 0 0\nEDGE_RANGE_SE2_XY 0 2 -1 4\n", 4, "the distance is negative"},
+      {kTwo + "VERTEX_XY 2 0 0\nEDGE_RANGE_SE2_XY 0 2 1 -4\n", 4, "not positive semi-definite"},
+      {kTwo + "EDGE_PRIOR_SE2 4 0 0 0 1 0 0 1 0 1\n", 3, "prior of vertex 4: no vertex 4"},
+      {kTwo + "EDGE_PRIOR_XY 1 0 0 1 0 1\n", 3, "prior of vertex 1: vertex 1 is a pose"},
+      {"ODOMETRY 0 1 1 0 0 1 0 0 1 0\n", 1, "matrix, upper triangle: expected 6 numbers"},
+      {"ODOMETRY 0 1 1 0 0 0 0 0 1 0 1\n", 1, "edge 0 -> 1: its matrix has no finite inverse"},
+      {"ODOMETRY 0 1 1 0 0 1 2 0 1 0 1\n", 1, "edge 0 -> 1: its information matrix is not"},
+      {"ODOMETRY 0 1 1 0 0 1 0 0 1 0 1\nODOMETRY 2 3 1 0 0 1 0 0 1 0 1\n", 2, "no vertex 2"},
+      {"ODOMETRY 0 1 1 0 0 1 0 0 1 0 1\nLANDMARK 0 1 1 0 1 0 1\n", 2, "vertex 1 is a pose"},
+      {"LANDMARK 0 5 1 0 1 0 1\nODOMETRY 0 5 1 0 0 1 0 0 1 0 1\n", 2, "vertex 5 is a landmark"},
+      {"ODOMETRY 0 1 1e308 0 0 1 0 0 1 0 1\nODOMETRY 1 2 1e308 0 0 1 0 0 1 0 1\n", 2,
+       "vertex 2: the odometry's sum is not finite"},
+      {"BR 0 5 0.1 -2 1 1\n", 1, "the distance is negative"},
+      {"BR 0 5 0.1 2 0 1\n", 1, "standard deviations are not positive"},
+      {"PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\nPARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\n", 2,
+       "parameter 0 is defined twice"},
+      {kSpace + "EDGE_SE3_TRACKXYZ 0 1 2 1 2 3 1 0 0 1 0 1\n", 4, "edge 0 -> 1: no parameter 2"},
+      {kSpace + "EDGE_SE3_PRIOR 0 7 0 0 0 0 0 0 2" + kSix + "\n", 4, "unit length"},
+      {kSpace + "EDGE_SE3_PRIOR 0 x 0 0 0 0 0 0 1" + kSix + "\n", 4, "expected a parameter id"},
+      {kSpace + "VERTEX_XY 2 0 0\n", 4, "VERTEX_XY in a spatial graph"},
       {kTwo + std::string("\x01\x02\xff\n"), 3, "unreadable"},
   };
   for (const auto& [text, line, message] : cases) {

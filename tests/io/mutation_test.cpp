@@ -10,6 +10,7 @@
 
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/g2o.hpp>
+#include <wayfare/io/landmark_graph.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/nav_text.hpp>
 #include <wayfare/io/rinex.hpp>
@@ -113,7 +114,15 @@ TEST(Mutation, G2o) {
   const std::string spatial =
       "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\n"
       "EDGE_SE3:QUAT 0 1 1 0 0 0 0 0 1 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n";
-  for (const std::string& good : {planar, spatial}) {
+  const std::string landmarks =
+      "VERTEX_SE2 0 0 0 0\nVERTEX_XY 1 1 0\nEDGE_SE2_XY 0 1 1 0 2 0.5 3\n"
+      "EDGE_BEARING_SE2_XY 0 1 0 4\nEDGE_PRIOR_XY 1 2 0 2 0.5 3\n";
+  const std::string in_space =
+      "PARAMS_SE3OFFSET 5 0 0 1 0 0 0 1\nVERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_TRACKXYZ 1 1 0 0\n"
+      "EDGE_SE3_TRACKXYZ 0 1 5 1 0 0 1 0 0 2 0 3\nEDGE_SE3_XYZ_PRIOR 0 5 0 0 0 1 0 0 2 0 3\n";
+  const std::string log =
+      "ODOMETRY 0 1 1 0 0.1 2 0.5 0 3 0 4\nLANDMARK 1 2 1 0.5 2 0.5 3\nBR 1 2 0.5 1 0.1 0.2\n";
+  for (const std::string& good : {planar, spatial, landmarks, in_space, log}) {
     mutate(good, 3000, [](const std::string& text) {
       for (const auto how : {IndefiniteInformation::refuse, IndefiniteInformation::project}) {
         const Result<AnyGraphFile> file = parse_g2o(text, "m", {.indefinite = how});
@@ -125,6 +134,9 @@ TEST(Mutation, G2o) {
             [](const auto& graph) {
               ASSERT_FALSE(graph.vertices.empty());
               for (const auto& edge : graph.edges) ASSERT_TRUE(edge.information.allFinite());
+              // Every id is known.
+              const auto factors = to_factor_graph(graph);
+              ASSERT_GE(factors.edge_count(), static_cast<int>(graph.edges.size()));
             },
             *file);
       }

@@ -1,4 +1,4 @@
-// Optimises a pose graph from a g2o file and writes it back.
+// Optimises the graph of a g2o file or of a landmark log and writes it as g2o.
 
 #include <cstdio>
 #include <map>
@@ -15,7 +15,7 @@
 #include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/report.hpp>
-#include <wayfare/io/g2o.hpp>
+#include <wayfare/io/landmark_graph.hpp>
 
 #include "outputs.hpp"
 #include "support/program_files.hpp"
@@ -30,13 +30,14 @@ enum class SolverChoice { block, eigen, cholmod };
 struct Arguments : OutputArguments {
   std::string input;
   std::string svg, marginals, rejected;  ///< empty: not written
-  io::IndefiniteInformation indefinite = io::IndefiniteInformation::refuse;
+  io::G2oOptions file;
   StartMethod start = StartMethod::given;
   bool start_from_trusted = false;  ///< GNC's own initialisation, without --init
   SolverChoice solver = SolverChoice::block;
   std::optional<GncLoss> gnc;  ///< for graduated non-convexity
   bool robust_odometry = false;
   bool incremental = false;
+  bool grow = false;
   double inlier_probability = GncOptions{}.inlier_probability;
   OptimiseOptions options;
 };
@@ -52,6 +53,9 @@ const std::map<std::string, OptimiseMethod> kMethods{{"gn", OptimiseMethod::gaus
                                                      {"lm", OptimiseMethod::levenberg_marquardt}};
 const std::map<std::string, io::IndefiniteInformation> kIndefinite{
     {"refuse", io::IndefiniteInformation::refuse}, {"project", io::IndefiniteInformation::project}};
+const std::map<std::string, io::LogMatrix> kLogMatrices{{"covariance", io::LogMatrix::covariance},
+                                                        {"information", io::LogMatrix::information},
+                                                        {"root", io::LogMatrix::root_information}};
 using MaybeStart = std::optional<StartMethod>;
 const std::map<std::string, MaybeStart> kStarts{{"file", StartMethod::given},
                                                 {"odometry", StartMethod::odometry},
@@ -72,18 +76,25 @@ const std::map<std::string, Robust> kRobust{
     {"gnc-gm", {RobustKernelKind::none, GncLoss::geman_mcclure}}};
 
 void add_file_options(CommandLine& app, Arguments& a) {
-  app.add_option("file", a.input, "g2o file, 2D or 3D, plain or gzip").required();
+  app.add_option("file", a.input,
+                 "g2o file, 2D or 3D, or a landmark log (ODOMETRY, LANDMARK, BR), plain or gzip")
+      .required();
   add_out(app, a, "file for the optimised graph");
   app.add_flag("--force", a.force, "replace existing files");
-  app.add_option("--svg", a.svg,
-                 "file for a drawing of the graph before and after: path, loops, rejected loops in "
-                 "red (3D from above)");
-  app.add_option("--marginals", a.marginals,
-                 "CSV of every pose's covariance in its own frame; fixed poses are exact");
+  app.add_option(
+      "--svg", a.svg,
+      "file for a drawing of the graph before and after: path, loops, landmarks, rejected "
+      "loops in red (3D from above)");
+  app.add_option(
+      "--marginals", a.marginals,
+      "CSV of every pose's covariance in its own frame, and every landmark's; fixed ones "
+      "are exact");
   app.add_option("--rejected", a.rejected, "CSV of the edges that --robust gnc rejects");
-  app.add_choice("--indefinite", a.indefinite, kIndefinite,
+  app.add_choice("--indefinite", a.file.indefinite, kIndefinite,
                  "information matrices that are not positive semi-definite: refuse the file "
                  "(default) or project onto the nearest that is");
+  app.add_choice("--log-matrix", a.file.log_matrix, kLogMatrices,
+                 "what the matrices of ODOMETRY and LANDMARK lines are (default covariance)");
 }
 
 void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robust& robust) {
@@ -91,6 +102,9 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
                  "initial poses: of the file, the chain of edges between neighbours, a spanning "
                  "tree of least depth, or chordal relaxation (default file; with --robust gnc a "
                  "tree over odometry)");
+  app.add_flag("--grow", a.grow,
+               "initial values from optimising the graph as it grows in the order of the file: for "
+               "logs whose odometry drifts far");
   app.add_choice(
       "--robust", robust, kRobust,
       "against outliers among edges between vertices that are not neighbours in the file: "
@@ -118,8 +132,10 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
 /// The exit code if the program is to end.
 std::optional<int> parse(int argc, char** argv, Arguments& a) {
   CommandLine app(
-      "Optimise the pose graph of a g2o file: prints the sum of e'We before and after (g2o's "
-      "error, no factor 1/2), iterations and milliseconds, and writes the graph.");
+      "Optimise the graph of a g2o file, of poses or of poses and landmarks: prints the sum of "
+      "e'We "
+      "before and after (g2o's error, no factor 1/2), iterations and milliseconds, and writes the "
+      "graph. With landmarks or priors the start is that of the file, and all edges are trusted.");
   MaybeStart start;
   Robust robust;
   add_file_options(app, a);
@@ -270,12 +286,45 @@ Result<void> write(const io::GraphFile<G>& file, const PoseGraph<G>& graph,
   return table ? io::write_file(a.marginals, *table, options) : table.error();
 }
 
+/// What graphs with landmarks or priors do not support.
+Result<void> check_landmark_options(const Arguments& a) {
+  if (a.options.kernel.kind == RobustKernelKind::none && !a.gnc && !a.incremental &&
+      a.start == StartMethod::given && a.solver == SolverChoice::block && a.rejected.empty())
+    return {};
+  const char* const message =
+      "--robust, --incremental, --init, --solver and --rejected are for graphs of poses alone; the "
+      "file has landmarks or priors";
+  return Error{ErrorCode::unsupported, message, a.input};
+}
+
+template <LieGroup G>
+Result<void> run_landmarks(io::GraphFile<G>& file, const io::GraphFile<G>& as_read,
+                           const Arguments& a) {
+  if (auto ok = check_landmark_options(a); !ok) return ok;
+  auto graph = io::to_factor_graph(file);
+  std::printf("vertices   %zu\nlandmarks  %zu\nedges      %d\n", file.vertices.size(),
+              file.landmarks.size(), graph.edge_count());
+  const auto report = optimise(graph, a.options);
+  if (!report) return report.error();
+  print({*report, 0.0, report->times.total_s, 0, {}}, a);
+  io::take_values(graph, file);
+  auto done = io::write_g2o(a.out, file, a.write());
+  if (done && !a.svg.empty()) done = io::write_file(a.svg, draw(as_read, file), a.write());
+  if (!done || a.marginals.empty()) return done;
+  const auto table = marginals_table(file);
+  return table ? io::write_file(a.marginals, *table, a.write()) : table.error();
+}
+
 template <LieGroup G>
 Result<void> run(io::GraphFile<G>& file, const Arguments& a) {
+  for (const auto& [kind, lines] : file.ignored)
+    std::fprintf(stderr, "pose_graph: %zu lines of unknown kind %s ignored\n", lines, kind.c_str());
+  const io::GraphFile<G> as_read = file;
+  if (auto ok = a.grow ? io::start_from_growth(file) : Result<void>{}; !ok) return ok;
+  if (!file.only_poses()) return run_landmarks(file, as_read, a);
   PoseGraph<G> graph = io::to_pose_graph(file);
-  if (a.robust_odometry) {
+  if (a.robust_odometry)
     for (auto& edge : graph.edges) edge.robust = true;
-  }
   std::printf("vertices   %zu\nedges      %zu\n", graph.poses.size(), graph.edges.size());
   std::vector<G> initial;
   const auto outcome = solve(graph, a, initial);
@@ -287,7 +336,7 @@ Result<void> run(io::GraphFile<G>& file, const Arguments& a) {
 
 Result<void> run(const Arguments& a) {
   if (auto ok = refuse_existing({a.out, a.svg, a.marginals, a.rejected}, a.write()); !ok) return ok;
-  auto file = io::read_g2o(a.input, {.indefinite = a.indefinite});
+  auto file = io::read_g2o(a.input, a.file);
   if (!file) return file.error();
   return std::visit([&](auto& graph) { return run(graph, a); }, *file);
 }

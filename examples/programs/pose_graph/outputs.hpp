@@ -5,6 +5,7 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/pose_graph.hpp>
+#include <wayfare/io/landmark_graph.hpp>
 
 namespace wayfare::examples {
 
@@ -12,6 +13,9 @@ namespace wayfare::examples {
 template <LieGroup G>
 [[nodiscard]] std::string draw(const PoseGraph<G>& graph, const std::vector<G>& before,
                                const std::vector<int>& rejected);
+/// An SVG of the poses, the edges between them and the landmarks of a file, before and after.
+template <LieGroup G>
+[[nodiscard]] std::string draw(const io::GraphFile<G>& before, const io::GraphFile<G>& after);
 
 /// One row per pose: label and upper triangle of the covariance, units in the heading. Without the
 /// `rejected` edges.
@@ -19,6 +23,10 @@ template <LieGroup G>
 [[nodiscard]] Result<std::string> marginals_table(const PoseGraph<G>& graph,
                                                   const std::vector<int>& rejected,
                                                   const RobustKernel& kernel);
+
+/// One row per pose and landmark; what is not a landmark's is empty.
+template <LieGroup G>
+[[nodiscard]] Result<std::string> marginals_table(const io::GraphFile<G>& file);
 
 /// One row per edge: the labels of its vertices.
 template <LieGroup G>

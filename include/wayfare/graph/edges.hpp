@@ -165,4 +165,26 @@ struct PositionOf {
   }
 };
 
+/// A measured pose of a sensor at `T_body_sensor` on a body with pose X, in the frame of the poses:
+/// e = t2v(Z⁻¹ X T), the priors of g2o.
+template <LieGroup G>
+struct PoseOf {
+  static constexpr int kDim = ManifoldTraits<G>::kDof;
+  using Variables = EdgeVariables<G>;
+
+  G measurement = G::identity();
+  SquareOf<G> information = SquareOf<G>::Identity();
+  G T_body_sensor = G::identity();
+
+  [[nodiscard]] TangentOf<G> error(const G& pose) const {
+    return PoseError<G>::error(measurement, G::identity(), pose * T_body_sensor);
+  }
+  [[nodiscard]] TangentOf<G> linearise(const G& pose, EdgeJacobians<kDim, Variables>& j) const {
+    const auto r = PoseError<G>::linearise(measurement, G::identity(), pose * T_body_sensor);
+    // X exp(δ) T = X T exp(Ad(T⁻¹) δ)
+    std::get<0>(j.by) = r.by_to * T_body_sensor.inverse().adjoint();
+    return r.error;
+  }
+};
+
 }  // namespace wayfare

@@ -1,14 +1,18 @@
 #pragma once
 
-// Pose graphs as g2o text: VERTEX_SE2, EDGE_SE2, VERTEX_SE3:QUAT, EDGE_SE3:QUAT and FIX.
-// A graph without some of its parts is another problem, so reading is strict: the first fault is an
-// error with its line. Also converts between the graph of a file (vertices by id) and the graph to
-// optimise (poses by index).
+// Graphs of poses and landmarks as g2o text, in the plane or in space, and planar ones as the lines
+// ODOMETRY, LANDMARK and BR of the landmark SLAM data sets. A graph without some of its parts is
+// another problem, so reading is strict: the first fault is an error with its line. Also converts
+// between the graph of a file (vertices by id) and pose graphs to optimise (poses by index); with
+// landmarks see landmark_graph.hpp.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <unordered_map>
 #include <variant>
 #include <vector>
@@ -17,6 +21,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
+#include <wayfare/graph/edges.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/io/text_file.hpp>
 
@@ -40,17 +45,71 @@ struct GraphEdge {
   std::size_t line = 0;  ///< in the file, 0: not from a file
 };
 
-/// Vertices have different ids; edges join different vertices of the graph.
+template <class G>
+struct GraphLandmark {
+  std::int64_t id = 0;
+  typename LandmarkPosition<G>::Point position = LandmarkPosition<G>::Point::Zero();
+  std::size_t line = 0;  ///< in the file, 0: not from a file
+};
+
+/// Another measurement: an edge of factor graphs with the numbers of its line.
+template <class E>
+struct GraphMeasurement {
+  std::array<std::int64_t, E::Variables::kCount> ids{};
+  E edge{};
+  /// In space, of LandmarkPosition, PoseOf and PositionOf: the id of the sensor's pose among
+  /// `sensors`. It is not applied to `edge`.
+  std::int64_t sensor = 0;
+  std::size_t line = 0;  ///< in the file, 0: not from a file
+};
+
+template <class... E>
+using MeasurementLists = std::tuple<std::vector<GraphMeasurement<E>>...>;
+
+/// What a file may contain beside edges between poses. A BearingRange has a bearing only, as g2o
+/// has lines for bearings and for ranges.
+template <class G>
+struct GraphMeasurements;
+template <>
+struct GraphMeasurements<SE2d> {
+  using Lists = MeasurementLists<LandmarkPosition<SE2d>, BearingRange, RangeTo<SE2d>, PoseOf<SE2d>,
+                                 PositionOf<SE2d>, Prior<Eigen::Vector2d>>;
+};
+template <>
+struct GraphMeasurements<SE3d> {
+  using Lists = MeasurementLists<LandmarkPosition<SE3d>, PoseOf<SE3d>, PositionOf<SE3d>,
+                                 Prior<Eigen::Vector3d>>;
+};
+
+/// Vertices and landmarks have different ids; edges join different vertices of the graph.
 template <class G>
 struct GraphFile {
   std::vector<GraphVertex<G>> vertices;
   std::vector<GraphEdge<G>> edges;
   std::vector<std::int64_t> fixed;  ///< ids of FIX lines
+  std::vector<GraphLandmark<G>> landmarks;
+  typename GraphMeasurements<G>::Lists measurements;
+  /// Poses of sensors in the frame of the robot, by id (PARAMS_SE3OFFSET); in space only.
+  std::map<std::int64_t, G> sensors;
 
-  /// Lines of unknown types (landmarks, parameters), ignored.
-  std::size_t ignored_lines = 0;
+  /// Number of lines of each unknown kind, ignored.
+  std::map<std::string, std::size_t> ignored;
   /// Information matrices projected to the nearest positive semi-definite one (option).
   std::size_t projected_edges = 0;
+
+  template <class X>
+  [[nodiscard]] std::vector<GraphMeasurement<X>>& all() {
+    return std::get<std::vector<GraphMeasurement<X>>>(measurements);
+  }
+  template <class X>
+  [[nodiscard]] const std::vector<GraphMeasurement<X>>& all() const {
+    return std::get<std::vector<GraphMeasurement<X>>>(measurements);
+  }
+  /// Whether it is a pose graph and nothing else.
+  [[nodiscard]] bool only_poses() const {
+    return landmarks.empty() &&
+           std::apply([](const auto&... list) { return (list.empty() && ...); }, measurements);
+  }
 };
 
 using AnyGraphFile = std::variant<GraphFile<SE2d>, GraphFile<SE3d>>;
@@ -60,16 +119,27 @@ enum class IndefiniteInformation {
   project,  ///< negative eigenvalues become zero: the nearest semi-definite matrix (Frobenius)
 };
 
+/// What the matrices of ODOMETRY and LANDMARK lines are; those of all other lines are information.
+enum class LogMatrix {
+  covariance,  ///< as in GTSAM's data sets
+  information,
+  root_information,  ///< upper triangular R with RᵀR = Ω, as in iSAM's files
+};
+
 struct G2oOptions {
+  LogMatrix log_matrix = LogMatrix::covariance;
   IndefiniteInformation indefinite = IndefiniteInformation::refuse;
   /// Tolerance of negative eigenvalues due to rounding of the text, relative to the largest.
   double eigenvalue_tolerance = 1e-6;
   ReadOptions file = {};
 };
 
-/// Errors, each with its line: malformed or non-finite numbers, a quaternion not of unit length, an
-/// information matrix that is not finite or not positive semi-definite, a duplicate vertex, an edge
-/// to an unknown vertex or to itself, planar and spatial lines mixed, no vertex at all.
+/// ODOMETRY, LANDMARK and BR lines define vertices that no line before them does: poses along the
+/// odometry from the origin, a landmark where it is seen first. Errors, each with its line:
+/// malformed or non-finite numbers, a quaternion not of unit length, an information matrix that is
+/// not finite or not positive semi-definite, a duplicate vertex, an edge to an unknown vertex, to
+/// one of the wrong kind or to itself, an unknown sensor, planar and spatial lines mixed, no vertex
+/// at all.
 [[nodiscard]] Result<AnyGraphFile> read_g2o(const std::string& path,
                                             const G2oOptions& options = {});
 [[nodiscard]] Result<AnyGraphFile> parse_g2o(std::string_view text, const std::string& source,
@@ -85,9 +155,9 @@ template <class G>
   return write_file(path, format_g2o(graph), options);
 }
 
-/// Pose i is vertex i of the file, labelled by its id. Edges between vertices that are not
-/// neighbours in the file's order are marked robust, since they may be false loop closures. `file`
-/// must be as returned by read_g2o (ids known and distinct).
+/// The poses and the edges between them. Pose i is vertex i of the file, labelled by its id. Edges
+/// between vertices that are not neighbours in the file's order are marked robust, since they may
+/// be false loop closures. `file` must be as returned by read_g2o (ids known and distinct).
 template <LieGroup G>
 [[nodiscard]] PoseGraph<G> to_pose_graph(const GraphFile<G>& file) {
   PoseGraph<G> graph;
