@@ -101,11 +101,10 @@ struct BlockRows<S, BlockList<M...>, BlockList<B...>, Phi, Noise> {
   }
 
   /// The rows of Φ P, one after the other.
-  void left_product(const T* p, T* rows) const {
-    const BlockRows self = *this;  // the compiler then knows that `rows` is not part of it
+  __attribute__((flatten)) void left_product(const T* __restrict p, T* __restrict rows) const {
     for (int c = 0; c < kSize; ++c) {
       int row = 0;
-      self.apply(p + c, kSize, [&](auto block, const auto& d) {
+      apply(p + c, kSize, [&](auto block, const auto& d) {
         for (int k = 0; k < kBlockDof<typename decltype(block)::type>; ++k)
           rows[kSize * row++ + c] = d[k];
       });
@@ -190,7 +189,7 @@ struct BlockProduct<S, BlockRows<S, BlockList<MR...>, BlockList<BR...>, PhiR, No
   /// Block M's rows of Φ P times the rows of c; where R and C are the same, on and after the
   /// diagonal.
   template <class M>
-  static void columns(const C& c, const T* rows, int& row, T* p) {
+  __attribute__((flatten)) static void columns(const C& c, const T* rows, int& row, T* p) {
     constexpr int kFirst = S::template index<M>();
     for (int k = 0; k < kBlockDof<M>; ++k, ++row) {
       c.apply(rows + n * row, 1, [&](auto block, const auto& d) {
