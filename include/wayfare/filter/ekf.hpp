@@ -133,6 +133,12 @@ class Ekf {
     return u;
   }
 
+  /// Says what is missing in a type that is no measurement of this state.
+  template <class Model>
+  requires(!MeasurementModel<Model, M>) void update(const Model&) {
+    static_assert(detail::check_measurement<Model, M>());
+  }
+
   /// σ of a measurement's innovation, without an update.
   template <class Row>
   [[nodiscard]] Scalar predicted_sigma(const ScalarMeasurement<Scalar, Row>& m) const {

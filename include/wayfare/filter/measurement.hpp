@@ -138,6 +138,26 @@ double > &&detail::kHasErrorOf<H, M, typename detail::MeasuredBlocks<H>::List>;
 template <class H, class M>
 concept MeasurementModel = LinearisedMeasurement<H, M> || MeasurementError<H, M>;
 
+namespace detail {
+
+/// What a type lacks to be a measurement, in words.
+template <class H, class M>
+constexpr bool check_measurement() {
+  static_assert(
+      requires {
+        { H::kDim } -> std::convertible_to<int>;
+      },
+      "wayfare: a measurement has the size of its error, static constexpr int kDim, or is "
+      "a callable that returns a ScalarMeasurement or a VectorMeasurement");
+  if constexpr (requires { H::kDim; })
+    static_assert(MeasurementError<H, M>,
+                  "wayfare: a measurement has a const member error(x...), which takes the state or "
+                  "the values of its Blocks and returns Eigen::Matrix<double, kDim, 1>");
+  return true;
+}
+
+}  // namespace detail
+
 /// The error of a measurement and its Jacobians by each value, by the means the measurement chose.
 template <class H, class... V>
 detail::ErrorOf<H> linearise_measurement(const H& h, JacobianBlocks<detail::ErrorOf<H>, V...>& by,

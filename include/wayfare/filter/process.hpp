@@ -188,8 +188,8 @@ void propagate(const std::tuple<R...>& parts, typename S::Scalar* p) {
 template <class S, class... Rows>
 struct ComposedStep {
   using Square = SquareOf<S>;
-  S state;
   std::tuple<Rows...> rows;
+  S state;
 
   /// P ← Φ P Φᵀ + Q, exactly symmetric.
   void propagate(Square& p) const { detail::propagate<S>(rows, p.data()); }
@@ -245,12 +245,10 @@ class Process {
       dt_s = u;
     S next = x;
     return [&]<std::size_t... I>(std::index_sequence<I...>) {
-      std::tuple rows{move(std::get<I>(parts_), std::get<I>(prepared_), x, u, dt_s, next)...};
-      return std::apply(
-          [&next](auto&... row) {
-            return ComposedStep<S, std::remove_cvref_t<decltype(row)>...>{next, {row...}};
-          },
-          rows);
+      // The rows come first: they set `next`.
+      return ComposedStep<S, decltype(move(std::get<I>(parts_), std::get<I>(prepared_), x, u, dt_s,
+                                           next))...>{
+          {move(std::get<I>(parts_), std::get<I>(prepared_), x, u, dt_s, next)...}, next};
     }
     (std::index_sequence_for<Part...>{});
   }

@@ -12,3 +12,4 @@ bool matches_scans();
 /// A Gauss-Markov state decays as its process says.
 bool filters();
 bool own_edges();
+bool own_states();
