@@ -146,7 +146,7 @@ auto discretise(const P& part, double dt_s) {
 
 /// ΦPΦᵀ + Q of all rows.
 template <class S, class... R>
-void propagate(const std::tuple<R...>& parts, typename S::Scalar* p) {
+__attribute__((flatten)) void propagate(const std::tuple<R...>& parts, typename S::Scalar* p) {
   using T = typename S::Scalar;
   constexpr std::size_t kParts = sizeof...(R);
   constexpr auto kFirst = [] {

@@ -189,7 +189,7 @@ struct BlockProduct<S, BlockRows<S, BlockList<MR...>, BlockList<BR...>, PhiR, No
   /// Block M's rows of Φ P times the rows of c; where R and C are the same, on and after the
   /// diagonal.
   template <class M>
-  __attribute__((flatten)) static void columns(const C& c, const T* rows, int& row, T* p) {
+  static void columns(const C& c, const T* rows, int& row, T* p) {
     constexpr int kFirst = S::template index<M>();
     for (int k = 0; k < kBlockDof<M>; ++k, ++row) {
       c.apply(rows + n * row, 1, [&](auto block, const auto& d) {
