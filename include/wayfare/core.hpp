@@ -9,6 +9,7 @@
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/geodesy.hpp>
+#include <wayfare/core/jacobian.hpp>
 #include <wayfare/core/levenberg_marquardt.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/pack.hpp>

@@ -1,11 +1,15 @@
 #pragma once
 
-// Kalman filters on manifolds, Gauss-Markov states, covariance intersection, particle sets and the
-// Rao-Blackwellised particle filter.
+// Kalman filters on manifolds, states composed of blocks, covariance intersection, particle sets and
+// the Rao-Blackwellised particle filter.
 
+#include <wayfare/filter/blocks.hpp>
 #include <wayfare/filter/covariance_intersection.hpp>
 #include <wayfare/filter/ekf.hpp>
 #include <wayfare/filter/gauss_markov.hpp>
+#include <wayfare/filter/measurement.hpp>
 #include <wayfare/filter/particles.hpp>
+#include <wayfare/filter/process.hpp>
 #include <wayfare/filter/rbpf.hpp>
 #include <wayfare/filter/sequential_update.hpp>
+#include <wayfare/filter/state.hpp>

@@ -6,3 +6,4 @@
 #include <wayfare/testing/edge_laws.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 #include <wayfare/testing/lie_group_laws.hpp>
+#include <wayfare/testing/state_laws.hpp>

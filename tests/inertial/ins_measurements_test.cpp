@@ -13,13 +13,13 @@ namespace wayfare {
 namespace {
 
 using Eigen::Vector3d;
-using State = InsState<double, 2>;
+using Ins = InsState<double, 2>;
 
 const Geodetic kAnchor{Angle::degrees(48.7), Angle::degrees(9.1), 300.0};
 const Vector3d kLever(0.8, -0.4, -1.3), kGyro(0.1, -0.2, 0.5);
 
-State some_state() {
-  State x;
+Ins some_state() {
+  Ins x;
   x.position_m = Vector3d(1200.0, -2800.0, 15.0);
   x.velocity_mps = Vector3d(12.0, -7.0, 0.4);
   x.q_nu = SO3d::exp(Vector3d(0.05, -0.1, 2.2));
@@ -41,12 +41,12 @@ CorrectedRange satellite() {
 /// h of the model against central differences of its innovation (z − h(x): opposite sign).
 template <class Model>
 void expect_derivative(const Model& model, double tolerance) {
-  const State x = some_state();
-  TangentOf<State> step = TangentOf<State>::Constant(1e-4);
+  const Ins x = some_state();
+  TangentOf<Ins> step = TangentOf<Ins>::Constant(1e-4);
   step.head<3>().setConstant(10.0);
   const auto numeric =
-      tests::numeric_gradient([&](const State& s) { return -model(s).innovation; }, x, step);
-  const auto h = testing::FilterLaws<State>::dense(model(x).row);
+      tests::numeric_gradient([&](const Ins& s) { return -model(s).innovation; }, x, step);
+  const auto h = testing::FilterLaws<Ins>::dense(model(x).row);
   for (int i = 0; i < h.size(); ++i) {
     // The models neglect the gyro scale in the lever arm's velocity.
     if (i >= ins_state::kGyroScale && i < ins_state::kAccelScale) continue;
@@ -73,7 +73,7 @@ TEST(RangeRateModel, RowIsTheDerivative) {
 // Range and range rate of a state computed in ECEF.
 TEST(RangeModel, InnovationMatchesTheGeometry) {
   const LocalTangentPlane plane(kAnchor);
-  const State x = some_state();
+  const Ins x = some_state();
   const CorrectedRange s = satellite();
   const Geodetic g = plane.geodetic(x.position_m);
   const Eigen::Matrix3d r = rotation_ecef_ned(g);
@@ -97,7 +97,7 @@ TEST(RangeModel, InnovationMatchesTheGeometry) {
 TEST(RangeModel, SinglePrecisionKeepsMillimetres) {
   const LocalTangentPlane plane(kAnchor);
   const SatelliteView view(satellite(), plane);
-  const State x = some_state();
+  const Ins x = some_state();
   const RangeModel<double, 2> wide{plane, view, 1000.0, 4.0, kLever, 0};
   const RangeModel<float, 2> narrow{plane, view, 1000.0, 4.0f, kLever.cast<float>(), 0};
   EXPECT_NEAR(narrow(x.cast<float>()).innovation, wide(x).innovation, 2e-3);
@@ -115,7 +115,7 @@ TEST(Constraints, RowsAreDerivatives) {
 }
 
 TEST(Constraints, AntennaVelocityIncludesTheLeverArm) {
-  const State x = some_state();
+  const Ins x = some_state();
   const Vector3d direction(0.48, -0.64, 0.6), measured(11.0, -6.0, 0.2);
   const AntennaVelocityModel<double, 2> model{measured, direction, kLever, kGyro, 0.04};
   const Vector3d rate = kGyro - x.gyro_bias_radps;
@@ -123,17 +123,17 @@ TEST(Constraints, AntennaVelocityIncludesTheLeverArm) {
   EXPECT_NEAR(model(x).innovation, direction.dot(measured - want), 1e-14);
   EXPECT_EQ(model(x).variance, 0.04);
   // The model neglects the gyro biases in the lever arm's velocity.
-  const auto h = testing::FilterLaws<State>::dense(model(x).row);
-  TangentOf<State> step = TangentOf<State>::Constant(1e-4);
+  const auto h = testing::FilterLaws<Ins>::dense(model(x).row);
+  TangentOf<Ins> step = TangentOf<Ins>::Constant(1e-4);
   const auto numeric =
-      tests::numeric_gradient([&](const State& s) { return -model(s).innovation; }, x, step);
+      tests::numeric_gradient([&](const Ins& s) { return -model(s).innovation; }, x, step);
   for (int i = 0; i < ins_state::kGyroBias; ++i) EXPECT_NEAR(h[i], numeric[i], 1e-8) << i;
   for (int i = ins_state::kGyroBias; i < h.size(); ++i) EXPECT_EQ(h[i], 0.0) << i;
 }
 
 // The point at the lever arm stands still while the unit rotates about it.
 TEST(Constraints, BodyVelocityIsThatOfThePointAtTheLever) {
-  State x = some_state();
+  Ins x = some_state();
   const Vector3d rate = kGyro - x.gyro_bias_radps;
   x.velocity_mps = x.q_nu * Vector3d(-rate.cross(kLever));
   for (int axis = 0; axis < 3; ++axis) {

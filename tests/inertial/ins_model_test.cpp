@@ -4,7 +4,6 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/filter/ekf.hpp>
-#include <wayfare/inertial/detail/ins_transition.hpp>
 #include <wayfare/inertial/ins_state.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 #include <wayfare/testing/lie_group_laws.hpp>
@@ -70,7 +69,7 @@ TEST(InsModel, PhiIsTheDerivativeOfTheStep) {
   step.head<3>().setConstant(1.0);
   const auto numeric =
       tests::numeric_jacobian([&](const auto& s) { return model(s, kTurning).state; }, x, step);
-  const auto phi = model(x, kTurning).transition.phi();
+  const auto phi = model(x, kTurning).phi();
   for (int i = 0; i < phi.rows(); ++i) {
     for (int j = 0; j < phi.cols(); ++j) {
       // Rotation within the step: T²/2 of forces and rates, below 6e-4 m/s and 4e-5 rad.
@@ -87,7 +86,8 @@ TEST(InsModel, NoiseIsNoEvidenceOfScale) {
   const InsModel<double, 0> model(c, InsNoise<double>(ImuNoise{}, {}));
   // √(white²/dt + bias²) is 0.0018 … 0.0020 rad/s and 0.042 m/s².
   const Vector3d rate(0.005, -0.007, 0.3), force(0.1, -0.15, -9.8);
-  const auto f = model(InsState<double, 0>{}, {rate, rate, force, force, 0.01}).transition;
+  const auto step = model(InsState<double, 0>{}, ImuInterval{rate, rate, force, force, 0.01});
+  const auto& f = std::get<0>(step.rows).phi;
   EXPECT_EQ(f.attitude_gyro_scale.x(), 0.0);
   EXPECT_NEAR(f.attitude_gyro_scale.y(), 0.01 * 0.007, 1e-9);
   EXPECT_NEAR(f.attitude_gyro_scale.z(), -0.01 * 0.3, 1e-9);

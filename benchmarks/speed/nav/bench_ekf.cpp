@@ -14,14 +14,14 @@ namespace {
 
 using Eigen::Vector3d;
 using Square = Eigen::Matrix<double, 23, 23>;
-using State = InsState<double, 0>;
+using Ins = InsState<double, 0>;
 
 const Geodetic kAnchor{Angle::degrees(48.7), Angle::degrees(9.1), 300.0};
 const ImuInterval kImu{
     {0.01, -0.005, 0.1}, {0.012, -0.004, 0.11}, {0.3, 0.5, -9.7}, {0.2, 0.6, -9.9}, 0.01};
 
-State start() {
-  State x;
+Ins start() {
+  Ins x;
   x.velocity_mps = Vector3d(9.0, 5.0, 0.0);
   x.q_nu = SO3d::exp(Vector3d(0.02, -0.03, 0.5));
   return x;
@@ -33,9 +33,9 @@ Square start_covariance() {
   return sigma.cwiseAbs2().asDiagonal();
 }
 template <class T>
-InsTransition<T, 0> transition() {
+auto one_step() {
   const LocalTangentPlane plane(kAnchor);
-  return InsModel<T, 0>(plane, InsNoise<T>(ImuNoise{}, {}))(start().cast<T>(), kImu).transition;
+  return InsModel<T, 0>(plane, InsNoise<T>(ImuNoise{}, {}))(start().cast<T>(), kImu);
 }
 
 /// Times `step`, which processes this number of filters.
@@ -45,7 +45,7 @@ void measure(benchmark::State& state, int filters, const Step& step) {
 }
 
 void dense_step(benchmark::State& state) {
-  const Square phi = transition<double>().phi(), q = transition<double>().q();
+  const Square phi = one_step<double>().phi(), q = one_step<double>().q();
   Square p = start_covariance(), left;
   measure(state, 1, [&] {
     left.noalias() = phi * p;
@@ -58,7 +58,7 @@ void dense_step(benchmark::State& state) {
 
 template <class T>
 void sparse_step(benchmark::State& state) {
-  const InsTransition<T, 0> f = transition<T>();
+  const auto f = one_step<T>();
   Eigen::Matrix<T, 23, 23> p = start_covariance().cast<T>();
   measure(state, LaneOf<T>::kLanes, [&] {
     f.propagate(p);
@@ -88,16 +88,16 @@ constexpr int kSeconds = 10, kImuRate = 100, kRangeRate = 4;
 
 /// Plain implementation: dense Φ P Φᵀ + Q, and all measurements of an epoch as one block.
 struct NaiveFilter {
-  State x = start();
+  Ins x = start();
   Square p = start_covariance();
   LocalTangentPlane plane{kAnchor};
   InsModel<double, 0> model{plane, InsNoise<double>(ImuNoise{}, {})};
 
   void predict() {
     const auto step = model(x, kImu);
-    const Square phi = step.transition.phi();
+    const Square phi = step.phi();
     x = step.state;
-    p = phi * p * phi.transpose() + step.transition.q();
+    p = phi * p * phi.transpose() + step.q();
   }
   void update(const std::vector<CorrectedRange>& satellites) {
     Eigen::Matrix<double, 16, 23> h = Eigen::Matrix<double, 16, 23>::Zero();

@@ -20,7 +20,7 @@ namespace wayfare {
 namespace {
 
 using Eigen::Vector3d;
-using State = InsState<double, 0>;
+using Ins = InsState<double, 0>;
 using Square = Eigen::Matrix<double, 23, 23>;
 
 /// One prediction, and the ranges measured at its end.
@@ -35,7 +35,7 @@ struct Recording {
   std::vector<ImuSample> imu;  ///< as recorded
   GnssInsOptions options;
   Geodetic anchor;
-  State start;
+  Ins start;
   Vector3d lever;
 };
 
@@ -114,9 +114,9 @@ class DenseFilter {
 
   void predict(const ImuInterval& imu) {
     const auto step = model_(x_, imu);
-    const Square phi = step.transition.phi();
+    const Square phi = step.phi();
     x_ = step.state;
-    p_ = phi * p_ * phi.transpose() + step.transition.q();
+    p_ = phi * p_ * phi.transpose() + step.q();
     gyro_radps_ = imu.end_rate_radps;
   }
 
@@ -151,7 +151,7 @@ class DenseFilter {
   [[nodiscard]] Geodetic position() const { return plane_.geodetic(x_.position_m); }
 
  private:
-  State x_;
+  Ins x_;
   Square p_;
   LocalTangentPlane plane_;
   InsModel<double, 0> model_;

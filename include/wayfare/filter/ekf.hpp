@@ -13,6 +13,7 @@
 
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/pack.hpp>
+#include <wayfare/filter/measurement.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 
 namespace wayfare {
@@ -26,6 +27,15 @@ struct ScalarUpdate {
 
   /// Normalised innovation squared; χ² with one degree of freedom for a consistent filter.
   [[nodiscard]] T nis() const { return innovation * innovation / variance; }
+};
+
+/// The same of a vector measurement.
+template <class T, int Rows>
+struct VectorUpdate {
+  Eigen::Matrix<T, Rows, 1> innovation;     ///< before the update
+  Eigen::Matrix<T, Rows, Rows> covariance;  ///< of the innovation: H P Hᵀ + R
+  T nis;          ///< normalised innovation squared; χ² with `Rows` degrees of freedom
+  bool accepted;  ///< false: rejected by the limit, or not finite, state unchanged
 };
 
 /// x ← f(x, u), P ← Φ P Φᵀ + Q. A process returns its step: `state`, and either `phi` and `q`
@@ -45,14 +55,6 @@ concept SparseProcessStep = requires(const Step& s, SquareOf<M>& p) {
 template <class F, class M, class... Input>
 concept ProcessModel = requires(const F& f, const M& x, const Input&... u) {
   requires DenseProcessStep<decltype(f(x, u...)), M> || SparseProcessStep<decltype(f(x, u...)), M>;
-};
-
-/// A scalar measurement z − h(x): a const callable from a state to a ScalarMeasurement.
-template <class H, class M>
-concept MeasurementModel = requires(const H& h, const M& x) {
-  h(x).innovation;
-  h(x).row;
-  h(x).variance;
 };
 
 template <Manifold M>
@@ -89,10 +91,10 @@ class Ekf {
   /// Updates with a scalar measurement. It is rejected where |innovation| exceeds `gate_sigma` of
   /// its own σ, where it or its variance is not finite, and in lanes that are not `enabled`.
   template <class Model>
-  requires MeasurementModel<Model, M> ScalarUpdate<Scalar> update(
+  requires ScalarMeasurementModel<Model, M> ScalarUpdate<Scalar> update(
       const Model& model, const Scalar& gate_sigma = std::numeric_limits<float>::max(),
       const MaskOf<Scalar>& enabled = true) {
-    const auto measured = model(state_);
+    const auto measured = measure(model, state_);
     const Tangent g = covariance_times(measured.row);
     const Scalar s = row_times(measured.row, g) + measured.variance;
     const Scalar nu = measured.innovation;
@@ -102,6 +104,39 @@ class Ekf {
                                     (nu * nu <= gate_sigma * gate_sigma * s);
     if (any(accepted)) correct(measured.row, g, s, measured.variance, nu, accepted);
     return {nu, s, accepted};
+  }
+
+  /// Updates with a vector measurement. It is rejected where its normalised innovation squared
+  /// exceeds `nis_limit`, where it is not finite, and where HPHᵀ + R is not positive definite. For
+  /// scalars only, not packs.
+  template <class Model>
+  requires VectorMeasurementModel<Model, M>
+  auto update(const Model& model, Scalar nis_limit = std::numeric_limits<Scalar>::max()) {
+    const auto m = measure(model, state_);
+    const auto g = covariance_times(m.rows);
+    constexpr int kRows = decltype(m.innovation)::RowsAtCompileTime;
+    VectorUpdate<Scalar, kRows> u{m.innovation, rows_times(m.rows, g) + m.covariance,
+                                  std::numeric_limits<Scalar>::quiet_NaN(), false};
+    const Eigen::LLT<Eigen::Matrix<Scalar, kRows, kRows>> llt(u.covariance);
+    if (llt.info() != Eigen::Success || !u.innovation.allFinite() || !u.covariance.allFinite())
+      return u;
+    u.nis = u.innovation.dot(llt.solve(u.innovation));
+    u.accepted = u.nis <= nis_limit;
+    if (!u.accepted) return u;
+    // Joseph's form, (I − K H) P (I − K H)ᵀ + K R Kᵀ, one factor after the other.
+    const Eigen::Matrix<Scalar, kDof, kRows> k = llt.solve(g.transpose()).transpose();
+    covariance_ -= k * g.transpose();
+    const Square next =
+        covariance_ - covariance_times(m.rows) * k.transpose() + k * m.covariance * k.transpose();
+    covariance_ = Scalar(0.5) * (next + next.transpose());
+    state_ = ManifoldTraits<M>::plus(state_, k * u.innovation);
+    return u;
+  }
+
+  /// Says what is missing in a type that is no measurement of this state.
+  template <class Model>
+  requires(!MeasurementModel<Model, M>) void update(const Model&) {
+    static_assert(detail::check_measurement<Model, M>());
   }
 
   /// σ of a measurement's innovation, without an update.
@@ -166,6 +201,32 @@ class Ekf {
   }
   [[nodiscard]] Tangent covariance_times(const Eigen::Matrix<Scalar, 1, kDof>& row) const {
     return covariance_ * row.transpose();
+  }
+  template <int Rows, int K>
+  [[nodiscard]] Eigen::Matrix<Scalar, kDof, Rows> covariance_times(
+      const SparseRows<Scalar, Rows, K>& rows) const {
+    Eigen::Matrix<Scalar, kDof, K> columns;
+    for (std::size_t k = 0; k < K; ++k)
+      columns.col(static_cast<Eigen::Index>(k)) = covariance_.col(rows.index[k]);
+    return columns * rows.value.transpose();
+  }
+  template <int Rows>
+  requires(Rows > 1) [[nodiscard]] Eigen::Matrix<Scalar, kDof, Rows> covariance_times(
+      const Eigen::Matrix<Scalar, Rows, kDof>& rows) const {
+    return covariance_ * rows.transpose();
+  }
+  template <int Rows, int K>
+  [[nodiscard]] static Eigen::Matrix<Scalar, Rows, Rows> rows_times(
+      const SparseRows<Scalar, Rows, K>& rows, const Eigen::Matrix<Scalar, kDof, Rows>& g) {
+    Eigen::Matrix<Scalar, K, Rows> of_index;
+    for (std::size_t k = 0; k < K; ++k)
+      of_index.row(static_cast<Eigen::Index>(k)) = g.row(rows.index[k]);
+    return rows.value * of_index;
+  }
+  template <int Rows>
+  [[nodiscard]] static Eigen::Matrix<Scalar, Rows, Rows> rows_times(
+      const Eigen::Matrix<Scalar, Rows, kDof>& rows, const Eigen::Matrix<Scalar, kDof, Rows>& g) {
+    return rows * g;
   }
   template <int K>
   [[nodiscard]] static Scalar row_times(const SparseRow<Scalar, K>& row, const Tangent& g) {

@@ -24,7 +24,7 @@
 
 #include <Eigen/Core>
 
-#include <wayfare/core/dual.hpp>
+#include <wayfare/core/jacobian.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
 
@@ -36,16 +36,12 @@ struct EdgeVariables {
   static constexpr std::size_t kCount = sizeof...(V);
 };
 
-/// How Jacobians are computed where an edge does not give them itself.
-struct NumericJacobians {};    ///< central differences of `error`: lose a third of the digits
-struct AutomaticJacobians {};  ///< `error` evaluated on dual numbers: exact to rounding
-
 /// ∂e/∂δᵢ for the right perturbation x_i ⊞ δ_i of each variable.
 template <int Dim, class Variables>
 struct EdgeJacobians;
 template <int Dim, class... V>
 struct EdgeJacobians<Dim, EdgeVariables<V...>> {
-  std::tuple<Eigen::Matrix<double, Dim, ManifoldTraits<V>::kDof>...> by;
+  JacobianBlocks<Eigen::Matrix<double, Dim, 1>, V...> by;
 };
 
 template <class E>
@@ -75,10 +71,6 @@ inline constexpr bool kHasInformation = requires(const E& edge) {
 template <class E>
 inline constexpr bool kHasKernel = requires(const E& edge) {
   { edge.kernel(1.0) } -> std::convertible_to<KernelValue>;
-};
-template <class E>
-inline constexpr bool kIsAutomatic = requires {
-  requires std::same_as<typename E::Jacobians, AutomaticJacobians>;
 };
 
 }  // namespace detail
@@ -126,76 +118,14 @@ struct Robust : E {
 template <class E, class K>
 Robust(E, K) -> Robust<E, K>;
 
-namespace detail {
-
-/// x ⊞ δ on dual numbers; δ are the variables from `first` on.
-template <int N, Manifold V>
-auto on_duals(const V& x, int first) {
-  using D = Dual<double, N>;
-  constexpr int kDof = ManifoldTraits<V>::kDof;
-  Eigen::Matrix<D, kDof, 1> step;
-  for (int i = 0; i < kDof; ++i) step[i] = D::variable(0.0, first + i);
-  if constexpr (requires { x.template cast<D>().plus(step); }) {
-    return x.template cast<D>().plus(step);
-  } else {
-    return Eigen::Matrix<D, kDof, 1>(x.template cast<D>() + step);
-  }
-}
-
-template <class E, class... V, std::size_t... I>
-EdgeError<E> linearise_automatically(const E& edge, JacobiansOf<E>& j, std::index_sequence<I...>,
-                                     const V&... x) {
-  constexpr std::array<int, sizeof...(V)> kDofs{ManifoldTraits<V>::kDof...};
-  constexpr int kAll = (ManifoldTraits<V>::kDof + ...);
-  constexpr auto kFirst = [&] {
-    std::array<int, sizeof...(V)> first{};
-    for (std::size_t i = 1; i < first.size(); ++i) first[i] = first[i - 1] + kDofs[i - 1];
-    return first;
-  }();
-  const auto error = edge.error(on_duals<kAll>(x, kFirst[I])...);
-  EdgeError<E> values;
-  for (int row = 0; row < E::kDim; ++row) {
-    values[row] = error[row].value;
-    ((std::get<I>(j.by).row(row) =
-          error[row].derivatives.template segment<kDofs[I]>(kFirst[I]).transpose()),
-     ...);
-  }
-  return values;
-}
-
-/// The column of differences along each direction of variable I.
-template <std::size_t I, class E, class... V>
-void differentiate(const E& edge, JacobiansOf<E>& j, std::tuple<V...> x) {
-  using X = std::tuple_element_t<I, std::tuple<V...>>;
-  using Traits = ManifoldTraits<X>;
-  constexpr double kStep = 6e-6;  // about ε^⅓: balances truncation and rounding
-  const X at = std::get<I>(x);
-  const auto error = [&](const auto&... each) { return EdgeError<E>(edge.error(each...)); };
-  for (int k = 0; k < Traits::kDof; ++k) {
-    TangentOf<X> step = TangentOf<X>::Zero();
-    step[k] = kStep;
-    std::get<I>(x) = Traits::plus(at, step);
-    const EdgeError<E> ahead = std::apply(error, x);
-    std::get<I>(x) = Traits::plus(at, TangentOf<X>(-step));
-    std::get<I>(j.by).col(k) = (ahead - std::apply(error, x)) / (2.0 * kStep);
-  }
-}
-
-}  // namespace detail
-
 /// The error of an edge and its Jacobians, by the means the edge chose.
 template <Edge E, class... V>
 EdgeError<E> linearise(const E& edge, JacobiansOf<E>& j, const V&... x) {
   if constexpr (detail::EdgeTraits<E, typename E::Variables>::kIsAnalytic) {
     return edge.linearise(x..., j);
-  } else if constexpr (detail::kIsAutomatic<E>) {
-    return detail::linearise_automatically(edge, j, std::index_sequence_for<V...>{}, x...);
   } else {
-    [&]<std::size_t... I>(std::index_sequence<I...>) {
-      (detail::differentiate<I>(edge, j, std::tuple<V...>(x...)), ...);
-    }
-    (std::index_sequence_for<V...>{});
-    return edge.error(x...);
+    const auto error = [&edge](const auto&... each) { return edge.error(each...); };
+    return differentiate<E, EdgeError<E>>(error, j.by, x...);
   }
 }
 

@@ -8,14 +8,14 @@
 // clock.
 
 #include <cmath>
-#include <limits>
+#include <tuple>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/se2.hpp>
-#include <wayfare/filter/gauss_markov.hpp>
-#include <wayfare/inertial/detail/ins_transition.hpp>
+#include <wayfare/filter/process.hpp>
+#include <wayfare/inertial/detail/strapdown_jacobian.hpp>
 #include <wayfare/inertial/imu_noise.hpp>
 #include <wayfare/inertial/ins_state.hpp>
 
@@ -95,18 +95,6 @@ struct InsNoise {
   }
 };
 
-/// Predicted state and transition of one step.
-template <class T, int Offsets = 0>
-struct InsStep {
-  InsState<T, Offsets> state;
-  InsTransition<T, Offsets> transition;
-
-  template <class Square>
-  void propagate(Square& p) const {
-    transition.propagate(p);
-  }
-};
-
 /// ω = (ω̃ − b)/(1 + s), element by element (Zhang 2020, section 3.1).
 template <class T>
 struct CorrectedImu {
@@ -114,139 +102,115 @@ struct CorrectedImu {
   Vector3 inverse_gyro_scale, inverse_accel_scale;
   Vector3 begin_rate, end_rate, begin_force, end_force;
 
-  template <int Offsets>
-  CorrectedImu(const InsState<T, Offsets>& x, const ImuInterval& u)
-      : inverse_gyro_scale((x.gyro_scale.array() + T(1)).inverse()),
-        inverse_accel_scale((x.accel_scale.array() + T(1)).inverse()),
-        begin_rate(rate(x, u.begin_rate_radps)),
-        end_rate(rate(x, u.end_rate_radps)),
-        begin_force(force(x, u.begin_force_mps2)),
-        end_force(force(x, u.end_force_mps2)) {}
+  CorrectedImu(const Vector3& gyro_bias, const Vector3& accel_bias, const Vector3& gyro_scale,
+               const Vector3& accel_scale, const ImuInterval& u)
+      : inverse_gyro_scale((gyro_scale.array() + T(1)).inverse()),
+        inverse_accel_scale((accel_scale.array() + T(1)).inverse()),
+        begin_rate(corrected(u.begin_rate_radps, gyro_bias, inverse_gyro_scale)),
+        end_rate(corrected(u.end_rate_radps, gyro_bias, inverse_gyro_scale)),
+        begin_force(corrected(u.begin_force_mps2, accel_bias, inverse_accel_scale)),
+        end_force(corrected(u.end_force_mps2, accel_bias, inverse_accel_scale)) {}
 
  private:
-  template <class State>
-  Vector3 rate(const State& x, const Eigen::Vector3d& measured) const {
-    return (measured.cast<T>() - x.gyro_bias_radps).cwiseProduct(inverse_gyro_scale);
-  }
-  template <class State>
-  Vector3 force(const State& x, const Eigen::Vector3d& measured) const {
-    return (measured.cast<T>() - x.accel_bias_mps2).cwiseProduct(inverse_accel_scale);
+  static Vector3 corrected(const Eigen::Vector3d& measured, const Vector3& bias,
+                           const Vector3& inverse_scale) {
+    return (measured.cast<T>() - bias).cwiseProduct(inverse_scale);
   }
 };
 
-/// A ProcessModel with ImuInterval as input.
-template <class T, int Offsets = 0>
-class InsModel {
+/// Moves position, velocity and attitude by inertial readings.
+template <class T>
+class Strapdown {
  public:
-  using State = InsState<T, Offsets>;
   using Vector3 = Eigen::Matrix<T, 3, 1>;
   using Matrix3 = Eigen::Matrix<T, 3, 3>;
+  using Moves = BlockList<ins::Position<T>, ins::Velocity<T>, ins::Attitude<T>>;
+  using By = BlockList<ins::Position<T>, ins::Velocity<T>, ins::Attitude<T>, ins::GyroBias<T>,
+                       ins::AccelBias<T>, ins::GyroScale<T>, ins::AccelScale<T>>;
 
-  InsModel(const LocalTangentPlane& plane, const InsNoise<T>& noise)
-      : plane_(plane), noise_(noise) {}
+  Strapdown(const LocalTangentPlane& plane, const InsNoise<T>& noise)
+      : plane_(plane),
+        gyro_white_(noise.gyro_white),
+        accel_white_(noise.accel_white),
+        gyro_sigma_(noise.sigma.template segment<3>(0)),
+        accel_sigma_(noise.sigma.template segment<3>(3)) {}
 
-  /// Precomputes the terms shared by steps of exactly this length. Results do not change.
-  void prepare(double dt_s) {
-    prepared_ = error_steps(T(dt_s));
-    prepared_dt_s_ = dt_s;
-  }
-
-  [[nodiscard]] InsStep<T, Offsets> operator()(const State& x, const ImuInterval& u) const {
+  [[nodiscard]] auto step(const Vector3& position_m, const Vector3& velocity_mps,
+                          const SO3<T>& q_nu, const Vector3& gyro_bias, const Vector3& accel_bias,
+                          const Vector3& gyro_scale, const Vector3& accel_scale,
+                          const ImuInterval& u) const {
     const T dt = T(u.dt_s);
-    const EarthAt<T> at = plane_.earth(x.position_m);
-    const CorrectedImu<T> imu(x, u);
+    const EarthAt<T> at = plane_.earth(position_m);
+    const CorrectedImu<T> imu(gyro_bias, accel_bias, gyro_scale, accel_scale, u);
     const InertialIncrement<T> measured =
         integrate(imu.begin_rate, imu.end_rate, imu.begin_force, imu.end_force, dt);
-    const Navigation<T> next =
-        strapdown_step({x.position_m, x.velocity_mps, x.q_nu}, at, measured, dt);
-    InsStep<T, Offsets> step{x, transition(x, at, imu, measured, u.dt_s)};
-    step.state.position_m = next.position_m;
-    step.state.velocity_mps = next.velocity_mps;
-    step.state.q_nu = next.q_nu;
-    decay(step.state, step.transition.kept, dt);
-    return step;
+    const Navigation<T> next = strapdown_step({position_m, velocity_mps, q_nu}, at, measured, dt);
+    const Matrix3 c = q_nu.matrix();
+    const Vector3 accel = dt * accel_white_.cwiseAbs2();
+    const Matrix3 velocity_noise = c * accel.asDiagonal() * c.transpose();
+    const Vector3 attitude_noise = dt * gyro_white_.cwiseAbs2();
+    return CoupledStep{std::tuple{next.position_m, next.velocity_mps, next.q_nu},
+                       jacobian(level_rates(at, velocity_mps), at, c, imu, measured, dt),
+                       std::tuple{NoNoise{}, velocity_noise, attitude_noise}};
   }
 
  private:
-  static void decay(State& x, const Eigen::Matrix<T, 12, 1>& kept, const T& dt) {
-    x.gyro_bias_radps.array() *= kept.template segment<3>(0).array();
-    x.accel_bias_mps2.array() *= kept.template segment<3>(3).array();
-    x.gyro_scale.array() *= kept.template segment<3>(6).array();
-    x.accel_scale.array() *= kept.template segment<3>(9).array();
-    x.clock[0] += dt * x.clock[1];
-  }
-
-  InsTransition<T, Offsets> transition(const State& x, const EarthAt<T>& at,
-                                       const CorrectedImu<T>& imu,
-                                       const InertialIncrement<T>& measured, double dt_s) const {
-    const T dt = T(dt_s);
-    InsTransition<T, Offsets> f;
-    f.dt_s = dt;
+  StrapdownJacobian<T> jacobian(const LevelRates<T>& rates, const EarthAt<T>& at, const Matrix3& c,
+                                const CorrectedImu<T>& imu, const InertialIncrement<T>& measured,
+                                const T& dt) const {
+    StrapdownJacobian<T> f;
     f.half_dt = T(0.5) * dt * Vector3(at.north_scale, at.east_scale, T(1));
-    const LevelRates<T> rates = level_rates(at, x.velocity_mps);
     f.velocity_turn = -dt * (T(2) * rates.earth + rates.transport);
-    const Matrix3 c = x.q_nu.matrix();
     f.velocity_attitude = -c * skew(measured.velocity_mps);
     f.velocity_accel_bias = c * (-dt * imu.inverse_accel_scale).asDiagonal();
-    f.scale_force = beyond_noise(measured.mean_force_mps2, noise_.accel_white, 3, dt);
+    f.scale_force = beyond_noise(measured.mean_force_mps2, accel_white_, accel_sigma_, dt);
     const Vector3 rotation =
         measured.rotation_rad - c.transpose() * Vector3(dt * (rates.earth + rates.transport));
     const Matrix3 k = skew(rotation);
     f.attitude_attitude = Matrix3::Identity() - k + T(0.5) * k * k;
     f.attitude_gyro_bias = -dt * imu.inverse_gyro_scale;
     f.attitude_gyro_scale = f.attitude_gyro_bias.cwiseProduct(
-        beyond_noise(measured.mean_rate_radps, noise_.gyro_white, 0, dt));
-    noise(f, c, dt_s);
+        beyond_noise(measured.mean_rate_radps, gyro_white_, gyro_sigma_, dt));
     return f;
   }
 
   /// Regressor of the scale: zero if noise and bias alone explain the reading. A regressor with
   /// measurement noise biases its coefficient (Fuller 1987, section 1.1), here the scale of rarely
   /// excited axes, over hours by many times its estimated standard deviation.
-  Vector3 beyond_noise(const Vector3& measured, const Vector3& white, int bias, const T& dt) const {
+  static Vector3 beyond_noise(const Vector3& measured, const Vector3& white, const Vector3& sigma,
+                              const T& dt) {
     constexpr double kSigmas = 3.0;
     Vector3 beyond;
     for (int i = 0; i < 3; ++i) {
-      const T variance = white[i] * white[i] / dt + noise_.sigma[bias + i] * noise_.sigma[bias + i];
+      const T variance = white[i] * white[i] / dt + sigma[i] * sigma[i];
       const MaskOf<T> significant = measured[i] * measured[i] > T(kSigmas * kSigmas) * variance;
       beyond[i] = select(significant, measured[i], T(0));
     }
     return beyond;
   }
 
-  /// The twelve sensor errors and the receiver clock over a step.
-  struct ErrorSteps {
-    Eigen::Matrix<T, 12, 1> kept = Eigen::Matrix<T, 12, 1>::Zero();
-    Eigen::Matrix<T, 12, 1> noise = Eigen::Matrix<T, 12, 1>::Zero();
-    ClockStep<T> clock{};
-  };
-  ErrorSteps error_steps(const T& dt) const {
-    ErrorSteps steps;
-    for (int i = 0; i < 12; ++i) {
-      const ProcessStep1<T> step = discretise_gauss_markov(noise_.sigma[i], noise_.tau_s[i], dt);
-      steps.kept[i] = step.phi;
-      steps.noise[i] = step.q;
-    }
-    steps.clock = discretise_clock(noise_.clock_bias_walk, noise_.clock_drift_walk, dt);
-    return steps;
-  }
-
-  void noise(InsTransition<T, Offsets>& f, const Matrix3& c, double dt_s) const {
-    const T dt = T(dt_s);
-    const Vector3 accel = dt * noise_.accel_white.cwiseAbs2();
-    f.velocity_noise = c * accel.asDiagonal() * c.transpose();
-    f.attitude_noise = dt * noise_.gyro_white.cwiseAbs2();
-    const ErrorSteps steps = dt_s == prepared_dt_s_ ? prepared_ : error_steps(dt);
-    f.kept = steps.kept;
-    f.error_noise = steps.noise;
-    f.clock_noise = steps.clock;
-    f.clock_offset_noise = noise_.clock_offset_walk * noise_.clock_offset_walk * dt;
-  }
-
   LocalTangentPlane plane_;
-  InsNoise<T> noise_;
-  double prepared_dt_s_ = std::numeric_limits<double>::quiet_NaN();
-  ErrorSteps prepared_;
+  Vector3 gyro_white_, accel_white_, gyro_sigma_, accel_sigma_;
+};
+
+template <class T, int Offsets>
+using InsProcess = Process<InsState<T, Offsets>, Strapdown<T>, ins::GyroBias<T>, ins::AccelBias<T>,
+                           ins::GyroScale<T>, ins::AccelScale<T>, ins::Clock<T, Offsets>>;
+
+/// A ProcessModel with ImuInterval as input.
+template <class T, int Offsets = 0>
+class InsModel : public InsProcess<T, Offsets> {
+ public:
+  InsModel(const LocalTangentPlane& plane, const InsNoise<T>& noise)
+      : InsProcess<T, Offsets>(
+            Strapdown<T>(plane, noise), {error(noise, 0)}, {error(noise, 3)}, {error(noise, 6)},
+            {error(noise, 9)},
+            {{noise.clock_bias_walk, noise.clock_drift_walk, noise.clock_offset_walk}}) {}
+
+ private:
+  static GaussMarkov<3, T> error(const InsNoise<T>& noise, int first) {
+    return {noise.sigma.template segment<3>(first), noise.tau_s.template segment<3>(first)};
+  }
 };
 
 }  // namespace wayfare

@@ -15,7 +15,9 @@
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/se3.hpp>
+#include <wayfare/filter/blocks.hpp>
 #include <wayfare/filter/sequential_update.hpp>
+#include <wayfare/filter/state.hpp>
 #include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
@@ -101,76 +103,138 @@ template <class T>
   return y;
 }
 
-/// The 23 error states, in this order.
-namespace ins_state {
-inline constexpr int kPosition = 0;     ///< north, east, down, m
-inline constexpr int kVelocity = 3;     ///< north, east, down, m/s
-inline constexpr int kAttitude = 6;     ///< rotation vector in the unit's axes, rad (right)
-inline constexpr int kGyroBias = 9;     ///< rad/s
-inline constexpr int kAccelBias = 12;   ///< m/s²
-inline constexpr int kGyroScale = 15;   ///< 1
-inline constexpr int kAccelScale = 18;  ///< 1
-inline constexpr int kClock = 21;       ///< receiver clock bias (m) and drift (m/s)
-inline constexpr int kSize = 23;
-}  // namespace ins_state
+/// The blocks of InsState.
+namespace ins {
 
-/// `position_m` is on a LocalTangentPlane; `q_nu` rotates the unit's axes to local level. `Offsets`
-/// inter-system clock offsets (m) follow the receiver clock.
-template <class T, int Offsets = 0>
-struct InsState {
-  using Scalar = T;
-  static constexpr int kDof = ins_state::kSize + Offsets;
-  static constexpr int kOffsets = Offsets;
-  using Vector3 = Eigen::Matrix<T, 3, 1>;
-  using Tangent = Eigen::Matrix<T, kDof, 1>;
-
-  Vector3 position_m = Vector3::Zero();
-  Vector3 velocity_mps = Vector3::Zero();
-  SO3<T> q_nu;
-  Vector3 gyro_bias_radps = Vector3::Zero();
-  Vector3 accel_bias_mps2 = Vector3::Zero();
-  Vector3 gyro_scale = Vector3::Zero();
-  Vector3 accel_scale = Vector3::Zero();
-  /// Bias (m) and drift (m/s) of the receiver's clock, then the offsets (m).
-  Eigen::Matrix<T, 2 + Offsets, 1> clock = Eigen::Matrix<T, 2 + Offsets, 1>::Zero();
-
-  [[nodiscard]] InsState plus(const Tangent& tau) const {
-    using namespace ins_state;
-    InsState y;
-    y.position_m = position_m + tau.template segment<3>(kPosition);
-    y.velocity_mps = velocity_mps + tau.template segment<3>(kVelocity);
-    y.q_nu = q_nu.plus(tau.template segment<3>(kAttitude));
-    y.gyro_bias_radps = gyro_bias_radps + tau.template segment<3>(kGyroBias);
-    y.accel_bias_mps2 = accel_bias_mps2 + tau.template segment<3>(kAccelBias);
-    y.gyro_scale = gyro_scale + tau.template segment<3>(kGyroScale);
-    y.accel_scale = accel_scale + tau.template segment<3>(kAccelScale);
-    y.clock = clock + tau.template tail<2 + Offsets>();
-    return y;
-  }
-
-  [[nodiscard]] Tangent minus(const InsState& x) const {
-    Tangent tau;
-    tau << position_m - x.position_m, velocity_mps - x.velocity_mps, q_nu.minus(x.q_nu),
-        gyro_bias_radps - x.gyro_bias_radps, accel_bias_mps2 - x.accel_bias_mps2,
-        gyro_scale - x.gyro_scale, accel_scale - x.accel_scale, clock - x.clock;
-    return tau;
-  }
-
-  /// The same in another scalar type; broadcast to every lane of a pack.
+template <class T>
+struct Position {  ///< on a LocalTangentPlane: north, east, down, m
+  using Value = Eigen::Matrix<T, 3, 1>;
+  struct Storage {
+    Value position_m = Value::Zero();
+  };
+  static constexpr auto kMember = &Storage::position_m;
+  static constexpr BlockNames<3> kNames{"position north", "position east", "position down"};
   template <class U>
-  [[nodiscard]] InsState<U, Offsets> cast() const {
-    InsState<U, Offsets> y;
-    y.position_m = position_m.template cast<U>();
-    y.velocity_mps = velocity_mps.template cast<U>();
-    y.q_nu = q_nu.template cast<U>();
-    y.gyro_bias_radps = gyro_bias_radps.template cast<U>();
-    y.accel_bias_mps2 = accel_bias_mps2.template cast<U>();
-    y.gyro_scale = gyro_scale.template cast<U>();
-    y.accel_scale = accel_scale.template cast<U>();
-    y.clock = clock.template cast<U>();
-    return y;
-  }
+  using With = Position<U>;
 };
+
+template <class T>
+struct Velocity {  ///< north, east, down, m/s
+  using Value = Eigen::Matrix<T, 3, 1>;
+  struct Storage {
+    Value velocity_mps = Value::Zero();
+  };
+  static constexpr auto kMember = &Storage::velocity_mps;
+  static constexpr BlockNames<3> kNames{"velocity north", "velocity east", "velocity down"};
+  template <class U>
+  using With = Velocity<U>;
+};
+
+template <class T>
+struct Attitude {  ///< rotates the unit's axes to local level; error in the unit's axes, rad
+  using Value = SO3<T>;
+  struct Storage {
+    Value q_nu;
+  };
+  static constexpr auto kMember = &Storage::q_nu;
+  static constexpr BlockNames<3> kNames{"attitude x", "attitude y", "attitude z"};
+  template <class U>
+  using With = Attitude<U>;
+};
+
+template <class T>
+struct GyroBias : GaussMarkov<3, T> {  ///< rad/s
+  using Value = Eigen::Matrix<T, 3, 1>;
+  struct Storage {
+    Value gyro_bias_radps = Value::Zero();
+  };
+  static constexpr auto kMember = &Storage::gyro_bias_radps;
+  static constexpr BlockNames<3> kNames{"gyro bias x", "gyro bias y", "gyro bias z"};
+  template <class U>
+  using With = GyroBias<U>;
+};
+
+template <class T>
+struct AccelBias : GaussMarkov<3, T> {  ///< m/s²
+  using Value = Eigen::Matrix<T, 3, 1>;
+  struct Storage {
+    Value accel_bias_mps2 = Value::Zero();
+  };
+  static constexpr auto kMember = &Storage::accel_bias_mps2;
+  static constexpr BlockNames<3> kNames{"accelerometer bias x", "accelerometer bias y",
+                                        "accelerometer bias z"};
+  template <class U>
+  using With = AccelBias<U>;
+};
+
+template <class T>
+struct GyroScale : GaussMarkov<3, T> {
+  using Value = Eigen::Matrix<T, 3, 1>;
+  struct Storage {
+    Value gyro_scale = Value::Zero();
+  };
+  static constexpr auto kMember = &Storage::gyro_scale;
+  static constexpr BlockNames<3> kNames{"gyro scale x", "gyro scale y", "gyro scale z"};
+  template <class U>
+  using With = GyroScale<U>;
+};
+
+template <class T>
+struct AccelScale : GaussMarkov<3, T> {
+  using Value = Eigen::Matrix<T, 3, 1>;
+  struct Storage {
+    Value accel_scale = Value::Zero();
+  };
+  static constexpr auto kMember = &Storage::accel_scale;
+  static constexpr BlockNames<3> kNames{"accelerometer scale x", "accelerometer scale y",
+                                        "accelerometer scale z"};
+  template <class U>
+  using With = AccelScale<U>;
+};
+
+/// Bias (m) and drift (m/s) of the receiver's clock, then inter-system offsets (m).
+template <class T, int Offsets>
+struct Clock : ReceiverClockBlock<Offsets, T> {
+  static_assert(Offsets <= 5);
+  using Value = Eigen::Matrix<T, 2 + Offsets, 1>;
+  struct Storage {
+    Value clock = Value::Zero();
+  };
+  static constexpr auto kMember = &Storage::clock;
+  static constexpr BlockNames<2 + Offsets> kNames = [] {
+    constexpr BlockNames<7> kAll{"clock bias",     "clock drift",    "clock offset 1",
+                                 "clock offset 2", "clock offset 3", "clock offset 4",
+                                 "clock offset 5"};
+    BlockNames<2 + Offsets> names;
+    for (std::size_t i = 0; i < names.size(); ++i) names[i] = kAll[i];
+    return names;
+  }();
+  template <class U>
+  using With = Clock<U, Offsets>;
+};
+
+}  // namespace ins
+
+/// Members `position_m`, `velocity_mps`, `q_nu`, `gyro_bias_radps`, `accel_bias_mps2`,
+/// `gyro_scale`, `accel_scale` and `clock`; 23 errors without `Offsets`.
+template <class T, int Offsets = 0>
+using InsState =
+    State<ins::Position<T>, ins::Velocity<T>, ins::Attitude<T>, ins::GyroBias<T>, ins::AccelBias<T>,
+          ins::GyroScale<T>, ins::AccelScale<T>, ins::Clock<T, Offsets>>;
+
+/// Places of the errors in the tangent of InsState.
+namespace ins_state {
+using Plain = InsState<double>;
+inline constexpr int kPosition = Plain::index<ins::Position<double>>();
+inline constexpr int kVelocity = Plain::index<ins::Velocity<double>>();
+inline constexpr int kAttitude = Plain::index<ins::Attitude<double>>();
+inline constexpr int kGyroBias = Plain::index<ins::GyroBias<double>>();
+inline constexpr int kAccelBias = Plain::index<ins::AccelBias<double>>();
+inline constexpr int kGyroScale = Plain::index<ins::GyroScale<double>>();
+inline constexpr int kAccelScale = Plain::index<ins::AccelScale<double>>();
+inline constexpr int kClock = Plain::index<ins::Clock<double, 0>>();
+inline constexpr int kSize = Plain::kDof;
+}  // namespace ins_state
 
 /// The velocity of a point of the vehicle along one of its directions is `speed_mps` (zero: a
 /// non-holonomic constraint). Direction and lever arm in the unit's axes, lever from the unit.

@@ -36,6 +36,7 @@ class InsFilter {
       : plane_(anchor),
         clock_anchor_m_(clock_anchor_m),
         noise_(noise),
+        model_(plane_, noise_),
         lever_m_(lever_m.cast<T>()),
         filter_(state, covariance) {}
 
@@ -60,7 +61,7 @@ class InsFilter {
 
   void predict(const ImuInterval& imu) {
     gyro_radps_ = imu.end_rate_radps.cast<T>();
-    filter_.predict(InsModel<T, Offsets>(plane_, noise_), imu);
+    filter_.predict(model_, imu);
     if (any(state().position_m.squaredNorm() > T(kRange_m * kRange_m))) recentre();
     const T clock = state().clock[0];
     if (any(clock * clock > T(kRange_m * kRange_m))) recentre_clock();
@@ -112,6 +113,7 @@ class InsFilter {
       for (int k = 0; k < 3; ++k) set_lane(x.position_m[k], i, moved[k]);
     }
     plane_ = next;
+    model_ = InsModel<T, Offsets>(plane_, noise_);
     filter_.set_state(x);
   }
   void recentre_clock() {
@@ -125,6 +127,7 @@ class InsFilter {
   LocalTangentPlane plane_;
   double clock_anchor_m_ = 0.0;
   InsNoise<T> noise_;
+  InsModel<T, Offsets> model_{plane_, noise_};
   Vector3 lever_m_ = Vector3::Zero(), gyro_radps_ = Vector3::Zero();
   Filter filter_;
 };

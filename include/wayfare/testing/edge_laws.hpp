@@ -6,18 +6,16 @@
 //     wayfare::testing::EdgeLaws<MyEdge>{{edge}}.check();      // at random values
 //   }
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <string>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/graph/edge.hpp>
+#include <wayfare/testing/detail/derivatives.hpp>
 
 namespace wayfare::testing {
 
@@ -42,43 +40,17 @@ struct EdgeLaws {
   }
 
  private:
-  template <class X>
-  X random_value(Rng& rng) const {
-    TangentOf<X> step;
-    for (Eigen::Index k = 0; k < step.size(); ++k) step[k] = scale * rng.normal();
-    return ManifoldTraits<X>::plus(manifold_origin<X>(), step);
-  }
-
   template <class... V>
   void check_at(const E& edge, Rng& rng, EdgeVariables<V...>) const {
-    const std::tuple<V...> x{random_value<V>(rng)...};
+    const std::tuple<V...> x{random_value<V>(rng, scale)...};
     std::apply(
         [&](const V&... each) {
-          JacobiansOf<E> jacobians, differences;
+          JacobiansOf<E> jacobians;
           const EdgeError<E> from_jacobians = wayfare::linearise(edge, jacobians, each...);
-          const EdgeError<E> plain = edge.error(each...);
-          ASSERT_TRUE(plain.allFinite());
-          EXPECT_LE((from_jacobians - plain).cwiseAbs().maxCoeff(),
-                    1e-12 * (1.0 + plain.cwiseAbs().maxCoeff()))
-              << "the error of linearise";
-          compare(edge, jacobians, differences, std::index_sequence_for<V...>{}, each...);
+          expect_derivatives<EdgeError<E>>([&](const auto&... v) { return edge.error(v...); },
+                                           from_jacobians, jacobians.by, tolerance, each...);
         },
         x);
-  }
-
-  template <std::size_t... I, class... V>
-  void compare(const E& edge, const JacobiansOf<E>& given, JacobiansOf<E>& differences,
-               std::index_sequence<I...>, const V&... x) const {
-    (wayfare::detail::differentiate<I>(edge, differences, std::tuple<V...>(x...)), ...);
-    const auto same = [&](std::size_t i, const auto& j, const auto& by_difference) {
-      ASSERT_TRUE(j.allFinite()) << "by variable " << i;
-      EXPECT_LE((j - by_difference).cwiseAbs().maxCoeff(),
-                tolerance * std::max(1.0, by_difference.cwiseAbs().maxCoeff()))
-          << "by variable " << i << ":\n"
-          << j << "\nand by differences\n"
-          << by_difference;
-    };
-    (same(I, std::get<I>(given.by), std::get<I>(differences.by)), ...);
   }
 };
 

@@ -13,3 +13,4 @@ bool matches_scans();
 bool filters();
 /// A lift is tracked by a state, edges and a robust kernel of its own.
 bool own_edges();
+bool own_states();

@@ -15,7 +15,7 @@ int main() {
   if (!reads_chirps()) return 1;
 #endif
 #ifdef STRANGER_LINKS_FILTER
-  if (!filters()) return 1;
+  if (!filters() || !own_states()) return 1;
 #endif
 #ifdef STRANGER_LINKS_SLAM
   if (!matches_scans() || !own_edges()) return 1;

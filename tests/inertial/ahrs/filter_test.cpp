@@ -11,7 +11,7 @@ namespace wayfare {
 namespace {
 
 using Filter = AhrsFilter<double>;
-using State = Eigen::Matrix<double, 9, 1>;
+using Vector9 = Eigen::Matrix<double, 9, 1>;
 using Matrix = Eigen::Matrix<double, 9, 9>;
 using Vector = Eigen::Vector3d;
 
@@ -22,12 +22,12 @@ struct Nominal {
   Eigen::Vector2d velocity{0.4, -0.3};
   double delay = 0.01;
 
-  [[nodiscard]] Nominal plus(const State& d) const {
+  [[nodiscard]] Nominal plus(const Vector9& d) const {
     return {SO3d::exp(d.head<3>()) * q, bias + d.segment<3>(3), velocity + d.segment<2>(6),
             delay + d[8]};
   }
-  [[nodiscard]] State minus(const Nominal& o) const {
-    State d;
+  [[nodiscard]] Vector9 minus(const Nominal& o) const {
+    Vector9 d;
     d << (q * o.q.inverse()).log(), bias - o.bias, velocity - o.velocity, delay - o.delay;
     return d;
   }
@@ -56,7 +56,7 @@ Matrix jacobian(const Nominal& x, Step step) {
   constexpr double h = 1e-5;
   Matrix j;
   for (int i = 0; i < 9; ++i) {
-    const State d = h * State::Unit(i);
+    const Vector9 d = h * Vector9::Unit(i);
     j.col(i) = (step(x.plus(d)).minus(step(x)) - step(x.plus(-d)).minus(step(x))) / (2.0 * h);
   }
   return j;
@@ -113,7 +113,7 @@ TEST(AhrsFilter, SequentialUpdatesEqualTheJointOne) {
   const Eigen::Matrix2d s =
       h * p * h.transpose() + Eigen::Vector2d(2.0, 0.5).asDiagonal().toDenseMatrix();
   const Eigen::Matrix<double, 9, 2> k = p * h.transpose() * s.inverse();
-  const State d = k * Eigen::Vector2d(0.01, -0.02);
+  const Vector9 d = k * Eigen::Vector2d(0.01, -0.02);
   const Matrix expected = p - k * h * p;
   EXPECT_LT((f.covariance().dense() - expected).norm(), 1e-9);
   const Nominal after{f.q_enu_body(), f.bias(), f.velocity(), f.delay()};

@@ -1,0 +1,222 @@
+#pragma once
+
+// What a measurement of a filter is: a linearised one, or its error as a function of the state.
+//
+//   struct BeaconPosition {                              // seen from the robot, m
+//     using Blocks = BlockList<Pose>;
+//     using Jacobians = AutomaticJacobians;
+//     static constexpr int kDim = 2;
+//     Eigen::Vector2d measured_m, beacon_m;
+//     Eigen::Matrix2d covariance;
+//     template <class T>
+//     Eigen::Matrix<T, 2, 1> error(const SE2<T>& pose) const {
+//       return pose.inverse() * beacon_m.cast<T>() - measured_m.cast<T>();
+//     }
+//   };
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/jacobian.hpp>
+#include <wayfare/core/manifold.hpp>
+#include <wayfare/filter/sequential_update.hpp>
+#include <wayfare/filter/state.hpp>
+
+namespace wayfare {
+
+/// Rows of H of which only K columns are not zero: column `index[k]` is `value.col(k)`.
+template <class T, int Rows, int K>
+struct SparseRows {
+  std::array<int, K> index;
+  Eigen::Matrix<T, Rows, K> value;
+};
+
+/// A vector measurement, linearised at the predicted state: innovation z − h(x), H = ∂h/∂x in the
+/// state's tangent (a matrix or SparseRows), covariance R of the noise, positive semi-definite.
+template <class T, int Dim, class H>
+struct VectorMeasurement {
+  Eigen::Matrix<T, Dim, 1> innovation;
+  H rows;
+  Eigen::Matrix<T, Dim, Dim> covariance;
+};
+
+namespace detail {
+
+/// The blocks that a measurement takes; none named: the whole state.
+template <class H>
+struct MeasuredBlocks {
+  using List = void;
+};
+template <class H>
+requires requires { typename H::Blocks; }
+struct MeasuredBlocks<H> {
+  using List = typename H::Blocks;
+};
+
+/// Calls f with the values that a measurement takes.
+template <class S, class... B, class F>
+decltype(auto) with_blocks(const S& x, BlockList<B...>, const F& f) {
+  return f(x.template get<B>()...);
+}
+template <class H, class M, class F>
+decltype(auto) with_values(const M& x, const F& f) {
+  if constexpr (std::same_as<typename MeasuredBlocks<H>::List, void>)
+    return f(x);
+  else
+    return with_blocks(x, typename MeasuredBlocks<H>::List{}, f);
+}
+
+/// The places of these blocks' errors in the state's tangent.
+template <class S, int K, class... B>
+constexpr std::array<int, K> error_indices(BlockList<B...>) {
+  std::array<int, K> index{};
+  std::size_t k = 0;
+  const auto append = [&](int first, int count) {
+    for (int i = 0; i < count; ++i) index[k++] = first + i;
+  };
+  (append(S::template index<B>(), kBlockDof<B>), ...);
+  return index;
+}
+template <class M, int K>
+constexpr std::array<int, K> error_indices() {
+  std::array<int, K> index{};
+  for (std::size_t k = 0; k < K; ++k) index[k] = static_cast<int>(k);
+  return index;
+}
+
+template <class H>
+using ErrorOf = Eigen::Matrix<double, H::kDim, 1>;
+
+template <class H, class M, class Blocks>
+inline constexpr bool kHasErrorOf = false;
+template <class H, class M, class... B>
+inline constexpr bool kHasErrorOf<H, M, BlockList<B...>> = requires(const H& h, const M& x) {
+  { h.error(x.template get<B>()...) } -> std::convertible_to<ErrorOf<H>>;
+};
+template <class H, class M>
+inline constexpr bool kHasErrorOf<H, M, void> = requires(const H& h, const M& x) {
+  { h.error(x) } -> std::convertible_to<ErrorOf<H>>;
+};
+template <class H>
+inline constexpr bool kHasCovariance = requires(const H& h) {
+  { h.covariance } -> std::convertible_to<Eigen::Matrix<double, H::kDim, H::kDim>>;
+};
+
+}  // namespace detail
+
+/// A linearised measurement: a const callable from a state to a ScalarMeasurement or a
+/// VectorMeasurement.
+template <class H, class M>
+concept LinearisedMeasurement = requires(const H& h, const M& x) {
+  h(x).innovation;
+  requires requires {
+    h(x).row;
+    h(x).variance;
+  } || requires {
+    h(x).rows;
+    h(x).covariance;
+  };
+};
+
+/// A measurement by its error, as an edge of a factor graph has one: `kDim` and `error(x...)`,
+/// predicted minus measured, of the state, or of the values of its `Blocks` (a BlockList).
+/// Optional:
+/// - `covariance` R of the error; without it the error is in standard deviations;
+/// - `linearise(x..., JacobianBlocks<Eigen::Matrix<double, kDim, 1>, X...>&)`, which returns the
+///   error and sets its Jacobians; else
+/// - `using Jacobians = AutomaticJacobians`, where `error` is a template of the scalar; else they
+///   are numeric.
+template <class H, class M>
+concept MeasurementError = std::same_as < typename ManifoldTraits<M>::Scalar,
+double > &&detail::kHasErrorOf<H, M, typename detail::MeasuredBlocks<H>::List>;
+
+template <class H, class M>
+concept MeasurementModel = LinearisedMeasurement<H, M> || MeasurementError<H, M>;
+
+namespace detail {
+
+/// What a type lacks to be a measurement, in words.
+template <class H, class M>
+constexpr bool check_measurement() {
+  static_assert(
+      requires {
+        { H::kDim } -> std::convertible_to<int>;
+      },
+      "wayfare: a measurement has the size of its error, static constexpr int kDim, or is "
+      "a callable that returns a ScalarMeasurement or a VectorMeasurement");
+  if constexpr (requires { H::kDim; })
+    static_assert(MeasurementError<H, M>,
+                  "wayfare: a measurement has a const member error(x...), which takes the state or "
+                  "the values of its Blocks and returns Eigen::Matrix<double, kDim, 1>");
+  return true;
+}
+
+}  // namespace detail
+
+/// The error of a measurement and its Jacobians by each value, by the means the measurement chose.
+template <class H, class... V>
+detail::ErrorOf<H> linearise_measurement(const H& h, JacobianBlocks<detail::ErrorOf<H>, V...>& by,
+                                         const V&... x) {
+  if constexpr (requires { h.linearise(x..., by); }) {
+    return h.linearise(x..., by);
+  } else {
+    const auto error = [&h](const auto&... each) { return h.error(each...); };
+    return differentiate<H, detail::ErrorOf<H>>(error, by, x...);
+  }
+}
+
+/// The linearised measurement of a model at a state.
+template <class M, MeasurementModel<M> H>
+[[nodiscard]] auto measure(const H& h, const M& x) {
+  if constexpr (LinearisedMeasurement<H, M>) {
+    return h(x);
+  } else {
+    return detail::with_values<H>(x, [&]<class... V>(const V&... value) {
+      constexpr int kDim = H::kDim, kColumns = (ManifoldTraits<V>::kDof + ...);
+      JacobianBlocks<detail::ErrorOf<H>, V...> by;
+      const Eigen::Matrix<double, kDim, 1> error = linearise_measurement(h, by, value...);
+      SparseRows<double, kDim, kColumns> rows;
+      if constexpr (std::same_as<typename detail::MeasuredBlocks<H>::List, void>)
+        rows.index = detail::error_indices<M, kColumns>();
+      else
+        rows.index = detail::error_indices<M, kColumns>(typename detail::MeasuredBlocks<H>::List{});
+      int at = 0;
+      std::apply(
+          [&](const auto&... block) {
+            ((rows.value.middleCols(at, block.cols()) = block,
+              at += static_cast<int>(block.cols())),
+             ...);
+          },
+          by);
+      Eigen::Matrix<double, kDim, kDim> covariance;
+      if constexpr (detail::kHasCovariance<H>)
+        covariance = h.covariance;
+      else
+        covariance.setIdentity();
+      if constexpr (kDim == 1) {
+        SparseRow<double, kColumns> row{rows.index, {}};
+        for (std::size_t k = 0; k < kColumns; ++k)
+          row.value[k] = rows.value(0, static_cast<Eigen::Index>(k));
+        return ScalarMeasurement<double, decltype(row)>{-error[0], row, covariance(0, 0)};
+      } else {
+        return VectorMeasurement<double, kDim, decltype(rows)>{-error, rows, covariance};
+      }
+    });
+  }
+}
+
+template <class H, class M>
+concept ScalarMeasurementModel = MeasurementModel<H, M> && requires(const H& h, const M& x) {
+  measure(h, x).row;
+};
+template <class H, class M>
+concept VectorMeasurementModel = MeasurementModel<H, M> && requires(const H& h, const M& x) {
+  measure(h, x).rows;
+};
+
+}  // namespace wayfare
