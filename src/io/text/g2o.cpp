@@ -104,7 +104,7 @@ class G2oReader : G2oFields {
   Result<void> take_landmark(Tokens& tokens) {
     std::int64_t landmark = 0;
     if (auto done = id(tokens, landmark); !done) return done;
-    Point position;
+    Point position = Point::Zero();
     auto done = numbers(tokens, position.data(), Point::SizeAtCompileTime, "landmark", true);
     return done ? add_landmark(landmark, position) : done;
   }
@@ -132,7 +132,7 @@ class G2oReader : G2oFields {
 
   /// The ends and the measurement of an edge between poses.
   Result<GraphEdge<G>> edge_of(Tokens& tokens) const {
-    std::array<std::int64_t, 2> ends;
+    std::array<std::int64_t, 2> ends{};
     if (auto done = ids(tokens, ends); !done) return done.error();
     const Result<G> value = pose<G>(tokens, "edge measurement", false);
     if (!value) return value.error();
@@ -155,12 +155,12 @@ class G2oReader : G2oFields {
     m.line = line_;
     Result<void> done = ids(tokens, m.ids);
     if (done && Line::kSensor) done = id(tokens, m.sensor, "parameter");
-    double v[Line::kNumbers];
+    double v[Line::kNumbers] = {};
     const std::string name = name_of(m.ids);
     if (done) done = numbers(tokens, v, Line::kNumbers, name + ": measurement", false);
     if (!done) return done;
     if (!Line::take(m.edge, v)) return fault(name + ": " + Line::kFault);
-    Square<Line::kDim> omega;
+    Square<Line::kDim> omega = Square<Line::kDim>::Zero();
     done = information(tokens, name, omega, Triangle::rows);
     if (!done) return done;
     m.edge.information.template topLeftCorner<Line::kDim, Line::kDim>() = omega;
@@ -195,7 +195,7 @@ class G2oReader : G2oFields {
   /// A bearing and a range, independent of each other, with their standard deviations.
   Result<void> take_bearing_and_range(Tokens& tokens) {
     GraphMeasurement<BearingRange> bearing;
-    double v[4];
+    double v[4] = {};
     auto done = log_ends(tokens, bearing);
     const std::string name = name_of(bearing.ids);
     if (done) done = numbers(tokens, v, 4, name + ": bearing and range", true);

@@ -151,7 +151,7 @@ class G2oFields {
 
   template <int N>
   Result<void> log_information(Tokens& tokens, const std::string& name, Square<N>& omega) {
-    Square<N> matrix;
+    Square<N> matrix = Square<N>::Zero();
     const auto read = triangle(tokens, name + ": matrix, upper triangle", Triangle::rows, matrix);
     if (!read) return read;
     omega = information_of(matrix, options_.log_matrix);
