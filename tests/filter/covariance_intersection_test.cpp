@@ -12,7 +12,7 @@ namespace wayfare {
 namespace {
 
 constexpr int kStates = 5, kRows = 3;
-using State = Eigen::Matrix<double, kStates, 1>;
+using Vector = Eigen::Matrix<double, kStates, 1>;
 using Covariance = Eigen::Matrix<double, kStates, kStates>;
 using Rows = Eigen::Matrix<double, kRows, kStates>;
 using Noise = Eigen::Matrix3d;
@@ -67,7 +67,7 @@ TEST(CovarianceIntersection, MatchesTheInformationForm) {
     const Covariance want = inverse(p.information(fused->omega));
     ASSERT_LT((fused->covariance - want).norm(), 1e-9 * want.norm());
     // x⁺ = P⁺ ((1 − ω) P⁻¹ x + ω Cᵀ R⁻¹ z) with x = 0.
-    const State x = want * fused->omega * p.C.transpose() * inverse(p.R) * p.innovation;
+    const Vector x = want * fused->omega * p.C.transpose() * inverse(p.R) * p.innovation;
     ASSERT_LT((fused->correction - x).norm(), 1e-9 * (1 + x.norm()));
     used += fused->omega > 0;
   }
@@ -100,7 +100,7 @@ TEST(CovarianceIntersection, IsConsistentForAnyCorrelation) {
     const Noise inflated = (1 - w) / w * p.R + p.C * p.P * p.C.transpose();
     const Eigen::Matrix<double, kStates, kRows> K = p.P * p.C.transpose() * inverse(inflated);
     const Covariance A = Covariance::Identity() - K * p.C;
-    const State mirror = random_matrix<State>(rng).normalized();
+    const Vector mirror = random_matrix<Vector>(rng).normalized();
     const Covariance reflection = Covariance::Identity() - 2 * mirror * mirror.transpose();
     const Eigen::Matrix<double, kStates, kRows> X = Covariance(p.P.llt().matrixL()) *
                                                     reflection.leftCols<kRows>() *

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include <wayfare/filter/covariance_intersection.hpp>
-#include <wayfare/filter/gauss_markov.hpp>
+#include <wayfare/filter/process.hpp>
 
 namespace wayfare {
 namespace {
@@ -36,6 +37,53 @@ Eigen::Matrix3d about_z(const SO2d& turn) {
   return r;
 }
 
+/// Moves position, velocity and attitude over a flat floor.
+struct FlatStrapdown {
+  using Moves = BlockList<carrier::Position, carrier::Velocity, carrier::Attitude>;
+  using By = BlockList<carrier::Position, carrier::Velocity, carrier::Attitude, carrier::GyroBias,
+                       carrier::AccelBias>;
+  CarrierNoise noise;
+
+  [[nodiscard]] auto step(const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_mps,
+                          const SO3d& q_map_body, const Eigen::Vector3d& gyro_bias,
+                          const Eigen::Vector3d& accel_bias, const ImuInterval& u) const {
+    const double dt = u.dt_s;
+    const InertialIncrement<double> measured =
+        integrate<double>(u.begin_rate_radps - gyro_bias, u.end_rate_radps - gyro_bias,
+                          u.begin_force_mps2 - accel_bias, u.end_force_mps2 - accel_bias, dt);
+    const Eigen::Matrix3d r = q_map_body.matrix();
+    Eigen::Vector3d velocity = velocity_mps, position = position_m;
+    velocity +=
+        r * measured.velocity_mps - dt * CarrierModel::kGravity_mps2 * Eigen::Vector3d::UnitZ();
+    position += 0.5 * dt * (velocity_mps + velocity);
+    const double accel = noise.accel_white * noise.accel_white * dt;
+    const Eigen::Vector3d one = Eigen::Vector3d::Ones();
+    return CoupledStep{
+        std::tuple{position, velocity, q_map_body.plus(measured.rotation_rad)},
+        jacobian(r, measured, dt),
+        std::tuple{Eigen::Vector3d(accel * dt * dt / 4 * one), Eigen::Vector3d(accel * one),
+                   Eigen::Vector3d(noise.gyro_white * noise.gyro_white * dt * one)}};
+  }
+
+ private:
+  static Eigen::Matrix<double, 9, S::kDof> jacobian(const Eigen::Matrix3d& r,
+                                                    const InertialIncrement<double>& measured,
+                                                    double dt) {
+    Eigen::Matrix<double, 9, S::kDof> j = Eigen::Matrix<double, 9, S::kDof>::Identity();
+    const Eigen::Matrix3d halfway = r * SO3d::exp(0.5 * measured.rotation_rad).matrix();
+    const Eigen::Matrix3d by_attitude = -r * skew(measured.velocity_mps);
+    j.block<3, 3>(S::kVelocity, S::kAttitude) = by_attitude;
+    j.block<3, 3>(S::kVelocity, S::kGyroBias) = -0.5 * dt * by_attitude;
+    j.block<3, 3>(S::kVelocity, S::kAccelBias) = -dt * halfway;
+    j.block<3, 3>(S::kPosition, S::kVelocity).diagonal().setConstant(dt);
+    j.block<3, 3>(S::kPosition, S::kAttitude) = 0.5 * dt * by_attitude;
+    j.block<3, 3>(S::kPosition, S::kAccelBias) = -0.5 * dt * dt * halfway;
+    j.block<3, 3>(S::kAttitude, S::kAttitude) = SO3d::exp(-measured.rotation_rad).matrix();
+    j.block<3, 3>(S::kAttitude, S::kGyroBias) = -dt * SO3d::right_jacobian(measured.rotation_rad);
+    return j;
+  }
+};
+
 }  // namespace
 
 SE2d CarrierState::planar() const {
@@ -56,44 +104,12 @@ Eigen::Matrix<double, 3, S::kDof> CarrierState::planar_jacobian() const {
 }
 
 CarrierModel::Step CarrierModel::operator()(const S& x, const ImuInterval& u) const {
-  const double dt = u.dt_s;
-  const InertialIncrement<double> measured = integrate<double>(
-      u.begin_rate_radps - x.gyro_bias_radps, u.end_rate_radps - x.gyro_bias_radps,
-      u.begin_force_mps2 - x.accel_bias_mps2, u.end_force_mps2 - x.accel_bias_mps2, dt);
-  const Eigen::Matrix3d r = x.q_map_body.matrix();
-  Step step{x, Square::Identity(), Square::Zero()};
-  step.state.q_map_body = x.q_map_body.plus(measured.rotation_rad);
-  step.state.velocity_mps +=
-      r * measured.velocity_mps - dt * kGravity_mps2 * Eigen::Vector3d::UnitZ();
-  step.state.position_m += 0.5 * dt * (x.velocity_mps + step.state.velocity_mps);
-
-  const auto bias = [&](double sigma, double tau_s, int at, S& state_of) {
-    const ProcessStep1<double> kept = discretise_gauss_markov(sigma, tau_s, dt);
-    step.phi.block<3, 3>(at, at) *= kept.phi;
-    step.q.diagonal().segment<3>(at).setConstant(kept.q);
-    (at == S::kGyroBias ? state_of.gyro_bias_radps : state_of.accel_bias_mps2) *= kept.phi;
-  };
-  bias(noise_.gyro_bias_radps, noise_.gyro_bias_time_s, S::kGyroBias, step.state);
-  bias(noise_.accel_bias_mps2, noise_.accel_bias_time_s, S::kAccelBias, step.state);
-
-  const Eigen::Matrix3d halfway = r * SO3d::exp(0.5 * measured.rotation_rad).matrix();
-  const Eigen::Matrix3d by_attitude = -r * skew(measured.velocity_mps);
-  step.phi.block<3, 3>(S::kVelocity, S::kAttitude) = by_attitude;
-  step.phi.block<3, 3>(S::kVelocity, S::kGyroBias) = -0.5 * dt * by_attitude;
-  step.phi.block<3, 3>(S::kVelocity, S::kAccelBias) = -dt * halfway;
-  step.phi.block<3, 3>(S::kPosition, S::kVelocity).diagonal().setConstant(dt);
-  step.phi.block<3, 3>(S::kPosition, S::kAttitude) = 0.5 * dt * by_attitude;
-  step.phi.block<3, 3>(S::kPosition, S::kAccelBias) = -0.5 * dt * dt * halfway;
-  step.phi.block<3, 3>(S::kAttitude, S::kAttitude) = SO3d::exp(-measured.rotation_rad).matrix();
-  step.phi.block<3, 3>(S::kAttitude, S::kGyroBias) =
-      -dt * SO3d::right_jacobian(measured.rotation_rad);
-  const double accel = noise_.accel_white * noise_.accel_white * dt;
-  step.q.diagonal().segment<3>(S::kVelocity).setConstant(accel);
-  step.q.diagonal().segment<3>(S::kPosition).setConstant(accel * dt * dt / 4);
-  step.q.diagonal()
-      .segment<3>(S::kAttitude)
-      .setConstant(noise_.gyro_white * noise_.gyro_white * dt);
-  return step;
+  const Process<carrier::Blocks, FlatStrapdown, carrier::GyroBias, carrier::AccelBias> process{
+      {noise_},
+      {{noise_.gyro_bias_radps, noise_.gyro_bias_time_s}},
+      {{noise_.accel_bias_mps2, noise_.accel_bias_time_s}}};
+  const auto step = process(x, u);
+  return {{step.state}, step.phi(), step.q()};
 }
 
 CarrierFilter::CarrierFilter(const CarrierFilterParameters& parameters)

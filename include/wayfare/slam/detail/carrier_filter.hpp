@@ -13,6 +13,7 @@
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/filter/ekf.hpp>
+#include <wayfare/filter/state.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/inertial/detail/rest_detector.hpp>
 #include <wayfare/inertial/detail/sample_clock.hpp>
@@ -21,32 +22,52 @@
 
 namespace wayfare {
 
-/// Fifteen error states, in this order: position, velocity, attitude (rotation vector in the body's
-/// axes, right), gyro bias, accelerometer bias. Map axes have z up; the body's x points forward, z
+/// The blocks of CarrierState beside the biases. Map axes have z up; the body's x points forward, z
 /// up.
-struct CarrierState {
-  using Scalar = double;
-  static constexpr int kDof = 15;
-  static constexpr int kPosition = 0, kVelocity = 3, kAttitude = 6, kGyroBias = 9, kAccelBias = 12;
-  using Tangent = Eigen::Matrix<double, kDof, 1>;
+namespace carrier {
 
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  SO3d q_map_body;
-  Eigen::Vector3d gyro_bias_radps = Eigen::Vector3d::Zero();
-  Eigen::Vector3d accel_bias_mps2 = Eigen::Vector3d::Zero();
+struct Position {  ///< m
+  using Value = Eigen::Vector3d;
+  struct Storage {
+    Value position_m = Value::Zero();
+  };
+  static constexpr auto kMember = &Storage::position_m;
+  static constexpr BlockNames<3> kNames{"position x", "position y", "position z"};
+};
 
-  [[nodiscard]] CarrierState plus(const Tangent& tau) const {
-    return {position_m + tau.segment<3>(kPosition), velocity_mps + tau.segment<3>(kVelocity),
-            q_map_body.plus(tau.segment<3>(kAttitude)), gyro_bias_radps + tau.segment<3>(kGyroBias),
-            accel_bias_mps2 + tau.segment<3>(kAccelBias)};
-  }
-  [[nodiscard]] Tangent minus(const CarrierState& x) const {
-    Tangent tau;
-    tau << position_m - x.position_m, velocity_mps - x.velocity_mps, q_map_body.minus(x.q_map_body),
-        gyro_bias_radps - x.gyro_bias_radps, accel_bias_mps2 - x.accel_bias_mps2;
-    return tau;
-  }
+struct Velocity {  ///< m/s
+  using Value = Eigen::Vector3d;
+  struct Storage {
+    Value velocity_mps = Value::Zero();
+  };
+  static constexpr auto kMember = &Storage::velocity_mps;
+  static constexpr BlockNames<3> kNames{"velocity x", "velocity y", "velocity z"};
+};
+
+struct Attitude {  ///< error in the body's axes, rad
+  using Value = SO3d;
+  struct Storage {
+    Value q_map_body;
+  };
+  static constexpr auto kMember = &Storage::q_map_body;
+  static constexpr BlockNames<3> kNames{"attitude x", "attitude y", "attitude z"};
+};
+
+using GyroBias = ins::GyroBias<double>;
+using AccelBias = ins::AccelBias<double>;
+using Blocks = State<Position, Velocity, Attitude, GyroBias, AccelBias>;
+
+}  // namespace carrier
+
+/// Fifteen errors.
+struct CarrierState : carrier::Blocks {
+  static constexpr int kPosition = index<carrier::Position>(),
+                       kVelocity = index<carrier::Velocity>(),
+                       kAttitude = index<carrier::Attitude>(),
+                       kGyroBias = index<carrier::GyroBias>(),
+                       kAccelBias = index<carrier::AccelBias>();
+
+  [[nodiscard]] CarrierState plus(const Tangent& tau) const { return {carrier::Blocks::plus(tau)}; }
 
   /// Seen from above: x, y and the heading of the body's x axis.
   [[nodiscard]] SE2d planar() const;
