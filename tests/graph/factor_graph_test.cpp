@@ -297,5 +297,37 @@ TEST(FactorGraph, AnEdgeMayNameAVariableTwice) {
   EXPECT_NEAR(graph[x][0], 2.0, 1e-9);
 }
 
+struct SumOfThree {
+  using Variables = EdgeVariables<Scale, Scale, Scale>;
+  static constexpr int kDim = 1;
+  Scale error(const Scale& a, const Scale& b, const Scale& c) const {
+    return a + b + c - Scale(6.0);
+  }
+};
+
+// The same variables in the same order, in pairs and in threes: another structure.
+TEST(FactorGraph, AnOptimiserTakesAGraphWithEdgesOfAnotherArityNext) {
+  using Graph = FactorGraph<Variables<Scale>, Edges<Prior<Scale>, Difference, SumOfThree>>;
+  Graph pairs;
+  std::vector<VariableId<Scale>> x;
+  for (int i = 0; i < 6; ++i) x.push_back(pairs.add(Scale(0.1 * i)));
+  for (const auto& v : x) pairs.add(Prior<Scale>{Scale(1.0)}, v);
+  Graph threes = pairs;
+  for (const int i : {0, 2, 4})
+    pairs.add(Difference{}, x[static_cast<std::size_t>(i)], x[static_cast<std::size_t>(i) + 1]);
+  threes.add(SumOfThree{}, x[0], x[1], x[2]);
+  threes.add(SumOfThree{}, x[3], x[4], x[5]);
+  GraphOptimiser<Graph> optimiser;
+  ASSERT_TRUE(optimiser.optimise(pairs));
+  ASSERT_TRUE(optimiser.optimise(threes));
+  ASSERT_TRUE(optimiser.optimise(pairs));
+  for (std::size_t i = 0; i < 6; ++i) {
+    // In threes x − 1 = 6 − 3x. In pairs, with λ = 6 − a − 2b: a = 1 + λ and
+    // b = 1 + 2λ, so that 6λ = 3.
+    EXPECT_NEAR(threes[x[i]][0], 1.75, 1e-9) << i;
+    EXPECT_NEAR(pairs[x[i]][0], i % 2 == 0 ? 1.5 : 2.0, 1e-9) << i;
+  }
+}
+
 }  // namespace
 }  // namespace wayfare

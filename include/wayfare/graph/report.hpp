@@ -70,7 +70,7 @@ struct Undetermined {
 template <class Graph>
 [[nodiscard]] Error undetermined_error(const Graph& graph,
                                        const Undetermined<Graph::kBlock>& open) {
-  if (open.variable < 0) return {ErrorCode::degenerate, "the edges do not determine every pose"};
+  if (open.variable < 0) return {ErrorCode::degenerate, "the edges do not determine all variables"};
   return undetermined_error(graph.name(open.variable), open.direction.data(),
                             graph.dof(open.variable));
 }

@@ -77,7 +77,8 @@ class FactorEquations {
   double add(const E& edge, std::size_t k, const int* slots, const int* columns, const X&... x);
   void fill_unused(const Graph& graph);
 
-  std::vector<int> ends_, fixed_;  // the variables of all edges; the structure's own copies
+  std::vector<int> ends_;   // the structure's own copy: the variables of each edge, then −1
+  std::vector<int> fixed_;  // and the fixed ones
   VariableColumns columns_;
   std::vector<int> slots_;  // blocks of H of every pair i ≤ j of an edge's variables, −1: fixed
   std::vector<double> weights_;
@@ -97,6 +98,7 @@ bool FactorEquations<Graph>::set_structure(const Graph& graph) {
   std::vector<int> ends;
   graph.each_edge([&](const auto&, const auto& variables, const auto&...) {
     ends.insert(ends.end(), variables.begin(), variables.end());
+    ends.push_back(-1);
   });
   if (columns_.size() == graph.size() && ends == ends_ && fixed_ == graph.fixed()) return false;
   ends_ = std::move(ends);
