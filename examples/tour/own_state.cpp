@@ -54,7 +54,7 @@ int main() {
     const Eigen::Vector2d beacon(6.0, -3.0), noise(0.1 * rng.normal(), 0.1 * rng.normal());
     if (i % 10 == 0) filter.update(BeaconPosition{beacon, truth.inverse() * beacon + noise});
   }
-  for (int i = 0; i < Cart::kDof; ++i)
-    std::printf("%s: sigma %.4f\n", Cart::names()[i].data(), std::sqrt(filter.covariance()(i, i)));
+  for (int i = 0; const auto name : Cart::names())
+    std::printf("%s: sigma %.4f\n", name.data(), std::sqrt(filter.covariance().diagonal()[i++]));
   std::printf("gyro bias %.3f rad/s\n", filter.state().get<GyroBias>()[0]);
 }
