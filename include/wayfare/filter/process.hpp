@@ -16,7 +16,7 @@
 
 #include <concepts>
 #include <cstddef>
-#include <limits>
+#include <optional>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -230,9 +230,10 @@ class Process {
   /// beforehand. Results do not change.
   void prepare(double dt_s) {
     prepared_ = std::apply(
-        [dt_s](const auto&... part) { return std::tuple{detail::discretise(part, dt_s)...}; },
+        [dt_s](const auto&... part) {
+          return Prepared{dt_s, std::tuple{detail::discretise(part, dt_s)...}};
+        },
         parts_);
-    prepared_dt_s_ = dt_s;
   }
 
   template <class U>
@@ -244,16 +245,24 @@ class Process {
     else
       dt_s = u;
     S next = x;
+    const auto* steps = prepared_ && prepared_->dt_s == dt_s ? &prepared_->steps : nullptr;
     return [&]<std::size_t... I>(std::index_sequence<I...>) {
       // The rows come first: they set `next`.
-      return ComposedStep<S, decltype(move(std::get<I>(parts_), std::get<I>(prepared_), x, u, dt_s,
+      return ComposedStep<S, decltype(move(std::get<I>(parts_), &std::get<I>(*steps), x, u, dt_s,
                                            next))...>{
-          {move(std::get<I>(parts_), std::get<I>(prepared_), x, u, dt_s, next)...}, next};
+          {move(std::get<I>(parts_), steps ? &std::get<I>(*steps) : nullptr, x, u, dt_s, next)...},
+          next};
     }
     (std::index_sequence_for<Part...>{});
   }
 
  private:
+  /// The steps of the blocks that move by themselves.
+  struct Prepared {
+    double dt_s;
+    std::tuple<decltype(detail::discretise(std::declval<const Part&>(), 1.0))...> steps;
+  };
+
   template <class P, class U>
   static constexpr void check_part() {
     if constexpr (!MovingBlock<P>) detail::check_coupling<P, S, U>();
@@ -265,11 +274,11 @@ class Process {
     return true;
   }
 
-  template <class P, class Prepared, class U>
-  auto move(const P& part, const Prepared& prepared, const S& x, const U& u, double dt_s,
+  template <class P, class Step, class U>
+  auto move(const P& part, const Step* prepared, const S& x, const U& u, double dt_s,
             S& next) const {
     if constexpr (MovingBlock<P>) {
-      const Prepared step = dt_s == prepared_dt_s_ ? prepared : part.discretise(dt_s);
+      const Step step = prepared ? *prepared : part.discretise(dt_s);
       using Phi = decltype(step.phi);
       auto& value = next.template get<P>();
       if constexpr (detail::IsVector<Phi>::value)
@@ -319,8 +328,7 @@ class Process {
   }
 
   std::tuple<Part...> parts_;
-  double prepared_dt_s_ = std::numeric_limits<double>::quiet_NaN();
-  std::tuple<decltype(detail::discretise(std::declval<const Part&>(), 1.0))...> prepared_{};
+  std::optional<Prepared> prepared_;
 };
 
 }  // namespace wayfare
