@@ -307,17 +307,17 @@ struct SumOfThree {
 
 // The same variables in the same order, in pairs and in threes: another structure.
 TEST(FactorGraph, AnOptimiserTakesAGraphWithEdgesOfAnotherArityNext) {
-  using Graph = FactorGraph<Variables<Scale>, Edges<Prior<Scale>, Difference, SumOfThree>>;
-  Graph pairs;
+  using Mixed = FactorGraph<Variables<Scale>, Edges<Prior<Scale>, Difference, SumOfThree>>;
+  Mixed pairs;
   std::vector<VariableId<Scale>> x;
   for (int i = 0; i < 6; ++i) x.push_back(pairs.add(Scale(0.1 * i)));
   for (const auto& v : x) pairs.add(Prior<Scale>{Scale(1.0)}, v);
-  Graph threes = pairs;
+  Mixed threes = pairs;
   for (const int i : {0, 2, 4})
     pairs.add(Difference{}, x[static_cast<std::size_t>(i)], x[static_cast<std::size_t>(i) + 1]);
   threes.add(SumOfThree{}, x[0], x[1], x[2]);
   threes.add(SumOfThree{}, x[3], x[4], x[5]);
-  GraphOptimiser<Graph> optimiser;
+  GraphOptimiser<Mixed> optimiser;
   ASSERT_TRUE(optimiser.optimise(pairs));
   ASSERT_TRUE(optimiser.optimise(threes));
   ASSERT_TRUE(optimiser.optimise(pairs));

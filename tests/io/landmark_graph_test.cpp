@@ -33,7 +33,7 @@ const std::string kPlane =
     "EDGE_PRIOR_SE2 4 3 1 0.5 2 0.5 0.25 3 0.125 4\n"
     "EDGE_PRIOR_SE2_XY 0 0.5 0.75 2 0.5 3\n"
     "EDGE_PRIOR_XY -7 5 1 2 0.5 3\n";
-const std::string kSpace =
+const std::string kSpaceFile =
     "PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1\n"
     "PARAMS_SE3OFFSET 3 0.5 0 0.25 0 0 1 0\n"
     "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n"
@@ -49,7 +49,7 @@ const std::string kSpace =
 // Numbers are written as the shortest text that reads back to them, so the texts are equal.
 TEST(LandmarkFile, WhatIsReadIsWritten) {
   EXPECT_EQ(format_g2o(read<SE2d>(kPlane)), kPlane);
-  EXPECT_EQ(format_g2o(read<SE3d>(kSpace)), kSpace);
+  EXPECT_EQ(format_g2o(read<SE3d>(kSpaceFile)), kSpaceFile);
 }
 
 TEST(LandmarkFile, PlanarLinesAreWhatG2oWrites) {
@@ -95,7 +95,7 @@ TEST(LandmarkFile, PlanarErrorsAreThoseOfG2o) {
 // sensor at -0.1 in x: 4 · 0.01; and the prior of the landmark is 4·0.01 + 2·0.5·(0.1·-1) + 6
 // = 5.94.
 TEST(LandmarkFile, SensorsAreWhereTheirParametersSay) {
-  auto graph = to_factor_graph(read<SE3d>(kSpace));
+  auto graph = to_factor_graph(read<SE3d>(kSpaceFile));
   FactorEquations<decltype(graph)> equations;
   EXPECT_NEAR(equations.cost(graph), 6.0, 1e-12);
   graph[VariableId<Eigen::Vector3d>{2}].x() += 0.1;
