@@ -22,7 +22,7 @@
 
 namespace wayfare::io {
 
-namespace detail {
+namespace landmark_detail {
 
 template <class G, class Lists>
 struct LandmarkGraphOf;
@@ -50,12 +50,12 @@ template <class G>
   return {T_robot_sensor * edge.measurement, r * edge.information * r.transpose()};
 }
 
-}  // namespace detail
+}  // namespace landmark_detail
 
 /// Poses, landmarks, and every measurement a file may have of them.
 template <LieGroup G>
 using LandmarkGraph =
-    typename detail::LandmarkGraphOf<G, typename GraphMeasurements<G>::Lists>::Type;
+    typename landmark_detail::LandmarkGraphOf<G, typename GraphMeasurements<G>::Lists>::Type;
 
 /// Variables are the file's vertices, then its landmarks, in its order. The first vertex is fixed
 /// if the file fixes nothing and has no prior. `file` must be as returned by read_g2o (ids known).
@@ -87,8 +87,9 @@ template <LieGroup G>
     anchored = anchored || (E::Variables::kCount == 1 && !list.empty());
     for (const auto& m : list) {
       const auto sensor = file.sensors.find(m.sensor);
-      add(sensor == file.sensors.end() ? m.edge : detail::from_robot(m.edge, sensor->second), m.ids,
-          typename E::Variables{});
+      add(sensor == file.sensors.end() ? m.edge
+                                       : landmark_detail::from_robot(m.edge, sensor->second),
+          m.ids, typename E::Variables{});
     }
   };
   std::apply([&](const auto&... list) { (add_all(list), ...); }, file.measurements);
@@ -107,7 +108,7 @@ void take_values(const LandmarkGraph<G>& graph, GraphFile<G>& file) {
     file.landmarks[i].position = landmarks[i];
 }
 
-namespace detail {
+namespace landmark_detail {
 
 /// A file's graph in the order of its vertices: a landmark comes with the first vertex it is
 /// measured from, an edge with the last of its ends.
@@ -195,7 +196,7 @@ class Growth {
   std::vector<std::vector<std::size_t>> edges_;              // that come at each step
 };
 
-}  // namespace detail
+}  // namespace landmark_detail
 
 /// Initialises the poses and landmarks of a file by optimising its graph as it grows, every
 /// `vertices_per_step` vertices: each new pose is placed by its first edge to an earlier one, each
@@ -210,7 +211,7 @@ template <LieGroup G>
     if (id != file.vertices.front().id)
       return Error{ErrorCode::unsupported, "vertex " + std::to_string(id) +
                                                " is fixed: a graph grows from its first vertex"};
-  detail::Growth<G> growth(file);
+  landmark_detail::Growth<G> growth(file);
   const std::size_t size = file.vertices.size();
   for (std::size_t first = 0; first < size; first += vertices_per_step) {
     const std::size_t end = std::min(first + vertices_per_step, size);
