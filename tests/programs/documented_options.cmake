@@ -1,6 +1,7 @@
 # cmake -DROOT=. -DPROGRAMS="build/bin/graph_slam;..." -P documented_options.cmake
 # Options that the documents name exist: those of a command line in the program's --help, those that
-# stand alone in that of any program, or in a script of the tree.
+# stand alone in that of any program, in a script of the tree or in the source of a benchmark, which
+# may not be built.
 cmake_minimum_required(VERSION 3.22)
 get_filename_component(ROOT "${ROOT}" ABSOLUTE)
 foreach(program IN LISTS PROGRAMS)
@@ -14,7 +15,7 @@ foreach(program IN LISTS PROGRAMS)
   string(APPEND anywhere "${help}")
 endforeach()
 file(GLOB scripts "${ROOT}/tests/*.py" "${ROOT}/tests/golden/check" "${ROOT}/tests/golden/*.py"
-     "${ROOT}/benchmarks/speed/compare")
+     "${ROOT}/benchmarks/speed/compare" "${ROOT}/benchmarks/speed/*/bench_*.cpp")
 foreach(script IN LISTS scripts)
   file(READ "${script}" text)
   string(APPEND anywhere "${text}")
