@@ -170,56 +170,5 @@ TEST(Process, PreparedStepsGiveTheSameBits) {
   }
 }
 
-/// The position of a beacon in the cart's frame, scaled.
-template <class Kind>
-struct Beacon {
-  using Blocks = BlockList<Scale, Pose>;
-  using Jacobians = Kind;
-  static constexpr int kDim = 2;
-  Vector2d beacon_m{3.0, -1.0}, measured_m{2.0, 0.5};
-  Matrix2d covariance{{0.2, 0.05}, {0.05, 0.1}};
-  template <class T>
-  Eigen::Matrix<T, 2, 1> error(const One<T>& scale, const SE2<T>& pose) const {
-    return (T(1) + scale[0]) * (pose.inverse() * Eigen::Matrix<T, 2, 1>(beacon_m.cast<T>())) -
-           measured_m.cast<T>();
-  }
-};
-struct BeaconByHand : Beacon<NumericJacobians> {
-  Vector2d linearise(const One<double>& scale, const SE2d& pose,
-                     JacobianBlocks<Vector2d, One<double>, SE2d>& by) const {
-    const Vector2d seen = pose.inverse() * beacon_m;
-    std::get<0>(by) = seen;
-    std::get<1>(by) << -Matrix2d::Identity(), Vector2d(seen.y(), -seen.x());
-    std::get<1>(by) *= 1.0 + scale[0];
-    return error(scale, pose);
-  }
-};
-/// A scalar, of the whole state, in standard deviations.
-struct Compass {
-  static constexpr int kDim = 1;
-  One<double> error(const Cart& x) const {
-    return One<double>((x.get<Pose>().heading().radians() - 0.4) / 0.05);
-  }
-};
-
-TEST(Measurement, SatisfiesTheLawsWithJacobiansOfEveryKind) {
-  StateLaws<Cart> laws;
-  laws.check_measurement(Beacon<AutomaticJacobians>{});
-  laws.check_measurement(Beacon<NumericJacobians>{});
-  laws.check_measurement(BeaconByHand{});
-  laws.scale = 0.3;  // the compass is not wrapped
-  laws.check_measurement(Compass{});
-}
-
-TEST(Measurement, OutlierIsRejectedByItsNormalisedInnovationSquared) {
-  Ekf<Cart> filter(Cart{}, 0.01 * SquareOf<Cart>::Identity());
-  Beacon<AutomaticJacobians> far;
-  far.measured_m = {100.0, 0.0};
-  const auto u = filter.update(far, 13.8);
-  EXPECT_FALSE(u.accepted);
-  EXPECT_NEAR(u.nis, u.innovation.dot(u.covariance.inverse() * u.innovation), 1e-9 * u.nis);
-  EXPECT_EQ(filter.covariance(), SquareOf<Cart>(0.01 * SquareOf<Cart>::Identity()));
-}
-
 }  // namespace
 }  // namespace wayfare

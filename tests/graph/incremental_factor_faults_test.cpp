@@ -1,6 +1,6 @@
 // The incremental optimiser on factor graphs: dense oracles, faults and refusals.
 
-#include <wayfare/graph/incremental.hpp>
+#include <wayfare/graph/growing_factor_graph.hpp>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +13,7 @@
 
 #include <Eigen/Cholesky>
 
+#include <wayfare/graph/incremental.hpp>
 #include <wayfare/graph/optimise.hpp>
 
 #include "factor_worlds.hpp"
