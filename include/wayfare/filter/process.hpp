@@ -47,6 +47,8 @@ struct CoupledStep {
   Jacobian jacobian;
   Noise noise;
 };
+template <class Moved, class Jacobian, class Noise>
+CoupledStep(Moved, Jacobian, Noise) -> CoupledStep<Moved, Jacobian, Noise>;
 
 namespace detail {
 

@@ -11,6 +11,10 @@ bool matches_scans();
 
 /// A Gauss-Markov state decays as its process says.
 bool filters();
+bool own_states();
+
+/// A unit at rest stays where it is, and its position becomes uncertain as by hand.
+bool predicts_motion();
+
 /// A lift is tracked by a state, edges and a robust kernel of its own.
 bool own_edges();
-bool own_states();

@@ -17,6 +17,9 @@ int main() {
 #ifdef STRANGER_LINKS_FILTER
   if (!filters() || !own_states()) return 1;
 #endif
+#ifdef STRANGER_LINKS_INERTIAL
+  if (!predicts_motion()) return 1;
+#endif
 #ifdef STRANGER_LINKS_SLAM
   if (!matches_scans() || !own_edges()) return 1;
 #endif
