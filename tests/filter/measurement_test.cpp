@@ -6,10 +6,10 @@
 
 #include <Eigen/LU>
 
-#include <wayfare/core/se2.hpp>
-#include <wayfare/filter/blocks.hpp>
 #include <wayfare/filter/ekf.hpp>
 #include <wayfare/testing/state_laws.hpp>
+
+#include "filter/cart.hpp"
 
 namespace wayfare {
 namespace {
@@ -17,19 +17,7 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using testing::StateLaws;
-template <class T>
-using One = Eigen::Matrix<T, 1, 1>;
-
-struct Pose {
-  using Value = SE2d;
-  static constexpr BlockNames<3> kNames{"x", "y", "heading"};
-};
-struct Scale : RandomConstant<1> {
-  static constexpr BlockNames<1> kNames{"wheel scale"};
-};
-struct Drift : RandomWalk<2> {
-  static constexpr BlockNames<2> kNames{"drift x", "drift y"};
-};
+using tests::Drift, tests::One, tests::Pose, tests::Scale;
 using Cart = State<Pose, Drift, Scale>;
 
 /// The position of a beacon in the cart's frame, scaled.

@@ -4,9 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include <wayfare/core/se2.hpp>
 #include <wayfare/filter/process.hpp>
 #include <wayfare/testing/state_laws.hpp>
+
+#include "filter/cart.hpp"
 
 namespace wayfare {
 namespace {
@@ -15,34 +16,8 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using testing::StateLaws;
-template <class T>
-using One = Eigen::Matrix<T, 1, 1>;
-
-struct Pose {
-  using Value = SE2d;
-  static constexpr BlockNames<3> kNames{"x", "y", "heading"};
-};
-struct Speed {
-  struct Storage {
-    Vector2d speed_mps = Vector2d::Zero();
-  };
-  using Value = Vector2d;
-  static constexpr auto kMember = &Storage::speed_mps;
-  static constexpr BlockNames<2> kNames{"speed forward", "speed left"};
-};
-struct Bias : GaussMarkov<1> {
-  static constexpr BlockNames<1> kNames{"gyro bias"};
-};
-struct Scale : RandomConstant<1> {
-  static constexpr BlockNames<1> kNames{"wheel scale"};
-};
-struct Drift : RandomWalk<2> {
-  static constexpr BlockNames<2> kNames{"drift x", "drift y"};
-};
-struct Clock : ReceiverClockBlock<1> {
-  static constexpr BlockNames<3> kNames{"clock bias", "clock drift", "clock offset"};
-};
-using Cart = State<Pose, Bias, Speed, Scale, Drift, Clock>;
+using tests::Bias, tests::Cart, tests::Clock, tests::Drift, tests::One, tests::Pose, tests::Scale,
+    tests::Speed;
 
 struct Input {
   double dt_s, turn_radps, push_mps2;

@@ -9,6 +9,8 @@
 #include <wayfare/graph/eigen_solver.hpp>
 #include <wayfare/graph/optimise.hpp>
 
+#include "factor_worlds.hpp"
+
 namespace wayfare {
 namespace {
 
@@ -40,7 +42,8 @@ struct Sighting {
   }
 };
 
-using Scale = Eigen::Matrix<double, 1, 1>;
+using tests::cost_of;
+using Scale = tests::Scalar;
 using Graph = FactorGraph<Variables<SE2d, Eigen::Vector2d, Scale>,
                           Edges<Between<SE2d>, ScaledStep, Sighting, Robust<BearingRange>,
                                 RangeTo<SE2d>, Prior<SE2d>, Prior<Scale>>>;
@@ -94,15 +97,6 @@ Drive drive(int steps, double noise, std::uint64_t seed) {
     }
   }
   return d;
-}
-
-/// Σ ρ of all edges, straight from their errors.
-double cost_of(const Graph& graph) {
-  double sum = 0.0;
-  graph.each_edge([&](const auto& edge, const auto&, const auto&... x) {
-    sum += robust_value(edge, squared_error(edge, x...)).cost;
-  });
-  return sum;
 }
 
 /// Offsets of the variables in a dense vector of all their numbers.

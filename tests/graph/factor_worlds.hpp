@@ -3,6 +3,7 @@
 // Simulated walks past points, as factor graphs of several kinds that grow.
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -214,6 +215,10 @@ class Walk {
   std::vector<VariableId<Point>> points_;
   VariableId<Scalar> scale_;
 };
+
+/// With zero thresholds every update is a step of the batch optimiser.
+constexpr IncrementalOptions kStep{.relinearise_step = 0.0, .solve_change = 0.0, .max_rounds = 1};
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Whether values, numbers of edges and fixed variables are the same, bit for bit.
 template <class... V, class E>

@@ -22,12 +22,11 @@ namespace wayfare {
 namespace {
 
 using tests::Both;
+using tests::kNan;
+using tests::kStep;
 using tests::same;
 using tests::Scalar;
 using tests::Walk;
-
-constexpr IncrementalOptions kStep{.relinearise_step = 0.0, .solve_change = 0.0, .max_rounds = 1};
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// c₀x + c₁y + c₂z − b, of three variables that may be the same.
 struct Linear {

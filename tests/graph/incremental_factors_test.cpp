@@ -19,12 +19,11 @@ namespace {
 using tests::apart;
 using tests::Both;
 using tests::cost_of;
+using tests::kNan;
+using tests::kStep;
 using tests::same;
 using tests::Scalar;
 using tests::Walk;
-
-constexpr IncrementalOptions kStep{.relinearise_step = 0.0, .solve_change = 0.0, .max_rounds = 1};
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// The batch optimiser's Gauss-Newton step, if it is determined.
 template <class Graph>

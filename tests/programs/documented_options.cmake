@@ -15,7 +15,7 @@ foreach(program IN LISTS PROGRAMS)
   string(APPEND anywhere "${help}")
 endforeach()
 file(GLOB scripts "${ROOT}/tests/*.py" "${ROOT}/tests/golden/check" "${ROOT}/tests/golden/*.py"
-     "${ROOT}/benchmarks/speed/compare" "${ROOT}/benchmarks/speed/*/bench_*.cpp")
+     "${ROOT}/benchmarks/speed/compare" "${ROOT}/benchmarks/speed/*/*.[ch]pp")
 foreach(script IN LISTS scripts)
   file(READ "${script}" text)
   string(APPEND anywhere "${text}")

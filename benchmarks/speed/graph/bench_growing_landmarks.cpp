@@ -2,7 +2,6 @@
 // of factor graphs, compared with the batch optimiser started from its last estimate.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -19,11 +18,12 @@
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/landmark_graph.hpp>
 
-#include "support/command_line.hpp"
+#include "growing.hpp"
 
 namespace {
 
 using namespace wayfare;
+using bench::milliseconds;
 
 using File = io::GraphFile<SE2d>;
 using Sighting = io::GraphMeasurement<LandmarkPosition<SE2d>>;
@@ -108,13 +108,6 @@ class Replay {
   std::unordered_map<std::int64_t, VariableId<Eigen::Vector2d>> trees_;
 };
 
-template <class Call>
-double milliseconds(const Call& call) {
-  const auto start = std::chrono::steady_clock::now();
-  call();
-  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 Result<void> run(const Arguments& a) {
   const auto any = io::read_g2o(a.input);
   if (!any) return any.error();
@@ -172,13 +165,7 @@ int main(int argc, char** argv) {
       "optimiser, started from its last estimate.");
   Arguments a;
   line.add_option("file", a.input, "landmark log (ODOMETRY, LANDMARK), plain or gzip").required();
-  line.add_option("--batch-every", a.batch_every, "poses between batch solutions")
-      .positive()
-      .show_default();
-  line.add_option("--relinearise", a.options.relinearise_step,
-                  "step of a variable above which it is linearised again (m or rad)")
-      .not_negative()
-      .show_default();
+  bench::add_growing_options(line, a.batch_every, a.options);
   if (const auto code = line.parse(argc, argv)) return *code;
   return examples::exit_code("bench_growing_landmarks", run(a));
 }

@@ -2,7 +2,6 @@
 // compared with the batch optimiser started from its last estimate.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -15,11 +14,12 @@
 #include <wayfare/io/g2o.hpp>
 #include <wayfare/io/report.hpp>
 
-#include "support/command_line.hpp"
+#include "growing.hpp"
 
 namespace {
 
 using namespace wayfare;
+using bench::milliseconds;
 
 struct Arguments {
   std::string input, csv, report;
@@ -36,13 +36,6 @@ struct Row {
 };
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-template <class Call>
-double milliseconds(const Call& call) {
-  const auto start = std::chrono::steady_clock::now();
-  call();
-  return 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// The batch optimiser on the same graph, started from its last estimate.
 template <LieGroup G>
@@ -205,25 +198,7 @@ int main(int argc, char** argv) {
   line.add_option("--csv", a.csv, "file for a table of the steps");
   line.add_option("--report", a.report, "HTML file for the curves");
   line.add_flag("--force", a.force, "replace existing files");
-  line.add_option("--batch-every", a.batch_every, "steps between batch solutions")
-      .positive()
-      .show_default();
-  line.add_option("--relinearise", a.options.relinearise_step,
-                  "step of a pose above which it is linearised again (m or rad)")
-      .not_negative()
-      .show_default();
-  line.add_option("--solve-change", a.options.solve_change,
-                  "change of a step that is not propagated further (m or rad)")
-      .not_negative()
-      .show_default();
-  line.add_option("--rounds", a.options.max_rounds,
-                  "largest number of linear systems solved per step")
-      .positive()
-      .show_default();
-  line.add_option("--reorder-work", a.options.reorder_work,
-                  "work on parts, in complete factorisations, before reordering")
-      .not_negative()
-      .show_default();
+  bench::add_growing_options(line, a.batch_every, a.options);
   if (const auto code = line.parse(argc, argv)) return *code;
   return examples::exit_code("bench_incremental", run(a));
 }

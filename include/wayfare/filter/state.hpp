@@ -38,8 +38,7 @@ inline constexpr int kBlockDof = ManifoldTraits<typename B::Value>::kDof;
 /// Required: `Value`, a manifold, and `kNames`. Optional:
 /// - a member for the value, with a name of its own in states: `struct Storage { Value x; }` and
 ///   `kMember = &Storage::x`;
-/// - `discretise(dt_s)`, where the block moves by itself (see process.hpp);
-/// - `With<U>`, the same block on another scalar, for State::cast.
+/// - `discretise(dt_s)`, where the block moves by itself (see process.hpp).
 template <class B>
 concept StateBlock = requires {
   requires Manifold<typename B::Value>;
@@ -75,6 +74,18 @@ template <class B>
 requires requires { B::kMember; }
 struct StorageOf<B> {
   using Type = typename B::Storage;
+};
+
+/// A block Block<T> or Block<T, n> on another scalar.
+template <class B, class U>
+struct BlockOn;
+template <template <class> class B, class T, class U>
+struct BlockOn<B<T>, U> {
+  using Type = B<U>;
+};
+template <template <class, int> class B, class T, int N, class U>
+struct BlockOn<B<T, N>, U> {
+  using Type = B<U, N>;
 };
 
 /// The number of errors of the blocks before Block.
@@ -144,11 +155,12 @@ struct State : detail::StorageOf<B>::Type... {
     return tau;
   }
 
-  /// The same in another scalar type; broadcast to every lane of a pack.
+  /// The same in another scalar type, of blocks that are templates of it, Block<T> or Block<T, n>;
+  /// broadcast to every lane of a pack.
   template <class U>
   [[nodiscard]] auto cast() const {
-    State<typename B::template With<U>...> y;
-    ((y.template get<typename B::template With<U>>() = get<B>().template cast<U>()), ...);
+    State<typename detail::BlockOn<B, U>::Type...> y;
+    ((y.template get<typename detail::BlockOn<B, U>::Type>() = get<B>().template cast<U>()), ...);
     return y;
   }
 };

@@ -114,8 +114,6 @@ struct Position {  ///< on a LocalTangentPlane: north, east, down, m
   };
   static constexpr auto kMember = &Storage::position_m;
   static constexpr BlockNames<3> kNames{"position north", "position east", "position down"};
-  template <class U>
-  using With = Position<U>;
 };
 
 template <class T>
@@ -126,8 +124,6 @@ struct Velocity {  ///< north, east, down, m/s
   };
   static constexpr auto kMember = &Storage::velocity_mps;
   static constexpr BlockNames<3> kNames{"velocity north", "velocity east", "velocity down"};
-  template <class U>
-  using With = Velocity<U>;
 };
 
 template <class T>
@@ -138,8 +134,6 @@ struct Attitude {  ///< rotates the unit's axes to local level; error in the uni
   };
   static constexpr auto kMember = &Storage::q_nu;
   static constexpr BlockNames<3> kNames{"attitude x", "attitude y", "attitude z"};
-  template <class U>
-  using With = Attitude<U>;
 };
 
 template <class T>
@@ -150,8 +144,6 @@ struct GyroBias : GaussMarkov<3, T> {  ///< rad/s
   };
   static constexpr auto kMember = &Storage::gyro_bias_radps;
   static constexpr BlockNames<3> kNames{"gyro bias x", "gyro bias y", "gyro bias z"};
-  template <class U>
-  using With = GyroBias<U>;
 };
 
 template <class T>
@@ -163,8 +155,6 @@ struct AccelBias : GaussMarkov<3, T> {  ///< m/s²
   static constexpr auto kMember = &Storage::accel_bias_mps2;
   static constexpr BlockNames<3> kNames{"accelerometer bias x", "accelerometer bias y",
                                         "accelerometer bias z"};
-  template <class U>
-  using With = AccelBias<U>;
 };
 
 template <class T>
@@ -175,8 +165,6 @@ struct GyroScale : GaussMarkov<3, T> {
   };
   static constexpr auto kMember = &Storage::gyro_scale;
   static constexpr BlockNames<3> kNames{"gyro scale x", "gyro scale y", "gyro scale z"};
-  template <class U>
-  using With = GyroScale<U>;
 };
 
 template <class T>
@@ -188,8 +176,6 @@ struct AccelScale : GaussMarkov<3, T> {
   static constexpr auto kMember = &Storage::accel_scale;
   static constexpr BlockNames<3> kNames{"accelerometer scale x", "accelerometer scale y",
                                         "accelerometer scale z"};
-  template <class U>
-  using With = AccelScale<U>;
 };
 
 /// Bias (m) and drift (m/s) of the receiver's clock, then inter-system offsets (m).
@@ -209,8 +195,6 @@ struct Clock : ReceiverClockBlock<Offsets, T> {
     for (std::size_t i = 0; i < names.size(); ++i) names[i] = kAll[i];
     return names;
   }();
-  template <class U>
-  using With = Clock<U, Offsets>;
 };
 
 }  // namespace ins
