@@ -220,8 +220,9 @@ TEST(PedestrianAbuse, MissingReadingsAndLateStampsAreEverydayValues) {
   Rng rng(7);
   for (const MargSample& good : phone_walk()) {
     MargSample s = good;
-    if (rng.below(8) == 0) s.specific_force_mps2[rng.below(3)] = kNotFinite[rng.below(3)];
-    if (rng.below(8) == 0) s.angular_rate_radps[rng.below(3)] = kNotFinite[rng.below(3)];
+    const auto axis = [&] { return static_cast<int>(rng.below(3)); };
+    if (rng.below(8) == 0) s.specific_force_mps2[axis()] = kNotFinite[rng.below(3)];
+    if (rng.below(8) == 0) s.angular_rate_radps[axis()] = kNotFinite[rng.below(3)];
     if (rng.below(2) == 0) s.magnetic_field_uT.setConstant(kNan);
     if (rng.below(50) == 0) s.time = s.time - from_seconds(rng.uniform(0.0, 1.0));
     (void)walker.add(s, [](const PedestrianPose& p) {

@@ -101,7 +101,7 @@ TEST(Descent, NeverRaisesTheCost) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Rng rng(seed);
     auto graph = tests::tangle<SE2d>(rng);
-    for (auto& pose : graph.poses) pose = pose.plus(tests::random_tangent<SE2d>(rng, 2.0));
+    for (auto& pose : graph.poses) pose = pose.plus(tests::random_tangent<SE2d>(rng, 3.0));
     for (const bool damped : {false, true}) {
       Descent d(graph);
       if (damped) {

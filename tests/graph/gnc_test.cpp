@@ -115,7 +115,7 @@ void expect_only_false_rejected(const auto& rejected, std::size_t true_edges, st
 }
 
 TYPED_TEST(GncTest, FindsTheFalseLoopsAmongTrueOnes) {
-  for (const std::uint64_t seed : {1, 2}) {
+  for (const std::uint64_t seed : {1U, 2U}) {
     Streets<TypeParam> streets(seed);
     auto clean = streets.graph();
     ASSERT_TRUE(optimise(clean));

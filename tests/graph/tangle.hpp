@@ -27,8 +27,8 @@ PoseGraph<G> tangle(Rng& rng) {
   for (const auto& [from, to] : {std::pair{0, 1}, {2, 1}, {3, 2}, {1, 4}, {4, 3}, {1, 4}, {0, 3}}) {
     const auto& a = graph.poses[static_cast<std::size_t>(from)];
     const auto& b = graph.poses[static_cast<std::size_t>(to)];
-    const SquareOf<G> root = SquareOf<G>::Identity() + 0.2 * random_tangent<G>(rng, 1.0) *
-                                                           random_tangent<G>(rng, 1.0).transpose();
+    const TangentOf<G> u = random_tangent<G>(rng, 1.0), v = random_tangent<G>(rng, 1.0);
+    const SquareOf<G> root = SquareOf<G>::Identity() + 0.2 * u * v.transpose();
     graph.edges.push_back({from, to, (a.inverse() * b).plus(random_tangent<G>(rng, 0.3)),
                            root * root.transpose(), from > to});
   }

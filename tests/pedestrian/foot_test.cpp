@@ -290,12 +290,13 @@ TEST(FootBadInput, StaysFiniteOnRandomInput) {
     s.time = LogTime::from_nanoseconds(static_cast<std::int64_t>(i) * 5'000'000 +
                                        static_cast<std::int64_t>(rng.below(8'000'000)));
     const auto kind = rng.below(30);
+    const auto axis = [&] { return static_cast<int>(rng.below(3)); };
     const double wild = kind == 0   ? std::numeric_limits<double>::infinity()
                         : kind == 1 ? 1e300 * rng.normal()
                         : kind == 2 ? 100.0 * rng.normal()
                                     : 0.0;
-    if (kind < 3) s.specific_force_mps2[rng.below(3)] = wild;
-    if (kind == 3) s.angular_rate_radps[rng.below(3)] = 30.0 * rng.normal();
+    if (kind < 3) s.specific_force_mps2[axis()] = wild;
+    if (kind == 3) s.angular_rate_radps[axis()] = 30.0 * rng.normal();
     if (rng.below(3000) == 0) s.time += std::chrono::seconds(rng.below(20));
     tracker.add(s, [&](const FootPose& p) {
       ASSERT_TRUE(p.position_m.allFinite()) << i;

@@ -324,7 +324,7 @@ TEST(PedestrianBadInput, StaysFiniteOnRandomInput) {
     for (auto* v : {&s.angular_rate_radps, &s.specific_force_mps2, &s.magnetic_field_uT}) {
       const auto kind = rng.below(20);
       if (kind == 0) *v *= 1e30;
-      if (kind == 1) (*v)[rng.below(3)] = std::numeric_limits<double>::infinity();
+      if (kind == 1) (*v)[static_cast<int>(rng.below(3))] = std::numeric_limits<double>::infinity();
       if (kind == 2) v->setZero();
       if (kind == 3) s.time += std::chrono::milliseconds(int(rng.below(4000)) - 2000);
     }

@@ -17,8 +17,6 @@
 namespace wayfare::examples {
 namespace {
 
-constexpr LogTime kEnd = LogTime::from_nanoseconds(std::numeric_limits<std::int64_t>::max());
-
 struct Scene {
   sim::World world;
   sim::WorldRobot robot;

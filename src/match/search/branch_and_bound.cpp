@@ -94,7 +94,8 @@ struct BranchAndBoundMatcher::Search {
     for (int part = 0, rest = s.points; rest > 0 && wanted != 0; ++part) {
       rest = std::max(0, rest - kernels::kMergedPart);
       // Adjacent groups share look-ups.
-      const int low = std::countr_zero(wanted), span = std::bit_width(wanted) - low;
+      const int low = std::countr_zero(wanted);
+      const int span = static_cast<int>(std::bit_width(wanted)) - low;
       const int groups = span > 2 ? 4 : span, first = span > 2 ? 0 : low;
       table.table = l.table.data() + std::ptrdiff_t{16} * first;
       kernel.merged_bounds(merged, part, table, dx, dy, groups, sums + std::ptrdiff_t{16} * first);

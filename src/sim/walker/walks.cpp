@@ -132,8 +132,8 @@ HeadWalk::HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& p
   yaw_ = waves(p_.glance.radians(), rng);
   pitch_ = waves(p_.pitch.radians(), rng);
   roll_ = waves(p_.roll.radians(), rng);
-  q_head_unit_ =
-      SO3d::exp(p_.mounting_sigma.radians() * Eigen::Vector3d(rng.normal(), rng.normal(), 0.0));
+  const double pitch = rng.normal(), roll = rng.normal();
+  q_head_unit_ = SO3d::exp(p_.mounting_sigma.radians() * Eigen::Vector3d(roll, pitch, 0.0));
   phase_ = 2 * kPi * rng.uniform();
   duration_s_ = 2 * p_.rest_s + kStart_s + along_.back() / p_.speed_m_s;
 }
@@ -214,7 +214,8 @@ MargRecording HeadWalk::unit(double rate_hz, const UnitNoise& noise, Rng& rng) c
   constexpr double kStep_s = 0.004;
   MargRecording readings;
   const auto white = [&](double sigma) {
-    return Eigen::Vector3d(sigma * Eigen::Vector3d(rng.normal(), rng.normal(), rng.normal()));
+    const double z = rng.normal(), y = rng.normal(), x = rng.normal();
+    return Eigen::Vector3d(sigma * Eigen::Vector3d(x, y, z));
   };
   const Eigen::Vector3d bias = white(noise.gyro_bias_per_second.radians());
   const bool biased = noise.accel_bias_mps2 > 0;

@@ -191,9 +191,7 @@ Driven drive(const CorridorDriveParams& p) {
 class GyroErrors {
  public:
   GyroErrors(const CorridorGyro& g, double dt_s, Rng& rng)
-      : gyro_(g),
-        rng_(rng),
-        step_(discretise_gauss_markov(g.walk_sigma_rad_s, g.walk_tau_s, dt_s)) {
+      : rng_(rng), step_(discretise_gauss_markov(g.walk_sigma_rad_s, g.walk_tau_s, dt_s)) {
     constant_ = rng_.uniform(-g.max_bias_rad_s, g.max_bias_rad_s);
     drift_ = rng_.uniform() < 0.5 ? -g.drift_rad_s2 : g.drift_rad_s2;
     walk_ = g.walk_sigma_rad_s * rng_.normal();
@@ -206,7 +204,6 @@ class GyroErrors {
   double noise() { return noise_ * rng_.normal(); }
 
  private:
-  const CorridorGyro& gyro_;
   Rng& rng_;
   ProcessStep1<double> step_;
   double constant_ = 0.0, drift_ = 0.0, walk_ = 0.0, noise_ = 0.0;
@@ -251,8 +248,10 @@ void append_furnished_wall(const Eigen::Vector2d& a_m, const Eigen::Vector2d& b_
     wall.path({{s, 0.01}, {s, deep}, {s + width, deep}, {s + width, 0.01}});
   }
   const auto people = static_cast<int>(std::lround(f.people_per_m * length));
-  for (int i = 0; i < people; ++i)
-    wall.person(rng.uniform(0.2, length - 0.2), rng.uniform(0.16, std::max(0.16, depth_m - 0.16)));
+  for (int i = 0; i < people; ++i) {
+    const double off = rng.uniform(0.16, std::max(0.16, depth_m - 0.16));
+    wall.person(rng.uniform(0.2, length - 0.2), off);
+  }
 }
 
 Result<FloorPlan> three_corridors(const CorridorsParams& p, const Rng& rng) {

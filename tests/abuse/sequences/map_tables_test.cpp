@@ -43,7 +43,8 @@ TEST(MapSequences, TablesFollowTheirGrids) {
       LaserScan scan = scan_in_room(k);
       switch (rng.below(5)) {
         case 0:
-          scan.ranges_m.assign(scan.ranges_m.size(), static_cast<float>(kNotFinite[k % 3]));
+          scan.ranges_m.assign(scan.ranges_m.size(),
+                               static_cast<float>(kNotFinite[static_cast<std::size_t>(k) % 3]));
           ASSERT_TRUE(map.insert(at, scan)) << "without a return";
           break;
         case 1:

@@ -80,7 +80,7 @@ class McapSession {
   McapSession(std::uint64_t seed, std::size_t room, std::size_t syncs)
       : rng_(seed),
         bytes_(std::make_shared<std::string>()),
-        writer_(make_writer(room, syncs, 64 << rng_.below(8))) {}
+        writer_(make_writer(room, syncs, std::size_t{64} << rng_.below(8))) {}
 
   void run(int calls) {
     for (int i = 0; i < calls && !::testing::Test::HasFailure(); ++i) call();

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "everything.hpp"
 #include "links.hpp"
 #include "other.hpp"
 
