@@ -93,7 +93,7 @@ function(wayfare_kernels name folder)
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     target_compile_features(${target} PRIVATE cxx_std_20)
     target_compile_definitions(${target} PRIVATE WAYFARE_ISA=${isa})
-    target_compile_options(${target} PRIVATE -O3 -fno-lto -ffp-contract=fast ${ARGN} ${options_${isa}}
+    target_compile_options(${target} PRIVATE -O3 -fno-lto -ffp-contract=off ${ARGN} ${options_${isa}}
                                              $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
     target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/src")
     target_link_libraries(${target} PRIVATE Eigen3::Eigen)
