@@ -39,7 +39,7 @@ inline std::optional<std::string> compressed([[maybe_unused]] const std::string&
 
 inline std::string little(std::uint64_t value, std::size_t size) {
   std::string out;
-  for (std::size_t i = 0; i < size; ++i) out += static_cast<char>(value >> (8 * i));
+  for (std::size_t i = 0; i < size; ++i, value >>= 8) out += static_cast<char>(value);
   return out;
 }
 

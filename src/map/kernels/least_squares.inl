@@ -2,7 +2,8 @@
 
 // Sixteen lanes in every variant, so that the sums round alike; lanes past the end read zeros. The
 // lanes are summed in double precision every 512 points.
-typedef float Reals __attribute__((vector_size(64), aligned(4), may_alias));
+typedef float Reals __attribute__((vector_size(64)));
+typedef Reals LooseReals __attribute__((aligned(4), may_alias));
 typedef int32_t Ints __attribute__((vector_size(64)));
 
 /// Sixteen points in the field: the cell below and left of each, and the fractions beyond it.
@@ -14,8 +15,8 @@ struct FieldPoints {
 inline FieldPoints placed(const float* x, const float* y, const CellTransform& t,
                           const Field& field) {
   FieldPoints p;
-  p.x = *reinterpret_cast<const Reals*>(x);
-  p.y = *reinterpret_cast<const Reals*>(y);
+  p.x = *reinterpret_cast<const LooseReals*>(x);
+  p.y = *reinterpret_cast<const LooseReals*>(y);
   Reals u = t.c * p.x - t.s * p.y + t.ox, v = t.s * p.x + t.c * p.y + t.oy;
   const Reals right = Reals{} + static_cast<float>(field.width + 4);
   const Reals top = Reals{} + static_cast<float>(field.height + 4), low = Reals{} - 4.0F;

@@ -49,10 +49,13 @@ struct ParticleSet {
 /// Bins of poses: counted by KLD sampling; adjacent ones form a cluster.
 class PoseBins {
  public:
+  /// Sides that are not positive become the smallest: 1 mm, 1/3600 of a turn.
   PoseBins(double side_m, Angle turn)
-      : side_m_(side_m),
-        turns_(
-            std::max(1, static_cast<int>(std::lround(2.0 * std::numbers::pi / turn.radians())))) {}
+      : side_m_(side_m > 1e-3 ? side_m : 1e-3),
+        turns_(turn.radians() > 2.0 * std::numbers::pi / kMostTurns
+                   ? std::max(
+                         1, static_cast<int>(std::lround(2.0 * std::numbers::pi / turn.radians())))
+                   : kMostTurns) {}
 
   struct Key {
     std::int32_t x = 0, y = 0, turn = 0;
@@ -66,6 +69,8 @@ class PoseBins {
   [[nodiscard]] int turns() const { return turns_; }
 
  private:
+  static constexpr int kMostTurns = 3600;
+
   [[nodiscard]] std::int32_t whole(double metres) const {
     return static_cast<std::int32_t>(std::clamp(std::floor(metres / side_m_), -1e9, 1e9));
   }
