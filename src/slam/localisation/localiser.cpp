@@ -238,7 +238,7 @@ class Localiser::Engine {
     const int wait = std::max(options_.scans_between_searches, 1);
     const PoseEstimate& estimate = filter_->estimate();
     if (estimate.converged && fit_is_poor()) return since_search_ >= wait;
-    return (!estimate.converged || !confirmed_) && since_search_ >= 4 * wait;
+    return (!estimate.converged || !confirmed_) && since_search_ / 4 >= wait;
   }
 
   [[nodiscard]] bool fit_is_poor() const {

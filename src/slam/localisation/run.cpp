@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <utility>
 #include <vector>
@@ -79,8 +80,9 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
   const std::size_t n = scans_in_order.size();
   std::vector<std::size_t> snapshots;
   for (const double u : control.snapshots_at)
-    snapshots.push_back(
-        static_cast<std::size_t>(std::clamp(u, 0.0, 1.0) * static_cast<double>(n > 0 ? n - 1 : 0)));
+    if (!std::isnan(u))
+      snapshots.push_back(static_cast<std::size_t>(std::clamp(u, 0.0, 1.0) *
+                                                   static_cast<double>(n > 0 ? n - 1 : 0)));
   LocalisationRun run;
   detail::Refusals refused;
   for (std::size_t i = 0; i < n; ++i) {
