@@ -99,8 +99,7 @@ Result<void> levenberg_marquardt(DampedStep<Graph, S>& step, Graph& graph,
     const double after =
         solved ? step.cost(graph, options.kernel) : std::numeric_limits<double>::infinity();
     if (solved && after <= before) {
-      report.final_cost = after;  // linearise adds up in another order
-      step.linearise(graph, options.kernel);
+      report.final_cost = step.linearise(graph, options.kernel);
       if (control.taken(before, {after, damping.value(), step.largest(), true})) {
         ++report.iterations;
         return {};
