@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <span>
+
 #include <wayfare/map/point_maps.hpp>
 #include <wayfare/match/scan_matcher.hpp>
 
@@ -16,6 +19,7 @@ struct IcpOptions {
   double sigma_m = 0.03;
   /// Likelihood of a point without a pair, relative to one on a surface.
   double floor_probability = 0.01;
+  SurfaceMapOptions map{};  ///< of `make_map`
 };
 
 /// Point-to-line ICP (Chen and Medioni 1992; Censi 2008): minimises the distance of every point to
@@ -28,6 +32,10 @@ class IcpMatcher {
 
   explicit IcpMatcher(const IcpOptions& options = {}) : options_(options) {}
 
+  [[nodiscard]] Result<SurfaceMap> make_map(std::span<const PlacedPoints> scans) const {
+    return SurfaceMap::make(scans, options_.map);
+  }
+
   [[nodiscard]] Result<std::optional<MatchResult>> match(const SurfaceMap& map,
                                                          const PointSet& points, const SE2d& prior,
                                                          const SearchWindow& window,
@@ -37,7 +45,7 @@ class IcpMatcher {
   IcpOptions options_;
 };
 
-static_assert(ScanMatcher<IcpMatcher>);
+static_assert(MappingMatcher<IcpMatcher>);
 
 struct NdtOptions {
   /// On each level.
@@ -46,6 +54,7 @@ struct NdtOptions {
   double tolerance = 1e-4;
   /// Likelihood of a point without a distribution, relative to one at a mean.
   double floor_probability = 0.01;
+  NdtMapOptions map{};  ///< of `make_map`
 };
 
 /// Matching with the normal distributions transform (Biber and Straßer 2003), coarse level to fine:
@@ -59,6 +68,10 @@ class NdtMatcher {
 
   explicit NdtMatcher(const NdtOptions& options = {}) : options_(options) {}
 
+  [[nodiscard]] Result<NdtMap> make_map(std::span<const PlacedPoints> scans) const {
+    return NdtMap::make(scans, options_.map);
+  }
+
   [[nodiscard]] Result<std::optional<MatchResult>> match(const NdtMap& map, const PointSet& points,
                                                          const SE2d& prior,
                                                          const SearchWindow& window,
@@ -68,6 +81,6 @@ class NdtMatcher {
   NdtOptions options_;
 };
 
-static_assert(ScanMatcher<NdtMatcher>);
+static_assert(MappingMatcher<NdtMatcher>);
 
 }  // namespace wayfare

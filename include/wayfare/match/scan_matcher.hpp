@@ -3,6 +3,7 @@
 #include <concepts>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include <Eigen/Core>
 
@@ -10,6 +11,7 @@
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/map/cell.hpp>
+#include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/match/detail/scene_constraint.hpp>
 #include <wayfare/sensors/point_set.hpp>
 
@@ -71,6 +73,14 @@ concept ScanMatcher = requires(M matcher, const typename M::Map& map, const Poin
   {
     matcher.match(map, points, prior, window, options)
     } -> std::same_as<Result<std::optional<MatchResult>>>;
+};
+
+/// A matcher that makes its maps of placed scans, as the SLAM systems need. An Error of `make_map`
+/// (no points, a map that is too large) means that nothing matches there.
+template <class M>
+concept MappingMatcher = ScanMatcher<M> && std::copy_constructible<M> &&
+    requires(M matcher, std::span<const PlacedPoints> scans) {
+  { matcher.make_map(scans) } -> std::same_as<Result<typename M::Map>>;
 };
 
 }  // namespace wayfare
