@@ -172,7 +172,8 @@ class AhrsFilter {
   /// Variance of the heading error given the errors of all other states.
   [[nodiscard]] T own_heading_variance() const {
     Covariance rest = p_;
-    for (const int i : {0, 1, 3, 4, 5, 6, 7, 8}) {
+    for (int i = 0; i < kSize; ++i) {
+      if (i == kAttitude + 2) continue;
       // A state given by those before it, but for rounding, adds nothing.
       if (!(rest(i, i) > T(16) * std::numeric_limits<T>::epsilon() * p_(i, i))) continue;
       typename Covariance::Vector column;
