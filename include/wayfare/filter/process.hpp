@@ -16,6 +16,7 @@
 
 #include <concepts>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <tuple>
 #include <type_traits>
@@ -232,10 +233,8 @@ class Process {
   /// beforehand. Results do not change.
   void prepare(double dt_s) {
     prepared_ = std::apply(
-        [dt_s](const auto&... part) {
-          return Prepared{dt_s, std::tuple{detail::discretise(part, dt_s)...}};
-        },
-        parts_);
+        [dt_s](const auto&... part) { return Steps(detail::discretise(part, dt_s)...); }, parts_);
+    prepared_dt_s_ = dt_s;
   }
 
   template <class U>
@@ -247,7 +246,7 @@ class Process {
     else
       dt_s = u;
     S next = x;
-    const auto* steps = prepared_ && prepared_->dt_s == dt_s ? &prepared_->steps : nullptr;
+    const auto* steps = prepared_dt_s_ == dt_s ? &*prepared_ : nullptr;
     return [&]<std::size_t... I>(std::index_sequence<I...>) {
       // The rows come first: they set `next`.
       return ComposedStep<S, decltype(move(std::get<I>(parts_), &std::get<I>(*steps), x, u, dt_s,
@@ -260,10 +259,7 @@ class Process {
 
  private:
   /// The steps of the blocks that move by themselves.
-  struct Prepared {
-    double dt_s;
-    std::tuple<decltype(detail::discretise(std::declval<const Part&>(), 1.0))...> steps;
-  };
+  using Steps = std::tuple<decltype(detail::discretise(std::declval<const Part&>(), 1.0))...>;
 
   template <class P, class U>
   static constexpr void check_part() {
@@ -330,7 +326,8 @@ class Process {
   }
 
   std::tuple<Part...> parts_;
-  std::optional<Prepared> prepared_;
+  std::optional<Steps> prepared_;
+  double prepared_dt_s_ = std::numeric_limits<double>::quiet_NaN();  // none
 };
 
 }  // namespace wayfare
