@@ -149,7 +149,8 @@ auto discretise(const P& part, double dt_s) {
 
 /// ΦPΦᵀ + Q of all rows. Flattened: calls of maps that are not inlined cost three times as much.
 template <class S, class... R>
-__attribute__((flatten)) void propagate(const std::tuple<R...>& parts, typename S::Scalar* p) {
+__attribute__((flatten)) void propagate(const std::tuple<R...>& parts,
+                                        typename S::Scalar* __restrict p) {
   using T = typename S::Scalar;
   constexpr std::size_t kParts = sizeof...(R);
   constexpr auto kFirst = [] {
@@ -198,20 +199,11 @@ struct ComposedStep {
   void propagate(Square& p) const { detail::propagate<S>(rows, p.data()); }
 
   [[nodiscard]] Square phi() const {
-    Square f = Square::Identity();
-    const auto fill = [&f](const auto& part) {
-      if constexpr (std::remove_cvref_t<decltype(part)>::kDiagonal) {
-        part.fill_diagonal(f);
-      } else {
-        const Square identity = Square::Identity();
-        for (int c = 0; c < S::kDof; ++c)
-          part.apply(identity.data() + S::kDof * c, 1, [&](auto block, const auto& d) {
-            using Block = typename decltype(block)::type;
-            f.col(c).template segment<kBlockDof<Block>>(S::template index<Block>()) = d;
-          });
-      }
-    };
-    std::apply([&](const auto&... part) { (fill(part), ...); }, rows);
+    using T = typename S::Scalar;
+    Square identity = Square::Constant(T(0));  // faster than Eigen's
+    identity.diagonal().setConstant(T(1));
+    Square f = identity;
+    std::apply([&](const auto&... part) { (part.fill(identity, f), ...); }, rows);
     return f;
   }
   [[nodiscard]] Square q() const {

@@ -95,9 +95,20 @@ struct BlockRows<S, BlockList<M...>, BlockList<B...>, Phi, Noise> {
       return phi[i];
   }
 
-  void fill_diagonal(SquareOf<S>& f) const requires kDiagonal {
-    constexpr int kFirst = (S::template index<M>() + ...);
-    for (int i = 0; i < kRows; ++i) f(kFirst + i, kFirst + i) = factor(i);
+  /// Writes the rows to a dense Φ.
+  void fill(const SquareOf<S>& identity, SquareOf<S>& f) const {
+    if constexpr (kDiagonal) {
+      constexpr int kFirst = (S::template index<M>() + ...);
+      for (int i = 0; i < kRows; ++i) f(kFirst + i, kFirst + i) = factor(i);
+    } else {
+      Eigen::Matrix<T, kSize, kRows> rows;
+      left_product(identity.data(), rows.data());
+      int row = 0;
+      ((f.template middleRows<kBlockDof<M>>(S::template index<M>()) =
+            rows.template middleCols<kBlockDof<M>>(row).transpose(),
+        row += kBlockDof<M>),
+       ...);
+    }
   }
 
   /// The rows of Φ P, one after the other.
