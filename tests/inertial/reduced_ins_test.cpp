@@ -9,7 +9,7 @@
 
 #include <wayfare/filter/ekf.hpp>
 #include <wayfare/nav/detail/corridor_motion.hpp>
-#include <wayfare/testing/filter_laws.hpp>
+#include <wayfare/testing/state_laws.hpp>
 
 namespace wayfare {
 namespace {
@@ -46,31 +46,33 @@ TEST(ReducedIns, CompensatesTheEarthRateAtStandstill) {
               start.azimuth.radians() - 0.1, 1e-12);
 }
 
-using namespace corridor_state;
+using namespace corridor;
 
-CorridorVector some_state() {
-  CorridorVector x = CorridorVector::Zero();
-  x[kX] = 3.0, x[kY] = -2.0, x[kSpeed] = 0.6, x[kHeading] = 0.7;
-  x[kSpeedX] = 0.6 * std::cos(0.7), x[kSpeedY] = 0.6 * std::sin(0.7);
-  x[kAcceleration] = 0.02, x[kBiasWalk] = 0.003, x[kBiasConstant] = 0.02, x[kBiasDrift] = 1e-4;
-  x[kScale] = 0.01;
+CorridorState some_state() {
+  CorridorState x;
+  x.get<Position>() << 3.0, -2.0;
+  x.get<Speed>()[0] = 0.6;
+  x.get<Velocity>() << 0.6 * std::cos(0.7), 0.6 * std::sin(0.7);
+  x.get<Heading>()[0] = 0.7;
+  x.get<Acceleration>()[0] = 0.02;
+  x.get<BiasWalk>()[0] = 0.003;
+  x.get<Bias>() << 0.02, 1e-4;
+  x.get<Scale>()[0] = 0.01;
   return x;
 }
 
 const CorridorInput kInput{
     .dt_s = 0.2, .turn_rate_rad_s = 0.4, .speed_m_s = 0.7, .speed_before_m_s = 0.6};
 
-TEST(CorridorMotion, PhiIsTheDerivativeOfTheStep) {
+TEST(CorridorMotion, SatisfiesTheLawsOfStates) {
+  const testing::StateLaws<CorridorState> laws{some_state(), 1.0, 20, 1e-7};
+  laws.check_state();
+  CorridorInput rest = kInput;
+  rest.at_rest = true;
+  // v_x and v_y follow from speed and heading, not from their previous values.
   const CorridorMotion motion({.bias_tau_s = 5.0});
-  const auto step = motion(some_state(), kInput);
-  for (int i = 0; i < kSize; ++i) {
-    const double h = 1e-6;
-    CorridorVector up = some_state(), down = some_state();
-    up[i] += h, down[i] -= h;
-    // v_x and v_y follow from speed and heading, not from their previous values.
-    const CorridorVector slope = (motion(up, kInput).state - motion(down, kInput).state) / (2 * h);
-    for (int j = 0; j < kSize; ++j) EXPECT_NEAR(step.phi(j, i), slope[j], 1e-7) << j << ' ' << i;
-  }
+  laws.check_process(motion, kInput);
+  laws.check_process(motion, rest);
 }
 
 TEST(CorridorMotion, GaussMarkovPartsAreExactForAnyStep) {
@@ -80,36 +82,38 @@ TEST(CorridorMotion, GaussMarkovPartsAreExactForAnyStep) {
                             .acceleration_sigma_m_s2 = 0.1,
                             .acceleration_tau_s = 1.5};
   const CorridorMotion motion(noise);
-  Ekf<CorridorVector> once(some_state(), 1e-2 * CorridorMatrix::Identity()), often = once;
+  Ekf<CorridorState> once(some_state(), 1e-2 * SquareOf<CorridorState>::Identity()), often = once;
   CorridorInput input = kInput;
   input.dt_s = 2.0;
   once.predict(motion, input);
   input.dt_s = 0.05;
   for (int i = 0; i < 40; ++i) often.predict(motion, input);
-  for (const int i : {kBiasWalk, kAcceleration}) {
-    EXPECT_NEAR(once.state()[i], often.state()[i], 1e-12);
+  const auto apart = once.state().minus(often.state());
+  for (const int i : CorridorState::indices<BiasWalk, Acceleration>()) {
+    EXPECT_NEAR(apart[i], 0.0, 1e-12);
     EXPECT_NEAR(once.covariance()(i, i), often.covariance()(i, i), 1e-14);
   }
   // Without measurements the variance becomes stationary.
   input.dt_s = 100.0;
   once.predict(motion, input);
-  EXPECT_NEAR(std::sqrt(once.covariance()(kBiasWalk, kBiasWalk)), 1e-3, 1e-9);
+  constexpr int kWalk = CorridorState::index<BiasWalk>();
+  EXPECT_NEAR(std::sqrt(once.covariance()(kWalk, kWalk)), 1e-3, 1e-9);
 }
 
-TEST(CorridorMotion, KeepsTheCovarianceValid) {
-  const Ekf<CorridorVector> filter(some_state(), 1e-3 * CorridorMatrix::Identity());
-  testing::FilterLaws<CorridorVector>{filter}.check_predict(CorridorMotion(), kInput);
+TEST(CorridorMotion, StandsAtRest) {
   CorridorInput rest = kInput;
   rest.at_rest = true;
-  testing::FilterLaws<CorridorVector>{filter}.check_predict(CorridorMotion(), rest);
-  EXPECT_EQ(CorridorMotion()(some_state(), rest).state[kHeading], some_state()[kHeading]);
-  EXPECT_EQ(CorridorMotion()(some_state(), rest).state[kSpeed], 0.0);
+  const CorridorState x = CorridorMotion()(some_state(), rest).state;
+  EXPECT_EQ(x.get<Heading>(), some_state().get<Heading>());
+  EXPECT_EQ(x.get<Position>(), some_state().get<Position>());
+  EXPECT_EQ(x.get<Speed>()[0], 0.0);
 }
 
 TEST(CorridorMotion, VelocitiesAreThoseOfSpeedAndHeading) {
-  const auto x = CorridorMotion()(some_state(), kInput).state;
-  EXPECT_NEAR(x[kSpeedX], x[kSpeed] * std::cos(x[kHeading]), 1e-12);
-  EXPECT_NEAR(x[kSpeedY], x[kSpeed] * std::sin(x[kHeading]), 1e-12);
+  const CorridorState x = CorridorMotion()(some_state(), kInput).state;
+  const double speed = x.get<Speed>()[0], heading = x.get<Heading>()[0];
+  EXPECT_NEAR(x.get<Velocity>().x(), speed * std::cos(heading), 1e-12);
+  EXPECT_NEAR(x.get<Velocity>().y(), speed * std::sin(heading), 1e-12);
 }
 
 }  // namespace

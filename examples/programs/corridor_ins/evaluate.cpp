@@ -9,8 +9,6 @@
 namespace wayfare::examples {
 namespace {
 
-using namespace corridor_state;
-
 double degrees(double radians) { return Angle::radians(radians).degrees(); }
 
 }  // namespace

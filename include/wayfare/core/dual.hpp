@@ -25,7 +25,19 @@ struct Dual {
   template <class D>
   Dual(T x, const Eigen::MatrixBase<D>& d) : value(x), derivatives(d) {}
   /// The variable with this index.
-  [[nodiscard]] static Dual variable(T x, int index) { return {x, Derivatives::Unit(index)}; }
+  [[nodiscard]] static Dual variable(T x, int index) {
+    Dual y(x);
+    y.derivatives[index] = T(1);
+    return y;
+  }
+  /// Derivative i is `slope(i)`. (One loop for all: each expression of matrices is a type of its
+  /// own, which takes its time to compile.)
+  template <class F>
+  [[nodiscard]] static Dual each(T value, const F& slope) {
+    Derivatives d;
+    for (int i = 0; i < N; ++i) d[i] = slope(i);
+    return {value, d};
+  }
 
   Dual& operator+=(const Dual& o) { return *this = *this + o; }
   Dual& operator-=(const Dual& o) { return *this = *this - o; }
@@ -33,25 +45,29 @@ struct Dual {
   Dual& operator/=(const Dual& o) { return *this = *this / o; }
 
   friend Dual operator+(const Dual& a) { return a; }
-  friend Dual operator-(const Dual& a) { return {-a.value, -a.derivatives}; }
+  friend Dual operator-(const Dual& a) { return chain(a, -a.value, T(-1)); }
   friend Dual operator+(const Dual& a, const Dual& b) {
-    return {a.value + b.value, a.derivatives + b.derivatives};
+    return each(a.value + b.value, [&](int i) { return a.derivatives[i] + b.derivatives[i]; });
   }
   friend Dual operator-(const Dual& a, const Dual& b) {
-    return {a.value - b.value, a.derivatives - b.derivatives};
+    return each(a.value - b.value, [&](int i) { return a.derivatives[i] - b.derivatives[i]; });
   }
   friend Dual operator*(const Dual& a, const Dual& b) {
-    return {a.value * b.value, a.value * b.derivatives + b.value * a.derivatives};
+    return each(a.value * b.value,
+                [&](int i) { return a.value * b.derivatives[i] + b.value * a.derivatives[i]; });
   }
   friend Dual operator/(const Dual& a, const Dual& b) {
     const T inverse = T(1) / b.value, ratio = a.value * inverse;
-    return {ratio, inverse * (a.derivatives - ratio * b.derivatives)};
+    return each(ratio,
+                [&](int i) { return inverse * (a.derivatives[i] - ratio * b.derivatives[i]); });
   }
   friend constexpr bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
   friend constexpr auto operator<=>(const Dual& a, const Dual& b) { return a.value <=> b.value; }
 
   /// f(a) with derivative `slope` there.
-  friend Dual chain(const Dual& a, T f, T slope) { return {f, slope * a.derivatives}; }
+  friend Dual chain(const Dual& a, T f, T slope) {
+    return each(f, [&](int i) { return slope * a.derivatives[i]; });
+  }
 
   friend Dual sqrt(const Dual& a) {
     const T root = std::sqrt(a.value);
@@ -79,12 +95,15 @@ struct Dual {
   }
   friend Dual atan2(const Dual& y, const Dual& x) {
     const T squares = x.value * x.value + y.value * y.value;
-    return {std::atan2(y.value, x.value),
-            (x.value * y.derivatives - y.value * x.derivatives) / squares};
+    return each(std::atan2(y.value, x.value), [&](int i) {
+      return (x.value * y.derivatives[i] - y.value * x.derivatives[i]) / squares;
+    });
   }
   friend Dual hypot(const Dual& x, const Dual& y) {
     const T length = std::hypot(x.value, y.value);
-    return {length, (x.value * x.derivatives + y.value * y.derivatives) / length};
+    return each(length, [&](int i) {
+      return (x.value * x.derivatives[i] + y.value * y.derivatives[i]) / length;
+    });
   }
   friend Dual pow(const Dual& a, T exponent) {
     const T slope = exponent == T(0) ? T(0) : exponent * std::pow(a.value, exponent - T(1));

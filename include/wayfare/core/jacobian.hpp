@@ -32,6 +32,19 @@ inline constexpr bool kIsAutomatic = requires {
   requires std::same_as<typename F::Jacobians, AutomaticJacobians>;
 };
 
+/// Jacobians of the same function as one matrix.
+template <int Rows, int... Cols>
+[[nodiscard]] auto side_by_side(const std::tuple<Eigen::Matrix<double, Rows, Cols>...>& blocks) {
+  Eigen::Matrix<double, Rows, (Cols + ...)> all;
+  int at = 0;
+  const auto append = [&](const auto& block, int count) {
+    for (int j = 0; j < count; ++j, ++at)
+      for (int i = 0; i < Rows; ++i) all(i, at) = block(i, j);
+  };
+  std::apply([&](const auto&... block) { (append(block, Cols), ...); }, blocks);
+  return all;
+}
+
 /// x ⊞ δ on dual numbers; δ are the variables from `first` on.
 template <int N, Manifold V>
 auto on_duals(const V& x, int first) {

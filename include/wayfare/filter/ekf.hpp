@@ -13,6 +13,7 @@
 
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/pack.hpp>
+#include <wayfare/filter/detail/gain.hpp>
 #include <wayfare/filter/measurement.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 
@@ -113,23 +114,30 @@ class Ekf {
   requires VectorMeasurementModel<Model, M>
   auto update(const Model& model, Scalar nis_limit = std::numeric_limits<Scalar>::max()) {
     const auto m = measure(model, state_);
-    const auto g = covariance_times(m.rows);
     constexpr int kRows = decltype(m.innovation)::RowsAtCompileTime;
-    VectorUpdate<Scalar, kRows> u{m.innovation, rows_times(m.rows, g) + m.covariance,
+    const auto g = covariance_times(m.rows);
+    VectorUpdate<Scalar, kRows> u{m.innovation, m.covariance,
                                   std::numeric_limits<Scalar>::quiet_NaN(), false};
-    const Eigen::LLT<Eigen::Matrix<Scalar, kRows, kRows>> llt(u.covariance);
-    if (llt.info() != Eigen::Success || !u.innovation.allFinite() || !u.covariance.allFinite())
-      return u;
-    u.nis = u.innovation.dot(llt.solve(u.innovation));
+    add_rows_times(m.rows, g, u.covariance);
+    auto k = g;
+    const auto nis = detail::solve_gain(u.covariance, u.innovation, k);
+    if (!nis) return u;
+    u.nis = *nis;
     u.accepted = u.nis <= nis_limit;
     if (!u.accepted) return u;
     // Joseph's form, (I − K H) P (I − K H)ᵀ + K R Kᵀ, one factor after the other.
-    const Eigen::Matrix<Scalar, kDof, kRows> k = llt.solve(g.transpose()).transpose();
-    covariance_ -= k * g.transpose();
-    const Square next =
-        covariance_ - covariance_times(m.rows) * k.transpose() + k * m.covariance * k.transpose();
-    covariance_ = Scalar(0.5) * (next + next.transpose());
-    state_ = ManifoldTraits<M>::plus(state_, k * u.innovation);
+    detail::subtract_product(covariance_, k, g);
+    auto left = covariance_times(m.rows);
+    detail::subtract_product(left, k, m.covariance);  // R = Rᵀ
+    detail::subtract_product(covariance_, left, k);
+    for (int j = 0; j < kDof; ++j)
+      for (int i = 0; i < j; ++i)
+        covariance_(i, j) = covariance_(j, i) =
+            Scalar(0.5) * (covariance_(i, j) + covariance_(j, i));
+    Tangent tau = Tangent::Zero();
+    for (int j = 0; j < kRows; ++j)
+      for (int i = 0; i < kDof; ++i) tau[i] += k(i, j) * u.innovation[j];
+    state_ = ManifoldTraits<M>::plus(state_, tau);
     return u;
   }
 
@@ -205,10 +213,12 @@ class Ekf {
   template <int Rows, int K>
   [[nodiscard]] Eigen::Matrix<Scalar, kDof, Rows> covariance_times(
       const SparseRows<Scalar, Rows, K>& rows) const {
-    Eigen::Matrix<Scalar, kDof, K> columns;
-    for (std::size_t k = 0; k < K; ++k)
-      columns.col(static_cast<Eigen::Index>(k)) = covariance_.col(rows.index[k]);
-    return columns * rows.value.transpose();
+    Eigen::Matrix<Scalar, kDof, Rows> g = Eigen::Matrix<Scalar, kDof, Rows>::Zero();
+    for (int r = 0; r < Rows; ++r)
+      for (std::size_t k = 0; k < K; ++k)
+        for (int i = 0; i < kDof; ++i)
+          g(i, r) += covariance_(i, rows.index[k]) * rows.value(r, static_cast<int>(k));
+    return g;
   }
   template <int Rows>
   requires(Rows > 1) [[nodiscard]] Eigen::Matrix<Scalar, kDof, Rows> covariance_times(
@@ -216,17 +226,19 @@ class Ekf {
     return covariance_ * rows.transpose();
   }
   template <int Rows, int K>
-  [[nodiscard]] static Eigen::Matrix<Scalar, Rows, Rows> rows_times(
-      const SparseRows<Scalar, Rows, K>& rows, const Eigen::Matrix<Scalar, kDof, Rows>& g) {
-    Eigen::Matrix<Scalar, K, Rows> of_index;
-    for (std::size_t k = 0; k < K; ++k)
-      of_index.row(static_cast<Eigen::Index>(k)) = g.row(rows.index[k]);
-    return rows.value * of_index;
+  static void add_rows_times(const SparseRows<Scalar, Rows, K>& rows,
+                             const Eigen::Matrix<Scalar, kDof, Rows>& g,
+                             Eigen::Matrix<Scalar, Rows, Rows>& sum) {
+    for (int c = 0; c < Rows; ++c)
+      for (std::size_t k = 0; k < K; ++k)
+        for (int r = 0; r < Rows; ++r)
+          sum(r, c) += rows.value(r, static_cast<int>(k)) * g(rows.index[k], c);
   }
   template <int Rows>
-  [[nodiscard]] static Eigen::Matrix<Scalar, Rows, Rows> rows_times(
-      const Eigen::Matrix<Scalar, Rows, kDof>& rows, const Eigen::Matrix<Scalar, kDof, Rows>& g) {
-    return rows * g;
+  static void add_rows_times(const Eigen::Matrix<Scalar, Rows, kDof>& rows,
+                             const Eigen::Matrix<Scalar, kDof, Rows>& g,
+                             Eigen::Matrix<Scalar, Rows, Rows>& sum) {
+    sum += rows * g;
   }
   template <int K>
   [[nodiscard]] static Scalar row_times(const SparseRow<Scalar, K>& row, const Tangent& g) {

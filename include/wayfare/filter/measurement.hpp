@@ -18,6 +18,7 @@
 #include <concepts>
 #include <cstddef>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include <Eigen/Core>
@@ -71,21 +72,15 @@ decltype(auto) with_values(const M& x, const F& f) {
     return with_blocks(x, typename MeasuredBlocks<H>::List{}, f);
 }
 
-/// The places of these blocks' errors in the state's tangent.
-template <class S, int K, class... B>
-constexpr std::array<int, K> error_indices(BlockList<B...>) {
-  std::array<int, K> index{};
-  std::size_t k = 0;
-  const auto append = [&](int first, int count) {
-    for (int i = 0; i < count; ++i) index[k++] = first + i;
-  };
-  (append(S::template index<B>(), kBlockDof<B>), ...);
-  return index;
+/// The places of the errors of what a measurement takes, in the state's tangent.
+template <class S, class... B>
+constexpr auto error_indices(std::type_identity<BlockList<B...>>) {
+  return S::template indices<B...>();
 }
-template <class M, int K>
-constexpr std::array<int, K> error_indices() {
-  std::array<int, K> index{};
-  for (std::size_t k = 0; k < K; ++k) index[k] = static_cast<int>(k);
+template <class M>
+constexpr auto error_indices(std::type_identity<void>) {
+  std::array<int, static_cast<std::size_t>(ManifoldTraits<M>::kDof)> index{};
+  for (std::size_t k = 0; k < index.size(); ++k) index[k] = static_cast<int>(k);
   return index;
 }
 
@@ -180,19 +175,10 @@ template <class M, MeasurementModel<M> H>
       constexpr int kDim = H::kDim, kColumns = (ManifoldTraits<V>::kDof + ...);
       JacobianBlocks<detail::ErrorOf<H>, V...> by;
       const Eigen::Matrix<double, kDim, 1> error = linearise_measurement(h, by, value...);
+      using List = typename detail::MeasuredBlocks<H>::List;
       SparseRows<double, kDim, kColumns> rows;
-      if constexpr (std::same_as<typename detail::MeasuredBlocks<H>::List, void>)
-        rows.index = detail::error_indices<M, kColumns>();
-      else
-        rows.index = detail::error_indices<M, kColumns>(typename detail::MeasuredBlocks<H>::List{});
-      int at = 0;
-      std::apply(
-          [&](const auto&... block) {
-            ((rows.value.middleCols(at, block.cols()) = block,
-              at += static_cast<int>(block.cols())),
-             ...);
-          },
-          by);
+      rows.index = detail::error_indices<M>(std::type_identity<List>{});
+      rows.value = detail::side_by_side(by);
       Eigen::Matrix<double, kDim, kDim> covariance;
       if constexpr (detail::kHasCovariance<H>)
         covariance = h.covariance;

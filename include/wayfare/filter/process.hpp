@@ -299,15 +299,7 @@ class Process {
       JacobianBlocks<Value, typename B::Value...> blocks;
       const auto f = [&](const auto&... value) { return coupling.moved(value..., u); };
       ((next.template get<M>() = differentiate<C, Value>(f, blocks, x.template get<B>()...)), ...);
-      Eigen::Matrix<double, (kBlockDof<M> + ...), (kBlockDof<B> + ...)> jacobian;
-      int at = 0;
-      std::apply(
-          [&](const auto&... block) {
-            ((jacobian.middleCols(at, block.cols()) = block, at += static_cast<int>(block.cols())),
-             ...);
-          },
-          blocks);
-      return rows<BlockList<M...>, BlockList<B...>>(jacobian,
+      return rows<BlockList<M...>, BlockList<B...>>(detail::side_by_side(blocks),
                                                     coupling.noise(x.template get<B>()..., u));
     }
   }

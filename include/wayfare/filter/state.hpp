@@ -116,6 +116,18 @@ struct State : detail::StorageOf<B>::Type... {
     return kIndex;
   }
 
+  /// The places of all errors of these blocks.
+  template <class... Block>
+  [[nodiscard]] static constexpr auto indices() {
+    std::array<int, static_cast<std::size_t>((kBlockDof<Block> + ...))> all{};
+    std::size_t k = 0;
+    const auto append = [&](int first, int count) {
+      for (int i = 0; i < count; ++i) all[k++] = first + i;
+    };
+    (append(index<Block>(), kBlockDof<Block>), ...);
+    return all;
+  }
+
   /// Names of all errors, in their order.
   [[nodiscard]] static constexpr BlockNames<kDof> names() {
     BlockNames<kDof> all;

@@ -114,8 +114,8 @@ class CorridorIns {
   [[nodiscard]] Estimate gyro_bias() const;    ///< rad/s
   [[nodiscard]] Estimate gyro_drift() const;   ///< rad/s²
   [[nodiscard]] Estimate speed_scale() const;  ///< true distance per measured distance, less one
-  [[nodiscard]] const CorridorVector& state() const;
-  [[nodiscard]] const CorridorMatrix& covariance() const;
+  [[nodiscard]] const CorridorState& state() const;
+  [[nodiscard]] const SquareOf<CorridorState>& covariance() const;
   [[nodiscard]] const CorridorReport& report() const;
 
  private:

@@ -1,13 +1,11 @@
 #include <wayfare/nav/corridor_ins.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include <wayfare/core/statistics.hpp>
 
@@ -18,10 +16,7 @@
 namespace wayfare {
 namespace {
 
-using namespace corridor_state;
-using corridor::Filter;
-using corridor::Predicted;
-using corridor::Row;
+using namespace corridor;
 
 WallOptions detector_options(const CorridorInsOptions& o) {
   WallOptions walls = o.walls;
@@ -44,7 +39,7 @@ class CorridorIns::Engine {
  public:
   Engine(const CorridorInsOptions& options, const SE2d& start)
       : options_(options),
-        filter_(corridor::start_filter(options, start)),
+        filter_(start_filter(options, start)),
         process_(options.noise),
         watch_(options),
         detector_(detector_options(options)),
@@ -58,7 +53,7 @@ class CorridorIns::Engine {
       ++report_.refused_samples;
       return Error{ErrorCode::invalid, why, {}};
     };
-    if (!corridor::plausible(s))
+    if (!plausible(s))
       return refuse("the turn rate or speed of a motion sample is not below 1000 rad/s or m/s");
     if (time_ && s.time <= *time_) return refuse("a motion sample is not after the previous one");
     // The first sample only gives the start time.
@@ -104,12 +99,12 @@ class CorridorIns::Engine {
     saturated_ = checked.saturated;
     filter_.predict(process_, checked.input);
     // Without walls a large covariance does no harm.
-    if (options_.use_walls && corridor::is_lost(filter_.covariance())) restart(s.time);
+    if (options_.use_walls && is_lost(filter_.covariance())) restart(s.time);
     if (checked.input.at_rest) calibrate_at_rest(checked.input);
   }
 
   void restart(LogTime time) {
-    filter_ = corridor::restart_filter(options_, filter_);
+    filter_ = restart_filter(options_, filter_);
     walls_.forget_walls(), walls_.forget_end();
     first_direction_rad_.reset();
     restarted_ = true;
@@ -119,14 +114,13 @@ class CorridorIns::Engine {
   /// While the wheels stand the gyro reads bias and noise only.
   void calibrate_at_rest(const CorridorInput& u) {
     ++report_.rest_samples;
-    Row row = Row::Zero();
-    row[kBiasWalk] = row[kBiasConstant] = 1.0;
     const double walk = options_.noise.angle_random_walk_rad_per_sqrt_s;
-    const double bias = filter_.state()[kBiasWalk] + filter_.state()[kBiasConstant];
     filter_.update(
-        [&](const CorridorVector&) {
-          return ScalarMeasurement<double, Row>{u.turn_rate_rad_s - bias, row,
-                                                walk * walk / u.dt_s};
+        [&](const CorridorState& x) {
+          return ScalarMeasurement<double, SparseRow<double, 2>>{
+              u.turn_rate_rad_s - (x.get<BiasWalk>()[0] + x.get<Bias>()[0]),
+              {{x.index<BiasWalk>(), x.index<Bias>()}, {1.0, 1.0}},
+              walk * walk / u.dt_s};
         },
         6.0);
   }
@@ -144,7 +138,7 @@ class CorridorIns::Engine {
       update.walls = detector_.acquire(scan);
       report_.acquisitions += update.walls ? 1 : 0;
       if (update.walls && walls_.has_walls())
-        update.walls = corridor::facing(*update.walls, predicted.walls.direction);
+        update.walls = facing(*update.walls, predicted.walls.direction);
     }
     if (update.walls) add_wall_noise(*update.walls);
     report_.scans_with_walls += update.walls ? 1 : 0;
@@ -214,7 +208,7 @@ class CorridorIns::Engine {
       return wall && wall->end_m - wall->begin_m > kLong_m;
     };
     if (!is_long(detected.left) && !is_long(detected.right)) return;
-    const double direction = filter_.state()[kDirection];
+    const double direction = filter_.state().get<Sides>()[0];
     // After a restart the first direction only defines the others: the heading is unknown.
     if (!first_direction_rad_) {
       first_direction_rad_ = direction;
@@ -222,11 +216,9 @@ class CorridorIns::Engine {
     }
     const double off = std::remainder(direction - *first_direction_rad_, 0.5 * std::numbers::pi);
     if (std::abs(off) > kTolerance_rad) return;
-    Row row = Row::Zero();
-    row[kDirection] = 1.0;
-    filter_.update([&](const CorridorVector&) {
-      return ScalarMeasurement<double, Row>{-off, row,
-                                            options_.square_sigma_rad * options_.square_sigma_rad};
+    filter_.update([&](const CorridorState& x) {
+      return ScalarMeasurement<double, SparseRow<double, 1>>{
+          -off, {{x.index<Sides>()}, {1.0}}, options_.square_sigma_rad * options_.square_sigma_rad};
     });
   }
 
@@ -243,24 +235,31 @@ class CorridorIns::Engine {
   bool use_sides(const Predicted& p, const CorridorWalls& detected) {
     const bool left = p.walls.left && detected.left, right = p.walls.right && detected.right;
     if (!left && !right) return false;
-    if (use_rows(p, detected, left, right)) return true;
-    if (!left || !right) return false;
-    const bool one = use_rows(p, detected, true, false) || use_rows(p, detected, false, true);
+    if (left && right && use_rows<3>(p, detected, {0, 1, 2})) return true;
+    const bool one =
+        (left && use_rows<2>(p, detected, {0, 1})) || (right && use_rows<2>(p, detected, {0, 2}));
+    if (!left || !right) return one;
     report_.refused_sides += one ? 1 : 0;
     return one;
   }
 
-  bool use_rows(const Predicted& p, const CorridorWalls& detected, bool left, bool right) {
+  /// `rows` of direction, left and right.
+  template <int n>
+  bool use_rows(const Predicted& p, const CorridorWalls& detected, const int (&rows)[n]) {
     Eigen::Vector3d all(wrap_to_pi((detected.direction - p.walls.direction).radians()), 0.0, 0.0);
-    if (left) all[1] = detected.left->offset_m - p.walls.left->offset_m;
-    if (right) all[2] = detected.right->offset_m - p.walls.right->offset_m;
-    std::vector<int> rows{0};
-    if (left) rows.push_back(1);
-    if (right) rows.push_back(2);
-    Eigen::VectorXd innovation = all(rows);
-    corridor::Rows h = p.rows(rows, Eigen::all);
-    Eigen::MatrixXd r = detected.covariance(rows, rows);
-    return filter_.update_block<Eigen::Dynamic>(innovation, h, r, gates_[rows.size()]);
+    if (p.walls.left && detected.left) all[1] = detected.left->offset_m - p.walls.left->offset_m;
+    if (p.walls.right && detected.right)
+      all[2] = detected.right->offset_m - p.walls.right->offset_m;
+    using Rows = SparseRows<double, n, 6>;
+    return use(VectorMeasurement<double, n, Rows>{
+        all(rows),
+        {p.sides.rows.index, p.sides.rows.value(rows, Eigen::all)},
+        detected.covariance(rows, rows)});
+  }
+
+  template <int n, class Rows>
+  bool use(const VectorMeasurement<double, n, Rows>& m) {
+    return filter_.update([&](const CorridorState&) { return m; }, gates_[n]).accepted;
   }
 
   bool use_end(const Predicted& p, const CorridorWalls& detected,
@@ -272,8 +271,7 @@ class CorridorIns::Engine {
       const Eigen::Vector2d innovation(
           wrap_to_pi((detected.end->alpha - p.walls.end->alpha).radians()),
           detected.end->rho_m - p.walls.end->rho_m);
-      const Eigen::Matrix2d r = corridor::angle_first(*detected.end);
-      if (filter_.update_block<2>(innovation, p.end_rows, r, gates_[2])) {
+      if (use(SeenEnd{innovation, p.end.rows, angle_first(*detected.end)})) {
         end_rejections_ = 0;
         ++report_.end_walls_used;
         return true;
@@ -289,9 +287,9 @@ class CorridorIns::Engine {
   CorridorInsOptions options_;
   Filter filter_;
   CorridorMotion process_;
-  corridor::MotionWatch watch_;
+  MotionWatch watch_;
   WallDetector detector_;
-  corridor::WallStates walls_;
+  WallStates walls_;
   CorridorReport report_;
   double gates_[4] = {};
   std::optional<LogTime> time_, scan_time_;
@@ -311,36 +309,38 @@ Result<CorridorScanUpdate> CorridorIns::add_scan(const LaserScan& scan) {
   return engine_->add_scan(scan);
 }
 
-const CorridorVector& CorridorIns::state() const { return engine_->filter().state(); }
-const CorridorMatrix& CorridorIns::covariance() const { return engine_->filter().covariance(); }
+const CorridorState& CorridorIns::state() const { return engine_->filter().state(); }
+const SquareOf<CorridorState>& CorridorIns::covariance() const {
+  return engine_->filter().covariance();
+}
 const CorridorReport& CorridorIns::report() const { return engine_->report(); }
 
 SE2d CorridorIns::pose() const {
-  return SE2d(state()[kX], state()[kY], Angle::radians(state()[kHeading]));
+  return SE2d(state().get<Position>(), SO2d(Angle::radians(state().get<Heading>()[0])));
 }
 
 Eigen::Matrix3d CorridorIns::pose_covariance() const {
-  const std::array<int, 3> at{kX, kY, kHeading};
-  return covariance()(at, at);
+  constexpr auto kAt = CorridorState::indices<Position, Heading>();
+  return covariance()(kAt, kAt);
 }
 
 Eigen::Matrix<double, 5, 5> CorridorIns::joint_covariance() const {
-  Eigen::Matrix<double, 5, kSize> pick = Eigen::Matrix<double, 5, kSize>::Zero();
-  pick(0, kX) = pick(1, kY) = pick(2, kHeading) = pick(4, kScale) = 1.0;
-  pick(3, kBiasWalk) = pick(3, kBiasConstant) = 1.0;
-  return pick * covariance() * pick.transpose();
+  constexpr auto kAt = CorridorState::indices<Position, Heading, BiasWalk, Scale, Bias>();
+  Eigen::Matrix<double, 5, 7> pick = Eigen::Matrix<double, 5, 7>::Identity();
+  pick(3, 5) = 1.0;
+  return pick * covariance()(kAt, kAt) * pick.transpose();
 }
 Estimate CorridorIns::gyro_bias() const {
-  const CorridorMatrix& p = covariance();
-  return {state()[kBiasWalk] + state()[kBiasConstant],
-          corridor::sigma_of(p(kBiasWalk, kBiasWalk) + p(kBiasConstant, kBiasConstant) +
-                             2.0 * p(kBiasWalk, kBiasConstant))};
+  constexpr auto kAt = CorridorState::indices<BiasWalk, Bias>();
+  const Eigen::Matrix3d p = covariance()(kAt, kAt);
+  return {state().get<BiasWalk>()[0] + state().get<Bias>()[0],
+          sigma_of(p(0, 0) + p(1, 1) + 2.0 * p(0, 1))};
 }
 Estimate CorridorIns::gyro_drift() const {
-  return {state()[kBiasDrift], corridor::sigma_of(covariance()(kBiasDrift, kBiasDrift))};
+  return {state().get<Bias>()[1], sigma_of(variances<Bias>(covariance())[1])};
 }
 Estimate CorridorIns::speed_scale() const {
-  return {state()[kScale], corridor::sigma_of(covariance()(kScale, kScale))};
+  return {state().get<Scale>()[0], sigma_of(variances<Scale>(covariance())[0])};
 }
 
 }  // namespace wayfare

@@ -3,6 +3,8 @@
 // The walls in the filter's state: predicted measurements, and augmentation by new walls.
 
 #include <cmath>
+#include <concepts>
+#include <initializer_list>
 #include <numbers>
 
 #include <Eigen/Core>
@@ -14,17 +16,57 @@
 
 namespace wayfare::corridor {
 
-using namespace corridor_state;
+using Filter = Ekf<CorridorState>;
 
-using Filter = Ekf<CorridorVector>;
-using Row = Eigen::Matrix<double, 1, kSize>;
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, kSize>;
+/// The variances of a block's errors, in a covariance of the state.
+template <class Block, class P>
+[[nodiscard]] auto variances(P& covariance) {
+  return covariance.diagonal().template segment<kBlockDof<Block>>(CorridorState::index<Block>());
+}
 
-/// Predicted wall measurements and their Jacobians.
+/// A measurement: the line or lines of Walls (Sides or End) as the laser sees them, angles relative
+/// to its x axis and offsets from itself.
+template <class Walls>
+struct SeenBy {
+  using Blocks = BlockList<Position, Heading, Walls>;
+  using Jacobians = AutomaticJacobians;
+  static constexpr int kDim = kBlockDof<Walls>;
+  /// Offsets are along the direction's left-hand normal, or the direction is that of the normal.
+  static constexpr int kAlongNormal = std::same_as<Walls, Sides> ? 1 : 0;
+
+  SE2d T_base_laser;
+  /// Of the offsets; nearby, so that angle and offset errors of far corridors are not fully
+  /// correlated.
+  Eigen::Vector2d reference_m = Eigen::Vector2d::Zero();
+
+  template <class T>
+  [[nodiscard]] Eigen::Matrix<T, 2, 1> laser_m(const Eigen::Matrix<T, 2, 1>& position,
+                                               const Eigen::Matrix<T, 1, 1>& heading) const {
+    return position +
+           SO2<T>(BasicAngle<T>::radians(heading[0])) * T_base_laser.translation().cast<T>();
+  }
+
+  template <class T>
+  [[nodiscard]] Eigen::Matrix<T, kDim, 1> error(const Eigen::Matrix<T, 2, 1>& position,
+                                                const Eigen::Matrix<T, 1, 1>& heading,
+                                                Eigen::Matrix<T, kDim, 1> walls) const {
+    const SO2<T> direction(BasicAngle<T>::radians(walls[0]));
+    const Eigen::Matrix<T, 2, 1> offset =
+        direction.inverse() *
+        Eigen::Matrix<T, 2, 1>(laser_m(position, heading) - reference_m.cast<T>());
+    walls[0] -= heading[0] + T(T_base_laser.heading().radians());
+    for (int i = 1; i < kDim; ++i) walls[i] -= offset[kAlongNormal];
+    return walls;
+  }
+};
+using SeenSides = decltype(measure(SeenBy<Sides>{}, CorridorState{}));
+using SeenEnd = decltype(measure(SeenBy<End>{}, CorridorState{}));
+
+/// Predicted walls, and their measurements less what will be measured.
 struct Predicted {
   CorridorWalls walls;
-  Eigen::Matrix<double, 3, kSize> rows;      ///< of direction, left, right
-  Eigen::Matrix<double, 2, kSize> end_rows;  ///< of α and ρ of the wall across
+  SeenSides sides;  ///< direction, left, right
+  SeenEnd end;      ///< α and ρ of the wall across
 };
 
 /// The covariance of (α, ρ).
@@ -33,146 +75,101 @@ struct Predicted {
   return (Eigen::Matrix2d() << c(1, 1), c(0, 1), c(0, 1), c(0, 0)).finished();
 }
 
-/// Walls in the state and the reference points of their offsets, which are nearby so that angle and
-/// offset errors of far corridors are not fully correlated.
+/// The walls that are known, and the reference points of their offsets.
 class WallStates {
  public:
-  explicit WallStates(const SE2d& T_base_laser) : T_base_laser_(T_base_laser) {}
+  explicit WallStates(const SE2d& T_base_laser) : sides_{T_base_laser}, end_{T_base_laser} {}
 
   [[nodiscard]] bool has_walls() const { return left_ || right_; }
   void forget_walls() { left_ = right_ = false; }
-  void forget_end() { end_ = false; }
-
-  [[nodiscard]] SE2d laser_pose(const CorridorVector& x) const {
-    return SE2d(x[kX], x[kY], Angle::radians(x[kHeading])) * T_base_laser_;
-  }
+  void forget_end() { has_end_ = false; }
 
   [[nodiscard]] Predicted predict(const Filter& filter) const {
-    const CorridorVector& x = filter.state();
-    const double laser_heading = x[kHeading] + T_base_laser_.heading().radians();
-    Predicted p;
-    p.rows.setZero();
-    p.end_rows.setZero();
-    p.walls.direction = Angle::radians(x[kDirection] - laser_heading).wrapped();
-    p.rows(0, kDirection) = 1.0;
-    p.rows(0, kHeading) = -1.0;
-    const Eigen::Vector2d u = unit(x[kDirection]), n = quarter_turn(u);
-    const Eigen::Vector2d offset = laser_pose(x).translation() - reference_m_;
-    const Row by_position = position_row(n, x);
-    for (const int side : {1, 2}) {
-      const int entry = side == 1 ? kLeft : kRight;
-      p.rows.row(side) = -by_position;
-      p.rows(side, kDirection) = u.dot(offset);
-      p.rows(side, entry) = 1.0;
-      auto& wall = side == 1 ? p.walls.left : p.walls.right;
-      if (side == 1 ? left_ : right_) wall = Wall{x[entry] - n.dot(offset)};
-    }
-    p.walls.covariance = p.rows * filter.covariance() * p.rows.transpose();
-    if (!end_) return p;
-    const Eigen::Vector2d m = unit(x[kEndAlpha]);
-    const Eigen::Vector2d end_offset = laser_pose(x).translation() - end_reference_m_;
-    p.end_rows(0, kEndAlpha) = 1.0;
-    p.end_rows(0, kHeading) = -1.0;
-    p.end_rows.row(1) = -position_row(m, x);
-    p.end_rows(1, kEndAlpha) = -quarter_turn(m).dot(end_offset);
-    p.end_rows(1, kEndOffset) = 1.0;
-    p.walls.end = NormalPoint{x[kEndOffset] - m.dot(end_offset),
-                              Angle::radians(x[kEndAlpha] - laser_heading).wrapped(),
-                              Eigen::Matrix2d::Zero()};
+    const CorridorState& x = filter.state();
+    Predicted p{{}, measure(sides_, x), measure(end_, x)};
+    const Eigen::Vector3d sides = -p.sides.innovation;
+    const auto& [index, h] = p.sides.rows;
+    p.walls.direction = Angle::radians(sides[0]).wrapped();
+    if (left_) p.walls.left = Wall{sides[1]};
+    if (right_) p.walls.right = Wall{sides[2]};
+    p.walls.covariance = h * filter.covariance()(index, index) * h.transpose();
+    const Eigen::Vector2d end = -p.end.innovation;
+    if (has_end_)
+      p.walls.end = NormalPoint{end[1], Angle::radians(end[0]).wrapped(), Eigen::Matrix2d::Zero()};
     return p;
   }
 
   /// Augments the state with `detected` walls: all of them, or the missing side.
   void enter(const CorridorWalls& detected, Filter& filter) {
-    const CorridorVector& x = filter.state();
-    reference_m_ = laser_pose(x).translation();
-    const double direction =
-        x[kHeading] + T_base_laser_.heading().radians() + detected.direction.radians();
+    CorridorState x = filter.state();
     left_ = detected.left.has_value();
     right_ = detected.right.has_value();
-    const Row by_position = position_row(quarter_turn(unit(direction)), x);
-    Rows rows = Rows::Zero(3, kSize);
-    rows(0, kHeading) = 1.0;
-    rows.row(1) = by_position;
-    rows.row(2) = by_position;
-    Eigen::Matrix3d noise = detected.covariance;
+    x.get<Sides>() << refer(sides_, x) + detected.direction.radians(),
+        left_ ? detected.left->offset_m : 0.0, right_ ? detected.right->offset_m : 0.0;
+    SeenSides seen = measure(sides_, x);
+    seen.covariance = detected.covariance;
     // An entry without a wall is independent of the others, with a nominal variance.
-    if (!left_) rows.row(1).setZero(), noise(1, 1) = 1.0;
-    if (!right_) rows.row(2).setZero(), noise(2, 2) = 1.0;
-    replace(rows, noise, Eigen::Vector3i(kDirection, kLeft, kRight),
-            Eigen::Vector3d(direction, left_ ? detected.left->offset_m : 0.0,
-                            right_ ? detected.right->offset_m : 0.0),
-            filter);
+    for (const int side : {1, 2})
+      if (side == 1 ? !left_ : !right_)
+        seen.rows.value.row(side).setZero(), seen.covariance(side, side) = 1.0;
+    replace<Sides>({0, 1, 2}, x, seen, filter);
   }
 
   void enter_missing_side(const CorridorWalls& detected, Filter& filter) {
-    const CorridorVector& x = filter.state();
     const bool is_left = !left_ && detected.left, is_right = !right_ && detected.right;
     if (is_left == is_right) return;
-    const Eigen::Vector2d u = unit(x[kDirection]), n = quarter_turn(u);
-    const Eigen::Vector2d offset = laser_pose(x).translation() - reference_m_;
-    Rows row = Rows::Zero(1, kSize);
-    row.row(0) = position_row(n, x);
-    row(0, kDirection) = -u.dot(offset);
-    const double measured_m = is_left ? detected.left->offset_m : detected.right->offset_m;
-    const Eigen::Index k = is_left ? 1 : 2;
+    const int side = is_left ? 1 : 2;
+    CorridorState x = filter.state();
+    SeenSides seen = measure(sides_, x);
+    x.get<Sides>()[side] +=
+        seen.innovation[side] + (is_left ? detected.left->offset_m : detected.right->offset_m);
     // The offset's error is correlated with the direction of the same scan, already used: twice its
     // variance covers that.
-    replace(row, Eigen::MatrixXd::Constant(1, 1, 2.0 * detected.covariance(k, k)),
-            Eigen::VectorXi::Constant(1, is_left ? kLeft : kRight),
-            Eigen::VectorXd::Constant(1, measured_m + n.dot(offset)), filter);
+    seen.covariance = 2.0 * detected.covariance;
+    replace<Sides>({side}, x, seen, filter);
     (is_left ? left_ : right_) = true;
   }
 
   void enter_end(const NormalPoint& detected, Filter& filter) {
-    const CorridorVector& x = filter.state();
-    end_reference_m_ = laser_pose(x).translation();
-    const double alpha = x[kHeading] + T_base_laser_.heading().radians() + detected.alpha.radians();
-    Rows rows = Rows::Zero(2, kSize);
-    rows(0, kHeading) = 1.0;
-    rows.row(1) = position_row(unit(alpha), x);
-    replace(rows, angle_first(detected), Eigen::Vector2i(kEndAlpha, kEndOffset),
-            Eigen::Vector2d(alpha, detected.rho_m), filter);
-    end_ = true;
+    CorridorState x = filter.state();
+    x.get<End>() << refer(end_, x) + detected.alpha.radians(), detected.rho_m;
+    SeenEnd seen = measure(end_, x);
+    seen.covariance = angle_first(detected);
+    replace<End>({0, 1}, x, seen, filter);
+    has_end_ = true;
   }
 
  private:
-  static Eigen::Vector2d unit(double angle_rad) {
-    return {std::cos(angle_rad), std::sin(angle_rad)};
-  }
-  static Eigen::Vector2d quarter_turn(const Eigen::Vector2d& v) { return {-v.y(), v.x()}; }
-
-  /// ∂(n · p)/∂state for the laser at p and constant n.
-  [[nodiscard]] Row position_row(const Eigen::Vector2d& n, const CorridorVector& x) const {
-    const SO2d turn(Angle::radians(x[kHeading]));
-    Row row = Row::Zero();
-    row[kX] = n.x();
-    row[kY] = n.y();
-    row[kHeading] = n.dot(quarter_turn(turn * T_base_laser_.translation()));
-    return row;
+  /// Refers offsets to where the laser is. Returns the direction of its x axis, rad.
+  template <class Walls>
+  static double refer(SeenBy<Walls>& walls, const CorridorState& x) {
+    walls.reference_m = walls.laser_m(x.get<Position>(), x.get<Heading>());
+    return x.get<Heading>()[0] + walls.T_base_laser.heading().radians();
   }
 
-  /// x' = (x, y(x) + noise): replaces entries of the state by functions of the rest and a
-  /// measurement.
-  static void replace(const Rows& by_state, const Eigen::MatrixXd& noise,
-                      const Eigen::VectorXi& entries, const Eigen::VectorXd& values,
-                      Filter& filter) {
-    CorridorMatrix a = CorridorMatrix::Identity(), q = CorridorMatrix::Zero();
-    CorridorVector x = filter.state();
-    for (Eigen::Index i = 0; i < entries.size(); ++i) {
-      a.row(entries[i]) = by_state.row(i);
-      x[entries[i]] = values[i];
-      for (Eigen::Index j = 0; j < entries.size(); ++j) q(entries[i], entries[j]) = noise(i, j);
+  /// Some errors of Walls become those of a measurement of them, which has unit derivatives by
+  /// them.
+  template <class Walls, int n, class Rows>
+  static void replace(std::initializer_list<int> which, const CorridorState& next,
+                      const VectorMeasurement<double, n, Rows>& seen, Filter& filter) {
+    struct Step {
+      CorridorState state;
+      Filter::Square phi = Filter::Square::Identity(), q = Filter::Square::Zero();
+    } step{next};
+    constexpr int kFirst = CorridorState::index<Walls>();
+    for (const int i : which) {
+      step.phi(kFirst + i, seen.rows.index) = -seen.rows.value.row(i);
+      for (const int j : which) {
+        step.phi(kFirst + i, kFirst + j) = 0.0;
+        step.q(kFirst + i, kFirst + j) = seen.covariance(i, j);
+      }
     }
-    const CorridorMatrix p = a * filter.covariance() * a.transpose() + q;
-    filter.set_state(x);
-    filter.set_covariance(0.5 * (p + p.transpose()));
+    filter.predict([&](const CorridorState&) { return step; });
   }
 
-  SE2d T_base_laser_;
-  Eigen::Vector2d reference_m_ = Eigen::Vector2d::Zero(),
-                  end_reference_m_ = Eigen::Vector2d::Zero();
-  bool left_ = false, right_ = false, end_ = false;
+  SeenBy<Sides> sides_;
+  SeenBy<End> end_;
+  bool left_ = false, right_ = false, has_end_ = false;
 };
 
 /// `detected` with direction and sides reversed if opposite to `predicted`.

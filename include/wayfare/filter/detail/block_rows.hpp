@@ -32,10 +32,15 @@ template <class Phi, class... D>
     return phi(d...);
   } else {
     using T = typename Phi::Scalar;
-    Eigen::Matrix<T, Phi::ColsAtCompileTime, 1> all;
+    using Product = Eigen::Matrix<T, Phi::RowsAtCompileTime, 1>;
+    Product product = Product::Constant(T(0));
     int at = 0;
-    ((all.template segment<D::RowsAtCompileTime>(at) = d, at += D::RowsAtCompileTime), ...);
-    return Eigen::Matrix<T, Phi::RowsAtCompileTime, 1>(phi * all);
+    const auto add = [&](const auto& errors, int count) {
+      for (int j = 0; j < count; ++j, ++at)
+        for (int i = 0; i < Phi::RowsAtCompileTime; ++i) product[i] += phi(i, at) * errors[j];
+    };
+    (add(d, D::RowsAtCompileTime), ...);
+    return product;
   }
 }
 

@@ -1,44 +1,17 @@
 #pragma once
 
-// Process model of corridor-aided dead reckoning: the eight states of Liu, Atia, Karamat and
+// State and process of corridor-aided dead reckoning: the eight states of Liu, Atia, Karamat and
 // Noureldin (2015), (16) to (23), with constant and drifting bias, scale and walls.
 
 #include <cmath>
+#include <tuple>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/se2.hpp>
-#include <wayfare/filter/gauss_markov.hpp>
+#include <wayfare/filter/process.hpp>
 
 namespace wayfare {
-
-/// State indices. The first eight are Liu's, with displacements and heading relative to the start
-/// in the axes of the plane (x forward, y left, counter-clockwise); his bias is a zero-mean
-/// first-order Gauss-Markov process, so a constant and a drift are added.
-namespace corridor_state {
-enum Index : int {
-  kX,             ///< Δx, m
-  kY,             ///< Δy, m
-  kSpeed,         ///< v_f, m/s
-  kSpeedX,        ///< v_x = v_f cos ΔA, m/s
-  kSpeedY,        ///< v_y = v_f sin ΔA, m/s
-  kHeading,       ///< ΔA, rad
-  kAcceleration,  ///< a_od, error of the odometry's acceleration, m/s²
-  kBiasWalk,      ///< b_z, rad/s
-  kBiasConstant,  ///< rad/s
-  kBiasDrift,     ///< rad/s²
-  kScale,         ///< true distance per measured distance, less one
-  kDirection,     ///< of the corridor in the plane, rad
-  kLeft,          ///< offset of its left wall from the reference point, m
-  kRight,         ///< of its right wall, m (negative)
-  kEndAlpha,      ///< normal of a wall across the corridor, rad
-  kEndOffset,     ///< its offset from its reference point, m
-  kSize
-};
-}  // namespace corridor_state
-
-using CorridorVector = Eigen::Matrix<double, corridor_state::kSize, 1>;
-using CorridorMatrix = Eigen::Matrix<double, corridor_state::kSize, corridor_state::kSize>;
 
 /// Input over the time since the previous sample.
 struct CorridorInput {
@@ -61,108 +34,152 @@ struct CorridorNoise {
   double slip_m_per_sqrt_m = 0.0005;  ///< random error of the distance
 };
 
-struct CorridorStep {
-  CorridorVector state;
-  CorridorMatrix phi, q;
+/// The blocks of CorridorState. Liu's displacements and heading are relative to the start, in the
+/// axes of the plane (x forward, y left, counter-clockwise); his bias is a zero-mean first-order
+/// Gauss-Markov process, so a constant and a drift are added.
+namespace corridor {
+
+using Number = Eigen::Matrix<double, 1, 1>;
+
+struct Position {  ///< Δx, Δy, m
+  using Value = Eigen::Vector2d;
+  static constexpr BlockNames<2> kNames{"position x", "position y"};
+};
+struct Speed {  ///< v_f, forward, m/s
+  using Value = Number;
+  static constexpr BlockNames<1> kNames{"speed"};
+};
+struct Velocity {  ///< v_x = v_f cos ΔA, v_y = v_f sin ΔA, m/s
+  using Value = Eigen::Vector2d;
+  static constexpr BlockNames<2> kNames{"velocity x", "velocity y"};
+};
+struct Heading {  ///< ΔA, rad, not wrapped
+  using Value = Number;
+  static constexpr BlockNames<1> kNames{"heading"};
+};
+struct Acceleration : GaussMarkov<1> {  ///< a_od, error of the odometry's acceleration, m/s²
+  static constexpr BlockNames<1> kNames{"acceleration error"};
+};
+struct BiasWalk : GaussMarkov<1> {  ///< b_z, the correlated part of the gyro's bias, rad/s
+  static constexpr BlockNames<1> kNames{"gyro bias walk"};
+};
+struct Bias {  ///< the constant part, rad/s, and its drift, rad/s²
+  using Value = Eigen::Vector2d;
+  static constexpr BlockNames<2> kNames{"gyro bias", "gyro bias drift"};
+
+  struct Phi {
+    double dt_s;
+    [[nodiscard]] Value operator()(const Value& d) const { return {d[0] + dt_s * d[1], d[1]}; }
+  };
+  [[nodiscard]] BlockStep<Phi, NoNoise> discretise(double dt_s) const { return {{dt_s}, {}}; }
+};
+struct Scale : RandomConstant<1> {  ///< true distance per measured distance, less one
+  static constexpr BlockNames<1> kNames{"speed scale"};
+};
+/// Direction of the corridor in the plane, rad; offsets of its left and right wall (negative) from
+/// the reference point, m, along its left-hand normal.
+struct Sides : RandomConstant<3> {
+  static constexpr BlockNames<3> kNames{"corridor direction", "left wall", "right wall"};
+};
+/// Direction of the normal of a wall across the corridor, rad; its offset from its reference
+/// point, m.
+struct End : RandomConstant<2> {
+  static constexpr BlockNames<2> kNames{"end wall normal", "end wall offset"};
 };
 
-/// A process model for Ekf: one step of the state with its derivative and its noise.
-class CorridorMotion {
- public:
-  explicit CorridorMotion(const CorridorNoise& noise = {}) : noise_(noise) {}
+/// Moves the vehicle by gyro and wheels, (16) to (21).
+struct DeadReckoning {
+  using Moves = BlockList<Position, Speed, Velocity, Heading>;
+  using By = BlockList<Position, Speed, Velocity, Heading, Acceleration, BiasWalk, Bias, Scale>;
+  CorridorNoise noise;
 
-  [[nodiscard]] CorridorStep operator()(const CorridorVector& x, const CorridorInput& u) const {
-    using namespace corridor_state;
-    CorridorStep step{x, CorridorMatrix::Identity(), CorridorMatrix::Zero()};
-    advance_errors(x, u.dt_s, step);
-    if (u.at_rest) {
-      stop(step);
-    } else {
-      drive(x, u, step);
+  /// Errors after a step from those before. At rest only position and heading remain.
+  struct Jacobian {
+    bool at_rest;
+    double t, speed_change, acceleration_sum, walk_sum, speed;
+    Eigen::Vector2d middle, end;  ///< directions
+
+    [[nodiscard]] std::tuple<Eigen::Vector2d, Number, Eigen::Vector2d, Number> operator()(
+        const Eigen::Vector2d& position, const Number& v, const Eigen::Vector2d&,
+        const Number& heading, const Number& acceleration, const Number& walk,
+        const Eigen::Vector2d& bias, const Number& scale) const {
+      if (at_rest) return {position, Number(0.0), Eigen::Vector2d(0.0, 0.0), heading};
+      const double turn = -walk_sum * walk[0] - t * bias[0] - 0.5 * t * t * bias[1];
+      const double dv = v[0] + speed_change * scale[0] + acceleration_sum * acceleration[0];
+      const double half = heading[0] + 0.5 * turn, full = heading[0] + turn;
+      return {{position[0] + t * (middle[0] * dv - speed * middle[1] * half),
+               position[1] + t * (middle[1] * dv + speed * middle[0] * half)},
+              Number(dv),
+              {end[0] * dv - speed * end[1] * full, end[1] * dv + speed * end[0] * full},
+              Number(full)};
     }
-    for (int i : {kSpeed, kSpeedX, kSpeedY}) step.q(i, i) += kTinySpeed * kTinySpeed;
-    return step;
+  };
+  using Noise = Eigen::Matrix<double, 6, 6>;
+
+  [[nodiscard]] auto step(const Eigen::Vector2d& position, const Number& v, const Eigen::Vector2d&,
+                          const Number& heading, const Number& acceleration, const Number& walk,
+                          const Eigen::Vector2d& bias, const Number& scale,
+                          const CorridorInput& u) const {
+    const double t = u.dt_s, change = u.speed_m_s - u.speed_before_m_s;
+    // Integrals of the decaying Gauss-Markov processes over the step.
+    const double acceleration_sum = integral(noise.acceleration_tau_s, t);
+    const double walk_sum = integral(noise.bias_tau_s, t);
+    const double turn =
+        u.turn_rate_rad_s * t - walk_sum * walk[0] - t * bias[0] - 0.5 * t * t * bias[1];
+    const double speed =
+        u.at_rest ? 0.0 : v[0] + (1.0 + scale[0]) * change + acceleration_sum * acceleration[0];
+    const double after = u.at_rest ? heading[0] : heading[0] + turn;
+    const Eigen::Vector2d middle = unit(heading[0] + 0.5 * turn), end = unit(after);
+    return CoupledStep{
+        std::tuple{Eigen::Vector2d(position + t * speed * middle), Number(speed),
+                   Eigen::Vector2d(speed * end), Number(after)},
+        Jacobian{u.at_rest, t, change, acceleration_sum, walk_sum, speed, middle, end},
+        noise_of(u, middle, t * speed)};
   }
 
  private:
-  static constexpr double kTinySpeed = 1e-7;  // keeps the covariance regular at known speeds
-
-  /// Gauss-Markov processes exactly, (22) and (23); the constant by its drift.
-  void advance_errors(const CorridorVector& x, double dt, CorridorStep& step) const {
-    using namespace corridor_state;
-    const auto a =
-        discretise_gauss_markov(noise_.acceleration_sigma_m_s2, noise_.acceleration_tau_s, dt);
-    const auto b = discretise_gauss_markov(noise_.bias_sigma_rad_s, noise_.bias_tau_s, dt);
-    step.phi(kAcceleration, kAcceleration) = a.phi;
-    step.q(kAcceleration, kAcceleration) = a.q;
-    step.phi(kBiasWalk, kBiasWalk) = b.phi;
-    step.q(kBiasWalk, kBiasWalk) = b.q;
-    step.phi(kBiasConstant, kBiasDrift) = dt;
-    step.state[kAcceleration] = a.phi * x[kAcceleration];
-    step.state[kBiasWalk] = b.phi * x[kBiasWalk];
-    step.state[kBiasConstant] = x[kBiasConstant] + dt * x[kBiasDrift];
+  static Eigen::Vector2d unit(double angle_rad) {
+    return {std::cos(angle_rad), std::sin(angle_rad)};
   }
-
-  static void stop(CorridorStep& step) {
-    using namespace corridor_state;
-    for (int i : {kSpeed, kSpeedX, kSpeedY}) {
-      step.phi.row(i).setZero();
-      step.state[i] = 0.0;
-    }
-  }
-
-  void drive(const CorridorVector& x, const CorridorInput& u, CorridorStep& step) const {
-    using namespace corridor_state;
-    const double t = u.dt_s, dw = u.speed_m_s - u.speed_before_m_s;
-    // Integrals of the decaying Gauss-Markov processes over the step.
-    const double a_sum = noise_.acceleration_tau_s * (1.0 - step.phi(kAcceleration, kAcceleration));
-    const double b_sum = noise_.bias_tau_s * (1.0 - step.phi(kBiasWalk, kBiasWalk));
-    const double turn = u.turn_rate_rad_s * t - b_sum * x[kBiasWalk] - t * x[kBiasConstant] -
-                        0.5 * t * t * x[kBiasDrift];
-    const double speed = x[kSpeed] + (1.0 + x[kScale]) * dw + a_sum * x[kAcceleration];
-    using Row = Eigen::Matrix<double, 1, kSize>;
-    Row by_turn = Row::Zero(), by_speed = Row::Zero(), heading = Row::Zero();
-    by_turn[kBiasWalk] = -b_sum, by_turn[kBiasConstant] = -t, by_turn[kBiasDrift] = -0.5 * t * t;
-    by_speed[kSpeed] = 1.0, by_speed[kScale] = dw, by_speed[kAcceleration] = a_sum;
-    heading[kHeading] = 1.0;
-
-    const double middle = x[kHeading] + 0.5 * turn, end = x[kHeading] + turn;
-    const double cm = std::cos(middle), sm = std::sin(middle), ce = std::cos(end),
-                 se = std::sin(end);
-    step.state[kSpeed] = speed;
-    step.state[kSpeedX] = speed * ce;
-    step.state[kSpeedY] = speed * se;
-    step.state[kHeading] = end;
-    step.state[kX] += t * speed * cm;
-    step.state[kY] += t * speed * sm;
-    const Row middle_row = heading + 0.5 * by_turn, end_row = heading + by_turn;
-    step.phi.row(kSpeed) = by_speed;
-    step.phi.row(kSpeedX) = ce * by_speed - speed * se * end_row;  // integral of (19)
-    step.phi.row(kSpeedY) = se * by_speed + speed * ce * end_row;  // of (20)
-    step.phi.row(kHeading) = end_row;                              // of (21)
-    step.phi.row(kX) += t * cm * by_speed - t * speed * sm * middle_row;
-    step.phi.row(kY) += t * sm * by_speed + t * speed * cm * middle_row;
-    step.phi(kX, kX) = step.phi(kY, kY) = 1.0;
-    add_noise(u, {cm, sm}, {-t * speed * sm, t * speed * cm}, step);
+  static double integral(double tau_s, double dt_s) {
+    return tau_s * (1.0 - discretise_gauss_markov(0.0, tau_s, dt_s).phi);
   }
 
   /// White noise of the gyro, which acts half in the middle of the step, and slip.
-  void add_noise(const CorridorInput& u, const Eigen::Vector2d& along,
-                 const Eigen::Vector2d& by_heading, CorridorStep& step) const {
-    using namespace corridor_state;
-    const double walk = noise_.angle_random_walk_rad_per_sqrt_s;
-    const double turn = walk * walk * u.dt_s + u.extra_turn_rad * u.extra_turn_rad;
+  [[nodiscard]] Noise noise_of(const CorridorInput& u, const Eigen::Vector2d& along,
+                               double distance_m) const {
+    constexpr double kTinySpeed = 1e-7;  // keeps the covariance regular at known speeds
+    Noise q = Noise::Zero();
+    q.diagonal().segment<3>(2).setConstant(kTinySpeed * kTinySpeed);
+    if (u.at_rest) return q;
+    const double gyro = noise.angle_random_walk_rad_per_sqrt_s, slip = noise.slip_m_per_sqrt_m;
+    const double turn = gyro * gyro * u.dt_s + u.extra_turn_rad * u.extra_turn_rad;
     const double distance =
-        noise_.slip_m_per_sqrt_m * noise_.slip_m_per_sqrt_m * std::abs(u.speed_m_s) * u.dt_s +
-        u.extra_distance_m * u.extra_distance_m;
-    step.q.topLeftCorner<2, 2>() +=
-        distance * along * along.transpose() + turn / 3.0 * by_heading * by_heading.transpose();
-    step.q(kHeading, kHeading) += turn;
-    step.q.block<2, 1>(kX, kHeading) += 0.5 * turn * by_heading;
-    step.q.block<1, 2>(kHeading, kX) += 0.5 * turn * by_heading.transpose();
+        slip * slip * std::abs(u.speed_m_s) * u.dt_s + u.extra_distance_m * u.extra_distance_m;
+    const Eigen::Vector2d by_heading(-distance_m * along[1], distance_m * along[0]);
+    for (int i = 0; i < 2; ++i) {
+      for (int j = 0; j < 2; ++j)
+        q(i, j) = distance * along[i] * along[j] + turn / 3.0 * by_heading[i] * by_heading[j];
+      q(i, 5) = q(5, i) = 0.5 * turn * by_heading[i];
+    }
+    q(5, 5) = turn;
+    return q;
   }
+};
 
-  CorridorNoise noise_;
+}  // namespace corridor
+
+using CorridorState = State<corridor::Position, corridor::Speed, corridor::Velocity,
+                            corridor::Heading, corridor::Acceleration, corridor::BiasWalk,
+                            corridor::Bias, corridor::Scale, corridor::Sides, corridor::End>;
+
+/// The process of CorridorState with CorridorInput as input.
+struct CorridorMotion
+    : Process<CorridorState, corridor::DeadReckoning, corridor::Acceleration, corridor::BiasWalk,
+              corridor::Bias, corridor::Scale, corridor::Sides, corridor::End> {
+  explicit CorridorMotion(const CorridorNoise& noise = {})
+      : Process({noise}, {{noise.acceleration_sigma_m_s2, noise.acceleration_tau_s}},
+                {{noise.bias_sigma_rad_s, noise.bias_tau_s}}, {}, {}, {}, {}) {}
 };
 
 }  // namespace wayfare
