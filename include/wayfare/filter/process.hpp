@@ -147,9 +147,24 @@ auto discretise(const P& part, double dt_s) {
     return NotDiscretised{};
 }
 
+/// The rows of all parts, an aggregate: they are made in place, since they are long to copy.
+template <std::size_t I, class R>
+struct RowsAt {
+  R rows;
+};
+template <class Index, class... R>
+struct RowSet;
+template <std::size_t... I, class... R>
+struct RowSet<std::index_sequence<I...>, R...> : RowsAt<I, R>... {};
+
+template <std::size_t I, class R>
+[[nodiscard]] const R& rows_at(const RowsAt<I, R>& set) {
+  return set.rows;
+}
+
 /// ΦPΦᵀ + Q of all rows. Flattened: calls of maps that are not inlined cost three times as much.
-template <class S, class... R>
-__attribute__((flatten)) void propagate(const std::tuple<R...>& parts,
+template <class S, std::size_t... Index, class... R>
+__attribute__((flatten)) void propagate(const RowSet<std::index_sequence<Index...>, R...>& parts,
                                         typename S::Scalar* __restrict p) {
   using T = typename S::Scalar;
   constexpr std::size_t kParts = sizeof...(R);
@@ -163,15 +178,15 @@ __attribute__((flatten)) void propagate(const std::tuple<R...>& parts,
   [&]<std::size_t... I>(std::index_sequence<I...>) {
     const auto left = [&]<std::size_t K>(std::integral_constant<std::size_t, K>) {
       if constexpr (!std::tuple_element_t<K, std::tuple<R...>>::kDiagonal)
-        std::get<K>(parts).left_product(p, rows + S::kDof * kFirst[K]);
+        rows_at<K>(parts).left_product(p, rows + S::kDof * kFirst[K]);
     };
     (left(std::integral_constant<std::size_t, I>{}), ...);
     const auto pair = [&]<std::size_t K, std::size_t L>(std::integral_constant<std::size_t, K>,
                                                         std::integral_constant<std::size_t, L>) {
       if constexpr (K <= L)
         BlockProduct<S, std::tuple_element_t<K, std::tuple<R...>>,
-                     std::tuple_element_t<L, std::tuple<R...>>>::evaluate(std::get<K>(parts),
-                                                                          std::get<L>(parts),
+                     std::tuple_element_t<L, std::tuple<R...>>>::evaluate(rows_at<K>(parts),
+                                                                          rows_at<L>(parts),
                                                                           rows +
                                                                               S::kDof * kFirst[K],
                                                                           rows +
@@ -180,7 +195,7 @@ __attribute__((flatten)) void propagate(const std::tuple<R...>& parts,
     };
     const auto with_all = [&](auto k) { (pair(k, std::integral_constant<std::size_t, I>{}), ...); };
     (with_all(std::integral_constant<std::size_t, I>{}), ...);
-    (std::get<I>(parts).add_noise(p), ...);
+    (rows_at<I>(parts).add_noise(p), ...);
   }
   (std::make_index_sequence<kParts>{});
 }
@@ -192,7 +207,7 @@ __attribute__((flatten)) void propagate(const std::tuple<R...>& parts,
 template <class S, class... Rows>
 struct ComposedStep {
   using Square = SquareOf<S>;
-  std::tuple<Rows...> rows;
+  detail::RowSet<std::index_sequence_for<Rows...>, Rows...> rows;
   S state;
 
   /// P ← Φ P Φᵀ + Q, exactly symmetric.
@@ -203,13 +218,20 @@ struct ComposedStep {
     Square identity = Square::Constant(T(0));  // faster than Eigen's
     identity.diagonal().setConstant(T(1));
     Square f = identity;
-    std::apply([&](const auto&... part) { (part.fill(identity, f), ...); }, rows);
+    for_each([&](const auto& part) { part.fill(identity, f); });
     return f;
   }
   [[nodiscard]] Square q() const {
     Square noise = Square::Constant(typename S::Scalar(0));
-    std::apply([&](const auto&... part) { (part.add_noise(noise.data()), ...); }, rows);
+    for_each([&](const auto& part) { part.add_noise(noise.data()); });
     return noise;
+  }
+
+ private:
+  template <class F>
+  void for_each(const F& f) const {
+    [&]<std::size_t... I>(std::index_sequence<I...>) { (f(detail::rows_at<I>(rows)), ...); }
+    (std::index_sequence_for<Rows...>{});
   }
 };
 
@@ -243,7 +265,8 @@ class Process {
       // The rows come first: they set `next`.
       return ComposedStep<S, decltype(move(std::get<I>(parts_), &std::get<I>(*steps), x, u, dt_s,
                                            next))...>{
-          {move(std::get<I>(parts_), steps ? &std::get<I>(*steps) : nullptr, x, u, dt_s, next)...},
+          {{move(std::get<I>(parts_), steps ? &std::get<I>(*steps) : nullptr, x, u, dt_s,
+                 next)}...},
           next};
     }
     (std::index_sequence_for<Part...>{});
