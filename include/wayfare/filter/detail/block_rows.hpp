@@ -203,19 +203,26 @@ struct BlockProduct<S, BlockRows<S, BlockList<MR...>, BlockList<BR...>, PhiR, No
   }
 
   /// Block M's rows of Φ P times the rows of c; where R and C are the same, on and after the
-  /// diagonal.
+  /// diagonal. All are computed before the first is written, which is faster.
   template <class M>
   static void columns(const C& c, const T* rows, int& row, T* p) {
     constexpr int kFirst = S::template index<M>();
-    for (int k = 0; k < kBlockDof<M>; ++k, ++row) {
+    T result[kBlockDof<M>][n];
+    for (int k = 0; k < kBlockDof<M>; ++k, ++row)
       c.apply(rows + n * row, 1, [&](auto block, const auto& d) {
         using Column = typename decltype(block)::type;
         constexpr int kColumn = S::template index<Column>();
         if constexpr (!kSame || kColumn >= kFirst)
-          for (int j = kColumn == kFirst ? k : 0; j < kBlockDof<Column>; ++j)
-            set(p, kFirst + k, kColumn + j, d[j]);
+          for (int j = 0; j < kBlockDof<Column>; ++j) result[k][kColumn + j] = d[j];
       });
-    }
+    const auto write = [&]<class Column>(std::type_identity<Column>) {
+      constexpr int kColumn = S::template index<Column>();
+      if constexpr (!kSame || kColumn >= kFirst)
+        for (int k = 0; k < kBlockDof<M>; ++k)
+          for (int j = kColumn == kFirst ? k : 0; j < kBlockDof<Column>; ++j)
+            set(p, kFirst + k, kColumn + j, result[k][kColumn + j]);
+    };
+    (write(std::type_identity<MC>{}), ...);
   }
 };
 
