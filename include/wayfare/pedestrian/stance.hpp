@@ -93,7 +93,8 @@ template <class Iterator>
 /// SHOE or ARED, by FootParameters::statistic.
 class ShoeOrAred {
  public:
-  explicit ShoeOrAred(const FootParameters& parameters = {}) : p_(parameters) {}
+  ShoeOrAred() = default;
+  explicit ShoeOrAred(const FootParameters& parameters) : p_(parameters) {}
   double operator()(const StanceWindow& window) const {
     return stance_statistic(window.begin(), window.end(), p_);
   }
