@@ -6,6 +6,8 @@
 #include <wayfare/filter/blocks.hpp>
 #include <wayfare/filter/covariance_intersection.hpp>
 #include <wayfare/filter/ekf.hpp>
+#include <wayfare/filter/gate.hpp>
+#include <wayfare/filter/gates.hpp>
 #include <wayfare/filter/gauss_markov.hpp>
 #include <wayfare/filter/measurement.hpp>
 #include <wayfare/filter/particles.hpp>

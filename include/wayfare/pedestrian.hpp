@@ -5,6 +5,7 @@
 #include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
+#include <wayfare/pedestrian/stance.hpp>
 #include <wayfare/pedestrian/step.hpp>
 #include <wayfare/pedestrian/step_detector.hpp>
 #include <wayfare/pedestrian/two_feet.hpp>

@@ -5,5 +5,8 @@
 #include <wayfare/testing/decoder_laws.hpp>
 #include <wayfare/testing/edge_laws.hpp>
 #include <wayfare/testing/filter_laws.hpp>
+#include <wayfare/testing/gate_laws.hpp>
+#include <wayfare/testing/kernel_laws.hpp>
 #include <wayfare/testing/lie_group_laws.hpp>
+#include <wayfare/testing/pedestrian_laws.hpp>
 #include <wayfare/testing/state_laws.hpp>

@@ -6,6 +6,10 @@
 #include <string>
 #include <vector>
 
+#include <gtest/gtest.h>
+
+#include <wayfare/gnss/gps_time.hpp>
+
 namespace wayfare::testing {
 
 inline std::string rinex_header(std::string content, const std::string& label) {
@@ -182,6 +186,18 @@ inline std::string rinex_2_navigation() {
   text += rinex_header("", "END OF HEADER");
   text += rinex_message(" 2 19  4 28 12  0  0.0", {-1.99e-04, -9.32e-12, 0.0});
   return text += rinex_keplerian_lines(43200.0, 2051.0, 0.0, 61.0, 3);
+}
+
+/// The text with the first occurrence of `from` replaced.
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, text.npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+/// A time of the samples' day.
+inline Time<GpsClock> gps(int hour, int minute, Duration of_minute) {
+  return *gps_from_civil({2019, 4, 28, hour, minute, of_minute});
 }
 
 }  // namespace wayfare::testing

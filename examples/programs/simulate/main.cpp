@@ -32,6 +32,7 @@ struct Options : OutputArguments {
   std::size_t beams = 180;
   double scan_rate_hz = 5.0;
   sim::RobotParams robot;
+  std::vector<Option> of_plans;  ///< that apply to floor plans, not to worlds
 };
 
 void add_options(CommandLine& app, Options& o) {
@@ -39,9 +40,10 @@ void add_options(CommandLine& app, Options& o) {
       "PLAN", o.plan,
       "a world's name, a floor plan as text, or the .yaml file of a map picture; without "
       "it, the built-in building");
-  app.add_option("--waypoint", o.waypoints,
-                 "X Y in metres, once per waypoint; replaces the plan's route (not a world's)")
-      .take_all();
+  o.of_plans.push_back(
+      app.add_option("--waypoint", o.waypoints,
+                     "X Y in metres, once per waypoint; replaces the plan's route (not a world's)")
+          .take_all());
   Option voxels =
       app.add_option("--voxels", o.voxels,
                      "a real building as a world: the voxels of its map, 'x y z' on each line");
@@ -55,24 +57,28 @@ void add_options(CommandLine& app, Options& o) {
 }
 
 void add_robot_options(CommandLine& app, Options& o) {
-  app.add_number("--speed", o.robot.drive.max_speed_m_s, 0.01, 20.0, "largest speed, m/s");
-  app.add_number("--beams", o.beams, 1, 100000, "beams per scan");
-  app.add_flag("--full-circle", o.full_circle, "beams all around (else 180 deg ahead)");
-  app.add_number("--scan-rate", o.scan_rate_hz, 0.01, 1000.0, "scans per second");
-  app.add_number("--max-range", o.robot.lidar.max_range_m, 0.5, 1000.0, "m");
-  app.add_number("--range-noise", o.robot.lidar.range_noise_m, 0.0, 10.0, "standard deviation, m");
-  app.add_number("--missed", o.robot.lidar.missed_return, 0.0, 1.0,
-                 "probability that a beam is lost");
-  app.add_number("--slip", o.robot.wheels.slip_m_per_sqrt_m, 0.0, 10.0,
-                 "standard deviation of a wheel's slip after one metre, m");
-  app.add_number("--left-scale", o.robot.wheels.left_scale, 0.1, 10.0,
-                 "metres reported per metre rolled");
-  app.add_number("--right-scale", o.robot.wheels.right_scale, 0.1, 10.0,
-                 "the same for the right wheel");
-  app.add_flag("--gyro", o.use_gyro, "heading of the odometry from the gyro, not from the wheels");
-  app.add_number("--gyro-bias", o.robot.gyro.bias_rad_s, -1.0, 1.0, "rad/s");
-  app.add_number("--gyro-walk", o.robot.gyro.angle_random_walk_rad_per_sqrt_s, 0.0, 10.0,
-                 "standard deviation of the angle after one second, rad");
+  for (const Option& option :
+       {app.add_number("--speed", o.robot.drive.max_speed_m_s, 0.01, 20.0, "largest speed, m/s"),
+        app.add_number("--beams", o.beams, 1, 100000, "beams per scan"),
+        app.add_flag("--full-circle", o.full_circle, "beams all around (else 180 deg ahead)"),
+        app.add_number("--scan-rate", o.scan_rate_hz, 0.01, 1000.0, "scans per second"),
+        app.add_number("--max-range", o.robot.lidar.max_range_m, 0.5, 1000.0, "m"),
+        app.add_number("--range-noise", o.robot.lidar.range_noise_m, 0.0, 10.0,
+                       "standard deviation, m"),
+        app.add_number("--missed", o.robot.lidar.missed_return, 0.0, 1.0,
+                       "probability that a beam is lost"),
+        app.add_number("--slip", o.robot.wheels.slip_m_per_sqrt_m, 0.0, 10.0,
+                       "standard deviation of a wheel's slip after one metre, m"),
+        app.add_number("--left-scale", o.robot.wheels.left_scale, 0.1, 10.0,
+                       "metres reported per metre rolled"),
+        app.add_number("--right-scale", o.robot.wheels.right_scale, 0.1, 10.0,
+                       "the same for the right wheel"),
+        app.add_flag("--gyro", o.use_gyro,
+                     "heading of the odometry from the gyro, not from the wheels"),
+        app.add_number("--gyro-bias", o.robot.gyro.bias_rad_s, -1.0, 1.0, "rad/s"),
+        app.add_number("--gyro-walk", o.robot.gyro.angle_random_walk_rad_per_sqrt_s, 0.0, 10.0,
+                       "standard deviation of the angle after one second, rad")})
+    o.of_plans.push_back(option);
 }
 
 void complete(Options& o) {
@@ -137,7 +143,7 @@ std::string footer() {
     text.append(18 - world.name.size(), ' ') += world.description;
     text += '\n';
   }
-  return text + "The robot's options apply to plans; the robot of a world is fixed.";
+  return text + "The robot's options are for plans; the robot and the route of a world are fixed.";
 }
 
 Result<sim::World> world_of(const Options& o, const Rng& rng) {
@@ -149,6 +155,12 @@ Result<sim::World> world_of(const Options& o, const Rng& rng) {
 }
 
 Result<Recording> simulate_in_world(const Options& o) {
+  for (const Option& option : o.of_plans)
+    if (option.given())
+      return Error{
+          ErrorCode::invalid,
+          option.name() + " is for floor plans: the robot and the route of a world are fixed",
+          o.plan};
   const Rng rng(o.seed);
   const auto world = world_of(o, rng);
   if (!world) return world.error();

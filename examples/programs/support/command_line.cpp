@@ -27,6 +27,8 @@ Option& Option::delimiter(char between) { return option_->delimiter(between), *t
 Option& Option::take_all() { return option_->take_all(), *this; }
 Option& Option::needs(const std::string& other) { return option_->needs(other), *this; }
 Option& Option::excludes(const std::string& other) { return option_->excludes(other), *this; }
+bool Option::given() const { return option_->count() > 0; }
+std::string Option::name() const { return option_->get_name(); }
 
 CommandLine::CommandLine(const std::string& description)
     : app_(std::make_unique<CLI::App>(description)) {}

@@ -42,6 +42,10 @@ class Option {
   Option& needs(const std::string& other);
   Option& excludes(const std::string& other);
 
+  /// Whether it was on the command line.
+  [[nodiscard]] bool given() const;
+  [[nodiscard]] std::string name() const;
+
  private:
   CLI::Option* option_;
 };

@@ -72,21 +72,72 @@ struct Front {
   bool ended = false;          ///< no more bytes follow
 };
 
-/// What a device brings. It may have `end_stream()`, which returns it to its initial state before
-/// another stream, where the positions of the bytes do not tell it.
+namespace detail {
+
+struct AnySink {
+  void operator()(const auto& /*message*/) const {}
+};
 template <class F>
-concept Framing = std::default_initializable<F> &&
-    requires(F framing, const F constant, const Front& front, DecoderStatistics& s) {
+inline constexpr bool kLooks = requires(F framing, const Front& front, DecoderStatistics& s) {
+  { framing.look(front, s) } -> std::same_as<Look>;
+};
+template <class F>
+inline constexpr bool kDelivers = requires(F framing, Bytes bytes, AnySink sink) {
+  framing.deliver(bytes, std::uint64_t{}, sink);
+};
+template <class F>
+inline constexpr bool kCountsItsWork = requires(const F& framing) {
+  { framing.examined() } -> std::same_as<std::uint64_t>;
+};
+
+}  // namespace detail
+
+/// What a device brings: the type of its messages, the length of its largest frame, `look` at the
+/// bytes at the front, `deliver(bytes, position, sink)` of a frame, which calls the sink with a
+/// message, and the number of bytes `examined` so far. It may have `end_stream()`, which returns it
+/// to its initial state before another stream, where the positions of the bytes do not tell it. See
+/// testing::DecoderLaws.
+template <class F>
+concept Framing = std::default_initializable<F> && requires {
   typename F::Message;
   { F::kCapacity } -> std::convertible_to<std::size_t>;
-  { framing.look(front, s) } -> std::same_as<Look>;
-  { constant.examined() } -> std::same_as<std::uint64_t>;
-};
+} && detail::kLooks<F> && detail::kDelivers<F> && detail::kCountsItsWork<F>;
+
+namespace detail {
+
+/// What a type lacks to be a framing, in words.
+template <class F>
+constexpr bool check_framing() {
+  static_assert(
+      requires { typename F::Message; },
+      "wayfare: a framing names the type of its messages, using Message = X");
+  static_assert(
+      requires {
+        { F::kCapacity } -> std::convertible_to<std::size_t>;
+      },
+      "wayfare: a framing has the length of its largest frame, static constexpr "
+      "std::size_t kCapacity");
+  static_assert(kLooks<F>,
+                "wayfare: a framing has a member look(const Front&, DecoderStatistics&), which "
+                "returns a Look");
+  static_assert(kDelivers<F>,
+                "wayfare: a framing has a member deliver(Bytes, std::uint64_t position, sink), a "
+                "template of the sink, which it calls with a message");
+  static_assert(kCountsItsWork<F>,
+                "wayfare: a framing has a const member examined(), which returns the number of "
+                "bytes it examined, a std::uint64_t");
+  static_assert(std::default_initializable<F>, "wayfare: a framing has a default constructor");
+  return true;
+}
+
+}  // namespace detail
 
 /// Buffers the stream for a framing, so that the result does not depend on the chunks. A sink must
 /// not feed the decoder that calls it. A copy continues the stream on its own.
-template <Framing F>
+template <class F>
 class StreamDecoder {
+  static_assert(detail::check_framing<F>());
+
  public:
   using Message = typename F::Message;
 

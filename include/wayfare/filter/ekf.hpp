@@ -14,6 +14,7 @@
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/pack.hpp>
 #include <wayfare/filter/detail/gain.hpp>
+#include <wayfare/filter/gate.hpp>
 #include <wayfare/filter/measurement.hpp>
 #include <wayfare/filter/sequential_update.hpp>
 
@@ -95,15 +96,31 @@ class Ekf {
   requires ScalarMeasurementModel<Model, M> ScalarUpdate<Scalar> update(
       const Model& model, const Scalar& gate_sigma = std::numeric_limits<float>::max(),
       const MaskOf<Scalar>& enabled = true) {
+    return update(model, detail::SigmaLimit<Scalar>{gate_sigma}, enabled);
+  }
+  /// The same with an UpdateGate. The result's variance is that before the gate's weight.
+  template <class Model, class Gate>
+  requires(ScalarMeasurementModel<Model, M> && !std::convertible_to<Gate, Scalar>)
+      ScalarUpdate<Scalar> update(const Model& model, const Gate& gate,
+                                  const MaskOf<Scalar>& enabled = true) {
+    static_assert(detail::check_gate<Gate, Scalar, 1>());
     const auto measured = measure(model, state_);
     const Tangent g = covariance_times(measured.row);
     const Scalar s = row_times(measured.row, g) + measured.variance;
     const Scalar nu = measured.innovation;
+    const Innovation<Scalar, 1> innovation{nu, s, nu * nu / s};
+    Scalar weight(1);
     // Written so that NaN, infinity and a variance that is not positive are rejected.
     const MaskOf<Scalar> accepted = enabled && (s > Scalar(0)) && is_finite(s) &&
-                                    is_finite(Scalar(nu * nu / s)) &&
-                                    (nu * nu <= gate_sigma * gate_sigma * s);
-    if (any(accepted)) correct(measured.row, g, s, measured.variance, nu, accepted);
+                                    is_finite(innovation.nis) &&
+                                    detail::passes(gate, innovation, weight);
+    if (!any(accepted)) return {nu, s, accepted};
+    if constexpr (detail::kGivesWeight<Gate, Scalar, 1>) {
+      const Scalar variance = measured.variance / select(accepted, weight, Scalar(1));
+      correct(measured.row, g, row_times(measured.row, g) + variance, variance, nu, accepted);
+    } else {
+      correct(measured.row, g, s, measured.variance, nu, accepted);
+    }
     return {nu, s, accepted};
   }
 
@@ -113,8 +130,15 @@ class Ekf {
   template <class Model>
   requires VectorMeasurementModel<Model, M>
   auto update(const Model& model, Scalar nis_limit = std::numeric_limits<Scalar>::max()) {
-    const auto m = measure(model, state_);
+    return update(model, detail::NisLimit<Scalar>{nis_limit});
+  }
+  /// The same with an UpdateGate. The result's covariance is that before the gate's weight.
+  template <class Model, class Gate>
+  requires(VectorMeasurementModel<Model, M> &&
+           !std::convertible_to<Gate, Scalar>) auto update(const Model& model, const Gate& gate) {
+    auto m = measure(model, state_);
     constexpr int kRows = decltype(m.innovation)::RowsAtCompileTime;
+    static_assert(detail::check_gate<Gate, Scalar, kRows>());
     const auto g = covariance_times(m.rows);
     VectorUpdate<Scalar, kRows> u{m.innovation, m.covariance,
                                   std::numeric_limits<Scalar>::quiet_NaN(), false};
@@ -123,8 +147,18 @@ class Ekf {
     const auto nis = detail::solve_gain(u.covariance, u.innovation, k);
     if (!nis) return u;
     u.nis = *nis;
-    u.accepted = u.nis <= nis_limit;
+    Scalar weight(1);
+    u.accepted =
+        detail::passes(gate, Innovation<Scalar, kRows>{u.innovation, u.covariance, u.nis}, weight);
     if (!u.accepted) return u;
+    if constexpr (detail::kGivesWeight<Gate, Scalar, kRows>) {
+      m.covariance /= weight;
+      auto weighted = m.covariance;
+      add_rows_times(m.rows, g, weighted);
+      k = g;
+      u.accepted = detail::solve_gain(weighted, u.innovation, k).has_value();
+      if (!u.accepted) return u;
+    }
     // Joseph's form, (I − K H) P (I − K H)ᵀ + K R Kᵀ, one factor after the other.
     detail::subtract_product(covariance_, k, g);
     auto left = covariance_times(m.rows);
@@ -142,8 +176,8 @@ class Ekf {
   }
 
   /// Says what is missing in a type that is no measurement of this state.
-  template <class Model>
-  requires(!MeasurementModel<Model, M>) void update(const Model&) {
+  template <class Model, class... Gate>
+  requires(!MeasurementModel<Model, M>) void update(const Model&, const Gate&...) {
     static_assert(detail::check_measurement<Model, M>());
   }
 

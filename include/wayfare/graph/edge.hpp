@@ -105,14 +105,19 @@ constexpr bool check_edge() {
                   "wayfare: an edge has a const member error(x, y), which takes its variables and "
                   "returns Eigen::Matrix<double, kDim, 1>");
   static_assert(std::copyable<E>, "wayfare: an edge is a value: it can be copied and assigned");
+  if constexpr (requires { &E::kernel; })
+    static_assert(kHasKernel<E>,
+                  "wayfare: the kernel of an edge is called with a double and returns a "
+                  "KernelValue");
   return true;
 }
 
 }  // namespace detail
 
-/// An edge whose loss is a kernel of any type that maps s = eᵀΩe to a KernelValue.
+/// An edge whose loss is a KernelFunction.
 template <Edge E, class Kernel = RobustKernel>
 struct Robust : E {
+  static_assert(detail::check_kernel<Kernel>());
   Kernel kernel;
 };
 template <class E, class K>

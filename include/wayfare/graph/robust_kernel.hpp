@@ -3,6 +3,7 @@
 // Robust kernels: losses that reduce the influence of large residuals.
 
 #include <cmath>
+#include <concepts>
 
 namespace wayfare {
 
@@ -26,6 +27,27 @@ struct KernelValue {
   /// Triggs correction), so it is positive semi-definite for every kernel.
   double weight = 1.0;
 };
+
+/// A robust kernel of any type: called with s = eᵀΩe ≥ 0, it returns ρ(s) and ρ′(s), with ρ(0) = 0,
+/// ρ′(0) = 1 and ρ′ ≥ 0 not increasing (testing::KernelLaws).
+template <class K>
+concept KernelFunction = std::copyable<K> && requires(const K& kernel, double s) {
+  { kernel(s) } -> std::convertible_to<KernelValue>;
+};
+
+namespace detail {
+
+/// What a type lacks to be a robust kernel, in words.
+template <class K>
+constexpr bool check_kernel() {
+  static_assert(std::copyable<K>, "wayfare: a robust kernel is a value: it can be copied");
+  static_assert(KernelFunction<K>,
+                "wayfare: a robust kernel has a const member operator()(double s), which returns "
+                "KernelValue{rho(s), rho'(s)}");
+  return true;
+}
+
+}  // namespace detail
 
 struct RobustKernel {
   RobustKernelKind kind = RobustKernelKind::none;

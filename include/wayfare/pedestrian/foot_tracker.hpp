@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 
 #include <Eigen/Core>
 
@@ -13,15 +14,24 @@
 #include <wayfare/pedestrian/detail/foot_noise.hpp>
 #include <wayfare/pedestrian/detail/foot_readings.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
+#include <wayfare/pedestrian/stance.hpp>
 #include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 
-/// Causal; poses are delayed by stance_apart_s and half the window.
-class FootTracker {
+/// Causal; poses are delayed by stance_apart_s and half the window. `Statistic` is a
+/// ZeroVelocityStatistic.
+template <class Statistic>
+class BasicFootTracker {
+  static_assert(detail::check_stance_statistic<Statistic>());
+
  public:
-  explicit FootTracker(const FootParameters& parameters = {})
-      : p_(parameters), readings_(parameters) {}
+  /// With SHOE or ARED, by FootParameters::statistic.
+  explicit BasicFootTracker(
+      const FootParameters& parameters = {}) requires std::same_as<Statistic, ShoeOrAred>
+      : BasicFootTracker(parameters, ShoeOrAred(parameters)) {}
+  BasicFootTracker(const FootParameters& parameters, const Statistic& statistic)
+      : p_(parameters), readings_(parameters, statistic) {}
 
   /// Adds a reading and passes the poses that are due to `sink(const FootPose&)`. Needs both
   /// sensors; a reading that cannot be used leaves the state unchanged.
@@ -88,7 +98,7 @@ class FootTracker {
 
   template <class Sink>
   void process(Sink&& sink) {
-    FootReadings::Entry entry;
+    FootReading entry;
     while (readings_.next(entry)) {
       step(entry);
       if (!ready_) continue;
@@ -97,7 +107,7 @@ class FootTracker {
     }
   }
 
-  void step(const FootReadings::Entry& e) {
+  void step(const FootReading& e) {
     stance_ = 0.0;
     const double dt = has_last_ ? to_seconds(e.time - last_.time) : 0.0;
     if (!ready_) {
@@ -118,7 +128,7 @@ class FootTracker {
   }
 
   /// Starts at the first reading whose force is close to gravity.
-  void start(const FootReadings::Entry& e) {
+  void start(const FootReading& e) {
     const double norm = e.specific_force_mps2.norm();
     if (!(std::abs(norm - p_.gravity_mps2) < 0.5 * p_.gravity_mps2)) return;
     level(e, e.statistic < p_.quiet_statistic);
@@ -130,7 +140,7 @@ class FootTracker {
   }
 
   /// Resets velocity and tilt from a reading; keeps the heading, which is not observable.
-  void level(const FootReadings::Entry& e, bool quiet) {
+  void level(const FootReading& e, bool quiet) {
     const SO3d& q = filter_.q_world_foot();
     const Vector up = q * e.specific_force_mps2;
     const SO3d upright = SO3d::between(up, Vector::UnitZ());
@@ -151,7 +161,7 @@ class FootTracker {
     rest_.interrupt();
   }
 
-  void update_stance(const FootReadings::Entry& e) {
+  void update_stance(const FootReading& e) {
     const double variance = p_.stance_speed * p_.stance_speed * (1.0 + e.statistic);
     if (!(variance < p_.stance_speed_limit * p_.stance_speed_limit)) return;
     const double quiet = std::max(1.0, p_.quiet_statistic / std::max(e.statistic, 1e-6));
@@ -177,7 +187,7 @@ class FootTracker {
     has_height_ = true;
   }
 
-  void write_pose(const FootReadings::Entry& e) {
+  void write_pose(const FootReading& e) {
     const Eigen::Quaterniond rotation = (filter_.q_world_foot() * q_start_.inverse()).quaternion();
     pose_ = {e.time,
              filter_.position(),
@@ -190,7 +200,7 @@ class FootTracker {
   }
 
   FootParameters p_;
-  FootReadings readings_;
+  FootReadings<Statistic> readings_;
   FootNoise noise_{p_};
   FootRest rest_{p_};
   FootFilter filter_;
@@ -202,5 +212,6 @@ class FootTracker {
   double since_stance_s_ = 0.0, height_m_ = 0.0, stance_ = 0.0;
   bool ready_ = false, has_last_ = false, has_height_ = false, restarted_ = false;
 };
+using FootTracker = BasicFootTracker<ShoeOrAred>;
 
 }  // namespace wayfare

@@ -43,9 +43,11 @@ enum class WalkingAxis {
   return p;
 }
 
-struct PedestrianParameters {
+/// `Length`: a StepLengthModel.
+template <class Length>
+struct BasicPedestrianParameters {
   StepParameters steps = walking_step_parameters();
-  StepLength length = KimStep{};
+  Length length{};
   AhrsParameters ahrs = indoor_ahrs_parameters();
   WalkingAxis axis = WalkingAxis::sensor;
   /// The sensor's axis along the walking direction; y on a phone.
@@ -66,6 +68,11 @@ struct PedestrianParameters {
   /// start.
   MagneticHeadingDriftParameters magnetic_drift;
 };
+/// With a model of the library.
+using PedestrianParameters = BasicPedestrianParameters<StepLength>;
+template <class Length>
+class BasicPedestrian;
+using Pedestrian = BasicPedestrian<StepLength>;
 
 /// Pose after a step. World axes: x east, y north with a magnetometer, else from the start.
 struct PedestrianPose {
@@ -87,6 +94,7 @@ struct PedestrianReport {
   std::uint64_t steps = 0;
   std::uint64_t without_heading = 0;  ///< steps before the attitude was initialised
   double distance_m = 0.0;
+  std::uint64_t without_length = 0;  ///< steps whose length was not finite
 };
 
 /// Stance statistics (Skog et al. 2010).
@@ -165,7 +173,7 @@ struct FootPose {
   SO3d q_world_foot;
   Eigen::Matrix3d position_covariance_m2 = Eigen::Matrix3d::Zero();
   Angle heading;           ///< change since the start, counter-clockwise
-  double statistic = 0.0;  ///< by FootParameters::statistic
+  double statistic = 0.0;  ///< of stance
   double stance = 0.0;     ///< probability of a stance detected here; zero in between
 
   [[nodiscard]] OdometrySample odometry() const {

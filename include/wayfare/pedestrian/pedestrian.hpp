@@ -15,10 +15,16 @@
 
 namespace wayfare {
 
-/// Causal. Steps are reported with a short delay, the first ones of a walk together.
-class Pedestrian {
+/// Causal. Steps are reported with a short delay, the first ones of a walk together. `Length` is a
+/// StepLengthModel.
+template <class Length>
+class BasicPedestrian {
+  static_assert(detail::check_step_length<Length>());
+
  public:
-  explicit Pedestrian(const PedestrianParameters& parameters = {})
+  using Parameters = BasicPedestrianParameters<Length>;
+
+  explicit BasicPedestrian(const Parameters& parameters = {})
       : p_(parameters),
         ahrs_(attitude_parameters(parameters)),
         detector_(parameters.steps),
@@ -65,7 +71,7 @@ class Pedestrian {
   }
 
  private:
-  static AhrsParameters attitude_parameters(const PedestrianParameters& p) {
+  static AhrsParameters attitude_parameters(const Parameters& p) {
     AhrsParameters ahrs = p.ahrs;
     ahrs.heading_axis = p.forward;
     if (p.magnetic_drift.offset_sigma_uT > 0.0) ahrs.use_magnetometer = false;
@@ -104,7 +110,11 @@ class Pedestrian {
       ++report_.without_heading;
       return;
     }
-    const double length = length_of(step, p_.length);
+    const double length = p_.length(step);
+    if (!std::isfinite(length)) {
+      ++report_.without_length;
+      return;
+    }
     const double offset = p_.axis == WalkingAxis::principal ? direction_.offset().radians() : 0.0;
     const double heading = h->radians + offset - straight_.step(step.time, h->radians);
     const Eigen::Vector2d along(std::cos(heading), std::sin(heading));
@@ -118,7 +128,7 @@ class Pedestrian {
     sink(static_cast<const PedestrianPose&>(pose_));
   }
 
-  PedestrianParameters p_;
+  Parameters p_;
   Ahrs<frame::Enu> ahrs_;
   StepDetector detector_;
   WalkingHeading heading_;

@@ -146,12 +146,31 @@ class StepDetector {
   std::uint64_t steps_ = 0;
 };
 
-/// Returns metres; `factor` scales all lengths, so that one calibration serves every model.
+/// Length of a step in metres: any const callable. It is zero or more; the step is dropped where it
+/// is not finite. See testing::StepLengthLaws.
 template <class M>
-concept StepLengthModel = requires(M m, const M& c, const Step& step) {
-  { c(step) } -> std::same_as<double>;
-  { m.factor } -> std::same_as<double&>;
+concept StepLengthModel = std::copy_constructible<M> && requires(const M& model, const Step& step) {
+  { model(step) } -> std::convertible_to<double>;
 };
+
+/// A model whose `factor` scales all lengths, so that one calibration serves every such model.
+template <class M>
+concept ScaledStepLength = StepLengthModel<M> && requires(M model) {
+  { model.factor } -> std::same_as<double&>;
+};
+
+namespace detail {
+
+/// What a type lacks to be a step length model, in words.
+template <class M>
+constexpr bool check_step_length() {
+  static_assert(StepLengthModel<M>,
+                "wayfare: a step length model is a value with a const member "
+                "operator()(const Step&), which returns the length in metres, a double");
+  return true;
+}
+
+}  // namespace detail
 
 /// Constant length: distance over number of steps (Sadruddin 2020, 2.6.3).
 struct ConstantStep {
@@ -184,19 +203,32 @@ struct HeightFrequencyStep {
   }
 };
 
-using StepLength = std::variant<KimStep, ConstantStep, WeinbergStep, HeightFrequencyStep>;
+/// One of these models, chosen at run time.
+struct StepLength : std::variant<KimStep, ConstantStep, WeinbergStep, HeightFrequencyStep> {
+  using variant::variant;
+  [[nodiscard]] variant& models() { return *this; }
+  [[nodiscard]] const variant& models() const { return *this; }
+  double operator()(const Step& step) const {
+    return std::visit([&](const auto& model) { return model(step); }, models());
+  }
+};
 
 [[nodiscard]] inline double length_of(const Step& step, const StepLength& model) {
-  return std::visit([&](const auto& m) { return m(step); }, model);
+  return model(step);
 }
 
 /// The model with its factor calibrated so that the steps of a walk add up to its known length.
 /// Unchanged if they add up to zero.
+template <ScaledStepLength M>
+[[nodiscard]] M calibrated(M model, std::span<const Step> steps, double length_m) {
+  double sum = 0.0;
+  for (const Step& s : steps) sum += model(s);
+  if (sum > 0.0 && length_m > 0.0) model.factor *= length_m / sum;
+  return model;
+}
 [[nodiscard]] inline StepLength calibrated(StepLength model, std::span<const Step> steps,
                                            double length_m) {
-  double sum = 0.0;
-  for (const Step& s : steps) sum += length_of(s, model);
-  if (sum > 0.0 && length_m > 0.0) std::visit([&](auto& m) { m.factor *= length_m / sum; }, model);
+  std::visit([&](auto& m) { m = calibrated(m, steps, length_m); }, model.models());
   return model;
 }
 

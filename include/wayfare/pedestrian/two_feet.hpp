@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 
@@ -27,13 +28,19 @@ struct TwoFeetParameters {
 /// One tracker per foot, and an upper bound on their distance (Skog et al. 2012): positions further
 /// apart are projected onto the bound, each shifted in proportion to its variance. Headings and
 /// biases are not corrected: a joint filter converges to headings that neither foot had. Both need
-/// the same clock.
-class TwoFeet {
+/// the same clock. `Statistic` is a ZeroVelocityStatistic.
+template <class Statistic>
+class BasicTwoFeet {
  public:
+  using Tracker = BasicFootTracker<Statistic>;
   enum class Side { left, right };
 
-  explicit TwoFeet(const TwoFeetParameters& parameters = {})
-      : p_(parameters), feet_{FootTracker(parameters.foot), FootTracker(parameters.foot)} {}
+  explicit BasicTwoFeet(
+      const TwoFeetParameters& parameters = {}) requires std::same_as<Statistic, ShoeOrAred>
+      : BasicTwoFeet(parameters, ShoeOrAred(parameters.foot)) {}
+  BasicTwoFeet(const TwoFeetParameters& parameters, const Statistic& statistic)
+      : p_(parameters),
+        feet_{Tracker(parameters.foot, statistic), Tracker(parameters.foot, statistic)} {}
 
   /// Passes poses to `sink(Side, const FootPose&)`, each in its foot's axes (see position()).
   template <class Sink>
@@ -46,7 +53,7 @@ class TwoFeet {
       foot(side).finish([&](const FootPose& pose) { handle(side, pose, sink); });
   }
 
-  [[nodiscard]] const FootTracker& tracker(Side side) const {
+  [[nodiscard]] const Tracker& tracker(Side side) const {
     return feet_[static_cast<std::size_t>(side)];
   }
   /// In the left foot's axes, relative to its start.
@@ -67,7 +74,7 @@ class TwoFeet {
   [[nodiscard]] std::uint64_t projections() const { return projections_; }
 
  private:
-  FootTracker& foot(Side side) { return feet_[static_cast<std::size_t>(side)]; }
+  Tracker& foot(Side side) { return feet_[static_cast<std::size_t>(side)]; }
   [[nodiscard]] SO3d right_rotation() const {
     return SO3d::exp({0.0, 0.0, p_.right_from_left.radians()});
   }
@@ -80,7 +87,7 @@ class TwoFeet {
 
   /// Projects the feet onto the bound while `side` is in stance.
   void project(Side side) {
-    const FootTracker& other = tracker(side == Side::left ? Side::right : Side::left);
+    const Tracker& other = tracker(side == Side::left ? Side::right : Side::left);
     if (!(p_.farthest_m > 0.0) || !other.ready()) return;
     constexpr double kTogether_s = 0.05;
     const double apart_s = to_seconds(tracker(side).pose().time - other.pose().time);
@@ -103,8 +110,9 @@ class TwoFeet {
   }
 
   TwoFeetParameters p_;
-  std::array<FootTracker, 2> feet_;
+  std::array<Tracker, 2> feet_;
   std::uint64_t projections_ = 0;
 };
+using TwoFeet = BasicTwoFeet<ShoeOrAred>;
 
 }  // namespace wayfare

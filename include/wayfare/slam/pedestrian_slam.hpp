@@ -30,8 +30,6 @@ struct PedestrianSlamOptions {
   MapHeadingParameters map_heading{};
 };
 
-class Pedestrian;
-
 /// Takes samples and scans in order of time. Not thread-safe.
 class PedestrianSlam {
  public:

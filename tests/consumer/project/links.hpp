@@ -6,12 +6,21 @@ bool reads_graphs();
 /// A bad radar configuration is refused with its line.
 bool reads_chirps();
 
+/// Lines of text are a protocol of its own.
+bool own_framing();
+
 /// There is nothing to match without points.
 bool matches_scans();
 
 /// A Gauss-Markov state decays as its process says.
 bool filters();
 bool own_states();
+
+/// A gauge that reads too high is rejected by a gate of its own.
+bool own_gates();
+
+/// Steps have the length of a model of its own, stances a statistic of its own.
+bool own_steps();
 
 /// A unit at rest stays where it is, and its position becomes uncertain as by hand.
 bool predicts_motion();

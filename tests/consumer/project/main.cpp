@@ -13,13 +13,16 @@ int main() {
   if (!reads_graphs()) return 1;
 #endif
 #ifdef STRANGER_LINKS_DECODE
-  if (!reads_chirps()) return 1;
+  if (!reads_chirps() || !own_framing()) return 1;
 #endif
 #ifdef STRANGER_LINKS_FILTER
-  if (!filters() || !own_states()) return 1;
+  if (!filters() || !own_states() || !own_gates()) return 1;
 #endif
 #ifdef STRANGER_LINKS_INERTIAL
   if (!predicts_motion()) return 1;
+#endif
+#ifdef STRANGER_LINKS_PEDESTRIAN
+  if (!own_steps()) return 1;
 #endif
 #ifdef STRANGER_LINKS_SLAM
   if (!matches_scans() || !own_edges()) return 1;

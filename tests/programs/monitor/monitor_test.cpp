@@ -1,88 +1,20 @@
-// The monitor's server for browsers and other clients, and its page in a browser. WAYFARE_PICTURES
-// is a folder for the browser's screenshots.
+// The monitor's server for browsers and other clients.
 
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cstdio>
-#include <cstdlib>
-#include <numbers>
 #include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <wayfare/io/text_file.hpp>
-#include <wayfare/logger/logger.hpp>
-#include <wayfare/logger/messages.hpp>
-#include "logger/simulated_devices.hpp"
-#include "monitor/server.hpp"
-
-// After Eigen: one of its headers redefines a name that Eigen uses.
-#include <httplib.h>
+#include "monitor_support.hpp"
 
 namespace wayfare::examples {
 namespace {
-
-using namespace std::chrono_literals;
-using ::testing::AnyOf;
-using ::testing::HasSubstr;
-using ::wayfare::testing::read_all;
-using ::wayfare::testing::TemporaryFolder;
-using ::wayfare::testing::wait_for;
-
-LogTime at(double s) {
-  return LogTime::from_nanoseconds(1'700'000'000'000'000'000) + from_seconds(s);
-}
-
-/// Twenty seconds of a walk in a room four metres wide, with a radar that detects one object.
-struct Recorded {
-  Recorded() {
-    auto writer = io::McapWriter::create(path);
-    const auto channel = [&](const char* topic, const logger::MessageSchema& schema) {
-      return *writer->add_channel(
-          topic, "json",
-          *writer->add_schema(std::string(schema.name), "jsonschema", std::string(schema.json)));
-    };
-    const auto unit = channel("/unit/imu", logger::imu_schema());
-    const auto lidar = channel("/lidar/scan", logger::laser_scan_schema());
-    const auto radar = channel("/radar/points", logger::point_cloud_schema());
-    for (int i = 0; i < 2000; ++i) {
-      const double t = 0.01 * i, bob = 3.0 * std::sin(2.0 * std::numbers::pi * 1.8 * t);
-      samples.push_back({at(t), {0.0, 0.0, 0.1}, {0.2, 0.0, 9.81 + bob}, {20.0, 0.0, -40.0}});
-      EXPECT_TRUE(writer->write(unit, at(t), at(t), logger::imu_json(samples.back(), "unit")));
-      if (i % 20 != 0) continue;
-      LaserScan scan{at(t), Angle::degrees(-180.0), Angle::degrees(1.0), 0.1F, 12.0F, {}};
-      for (int k = 0; k < 360; ++k) {
-        const double a = scan.bearing(static_cast<std::size_t>(k)).radians();
-        const double reach = std::min(3.0 / std::abs(std::cos(a)), 2.0 / std::abs(std::sin(a)));
-        scan.ranges_m.push_back(static_cast<float>(reach));
-      }
-      EXPECT_TRUE(writer->write(lidar, at(t), at(t), logger::laser_scan_json(scan, "lidar")));
-      const RadarScan cloud{at(t), {{1.5F, 0.5F, 0.0F, 0.4F, 20.0F}}};
-      EXPECT_TRUE(writer->write(radar, at(t), at(t), logger::point_cloud_json(cloud, "radar")));
-    }
-    EXPECT_TRUE(writer->close());
-  }
-  TemporaryFolder folder;
-  std::string path = folder / "walk.mcap";
-  std::vector<MargSample> samples;
-};
-
-std::unique_ptr<MonitorServer> serve(MonitorOptions options) {
-  options.port = 0;
-  auto server = MonitorServer::start(options);
-  EXPECT_TRUE(server) << (server ? "" : server.error().to_string());
-  return server ? std::move(*server) : nullptr;
-}
-
-httplib::Client client_of(const MonitorServer& server) {
-  httplib::Client client("127.0.0.1", server.port());
-  client.set_read_timeout(120);
-  return client;
-}
 
 TEST(Monitor, AnswersWhatItsPageAsks) {
   const Recorded recorded;
@@ -250,28 +182,6 @@ TEST(Monitor, AHundredClientsDoNoHarm) {
       wait_for(20s, [&] { return client_of(*server).Get("/api/contents")->status == 200; }));
 }
 
-// --- with a live logger --------------------------------------------------------------------------
-
-struct Live {
-  Live() {
-    logger::LoggerOptions options;
-    options.folder = folder.path().string();
-    options.control_socket = folder / "control";
-    options.status_every = 100ms;
-    logger::SensorOptions sensor;
-    sensor.device = {"unit", "raw", 115200, ""};
-    sensor.port = terminal.path();
-    options.sensors = {sensor};
-    running = std::move(*logger::Logger::start(options));
-  }
-  [[nodiscard]] bool is(logger::LoggerState state) const {
-    return wait_for(20s, [&] { return running->status().state == state; });
-  }
-  TemporaryFolder folder;
-  logger::PseudoTerminal terminal = std::move(*logger::PseudoTerminal::open());
-  std::unique_ptr<logger::Logger> running;
-};
-
 TEST(Monitor, ShowsAndControlsALiveLogger) {
   const Live live;
   const auto server = serve({.live = live.folder / "control", .listeners = 2});
@@ -339,85 +249,6 @@ TEST(Monitor, SaysWhatItCannotShow) {
   EXPECT_FALSE(MonitorServer::start({}));
   EXPECT_FALSE(MonitorServer::start({.recording = "/nowhere.mcap"}));
   EXPECT_FALSE(MonitorServer::start({.live = "/nowhere", .host = "nowhere.invalid", .port = 0}));
-}
-
-// --- in a browser --------------------------------------------------------------------------------
-
-bool has_browser() {
-  return std::system("command -v chromium >/dev/null && command -v node >/dev/null") == 0;
-}
-
-/// Opens `url`; returns the output of the browser's script.
-std::string browse(const std::string& url, const std::string& picture,
-                   const std::vector<std::string>& expressions) {
-  const char* folder = std::getenv("WAYFARE_PICTURES");
-  const std::string shot = folder == nullptr ? "/dev/null" : std::string(folder) + "/" + picture;
-  std::string command = "node '" WAYFARE_BROWSE "' '" + url + "' '" + shot + "' 1100";
-  for (const std::string& expression : expressions) command += " '" + expression + "'";
-  std::string out;
-  FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
-  char buffer[4096];
-  for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;)
-    out.append(buffer, n);
-  ::pclose(pipe);
-  return out;
-}
-
-/// Whether something was drawn on a canvas.
-std::string drawn(const std::string& id) {
-  return "new Uint32Array(document.getElementById(\"" + id + "\").getContext(\"2d\")" +
-         ".getImageData(0, 0, 600, 150).data.buffer).filter((p) => p !== 0).length > 500";
-}
-
-TEST(MonitorInABrowser, ShowsARecording) {
-  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
-  const Recorded recorded;
-  const auto server = serve({.recording = recorded.path, .token = "sesame"});
-  EXPECT_EQ(
-      browse(server->url(), "recording.png",
-             {"document.body.dataset.ready === \"yes\"",
-              "document.querySelectorAll(\"#topics tr\").length === 4", drawn("force"),
-              drawn("rate"), drawn("scan"), "document.getElementById(\"make\").click() || true",
-              "document.getElementById(\"map\").naturalWidth > 10"}),
-      "all true\n");
-}
-
-TEST(MonitorInABrowser, StartsAndStopsALiveLogger) {
-  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
-  const Live live;
-  const auto server = serve({.live = live.folder / "control"});
-  const auto click = [](const std::string& command) {
-    return "document.querySelector(\"[data-command=" + command + "]\").click() || true";
-  };
-  const auto state = [](const std::string& name) {
-    return "document.getElementById(\"state\").textContent === \"" + name + "\"";
-  };
-  EXPECT_EQ(
-      browse(server->url(), "live.png",
-             {state("idle"), click("B"), state("recording"), click("S"), state("idle"), click("B"),
-              state("recording"), "document.querySelectorAll(\"#sensors tr\").length === 1"}),
-      "all true\n");
-  EXPECT_EQ(live.running->status().state, logger::LoggerState::recording);
-}
-
-TEST(MonitorInABrowser, SaysWhenTheLoggerIsGone) {
-  if (!has_browser()) GTEST_SKIP() << "needs Debian's packages chromium and nodejs";
-  Live live;
-  const auto server = serve({.live = live.folder / "control"});
-  std::thread end([&] {
-    if (!wait_for(120s,
-                  [&] { return live.running->status().state == logger::LoggerState::terminated; }))
-      return;
-    live.running.reset();
-  });
-  EXPECT_EQ(browse(server->url(), "gone.png",
-                   {"document.getElementById(\"state\").textContent === \"idle\"",
-                    "document.querySelector(\"[data-command=T]\").click() || true",
-                    "document.getElementById(\"state\").className === \"lost\"",
-                    "document.querySelectorAll(\"[data-command]:disabled\").length === 3"}),
-            "all true\n");
-  end.join();
-  EXPECT_EQ(live.running, nullptr);
 }
 
 }  // namespace

@@ -3,48 +3,25 @@
 // Buffer of the foot tracker: recent readings, their stance statistics and the local minima.
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <deque>
+#include <limits>
 
-#include <Eigen/Core>
-
+#include <wayfare/core/time.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
+#include <wayfare/pedestrian/stance.hpp>
 #include <wayfare/sensors/measurements.hpp>
 
 namespace wayfare {
 
-/// Stance statistic over readings [begin, end) (Skog et al. 2010 (12) for SHOE, (15) for ARED),
-/// with mean about one in stance.
-template <class Iterator>
-[[nodiscard]] double stance_statistic(Iterator begin, Iterator end, const FootParameters& p) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (auto i = begin; i != end; ++i) mean += i->specific_force_mps2;
-  const double norm = mean.norm();
-  const Eigen::Vector3d gravity =
-      norm > 0.0 ? Eigen::Vector3d(mean * (p.gravity_mps2 / norm)) : mean;
-  const double force2 = p.stance_force_sigma * p.stance_force_sigma;
-  const double rate2 = p.stance_rate_sigma * p.stance_rate_sigma;
-  double sum = 0.0;
-  int n = 0;
-  for (auto i = begin; i != end; ++i, ++n) {
-    sum += i->angular_rate_radps.squaredNorm() / rate2;
-    if (p.statistic == StanceStatistic::shoe)
-      sum += (i->specific_force_mps2 - gravity).squaredNorm() / force2;
-  }
-  return n > 0 ? sum / n : 0.0;
-}
-
 /// Queue that releases each reading once it is known whether its statistic is a local minimum.
+template <class Statistic>
 class FootReadings {
  public:
-  struct Entry : ImuSample {
-    double statistic = 0.0;
-    bool stillest = false;
-  };
+  using Entry = FootReading;
 
-  explicit FootReadings(const FootParameters& p)
-      : p_(p),
+  FootReadings(const FootParameters& p, const Statistic& statistic)
+      : statistic_(statistic),
         half_window_(from_seconds(0.5 * p.stance_window_s)),
         apart_(from_seconds(p.stance_apart_s)) {}
 
@@ -90,9 +67,10 @@ class FootReadings {
     while (first > 0 && near(entries_[first - 1])) --first;
     while (last < entries_.size() && near(entries_[last])) ++last;
     const auto at = [&](std::size_t i) {
-      return entries_.begin() + static_cast<std::ptrdiff_t>(i);
+      return entries_.cbegin() + static_cast<std::ptrdiff_t>(i);
     };
-    e.statistic = stance_statistic(at(first), at(last), p_);
+    const double statistic = statistic_(StanceWindow(at(first), at(last)));
+    e.statistic = statistic >= 0.0 ? statistic : std::numeric_limits<double>::infinity();
     ++evaluated_;
   }
 
@@ -106,7 +84,7 @@ class FootReadings {
     return true;
   }
 
-  FootParameters p_;
+  Statistic statistic_;
   Duration half_window_, apart_;
   std::deque<Entry> entries_;
   std::size_t evaluated_ = 0, next_ = 0;

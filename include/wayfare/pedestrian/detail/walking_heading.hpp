@@ -132,7 +132,8 @@ class WalkingDirection {
 /// common ones scale and rotate the whole path about its start.
 class WalkCovariance {
  public:
-  explicit WalkCovariance(const PedestrianParameters& p)
+  template <class Length>
+  explicit WalkCovariance(const BasicPedestrianParameters<Length>& p)
       : length2_(square(p.length_sigma)),
         scale2_(square(p.length_scale_sigma)),
         direction2_(square(p.direction_sigma)),
