@@ -12,7 +12,6 @@ using namespace wayfare;
 struct HillClimbing {
   using Map = std::map<Cell, double>;
   static constexpr double kCell_m = 0.05, kSigma_m = 0.05;
-
   Result<Map> make_map(std::span<const PlacedPoints> scans) const {
     Map map;
     for (const auto& [points, pose] : scans)
@@ -50,8 +49,9 @@ struct HillClimbing {
 
 int main() {
   const char* plan =
-      "metres_per_character 0.5\nroute a b c d\npicture\n##################\n# a      #       #\n"
-      "#          b     #\n#  d     #  c    #\n##################\n";
+      "metres_per_character 0.5\nroute a b c b a\npicture\n"
+      "##############\n#     #      #\n# a          #\n#         b  #\n"
+      "#     #      #\n#     #   c  #\n##############\n";
   const auto rooms = sim::read_plan(plan, "rooms").value();
   const auto run = sim::simulate_recording(rooms.plan, rooms.route_m, {}, Rng(1)).value();
   const auto slam = run_graph_slam(run.recording, HillClimbing{}).value();

@@ -29,7 +29,7 @@ struct NearestPoints {
                                            const MatchOptions&) const {
     MatchResult match{.T_map_points = prior};
     const auto n = static_cast<double>(points.size());
-    for (int round = 0; round < 12; ++round) {
+    for (int round = 0; round < 8; ++round) {
       Eigen::Vector2d p_sum(0, 0), q_sum(0, 0);
       double dot = 0, cross = 0, near = 0;
       for (std::size_t i = 0; i < points.size(); ++i) {
@@ -73,7 +73,7 @@ LaserScan seen_from(const SE2d& pose, double time_s) {
 
 bool own_matcher() {
   GraphSlamOptions options;
-  options.local_nodes = 6;
+  options.local_nodes = 4;
   BasicGraphSlam slam(NearestPoints{}, options);
   SE2d truth(1.5, 1.0, Angle()), odometry = truth;
   for (int k = 0; k < 40; ++k) {
@@ -82,7 +82,7 @@ bool own_matcher() {
     truth = truth * SE2d(0.12, 0.0, Angle::degrees(6));
     odometry = odometry * SE2d(0.12, 0.0, Angle::degrees(6.7));  // 28° too far after 40 scans
   }
-  // The beams' ends are at most 14 cm apart, and those of six scans in between: a nearest point is
+  // The beams' ends are at most 14 cm apart, and those of four scans in between: a nearest point is
   // within a few centimetres of the wall's point that was seen. Odometry alone ends 0.5 m off.
   const SE2d last = slam.trajectory().back().T_map_base.raw();
   const SE2d before = truth * SE2d(0.12, 0.0, Angle::degrees(6)).inverse();
