@@ -5,6 +5,7 @@
 #include <wayfare/map/cell.hpp>
 #include <wayfare/map/distance_field.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
+#include <wayfare/map/inverse_lidar_model.hpp>
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/map/point_maps.hpp>

@@ -3,4 +3,5 @@
 // Motion models of wheels and gyro, odometry noise, and ego-velocity by radar Doppler.
 
 #include <wayfare/motion/differential_drive_model.hpp>
+#include <wayfare/motion/motion_noise.hpp>
 #include <wayfare/motion/radar_velocity.hpp>

@@ -2,6 +2,7 @@
 
 // Graph, Hector, submap, radar and pedestrian SLAM, and Monte-Carlo localisation.
 
+#include <wayfare/slam/basic_graph_slam.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 #include <wayfare/slam/hector_slam.hpp>
 #include <wayfare/slam/localisation.hpp>

@@ -8,5 +8,6 @@
 #include <wayfare/testing/gate_laws.hpp>
 #include <wayfare/testing/kernel_laws.hpp>
 #include <wayfare/testing/lie_group_laws.hpp>
+#include <wayfare/testing/matcher_laws.hpp>
 #include <wayfare/testing/pedestrian_laws.hpp>
 #include <wayfare/testing/state_laws.hpp>

@@ -1,8 +1,8 @@
 // Properties of every matcher, on walls of exactly known geometry.
 
 #include <cmath>
-#include <limits>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -13,6 +13,7 @@
 #include <wayfare/match/detail/scene_constraint.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/match/registration.hpp>
+#include <wayfare/testing/matcher_laws.hpp>
 
 #include "walls.hpp"
 
@@ -41,16 +42,18 @@ template <>
 struct Setup<CorrelativeMatcher> {
   static constexpr double kNear_m = 0.05, kNear_deg = 0.6;
   static CorrelativeMatcher matcher() { return {}; }
-  static LikelihoodField map(const Views& v) {
-    return *likelihood_field(v.placed, {0.05, 0.05, 0.01});
+  static LikelihoodField map(const Views& v) { return *map_of(v.placed); }
+  static Result<LikelihoodField> map_of(std::span<const PlacedPoints> scans) {
+    return likelihood_field(scans, {0.05, 0.05, 0.01});
   }
 };
 template <>
 struct Setup<BranchAndBoundMatcher> {
   static constexpr double kNear_m = 0.05, kNear_deg = 0.6;
   static BranchAndBoundMatcher matcher() { return {}; }
-  static PrecomputationGrids map(const Views& v) {
-    return PrecomputationGrids(Setup<CorrelativeMatcher>::map(v));
+  static PrecomputationGrids map(const Views& v) { return *map_of(v.placed); }
+  static Result<PrecomputationGrids> map_of(std::span<const PlacedPoints> scans) {
+    return PrecomputationGrids(*Setup<CorrelativeMatcher>::map_of(scans));
   }
 };
 template <Interpolation kInterpolation>
@@ -62,12 +65,26 @@ struct Setup<GaussNewton<kInterpolation>> {
   static constexpr double kNear_m = 0.03, kNear_deg = 0.4;
   static GaussNewton<kInterpolation> matcher() { return {}; }
   static ProbabilityPyramid map(const Views& v) {
+    return pyramid([&](OccupancyGrid& grid, ScanRaster& raster) {
+      for (std::size_t i = 0; i < v.scans.size(); ++i)
+        (void)insert_scan(grid, v.placed[i].T_map_points, v.scans[i], {}, raster);
+    });
+  }
+  static Result<ProbabilityPyramid> map_of(std::span<const PlacedPoints> scans) {
+    return pyramid([&](OccupancyGrid& grid, ScanRaster& raster) {
+      for (const PlacedPoints& scan : scans)
+        (void)insert_points(grid, scan.T_map_points, *scan.points, {}, raster);
+    });
+  }
+
+ private:
+  template <class Insert>
+  static ProbabilityPyramid pyramid(const Insert& insert) {
     ProbabilityPyramid tables;
     for (const double cell : {0.2, 0.1, 0.05}) {
       OccupancyGrid grid({.resolution_m = cell});
       ScanRaster raster;
-      for (std::size_t i = 0; i < v.scans.size(); ++i)
-        (void)insert_scan(grid, v.placed[i].T_map_points, v.scans[i], {}, raster);
+      insert(grid, raster);
       (void)tables.emplace_back().make(grid, 0.1);
     }
     return tables;
@@ -77,13 +94,19 @@ template <>
 struct Setup<IcpMatcher> {
   static constexpr double kNear_m = 0.01, kNear_deg = 0.2;
   static IcpMatcher matcher() { return IcpMatcher(); }
-  static SurfaceMap map(const Views& v) { return *SurfaceMap::make(v.placed); }
+  static SurfaceMap map(const Views& v) { return *map_of(v.placed); }
+  static Result<SurfaceMap> map_of(std::span<const PlacedPoints> scans) {
+    return matcher().make_map(scans);
+  }
 };
 template <>
 struct Setup<NdtMatcher> {
   static constexpr double kNear_m = 0.02, kNear_deg = 0.3;
   static NdtMatcher matcher() { return NdtMatcher(); }
-  static NdtMap map(const Views& v) { return *NdtMap::make(v.placed); }
+  static NdtMap map(const Views& v) { return *map_of(v.placed); }
+  static Result<NdtMap> map_of(std::span<const PlacedPoints> scans) {
+    return matcher().make_map(scans);
+  }
 };
 
 template <class M>
@@ -198,47 +221,13 @@ TYPED_TEST(EveryMatcher, StaysAtItsPriorAlongTheUnconstrainedDirection) {
   EXPECT_NEAR((*match)->T_map_points.heading().degrees(), 0, Case::kNear_deg);
 }
 
-TYPED_TEST(EveryMatcher, RejectsMatchesOutsideTheWindowOrBelowTheScore) {
+TYPED_TEST(EveryMatcher, SatisfiesTheLaws) {
   using Case = Setup<TypeParam>;
-  Rng rng(35);
-  const Walls room = Walls::room();
-  const auto map = Case::map(Views(room, places_in_the_room(rng), rng));
-  auto matcher = Case::matcher();
-  const PointSet seen = end_points(room.scan(SE2d(), rng));
-  const SE2d off(0.2, -0.15, Angle::degrees(4));
-  const auto narrow =
-      matcher.match(map, seen, off, {0.05, 0.05, Angle::degrees(1)}, {.min_score = 0.5});
-  ASSERT_TRUE(narrow);
-  EXPECT_FALSE(narrow->has_value());
-  const auto strict = matcher.match(map, seen, SE2d(), kWindow, {.min_score = 0.9999});
-  ASSERT_TRUE(strict);
-  EXPECT_FALSE(strict->has_value());
-  const auto nowhere =
-      matcher.match(map, seen, SE2d(500, 500, Angle()), kWindow, {.min_score = 0.3});
-  ASSERT_TRUE(nowhere);
-  EXPECT_FALSE(nowhere->has_value());
-}
-
-TYPED_TEST(EveryMatcher, ReportsInvalidInput) {
-  using Case = Setup<TypeParam>;
-  Rng rng(36);
-  const Walls room = Walls::room();
-  const auto map = Case::map(Views(room, places_in_the_room(rng), rng));
-  auto matcher = Case::matcher();
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const PointSet good = end_points(room.scan(SE2d(), rng));
-  PointSet bad = good;
-  bad.push_back({std::numeric_limits<float>::quiet_NaN(), 1.0F});
-  EXPECT_TRUE(matcher.match(map, good, SE2d(), kWindow, {}));
-  EXPECT_FALSE(matcher.match(map, PointSet(), SE2d(), kWindow, {}));
-  EXPECT_FALSE(matcher.match(map, bad, SE2d(), kWindow, {}));
-  EXPECT_FALSE(matcher.match(map, good, SE2d(kNan, 0, Angle()), kWindow, {}));
-  EXPECT_FALSE(matcher.match(map, good, SE2d(), {-1, 1, Angle()}, {}));
-  EXPECT_FALSE(matcher.match(map, good, SE2d(), {kNan, 1, Angle()}, {}));
-  MatchOptions options;
-  options.prior_information = Eigen::Matrix3d::Constant(kNan);
-  EXPECT_FALSE(matcher.match(map, good, SE2d(), kWindow, options));
-  EXPECT_FALSE(matcher.match({}, good, SE2d(), kWindow, {}));
+  testing::MatcherLaws<TypeParam> laws;
+  laws.map_of = [](std::span<const PlacedPoints> scans) { return Case::map_of(scans); };
+  laws.near_m = Case::kNear_m;
+  laws.near_turn = Angle::degrees(Case::kNear_deg);
+  laws.check();
 }
 
 /// The normalised squared error is χ² with three degrees of freedom if the covariance is

@@ -17,9 +17,9 @@
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/graph/pose_graph.hpp>
-#include <wayfare/map/inverse_lidar.hpp>
+#include <wayfare/map/inverse_lidar_model.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/motion/differential_drive_model.hpp>
+#include <wayfare/motion/motion_noise.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 

@@ -27,3 +27,6 @@ bool predicts_motion();
 
 /// A lift is tracked by a state, edges and a robust kernel of its own.
 bool own_edges();
+
+/// A room is mapped by graph SLAM with a matcher of its own.
+bool own_matcher();

@@ -8,7 +8,7 @@
 
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/time.hpp>
-#include <wayfare/motion/differential_drive_model.hpp>
+#include <wayfare/motion/motion_noise.hpp>
 
 namespace wayfare {
 

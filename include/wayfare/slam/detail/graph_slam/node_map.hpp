@@ -12,7 +12,7 @@
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/sensors/point_set.hpp>
 
-namespace wayfare {
+namespace wayfare::detail {
 
 /// The nodes: a pose graph, and for each pose the points seen from it. Indices start at 0; the
 /// latest is last.
@@ -80,4 +80,4 @@ class NodeMap {
   std::vector<View> views_;  // one per pose
 };
 
-}  // namespace wayfare
+}  // namespace wayfare::detail

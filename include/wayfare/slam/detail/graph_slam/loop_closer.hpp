@@ -10,18 +10,20 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/parallel.hpp>
+#include <wayfare/slam/detail/graph_slam/local_map.hpp>
+#include <wayfare/slam/detail/graph_slam/node_map.hpp>
+#include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
-#include "slam/graph_slam/local_map.hpp"
-#include "slam/graph_slam/node_map.hpp"
-#include "slam/loops.hpp"
+namespace wayfare::detail {
 
-namespace wayfare {
-
-/// Finds older nodes that share a view with the latest node.
+/// Finds older nodes that share a view with the latest node, by search in likelihood fields, and
+/// their poses by `Matching`.
+template <class Matching>
 class LoopCloser {
  public:
-  explicit LoopCloser(const GraphSlamOptions& options) : options_(options) {}
+  LoopCloser(const GraphSlamOptions& options, const Matching& matching)
+      : options_(options), matching_(matching) {}
 
   /// Searches at intervals of `nodes_between_loops`; returns nothing otherwise. The edges lead from
   /// older nodes to the latest.
@@ -115,17 +117,18 @@ class LoopCloser {
                                 ? map.search_far(context, nodes.pose(latest), window, needed)
                                 : map.search(context, nodes.pose(latest), window);
     if (found.score < needed) return std::nullopt;
-    map.render(around, options_.cell_m, options_.sharp_sigma_m);
-    const Placement sharp = map.refine(nodes.points(latest), found.T_map_points);
-    const SE2d measurement = nodes.pose(candidate.node).inverse() * sharp.T_map_points;
-    const Eigen::Matrix3d information = match_information(sharp, sharp.T_map_points.rotation(),
+    const auto sharp = matching_.confirm(around, nodes.points(latest), found.T_map_points, map);
+    if (!sharp) return std::nullopt;
+    const SE2d measurement = nodes.pose(candidate.node).inverse() * sharp->T_map_points;
+    const Eigen::Matrix3d information = match_information(*sharp, sharp->T_map_points.rotation(),
                                                           0.04, Angle::degrees(0.6).radians());
     return PoseEdge<SE2d>{candidate.node, latest, measurement, information, true};
   }
 
   GraphSlamOptions options_;
+  Matching matching_;
   PathUncertaintyFinder uncertainty_;
   int last_searched_ = 0;
 };
 
-}  // namespace wayfare
+}  // namespace wayfare::detail

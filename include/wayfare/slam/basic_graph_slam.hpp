@@ -1,0 +1,63 @@
+#pragma once
+
+// Graph SLAM with a scan matcher of your own. GraphSlam of graph_slam.hpp, with the matcher of the
+// library, is compiled once and faster to include.
+
+#include <optional>
+
+#include <wayfare/match/scan_matcher.hpp>
+#include <wayfare/slam/detail/graph_slam/engine.hpp>
+#include <wayfare/slam/detail/graph_slam/matcher_matching.hpp>
+#include <wayfare/slam/graph_slam.hpp>
+
+namespace wayfare {
+
+/// Graph SLAM that places scans by `M`, in maps that it makes of the latest nodes: at the pose
+/// predicted from odometry, with the covariance and this prediction as prior, in a wider window if
+/// the score is below `tracked_score`, and last at a pose searched in a likelihood field of all
+/// nodes nearby. Loop closures are searched in likelihood fields, as by GraphSlam, and accepted if
+/// the matcher, started there, finds a pose with a score of `tracked_score`.
+///
+/// In the options, `tracked_score` and `lost_score` are of the matcher's scale; those of cells,
+/// blurs and loops are of the likelihood fields. An Error of the matcher, or no match, leaves the
+/// scan at its predicted pose, unmatched. A result that is not finite is reported by `add_scan`,
+/// which then changes nothing; at a loop it refuses the closure. Where the matcher gives neither
+/// constraint nor covariance, scenes are taken to constrain every direction.
+///
+/// Same results for any number of threads; loops are matched by copies of the matcher.
+template <MappingMatcher M>
+class BasicGraphSlam {
+ public:
+  explicit BasicGraphSlam(const M& matcher, const GraphSlamOptions& options = {})
+      : engine_(options, [&](const GraphSlamOptions& valid) {
+          return detail::MatcherMatching<M>(valid, matcher);
+        }) {}
+
+  // As those of GraphSlam.
+  Result<ScanOutcome> add_scan(
+      const LaserScan& scan, const std::optional<Transform2<frame::Odom, frame::Base>>& odometry) {
+    return engine_.add_scan(scan, odometry);
+  }
+  Result<void> finish() { return engine_.finish(); }
+  [[nodiscard]] Trajectory trajectory() const { return engine_.trajectory(); }
+  [[nodiscard]] const PoseGraph2& graph() const { return engine_.graph(); }
+  [[nodiscard]] const GraphSlamStatistics& statistics() const { return engine_.statistics(); }
+  [[nodiscard]] OccupancyGrid map(const OccupancyGridOptions& shape = {},
+                                  const InverseLidarModel& model = {}) const {
+    return engine_.map(shape, model);
+  }
+
+ private:
+  detail::GraphSlamEngine<detail::MatcherMatching<M>> engine_;
+};
+
+/// Runs graph SLAM with a matcher over `recording`, as without.
+template <MappingMatcher M>
+Result<GraphSlamRun> run_graph_slam(const Recording& recording, const M& matcher,
+                                    GraphSlamOptions options = {},
+                                    const SlamProgress& progress = {}) {
+  options.T_base_laser = recording.T_base_laser;
+  return detail::run_over(BasicGraphSlam<M>(matcher, options), recording, progress);
+}
+
+}  // namespace wayfare

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/match/scan_matcher.hpp>
+#include <wayfare/slam/detail/graph_slam/field_matching.hpp>
+#include <wayfare/slam/detail/graph_slam/node_map.hpp>
+#include <wayfare/slam/detail/graph_slam/placement.hpp>
+#include <wayfare/slam/detail/scans.hpp>
+#include <wayfare/slam/graph_slam.hpp>
+
+namespace wayfare::detail {
+
+/// Whether every number of a match that is used is finite.
+[[nodiscard]] inline bool finite(const MatchResult& match) {
+  return finite(match.T_map_points) && std::isfinite(match.score) &&
+         (!match.covariance || match.covariance->allFinite()) &&
+         (!match.constraint ||
+          (match.constraint->weakest.allFinite() && std::isfinite(match.constraint->share)));
+}
+
+/// The spread along the direction the scene constrains least: 1 if all are constrained equally,
+/// where its share is ½, and the square root of its inverse otherwise.
+[[nodiscard]] inline Eigen::Matrix2d spread_of(const SceneConstraint& constraint,
+                                               const SO2d& heading) {
+  constexpr double kLeastShare = 1e-4;
+  const double spread = std::sqrt(0.5 / std::clamp(constraint.share, kLeastShare, 0.5));
+  const Eigen::Vector2d direction =
+      heading.matrix() * Eigen::Vector2d(constraint.weakest.template head<2>());
+  return Eigen::Matrix2d::Identity() + (spread - 1.0) * direction * direction.transpose();
+}
+
+/// The standard deviations of the translation, as multiples of the smallest.
+[[nodiscard]] inline Eigen::Matrix2d spread_of(const Eigen::Matrix3d& covariance,
+                                               const SO2d& heading) {
+  constexpr double kLargest = 70.0;
+  const Eigen::Matrix2d block = covariance.topLeftCorner<2, 2>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(0.5 * (block + block.transpose()));
+  const Eigen::Vector2d sigma = eigen.eigenvalues().cwiseMax(1e-12).cwiseSqrt();
+  const Eigen::Vector2d spread = (sigma / sigma[0]).cwiseMin(kLargest);
+  const Eigen::Matrix2d axes = heading.matrix() * eigen.eigenvectors();
+  return axes * spread.asDiagonal() * axes.transpose();
+}
+
+/// Matching by a matcher of any kind, which makes its own maps. As an iterative matcher finds only
+/// what is near its prior, poses far from it are searched in likelihood fields first.
+template <MappingMatcher M>
+class MatcherMatching {
+ public:
+  MatcherMatching(const GraphSlamOptions& options, const M& matcher)
+      : options_(options), matcher_(matcher) {}
+
+  void render(const NodeMap& nodes) {
+    const int latest = nodes.latest();
+    map_ = made(matcher_,
+                nodes.chain(latest - options_.local_nodes + 1, latest, options_.local_radius_m));
+  }
+
+  [[nodiscard]] Result<Placement> search(const PointSet& points, const SE2d& prior,
+                                         const SearchWindow& window,
+                                         const Eigen::Matrix3d& prior_information) {
+    return matched(matcher_, map_, points, prior, window, prior_information);
+  }
+
+  [[nodiscard]] Result<Placement> search_around(const NodeMap& nodes, const PointSet& points,
+                                                const SE2d& prior) {
+    const Placement found = FieldMatching::search_nearby(nodes, points, prior, options_);
+    if (!(found.score > 0.0)) return Placement{prior};
+    const auto map = made(matcher_, nodes.around(found.T_map_points, kNear_m, kMostNear));
+    return matched(matcher_, map, points, found.T_map_points, kAtFound);
+  }
+
+  /// The matcher's own result.
+  [[nodiscard]] Placement refine(const PointSet&, const Placement& found) const { return found; }
+
+  /// Nothing if the matcher's score there is not that of a tracked scan, or its result not finite.
+  [[nodiscard]] std::optional<Placement> confirm(std::span<const PlacedPoints> around,
+                                                 const PointSet& points, const SE2d& found,
+                                                 LocalMap&) const {
+    M matcher = matcher_;  // candidates are matched in parallel
+    const auto at = matched(matcher, made(matcher, around), points, found, kAtFound);
+    if (!at || at->score < options_.tracked_score) return std::nullopt;
+    return *at;
+  }
+
+ private:
+  using Map = std::optional<typename M::Map>;
+
+  static constexpr double kNear_m = 4.0;
+  static constexpr std::size_t kMostNear = 80;
+  /// Several cells of a likelihood field.
+  static constexpr SearchWindow kAtFound{0.3, 0.3, Angle::degrees(10)};
+
+  static Map made(M& matcher, std::span<const PlacedPoints> scans) {
+    auto map = matcher.make_map(scans);
+    if (!map) return std::nullopt;
+    return std::move(*map);
+  }
+
+  /// The prior with a score of 0 if there is no map, no match or an Error; an Error if the match is
+  /// not finite.
+  static Result<Placement> matched(
+      M& matcher, const Map& map, const PointSet& points, const SE2d& prior,
+      const SearchWindow& window,
+      const std::optional<Eigen::Matrix3d>& prior_information = std::nullopt) {
+    if (!map) return Placement{prior};
+    MatchOptions options;
+    options.prior_information = prior_information;
+    options.independent_points = kIndependentPoints;
+    options.covariance = true;
+    const auto match = matcher.match(*map, points, prior, window, options);
+    if (!match || !*match) return Placement{prior};
+    if (!finite(**match)) return Error{ErrorCode::numerical, "the matcher's result is not finite"};
+    const SE2d& pose = (*match)->T_map_points;
+    if (!within(pose, prior, window)) return Placement{prior};
+    return Placement{pose, (*match)->score, spread(**match)};
+  }
+
+  /// Windows are rounded up to whole cells, by a fraction of the window or a few decimetres.
+  static bool within(const SE2d& pose, const SE2d& prior, const SearchWindow& window) {
+    constexpr double kCells_m = 0.3;
+    const double moved = (pose.translation() - prior.translation()).norm();
+    return moved <= 2.0 * (window.half_x_m + window.half_y_m) + kCells_m;
+  }
+
+  static Eigen::Matrix2d spread(const MatchResult& match) {
+    if (match.constraint) return spread_of(*match.constraint, match.T_map_points.rotation());
+    if (match.covariance) return spread_of(*match.covariance, match.T_map_points.rotation());
+    return Eigen::Matrix2d::Identity();
+  }
+
+  /// Errors of a scan's points are correlated.
+  static constexpr double kIndependentPoints = 40.0;
+
+  GraphSlamOptions options_;
+  M matcher_;
+  Map map_;  // of the latest nodes
+};
+
+}  // namespace wayfare::detail
