@@ -34,12 +34,16 @@ struct OdometrySample {
 };
 
 /// A time-stamped pose of an estimated or reference trajectory.
-struct StampedPose {
+template <class Pose>
+struct StampedPoseOf {
   LogTime time;
-  Transform2<frame::Map, frame::Base> T_map_base;
+  Transform<frame::Map, frame::Base, Pose> T_map_base;
 };
+using StampedPose = StampedPoseOf<SE2d>;
 
-using Trajectory = std::vector<StampedPose>;
+template <class Pose>
+using TrajectoryOf = std::vector<StampedPoseOf<Pose>>;
+using Trajectory = TrajectoryOf<SE2d>;
 
 /// Limits of interpolation in a trajectory.
 struct GapLimit {
