@@ -6,4 +6,5 @@
 #include <wayfare/testing/edge_laws.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 #include <wayfare/testing/lie_group_laws.hpp>
+#include <wayfare/testing/particle_laws.hpp>
 #include <wayfare/testing/state_laws.hpp>

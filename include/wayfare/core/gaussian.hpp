@@ -84,30 +84,6 @@ template <Manifold M>
   return ManifoldTraits<M>::plus(g.mean, tau);
 }
 
-/// Draws samples of a Gaussian, factorised once, e.g. to move a set of particles. The covariance
-/// may be singular.
-template <Manifold M>
-class GaussianSampler {
- public:
-  explicit GaussianSampler(const Gaussian<M>& g) : mean_(g.mean) {
-    const Eigen::LDLT<SquareOf<M>> ldlt(g.covariance);
-    const TangentOf<M> root = ldlt.vectorD().cwiseMax(Scalar(0)).cwiseSqrt();
-    const SquareOf<M> lower = ldlt.matrixL();
-    root_ = ldlt.transpositionsP().transpose() * SquareOf<M>(lower * root.asDiagonal());
-  }
-
-  [[nodiscard]] M operator()(Rng& rng) const {
-    TangentOf<M> white;
-    for (auto& w : white) w = Scalar(rng.normal());
-    return ManifoldTraits<M>::plus(mean_, root_ * white);
-  }
-
- private:
-  using Scalar = typename Gaussian<M>::Scalar;
-  M mean_;
-  SquareOf<M> root_;  // root · rootᵀ is the covariance
-};
-
 /// The normalised product of two densities on the same manifold:
 /// Σ = (Σ₁⁻¹ + Σ₂⁻¹)⁻¹, mean = mean₁ ⊞ Σ Σ₂⁻¹ (mean₂ ⊟ mean₁). The difference is taken on the
 /// manifold, so headings wrap; exact for vectors, first order for curved groups. Errors: a sum of

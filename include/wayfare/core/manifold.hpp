@@ -59,18 +59,6 @@ template <class M>
   }
 }
 
-/// Whether every number of a value is finite.
-template <Manifold M>
-[[nodiscard]] bool is_finite(const M& x) {
-  if constexpr (requires { x.translation().allFinite(), x.rotation(); }) {
-    return x.translation().allFinite() && is_finite(x.rotation());
-  } else if constexpr (requires { x.matrix().allFinite(); }) {
-    return x.matrix().allFinite();
-  } else {
-    return ManifoldTraits<M>::minus(x, x).allFinite();  // ∞ − ∞ is not a number
-  }
-}
-
 template <class M>
 using TangentOf = typename ManifoldTraits<M>::Tangent;
 

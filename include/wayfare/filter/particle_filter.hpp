@@ -23,7 +23,9 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/core/finite.hpp>
 #include <wayfare/core/gaussian.hpp>
+#include <wayfare/core/gaussian_sampler.hpp>
 #include <wayfare/core/manifold.hpp>
 #include <wayfare/core/parallel.hpp>
 #include <wayfare/core/random.hpp>
@@ -53,7 +55,7 @@ concept StateLikelihood = requires(const F& likelihood, const State& x) {
 /// `bins(state)` is the bin of a histogram, a BinKey; PoseBins of pose_bins.hpp is one.
 template <class F, class State>
 concept StateBins = requires(const F& bins, const State& x) {
-  { detail::BinCounterOf<decltype(bins(x))>() };
+  {detail::BinCounterOf<decltype(bins(x))>()};
 };
 
 /// Weighted samples of a distribution. Weights need not be normalised.
@@ -292,7 +294,8 @@ template <ParticleStorage P>
 }
 
 /// Random injection: replaces each particle with this probability by a state of the source, which
-/// keeps its weight; one that is not finite is refused. Draw it after resampling, with the probability of RecoveryProbability.
+/// keeps its weight; one that is not finite is refused. Draw it after resampling, with the
+/// probability of RecoveryProbability.
 template <ParticleStorage P, class Source>
 void inject(P& particles, double probability, const Source& source, const Rng& rng,
             int threads = 1) {

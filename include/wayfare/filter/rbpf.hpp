@@ -15,6 +15,7 @@
 #include <vector>
 
 #include <wayfare/core/contract.hpp>
+#include <wayfare/core/finite.hpp>
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
@@ -50,7 +51,7 @@ class Rbpf {
   using Particle = RbpfParticle<Map, Pose>;
 
   /// `count` particles that all start at `start`.
-  Rbpf(std::size_t count, const StampedPoseOf<Pose>& start, const Map& map, std::uint64_t seed)
+  Rbpf(std::size_t count, const Stamped<Pose>& start, const Map& map, std::uint64_t seed)
       : rng_(seed),
         particles_(count, Particle{start.T_map_base.raw(), map}),
         log_weights_(count, -std::log(static_cast<double>(count))) {
@@ -76,11 +77,12 @@ class Rbpf {
     for_each(particles_.size(), [&](std::size_t i, std::size_t worker) {
       Rng rng = of_update.stream(i);
       const double factor = step(particles_[i], rng, worker);
-      factors[i] = is_finite(particles_[i].pose) ? factor : std::numeric_limits<double>::quiet_NaN();
+      factors[i] =
+          is_finite(particles_[i].pose) ? factor : std::numeric_limits<double>::quiet_NaN();
     });
     for (std::size_t i = 0; i < particles_.size(); ++i)
-      ends_[i] = tree_.append(
-          ends_[i], {time, Transform<frame::Map, frame::Base, Pose>(particles_[i].pose)});
+      ends_[i] = tree_.append(ends_[i],
+                              {time, Transform<frame::Map, frame::Base, Pose>(particles_[i].pose)});
     return weigh(factors);
   }
 

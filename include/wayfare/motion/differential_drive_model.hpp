@@ -14,6 +14,7 @@
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/gaussian.hpp>
+#include <wayfare/core/gaussian_sampler.hpp>
 #include <wayfare/core/se2.hpp>
 
 namespace wayfare {

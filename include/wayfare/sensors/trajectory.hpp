@@ -34,16 +34,12 @@ struct OdometrySample {
 };
 
 /// A time-stamped pose of an estimated or reference trajectory.
-template <class Pose>
-struct StampedPoseOf {
+struct StampedPose {
   LogTime time;
-  Transform<frame::Map, frame::Base, Pose> T_map_base;
+  Transform2<frame::Map, frame::Base> T_map_base;
 };
-using StampedPose = StampedPoseOf<SE2d>;
 
-template <class Pose>
-using TrajectoryOf = std::vector<StampedPoseOf<Pose>>;
-using Trajectory = TrajectoryOf<SE2d>;
+using Trajectory = std::vector<StampedPose>;
 
 /// Limits of interpolation in a trajectory.
 struct GapLimit {

@@ -13,8 +13,14 @@ bool matches_scans();
 bool filters();
 bool own_states();
 
+/// A level is tracked by a particle filter put together from the library's steps.
+bool own_particles();
+
 /// A unit at rest stays where it is, and its position becomes uncertain as by hand.
 bool predicts_motion();
 
 /// A lift is tracked by a state, edges and a robust kernel of its own.
 bool own_edges();
+
+/// A cart is found by a likelihood, a map and a model of odometry of its own.
+bool own_localiser();

@@ -16,13 +16,13 @@ int main() {
   if (!reads_chirps()) return 1;
 #endif
 #ifdef STRANGER_LINKS_FILTER
-  if (!filters() || !own_states()) return 1;
+  if (!filters() || !own_states() || !own_particles()) return 1;
 #endif
 #ifdef STRANGER_LINKS_INERTIAL
   if (!predicts_motion()) return 1;
 #endif
 #ifdef STRANGER_LINKS_SLAM
-  if (!matches_scans() || !own_edges()) return 1;
+  if (!matches_scans() || !own_edges() || !own_localiser()) return 1;
 #endif
   const wayfare::SE2d pose = turned(wayfare::SE2d(1.0, 2.0, 0.5_rad), -0.5_rad);
   std::cout << pose.log().transpose() << '\n';
