@@ -1,6 +1,5 @@
 // Adaptive Monte-Carlo localisation composed of free parts: a likelihood field, a differential
 // drive, KLD sampling and random injection. The robot is anywhere in a drawn room at first.
-#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <vector>
@@ -11,7 +10,6 @@
 #include <wayfare/motion/differential_drive_model.hpp>
 
 using namespace wayfare;
-
 int main() {
   constexpr int kWidth = 120, kHeight = 80, kBeams = 60;  // cells of 0.1 m
   std::vector<std::uint8_t> walls;
@@ -26,14 +24,14 @@ int main() {
   const RayCaster scanner(*distances);
   std::vector<float> cosines, sines, ranges(kBeams);
   for (int i = 0; i < kBeams; ++i) {
-    cosines.push_back(static_cast<float>(std::cos(2.0 * M_PI * i / kBeams)));
-    sines.push_back(static_cast<float>(std::sin(2.0 * M_PI * i / kBeams)));
+    const SO2d bearing(Angle::degrees(360.0 * i / kBeams));
+    cosines.push_back(static_cast<float>(bearing.cos()));
+    sines.push_back(static_cast<float>(bearing.sin()));
   }
   const auto anywhere = [](Rng& rng) {
-    return SE2d(rng.uniform(0.0, 12.0), rng.uniform(0.0, 8.0),
-                Angle::radians(rng.uniform(-M_PI, M_PI)));
+    const Angle heading = Angle::degrees(rng.uniform(-180.0, 180.0));
+    return SE2d(rng.uniform(0.0, 12.0), rng.uniform(0.0, 8.0), heading);
   };
-
   const Rng rng(1);
   auto particles = draw_particles(20000, anywhere, rng.stream(0));
   SE2d truth(6.0, 1.5, Angle::degrees(0));
@@ -44,8 +42,8 @@ int main() {
     truth = truth * sample(motion, own);
     scanner.cast(truth, cosines, sines, 15.0, ranges);
     const MotionSampler draw(motion);
-    propagate(
-        particles, [&](const SE2d& x, Rng& r) { return x * draw(r); }, own.stream(0));
+    const auto drive = [&](const SE2d& x, Rng& r) { return x * draw(r); };
+    propagate(particles, drive, own.stream(0));
     const Normalisation fit = reweight(particles, [&](const SE2d& x) {
       double sum = 0.0;
       for (std::size_t i = 0; i < kBeams; ++i)
@@ -56,7 +54,7 @@ int main() {
     particles = resample_adaptively(particles, PoseBins(0.5, Angle::degrees(15)), {}, own);
     inject(particles, recovery.update(fit.log_sum), anywhere, own.stream(1));
   }
-  const double off =
-      (mean_and_covariance(particles).mean.translation() - truth.translation()).norm();
-  std::printf("robot: %.3f m off, %zu particles\n", off, particles.size());
+  const Eigen::Vector2d off =
+      mean_and_covariance(particles).mean.translation() - truth.translation();
+  std::printf("robot: %.3f m off, %zu particles\n", off.norm(), particles.size());
 }

@@ -2,23 +2,19 @@
 // of one's own. The robot is found anywhere, and found again after it was carried away.
 #include <cmath>
 #include <cstdio>
-#include <memory>
-#include <vector>
 
 #include <wayfare/slam/basic_localiser.hpp>
 
 using namespace wayfare;
-
 struct Beacons {
   std::vector<Eigen::Vector2d> places_m;
   SE2d random_pose(Rng& rng) const {
-    return {rng.uniform(0.0, 30.0), rng.uniform(0.0, 20.0),
-            Angle::radians(rng.uniform(-M_PI, M_PI))};
+    const Angle heading = Angle::degrees(rng.uniform(-180.0, 180.0));
+    return {rng.uniform(0.0, 30.0), rng.uniform(0.0, 20.0), heading};
   }
 };
 using Ranges = std::vector<double>;  // m, to each beacon
-
-struct RangeLikelihood {  // Cauchy: reflections make some ranges too long
+struct RangeLikelihood {             // Cauchy: reflections make some ranges too long
   double log_likelihood(const SE2d& pose, const Ranges& ranges, const Beacons& map) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < ranges.size(); ++i) {
@@ -32,8 +28,8 @@ struct RangeLikelihood {  // Cauchy: reflections make some ranges too long
 struct SlippingWheels {  // the robot moves at most as far as its wheels say
   auto motion(const SE2d& increment) const {
     return [increment](const SE2d& pose, Rng& rng) {
-      return pose * SE2d(increment.x() * rng.uniform(0.8, 1.0), increment.y(),
-                         increment.heading() + Angle::radians(rng.normal(0.0, 0.02)));
+      const Angle turn = increment.heading() + Angle::degrees(rng.normal());
+      return pose * SE2d(increment.x() * rng.uniform(0.8, 1.0), increment.y(), turn);
     };
   }
 };
@@ -53,8 +49,8 @@ int main() {
     for (const auto& place : beacons.places_m)
       ranges.push_back((place - truth.translation()).norm() + rng.normal(0.0, 0.1) +
                        (rng.uniform() < 0.1 ? 3.0 : 0.0));
-    const auto outcome = localiser.add_scan(LogTime::from_seconds(0.2 * k), ranges,
-                                            Transform2<frame::Odom, frame::Base>(odometry));
+    const Transform2<frame::Odom, frame::Base> measured(odometry);
+    const auto outcome = localiser.add_scan(LogTime::from_seconds(k), ranges, measured);
     if (!outcome) return 1;
     const double off = (outcome->T_map_base.mean.translation() - truth.translation()).norm();
     found = found || (k < 80 && outcome->converged && off < 0.3);

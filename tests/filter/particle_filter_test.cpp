@@ -85,6 +85,7 @@ TEST(ParticleFilter, RefusesWhatIsNotFinite) {
     return x[0] == 0.0 ? kNan : x[0] == 1.0 ? kInf : x[0] == 3.0 ? -kInf : -1.0;
   });
   EXPECT_EQ(some.refused, 2U);
+  EXPECT_NEAR(some.log_sum, -1.0 - std::log(4.0), 1e-12);  // e⁻¹ of one in four
   EXPECT_FALSE(some.collapsed);
   EXPECT_EQ(particles.log_weights, (std::vector<double>{-kInf, -kInf, -kInf, 0.0}));
   const Normalisation none = reweight(particles, [](const Line&) { return -kInf; });

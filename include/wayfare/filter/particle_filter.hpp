@@ -167,12 +167,16 @@ Normalisation reweight_by(P& particles, std::span<const double> log_factors) {
   return result;
 }
 
-/// The same by a likelihood.
+/// The same by a likelihood; `log_sum` is ln of its mean over the particles as weighted before, the
+/// evidence of the measurement.
 template <ParticleStorage P, class Likelihood>
 Normalisation reweight(P& particles, const Likelihood& likelihood, int threads = 1) {
   std::vector<double> factors(particles.size());
   log_likelihoods(particles, likelihood, factors, threads);
-  return reweight_by(particles, factors);
+  const double before = log_sum_exp(particles.log_weights);
+  Normalisation result = reweight_by(particles, factors);
+  result.log_sum -= before;
+  return result;
 }
 
 /// The particles drawn, of equal weight.
@@ -315,7 +319,7 @@ class RecoveryProbability {
  public:
   explicit RecoveryProbability(double slow = 0.001, double fast = 0.1) : slow_(slow), fast_(fast) {}
 
-  /// `log_mean_likelihood`: Normalisation::log_sum of a reweighting from normalised weights. One
+  /// `log_mean_likelihood`: Normalisation::log_sum of reweight(). One
   /// that is not finite is ignored.
   double update(double log_mean_likelihood) {
     if (!std::isfinite(log_mean_likelihood)) return probability();
