@@ -234,8 +234,8 @@ requires std::invocable<const KeyOf&, std::size_t>
 
 /// The same with the bins of states.
 template <ParticleStorage P, class Bins>
-requires(!std::convertible_to<const P&, std::span<const double>>) [[nodiscard]] P
-    resample_adaptively(const P& from, const Bins& bins, const KldSampling& kld, Rng& rng) {
+[[nodiscard]] P resample_adaptively(const P& from, const Bins& bins, const KldSampling& kld,
+                                    Rng& rng) {
   static_assert(StateBins<Bins, typename P::Value>,
                 "wayfare: bins are called as bins(state) and return a BinKey, the indices of the "
                 "state's bin");
@@ -319,8 +319,8 @@ class RecoveryProbability {
  public:
   explicit RecoveryProbability(double slow = 0.001, double fast = 0.1) : slow_(slow), fast_(fast) {}
 
-  /// `log_mean_likelihood`: Normalisation::log_sum of reweight(). One
-  /// that is not finite is ignored.
+  /// `log_mean_likelihood`: Normalisation::log_sum of reweight(). One that is not finite is
+  /// ignored.
   double update(double log_mean_likelihood) {
     if (!std::isfinite(log_mean_likelihood)) return probability();
     const double w = std::exp(log_mean_likelihood);
