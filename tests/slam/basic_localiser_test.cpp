@@ -115,7 +115,7 @@ std::vector<MonteCarloOutcome<SE2d>> drive(InPlane& localiser, int steps = 160) 
     const Transform2<frame::Odom, frame::Base> measured(odometry);
     auto outcome = localiser.add_scan(at, ranges_at(truth, *hall, rng), measured);
     EXPECT_TRUE(outcome) << outcome.error().message;
-    if (k % 10 == 0 && outcome)
+    if (k % 10 == 5 && outcome)
       outcome = localiser.add_scan(at, Compass{truth.heading()}, measured);
     EXPECT_TRUE(outcome);
     outcomes.push_back(*outcome);
