@@ -6,8 +6,10 @@
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/dual.hpp>
+#include <wayfare/core/finite.hpp>
 #include <wayfare/core/frame.hpp>
 #include <wayfare/core/gaussian.hpp>
+#include <wayfare/core/gaussian_sampler.hpp>
 #include <wayfare/core/geodesy.hpp>
 #include <wayfare/core/jacobian.hpp>
 #include <wayfare/core/levenberg_marquardt.hpp>

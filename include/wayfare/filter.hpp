@@ -1,7 +1,7 @@
 #pragma once
 
-// Kalman filters on manifolds, states composed of blocks, covariance intersection, particle sets and
-// the Rao-Blackwellised particle filter.
+// Kalman filters on manifolds, states composed of blocks, covariance intersection, particle filters
+// on manifolds and the Rao-Blackwellised particle filter.
 
 #include <wayfare/filter/blocks.hpp>
 #include <wayfare/filter/covariance_intersection.hpp>
@@ -10,7 +10,9 @@
 #include <wayfare/filter/gates.hpp>
 #include <wayfare/filter/gauss_markov.hpp>
 #include <wayfare/filter/measurement.hpp>
+#include <wayfare/filter/particle_filter.hpp>
 #include <wayfare/filter/particles.hpp>
+#include <wayfare/filter/pose_bins.hpp>
 #include <wayfare/filter/process.hpp>
 #include <wayfare/filter/rbpf.hpp>
 #include <wayfare/filter/sequential_update.hpp>

@@ -10,4 +10,5 @@
 #include <wayfare/testing/lie_group_laws.hpp>
 #include <wayfare/testing/matcher_laws.hpp>
 #include <wayfare/testing/pedestrian_laws.hpp>
+#include <wayfare/testing/particle_laws.hpp>
 #include <wayfare/testing/state_laws.hpp>

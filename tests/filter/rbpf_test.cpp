@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/core/se3.hpp>
+
 namespace wayfare {
 namespace {
 
@@ -94,6 +96,32 @@ TEST(Rbpf, WeighsWholeTrajectories) {
       EXPECT_EQ(trajectory[k].T_map_base.raw().x(), filter.particles()[i].map.seen_at[k - 1]);
   }
   EXPECT_LT(filter.stored_poses(), 7 * kParticles);
+}
+
+// The same in space: the product of N(5, 5·0.2²) and N(5.3, 0.1²) along the way.
+TEST(Rbpf, CarriesPosesInSpace) {
+  constexpr std::size_t kParticles = 5000;
+  const SO3d upside_down = SO3d::exp(Eigen::Vector3d(3.0, 0.0, 0.0));
+  const StampedPoseOf<SE3d> from{at_second(0), Transform3<frame::Map, frame::Base>(
+                                                   SE3d(Eigen::Vector3d::Zero(), upside_down))};
+  Rbpf<OneLandmark, SE3d> filter(kParticles, from, {}, 3);
+  for (int i = 1; i <= 5; ++i)
+    ASSERT_TRUE(filter.update(at_second(i), [&](auto& particle, Rng& rng, std::size_t) {
+      particle.pose = particle.pose * SE3d(Eigen::Vector3d(rng.normal(1.0, 0.2), 0.0, 0.0), SO3d());
+      if (i < 5) return 0.0;
+      const double d = (particle.pose.translation().x() - 5.3) / 0.1;
+      return -0.5 * d * d;
+    }));
+  const double variance = 5 * 0.04, posterior = variance * 0.01 / (variance + 0.01);
+  double mean = 0;
+  for (std::size_t i = 0; i < kParticles; ++i)
+    mean += std::exp(filter.log_weights()[i]) * filter.particles()[i].pose.translation().x();
+  EXPECT_NEAR(mean, 5 + 0.3 * variance / (variance + 0.01),
+              4 * std::sqrt(posterior / filter.effective_particles()));
+  EXPECT_TRUE(filter.resample_below(1.0));
+  const auto trajectory = filter.trajectory(filter.best());
+  ASSERT_EQ(trajectory.size(), 6U);
+  EXPECT_LT(trajectory[3].T_map_base.raw().rotation().minus(upside_down).norm(), 1e-9);
 }
 
 TEST(Rbpf, TheBestHasTheLargestEvidenceOfItsTrajectory) {

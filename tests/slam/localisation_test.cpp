@@ -8,12 +8,13 @@
 
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
+#include <wayfare/slam/detail/pose_filter.hpp>
 #include <wayfare/slam/localisation.hpp>
 #include <wayfare/testing/filter_laws.hpp>
 
 #include "localisation_support.hpp"
 #include "slam/localisation/particle_set.hpp"
-#include "slam/localisation/pose_filter.hpp"
+#include "slam/localisation/scan_weigher.hpp"
 
 namespace wayfare {
 namespace {
@@ -292,18 +293,19 @@ TEST(PoseFilter, AScanThatNoParticleCanHaveSeenKeepsTheWeights) {
   const LaserScan& seen = flat().recording.scans.front();
   LaserScan nothing = seen;
   nothing.ranges_m.assign(seen.ranges_m.size(), seen.max_range_m);
-  PoseFilter filter(flat().map, usual, Rng(1));
+  detail::PoseFilter<ParticleSet, LocalisationMap> filter(flat().map, usual, Rng(1));
   filter.start_at(known_start(flat().recording));
   filter.weigh(ScanWeigher(seen, usual));
-  const std::vector<double> weights = filter.particles().log_weight;
+  const std::vector<double> weights = filter.particles().log_weights;
   ASSERT_LT(*std::min_element(weights.begin(), weights.end()), weights.front());
   const ScanWeigher impossible(nothing, sure);
   EXPECT_EQ(filter.log_evidence(impossible, true), -std::numeric_limits<double>::infinity());
   filter.weigh(impossible);
-  EXPECT_EQ(filter.particles().log_weight, weights);
+  EXPECT_EQ(filter.particles().log_weights, weights);
 }
 
 TEST(PoseFilter, OddsStayFiniteWhateverIsImpossible) {
+  using detail::log_odds_after;
   constexpr double kInf = std::numeric_limits<double>::infinity();
   EXPECT_EQ(log_odds_after(1.5, -2.0, -3.0), 2.5);
   EXPECT_EQ(log_odds_after(1.5, -kInf, -kInf), 1.5);
@@ -318,12 +320,12 @@ TEST(PoseFilter, OddsStayFiniteWhateverIsImpossible) {
 // n = χ²(k − 1, 1 − δ) / 2ε, of which (7) of Fox 2003 is Wilson and Hilferty's approximation, good
 // to a percent from a few degrees of freedom on.
 TEST(KldBound, IsTheChiSquareQuantile) {
-  LocalisationOptions options;
+  const KldSampling kld;
   for (const std::size_t k : {std::size_t{5}, std::size_t{20}, std::size_t{200}}) {
     const double quantile = chi_square_quantile(0.99, static_cast<double>(k - 1));
-    EXPECT_NEAR(kld_bound(k, options) / (quantile / (2.0 * options.kld_error)), 1.0, 0.01) << k;
+    EXPECT_NEAR(kld_bound(k, kld) / (quantile / (2.0 * kld.error)), 1.0, 0.01) << k;
   }
-  EXPECT_EQ(kld_bound(1, options), 1.0);
+  EXPECT_EQ(kld_bound(1, kld), 1.0);
 }
 
 TEST(FindClusters, JoinsAcrossTheHeadingWrapAndSeparatesDistantParticles) {
@@ -331,7 +333,7 @@ TEST(FindClusters, JoinsAcrossTheHeadingWrapAndSeparatesDistantParticles) {
   for (int i = 0; i < 10; ++i) set.push_back(SE2d(0.05 * i, 0.0, Angle::degrees(175.0 + i)));
   for (int i = 0; i < 5; ++i) set.push_back(SE2d(5.0, 0.0, Angle::degrees(3.0 * i)));
   const std::vector<double> weights(15, 1.0 / 15.0);
-  const auto clusters = find_clusters(set, weights, {0.5, 15.0_deg});
+  const auto clusters = detail::clusters_of(set, weights, PoseBins(0.5, 15.0_deg));
   ASSERT_EQ(clusters.size(), 2u);
   EXPECT_NEAR(clusters[0].mass, 10.0 / 15.0, 1e-12);
   EXPECT_EQ(clusters[1].members.size(), 5u);

@@ -7,6 +7,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <wayfare/filter/particle_filter.hpp>
 #include <wayfare/sim/floor_plan.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/slam/localisation.hpp>
@@ -40,7 +41,9 @@ ParticleSet particles_near(const SE2d& pose, std::size_t n) {
   ParticleSet set;
   set.resize(n);
   for (std::size_t i = 0; i < n; ++i) set.set(i, pose);
-  move(set, {SE2d(), Eigen::Vector3d(0.1, 0.1, 0.01).asDiagonal()}, 1, Rng(2));
+  const MotionSampler draw({SE2d(), Eigen::Vector3d(0.1, 0.1, 0.01).asDiagonal()});
+  propagate(
+      set, [&](const SE2d& x, Rng& rng) { return x * draw(rng); }, Rng(2));
   return set;
 }
 
@@ -82,7 +85,7 @@ void weigh_plain(benchmark::State& state) {
   }
   for (auto _ : state) {
     for (std::size_t i = 0; i < set.size(); ++i) {
-      const SE2d pose = set.pose(i);
+      const SE2d pose = set.state(i);
       double sum = 0.0;
       for (const Eigen::Vector2d& p : ends) {
         const double d = s.distances.distance_m(cell_of(pose * p, 0.05)) / 0.08;

@@ -74,6 +74,14 @@ inline Normalisation normalise(std::span<double> log_weights) {
   return result;
 }
 
+/// The weights themselves, with a sum of one.
+[[nodiscard]] inline std::vector<double> normalised_weights(std::span<const double> log_weights) {
+  std::vector<double> weights(log_weights.begin(), log_weights.end());
+  normalise(weights);
+  for (double& w : weights) w = std::exp(w);
+  return weights;
+}
+
 /// (Σw)² / Σw²: the equivalent number of particles of equal weight (Liu 1996). Between 1 and the
 /// size of the set; 0 where no weight is valid.
 [[nodiscard]] inline double effective_sample_size(std::span<const double> log_weights) {
@@ -98,6 +106,17 @@ enum class Resampling {
 };
 
 namespace detail {
+
+/// Sums of the first weights, relative to the largest; of equal ones where no weight is valid.
+[[nodiscard]] inline std::vector<double> cumulated_weights(std::span<const double> log_weights) {
+  const double max = max_log_weight(log_weights);
+  std::vector<double> sums;
+  sums.reserve(log_weights.size());
+  double sum = 0.0;
+  for (const double l : log_weights)
+    sums.push_back(sum += std::isfinite(max) ? relative_weight(l, max) : 1.0);
+  return sums;
+}
 
 /// The next of n thresholds in ascending order in [0, 1).
 class AscendingThresholds {

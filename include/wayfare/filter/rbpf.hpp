@@ -15,6 +15,7 @@
 #include <vector>
 
 #include <wayfare/core/contract.hpp>
+#include <wayfare/core/finite.hpp>
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/result.hpp>
 #include <wayfare/core/se2.hpp>
@@ -25,9 +26,9 @@ namespace wayfare {
 
 /// One hypothesis. Maps of resampled particles are copied: copies should share their common parts,
 /// as OccupancyGrid does.
-template <class Map>
+template <class Map, class Pose = SE2d>
 struct RbpfParticle {
-  SE2d pose;
+  Pose pose;
   Map map;
   /// ln of the evidence of all measurements along this trajectory; selects the best particle. -inf
   /// without weight.
@@ -43,14 +44,14 @@ struct SequentialFor {
 };
 
 /// Every particle uses its own random stream at every update, so that the result does not depend on
-/// the number of workers.
-template <std::copyable Map>
+/// the number of workers. A pose is any manifold.
+template <std::copyable Map, Manifold Pose = SE2d>
 class Rbpf {
  public:
-  using Particle = RbpfParticle<Map>;
+  using Particle = RbpfParticle<Map, Pose>;
 
   /// `count` particles that all start at `start`.
-  Rbpf(std::size_t count, const StampedPose& start, const Map& map, std::uint64_t seed)
+  Rbpf(std::size_t count, const Stamped<Pose>& start, const Map& map, std::uint64_t seed)
       : rng_(seed),
         particles_(count, Particle{start.T_map_base.raw(), map}),
         log_weights_(count, -std::log(static_cast<double>(count))) {
@@ -76,11 +77,12 @@ class Rbpf {
     for_each(particles_.size(), [&](std::size_t i, std::size_t worker) {
       Rng rng = of_update.stream(i);
       const double factor = step(particles_[i], rng, worker);
-      factors[i] = finite(particles_[i].pose) ? factor : std::numeric_limits<double>::quiet_NaN();
+      factors[i] =
+          is_finite(particles_[i].pose) ? factor : std::numeric_limits<double>::quiet_NaN();
     });
     for (std::size_t i = 0; i < particles_.size(); ++i)
-      ends_[i] =
-          tree_.append(ends_[i], {time, Transform2<frame::Map, frame::Base>(particles_[i].pose)});
+      ends_[i] = tree_.append(ends_[i],
+                              {time, Transform<frame::Map, frame::Base, Pose>(particles_[i].pose)});
     return weigh(factors);
   }
 
@@ -110,16 +112,15 @@ class Rbpf {
                                     particles_.begin());
   }
   /// Start pose and one pose per update.
-  [[nodiscard]] Trajectory trajectory(std::size_t particle) const {
+  [[nodiscard]] TrajectoryOf<Pose> trajectory(std::size_t particle) const {
     return tree_.trajectory(ends_[particle]);
   }
   /// Number of poses stored for all trajectories.
   [[nodiscard]] std::size_t stored_poses() const { return tree_.size(); }
 
  private:
-  [[nodiscard]] static bool finite(const SE2d& pose) {
-    return pose.translation().allFinite() && std::isfinite(pose.heading().radians());
-  }
+  using Tree = AncestryTreeOf<Pose>;
+  using Node = typename Tree::Node;
 
   Result<Normalisation> weigh(std::span<const double> log_factors) {
     std::vector<double> weights = log_weights_;
@@ -141,7 +142,7 @@ class Rbpf {
   /// `drawn` is in ascending order. A particle is moved to its last index and copied to the others.
   void replace_particles(const std::vector<ParticleIndex>& drawn) {
     for (const ParticleIndex i : drawn) tree_.retain(ends_[i]);
-    std::vector<AncestryTree::Node> ends;
+    std::vector<Node> ends;
     std::vector<Particle> particles;
     particles.reserve(drawn.size());
     for (std::size_t k = 0; k < drawn.size(); ++k) {
@@ -150,7 +151,7 @@ class Rbpf {
       ends.push_back(ends_[drawn[k]]);
       particles.push_back(last ? std::move(from) : Particle(from));
     }
-    for (const AncestryTree::Node end : ends_) tree_.release(end);
+    for (const Node end : ends_) tree_.release(end);
     ends_ = std::move(ends);
     particles_ = std::move(particles);
   }
@@ -159,8 +160,8 @@ class Rbpf {
   std::uint64_t updates_ = 0;
   std::vector<Particle> particles_;
   std::vector<double> log_weights_;
-  AncestryTree tree_;
-  std::vector<AncestryTree::Node> ends_;
+  Tree tree_;
+  std::vector<Node> ends_;
 };
 
 }  // namespace wayfare

@@ -10,11 +10,11 @@
 
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
 #include <wayfare/core/gaussian.hpp>
+#include <wayfare/core/gaussian_sampler.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/motion/motion_noise.hpp>
 
@@ -141,26 +141,7 @@ struct GyroMotion {
   return product(wheels, gyro);
 }
 
-/// Draws samples of a Gaussian, factorised once, e.g. to move a set of particles. The covariance
-/// may be singular.
-class MotionSampler {
- public:
-  explicit MotionSampler(const Gaussian<SE2d>& motion) : mean_(motion.mean) {
-    const Eigen::LDLT<Eigen::Matrix3d> ldlt(motion.covariance);
-    const Eigen::Vector3d root = ldlt.vectorD().cwiseMax(0.0).cwiseSqrt();
-    const Eigen::Matrix3d lower = ldlt.matrixL();
-    root_ = ldlt.transpositionsP().transpose() * Eigen::Matrix3d(lower * root.asDiagonal());
-  }
-
-  [[nodiscard]] SE2d operator()(Rng& rng) const {
-    Eigen::Vector3d white;
-    for (double& w : white) w = rng.normal();
-    return mean_.plus(root_ * white);
-  }
-
- private:
-  SE2d mean_;
-  Eigen::Matrix3d root_;  ///< root · rootᵀ is the covariance
-};
+/// Draws samples of a motion, e.g. to move a set of particles.
+using MotionSampler = GaussianSampler<SE2d>;
 
 }  // namespace wayfare

@@ -27,9 +27,10 @@
 #include <wayfare/map/distance_field.hpp>
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
-#include <wayfare/motion/differential_drive_model.hpp>
+#include <wayfare/motion/odometry_model.hpp>
 #include <wayfare/sensors/point_set.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/slam/monte_carlo.hpp>
 
 namespace wayfare {
 
@@ -78,6 +79,11 @@ class LocalisationMap {
   [[nodiscard]] const RayCaster& rays() const { return rays_; }
   /// Cells in which the robot's position may lie.
   [[nodiscard]] const std::vector<Cell>& free_cells() const { return free_cells_; }
+  [[nodiscard]] double free_area_m2() const {
+    return resolution_m() * resolution_m() * static_cast<double>(free_cells_.size());
+  }
+  /// A position anywhere in the free cells, at any heading.
+  [[nodiscard]] SE2d random_pose(Rng& rng) const;
 
  private:
   LocalisationMapOptions options_;
@@ -86,7 +92,7 @@ class LocalisationMap {
   std::vector<Cell> free_cells_;
 };
 
-/// Likelihood model of a scan.
+/// Likelihood model of a scan. Models of your own: basic_localiser.hpp.
 enum class ScanLikelihood {
   likelihood_field,  ///< distance of each end point to a wall: smooth, fast, ignores occlusion
   beam,              ///< expected range of each beam: uses free space and missing returns too
@@ -113,7 +119,7 @@ struct RadarWeighing {
   double longest_s = 1.5;
 };
 
-struct LocalisationOptions {
+struct LocalisationOptions : MonteCarloOptions, OdometryNoise {
   Transform2<frame::Base, frame::Laser> T_base_laser{};
   RadarWeighing radar{};
   /// Sensors of a recording that are used; radar only if the map has radar detections.
@@ -128,66 +134,17 @@ struct LocalisationOptions {
   /// Errors of neighbouring beams are correlated: effective number of independent beams.
   double independent_beams = 16.0;
   double independent_unconverged = 8.0;  ///< the same until the filter has converged
-  /// Travel, heading change or time after which the next scan is weighted: map errors are the same
-  /// for neighbouring scans and must count once.
-  double update_travel_m = 0.1;
-  Angle update_turn = Angle::degrees(3.0);
-  double update_time_s = 1.0;
-
-  // Motion.
-  MotionNoise odometry{0.01, 0.20, 0.02, Angle::degrees(0.5), 0.20, 0.10};
-  /// Noise of the constant-velocity prediction, used when odometry is missing or refused.
-  MotionNoise constant_velocity{0.05, 0.50, 0.05, Angle::degrees(3.0), 0.4, 0.2};
-  double max_speed_m_s = 3.0;  ///< odometry with a higher speed or turn rate is refused
-  Angle max_turn_rate = Angle::degrees(360.0);  ///< per second
-
-  // Particles.
-  std::size_t min_particles = 500;
-  std::size_t min_unconverged = 5000;  ///< until the filter has converged
-  std::size_t max_particles = 20000;
-  double kld_error = 0.05;      ///< bound on the KL distance of the particles' histogram …
-  double kld_quantile = 2.326;  ///< … with this quantile of the normal distribution (99 %)
-  double bin_m = 0.5;           ///< bin side of that histogram; also separates clusters
-  Angle bin_turn = Angle::degrees(15.0);
-
-  // Search over the whole map.
-  double candidates_per_m2 = 600.0;      ///< poses weighted by the scan
-  std::size_t min_candidates = 100'000;  ///< on small maps too: similar positions get equal shares
-  std::size_t max_candidates = 1'000'000;
-  double search_ratio = 0.85;      ///< share of the usual agreement below which a search starts …
-  int scans_between_searches = 5;  ///< … at most once in this number of scans
-  double kidnap_probability =
-      0.05;  ///< prior probability of a kidnapped robot when a search starts
-
-  // Convergence.
-  double converged_mass = 0.9;     ///< least weight in one cluster …
-  double converged_sigma_m = 0.5;  ///< … greatest standard deviation of its position …
-  double rejection_ratio = 0.75;   ///< … and least share of the best agreement with the map
-  int threads = 1;                 ///< any number gives the same result
 };
 
 /// Result of one scan.
-struct LocalisationOutcome {
-  LogTime time;
+struct LocalisationOutcome : MonteCarloOutcome<SE2d> {
   RangeSensor sensor = RangeSensor::lidar;
-  Gaussian<SE2d> T_map_base;  ///< of the heaviest cluster of particles
-  bool converged = false;     ///< whether the pose is reliable
-  double mass = 0.0;          ///< weight in that cluster
-  std::size_t clusters = 0;   ///< clusters with at least a hundredth of the weight
-  std::size_t particles = 0;
-  double agreement = 0.0;         ///< of the scan with the map at the pose, in [0, 1]
-  bool weighed = false;           ///< false: too few beams, or too little motion since the last one
-  bool odometry_refused = false;  ///< missing, not finite or faster than the robot can move
-  bool searched = false;          ///< a search over the whole map started
-  bool relocalised = false;  ///< that search found another pose, which replaces the previous one
 };
 
 /// One particle, of weight in [0, 1].
-struct PoseParticle {
-  SE2d T_map_base;
-  double weight = 0.0;
-};
+using PoseParticle = PoseParticleOf<SE2d>;
 
+/// BasicLocaliser with the likelihoods of this page: for LiDAR and radar scans on LocalisationMap.
 /// Processes one scan at a time. Not thread-safe; the same map, options, seed and input give the
 /// same bytes for any number of threads.
 class Localiser {

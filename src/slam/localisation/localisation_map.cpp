@@ -1,5 +1,7 @@
 #include <wayfare/slam/localisation.hpp>
 
+#include <numbers>
+
 namespace wayfare {
 namespace {
 
@@ -12,6 +14,13 @@ Result<LocalisationMap::Fields> fields_of(const DistanceField& distances, const 
 }
 
 }  // namespace
+
+SE2d LocalisationMap::random_pose(Rng& rng) const {
+  const Cell& c = free_cells_[rng.below(free_cells_.size())];
+  const double x_m = (c.x + rng.uniform()) * resolution_m();
+  const double y_m = (c.y + rng.uniform()) * resolution_m();
+  return {x_m, y_m, Angle::radians(rng.uniform(-std::numbers::pi, std::numbers::pi))};
+}
 
 Result<std::shared_ptr<const LocalisationMap>> LocalisationMap::make(
     const OccupancyGrid& grid, const LocalisationMapOptions& options, const OccupancyGrid* radar) {

@@ -126,7 +126,7 @@ void ScanWeigher::weigh_by_beams(const LocalisationMap& map, bool broad,
     std::vector<float> expected(n);
     const std::size_t begin = b * kBlock, end = std::min(begin + kBlock, particles.size());
     for (std::size_t i = begin; i < end; ++i) {
-      map.rays().cast(particles.pose(i) * options_.T_base_laser.raw(), cosines_, sines_,
+      map.rays().cast(particles.state(i) * options_.T_base_laser.raw(), cosines_, sines_,
                       static_cast<double>(longest_m_), expected);
       double sum = 0.0;
       for (std::size_t k = 0; k < n; ++k) sum += log_of(ranges_[k], expected[k]);

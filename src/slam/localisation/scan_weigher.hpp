@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <wayfare/sensors/point_set.hpp>
@@ -28,9 +30,11 @@ class ScanWeigher {
   /// beams; with the map's broad fields or the sharp ones.
   void weigh(const LocalisationMap& map, bool broad, const ParticleSet& particles,
              std::span<double> log_likelihood) const;
-  /// The same with the likelihood field, whatever the options' model.
-  void weigh_by_field(const LocalisationMap& map, bool broad, const ParticleSet& particles,
-                      std::span<double> log_likelihood) const;
+  /// Of the poses of a search: with the broad likelihood field, whatever the options' model.
+  void weigh_candidates(const LocalisationMap& map, const ParticleSet& particles,
+                        std::span<double> log_likelihood) const {
+    weigh_by_field(map, true, particles, log_likelihood);
+  }
   /// Mean likelihood of the end points at one pose, in [0, 1].
   [[nodiscard]] double agreement(const LocalisationMap& map, const SE2d& T_map_base) const;
 
@@ -40,6 +44,8 @@ class ScanWeigher {
       return broad ? options_.radar.independent_unconverged : options_.radar.independent_points;
     return broad ? options_.independent_unconverged : options_.independent_beams;
   }
+  void weigh_by_field(const LocalisationMap& map, bool broad, const ParticleSet& particles,
+                      std::span<double> log_likelihood) const;
   void weigh_by_beams(const LocalisationMap& map, bool broad, const ParticleSet& particles,
                       std::span<double> log_likelihood) const;
   void pick_ends(const LaserScan& scan);
@@ -59,6 +65,24 @@ class ScanWeigher {
   std::vector<float> end_x_, end_y_;  // of the selected returns in the base frame, padded to 16
   std::vector<float> cosines_, sines_, ranges_;  // of the selected beams; 0: no return
   float longest_m_ = 0.0F;                       // least range of a beam without return
+};
+
+/// The library's likelihoods of scans, by the options' choice.
+class ScanModels {
+ public:
+  static constexpr std::size_t kSensors = 2;
+  using Storage = ParticleSet;
+
+  explicit ScanModels(std::shared_ptr<const LocalisationOptions> options)
+      : options_(std::move(options)) {}
+
+  [[nodiscard]] ScanWeigher prepare(const LaserScan& scan) const { return {scan, *options_}; }
+  [[nodiscard]] ScanWeigher prepare(const PointSet& points_base) const {
+    return {points_base, *options_};
+  }
+
+ private:
+  std::shared_ptr<const LocalisationOptions> options_;
 };
 
 }  // namespace wayfare

@@ -22,6 +22,9 @@ bool own_gates();
 /// Steps have the length of a model of its own, stances a statistic of its own.
 bool own_steps();
 
+/// A level is tracked by a particle filter put together from the library's steps.
+bool own_particles();
+
 /// A unit at rest stays where it is, and its position becomes uncertain as by hand.
 bool predicts_motion();
 
@@ -30,3 +33,6 @@ bool own_edges();
 
 /// A room is mapped by graph SLAM with a matcher of its own.
 bool own_matcher();
+
+/// A cart is found by a likelihood, a map and a model of odometry of its own.
+bool own_localiser();

@@ -16,7 +16,7 @@ int main() {
   if (!reads_chirps() || !own_framing()) return 1;
 #endif
 #ifdef STRANGER_LINKS_FILTER
-  if (!filters() || !own_states() || !own_gates()) return 1;
+  if (!filters() || !own_states() || !own_gates() || !own_particles()) return 1;
 #endif
 #ifdef STRANGER_LINKS_INERTIAL
   if (!predicts_motion()) return 1;
@@ -25,7 +25,7 @@ int main() {
   if (!own_steps()) return 1;
 #endif
 #ifdef STRANGER_LINKS_SLAM
-  if (!matches_scans() || !own_edges() || !own_matcher()) return 1;
+  if (!matches_scans() || !own_edges() || !own_matcher() || !own_localiser()) return 1;
 #endif
   const wayfare::SE2d pose = turned(wayfare::SE2d(1.0, 2.0, 0.5_rad), -0.5_rad);
   std::cout << pose.log().transpose() << '\n';

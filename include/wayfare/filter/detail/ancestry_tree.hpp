@@ -10,18 +10,45 @@
 
 namespace wayfare {
 
+/// A time-stamped pose of any type.
+template <class Pose>
+struct StampedPoseOf {
+  LogTime time;
+  Transform<frame::Map, frame::Base, Pose> T_map_base;
+};
+
+namespace detail {
+
+template <class Pose>
+struct StampedType {
+  using Type = StampedPoseOf<Pose>;
+};
+template <>
+struct StampedType<SE2d> {
+  using Type = StampedPose;
+};
+
+}  // namespace detail
+
+/// StampedPose in the plane.
+template <class Pose>
+using Stamped = typename detail::StampedType<Pose>::Type;
+template <class Pose>
+using TrajectoryOf = std::vector<Stamped<Pose>>;
+
 /// The trajectories of a particle set, which share the poses before a common ancestor: a tree of
 /// poses with reference counts, which removes the branches of dropped particles, so that its size
 /// grows with time and not with time × particles.
-class AncestryTree {
+template <class Pose>
+class AncestryTreeOf {
  public:
   using Node = std::int32_t;
   static constexpr Node kNone = -1;
 
   /// The first pose of a trajectory; the caller has one reference to the node.
-  Node add_root(const StampedPose& pose) { return add_node(kNone, pose); }
+  Node add_root(const Stamped<Pose>& pose) { return add_node(kNone, pose); }
   /// Extends a trajectory: the new node replaces the caller's reference to `end`.
-  Node append(Node end, const StampedPose& pose) { return add_node(end, pose); }
+  Node append(Node end, const Stamped<Pose>& pose) { return add_node(end, pose); }
   /// Adds a reference: another trajectory with the same poses up to `end`.
   void retain(Node end) { ++at(end).references; }
   /// Removes a reference, and all nodes that are then unreferenced.
@@ -32,12 +59,12 @@ class AncestryTree {
     }
   }
 
-  [[nodiscard]] const StampedPose& pose(Node node) const {
+  [[nodiscard]] const Stamped<Pose>& pose(Node node) const {
     return nodes_[static_cast<std::size_t>(node)].pose;
   }
   /// From the root to `end`.
-  [[nodiscard]] Trajectory trajectory(Node end) const {
-    Trajectory poses;
+  [[nodiscard]] TrajectoryOf<Pose> trajectory(Node end) const {
+    TrajectoryOf<Pose> poses;
     for (Node k = end; k != kNone; k = nodes_[static_cast<std::size_t>(k)].parent)
       poses.push_back(pose(k));
     std::reverse(poses.begin(), poses.end());
@@ -48,7 +75,7 @@ class AncestryTree {
 
  private:
   struct Entry {
-    StampedPose pose;
+    Stamped<Pose> pose;
     Node parent;
     std::int32_t references;  // by trajectories that end here and by child nodes
   };
@@ -58,7 +85,7 @@ class AncestryTree {
                     "no such node in the tree");
     return nodes_[static_cast<std::size_t>(node)];
   }
-  Node add_node(Node parent, const StampedPose& pose) {
+  Node add_node(Node parent, const Stamped<Pose>& pose) {
     const Entry entry{pose, parent, 1};
     if (free_.empty()) {
       nodes_.push_back(entry);
@@ -73,5 +100,6 @@ class AncestryTree {
   std::vector<Entry> nodes_;
   std::vector<Node> free_;
 };
+using AncestryTree = AncestryTreeOf<SE2d>;
 
 }  // namespace wayfare

@@ -1,4 +1,4 @@
-#include "slam/localisation/particle_set.hpp"
+#include <wayfare/filter/pose_bins.hpp>
 
 #include <limits>
 

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <wayfare/core/manifold.hpp>
+
+namespace wayfare {
+
+/// Whether every number of a value is finite.
+template <Manifold M>
+[[nodiscard]] bool is_finite(const M& x) {
+  if constexpr (requires { x.translation().allFinite(), x.rotation(); }) {
+    return x.translation().allFinite() && is_finite(x.rotation());
+  } else if constexpr (requires { x.matrix().allFinite(); }) {
+    return x.matrix().allFinite();
+  } else {
+    return ManifoldTraits<M>::minus(x, x).allFinite();  // ∞ − ∞ is not a number
+  }
+}
+
+}  // namespace wayfare
