@@ -6,12 +6,13 @@
 
 #include <Eigen/LU>
 
+#include <wayfare/slam/detail/loops.hpp>
+#include <wayfare/slam/detail/motion.hpp>
+#include <wayfare/slam/detail/scans.hpp>
+
 #include "slam/graph_slam/loop_closer.hpp"
 #include "slam/graph_slam/node_map.hpp"
 #include "slam/graph_slam/tracker.hpp"
-#include "slam/loops.hpp"
-#include "slam/motion.hpp"
-#include "slam/scans.hpp"
 
 namespace wayfare {
 

@@ -12,8 +12,7 @@
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
-
-#include "slam/motion.hpp"
+#include <wayfare/slam/detail/motion.hpp>
 
 namespace wayfare {
 

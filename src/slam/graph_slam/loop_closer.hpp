@@ -10,11 +10,11 @@
 #include <Eigen/Core>
 
 #include <wayfare/core/parallel.hpp>
+#include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
 #include "slam/graph_slam/local_map.hpp"
 #include "slam/graph_slam/node_map.hpp"
-#include "slam/loops.hpp"
 
 namespace wayfare {
 

@@ -3,11 +3,11 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
 #include "slam/graph_slam/local_map.hpp"
 #include "slam/graph_slam/node_map.hpp"
-#include "slam/motion.hpp"
 
 namespace wayfare {
 

@@ -7,11 +7,11 @@
 #include <Eigen/LU>
 
 #include <wayfare/sensors/point_set.hpp>
+#include <wayfare/slam/detail/motion.hpp>
+#include <wayfare/slam/detail/scans.hpp>
 
 #include "match/local/registration.hpp"
 #include "match/open_direction.hpp"
-#include "slam/motion.hpp"
-#include "slam/scans.hpp"
 
 namespace wayfare {
 

@@ -3,13 +3,13 @@
 #include <cmath>
 #include <utility>
 
+#include <wayfare/slam/detail/motion.hpp>
+#include <wayfare/slam/detail/scans.hpp>
 #include <wayfare/slam/localisation.hpp>
 
 #include "slam/localisation/motion_guard.hpp"
 #include "slam/localisation/pose_filter.hpp"
 #include "slam/localisation/scan_weigher.hpp"
-#include "slam/motion.hpp"
-#include "slam/scans.hpp"
 
 namespace wayfare {
 

@@ -6,10 +6,9 @@
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/time.hpp>
+#include <wayfare/slam/detail/motion.hpp>
+#include <wayfare/slam/detail/scans.hpp>
 #include <wayfare/slam/localisation.hpp>
-
-#include "slam/motion.hpp"
-#include "slam/scans.hpp"
 
 namespace wayfare {
 

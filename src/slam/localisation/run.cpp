@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/slam/detail/scans.hpp>
 #include <wayfare/slam/localisation.hpp>
 #include <wayfare/sync/odometry_track.hpp>
 
-#include "slam/scans.hpp"
 #include "sync/gather_radar.hpp"
 
 namespace wayfare {

@@ -7,8 +7,7 @@
 #include <utility>
 
 #include <wayfare/pedestrian/pedestrian.hpp>
-
-#include "slam/scans.hpp"
+#include <wayfare/slam/detail/scans.hpp>
 
 namespace wayfare {
 namespace {

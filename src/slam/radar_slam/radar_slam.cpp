@@ -7,11 +7,11 @@
 #include <utility>
 
 #include <wayfare/core/parallel.hpp>
+#include <wayfare/slam/detail/motion.hpp>
+#include <wayfare/slam/detail/scans.hpp>
 
-#include "slam/motion.hpp"
 #include "slam/radar_slam/sensor_step.hpp"
 #include "slam/radar_slam/wall_points.hpp"
-#include "slam/scans.hpp"
 
 namespace wayfare {
 namespace {

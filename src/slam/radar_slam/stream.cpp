@@ -9,8 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include <wayfare/slam/detail/scans.hpp>
+
 #include "slam/radar_slam/dead_reckoning.hpp"
-#include "slam/scans.hpp"
 #include "sync/gather_radar.hpp"
 
 namespace wayfare {

@@ -7,8 +7,7 @@
 #include <Eigen/LU>
 
 #include <wayfare/map/point_maps.hpp>
-
-#include "slam/scans.hpp"
+#include <wayfare/slam/detail/scans.hpp>
 
 namespace wayfare {
 namespace {

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
+#include <wayfare/slam/detail/loops.hpp>
+#include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
-#include "slam/loops.hpp"
-#include "slam/motion.hpp"
 #include "slam/submap_slam/local_tracker.hpp"
 #include "slam/submap_slam/loop_search.hpp"
 #include "slam/submap_slam/submap_graph.hpp"

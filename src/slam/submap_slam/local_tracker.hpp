@@ -10,11 +10,11 @@
 #include <wayfare/map/probability_grid.hpp>
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
+#include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
 #include "match/local/registration.hpp"
 #include "match/open_direction.hpp"
-#include "slam/motion.hpp"
 #include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {

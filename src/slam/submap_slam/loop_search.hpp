@@ -11,9 +11,9 @@
 
 #include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/map/probability_grid.hpp>
+#include <wayfare/slam/detail/loops.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
-#include "slam/loops.hpp"
 #include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {

@@ -11,9 +11,8 @@
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/path_uncertainty.hpp>
 #include <wayfare/match/scan_matcher.hpp>
-
-#include "slam/motion.hpp"
-#include "slam/scans.hpp"
+#include <wayfare/slam/detail/motion.hpp>
+#include <wayfare/slam/detail/scans.hpp>
 
 namespace wayfare {
 
