@@ -3,12 +3,14 @@
 // Matches by a matcher of any type: what it may leave out, and what is refused.
 
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/match/scan_matcher.hpp>
+#include <wayfare/slam/detail/matched_map.hpp>
 
 #include "match/local/registration.hpp"
 #include "match/open_direction.hpp"
@@ -25,6 +27,31 @@ inline Result<void> check_match(const MatchResult& match) {
     return Error{ErrorCode::numerical,
                  "the matcher's covariance is not finite or not positive semi-definite"};
   return {};
+}
+
+/// Whether a match is within twice the window, and what it may be rounded up by: a matcher that
+/// does not keep to it may find another place.
+[[nodiscard]] inline bool is_within_reach(const MatchResult& match, const SE2d& prior,
+                                          const SearchWindow& window) {
+  constexpr double kRounding_m = 0.1, kRounding_rad = 0.05;
+  const SE2d& found = match.T_map_points;
+  const Eigen::Vector2d d = (found.translation() - prior.translation()).cwiseAbs();
+  const double turn = (prior.rotation().inverse() * found.rotation()).angle().radians();
+  return d.x() <= 2 * window.half_x_m + kRounding_m && d.y() <= 2 * window.half_y_m + kRounding_m &&
+         std::abs(turn) <= 2 * window.half_heading.radians() + kRounding_rad;
+}
+
+/// A valid match in or about the window; none where the matcher returns an Error.
+[[nodiscard]] inline Result<std::optional<MatchResult>> match_in(detail::MatchedMap& map,
+                                                                 const PointSet& points,
+                                                                 const SE2d& prior,
+                                                                 const SearchWindow& window,
+                                                                 const MatchOptions& options) {
+  auto found = map.match(points, prior, window, options);
+  if (!found || !*found) return std::optional<MatchResult>();
+  if (auto ok = check_match(**found); !ok) return ok.error();
+  if (!is_within_reach(**found, prior, window)) return std::optional<MatchResult>();
+  return found;
 }
 
 /// Zero where the matcher gives none.

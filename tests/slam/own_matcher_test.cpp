@@ -21,7 +21,7 @@
 namespace wayfare {
 namespace {
 
-double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
+double error_m(const Trajectory& estimate, const Trajectory& truth) {
   return eval::absolute_error(estimate, truth).translation_m.rmse;
 }
 
@@ -33,7 +33,8 @@ SubmapSlamOptions small_submaps(const Recording& recording, int threads = 1) {
   return options;
 }
 
-void feed(SubmapSlamSystem& slam, const Recording& recording, std::size_t from, std::size_t to) {
+void add_scans(SubmapSlamSystem& slam, const Recording& recording, std::size_t from,
+               std::size_t to) {
   const OdometryTrack odometry(recording.odometry);
   for (std::size_t i = from; i < to; ++i)
     ASSERT_TRUE(slam.add_scan(recording.scans[i], {odometry.at(recording.scans[i].time), {}}));
@@ -48,7 +49,7 @@ TEST(SubmapSlamByOtherMatchers, CloseALoopOfCorridors) {
     ASSERT_TRUE(slam) << slam.error().to_string();
     EXPECT_GT(slam->statistics.loop_closures, 5U);
     EXPECT_EQ(slam->statistics.unmatched_scans, 0U);
-    EXPECT_LT(rmse_m(slam->trajectory, run.truth), 0.10);
+    EXPECT_LT(error_m(slam->trajectory, run.truth), 0.10);
   };
   check(run_submap_slam(run.recording, IcpMatcher(), options));
   check(run_submap_slam(run.recording, NdtMatcher(), options));
@@ -61,7 +62,7 @@ TEST(SubmapSlamByOtherMatchers, SameBytesForAnyNumberOfThreadsAndAfterARestart) 
   for (const int threads : {1, 3}) {
     const auto options = small_submaps(run.recording, threads);
     auto slam = std::make_optional<BasicSubmapSlam<IcpMatcher>>(IcpMatcher(), options);
-    feed(*slam, run.recording, 0, n / 2 + 4);
+    add_scans(*slam, run.recording, 0, n / 2 + 4);
     const auto saved = slam->save();
     if (threads > 1) {
       auto restored = BasicSubmapSlam<IcpMatcher>::restore(saved, IcpMatcher(), options);
@@ -69,7 +70,7 @@ TEST(SubmapSlamByOtherMatchers, SameBytesForAnyNumberOfThreadsAndAfterARestart) 
       slam.emplace(*std::move(restored));
       EXPECT_EQ(slam->save(), saved);
     }
-    feed(*slam, run.recording, n / 2 + 4, n);
+    add_scans(*slam, run.recording, n / 2 + 4, n);
     ASSERT_TRUE(slam->finish());
     EXPECT_GT(slam->statistics().loop_closures, 0U);
     if (whole.empty()) whole = slam->save();
@@ -77,7 +78,7 @@ TEST(SubmapSlamByOtherMatchers, SameBytesForAnyNumberOfThreadsAndAfterARestart) 
   }
 }
 
-enum class Answer { match, bare, nothing, error, nan_pose, nan_score, no_covariance };
+enum class Answer { match, bare, nothing, error, elsewhere, nan_pose, nan_score, no_covariance };
 
 /// ICP that answers as it is told.
 struct ToldMatcher {
@@ -95,10 +96,11 @@ struct ToldMatcher {
     if (*answer == Answer::nothing) return std::optional<MatchResult>();
     auto found = icp.match(map, points, prior, window, options);
     if (!found || !*found) return found;
-    constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     MatchResult& m = **found;
-    if (*answer == Answer::nan_pose) m.T_map_points = SE2d(kNoNumber, 0.0, Angle());
-    if (*answer == Answer::nan_score) m.score = kNoNumber;
+    if (*answer == Answer::nan_pose) m.T_map_points = SE2d(kNan, 0.0, Angle());
+    if (*answer == Answer::elsewhere) m.T_map_points = SE2d(50.0, 0.0, Angle());
+    if (*answer == Answer::nan_score) m.score = kNan;
     if (*answer == Answer::no_covariance) m.covariance = -Eigen::Matrix3d::Identity();
     if (*answer != Answer::bare) return found;
     m.covariance.reset();
@@ -110,7 +112,7 @@ struct ToldMatcher {
 LaserScan scan_at(int i) { return room_scan(0.1 * i, 3.0 + 0.05 * i, 2.0); }
 
 TEST(SubmapSlamByOtherMatchers, WithoutAMatchThePredictedPoseIsKept) {
-  for (const Answer answer : {Answer::nothing, Answer::error}) {
+  for (const Answer answer : {Answer::nothing, Answer::error, Answer::elsewhere}) {
     const ToldMatcher matcher;
     BasicSubmapSlam slam(matcher);
     for (int i = 0; i < 5; ++i) ASSERT_TRUE(slam.add_scan(scan_at(i)));
@@ -174,7 +176,7 @@ TEST(HectorSlamByOtherMatchers, TracksWithoutOdometry) {
     ASSERT_TRUE(slam) << slam.error().to_string();
     EXPECT_EQ(slam->statistics.unmatched_scans, 0U);
     EXPECT_TRUE(slam->map.bounds());
-    EXPECT_LT(rmse_m(slam->trajectory, recording.truth), 0.03);
+    EXPECT_LT(error_m(slam->trajectory, recording.truth), 0.03);
   };
   check(run_hector_slam(recording, {}, IcpMatcher()));
   check(run_hector_slam(recording, {}, NdtMatcher()));
@@ -191,7 +193,7 @@ TEST(HectorSlamByOtherMatchers, TheLibrarysOwnMatcherIsOneOfThem) {
 }
 
 TEST(HectorSlamByOtherMatchers, WithoutAMatchThePredictedPoseIsKept) {
-  for (const Answer answer : {Answer::nothing, Answer::error}) {
+  for (const Answer answer : {Answer::nothing, Answer::error, Answer::elsewhere}) {
     const ToldMatcher matcher;
     BasicHectorSlam slam(matcher);
     for (int i = 0; i < 5; ++i) ASSERT_TRUE(slam.add_scan(scan_at(i), {}));

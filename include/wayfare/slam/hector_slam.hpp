@@ -82,8 +82,8 @@ class HectorSlamSystem {
   /// Processes the next scan with the odometry at its time, if any. Errors as GraphSlam::add_scan,
   /// and for a first scan that makes no map. A later one that would make the map too large is left
   /// out of it. An Error for a match that is not finite, or whose covariance is none, changes
-  /// nothing but the time of the filter. Where the matcher returns an Error the scan keeps its
-  /// predicted pose.
+  /// nothing but the time of the filter. Where the matcher returns an Error, or a pose far outside
+  /// the window, the scan keeps its predicted one.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 

@@ -9,10 +9,16 @@
 // rejection, weights and poses by τ = p(z | x, m) p(x | motion), map update, resampling when
 // 1/Σw² < N/2.
 //
+// The scan matching of step 5, in a likelihood field of each particle's map, is by any matcher; the
+// weights of step 6 need the field itself.
+//
 // RadarSlamStream is the same for measurements that arrive one by one, as on a robot.
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,6 +34,7 @@
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/match/pose_proposal.hpp>
+#include <wayfare/match/scan_matcher.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>
 #include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
@@ -148,10 +155,57 @@ struct RbpfStatistics {
   std::size_t resampled = 0;
 };
 
+/// A matcher that finds the centre of a particle's proposal; it is refined in the same field.
+template <class M>
+concept FieldMatcher =
+    ScanMatcher<M> && std::copy_constructible<M> && std::same_as<typename M::Map, LikelihoodField>;
+
+namespace detail {
+
+/// A matcher for one thread.
+class FieldMatching {
+ public:
+  virtual ~FieldMatching() = default;
+  [[nodiscard]] virtual Result<std::optional<MatchResult>> match(const LikelihoodField& field,
+                                                                 const PointSet& points,
+                                                                 const SE2d& prior,
+                                                                 const SearchWindow& window,
+                                                                 const MatchOptions& options) = 0;
+};
+
+template <FieldMatcher M>
+class FieldMatchingBy final : public FieldMatching {
+ public:
+  explicit FieldMatchingBy(const M& matcher) : matcher_(matcher) {}
+  Result<std::optional<MatchResult>> match(const LikelihoodField& field, const PointSet& points,
+                                           const SE2d& prior, const SearchWindow& window,
+                                           const MatchOptions& options) override {
+    return matcher_.match(field, points, prior, window, options);
+  }
+
+ private:
+  M matcher_;
+};
+
+using MakeFieldMatching = std::function<std::unique_ptr<FieldMatching>()>;
+
+template <FieldMatcher M>
+[[nodiscard]] MakeFieldMatching field_matching(const M& matcher) {
+  return [=] { return std::make_unique<FieldMatchingBy<M>>(matcher); };
+}
+
+}  // namespace detail
+
 /// Takes motion and scans in order of time. Not thread-safe; results do not depend on threads.
 class RadarSlam {
  public:
+  /// By exhaustive search.
   explicit RadarSlam(const RadarSlamOptions& options = {});
+  /// By copies of a matcher, which must not depend on earlier matches. Where it returns an Error,
+  /// or a pose that is not finite, the particle is drawn from the motion.
+  template <FieldMatcher M>
+  explicit RadarSlam(const M& matcher, const RadarSlamOptions& options = {})
+      : RadarSlam(detail::field_matching(matcher), options) {}
 
   /// Motion since the last call (or since the first scan). Returns an Error for non-finite values
   /// or a covariance that is not positive semi-definite.
@@ -177,6 +231,8 @@ class RadarSlam {
   [[nodiscard]] const RbpfStatistics& statistics() const;
 
  private:
+  RadarSlam(const detail::MakeFieldMatching& make, const RadarSlamOptions& options);
+
   class Engine;
   detail::Owned<Engine> engine_;
 };
@@ -275,6 +331,10 @@ struct RadarSlamStreamOptions {
 class RadarSlamStream {
  public:
   explicit RadarSlamStream(const RadarSlamStreamOptions& options = {});
+  /// By a matcher, as RadarSlam.
+  template <FieldMatcher M>
+  explicit RadarSlamStream(const M& matcher, const RadarSlamStreamOptions& options = {})
+      : RadarSlamStream(RadarSlam(matcher, filter_options(options)), options) {}
 
   /// A measurement not later than the last of its stream, or than the last one processed, is
   /// refused and counted.
@@ -300,6 +360,10 @@ class RadarSlamStream {
   [[nodiscard]] RadarSlamRun result() const;
 
  private:
+  /// Of the filter, for the stream's source of motion.
+  [[nodiscard]] static RadarSlamOptions filter_options(const RadarSlamStreamOptions& options);
+  RadarSlamStream(RadarSlam slam, const RadarSlamStreamOptions& options);
+
   class Impl;
   detail::Owned<Impl> impl_;
 };

@@ -112,7 +112,8 @@ class SubmapSlamSystem {
  public:
   /// Processes the next scan with the motion up to it, if known. Errors as GraphSlam::add_scan;
   /// also for a match that is not finite or whose covariance is none, which changes nothing. Where
-  /// the matcher returns an Error the scan keeps its predicted pose.
+  /// the matcher returns an Error, or a pose far outside the window, the scan keeps its predicted
+  /// one.
   Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint = {});
 
   /// Joins the running search, searches for loops from the latest scans once more and optimises to

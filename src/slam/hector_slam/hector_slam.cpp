@@ -127,13 +127,9 @@ class HectorSlamSystem::Engine {
                 static_cast<float>(options_.max_range_m));
   }
 
-  /// Nothing where the matcher returns an Error; an Error for a match that is not valid.
   [[nodiscard]] Found match(const PointSet& points, const SE2d& prior, const SearchWindow& window,
                             const MatchOptions& options) {
-    auto found = matched_->match(points, prior, window, options);
-    if (!found || !*found) return std::optional<MatchResult>();
-    if (auto ok = check_match(**found); !ok) return ok.error();
-    return found;
+    return match_in(*matched_, points, prior, window, options);
   }
 
   Result<ScanOutcome> place(const PointSet& points, const Predicted& predicted,

@@ -107,15 +107,13 @@ class LocalTracker {
 
   using Match = std::optional<MatchResult>;
 
-  /// Nothing where the matcher returns an Error.
   [[nodiscard]] Result<Match> match(const SubmapGraph& map, const PointSet& points,
                                     const SE2d& T_local_prior, const SearchWindow& window,
                                     const MatchOptions& options) const {
     const SE2d& T_local_submap = matched_submap(map).T_local_submap;
-    auto found = active_.front().map->match(points, T_local_submap.inverse() * T_local_prior,
-                                            window, options);
-    if (!found || !*found) return Match();
-    if (auto ok = check_match(**found); !ok) return ok.error();
+    auto found = match_in(*active_.front().map, points, T_local_submap.inverse() * T_local_prior,
+                          window, options);
+    if (!found || !*found) return found;
     (*found)->T_map_points = T_local_submap * (*found)->T_map_points;
     return found;
   }

@@ -145,9 +145,9 @@ std::optional<PoseEdge<SE2d>> LoopSearch::match(const Query& query, const Candid
   options.independent_points = options_.independent_points;
   options.covariance = true;
   options.min_score = options_.min_score;
-  const auto near = c.tables->map->match(query.points, (*found)->T_map_points,
-                                         {0.3, 0.3, Angle::degrees(6)}, options);
-  if (!near || !*near || !check_match(**near)) return std::nullopt;
+  const auto near = match_in(*c.tables->map, query.points, (*found)->T_map_points,
+                             {0.3, 0.3, Angle::degrees(6)}, options);
+  if (!near || !*near) return std::nullopt;
   const Eigen::Vector3d floor(0.04, 0.04, Angle::degrees(0.6).radians());
   const OpenDirection open = open_direction(**near, query.points);
   const Eigen::Matrix3d covariance =
