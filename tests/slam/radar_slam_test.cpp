@@ -84,6 +84,7 @@ RadarSlamRun run_by(const M& matcher, int threads = 1) {
   RadarSlamStream stream(matcher, options);
   for (const WheelSample& sample : r.wheels) stream.add(sample);
   for (const GyroSample& sample : r.gyro) stream.add(sample);
+  for (const RadarScan& scan : r.radar) stream.add(scan);  // whose times divide the motion
   for (const LaserScan& scan : r.scans) stream.add(scan);
   stream.finish();
   while (stream.step()) continue;
