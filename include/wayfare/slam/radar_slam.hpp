@@ -14,11 +14,8 @@
 //
 // RadarSlamStream is the same for measurements that arrive one by one, as on a robot.
 
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -34,12 +31,12 @@
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/match/pose_proposal.hpp>
-#include <wayfare/match/scan_matcher.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>
 #include <wayfare/sensors/measurements.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/sensors/scans.hpp>
 #include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/slam/detail/field_matching.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 #include <wayfare/sync/augmented_scans.hpp>
 
@@ -154,47 +151,6 @@ struct RbpfStatistics {
   std::size_t matches = 0, matches_refused = 0;  ///< over all particles
   std::size_t resampled = 0;
 };
-
-/// A matcher that finds the centre of a particle's proposal; it is refined in the same field.
-template <class M>
-concept FieldMatcher =
-    ScanMatcher<M> && std::copy_constructible<M> && std::same_as<typename M::Map, LikelihoodField>;
-
-namespace detail {
-
-/// A matcher for one thread.
-class FieldMatching {
- public:
-  virtual ~FieldMatching() = default;
-  [[nodiscard]] virtual Result<std::optional<MatchResult>> match(const LikelihoodField& field,
-                                                                 const PointSet& points,
-                                                                 const SE2d& prior,
-                                                                 const SearchWindow& window,
-                                                                 const MatchOptions& options) = 0;
-};
-
-template <FieldMatcher M>
-class FieldMatchingBy final : public FieldMatching {
- public:
-  explicit FieldMatchingBy(const M& matcher) : matcher_(matcher) {}
-  Result<std::optional<MatchResult>> match(const LikelihoodField& field, const PointSet& points,
-                                           const SE2d& prior, const SearchWindow& window,
-                                           const MatchOptions& options) override {
-    return matcher_.match(field, points, prior, window, options);
-  }
-
- private:
-  M matcher_;
-};
-
-using MakeFieldMatching = std::function<std::unique_ptr<FieldMatching>()>;
-
-template <FieldMatcher M>
-[[nodiscard]] MakeFieldMatching field_matching(const M& matcher) {
-  return [=] { return std::make_unique<FieldMatchingBy<M>>(matcher); };
-}
-
-}  // namespace detail
 
 /// Takes motion and scans in order of time. Not thread-safe; results do not depend on threads.
 class RadarSlam {
