@@ -212,7 +212,9 @@ TEST(HectorSlamByOtherMatchers, AMatchThatIsNotValidIsReportedAndChangesNothing)
     BasicHectorSlam slam(matcher), untouched{ToldMatcher()};
     for (int i = 0; i < 7; ++i) {
       *matcher.answer = answer;
-      if (i > 0) EXPECT_FALSE(slam.add_scan(scan_at(i), {}));
+      if (i > 0) {
+        EXPECT_FALSE(slam.add_scan(scan_at(i), {}));
+      }
       *matcher.answer = Answer::match;
       const auto after = slam.add_scan(scan_at(i), {}), want = untouched.add_scan(scan_at(i), {});
       ASSERT_TRUE(after && want);
