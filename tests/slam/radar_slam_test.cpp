@@ -4,8 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include <gtest/gtest.h>
+
+#include <wayfare/match/correlative.hpp>
+#include <wayfare/match/gauss_newton.hpp>
 
 #include "radar_slam_support.hpp"
 #include "support.hpp"
@@ -45,6 +49,64 @@ TEST(RadarSlam, GivesTheSameBytesForAnyNumberOfThreads) {
   const RunBytes other = bytes(2, 1);
   EXPECT_NE(one.poses, other.poses);
   EXPECT_NE(one.lidar, other.lidar);
+}
+
+enum class Answer { match, error, nan };
+
+/// Ascends the field's gradient.
+struct GradientMatcher {
+  using Map = LikelihoodField;
+  Answer answer = Answer::match;
+
+  [[nodiscard]] Result<std::optional<MatchResult>> match(const LikelihoodField& field,
+                                                         const PointSet& points, const SE2d& prior,
+                                                         const SearchWindow&,
+                                                         const MatchOptions& options) const {
+    const auto found = refine(field, points, prior);
+    if (answer == Answer::error || !found) return Error{ErrorCode::numerical, "no answer"};
+    if (found->score < options.min_score) return std::optional<MatchResult>();
+    MatchResult match;
+    match.T_map_points = found->T_map_points;
+    match.score = found->score;
+    if (answer == Answer::nan)
+      match.T_map_points = SE2d(std::numeric_limits<double>::quiet_NaN(), 0.0, Angle());
+    return std::optional(match);
+  }
+};
+
+template <class M>
+RadarSlamRun run_by(const M& matcher, int threads = 1) {
+  const Recording& r = room();
+  RadarSlamStreamOptions options{
+      few(), SlamSensors::lidar, MotionSource::wheels, {}, sync_params(r)};
+  options.slam.T_base_laser = r.T_base_laser;
+  options.slam.threads = threads;
+  RadarSlamStream stream(matcher, options);
+  for (const WheelSample& sample : r.wheels) stream.add(sample);
+  for (const GyroSample& sample : r.gyro) stream.add(sample);
+  for (const RadarScan& scan : r.radar) stream.add(scan);  // whose times divide the motion
+  for (const LaserScan& scan : r.scans) stream.add(scan);
+  stream.finish();
+  while (stream.step()) continue;
+  return stream.result();
+}
+
+TEST(RadarSlam, TracksByAnotherMatcher) {
+  const RadarSlamRun slam = run_by(GradientMatcher());
+  EXPECT_LT(largest_error_m(slam.trajectory, room()), kClose_m);
+  EXPECT_GT(slam.statistics.matches, 10 * slam.statistics.matches_refused);
+  EXPECT_EQ(bytes_of(slam), bytes_of(run_by(GradientMatcher(), 3)));
+  EXPECT_EQ(bytes_of(run_by(CorrelativeMatcher())), bytes_of(run(room(), SlamSensors::lidar)));
+}
+
+TEST(RadarSlam, WithoutAMatchParticlesAreDrawnFromTheMotion) {
+  for (const Answer answer : {Answer::error, Answer::nan}) {
+    const RadarSlamRun slam = run_by(GradientMatcher{answer});
+    EXPECT_EQ(slam.statistics.matches, 0U);
+    EXPECT_GT(slam.statistics.matches_refused, 0U);
+    for (const StampedPose& p : slam.trajectory)
+      ASSERT_TRUE(p.T_map_base.raw().translation().allFinite());
+  }
 }
 
 TEST(RadarSlam, RefusesInvalidMeasurements) {

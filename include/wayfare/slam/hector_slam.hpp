@@ -1,10 +1,12 @@
 #pragma once
 
-// SLAM by matching every scan to one multi-resolution map (Kohlbrecher et al. 2011): no loop
-// closures, and no odometry needed at a high scan rate. With an inertial unit, a navigation filter
-// with six degrees of freedom runs alongside: it levels the scans and gives the initial pose of
-// each match, and each match is fused into it by covariance intersection.
+// SLAM by matching every scan to one map, a multi-resolution grid (Kohlbrecher et al. 2011) or that
+// of another matcher: no loop closures, and no odometry needed at a high scan rate. With an
+// inertial unit, a navigation filter with six degrees of freedom runs alongside: it levels the
+// scans and gives the initial pose of each match, and each match is fused into it by covariance
+// intersection.
 
+#include <concepts>
 #include <optional>
 #include <string>
 
@@ -20,6 +22,7 @@
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/sensors/scans.hpp>
 #include <wayfare/slam/detail/carrier_filter.hpp>
+#include <wayfare/slam/detail/matched_map.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 
 namespace wayfare {
@@ -69,17 +72,18 @@ struct HectorStatistics {
   std::size_t levelled_scans = 0, fused_scans = 0, carrier_starts = 0;
 };
 
-/// Processes one scan at a time. Not thread-safe.
-class HectorSlam {
+/// Hector SLAM by any matcher, as made by a BasicHectorSlam. Processes one scan at a time. Not
+/// thread-safe.
+class HectorSlamSystem {
  public:
-  explicit HectorSlam(const HectorSlamOptions& options = {});
-
   /// Adds a sample of an inertial unit on the same body, before the scans that follow it.
   UpdateStatus add(const ImuSample& sample);
 
   /// Processes the next scan with the odometry at its time, if any. Errors as GraphSlam::add_scan,
   /// and for a first scan that makes no map. A later one that would make the map too large is left
-  /// out of it.
+  /// out of it. An Error for a match that is not finite, or whose covariance is none, changes
+  /// nothing but the time of the filter. Where the matcher returns an Error, or a pose far outside
+  /// the window, the scan keeps its predicted one.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 
@@ -91,10 +95,29 @@ class HectorSlam {
   /// for a time at which `covers` is false.
   [[nodiscard]] const CarrierFilter& carrier() const;
 
+ protected:
+  HectorSlamSystem(const HectorSlamOptions& options, const detail::MakeHectorMap& make_map);
+
  private:
   class Engine;
   detail::Owned<Engine> engine_;
 };
+
+/// Hector SLAM by a matcher `M` that matches in the tables of the system's grids (`M::Map` is
+/// ProbabilityPyramid), or makes its own map (MappingMatcher), of all scans and again for each that
+/// is added. `HectorSlamOptions::match` is for the default. A match without a covariance is not
+/// fused with an inertial unit.
+template <ScanMatcher M>
+class BasicHectorSlam : public HectorSlamSystem {
+ public:
+  explicit BasicHectorSlam(
+      const HectorSlamOptions& options = {}) requires std::same_as<M, GaussNewtonMatcher>
+      : BasicHectorSlam(M(options.match), options) {}
+  explicit BasicHectorSlam(const M& matcher, const HectorSlamOptions& options = {})
+      : HectorSlamSystem(options, detail::hector_map(matcher)) {}
+};
+
+using HectorSlam = BasicHectorSlam<GaussNewtonMatcher>;
 
 /// Results for a whole recording.
 struct HectorRun {
@@ -111,5 +134,20 @@ Result<HectorRun> run_hector_slam(const Recording& recording, HectorSlamOptions 
 Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecording& unit,
                                   HectorSlamOptions options = {},
                                   const SlamProgress& progress = {});
+
+namespace detail {
+Result<HectorRun> run(HectorSlamSystem& slam, const Recording& recording, const MargRecording& unit,
+                      const SlamProgress& progress);
+}  // namespace detail
+
+/// The same by a matcher; `unit` may be empty.
+template <ScanMatcher M>
+Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecording& unit,
+                                  const M& matcher, HectorSlamOptions options = {},
+                                  const SlamProgress& progress = {}) {
+  options.T_base_laser = recording.T_base_laser;
+  BasicHectorSlam<M> slam(matcher, options);
+  return detail::run(slam, recording, unit, progress);
+}
 
 }  // namespace wayfare

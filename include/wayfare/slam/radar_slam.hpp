@@ -9,6 +9,9 @@
 // rejection, weights and poses by τ = p(z | x, m) p(x | motion), map update, resampling when
 // 1/Σw² < N/2.
 //
+// The scan matching of step 5, in a likelihood field of each particle's map, is by any matcher; the
+// weights of step 6 need the field itself.
+//
 // RadarSlamStream is the same for measurements that arrive one by one, as on a robot.
 
 #include <cstddef>
@@ -33,6 +36,7 @@
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/sensors/scans.hpp>
 #include <wayfare/sensors/trajectory.hpp>
+#include <wayfare/slam/detail/field_matching.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 #include <wayfare/sync/augmented_scans.hpp>
 
@@ -151,7 +155,13 @@ struct RbpfStatistics {
 /// Takes motion and scans in order of time. Not thread-safe; results do not depend on threads.
 class RadarSlam {
  public:
+  /// By exhaustive search.
   explicit RadarSlam(const RadarSlamOptions& options = {});
+  /// By copies of a matcher, which must not depend on earlier matches. Where it returns an Error,
+  /// or a pose that is not finite, the particle is drawn from the motion.
+  template <FieldMatcher M>
+  explicit RadarSlam(const M& matcher, const RadarSlamOptions& options = {})
+      : RadarSlam(detail::field_matching(matcher), options) {}
 
   /// Motion since the last call (or since the first scan). Returns an Error for non-finite values
   /// or a covariance that is not positive semi-definite.
@@ -177,6 +187,8 @@ class RadarSlam {
   [[nodiscard]] const RbpfStatistics& statistics() const;
 
  private:
+  RadarSlam(const detail::MakeFieldMatching& make, const RadarSlamOptions& options);
+
   class Engine;
   detail::Owned<Engine> engine_;
 };
@@ -275,6 +287,10 @@ struct RadarSlamStreamOptions {
 class RadarSlamStream {
  public:
   explicit RadarSlamStream(const RadarSlamStreamOptions& options = {});
+  /// By a matcher, as RadarSlam.
+  template <FieldMatcher M>
+  explicit RadarSlamStream(const M& matcher, const RadarSlamStreamOptions& options = {})
+      : RadarSlamStream(RadarSlam(matcher, filter_options(options)), options) {}
 
   /// A measurement not later than the last of its stream, or than the last one processed, is
   /// refused and counted.
@@ -300,6 +316,10 @@ class RadarSlamStream {
   [[nodiscard]] RadarSlamRun result() const;
 
  private:
+  /// Of the filter, for the stream's source of motion.
+  [[nodiscard]] static RadarSlamOptions filter_options(const RadarSlamStreamOptions& options);
+  RadarSlamStream(RadarSlam slam, const RadarSlamStreamOptions& options);
+
   class Impl;
   detail::Owned<Impl> impl_;
 };

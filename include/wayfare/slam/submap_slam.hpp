@@ -1,14 +1,17 @@
 #pragma once
 
 // SLAM with submaps and loop closure (after Hess et al. 2016): every scan is matched to a submap of
-// the latest scans on a smooth grid; finished submaps are searched for loop closures by branch and
-// bound in the background; poses of submaps and scans are optimised together.
+// the latest scans on a smooth grid, or by another matcher; finished submaps are searched for loop
+// closures by branch and bound in the background; poses of submaps and scans are optimised
+// together.
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <wayfare/core/angle.hpp>
@@ -20,6 +23,7 @@
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/motion/differential_drive_model.hpp>
 #include <wayfare/sensors/recording.hpp>
+#include <wayfare/slam/detail/matched_map.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 
 namespace wayfare {
@@ -102,12 +106,14 @@ struct LocalPlacement {
   Eigen::Vector3d predicted_sigma = Eigen::Vector3d::Zero();  ///< of the predicted pose
 };
 
-/// Processes one scan at a time. Not thread-safe; results depend neither on timing nor on threads.
-class SubmapSlam {
+/// Submap SLAM by any matcher, as made by a BasicSubmapSlam. Processes one scan at a time. Not
+/// thread-safe; results depend neither on timing nor on threads.
+class SubmapSlamSystem {
  public:
-  explicit SubmapSlam(const SubmapSlamOptions& options = {});
-
-  /// Processes the next scan with the motion up to it, if known. Errors as GraphSlam::add_scan.
+  /// Processes the next scan with the motion up to it, if known. Errors as GraphSlam::add_scan;
+  /// also for a match that is not finite or whose covariance is none, which changes nothing. Where
+  /// the matcher returns an Error, or a pose far outside the window, the scan keeps its predicted
+  /// one.
   Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint = {});
 
   /// Joins the running search, searches for loops from the latest scans once more and optimises to
@@ -129,17 +135,59 @@ class SubmapSlam {
 
   /// The complete state, to continue later as if without interruption.
   [[nodiscard]] std::vector<std::uint8_t> save() const;
-  /// Continues from a saved state, with the options it was saved under. An Error names the byte at
-  /// which it is not valid: damaged (by its digest), or with values that no map has.
-  [[nodiscard]] static Result<SubmapSlam> restore(std::span<const std::uint8_t> bytes,
-                                                  const SubmapSlamOptions& options = {});
+
+ protected:
+  /// Scans of the unfinished submap are matched by `options.match`, loops on a smooth grid.
+  explicit SubmapSlamSystem(const SubmapSlamOptions& options);
+  SubmapSlamSystem(const SubmapSlamOptions& options, detail::SubmapMaps maps);
+  Result<void> load(std::span<const std::uint8_t> bytes);
 
  private:
   class Engine;
   friend struct SubmapState;
-  explicit SubmapSlam(detail::Owned<Engine> engine);
   detail::Owned<Engine> engine_;
 };
+
+/// Submap SLAM by a matcher `M` that makes its own maps (MappingMatcher), or matches in the tables
+/// of occupancy probabilities that the system keeps (`M::Map` is ProbabilityPyramid). It matches
+/// scans to the unfinished submap, whose map is made again when a scan was added, and refines
+/// loops, in several threads by a copy each; it must not depend on earlier matches. The wide
+/// searches before are the library's. `SubmapSlamOptions::match` is not used.
+///
+/// A match without a covariance counts as exact to the tolerance of the graph's edges; one without
+/// a scene constraint takes it from the covariance.
+template <ScanMatcher M>
+class BasicSubmapSlam : public SubmapSlamSystem {
+ public:
+  explicit BasicSubmapSlam(
+      const SubmapSlamOptions& options = {}) requires std::same_as<M, GaussNewtonMatcher>
+      : SubmapSlamSystem(options) {}
+  explicit BasicSubmapSlam(const M& matcher, const SubmapSlamOptions& options = {})
+      : SubmapSlamSystem(options, detail::submap_maps(matcher, matcher, options.grid,
+                                                      options.T_base_laser.raw().translation())) {}
+
+  /// Continues from a saved state, with the options and the matcher it was saved under. An Error
+  /// names the byte at which it is not valid: damaged (by its digest), or with values that no map
+  /// has.
+  [[nodiscard]] static Result<BasicSubmapSlam> restore(
+      std::span<const std::uint8_t> bytes,
+      const SubmapSlamOptions& options = {}) requires std::same_as<M, GaussNewtonMatcher> {
+    return BasicSubmapSlam(options).loaded(bytes);
+  }
+  [[nodiscard]] static Result<BasicSubmapSlam> restore(std::span<const std::uint8_t> bytes,
+                                                       const M& matcher,
+                                                       const SubmapSlamOptions& options = {}) {
+    return BasicSubmapSlam(matcher, options).loaded(bytes);
+  }
+
+ private:
+  [[nodiscard]] Result<BasicSubmapSlam> loaded(std::span<const std::uint8_t> bytes) && {
+    if (auto ok = load(bytes); !ok) return ok.error();
+    return std::move(*this);
+  }
+};
+
+using SubmapSlam = BasicSubmapSlam<GaussNewtonMatcher>;
 
 /// Results for a whole recording.
 struct SubmapSlamRun {
@@ -158,5 +206,25 @@ struct SubmapSlamRun {
 Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOptions options = {},
                                       const SlamProgress& progress = {},
                                       std::span<const std::uint8_t> saved = {});
+
+namespace detail {
+Result<SubmapSlamRun> run(SubmapSlamSystem& slam, const Recording& recording,
+                          const SlamProgress& progress);
+}  // namespace detail
+
+/// The same by a matcher.
+template <ScanMatcher M>
+Result<SubmapSlamRun> run_submap_slam(const Recording& recording, const M& matcher,
+                                      SubmapSlamOptions options = {},
+                                      const SlamProgress& progress = {},
+                                      std::span<const std::uint8_t> saved = {}) {
+  options.T_base_laser = recording.T_base_laser;
+  if (saved.empty()) {
+    BasicSubmapSlam<M> slam(matcher, options);
+    return detail::run(slam, recording, progress);
+  }
+  auto slam = BasicSubmapSlam<M>::restore(saved, matcher, options);
+  return slam ? detail::run(*slam, recording, progress) : slam.error();
+}
 
 }  // namespace wayfare

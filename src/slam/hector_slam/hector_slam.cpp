@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include <Eigen/LU>
@@ -10,17 +11,16 @@
 #include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/detail/scans.hpp>
 
-#include "match/local/registration.hpp"
-#include "match/open_direction.hpp"
+#include "slam/matched.hpp"
 
 namespace wayfare {
 
-class HectorSlam::Engine {
+class HectorSlamSystem::Engine {
  public:
-  explicit Engine(const HectorSlamOptions& options)
+  Engine(const HectorSlamOptions& options, const detail::MakeHectorMap& make_map)
       : options_(options),
         map_(options.map),
-        matcher_(options.match),
+        matched_(make_map(map_)),
         carrier_(options.carrier),
         motion_model_(options.odometry, options.constant_velocity) {}
 
@@ -37,16 +37,19 @@ class HectorSlam::Engine {
     if (has_imu_) carrier_.advance(scan.time);
     level_known_ = has_imu_ && carrier_.level_sigma() < options_.level_sigma;
     const View view = level_known_ ? level(scan) : View{&scan, options_.T_base_laser.raw()};
+    const PointSet points = points_of(view);
     ScanOutcome outcome;
     if (map_.empty()) {
       pose_ = odometry.value_or(SE2d());
       outcome.matched = true;
     } else {
-      outcome =
-          place(view, predict(scan.time, odometry), alternative_to_odometry(scan.time, odometry));
+      auto placed =
+          place(points, predict(scan.time, odometry), alternative_to_odometry(scan.time, odometry));
+      if (!placed) return placed;
+      outcome = *placed;
     }
     if (outcome.matched && map_update_due()) {
-      const auto inserted = insert_into_map(view);
+      const auto inserted = insert_into_map(view, points);
       if (!inserted && map_.empty()) return inserted.error();
       outcome.became_node = inserted.has_value();
     }
@@ -116,69 +119,82 @@ class HectorSlam::Engine {
     return Alternative{pose_ * by_velocity.increment, jumps(by_odometry, by_velocity)};
   }
 
-  ScanOutcome place(const View& view, const Predicted& predicted,
-                    const std::optional<Alternative>& alternative) {
-    const PointSet points = thin(end_points(*view.scan, view.T_base_laser),
-                                 static_cast<float>(options_.point_spacing_m),
-                                 static_cast<float>(options_.max_range_m));
-    MatchOptions match;
-    match.min_score = options_.min_score;
-    match.independent_points = options_.independent_points;
-    match.prior_information = predicted.information;
-    match.covariance = has_imu_;
+  using Found = Result<std::optional<MatchResult>>;
+
+  [[nodiscard]] PointSet points_of(const View& view) const {
+    return thin(end_points(*view.scan, view.T_base_laser),
+                static_cast<float>(options_.point_spacing_m),
+                static_cast<float>(options_.max_range_m));
+  }
+
+  [[nodiscard]] Found match(const PointSet& points, const SE2d& prior, const SearchWindow& window,
+                            const MatchOptions& options) {
+    return match_in(*matched_, points, prior, window, options);
+  }
+
+  Result<ScanOutcome> place(const PointSet& points, const Predicted& predicted,
+                            const std::optional<Alternative>& alternative) {
+    if (points.empty()) {
+      pose_ = predicted.pose;
+      return ScanOutcome();
+    }
+    MatchOptions options;
+    options.min_score = options_.min_score;
+    options.independent_points = options_.independent_points;
+    options.prior_information = predicted.information;
+    options.covariance = has_imu_;
     const Eigen::Vector3d reach = options_.search_sigmas * predicted.sigma;
     const double half_m = std::max(reach[0], reach[1]);
     const SearchWindow window{half_m, half_m, Angle::radians(reach[2])};
-    ScanOutcome outcome;
-    pose_ = predicted.pose;
-    if (points.empty()) return outcome;
-    auto found = matcher_.match(map_.tables(), points, predicted.pose, window, match);
-    if (coasting_) multi_start_search(points, predicted, match, found);
+    Found found = match(points, predicted.pose, window, options);
+    if (coasting_) multi_start_search(points, predicted, options, found);
     const bool poor = score_of(found) < options_.tracked_score;
-    if (poor) search_wider(points, predicted.pose, half_m, match, found);
+    if (poor) search_wider(points, predicted.pose, half_m, options, found);
     if (alternative && (poor || alternative->jumps))
-      search_wider(points, alternative->pose, 0.0, match, found);
-    if (!found || !*found) return outcome;
-    pose_ = (*found)->T_map_points;
-    if ((*found)->covariance) fuse_match(**found, points, predicted.pose);
+      search_wider(points, alternative->pose, 0.0, options, found);
+    if (!found) return found.error();
+    pose_ = *found ? (*found)->T_map_points : predicted.pose;
+    ScanOutcome outcome;
+    if (!*found) return outcome;
+    if (has_imu_ && (*found)->covariance) fuse_match(**found, points, predicted.pose);
     outcome.score = (*found)->score;
     outcome.matched = true;
     return outcome;
   }
 
-  static double score_of(const Result<std::optional<MatchResult>>& found) {
-    return found && *found ? (*found)->score : 0.0;
-  }
+  static double score_of(const Found& found) { return found && *found ? (*found)->score : 0.0; }
 
   /// For a robot that turned more than the motion model allows, or without wheel odometry of it.
-  void search_wider(const PointSet& points, const SE2d& start, double half_m, MatchOptions match,
-                    Result<std::optional<MatchResult>>& best) const {
+  void search_wider(const PointSet& points, const SE2d& start, double half_m, MatchOptions options,
+                    Found& best) {
     constexpr double kMargin = 0.05, kPriorWeight = 0.25, kLeast_m = 0.8;
+    if (!best) return;
     const double half = std::max(half_m, kLeast_m);
-    *match.prior_information *= kPriorWeight;
-    auto found =
-        matcher_.match(map_.tables(), points, start, {half, half, Angle::degrees(60)}, match);
+    *options.prior_information *= kPriorWeight;
+    Found found = match(points, start, {half, half, Angle::degrees(60)}, options);
     const double score = score_of(found);
-    if (score >= options_.lost_score && score > score_of(best) + kMargin) best = std::move(found);
+    if (!found || (score >= options_.lost_score && score > score_of(best) + kMargin))
+      best = std::move(found);
   }
 
   /// After unmatched scans the filter's error may exceed the basin of convergence: matches from
   /// starts all over the filter's uncertainty, and takes the best.
-  void multi_start_search(const PointSet& points, const Predicted& predicted, MatchOptions match,
-                          Result<std::optional<MatchResult>>& best) const {
+  void multi_start_search(const PointSet& points, const Predicted& predicted, MatchOptions options,
+                          Found& best) {
     constexpr double kStep_m = 0.5, kSigmas = 2.0, kFarthest_m = 3.0;
     const double sigma = std::max(predicted.sigma[0], predicted.sigma[1]);
     if (!(sigma > kStep_m)) return;
-    match.prior_information.reset();
+    options.prior_information.reset();
     const int reach = static_cast<int>(std::min(kFarthest_m, kSigmas * sigma) / kStep_m);
     const SearchWindow window{kStep_m, kStep_m, Angle::radians(kSigmas * predicted.sigma[2])};
     for (int i = -reach; i <= reach; ++i)
       for (int j = -reach; j <= reach; ++j) {
         const SE2d start(predicted.pose.translation() + kStep_m * Eigen::Vector2d(i, j),
                          predicted.pose.rotation());
-        auto found = matcher_.match(map_.tables(), points, start, window, match);
-        if (!found || !*found) continue;
-        if (!best || !*best || (*found)->score > (*best)->score) best = std::move(found);
+        if (!best) return;
+        Found found = match(points, start, window, options);
+        if (!found || (*found && (!*best || (*found)->score > (*best)->score)))
+          best = std::move(found);
       }
   }
 
@@ -187,7 +203,7 @@ class HectorSlam::Engine {
   void fuse_match(const MatchResult& match, const PointSet& points, const SE2d& predicted) {
     constexpr double kNoInformation_m =
         1000.0;  // a direction set from the filter carries no information
-    const OpenDirection open(*match.constraint, detail::rms_distance_m(points));
+    const OpenDirection open = open_direction(match, points);
     if (carrier_.placed()) pose_ = open.settle(pose_, predicted);
     if (carrier_.placed() && carrier_.fuse(pose_, open.widen(*match.covariance, kNoInformation_m)))
       ++statistics_.fused_scans;
@@ -198,8 +214,9 @@ class HectorSlam::Engine {
                                               options_.map_travel_m, options_.map_turn);
   }
 
-  Result<void> insert_into_map(const View& view) {
+  Result<void> insert_into_map(const View& view, const PointSet& points) {
     if (auto ok = map_.insert(pose_ * view.T_base_laser, *view.scan); !ok) return ok;
+    if (auto ok = matched_->add(pose_, points); !ok) return ok;
     T_map_latest_inserted_ = pose_;
     ++statistics_.scans_in_map;
     return {};
@@ -207,7 +224,7 @@ class HectorSlam::Engine {
 
   HectorSlamOptions options_;
   MultiResolutionGrid map_;
-  GaussNewtonMatcher matcher_;
+  std::unique_ptr<detail::GrowingMap> matched_;
   CarrierFilter carrier_;
   bool has_imu_ = false,
        level_known_ = false;  // inertial unit and level available at the latest scan
@@ -220,18 +237,19 @@ class HectorSlam::Engine {
   HectorStatistics statistics_;
 };
 
-HectorSlam::HectorSlam(const HectorSlamOptions& options)
-    : engine_(detail::make_owned<Engine>(options)) {}
+HectorSlamSystem::HectorSlamSystem(const HectorSlamOptions& options,
+                                   const detail::MakeHectorMap& make_map)
+    : engine_(detail::make_owned<Engine>(options, make_map)) {}
 
-UpdateStatus HectorSlam::add(const ImuSample& sample) { return engine_->add(sample); }
-Result<ScanOutcome> HectorSlam::add_scan(const LaserScan& scan,
-                                         const std::optional<OdomPose>& odometry) {
+UpdateStatus HectorSlamSystem::add(const ImuSample& sample) { return engine_->add(sample); }
+Result<ScanOutcome> HectorSlamSystem::add_scan(const LaserScan& scan,
+                                               const std::optional<OdomPose>& odometry) {
   return engine_->add_scan(scan, detail::raw(odometry));
 }
-const Trajectory& HectorSlam::trajectory() const { return engine_->trajectory(); }
-const OccupancyGrid& HectorSlam::map() const { return engine_->map(); }
-const HectorStatistics& HectorSlam::statistics() const { return engine_->statistics(); }
-const CarrierFilter& HectorSlam::carrier() const { return engine_->carrier(); }
+const Trajectory& HectorSlamSystem::trajectory() const { return engine_->trajectory(); }
+const OccupancyGrid& HectorSlamSystem::map() const { return engine_->map(); }
+const HectorStatistics& HectorSlamSystem::statistics() const { return engine_->statistics(); }
+const CarrierFilter& HectorSlamSystem::carrier() const { return engine_->carrier(); }
 
 Result<HectorRun> run_hector_slam(const Recording& recording, HectorSlamOptions options,
                                   const SlamProgress& progress) {
@@ -242,6 +260,11 @@ Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecordin
                                   HectorSlamOptions options, const SlamProgress& progress) {
   options.T_base_laser = recording.T_base_laser;
   HectorSlam slam(options);
+  return detail::run(slam, recording, unit, progress);
+}
+
+Result<HectorRun> detail::run(HectorSlamSystem& slam, const Recording& recording,
+                              const MargRecording& unit, const SlamProgress& progress) {
   const OdometryTrack odometry(recording.odometry);
   auto reading = unit.begin();
   auto refused = detail::feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {

@@ -30,13 +30,14 @@ enum Sensor { kLidar, kRadar };
 
 class RadarSlam::Engine {
  public:
-  explicit Engine(const RadarSlamOptions& options) : options_(options) {
+  Engine(const detail::MakeFieldMatching& make, const RadarSlamOptions& options)
+      : options_(options) {
     if (options_.radar.density)
       options_.radar.density->hit_probability = options.radar_hit_probability;
     const std::size_t threads = static_cast<std::size_t>(std::max(1, options.threads));
     for (std::size_t k = 0; k < std::min(threads, options.particles); ++k)
-      workers_.push_back({{SensorStep(options_.lidar, options.proposal),
-                           SensorStep(options_.radar, options.proposal)},
+      workers_.push_back({{SensorStep(options_.lidar, options.proposal, make()),
+                           SensorStep(options_.radar, options.proposal, make())},
                           ScanRaster()});
   }
 
@@ -283,8 +284,9 @@ class RadarSlam::Engine {
   RbpfStatistics statistics_;
 };
 
-RadarSlam::RadarSlam(const RadarSlamOptions& options)
-    : engine_(detail::make_owned<Engine>(options)) {}
+RadarSlam::RadarSlam(const RadarSlamOptions& options) : RadarSlam(CorrelativeMatcher(), options) {}
+RadarSlam::RadarSlam(const detail::MakeFieldMatching& make, const RadarSlamOptions& options)
+    : engine_(detail::make_owned<Engine>(make, options)) {}
 
 Result<void> RadarSlam::move(const Gaussian<SE2d>& increment) { return engine_->move(increment); }
 Result<RbpfOutcome> RadarSlam::add_lidar(const LaserScan& scan) { return engine_->add_lidar(scan); }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -36,8 +37,9 @@ struct DrawnPose {
 /// Steps 5 and 6 for one particle and one sensor. Has scratch memory: one per thread.
 class SensorStep {
  public:
-  SensorStep(const RbpfSensorOptions& options, const PoseProposalOptions& proposal)
-      : options_(options), proposal_options_(proposal) {
+  SensorStep(const RbpfSensorOptions& options, const PoseProposalOptions& proposal,
+             std::unique_ptr<detail::FieldMatching> matcher)
+      : options_(options), proposal_options_(proposal), matcher_(std::move(matcher)) {
     proposal_options_.independent_points = options.independent_points;
   }
 
@@ -110,8 +112,8 @@ class SensorStep {
                            window.half_heading.radians()};
     if (!make_view(map, points, expected.mean, reach, view)) return std::nullopt;
     const Eigen::Matrix3d information = expected.covariance.inverse();
-    const auto coarse = matcher_.match(view, every_kth(points, options_.search_points),
-                                       expected.mean, window, match_options(information));
+    const auto coarse = matcher_->match(view, every_kth(points, options_.search_points),
+                                        expected.mean, window, match_options(information));
     if (!coarse || !*coarse) return std::nullopt;
     return refined(view, points, **coarse, expected, information);
   }
@@ -205,7 +207,7 @@ class SensorStep {
   DetectionFieldMaker densities_;
   LikelihoodField view_, wide_view_;
   PrecomputationGrids pyramid_;
-  CorrelativeMatcher matcher_;
+  std::unique_ptr<detail::FieldMatching> matcher_;
   BranchAndBoundMatcher far_matcher_;
   PoseProposal proposal_;
 };

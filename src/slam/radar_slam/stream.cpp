@@ -50,7 +50,11 @@ Gaussian<SE2d> with_noise(const SE2d& increment, const MotionNoise& noise) {
   return {increment, Eigen::Vector3d(along, along, heading).asDiagonal()};
 }
 
-RadarSlamOptions slam_options(const RadarSlamStreamOptions& o) {
+enum Stream : std::size_t { kOdometry, kRadar, kLaser, kStreams };
+
+}  // namespace
+
+RadarSlamOptions RadarSlamStream::filter_options(const RadarSlamStreamOptions& o) {
   RadarSlamOptions slam = o.slam;
   if (o.motion == MotionSource::none) {
     // Without odometry the motion must come from frequent scan matches.
@@ -63,15 +67,11 @@ RadarSlamOptions slam_options(const RadarSlamStreamOptions& o) {
   return slam;
 }
 
-enum Stream : std::size_t { kOdometry, kRadar, kLaser, kStreams };
-
-}  // namespace
-
 class RadarSlamStream::Impl {
  public:
-  explicit Impl(const RadarSlamStreamOptions& options)
+  Impl(RadarSlam slam, const RadarSlamStreamOptions& options)
       : options_(options),
-        slam_(slam_options(options)),
+        slam_(std::move(slam)),
         synchroniser_(options.sync),
         reckoner_(options.reckoning, options.sync.wheel_base_m) {}
 
@@ -286,7 +286,9 @@ class RadarSlamStream::Impl {
 };
 
 RadarSlamStream::RadarSlamStream(const RadarSlamStreamOptions& options)
-    : impl_(detail::make_owned<Impl>(options)) {}
+    : RadarSlamStream(RadarSlam(filter_options(options)), options) {}
+RadarSlamStream::RadarSlamStream(RadarSlam slam, const RadarSlamStreamOptions& options)
+    : impl_(detail::make_owned<Impl>(std::move(slam), options)) {}
 
 void RadarSlamStream::add(const WheelSample& sample) { impl_->add(sample); }
 void RadarSlamStream::add(const GyroSample& sample) { impl_->add(sample); }

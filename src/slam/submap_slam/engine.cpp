@@ -19,30 +19,41 @@ SubmapSlamOptions with_valid_counts(SubmapSlamOptions o) {
   return o;
 }
 
+detail::SubmapMaps default_maps(const SubmapSlamOptions& options) {
+  GaussNewtonOptions smooth;
+  smooth.interpolation = Interpolation::bicubic;
+  smooth.max_iterations = 30;
+  return detail::submap_maps(GaussNewtonMatcher(options.match), GaussNewtonMatcher(smooth),
+                             options.grid, options.T_base_laser.raw().translation());
+}
+
 }  // namespace
 
-SubmapSlam::Engine::Engine(const SubmapSlamOptions& options)
+SubmapSlamSystem::Engine::Engine(const SubmapSlamOptions& options, detail::SubmapMaps maps)
     : options_(with_valid_counts(options)),
       motion_model_(options.odometry, options.constant_velocity),
-      tracker_(options_),
-      search_(options_) {}
+      tracker_(options_, std::move(maps.growing)),
+      search_(options_, std::move(maps.finished)) {}
 
-Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const MotionHint& hint) {
+Result<ScanOutcome> SubmapSlamSystem::Engine::add_scan(const LaserScan& scan,
+                                                       const MotionHint& hint) {
   const auto odometry = detail::raw(hint.odometry);
   if (auto ok = detail::check_scan(scan, odometry, scans_); !ok) return ok.error();
   if (hint.turn && !std::isfinite(hint.turn->radians()))
     return Error{ErrorCode::invalid, "the gyroscope's heading change is not finite"};
   const auto points = points_of(scan);
   if (!points) return points.error();
+  const std::size_t before = map_.nodes.size();
+  const Motion motion = predict(scan.time, odometry, hint.turn);
+  Result<Placed> found = Placed{odometry.value_or(SE2d()), 0.0, true};
+  if (before > 0)
+    found = place(*points, motion,
+                  odometry ? std::optional(predict(scan.time, {}, hint.turn)) : std::nullopt);
+  if (!found) return found.error();
+  const Placed& placed = *found;
   ScanOutcome outcome;
   if (join_at_ && statistics_.scans >= *join_at_) outcome.loop_closures = join_loops();
-  const std::size_t before = map_.nodes.size();
-  Placed placed{0.0, true};
-  if (before == 0)
-    T_local_base_ = odometry.value_or(SE2d());
-  else
-    placed = place(*points, predict(scan.time, odometry, hint.turn),
-                   odometry ? std::optional(predict(scan.time, {}, hint.turn)) : std::nullopt);
+  move(motion, placed);
   outcome.score = placed.score;
   outcome.matched = placed.matched;
   if (is_due(placed.matched))
@@ -61,15 +72,15 @@ Result<ScanOutcome> SubmapSlam::Engine::add_scan(const LaserScan& scan, const Mo
 }
 
 /// Within range, one per voxel; finite by LaserScan::returned.
-Result<PointSet> SubmapSlam::Engine::points_of(const LaserScan& scan) const {
+Result<PointSet> SubmapSlamSystem::Engine::points_of(const LaserScan& scan) const {
   const double range = std::min(options_.max_range_m, PackedPoints::kMaxRange_m);
   return voxel_filter(
       thin(end_points(scan, options_.T_base_laser.raw()), 0.0F, static_cast<float>(range)),
       options_.voxel_m);
 }
 
-Motion SubmapSlam::Engine::predict(LogTime time, const std::optional<SE2d>& odometry,
-                                   const std::optional<Angle>& turn) const {
+Motion SubmapSlamSystem::Engine::predict(LogTime time, const std::optional<SE2d>& odometry,
+                                         const std::optional<Angle>& turn) const {
   Motion motion = motion_model_.predict(time, odometry);
   if (!turn) return motion;
   motion.increment = SE2d(motion.increment.translation(), SO2d(*turn));
@@ -81,31 +92,40 @@ Motion SubmapSlam::Engine::predict(LogTime time, const std::optional<SE2d>& odom
 
 /// Matches around the prediction `motion`. If that is odometry, contradicts `by_velocity` and
 /// agrees poorly, tries the latter too: counters are reset, wheels lifted.
-SubmapSlam::Engine::Placed SubmapSlam::Engine::place(const PointSet& points, const Motion& motion,
-                                                     const std::optional<Motion>& by_velocity) {
+Result<SubmapSlamSystem::Engine::Placed> SubmapSlamSystem::Engine::place(
+    const PointSet& points, const Motion& motion, const std::optional<Motion>& by_velocity) const {
   const SE2d expected = T_local_base_ * motion.increment;
-  since_node_ = motion.accumulated(since_node_);
-  since_match_ = motion.accumulated(since_match_);
   // After unmatched scans the error may exceed that of one motion.
   const Eigen::Vector3d most(1.0, 1.0, Angle::degrees(60).radians());
-  const Eigen::Vector3d sigma = since_match_.diagonal().cwiseSqrt().cwiseMin(most);
+  const Eigen::Vector3d sigma =
+      motion.accumulated(since_match_).diagonal().cwiseSqrt().cwiseMin(most);
   auto found = tracker_.place(map_, points, expected, {motion.increment, sigma});
-  const bool poor = !found || found->score < options_.tracked_score;
+  if (!found) return found.error();
+  const bool poor = !*found || (*found)->score < options_.tracked_score;
   if (by_velocity && (poor || jumps(motion, *by_velocity)) &&
       contradicts(motion, *by_velocity, options_.search_sigmas)) {
     constexpr double kMargin = 0.05;
     const auto other =
         tracker_.place(map_, points, T_local_base_ * by_velocity->increment, *by_velocity);
-    if (other && other->score > (found ? found->score : 0.0) + kMargin) found = other;
+    if (!other) return other.error();
+    if (*other && (*other)->score > (*found ? (*found)->score : 0.0) + kMargin) found = other;
   }
-  if (found) since_match_.setZero();
-  T_local_base_ = found ? found->T_local_points : expected;
-  lost_ = found ? 0 : lost_ + 1;
-  return found ? Placed{found->score, true, found->covariance, found->openness, sigma} : Placed{};
+  if (!*found) return Placed{expected};
+  const LocalTracker::Placement& best = **found;
+  return Placed{best.T_local_points, best.score, true, best.covariance, best.openness, sigma};
+}
+
+/// To the pose of a scan after `motion`.
+void SubmapSlamSystem::Engine::move(const Motion& motion, const Placed& placed) {
+  since_node_ = motion.accumulated(since_node_);
+  since_match_ = motion.accumulated(since_match_);
+  if (placed.matched) since_match_.setZero();
+  T_local_base_ = placed.T_local_base;
+  lost_ = placed.matched ? 0 : lost_ + 1;
 }
 
 /// An unmatched scan becomes a node only after several in a row.
-bool SubmapSlam::Engine::is_due(bool matched) const {
+bool SubmapSlamSystem::Engine::is_due(bool matched) const {
   if (map_.nodes.empty()) return true;
   if (!matched) return lost_ >= options_.lost_scans;
   return reaches(map_.nodes.back().T_local_node.inverse() * T_local_base_, options_.node_distance_m,
@@ -113,8 +133,9 @@ bool SubmapSlam::Engine::is_due(bool matched) const {
 }
 
 /// Information of a match over a distance `length_m` with which the error of its reference grows.
-Eigen::Matrix3d SubmapSlam::Engine::match_information(const Eigen::Matrix3d& matched,
-                                                      double length_m, double turn_rad) const {
+Eigen::Matrix3d SubmapSlamSystem::Engine::match_information(const Eigen::Matrix3d& matched,
+                                                            double length_m,
+                                                            double turn_rad) const {
   const double sigma_m = 0.02 + 0.02 * length_m;
   const double sigma_rad =
       Angle::degrees(0.4).radians() + 0.02 * turn_rad + Angle::degrees(0.2).radians() * length_m;
@@ -123,7 +144,7 @@ Eigen::Matrix3d SubmapSlam::Engine::match_information(const Eigen::Matrix3d& mat
   return covariance.inverse();
 }
 
-Result<void> SubmapSlam::Engine::add_node(const PointSet& points, const Placed& placed) {
+Result<void> SubmapSlamSystem::Engine::add_node(const PointSet& points, const Placed& placed) {
   constexpr std::size_t kFewestPoints = 10;
   if (!map_.nodes.empty() && !placed.matched && points.size() < kFewestPoints) return {};
   const auto packed = std::make_shared<const PackedPoints>(points);
@@ -141,8 +162,8 @@ Result<void> SubmapSlam::Engine::add_node(const PointSet& points, const Placed& 
 
 /// Joined to the previous node by match and motion, and to the submap by the match; at poor
 /// agreement only to the previous node, weakly.
-void SubmapSlam::Engine::join_node(const std::shared_ptr<const PackedPoints>& points,
-                                   const Placed& placed) {
+void SubmapSlamSystem::Engine::join_node(const std::shared_ptr<const PackedPoints>& points,
+                                         const Placed& placed) {
   const SubmapNode& before = map_.nodes.back();
   const SE2d step = before.T_local_node.inverse() * T_local_base_;
   const double d = step.translation().norm(), turn = std::abs(step.heading().radians());
@@ -159,7 +180,7 @@ void SubmapSlam::Engine::join_node(const std::shared_ptr<const PackedPoints>& po
 
 /// Adds the latest node to the unfinished submaps. A full one is finished, at half of it another
 /// starts. If the robot was lost all are finished.
-Result<void> SubmapSlam::Engine::end_submaps(bool lost) {
+Result<void> SubmapSlamSystem::Engine::end_submaps(bool lost) {
   int unfinished = 0;
   for (Submap& s : map_.submaps) {
     if (s.finished) continue;
@@ -180,7 +201,7 @@ Result<void> SubmapSlam::Engine::end_submaps(bool lost) {
   return tracker_.follow(map_);
 }
 
-void SubmapSlam::Engine::begin_search() {
+void SubmapSlamSystem::Engine::begin_search() {
   if (join_at_ || ++nodes_since_search_ < options_.nodes_between_loops) return;
   nodes_since_search_ = 0;
   forget();
@@ -188,7 +209,7 @@ void SubmapSlam::Engine::begin_search() {
     join_at_ = statistics_.scans + static_cast<std::uint64_t>(options_.loop_latency_scans);
 }
 
-int SubmapSlam::Engine::join_loops() {
+int SubmapSlamSystem::Engine::join_loops() {
   join_at_.reset();
   const Loops& found = search_.result();
   map_.graph.edges.insert(map_.graph.edges.end(), found.edges.begin(), found.edges.end());
@@ -199,7 +220,7 @@ int SubmapSlam::Engine::join_loops() {
 }
 
 /// Only without a running search: its edges refer to poses.
-void SubmapSlam::Engine::forget() {
+void SubmapSlamSystem::Engine::forget() {
   const auto finished = [&] {
     return std::count_if(map_.submaps.begin(), map_.submaps.end(),
                          [](const Submap& s) { return s.finished; });
@@ -218,12 +239,12 @@ void SubmapSlam::Engine::forget() {
   }
 }
 
-Result<void> SubmapSlam::Engine::optimise(int iterations, double min_gain) {
+Result<void> SubmapSlamSystem::Engine::optimise(int iterations, double min_gain) {
   return wayfare::optimise(optimiser_, map_.graph, loop_kernel(options_.loop_kernel_sigmas),
                            iterations, min_gain, statistics_.optimisations);
 }
 
-Result<void> SubmapSlam::Engine::finish() {
+Result<void> SubmapSlamSystem::Engine::finish() {
   if (join_at_) join_loops();
   // Search once more, for loops closed by the very last nodes.
   if (nodes_since_search_ > 0 && search_.begin(map_)) join_loops();
@@ -231,7 +252,7 @@ Result<void> SubmapSlam::Engine::finish() {
   return optimise(50, 1e-6);
 }
 
-Trajectory SubmapSlam::Engine::trajectory() const {
+Trajectory SubmapSlamSystem::Engine::trajectory() const {
   Trajectory result = forgotten_;
   result.reserve(forgotten_.size() + scans_.size());
   for (const ScanPose& s : scans_)
@@ -239,8 +260,8 @@ Trajectory SubmapSlam::Engine::trajectory() const {
   return result;
 }
 
-OccupancyGrid SubmapSlam::Engine::map(const OccupancyGridOptions& shape,
-                                      const InverseLidarModel& model) const {
+OccupancyGrid SubmapSlamSystem::Engine::map(const OccupancyGridOptions& shape,
+                                            const InverseLidarModel& model) const {
   OccupancyGrid grid(shape);
   ScanRaster raster;
   const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
@@ -251,49 +272,47 @@ OccupancyGrid SubmapSlam::Engine::map(const OccupancyGridOptions& shape,
   return grid;
 }
 
-std::size_t SubmapSlam::Engine::memory_bytes() {
+std::size_t SubmapSlamSystem::Engine::memory_bytes() {
   std::size_t sum = tracker_.memory_bytes() + search_.memory_bytes();
   for (const SubmapNode& n : map_.nodes) sum += n.points->xy().size() * sizeof(std::int16_t);
   sum += map_.graph.edges.size() * sizeof(PoseEdge<SE2d>);
   return sum + scans_.size() * sizeof(ScanPose) + forgotten_.size() * sizeof(StampedPose);
 }
 
-SubmapSlam::SubmapSlam(const SubmapSlamOptions& options)
-    : engine_(detail::make_owned<Engine>(options)) {}
-SubmapSlam::SubmapSlam(detail::Owned<Engine> engine) : engine_(std::move(engine)) {}
+SubmapSlamSystem::SubmapSlamSystem(const SubmapSlamOptions& options)
+    : SubmapSlamSystem(options, default_maps(options)) {}
+SubmapSlamSystem::SubmapSlamSystem(const SubmapSlamOptions& options, detail::SubmapMaps maps)
+    : engine_(detail::make_owned<Engine>(options, std::move(maps))) {}
 
-Result<ScanOutcome> SubmapSlam::add_scan(const LaserScan& scan, const MotionHint& hint) {
+Result<ScanOutcome> SubmapSlamSystem::add_scan(const LaserScan& scan, const MotionHint& hint) {
   return engine_->add_scan(scan, hint);
 }
-Result<void> SubmapSlam::finish() { return engine_->finish(); }
-Trajectory SubmapSlam::trajectory() const { return engine_->trajectory(); }
-const PoseGraph2& SubmapSlam::graph() const { return engine_->graph(); }
-const SubmapSlamStatistics& SubmapSlam::statistics() const { return engine_->statistics(); }
-const LocalPlacement& SubmapSlam::local() const { return engine_->local(); }
-OccupancyGrid SubmapSlam::map(const OccupancyGridOptions& shape,
-                              const InverseLidarModel& model) const {
+Result<void> SubmapSlamSystem::finish() { return engine_->finish(); }
+Trajectory SubmapSlamSystem::trajectory() const { return engine_->trajectory(); }
+const PoseGraph2& SubmapSlamSystem::graph() const { return engine_->graph(); }
+const SubmapSlamStatistics& SubmapSlamSystem::statistics() const { return engine_->statistics(); }
+const LocalPlacement& SubmapSlamSystem::local() const { return engine_->local(); }
+OccupancyGrid SubmapSlamSystem::map(const OccupancyGridOptions& shape,
+                                    const InverseLidarModel& model) const {
   return engine_->map(shape, model);
 }
-std::size_t SubmapSlam::memory_bytes() const { return engine_->memory_bytes(); }
-std::vector<std::uint8_t> SubmapSlam::save() const { return engine_->save(); }
+std::size_t SubmapSlamSystem::memory_bytes() const { return engine_->memory_bytes(); }
+std::vector<std::uint8_t> SubmapSlamSystem::save() const { return engine_->save(); }
 
-Result<SubmapSlam> SubmapSlam::restore(std::span<const std::uint8_t> bytes,
-                                       const SubmapSlamOptions& options) {
-  auto engine = detail::make_owned<Engine>(options);
-  if (auto ok = engine->restore(bytes); !ok) return ok.error();
-  return SubmapSlam(std::move(engine));
+Result<void> SubmapSlamSystem::load(std::span<const std::uint8_t> bytes) {
+  return engine_->restore(bytes);
 }
 
 Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOptions options,
                                       const SlamProgress& progress,
                                       std::span<const std::uint8_t> saved) {
   options.T_base_laser = recording.T_base_laser;
-  SubmapSlam slam(options);
-  if (!saved.empty()) {
-    auto restored = SubmapSlam::restore(saved, options);
-    if (!restored) return restored.error();
-    slam = *std::move(restored);
-  }
+  auto slam = saved.empty() ? SubmapSlam(options) : SubmapSlam::restore(saved, options);
+  return slam ? detail::run(*slam, recording, progress) : slam.error();
+}
+
+Result<SubmapSlamRun> detail::run(SubmapSlamSystem& slam, const Recording& recording,
+                                  const SlamProgress& progress) {
   const OdometryTrack odometry(recording.odometry);
   const GyroTurn gyro(recording.gyro);
   auto refused = detail::feed_scans(recording, progress, slam.statistics(), [&](std::size_t i) {
@@ -303,10 +322,10 @@ Result<SubmapSlamRun> run_submap_slam(const Recording& recording, SubmapSlamOpti
     return slam.add_scan(scan, hint);
   });
   if (!refused) return refused.error();
-  return detail::finished_run(slam, *std::move(refused));
+  return finished_run(slam, *std::move(refused));
 }
 
-Result<SubmapSlamRun> detail::finished_run(SubmapSlam& slam, Refusals refused) {
+Result<SubmapSlamRun> detail::finished_run(SubmapSlamSystem& slam, Refusals refused) {
   SubmapSlamRun run;
   run.refused_scans = refused.count;
   run.first_refusal = std::move(refused.first);

@@ -15,9 +15,9 @@
 
 namespace wayfare {
 
-class SubmapSlam::Engine {
+class SubmapSlamSystem::Engine {
  public:
-  explicit Engine(const SubmapSlamOptions& options);
+  Engine(const SubmapSlamOptions& options, detail::SubmapMaps maps);
 
   Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint);
   Result<void> finish();
@@ -32,8 +32,9 @@ class SubmapSlam::Engine {
   Result<void> restore(std::span<const std::uint8_t> bytes);
 
  private:
-  /// Result of matching a scan.
+  /// A scan with its motion.
   struct Placed {
+    SE2d T_local_base;
     double score = 0.0;
     bool matched = false;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -44,8 +45,9 @@ class SubmapSlam::Engine {
   [[nodiscard]] Result<PointSet> points_of(const LaserScan& scan) const;
   [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry,
                                const std::optional<Angle>& turn) const;
-  [[nodiscard]] Placed place(const PointSet& points, const Motion& motion,
-                             const std::optional<Motion>& by_velocity);
+  [[nodiscard]] Result<Placed> place(const PointSet& points, const Motion& motion,
+                                     const std::optional<Motion>& by_velocity) const;
+  void move(const Motion& motion, const Placed& placed);
   [[nodiscard]] bool is_due(bool matched) const;
   Result<void> add_node(const PointSet& points, const Placed& placed);
   void join_node(const std::shared_ptr<const PackedPoints>& points, const Placed& placed);

@@ -2,19 +2,19 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include <wayfare/map/probability_grid.hpp>
 #include <wayfare/match/correlative.hpp>
-#include <wayfare/match/gauss_newton.hpp>
+#include <wayfare/slam/detail/matched_map.hpp>
 #include <wayfare/slam/detail/motion.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
-#include "match/local/registration.hpp"
-#include "match/open_direction.hpp"
+#include "slam/matched.hpp"
 #include "slam/submap_slam/submap_graph.hpp"
 
 namespace wayfare {
@@ -25,11 +25,12 @@ namespace wayfare {
                        [](const Submap& s) { return !s.finished; });
 }
 
-/// Grids of the unfinished submaps; matches scans to the older of them.
+/// Maps of the unfinished submaps; matches scans to the older of them.
 class LocalTracker {
  public:
-  explicit LocalTracker(const SubmapSlamOptions& options)
-      : options_(options), matcher_(options.match) {}
+  using MakeMap = decltype(detail::SubmapMaps::growing);
+  LocalTracker(const SubmapSlamOptions& options, MakeMap make_map)
+      : options_(options), make_map_(std::move(make_map)) {}
 
   /// Pose of points in the local frame: by the match, and by the prediction along unconstrained
   /// directions.
@@ -39,12 +40,13 @@ class LocalTracker {
     Eigen::Matrix3d covariance;
     double openness = 0.0;  ///< as LocalPlacement's
   };
-  /// Nothing without agreement nearby.
-  [[nodiscard]] std::optional<Placement> place(const SubmapGraph& map, const PointSet& points,
-                                               const SE2d& T_local_expected,
-                                               const Motion& motion) const {
+  /// Nothing without agreement nearby; an Error for a match that is not valid.
+  [[nodiscard]] Result<std::optional<Placement>> place(const SubmapGraph& map,
+                                                       const PointSet& points,
+                                                       const SE2d& T_local_expected,
+                                                       const Motion& motion) const {
     constexpr std::size_t kFewestPoints = 10;
-    if (points.size() < kFewestPoints) return std::nullopt;
+    if (points.size() < kFewestPoints) return std::optional<Placement>();
     MatchOptions options;
     options.min_score = options_.min_score;
     options.independent_points = options_.independent_points;
@@ -54,33 +56,35 @@ class LocalTracker {
     const double half_m = std::max(reach[0], reach[1]);
     auto best =
         match(map, points, T_local_expected, {half_m, half_m, Angle::radians(reach[2])}, options);
-    if (!best || best->score < options_.tracked_score) {
+    if (!best) return best.error();
+    if (!*best || (*best)->score < options_.tracked_score) {
       constexpr double kMargin = 0.05;
       const auto other = search_wider(map, points, T_local_expected, motion);
-      if (other && other->score > (best ? best->score : 0.0) + kMargin) best = other;
+      if (!other) return other.error();
+      if (*other && (*other)->score > (*best ? (*best)->score : 0.0) + kMargin) best = other;
     }
-    if (!best) return std::nullopt;
-    const OpenDirection open(*best->constraint, detail::rms_distance_m(points));
-    return Placement{open.settle(best->T_map_points, T_local_expected), best->score,
-                     open.widen(*best->covariance), open.openness()};
+    if (!*best) return std::optional<Placement>();
+    const OpenDirection open = open_direction(**best, points);
+    return std::optional(Placement{open.settle((*best)->T_map_points, T_local_expected),
+                                   (*best)->score, open.widen(covariance_of(**best)),
+                                   open.openness()});
   }
 
-  /// Updates the grids after a node was added, or a submap began or ended.
+  /// Updates the maps after a node was added, or a submap began or ended.
   Result<void> follow(const SubmapGraph& map) {
     std::erase_if(active_, [&](const Active& a) {
       return std::none_of(map.submaps.begin(), map.submaps.end(),
                           [&](const Submap& s) { return s.id == a.id && !s.finished; });
     });
-    const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
     for (const Submap& s : map.submaps) {
       if (s.finished) continue;
       auto a = std::find_if(active_.begin(), active_.end(),
                             [&](const Active& have) { return have.id == s.id; });
-      if (a == active_.end()) a = active_.insert(a, {s.id, 0, MultiResolutionGrid(options_.grid)});
+      if (a == active_.end()) a = active_.insert(a, {s.id, 0, make_map_()});
       for (; a->nodes <= s.last - s.first; ++a->nodes) {
         const SubmapNode& n = map.node(s.first + a->nodes);
-        if (auto ok = a->grid.insert(s.T_local_submap.inverse() * n.T_local_node,
-                                     n.points->unpacked(), laser);
+        if (auto ok =
+                a->map->add(s.T_local_submap.inverse() * n.T_local_node, n.points->unpacked());
             !ok)
           return ok;
       }
@@ -90,7 +94,7 @@ class LocalTracker {
 
   [[nodiscard]] std::size_t memory_bytes() const {
     std::size_t bytes = 0;
-    for (const Active& a : active_) bytes += a.grid.memory_bytes();
+    for (const Active& a : active_) bytes += a.map->memory_bytes();
     return bytes;
   }
 
@@ -98,26 +102,26 @@ class LocalTracker {
   struct Active {
     std::int64_t id;
     int nodes;  // number inserted
-    MultiResolutionGrid grid;
+    std::unique_ptr<detail::GrowingMap> map;
   };
 
-  [[nodiscard]] std::optional<MatchResult> match(const SubmapGraph& map, const PointSet& points,
-                                                 const SE2d& T_local_prior,
-                                                 const SearchWindow& window,
-                                                 const MatchOptions& options) const {
+  using Match = std::optional<MatchResult>;
+
+  [[nodiscard]] Result<Match> match(const SubmapGraph& map, const PointSet& points,
+                                    const SE2d& T_local_prior, const SearchWindow& window,
+                                    const MatchOptions& options) const {
     const SE2d& T_local_submap = matched_submap(map).T_local_submap;
-    auto found = matcher_.match(active_.front().grid.tables(), points,
-                                T_local_submap.inverse() * T_local_prior, window, options);
-    if (!found || !*found) return std::nullopt;
+    auto found = match_in(*active_.front().map, points, T_local_submap.inverse() * T_local_prior,
+                          window, options);
+    if (!found || !*found) return found;
     (*found)->T_map_points = T_local_submap * (*found)->T_map_points;
-    return *std::move(found);
+    return found;
   }
 
   /// All poses in a window around the prediction, in a field with a wide basin of attraction.
-  [[nodiscard]] std::optional<MatchResult> search_wider(const SubmapGraph& map,
-                                                        const PointSet& points,
-                                                        const SE2d& T_local_expected,
-                                                        const Motion& motion) const {
+  [[nodiscard]] Result<Match> search_wider(const SubmapGraph& map, const PointSet& points,
+                                           const SE2d& T_local_expected,
+                                           const Motion& motion) const {
     constexpr double kOutlierProbability = 0.2, kPriorWeight = 0.25, kIndependentPoints = 8.0;
     const Submap& s = matched_submap(map);
     std::vector<PointSet> scans;
@@ -129,7 +133,7 @@ class LocalTracker {
     }
     const auto field = likelihood_field(
         placed, {options_.grid.finest.resolution_m, options_.loop_sigma_m, kOutlierProbability});
-    if (!field) return std::nullopt;
+    if (!field) return Match();
     MatchOptions options;
     options.min_score = options_.lost_score;
     options.independent_points = kIndependentPoints;
@@ -137,7 +141,7 @@ class LocalTracker {
     const double half_m = std::max({0.8, 2 * motion.sigma[0], 2 * motion.sigma[1]});
     const auto found = CorrelativeMatcher().match(*field, points, T_local_expected,
                                                   {half_m, half_m, Angle::degrees(50)}, options);
-    if (!found || !*found) return std::nullopt;
+    if (!found || !*found) return Match();
     options = {};
     options.min_score = options_.min_score;
     options.covariance = true;
@@ -145,7 +149,7 @@ class LocalTracker {
   }
 
   SubmapSlamOptions options_;
-  GaussNewtonMatcher matcher_;
+  MakeMap make_map_;
   std::vector<Active> active_;  // as the graph's unfinished submaps
 };
 

@@ -9,10 +9,8 @@
 #include <wayfare/core/parallel.hpp>
 #include <wayfare/map/point_maps.hpp>
 #include <wayfare/match/correlative.hpp>
-#include <wayfare/match/gauss_newton.hpp>
 
-#include "match/local/registration.hpp"
-#include "match/open_direction.hpp"
+#include "slam/matched.hpp"
 
 namespace wayfare {
 namespace {
@@ -123,46 +121,37 @@ std::shared_ptr<const LoopSearch::Tables> LoopSearch::make_tables(const Candidat
   std::vector<PointSet> points;
   std::vector<PlacedPoints> placed;
   points.reserve(c.scans.size());
-  OccupancyGrid grid(options_.grid.finest);
-  ScanRaster raster;
-  const Eigen::Vector2d laser = options_.T_base_laser.raw().translation();
   for (const auto& [index, pose, packed] : c.scans) {
     points.push_back(packed->unpacked());
     placed.push_back({&points.back(), pose});
-    // A scan too large for the raster is left out of the grid.
-    (void)insert_points(grid, pose, points.back(), options_.grid.model, raster, laser);
   }
   if (auto field = likelihood_field(
           placed, {options_.grid.finest.resolution_m, options_.loop_sigma_m, kOutlierProbability}))
     made->field.build(*std::move(field));
-  made->grid.resize(1);
-  if (!made->grid[0].make(grid, options_.grid.unknown_probability)) made->grid.clear();
+  made->map = make_map_(placed);
   return made;
 }
 
 /// Coarse search with the points of the latest nodes, refinement with those of the last one.
 std::optional<PoseEdge<SE2d>> LoopSearch::match(const Query& query, const Candidate& c) const {
-  if (c.tables->field.grid().empty() || c.tables->grid.empty()) return std::nullopt;
+  if (c.tables->field.grid().empty()) return std::nullopt;
   const SearchWindow window = loop_window(c.covariance, options_.loop_reach_m);
   MatchOptions options;
   options.min_score = window.half_x_m > 1.0 ? options_.wide_loop_score : options_.loop_score;
   BranchAndBoundMatcher far;
   const auto found = far.match(c.tables->field, query.context, c.T_submap_node, window, options);
   if (!found || !*found) return std::nullopt;
-  GaussNewtonOptions smooth;
-  smooth.interpolation = Interpolation::bicubic;
-  smooth.max_iterations = 30;
   options = {};
   options.independent_points = options_.independent_points;
   options.covariance = true;
   options.min_score = options_.min_score;
-  const auto near = GaussNewtonMatcher(smooth).match(
-      c.tables->grid, query.points, (*found)->T_map_points, {0.3, 0.3, Angle::degrees(6)}, options);
+  const auto near = match_in(*c.tables->map, query.points, (*found)->T_map_points,
+                             {0.3, 0.3, Angle::degrees(6)}, options);
   if (!near || !*near) return std::nullopt;
   const Eigen::Vector3d floor(0.04, 0.04, Angle::degrees(0.6).radians());
-  const OpenDirection open(*(*near)->constraint, detail::rms_distance_m(query.points));
+  const OpenDirection open = open_direction(**near, query.points);
   const Eigen::Matrix3d covariance =
-      open.widen(*(*near)->covariance) + Eigen::Matrix3d(floor.cwiseAbs2().asDiagonal());
+      open.widen(covariance_of(**near)) + Eigen::Matrix3d(floor.cwiseAbs2().asDiagonal());
   // Joined to the nearest scan of the submap, whose relative pose is the best known.
   const SE2d& T_submap_found = (*near)->T_map_points;
   const auto away = [&](const Candidate::Scan& s) {
@@ -183,8 +172,7 @@ std::size_t LoopSearch::Tables::bytes() const {
   };
   std::size_t sum = 3 * table(field.grid());  // itself, and the maxima of pairs
   for (int l = 0; l < PrecomputationGrids::kLevels; ++l) sum += field.level(l).table.size();
-  for (const ProbabilityGrid& g : grid) sum += 2 * table(g);
-  return sum;
+  return sum + map->memory_bytes();
 }
 
 std::size_t LoopSearch::memory_bytes() {

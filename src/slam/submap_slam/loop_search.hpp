@@ -10,8 +10,8 @@
 #include <vector>
 
 #include <wayfare/map/detail/precomputation_grids.hpp>
-#include <wayfare/map/probability_grid.hpp>
 #include <wayfare/slam/detail/loops.hpp>
+#include <wayfare/slam/detail/matched_map.hpp>
 #include <wayfare/slam/submap_slam.hpp>
 
 #include "slam/submap_slam/submap_graph.hpp"
@@ -22,7 +22,9 @@ namespace wayfare {
 /// graph is not read after `begin` has returned; edges refer to it as it was then.
 class LoopSearch {
  public:
-  explicit LoopSearch(const SubmapSlamOptions& options) : options_(options) {}
+  using MakeMap = decltype(detail::SubmapMaps::finished);
+  LoopSearch(const SubmapSlamOptions& options, MakeMap make_map)
+      : options_(options), make_map_(std::move(make_map)) {}
 
   /// Begins a search from the latest node; false if there are no candidates.
   bool begin(const SubmapGraph& map);
@@ -40,7 +42,7 @@ class LoopSearch {
   /// Search tables of a finished submap; made from its points when needed.
   struct Tables {
     PrecomputationGrids field;
-    ProbabilityPyramid grid;
+    std::unique_ptr<detail::MatchedMap> map;
     [[nodiscard]] std::size_t bytes() const;
   };
   struct Candidate {
@@ -70,6 +72,7 @@ class LoopSearch {
                                                     const Candidate& candidate) const;
 
   SubmapSlamOptions options_;
+  MakeMap make_map_;
   PathUncertaintyFinder uncertainty_;
   Loops found_;
   std::list<std::pair<std::int64_t, std::shared_ptr<const Tables>>>

@@ -146,7 +146,7 @@ void optional_field(A& a, std::optional<T>& value, const Inner& inner) {
 
 }  // namespace
 
-/// The fields of a SubmapSlam.
+/// The fields of a SubmapSlamSystem.
 struct SubmapState {
   template <class A>
   static void edges(A& a, std::vector<PoseEdge<SE2d>>& edges) {
@@ -183,7 +183,7 @@ struct SubmapState {
   }
 
   template <class A>
-  static void path(A& a, SubmapSlam::Engine& e) {
+  static void path(A& a, SubmapSlamSystem::Engine& e) {
     each(a, e.forgotten_, [&](StampedPose& p) {
       field(a, p.time);
       SE2d pose = p.T_map_base.raw();
@@ -194,7 +194,7 @@ struct SubmapState {
   }
 
   template <class A>
-  static void all_fields(A& a, SubmapSlam::Engine& e, Loops& pending) {
+  static void all_fields(A& a, SubmapSlamSystem::Engine& e, Loops& pending) {
     map(a, e.map_);
     motion(a, e.motion_model_);
     path(a, e);
@@ -210,7 +210,7 @@ struct SubmapState {
 
   /// Whether all indices are valid and the invariants of the class hold. The digest does not show
   /// that: whoever changes a map can compute it.
-  static bool is_valid(const SubmapSlam::Engine& e, const Loops& pending) {
+  static bool is_valid(const SubmapSlamSystem::Engine& e, const Loops& pending) {
     const SubmapGraph& m = e.map_;
     if (!has_valid_motion(e)) return false;
     if (m.nodes.empty())
@@ -222,7 +222,7 @@ struct SubmapState {
   }
 
  private:
-  static bool has_valid_motion(const SubmapSlam::Engine& e) {
+  static bool has_valid_motion(const SubmapSlamSystem::Engine& e) {
     const MotionModel& m = e.motion_model_;
     return m.last_.has_value() == !e.map_.nodes.empty() &&
            (!m.last_ || (is_near(m.last_->pose) && is_near(m.last_->odometry.value_or(SE2d())))) &&
@@ -268,7 +268,7 @@ struct SubmapState {
                     (s.finished || s.last == m.latest());
            });
   }
-  static bool has_valid_scans(const SubmapSlam::Engine& e) {
+  static bool has_valid_scans(const SubmapSlamSystem::Engine& e) {
     using std::ranges::is_sorted;
     return !e.scans_.empty() && is_sorted(e.scans_, {}, &ScanPose::time) &&
            is_sorted(e.forgotten_, {}, &StampedPose::time) &&
@@ -279,7 +279,7 @@ struct SubmapState {
   }
 };
 
-std::vector<std::uint8_t> SubmapSlam::Engine::save() {
+std::vector<std::uint8_t> SubmapSlamSystem::Engine::save() {
   StateWriter a;
   a.number(kMagic);
   Loops pending = search_.result();
@@ -289,7 +289,7 @@ std::vector<std::uint8_t> SubmapSlam::Engine::save() {
   return std::move(a.bytes);
 }
 
-Result<void> SubmapSlam::Engine::restore(std::span<const std::uint8_t> bytes) {
+Result<void> SubmapSlamSystem::Engine::restore(std::span<const std::uint8_t> bytes) {
   const auto fault = [](const std::string& what, std::size_t at) {
     return Error{ErrorCode::parse, what, "saved map", 0, at};
   };

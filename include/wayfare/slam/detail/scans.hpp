@@ -16,7 +16,7 @@
 
 namespace wayfare {
 
-class SubmapSlam;
+class SubmapSlamSystem;
 struct SubmapSlamRun;
 
 using MapPose = Transform2<frame::Map, frame::Base>;
@@ -96,7 +96,7 @@ Result<Refusals> feed_scans(const Recording& recording, const SlamProgress& prog
 }
 
 /// Ends a run of submap SLAM over a recording.
-Result<SubmapSlamRun> finished_run(SubmapSlam& slam, Refusals refused);
+Result<SubmapSlamRun> finished_run(SubmapSlamSystem& slam, Refusals refused);
 
 }  // namespace detail
 }  // namespace wayfare

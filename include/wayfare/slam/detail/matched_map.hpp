@@ -1,0 +1,193 @@
+#pragma once
+
+// Maps that the SLAM systems match scans to, for a matcher of any type.
+
+#include <concepts>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <wayfare/core/result.hpp>
+#include <wayfare/core/se2.hpp>
+#include <wayfare/map/likelihood_field.hpp>
+#include <wayfare/map/probability_grid.hpp>
+#include <wayfare/match/scan_matcher.hpp>
+#include <wayfare/sensors/point_set.hpp>
+
+namespace wayfare::detail {
+
+/// A matcher in occupancy probabilities, whose tables the systems keep themselves.
+template <class M>
+concept ProbabilityMatcher = ScanMatcher<M> && std::copy_constructible<M> &&
+    std::same_as<typename M::Map, ProbabilityPyramid>;
+
+/// A map and its matcher, for one thread at a time.
+class MatchedMap {
+ public:
+  virtual ~MatchedMap() = default;
+  /// As of ScanMatcher; an Error also if there is no map.
+  [[nodiscard]] virtual Result<std::optional<MatchResult>> match(const PointSet& points,
+                                                                 const SE2d& prior,
+                                                                 const SearchWindow& window,
+                                                                 const MatchOptions& options) = 0;
+  /// As far as the map's type tells.
+  [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
+};
+
+/// A map to which scans are added.
+class GrowingMap : public MatchedMap {
+ public:
+  virtual Result<void> add(const SE2d& T_map_points, const PointSet& points) = 0;
+};
+
+/// The map that a matcher makes of scans: when it is needed, or once of given ones.
+template <MappingMatcher M>
+class MadeMap final : public GrowingMap {
+ public:
+  explicit MadeMap(const M& matcher) : matcher_(matcher) {}
+  MadeMap(const M& matcher, std::span<const PlacedPoints> scans)
+      : matcher_(matcher), map_(matcher_.make_map(scans)) {}
+
+  Result<void> add(const SE2d& T_map_points, const PointSet& points) override {
+    points_.push_back(std::make_unique<PointSet>(points));
+    scans_.push_back({points_.back().get(), T_map_points});
+    map_.reset();
+    return {};
+  }
+  Result<std::optional<MatchResult>> match(const PointSet& points, const SE2d& prior,
+                                           const SearchWindow& window,
+                                           const MatchOptions& options) override {
+    if (!map_) map_.emplace(matcher_.make_map(scans_));
+    if (!*map_) return map_->error();
+    return matcher_.match(**map_, points, prior, window, options);
+  }
+  std::size_t memory_bytes() const override {
+    std::size_t bytes = 0;
+    for (const auto& p : points_) bytes += 2 * sizeof(float) * p->size();
+    if constexpr (requires(const typename M::Map& map) { map.memory_bytes(); })
+      if (map_ && *map_) bytes += (**map_).memory_bytes();
+    return bytes;
+  }
+
+ private:
+  M matcher_;
+  std::vector<std::unique_ptr<const PointSet>> points_;
+  std::vector<PlacedPoints> scans_;
+  std::optional<Result<typename M::Map>> map_;
+};
+
+/// Grids at several resolutions that every scan updates.
+template <ProbabilityMatcher M>
+class GridMap final : public GrowingMap {
+ public:
+  /// `origin`: of the scans' rays, in the points' axes.
+  GridMap(const M& matcher, const MultiResolutionOptions& options, const Eigen::Vector2d& origin)
+      : matcher_(matcher), grid_(options), origin_(origin) {}
+
+  Result<void> add(const SE2d& T_map_points, const PointSet& points) override {
+    return grid_.insert(T_map_points, points, origin_);
+  }
+  Result<std::optional<MatchResult>> match(const PointSet& points, const SE2d& prior,
+                                           const SearchWindow& window,
+                                           const MatchOptions& options) override {
+    return matcher_.match(grid_.tables(), points, prior, window, options);
+  }
+  std::size_t memory_bytes() const override { return grid_.memory_bytes(); }
+
+ private:
+  M matcher_;
+  MultiResolutionGrid grid_;
+  Eigen::Vector2d origin_;
+};
+
+/// The tables of grids to which somebody else adds the scans.
+template <ProbabilityMatcher M>
+class GridView final : public GrowingMap {
+ public:
+  GridView(const M& matcher, const MultiResolutionGrid& grid) : matcher_(matcher), grid_(&grid) {}
+
+  Result<void> add(const SE2d&, const PointSet&) override { return {}; }
+  Result<std::optional<MatchResult>> match(const PointSet& points, const SE2d& prior,
+                                           const SearchWindow& window,
+                                           const MatchOptions& options) override {
+    return matcher_.match(grid_->tables(), points, prior, window, options);
+  }
+  std::size_t memory_bytes() const override { return 0; }
+
+ private:
+  M matcher_;
+  const MultiResolutionGrid* grid_;
+};
+
+/// One table, of the finest grid of `scans`; empty if there is none. Scans that are too large are
+/// left out.
+[[nodiscard]] ProbabilityPyramid single_table(std::span<const PlacedPoints> scans,
+                                              const MultiResolutionOptions& options,
+                                              const Eigen::Vector2d& origin);
+[[nodiscard]] std::size_t memory_bytes(const ProbabilityPyramid& tables);
+
+/// Tables that do not change.
+template <ProbabilityMatcher M>
+class TableMap final : public MatchedMap {
+ public:
+  TableMap(const M& matcher, ProbabilityPyramid tables)
+      : matcher_(matcher), tables_(std::move(tables)) {}
+
+  Result<std::optional<MatchResult>> match(const PointSet& points, const SE2d& prior,
+                                           const SearchWindow& window,
+                                           const MatchOptions& options) override {
+    return matcher_.match(tables_, points, prior, window, options);
+  }
+  std::size_t memory_bytes() const override { return detail::memory_bytes(tables_); }
+
+ private:
+  M matcher_;
+  ProbabilityPyramid tables_;
+};
+
+/// Makes the maps of submap SLAM: of submaps that grow, and of finished ones for the refinement of
+/// loops, from several threads.
+struct SubmapMaps {
+  std::function<std::unique_ptr<GrowingMap>()> growing;
+  std::function<std::unique_ptr<MatchedMap>(std::span<const PlacedPoints>)> finished;
+};
+
+/// `origin`: of the scans' rays, in the points' axes.
+template <ScanMatcher M>
+[[nodiscard]] SubmapMaps submap_maps(const M& growing, const M& finished,
+                                     const MultiResolutionOptions& grid,
+                                     const Eigen::Vector2d& origin) {
+  if constexpr (ProbabilityMatcher<M>) {
+    return {[=] { return std::make_unique<GridMap<M>>(growing, grid, origin); },
+            [=](std::span<const PlacedPoints> scans) {
+              return std::make_unique<TableMap<M>>(finished, single_table(scans, grid, origin));
+            }};
+  } else {
+    return {[=] { return std::make_unique<MadeMap<M>>(growing); },
+            [=](std::span<const PlacedPoints> scans) {
+              return std::make_unique<MadeMap<M>>(finished, scans);
+            }};
+  }
+}
+
+/// Makes the map of Hector SLAM, given the grids to which it adds every scan of the map as well.
+using MakeHectorMap = std::function<std::unique_ptr<GrowingMap>(const MultiResolutionGrid&)>;
+
+template <ScanMatcher M>
+[[nodiscard]] MakeHectorMap hector_map(const M& matcher) {
+  if constexpr (ProbabilityMatcher<M>) {
+    return [=](const MultiResolutionGrid& grid) {
+      return std::make_unique<GridView<M>>(matcher, grid);
+    };
+  } else {
+    return [=](const MultiResolutionGrid&) { return std::make_unique<MadeMap<M>>(matcher); };
+  }
+}
+
+}  // namespace wayfare::detail
