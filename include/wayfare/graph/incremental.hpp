@@ -51,7 +51,7 @@ struct IncrementalOptions {
 /// a heading moves what is seen far away: its changes are compared with the information.
 template <class Graph>
 inline constexpr IncrementalOptions kIncrementalDefaults{.relinearise_step = 0.1,
-                                                         .solve_deviations = 0.05};
+                                                         .solve_deviations = 0.4};
 template <LieGroup G>
 inline constexpr IncrementalOptions kIncrementalDefaults<PoseGraph<G>>{};
 
@@ -216,6 +216,7 @@ class IncrementalGraphOptimiser : public GrowingGraph<Graph> {
   FactorOutcome refactor(IncrementalReport& report);
   void move_values(const IncrementalOptions& options, IncrementalReport& report);
   void find_costs();
+  void find_deviation(bool may_decrease);
   Result<void> first_round(const IncrementalOptions& options, IncrementalReport& report);
   void further_rounds(const IncrementalOptions& options, IncrementalReport& report);
   void fall_back(IncrementalReport& report);
@@ -236,6 +237,7 @@ class IncrementalGraphOptimiser : public GrowingGraph<Graph> {
   std::vector<Relinearised> relinearised_;
   std::vector<Moved> moved_;  // in this update
   double work_since_order_ = 0.0;
+  double deviation_ = 0.0;
   Undetermined<kBlock> undetermined_;
 };
 

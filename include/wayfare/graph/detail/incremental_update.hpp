@@ -2,6 +2,7 @@
 
 // Update of the incremental solution.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -51,6 +52,7 @@ Result<void> IncrementalGraphOptimiser<Graph>::first_round(const IncrementalOpti
     relinearise_far(options.relinearise_step);
   }
   linearise_again();
+  find_deviation(report.reordered);
   if (const auto outcome = refactor(report); !outcome.ok) {
     const Error error = fault_of(outcome);
     undo_relinearisation();
@@ -58,6 +60,17 @@ Result<void> IncrementalGraphOptimiser<Graph>::first_round(const IncrementalOpti
     return error;
   }
   return {};
+}
+
+/// √(cost / edges): less than one where the measurements are better than their information says. A
+/// decrease would let all changes continue, as a reordering does.
+template <class Graph>
+void IncrementalGraphOptimiser<Graph>::find_deviation(bool may_decrease) {
+  constexpr double kLeast = 1e-3;
+  const double now = std::clamp(
+      std::sqrt(costs_.total() / static_cast<double>(std::max<std::size_t>(1, costs_.size()))),
+      kLeast, 1.0);
+  deviation_ = may_decrease ? now : std::max(deviation_, now);
 }
 
 template <class Graph>
@@ -162,9 +175,9 @@ template <class Graph>
 void IncrementalGraphOptimiser<Graph>::move_values(const IncrementalOptions& options,
                                                    IncrementalReport& report) {
   const bool by_deviation = options.solve_deviations > 0.0;
-  const auto& changed = by_deviation
-                            ? system_.solve(options.solve_deviations, ChangeUnit::deviation)
-                            : system_.solve(options.solve_change);
+  const auto& changed =
+      by_deviation ? system_.solve(options.solve_deviations * deviation_, ChangeUnit::deviation)
+                   : system_.solve(options.solve_change);
   for (const int column : changed) {
     const int variable = variable_of_[index(column)];
     const Step step = system_.x(column);
