@@ -53,9 +53,7 @@ int main() {
     if (!report) return std::puts(report.error().message.c_str()), 1;
     refactored += report->refactored;
   }
-  const auto off = [&](const SE2d& pose) {
-    return (pose.translation() - truth.translation()).norm();
-  };
+  const auto off = [&](const SE2d& x) { return (truth.inverse() * x).translation().norm(); };
   std::printf("%d of %d columns factorised again\n", refactored, 120 * 121 / 2);
   std::printf("robot: %.2f m off, by odometry %.1f m\n", off(growing[*robot]), off(dead_reckoning));
 }

@@ -5,5 +5,6 @@
 #include <wayfare/testing/decoder_laws.hpp>
 #include <wayfare/testing/edge_laws.hpp>
 #include <wayfare/testing/filter_laws.hpp>
+#include <wayfare/testing/incremental_laws.hpp>
 #include <wayfare/testing/lie_group_laws.hpp>
 #include <wayfare/testing/state_laws.hpp>

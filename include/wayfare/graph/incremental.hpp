@@ -36,8 +36,9 @@ struct IncrementalOptions {
   /// 0: with every change.
   double solve_change = 1e-3;
   /// If positive, instead of solve_change: where a step changes by more than this many standard
-  /// deviations of the variable given its neighbours, √(Δᵀ H_vv Δ). It does not depend on the
-  /// variable's units, and bounds what a change that is held back adds to the cost.
+  /// deviations of the variable given its neighbours, √(Δᵀ H_vv Δ), times √(cost / edges), at most
+  /// 1 (a posteriori standard deviations). It does not depend on the variable's units, and bounds
+  /// what a change that is held back adds to the cost.
   double solve_deviations = 0.0;
   /// Maximum number of linear systems solved; a further one follows while a step exceeds
   /// relinearise_step.

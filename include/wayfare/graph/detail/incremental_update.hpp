@@ -26,6 +26,7 @@ Result<IncrementalReport> IncrementalGraphOptimiser<Graph>::update(
   const double before = costs_.total();
   if (auto done = first_round(options, report); !done) return done.error();
   settle();
+  find_deviation(report.reordered);
   further_rounds(options, report);
   find_costs();
   // Stale linearisation points and skipped small changes allow a slight increase.
@@ -52,7 +53,6 @@ Result<void> IncrementalGraphOptimiser<Graph>::first_round(const IncrementalOpti
     relinearise_far(options.relinearise_step);
   }
   linearise_again();
-  find_deviation(report.reordered);
   if (const auto outcome = refactor(report); !outcome.ok) {
     const Error error = fault_of(outcome);
     undo_relinearisation();
