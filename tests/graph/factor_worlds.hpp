@@ -12,6 +12,7 @@
 #include <wayfare/graph/edges.hpp>
 #include <wayfare/graph/factor_graph.hpp>
 #include <wayfare/graph/incremental.hpp>
+#include <wayfare/testing/incremental_laws.hpp>
 
 namespace wayfare::tests {
 
@@ -220,20 +221,7 @@ class Walk {
 constexpr IncrementalOptions kStep{.relinearise_step = 0.0, .solve_change = 0.0, .max_rounds = 1};
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Whether values, numbers of edges and fixed variables are the same, bit for bit.
-template <class... V, class E>
-bool same(const FactorGraph<Variables<V...>, E>& a, const FactorGraph<Variables<V...>, E>& b) {
-  const auto equal = [&]<class X>(std::type_identity<X>) {
-    const auto& of_a = a.template all<X>();
-    const auto& of_b = b.template all<X>();
-    bool same = of_a.size() == of_b.size();
-    for (std::size_t i = 0; same && i < of_a.size(); ++i)
-      same = ManifoldTraits<X>::minus(of_a[i], of_b[i]).isZero(0.0);
-    return same;
-  };
-  return a.size() == b.size() && a.edge_count() == b.edge_count() && a.fixed() == b.fixed() &&
-         (equal(std::type_identity<V>{}) && ...);
-}
+using testing::same;
 
 /// The largest difference of a variable.
 template <class... V, class E>

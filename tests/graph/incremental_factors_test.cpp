@@ -124,6 +124,29 @@ TYPED_TEST(IncrementalFactors, IsDeterministicForAnyNumberOfThreads) {
   }
 }
 
+// The shipped laws, on a walk whose trees are seen from every other pose.
+TEST(IncrementalLaws, HoldForTreesOfAWalk) {
+  using Graph = tests::Trees::Graph;
+  testing::IncrementalLaws<Graph>{[](int step, Graph& graph) {
+    const SE2d motion(1.0, 0.02 * (step % 3), Angle::degrees(12.0));
+    const auto pose = graph.add(
+        step == 0 ? SE2d() : graph.all<SE2d>().back() * SE2d(0.95, 0.0, Angle::degrees(13.0)));
+    if (step == 0) graph.fix(pose);
+    static VariableId<SE2d> last;
+    static VariableId<Eigen::Vector2d> tree;
+    if (step == 0) tree = graph.add(Eigen::Vector2d(1.0, 5.0));
+    const Eigen::Matrix3d information = Eigen::Vector3d(2500, 2500, 1e4).asDiagonal();
+    if (step > 0) graph.add(Between<SE2d>{motion, information}, last, pose);
+    last = pose;
+    const double bearing = 1.4 - 0.01 * (step % 5);
+    if (step % 2 == 0)
+      graph.add(
+          Robust{BearingRange{Angle::radians(bearing), 4.8, 100.0 * Eigen::Matrix2d::Identity()},
+                 RobustKernel{RobustKernelKind::huber, 3.0}},
+          pose, tree);
+  }}.check();
+}
+
 // Random calls: duplicated edges, points far from where they are seen, refused edges, discards and
 // whole graphs. What is refused leaves no trace; what is accepted is solved as the batch optimiser
 // solves it, or refused by both.
@@ -184,7 +207,7 @@ TYPED_TEST(IncrementalFactors, RandomCallsAreThoseOfABatchSolvedGraph) {
         default: {
           const auto expected = whole_step(g.model);
           const bool exact = walk.rng().below(2) == 0;
-          const auto report = g.tested.update(exact ? kStep : IncrementalOptions{});
+          const auto report = g.tested.update(exact ? kStep : kIncrementalDefaults<Graph>);
           if (!report) {
             ++refusals;
             ASSERT_FALSE(expected) << report.error().message;

@@ -30,6 +30,10 @@ inline void add_growing_options(examples::CommandLine& line, int& batch_every,
                   "change of a step that is not propagated further (m or rad)")
       .not_negative()
       .show_default();
+  line.add_option("--solve-deviations", options.solve_deviations,
+                  "instead, if positive, in standard deviations of a variable")
+      .not_negative()
+      .show_default();
   line.add_option("--rounds", options.max_rounds,
                   "largest number of linear systems solved per step")
       .positive()

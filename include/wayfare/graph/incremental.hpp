@@ -35,6 +35,11 @@ struct IncrementalOptions {
   /// Back-substitution continues down the tree where a step changes by more than this (m or rad).
   /// 0: with every change.
   double solve_change = 1e-3;
+  /// If positive, instead of solve_change: where a step changes by more than this many standard
+  /// deviations of the variable given its neighbours, √(Δᵀ H_vv Δ), times √(cost / edges), at most
+  /// 1 (a posteriori standard deviations). It does not depend on the variable's units, and bounds
+  /// what a change that is held back adds to the cost.
+  double solve_deviations = 0.0;
   /// Maximum number of linear systems solved; a further one follows while a step exceeds
   /// relinearise_step.
   int max_rounds = 2;
@@ -42,6 +47,14 @@ struct IncrementalOptions {
   /// complete ones. Larger: rarer. In operations, not time: the same on every machine.
   double reorder_work = 20.0;
 };
+
+/// Steps of a pose graph are compared in m and rad. Variables of a factor graph have any units, and
+/// a heading moves what is seen far away: its changes are compared with the information.
+template <class Graph>
+inline constexpr IncrementalOptions kIncrementalDefaults{.relinearise_step = 0.1,
+                                                         .solve_deviations = 0.4};
+template <LieGroup G>
+inline constexpr IncrementalOptions kIncrementalDefaults<PoseGraph<G>>{};
 
 /// Statistics of one update.
 struct IncrementalReport {
@@ -161,7 +174,7 @@ class IncrementalGraphOptimiser : public GrowingGraph<Graph> {
   /// Adds the pending variables and edges to the solution. On an Error (names a new pose that is
   /// not connected to the others, a variable not determined by its edges, or an edge whose error or
   /// Jacobian is not finite on the way) the solution is unchanged and they stay pending.
-  Result<IncrementalReport> update(const IncrementalOptions& options = {});
+  Result<IncrementalReport> update(const IncrementalOptions& options = kIncrementalDefaults<Graph>);
 
   /// The batch optimiser from the current values, then relinearises everything there. Uses this
   /// object's kernel instead of that of `options`. On an Error nothing has changed.
@@ -195,7 +208,7 @@ class IncrementalGraphOptimiser : public GrowingGraph<Graph> {
   void withdraw();
   Error restore(const typename Growing::Solved& before);
 
-  void each_edge_of(const auto& changed, std::size_t first, const auto& with);
+  void each_edge_of(const auto& changed, const auto& with);
   void relinearise_far(double threshold);
   void relinearise_all();
   void relinearise(int variable);
@@ -203,7 +216,8 @@ class IncrementalGraphOptimiser : public GrowingGraph<Graph> {
   void undo_relinearisation();
   FactorOutcome refactor(IncrementalReport& report);
   void move_values(const IncrementalOptions& options, IncrementalReport& report);
-  void sum_costs(std::size_t first_moved);
+  void find_costs();
+  void find_deviation(bool may_decrease);
   Result<void> first_round(const IncrementalOptions& options, IncrementalReport& report);
   void further_rounds(const IncrementalOptions& options, IncrementalReport& report);
   void fall_back(IncrementalReport& report);
@@ -224,6 +238,7 @@ class IncrementalGraphOptimiser : public GrowingGraph<Graph> {
   std::vector<Relinearised> relinearised_;
   std::vector<Moved> moved_;  // in this update
   double work_since_order_ = 0.0;
+  double deviation_ = 0.0;
   Undetermined<kBlock> undetermined_;
 };
 

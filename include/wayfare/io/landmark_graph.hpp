@@ -24,13 +24,15 @@ namespace wayfare::io {
 
 namespace landmark_detail {
 
-template <class G, class Lists>
+template <class G, class Lists, template <class> class Kind>
 struct LandmarkGraphOf;
-template <class G, class... E>
-struct LandmarkGraphOf<G, MeasurementLists<E...>> {
-  using Type =
-      FactorGraph<Variables<G, typename LandmarkPosition<G>::Point>, Edges<Between<G>, E...>>;
+template <class G, class... E, template <class> class Kind>
+struct LandmarkGraphOf<G, MeasurementLists<E...>, Kind> {
+  using Type = FactorGraph<Variables<G, typename LandmarkPosition<G>::Point>,
+                           Edges<Kind<Between<G>>, Kind<E>...>>;
 };
+template <class E>
+using Plain = E;
 
 /// The edge of a measurement by a sensor that is not at the robot's origin.
 template <class E, class G>
@@ -55,14 +57,28 @@ template <class G>
 /// Poses, landmarks, and every measurement a file may have of them.
 template <LieGroup G>
 using LandmarkGraph =
-    typename landmark_detail::LandmarkGraphOf<G, typename GraphMeasurements<G>::Lists>::Type;
+    typename landmark_detail::LandmarkGraphOf<G, typename GraphMeasurements<G>::Lists,
+                                              landmark_detail::Plain>::Type;
 
-/// Variables are the file's vertices, then its landmarks, in its order. The first vertex is fixed
-/// if the file fixes nothing and has no prior. `file` must be as returned by read_g2o (ids known).
+/// An edge with a kernel of its own, which graduated non-convexity may reject if `robust`.
+template <Edge E>
+struct DoubtfulEdge : E {
+  RobustKernel kernel;
+  bool robust = false;
+};
 template <LieGroup G>
-[[nodiscard]] LandmarkGraph<G> to_factor_graph(const GraphFile<G>& file) {
+using RobustLandmarkGraph =
+    typename landmark_detail::LandmarkGraphOf<G, typename GraphMeasurements<G>::Lists,
+                                              DoubtfulEdge>::Type;
+
+namespace landmark_detail {
+
+/// `kind(edge, doubtful)` is the graph's edge; edges between vertices that are not neighbours in
+/// the file, and those to landmarks, are doubtful.
+template <class Graph, LieGroup G>
+[[nodiscard]] Graph to_graph(const GraphFile<G>& file, const auto& kind) {
   using Point = typename LandmarkPosition<G>::Point;
-  LandmarkGraph<G> graph;
+  Graph graph;
   std::unordered_map<std::int64_t, int> index;
   for (const auto& vertex : file.vertices) index.emplace(vertex.id, graph.add(vertex.pose).index);
   for (const auto& landmark : file.landmarks)
@@ -74,21 +90,24 @@ template <LieGroup G>
     else
       graph.fix(VariableId<Point>{variable});
   }
-  const auto add = [&]<class E, class... X>(const E& edge, const auto& ids, EdgeVariables<X...>) {
+  const auto add = [&]<class E, class... X>(const E& edge, bool doubtful, const auto& ids,
+                                            EdgeVariables<X...>) {
     std::size_t i = 0;
     const std::tuple<VariableId<X>...> ends{VariableId<X>{index.at(ids[i++])}...};
-    std::apply([&](const auto&... end) { graph.add(edge, end...); }, ends);
+    std::apply([&](const auto&... end) { graph.add(kind(edge, doubtful), end...); }, ends);
   };
-  for (const auto& edge : file.edges)
-    add(Between<G>{edge.measurement, edge.information}, std::array{edge.from, edge.to},
-        EdgeVariables<G, G>{});
+  for (const auto& edge : file.edges) {
+    const int step = index.at(edge.to) - index.at(edge.from);
+    add(Between<G>{edge.measurement, edge.information}, step != 1 && step != -1,
+        std::array{edge.from, edge.to}, EdgeVariables<G, G>{});
+  }
   bool anchored = !file.fixed.empty();
   const auto add_all = [&]<class E>(const std::vector<GraphMeasurement<E>>& list) {
-    anchored = anchored || (E::Variables::kCount == 1 && !list.empty());
+    constexpr bool kIsPrior = E::Variables::kCount == 1;
+    anchored = anchored || (kIsPrior && !list.empty());
     for (const auto& m : list) {
       const auto sensor = file.sensors.find(m.sensor);
-      add(sensor == file.sensors.end() ? m.edge
-                                       : landmark_detail::from_robot(m.edge, sensor->second),
+      add(sensor == file.sensors.end() ? m.edge : from_robot(m.edge, sensor->second), !kIsPrior,
           m.ids, typename E::Variables{});
     }
   };
@@ -97,9 +116,33 @@ template <LieGroup G>
   return graph;
 }
 
-/// Copies the graph's poses and landmarks to those of `file`.
+}  // namespace landmark_detail
+
+/// Variables are the file's vertices, then its landmarks, in its order. The first vertex is fixed
+/// if the file fixes nothing and has no prior. `file` must be as returned by read_g2o (ids known).
 template <LieGroup G>
-void take_values(const LandmarkGraph<G>& graph, GraphFile<G>& file) {
+[[nodiscard]] LandmarkGraph<G> to_factor_graph(const GraphFile<G>& file) {
+  return landmark_detail::to_graph<LandmarkGraph<G>>(
+      file, [](const auto& edge, bool) -> const auto& { return edge; });
+}
+
+/// The same graph with `kernel` on edges that may be outliers: those to landmarks, and between
+/// vertices that are not neighbours in the file, or, with `all`, between any two. Priors are
+/// trusted.
+template <LieGroup G>
+[[nodiscard]] RobustLandmarkGraph<G> to_robust_factor_graph(const GraphFile<G>& file,
+                                                            const RobustKernel& kernel,
+                                                            bool all = false) {
+  return landmark_detail::to_graph<RobustLandmarkGraph<G>>(
+      file, [&]<class E>(const E& edge, bool doubtful) {
+        doubtful = doubtful || (all && E::Variables::kCount > 1);
+        return DoubtfulEdge<E>{edge, doubtful ? kernel : RobustKernel{}, doubtful};
+      });
+}
+
+/// Copies the graph's poses and landmarks to those of `file`.
+template <class Graph, LieGroup G>
+void take_values(const Graph& graph, GraphFile<G>& file) {
   const auto& poses = graph.template all<G>();
   const auto& landmarks = graph.template all<typename LandmarkPosition<G>::Point>();
   for (std::size_t i = 0; i < file.vertices.size() && i < poses.size(); ++i)

@@ -45,7 +45,9 @@ FactorOutcome IncrementalCholesky<N>::factorise_fresh() {
 /// Assembles the clique's front from the terms and the updates of its children.
 template <int N>
 void IncrementalCholesky<N>::assemble(Clique& clique) {
-  clique.numbers.assign(CliqueFront<N>::size(clique.frontals, clique.separators()), 0.0);
+  clique.numbers.assign(
+      CliqueFront<N>::size(clique.frontals, clique.separators()) + N * N * index(clique.frontals),
+      0.0);
   number_slots(clique);
   for (const int v : clique.eliminated()) add_terms(clique, v);
 }
@@ -82,7 +84,18 @@ void IncrementalCholesky<N>::add_terms(Clique& clique, int variable) {
     else
       detail::add_rows<N>(to, stride, term.ab.data(), N, N);
   }
+  double* const information = information_of(clique, here);
+  for (int j = 0; j < N; ++j)
+    for (int i = j; i < N; ++i)
+      information[i + N * j] = information[j + N * i] = diagonal[i + diagonal_stride * j];
   fill_unused(variable, diagonal, diagonal_stride + 1);
+}
+
+/// A_vv.
+template <int N>
+double* IncrementalCholesky<N>::information_of(Clique& clique, int frontal) {
+  const std::size_t first = CliqueFront<N>::size(clique.frontals, clique.separators());
+  return clique.numbers.data() + first + N * N * index(frontal);
 }
 
 /// The rows that a variable does not use get the scale of its information: their step is zero. The
@@ -136,13 +149,15 @@ int IncrementalCholesky<N>::eliminate(Clique& clique) {
 }
 
 template <int N>
-const std::vector<int>& IncrementalCholesky<N>::solve(double threshold) {
+const std::vector<int>& IncrementalCholesky<N>::solve(double threshold, ChangeUnit unit) {
+  // Changes that were too small then may not be now.
+  const bool whole = unit != held_unit_ || !(threshold >= held_back_);
+  held_back_ = threshold;
+  held_unit_ = unit;
   ++stamp_;
   changed_.clear();
   last_solved_ = 0;
   stack_.clear();
-  const bool whole = !(threshold >= held_back_);  // changes that were too small then may not be now
-  held_back_ = threshold;
   for (int c = 0; whole && c < static_cast<int>(cliques_.size()); ++c)
     if (cliques_[index(c)].frontals > 0 && cliques_[index(c)].parent < 0) stack_.push_back(c);
   for (const int c : roots_)
@@ -152,7 +167,7 @@ const std::vector<int>& IncrementalCholesky<N>::solve(double threshold) {
     Clique& clique = cliques_[index(stack_.back())];
     stack_.pop_back();
     clique.fresh = false;
-    substitute(clique, threshold);
+    substitute(clique, threshold, unit);
     for (const int child : clique.children)
       if (whole || cliques_[index(child)].fresh || separator_changed(cliques_[index(child)]))
         stack_.push_back(child);
@@ -169,7 +184,7 @@ bool IncrementalCholesky<N>::separator_changed(const Clique& clique) const {
 
 /// Lᵀ x = y for the frontals, given the separator's x.
 template <int N>
-void IncrementalCholesky<N>::substitute(Clique& clique, double threshold) {
+void IncrementalCholesky<N>::substitute(Clique& clique, double threshold, ChangeUnit unit) {
   const CliqueFront<N> front(clique.numbers.data(), clique.frontals, clique.separators());
   gathered_.resize(N * clique.rows.size());
   double* const found = gathered_.data();
@@ -178,11 +193,16 @@ void IncrementalCholesky<N>::substitute(Clique& clique, double threshold) {
     Eigen::Map<Vector>(found + N * i) = x(clique.rows[i]);
   scratch_.resize(index(front.panel().ld11 + front.panel().ld21));
   cholesky::best_kernels(N).backward(front.panel(), 0, later_slots(clique), found, scratch_.data());
+  const auto is_large = [&](int i, const Vector& change) {
+    if (unit == ChangeUnit::component) return change.cwiseAbs().maxCoeff() > threshold;
+    const Eigen::Map<const typename Term::Block> a(information_of(clique, i));
+    return change.dot(a * change) > threshold * threshold;
+  };
   for (int i = 0; i < clique.frontals; ++i) {
     const int v = clique.rows[index(i)];
     Eigen::Map<Vector> x(x_.data() + offset(v));
     const Eigen::Map<const Vector> now(found + N * i);
-    if (!((now - x).cwiseAbs().maxCoeff() > threshold)) continue;
+    if (!is_large(i, now - x)) continue;
     x = now;
     changed_.push_back(v);
     changed_mark_[index(v)] = stamp_;

@@ -29,6 +29,12 @@ struct IncrementalTerm {
   Vector ra, rb;
 };
 
+/// What a change of a variable's x is compared with.
+enum class ChangeUnit {
+  component,  ///< its largest component
+  deviation,  ///< √(Δᵀ A_vv Δ): standard deviations of the variable given its neighbours
+};
+
 /// Compiled in wayfare::graph for N = 2, 3 and 6.
 template <int N>
 class IncrementalCholesky {
@@ -54,9 +60,9 @@ class IncrementalCholesky {
   /// Removes the newest terms and variables, which must be newer than the last successful
   /// `refactor`, and clears the list of changes.
   void roll_back(int variables, int terms);
-  /// Back-substitution from the root, down to where no component of x changes by more than
-  /// `threshold`; returns the variables whose x changed.
-  const std::vector<int>& solve(double threshold);
+  /// Back-substitution from the root, down to where no x changes by more than `threshold`; returns
+  /// the variables whose x changed.
+  const std::vector<int>& solve(double threshold, ChangeUnit unit = ChangeUnit::component);
 
   [[nodiscard]] auto x(int variable) const {
     return Eigen::Map<const Vector>(x_.data() + offset(variable));
@@ -85,6 +91,7 @@ class IncrementalCholesky {
     std::vector<int> children;        // cliques
     // Of the factor the frontals' triangle and the rectangle below it, then the update of the
     // separator; of the right-hand side the frontals' y and the separator's update.
+    // Last the information A_vv of each frontal.
     std::vector<double> numbers;
     bool weak = false;           // some pivot lost many digits
     std::vector<double> probes;  // of the rounding of pivots, computed on demand
@@ -134,7 +141,8 @@ class IncrementalCholesky {
   const int* later_slots(const Clique& clique);
   int eliminate(Clique& clique);
   static double flops(const Clique& clique);
-  void substitute(Clique& clique, double threshold);
+  void substitute(Clique& clique, double threshold, ChangeUnit unit);
+  static double* information_of(Clique& clique, int frontal);
   bool separator_changed(const Clique& clique) const;
 
   std::vector<Term> terms_;
@@ -164,7 +172,8 @@ class IncrementalCholesky {
   std::vector<int> changed_, stack_;
   int last_columns_ = 0, last_solved_ = 0, constrained_ = 0;
   double last_flops_ = 0.0, total_flops_ = 0.0;
-  double held_back_ = 0.0;  // the last threshold of `solve`
+  double held_back_ = 0.0;  // the last threshold of `solve`, and its unit
+  ChangeUnit held_unit_ = ChangeUnit::component;
 };
 
 }  // namespace wayfare

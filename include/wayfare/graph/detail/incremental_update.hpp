@@ -2,6 +2,7 @@
 
 // Update of the incremental solution.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -25,7 +26,9 @@ Result<IncrementalReport> IncrementalGraphOptimiser<Graph>::update(
   const double before = costs_.total();
   if (auto done = first_round(options, report); !done) return done.error();
   settle();
+  find_deviation(report.reordered);
   further_rounds(options, report);
+  find_costs();
   // Stale linearisation points and skipped small changes allow a slight increase.
   constexpr double kRise = 1e-2;
   if (!(costs_.total() <= (1.0 + kRise) * before + 1e-6)) fall_back(report);
@@ -56,13 +59,24 @@ Result<void> IncrementalGraphOptimiser<Graph>::first_round(const IncrementalOpti
     withdraw();
     return error;
   }
-  move_values(options, report);
   return {};
+}
+
+/// √(cost / edges): less than one where the measurements are better than their information says. A
+/// decrease would let all changes continue, as a reordering does.
+template <class Graph>
+void IncrementalGraphOptimiser<Graph>::find_deviation(bool may_decrease) {
+  constexpr double kLeast = 1e-3;
+  const double now = std::clamp(
+      std::sqrt(costs_.total() / static_cast<double>(std::max<std::size_t>(1, costs_.size()))),
+      kLeast, 1.0);
+  deviation_ = may_decrease ? now : std::max(deviation_, now);
 }
 
 template <class Graph>
 void IncrementalGraphOptimiser<Graph>::further_rounds(const IncrementalOptions& options,
                                                       IncrementalReport& report) {
+  move_values(options, report);
   while (report.rounds < options.max_rounds && !far_.empty()) {
     relinearised_.clear();
     relinearise_far(options.relinearise_step);
@@ -120,13 +134,12 @@ void IncrementalGraphOptimiser<Graph>::relinearise(int variable) {
   system_.reset(column, Step::Zero());
 }
 
-/// with(k) for each edge of changed[first], changed[first + 1] …, once.
+/// with(k) for each edge of the changed variables, once.
 template <class Graph>
-void IncrementalGraphOptimiser<Graph>::each_edge_of(const auto& changed, std::size_t first,
-                                                    const auto& with) {
+void IncrementalGraphOptimiser<Graph>::each_edge_of(const auto& changed, const auto& with) {
   ++stamp_;
-  for (std::size_t i = first; i < changed.size(); ++i) {
-    for (const int term : system_.terms_of(column_of_[index(changed[i].variable)])) {
+  for (const auto& c : changed) {
+    for (const int term : system_.terms_of(column_of_[index(c.variable)])) {
       const std::size_t k = this->edge_of(term);
       if (edge_mark_[k] == stamp_) continue;
       edge_mark_[k] = stamp_;
@@ -138,7 +151,7 @@ void IncrementalGraphOptimiser<Graph>::each_edge_of(const auto& changed, std::si
 /// Relinearises the edges of the variables whose origin has moved.
 template <class Graph>
 void IncrementalGraphOptimiser<Graph>::linearise_again() {
-  each_edge_of(relinearised_, 0, [&](std::size_t k) {
+  each_edge_of(relinearised_, [&](std::size_t k) {
     finite_ &= this->linearise(k, origins_, [&](int term, int, int, const auto& values) {
       system_.set_term(term, values);
     });
@@ -161,8 +174,11 @@ void IncrementalGraphOptimiser<Graph>::undo_relinearisation() {
 template <class Graph>
 void IncrementalGraphOptimiser<Graph>::move_values(const IncrementalOptions& options,
                                                    IncrementalReport& report) {
-  const std::size_t first = moved_.size();
-  for (const int column : system_.solve(options.solve_change)) {
+  const bool by_deviation = options.solve_deviations > 0.0;
+  const auto& changed =
+      by_deviation ? system_.solve(options.solve_deviations * deviation_, ChangeUnit::deviation)
+                   : system_.solve(options.solve_change);
+  for (const int column : changed) {
     const int variable = variable_of_[index(column)];
     const Step step = system_.x(column);
     moved_.push_back({variable, this->value(variable)});
@@ -173,7 +189,12 @@ void IncrementalGraphOptimiser<Graph>::move_values(const IncrementalOptions& opt
     far_.push_back(variable);
   }
   report.substituted += system_.last_solved();
-  each_edge_of(moved_, first, [&](std::size_t k) { costs_.set(k, this->cost_of(k)); });
+}
+
+/// Of the edges of all variables that moved in this update.
+template <class Graph>
+void IncrementalGraphOptimiser<Graph>::find_costs() {
+  each_edge_of(moved_, [&](std::size_t k) { costs_.set(k, this->cost_of(k)); });
 }
 
 /// Batch optimisation from the values before the update; if that fails too, the update's result is
