@@ -54,7 +54,10 @@ Result<void> run(const Options& o) {
                      {"CPU time per scan", "ms"},
                      {"unmatched scans"},
                      {"loop closures"}});
-  for (const System& system : graph_slam_systems(o.scores)) {
+  std::vector<System> systems = graph_slam_systems(o.scores);
+  for (const auto& more : {submap_slam_systems(o.scores), hector_slam_systems(o.scores)})
+    systems.insert(systems.end(), more.begin(), more.end());
+  for (const System& system : systems) {
     if (!o.only.empty() && (system.name + " " + system.matcher).find(o.only) == std::string::npos)
       continue;
     if (auto ok = add_row(table, system, *recording, *relations, o.quiet); !ok) return ok;

@@ -41,5 +41,7 @@ template <class Run>
 }
 
 [[nodiscard]] std::vector<System> graph_slam_systems(const Scores& scores);
+[[nodiscard]] std::vector<System> submap_slam_systems(const Scores& scores);
+[[nodiscard]] std::vector<System> hector_slam_systems(const Scores& scores);
 
 }  // namespace wayfare::examples
