@@ -20,7 +20,7 @@ int main() {
       walls.push_back(border || wall ? 1 : 0);
     }
   const auto distances = DistanceField::of_mask(walls, kWidth, kHeight, 0.1);
-  const auto field = likelihood_field(*distances, {0.2, 0.05});
+  const auto field = likelihood_field(*distances, {0.3, 0.05});
   const RayCaster scanner(*distances);
   std::vector<float> cosines, sines, ranges(kBeams);
   for (int i = 0; i < kBeams; ++i) {
@@ -33,25 +33,25 @@ int main() {
     return SE2d(rng.uniform(0.0, 12.0), rng.uniform(0.0, 8.0), heading);
   };
   const Rng rng(1);
-  auto particles = draw_particles(20000, anywhere, rng.stream(0));
-  SE2d truth(6.0, 1.5, Angle::degrees(0));
+  auto particles = draw_particles(40000, anywhere, rng.stream(0));
+  SE2d truth(6.0, 1.5, Angle());
   RecoveryProbability recovery;
+  const KldSampling kld{0.05, 2.326, 2000, 40000};
   for (std::uint64_t k = 1; k <= 40; ++k) {
     Rng own = rng.stream(k);
     const Gaussian<SE2d> motion = DifferentialDriveModel{0.4, 0.02}(0.13, 0.15);  // of the wheels
     truth = truth * sample(motion, own);
     scanner.cast(truth, cosines, sines, 15.0, ranges);
-    const MotionSampler draw(motion);
-    const auto drive = [&](const SE2d& x, Rng& r) { return x * draw(r); };
+    const auto drive = [&](const SE2d& x, Rng& r) { return x * sample(motion, r); };
     propagate(particles, drive, own.stream(0));
     const Normalisation fit = reweight(particles, [&](const SE2d& x) {
       double sum = 0.0;
       for (std::size_t i = 0; i < kBeams; ++i)
         sum += field->log_likelihood(
             cell_of(x * Eigen::Vector2d(ranges[i] * cosines[i], ranges[i] * sines[i]), 0.1));
-      return 12.0 / kBeams * sum;  // neighbouring beams are correlated: as of 12
+      return 6.0 / kBeams * sum;  // neighbouring beams are correlated: as of 6
     });
-    particles = resample_adaptively(particles, PoseBins(0.5, Angle::degrees(15)), {}, own);
+    particles = resample_adaptively(particles, PoseBins(0.5, Angle::degrees(15)), kld, own);
     inject(particles, recovery.update(fit.log_sum), anywhere, own.stream(1));
   }
   const Eigen::Vector2d off =
