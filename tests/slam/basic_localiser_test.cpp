@@ -167,7 +167,7 @@ TEST(BasicLocaliser, RefusesLikelihoodsThatAreNotNumbers) {
         localiser.add_scan(LogTime::from_seconds(2.0), ranges_at(truth, *hall, rng), {});
     ASSERT_TRUE(nowhere);
     EXPECT_EQ(nowhere->refused_likelihoods, nowhere->particles);
-    EXPECT_TRUE(is_finite(nowhere->T_map_base.mean));
+    EXPECT_TRUE(has_finite_value(nowhere->T_map_base.mean));
   }
 }
 

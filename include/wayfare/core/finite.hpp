@@ -6,9 +6,9 @@ namespace wayfare {
 
 /// Whether every number of a value is finite.
 template <Manifold M>
-[[nodiscard]] bool is_finite(const M& x) {
+[[nodiscard]] bool has_finite_value(const M& x) {
   if constexpr (requires { x.translation().allFinite(), x.rotation(); }) {
-    return x.translation().allFinite() && is_finite(x.rotation());
+    return x.translation().allFinite() && has_finite_value(x.rotation());
   } else if constexpr (requires { x.matrix().allFinite(); }) {
     return x.matrix().allFinite();
   } else {

@@ -132,7 +132,7 @@ std::size_t propagate(P& particles, const Sampler& sampler, const Rng& rng, int 
   std::atomic<std::size_t> refused{0};
   detail::for_particles(particles.size(), threads, rng, [&](std::size_t i, Rng& own) {
     const State moved = sampler(particles.state(i), own);
-    is_finite(moved) ? particles.set(i, moved) : static_cast<void>(++refused);
+    has_finite_value(moved) ? particles.set(i, moved) : static_cast<void>(++refused);
   });
   return refused;
 }
@@ -149,8 +149,8 @@ void log_likelihoods(const P& particles, const Likelihood& likelihood, std::span
   parallel_for((n + block - 1) / block, threads, [&](std::size_t b) {
     for (std::size_t i = b * block; i < std::min(n, (b + 1) * block); ++i) {
       const State& x = particles.state(i);
-      result[i] = is_finite(x) ? static_cast<double>(likelihood(x))
-                               : std::numeric_limits<double>::quiet_NaN();
+      result[i] = has_finite_value(x) ? static_cast<double>(likelihood(x))
+                                      : std::numeric_limits<double>::quiet_NaN();
     }
   });
 }
@@ -308,7 +308,7 @@ void inject(P& particles, double probability, const Source& source, const Rng& r
                 "state");
   detail::for_particles(particles.size(), threads, rng, [&](std::size_t i, Rng& own) {
     if (!(own.uniform() < probability)) return;
-    if (const typename P::Value x = source(own); is_finite(x)) particles.set(i, x);
+    if (const typename P::Value x = source(own); has_finite_value(x)) particles.set(i, x);
   });
 }
 

@@ -78,7 +78,7 @@ class Rbpf {
       Rng rng = of_update.stream(i);
       const double factor = step(particles_[i], rng, worker);
       factors[i] =
-          is_finite(particles_[i].pose) ? factor : std::numeric_limits<double>::quiet_NaN();
+          has_finite_value(particles_[i].pose) ? factor : std::numeric_limits<double>::quiet_NaN();
     });
     for (std::size_t i = 0; i < particles_.size(); ++i)
       ends_[i] = tree_.append(ends_[i],

@@ -86,7 +86,7 @@ class BasicLocaliser {
   /// Draws the particles around a pose. Returns an Error if the pose is not finite or the
   /// covariance not positive semi-definite.
   Result<void> start_at(const Gaussian<Pose>& T_map_base) {
-    if (!is_finite(T_map_base.mean) || !is_positive_semidefinite(T_map_base.covariance))
+    if (!has_finite_value(T_map_base.mean) || !is_positive_semidefinite(T_map_base.covariance))
       return Error{ErrorCode::invalid,
                    "start_at: the pose is not finite or its covariance not positive semi-definite"};
     start_anywhere();

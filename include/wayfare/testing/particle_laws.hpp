@@ -59,7 +59,7 @@ struct ParticleLaws {
     std::vector<State> drawn;
     for (int i = 0; i < samples; ++i) {
       drawn.push_back(sampler(start, rng));
-      ASSERT_TRUE(is_finite(drawn.back())) << "sample " << i;
+      ASSERT_TRUE(has_finite_value(drawn.back())) << "sample " << i;
       const State same = sampler(start, again);
       ASSERT_EQ(ManifoldTraits<State>::minus(same, drawn.back()),
                 ManifoldTraits<State>::minus(drawn.back(), drawn.back()))

@@ -25,7 +25,8 @@ class MotionGuard {
 
   /// From the previous time to `time`.
   Step step(LogTime time, const std::optional<Pose>& odometry) {
-    const std::optional<Pose> given = odometry && is_finite(*odometry) ? odometry : std::nullopt;
+    const std::optional<Pose> given =
+        odometry && has_finite_value(*odometry) ? odometry : std::nullopt;
     Step step{Pose::identity(), !given};
     if (time_) {
       const double dt = to_seconds(time - *time_);
