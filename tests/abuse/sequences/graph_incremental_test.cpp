@@ -1,5 +1,6 @@
 // Random calls of the incremental optimiser, beside a plain graph that the batch optimiser solves.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -153,8 +154,8 @@ class Growing {
     const bool exact = rng_.below(2) == 0;
     IncrementalOptions options = kExact;
     if (!exact)
-      options = {rng_.uniform(0.0, 0.1), rng_.uniform(0.0, 0.01), any_of(rng_, 4),
-                 rng_.uniform(0.0, 30.0)};
+      options = {rng_.uniform(0.0, 0.1), rng_.uniform(0.0, 0.01),
+                 std::max(0.0, rng_.uniform(-1.0, 1.0)), any_of(rng_, 4), rng_.uniform(0.0, 30.0)};
     calls += exact ? " step" : " update";
     const auto expected = whole_step();
     const double before = robust_cost_of_valid();
