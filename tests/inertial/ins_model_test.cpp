@@ -87,7 +87,7 @@ TEST(InsModel, NoiseIsNoEvidenceOfScale) {
   // √(white²/dt + bias²) is 0.0018 … 0.0020 rad/s and 0.042 m/s².
   const Vector3d rate(0.005, -0.007, 0.3), force(0.1, -0.15, -9.8);
   const auto step = model(InsState<double, 0>{}, ImuInterval{rate, rate, force, force, 0.01});
-  const auto& f = std::get<0>(step.rows).phi;
+  const auto& f = detail::rows_at<0>(step.rows).phi;
   EXPECT_EQ(f.attitude_gyro_scale.x(), 0.0);
   EXPECT_NEAR(f.attitude_gyro_scale.y(), 0.01 * 0.007, 1e-9);
   EXPECT_NEAR(f.attitude_gyro_scale.z(), -0.01 * 0.3, 1e-9);

@@ -36,7 +36,7 @@
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/sensors/scans.hpp>
 #include <wayfare/sensors/trajectory.hpp>
-#include <wayfare/slam/detail/field_matching.hpp>
+#include <wayfare/slam/detail/particle_matcher.hpp>
 #include <wayfare/slam/scan_outcome.hpp>
 #include <wayfare/sync/augmented_scans.hpp>
 
@@ -161,7 +161,7 @@ class RadarSlam {
   /// or a pose that is not finite, the particle is drawn from the motion.
   template <FieldMatcher M>
   explicit RadarSlam(const M& matcher, const RadarSlamOptions& options = {})
-      : RadarSlam(detail::field_matching(matcher), options) {}
+      : RadarSlam(detail::particle_matcher(matcher), options) {}
 
   /// Motion since the last call (or since the first scan). Returns an Error for non-finite values
   /// or a covariance that is not positive semi-definite.
@@ -187,7 +187,7 @@ class RadarSlam {
   [[nodiscard]] const RbpfStatistics& statistics() const;
 
  private:
-  RadarSlam(const detail::MakeFieldMatching& make, const RadarSlamOptions& options);
+  RadarSlam(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options);
 
   class Engine;
   detail::Owned<Engine> engine_;

@@ -30,7 +30,7 @@ enum Sensor { kLidar, kRadar };
 
 class RadarSlam::Engine {
  public:
-  Engine(const detail::MakeFieldMatching& make, const RadarSlamOptions& options)
+  Engine(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options)
       : options_(options) {
     if (options_.radar.density)
       options_.radar.density->hit_probability = options.radar_hit_probability;
@@ -285,7 +285,7 @@ class RadarSlam::Engine {
 };
 
 RadarSlam::RadarSlam(const RadarSlamOptions& options) : RadarSlam(CorrelativeMatcher(), options) {}
-RadarSlam::RadarSlam(const detail::MakeFieldMatching& make, const RadarSlamOptions& options)
+RadarSlam::RadarSlam(const detail::MakeParticleMatcher& make, const RadarSlamOptions& options)
     : engine_(detail::make_owned<Engine>(make, options)) {}
 
 Result<void> RadarSlam::move(const Gaussian<SE2d>& increment) { return engine_->move(increment); }

@@ -38,7 +38,7 @@ struct DrawnPose {
 class SensorStep {
  public:
   SensorStep(const RbpfSensorOptions& options, const PoseProposalOptions& proposal,
-             std::unique_ptr<detail::FieldMatching> matcher)
+             std::unique_ptr<detail::ParticleMatcher> matcher)
       : options_(options), proposal_options_(proposal), matcher_(std::move(matcher)) {
     proposal_options_.independent_points = options.independent_points;
   }
@@ -207,7 +207,7 @@ class SensorStep {
   DetectionFieldMaker densities_;
   LikelihoodField view_, wide_view_;
   PrecomputationGrids pyramid_;
-  std::unique_ptr<detail::FieldMatching> matcher_;
+  std::unique_ptr<detail::ParticleMatcher> matcher_;
   BranchAndBoundMatcher far_matcher_;
   PoseProposal proposal_;
 };

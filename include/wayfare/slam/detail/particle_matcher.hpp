@@ -20,9 +20,9 @@ concept FieldMatcher =
 namespace detail {
 
 /// A matcher for one thread.
-class FieldMatching {
+class ParticleMatcher {
  public:
-  virtual ~FieldMatching() = default;
+  virtual ~ParticleMatcher() = default;
   [[nodiscard]] virtual Result<std::optional<MatchResult>> match(const LikelihoodField& field,
                                                                  const PointSet& points,
                                                                  const SE2d& prior,
@@ -31,9 +31,9 @@ class FieldMatching {
 };
 
 template <FieldMatcher M>
-class FieldMatchingBy final : public FieldMatching {
+class ParticleMatcherBy final : public ParticleMatcher {
  public:
-  explicit FieldMatchingBy(const M& matcher) : matcher_(matcher) {}
+  explicit ParticleMatcherBy(const M& matcher) : matcher_(matcher) {}
   Result<std::optional<MatchResult>> match(const LikelihoodField& field, const PointSet& points,
                                            const SE2d& prior, const SearchWindow& window,
                                            const MatchOptions& options) override {
@@ -44,11 +44,11 @@ class FieldMatchingBy final : public FieldMatching {
   M matcher_;
 };
 
-using MakeFieldMatching = std::function<std::unique_ptr<FieldMatching>()>;
+using MakeParticleMatcher = std::function<std::unique_ptr<ParticleMatcher>()>;
 
 template <FieldMatcher M>
-[[nodiscard]] MakeFieldMatching field_matching(const M& matcher) {
-  return [=] { return std::make_unique<FieldMatchingBy<M>>(matcher); };
+[[nodiscard]] MakeParticleMatcher particle_matcher(const M& matcher) {
+  return [=] { return std::make_unique<ParticleMatcherBy<M>>(matcher); };
 }
 
 }  // namespace detail
