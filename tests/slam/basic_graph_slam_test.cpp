@@ -123,10 +123,6 @@ TEST(BasicGraphSlam, ReportsAResultThatIsNotFiniteAndChangesNothing) {
   }
 }
 
-double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
-  return eval::absolute_error(estimate, truth).translation_m.rmse;
-}
-
 GraphSlamOptions for_icp(int threads = 1) {
   GraphSlamOptions options;
   options.threads = threads;

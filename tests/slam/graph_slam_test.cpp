@@ -15,10 +15,6 @@
 namespace wayfare {
 namespace {
 
-double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
-  return eval::absolute_error(estimate, truth).translation_m.rmse;
-}
-
 // The lidar's noise is 1-2 cm and the cells are 5 cm: a correctly closed loop is accurate to a few
 // centimetres, a wrong one is off by half a metre and more.
 TEST(GraphSlam, ClosesALoopOfCorridorsDespiteOdometryDrift) {

@@ -16,10 +16,6 @@
 namespace wayfare {
 namespace {
 
-double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
-  return eval::absolute_error(estimate, truth).translation_m.rmse;
-}
-
 /// Small submaps, so that the loop has finished ones.
 SubmapSlamOptions small_submaps() {
   SubmapSlamOptions options;

@@ -5,11 +5,17 @@
 #include <cstddef>
 #include <numbers>
 
+#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/sensors/scans.hpp>
 
 #include "sim/support.hpp"
 
 namespace wayfare {
+
+/// Of the positions, after rigid alignment.
+inline double rmse_m(const Trajectory& estimate, const Trajectory& truth) {
+  return eval::absolute_error(estimate, truth).translation_m.rmse;
+}
 
 /// An empty room of 6 m × 4 m seen from (x, y) by a laser of 360 beams all round.
 inline LaserScan room_scan(double time_s, double x, double y) {
