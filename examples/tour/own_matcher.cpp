@@ -6,7 +6,6 @@
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/slam/basic_graph_slam.hpp>
-
 using namespace wayfare;
 
 struct HillClimbing {
@@ -27,10 +26,10 @@ struct HillClimbing {
   }
   static MatchResult at(const SE2d& pose, const Map& map, const PointSet& points) {
     MatchResult match{.T_map_points = pose};
-    for (std::size_t i = 0; i < points.size(); ++i)
-      if (const auto c = map.find(cell_of(pose * points[i].cast<double>().eval(), kCell_m));
-          c != map.end())
-        match.score += c->second / static_cast<double>(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto c = map.find(cell_of(pose * points[i].cast<double>().eval(), kCell_m));
+      if (c != map.end()) match.score += c->second / static_cast<double>(points.size());
+    }
     return match;
   }
   Result<std::optional<MatchResult>> match(const Map& map, const PointSet& points,
@@ -49,12 +48,13 @@ struct HillClimbing {
 
 int main() {
   const char* plan =
-      "metres_per_character 0.5\nroute a b c b a\npicture\n"
-      "##############\n#     #      #\n# a          #\n#         b  #\n"
-      "#     #      #\n#     #   c  #\n##############\n";
+      "metres_per_character 0.5\nroute a b c b a\npicture\n##############\n#     #      #\n"
+      "# a          #\n#         b  #\n#     #      #\n#     #   c  #\n##############\n";
   const auto rooms = sim::read_plan(plan, "rooms").value();
-  const auto run = sim::simulate_recording(rooms.plan, rooms.route_m, {}, Rng(1)).value();
-  const auto slam = run_graph_slam(run.recording, HillClimbing{}).value();
-  const auto error = eval::absolute_error(slam.trajectory, run.truth).translation_m;
-  std::printf("%zu scans, %.3f m off\n", slam.trajectory.size(), error.rmse);
+  sim::RobotParams robot;
+  robot.wheels.right_scale = 1.03;  // the odometry turns
+  const auto run = sim::simulate_recording(rooms.plan, rooms.route_m, robot, Rng(1)).value();
+  for (const Trajectory& t : {run_graph_slam(run.recording, HillClimbing{}).value().trajectory,
+                              as_trajectory(run.recording.odometry)})
+    std::printf("%.3f m off\n", eval::absolute_error(t, run.truth).translation_m.rmse);
 }

@@ -48,19 +48,19 @@ struct Candidate {
 };
 
 struct MatchResult {
-  SE2d T_map_points;
+  SE2d T_map_points{};
   /// (1/N) Σ ln p(point | map), nats.
   double mean_log_likelihood = 0.0;
   /// The same, scaled to 0 (every point at the map's floor) … 1 (every point at probability 1).
   double score = 0.0;
   /// The candidate and the number searched; zero for iterative matchers.
-  Candidate candidate;
+  Candidate candidate{};
   std::int64_t candidates = 0;
   /// Of (x, y, θ) in the matched pose's own axes, never wider than the window: from the scores'
   /// distribution over the window (Olson 2009), or the inverse of the information at the match.
-  std::optional<Eigen::Matrix3d> covariance;
+  std::optional<Eigen::Matrix3d> covariance{};
   /// Given with the covariance.
-  std::optional<SceneConstraint> constraint;
+  std::optional<SceneConstraint> constraint{};
 };
 
 /// Finds the pose of points in a map near a prior. No result if nothing in the window reaches the
