@@ -136,8 +136,8 @@ struct GyroMotion {
 /// variance is half of what it should be; to compensate, increase GyroMotion::along_m_per_sqrt_m
 /// and DifferentialDriveModel's slip by √2. An Error where both covariances are singular in the
 /// same direction.
-[[nodiscard]] inline Result<Gaussian<SE2d>> fuse(const Gaussian<SE2d>& wheels,
-                                                 const Gaussian<SE2d>& gyro) {
+template <LieGroup G>
+[[nodiscard]] Result<Gaussian<G>> fuse(const Gaussian<G>& wheels, const Gaussian<G>& gyro) {
   return product(wheels, gyro);
 }
 

@@ -5,8 +5,6 @@
 #include <span>
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
 #include <wayfare/map/detail/precomputation_grids.hpp>
 #include <wayfare/map/likelihood_field.hpp>
@@ -64,17 +62,6 @@ class LocalMap {
   static Placement placement(const Result<std::optional<MatchResult>>& match, const SE2d& prior) {
     if (!match || !*match) return {prior};
     return {(*match)->T_map_points, (*match)->score};
-  }
-
-  /// The translation block of information⁻¹, scaled to 1 in its best-known direction.
-  static Eigen::Matrix2d spread_of(const Eigen::Matrix3d& information) {
-    constexpr double kTiny = 1e-9;
-    const double scale = information.topLeftCorner<2, 2>().trace();
-    const Eigen::Matrix3d regular =
-        information + kTiny * std::max(scale, 1.0) * Eigen::Matrix3d::Identity();
-    const Eigen::Matrix2d covariance = regular.inverse().topLeftCorner<2, 2>();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance, Eigen::EigenvaluesOnly);
-    return covariance / std::max(eigen.eigenvalues()[0], 1e-300);
   }
 
   LikelihoodFieldMaker maker_;

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <span>
 #include <utility>
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/match/scan_matcher.hpp>
@@ -27,28 +25,8 @@ namespace wayfare::detail {
           (match.constraint->weakest.allFinite() && std::isfinite(match.constraint->share)));
 }
 
-/// The spread along the direction the scene constrains least: 1 if all are constrained equally,
-/// where its share is ½, and the square root of its inverse otherwise.
-[[nodiscard]] inline Eigen::Matrix2d spread_of(const SceneConstraint& constraint,
-                                               const SO2d& heading) {
-  constexpr double kLeastShare = 1e-4;
-  const double spread = std::sqrt(0.5 / std::clamp(constraint.share, kLeastShare, 0.5));
-  const Eigen::Vector2d direction =
-      heading.matrix() * Eigen::Vector2d(constraint.weakest.template head<2>());
-  return Eigen::Matrix2d::Identity() + (spread - 1.0) * direction * direction.transpose();
-}
-
-/// The standard deviations of the translation, as multiples of the smallest.
-[[nodiscard]] inline Eigen::Matrix2d spread_of(const Eigen::Matrix3d& covariance,
-                                               const SO2d& heading) {
-  constexpr double kLargest = 70.0;
-  const Eigen::Matrix2d block = covariance.topLeftCorner<2, 2>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(0.5 * (block + block.transpose()));
-  const Eigen::Vector2d sigma = eigen.eigenvalues().cwiseMax(1e-12).cwiseSqrt();
-  const Eigen::Vector2d spread = (sigma / sigma[0]).cwiseMin(kLargest);
-  const Eigen::Matrix2d axes = heading.matrix() * eigen.eigenvectors();
-  return axes * spread.asDiagonal() * axes.transpose();
-}
+/// The spread of a match, by what its matcher says of it: the scene's constraint, or a covariance.
+[[nodiscard]] Eigen::Matrix2d spread_of(const MatchResult& match);
 
 /// Matching by a matcher of any kind, which makes its own maps. As an iterative matcher finds only
 /// what is near its prior, poses far from it are searched in likelihood fields first.
@@ -121,7 +99,7 @@ class MatcherMatching {
     if (!finite(**match)) return Error{ErrorCode::numerical, "the matcher's result is not finite"};
     const SE2d& pose = (*match)->T_map_points;
     if (!within(pose, prior, window)) return Placement{prior};
-    return Placement{pose, (*match)->score, spread(**match)};
+    return Placement{pose, (*match)->score, spread_of(**match)};
   }
 
   /// Windows are rounded up to whole cells, by a fraction of the window or a few decimetres.
@@ -129,12 +107,6 @@ class MatcherMatching {
     constexpr double kCells_m = 0.3;
     const double moved = (pose.translation() - prior.translation()).norm();
     return moved <= 2.0 * (window.half_x_m + window.half_y_m) + kCells_m;
-  }
-
-  static Eigen::Matrix2d spread(const MatchResult& match) {
-    if (match.constraint) return spread_of(*match.constraint, match.T_map_points.rotation());
-    if (match.covariance) return spread_of(*match.covariance, match.T_map_points.rotation());
-    return Eigen::Matrix2d::Identity();
   }
 
   /// Errors of a scan's points are correlated.
