@@ -16,4 +16,4 @@ struct Stays {
   }
 };
 
-wayfare::BasicGraphSlam<Stays> slam{Stays{}};
+static_assert(sizeof(wayfare::BasicGraphSlam<Stays>) > 0);
