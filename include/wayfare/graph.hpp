@@ -13,5 +13,7 @@
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/graph/path_uncertainty.hpp>
 #include <wayfare/graph/pose_graph.hpp>
+#include <wayfare/graph/rank_check.hpp>
 #include <wayfare/graph/report.hpp>
 #include <wayfare/graph/robust_kernel.hpp>
+#include <wayfare/graph/scalar_solver.hpp>

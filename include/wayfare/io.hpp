@@ -5,6 +5,7 @@
 #include <wayfare/io/bag.hpp>
 #include <wayfare/io/carmen.hpp>
 #include <wayfare/io/g2o.hpp>
+#include <wayfare/io/growing_landmark_graph.hpp>
 #include <wayfare/io/landmark_graph.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/mcap.hpp>

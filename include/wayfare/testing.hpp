@@ -12,4 +12,5 @@
 #include <wayfare/testing/matcher_laws.hpp>
 #include <wayfare/testing/particle_laws.hpp>
 #include <wayfare/testing/pedestrian_laws.hpp>
+#include <wayfare/testing/solver_laws.hpp>
 #include <wayfare/testing/state_laws.hpp>

@@ -9,12 +9,17 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/graph/path_uncertainty.hpp>
 
+#include <wayfare/testing/solver_laws.hpp>
 #include "abuse/graph_cases.hpp"
-#include "graph/patterns.hpp"
 #include "graph/solvers.hpp"
 
 namespace wayfare::tests {
 namespace {
+
+using testing::dense;
+using testing::expect_solves;
+using testing::fill;
+using testing::random_pairs;
 
 template <class Solver>
 class SolverAbuse : public ::testing::Test {};
@@ -31,34 +36,6 @@ TYPED_TEST(SolverAbuse, AMatrixWithoutColumnsIsSolved) {
     Rng rng(3);
     BlockSparse<TypeParam::kBlock> some(5, random_pairs(rng, 5, 9));
     expect_solves(solver, some, rng);
-  }
-}
-
-// What is no number or not positive is refused, wherever it is; afterwards the solver is as before.
-TYPED_TEST(SolverAbuse, ABadNumberIsRefusedAndForgotten) {
-  constexpr int kBlock = TypeParam::kBlock, kColumns = 9;
-  Rng rng(5);
-  BlockSparse<kBlock> h(kColumns, random_pairs(rng, kColumns, 14));
-  TypeParam solver;
-  solver.analyse(h);
-  fill(h, rng);
-  const auto solve = [&](TypeParam& by) {
-    EXPECT_TRUE(by.factorise(h).ok);
-    Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(kColumns * kBlock, -3.0, 4.0);
-    by.solve_in_place(x);
-    return x;
-  };
-  const Eigen::VectorXd expected = solve(solver);
-  for (const double bad : {kNan, kInf, -kInf, -kHuge, -1.0, 0.0}) {
-    for (int c = 0; c < kColumns; ++c) {
-      double& entry = h.data(h.diagonal_index(c))[(c % kBlock) * (kBlock + 1)];
-      const double good = std::exchange(entry, bad);
-      const FactorOutcome outcome = solver.factorise(h);
-      EXPECT_FALSE(outcome.ok) << bad;
-      EXPECT_LT(outcome.block, kColumns);
-      entry = good;
-      EXPECT_EQ(solve(solver), expected);
-    }
   }
 }
 

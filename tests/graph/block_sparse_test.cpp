@@ -5,15 +5,15 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/core/random.hpp>
-#include <wayfare/graph/detail/scalar_solver.hpp>
+#include <wayfare/graph/scalar_solver.hpp>
 
-#include "patterns.hpp"
+#include <wayfare/testing/detail/block_matrices.hpp>
 
 namespace wayfare {
 namespace {
 
-using tests::fill;
-using tests::random_pairs;
+using testing::fill;
+using testing::random_pairs;
 
 TEST(BlockSparse, HasExactlyThePattern) {
   Rng rng(1);

@@ -80,7 +80,7 @@ TYPED_TEST(DampedStepTest, NamesThePoseWithAnOverflow) {
   EXPECT_FALSE(this->step_.compute(0.0));
   const Error error = this->step_.undetermined(this->graph_);
   EXPECT_THAT(error.message,
-              testing::AnyOf(::testing::HasSubstr("pose 1"), ::testing::HasSubstr("pose 2")));
+              ::testing::AnyOf(::testing::HasSubstr("pose 1"), ::testing::HasSubstr("pose 2")));
 }
 
 // Rows and columns of the dense inverse; zero for fixed poses.

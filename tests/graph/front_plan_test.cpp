@@ -9,7 +9,7 @@
 
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "shapes.hpp"
+#include <wayfare/testing/detail/block_matrices.hpp>
 
 namespace wayfare::cholesky {
 namespace {
@@ -42,9 +42,9 @@ std::size_t fill_of(const BlockSparse<3>& h, const std::vector<int>& number) {
 
 TEST(MinimumDegree, OrdersEveryColumnOnceAndFillsLittle) {
   Rng rng(61);
-  auto shapes = tests::all_shapes(rng);
-  shapes.push_back(tests::arrow(900, 450));  // a dense hub, which is set aside
-  shapes.push_back(tests::grid(30, 30));
+  auto shapes = testing::all_shapes(rng);
+  shapes.push_back(testing::arrow(900, 450));  // a dense hub, which is set aside
+  shapes.push_back(testing::grid(30, 30));
   for (const auto& shape : shapes) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
     const BlockSparse<3> h(shape.columns, shape.pairs);
@@ -65,7 +65,7 @@ TEST(MinimumDegree, OrdersEveryColumnOnceAndFillsLittle) {
 
 TEST(ColumnCounts, EqualThoseOfTheElimination) {
   Rng rng(62);
-  for (const auto& shape : tests::all_shapes(rng)) {
+  for (const auto& shape : testing::all_shapes(rng)) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
     const BlockSparse<3> h(shape.columns, shape.pairs);
     auto order = minimum_degree(pattern_of(h));
@@ -85,7 +85,7 @@ TEST(ColumnCounts, EqualThoseOfTheElimination) {
 
 TEST(FrontPlan, ContainsTheFillInAndListsChildrenFirst) {
   Rng rng(63);
-  for (const auto& shape : tests::all_shapes(rng)) {
+  for (const auto& shape : testing::all_shapes(rng)) {
     SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
     const BlockSparse<3> h(shape.columns, shape.pairs);
     const FrontPlan plan = plan_fronts(pattern_of(h), minimum_degree(pattern_of(h)), 3);

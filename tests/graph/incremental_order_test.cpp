@@ -10,7 +10,7 @@
 #include <wayfare/core/random.hpp>
 #include <wayfare/graph/linear_solver.hpp>
 
-#include "patterns.hpp"
+#include <wayfare/testing/detail/block_matrices.hpp>
 
 namespace wayfare {
 namespace {
@@ -62,7 +62,7 @@ TEST(IncrementalOrder, FillsLittleMoreThanEigensMinimumDegree) {
   Rng rng(5);
   IncrementalOrder order;  // reused: nothing of the previous graph remains
   for (const auto& [columns, couplings] : {std::pair{60, 90}, {120, 150}, {40, 60}, {200, 420}}) {
-    const BlockSparse<3> h(columns, tests::random_pairs(rng, columns, couplings));
+    const BlockSparse<3> h(columns, testing::random_pairs(rng, columns, couplings));
     const Graph graph = graph_of(h);
     join_all_pairs(order, graph);
     const std::vector<int> ours = order.find();
@@ -115,7 +115,7 @@ TEST(IncrementalOrder, TreatsACliqueAsAllItsPairs) {
 
 TEST(IncrementalOrder, OrdersTheGivenNodesLast) {
   Rng rng(2);
-  const BlockSparse<3> h(40, tests::random_pairs(rng, 40, 70));
+  const BlockSparse<3> h(40, testing::random_pairs(rng, 40, 70));
   IncrementalOrder order;
   join_all_pairs(order, graph_of(h));
   for (const int node : {31, 4, 17}) order.keep_last(node);

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
-#include "patterns.hpp"
+#include <wayfare/testing/detail/block_matrices.hpp>
 #include "tangle.hpp"
 
 namespace wayfare {
@@ -56,7 +56,7 @@ TYPED_TEST(NormalEquationsTest, EqualThoseOfNumericJacobians) {
     equations.set_structure(graph);
     equations.linearise(graph, {});
     const tests::DenseEquations<TypeParam> want(graph, equations.free());
-    const Eigen::MatrixXd whole = tests::dense(equations.hessian());
+    const Eigen::MatrixXd whole = testing::dense(equations.hessian());
     EXPECT_LT((whole - want.hessian).norm(), 1e-8 * want.hessian.norm());
     EXPECT_LT((equations.gradient() - want.gradient).norm(), 1e-8 * want.gradient.norm());
   }
@@ -77,7 +77,7 @@ TYPED_TEST(NormalEquationsTest, HessianIsPositiveForLargeErrors) {
       NormalEquations<TypeParam> equations;
       equations.set_structure(graph);
       equations.linearise(graph, {kind, 0.5});
-      const Eigen::MatrixXd whole = tests::dense(equations.hessian());
+      const Eigen::MatrixXd whole = testing::dense(equations.hessian());
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(whole, Eigen::EigenvaluesOnly);
       EXPECT_GT(eigen.eigenvalues()[0], 0.0) << static_cast<int>(kind) << " at " << size;
     }
@@ -100,9 +100,9 @@ TYPED_TEST(NormalEquationsTest, WeightsActLikeRepeatedEdges) {
   other.edges.erase(other.edges.begin() + 2);
   plain.set_structure(other);
   EXPECT_NEAR(plain.linearise(other, {}), cost, 1e-12 * cost);
-  const Eigen::MatrixXd want = tests::dense(plain.hessian());
+  const Eigen::MatrixXd want = testing::dense(plain.hessian());
   // The pattern includes edges of zero weight.
-  EXPECT_LT((tests::dense(weighted.hessian()) - want).norm(), 1e-12 * want.norm());
+  EXPECT_LT((testing::dense(weighted.hessian()) - want).norm(), 1e-12 * want.norm());
   EXPECT_LT((weighted.gradient() - plain.gradient()).norm(), 1e-12 * plain.gradient().norm());
 }
 

@@ -239,7 +239,7 @@ TYPED_TEST(AnUndeterminedPose, IsNamedWhereTheNumbersOverflow) {
   graph.edges.push_back(graph.edges.back());
   const auto report = PoseGraphOptimiser<G, TypeParam>().optimise(graph);
   ASSERT_FALSE(report);
-  EXPECT_THAT(report.error().message, testing::MatchesRegex("pose [78] is not.*"));
+  EXPECT_THAT(report.error().message, ::testing::MatchesRegex("pose [78] is not.*"));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Results are bit-identical for any number of threads.
+// How the work is shared out, and results of whole graphs for any number of threads. That of
+// solvers is a law of theirs.
 
 #include "graph/cholesky/parallel.hpp"
 
@@ -15,26 +16,15 @@
 #include <wayfare/graph/optimise.hpp>
 #include <wayfare/io/g2o.hpp>
 
+#include <wayfare/testing/detail/block_matrices.hpp>
 #include "graph/cholesky/symbolic.hpp"
 #include "io/support.hpp"
-#include "shapes.hpp"
 
 namespace wayfare {
 namespace {
 
 using cholesky::share_out;
 using cholesky::TaskTree;
-
-/// Large enough for several threads, small enough for a quick test.
-std::vector<tests::Shape> large_shapes(int block, Rng& rng) {
-  const int side = block == 6 ? 36 : 80, half = side * side;
-  const auto grid = tests::grid(side, side);
-  auto apart = grid;  // with a copy of it and isolated columns
-  apart.name = "disconnected";
-  apart.columns = 2 * half + 50;
-  for (const auto& [a, b] : grid.pairs) apart.pairs.emplace_back(a + half, b + half);
-  return {grid, apart, {"random", 300, tests::random_pairs(rng, 300, 450)}};
-}
 
 bool same_bits(const auto& a, const auto& b) {
   return a.size() == b.size() &&
@@ -45,70 +35,6 @@ template <class G>
 bool same_pose(const G& a, const G& b) {
   return same_bits(a.translation(), b.translation()) &&
          same_bits(a.rotation().matrix(), b.rotation().matrix());
-}
-
-template <class Solver>
-class ParallelCholeskyTest : public ::testing::Test {};
-using BlockSizes =
-    ::testing::Types<MultifrontalCholesky<2>, MultifrontalCholesky<3>, MultifrontalCholesky<6>>;
-TYPED_TEST_SUITE(ParallelCholeskyTest, BlockSizes);
-
-TYPED_TEST(ParallelCholeskyTest, IsBitIdenticalToOneThread) {
-  constexpr int kBlock = TypeParam::kBlock;
-  Rng rng(51);
-  for (const auto& shape : large_shapes(kBlock, rng)) {
-    SCOPED_TRACE(shape.name);
-    BlockSparse<kBlock> h(shape.columns, shape.pairs);
-    tests::fill_dominant(h, rng);
-    const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(shape.columns * kBlock, -1.0, 2.0);
-    TypeParam one, several;
-    one.analyse(h);
-    ASSERT_TRUE(one.factorise(h).ok);
-    Eigen::VectorXd want = b;
-    one.solve_in_place(want);
-    one.invert();
-    several.analyse(h);
-    for (const int threads : {2, 2, 3, 8, 1, 8}) {  // with the same pattern
-      several.set_threads(threads);
-      ASSERT_TRUE(several.factorise(h).ok);
-      Eigen::VectorXd x = b;
-      several.solve_in_place(x);
-      EXPECT_TRUE(same_bits(x, want)) << threads;
-    }
-    several.invert();
-    Eigen::Matrix<double, kBlock, kBlock> got, wanted;
-    for (int c = 0; c < shape.columns; ++c) {
-      ASSERT_TRUE(one.inverse_block(c, c, wanted) && several.inverse_block(c, c, got));
-      EXPECT_TRUE(same_bits(got, wanted));
-    }
-  }
-}
-
-// Several columns are not positive definite; the first in elimination order must be named,
-// independently of the threads' timing.
-TYPED_TEST(ParallelCholeskyTest, NamesTheSameColumnAsOneThread) {
-  constexpr int kBlock = TypeParam::kBlock;
-  Rng rng(52);
-  const auto shape = large_shapes(kBlock, rng)[1];
-  BlockSparse<kBlock> h(shape.columns, shape.pairs);
-  TypeParam one, several;
-  one.analyse(h);
-  several.analyse(h);
-  for (int trial = 0; trial < 6; ++trial) {
-    tests::fill_dominant(h, rng);
-    for (const double bad : {-1.0, 0.0, std::numeric_limits<double>::quiet_NaN()}) {
-      const int column = static_cast<int>(rng.below(static_cast<std::uint64_t>(h.columns())));
-      h.block(h.diagonal_index(column))(0, 0) = bad;
-    }
-    const FactorOutcome want = one.factorise(h);
-    EXPECT_FALSE(want.ok);
-    for (const int threads : {2, 3, 8}) {
-      several.set_threads(threads);
-      EXPECT_EQ(several.factorise(h).block, want.block) << threads;
-    }
-  }
-  tests::fill_dominant(h, rng);
-  EXPECT_TRUE(several.factorise(h).ok);
 }
 
 /// The task of each front.
@@ -142,7 +68,7 @@ class ShareOut : public ::testing::TestWithParam<int> {};
 TEST_P(ShareOut, PutsEveryFrontAboveItsChildren) {
   const int block = GetParam();
   Rng rng(53);
-  auto shapes = large_shapes(block, rng);
+  auto shapes = testing::large_shapes(block, rng);
   shapes.push_back({"one block", 1, {}});
   for (const auto& shape : shapes) {
     SCOPED_TRACE(shape.name);

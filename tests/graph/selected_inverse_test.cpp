@@ -1,4 +1,4 @@
-// Selected blocks of H⁻¹ from the factorisation, and covariances from them.
+// Covariances from selected blocks of H⁻¹, which are a law of the solver.
 
 #include <filesystem>
 #include <string>
@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <wayfare/graph/optimise.hpp>
@@ -15,50 +14,10 @@
 #include <wayfare/graph/cholmod_solver.hpp>
 #endif
 
-#include "shapes.hpp"
 #include "tangle.hpp"
 
 namespace wayfare {
 namespace {
-
-using tests::all_shapes;
-using tests::fill;
-
-template <class Solver>
-class SelectedInverseTest : public ::testing::Test {};
-using BlockSizes =
-    ::testing::Types<MultifrontalCholesky<2>, MultifrontalCholesky<3>, MultifrontalCholesky<6>>;
-TYPED_TEST_SUITE(SelectedInverseTest, BlockSizes);
-
-TYPED_TEST(SelectedInverseTest, EqualsTheDenseInverseInThePatternOfH) {
-  constexpr int kBlock = TypeParam::kBlock;
-  Rng rng(41);
-  for (const auto& shape : all_shapes(rng)) {
-    SCOPED_TRACE(shape.name + " of " + std::to_string(shape.columns));
-    BlockSparse<kBlock> h(shape.columns, shape.pairs);
-    TypeParam solver;
-    solver.analyse(h);
-    const Eigen::MatrixXd inverse = fill(h, rng).inverse();
-    ASSERT_TRUE(solver.factorise(h).ok);
-    Eigen::Matrix<double, kBlock, kBlock> got;
-    EXPECT_FALSE(solver.inverse_block(0, 0, got));
-    solver.invert();
-    for (int c = 0; c < h.columns(); ++c) {
-      for (int r = 0; r < h.columns(); ++r) {  // the rest, where L has more blocks than H
-        if (!solver.inverse_block(r, c, got)) continue;
-        EXPECT_LT((got - inverse.block<kBlock, kBlock>(r * kBlock, c * kBlock)).norm(),
-                  1e-13 * inverse.norm());
-      }
-      for (int k = h.starts()[static_cast<std::size_t>(c)]; k <= h.diagonal_index(c); ++k)
-        EXPECT_TRUE(solver.inverse_block(h.rows()[static_cast<std::size_t>(k)], c, got));
-    }
-    Eigen::VectorXd x = Eigen::VectorXd::Ones(inverse.rows());
-    solver.solve_in_place(x);  // unchanged by invert()
-    EXPECT_LT((inverse * Eigen::VectorXd::Ones(inverse.rows()) - x).norm(), 1e-12 * x.norm());
-    ASSERT_TRUE(solver.factorise(h).ok);
-    EXPECT_FALSE(solver.inverse_block(0, 0, got));
-  }
-}
 
 template <class G>
 class CovariancesTest : public ::testing::Test {};

@@ -62,10 +62,12 @@ void add_file_options(CommandLine& app, Arguments& a) {
 }
 
 void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robust& robust) {
-  app.add_choice("--init", start, kStarts,
-                 "initial poses: of the file, the chain of edges between neighbours, a spanning "
-                 "tree of least depth, or chordal relaxation (default file; with --robust gnc a "
-                 "tree over odometry)");
+  app.add_choice(
+      "--init", start, kStarts,
+      "initial poses: of the file, the chain of edges between neighbours, a spanning "
+      "tree of least depth, or chordal relaxation, along the edges between poses; landmarks "
+      "then where they are first seen (default file; of poses alone with --robust gnc a "
+      "tree over odometry)");
   app.add_flag("--grow", a.grow,
                "initial values from optimising the graph as it grows in the order of the file: for "
                "logs whose odometry drifts far");
@@ -80,9 +82,10 @@ void add_solver_options(CommandLine& app, Arguments& a, MaybeStart& start, Robus
                    "scale of the kernel in standard deviations");
   app.add_number("--inliers", a.inlier_probability, 0.5, 1.0 - 1e-12,
                  "share of inliers gnc is to keep if the information matrices are consistent");
-  app.add_flag("--incremental", a.incremental,
-               "add the graph edge by edge and solve after each; each pose is initialised by its "
-               "first edge");
+  app.add_flag(
+      "--incremental", a.incremental,
+      "add the graph edge by edge, with landmarks vertex by vertex, and solve after each; each "
+      "pose is initialised by its first edge, each landmark where it is first seen");
   app.add_choice("--method", a.options.method, kMethods,
                  "gn: Gauss-Newton, falling back to lm where a step fails (default); lm: "
                  "Levenberg-Marquardt");
@@ -101,7 +104,7 @@ std::optional<int> parse(int argc, char** argv, Arguments& a) {
       "Optimise the graph of a g2o file, of poses or of poses and landmarks: prints the sum of "
       "e'We "
       "before and after (g2o's error, no factor 1/2), iterations and milliseconds, and writes the "
-      "graph. With landmarks or priors the start is that of the file, or of --grow.");
+      "graph.");
   MaybeStart start;
   Robust robust;
   add_file_options(app, a);

@@ -189,13 +189,20 @@ std::string draw(const PoseGraph<G>& graph, const std::vector<G>& before,
 }
 
 template <LieGroup G>
-std::string draw(const io::GraphFile<G>& before, const io::GraphFile<G>& after) {
-  const auto scene = [](const io::GraphFile<G>& file) {
-    const auto graph = io::to_factor_graph(file);
-    return Scene<G>{io::to_pose_graph(file), file.landmarks,
-                    FactorEquations<io::LandmarkGraph<G>>().cost(graph)};
+std::string draw(const io::GraphFile<G>& before, const io::GraphFile<G>& after,
+                 const std::vector<int>& rejected) {
+  std::vector<char> is_rejected(static_cast<std::size_t>(io::to_factor_graph(after).edge_count()),
+                                0);
+  for (const int k : rejected) is_rejected[static_cast<std::size_t>(k)] = 1;
+  const auto scene = [&](const io::GraphFile<G>& file) {
+    double sum = 0.0;
+    auto edge_rejected = is_rejected.begin();
+    io::to_factor_graph(file).each_edge([&](const auto& edge, const auto&, const auto&... x) {
+      if (*edge_rejected++ == 0) sum += squared_error(edge, x...);
+    });
+    return Scene<G>{io::to_pose_graph(file), file.landmarks, sum};
   };
-  return drawing<G>(scene(before), scene(after), std::vector<char>(after.edges.size(), 0));
+  return drawing<G>(scene(before), scene(after), is_rejected);
 }
 
 template <LieGroup G>
@@ -225,6 +232,23 @@ Result<std::string> marginals_table(const io::GraphFile<G>& file) {
 }
 
 template <LieGroup G>
+std::string edges_table(const io::GraphFile<G>& file, const std::vector<int>& edges) {
+  const auto id = [&](int variable) {
+    const auto i = static_cast<std::size_t>(variable), poses = file.vertices.size();
+    return std::to_string(i < poses ? file.vertices[i].id : file.landmarks[i - poses].id);
+  };
+  std::string out = "from,to\n";
+  int index = 0;
+  auto next = edges.begin();
+  io::to_factor_graph(file).each_edge([&](const auto&, const auto& variables, const auto&...) {
+    if (next == edges.end() || *next != index++) return;
+    out += id(variables.front()) + "," + id(variables.back()) + "\n";
+    ++next;
+  });
+  return out;
+}
+
+template <LieGroup G>
 std::string edges_table(const PoseGraph<G>& graph, const std::vector<int>& edges) {
   std::string out = "from,to\n";
   for (const int k : edges) {
@@ -236,8 +260,12 @@ std::string edges_table(const PoseGraph<G>& graph, const std::vector<int>& edges
 
 template std::string draw(const PoseGraph2&, const std::vector<SE2d>&, const std::vector<int>&);
 template std::string draw(const PoseGraph3&, const std::vector<SE3d>&, const std::vector<int>&);
-template std::string draw(const io::GraphFile<SE2d>&, const io::GraphFile<SE2d>&);
-template std::string draw(const io::GraphFile<SE3d>&, const io::GraphFile<SE3d>&);
+template std::string draw(const io::GraphFile<SE2d>&, const io::GraphFile<SE2d>&,
+                          const std::vector<int>&);
+template std::string draw(const io::GraphFile<SE3d>&, const io::GraphFile<SE3d>&,
+                          const std::vector<int>&);
+template std::string edges_table(const io::GraphFile<SE2d>&, const std::vector<int>&);
+template std::string edges_table(const io::GraphFile<SE3d>&, const std::vector<int>&);
 template Result<std::string> marginals_table(const io::GraphFile<SE2d>&);
 template Result<std::string> marginals_table(const io::GraphFile<SE3d>&);
 template Result<std::string> marginals_table(const PoseGraph2&, const std::vector<int>&,

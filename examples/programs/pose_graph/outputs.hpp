@@ -13,9 +13,11 @@ namespace wayfare::examples {
 template <LieGroup G>
 [[nodiscard]] std::string draw(const PoseGraph<G>& graph, const std::vector<G>& before,
                                const std::vector<int>& rejected);
-/// An SVG of the poses, the edges between them and the landmarks of a file, before and after.
+/// An SVG of the poses, the edges between them and the landmarks of a file, before and after;
+/// `rejected` are edges of its factor graph.
 template <LieGroup G>
-[[nodiscard]] std::string draw(const io::GraphFile<G>& before, const io::GraphFile<G>& after);
+[[nodiscard]] std::string draw(const io::GraphFile<G>& before, const io::GraphFile<G>& after,
+                               const std::vector<int>& rejected);
 
 /// One row per pose: label and upper triangle of the covariance, units in the heading. Without the
 /// `rejected` edges.
@@ -31,5 +33,8 @@ template <LieGroup G>
 /// One row per edge: the labels of its vertices.
 template <LieGroup G>
 [[nodiscard]] std::string edges_table(const PoseGraph<G>& graph, const std::vector<int>& edges);
+/// The same of edges of a file's factor graph, to vertices or landmarks.
+template <LieGroup G>
+[[nodiscard]] std::string edges_table(const io::GraphFile<G>& file, const std::vector<int>& edges);
 
 }  // namespace wayfare::examples

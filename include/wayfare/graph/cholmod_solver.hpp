@@ -7,7 +7,7 @@
 
 #include <Eigen/CholmodSupport>
 
-#include <wayfare/graph/detail/scalar_solver.hpp>
+#include <wayfare/graph/scalar_solver.hpp>
 
 namespace wayfare {
 
@@ -27,15 +27,16 @@ class OrderedCholmod : public Eigen::CholmodDecomposition<Matrix, Eigen::Upper> 
     this->setMode(Eigen::CholmodAuto);
   }
 
-  /// visit(column, l_jj) for every pivot of L.
+  /// visit(column, l_jj²) for every pivot of L.
   template <class Visit>
   void each_pivot(Visit visit) const {
     const cholmod_factor& l = *this->m_cholmodFactor;
+    const auto pivot = [&](int column, double root) { visit(column, root * root); };
     const auto* const order = static_cast<const int*>(l.Perm);
     const auto* const values = static_cast<const double*>(l.x);
     if (l.is_super == 0) {
       const auto* const starts = static_cast<const int*>(l.p);
-      for (std::size_t j = 0; j < l.n; ++j) visit(order[j], values[starts[j]]);
+      for (std::size_t j = 0; j < l.n; ++j) pivot(order[j], values[starts[j]]);
       return;
     }
     const auto* const firsts = static_cast<const int*>(l.super);
@@ -44,7 +45,7 @@ class OrderedCholmod : public Eigen::CholmodDecomposition<Matrix, Eigen::Upper> 
     for (std::size_t s = 0; s < l.nsuper; ++s) {
       const int rows = row_starts[s + 1] - row_starts[s];
       for (int j = firsts[s]; j < firsts[s + 1]; ++j)
-        visit(order[j], values[value_starts[s] + (j - firsts[s]) * (rows + 1)]);
+        pivot(order[j], values[value_starts[s] + (j - firsts[s]) * (rows + 1)]);
     }
   }
 };

@@ -2,7 +2,7 @@
 
 #include <Eigen/SparseCholesky>
 
-#include <wayfare/graph/detail/scalar_solver.hpp>
+#include <wayfare/graph/scalar_solver.hpp>
 
 namespace wayfare {
 

@@ -26,8 +26,8 @@
 namespace wayfare {
 
 /// A symmetric matrix of N×N blocks. Stores the upper triangle column by column, rows ascending,
-/// the diagonal block last in its column and always present. The pattern and the blocks' addresses
-/// are constant after construction.
+/// the diagonal block last in its column and always present, with both of its triangles. The
+/// pattern and the blocks' addresses are constant after construction.
 template <int N>
 class BlockSparse {
  public:
@@ -82,6 +82,13 @@ class BlockSparse {
   [[nodiscard]] int diagonal_index(int c) const {
     return starts_[static_cast<std::size_t>(c) + 1] - 1;
   }
+  /// visit(row, column, index) for every stored block.
+  template <class Visit>
+  void each_block(const Visit& visit) const {
+    for (int c = 0; c < columns(); ++c)
+      for (int i = starts_[static_cast<std::size_t>(c)]; i <= diagonal_index(c); ++i)
+        visit(rows_[static_cast<std::size_t>(i)], c, i);
+  }
 
   [[nodiscard]] double* data(int index) {
     return values_.data() + static_cast<std::size_t>(index) * kStride;
@@ -108,7 +115,8 @@ class BlockSparse {
 /// the information that elimination leaves along a direction v satisfies vᵀHv ≤ 32 ε vᵀDv. D is
 /// H's diagonal before elimination, within a block the largest of the numbers that share a unit,
 /// and ε the spacing of doubles at 1: H's entries have rounding errors of a few ε √(D_a D_b), so
-/// that vᵀHv may be zero. The rule does not depend on H's scale or units. All solvers use it.
+/// that vᵀHv may be zero. The rule does not depend on H's scale or units. All solvers use it; those
+/// of one's own by RankCheck.
 struct FactorOutcome {
   bool ok = true;
   /// On failure the block column that is undetermined, or at which H has negative information; −1
@@ -129,11 +137,25 @@ struct FactorOutcome {
   return loss < 1e4 ? 1e4 : loss < 4e6 ? loss : 4e6;
 }
 
-/// Solves H x = b for a symmetric positive definite H. Semantics (checked by
-/// tests/graph/linear_solver_test.cpp): after `analyse(h)` any number of `factorise(h)` with the
-/// same pattern and other values; after a successful `factorise`, any number of
-/// `solve_in_place(x)`, which replaces b by x. `factorise` should not allocate after its first
-/// call.
+/// D of FactorOutcome's rule for one block of N, from its diagonal, numbers `stride` apart; the
+/// first `leading` share a unit, and so do the others. If H has no information on a unit, its scale
+/// is one.
+template <int N>
+inline void diagonal_scales(const double* diagonal, long stride, int leading, double* d) {
+  double most[2] = {0.0, 0.0};
+  for (int i = 0; i < N; ++i) {
+    double& of_unit = most[i < leading ? 0 : 1];
+    of_unit = std::max(of_unit, diagonal[i * stride]);
+  }
+  for (double& of_unit : most) of_unit = of_unit > 0.0 ? of_unit : 1.0;
+  for (int i = 0; i < N; ++i) d[i] = most[i < leading ? 0 : 1];
+}
+
+/// Solves H x = b for a symmetric positive definite H. Semantics, checked by testing::SolverLaws:
+/// after `analyse(h)`, which reads the pattern only, any number of `factorise(h)` with the same
+/// pattern and other values; after a successful `factorise`, any number of `solve_in_place(x)`,
+/// which replaces b by x, also where h has changed since. Equal calls give equal bits. A failure is
+/// reported by FactorOutcome's rule. `factorise` should not allocate after its first call.
 template <class S>
 concept LinearSolver = std::default_initializable<S> &&
     requires(S& solver, const BlockSparse<S::kBlock>& h, Eigen::VectorXd& x) {

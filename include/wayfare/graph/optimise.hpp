@@ -13,17 +13,21 @@ namespace wayfare {
 template <int N>
 using DefaultSolver = MultifrontalCholesky<N>;
 
-/// Optimises graphs. Reuses pattern, symbolic factorisation and memory between calls while the
-/// structure is unchanged.
+/// Optimises graphs by a solver of the library or of one's own. Reuses pattern, symbolic
+/// factorisation and memory between calls while the structure is unchanged.
 template <class Graph, LinearSolver Solver = DefaultSolver<Graph::kBlock>>
 class GraphOptimiser {
+  static_assert(Solver::kBlock == Graph::kBlock,
+                "wayfare: the blocks of the solver, kBlock, are as large as those of the graph");
+
  public:
   static constexpr int kBlock = Graph::kBlock;
   using Covariance = Eigen::Matrix<double, kBlock, kBlock>;
 
   /// Moves the free variables of `graph` to a local minimum near their initial values. Errors, with
   /// the variables unchanged: those of validate, errors too large to square, a variable that the
-  /// edges leave undetermined at the minimum (reported by `undetermined`).
+  /// edges leave undetermined at the minimum (reported by `undetermined`), a solver whose solutions
+  /// are not finite.
   Result<OptimiseReport> optimise(Graph& graph, const OptimiseOptions& options = {});
 
   /// The undetermined variable and direction of the last call that failed with
@@ -121,7 +125,11 @@ auto GraphOptimiser<Graph, S>::covariances(const Graph& graph, const RobustKerne
   }
   std::vector<Covariance> all;
   all.reserve(static_cast<std::size_t>(graph.size()));
-  for (int i = 0; i < graph.size(); ++i) all.push_back(covariance(i));
+  for (int i = 0; i < graph.size(); ++i) {
+    all.push_back(covariance(i));
+    if (!all.back().allFinite())
+      return Error{ErrorCode::numerical, "the covariance of " + graph.name(i) + " is not finite"};
+  }
   return all;
 }
 

@@ -6,18 +6,16 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
-#include <string>
 #include <tuple>
 #include <type_traits>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include <wayfare/graph/edges.hpp>
 #include <wayfare/graph/factor_graph.hpp>
 #include <wayfare/graph/optimise.hpp>
+#include <wayfare/io/detail/landmark_growth.hpp>
 #include <wayfare/io/g2o.hpp>
 
 namespace wayfare::io {
@@ -73,47 +71,93 @@ using RobustLandmarkGraph =
 
 namespace landmark_detail {
 
-/// `kind(edge, doubtful)` is the graph's edge; edges between vertices that are not neighbours in
-/// the file, and those to landmarks, are doubtful.
+/// The factor graph of a file, which may have grown from call to call.
+template <class Graph, LieGroup G>
+class GraphOfFile {
+ public:
+  Graph graph;
+
+  /// Adds the vertices, landmarks, edges and measurements that come after those of the last call,
+  /// in this order. `kind(edge, doubtful)` is the graph's edge; edges between vertices that are not
+  /// neighbours in the file, and those to landmarks, are doubtful.
+  void add_new(const GraphFile<G>& file, const auto& kind) {
+    for (; vertices_ < file.vertices.size(); ++vertices_) {
+      const auto& vertex = file.vertices[vertices_];
+      ends_.emplace(vertex.id, End{graph.add(vertex.pose).index, static_cast<int>(vertices_)});
+    }
+    for (; landmarks_ < file.landmarks.size(); ++landmarks_) {
+      const auto& landmark = file.landmarks[landmarks_];
+      ends_.emplace(landmark.id, End{graph.add(landmark.position).index, -1});
+    }
+    for (; edges_ < file.edges.size(); ++edges_) {
+      const auto& edge = file.edges[edges_];
+      const int step = ends_.at(edge.to).vertex - ends_.at(edge.from).vertex;
+      add(kind(Between<G>{edge.measurement, edge.information}, step != 1 && step != -1),
+          std::array{edge.from, edge.to}, EdgeVariables<G, G>{});
+    }
+    std::size_t* measured = measured_.data();
+    const auto add_list = [&]<class E>(const std::vector<GraphMeasurement<E>>& list) {
+      for (; *measured < list.size(); ++*measured) {
+        const auto& m = list[*measured];
+        const auto sensor = file.sensors.find(m.sensor);
+        add(kind(sensor == file.sensors.end() ? m.edge : from_robot(m.edge, sensor->second),
+                 E::Variables::kCount > 1),
+            m.ids, typename E::Variables{});
+      }
+      ++measured;
+    };
+    std::apply([&](const auto&... list) { (add_list(list), ...); }, file.measurements);
+  }
+
+  /// Fixes what the file fixes; its first vertex, if that is nothing and it has no prior either.
+  void anchor(const GraphFile<G>& file) {
+    using Point = typename LandmarkPosition<G>::Point;
+    for (const std::int64_t id : file.fixed) {
+      if (ends_.at(id).vertex >= 0)
+        graph.fix(VariableId<G>{ends_.at(id).variable});
+      else
+        graph.fix(VariableId<Point>{ends_.at(id).variable});
+    }
+    bool anchored = !file.fixed.empty();
+    const auto look = [&]<class E>(const std::vector<GraphMeasurement<E>>& list) {
+      anchored = anchored || (E::Variables::kCount == 1 && !list.empty());
+    };
+    std::apply([&](const auto&... list) { (look(list), ...); }, file.measurements);
+    if (!anchored && !file.vertices.empty()) graph.fix(VariableId<G>{0});
+  }
+
+ private:
+  struct End {
+    int variable;
+    int vertex;  // its number in the file, −1 of a landmark
+  };
+
+  template <class... X>
+  void add(const auto& edge, const auto& ids, EdgeVariables<X...>) {
+    std::size_t i = 0;
+    const std::tuple<VariableId<X>...> ends{VariableId<X>{ends_.at(ids[i++]).variable}...};
+    std::apply([&](const auto&... end) { graph.add(edge, end...); }, ends);
+  }
+
+  std::unordered_map<std::int64_t, End> ends_;
+  std::size_t vertices_ = 0, landmarks_ = 0, edges_ = 0;  // that are in the graph
+  std::array<std::size_t, std::tuple_size_v<typename GraphMeasurements<G>::Lists>> measured_{};
+};
+
 template <class Graph, LieGroup G>
 [[nodiscard]] Graph to_graph(const GraphFile<G>& file, const auto& kind) {
-  using Point = typename LandmarkPosition<G>::Point;
-  Graph graph;
-  std::unordered_map<std::int64_t, int> index;
-  for (const auto& vertex : file.vertices) index.emplace(vertex.id, graph.add(vertex.pose).index);
-  for (const auto& landmark : file.landmarks)
-    index.emplace(landmark.id, graph.add(landmark.position).index);
-  for (const std::int64_t id : file.fixed) {
-    const int variable = index.at(id);
-    if (std::cmp_less(variable, file.vertices.size()))
-      graph.fix(VariableId<G>{variable});
-    else
-      graph.fix(VariableId<Point>{variable});
-  }
-  const auto add = [&]<class E, class... X>(const E& edge, bool doubtful, const auto& ids,
-                                            EdgeVariables<X...>) {
-    std::size_t i = 0;
-    const std::tuple<VariableId<X>...> ends{VariableId<X>{index.at(ids[i++])}...};
-    std::apply([&](const auto&... end) { graph.add(kind(edge, doubtful), end...); }, ends);
+  GraphOfFile<Graph, G> whole;
+  whole.add_new(file, kind);
+  whole.anchor(file);
+  return std::move(whole.graph);
+}
+
+/// The kind of edge of to_robust_factor_graph.
+[[nodiscard]] inline auto with_kernel(const RobustKernel& kernel, bool all) {
+  return [=]<class E>(const E& edge, bool doubtful) {
+    doubtful = doubtful || (all && E::Variables::kCount > 1);
+    return DoubtfulEdge<E>{edge, doubtful ? kernel : RobustKernel{}, doubtful};
   };
-  for (const auto& edge : file.edges) {
-    const int step = index.at(edge.to) - index.at(edge.from);
-    add(Between<G>{edge.measurement, edge.information}, step != 1 && step != -1,
-        std::array{edge.from, edge.to}, EdgeVariables<G, G>{});
-  }
-  bool anchored = !file.fixed.empty();
-  const auto add_all = [&]<class E>(const std::vector<GraphMeasurement<E>>& list) {
-    constexpr bool kIsPrior = E::Variables::kCount == 1;
-    anchored = anchored || (kIsPrior && !list.empty());
-    for (const auto& m : list) {
-      const auto sensor = file.sensors.find(m.sensor);
-      add(sensor == file.sensors.end() ? m.edge : from_robot(m.edge, sensor->second), !kIsPrior,
-          m.ids, typename E::Variables{});
-    }
-  };
-  std::apply([&](const auto&... list) { (add_all(list), ...); }, file.measurements);
-  if (!anchored && !file.vertices.empty()) graph.fix(VariableId<G>{0});
-  return graph;
 }
 
 }  // namespace landmark_detail
@@ -134,10 +178,7 @@ template <LieGroup G>
                                                             const RobustKernel& kernel,
                                                             bool all = false) {
   return landmark_detail::to_graph<RobustLandmarkGraph<G>>(
-      file, [&]<class E>(const E& edge, bool doubtful) {
-        doubtful = doubtful || (all && E::Variables::kCount > 1);
-        return DoubtfulEdge<E>{edge, doubtful ? kernel : RobustKernel{}, doubtful};
-      });
+      file, landmark_detail::with_kernel(kernel, all));
 }
 
 /// Copies the graph's poses and landmarks to those of `file`.
@@ -151,95 +192,22 @@ void take_values(const Graph& graph, GraphFile<G>& file) {
     file.landmarks[i].position = landmarks[i];
 }
 
-namespace landmark_detail {
-
-/// A file's graph in the order of its vertices: a landmark comes with the first vertex it is
-/// measured from, an edge with the last of its ends.
+/// Moves each landmark that is not fixed to where its first position measurement puts it, from the
+/// poses of `file`. Others stay.
 template <LieGroup G>
-class Growth {
- public:
-  using Point = typename LandmarkPosition<G>::Point;
-  static constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
-
-  explicit Growth(const GraphFile<G>& whole) : whole_(whole), edges_(whole.vertices.size()) {
-    part_.sensors = whole.sensors;
-    for (std::size_t i = 0; i < whole.vertices.size(); ++i) steps_.emplace(whole.vertices[i].id, i);
-    for (std::size_t i = 0; i < whole.landmarks.size(); ++i) {
-      steps_.emplace(whole.landmarks[i].id, kNever);
-      landmarks_.emplace(whole.landmarks[i].id, i);
-    }
-    each_measurement([&](const auto& m, std::size_t) {
-      std::size_t& last = steps_.at(m.ids.back());
-      if (landmarks_.contains(m.ids.back())) last = std::min(last, steps_.at(m.ids.front()));
-    });
-    for (std::size_t k = 0; k < whole.edges.size(); ++k)
-      at(std::max(steps_.at(whole.edges[k].from), steps_.at(whole.edges[k].to))).push_back(k);
+void place_landmarks(GraphFile<G>& file) {
+  std::unordered_map<std::int64_t, const G*> poses;
+  for (const auto& vertex : file.vertices) poses.emplace(vertex.id, &vertex.pose);
+  std::unordered_map<std::int64_t, GraphLandmark<G>*> waiting;
+  for (auto& landmark : file.landmarks) waiting.emplace(landmark.id, &landmark);
+  for (const std::int64_t id : file.fixed) waiting.erase(id);
+  for (const auto& m : file.template all<LandmarkPosition<G>>()) {
+    const auto landmark = waiting.find(m.ids[1]);
+    if (landmark == waiting.end()) continue;
+    landmark->second->position = landmark_detail::seen_at(file, *poses.at(m.ids[0]), m);
+    waiting.erase(landmark);
   }
-
-  /// Adds vertex `step` and what comes with it.
-  void add_vertex(std::size_t step) {
-    GraphVertex<G> vertex = whole_.vertices[step];
-    bool placed = step == 0;
-    for (const std::size_t k : at(step)) {
-      const GraphEdge<G>& edge = whole_.edges[k];
-      if (!placed && edge.to == vertex.id)
-        vertex.pose = pose(edge.from) * edge.measurement, placed = true;
-      else if (!placed)
-        vertex.pose = pose(edge.to) * edge.measurement.inverse(), placed = true;
-      part_.edges.push_back(edge);
-    }
-    part_.vertices.push_back(vertex);
-  }
-
-  void add_measurements(std::size_t first, std::size_t end) {
-    each_measurement([&]<class E>(const GraphMeasurement<E>& m, std::size_t step) {
-      if (step < first || step >= end) return;
-      if constexpr (E::Variables::kCount == 2) add_landmark(m);
-      part_.template all<E>().push_back(m);
-    });
-  }
-
-  GraphFile<G>& part() { return part_; }
-  /// The vertices and landmarks of the part in the order of the whole.
-  void copy_to(GraphFile<G>& file) const {
-    file.vertices = part_.vertices;
-    for (const auto& landmark : part_.landmarks)
-      file.landmarks[landmarks_.at(landmark.id)].position = landmark.position;
-  }
-
- private:
-  std::vector<std::size_t>& at(std::size_t step) { return edges_[step]; }
-  [[nodiscard]] const G& pose(std::int64_t id) const { return part_.vertices[steps_.at(id)].pose; }
-  /// visit(measurement, the step at which its ends are there)
-  template <class Visit>
-  void each_measurement(const Visit& visit) {
-    const auto visit_all = [&](const auto& list) {
-      for (const auto& m : list)
-        visit(m, std::max(steps_.at(m.ids.front()), steps_.at(m.ids.back())));
-    };
-    std::apply([&](const auto&... list) { (visit_all(list), ...); }, whole_.measurements);
-  }
-  template <class E>
-  void add_landmark(const GraphMeasurement<E>& m) {
-    if (!added_.emplace(m.ids[1]).second) return;
-    GraphLandmark<G> landmark = whole_.landmarks[landmarks_.at(m.ids[1])];
-    if constexpr (std::is_same_v<E, LandmarkPosition<G>>) {
-      const auto sensor = part_.sensors.find(m.sensor);
-      const G T_robot_sensor = sensor == part_.sensors.end() ? G::identity() : sensor->second;
-      landmark.position = pose(m.ids[0]) * (T_robot_sensor * m.edge.measurement);
-    }
-    part_.landmarks.push_back(landmark);
-  }
-
-  const GraphFile<G>& whole_;
-  GraphFile<G> part_;
-  std::unordered_map<std::int64_t, std::size_t> steps_;      // at which an id is added
-  std::unordered_map<std::int64_t, std::size_t> landmarks_;  // their places in the file
-  std::unordered_set<std::int64_t> added_;                   // landmarks
-  std::vector<std::vector<std::size_t>> edges_;              // that come at each step
-};
-
-}  // namespace landmark_detail
+}
 
 /// Initialises the poses and landmarks of a file by optimising its graph as it grows, every
 /// `vertices_per_step` vertices: each new pose is placed by its first edge to an earlier one, each
@@ -250,10 +218,7 @@ template <LieGroup G>
 [[nodiscard]] Result<void> start_from_growth(GraphFile<G>& file,
                                              std::size_t vertices_per_step = 20) {
   if (file.vertices.empty() || vertices_per_step == 0) return {};
-  for (const std::int64_t id : file.fixed)
-    if (id != file.vertices.front().id)
-      return Error{ErrorCode::unsupported, "vertex " + std::to_string(id) +
-                                               " is fixed: a graph grows from its first vertex"};
+  if (auto ok = landmark_detail::Growth<G>::check(file); !ok) return ok;
   landmark_detail::Growth<G> growth(file);
   const std::size_t size = file.vertices.size();
   for (std::size_t first = 0; first < size; first += vertices_per_step) {

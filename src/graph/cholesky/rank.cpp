@@ -31,7 +31,7 @@ double largest_loss(const Panel& front, const int* diagonal, const double* h, in
   double most = 0.0;
   for (int c = 0; c < front.pivots / N; ++c) {
     double d[N];
-    scales<N>(h + static_cast<long>(diagonal[c]) * (N * N), N + 1, leading, d);
+    diagonal_scales<N>(h + static_cast<long>(diagonal[c]) * (N * N), N + 1, leading, d);
     for (int i = 0; i < N; ++i, inverse += front.ld11 + 1)
       most = std::max(most, d[i] * *inverse * *inverse);
   }
@@ -112,7 +112,8 @@ FactorOutcome Factor::judge(const double* h, int failed) {
   const int n = plan_.block;
   with_block(n, [&](auto size) {
     for (std::size_t c = 0; c < diagonal_.size(); ++c)
-      scales<size()>(h + at(diagonal_[c]) * at(n * n), n + 1, leading_, scale_.data() + c * at(n));
+      diagonal_scales<size()>(h + at(diagonal_[c]) * at(n * n), n + 1, leading_,
+                              scale_.data() + c * at(n));
   });
   if (failed < 0) return find_undetermined();
   // A matrix that is singular to rounding becomes positive definite if more than rounding is added

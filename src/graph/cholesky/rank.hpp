@@ -13,7 +13,6 @@
 // Neither the scale of H nor the units matter: D follows both. Exact null vectors leave a pivot of
 // less than ε vᵀDv whatever the order of elimination, however the lengths of v's parts differ.
 
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 
@@ -40,19 +39,6 @@ inline double probe(std::uint64_t i, int k) {
   x ^= x >> 31;
   const double size = 0.5 + static_cast<double>(x >> 12) * 0x1p-52;
   return (x & 1U) != 0 ? size : -size;
-}
-
-/// D of one block of N from its diagonal, numbers `stride` apart; the first `leading` share a unit,
-/// and so do the others. If H has no information on a unit, its scale is one.
-template <int N>
-inline void scales(const double* diagonal, long stride, int leading, double* d) {
-  double most[2] = {0.0, 0.0};
-  for (int i = 0; i < N; ++i) {
-    double& of_unit = most[i < leading ? 0 : 1];
-    of_unit = std::max(of_unit, diagonal[i * stride]);
-  }
-  for (double& of_unit : most) of_unit = of_unit > 0.0 ? of_unit : 1.0;
-  for (int i = 0; i < N; ++i) d[i] = most[i < leading ? 0 : 1];
 }
 
 }  // namespace wayfare::cholesky

@@ -217,8 +217,8 @@ void IncrementalCholesky<N>::find_scales(Clique& clique) {
   const cholesky::Panel& panel = front.panel();
   scales_.resize(index(panel.pivots));
   for (int i = 0; i < clique.frontals; ++i)
-    cholesky::scales<N>(panel.l11 + N * i * (panel.ld11 + 1), panel.ld11 + 1, kLeadingUnits<N>,
-                        scales_.data() + N * i);
+    diagonal_scales<N>(panel.l11 + N * i * (panel.ld11 + 1), panel.ld11 + 1, kLeadingUnits<N>,
+                       scales_.data() + N * i);
 }
 
 /// Whether some pivot of those just eliminated lost many digits.
@@ -293,7 +293,7 @@ auto IncrementalCholesky<N>::scales_of(int variable) const -> Vector {
     diagonal += (ends_[index(t)].first == variable ? term.aa : term.bb).diagonal();
   }
   fill_unused(variable, diagonal.data(), 1);
-  cholesky::scales<N>(diagonal.data(), 1, kLeadingUnits<N>, d.data());
+  diagonal_scales<N>(diagonal.data(), 1, kLeadingUnits<N>, d.data());
   return d;
 }
 

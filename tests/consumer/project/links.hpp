@@ -31,6 +31,9 @@ bool predicts_motion();
 /// A lift is tracked by a state, edges and a robust kernel of its own.
 bool own_edges();
 
+/// A staircase is levelled by linear solvers of its own, which find what is not determined.
+bool own_solver();
+
 /// A room is mapped by graph SLAM with a matcher of its own.
 bool own_matcher();
 

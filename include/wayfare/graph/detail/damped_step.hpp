@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,7 +77,7 @@ class DampedStep {
     if constexpr (requires { equations_.use_kernels(false); }) equations_.use_kernels(false);
   }
 
-  /// Factorises and solves; false if the poses are not determined.
+  /// Factorises and solves; false if the poses are not determined or the solution is not finite.
   bool compute(double damping);
   /// The factorisation only.
   bool factorise(double damping = 0.0);
@@ -95,8 +96,12 @@ class DampedStep {
   [[nodiscard]] bool determined() const { return outcome_.ok && !outcome_.weak && undamped_; }
   /// What the last factorisation, which failed, leaves open.
   [[nodiscard]] Undetermined<Graph::kBlock> undetermined() const;
+  /// Why the last factorisation or solution failed.
   [[nodiscard]] Error undetermined(const Graph& graph) const {
-    return undetermined_error(graph, undetermined());
+    const Undetermined<Graph::kBlock> open = undetermined();
+    if (!is_solution_ && open.variable < 0)
+      return {ErrorCode::numerical, "the linear solver's solution is not finite"};
+    return undetermined_error(graph, open);
   }
 
   [[nodiscard]] const Equations& equations() const { return equations_; }
@@ -112,7 +117,8 @@ class DampedStep {
   Solver solver_;
   PhaseTimes times_;
   FactorOutcome outcome_;
-  bool undamped_ = false;  // that made it
+  bool undamped_ = false;    // that made it
+  bool is_solution_ = true;  // what the solver made of it
   double model_gain_ = 0.0;
   typename Graph::Values saved_;
   Eigen::VectorXd step_, diagonal_;
@@ -133,17 +139,19 @@ bool DampedStep<Graph, S>::compute(double damping) {
   const PhaseTimer timer(times_.solve_s);
   step_ = -equations_.gradient();
   solver_.solve_in_place(step_);
+  outcome_.ok = is_solution_ = step_.size() == equations_.gradient().size() && step_.allFinite();
+  if (!outcome_.ok) return false;
   // (H + λD)Δ = −g, so the model decreases by −2gᵀΔ − ΔᵀHΔ = −gᵀΔ + λ ΔᵀDΔ.
   model_gain_ = -equations_.gradient().dot(step_);
   if (damping > 0.0) model_gain_ += damping * step_.cwiseAbs2().dot(diagonal_);
-  outcome_.ok = step_.allFinite();
-  return outcome_.ok;
+  return true;
 }
 
 template <class Graph, LinearSolver S>
 bool DampedStep<Graph, S>::factorise(double damping) {
   const PhaseTimer timer(times_.factorise_s);
   undamped_ = damping == 0.0;
+  is_solution_ = true;
   if (damping > 0.0) damp(damping);
   outcome_ = solver_.factorise(equations_.hessian());
   if (damping > 0.0) restore();
@@ -182,7 +190,8 @@ template <class Graph, LinearSolver S>
 Undetermined<Graph::kBlock> DampedStep<Graph, S>::undetermined() const {
   Undetermined<Graph::kBlock> open;
   if (outcome_.ok) return open;
-  const int block = outcome_.block >= 0 ? outcome_.block : first_overflow();
+  const bool named = outcome_.block >= 0 && outcome_.block < equations_.hessian().columns();
+  const int block = named ? outcome_.block : first_overflow();
   if (block < 0) return open;
   open.variable = equations_.free()[static_cast<std::size_t>(block)];
   open.direction = Eigen::Map<const Eigen::Matrix<double, kBlock, 1>>(outcome_.direction.data());
@@ -200,7 +209,7 @@ int DampedStep<Graph, S>::first_overflow() const {
 
 namespace detail {
 
-/// Columns of H⁻¹, with one solve each.
+/// Columns of H⁻¹, with one solve each; not a number if the solution has another size.
 template <int N, LinearSolver Solver>
 void solve_joint(Solver& solver, const int (&columns)[2], Eigen::Index size,
                  Eigen::Matrix<double, 2 * N, 2 * N>& joint) {
@@ -211,6 +220,7 @@ void solve_joint(Solver& solver, const int (&columns)[2], Eigen::Index size,
       x.setZero();
       x[columns[side] * N + k] = 1.0;
       solver.solve_in_place(x);
+      if (x.size() != size) x.setConstant(size, std::numeric_limits<double>::quiet_NaN());
       for (int row = 0; row < 2; ++row) {
         if (columns[row] < 0) continue;
         joint.template block<N, 1>(row * N, side * N + k) = x.template segment<N>(columns[row] * N);

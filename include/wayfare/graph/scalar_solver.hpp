@@ -1,9 +1,10 @@
 #pragma once
 
+// Solvers without block support: any sparse decomposition with Eigen's interface is a LinearSolver.
+
 #include <algorithm>
-#include <cmath>
+#include <concepts>
 #include <cstddef>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include <Eigen/SparseCore>
 
 #include <wayfare/graph/linear_solver.hpp>
+#include <wayfare/graph/rank_check.hpp>
 
 namespace wayfare {
 
@@ -24,15 +26,14 @@ class ScalarExpansion {
   /// `position[i]` = new index of block column i.
   void build(const BlockSparse<N>& h, std::vector<int> position) {
     position_ = std::move(position);
+    order_.resize(position_.size());
+    for (int c = 0; c < h.columns(); ++c) order_[at(position_[at(c)])] = c;
     std::vector<Eigen::Triplet<int>> blocks;  // their places in h, below zero if transposed
     blocks.reserve(at(h.blocks()));
-    for (int c = 0; c < h.columns(); ++c) {
-      for (int i = h.starts()[at(c)]; i < h.starts()[at(c) + 1]; ++i) {
-        const int row = position_[at(h.rows()[at(i)])], column = position_[at(c)];
-        blocks.emplace_back(std::min(row, column), std::max(row, column),
-                            row > column ? -1 - i : i);
-      }
-    }
+    h.each_block([&](int r, int c, int i) {
+      const int row = position_[at(r)], column = position_[at(c)];
+      blocks.emplace_back(std::min(row, column), std::max(row, column), row > column ? -1 - i : i);
+    });
     Eigen::SparseMatrix<int> sorted(h.columns(), h.columns());
     sorted.setFromTriplets(blocks.begin(), blocks.end());
     expand(sorted);
@@ -46,17 +47,9 @@ class ScalarExpansion {
 
   [[nodiscard]] const Matrix& matrix() const { return matrix_; }
 
-  /// The diagonal, in each block the largest of the numbers that share a unit.
-  [[nodiscard]] Eigen::VectorXd permuted_scales(const BlockSparse<N>& h) const {
-    constexpr int kFirst = kLeadingUnits<N>, kOther = N - kFirst;
-    Eigen::VectorXd scales(matrix_.cols());
-    for (int c = 0; c < h.columns(); ++c) {
-      const auto diagonal = h.block(h.diagonal_index(c)).diagonal();
-      auto own = scales.segment<N>(position_[at(c)] * N);
-      own.template head<kFirst>().setConstant(diagonal.template head<kFirst>().maxCoeff());
-      own.template tail<kOther>().setConstant(diagonal.template tail<kOther>().maxCoeff());
-    }
-    return scales;
+  /// The row of H at row `permuted` of the matrix.
+  [[nodiscard]] int original(int permuted) const {
+    return order_[at(permuted / N)] * N + permuted % N;
   }
 
   void permute(const Eigen::VectorXd& x, Eigen::VectorXd& permuted) const {
@@ -95,33 +88,54 @@ class ScalarExpansion {
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
   Matrix matrix_;
-  std::vector<int> position_;
-  std::vector<int> source_;  // of each value, its place in h
+  std::vector<int> position_, order_;  // inverse of each other
+  std::vector<int> source_;            // of each value, its place in h
+};
+
+/// A decomposition of the upper triangle of a symmetric sparse matrix, as Eigen's are.
+template <class D>
+concept SparseDecomposition = std::default_initializable<D> &&
+    requires(D& d, const Eigen::SparseMatrix<double>& upper, Eigen::VectorXd& x) {
+  d.analyzePattern(upper);
+  d.factorize(upper);
+  { d.info() == Eigen::Success } -> std::convertible_to<bool>;
+  x = d.solve(x);
 };
 
 namespace detail {
 
-/// visit(column, l_jj) for every pivot of L, columns as in the matrix that was factorised.
+/// visit(column, pivot) for every pivot of a decomposition that shows them, columns as in the
+/// matrix that was factorised.
 template <class Decomposition, class Visit>
 void each_pivot(const Decomposition& decomposition, Visit visit) {
   if constexpr (requires { decomposition.each_pivot(visit); }) {
     decomposition.each_pivot(visit);
-  } else {
-    const auto& l = decomposition.matrixL().nestedExpression();
+  } else if constexpr (requires { decomposition.permutationPinv(); }) {  // one of Eigen's
     const auto& from = decomposition.permutationPinv().indices();
-    for (Eigen::Index j = 0; j < l.cols(); ++j)  // the diagonal comes first in its column
-      visit(from.size() > 0 ? from[j] : static_cast<int>(j), l.valuePtr()[l.outerIndexPtr()[j]]);
+    const auto column = [&](Eigen::Index j) {
+      return from.size() > 0 ? from[j] : static_cast<int>(j);
+    };
+    if constexpr (requires { decomposition.vectorD(); }) {
+      const Eigen::VectorXd d = decomposition.vectorD();
+      for (Eigen::Index j = 0; j < d.size(); ++j) visit(column(j), d[j]);
+    } else {
+      const auto& l = decomposition.matrixL().nestedExpression();
+      for (Eigen::Index j = 0; j < l.cols(); ++j) {  // the diagonal comes first in its column
+        const double pivot = l.valuePtr()[l.outerIndexPtr()[j]];
+        visit(column(j), pivot * pivot);
+      }
+    }
   }
 }
 
 }  // namespace detail
 
-/// LinearSolver on a scalar decomposition with Eigen's interface (of the upper triangle of a
-/// ScalarExpansion<N>::Matrix, without an ordering of its own), in the block ordering shared by all
-/// solvers here. Such decompositions test the signs of their pivots and do not report where they
-/// failed. If they fail, or if a pivot is small relative to D, MultifrontalCholesky decides by
-/// FactorOutcome's rule, at the cost of its factorisation.
-template <int N, class Decomposition>
+/// LinearSolver on a scalar decomposition (of a ScalarExpansion<N>::Matrix, without an ordering of
+/// its own), in the block ordering shared by all solvers here. Such decompositions test the signs
+/// of their pivots at most and do not report where they failed: RankCheck decides, from the pivots
+/// of Eigen's and of those with a member each_pivot(visit), which calls visit(column, d_jj), d_jj
+/// of L D Lᵀ; of others by a second factorisation.
+template <int N, SparseDecomposition Decomposition>
 class ScalarSolver {
  public:
   static constexpr int kBlock = N;
@@ -131,47 +145,33 @@ class ScalarSolver {
   void solve_in_place(Eigen::VectorXd& x);
 
  private:
-  [[nodiscard]] bool suspicious(const BlockSparse<N>& h) const;
-
   ScalarExpansion<N> expansion_;
   Decomposition decomposition_;
-  std::optional<MultifrontalCholesky<N>> judge_;  // once it is asked
+  RankCheck<N> rank_;
   Eigen::VectorXd permuted_, solved_;
 };
 
-template <int N, class Decomposition>
+template <int N, SparseDecomposition Decomposition>
 void ScalarSolver<N, Decomposition>::analyse(const BlockSparse<N>& h) {
   expansion_.build(h, minimum_degree_order(h));
   decomposition_.analyzePattern(expansion_.matrix());
-  judge_.reset();
+  rank_.analyse();
 }
 
-template <int N, class Decomposition>
+template <int N, SparseDecomposition Decomposition>
 FactorOutcome ScalarSolver<N, Decomposition>::factorise(const BlockSparse<N>& h) {
   expansion_.fill(h);
   decomposition_.factorize(expansion_.matrix());
   const bool solved = decomposition_.info() == Eigen::Success;
-  if (solved && !suspicious(h)) return {};
-  if (!judge_) judge_.emplace().analyse(h);
-  FactorOutcome outcome = judge_->factorise(h);
-  outcome.ok = outcome.ok && solved;
-  return outcome;
+  rank_.start(h);
+  if (solved)
+    detail::each_pivot(decomposition_, [&](int column, double pivot) {
+      rank_.pivot(expansion_.original(column), pivot);
+    });
+  return rank_.outcome(h, solved);
 }
 
-/// Whether some pivot is small beside the diagonal it was before elimination.
-template <int N, class Decomposition>
-bool ScalarSolver<N, Decomposition>::suspicious(const BlockSparse<N>& h) const {
-  const Eigen::VectorXd scale = expansion_.permuted_scales(h);
-  const double loss = suspicious_loss(h.columns());
-  bool found = false;
-  detail::each_pivot(decomposition_, [&](int column, double pivot) {
-    const double most = loss * pivot * pivot;
-    found = found || !(scale[column] <= most && std::isfinite(most));
-  });
-  return found;
-}
-
-template <int N, class Decomposition>
+template <int N, SparseDecomposition Decomposition>
 void ScalarSolver<N, Decomposition>::solve_in_place(Eigen::VectorXd& x) {
   expansion_.permute(x, permuted_);
   solved_ = decomposition_.solve(permuted_);

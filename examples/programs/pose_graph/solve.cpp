@@ -1,0 +1,33 @@
+#include "solve.hpp"
+
+#include <cstdio>
+#include <string>
+
+namespace wayfare::examples {
+
+void print(const Outcome& outcome, const Arguments& a) {
+  const OptimiseReport& r = outcome.report;
+  if (a.start != StartMethod::given) std::printf("start      %.1f ms\n", 1e3 * outcome.start_s);
+  if (a.gnc) {
+    std::printf("rounds     %d\nrejected   %zu edges\n", outcome.rounds, outcome.rejected.size());
+    std::printf("without rejected edges:\n");
+  }
+  std::printf("before     %.8g\n", r.initial_chi2);
+  std::printf("after      %.8g\n", r.final_chi2);
+  if (r.final_cost != r.final_chi2) {
+    std::printf("robust     %.8g before, %.8g after\n", r.initial_cost, r.final_cost);
+  }
+  const std::string reason(a.incremental ? outcome.steps : to_string(r.reason));
+  std::printf("iterations %d (%s%s)\n", r.iterations, reason.c_str(),
+              r.fell_back ? ", fell back to Levenberg-Marquardt" : "");
+  const PhaseTimes& t = r.times;
+  std::printf("time       %.1f ms", 1e3 * outcome.total_s);
+  if (!a.gnc && !a.incremental) {
+    std::printf(" (check %.1f, analyse %.1f, linearise %.1f, factorise %.1f, solve %.1f)",
+                1e3 * t.validate_s, 1e3 * t.analyse_s, 1e3 * t.linearise_s, 1e3 * t.factorise_s,
+                1e3 * t.solve_s);
+  }
+  std::printf("\n");
+}
+
+}  // namespace wayfare::examples
