@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <wayfare/eval/trajectory_error.hpp>
@@ -20,6 +21,9 @@
 
 namespace wayfare {
 namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 double error_m(const Trajectory& estimate, const Trajectory& truth) {
   return eval::absolute_error(estimate, truth).translation_m.rmse;
@@ -153,6 +157,54 @@ TEST(SubmapSlamByOtherMatchers, NeedsNoCovariance) {
   EXPECT_GT(slam.statistics().nodes, 4U);
   EXPECT_EQ(slam.local().openness, 0.0);
   EXPECT_NEAR(slam.trajectory().back().T_map_base.raw().x(), 1.95, 0.02);
+}
+
+std::vector<std::uint8_t> state_after(SubmapSlamSystem& slam) {
+  for (int i = 0; i < 8; ++i) EXPECT_TRUE(slam.add_scan(scan_at(i)));
+  return slam.save();
+}
+
+TEST(SavedSubmapSlam, IsContinuedByTheMatcherThatSavedItAlone) {
+  BasicSubmapSlam by_icp{IcpMatcher()}, by_own{ToldMatcher()};
+  SubmapSlam by_default;
+  const auto icp = state_after(by_icp), own = state_after(by_own),
+             library = state_after(by_default);
+  EXPECT_TRUE(BasicSubmapSlam<IcpMatcher>::restore(icp, IcpMatcher()));
+  EXPECT_TRUE(BasicSubmapSlam<ToldMatcher>::restore(own, ToldMatcher()));
+  EXPECT_TRUE(SubmapSlam::restore(library));
+  const auto expect_refused = [](const auto& restored, const char* saved, const char* now) {
+    ASSERT_FALSE(restored);
+    EXPECT_EQ(restored.error().code, ErrorCode::parse);
+    EXPECT_THAT(restored.error().message, AllOf(HasSubstr(saved), HasSubstr(now)));
+  };
+  expect_refused(SubmapSlam::restore(icp), "\"ICP\"", "\"Gauss-Newton\"");
+  expect_refused(BasicSubmapSlam<IcpMatcher>::restore(library, IcpMatcher()), "\"Gauss-Newton\"",
+                 "\"ICP\"");
+  expect_refused(BasicSubmapSlam<NdtMatcher>::restore(icp, NdtMatcher()), "\"ICP\"", "\"NDT\"");
+  expect_refused(BasicSubmapSlam<IcpMatcher>::restore(own, IcpMatcher()), "ToldMatcher", "\"ICP\"");
+}
+
+/// The same state in the earlier format: without the matcher's name after the first word, and
+/// without the counts and texts of two kinds of matcher errors, none here, before the digest.
+std::vector<std::uint8_t> in_earlier_format(const std::vector<std::uint8_t>& state) {
+  constexpr std::size_t kWord = 8;
+  const std::size_t name = kWord + state[kWord];
+  std::vector<std::uint8_t> earlier{'W', 'S', 'U', 'B', 'M', 'A', 'P', '2'};
+  earlier.insert(earlier.end(), state.begin() + static_cast<std::ptrdiff_t>(kWord + name),
+                 state.end() - static_cast<std::ptrdiff_t>(5 * kWord));
+  std::uint64_t digest = 0xcbf29ce484222325;
+  for (const std::uint8_t b : earlier) digest = (digest ^ b) * 0x100000001b3;
+  for (int i = 0; i < 8; ++i) earlier.push_back(static_cast<std::uint8_t>(digest >> (8 * i)));
+  return earlier;
+}
+
+TEST(SavedSubmapSlam, OfTheEarlierFormatIsReadByAnyMatcher) {
+  SubmapSlam slam;
+  const auto saved = state_after(slam), earlier = in_earlier_format(saved);
+  const auto restored = SubmapSlam::restore(earlier);
+  ASSERT_TRUE(restored) << restored.error().to_string();
+  EXPECT_EQ(restored->save(), saved);
+  EXPECT_TRUE(BasicSubmapSlam<IcpMatcher>::restore(earlier, IcpMatcher()));
 }
 
 /// A circle round the room: a scan every 0.1 s at 0.5 m/s and 20 °/s.

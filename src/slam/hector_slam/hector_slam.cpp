@@ -38,6 +38,7 @@ class HectorSlamSystem::Engine {
     level_known_ = has_imu_ && carrier_.level_sigma() < options_.level_sigma;
     const View view = level_known_ ? level(scan) : View{&scan, options_.T_base_laser.raw()};
     const PointSet points = points_of(view);
+    errors_ = {};
     ScanOutcome outcome;
     if (map_.empty()) {
       pose_ = odometry.value_or(SE2d());
@@ -58,6 +59,8 @@ class HectorSlamSystem::Engine {
     motion_model_.update(scan.time, pose_, odometry);
     coasting_ = has_imu_ && !outcome.matched;
     outcome.T_map_base = MapPose(pose_);
+    outcome.matcher_errors.add(errors_, "scan");
+    statistics_.matcher_errors.add(outcome.matcher_errors);
     trajectory_.push_back({scan.time, outcome.T_map_base});
     ++statistics_.scans;
     statistics_.levelled_scans += level_known_ ? 1 : 0;
@@ -129,7 +132,7 @@ class HectorSlamSystem::Engine {
 
   [[nodiscard]] Found match(const PointSet& points, const SE2d& prior, const SearchWindow& window,
                             const MatchOptions& options) {
-    return match_in(*matched_, points, prior, window, options);
+    return match_in(*matched_, points, prior, window, options, errors_);
   }
 
   Result<ScanOutcome> place(const PointSet& points, const Predicted& predicted,
@@ -230,6 +233,7 @@ class HectorSlamSystem::Engine {
        level_known_ = false;  // inertial unit and level available at the latest scan
   bool coasting_ = false;     // the latest scan was placed by the unit alone
   LaserScan levelled_;
+  MatcherErrors errors_;  // at the latest scan
   MotionModel motion_model_;
   SE2d pose_;
   std::optional<SE2d> T_map_latest_inserted_;  // pose of the latest scan in the map

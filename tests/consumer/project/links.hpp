@@ -31,8 +31,8 @@ bool predicts_motion();
 /// A lift is tracked by a state, edges and a robust kernel of its own.
 bool own_edges();
 
-/// A room is mapped by graph SLAM with a matcher of its own.
+/// A room is mapped by graph, submap and Hector SLAM with a matcher of its own.
 bool own_matcher();
 
-/// A cart is found by a likelihood, a map and a model of odometry of its own.
+/// A cart is found by a likelihood, a map and a model of odometry of its own, also in a recording.
 bool own_localiser();
