@@ -165,7 +165,8 @@ std::vector<std::uint8_t> state_after(SubmapSlamSystem& slam) {
 }
 
 TEST(SavedSubmapSlam, IsContinuedByTheMatcherThatSavedItAlone) {
-  BasicSubmapSlam by_icp{IcpMatcher()}, by_own{ToldMatcher()};
+  BasicSubmapSlam by_icp{IcpMatcher()};
+  BasicSubmapSlam by_own{ToldMatcher()};
   SubmapSlam by_default;
   const auto icp = state_after(by_icp), own = state_after(by_own),
              library = state_after(by_default);

@@ -172,8 +172,8 @@ constexpr int kScans = 24;
 
 /// To and fro along the room, with a slip of the odometry.
 double x_at(int k) { return k < kScans / 2 ? 2.0 + 0.12 * k : 2.0 + 0.12 * (kScans - k); }
-LaserScan scan_at(int k) { return room_scan(0.2 * k, x_at(k), 1.5); }
-Odometry odometry_at(int k) { return Odometry(SE2d(1.02 * x_at(k), 1.5, Angle())); }
+LaserScan view_at(int k) { return room_scan(0.2 * k, x_at(k), 1.5); }
+Odometry odometry_of(int k) { return Odometry(SE2d(1.02 * x_at(k), 1.5, Angle())); }
 
 struct Outcome {
   std::vector<Eigen::Vector3d> path;
@@ -185,14 +185,14 @@ struct Outcome {
 
 /// A scan that is refused is given once more.
 template <class System, class Slam>
-Outcome run(Slam slam) {
+Outcome drive(Slam slam) {
   Outcome result;
   for (int k = 0; k < kScans; ++k) {
-    auto outcome = System::add(slam, scan_at(k), odometry_at(k));
+    auto outcome = System::add(slam, view_at(k), odometry_of(k));
     if (!outcome) {
       ++result.refused;
       result.refusal = outcome.error().message;
-      outcome = System::add(slam, scan_at(k), odometry_at(k));
+      outcome = System::add(slam, view_at(k), odometry_of(k));
     }
     EXPECT_TRUE(outcome);
     if (outcome) result.of_outcomes.add(outcome->matcher_errors);
@@ -206,9 +206,9 @@ Outcome run(Slam slam) {
 }
 
 template <class System>
-Outcome run_with(Fault fault, int at, int* calls = nullptr) {
+Outcome drive_with(Fault fault, int at, int* calls = nullptr) {
   Plan plan{fault, at};
-  Outcome result = run<System>(System::make(PlannedIcp(plan)));
+  Outcome result = drive<System>(System::make(PlannedIcp(plan)));
   if (calls != nullptr) *calls = plan.calls;
   return result;
 }
@@ -219,8 +219,8 @@ using Systems = ::testing::Types<Graph, Submaps, Hector>;
 TYPED_TEST_SUITE(SlamByAnyMatcher, Systems);
 
 TYPED_TEST(SlamByAnyMatcher, AMatcherThatPassesOnChangesNoBit) {
-  const Outcome passed = run_with<TypeParam>(Fault::none, -1);
-  const Outcome itself = run<TypeParam>(TypeParam::make(IcpMatcher()));
+  const Outcome passed = drive_with<TypeParam>(Fault::none, -1);
+  const Outcome itself = drive<TypeParam>(TypeParam::make(IcpMatcher()));
   EXPECT_EQ(passed.path, itself.path);
   EXPECT_EQ(passed.loops, itself.loops);
   EXPECT_EQ(itself.unmatched, 0U);
@@ -232,8 +232,8 @@ TYPED_TEST(SlamByAnyMatcher, AMatcherThatPassesOnChangesNoBit) {
 }
 
 TYPED_TEST(SlamByAnyMatcher, TheNumberOfThreadsChangesNoBit) {
-  const Outcome one = run<TypeParam>(TypeParam::make(IcpMatcher()));
-  const Outcome three = run<TypeParam>(TypeParam::make(IcpMatcher(), 3));
+  const Outcome one = drive<TypeParam>(TypeParam::make(IcpMatcher()));
+  const Outcome three = drive<TypeParam>(TypeParam::make(IcpMatcher(), 3));
   EXPECT_EQ(one.path, three.path);
   EXPECT_EQ(one.loops, three.loops);
 }
@@ -244,14 +244,14 @@ TYPED_TEST(SlamByAnyMatcher, TheNumberOfThreadsChangesNoBit) {
 TYPED_TEST(SlamByAnyMatcher, NoFaultOfTheMatcherPassesUnnoticed) {
   using enum Fault;
   int calls = 0;
-  const Outcome clean = run_with<TypeParam>(none, -1, &calls);
+  const Outcome clean = drive_with<TypeParam>(none, -1, &calls);
   ASSERT_GT(calls, kScans - 2);
   std::size_t at_scans = 0, at_loops = 0, refused = 0;
   constexpr Fault kFaults[] = {error, pose, score, covariance, indefinite, constraint};
   for (int k = 0; k < calls; ++k)
     for (const Fault fault : {error, kFaults[1 + k % 5]}) {
       SCOPED_TRACE("call " + std::to_string(k) + ": " + reason_of(fault));
-      const Outcome run = run_with<TypeParam>(fault, k);
+      const Outcome run = drive_with<TypeParam>(fault, k);
       if (run.refused > 0) {
         ++refused;
         EXPECT_TRUE(is_invalid_result(fault));
@@ -270,7 +270,7 @@ TYPED_TEST(SlamByAnyMatcher, NoFaultOfTheMatcherPassesUnnoticed) {
         EXPECT_EQ(run.of_outcomes.first, run.errors.first);
       }
       (loop ? at_loops : at_scans) += 1;
-      EXPECT_EQ(run.path, run_with<TypeParam>(no_match, k).path);
+      EXPECT_EQ(run.path, drive_with<TypeParam>(no_match, k).path);
     }
   EXPECT_GT(at_scans, 10U);
   EXPECT_GT(refused, 10U);
@@ -281,10 +281,10 @@ TYPED_TEST(SlamByAnyMatcher, NoFaultOfTheMatcherPassesUnnoticed) {
 
 TYPED_TEST(SlamByAnyMatcher, AMapThatCannotBeMadeIsCounted) {
   int calls = 0;
-  run_with<TypeParam>(Fault::no_map, -1, &calls);
+  drive_with<TypeParam>(Fault::no_map, -1, &calls);
   ASSERT_GT(calls, 3);
   for (int k = 0; k < calls; ++k) {
-    const Outcome run = run_with<TypeParam>(Fault::no_map, k);
+    const Outcome run = drive_with<TypeParam>(Fault::no_map, k);
     EXPECT_GT(run.errors.count, 0U) << "map " << k;
     EXPECT_THAT(run.errors.first, HasSubstr("no map today")) << "map " << k;
   }
@@ -295,8 +295,8 @@ template <class System>
 std::vector<Eigen::Vector3d> path_by_default(const typename System::Options& options, bool later) {
   typename System::Default slam(options);
   for (int k = 0; k < kScans; ++k)
-    EXPECT_TRUE(System::add(slam, scan_at(k),
-                            k == 0 || later ? std::optional(odometry_at(k)) : std::nullopt));
+    EXPECT_TRUE(System::add(slam, view_at(k),
+                            k == 0 || later ? std::optional(odometry_of(k)) : std::nullopt));
   std::vector<Eigen::Vector3d> path;
   for (const StampedPose& p : slam.trajectory()) path.push_back(p.T_map_base.raw().log());
   return path;
@@ -326,13 +326,13 @@ TEST(MotionModel, IsUncertainByAMetreWhereNoNoiseIsKnown) {
 TEST(SubmapSlamByItsDefaultMatcher, IsTheSameWhenItIsGiven) {
   SubmapSlamOptions options = Submaps::options();
   options.loops_per_search = 0;
-  const Outcome given = run<Submaps>(BasicSubmapSlam(GaussNewtonMatcher(options.match), options));
-  EXPECT_EQ(given.path, run<Submaps>(SubmapSlam(options)).path);
+  const Outcome given = drive<Submaps>(BasicSubmapSlam(GaussNewtonMatcher(options.match), options));
+  EXPECT_EQ(given.path, drive<Submaps>(SubmapSlam(options)).path);
 }
 TEST(HectorSlamByItsDefaultMatcher, IsTheSameWhenItIsGiven) {
   const HectorSlamOptions options;
-  const Outcome given = run<Hector>(BasicHectorSlam(GaussNewtonMatcher(options.match), options));
-  EXPECT_EQ(given.path, run<Hector>(HectorSlam(options)).path);
+  const Outcome given = drive<Hector>(BasicHectorSlam(GaussNewtonMatcher(options.match), options));
+  EXPECT_EQ(given.path, drive<Hector>(HectorSlam(options)).path);
 }
 
 }  // namespace
