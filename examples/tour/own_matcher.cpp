@@ -16,13 +16,11 @@ struct HillClimbing {
   Result<Map> make_map(std::span<const PlacedPoints> scans) const {
     Map map;
     for (const auto& [points, pose] : scans)
-      for (std::size_t i = 0; i < points->size(); ++i) {
-        const Eigen::Vector2d p = pose * (*points)[i].cast<double>().eval();
-        for (int k = 0; k < 25; ++k) {
-          const Cell c = cell_of(p, kCell_m) + Cell{k % 5 - 2, k / 5 - 2};
-          const Eigen::Vector2d off = Eigen::Vector2d(c.x + 0.5, c.y + 0.5) - p / kCell_m;
-          map[c] = std::max(map[c], std::exp(-0.5 * off.squaredNorm()));
-        }
+      for (std::size_t i = 0; i < 25 * points->size(); ++i) {  // 25 cells about each
+        const Eigen::Vector2d p = pose * (*points)[i / 25].cast<double>().eval() / kCell_m;
+        const Cell c = cell_of(p, 1.0) + Cell{int(i) % 5 - 2, int(i) / 5 % 5 - 2};
+        const Eigen::Vector2d off = Eigen::Vector2d(c.x + 0.5, c.y + 0.5) - p;
+        map[c] = std::max(map[c], std::exp(-0.5 * off.squaredNorm()));
       }
     return map;
   }
@@ -47,19 +45,16 @@ struct HillClimbing {
     return std::optional(best);
   }
 };
-
 int main() {
   const char* plan =
       "metres_per_character 0.5\nroute a b c b a\npicture\n##############\n#     #      #\n"
       "# a          #\n#         b  #\n#     #      #\n#     #   c  #\n##############\n";
   const auto rooms = sim::read_plan(plan, "rooms").value();
-  sim::RobotParams robot;
-  robot.wheels.right_scale = 1.03;  // the odometry turns
+  const sim::RobotParams robot{.wheels = {.right_scale = 1.03}};  // the odometry turns
   const auto run = sim::simulate_recording(rooms.plan, rooms.route_m, robot, Rng(1)).value();
-  const HillClimbing own;
-  for (const Trajectory& t : {run_graph_slam(run.recording, own).value().trajectory,
-                              run_submap_slam(run.recording, own).value().trajectory,
-                              run_hector_slam(run.recording, {}, own).value().trajectory,
+  for (const Trajectory& t : {run_graph_slam(run.recording, HillClimbing{}).value().trajectory,
+                              run_submap_slam(run.recording, HillClimbing{}).value().trajectory,
+                              run_hector_slam(run.recording, {}, HillClimbing{}).value().trajectory,
                               as_trajectory(run.recording.odometry)})
     std::printf("%.3f m off\n", eval::absolute_error(t, run.truth).translation_m.rmse);
 }
