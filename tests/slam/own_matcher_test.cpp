@@ -235,6 +235,27 @@ TEST(HectorSlamByOtherMatchers, TracksWithoutOdometry) {
   check(run_hector_slam(recording, {}, NdtMatcher()));
 }
 
+// Turned by 35° after every second scan, to and fro: constant velocity is 35° off, to either side.
+// Iterative matchers converge from 10° to 20°.
+TEST(HectorSlamByOtherMatchers, FollowTurnsFromWhichTheyDoNotConverge) {
+  Rng rng(12);
+  Recording recording;
+  for (int i = 0; i < 40; ++i) {
+    const SE2d pose(-1.0 + 0.02 * i, -0.5, Angle::degrees(i % 4 < 2 ? 0.0 : 35.0));
+    recording.scans.push_back(Walls::room().scan(pose, rng));
+    recording.scans.back().time = LogTime::from_seconds(0.1 * i);
+    recording.truth.push_back(
+        {recording.scans.back().time, Transform2<frame::Map, frame::Base>(pose)});
+  }
+  const auto check = [&](const Result<HectorRun>& slam) {
+    ASSERT_TRUE(slam) << slam.error().to_string();
+    EXPECT_EQ(slam->statistics.unmatched_scans, 0U);
+    EXPECT_LT(error_m(slam->trajectory, recording.truth), 0.03);
+  };
+  check(run_hector_slam(recording, {}, IcpMatcher()));
+  check(run_hector_slam(recording, {}, NdtMatcher()));
+}
+
 TEST(HectorSlamByOtherMatchers, TheLibrarysOwnMatcherIsOneOfThem) {
   const Recording recording = round_the_room(40);
   const auto one = run_hector_slam(recording);

@@ -174,10 +174,28 @@ class HectorSlamSystem::Engine {
     if (!best) return;
     const double half = std::max(half_m, kLeast_m);
     *options.prior_information *= kPriorWeight;
-    Found found = match(points, start, {half, half, Angle::degrees(60)}, options);
+    Found found = match_at_headings(points, start, half, options);
     const double score = score_of(found);
     if (!found || (score >= options_.lost_score && score > score_of(best) + kMargin))
       best = std::move(found);
+  }
+
+  /// The best match within 60°.
+  Found match_at_headings(const PointSet& points, const SE2d& start, double half_m,
+                          const MatchOptions& options) {
+    constexpr int kReach_deg = 60, kStep_deg = 4;
+    Found best = match(points, start, {half_m, half_m, Angle::degrees(kReach_deg)}, options);
+    if (!matched_->is_local()) return best;
+    for (int turn = kStep_deg; turn <= kReach_deg; turn += kStep_deg)
+      for (const int side : {-1, 1}) {
+        if (!best) return best;
+        const SE2d turned(start.translation(),
+                          start.rotation() * SO2d(Angle::degrees(side * turn)));
+        Found other =
+            match(points, turned, {half_m, half_m, Angle::degrees(2 * kStep_deg)}, options);
+        if (!other || score_of(other) > score_of(best)) best = std::move(other);
+      }
+    return best;
   }
 
   /// After unmatched scans the filter's error may exceed the basin of convergence: matches from

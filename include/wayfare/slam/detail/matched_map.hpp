@@ -68,6 +68,9 @@ class MatchedMap {
 class GrowingMap : public MatchedMap {
  public:
   virtual Result<void> add(const SE2d& T_map_points, const PointSet& points) = 0;
+  /// Whether wide windows must be searched from several headings: a matcher with maps of its own
+  /// may converge only from nearby.
+  [[nodiscard]] virtual bool is_local() const { return false; }
 };
 
 /// The map that a matcher makes of scans: when it is needed, or once of given ones.
@@ -84,6 +87,7 @@ class MadeMap final : public GrowingMap {
     map_.reset();
     return {};
   }
+  [[nodiscard]] bool is_local() const override { return true; }
   Result<std::optional<MatchResult>> match(const PointSet& points, const SE2d& prior,
                                            const SearchWindow& window,
                                            const MatchOptions& options) override {
