@@ -12,12 +12,12 @@ using namespace wayfare;
 
 struct HillClimbing {
   using Map = std::map<Cell, double>;
-  static constexpr double kCell_m = 0.05;
   Result<Map> make_map(std::span<const PlacedPoints> scans) const {
     Map map;
     for (const auto& [points, pose] : scans)
       for (std::size_t i = 0; i < 25 * points->size(); ++i) {  // 25 cells about each
-        const Eigen::Vector2d p = pose * (*points)[i / 25].cast<double>().eval() / kCell_m;
+        const Eigen::Vector2d p =
+            pose * (*points)[i / 25].cast<double>().eval() / 0.05;  // cells of 5 cm
         const Cell c = cell_of(p, 1.0) + Cell{int(i) % 5 - 2, int(i) / 5 % 5 - 2};
         const Eigen::Vector2d off = Eigen::Vector2d(c.x + 0.5, c.y + 0.5) - p;
         map[c] = std::max(map[c], std::exp(-0.5 * off.squaredNorm()));
@@ -27,7 +27,7 @@ struct HillClimbing {
   static MatchResult at(const SE2d& pose, const Map& map, const PointSet& points) {
     MatchResult match{.T_map_points = pose};
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto c = map.find(cell_of(pose * points[i].cast<double>().eval(), kCell_m));
+      const auto c = map.find(cell_of(pose * points[i].cast<double>().eval(), 0.05));
       if (c != map.end()) match.score += c->second / static_cast<double>(points.size());
     }
     return match;
@@ -50,7 +50,8 @@ int main() {
       "metres_per_character 0.5\nroute a b c b a\npicture\n##############\n#     #      #\n"
       "# a          #\n#         b  #\n#     #      #\n#     #   c  #\n##############\n";
   const auto rooms = sim::read_plan(plan, "rooms").value();
-  const sim::RobotParams robot{.wheels = {.right_scale = 1.03}};  // the odometry turns
+  sim::RobotParams robot;
+  robot.wheels.right_scale = 1.03;  // the odometry turns
   const auto run = sim::simulate_recording(rooms.plan, rooms.route_m, robot, Rng(1)).value();
   for (const Trajectory& t : {run_graph_slam(run.recording, HillClimbing{}).value().trajectory,
                               run_submap_slam(run.recording, HillClimbing{}).value().trajectory,

@@ -57,11 +57,7 @@ Result<ScanOutcome> SubmapSlamSystem::Engine::add_scan(const LaserScan& scan,
   ScanOutcome outcome;
   outcome.matcher_errors.add(errors, "scan");
   statistics_.matcher_errors.add(outcome.matcher_errors);
-  if (join_at_ && statistics_.scans >= *join_at_) {
-    const Loops& loops = join_loops();
-    outcome.loop_closures = static_cast<int>(loops.edges.size());
-    outcome.matcher_errors.add(loops.errors, "loop");
-  }
+  if (join_at_ && statistics_.scans >= *join_at_) join_loops(outcome);
   move(motion, placed);
   outcome.score = placed.score;
   outcome.matched = placed.matched;
@@ -219,15 +215,16 @@ void SubmapSlamSystem::Engine::begin_search() {
     join_at_ = statistics_.scans + static_cast<std::uint64_t>(options_.loop_latency_scans);
 }
 
-const Loops& SubmapSlamSystem::Engine::join_loops() {
+void SubmapSlamSystem::Engine::join_loops(ScanOutcome& outcome) {
   join_at_.reset();
   const Loops& found = search_.result();
   map_.graph.edges.insert(map_.graph.edges.end(), found.edges.begin(), found.edges.end());
   statistics_.loop_closures += found.edges.size();
   statistics_.loops_refused += found.refused;
   statistics_.matcher_errors.add(found.errors, "loop");
+  outcome.loop_closures = static_cast<int>(found.edges.size());
+  outcome.matcher_errors.add(found.errors, "loop");
   if (!found.edges.empty()) (void)optimise(5, 1e-4);  // on failure the poses are unchanged
-  return found;
 }
 
 /// Only without a running search: its edges refer to poses.
@@ -256,9 +253,10 @@ Result<void> SubmapSlamSystem::Engine::optimise(int iterations, double min_gain)
 }
 
 Result<void> SubmapSlamSystem::Engine::finish() {
-  if (join_at_) join_loops();
+  ScanOutcome of_none;
+  if (join_at_) join_loops(of_none);
   // Search once more, for loops closed by the very last nodes.
-  if (nodes_since_search_ > 0 && search_.begin(map_)) join_loops();
+  if (nodes_since_search_ > 0 && search_.begin(map_)) join_loops(of_none);
   if (map_.nodes.size() < 2) return {};
   return optimise(50, 1e-6);
 }

@@ -56,8 +56,7 @@ class SubmapSlamSystem::Engine {
   [[nodiscard]] Eigen::Matrix3d match_information(const Eigen::Matrix3d& matched, double length_m,
                                                   double turn_rad) const;
   Result<void> end_submaps(bool lost);
-  /// Returns the result of the search.
-  const Loops& join_loops();
+  void join_loops(ScanOutcome& outcome);
   void begin_search();
   void forget();
   Result<void> optimise(int iterations, double min_gain);
