@@ -1,4 +1,4 @@
-// Graph SLAM of two rooms with a matcher of one's own: hill climbing in a table of likelihoods.
+// Graph, submap and Hector SLAM of two rooms by a matcher of one's own: hill climbing in a table.
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -6,28 +6,28 @@
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/sim/simulate_recording.hpp>
 #include <wayfare/slam/basic_graph_slam.hpp>
+#include <wayfare/slam/hector_slam.hpp>
+#include <wayfare/slam/submap_slam.hpp>
 using namespace wayfare;
 
 struct HillClimbing {
   using Map = std::map<Cell, double>;
-  static constexpr double kCell_m = 0.05, kSigma_m = 0.05;
   Result<Map> make_map(std::span<const PlacedPoints> scans) const {
     Map map;
     for (const auto& [points, pose] : scans)
-      for (std::size_t i = 0; i < points->size(); ++i) {
-        const Eigen::Vector2d p = pose * (*points)[i].cast<double>().eval();
-        for (int k = 0; k < 25; ++k) {
-          const Cell c = cell_of(p, kCell_m) + Cell{k % 5 - 2, k / 5 - 2};
-          const Eigen::Vector2d off = kCell_m * Eigen::Vector2d(c.x + 0.5, c.y + 0.5) - p;
-          map[c] = std::max(map[c], std::exp(-0.5 * off.squaredNorm() / (kSigma_m * kSigma_m)));
-        }
+      for (std::size_t i = 0; i < 25 * points->size(); ++i) {  // 25 cells about each
+        const Eigen::Vector2d p =
+            pose * (*points)[i / 25].cast<double>().eval() / 0.05;  // cells of 5 cm
+        const Cell c = cell_of(p, 1.0) + Cell{int(i) % 5 - 2, int(i) / 5 % 5 - 2};
+        const Eigen::Vector2d off = Eigen::Vector2d(c.x + 0.5, c.y + 0.5) - p;
+        map[c] = std::max(map[c], std::exp(-0.5 * off.squaredNorm()));
       }
     return map;
   }
   static MatchResult at(const SE2d& pose, const Map& map, const PointSet& points) {
     MatchResult match{.T_map_points = pose};
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto c = map.find(cell_of(pose * points[i].cast<double>().eval(), kCell_m));
+      const auto c = map.find(cell_of(pose * points[i].cast<double>().eval(), 0.05));
       if (c != map.end()) match.score += c->second / static_cast<double>(points.size());
     }
     return match;
@@ -45,7 +45,6 @@ struct HillClimbing {
     return std::optional(best);
   }
 };
-
 int main() {
   const char* plan =
       "metres_per_character 0.5\nroute a b c b a\npicture\n##############\n#     #      #\n"
@@ -55,6 +54,8 @@ int main() {
   robot.wheels.right_scale = 1.03;  // the odometry turns
   const auto run = sim::simulate_recording(rooms.plan, rooms.route_m, robot, Rng(1)).value();
   for (const Trajectory& t : {run_graph_slam(run.recording, HillClimbing{}).value().trajectory,
+                              run_submap_slam(run.recording, HillClimbing{}).value().trajectory,
+                              run_hector_slam(run.recording, {}, HillClimbing{}).value().trajectory,
                               as_trajectory(run.recording.odometry)})
     std::printf("%.3f m off\n", eval::absolute_error(t, run.truth).translation_m.rmse);
 }

@@ -65,6 +65,11 @@ struct Moments {
     sum += p;
     squares += p * p.transpose();
   }
+  void add(const Eigen::Vector2d& p, double weight) {
+    n += weight;
+    sum += weight * p;
+    squares += weight * p * p.transpose();
+  }
 };
 
 /// The covariance's eigenvalues are at least min_sigma_m².
@@ -97,15 +102,16 @@ Result<void> check(const PointSet& points, const NdtMapOptions& options) {
   return {};
 }
 
-}  // namespace
+/// The points of a square.
+struct Square {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double points = 0.0;
+};
 
-Result<PointSet> voxel_filter(const PointSet& points, double side_m) {
+/// In the order of their first points. Errors as of voxel_filter.
+Result<std::vector<Square>> squares_of(const PointSet& points, double side_m) {
   if (!(side_m > 0 && std::isfinite(side_m)))
     return Error{ErrorCode::invalid, "voxel_filter: the side must be positive"};
-  struct Square {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    double points = 0.0;
-  };
   std::vector<Square> squares;
   std::unordered_map<std::int64_t, std::size_t> square_at;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -120,61 +126,92 @@ Result<PointSet> voxel_filter(const PointSet& points, double side_m) {
     square.sum += p;
     square.points += 1.0;
   }
-  PointSet filtered;
-  filtered.reserve(squares.size());
-  for (const Square& s : squares) filtered.push_back((s.sum / s.points).cast<float>());
-  return filtered;
+  return squares;
+}
+
+PointSet means_of(const std::vector<Square>& squares) {
+  PointSet means;
+  means.reserve(squares.size());
+  for (const Square& s : squares) means.push_back((s.sum / s.points).cast<float>());
+  return means;
+}
+
+}  // namespace
+
+Result<PointSet> voxel_filter(const PointSet& points, double side_m) {
+  const auto squares = squares_of(points, side_m);
+  if (!squares) return squares.error();
+  return means_of(*squares);
 }
 
 Result<SurfaceMap> SurfaceMap::make(std::span<const PlacedPoints> scans,
                                     const SurfaceMapOptions& options) {
   if (!(options.normal_radius_m > 0 && options.normal_radius_m <= 10) ||
-      !(options.max_flatness >= 0))
+      !(options.max_normal_radius_m <= 10) || !(options.max_flatness >= 0))
     return Error{ErrorCode::invalid,
                  "a surface map: the normals' radius or flatness is out of range"};
   const auto all = placed_points(scans, "a surface map");
   if (!all) return all.error();
-  const auto points = voxel_filter(*all, options.spacing_m);
-  if (!points) return points.error();
+  const auto squares = squares_of(*all, options.spacing_m);
+  if (!squares) return squares.error();
+  const PointSet points = means_of(*squares);
   SurfaceMap map;
-  const auto cell = [&](std::size_t i) { return cell_of((*points)[i].cast<double>(), kBucket_m); };
+  const auto cell = [&](std::size_t i) { return cell_of(points[i].cast<double>(), kBucket_m); };
   map.box_ = {cell(0), cell(0)};
-  for (std::size_t i = 0; i < points->size(); ++i) map.box_.extend(cell(i));
+  for (std::size_t i = 0; i < points.size(); ++i) map.box_.extend(cell(i));
   constexpr std::int64_t kMaxBuckets = std::int64_t{1} << 26;
   if (map.box_.width() > kMaxBuckets / map.box_.height())
     return Error{ErrorCode::invalid, "a surface map: the points are too far apart"};
-  map.sort_into_buckets(*points);
-  map.find_normals(options);
+  const std::vector<std::size_t> places = map.sort_into_buckets(points);
+  std::vector<double> weights(options.by_density ? places.size() : 0);
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[places[i]] = (*squares)[i].points;
+  map.find_normals(options, weights);
   return map;
 }
 
 /// Stable counting sort.
-void SurfaceMap::sort_into_buckets(const PointSet& points) {
+std::vector<std::size_t> SurfaceMap::sort_into_buckets(const PointSet& points) {
   // first_[b + 1] is where the next point of bucket b goes, and at last where the bucket ends.
   first_.assign(static_cast<std::size_t>(box_.cells()) + 2, 0);
-  std::vector<std::size_t> bucket_of(points.size());
+  std::vector<std::size_t> places(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    bucket_of[i] = box_.index(cell_of(points[i].cast<double>(), kBucket_m));
-    ++first_[bucket_of[i] + 2];
+    places[i] = box_.index(cell_of(points[i].cast<double>(), kBucket_m));
+    ++first_[places[i] + 2];
   }
   std::partial_sum(first_.begin(), first_.end(), first_.begin());
   points_.resize(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    points_[first_[bucket_of[i] + 1]++] = {points[i], Eigen::Vector2f::Zero()};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    places[i] = first_[places[i] + 1]++;  // the bucket's next
+    points_[places[i]] = {points[i], Eigen::Vector2f::Zero()};
+  }
   first_.pop_back();
+  return places;
 }
 
-void SurfaceMap::find_normals(const SurfaceMapOptions& options) {
-  const auto radius = static_cast<float>(options.normal_radius_m);
+void SurfaceMap::find_normals(const SurfaceMapOptions& options, std::span<const double> weights) {
+  const auto largest = static_cast<float>(options.max_normal_radius_m);
   for (SurfacePoint& s : points_) {
-    Moments m;
-    for_each_within(s.point, radius, [&](const SurfacePoint& other) {
-      m.add((other.point - s.point).cast<double>());
-    });
-    if (m.n >= 3)
-      s.normal = normal_of(m.squares / m.n - m.sum * m.sum.transpose() / (m.n * m.n),
-                           options.max_flatness);
+    auto radius = static_cast<float>(options.normal_radius_m);
+    s.normal = normal_at(s.point, radius, options.max_flatness, weights);
+    while (s.normal.isZero(0) && (radius *= 2) <= largest)
+      s.normal = normal_at(s.point, radius, options.max_flatness, weights);
   }
+}
+
+Eigen::Vector2f SurfaceMap::normal_at(const Eigen::Vector2f& point, float radius_m,
+                                      double max_flatness, std::span<const double> weights) const {
+  Moments m;
+  int squares = 0;
+  for_each_within(point, radius_m, [&](const SurfacePoint& other) {
+    const Eigen::Vector2d p = (other.point - point).cast<double>();
+    if (weights.empty())
+      m.add(p);
+    else
+      m.add(p, weights[static_cast<std::size_t>(&other - points_.data())]);
+    ++squares;
+  });
+  if (squares < 3) return Eigen::Vector2f::Zero();
+  return normal_of(m.squares / m.n - m.sum * m.sum.transpose() / (m.n * m.n), max_flatness);
 }
 
 CellBox SurfaceMap::buckets_within(const Eigen::Vector2f& p, float radius_m) const {

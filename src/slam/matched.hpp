@@ -8,26 +8,15 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include <wayfare/core/gaussian.hpp>
 #include <wayfare/match/scan_matcher.hpp>
+#include <wayfare/slam/detail/check_match.hpp>
 #include <wayfare/slam/detail/matched_map.hpp>
+#include <wayfare/slam/scan_outcome.hpp>
 
 #include "match/local/registration.hpp"
 #include "match/open_direction.hpp"
 
 namespace wayfare {
-
-/// Refuses a match that is not finite, or whose covariance is none.
-inline Result<void> check_match(const MatchResult& match) {
-  const bool finite = match.T_map_points.translation().allFinite() &&
-                      std::isfinite(match.T_map_points.heading().radians()) &&
-                      std::isfinite(match.score);
-  if (!finite) return Error{ErrorCode::numerical, "the matcher's pose or score is not finite"};
-  if (match.covariance && !is_positive_semidefinite(*match.covariance))
-    return Error{ErrorCode::numerical,
-                 "the matcher's covariance is not finite or not positive semi-definite"};
-  return {};
-}
 
 /// Whether a match is within twice the window, and what it may be rounded up by: a matcher that
 /// does not keep to it may find another place.
@@ -41,15 +30,15 @@ inline Result<void> check_match(const MatchResult& match) {
          std::abs(turn) <= 2 * window.half_heading.radians() + kRounding_rad;
 }
 
-/// A valid match in or about the window; none where the matcher returns an Error.
-[[nodiscard]] inline Result<std::optional<MatchResult>> match_in(detail::MatchedMap& map,
-                                                                 const PointSet& points,
-                                                                 const SE2d& prior,
-                                                                 const SearchWindow& window,
-                                                                 const MatchOptions& options) {
+/// A match in or about the window; none where the matcher returns an Error, which is added to
+/// `errors`. An Error if the match is not valid.
+[[nodiscard]] inline Result<std::optional<MatchResult>> match_in(
+    detail::MatchedMap& map, const PointSet& points, const SE2d& prior, const SearchWindow& window,
+    const MatchOptions& options, MatcherErrors& errors) {
   auto found = map.match(points, prior, window, options);
+  if (!found) errors.add(found.error());
   if (!found || !*found) return std::optional<MatchResult>();
-  if (auto ok = check_match(**found); !ok) return ok.error();
+  if (auto ok = detail::check_match(**found); !ok) return ok.error();
   if (!is_within_reach(**found, prior, window)) return std::optional<MatchResult>();
   return found;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <wayfare/eval/trajectory_error.hpp>
@@ -20,6 +21,9 @@
 
 namespace wayfare {
 namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 double error_m(const Trajectory& estimate, const Trajectory& truth) {
   return eval::absolute_error(estimate, truth).translation_m.rmse;
@@ -155,6 +159,55 @@ TEST(SubmapSlamByOtherMatchers, NeedsNoCovariance) {
   EXPECT_NEAR(slam.trajectory().back().T_map_base.raw().x(), 1.95, 0.02);
 }
 
+std::vector<std::uint8_t> state_after(SubmapSlamSystem& slam) {
+  for (int i = 0; i < 8; ++i) EXPECT_TRUE(slam.add_scan(scan_at(i)));
+  return slam.save();
+}
+
+TEST(SavedSubmapSlam, IsContinuedByTheMatcherThatSavedItAlone) {
+  BasicSubmapSlam by_icp{IcpMatcher()};
+  BasicSubmapSlam by_own{ToldMatcher()};
+  SubmapSlam by_default;
+  const auto icp = state_after(by_icp), own = state_after(by_own),
+             library = state_after(by_default);
+  EXPECT_TRUE(BasicSubmapSlam<IcpMatcher>::restore(icp, IcpMatcher()));
+  EXPECT_TRUE(BasicSubmapSlam<ToldMatcher>::restore(own, ToldMatcher()));
+  EXPECT_TRUE(SubmapSlam::restore(library));
+  const auto expect_refused = [](const auto& restored, const char* saved, const char* now) {
+    ASSERT_FALSE(restored);
+    EXPECT_EQ(restored.error().code, ErrorCode::parse);
+    EXPECT_THAT(restored.error().message, AllOf(HasSubstr(saved), HasSubstr(now)));
+  };
+  expect_refused(SubmapSlam::restore(icp), "\"ICP\"", "\"Gauss-Newton\"");
+  expect_refused(BasicSubmapSlam<IcpMatcher>::restore(library, IcpMatcher()), "\"Gauss-Newton\"",
+                 "\"ICP\"");
+  expect_refused(BasicSubmapSlam<NdtMatcher>::restore(icp, NdtMatcher()), "\"ICP\"", "\"NDT\"");
+  expect_refused(BasicSubmapSlam<IcpMatcher>::restore(own, IcpMatcher()), "ToldMatcher", "\"ICP\"");
+}
+
+/// The same state in the earlier format: without the matcher's name after the first word, and
+/// without the counts and texts of two kinds of matcher errors, none here, before the digest.
+std::vector<std::uint8_t> in_earlier_format(const std::vector<std::uint8_t>& state) {
+  constexpr std::size_t kWord = 8;
+  const std::size_t name = kWord + state[kWord];
+  std::vector<std::uint8_t> earlier{'W', 'S', 'U', 'B', 'M', 'A', 'P', '2'};
+  earlier.insert(earlier.end(), state.begin() + static_cast<std::ptrdiff_t>(kWord + name),
+                 state.end() - static_cast<std::ptrdiff_t>(5 * kWord));
+  std::uint64_t digest = 0xcbf29ce484222325;
+  for (const std::uint8_t b : earlier) digest = (digest ^ b) * 0x100000001b3;
+  for (int i = 0; i < 8; ++i) earlier.push_back(static_cast<std::uint8_t>(digest >> (8 * i)));
+  return earlier;
+}
+
+TEST(SavedSubmapSlam, OfTheEarlierFormatIsReadByAnyMatcher) {
+  SubmapSlam slam;
+  const auto saved = state_after(slam), earlier = in_earlier_format(saved);
+  const auto restored = SubmapSlam::restore(earlier);
+  ASSERT_TRUE(restored) << restored.error().to_string();
+  EXPECT_EQ(restored->save(), saved);
+  EXPECT_TRUE(BasicSubmapSlam<IcpMatcher>::restore(earlier, IcpMatcher()));
+}
+
 /// A circle round the room: a scan every 0.1 s at 0.5 m/s and 20 °/s.
 Recording round_the_room(int scans) {
   Rng rng(11);
@@ -176,6 +229,27 @@ TEST(HectorSlamByOtherMatchers, TracksWithoutOdometry) {
     ASSERT_TRUE(slam) << slam.error().to_string();
     EXPECT_EQ(slam->statistics.unmatched_scans, 0U);
     EXPECT_TRUE(slam->map.bounds());
+    EXPECT_LT(error_m(slam->trajectory, recording.truth), 0.03);
+  };
+  check(run_hector_slam(recording, {}, IcpMatcher()));
+  check(run_hector_slam(recording, {}, NdtMatcher()));
+}
+
+// Turned by 35° after every second scan, to and fro: constant velocity is 35° off, to either side.
+// Iterative matchers converge from 10° to 20°.
+TEST(HectorSlamByOtherMatchers, FollowTurnsFromWhichTheyDoNotConverge) {
+  Rng rng(12);
+  Recording recording;
+  for (int i = 0; i < 40; ++i) {
+    const SE2d pose(-1.0 + 0.02 * i, -0.5, Angle::degrees(i % 4 < 2 ? 0.0 : 35.0));
+    recording.scans.push_back(Walls::room().scan(pose, rng));
+    recording.scans.back().time = LogTime::from_seconds(0.1 * i);
+    recording.truth.push_back(
+        {recording.scans.back().time, Transform2<frame::Map, frame::Base>(pose)});
+  }
+  const auto check = [&](const Result<HectorRun>& slam) {
+    ASSERT_TRUE(slam) << slam.error().to_string();
+    EXPECT_EQ(slam->statistics.unmatched_scans, 0U);
     EXPECT_LT(error_m(slam->trajectory, recording.truth), 0.03);
   };
   check(run_hector_slam(recording, {}, IcpMatcher()));

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -51,7 +52,7 @@ TEST(RadarSlam, GivesTheSameBytesForAnyNumberOfThreads) {
   EXPECT_NE(one.lidar, other.lidar);
 }
 
-enum class Answer { match, error, nan };
+enum class Answer { match, error, nan, nan_score };
 
 /// Ascends the field's gradient.
 struct GradientMatcher {
@@ -70,6 +71,7 @@ struct GradientMatcher {
     match.score = found->score;
     if (answer == Answer::nan)
       match.T_map_points = SE2d(std::numeric_limits<double>::quiet_NaN(), 0.0, Angle());
+    if (answer == Answer::nan_score) match.score = std::numeric_limits<double>::quiet_NaN();
     return std::optional(match);
   }
 };
@@ -100,10 +102,19 @@ TEST(RadarSlam, TracksByAnotherMatcher) {
 }
 
 TEST(RadarSlam, WithoutAMatchParticlesAreDrawnFromTheMotion) {
-  for (const Answer answer : {Answer::error, Answer::nan}) {
-    const RadarSlamRun slam = run_by(GradientMatcher{answer});
+  const std::pair<Answer, const char*> answers[] = {
+      {Answer::error, "scan: no answer"},
+      {Answer::nan, "scan: the matcher's result is not finite: its pose"},
+      {Answer::nan_score, "scan: the matcher's result is not finite: its score"}};
+  for (const auto& [answer, reason] : answers) {
+    const RadarSlamRun slam = run_by(GradientMatcher{answer}),
+                       threads = run_by(GradientMatcher{answer}, 3);
     EXPECT_EQ(slam.statistics.matches, 0U);
     EXPECT_GT(slam.statistics.matches_refused, 0U);
+    EXPECT_GE(slam.statistics.matcher_errors.count, slam.statistics.matches_refused);
+    EXPECT_EQ(slam.statistics.matcher_errors.first, reason);
+    EXPECT_EQ(threads.statistics.matcher_errors.count, slam.statistics.matcher_errors.count);
+    EXPECT_EQ(threads.statistics.matcher_errors.first, reason);
     for (const StampedPose& p : slam.trajectory)
       ASSERT_TRUE(p.T_map_base.raw().translation().allFinite());
   }

@@ -9,7 +9,8 @@ namespace {
 /// It closes no loops.
 Result<SystemRun> hector_run(const Result<HectorRun>& run) {
   if (!run) return run.error();
-  return SystemRun{run->trajectory, run->statistics.scans, run->statistics.unmatched_scans, 0};
+  const HectorStatistics& s = run->statistics;
+  return SystemRun{run->trajectory, s.scans, s.unmatched_scans, 0, s.matcher_errors};
 }
 
 /// A row for a matcher, by the system's own scores unless given.

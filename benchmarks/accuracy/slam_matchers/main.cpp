@@ -39,6 +39,10 @@ Result<void> add_row(eval::Table& table, const System& system, const Recording& 
                  eval::mean_std(e.rotation_deg.mean, e.rotation_deg.std, 3),
                  eval::fixed(1e3 * cpu_s / static_cast<double>(run.scans), 2),
                  std::to_string(run.unmatched_scans), std::to_string(run.loop_closures)});
+  if (run.matcher_errors.count > 0)
+    std::fprintf(stderr, "%s, %s: %zu errors of the matcher, the first at a %s\n",
+                 system.name.c_str(), system.matcher.c_str(), run.matcher_errors.count,
+                 run.matcher_errors.first.c_str());
   return {};
 }
 

@@ -18,6 +18,7 @@ struct SystemRun {
   std::size_t scans = 0;
   std::size_t unmatched_scans = 0;
   std::size_t loop_closures = 0;
+  MatcherErrors matcher_errors = {};
 };
 
 struct System {
@@ -37,7 +38,7 @@ template <class Run>
 [[nodiscard]] Result<SystemRun> system_run(const Result<Run>& run) {
   if (!run) return run.error();
   const auto& s = run->statistics;
-  return SystemRun{run->trajectory, s.scans, s.unmatched_scans, s.loop_closures};
+  return SystemRun{run->trajectory, s.scans, s.unmatched_scans, s.loop_closures, s.matcher_errors};
 }
 
 [[nodiscard]] std::vector<System> graph_slam_systems(const Scores& scores);

@@ -23,6 +23,12 @@ struct SurfaceMapOptions {
   double spacing_m = 0.03;
   /// A point's normal is that of a line fit to the points within this radius, m.
   double normal_radius_m = 0.15;
+  /// Where they form no line the radius is doubled, to at most this, m: a wall seen by many scans,
+  /// each with the error of its pose, is a band of that thickness.
+  double max_normal_radius_m = 0.6;
+  /// A square counts in the fit by its number of points. Otherwise all count alike: the farthest
+  /// outliers of many scans then widen the band without bound.
+  bool by_density = true;
   /// Largest ratio of the standard deviations across and along the fitted line. Above it a point
   /// has no normal: ends, corners, clutter.
   double max_flatness = 0.35;
@@ -55,8 +61,13 @@ class SurfaceMap {
  private:
   static constexpr double kBucket_m = 0.25;
 
-  void sort_into_buckets(const PointSet& points);
-  void find_normals(const SurfaceMapOptions& options);
+  /// Returns each point's place among points_.
+  std::vector<std::size_t> sort_into_buckets(const PointSet& points);
+  /// `weights`: of points_; empty: all alike.
+  void find_normals(const SurfaceMapOptions& options, std::span<const double> weights);
+  [[nodiscard]] Eigen::Vector2f normal_at(const Eigen::Vector2f& point, float radius_m,
+                                          double max_flatness,
+                                          std::span<const double> weights) const;
   [[nodiscard]] CellBox buckets_within(const Eigen::Vector2f& p, float radius_m) const;
   [[nodiscard]] std::span<const SurfacePoint> bucket(const Cell& c) const {
     const std::size_t i = box_.index(c);

@@ -77,6 +77,7 @@ struct GaussNewtonOptions {
 class GaussNewtonMatcher {
  public:
   using Map = ProbabilityPyramid;
+  static constexpr std::string_view kName = "Gauss-Newton";
 
   explicit GaussNewtonMatcher(const GaussNewtonOptions& options = {}) : options_(options) {}
 

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include <wayfare/map/point_maps.hpp>
 #include <wayfare/match/scan_matcher.hpp>
@@ -29,6 +30,7 @@ struct IcpOptions {
 class IcpMatcher {
  public:
   using Map = SurfaceMap;
+  static constexpr std::string_view kName = "ICP";
 
   explicit IcpMatcher(const IcpOptions& options = {}) : options_(options) {}
 
@@ -65,6 +67,7 @@ struct NdtOptions {
 class NdtMatcher {
  public:
   using Map = NdtMap;
+  static constexpr std::string_view kName = "NDT";
 
   explicit NdtMatcher(const NdtOptions& options = {}) : options_(options) {}
 

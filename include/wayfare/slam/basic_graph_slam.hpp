@@ -20,8 +20,9 @@ namespace wayfare {
 ///
 /// In the options, `tracked_score` and `lost_score` are of the matcher's scale; those of cells,
 /// blurs and loops are of the likelihood fields. An Error of the matcher, or no match, leaves the
-/// scan at its predicted pose, unmatched. A result that is not finite is reported by `add_scan`,
-/// which then changes nothing; at a loop it refuses the closure. Where the matcher gives neither
+/// scan at its predicted pose, unmatched. A result that is not valid (see MatcherErrors) is an
+/// Error of `add_scan`, which then changes nothing. At a loop either refuses the closure. All but
+/// the Errors of `add_scan` are counted in the statistics. Where the matcher gives neither
 /// constraint nor covariance, scenes are taken to constrain every direction.
 ///
 /// Same results for any number of threads; loops are matched by copies of the matcher.

@@ -72,6 +72,9 @@ class BasicLocaliser {
   using Outcome = MonteCarloOutcome<Pose>;
   using ParticleSet = typename detail::ParticlesOfLikelihood<Likelihood>::Type;
   using OdometryPose = Transform<frame::Odom, frame::Base, Pose>;
+  /// Whether the likelihood is defined for this type of scan.
+  template <class Scan>
+  static constexpr bool takes = ScanLikelihoodModel<Likelihood, Scan, Map>;
 
   BasicLocaliser(std::shared_ptr<const Map> map, Likelihood likelihood, Odometry odometry,
                  const MonteCarloOptions& options, std::uint64_t seed)

@@ -76,6 +76,7 @@ struct GraphSlamStatistics {
   std::size_t loop_closures = 0;
   std::size_t loops_refused = 0;  ///< candidates matched and rejected
   std::size_t optimisations = 0;
+  MatcherErrors matcher_errors;
 };
 
 /// Processes one scan at a time. Not thread-safe; results do not depend on timing or threads.
@@ -86,8 +87,8 @@ class GraphSlam {
   /// Processes the next scan with the odometry at its time, if any. Returns an Error and changes
   /// nothing for a scan without beams, with non-finite geometry, or earlier than the previous one,
   /// and for odometry that is not finite or farther than 10 000 km from its origin. Odometry that
-  /// leaps by more than 10 km counts as missing. A scan with too few returns gets the pose
-  /// predicted by the motion model.
+  /// leaps by more than 10 km, or whose noise by the options is NaN, counts as missing. A scan with
+  /// too few returns gets the pose predicted by the motion model.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 

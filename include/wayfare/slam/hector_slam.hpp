@@ -70,6 +70,7 @@ struct HectorStatistics {
   /// With an inertial unit: levelled scans, matches fused into the filter, and initialisations of
   /// the filter (after gaps or when the level was lost).
   std::size_t levelled_scans = 0, fused_scans = 0, carrier_starts = 0;
+  MatcherErrors matcher_errors;
 };
 
 /// Hector SLAM by any matcher, as made by a BasicHectorSlam. Processes one scan at a time. Not
@@ -81,9 +82,9 @@ class HectorSlamSystem {
 
   /// Processes the next scan with the odometry at its time, if any. Errors as GraphSlam::add_scan,
   /// and for a first scan that makes no map. A later one that would make the map too large is left
-  /// out of it. An Error for a match that is not finite, or whose covariance is none, changes
-  /// nothing but the time of the filter. Where the matcher returns an Error, or a pose far outside
-  /// the window, the scan keeps its predicted one.
+  /// out of it. An Error for a match that is not valid (see MatcherErrors) changes nothing but the
+  /// time of the filter. Where the matcher returns an Error, or a pose far outside the window, the
+  /// scan keeps its predicted one.
   Result<ScanOutcome> add_scan(const LaserScan& scan,
                                const std::optional<Transform2<frame::Odom, frame::Base>>& odometry);
 
@@ -107,7 +108,7 @@ class HectorSlamSystem {
 /// ProbabilityPyramid), or makes its own map (MappingMatcher), of all scans and again for each that
 /// is added. `HectorSlamOptions::match` is for the default. A match without a covariance is not
 /// fused with an inertial unit.
-template <ScanMatcher M>
+template <SlamMatcher M>
 class BasicHectorSlam : public HectorSlamSystem {
  public:
   explicit BasicHectorSlam(
@@ -141,7 +142,7 @@ Result<HectorRun> run(HectorSlamSystem& slam, const Recording& recording, const 
 }  // namespace detail
 
 /// The same by a matcher; `unit` may be empty.
-template <ScanMatcher M>
+template <SlamMatcher M>
 Result<HectorRun> run_hector_slam(const Recording& recording, const MargRecording& unit,
                                   const M& matcher, HectorSlamOptions options = {},
                                   const SlamProgress& progress = {}) {

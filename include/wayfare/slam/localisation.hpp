@@ -24,6 +24,7 @@
 #include <wayfare/core/detail/owned.hpp>
 #include <wayfare/core/gaussian.hpp>
 #include <wayfare/core/result.hpp>
+#include <wayfare/filter/particles.hpp>
 #include <wayfare/map/distance_field.hpp>
 #include <wayfare/map/likelihood_field.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
@@ -183,6 +184,20 @@ class Localiser {
   detail::Owned<Engine> engine_;
 };
 
+namespace detail {
+
+template <class Set>
+[[nodiscard]] std::vector<PoseParticle> weighted_poses(const Set& particles) {
+  const std::vector<double> weights = normalised_weights(particles.log_weights);
+  std::vector<PoseParticle> result;
+  result.reserve(particles.size());
+  for (std::size_t i = 0; i < particles.size(); ++i)
+    result.push_back({particles.state(i), weights[i]});
+  return result;
+}
+
+}  // namespace detail
+
 /// The particles at a time.
 struct ParticleSnapshot {
   LogTime time;
@@ -199,18 +214,21 @@ struct LocalisationRun {
   [[nodiscard]] Trajectory trajectory(bool converged_only = false) const;
 };
 
-struct LocalisationControl {
+/// Of a run by a localiser of type `L`.
+template <class L>
+struct LocalisationControlOf {
   /// Called with the fraction done; return false to stop and keep the results so far.
   std::function<bool(double fraction)> progress = {};
   /// Called before each scan; may set the particles through `localiser`.
-  std::function<void(std::size_t scan, Localiser& localiser)> before_scan = {};
+  std::function<void(std::size_t scan, L& localiser)> before_scan = {};
   /// Fractions of the scans at which snapshots are kept.
   std::vector<double> snapshots_at = {};
 };
+using LocalisationControl = LocalisationControlOf<Localiser>;
 
 /// Localises a whole recording, with odometry interpolated at the scans' times and radar frames
 /// combined into scans by it. Starts from `start`, or globally. Returns an Error if no scan could
-/// be used.
+/// be used. By a localiser of your own: run_localisation.hpp.
 Result<LocalisationRun> run_localisation(const Recording& recording,
                                          std::shared_ptr<const LocalisationMap> map,
                                          LocalisationOptions options, std::uint64_t seed,

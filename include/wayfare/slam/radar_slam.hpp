@@ -143,6 +143,7 @@ struct RbpfOutcome {
   double effective_particles = 0.0;
   bool resampled = false;
   std::size_t particles_refused = 0;  ///< their weight or pose was not finite: left without weight
+  MatcherErrors matcher_errors;       ///< over all particles; the motion placed these
 };
 
 struct RbpfStatistics {
@@ -150,6 +151,7 @@ struct RbpfStatistics {
   std::size_t without_points = 0;                ///< scans with too few points
   std::size_t matches = 0, matches_refused = 0;  ///< over all particles
   std::size_t resampled = 0;
+  MatcherErrors matcher_errors;
 };
 
 /// Takes motion and scans in order of time. Not thread-safe; results do not depend on threads.
@@ -158,7 +160,7 @@ class RadarSlam {
   /// By exhaustive search.
   explicit RadarSlam(const RadarSlamOptions& options = {});
   /// By copies of a matcher, which must not depend on earlier matches. Where it returns an Error,
-  /// or a pose that is not finite, the particle is drawn from the motion.
+  /// or a result that is not valid, the particle is drawn from the motion.
   template <FieldMatcher M>
   explicit RadarSlam(const M& matcher, const RadarSlamOptions& options = {})
       : RadarSlam(detail::particle_matcher(matcher), options) {}

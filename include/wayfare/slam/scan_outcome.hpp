@@ -2,11 +2,32 @@
 
 // Types common to the SLAM systems that process scans.
 
+#include <cstddef>
 #include <functional>
+#include <string>
+#include <string_view>
 
 #include <wayfare/core/frame.hpp>
+#include <wayfare/core/result.hpp>
 
 namespace wayfare {
+
+/// Errors that a matcher returned, of `make_map` too, and results of it that are not valid: a pose,
+/// score, constraint or covariance that is not finite, a covariance that is not positive
+/// semi-definite. None of them placed a scan or closed a loop.
+struct MatcherErrors {
+  std::size_t count = 0;
+  std::string first;  ///< where and why: "loop: the matcher's result is not finite: its pose"
+
+  void add(const Error& error) {
+    if (count++ == 0) first = error.message;
+  }
+  void add(const MatcherErrors& more, std::string_view where = {}) {
+    if (count == 0 && more.count > 0)
+      first = where.empty() ? more.first : std::string(where) + ": " + more.first;
+    count += more.count;
+  }
+};
 
 /// Result of one scan.
 struct ScanOutcome {
@@ -14,7 +35,8 @@ struct ScanOutcome {
   double score = 0.0;    ///< agreement with the local map in [0, 1]; 0 where not matched
   bool matched = false;  ///< false: too few points or poor agreement; the predicted pose is kept
   bool became_node = false;
-  int loop_closures = 0;  ///< found at this scan
+  int loop_closures = 0;         ///< found at this scan
+  MatcherErrors matcher_errors;  ///< at this scan, or in the search for loops joined at it
 };
 
 /// Called with the fraction done; return false to stop and keep the results so far.

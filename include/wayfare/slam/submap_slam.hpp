@@ -94,6 +94,7 @@ struct MotionHint {
 struct SubmapSlamStatistics {
   std::size_t scans = 0, unmatched_scans = 0, nodes = 0, submaps = 0, forgotten_submaps = 0;
   std::size_t loop_closures = 0, loops_refused = 0, optimisations = 0;
+  MatcherErrors matcher_errors;
 };
 
 /// Pose of the latest scan, in a frame that loop closures do not deform.
@@ -111,9 +112,8 @@ struct LocalPlacement {
 class SubmapSlamSystem {
  public:
   /// Processes the next scan with the motion up to it, if known. Errors as GraphSlam::add_scan;
-  /// also for a match that is not finite or whose covariance is none, which changes nothing. Where
-  /// the matcher returns an Error, or a pose far outside the window, the scan keeps its predicted
-  /// one.
+  /// also for a match that is not valid (see MatcherErrors), which changes nothing. Where the
+  /// matcher returns an Error, or a pose far outside the window, the scan keeps its predicted one.
   Result<ScanOutcome> add_scan(const LaserScan& scan, const MotionHint& hint = {});
 
   /// Joins the running search, searches for loops from the latest scans once more and optimises to
@@ -156,7 +156,7 @@ class SubmapSlamSystem {
 ///
 /// A match without a covariance counts as exact to the tolerance of the graph's edges; one without
 /// a scene constraint takes it from the covariance.
-template <ScanMatcher M>
+template <SlamMatcher M>
 class BasicSubmapSlam : public SubmapSlamSystem {
  public:
   explicit BasicSubmapSlam(
@@ -167,8 +167,9 @@ class BasicSubmapSlam : public SubmapSlamSystem {
                                                       options.T_base_laser.raw().translation())) {}
 
   /// Continues from a saved state, with the options and the matcher it was saved under. An Error
-  /// names the byte at which it is not valid: damaged (by its digest), or with values that no map
-  /// has.
+  /// names the byte at which it is not valid: damaged (by its digest), of a matcher of another name
+  /// (see SlamMatcher), or with values that no map has. States of the earlier format, which names
+  /// no matcher, are read by any.
   [[nodiscard]] static Result<BasicSubmapSlam> restore(
       std::span<const std::uint8_t> bytes,
       const SubmapSlamOptions& options = {}) requires std::same_as<M, GaussNewtonMatcher> {
@@ -213,7 +214,7 @@ Result<SubmapSlamRun> run(SubmapSlamSystem& slam, const Recording& recording,
 }  // namespace detail
 
 /// The same by a matcher.
-template <ScanMatcher M>
+template <SlamMatcher M>
 Result<SubmapSlamRun> run_submap_slam(const Recording& recording, const M& matcher,
                                       SubmapSlamOptions options = {},
                                       const SlamProgress& progress = {},

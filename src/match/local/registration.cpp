@@ -108,7 +108,9 @@ Eigen::Matrix3d normals_outer(const PointSet& points, const SE2d& T_map_points,
   Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
   const PlacedPoints alone{&points, SE2d()};
   // With a smaller radius, a centimetre of noise rotates normals enough to constrain a corridor.
-  const auto surface = SurfaceMap::make({&alone, 1}, {.normal_radius_m = 0.3});
+  const SurfaceMapOptions one_scan{
+      .normal_radius_m = 0.3, .max_normal_radius_m = 0.3, .by_density = false};
+  const auto surface = SurfaceMap::make({&alone, 1}, one_scan);
   if (!surface) return outer;
   for (const SurfacePoint& s : surface->points()) {
     const Eigen::Vector2d p = s.point.cast<double>(), n = s.normal.cast<double>();

@@ -38,6 +38,7 @@ class HectorSlamSystem::Engine {
     level_known_ = has_imu_ && carrier_.level_sigma() < options_.level_sigma;
     const View view = level_known_ ? level(scan) : View{&scan, options_.T_base_laser.raw()};
     const PointSet points = points_of(view);
+    errors_ = {};
     ScanOutcome outcome;
     if (map_.empty()) {
       pose_ = odometry.value_or(SE2d());
@@ -58,6 +59,8 @@ class HectorSlamSystem::Engine {
     motion_model_.update(scan.time, pose_, odometry);
     coasting_ = has_imu_ && !outcome.matched;
     outcome.T_map_base = MapPose(pose_);
+    outcome.matcher_errors.add(errors_, "scan");
+    statistics_.matcher_errors.add(outcome.matcher_errors);
     trajectory_.push_back({scan.time, outcome.T_map_base});
     ++statistics_.scans;
     statistics_.levelled_scans += level_known_ ? 1 : 0;
@@ -129,7 +132,7 @@ class HectorSlamSystem::Engine {
 
   [[nodiscard]] Found match(const PointSet& points, const SE2d& prior, const SearchWindow& window,
                             const MatchOptions& options) {
-    return match_in(*matched_, points, prior, window, options);
+    return match_in(*matched_, points, prior, window, options, errors_);
   }
 
   Result<ScanOutcome> place(const PointSet& points, const Predicted& predicted,
@@ -171,10 +174,28 @@ class HectorSlamSystem::Engine {
     if (!best) return;
     const double half = std::max(half_m, kLeast_m);
     *options.prior_information *= kPriorWeight;
-    Found found = match(points, start, {half, half, Angle::degrees(60)}, options);
+    Found found = match_at_headings(points, start, half, options);
     const double score = score_of(found);
     if (!found || (score >= options_.lost_score && score > score_of(best) + kMargin))
       best = std::move(found);
+  }
+
+  /// The best match within 60°.
+  Found match_at_headings(const PointSet& points, const SE2d& start, double half_m,
+                          const MatchOptions& options) {
+    constexpr int kReach_deg = 60, kStep_deg = 4;
+    Found best = match(points, start, {half_m, half_m, Angle::degrees(kReach_deg)}, options);
+    if (!matched_->is_local()) return best;
+    for (int turn = kStep_deg; turn <= kReach_deg; turn += kStep_deg)
+      for (const int side : {-1, 1}) {
+        if (!best) return best;
+        const SE2d turned(start.translation(),
+                          start.rotation() * SO2d(Angle::degrees(side * turn)));
+        Found other =
+            match(points, turned, {half_m, half_m, Angle::degrees(2 * kStep_deg)}, options);
+        if (!other || score_of(other) > score_of(best)) best = std::move(other);
+      }
+    return best;
   }
 
   /// After unmatched scans the filter's error may exceed the basin of convergence: matches from
@@ -230,6 +251,7 @@ class HectorSlamSystem::Engine {
        level_known_ = false;  // inertial unit and level available at the latest scan
   bool coasting_ = false;     // the latest scan was placed by the unit alone
   LaserScan levelled_;
+  MatcherErrors errors_;  // at the latest scan
   MotionModel motion_model_;
   SE2d pose_;
   std::optional<SE2d> T_map_latest_inserted_;  // pose of the latest scan in the map

@@ -2,12 +2,31 @@
 #include <utility>
 
 #include <wayfare/slam/basic_localiser.hpp>
+#include <wayfare/slam/detail/recorded_localiser.hpp>
 #include <wayfare/slam/detail/scans.hpp>
 #include <wayfare/slam/localisation.hpp>
 
 #include "slam/localisation/scan_weigher.hpp"
 
 namespace wayfare {
+
+Result<void> detail::check_lidar(const LaserScan& scan, const std::optional<LogTime>& last) {
+  if (!has_finite_bearings(scan))
+    return Error{ErrorCode::invalid, "a scan whose bearings are not finite"};
+  if (last && scan.time <= *last)
+    return Error{ErrorCode::invalid, "a scan not later than the last: late or duplicated"};
+  return {};
+}
+
+Result<void> detail::check_radar(LogTime time, const PointSet& points_base,
+                                 const std::optional<LogTime>& last) {
+  if (last && time < *last)
+    return Error{ErrorCode::invalid, "a radar scan earlier than the last scan"};
+  for (std::size_t i = 0; i < points_base.size(); ++i)
+    if (!points_base[i].allFinite())
+      return Error{ErrorCode::invalid, "a radar scan whose points are not finite"};
+  return {};
+}
 
 class Localiser::Engine : public BasicLocaliser<LocalisationMap, ScanModels> {
  public:
@@ -41,10 +60,7 @@ Result<void> Localiser::add_motion(LogTime time, const std::optional<OdomPose>& 
 
 Result<LocalisationOutcome> Localiser::add_scan(const LaserScan& scan,
                                                 const std::optional<OdomPose>& odometry) {
-  if (!detail::has_finite_bearings(scan))
-    return Error{ErrorCode::invalid, "a scan whose bearings are not finite"};
-  if (engine_->time() && scan.time <= *engine_->time())
-    return Error{ErrorCode::invalid, "a scan not later than the last: late or duplicated"};
+  if (auto ok = detail::check_lidar(scan, engine_->time()); !ok) return ok.error();
   return engine_->add(scan.time, scan, odometry, RangeSensor::lidar);
 }
 
@@ -52,21 +68,12 @@ Result<LocalisationOutcome> Localiser::add_radar(LogTime time, const PointSet& p
                                                  const std::optional<OdomPose>& odometry) {
   if (!engine_->map().has(RangeSensor::radar))
     return Error{ErrorCode::invalid, "the map has no radar detections"};
-  if (engine_->time() && time < *engine_->time())
-    return Error{ErrorCode::invalid, "a radar scan earlier than the last scan"};
-  for (std::size_t i = 0; i < points_base.size(); ++i)
-    if (!points_base[i].allFinite())
-      return Error{ErrorCode::invalid, "a radar scan whose points are not finite"};
+  if (auto ok = detail::check_radar(time, points_base, engine_->time()); !ok) return ok.error();
   return engine_->add(time, points_base, odometry, RangeSensor::radar);
 }
 
 std::vector<PoseParticle> Localiser::particles() const {
-  const ParticleSet& set = engine_->particles();
-  const std::vector<double> weights = normalised_weights(set.log_weights);
-  std::vector<PoseParticle> result;
-  result.reserve(set.size());
-  for (std::size_t i = 0; i < set.size(); ++i) result.push_back({set.state(i), weights[i]});
-  return result;
+  return detail::weighted_poses(engine_->particles());
 }
 
 }  // namespace wayfare

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include <wayfare/slam/detail/recorded_localiser.hpp>
 #include <wayfare/slam/detail/scans.hpp>
 #include <wayfare/slam/localisation.hpp>
 #include <wayfare/sync/odometry_track.hpp>
@@ -14,8 +16,8 @@ namespace wayfare {
 namespace {
 
 // Adds the odometry in a gap between scans, in steps short enough to be single arcs.
-void add_odometry_of_gap(Localiser& localiser, const OdometryTrack& odometry, LogTime from,
-                         LogTime to) {
+void add_odometry_of_gap(detail::RecordedLocaliser& localiser, const OdometryTrack& odometry,
+                         LogTime from, LogTime to) {
   constexpr Duration kStep{500'000'000};
   if (to - from <= 2 * kStep) return;
   const auto steps = std::min<std::int64_t>((to - from) / kStep, 7200);
@@ -25,6 +27,33 @@ void add_odometry_of_gap(Localiser& localiser, const OdometryTrack& odometry, Lo
     static_cast<void>(localiser.add_motion(time, odometry.at(time)).has_value());
   }
 }
+
+/// The library's own, which checks its scans itself.
+class RecordedByLibrary final : public detail::RecordedLocaliser {
+ public:
+  RecordedByLibrary(Localiser& localiser, const LocalisationControl& control)
+      : localiser_(localiser), control_(control) {}
+  void before(std::size_t scan) override {
+    if (control_.before_scan) control_.before_scan(scan, localiser_);
+  }
+  Result<void> add_motion(LogTime time, const Odometry& odometry) override {
+    return localiser_.add_motion(time, odometry);
+  }
+  Result<LocalisationOutcome> add_lidar(const LaserScan& scan, const Odometry& odometry) override {
+    return localiser_.add_scan(scan, odometry);
+  }
+  Result<LocalisationOutcome> add_radar(LogTime time, const PointSet& points_base,
+                                        const Odometry& odometry) override {
+    return localiser_.add_radar(time, points_base, odometry);
+  }
+  [[nodiscard]] std::vector<PoseParticle> particles() const override {
+    return localiser_.particles();
+  }
+
+ private:
+  Localiser& localiser_;
+  const LocalisationControl& control_;
+};
 
 /// A scan of one sensor.
 struct SensorScan {
@@ -68,18 +97,29 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
                                          const std::optional<Gaussian<SE2d>>& start,
                                          const LocalisationControl& control) {
   options.T_base_laser = recording.T_base_laser;
-  const OdometryTrack odometry(recording.odometry);
-  std::vector<GatheredRadar> radar;
-  if (options.use_radar && map->has(RangeSensor::radar))
-    radar = gather_radar(recording, odometry, {options.radar.frames, options.radar.longest_s});
-  const std::size_t lidar_scans = options.use_lidar ? recording.scans.size() : 0;
-  const auto scans_in_order = scans_by_time(std::span(recording.scans).first(lidar_scans), radar);
+  const detail::RecordedSensors sensors{options.use_lidar,
+                                        options.use_radar && map->has(RangeSensor::radar),
+                                        options.radar.frames, options.radar.longest_s};
   Localiser localiser(std::move(map), options, seed);
   if (start)
     if (auto ok = localiser.start_at(*start); !ok) return ok.error();
+  RecordedByLibrary recorded(localiser, control);
+  return detail::run(recorded, recording, sensors, control.progress, control.snapshots_at);
+}
+
+Result<LocalisationRun> detail::run(RecordedLocaliser& localiser, const Recording& recording,
+                                    const RecordedSensors& sensors,
+                                    const std::function<bool(double)>& progress,
+                                    std::span<const double> snapshots_at) {
+  const OdometryTrack odometry(recording.odometry);
+  std::vector<GatheredRadar> radar;
+  if (sensors.radar)
+    radar = gather_radar(recording, odometry, {sensors.radar_frames, sensors.radar_longest_s});
+  const std::size_t lidar_scans = sensors.lidar ? recording.scans.size() : 0;
+  const auto scans_in_order = scans_by_time(std::span(recording.scans).first(lidar_scans), radar);
   const std::size_t n = scans_in_order.size();
   std::vector<std::size_t> snapshots;
-  for (const double u : control.snapshots_at)
+  for (const double u : snapshots_at)
     if (!std::isnan(u))
       snapshots.push_back(static_cast<std::size_t>(std::clamp(u, 0.0, 1.0) *
                                                    static_cast<double>(n > 0 ? n - 1 : 0)));
@@ -87,12 +127,12 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
   detail::Refusals refused;
   for (std::size_t i = 0; i < n; ++i) {
     const SensorScan& scan = scans_in_order[i];
-    if (control.before_scan) control.before_scan(i, localiser);
+    localiser.before(i);
     if (!run.outcomes.empty())
       add_odometry_of_gap(localiser, odometry, run.outcomes.back().time, scan.time);
     const auto odometry_now = odometry.at(scan.time);
     auto outcome = scan.radar ? localiser.add_radar(scan.time, scan.radar->points, odometry_now)
-                              : localiser.add_scan(*scan.lidar, odometry_now);
+                              : localiser.add_lidar(*scan.lidar, odometry_now);
     if (!outcome) {
       refused.add(outcome, (scan.radar ? "radar scan " : "scan ") + std::to_string(scan.index));
     } else if (!run.outcomes.empty() && run.outcomes.back().time == outcome->time) {
@@ -102,8 +142,7 @@ Result<LocalisationRun> run_localisation(const Recording& recording,
     }
     if (std::find(snapshots.begin(), snapshots.end(), i) != snapshots.end())
       run.snapshots.push_back({scan.time, localiser.particles()});
-    if (control.progress && !control.progress(static_cast<double>(i + 1) / static_cast<double>(n)))
-      break;
+    if (progress && !progress(static_cast<double>(i + 1) / static_cast<double>(n))) break;
   }
   if (run.outcomes.empty())
     return Error{ErrorCode::invalid,

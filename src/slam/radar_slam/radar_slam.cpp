@@ -125,15 +125,20 @@ class RadarSlam::Engine {
     if (!filter_) begin(time);
     Result<RbpfOutcome> outcome = RbpfOutcome{};
     std::optional<SE2d> seen;  // motion since the last update, by a match
+    MatcherErrors errors;
     bool now = due(time, sensor, moved_.mean);
     if (enough && !now && sensor == kLidar && options_.match_skipped) {
-      seen = motion_by_match(points);
+      seen = motion_by_match(points, errors);
       now = seen && due(time, sensor, *seen);
     }
     if (enough && now) {
-      outcome = update(time, sensor, points, scan);
+      outcome = update(time, sensor, points, scan, errors);
       seen.reset();
     }
+    MatcherErrors placed;
+    placed.add(errors, "scan");
+    statistics_.matcher_errors.add(placed);
+    if (outcome) outcome->matcher_errors = std::move(placed);
     scans_.push_back({time, increments_.size(), seen.value_or(moved_.mean), seen.has_value()});
     return outcome;
   }
@@ -163,12 +168,13 @@ class RadarSlam::Engine {
   /// The motion since the last update, by matching to the best particle's map. Not used as motion
   /// of the next update: the same walls would count twice, and a robot creeping along a corridor
   /// would never seem to have moved.
-  std::optional<SE2d> motion_by_match(const PointSet& points) {
+  std::optional<SE2d> motion_by_match(const PointSet& points, MatcherErrors& errors) {
     const RbpfParticle<RbpfMaps>& best = filter_->particles()[filter_->best()];
     Gaussian<SE2d> expected{best.pose * moved_.mean, moved_.covariance};
     expected.covariance += 1e-10 * Eigen::Matrix3d::Identity();
     const auto found = workers_.front().match[kLidar].track(best.map.lidar, points, expected,
                                                             best.pose * tracked_);
+    errors.add(workers_.front().match[kLidar].take_errors());
     if (!found) return std::nullopt;
     tracked_ = best.pose.inverse() * found->pose.mean;
     return tracked_;
@@ -176,14 +182,15 @@ class RadarSlam::Engine {
 
   /// Steps 4 to 8.
   Result<RbpfOutcome> update(LogTime time, Sensor sensor, const PointSet& points,
-                             const LaserScan* scan) {
+                             const LaserScan* scan, MatcherErrors& errors) {
     Gaussian<SE2d> motion = moved_;
     motion.covariance += 1e-10 * Eigen::Matrix3d::Identity();
     const bool first = !sensors_[sensor].has_scans, map_due_now = map_due(sensor);
-    if (!first && sensor == kLidar) (void)motion_by_match(points);
+    if (!first && sensor == kLidar) (void)motion_by_match(points, errors);
     const PointSet seen = map_due_now && scan != nullptr ? walls_of(*scan) : points;
     std::vector<DrawnPose> drawn(options_.particles);
     std::vector<double> turned(options_.particles, 0.0);
+    std::vector<MatcherErrors> errors_of(options_.particles);
     const auto step = [&](RbpfParticle<RbpfMaps>& particle, Rng& rng, std::size_t w) {
       Worker& worker = workers_[w];
       const Gaussian<SE2d> expected{particle.pose * motion.mean, motion.covariance};
@@ -195,12 +202,14 @@ class RadarSlam::Engine {
       if (map_due_now) map(particle, sensor, seen, worker.raster);
       const auto index = static_cast<std::size_t>(&particle - filter_->particles().data());
       drawn[index] = s;
+      errors_of[index] = worker.match[sensor].take_errors();
       turned[index] = (expected.mean.rotation().inverse() * s.pose.rotation()).angle().radians();
       return s.log_factor;
     };
     const auto weighed = filter_->update(time, step, [&](std::size_t n, const auto& f) {
       parallel_for_workers(n, options_.threads, f);
     });
+    for (const MatcherErrors& e : errors_of) errors.add(e);
     RbpfOutcome outcome;
     outcome.updated = true;
     if (weighed) outcome.particles_refused = weighed->refused;

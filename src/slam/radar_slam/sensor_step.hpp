@@ -15,6 +15,7 @@
 #include <wayfare/match/correlative.hpp>
 #include <wayfare/match/gauss_newton.hpp>
 #include <wayfare/match/pose_proposal.hpp>
+#include <wayfare/slam/detail/check_match.hpp>
 #include <wayfare/slam/radar_slam.hpp>
 
 namespace wayfare {
@@ -58,6 +59,9 @@ class SensorStep {
     const SE2d pose = sample(expected, rng);
     return {pose, log_likelihood(points, pose)};
   }
+
+  /// Of the matcher since the last call.
+  [[nodiscard]] MatcherErrors take_errors() { return std::exchange(errors_, {}); }
 
   /// The match alone, searched in a wide window around `tracked` if necessary.
   [[nodiscard]] std::optional<ScanMatch> track(const OccupancyGrid& map, const PointSet& points,
@@ -114,7 +118,12 @@ class SensorStep {
     const Eigen::Matrix3d information = expected.covariance.inverse();
     const auto coarse = matcher_->match(view, every_kth(points, options_.search_points),
                                         expected.mean, window, match_options(information));
+    if (!coarse) errors_.add(coarse.error());
     if (!coarse || !*coarse) return std::nullopt;
+    if (auto ok = detail::check_match(**coarse); !ok) {
+      errors_.add(ok.error());
+      return std::nullopt;
+    }
     return refined(view, points, **coarse, expected, information);
   }
 
@@ -208,6 +217,7 @@ class SensorStep {
   LikelihoodField view_, wide_view_;
   PrecomputationGrids pyramid_;
   std::unique_ptr<detail::ParticleMatcher> matcher_;
+  MatcherErrors errors_;
   BranchAndBoundMatcher far_matcher_;
   PoseProposal proposal_;
 };

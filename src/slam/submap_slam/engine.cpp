@@ -31,6 +31,7 @@ detail::SubmapMaps default_maps(const SubmapSlamOptions& options) {
 
 SubmapSlamSystem::Engine::Engine(const SubmapSlamOptions& options, detail::SubmapMaps maps)
     : options_(with_valid_counts(options)),
+      matcher_(std::move(maps.matcher)),
       motion_model_(options.odometry, options.constant_velocity),
       tracker_(options_, std::move(maps.growing)),
       search_(options_, std::move(maps.finished)) {}
@@ -46,13 +47,17 @@ Result<ScanOutcome> SubmapSlamSystem::Engine::add_scan(const LaserScan& scan,
   const std::size_t before = map_.nodes.size();
   const Motion motion = predict(scan.time, odometry, hint.turn);
   Result<Placed> found = Placed{odometry.value_or(SE2d()), 0.0, true};
+  MatcherErrors errors;
   if (before > 0)
-    found = place(*points, motion,
-                  odometry ? std::optional(predict(scan.time, {}, hint.turn)) : std::nullopt);
+    found =
+        place(*points, motion,
+              odometry ? std::optional(predict(scan.time, {}, hint.turn)) : std::nullopt, errors);
   if (!found) return found.error();
   const Placed& placed = *found;
   ScanOutcome outcome;
-  if (join_at_ && statistics_.scans >= *join_at_) outcome.loop_closures = join_loops();
+  outcome.matcher_errors.add(errors, "scan");
+  statistics_.matcher_errors.add(outcome.matcher_errors);
+  if (join_at_ && statistics_.scans >= *join_at_) join_loops(outcome);
   move(motion, placed);
   outcome.score = placed.score;
   outcome.matched = placed.matched;
@@ -81,32 +86,33 @@ Result<PointSet> SubmapSlamSystem::Engine::points_of(const LaserScan& scan) cons
 
 Motion SubmapSlamSystem::Engine::predict(LogTime time, const std::optional<SE2d>& odometry,
                                          const std::optional<Angle>& turn) const {
-  Motion motion = motion_model_.predict(time, odometry);
+  const Motion motion = motion_model_.predict(time, odometry);
   if (!turn) return motion;
-  motion.increment = SE2d(motion.increment.translation(), SO2d(*turn));
-  motion.sigma[2] =
-      options_.gyro_floor.radians() + options_.gyro_per_rad * std::abs(turn->radians());
-  motion.sigma = at_least_rounding(motion.sigma);
-  return motion;
+  Eigen::Vector3d by_gyro = motion.sigma;
+  by_gyro[2] = options_.gyro_floor.radians() + options_.gyro_per_rad * std::abs(turn->radians());
+  const auto sigma = at_least_rounding(by_gyro);
+  if (!sigma) return motion;
+  return {SE2d(motion.increment.translation(), SO2d(*turn)), *sigma};
 }
 
 /// Matches around the prediction `motion`. If that is odometry, contradicts `by_velocity` and
 /// agrees poorly, tries the latter too: counters are reset, wheels lifted.
 Result<SubmapSlamSystem::Engine::Placed> SubmapSlamSystem::Engine::place(
-    const PointSet& points, const Motion& motion, const std::optional<Motion>& by_velocity) const {
+    const PointSet& points, const Motion& motion, const std::optional<Motion>& by_velocity,
+    MatcherErrors& errors) const {
   const SE2d expected = T_local_base_ * motion.increment;
   // After unmatched scans the error may exceed that of one motion.
   const Eigen::Vector3d most(1.0, 1.0, Angle::degrees(60).radians());
   const Eigen::Vector3d sigma =
       motion.accumulated(since_match_).diagonal().cwiseSqrt().cwiseMin(most);
-  auto found = tracker_.place(map_, points, expected, {motion.increment, sigma});
+  auto found = tracker_.place(map_, points, expected, {motion.increment, sigma}, errors);
   if (!found) return found.error();
   const bool poor = !*found || (*found)->score < options_.tracked_score;
   if (by_velocity && (poor || jumps(motion, *by_velocity)) &&
       contradicts(motion, *by_velocity, options_.search_sigmas)) {
     constexpr double kMargin = 0.05;
     const auto other =
-        tracker_.place(map_, points, T_local_base_ * by_velocity->increment, *by_velocity);
+        tracker_.place(map_, points, T_local_base_ * by_velocity->increment, *by_velocity, errors);
     if (!other) return other.error();
     if (*other && (*other)->score > (*found ? (*found)->score : 0.0) + kMargin) found = other;
   }
@@ -209,14 +215,16 @@ void SubmapSlamSystem::Engine::begin_search() {
     join_at_ = statistics_.scans + static_cast<std::uint64_t>(options_.loop_latency_scans);
 }
 
-int SubmapSlamSystem::Engine::join_loops() {
+void SubmapSlamSystem::Engine::join_loops(ScanOutcome& outcome) {
   join_at_.reset();
   const Loops& found = search_.result();
   map_.graph.edges.insert(map_.graph.edges.end(), found.edges.begin(), found.edges.end());
   statistics_.loop_closures += found.edges.size();
   statistics_.loops_refused += found.refused;
+  statistics_.matcher_errors.add(found.errors, "loop");
+  outcome.loop_closures = static_cast<int>(found.edges.size());
+  outcome.matcher_errors.add(found.errors, "loop");
   if (!found.edges.empty()) (void)optimise(5, 1e-4);  // on failure the poses are unchanged
-  return static_cast<int>(found.edges.size());
 }
 
 /// Only without a running search: its edges refer to poses.
@@ -245,9 +253,10 @@ Result<void> SubmapSlamSystem::Engine::optimise(int iterations, double min_gain)
 }
 
 Result<void> SubmapSlamSystem::Engine::finish() {
-  if (join_at_) join_loops();
+  ScanOutcome of_none;
+  if (join_at_) join_loops(of_none);
   // Search once more, for loops closed by the very last nodes.
-  if (nodes_since_search_ > 0 && search_.begin(map_)) join_loops();
+  if (nodes_since_search_ > 0 && search_.begin(map_)) join_loops(of_none);
   if (map_.nodes.size() < 2) return {};
   return optimise(50, 1e-6);
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <wayfare/slam/detail/loops.hpp>
@@ -46,7 +47,8 @@ class SubmapSlamSystem::Engine {
   [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry,
                                const std::optional<Angle>& turn) const;
   [[nodiscard]] Result<Placed> place(const PointSet& points, const Motion& motion,
-                                     const std::optional<Motion>& by_velocity) const;
+                                     const std::optional<Motion>& by_velocity,
+                                     MatcherErrors& errors) const;
   void move(const Motion& motion, const Placed& placed);
   [[nodiscard]] bool is_due(bool matched) const;
   Result<void> add_node(const PointSet& points, const Placed& placed);
@@ -54,7 +56,7 @@ class SubmapSlamSystem::Engine {
   [[nodiscard]] Eigen::Matrix3d match_information(const Eigen::Matrix3d& matched, double length_m,
                                                   double turn_rad) const;
   Result<void> end_submaps(bool lost);
-  int join_loops();
+  void join_loops(ScanOutcome& outcome);
   void begin_search();
   void forget();
   Result<void> optimise(int iterations, double min_gain);
@@ -62,6 +64,7 @@ class SubmapSlamSystem::Engine {
   friend struct SubmapState;
 
   SubmapSlamOptions options_;
+  std::string matcher_;  // its name
   MotionModel motion_model_;
   LocalTracker tracker_;
   LoopSearch search_;

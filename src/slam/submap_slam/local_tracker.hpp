@@ -40,11 +40,13 @@ class LocalTracker {
     Eigen::Matrix3d covariance;
     double openness = 0.0;  ///< as LocalPlacement's
   };
-  /// Nothing without agreement nearby; an Error for a match that is not valid.
+  /// Nothing without agreement nearby; an Error for a match that is not valid. Errors of the
+  /// matcher are added to `errors`.
   [[nodiscard]] Result<std::optional<Placement>> place(const SubmapGraph& map,
                                                        const PointSet& points,
                                                        const SE2d& T_local_expected,
-                                                       const Motion& motion) const {
+                                                       const Motion& motion,
+                                                       MatcherErrors& errors) const {
     constexpr std::size_t kFewestPoints = 10;
     if (points.size() < kFewestPoints) return std::optional<Placement>();
     MatchOptions options;
@@ -54,12 +56,12 @@ class LocalTracker {
     options.covariance = true;
     const Eigen::Vector3d reach = options_.search_sigmas * motion.sigma;
     const double half_m = std::max(reach[0], reach[1]);
-    auto best =
-        match(map, points, T_local_expected, {half_m, half_m, Angle::radians(reach[2])}, options);
+    auto best = match(map, points, T_local_expected, {half_m, half_m, Angle::radians(reach[2])},
+                      options, errors);
     if (!best) return best.error();
     if (!*best || (*best)->score < options_.tracked_score) {
       constexpr double kMargin = 0.05;
-      const auto other = search_wider(map, points, T_local_expected, motion);
+      const auto other = search_wider(map, points, T_local_expected, motion, errors);
       if (!other) return other.error();
       if (*other && (*other)->score > (*best ? (*best)->score : 0.0) + kMargin) best = other;
     }
@@ -109,10 +111,10 @@ class LocalTracker {
 
   [[nodiscard]] Result<Match> match(const SubmapGraph& map, const PointSet& points,
                                     const SE2d& T_local_prior, const SearchWindow& window,
-                                    const MatchOptions& options) const {
+                                    const MatchOptions& options, MatcherErrors& errors) const {
     const SE2d& T_local_submap = matched_submap(map).T_local_submap;
     auto found = match_in(*active_.front().map, points, T_local_submap.inverse() * T_local_prior,
-                          window, options);
+                          window, options, errors);
     if (!found || !*found) return found;
     (*found)->T_map_points = T_local_submap * (*found)->T_map_points;
     return found;
@@ -120,8 +122,8 @@ class LocalTracker {
 
   /// All poses in a window around the prediction, in a field with a wide basin of attraction.
   [[nodiscard]] Result<Match> search_wider(const SubmapGraph& map, const PointSet& points,
-                                           const SE2d& T_local_expected,
-                                           const Motion& motion) const {
+                                           const SE2d& T_local_expected, const Motion& motion,
+                                           MatcherErrors& errors) const {
     constexpr double kOutlierProbability = 0.2, kPriorWeight = 0.25, kIndependentPoints = 8.0;
     const Submap& s = matched_submap(map);
     std::vector<PointSet> scans;
@@ -145,7 +147,8 @@ class LocalTracker {
     options = {};
     options.min_score = options_.min_score;
     options.covariance = true;
-    return match(map, points, (*found)->T_map_points, {0.3, 0.3, Angle::degrees(5)}, options);
+    return match(map, points, (*found)->T_map_points, {0.3, 0.3, Angle::degrees(5)}, options,
+                 errors);
   }
 
   SubmapSlamOptions options_;

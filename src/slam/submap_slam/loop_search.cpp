@@ -96,7 +96,7 @@ PointSet LoopSearch::context(const SubmapGraph& map) const {
 
 Loops LoopSearch::search(Query& query) {
   for (Candidate& c : query.candidates) c.tables = tables(c);
-  std::vector<std::optional<PoseEdge<SE2d>>> matches(query.candidates.size());
+  std::vector<LoopMatch> matches(query.candidates.size(), std::optional<PoseEdge<SE2d>>());
   parallel_for(matches.size(), options_.threads - 1,
                [&](std::size_t i) { matches[i] = match(query, query.candidates[i]); });
   return Loops(matches);
@@ -133,21 +133,25 @@ std::shared_ptr<const LoopSearch::Tables> LoopSearch::make_tables(const Candidat
 }
 
 /// Coarse search with the points of the latest nodes, refinement with those of the last one.
-std::optional<PoseEdge<SE2d>> LoopSearch::match(const Query& query, const Candidate& c) const {
-  if (c.tables->field.grid().empty()) return std::nullopt;
+LoopMatch LoopSearch::match(const Query& query, const Candidate& c) const {
+  std::optional<PoseEdge<SE2d>> edge;
+  if (c.tables->field.grid().empty()) return edge;
   const SearchWindow window = loop_window(c.covariance, options_.loop_reach_m);
   MatchOptions options;
   options.min_score = window.half_x_m > 1.0 ? options_.wide_loop_score : options_.loop_score;
   BranchAndBoundMatcher far;
   const auto found = far.match(c.tables->field, query.context, c.T_submap_node, window, options);
-  if (!found || !*found) return std::nullopt;
+  if (!found || !*found) return edge;
   options = {};
   options.independent_points = options_.independent_points;
   options.covariance = true;
   options.min_score = options_.min_score;
+  MatcherErrors errors;
   const auto near = match_in(*c.tables->map, query.points, (*found)->T_map_points,
-                             {0.3, 0.3, Angle::degrees(6)}, options);
-  if (!near || !*near) return std::nullopt;
+                             {0.3, 0.3, Angle::degrees(6)}, options, errors);
+  if (!near) return near.error();
+  if (errors.count > 0) return Error{ErrorCode::numerical, errors.first};
+  if (!*near) return edge;
   const Eigen::Vector3d floor(0.04, 0.04, Angle::degrees(0.6).radians());
   const OpenDirection open = open_direction(**near, query.points);
   const Eigen::Matrix3d covariance =
@@ -160,9 +164,9 @@ std::optional<PoseEdge<SE2d>> LoopSearch::match(const Query& query, const Candid
   const auto nearest =
       std::min_element(c.scans.begin(), c.scans.end(),
                        [&](const auto& a, const auto& b) { return away(a) < away(b); });
-  return PoseEdge<SE2d>{nearest->pose, query.pose,
-                        nearest->T_submap_node.inverse() * T_submap_found, covariance.inverse(),
-                        true};
+  edge = {nearest->pose, query.pose, nearest->T_submap_node.inverse() * T_submap_found,
+          covariance.inverse(), true};
+  return edge;
 }
 
 std::size_t LoopSearch::Tables::bytes() const {

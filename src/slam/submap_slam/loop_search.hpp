@@ -68,8 +68,7 @@ class LoopSearch {
   [[nodiscard]] Loops search(Query& query);
   [[nodiscard]] std::shared_ptr<const Tables> tables(const Candidate& candidate);
   [[nodiscard]] std::shared_ptr<const Tables> make_tables(const Candidate& candidate) const;
-  [[nodiscard]] std::optional<PoseEdge<SE2d>> match(const Query& query,
-                                                    const Candidate& candidate) const;
+  [[nodiscard]] LoopMatch match(const Query& query, const Candidate& candidate) const;
 
   SubmapSlamOptions options_;
   MakeMap make_map_;

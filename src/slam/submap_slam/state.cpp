@@ -21,7 +21,9 @@
 namespace wayfare {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x32'50'41'4d'42'55'53'57;  // "WSUBMAP2", least byte first
+// The formats, least byte first. The earlier one does not tell the matcher, nor its errors.
+constexpr std::uint64_t kMagic = 0x33'50'41'4d'42'55'53'57;         // "WSUBMAP3"
+constexpr std::uint64_t kEarlierMagic = 0x32'50'41'4d'42'55'53'57;  // "WSUBMAP2"
 
 /// FNV-1a, to detect a damaged file.
 std::uint64_t digest(std::span<const std::uint8_t> bytes) {
@@ -136,6 +138,21 @@ void each(A& a, std::vector<T>& values, const Each& one) {
     for (T& value : values) one(value);
   }
 }
+template <class A>
+void field(A& a, std::string& text) {
+  std::vector<char> letters(text.begin(), text.end());
+  each(a, letters, [&](char& c) {
+    auto byte = static_cast<std::uint8_t>(c);
+    a.number(byte);
+    c = static_cast<char>(byte);
+  });
+  text.assign(letters.begin(), letters.end());
+}
+template <class A>
+void field(A& a, MatcherErrors& errors) {
+  field(a, errors.count);
+  field(a, errors.first);
+}
 template <class A, class T, class Inner>
 void optional_field(A& a, std::optional<T>& value, const Inner& inner) {
   bool has = value.has_value();
@@ -206,6 +223,10 @@ struct SubmapState {
          {&pending.refused, &s.scans, &s.unmatched_scans, &s.nodes, &s.submaps,
           &s.forgotten_submaps, &s.loop_closures, &s.loops_refused, &s.optimisations})
       field(a, *n);
+  }
+  template <class A>
+  static void errors(A& a, SubmapSlamSystem::Engine& e, Loops& pending) {
+    fields(a, pending.errors, e.statistics_.matcher_errors);
   }
 
   /// Whether all indices are valid and the invariants of the class hold. The digest does not show
@@ -282,9 +303,11 @@ struct SubmapState {
 std::vector<std::uint8_t> SubmapSlamSystem::Engine::save() {
   StateWriter a;
   a.number(kMagic);
+  field(a, matcher_);
   Loops pending = search_.result();
   if (!join_at_) pending = {};
   SubmapState::all_fields(a, *this, pending);
+  SubmapState::errors(a, *this, pending);
   a.number(digest(a.bytes));
   return std::move(a.bytes);
 }
@@ -294,14 +317,21 @@ Result<void> SubmapSlamSystem::Engine::restore(std::span<const std::uint8_t> byt
     return Error{ErrorCode::parse, what, "saved map", 0, at};
   };
   constexpr std::size_t kFrame = 2 * sizeof(std::uint64_t);
-  if (bytes.size() < kFrame || decode::load_le<std::uint64_t>(bytes.data()) != kMagic)
-    return fault("not a map saved by submap SLAM", 0);
+  const std::uint64_t magic =
+      bytes.size() < kFrame ? 0 : decode::load_le<std::uint64_t>(bytes.data());
+  if (magic != kMagic && magic != kEarlierMagic) return fault("not a map saved by submap SLAM", 0);
   const auto content = bytes.first(bytes.size() - sizeof(std::uint64_t));
   if (decode::load_le<std::uint64_t>(bytes.data() + content.size()) != digest(content))
     return fault("damaged or truncated: the digest at its end does not match", content.size());
   StateReader a(content.subspan(sizeof(std::uint64_t)));
+  std::string matcher = matcher_;
+  if (magic == kMagic) field(a, matcher);
+  if (matcher != matcher_)
+    return fault("saved with the matcher \"" + matcher + "\", not with \"" + matcher_ + "\"",
+                 sizeof(std::uint64_t));
   Loops pending;
   SubmapState::all_fields(a, *this, pending);
+  if (magic == kMagic) SubmapState::errors(a, *this, pending);
   if (!a.ok() || a.left() != 0 || !SubmapState::is_valid(*this, pending))
     return fault("values that are not a valid map", sizeof(std::uint64_t) + a.at());
   search_.set_result(std::move(pending));

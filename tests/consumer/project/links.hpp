@@ -34,8 +34,8 @@ bool own_edges();
 /// A staircase is levelled by linear solvers of its own, which find what is not determined.
 bool own_solver();
 
-/// A room is mapped by graph SLAM with a matcher of its own.
+/// A room is mapped by graph, submap and Hector SLAM with a matcher of its own.
 bool own_matcher();
 
-/// A cart is found by a likelihood, a map and a model of odometry of its own.
+/// A cart is found by a likelihood, a map and a model of odometry of its own, also in a recording.
 bool own_localiser();

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include <wayfare/slam/basic_localiser.hpp>
+#include <wayfare/slam/run_localisation.hpp>
 
 // A likelihood, a map and a model of odometry of one's own: a cart on a floor whose brightness
 // changes from place to place is found anywhere on it.
@@ -39,10 +40,46 @@ struct Wheels {
   }
 };
 
+/// The walls at both ends of a corridor, of which a laser sees how far they are.
+struct Corridor {
+  double length_m = 12.0;
+  wayfare::SE2d random_pose(wayfare::Rng& rng) const {
+    return {rng.uniform(0.0, length_m), 0.0, wayfare::Angle()};
+  }
+};
+
+struct Ends {
+  double log_likelihood(const wayfare::SE2d& pose, const wayfare::LaserScan& scan,
+                        const Corridor& corridor) const {
+    const double ahead = corridor.length_m - pose.x() - static_cast<double>(scan.ranges_m[0]);
+    const double behind = pose.x() - static_cast<double>(scan.ranges_m[1]);
+    return -0.5 * (ahead * ahead + behind * behind) / 0.01;
+  }
+};
+
+bool whole_recording() {
+  using namespace wayfare;
+  Recording recording;
+  for (int k = 0; k < 30; ++k) {
+    const LogTime time = LogTime::from_seconds(0.5 * k);
+    const auto x = static_cast<float>(2.0 + 0.2 * k);
+    recording.scans.push_back({time, Angle(), Angle::degrees(180), 0.05F, 20.0F, {12.0F - x, x}});
+    recording.odometry.push_back(
+        {time, Transform2<frame::Odom, frame::Base>(SE2d(0.2 * k, 0.0, Angle()))});
+  }
+  MonteCarloOptions options;
+  options.min_candidates = 5000;
+  BasicLocaliser localiser(std::make_shared<const Corridor>(), Ends{}, Wheels{}, options, 1);
+  const auto run = run_localisation(recording, localiser);
+  return run && run->outcomes.size() == 30 &&
+         std::abs(run->outcomes.back().T_map_base.mean.x() - 7.8) < 0.1;
+}
+
 }  // namespace
 
 bool own_localiser() {
   using namespace wayfare;
+  if (!whole_recording()) return false;
   MonteCarloOptions options;
   options.min_candidates = 20000;
   BasicLocaliser localiser(std::make_shared<const Floor>(), Light{}, Wheels{}, options, 1);

@@ -23,15 +23,23 @@ struct ScanPose {
   SE2d T_node_base;
 };
 
+/// The edge of a candidate for a loop, if it is one; an Error of the matcher.
+using LoopMatch = Result<std::optional<PoseEdge<SE2d>>>;
+
 /// Result of a search for loops.
 struct Loops {
   std::vector<PoseEdge<SE2d>> edges;
   std::size_t refused = 0;  ///< candidates matched and rejected
+  MatcherErrors errors;     ///< of these candidates
 
   Loops() = default;
-  explicit Loops(const std::vector<std::optional<PoseEdge<SE2d>>>& matches) {
-    for (const auto& edge : matches)
-      if (edge) edges.push_back(*edge);
+  explicit Loops(const std::vector<LoopMatch>& matches) {
+    for (const LoopMatch& match : matches) {
+      if (!match)
+        errors.add(match.error());
+      else if (*match)
+        edges.push_back(**match);
+    }
     refused = matches.size() - edges.size();
   }
 };

@@ -8,6 +8,8 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -20,12 +22,34 @@
 #include <wayfare/match/scan_matcher.hpp>
 #include <wayfare/sensors/point_set.hpp>
 
-namespace wayfare::detail {
+namespace wayfare {
+
+namespace detail {
+
+template <class M>
+inline constexpr bool kMatchesProbabilities = requires {
+  requires std::same_as<typename M::Map, ProbabilityPyramid>;
+};
 
 /// A matcher in occupancy probabilities, whose tables the systems keep themselves.
 template <class M>
-concept ProbabilityMatcher = ScanMatcher<M> && std::copy_constructible<M> &&
-    std::same_as<typename M::Map, ProbabilityPyramid>;
+concept ProbabilityMatcher =
+    ScanMatcher<M> && std::copy_constructible<M> && kMatchesProbabilities<M>;
+
+}  // namespace detail
+
+/// A matcher of submap and Hector SLAM: it makes its own maps (MappingMatcher), or matches in the
+/// tables that the systems keep, with maps of type ProbabilityPyramid. Optional: `kName`, a static
+/// text, its name in saved states; else they have that of the type.
+template <class M>
+concept SlamMatcher = ScanMatcher<M> && std::copy_constructible<M> &&
+    requires(M matcher, std::span<const PlacedPoints> scans) {
+  requires detail::kMatchesProbabilities<M> || requires {
+    { matcher.make_map(scans) } -> std::same_as<Result<typename M::Map>>;
+  };
+};
+
+namespace detail {
 
 /// A map and its matcher, for one thread at a time.
 class MatchedMap {
@@ -44,6 +68,9 @@ class MatchedMap {
 class GrowingMap : public MatchedMap {
  public:
   virtual Result<void> add(const SE2d& T_map_points, const PointSet& points) = 0;
+  /// Whether wide windows must be searched from several headings: a matcher with maps of its own
+  /// may converge only from nearby.
+  [[nodiscard]] virtual bool is_local() const { return false; }
 };
 
 /// The map that a matcher makes of scans: when it is needed, or once of given ones.
@@ -60,6 +87,7 @@ class MadeMap final : public GrowingMap {
     map_.reset();
     return {};
   }
+  [[nodiscard]] bool is_local() const override { return true; }
   Result<std::optional<MatchResult>> match(const PointSet& points, const SE2d& prior,
                                            const SearchWindow& window,
                                            const MatchOptions& options) override {
@@ -151,25 +179,35 @@ class TableMap final : public MatchedMap {
   ProbabilityPyramid tables_;
 };
 
+/// Of a matcher in saved states: its `kName`, or else that of the type.
+template <class M>
+[[nodiscard]] std::string matcher_name() {
+  if constexpr (requires { std::string(M::kName); })
+    return std::string(M::kName);
+  else
+    return typeid(M).name();
+}
+
 /// Makes the maps of submap SLAM: of submaps that grow, and of finished ones for the refinement of
 /// loops, from several threads.
 struct SubmapMaps {
+  std::string matcher;  ///< its name
   std::function<std::unique_ptr<GrowingMap>()> growing;
   std::function<std::unique_ptr<MatchedMap>(std::span<const PlacedPoints>)> finished;
 };
 
 /// `origin`: of the scans' rays, in the points' axes.
-template <ScanMatcher M>
+template <SlamMatcher M>
 [[nodiscard]] SubmapMaps submap_maps(const M& growing, const M& finished,
                                      const MultiResolutionOptions& grid,
                                      const Eigen::Vector2d& origin) {
   if constexpr (ProbabilityMatcher<M>) {
-    return {[=] { return std::make_unique<GridMap<M>>(growing, grid, origin); },
+    return {matcher_name<M>(), [=] { return std::make_unique<GridMap<M>>(growing, grid, origin); },
             [=](std::span<const PlacedPoints> scans) {
               return std::make_unique<TableMap<M>>(finished, single_table(scans, grid, origin));
             }};
   } else {
-    return {[=] { return std::make_unique<MadeMap<M>>(growing); },
+    return {matcher_name<M>(), [=] { return std::make_unique<MadeMap<M>>(growing); },
             [=](std::span<const PlacedPoints> scans) {
               return std::make_unique<MadeMap<M>>(finished, scans);
             }};
@@ -179,7 +217,7 @@ template <ScanMatcher M>
 /// Makes the map of Hector SLAM, given the grids to which it adds every scan of the map as well.
 using MakeHectorMap = std::function<std::unique_ptr<GrowingMap>(const MultiResolutionGrid&)>;
 
-template <ScanMatcher M>
+template <SlamMatcher M>
 [[nodiscard]] MakeHectorMap hector_map(const M& matcher) {
   if constexpr (ProbabilityMatcher<M>) {
     return [=](const MultiResolutionGrid& grid) {
@@ -190,4 +228,5 @@ template <ScanMatcher M>
   }
 }
 
-}  // namespace wayfare::detail
+}  // namespace detail
+}  // namespace wayfare

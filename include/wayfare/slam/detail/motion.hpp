@@ -33,11 +33,13 @@ struct Motion {
   return sigma.cwiseAbs2().cwiseInverse().asDiagonal();
 }
 
-/// A motion without noise has no information matrix: at least 1 µm and 1 µrad, also in place of
-/// NaN.
-[[nodiscard]] inline Eigen::Vector3d at_least_rounding(const Eigen::Vector3d& sigma) {
+/// A motion without noise has no information matrix: at least 1 µm and 1 µrad. Nothing where one of
+/// them is NaN: such a motion is not known.
+[[nodiscard]] inline std::optional<Eigen::Vector3d> at_least_rounding(
+    const Eigen::Vector3d& sigma) {
   constexpr double kLeast = 1e-6;
-  return (sigma.array() > kLeast).select(sigma, kLeast);
+  if (sigma.hasNaN()) return std::nullopt;
+  return sigma.cwiseMax(kLeast);
 }
 
 /// Whether a motion reaches this travel or heading change.
@@ -59,17 +61,19 @@ class MotionModel {
   MotionModel(const MotionNoise& odometry, const MotionNoise& constant_velocity)
       : odometry_noise_(odometry), velocity_noise_(constant_velocity) {}
 
-  /// From the last scan to `time`: the odometry increment if both ends are known, else, or if it is
-  /// a leap, at the velocity between the last two scans.
+  /// From the last scan to `time`: the odometry increment if both ends and its noise are known and
+  /// it is no leap, else at the velocity between the last two scans. Where the noise of that is NaN
+  /// it is 1 m and 1 rad.
   [[nodiscard]] Motion predict(LogTime time, const std::optional<SE2d>& odometry) const {
     if (!last_) return {};
     if (odometry && last_->odometry) {
       const SE2d increment = last_->odometry->inverse() * *odometry;
-      if (increment.translation().norm() < kLongestMotion_m)
-        return {increment, at_least_rounding(sigma_of(increment, odometry_noise_))};
+      const auto sigma = at_least_rounding(sigma_of(increment, odometry_noise_));
+      if (sigma && increment.translation().norm() < kLongestMotion_m) return {increment, *sigma};
     }
     const SE2d increment = SE2d::exp(velocity_ * interval_s(time));
-    return {increment, at_least_rounding(sigma_of(increment, velocity_noise_))};
+    const auto sigma = at_least_rounding(sigma_of(increment, velocity_noise_));
+    return {increment, sigma.value_or(Eigen::Vector3d::Ones())};
   }
 
   /// Adds a scan's estimated pose. Timestamp jitter makes short intervals look fast: an interval

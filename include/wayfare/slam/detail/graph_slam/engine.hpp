@@ -45,7 +45,7 @@ class GraphSlamEngine {
     if (!placed) return placed;
     ScanOutcome& outcome = *placed;
     motion_model_.update(scan.time, pose_, odometry);
-    if (outcome.became_node) outcome.loop_closures = close_loops();
+    if (outcome.became_node) close_loops(outcome);
     outcome.T_map_base = MapPose(pose_);
     scans_.push_back({scan.time, nodes_.latest(), latest_node().inverse() * pose_});
     count(outcome);
@@ -107,11 +107,13 @@ class GraphSlamEngine {
   /// Tracks the scan; adds a node if one is due. Changes nothing if the matching is in error.
   Result<ScanOutcome> track_scan(const PointSet& points, const Motion& motion) {
     const auto track = tracker_.place(nodes_, points, pose_ * motion.increment, motion);
+    const MatcherErrors errors = tracker_.take_errors();
     if (!track) return track.error();
     const auto& [match, widened] = *track;
     pose_ = match.T_map_points;
     since_node_ = motion.accumulated(since_node_);
     ScanOutcome outcome;
+    outcome.matcher_errors.add(errors, "scan");
     outcome.score = match.score;
     outcome.matched = match.score >= options_.lost_score;
     const SE2d step = latest_node().inverse() * pose_;
@@ -138,14 +140,15 @@ class GraphSlamEngine {
            since_node_.inverse();
   }
 
-  int close_loops() {
+  void close_loops(ScanOutcome& outcome) {
     const Loops loops = loop_closer_.search(nodes_);
     auto& edges = nodes_.graph().edges;
     edges.insert(edges.end(), loops.edges.begin(), loops.edges.end());
     statistics_.loop_closures += loops.edges.size();
     statistics_.loops_refused += loops.refused;
     if (!loops.edges.empty() && optimise(5, 1e-4)) nodes_have_moved(latest_node());
-    return static_cast<int>(loops.edges.size());
+    outcome.loop_closures = static_cast<int>(loops.edges.size());
+    outcome.matcher_errors.add(loops.errors, "loop");
   }
 
   /// Corrects the pose of the latest scan after a change of the graph.
@@ -163,6 +166,7 @@ class GraphSlamEngine {
   void count(const ScanOutcome& outcome) {
     const bool first = statistics_.scans++ == 0;
     statistics_.unmatched_scans += outcome.matched || first ? 0 : 1;
+    statistics_.matcher_errors.add(outcome.matcher_errors);
   }
 
   [[nodiscard]] const SE2d& latest_node() const { return nodes_.pose(nodes_.latest()); }

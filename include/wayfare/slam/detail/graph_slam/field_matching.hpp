@@ -47,12 +47,14 @@ class FieldMatching {
 
   /// The pose of the latest scan at a loop found in a field of the scans `around`; always agrees.
   /// `map` is overwritten.
-  [[nodiscard]] std::optional<Placement> confirm(std::span<const PlacedPoints> around,
-                                                 const PointSet& points, const SE2d& found,
-                                                 LocalMap& map) const {
+  [[nodiscard]] Result<std::optional<Placement>> confirm(std::span<const PlacedPoints> around,
+                                                         const PointSet& points, const SE2d& found,
+                                                         LocalMap& map) const {
     map.render(around, options_.cell_m, options_.sharp_sigma_m);
-    return map.refine(points, found);
+    return std::optional(map.refine(points, found));
   }
+
+  [[nodiscard]] static MatcherErrors take_errors() { return {}; }
 
   /// In a field of all nodes nearby, at all headings.
   [[nodiscard]] static Placement search_nearby(const NodeMap& nodes, const PointSet& points,

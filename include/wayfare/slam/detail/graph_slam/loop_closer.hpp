@@ -33,7 +33,7 @@ class LoopCloser {
     const std::vector<Candidate> tried = candidates(nodes);
     if (tried.empty()) return {};
     const PointSet seen = context(nodes);
-    std::vector<std::optional<PoseEdge<SE2d>>> matches(tried.size());
+    std::vector<LoopMatch> matches(tried.size(), std::optional<PoseEdge<SE2d>>());
     parallel_for(tried.size(), options_.threads,
                  [&](std::size_t i) { matches[i] = match(nodes, tried[i], seen); });
     return Loops(matches);
@@ -101,9 +101,9 @@ class LoopCloser {
   }
 
   /// The edge from a candidate to the latest node, if the latest scans match there.
-  [[nodiscard]] std::optional<PoseEdge<SE2d>> match(const NodeMap& nodes,
-                                                    const Candidate& candidate,
-                                                    const PointSet& context) const {
+  [[nodiscard]] LoopMatch match(const NodeMap& nodes, const Candidate& candidate,
+                                const PointSet& context) const {
+    std::optional<PoseEdge<SE2d>> edge;
     const int latest = nodes.latest();
     const std::vector<PlacedPoints> around = nodes.chain(
         candidate.node - options_.loop_map_nodes,
@@ -116,13 +116,15 @@ class LoopCloser {
     const Placement found = reach > 0.6
                                 ? map.search_far(context, nodes.pose(latest), window, needed)
                                 : map.search(context, nodes.pose(latest), window);
-    if (found.score < needed) return std::nullopt;
+    if (found.score < needed) return edge;
     const auto sharp = matching_.confirm(around, nodes.points(latest), found.T_map_points, map);
-    if (!sharp) return std::nullopt;
-    const SE2d measurement = nodes.pose(candidate.node).inverse() * sharp->T_map_points;
-    const Eigen::Matrix3d information = match_information(*sharp, sharp->T_map_points.rotation(),
-                                                          0.04, Angle::degrees(0.6).radians());
-    return PoseEdge<SE2d>{candidate.node, latest, measurement, information, true};
+    if (!sharp) return sharp.error();
+    if (!*sharp) return edge;
+    const SE2d& pose = (*sharp)->T_map_points;
+    const Eigen::Matrix3d information =
+        match_information(**sharp, pose.rotation(), 0.04, Angle::degrees(0.6).radians());
+    edge = {candidate.node, latest, nodes.pose(candidate.node).inverse() * pose, information, true};
+    return edge;
   }
 
   GraphSlamOptions options_;

@@ -9,21 +9,13 @@
 
 #include <wayfare/core/result.hpp>
 #include <wayfare/match/scan_matcher.hpp>
+#include <wayfare/slam/detail/check_match.hpp>
 #include <wayfare/slam/detail/graph_slam/field_matching.hpp>
 #include <wayfare/slam/detail/graph_slam/node_map.hpp>
 #include <wayfare/slam/detail/graph_slam/placement.hpp>
-#include <wayfare/slam/detail/scans.hpp>
 #include <wayfare/slam/graph_slam.hpp>
 
 namespace wayfare::detail {
-
-/// Whether every number of a match that is used is finite.
-[[nodiscard]] inline bool finite(const MatchResult& match) {
-  return finite(match.T_map_points) && std::isfinite(match.score) &&
-         (!match.covariance || match.covariance->allFinite()) &&
-         (!match.constraint ||
-          (match.constraint->weakest.allFinite() && std::isfinite(match.constraint->share)));
-}
 
 /// The spread of a match, by what its matcher says of it: the scene's constraint, or a covariance.
 [[nodiscard]] Eigen::Matrix2d spread_of(const MatchResult& match);
@@ -38,65 +30,68 @@ class MatcherMatching {
 
   void render(const NodeMap& nodes) {
     const int latest = nodes.latest();
-    map_ = made(matcher_,
-                nodes.chain(latest - options_.local_nodes + 1, latest, options_.local_radius_m));
+    map_ = matcher_.make_map(
+        nodes.chain(latest - options_.local_nodes + 1, latest, options_.local_radius_m));
   }
 
   [[nodiscard]] Result<Placement> search(const PointSet& points, const SE2d& prior,
                                          const SearchWindow& window,
                                          const Eigen::Matrix3d& prior_information) {
-    return matched(matcher_, map_, points, prior, window, prior_information);
+    return matched(matcher_, map_, points, prior, window, errors_, prior_information);
   }
 
   [[nodiscard]] Result<Placement> search_around(const NodeMap& nodes, const PointSet& points,
                                                 const SE2d& prior) {
     const Placement found = FieldMatching::search_nearby(nodes, points, prior, options_);
     if (!(found.score > 0.0)) return Placement{prior};
-    const auto map = made(matcher_, nodes.around(found.T_map_points, kNear_m, kMostNear));
-    return matched(matcher_, map, points, found.T_map_points, kAtFound);
+    const Map map = matcher_.make_map(nodes.around(found.T_map_points, kNear_m, kMostNear));
+    return matched(matcher_, map, points, found.T_map_points, kAtFound, errors_);
   }
 
   /// The matcher's own result.
   [[nodiscard]] Placement refine(const PointSet&, const Placement& found) const { return found; }
 
-  /// Nothing if the matcher's score there is not that of a tracked scan, or its result not finite.
-  [[nodiscard]] std::optional<Placement> confirm(std::span<const PlacedPoints> around,
-                                                 const PointSet& points, const SE2d& found,
-                                                 LocalMap&) const {
+  /// Nothing if the matcher's score there is not that of a tracked scan.
+  [[nodiscard]] Result<std::optional<Placement>> confirm(std::span<const PlacedPoints> around,
+                                                         const PointSet& points, const SE2d& found,
+                                                         LocalMap&) const {
     M matcher = matcher_;  // candidates are matched in parallel
-    const auto at = matched(matcher, made(matcher, around), points, found, kAtFound);
-    if (!at || at->score < options_.tracked_score) return std::nullopt;
-    return *at;
+    MatcherErrors errors;
+    const auto at = matched(matcher, matcher.make_map(around), points, found, kAtFound, errors);
+    if (!at) return at.error();
+    if (errors.count > 0) return Error{ErrorCode::numerical, errors.first};
+    return at->score < options_.tracked_score ? std::nullopt : std::optional(*at);
   }
 
+  /// Since the last call.
+  [[nodiscard]] MatcherErrors take_errors() { return std::exchange(errors_, {}); }
+
  private:
-  using Map = std::optional<typename M::Map>;
+  using Map = Result<typename M::Map>;
 
   static constexpr double kNear_m = 4.0;
   static constexpr std::size_t kMostNear = 80;
   /// Several cells of a likelihood field.
   static constexpr SearchWindow kAtFound{0.3, 0.3, Angle::degrees(10)};
 
-  static Map made(M& matcher, std::span<const PlacedPoints> scans) {
-    auto map = matcher.make_map(scans);
-    if (!map) return std::nullopt;
-    return std::move(*map);
-  }
-
-  /// The prior with a score of 0 if there is no map, no match or an Error; an Error if the match is
-  /// not finite.
+  /// The prior with a score of 0 if there is no match, no map or an Error, which is added to
+  /// `errors`; an Error if the match is not valid.
   static Result<Placement> matched(
       M& matcher, const Map& map, const PointSet& points, const SE2d& prior,
-      const SearchWindow& window,
+      const SearchWindow& window, MatcherErrors& errors,
       const std::optional<Eigen::Matrix3d>& prior_information = std::nullopt) {
-    if (!map) return Placement{prior};
+    if (!map) {
+      errors.add(map.error());
+      return Placement{prior};
+    }
     MatchOptions options;
     options.prior_information = prior_information;
     options.independent_points = kIndependentPoints;
     options.covariance = true;
     const auto match = matcher.match(*map, points, prior, window, options);
+    if (!match) errors.add(match.error());
     if (!match || !*match) return Placement{prior};
-    if (!finite(**match)) return Error{ErrorCode::numerical, "the matcher's result is not finite"};
+    if (auto ok = check_match(**match); !ok) return ok.error();
     const SE2d& pose = (*match)->T_map_points;
     if (!within(pose, prior, window)) return Placement{prior};
     return Placement{pose, (*match)->score, spread_of(**match)};
@@ -114,7 +109,8 @@ class MatcherMatching {
 
   GraphSlamOptions options_;
   M matcher_;
-  Map map_;  // of the latest nodes
+  Map map_ = Error{ErrorCode::not_found, "no map yet"};  // of the latest nodes
+  MatcherErrors errors_;                                 // of tracking
 };
 
 }  // namespace wayfare::detail

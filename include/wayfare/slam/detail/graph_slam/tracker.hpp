@@ -25,7 +25,7 @@ class Tracker {
       : options_(options), matching_(matching) {}
 
   /// The scan's pose by the local map; `prior`, predicted by `motion`, if nothing agrees. An Error
-  /// is the matching's.
+  /// is that of a result of the matching that is not valid.
   [[nodiscard]] Result<Track> place(const NodeMap& nodes, const PointSet& points, const SE2d& prior,
                                     const Motion& motion) {
     constexpr std::size_t kFewestPoints = 10;
@@ -43,6 +43,9 @@ class Tracker {
     const Placement sharp = matching_.refine(points, *best);
     return Track{{settle(sharp, prior, motion), best->score, sharp.spread}, widened};
   }
+
+  /// Of the matching since the last call.
+  [[nodiscard]] MatcherErrors take_errors() { return matching_.take_errors(); }
 
   /// A node was added, or nodes have moved.
   void nodes_changed() { maps_are_old_ = true; }
