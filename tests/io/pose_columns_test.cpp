@@ -60,7 +60,7 @@ TEST(PoseColumns, NamesWhatIsWrong) {
               HasSubstr("truth.csv:3: expected 3 fields, found 2"));
   EXPECT_THAT(pose_fault("t_s,x_m,y_m\n0,1,2\n1,nan,2\n"),
               HasSubstr("truth.csv:3: not a finite pose"));
-  EXPECT_THAT(pose_fault("t_s,x_m,y_m,yaw_deg\n0,1,2,0\n1,1,2,\n"), HasSubstr("not a finite pose"));
+  EXPECT_THAT(pose_fault("t_s,x_m,yaw_deg,y_m\n0,1,0,2\n1,1,,2\n"), HasSubstr("not a finite pose"));
   EXPECT_THAT(pose_fault("t_s,x_m\n0,1\n"), HasSubstr("has no column for y"));
   EXPECT_THAT(pose_fault("t_s,x_m,y_m,qx,qw\n0,1,2,0,1\n"), HasSubstr("has no column for qy, qz"));
   EXPECT_THAT(pose_fault("t_s,x_deg,y_m\n0,1,2\n"), HasSubstr("needs one of the units"));
