@@ -206,6 +206,10 @@ TEST(ErrorTable, HasARowForEachAlignment) {
   EXPECT_EQ(table.rows()[1][4], fixed(all[0].errors.rigid.translation_m.rmse, 3));
   EXPECT_EQ(table.rows()[3][1], "\u2013");
   EXPECT_EQ(error_table(all, true).rows().size(), 6U);
+  const std::vector<Evaluated> points = {{"one", evaluate(run.estimate, {run.truth, false})}};
+  ASSERT_EQ(error_table(points).rows().size(), 1U);
+  EXPECT_EQ(error_table(points).rows()[0][0], "one, aligned");
+  EXPECT_EQ(error_table(points).rows()[0][3], "\u2013");
   EXPECT_EQ(alignment_table(all).rows()[0][1], "200");
   EXPECT_EQ(alignment_table(all).rows()[1][1], "0");
 }

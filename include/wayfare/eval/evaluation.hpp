@@ -127,9 +127,10 @@ struct Evaluated {
   Evaluation errors;
 };
 
-/// Two rows each, started at the same pose and after rigid alignment; `same_frame` adds one without
-/// alignment. RMSE along the axes of the reference's frame, of the heading and of the position; the
-/// largest error and that at the end; percent of the reference's path.
+/// Two rows each, started at the same pose (if the reference has headings) and after rigid
+/// alignment; `same_frame` adds one without alignment. RMSE along the axes of the reference's
+/// frame, of the heading and of the position; the largest error and that at the end; percent of the
+/// reference's path.
 [[nodiscard]] inline Table error_table(std::span<const Evaluated> all, bool same_frame = false) {
   Table table({{""},
                {"RMSE x", "m"},
@@ -147,7 +148,8 @@ struct Evaluated {
   };
   for (const auto& [name, errors] : all) {
     if (same_frame) row(name + ", as it is", errors.unaligned);
-    row(name + ", same start", errors.start);
+    const bool no_heading = errors.start.times.empty() && !errors.rigid.times.empty();
+    if (!no_heading) row(name + ", same start", errors.start);
     row(name + ", aligned", errors.rigid);
   }
   return table;

@@ -35,8 +35,8 @@ figure{background:var(--card);border:1px solid var(--rule);border-radius:8px;mar
 padding:14px 16px;overflow-x:auto}
 figcaption{font-weight:600;margin-bottom:8px}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
-th,td{padding:6px 12px;text-align:right;border-bottom:1px solid var(--rule);white-space:nowrap}
-th:first-child,td:first-child{text-align:left;padding-left:2px}
+th,td{padding:6px 8px;text-align:right;border-bottom:1px solid var(--rule);white-space:nowrap}
+th:first-child,td:first-child{text-align:left;padding-left:2px;white-space:normal}
 thead th{color:var(--muted);font-weight:600;font-size:13px}
 tbody tr:last-child td{border-bottom:0}
 .unit{font-weight:400}
