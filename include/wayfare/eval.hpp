@@ -3,6 +3,7 @@
 // Trajectory errors, alignment, consistency tests and tables.
 
 #include <wayfare/eval/consistency.hpp>
+#include <wayfare/eval/evaluation.hpp>
 #include <wayfare/eval/nav_error.hpp>
 #include <wayfare/eval/relations.hpp>
 #include <wayfare/eval/table.hpp>

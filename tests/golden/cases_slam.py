@@ -72,6 +72,13 @@ CASES = [
     Case("radar_slam_study", ("radar_slam_study cluttered_room --runs 1 --particles 3",),
          varies=((r"(?<=\d)\s+[\d.]+ ± [\d.]+$", "last column: run time"),)),
 
+    Case("compare_methods_room", ("compare_methods {out:simulate_room}/robot.log --out {out}",)),
+    Case("compare_methods_walk", (
+        "compare_methods {out:head_walk}/walk.log --unit {out:head_walk}/unit.csv "
+        "--methods pdr,hector,pedestrian,radar --threads 2 --out {out}",)),
+    Case("graph_slam_truth", ("graph_slam {out:simulate_options}/robot.log "
+                              "--truth {out:simulate_options}/truth.tum --out {out}",)),
+
     Case("match_comparison", ("match_comparison {out:convert_fr079_thin}/log.mcap --pairs 12 --out {out}",),
          varies=((r"(?:\s+\d+){3}$", "last three columns of the second table: run time"),)),
 

@@ -124,6 +124,10 @@ TEST(LoggedDevices, AWalkIsReckonedAsItsColumnsAre) {
   EXPECT_EQ(found(logged, "steps"), found(columns, "steps")) << logged;
   // Single precision on the wire, and stamps by the least late of the arrivals.
   EXPECT_NEAR(found(logged, "length"), found(columns, "length"), 0.005 * found(columns, "length"));
+  // The replay walks the same steps, in the axes of the filter's defaults.
+  const std::string replayed = output_of(WAYFARE_REPLAY " '" + path + "' --speed 1e6 --truth '" +
+                                         (folder / "logged/trajectory.tum") + "'");
+  EXPECT_THAT(replayed, ::testing::ContainsRegex("replayed, aligned +0.0[0-9]+ +0.0"));
 }
 
 /// Distance to the walls of a room from inside it.

@@ -1,5 +1,6 @@
 #include "peer.hpp"
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
@@ -36,7 +37,7 @@ bool any_message(Visit visit) {
          visit(sensor_msgs::MagneticField()) || visit(sensor_msgs::NavSatFix()) ||
          visit(nav_msgs::Odometry()) || visit(nav_msgs::Path()) ||
          visit(nav_msgs::OccupancyGrid()) || visit(geometry_msgs::PoseStamped()) ||
-         visit(tf2_msgs::TFMessage());
+         visit(geometry_msgs::PoseWithCovarianceStamped()) || visit(tf2_msgs::TFMessage());
 }
 
 template <class M>

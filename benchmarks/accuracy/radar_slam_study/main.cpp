@@ -37,12 +37,12 @@ struct Series {
   std::string name;
   std::vector<double> x, y, heading, end, worst, took;
 
-  void add(const eval::StartErrors& e, double took_s) {
-    x.push_back(e.x_m);
-    y.push_back(e.y_m);
-    heading.push_back(e.heading_deg);
+  void add(const eval::AbsoluteError& e, double took_s) {
+    x.push_back(e.rmse_x_m);
+    y.push_back(e.rmse_y_m);
+    heading.push_back(e.rmse_heading_deg);
     end.push_back(e.end_m);
-    worst.push_back(e.worst_m);
+    worst.push_back(e.translation_m.max);
     took.push_back(took_s);
   }
   void row(eval::Table& table) const {
@@ -61,10 +61,10 @@ Result<void> run(const Options& o) {
     if (!world) return world.error();
     const auto recording = sim::simulate_world(*world, sim::turtlebot(rng), rng);
     if (!recording) return recording.error();
-    const auto by_odometry =
-        eval::start_errors(as_trajectory(recording->odometry), recording->truth);
-    if (!by_odometry) return by_odometry.error();
-    all[0].add(*by_odometry, 0.0);
+    const eval::AbsoluteOptions from_start{eval::Alignment::start, {}, true};
+    all[0].add(
+        eval::absolute_error(as_trajectory(recording->odometry), recording->truth, from_start),
+        0.0);
     for (std::size_t k = 1; k < all.size(); ++k) {
       RadarSlamOptions options;
       options.particles = o.particles;
@@ -74,12 +74,11 @@ Result<void> run(const Options& o) {
       const auto slam = run_radar_slam(*recording, options, sensors_of(all[k].name));
       if (!slam) return slam.error();
       const double took_s = timer.finish();
-      const auto e = eval::start_errors(slam->trajectory, recording->truth);
-      if (!e) return e.error();
-      all[k].add(*e, took_s);
+      const auto e = eval::absolute_error(slam->trajectory, recording->truth, from_start);
+      all[k].add(e, took_s);
       std::fprintf(stderr, "seed %d %s: %.3f %.3f m %.2f deg, at the end %.3f m\n",
-                   static_cast<int>(seed), all[k].name.c_str(), e->x_m, e->y_m, e->heading_deg,
-                   e->end_m);
+                   static_cast<int>(seed), all[k].name.c_str(), e.rmse_x_m, e.rmse_y_m,
+                   e.rmse_heading_deg, e.end_m);
     }
   }
   eval::Table table({{o.world},

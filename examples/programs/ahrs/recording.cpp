@@ -164,10 +164,28 @@ SO3d UnitOptions::q_unit_laser() const {
   return SO3d::exp(Eigen::Vector3d(0, 0, std::atan2(axis.y(), axis.x())));
 }
 
+namespace {
+
+SO3d q_base_laser(const Recording& log) {
+  return SO3d::exp(Eigen::Vector3d(0, 0, log.T_base_laser.raw().heading().radians()));
+}
+
+}  // namespace
+
+Eigen::Vector3d UnitOptions::forward_axis(const UnitReadings& readings,
+                                          const Recording& log) const {
+  if (!readings.q_base_unit) return forward_axis();
+  return q_unit_laser(readings, log) * Eigen::Vector3d::UnitX();
+}
+
+SO3d UnitOptions::q_unit_laser(const UnitReadings& readings, const Recording& log) const {
+  if (!readings.q_base_unit) return q_unit_laser();
+  return readings.q_base_unit->inverse() * q_base_laser(log);
+}
+
 SO3d UnitOptions::q_base_unit(const UnitReadings& readings, const Recording& log) const {
   if (readings.q_base_unit) return *readings.q_base_unit;
-  return SO3d::exp(Eigen::Vector3d(0, 0, log.T_base_laser.raw().heading().radians())) *
-         q_unit_laser().inverse();
+  return q_base_laser(log) * q_unit_laser().inverse();
 }
 
 Result<MagnetometerCalibration> read_calibration(const std::string& path) {

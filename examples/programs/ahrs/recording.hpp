@@ -74,6 +74,10 @@ struct UnitOptions {
   [[nodiscard]] Eigen::Vector3d forward_axis() const;
   /// From the laser's axes to the unit's.
   [[nodiscard]] SO3d q_unit_laser() const;
+  /// The same two by transforms of a ROS recording, else by --forward.
+  [[nodiscard]] Eigen::Vector3d forward_axis(const UnitReadings& readings,
+                                             const Recording& log) const;
+  [[nodiscard]] SO3d q_unit_laser(const UnitReadings& readings, const Recording& log) const;
   /// From the unit's axes to the robot's, by transforms, else by --forward.
   [[nodiscard]] SO3d q_base_unit(const UnitReadings& readings, const Recording& log) const;
 };

@@ -8,9 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/carmen.hpp>
-#include <wayfare/io/tum.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
 #include "evaluate.hpp"
@@ -25,7 +23,7 @@ using namespace wayfare;
 using namespace wayfare::examples;
 
 struct Options : SlamArguments {
-  std::string reference, config;
+  std::string config;
   int simulated = 0, passes = 4;
   double added_bias_deg_s = 0.0;
   std::vector<double> origin;
@@ -36,7 +34,7 @@ struct Options : SlamArguments {
 struct Job {
   Recording recording;
   CorridorInsOptions options;
-  Trajectory reference;
+  Truth truth;
   std::optional<sim::CorridorDrive> drive;
   double rest_s = 0.0;
 };
@@ -95,8 +93,11 @@ Result<Job> simulated_job(const Options& o) {
   p.pattern = o.simulated == 1 ? sim::MotionPattern::straight : sim::MotionPattern::curved;
   auto drive = sim::simulate_corridors(p, Rng(o.seed));
   if (!drive) return drive.error();
-  Job job{drive->recording, options_for(p, Aiding::end_walls), drive->recording.truth,
-          *std::move(drive), p.rest_s};
+  Job job{drive->recording,
+          options_for(p, Aiding::end_walls),
+          {{drive->recording.truth}, "the simulation"},
+          *std::move(drive),
+          p.rest_s};
   return job;
 }
 
@@ -106,11 +107,9 @@ Result<Job> log_job(const Options& o) {
   const bool has_gyro = !recording->gyro.empty() && !recording->wheels.empty();
   Job job{*std::move(recording), log_defaults(has_gyro), {}, {}, 0.0};
   job.options.T_base_laser = job.recording.T_base_laser;
-  job.reference = job.recording.truth;
-  if (o.reference.empty()) return job;
-  const auto file = io::read_tum(o.reference);
-  if (!file) return file.error();
-  job.reference = io::planar(file->trajectory);
+  auto truth = o.read_truth(job.recording);
+  if (!truth) return truth.error();
+  job.truth = *std::move(truth);
   return job;
 }
 
@@ -173,12 +172,12 @@ Result<Runs> run_all(const Job& job, const Options& o) {
   return runs;
 }
 
-/// Mean yaw rate of the motion minus that of the reference, rad/s.
-double reference_bias(std::span<const MotionSample> motion, const Trajectory& reference) {
+/// Mean yaw rate of the motion minus that of the true poses, rad/s.
+double true_bias(std::span<const MotionSample> motion, const Trajectory& truth) {
   double measured = 0.0, rotated = 0.0, seconds = 0.0;
   for (std::size_t i = 1; i < motion.size(); ++i) {
-    const auto a = pose_at(reference, motion[i - 1].time);
-    const auto b = pose_at(reference, motion[i].time);
+    const auto a = pose_at(truth, motion[i - 1].time);
+    const auto b = pose_at(truth, motion[i].time);
     if (!a || !b) continue;
     const double dt = to_seconds(motion[i].time - motion[i - 1].time);
     measured += motion[i].turn_rate_rad_s * dt;
@@ -199,8 +198,8 @@ void add_bias_facts(const Job& job, const Runs& runs, const Options& o, Facts& f
     facts.emplace_back("true bias", rate(true_bias_at(*job.drive, last.time) +
                                          Angle::degrees(o.added_bias_deg_s).radians()));
   const auto motion = motion_of(job.recording, Angle::degrees(o.added_bias_deg_s).radians());
-  if (!job.drive && !job.reference.empty())
-    facts.emplace_back("by reference", rate(reference_bias(motion, job.reference)));
+  if (!job.drive && job.truth.known() && job.truth.has_heading)
+    facts.emplace_back("by the truth", rate(true_bias(motion, job.truth.poses)));
   if (!runs.without_added) return;
   const double plain = runs.without_added->epochs.back().gyro_bias.value;
   const double found = Angle::radians(last.gyro_bias.value - plain).degrees();
@@ -250,17 +249,6 @@ eval::Table section_table(const Job& job, const Runs& runs) {
   return table;
 }
 
-/// Errors against the reference after a rigid alignment.
-eval::Table reference_table(const Job& job, const Runs& runs) {
-  eval::Table table({{""}, {"RMSE", "m"}, {"heading", "deg"}, {"largest", "m"}});
-  for (const auto& [name, run] : named(runs)) {
-    const auto e = eval::absolute_error(trajectory_of(*run), job.reference);
-    table.add_row({name, eval::fixed(e.translation_m.rmse, 3), eval::fixed(e.rmse_heading_deg, 2),
-                   eval::fixed(e.translation_m.max, 3)});
-  }
-  return table;
-}
-
 std::optional<LocalPlane> plane_of(const Options& o) {
   if (o.origin.size() != 3) return {};
   return LocalPlane{{Angle::degrees(o.origin[0]), Angle::degrees(o.origin[1]), 0.0},
@@ -282,7 +270,7 @@ Result<void> run(const Options& o) {
                           job->recording,
                           runs->aided,
                           runs->unaided,
-                          job->reference,
+                          job->truth,
                           job->drive.has_value(),
                           plane_of(o)};
   add_bias_facts(*job, *runs, o, outputs.facts);
@@ -292,9 +280,6 @@ Result<void> run(const Options& o) {
     for (const CorridorEpoch& e : runs->aided.epochs)
       outputs.bias.push_back(true_bias_at(*job->drive, e.time) +
                              Angle::degrees(o.added_bias_deg_s).radians());
-  } else if (!job->reference.empty()) {
-    outputs.tables.emplace_back("Against the reference, both aligned",
-                                reference_table(*job, *runs));
   }
   if (auto done = write_corridor_outputs(o, outputs); !done) return done;
   if (job->drive)
@@ -302,7 +287,7 @@ Result<void> run(const Options& o) {
       return done;
   if (!o.quiet)
     std::printf("%s%s\nreport: %s\n", to_text(outputs.facts, 18).c_str(),
-                to_text(outputs.tables).c_str(), o.path("report.html").c_str());
+                to_text(tables_of(outputs)).c_str(), o.path("report.html").c_str());
   return {};
 }
 
@@ -314,7 +299,7 @@ void add_options(CommandLine& app, Options& o) {
                  "instead of a log: three corridors with straight (1) or curved (2) motion")
       .range(1, 2);
   add_out(app, o);
-  app.add_file("--reference", o.reference, "reference trajectory, TUM");
+  o.truth.add_options(app, "--truth,--reference");
   app.add_option("--add-bias", o.added_bias_deg_s, "bias added to the yaw rate, deg/s");
   app.add_option(
          "--origin", o.origin,

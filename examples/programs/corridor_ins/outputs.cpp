@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/tum.hpp>
@@ -15,6 +14,18 @@ namespace wayfare::examples {
 namespace {
 
 double degrees(double radians) { return Angle::radians(radians).degrees(); }
+
+Trajectory trajectory_of(const CorridorRun& run) {
+  Trajectory t;
+  for (const CorridorEpoch& e : run.epochs)
+    t.push_back({e.time, Transform2<frame::Map, frame::Base>(e.pose)});
+  return t;
+}
+
+std::vector<eval::Evaluated> errors_of(const CorridorOutputs& o) {
+  const Trajectory aided = trajectory_of(o.run), unaided = trajectory_of(o.unaided);
+  return compare(o.truth, {{"with walls", aided}, {"without", unaided}});
+}
 
 const char* name_of(WallOutcome outcome) {
   constexpr std::array<const char*, 4> kNames = {"used", "none", "refused", "acquired"};
@@ -97,17 +108,13 @@ io::Image walls_picture(const CorridorOutputs& o) {
   return painter.picture();
 }
 
-io::Plot paths_plot(const CorridorOutputs& o) {
+io::Plot paths_plot(const CorridorOutputs& o, const std::vector<eval::Evaluated>& errors) {
   io::Plot plot = io::top_view("Paths");
-  const Trajectory aided = trajectory_of(o.run);
-  SE2d T_map_reference;
-  if (!o.reference.empty() && !o.same_frame)
-    T_map_reference = eval::absolute_error(aided, o.reference).alignment.inverse();
-  plot.series.push_back(io::path_series("with walls", aided));
+  plot.series.push_back(io::path_series("with walls", trajectory_of(o.run)));
   plot.series.push_back(io::path_series("without", trajectory_of(o.unaided)));
-  if (!o.reference.empty())
+  if (!errors.empty())
     plot.series.push_back(
-        io::path_series("reference", o.reference, T_map_reference, io::Mark::dashed));
+        truth_series(o.truth, o.same_frame ? eval::Evaluation() : errors.front().errors));
   io::Series used{"walls used", {}, {}, io::Mark::points};
   for (std::size_t i = 0; i < o.run.epochs.size(); i += 5) {
     if (o.run.epochs[i].update.outcome != WallOutcome::used) continue;
@@ -146,8 +153,10 @@ eval::Table events_table(const CorridorOutputs& o) {
 io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
   io::Report report(o.title);
   report.facts(o.facts);
-  for (const auto& [title, table] : o.tables) report.heading(title).table(table);
-  report.heading("Path").plot(paths_plot(o));
+  for (const auto& [title, table] : tables_of(o)) report.heading(title).table(table);
+  const std::vector<eval::Evaluated> errors = errors_of(o);
+  report.heading("Path").plot(paths_plot(o, errors));
+  for (const io::Plot& plot : distance_plots(o.truth, errors)) report.plot(plot);
   report.heading("Gyro bias").plot(bias_plot(o));
   report.heading("Walls in scans")
       .image(walls, "Eight scans, 20 m wide, ahead is up: side walls green, end wall red.");
@@ -157,11 +166,11 @@ io::Report report_of(const CorridorOutputs& o, const io::Image& walls) {
 
 }  // namespace
 
-Trajectory trajectory_of(const CorridorRun& run) {
-  Trajectory t;
-  for (const CorridorEpoch& e : run.epochs)
-    t.push_back({e.time, Transform2<frame::Map, frame::Base>(e.pose)});
-  return t;
+TitledTables tables_of(const CorridorOutputs& o) {
+  TitledTables tables = o.tables;
+  const TitledTables errors = error_tables(o.truth, errors_of(o), o.same_frame);
+  tables.insert(tables.end(), errors.begin(), errors.end());
+  return tables;
 }
 
 Result<void> write_corridor_outputs(const OutputArguments& to, const CorridorOutputs& o) {

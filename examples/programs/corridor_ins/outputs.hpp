@@ -10,6 +10,7 @@
 #include <wayfare/nav/corridor_ins.hpp>
 
 #include "support/program_files.hpp"
+#include "support/truth.hpp"
 
 namespace wayfare::examples {
 
@@ -18,15 +19,16 @@ struct CorridorOutputs {
   const Recording& recording;
   const CorridorRun& run;
   const CorridorRun& unaided;            ///< without walls
-  const Trajectory& reference;           ///< in any frame; may be empty
-  bool same_frame = false;               ///< reference in the run's frame: no alignment
+  const Truth& truth;                    ///< may be unknown
+  bool same_frame = false;               ///< truth in the run's frame: no alignment
   std::optional<LocalPlane> plane = {};  ///< for latitude and longitude
   std::vector<double> bias = {};         ///< true gyro bias of each epoch, rad/s; may be empty
   Facts facts = {};
   TitledTables tables = {};
 };
 
-[[nodiscard]] Trajectory trajectory_of(const CorridorRun& run);
+/// The run's own tables, and errors with and without walls, if the truth is known.
+[[nodiscard]] TitledTables tables_of(const CorridorOutputs& outputs);
 
 /// Writes navigation.txt, trajectory.tum, unaided.tum, walls.png and report.html.
 [[nodiscard]] Result<void> write_corridor_outputs(const OutputArguments& to,

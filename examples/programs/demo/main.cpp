@@ -32,7 +32,7 @@ struct Method {
   Trajectory trajectory = {};
   OccupancyGrid map = OccupancyGrid{};
   double took_s = 0.0;
-  eval::StartErrors errors = {};
+  eval::AbsoluteError errors = {};
   std::string remark = {};
 };
 
@@ -95,11 +95,9 @@ Result<void> run_all(const Recording& recording, const SlamArguments& o, std::ve
   if (auto done = run_graph(recording, o, all[1]); !done) return done;
   if (auto done = run_filter(recording, o, SlamSensors::radar, all[2]); !done) return done;
   if (auto done = run_filter(recording, o, SlamSensors::both, all[3]); !done) return done;
-  for (Method& m : all) {
-    auto errors = eval::start_errors(m.trajectory, recording.truth);
-    if (!errors) return errors.error();
-    m.errors = *std::move(errors);
-  }
+  for (Method& m : all)
+    m.errors =
+        eval::absolute_error(m.trajectory, recording.truth, {eval::Alignment::start, {}, true});
   return {};
 }
 
@@ -112,9 +110,9 @@ eval::Table table_of(const std::vector<Method>& all) {
                      {"largest", "m"},
                      {"took", "s"}});
   for (const Method& m : all)
-    table.add_row({m.name, eval::fixed(m.errors.x_m, 3), eval::fixed(m.errors.y_m, 3),
-                   eval::fixed(m.errors.heading_deg, 2), eval::fixed(m.errors.end_m, 3),
-                   eval::fixed(m.errors.worst_m, 3), eval::fixed(m.took_s, 1)});
+    table.add_row({m.name, eval::fixed(m.errors.rmse_x_m, 3), eval::fixed(m.errors.rmse_y_m, 3),
+                   eval::fixed(m.errors.rmse_heading_deg, 2), eval::fixed(m.errors.end_m, 3),
+                   eval::fixed(m.errors.translation_m.max, 3), eval::fixed(m.took_s, 1)});
   return table;
 }
 
@@ -139,9 +137,13 @@ io::Plot paths(const std::vector<Method>& all, const Trajectory& truth) {
 io::Plot distances(const std::vector<Method>& all, bool with_odometry) {
   io::Plot plot = io::time_plot(
       with_odometry ? "Distance from the truth" : "The same without odometry", "error [m]");
-  for (const Method& m : odometry_last(all))
-    if (with_odometry || m.file != "odometry")
-      plot.series.push_back({m.name, m.errors.times_s, m.errors.distances_m, io::Mark::line});
+  for (const Method& m : odometry_last(all)) {
+    if (!with_odometry && m.file == "odometry") continue;
+    io::Series series{m.name, {}, m.errors.translations_m};
+    for (const LogTime time : m.errors.times)
+      series.x.push_back(to_seconds(time - m.trajectory.front().time));
+    plot.series.push_back(std::move(series));
+  }
   return plot;
 }
 
@@ -220,15 +222,15 @@ Result<sim::SimulatedRun> simulate_office(const SlamArguments& o) {
   return run;
 }
 
-SlamOutputs outputs_of(const sim::SimulatedRun& simulated, const Timed<GraphSlamRun>& run,
-                       std::uint64_t seed) {
+SlamOutputs outputs_of(const sim::SimulatedRun& simulated, const Truth& truth,
+                       const Timed<GraphSlamRun>& run, std::uint64_t seed) {
   const double length_s = to_seconds(simulated.truth.back().time - simulated.truth.front().time);
   return {"A robot in a simulated building",
           simulated.recording,
           run.slam.trajectory,
           run.slam.map,
           run.slam.graph,
-          &simulated.truth,
+          truth,
           {{"seed", std::to_string(seed)},
            {"scans", std::to_string(simulated.recording.scans.size())},
            {"driven", eval::fixed(eval::path_length_m(simulated.truth), 1) + " m in " +
@@ -245,14 +247,13 @@ Result<void> run_office(const SlamArguments& o) {
   if (!simulated) return simulated.error();
   const auto slam = run_with_progress(simulated->recording, {}, o);
   if (!slam) return slam.error();
-  const SlamOutputs outputs = outputs_of(*simulated, *slam, o.seed);
+  const Truth truth{{simulated->truth}, "the simulation"};
+  const SlamOutputs outputs = outputs_of(*simulated, truth, *slam, o.seed);
   const auto report = write_slam_outputs(o.out, outputs, o.write());
   if (!report) return report.error();
   if (auto done = io::write_carmen(o.path(kLogName), simulated->recording, o.write()); !done)
     return done;
-  if (!o.quiet)
-    std::printf("%s\n%s\nreport: %s\n", to_text(outputs.facts).c_str(),
-                error_table(trajectory_errors(outputs)).to_text().c_str(), report->c_str());
+  if (!o.quiet) print_report(outputs, *report);
   return {};
 }
 

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <wayfare/io/map_image.hpp>
-#include <wayfare/io/tum.hpp>
 #include <wayfare/slam/localisation.hpp>
 
 #include "outputs.hpp"
@@ -22,7 +21,7 @@ using namespace wayfare;
 using namespace wayfare::examples;
 
 struct Options : SlamArguments {
-  std::string map, radar_map, truth, sensors;
+  std::string map, radar_map, sensors;
   std::vector<double> initial;  // x, y, heading
   bool global = false, beam = false;
   LocalisationOptions localisation;
@@ -65,14 +64,6 @@ Result<Maps> read_maps(const Options& o) {
       LocalisationMap::make(grid_of(*image, SE2d()), o.map_options, radar ? &*radar : nullptr);
   if (!map) return Error{map.error().code, map.error().message, o.map};
   return Maps{*std::move(image), *map};
-}
-
-Result<Trajectory> truth_of(const Options& o, const Recording& recording) {
-  if (o.truth.empty()) return recording.truth;
-  auto file = io::read_tum(o.truth);
-  if (!file) return file.error();
-  print_problems(file->problems);
-  return io::planar(file->trajectory);
 }
 
 std::optional<Gaussian<SE2d>> start_of(const Options& o, const SE2d& T_map_grid) {
@@ -146,7 +137,7 @@ Result<void> run(const Options& o) {
   if (!maps) return maps.error();
   const auto recording = read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
-  const auto truth = truth_of(o, *recording);
+  const auto truth = o.read_truth(*recording);
   if (!truth) return truth.error();
   if (auto ready = o.prepare({"trajectory.tum", "poses.csv", "report.html"}); !ready) return ready;
   const auto timed = localise(o, *maps, *recording);
@@ -155,9 +146,8 @@ Result<void> run(const Options& o) {
   const LocalisationOutputs outputs{"Localisation of " + o.log + " on " + o.map, maps->image,
                                     timed->slam, *truth, facts_of(*timed)};
   if (auto done = write_localisation(o, outputs); !done || o.quiet) return done;
-  std::fputs(to_text(outputs.facts).c_str(), stdout);
-  if (!truth->empty()) std::printf("\n%s", localisation_errors(outputs).to_text().c_str());
-  std::printf("\nreport: %s\n", o.path("report.html").c_str());
+  std::printf("%s%s\nreport: %s\n", to_text(outputs.facts).c_str(),
+              to_text(localisation_errors(outputs)).c_str(), o.path("report.html").c_str());
   return {};
 }
 
@@ -178,8 +168,7 @@ void add_options(CommandLine& app, Options& o) {
       .expected(3);
   app.add_flag("--global", o.global, "search the whole map (the default without --initial)")
       .excludes("--initial");
-  app.add_file("--truth", o.truth,
-               "true trajectory in the map's frame, TUM; by default the truth in the log");
+  o.truth.add_options(app);
   app.add_flag("--beam", o.beam, "the beam model instead of the likelihood field");
   app.add_number("--beams", o.localisation.beams, 4, 10000, "beams used per scan");
   app.add_positive("--max-range", o.localisation.max_range_m, "farther returns are not used, m");

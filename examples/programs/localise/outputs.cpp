@@ -38,7 +38,7 @@ Errors errors_of(const LocalisationOutputs& o) {
   const LogTime start = o.run.outcomes.front().time;
   for (const LocalisationOutcome& outcome : o.run.outcomes) {
     e.seconds.push_back(to_seconds(outcome.time - start));
-    const auto truth = pose_at(o.truth, outcome.time);
+    const auto truth = pose_at(o.truth.poses, outcome.time);
     const bool known = truth && outcome.particles > 0;
     const PoseError error =
         known ? pose_error(outcome.T_map_base.mean, *truth) : PoseError{kNan, kNan};
@@ -96,17 +96,17 @@ void add_pictures(io::Report& report, const LocalisationOutputs& o) {
   for (const ParticleSnapshot& shot : o.run.snapshots) {
     io::MapPainter painter(o.map);
     for (const PoseParticle& p : shot.particles) painter.dot(p.T_map_base.translation(), io::kRed);
-    if (const auto truth = pose_at(o.truth, shot.time))
+    if (const auto truth = pose_at(o.truth.poses, shot.time))
       painter.dot(truth->translation(), io::kGreen, 9);
     report.image(painter.picture(),
                  std::to_string(shot.particles.size()) + " particles after " +
                      eval::fixed(to_seconds(shot.time - start), 1) + " s" +
-                     (o.truth.empty() ? "." : "; the square is the true position."));
+                     (!o.truth.known() ? "." : "; the square is the true position."));
   }
   io::MapPainter painter(o.map);
-  painter.path(points_of(o.truth), io::kGreen);
+  painter.path(points_of(o.truth.poses), io::kGreen);
   for (const Eigen::Vector2d& p : points_of(o.run.trajectory(true))) painter.dot(p, io::kBlue, 3);
-  report.image(painter.picture(), o.truth.empty()
+  report.image(painter.picture(), !o.truth.known()
                                       ? "The converged poses."
                                       : "The true path and, in blue, the converged poses.");
 }
@@ -115,11 +115,11 @@ io::Report report_of(const LocalisationOutputs& o) {
   io::Report report(o.title);
   report.facts(o.facts);
   const Errors errors = errors_of(o);
-  if (!o.truth.empty()) report.heading("Errors").table(localisation_errors(o));
+  for (const auto& [title, table] : localisation_errors(o)) report.heading(title).table(table);
   report.heading("Particles");
   add_pictures(report, o);
   report.heading("Over time");
-  if (!o.truth.empty()) {
+  if (o.truth.known()) {
     report.plot(plot_of("Distance from the truth", "error [m]", errors.seconds,
                         {{"position", {}, errors.each.m}}));
     report.plot(plot_of("Error of the heading", "error [deg]", errors.seconds,
@@ -141,9 +141,7 @@ io::Report report_of(const LocalisationOutputs& o) {
   return report;
 }
 
-}  // namespace
-
-eval::Table localisation_errors(const LocalisationOutputs& o) {
+eval::Table scans_table(const LocalisationOutputs& o) {
   eval::Table table({{""},
                      {"scans"},
                      {"correct", "%"},
@@ -162,10 +160,21 @@ eval::Table localisation_errors(const LocalisationOutputs& o) {
                    eval::fixed(position.median, 3), eval::fixed(position.max, 3),
                    eval::fixed(heading.rmse, 2)});
   };
-  if (o.truth.empty()) return table;
   row("converged poses", errors.converged);
   row("all", errors.all);
   return table;
+}
+
+}  // namespace
+
+TitledTables localisation_errors(const LocalisationOutputs& o) {
+  if (!o.truth.known()) return {};
+  const Trajectory converged = o.run.trajectory(true), all = o.run.trajectory(false);
+  TitledTables tables{{"Errors on the map", scans_table(o)}};
+  const auto compared =
+      error_tables(o.truth, compare(o.truth, {{"converged poses", converged}, {"all", all}}), true);
+  tables.insert(tables.end(), compared.begin(), compared.end());
+  return tables;
 }
 
 Result<void> write_localisation(const OutputArguments& to, const LocalisationOutputs& outputs) {

@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-#include <wayfare/eval/table.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/slam/localisation.hpp>
 
 #include "support/program_files.hpp"
+#include "support/truth.hpp"
 
 namespace wayfare::examples {
 
@@ -16,12 +16,12 @@ struct LocalisationOutputs {
   std::string title;
   const io::GridImage& map;
   const LocalisationRun& run;
-  const Trajectory& truth;  ///< empty if unknown
+  const Truth& truth;  ///< in the map's frame; may be unknown
   Facts facts = {};
 };
 
-/// Errors of the converged poses and of all; without truth, no rows.
-[[nodiscard]] eval::Table localisation_errors(const LocalisationOutputs& outputs);
+/// Errors of the converged poses and of all scans; no tables without truth.
+[[nodiscard]] TitledTables localisation_errors(const LocalisationOutputs& outputs);
 
 /// Writes trajectory.tum (the converged poses), poses.csv (every scan) and report.html.
 [[nodiscard]] Result<void> write_localisation(const OutputArguments& to,

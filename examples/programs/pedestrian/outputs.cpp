@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
@@ -77,43 +76,20 @@ io::Plot steps_plot(const WalkRun& run) {
   return plot;
 }
 
-io::Plot path_plot(const WalkRun& run) {
+std::vector<eval::Evaluated> errors_of(const WalkRun& run, const Truth& truth) {
+  const Trajectory walk = io::planar(trajectory(run));
+  return compare(truth, {{"walk", walk}});
+}
+
+io::Plot path_plot(const WalkRun& run, const Truth& truth,
+                   const std::vector<eval::Evaluated>& errors) {
   io::Plot plot = io::top_view("path");
   io::Series line{"estimate", {}, {}};
   io::Series start{"start", {0.0}, {0.0}, io::Mark::points};
   for (const WalkRow& r : run.rows) line.add(r.position_m.x(), r.position_m.y());
   io::Series end{"end", {line.x.back()}, {line.y.back()}, io::Mark::points};
   plot.series = {line, start, end};
-  return plot;
-}
-
-eval::AbsoluteError error_of(const WalkRun& run, const Trajectory& truth) {
-  return eval::absolute_error(io::planar(trajectory(run)), truth);
-}
-
-eval::Table errors(const WalkRun& run, const Trajectory& truth) {
-  const auto e = error_of(run, truth);
-  eval::Table table({{"against the truth"}, {""}});
-  table.add_row({"compared", std::to_string(e.times.size()) + " of " +
-                                 std::to_string(run.rows.size()) + " positions"});
-  if (e.times.empty()) return table;
-  table.add_row({"root mean square, best rigid fit", eval::fixed(e.translation_m.rmse, 2) + " m"});
-  table.add_row({"largest", eval::fixed(e.translation_m.max, 2) + " m"});
-  table.add_row({"relative to the path length", eval::fixed(e.percent_of_path, 2) + " % of " +
-                                                    eval::fixed(e.path_length_m, 1) + " m"});
-  return table;
-}
-
-/// The walk, aligned to the truth, and the truth.
-io::Plot path_and_truth(const WalkRun& run, const Trajectory& truth) {
-  const SE2d fit = error_of(run, truth).alignment;
-  io::Plot plot = io::top_view("path and truth");
-  io::Series estimate{"estimate", {}, {}};
-  for (const WalkRow& r : run.rows) {
-    const Eigen::Vector2d p = fit * Eigen::Vector2d(r.position_m.head<2>());
-    estimate.add(p.x(), p.y());
-  }
-  plot.series = {estimate, io::path_series("truth", truth, {}, io::Mark::dashed)};
+  if (!errors.empty()) plot.series.push_back(truth_series(truth, errors.front().errors));
   return plot;
 }
 
@@ -121,12 +97,15 @@ io::Plot over_time(std::string title, std::string label, std::vector<io::Series>
   return {std::move(title), "time [s]", std::move(label), std::move(series), false};
 }
 
-io::Report report_of(const std::string& title, const WalkRun& run, const Trajectory& truth) {
+io::Report report_of(const std::string& title, const WalkRun& run, const Truth& truth) {
   io::Report report(title, run.foot ? "dead reckoning by a unit on the foot"
                                     : "dead reckoning by steps, their lengths and the heading");
   report.table(summary(run), "Walk and use of the readings");
-  if (!truth.empty()) report.table(errors(run, truth), "Errors");
-  report.plot(truth.empty() ? path_plot(run) : path_and_truth(run, truth));
+  const std::vector<eval::Evaluated> errors = errors_of(run, truth);
+  for (const auto& [title_of_table, table] : error_tables(truth, errors))
+    report.table(table, title_of_table);
+  report.plot(path_plot(run, truth, errors));
+  for (const io::Plot& plot : distance_plots(truth, errors)) report.plot(plot);
   if (!run.foot) report.plot(steps_plot(run));
   report.plot(over_time("heading", "angle [deg]",
                         {io::broken_at_wraps(curve(run, "heading", false, [](const WalkRow& r) {
@@ -151,12 +130,13 @@ io::Report report_of(const std::string& title, const WalkRun& run, const Traject
 
 }  // namespace
 
-std::string walk_text(const WalkRun& run, const Trajectory& truth) {
-  return summary(run).to_text() + (truth.empty() ? "" : errors(run, truth).to_text());
+std::string walk_text(const WalkRun& run, const Truth& truth) {
+  const std::string errors = to_text(error_tables(truth, errors_of(run, truth)));
+  return summary(run).to_text() + errors + (errors.empty() ? "" : "\n");
 }
 
 Result<void> write_walk_outputs(const OutputArguments& to, const std::string& title,
-                                const WalkRun& run, const Trajectory& truth) {
+                                const WalkRun& run, const Truth& truth) {
   return first_error({io::write_file(to.path("track.csv"), csv(run), to.write()),
                       io::write_tum(to.path("trajectory.tum"), trajectory(run), to.write()),
                       report_of(title, run, truth).write(to.path("report.html"), to.write())});

@@ -11,6 +11,7 @@
 #include <wayfare/sensors/recording.hpp>
 
 #include "support/program_files.hpp"
+#include "support/truth.hpp"
 
 namespace wayfare::examples {
 
@@ -36,10 +37,10 @@ struct WalkRun {
   bool foot = false;
 };
 
-/// Writes track.csv, trajectory.tum and report.html. The truth may be empty.
+/// Writes track.csv, trajectory.tum and report.html. The truth may be unknown.
 [[nodiscard]] Result<void> write_walk_outputs(const OutputArguments& to, const std::string& title,
-                                              const WalkRun& run, const Trajectory& truth);
+                                              const WalkRun& run, const Truth& truth);
 /// Steps, length, end, use of the readings and, with truth, errors.
-[[nodiscard]] std::string walk_text(const WalkRun& run, const Trajectory& truth);
+[[nodiscard]] std::string walk_text(const WalkRun& run, const Truth& truth);
 
 }  // namespace wayfare::examples

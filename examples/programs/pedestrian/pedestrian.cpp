@@ -7,13 +7,14 @@
 #include <functional>
 #include <string>
 
-#include <wayfare/io/tum.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
 
 #include "ahrs/recording.hpp"
 #include "outputs.hpp"
 #include "support/progress_line.hpp"
+#include "support/ros_topics.hpp"
+#include "support/truth.hpp"
 
 namespace {
 
@@ -21,12 +22,13 @@ using namespace wayfare;
 using namespace wayfare::examples;
 
 struct Arguments : OutputArguments {
-  std::string file, truth, length = "kim", forward = "y";
+  std::string file, length = "kim", forward = "y";
   bool foot = false, no_magnetometer = false, any_way_round = false;
   bool ared = false, uncalibrated = false;
   double factor = 0.0, height_m = 1.75, declination_deg = 0.0, straight_degps = 0.0;
   double gyro_range_degps = 2000.0;
   RecordingOptions recording;
+  TruthOptions truth;
 };
 
 using Progress = std::function<void(double)>;
@@ -139,18 +141,28 @@ WalkRun walk(const Arguments& a, const io::MargFile& file) {
   return run;
 }
 
+/// Of --truth, else of the recording.
+Result<Truth> truth_of(const Arguments& a, const MargRecording& samples) {
+  Trajectory own;
+  if (a.truth.file.empty() && ros::RecordingFile::is_one(a.file)) {
+    const auto file = ros::RecordingFile::open(a.file);
+    if (!file) return file.error();
+    auto recorded = ros::read_truth(*file, a.recording.topics);
+    if (!recorded) return recorded.error();
+    print_problems(recorded->problems);
+    own = std::move(recorded->truth);
+  }
+  std::vector<LogTime> times;
+  for (const MargSample& sample : samples) times.push_back(sample.time);
+  return a.truth.read(a.file, std::move(own), times, a.recording.topics);
+}
+
 Result<void> run(const Arguments& a) {
   if (auto ready = a.prepare({"track.csv", "trajectory.tum", "report.html"}); !ready) return ready;
   const auto file = a.recording.read(a.file);
   if (!file) return file.error();
-  Trajectory truth;
-  if (!a.truth.empty()) {
-    const auto known = io::read_tum(a.truth);
-    if (!known) return known.error();
-    truth = io::planar(known->trajectory);
-    std::stable_sort(truth.begin(), truth.end(),
-                     [](const auto& x, const auto& y) { return x.time < y.time; });
-  }
+  const auto truth = truth_of(a, file->samples);
+  if (!truth) return truth.error();
   const WalkRun run = walk(a, *file);
   if (run.rows.empty())
     return Error{ErrorCode::degenerate,
@@ -158,15 +170,16 @@ Result<void> run(const Arguments& a) {
                         : "contains no walk: no sequence of steps with an attitude",
                  a.file};
   const auto title = "Walk: " + std::filesystem::path(a.file).filename().string();
-  if (auto done = write_walk_outputs(a, title, run, truth); !done || a.quiet) return done;
-  std::printf("%sreport: %s\n", walk_text(run, truth).c_str(), a.path("report.html").c_str());
+  if (auto done = write_walk_outputs(a, title, run, *truth); !done || a.quiet) return done;
+  std::printf("%sreport: %s\n", walk_text(run, *truth).c_str(), a.path("report.html").c_str());
   return {};
 }
 
 void add_options(CommandLine& app, Arguments& a) {
   RecordingOptions::add_path(app, "FILE", a.file);
   add_out(app, a);
-  app.add_file("--truth", a.truth, "true positions on the same clock, TUM text, to compare with");
+  a.truth.add_options(app);
+  add_truth_topics(app, a.recording.topics);
   app.add_flag("--foot", a.foot, "the unit is on a foot, with zero velocity in stance phases");
   app.add_flag("--ared", a.ared, "detect stance phases by the gyro alone (with --foot)");
   app.add_positive("--gyro-range", a.gyro_range_degps, "of the unit, deg/s (with --foot)");

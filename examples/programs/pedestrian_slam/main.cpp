@@ -35,13 +35,8 @@ struct Unit : UnitOptions {
   }
 
   void apply(PedestrianSlamOptions& o, const UnitReadings& readings, const Recording& log) const {
-    o.q_unit_laser = q_unit_laser();
-    o.pedestrian.forward = forward_axis();
-    if (readings.q_base_unit) {
-      const double heading = log.T_base_laser.raw().heading().radians();
-      o.q_unit_laser = readings.q_base_unit->inverse() * SO3d::exp({0, 0, heading});
-      o.pedestrian.forward = o.q_unit_laser * Eigen::Vector3d::UnitX();
-    }
+    o.q_unit_laser = q_unit_laser(readings, log);
+    o.pedestrian.forward = forward_axis(readings, log);
     if (step_m > 0) o.pedestrian.length = ConstantStep{step_m};
     o.pedestrian.ahrs.use_magnetometer = !no_magnetometer && readings.file.has_magnetometer;
     o.steps = !no_steps;

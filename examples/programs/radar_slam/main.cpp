@@ -23,6 +23,7 @@ struct Options : SlamArguments {
 
 struct Inputs {
   Recording recording;
+  Truth truth;
   std::vector<eval::Relation> relations;
   SlamSensors sensors = SlamSensors::lidar;
 };
@@ -40,6 +41,9 @@ Result<Inputs> read_inputs(const Options& o) {
   auto recording = read_robot_log(o.log, o.topics);
   if (!recording) return recording.error();
   inputs.recording = *std::move(recording);
+  auto truth = o.read_truth(inputs.recording);
+  if (!truth) return truth.error();
+  inputs.truth = *std::move(truth);
   auto relations = read_relations_or_none(o.relations);
   if (!relations) return relations.error();
   inputs.relations = *std::move(relations);
@@ -51,9 +55,7 @@ Result<Timed<RadarSlamRun>> run_filter(const Inputs& inputs, const Options& o) {
   RadarSlamOptions options;
   options.threads = o.threads;
   options.seed = o.seed;
-  options.particles = o.particles > 0                        ? o.particles
-                      : inputs.sensors == SlamSensors::radar ? 10
-                                                             : 30;
+  options.particles = o.particles > 0 ? o.particles : particles_of(inputs.sensors);
   return run_timed("particle filter", o.quiet, [&](ProgressLine& progress) {
     return run_radar_slam(inputs.recording, options, inputs.sensors, std::ref(progress));
   });
@@ -81,7 +83,7 @@ SlamOutputs outputs_of(const std::string& log, const Inputs& inputs, const Timed
       slam.trajectory,
       slam.map(),
       no_graph,
-      inputs.recording.truth.empty() ? nullptr : &inputs.recording.truth,
+      inputs.truth,
       {{"particles", std::to_string(slam.particles.size())},
        {"scans", std::to_string(s.scans) + ", " + std::to_string(s.updates) + " used, " +
                      std::to_string(s.without_points) + " with too few points"},
@@ -111,11 +113,8 @@ Result<void> run(const Options& o) {
   print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
   const PoseGraph2 no_graph;
   SlamOutputs outputs = outputs_of(o.log, *inputs, *run, no_graph);
-  const auto errors = trajectory_errors(outputs);
-  if (!o.quiet) {
-    std::printf("%s%s", to_text(outputs.facts).c_str(), to_text(outputs.tables).c_str());
-    if (!errors.empty()) std::printf("\n%s", error_table(errors).to_text().c_str());
-  }
+  if (!o.quiet)
+    std::printf("%s%s", to_text(outputs.facts).c_str(), to_text(tables_of(outputs)).c_str());
   outputs.tables.emplace_back("Particles at the end", particles_table(run->slam));
   const auto report = write_slam_outputs(o.out, outputs, o.write());
   if (!report) return report.error();
@@ -140,6 +139,7 @@ int main(int argc, char** argv) {
       .one_of({"radar", "lidar", "both"});
   app.add_option("--particles", o.particles, "of the filter; by default 30, for radar alone 10")
       .range(1, 100000);
+  o.truth.add_options(app);
   app.add_file("--relations", o.relations, "true relative poses, to compare with");
   add_threads(app, o.threads);
   add_seed(app, o, "of the random numbers: the same seed gives the same result");

@@ -24,6 +24,7 @@
 #include <wayfare/slam/graph_slam.hpp>
 
 #include "support/command_line.hpp"
+#include "support/truth.hpp"
 
 namespace {
 
@@ -41,6 +42,7 @@ struct Arguments {
   std::string topic;   ///< of the inertial unit, if there are several
   double speed = 1.0;  ///< times real time
   double seconds = 0.0, wait_s = 0.0;
+  examples::TruthOptions truth;
 };
 
 /// Waits in steps, to end early once the program is to stop; false if it is.
@@ -180,21 +182,25 @@ void print(double t_s, const SE2d& pose) {
               pose.heading().degrees());
 }
 
-void walk(const MargRecording& samples, double speed) {
+Trajectory walk(const MargRecording& samples, double speed) {
   Pedestrian pedestrian{PedestrianParameters{}};
+  Trajectory steps;
   const Pace pace(samples.front().time, speed);
   for (const MargSample& sample : samples) {
     const auto t_s = pace.until(sample.time);
     if (!t_s) break;
     pedestrian.add(sample, [&](const PedestrianPose& p) {
-      print(*t_s, SE2d(p.position_m.x(), p.position_m.y(), p.heading));
+      const SE2d pose(p.position_m.x(), p.position_m.y(), p.heading);
+      steps.push_back({p.time, Transform2<frame::Map, frame::Base>(pose)});
+      print(*t_s, pose);
     });
   }
   std::printf("%zu samples, %zu steps\n", samples.size(),
               static_cast<std::size_t>(pedestrian.report().steps));
+  return steps;
 }
 
-Result<void> map(const std::vector<LaserScan>& scans, double speed) {
+Result<Trajectory> map(const std::vector<LaserScan>& scans, double speed) {
   GraphSlam slam;
   const Pace pace(scans.front().time, speed);
   for (const LaserScan& scan : scans) {
@@ -207,9 +213,23 @@ Result<void> map(const std::vector<LaserScan>& scans, double speed) {
       std::fprintf(stderr, "refused: %s\n", outcome.error().to_string().c_str());
     }
   }
-  if (auto done = slam.finish(); !done) return done;
+  if (auto done = slam.finish(); !done) return done.error();
   std::printf("%zu scans, %zu loop closures\n", slam.statistics().scans,
               slam.statistics().loop_closures);
+  return slam.trajectory();
+}
+
+/// True poses of --truth for measurements at these times, then the system's run against them.
+template <class Measurements, class Run>
+Result<void> compared(const Arguments& a, const Measurements& measurements, const Run& run) {
+  std::vector<LogTime> times;
+  for (const auto& m : measurements) times.push_back(m.time);
+  const auto truth = a.truth.read(a.recording, {}, times, {});
+  if (!truth) return truth.error();
+  const Result<Trajectory> poses = run(measurements, a.speed);
+  if (!poses) return poses.error();
+  const auto errors = examples::compare(*truth, {{"replayed", *poses}});
+  std::fputs(examples::to_text(examples::error_tables(*truth, errors)).c_str(), stdout);
   return {};
 }
 
@@ -217,7 +237,7 @@ Result<void> map(const std::vector<LaserScan>& scans, double speed) {
 Result<void> into_system(const Arguments& a) {
   if (a.system != "graph_slam") {
     const auto logged = logger::read_marg_recording(a.recording, a.topic);
-    if (logged && !logged->samples.empty()) return walk(logged->samples, a.speed), Result<void>();
+    if (logged && !logged->samples.empty()) return compared(a, logged->samples, walk);
     const bool other = a.system.empty() && a.topic.empty() &&
                        (logged || logged.error().code == ErrorCode::not_found);
     if (!other)
@@ -228,7 +248,7 @@ Result<void> into_system(const Arguments& a) {
   if (!robot) return robot.error();
   if (robot->recording.scans.empty())
     return Error{ErrorCode::not_found, "contains no laser scan", a.recording};
-  return map(robot->recording.scans, a.speed);
+  return compared(a, robot->recording.scans, map);
 }
 
 Result<void> run(const Arguments& a) {
@@ -269,6 +289,7 @@ int main(int argc, char** argv) {
   app.add_option("--system", a.system,
                  "system to run; by default the one for which the recording has the sensor")
       .one_of({"pedestrian", "graph_slam"});
+  a.truth.add_options(app);
   app.add_option("--topic", a.topic, "of the inertial unit, in a recording of several units");
   if (const auto code = app.parse(argc, argv)) return *code;
   std::signal(SIGINT, [](int) { stopped = true; });

@@ -43,9 +43,9 @@ std::map<std::string, Kind> kinds(std::tuple<M...>*) {
   return {{std::string(M::kType.name), Kind{ros::topic_type<M>(), converted<M>}}...};
 }
 
-using Known =
-    std::tuple<ros::LaserScan, ros::Odometry, ros::Imu, ros::MagneticField, ros::NavSatFix,
-               ros::PointCloud2, ros::RadarScan, ros::TfMessage, ros::PoseStamped>;
+using Known = std::tuple<ros::LaserScan, ros::Odometry, ros::Imu, ros::MagneticField,
+                         ros::NavSatFix, ros::PointCloud2, ros::RadarScan, ros::TfMessage,
+                         ros::PoseStamped, ros::PoseWithCovarianceStamped>;
 
 struct Channel {
   Kind kind;

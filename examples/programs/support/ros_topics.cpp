@@ -16,12 +16,22 @@ void add_robot_topics(CommandLine& app, ros::TopicNames& names) {
   app.add_option("--radar-topic", names.radar,
                  "of a ROS recording: wayfare_msgs/RadarScan or sensor_msgs/PointCloud2");
   app.add_option("--imu-topic", names.imu, "of a ROS recording: sensor_msgs/Imu, the robot's gyro");
-  app.add_option("--truth-topic", names.truth,
-                 "of a ROS recording, the true poses: geometry_msgs/PoseStamped or "
-                 "nav_msgs/Odometry; by default /truth, if it exists");
+  add_truth_topics(app, names);
   app.add_option("--base-frame", names.base_frame,
                  "the robot's frame in a ROS recording; by default that of its odometry");
   add_stamps(app, names);
+}
+
+void add_truth_topics(CommandLine& app, ros::TopicNames& names) {
+  app.add_option("--truth-topic", names.truth,
+                 "of a ROS recording, the true poses: geometry_msgs/PoseStamped, "
+                 "geometry_msgs/PoseWithCovarianceStamped or nav_msgs/Odometry; by default /truth, "
+                 "if it exists");
+  app.add_option("--truth-frames", names.truth_frames,
+                 "PARENT,CHILD: true poses by the transforms of a ROS recording instead")
+      .delimiter(',')
+      .expected(2)
+      .excludes("--truth-topic");
 }
 
 void add_imu_topic(CommandLine& app, ros::TopicNames& names) {

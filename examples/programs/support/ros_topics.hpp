@@ -8,6 +8,8 @@ namespace wayfare::examples {
 
 /// Topics of a ROS recording (.mcap, .bag), for programs that read robot logs.
 void add_robot_topics(CommandLine& app, ros::TopicNames& names);
+/// Its true poses.
+void add_truth_topics(CommandLine& app, ros::TopicNames& names);
 /// For programs that read an inertial unit.
 void add_imu_topic(CommandLine& app, ros::TopicNames& names);
 /// For programs that read an inertial unit and a satellite receiver.

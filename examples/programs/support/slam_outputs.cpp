@@ -32,41 +32,12 @@ Trajectory odometry_at_scans(const SlamOutputs& run) {
   return result;
 }
 
-NamedErrors errors_of(std::string name, const Trajectory& estimate, const Trajectory& reference) {
-  NamedErrors result{std::move(name), eval::absolute_error(estimate, reference)};
-  const std::vector<eval::PosePair> pairs = eval::associate(estimate, reference);
-  if (pairs.empty()) return result;
-  const auto motion = [&](const SE2d eval::PosePair::*pose) {
-    return (pairs.front().*pose).inverse() * (pairs.back().*pose);
-  };
-  const SE2d error =
-      motion(&eval::PosePair::reference).inverse() * motion(&eval::PosePair::estimate);
-  result.final_error_m = error.translation().norm();
-  result.final_percent = 100.0 * result.final_error_m / result.absolute.path_length_m;
-  return result;
-}
-
-io::Plot paths_plot(const SlamOutputs& run, const std::vector<NamedErrors>& errors) {
+io::Plot paths_plot(const SlamOutputs& run, const std::vector<eval::Evaluated>& errors) {
   io::Plot plot = io::top_view("Trajectories");
   plot.series.push_back(io::path_series("SLAM", run.trajectory));
   const Trajectory odometry = odometry_at_scans(run);
   if (!odometry.empty()) plot.series.push_back(io::path_series("odometry", odometry));
-  if (!errors.empty()) {
-    const SE2d T_map_reference = errors.back().absolute.alignment.inverse();
-    plot.series.push_back(
-        io::path_series("reference", *run.reference, T_map_reference, io::Mark::dashed));
-  }
-  return plot;
-}
-
-io::Plot error_plot(const SlamOutputs& run, const std::vector<NamedErrors>& errors) {
-  io::Plot plot = io::time_plot("Distance from the reference after rigid alignment", "error [m]");
-  for (auto e = errors.rbegin(); e != errors.rend(); ++e) {  // SLAM first, as in the other plots
-    io::Series series{e->name, {}, e->absolute.translations_m};
-    for (const LogTime time : e->absolute.times)
-      series.x.push_back(to_seconds(time - run.trajectory.front().time));
-    plot.series.push_back(std::move(series));
-  }
+  if (!errors.empty()) plot.series.push_back(truth_series(run.truth, errors.back().errors));
   return plot;
 }
 
@@ -87,16 +58,19 @@ io::Plot graph_plot(const PoseGraph2& graph) {
 }
 
 io::Report report_of(const SlamOutputs& run, const io::GridImage& grid) {
-  const std::vector<NamedErrors> errors = trajectory_errors(run);
+  std::vector<eval::Evaluated> errors = trajectory_errors(run);
   io::Report report(run.title);
   report.facts(run.facts);
-  if (!errors.empty()) report.heading("Errors against the reference").table(error_table(errors));
-  for (const auto& [title, table] : run.tables) report.heading(title).table(table);
-  report.heading("Map").image(
-      io::MapPainter(grid).path(points_of(run.trajectory), io::kBlue).picture(),
-      "The map and the robot's path.");
+  for (const auto& [title, table] : tables_of(run)) report.heading(title).table(table);
+  io::MapPainter painter(grid);
+  if (!errors.empty()) draw_truth(painter, run.truth, errors.back().errors);
+  report.heading("Map").image(painter.path(points_of(run.trajectory), io::kBlue).picture(),
+                              errors.empty()
+                                  ? "The map and the robot's path."
+                                  : "The map, the robot's path and, in green, the true path.");
   report.heading("Trajectories").plot(paths_plot(run, errors));
-  if (!errors.empty()) report.plot(error_plot(run, errors));
+  std::reverse(errors.begin(), errors.end());  // SLAM first, as in the other plots
+  for (const io::Plot& plot : distance_plots(run.truth, errors)) report.plot(plot);
   if (!run.graph.poses.empty()) report.heading("Pose graph").plot(graph_plot(run.graph));
   return report;
 }
@@ -120,29 +94,16 @@ std::vector<Eigen::Vector2d> points_of(const Trajectory& trajectory) {
   return points;
 }
 
-std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run) {
-  if (run.reference == nullptr) return {};
-  std::vector<NamedErrors> errors;
+std::vector<eval::Evaluated> trajectory_errors(const SlamOutputs& run) {
   const Trajectory odometry = odometry_at_scans(run);
-  if (!odometry.empty()) errors.push_back(errors_of("odometry", odometry, *run.reference));
-  errors.push_back(errors_of("SLAM", run.trajectory, *run.reference));
-  return errors;
+  if (odometry.empty()) return compare(run.truth, {{"SLAM", run.trajectory}});
+  return compare(run.truth, {{"odometry", odometry}, {"SLAM", run.trajectory}});
 }
 
-eval::Table error_table(const std::vector<NamedErrors>& errors) {
-  eval::Table table({{""},
-                     {"ATE RMSE", "m"},
-                     {"heading RMSE", "deg"},
-                     {"largest", "m"},
-                     {"at the end", "m"},
-                     {"of the path", "%"}});
-  for (const NamedErrors& e : errors) {
-    table.add_row({e.name, eval::fixed(e.absolute.translation_m.rmse, 3),
-                   eval::fixed(e.absolute.rmse_heading_deg, 2),
-                   eval::fixed(e.absolute.translation_m.max, 3), eval::fixed(e.final_error_m, 3),
-                   eval::fixed(e.final_percent, 2)});
-  }
-  return table;
+TitledTables tables_of(const SlamOutputs& run) {
+  TitledTables tables = error_tables(run.truth, trajectory_errors(run));
+  tables.insert(tables.end(), run.tables.begin(), run.tables.end());
+  return tables;
 }
 
 io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {

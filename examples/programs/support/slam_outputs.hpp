@@ -6,14 +6,15 @@
 #include <vector>
 
 #include <wayfare/core/result.hpp>
+#include <wayfare/eval/evaluation.hpp>
 #include <wayfare/eval/table.hpp>
-#include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/graph/pose_graph.hpp>
 #include <wayfare/io/map_image.hpp>
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/sensors/recording.hpp>
 
 #include "program_files.hpp"
+#include "truth.hpp"
 
 namespace wayfare::examples {
 
@@ -26,23 +27,17 @@ struct SlamOutputs {
   /// Edges with `robust` set are drawn as loop closures. Without poses it is neither drawn nor
   /// written.
   const PoseGraph2& graph;
-  const Trajectory* reference = nullptr;  ///< in any frame, with times around those of the scans
+  const Truth& truth;  ///< may be unknown
   Facts facts = {};
   TitledTables tables = {};                  ///< shown after the errors
   const OccupancyGrid* radar_map = nullptr;  ///< if it is not `map`
 };
 
-/// Errors of a trajectory against the reference.
-struct NamedErrors {
-  std::string name;
-  eval::AbsoluteError absolute;  ///< after the best rigid alignment
-  double final_error_m = 0.0;    ///< at the last pose, both started from the same pose
-  double final_percent = 0.0;    ///< the same, of the distance travelled
-};
-
-/// Of odometry, if the recording has it, and of SLAM; empty without a reference.
-[[nodiscard]] std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run);
-[[nodiscard]] eval::Table error_table(const std::vector<NamedErrors>& errors);
+/// Errors of odometry, if the recording has it, started at the first pose, and of SLAM; empty
+/// without truth.
+[[nodiscard]] std::vector<eval::Evaluated> trajectory_errors(const SlamOutputs& run);
+/// Those errors and the run's own tables.
+[[nodiscard]] TitledTables tables_of(const SlamOutputs& run);
 
 /// The positions of a trajectory.
 [[nodiscard]] std::vector<Eigen::Vector2d> points_of(const Trajectory& trajectory);

@@ -22,6 +22,7 @@ struct Arguments : SlamArguments {
 void add_options(CommandLine& app, Arguments& o, const LogProgram& program) {
   app.add_file("LOG", o.log, "the recorded log").required();
   add_out(app, o);
+  o.truth.add_options(app);
   app.add_file("--relations", o.relations, "true relative poses, to compare with");
   app.add_file("--config", o.config, "JSON file of options; see --print-config");
   add_threads(app, o.threads);
@@ -47,16 +48,11 @@ Result<void> read_config(const std::string& path, const LogProgram& program) {
   return error;
 }
 
-/// Logs of carriers without wheels repeat one pose.
-bool never_moves(const std::vector<OdometrySample>& odometry) {
-  return std::all_of(odometry.begin(), odometry.end(), [&](const OdometrySample& s) {
-    return s.T_odom_base.raw().minus(odometry.front().T_odom_base.raw()).isZero(0);
-  });
-}
-
 Result<Recording> read_recording(const Arguments& o) {
   auto recording = read_robot_log(o.log, o.topics);
-  if (recording && (o.no_odometry || never_moves(recording->odometry))) recording->odometry.clear();
+  if (!recording) return recording;
+  if (o.no_odometry) recording->odometry.clear();
+  drop_still_odometry(*recording);
   return recording;
 }
 
@@ -86,6 +82,8 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
   if (!relations) return relations.error();
   const auto recording = read_recording(o);
   if (!recording) return recording.error();
+  const auto truth = o.read_truth(*recording);
+  if (!truth) return truth.error();
   if (auto ready = prepare_folder(o.out, o.write()); !ready) return ready;
   const auto run = run_timed(program.system, o.quiet, [&](ProgressLine& progress) {
     return program.run(*recording, o, std::ref(progress));
@@ -94,7 +92,7 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
   print_refused_scans(run->slam.refused_scans, run->slam.first_refusal);
   const LogRun& slam = run->slam;
   SlamOutputs outputs{
-      program.system + " of " + o.log, *recording, slam.trajectory, slam.map, slam.graph, nullptr,
+      program.system + " of " + o.log, *recording, slam.trajectory, slam.map, slam.graph, *truth,
       facts_of(*recording, *run)};
   if (!relations->empty())
     outputs.tables.emplace_back(
@@ -107,6 +105,10 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
 }
 
 }  // namespace
+
+Result<Truth> SlamArguments::read_truth(const Recording& recording) const {
+  return truth.read(log, recording.truth, times_of(recording), topics);
+}
 
 void add_threads(CommandLine& app, int& threads) {
   app.add_number("--threads", threads, 1, 256,
@@ -131,6 +133,14 @@ Result<Recording> read_robot_log(const std::string& path, const ros::TopicNames&
   return recording_of(io::read_carmen(path));
 }
 
+void drop_still_odometry(Recording& recording) {
+  std::vector<OdometrySample>& odometry = recording.odometry;
+  const bool still = std::all_of(odometry.begin(), odometry.end(), [&](const OdometrySample& s) {
+    return s.T_odom_base.raw().minus(odometry.front().T_odom_base.raw()).isZero(0);
+  });
+  if (still) odometry.clear();
+}
+
 Result<std::vector<eval::Relation>> read_relations_or_none(const std::string& path) {
   if (path.empty()) return std::vector<eval::Relation>();
   auto file = io::read_relations(path);
@@ -146,6 +156,8 @@ Result<Timed<GraphSlamRun>> run_with_progress(const Recording& recording, GraphS
     return run_graph_slam(recording, std::move(options), std::ref(progress));
   });
 }
+
+std::size_t particles_of(SlamSensors sensors) { return sensors == SlamSensors::radar ? 10 : 30; }
 
 std::string speed(double took_s, double recording_s, int decimals) {
   return eval::fixed(took_s, decimals) + " s, " + eval::fixed(recording_s / took_s, 0) +
@@ -166,8 +178,8 @@ void print_refused_scans(std::size_t count, const std::string& first) {
 }
 
 void print_report(const SlamOutputs& outputs, const std::string& report) {
-  std::printf("%s%s\nreport: %s\n", to_text(outputs.facts).c_str(), to_text(outputs.tables).c_str(),
-              report.c_str());
+  std::printf("%s%s\nreport: %s\n", to_text(outputs.facts).c_str(),
+              to_text(tables_of(outputs)).c_str(), report.c_str());
 }
 
 int run_log_program(int argc, char** argv, const LogProgram& program) {

@@ -16,6 +16,7 @@
 #include <wayfare/map/occupancy_grid.hpp>
 #include <wayfare/sensors/recording.hpp>
 #include <wayfare/slam/graph_slam.hpp>
+#include <wayfare/slam/radar_slam.hpp>
 
 #include "command_line.hpp"
 #include "option_fields.hpp"
@@ -30,6 +31,10 @@ struct SlamArguments : OutputArguments {
   int threads = 1;
   std::uint64_t seed = 1;
   ros::TopicNames topics;
+  TruthOptions truth;
+
+  /// Of --truth or the recording.
+  [[nodiscard]] Result<Truth> read_truth(const Recording& recording) const;
 };
 
 void add_threads(CommandLine& app, int& threads);
@@ -42,6 +47,9 @@ inline constexpr const char* kRobotLogs =
 /// Reports skipped lines on standard error.
 [[nodiscard]] Result<Recording> read_robot_log(const std::string& path,
                                                const ros::TopicNames& topics = {});
+
+/// Odometry that never moves, as in the logs of carriers without wheels, is none.
+void drop_still_odometry(Recording& recording);
 
 /// None for an empty path. Reports skipped lines on standard error.
 [[nodiscard]] Result<std::vector<eval::Relation>> read_relations_or_none(const std::string& path);
@@ -67,6 +75,9 @@ template <class Run>
 [[nodiscard]] Result<Timed<GraphSlamRun>> run_with_progress(const Recording& recording,
                                                             GraphSlamOptions options,
                                                             const SlamArguments& arguments);
+
+/// Default number of particles of the Rao-Blackwellised filter with these sensors.
+[[nodiscard]] std::size_t particles_of(SlamSensors sensors);
 
 /// "12.3 s, 45 times real time".
 [[nodiscard]] std::string speed(double took_s, double recording_s, int decimals);

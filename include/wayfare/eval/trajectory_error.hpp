@@ -67,6 +67,7 @@ class AttitudeRmse {
 
 enum class Alignment {
   none,   ///< both trajectories are in the same frame already
+  start,  ///< rigid transformation of the estimate that starts it at the reference's pose
   rigid,  ///< rigid transformation of the estimate that fits the reference best
 };
 
@@ -133,6 +134,8 @@ struct AbsoluteError {
   double path_length_m = 0.0;
   /// RMSE of the translation relative to the path length, percent.
   double percent_of_path = std::numeric_limits<double>::quiet_NaN();
+  double end_m = std::numeric_limits<double>::quiet_NaN();        ///< translation at the last pair
+  double end_percent = std::numeric_limits<double>::quiet_NaN();  ///< of the path length
   SE2d alignment;             ///< applied to the estimate from the left
   std::size_t unmatched = 0;  ///< estimated poses without a reference
   std::vector<LogTime> times;
@@ -142,7 +145,8 @@ struct AbsoluteError {
 namespace detail {
 
 inline SE2d alignment_of(std::span<const PosePair> pairs, Alignment how) {
-  if (how == Alignment::none) return {};
+  if (how == Alignment::none || pairs.empty()) return {};
+  if (how == Alignment::start) return pairs.front().reference * pairs.front().estimate.inverse();
   std::vector<Eigen::Vector2d> from, to;
   for (const PosePair& pair : pairs) {
     from.push_back(pair.estimate.translation());
@@ -156,23 +160,24 @@ inline SE2d alignment_of(std::span<const PosePair> pairs, Alignment how) {
 struct AbsoluteOptions {
   Alignment alignment = Alignment::rigid;
   GapLimit gaps = {};  ///< where the reference is not interpolated
+  /// Errors in x and y along the axes of the estimate's frame instead of the reference's.
+  bool estimate_axes = false;
 };
 
-/// Both trajectories are in order of time.
-[[nodiscard]] inline AbsoluteError absolute_error(std::span<const StampedPose> estimate,
-                                                  std::span<const StampedPose> reference,
+/// Of pairs in order of time.
+[[nodiscard]] inline AbsoluteError absolute_error(std::span<const PosePair> pairs,
                                                   const AbsoluteOptions& options = {}) {
-  const std::vector<PosePair> pairs = associate(estimate, reference, options.gaps);
   AbsoluteError result;
-  result.unmatched = estimate.size() - pairs.size();
   result.alignment = detail::alignment_of(pairs, options.alignment);
+  const SO2d to_axes = options.estimate_axes ? result.alignment.rotation().inverse() : SO2d();
   std::vector<double> x, y, headings;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const SE2d aligned = result.alignment * pairs[i].estimate;
-    const Eigen::Vector2d d = aligned.translation() - pairs[i].reference.translation();
+    Eigen::Vector2d d = aligned.translation() - pairs[i].reference.translation();
     const SO2d rotation = pairs[i].reference.rotation().inverse() * aligned.rotation();
     result.times.push_back(pairs[i].time);
     result.translations_m.push_back(d.norm());
+    if (options.estimate_axes) d = to_axes * d;
     x.push_back(d.x());
     y.push_back(d.y());
     headings.push_back(std::abs(rotation.angle().degrees()));
@@ -186,44 +191,22 @@ struct AbsoluteOptions {
   result.rmse_x_m = summarise(x).rmse;
   result.rmse_y_m = summarise(y).rmse;
   result.rmse_heading_deg = result.heading_deg.rmse;
-  if (result.path_length_m > 0.0)
+  if (!pairs.empty()) result.end_m = result.translations_m.back();
+  if (result.path_length_m > 0.0) {
     result.percent_of_path = 100.0 * result.translation_m.rmse / result.path_length_m;
+    result.end_percent = 100.0 * result.end_m / result.path_length_m;
+  }
   return result;
 }
 
-/// Errors of a run against the truth, both started from the same pose, without further alignment.
-struct StartErrors {
-  double x_m = 0.0, y_m = 0.0, heading_deg = 0.0;  ///< root mean square, in the map's axes
-  double end_m = 0.0, worst_m = 0.0;
-  std::vector<double> times_s, distances_m;  ///< of every pose, times since the first
-};
-
-/// In the axes of the estimate's frame. An error if the truth does not cover the first pose.
-[[nodiscard]] inline Result<StartErrors> start_errors(const Trajectory& estimate,
-                                                      const Trajectory& truth) {
-  if (estimate.empty()) return Error{ErrorCode::not_found, "the run has no poses"};
-  const auto start = pose_at(truth, estimate.front().time);
-  if (!start) return Error{ErrorCode::not_found, "the truth does not cover the run"};
-  const SE2d T_map_truth = estimate.front().T_map_base.raw() * start->inverse();
-  StartErrors e;
-  for (const StampedPose& p : estimate) {
-    const auto at = pose_at(truth, p.time);
-    if (!at) continue;
-    const SE2d expected = T_map_truth * *at;
-    const Eigen::Vector2d d = p.T_map_base.raw().translation() - expected.translation();
-    const double heading_deg =
-        (expected.rotation().inverse() * p.T_map_base.raw().rotation()).angle().degrees();
-    e.x_m += d.x() * d.x();
-    e.y_m += d.y() * d.y();
-    e.heading_deg += heading_deg * heading_deg;
-    e.end_m = d.norm();
-    e.worst_m = std::max(e.worst_m, e.end_m);
-    e.times_s.push_back(to_seconds(p.time - estimate.front().time));
-    e.distances_m.push_back(e.end_m);
-  }
-  const auto n = static_cast<double>(e.times_s.size());
-  for (double* v : {&e.x_m, &e.y_m, &e.heading_deg}) *v = std::sqrt(*v / n);
-  return e;
+/// Both trajectories are in order of time.
+[[nodiscard]] inline AbsoluteError absolute_error(std::span<const StampedPose> estimate,
+                                                  std::span<const StampedPose> reference,
+                                                  const AbsoluteOptions& options = {}) {
+  const std::vector<PosePair> pairs = associate(estimate, reference, options.gaps);
+  AbsoluteError result = absolute_error(pairs, options);
+  result.unmatched = estimate.size() - pairs.size();
+  return result;
 }
 
 /// Separation of the two poses of a relative error.

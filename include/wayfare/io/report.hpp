@@ -36,7 +36,7 @@ struct Plot {
   std::string title;
   std::string x_label;  ///< with its unit: "time [s]"
   std::string y_label;
-  std::vector<Series> series;  ///< coloured in order, six distinct colours
+  std::vector<Series> series;  ///< coloured in order, eight distinct colours
   /// Equal scale of both axes, e.g. for trajectories.
   bool equal_aspect = false;
 };
@@ -61,6 +61,8 @@ struct Plot {
 /// The plot alone, an <svg> element with colours from the report's style. Curves are thinned to the
 /// resolution of the plot; extremes are kept, so that a single spike remains visible.
 [[nodiscard]] std::string to_svg(const Plot& plot);
+/// The same as a file of its own, with title and legend, on white.
+[[nodiscard]] std::string to_svg_document(const Plot& plot);
 
 /// Blocks appear in the order they are added. All text is escaped.
 class Report {

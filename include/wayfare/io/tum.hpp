@@ -1,7 +1,8 @@
 #pragma once
 
 // Trajectories as TUM text: lines `t x y z qx qy qz qw`, metres, unit quaternion, comments with #.
-// Times are exact to the nanosecond; other numbers read back to the same bits.
+// Times are exact to the nanosecond; other numbers read back to the same bits. Trajectories in the
+// plane also as text columns (text_file.hpp).
 //
 // Relations files of the SLAM benchmark of Kümmerle et al. 2009: lines `t1 t2 x y z roll pitch
 // yaw`, the true pose at t2 relative to that at t1.
@@ -52,6 +53,20 @@ struct TumFile {
                                             const WriteOptions& options = {}) {
   return write_file(path, format_tum(trajectory), options);
 }
+
+/// A trajectory in the plane.
+struct PoseFile {
+  Trajectory trajectory;     ///< in the order of the file
+  bool has_heading = false;  ///< else headings are zero
+  Problems problems;         ///< malformed lines, skipped
+};
+
+/// TUM text, or columns with a time, x, y and, if known, `heading` or `yaw`, or qx qy qz qw.
+/// Errors: the file cannot be read, a column is missing or has an unknown unit, or no line is
+/// usable.
+[[nodiscard]] Result<PoseFile> read_poses(const std::string& path, const ColumnFormat& format = {});
+[[nodiscard]] Result<PoseFile> parse_poses(std::string_view text, const std::string& source,
+                                           const ColumnFormat& format = {});
 
 struct RelationsFile {
   std::vector<eval::Relation> relations;  ///< z, roll and pitch are ignored

@@ -92,6 +92,15 @@ struct PoseWithCovariance {
   static void fields(auto& m, auto& a) { a("pose", m.pose), a("covariance", m.covariance); }
 };
 
+struct PoseWithCovarianceStamped {
+  static constexpr MessageType kType{"geometry_msgs/PoseWithCovarianceStamped",
+                                     "953b798c0f514ff060a53a3498ce6246"};
+  Header header;
+  PoseWithCovariance pose;
+
+  static void fields(auto& m, auto& a) { a("header", m.header), a("pose", m.pose); }
+};
+
 struct Twist {
   static constexpr MessageType kType{"geometry_msgs/Twist"};
   Vector3 linear, angular;

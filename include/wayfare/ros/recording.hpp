@@ -74,8 +74,11 @@ struct TopicNames {
   std::string scan;      ///< sensor_msgs/LaserScan
   std::string odometry;  ///< nav_msgs/Odometry
   std::string radar;     ///< wayfare_msgs/RadarScan, or sensor_msgs/PointCloud2
-  /// True poses: geometry_msgs/PoseStamped or nav_msgs/Odometry; empty: `/truth`.
+  /// True poses: geometry_msgs/PoseStamped, geometry_msgs/PoseWithCovarianceStamped or
+  /// nav_msgs/Odometry; empty: `/truth`.
   std::string truth;
+  /// Parent and child: true poses by the transforms between these frames instead.
+  std::vector<std::string> truth_frames;
   std::string imu;           ///< sensor_msgs/Imu
   std::string magnetometer;  ///< sensor_msgs/MagneticField
   std::string fix;           ///< sensor_msgs/NavSatFix
@@ -100,6 +103,14 @@ struct RobotRun {
 /// clocks; a laser that is not level. A unit or truth that was not named is dropped instead, with a
 /// note in `problems`.
 [[nodiscard]] Result<RobotRun> read_robot(const RecordingFile& file, const TopicNames& names = {});
+
+/// True poses alone; none if there is no topic of them and none is named. Errors as above.
+struct TruthRun {
+  Trajectory truth;  ///< one pose per time
+  std::string topic;
+  io::Problems problems;
+};
+[[nodiscard]] Result<TruthRun> read_truth(const RecordingFile& file, const TopicNames& names = {});
 
 struct MargRun {
   MargRecording samples;  ///< in order of time; a magnetometer's own samples are separate entries

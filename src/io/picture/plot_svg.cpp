@@ -6,6 +6,7 @@
 
 #include <wayfare/io/report.hpp>
 
+#include "io/picture/plot_style.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {
@@ -185,9 +186,7 @@ void append_pixels(std::string& out, const std::vector<Pixel>& piece, Mark mark)
 }
 
 void append_series(std::string& out, const Frame& frame, const Series& series, std::size_t index) {
-  out += "<path class=\"s" + std::to_string(index % 6);
-  out += series.mark == Mark::points ? " dots" : series.mark == Mark::dashed ? " dashed" : " line";
-  out += "\" d=\"";
+  out += "<path class=\"" + curve_class(series.mark, index) + "\" d=\"";
   std::vector<Pixel> piece;
   for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
     if (drawable(series.x[i]) && drawable(series.y[i])) {
@@ -201,19 +200,52 @@ void append_series(std::string& out, const Frame& frame, const Series& series, s
   out += "\"/>\n";
 }
 
+void append_plot(std::string& out, const Frame& frame, const Plot& plot) {
+  if (frame.x.empty()) {
+    append_text(out, 0.5 * kWidth, 0.5 * frame.height, "text-anchor=\"middle\"", "no data");
+    return;
+  }
+  append_axes(out, frame, plot);
+  for (std::size_t i = 0; i < plot.series.size(); ++i) append_series(out, frame, plot.series[i], i);
+}
+
+/// Below `top`, in lines as wide as the plot; returns its lower end.
+double append_legend(std::string& out, const Plot& plot, double top) {
+  constexpr double kLine = 20.0, kSample = 34.0, kLetter = 7.0, kGap = 18.0;
+  double x = kLeft, y = top;
+  for (std::size_t i = 0; i < plot.series.size(); ++i) {
+    const double width = kSample + kLetter * static_cast<double>(plot.series[i].name.size());
+    if (x > kLeft && x + width > kWidth - kRight) x = kLeft, y += kLine;
+    out += "<g transform=\"translate(" + point(x, y) + ")\">" +
+           legend_sample(plot.series[i].mark, i) + "</g>\n";
+    append_text(out, x + kSample, y + 9.0, "", plot.series[i].name);
+    x += width + kGap;
+  }
+  return y + kLine;
+}
+
 }  // namespace
 
 std::string to_svg(const Plot& plot) {
   const Frame frame = frame_of(plot);
   std::string out = "<svg viewBox=\"0 0 " + point(kWidth, frame.height) +
                     "\" role=\"img\" aria-label=\"" + escape_html(plot.title) + "\">\n";
-  if (frame.x.empty()) {
-    append_text(out, 0.5 * kWidth, 0.5 * frame.height, "text-anchor=\"middle\"", "no data");
-    return out + "</svg>\n";
-  }
-  append_axes(out, frame, plot);
-  for (std::size_t i = 0; i < plot.series.size(); ++i) append_series(out, frame, plot.series[i], i);
+  append_plot(out, frame, plot);
   return out + "</svg>\n";
+}
+
+std::string to_svg_document(const Plot& plot) {
+  const Frame frame = frame_of(plot);
+  std::string head;
+  append_text(head, kLeft, 22.0, "class=\"label\" font-weight=\"600\"", plot.title);
+  const double top = append_legend(head, plot, 34.0);
+  std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " +
+                    point(kWidth, top + frame.height) + "\" font-family=\"sans-serif\">\n<style>" +
+                    kPlotStyle +
+                    "</style>\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n" + head +
+                    "<g transform=\"translate(0 " + fixed(top) + ")\">\n";
+  append_plot(out, frame, plot);
+  return out + "</g>\n</svg>\n";
 }
 
 }  // namespace wayfare::io

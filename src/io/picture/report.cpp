@@ -5,17 +5,17 @@
 #include <limits>
 #include <utility>
 
+#include "io/picture/plot_style.hpp"
 #include "io/text/text.hpp"
 
 namespace wayfare::io {
 namespace {
 
 constexpr const char* kStyle = R"(
-:root{color-scheme:light dark;--page:#f6f7f8;--card:#fff;--ink:#1c2126;--muted:#5d6770;
---rule:#e1e5e9;--c0:#2563c9;--c1:#d9480f;--c2:#2b8a3e;--c3:#862e9c;--c4:#0b7285;--c5:#946200}
+:root{color-scheme:light dark;--page:#f6f7f8;--card:#fff}
 @media(prefers-color-scheme:dark){:root{--page:#14171a;--card:#1d2125;--ink:#e6e9ec;
 --muted:#9aa5af;--rule:#32383e;--c0:#6ea8fe;--c1:#ff922b;--c2:#69db7c;--c3:#da77f2;--c4:#3bc9db;
---c5:#fcc419}}
+--c5:#fcc419;--c6:#f783ac;--c7:#ced4da}}
 *{box-sizing:border-box}
 body{margin:0;background:var(--page);color:var(--ink);font:15px/1.5 system-ui,-apple-system,
 "Segoe UI",Roboto,"DejaVu Sans",sans-serif}
@@ -35,8 +35,8 @@ figure{background:var(--card);border:1px solid var(--rule);border-radius:8px;mar
 padding:14px 16px;overflow-x:auto}
 figcaption{font-weight:600;margin-bottom:8px}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
-th,td{padding:6px 12px;text-align:right;border-bottom:1px solid var(--rule);white-space:nowrap}
-th:first-child,td:first-child{text-align:left;padding-left:2px}
+th,td{padding:6px 8px;text-align:right;border-bottom:1px solid var(--rule);white-space:nowrap}
+th:first-child,td:first-child{text-align:left;padding-left:2px;white-space:normal}
 thead th{color:var(--muted);font-weight:600;font-size:13px}
 tbody tr:last-child td{border-bottom:0}
 .unit{font-weight:400}
@@ -44,13 +44,6 @@ tbody tr:last-child td{border-bottom:0}
 margin:0 0 6px}
 .legend svg{width:26px;height:10px;display:inline-block;margin-right:6px;vertical-align:middle}
 svg{display:block;width:100%;height:auto}
-svg text{fill:var(--muted);font-size:12px;font-variant-numeric:tabular-nums}
-svg .label{fill:var(--ink);font-size:13px}
-svg path{fill:none;vector-effect:non-scaling-stroke;stroke-linejoin:round;stroke-linecap:round}
-.grid{stroke:var(--rule)}.axis{stroke:var(--muted)}
-.line,.dashed{stroke-width:1.7}.dashed{stroke-dasharray:6 5}.dots{stroke-width:5}
-.s0{stroke:var(--c0)}.s1{stroke:var(--c1)}.s2{stroke:var(--c2)}.s3{stroke:var(--c3)}
-.s4{stroke:var(--c4)}.s5{stroke:var(--c5)}
 img{display:block;min-width:min(100%,620px);max-width:100%;max-height:900px;margin:0 auto}
 @media print{body{background:#fff}figure,.facts div{break-inside:avoid}}
 )";
@@ -78,12 +71,9 @@ std::string legend(const Plot& plot) {
   if (plot.series.size() < 2) return {};
   std::string out = "<div class=\"legend\">";
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
-    const Mark mark = plot.series[i].mark;
-    out += "<span><svg viewBox=\"0 0 26 10\" aria-hidden=\"true\"><path class=\"s";
-    out += std::to_string(i % 6);
-    out += mark == Mark::points ? " dots" : mark == Mark::dashed ? " dashed" : " line";
-    out += mark == Mark::points ? "\" d=\"M5 5h0M13 5h0M21 5h0\"" : "\" d=\"M2 5H24\"";
-    out += "/></svg>" + escape_html(plot.series[i].name) + "</span>";
+    out += "<span><svg viewBox=\"0 0 26 10\" aria-hidden=\"true\">";
+    out += legend_sample(plot.series[i].mark, i);
+    out += "</svg>" + escape_html(plot.series[i].name) + "</span>";
   }
   return out + "</div>\n";
 }
@@ -199,7 +189,8 @@ Report& Report::image(const Image& image, const std::string& caption) {
 std::string Report::html() const {
   std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   out += "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n";
-  out += element("title", title_) + "<style>" + kStyle + "</style>\n</head>\n<body>\n<main>\n";
+  out += element("title", title_) + "<style>" + kPlotStyle + kStyle +
+         "</style>\n</head>\n<body>\n<main>\n";
   out += element("h1", title_);
   if (!subtitle_.empty()) out += "<p class=\"subtitle\">" + escape_html(subtitle_) + "</p>\n";
   return out + body_ + "</main>\n</body>\n</html>\n";

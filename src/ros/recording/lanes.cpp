@@ -97,21 +97,32 @@ void Layout::listen(Lanes& lanes, const RecordingFile& file, io::Problems& probl
 }
 
 void Layout::take(const TfMessage& message, io::Problems& problems) {
-  constexpr std::string_view kOdomFrame = "odom";
   for (const TransformStamped& t : message.transforms) {
     tree.add(t);
-    if (frame_of(t.header) != kOdomFrame) continue;
-    const auto time = time_of(t.header.stamp);
-    const auto pose = plane_pose_of(
-        {{t.transform.translation.x, t.transform.translation.y, 0.0}, t.transform.rotation});
-    if (time && pose) {
-      by_transforms.push_back({*time, Transform2<frame::Odom, frame::Base>(*pose)});
-      odometry_child = t.child_frame_id;
-    } else {
-      problems.add({ErrorCode::parse, time ? pose.error().message : time.error().message,
-                    "transform " + t.child_frame_id});
-    }
+    take(t, problems);
   }
+}
+
+void Layout::take(const TransformStamped& t, io::Problems& problems) {
+  constexpr std::string_view kOdomFrame = "odom";
+  const std::string_view parent = frame_of(t.header);
+  std::string_view child = t.child_frame_id;
+  if (child.starts_with('/')) child.remove_prefix(1);
+  const bool is_truth =
+      truth_frames.size() == 2 && parent == truth_frames[0] && child == truth_frames[1];
+  if (!is_truth && parent != kOdomFrame) return;
+  const auto time = time_of(t.header.stamp);
+  const auto pose = plane_pose_of(
+      {{t.transform.translation.x, t.transform.translation.y, 0.0}, t.transform.rotation});
+  if (!time || !pose) {
+    problems.add({ErrorCode::parse, time ? pose.error().message : time.error().message,
+                  "transform " + t.child_frame_id});
+    return;
+  }
+  if (is_truth) truth.push_back({*time, Transform2<frame::Map, frame::Base>(*pose)});
+  if (parent != kOdomFrame) return;
+  by_transforms.push_back({*time, Transform2<frame::Odom, frame::Base>(*pose)});
+  odometry_child = t.child_frame_id;
 }
 
 std::string Layout::base_frame(const TopicNames& names) const {

@@ -96,6 +96,8 @@ struct Layout {
   FrameTree tree;
   std::vector<OdometrySample> by_transforms;  ///< from `odom`, in the order of the messages
   std::string odometry_child;                 ///< child of the odometry, else of these transforms
+  std::vector<std::string> truth_frames;      ///< parent and child of the true poses, or none …
+  Trajectory truth;                           ///< … and those, in the order of the messages
 
   /// Adds all transforms while the file is read; errors in one are reported in `problems`.
   void listen(Lanes& lanes, const RecordingFile& file, io::Problems& problems);
@@ -104,6 +106,7 @@ struct Layout {
 
  private:
   void take(const TfMessage& message, io::Problems& problems);
+  void take(const TransformStamped& transform, io::Problems& problems);
 };
 
 /// All messages of a topic have one frame, that of the first.

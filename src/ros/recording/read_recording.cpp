@@ -4,16 +4,10 @@
 #include <wayfare/ros/recording.hpp>
 
 #include "ros/recording/lanes.hpp"
+#include "ros/recording/truth.hpp"
 
 namespace wayfare::ros {
 namespace {
-
-/// Any of the type if `name` is empty.
-bool has_topic(const RecordingFile& file, const std::string& name, std::string_view type) {
-  for (const Topic& topic : file.topics())
-    if (topic.type == type && (name.empty() || topic.name == name)) return true;
-  return false;
-}
 
 bool has_speed(const PointCloud2& cloud) {
   for (const PointField& field : cloud.fields_of_point)
@@ -65,14 +59,6 @@ Result<std::string> choose_unit(const RecordingFile& file, const std::string& na
   several.message += "; none is used";
   problems.add(std::move(several));
   return std::string();
-}
-
-/// The true poses: as named, else the topic that `write_robot` uses.
-Result<std::string> choose_truth(const RecordingFile& file, const std::string& named) {
-  const std::string name = named.empty() ? RobotTopics{}.truth : named;
-  if (has_topic(file, name, Odometry::kType.name)) return name;
-  if (named.empty() && !has_topic(file, name, PoseStamped::kType.name)) return std::string();
-  return choose_topic(file, PoseStamped::kType.name, name, "truth");
 }
 
 struct Frames {
@@ -135,7 +121,7 @@ Result<Chosen> choose_topics(const RecordingFile& file, const TopicNames& names,
                              io::Problems& problems) {
   const auto scan = choose_topic(file, LaserScan::kType.name, names.scan, "scan");
   if (!scan) return scan.error();
-  const auto truth = choose_truth(file, names.truth);
+  const auto truth = choose_truth(file, names);
   if (!truth) return truth.error();
   const auto odometry =
       choose_topic(file, Odometry::kType.name, names.odometry, "odometry", *truth);
@@ -151,23 +137,6 @@ Result<Chosen> choose_topics(const RecordingFile& file, const TopicNames& names,
 
 /// For an optional topic: required if it was named.
 Need need_of(const std::string& named) { return named.empty() ? Need::optional : Need::required; }
-
-Result<StampedPose> truth_of(const Pose& pose, LogTime time) {
-  const auto in_plane = plane_pose_of(pose);
-  if (!in_plane) return in_plane.error();
-  return StampedPose{time, Transform2<frame::Map, frame::Base>(*in_plane)};
-}
-
-void add_truth(Lanes& lanes, const RecordingFile& file, const std::string& topic, Need need,
-               Trajectory& truth) {
-  if (has_topic(file, topic, Odometry::kType.name)) {
-    lanes.add<Odometry>(
-        topic, truth, [](const Odometry& m, LogTime t) { return truth_of(m.pose.pose, t); }, need);
-  } else {
-    lanes.add<PoseStamped>(
-        topic, truth, [](const PoseStamped& m, LogTime t) { return truth_of(m.pose, t); }, need);
-  }
-}
 
 }  // namespace
 
@@ -212,9 +181,11 @@ Result<RobotRun> read_robot(const RecordingFile& file, const TopicNames& names) 
         return TurnRate{time, *rate};
       },
       need_of(names.imu));
-  add_truth(lanes, file, topics->truth, need_of(names.truth), run.recording.truth);
+  add_truth(lanes, layout, file, topics->truth, names, run.recording.truth);
   layout.listen(lanes, file, run.problems);
   if (auto done = lanes.run(run.problems); !done) return done.error();
+  if (auto done = finish_truth(layout, file, names, run.recording.truth, run.problems); !done)
+    return done.error();
   if (topics->odometry.empty()) {
     run.recording.odometry = std::move(layout.by_transforms);
     std::stable_sort(run.recording.odometry.begin(), run.recording.odometry.end(),

@@ -18,6 +18,7 @@ namespace wayfare::examples {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 // A simulated run with the truth as estimate: the result of SLAM without errors.
@@ -42,6 +43,7 @@ class FinishedRun : public ::testing::Test {
     graph_.edges.push_back({0, graph_.size() - 1,
                             graph_.poses.front().inverse() * graph_.poses.back(),
                             Eigen::Matrix3d::Identity(), true});
+    truth_ = {{simulated_.truth}, "the <simulation>"};
     folder_ = fs::path(::testing::TempDir()) /
               ::testing::UnitTest::GetInstance()->current_test_info()->name();
     fs::remove_all(folder_);
@@ -49,12 +51,13 @@ class FinishedRun : public ::testing::Test {
   ~FinishedRun() override { fs::remove_all(folder_); }
 
   [[nodiscard]] SlamOutputs outputs() const {
-    return {"A <test> run", simulated_.recording, trajectory_,      map_,
-            graph_,         &simulated_.truth,    {{"scans", "45"}}};
+    return {"A <test> run", simulated_.recording, trajectory_, map_, graph_,
+            truth_,         {{"scans", "45"}}};
   }
   [[nodiscard]] std::string file(const char* name) const { return (folder_ / name).string(); }
 
   sim::SimulatedRun simulated_;
+  Truth truth_;
   Trajectory trajectory_;
   OccupancyGrid map_;
   PoseGraph2 graph_;
@@ -65,20 +68,47 @@ TEST_F(FinishedRun, ErrorsAreThoseOfTheTrajectoriesWhateverTheReferencesFrame) {
   const auto errors = trajectory_errors(outputs());
   ASSERT_EQ(errors.size(), 2u);
   EXPECT_EQ(errors[1].name, "SLAM");
-  EXPECT_LT(errors[1].absolute.translation_m.rmse, 1e-9);
-  EXPECT_LT(errors[1].final_error_m, 1e-9);
+  for (const eval::AbsoluteError* e : {&errors[1].errors.start, &errors[1].errors.rigid}) {
+    EXPECT_LT(e->translation_m.rmse, 1e-9);
+    EXPECT_LT(e->end_m, 1e-9);
+  }
   // The right wheel reports 1 % too much, with a wheel base of 0.4 m: after L metres the heading
   // error is 0.01 L / 0.4 and the position error about L times half of that on a straight path.
-  const double length = errors[0].absolute.path_length_m;
-  EXPECT_GT(errors[0].final_error_m, 0.1 * length * 0.01 * length / 0.4 / 2);
-  EXPECT_LT(errors[0].final_error_m, 2.0 * length * 0.01 * length / 0.4 / 2);
-  EXPECT_NEAR(errors[0].final_percent, 100 * errors[0].final_error_m / length, 1e-9);
+  const eval::AbsoluteError& odometry = errors[0].errors.start;
+  const double length = odometry.path_length_m;
+  EXPECT_GT(odometry.end_m, 0.1 * length * 0.01 * length / 0.4 / 2);
+  EXPECT_LT(odometry.end_m, 2.0 * length * 0.01 * length / 0.4 / 2);
+  EXPECT_NEAR(odometry.end_percent, 100 * odometry.end_m / length, 1e-9);
+}
+
+TEST_F(FinishedRun, TheReportHasTheErrorsAndTheTruePath) {
+  ASSERT_TRUE(write_slam_outputs(folder_.string(), outputs()).has_value());
+  const std::string with = io::read_file(file("report.html"))->bytes;
+  EXPECT_THAT(with, HasSubstr("Errors against the truth of the &lt;simulation&gt;"));
+  EXPECT_THAT(with,
+              HasSubstr("<td>SLAM, same start</td><td>0.000</td><td>0.000</td><td>0.00</td>"));
+  EXPECT_THAT(with, HasSubstr("</svg>truth</span>"));
+  EXPECT_THAT(with, HasSubstr("in green, the true path"));
+  truth_ = {};
+  ASSERT_TRUE(write_slam_outputs(folder_.string(), outputs(), {io::Existing::replace}).has_value());
+  const std::string without = io::read_file(file("report.html"))->bytes;
+  EXPECT_THAT(without, Not(HasSubstr("truth")));
+}
+
+TEST_F(FinishedRun, TheTruePathIsDrawnInTheMapsFrame) {
+  const auto errors = trajectory_errors(outputs());
+  const io::Series path = truth_series(truth_, errors[1].errors);
+  ASSERT_EQ(path.x.size(), simulated_.truth.size());
+  // The trajectory is the truth in the map's frame, whose first pose is the origin.
+  EXPECT_NEAR(path.x.front(), 0.0, 1e-9);
+  EXPECT_NEAR(path.y.front(), 0.0, 1e-9);
 }
 
 TEST_F(FinishedRun, WithoutAReferenceThereAreNoErrors) {
-  SlamOutputs run = outputs();
-  run.reference = nullptr;
+  truth_ = {};
+  const SlamOutputs run = outputs();
   EXPECT_TRUE(trajectory_errors(run).empty());
+  EXPECT_TRUE(tables_of(run).empty());
   EXPECT_TRUE(write_slam_outputs(folder_.string(), run).has_value());
 }
 
@@ -158,7 +188,7 @@ TEST_F(FinishedRun, AFolderThatCannotBeMadeIsAnError) {
 TEST_F(FinishedRun, AnEmptyMapIsNoCrash) {
   SlamOutputs run = outputs();
   const OccupancyGrid empty;
-  const SlamOutputs bare{run.title, run.recording, run.trajectory, empty, run.graph};
+  const SlamOutputs bare{run.title, run.recording, run.trajectory, empty, run.graph, run.truth};
   const auto written = write_slam_outputs(folder_.string(), bare);
   EXPECT_TRUE(written.has_value()) << written.error().to_string();
 }
