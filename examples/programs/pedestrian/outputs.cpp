@@ -1,8 +1,12 @@
 #include "outputs.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <utility>
+#include <vector>
 
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/eval/trajectory_error.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/text_file.hpp>
@@ -13,7 +17,8 @@ namespace {
 
 std::string csv(const WalkRun& run) {
   std::string out = "t_s,x_m,y_m,z_m,heading_deg,sigma_x_m,sigma_y_m,sigma_z_m,";
-  out += run.foot ? "stride_m,statistic,stands\n" : "step_m,interval_s\n";
+  out += run.foot ? "stride_m,statistic,stands" : "step_m,interval_s";
+  out += run.pressure ? ",pressure_height_m,height_m,sigma_height_m\n" : "\n";
   for (const WalkRow& r : run.rows) {
     out += io::format_nanoseconds(r.time.nanoseconds());
     for (const double v : {r.position_m.x(), r.position_m.y(), r.position_m.z()})
@@ -23,6 +28,9 @@ std::string csv(const WalkRun& run) {
       out += ',' + eval::fixed(v, 4);
     out += ',' + eval::fixed(run.foot ? r.still : r.interval_s, 3);
     if (run.foot) out += r.event ? ",1" : ",0";
+    if (run.pressure)
+      for (const double v : {r.pressure_height_m, r.height_m, r.height_sigma_m})
+        out += ',' + eval::fixed(v, 4);
     out += '\n';
   }
   return out;
@@ -30,9 +38,12 @@ std::string csv(const WalkRun& run) {
 
 io::Trajectory3 trajectory(const WalkRun& run) {
   io::Trajectory3 poses;
-  for (const WalkRow& r : run.rows)
+  for (const WalkRow& r : run.rows) {
+    const double z = run.pressure ? r.height_m : r.position_m.z();
     poses.push_back({r.time, Transform3<frame::Map, frame::Base>(
-                                 SE3d(r.position_m, SO3d::exp({0.0, 0.0, r.heading.radians()})))});
+                                 SE3d({r.position_m.x(), r.position_m.y(), z},
+                                      SO3d::exp({0.0, 0.0, r.heading.radians()})))});
+  }
   return poses;
 }
 
@@ -91,8 +102,44 @@ eval::AbsoluteError error_of(const WalkRun& run, const Trajectory& truth) {
   return eval::absolute_error(io::planar(trajectory(run)), truth);
 }
 
-eval::Table errors(const WalkRun& run, const Trajectory& truth) {
-  const auto e = error_of(run, truth);
+/// Of a height against the true one, both from the first row that the truth covers.
+struct HeightError {
+  double rms_m = 0.0, end_m = 0.0;
+};
+template <class Height>
+std::optional<HeightError> height_error(const WalkRun& run, const io::Trajectory3& truth,
+                                        const Height& height) {
+  Trajectory heights;  // as x, for its interpolation
+  for (const io::StampedPose3& p : truth)
+    heights.push_back({p.time, Transform2<frame::Map, frame::Base>(
+                                   SE2d(p.T_map_base.raw().translation().z(), 0.0, Angle()))});
+  std::optional<double> start;
+  std::vector<double> errors;
+  for (const WalkRow& r : run.rows) {
+    const auto expected = pose_at(heights, r.time);
+    if (!expected) continue;
+    const double off = height(r) - expected->x();
+    if (!start) start = off;
+    errors.push_back(off - *start);
+  }
+  if (errors.empty()) return std::nullopt;
+  return HeightError{summarise(errors).rmse, std::abs(errors.back())};
+}
+
+void add_height_errors(eval::Table& table, const WalkRun& run, const io::Trajectory3& truth) {
+  const auto row = [&](const std::string& name, const auto& height) {
+    if (const auto e = height_error(run, truth, height))
+      table.add_row({"height by " + name, eval::fixed(e->rms_m, 2) + " m root mean square, " +
+                                              eval::fixed(e->end_m, 2) + " m at the end"});
+  };
+  if (run.foot) row("the foot", [](const WalkRow& r) { return r.position_m.z(); });
+  if (!run.pressure) return;
+  row("pressure", [](const WalkRow& r) { return r.pressure_height_m; });
+  row(run.foot ? "both" : "pressure, filtered", [](const WalkRow& r) { return r.height_m; });
+}
+
+eval::Table errors(const WalkRun& run, const io::Trajectory3& truth) {
+  const auto e = error_of(run, io::planar(truth));
   eval::Table table({{"against the truth"}, {""}});
   table.add_row({"compared", std::to_string(e.times.size()) + " of " +
                                  std::to_string(run.rows.size()) + " positions"});
@@ -101,6 +148,7 @@ eval::Table errors(const WalkRun& run, const Trajectory& truth) {
   table.add_row({"largest", eval::fixed(e.translation_m.max, 2) + " m"});
   table.add_row({"relative to the path length", eval::fixed(e.percent_of_path, 2) + " % of " +
                                                     eval::fixed(e.path_length_m, 1) + " m"});
+  add_height_errors(table, run, truth);
   return table;
 }
 
@@ -121,12 +169,33 @@ io::Plot over_time(std::string title, std::string label, std::vector<io::Series>
   return {std::move(title), "time [s]", std::move(label), std::move(series), false};
 }
 
-io::Report report_of(const std::string& title, const WalkRun& run, const Trajectory& truth) {
+/// Heights of the foot, by pressure and of both, with the truth.
+io::Plot height_plot(const WalkRun& run, const io::Trajectory3& truth) {
+  io::Plot plot = io::time_plot("height", "z [m]");
+  const auto add = [&](const char* name, auto value) {
+    plot.series.push_back(curve(run, name, false, value));
+  };
+  if (run.pressure) {
+    add("pressure", [](const WalkRow& r) { return r.pressure_height_m; });
+    add(run.foot ? "both" : "filtered", [](const WalkRow& r) { return r.height_m; });
+  }
+  if (run.foot) add("foot", [](const WalkRow& r) { return r.position_m.z(); });
+  if (truth.empty()) return plot;
+  io::Series line{"truth", {}, {}, io::Mark::dashed};
+  for (const io::StampedPose3& p : truth)
+    line.add(
+        to_seconds(p.time - run.rows.front().time),
+        p.T_map_base.raw().translation().z() - truth.front().T_map_base.raw().translation().z());
+  plot.series.push_back(std::move(line));
+  return plot;
+}
+
+io::Report report_of(const std::string& title, const WalkRun& run, const io::Trajectory3& truth) {
   io::Report report(title, run.foot ? "dead reckoning by a unit on the foot"
                                     : "dead reckoning by steps, their lengths and the heading");
   report.table(summary(run), "Walk and use of the readings");
   if (!truth.empty()) report.table(errors(run, truth), "Errors");
-  report.plot(truth.empty() ? path_plot(run) : path_and_truth(run, truth));
+  report.plot(truth.empty() ? path_plot(run) : path_and_truth(run, io::planar(truth)));
   if (!run.foot) report.plot(steps_plot(run));
   report.plot(over_time("heading", "angle [deg]",
                         {io::broken_at_wraps(curve(run, "heading", false, [](const WalkRow& r) {
@@ -134,15 +203,11 @@ io::Report report_of(const std::string& title, const WalkRun& run, const Traject
                         }))}));
   report.plot(over_time(run.foot ? "strides" : "steps", "length [m]",
                         {curve(run, "length", true, [](const WalkRow& r) { return r.step_m; })}));
-  if (run.foot) {
-    report.plot(over_time("height", "z [m]", {curve(run, "foot", false, [](const WalkRow& r) {
-                            return r.position_m.z();
-                          })}));
-  } else {
+  if (run.foot || run.pressure) report.plot(height_plot(run, truth));
+  if (!run.foot)
     report.plot(
         over_time("time between steps", "interval [s]",
                   {curve(run, "interval", true, [](const WalkRow& r) { return r.interval_s; })}));
-  }
   report.plot(over_time("standard deviation of the position", "sigma [m]",
                         {curve(run, "x", false, [](const WalkRow& r) { return r.sigma_m.x(); }),
                          curve(run, "y", false, [](const WalkRow& r) { return r.sigma_m.y(); })}));
@@ -151,12 +216,12 @@ io::Report report_of(const std::string& title, const WalkRun& run, const Traject
 
 }  // namespace
 
-std::string walk_text(const WalkRun& run, const Trajectory& truth) {
+std::string walk_text(const WalkRun& run, const io::Trajectory3& truth) {
   return summary(run).to_text() + (truth.empty() ? "" : errors(run, truth).to_text());
 }
 
 Result<void> write_walk_outputs(const OutputArguments& to, const std::string& title,
-                                const WalkRun& run, const Trajectory& truth) {
+                                const WalkRun& run, const io::Trajectory3& truth) {
   return first_error({io::write_file(to.path("track.csv"), csv(run), to.write()),
                       io::write_tum(to.path("trajectory.tum"), trajectory(run), to.write()),
                       report_of(title, run, truth).write(to.path("report.html"), to.write())});

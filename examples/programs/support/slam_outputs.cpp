@@ -51,6 +51,8 @@ io::Plot paths_plot(const SlamOutputs& run, const std::vector<NamedErrors>& erro
   plot.series.push_back(io::path_series("SLAM", run.trajectory));
   const Trajectory odometry = odometry_at_scans(run);
   if (!odometry.empty()) plot.series.push_back(io::path_series("odometry", odometry));
+  for (const NamedTrajectory& other : run.others)
+    plot.series.push_back(io::path_series(other.name, other.trajectory));
   if (!errors.empty()) {
     const SE2d T_map_reference = errors.back().absolute.alignment.inverse();
     plot.series.push_back(
@@ -125,8 +127,22 @@ std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run) {
   std::vector<NamedErrors> errors;
   const Trajectory odometry = odometry_at_scans(run);
   if (!odometry.empty()) errors.push_back(errors_of("odometry", odometry, *run.reference));
+  for (const NamedTrajectory& other : run.others)
+    errors.push_back(errors_of(other.name, other.trajectory, *run.reference));
   errors.push_back(errors_of("SLAM", run.trajectory, *run.reference));
   return errors;
+}
+
+eval::Table path_table(const SlamOutputs& run) {
+  eval::Table table({{"path"}, {"length", "m"}, {"end from start", "m"}});
+  const auto row = [&](const std::string& name, const Trajectory& path) {
+    const auto points = points_of(path);
+    const double end_m = points.empty() ? 0.0 : (points.back() - points.front()).norm();
+    table.add_row({name, eval::fixed(eval::path_length_m(path), 2), eval::fixed(end_m, 2)});
+  };
+  for (const NamedTrajectory& other : run.others) row(other.name, other.trajectory);
+  row("SLAM", run.trajectory);
+  return table;
 }
 
 eval::Table error_table(const std::vector<NamedErrors>& errors) {
@@ -152,7 +168,9 @@ io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
 Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,
                                        const io::WriteOptions& options) {
   const fs::path folder(folder_name);
-  if (auto ready = prepare_folder(folder_name, options); !ready) return ready.error();
+  std::vector<std::string> others;
+  for (const NamedTrajectory& other : run.others) others.push_back(other.file);
+  if (auto ready = prepare_folder(folder_name, options, others); !ready) return ready.error();
   const auto path = [&](const char* name) { return (folder / name).string(); };
   const io::GridImage grid = io::grid_image(run.map);
 
@@ -172,6 +190,9 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
                                : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
        report_of(run, grid).write(path("report.html"), options)});
   if (!done) return done.error();
+  for (const NamedTrajectory& other : run.others)
+    if (auto ok = io::write_tum(path(other.file.c_str()), other.trajectory, options); !ok)
+      return ok.error();
   return path("report.html");
 }
 

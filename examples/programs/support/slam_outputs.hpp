@@ -17,6 +17,13 @@
 
 namespace wayfare::examples {
 
+/// Another estimate of the same run, from the same start.
+struct NamedTrajectory {
+  std::string name;
+  std::string file;  ///< in the folder of the results, TUM text
+  Trajectory trajectory;
+};
+
 /// A finished run. The references must outlive the calls.
 struct SlamOutputs {
   std::string title;             ///< of the report
@@ -30,6 +37,7 @@ struct SlamOutputs {
   Facts facts = {};
   TitledTables tables = {};                  ///< shown after the errors
   const OccupancyGrid* radar_map = nullptr;  ///< if it is not `map`
+  std::vector<NamedTrajectory> others = {};  ///< written, and shown beside SLAM's
 };
 
 /// Errors of a trajectory against the reference.
@@ -40,8 +48,11 @@ struct NamedErrors {
   double final_percent = 0.0;    ///< the same, of the distance travelled
 };
 
-/// Of odometry, if the recording has it, and of SLAM; empty without a reference.
+/// Of odometry, if the recording has it, of other estimates and, last, of SLAM; empty without a
+/// reference.
 [[nodiscard]] std::vector<NamedErrors> trajectory_errors(const SlamOutputs& run);
+/// Lengths and ends of SLAM's path and of others.
+[[nodiscard]] eval::Table path_table(const SlamOutputs& run);
 [[nodiscard]] eval::Table error_table(const std::vector<NamedErrors>& errors);
 
 /// The positions of a trajectory.
@@ -54,9 +65,9 @@ struct NamedErrors {
                                           const io::WriteOptions& options = {},
                                           const std::vector<std::string>& more = {});
 
-/// Prepares `folder` and writes trajectory.tum, map.pgm, map.yaml, map.png, graph.g2o and
-/// report.html; returns the report's path. With `Existing::refuse` nothing is written if one of
-/// them exists.
+/// Prepares `folder` and writes trajectory.tum, those of `others`, map.pgm, map.yaml, map.png,
+/// graph.g2o and report.html; returns the report's path. With `Existing::refuse` nothing is written
+/// if one of them exists.
 [[nodiscard]] Result<std::string> write_slam_outputs(const std::string& folder,
                                                      const SlamOutputs& run,
                                                      const io::WriteOptions& options = {});

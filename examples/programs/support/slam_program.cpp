@@ -86,7 +86,7 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
   if (!relations) return relations.error();
   const auto recording = read_recording(o);
   if (!recording) return recording.error();
-  if (auto ready = prepare_folder(o.out, o.write()); !ready) return ready;
+  if (auto ready = prepare_folder(o.out, o.write(), program.more_files); !ready) return ready;
   const auto run = run_timed(program.system, o.quiet, [&](ProgressLine& progress) {
     return program.run(*recording, o, std::ref(progress));
   });
@@ -96,6 +96,8 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
   SlamOutputs outputs{
       program.system + " of " + o.log, *recording, slam.trajectory, slam.map, slam.graph, nullptr,
       facts_of(*recording, *run)};
+  outputs.others = slam.others;
+  if (!slam.others.empty()) outputs.tables.emplace_back("Paths", path_table(outputs));
   if (!relations->empty())
     outputs.tables.emplace_back(
         "Error over relations",

@@ -98,6 +98,33 @@ TEST_F(FinishedRun, FilesReadBack) {
   EXPECT_THAT(html->bytes, HasSubstr("A &lt;test&gt; run"));
 }
 
+// Another estimate has a row in the tables of errors and of paths, a curve and a file of its own.
+TEST_F(FinishedRun, OtherEstimatesAreShownBesideSlam) {
+  SlamOutputs run = outputs();
+  run.others = {{"dead reckoning", "dead_reckoning.tum", trajectory_}};
+  for (StampedPose& pose : run.others[0].trajectory) {
+    const SE2d& at = pose.T_map_base.raw();
+    pose.T_map_base =
+        Transform2<frame::Map, frame::Base>(SE2d(2.0 * at.translation(), at.rotation()));
+  }
+  const auto errors = trajectory_errors(run);
+  ASSERT_EQ(errors.size(), 3u);
+  EXPECT_EQ(errors[1].name, "dead reckoning");
+  EXPECT_GT(errors[1].final_error_m,
+            0.5 * trajectory_.back().T_map_base.raw().translation().norm());
+  EXPECT_LT(errors[2].final_error_m, 1e-9);
+  const auto paths = path_table(run).to_text();
+  EXPECT_THAT(paths, HasSubstr("dead reckoning"));
+  EXPECT_THAT(paths, HasSubstr("SLAM"));
+  const auto report = write_slam_outputs(folder_.string(), run);
+  ASSERT_TRUE(report.has_value()) << report.error().to_string();
+  const auto tum = io::read_tum(file("dead_reckoning.tum"));
+  ASSERT_TRUE(tum.has_value());
+  EXPECT_EQ(tum->trajectory.size(), trajectory_.size());
+  EXPECT_THAT(io::read_file(*report)->bytes, HasSubstr("dead reckoning"));
+  EXPECT_FALSE(write_slam_outputs(folder_.string(), run).has_value());
+}
+
 TEST_F(FinishedRun, TheMapImageLiesWhereTheWallsAre) {
   ASSERT_TRUE(write_slam_outputs(folder_.string(), outputs()).has_value());
   const auto map = io::read_map(file("map.yaml"));
