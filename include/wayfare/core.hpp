@@ -4,6 +4,7 @@
 // statistics, least squares, parallel loops and SIMD packs.
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/atmosphere.hpp>
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/dual.hpp>
 #include <wayfare/core/finite.hpp>

@@ -2,6 +2,7 @@
 
 // Step detection, step length, pedestrian dead reckoning and foot-mounted inertial navigation.
 
+#include <wayfare/pedestrian/barometric_height.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>

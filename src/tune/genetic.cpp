@@ -53,11 +53,20 @@ GeneticState GeneticSearch::start(const BatchFitness& fitness,
 
 namespace {
 
-/// Linear ranking (Baker 1985): the k-th best of n is selected with probability (p − (2p − 2) k/(n
-/// − 1))/n.
-class RankWheel {
+/// Tournament (Goldberg and Deb 1991), or linear ranking (Baker 1985): the k-th best of n is
+/// selected with probability (p − (2p − 2) k/(n − 1))/n.
+class ParentDraw {
  public:
-  RankWheel(std::size_t n, double pressure) {
+  explicit ParentDraw(const GeneticOptions& o) : n_(o.population), tournament_(o.tournament) {
+    if (tournament_ == 0) rank(o.population, o.selection_pressure);
+  }
+  /// The index of a parent, the best individual being the first.
+  [[nodiscard]] std::size_t operator()(Rng& rng) const {
+    return tournament_ == 0 ? by_rank(rng) : by_tournament(rng);
+  }
+
+ private:
+  void rank(std::size_t n, double pressure) {
     double sum = 0.0;
     for (std::size_t k = 0; k < n; ++k) {
       sum +=
@@ -65,13 +74,18 @@ class RankWheel {
       cumulative_.push_back(sum);
     }
   }
-  [[nodiscard]] std::size_t draw(Rng& rng) const {
+  [[nodiscard]] std::size_t by_rank(Rng& rng) const {
     const double at = rng.uniform(0.0, cumulative_.back());
     const auto it = std::upper_bound(cumulative_.begin(), cumulative_.end(), at);
     return std::min(static_cast<std::size_t>(it - cumulative_.begin()), cumulative_.size() - 1);
   }
+  [[nodiscard]] std::size_t by_tournament(Rng& rng) const {
+    std::size_t best = n_ - 1;
+    for (std::size_t i = 0; i < tournament_; ++i) best = std::min<std::size_t>(best, rng.below(n_));
+    return best;
+  }
 
- private:
+  std::size_t n_, tournament_;
   std::vector<double> cumulative_;
 };
 
@@ -83,15 +97,15 @@ GeneticState GeneticSearch::next(const GeneticState& state, const BatchFitness& 
                       state.scores.size() == options_.population && !state.history.empty(),
                   "the state is of this search");
   Rng rng = Rng(options_.seed).stream(state.generation());
-  const RankWheel wheel(options_.population, options_.selection_pressure);
+  const ParentDraw draw(options_);
   const double done = static_cast<double>(state.generation()) /
                       static_cast<double>(std::max<std::size_t>(1, options_.generations));
   const double sigma = options_.mutation_sigma * std::max(0.1, 1.0 - done);
   GeneticState child = state;
   child.units.resize(options_.elite * n);
   for (std::size_t i = options_.elite; i < options_.population; ++i) {
-    const double* mother = &state.units[wheel.draw(rng) * n];
-    const double* father = &state.units[wheel.draw(rng) * n];
+    const double* mother = &state.units[draw(rng) * n];
+    const double* father = &state.units[draw(rng) * n];
     std::size_t a = rng.below(n + 1), b = rng.below(n + 1);
     if (a > b) std::swap(a, b);
     if (!(rng.uniform() < options_.crossover_rate)) a = b = 0;
@@ -198,6 +212,7 @@ std::string GeneticSearch::header() const {
   for (const double v : {static_cast<double>(options_.generations), options_.selection_pressure,
                          options_.crossover_rate, options_.mutation_rate, options_.mutation_sigma})
     text += text_of(v) + ' ';
+  if (options_.tournament > 0) text += "tournament " + std::to_string(options_.tournament);
   text += "\n";
   for (const Gene& g : genes_)
     text += "gene " + g.name + (g.logarithmic ? " log " : " linear ") + text_of(g.low) + ' ' +

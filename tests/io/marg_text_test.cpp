@@ -59,6 +59,24 @@ TEST(MargText, SixAxesHaveNoMagnetometer) {
   EXPECT_EQ(format_marg(file->samples).find("mx"), std::string::npos);
 }
 
+TEST(MargText, ReadsAirPressure) {
+  const std::string names = "t_s,gx_radps,gy_radps,gz_radps,ax_g,ay_g,az_g,";
+  for (const auto& [column, value] : {std::pair("p_hPa", "1013.25"),
+                                      {"p_mbar", "1013.25"},
+                                      {"p_kPa", "101.325"},
+                                      {"p [Pa]", "101325"}}) {
+    const auto file =
+        parse_marg(names + column + "\n1,0,0,0,0,0,1," + value + "\n2,0,0,0,0,0,1,nan\n", "m");
+    ASSERT_TRUE(file) << file.error().to_string();
+    ASSERT_EQ(file->pressure_Pa.size(), 2u);
+    EXPECT_NEAR(file->pressure_Pa[0], 101325.0, 1e-6);
+    EXPECT_TRUE(std::isnan(file->pressure_Pa[1]));
+  }
+  const auto without = parse_marg(names.substr(0, names.size() - 1) + "\n1,0,0,0,0,0,1\n", "m");
+  ASSERT_TRUE(without);
+  EXPECT_TRUE(without->pressure_Pa.empty());
+}
+
 TEST(MargText, NamesMissingColumns) {
   const auto message = [](const char* text) {
     const Result<MargFile> file = parse_marg(text, "m");

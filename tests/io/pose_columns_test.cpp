@@ -32,6 +32,15 @@ void expect_turned(const PoseFile& file) {
   EXPECT_NEAR(file.trajectory[1].T_map_base.raw().heading().degrees(), 90.0, 1e-6);
 }
 
+TEST(PoseColumns, HeightsAreReadFromColumnsThatHaveThemAndFromTum) {
+  EXPECT_THAT(poses_in("t_s,x_m,y_m,z_m\n0,1,2,3\n4,5,6,-7\n").heights_m, ElementsAre(3.0, -7.0));
+  EXPECT_THAT(poses_in("0 1 2 3 0 0 0 1\n4 5 6 -7 0 0 0 1\n").heights_m, ElementsAre(3.0, -7.0));
+  EXPECT_THAT(poses_in("t_s,x_m,y_m\n0,1,2\n4,5,6\n").heights_m, IsEmpty());
+  const PoseFile file = poses_in("t_s,x_m,y_m,z_m\n0,1,2,nan\n4,5,6,-7\n");
+  EXPECT_THAT(file.heights_m, ElementsAre(-7.0));
+  EXPECT_EQ(file.trajectory.size(), 1u);
+}
+
 TEST(PoseColumns, OneTrajectoryInEveryForm) {
   expect_turned(poses_in("1.0 0 0 0 0 0 0 1\n1.5 2 -1 0.3 0 0 0.70710678 0.70710678\n"));
   expect_turned(

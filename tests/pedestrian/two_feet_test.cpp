@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -124,6 +125,26 @@ TEST(TwoFeet, UseTheRelativeMounting) {
   EXPECT_LT(walk(truth, p).right_m, 1.0);
   const TwoFeet feet = walked(truth, p);
   EXPECT_NEAR(feet.odometry().T_odom_base.raw().x(), truth.length_m, 0.5);
+}
+
+// Two straight tracks of one path, that of the right unit seen in axes turned by 0.7 rad.
+TEST(TwoFeet, FindTheMountingFromTheTracks) {
+  std::vector<Eigen::Vector2d> left, right;
+  for (int i = 0; i <= 60; ++i) {
+    left.emplace_back(0.1 * i * Eigen::Vector2d(std::cos(0.3), std::sin(0.3)));
+    right.emplace_back(0.1 * i * Eigen::Vector2d(std::cos(0.3 - 0.7), std::sin(0.3 - 0.7)));
+  }
+  const auto mounting = feet_mounting(left, right, 0.2);
+  ASSERT_TRUE(mounting);
+  EXPECT_NEAR(mounting->right_from_left.radians(), 0.7, 1e-12);
+  // To the right of the walking direction.
+  EXPECT_NEAR(mounting->right_from_left_m.x(), 0.2 * std::sin(0.3), 1e-12);
+  EXPECT_NEAR(mounting->right_from_left_m.y(), -0.2 * std::cos(0.3), 1e-12);
+  left.resize(40);
+  const auto error = feet_mounting(left, right, 0.2);
+  ASSERT_FALSE(error);
+  EXPECT_NE(error.error().message.find("do not get far enough"), std::string::npos);
+  EXPECT_FALSE(feet_mounting({}, {}, 0.2));
 }
 
 }  // namespace

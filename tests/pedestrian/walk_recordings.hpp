@@ -87,11 +87,15 @@ inline std::vector<WalkedStep> steps_along(const WalkRecording& walk,
                                            const PedestrianParameters& parameters) {
   Pedestrian pedestrian(parameters);
   std::vector<WalkedStep> steps;
+  std::vector<double> north;
   for (const MargSample& s : walk.samples)
     pedestrian.add(s, [&](const PedestrianPose& p) {
       steps.push_back(
           {to_seconds(p.time - recording_time(0.0)), p.heading.radians(), p.length_m, p.step});
+      north.push_back(pedestrian.mean_field().correction());
     });
+  // The path turns about its start with every step.
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i].heading_rad += north.back() - north[i];
   return steps;
 }
 

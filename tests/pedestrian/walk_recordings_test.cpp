@@ -144,37 +144,50 @@ using Steps = std::vector<WalkedStep>;
 struct Trial {
   const char* name;
   Steps (*change)(Steps, const WalkRecording&);
+  bool mean_field = false;
 };
 
+double mean_of(const std::vector<double>& values) { return summarise(values).mean; }
+
 // A hand-held phone in two buildings. Lengths were calibrated on the first alone. Target: 3.5 %
-// turned and 6 % absolute.
+// turned and 6 % absolute. WAYFARE_PHONE_WALKS names a folder of other walks of the same data (see
+// benchmarks/accuracy/phone_walks/convert.py).
 TEST(WalkRecordings, PhoneInHand) {
   WAYFARE_NEEDS_RECORDING(file, "pdr/loc20/site1_F1_5dd9e7cb9191710006b5706b.f32.gz");
   const Trial trials[] = {
       {"as it is", [](Steps s, const WalkRecording&) { return s; }},
+      {"north by the mean field", [](Steps s, const WalkRecording&) { return s; }, true},
       {"its length known",
        [](Steps s, const WalkRecording& w) { return testing::with_true_length(std::move(s), w); }},
       {"each leg's direction known", [](Steps s, const WalkRecording& w) {
          return testing::with_true_directions(std::move(s), w, 0.0);
        }}};
+  const char* other = std::getenv("WAYFARE_PHONE_WALKS");
+  const std::string folder = other != nullptr ? other : testing::folder_of(file);
   for (const Trial& trial : trials) {
+    PedestrianParameters p;
+    p.mean_field.on = trial.mean_field;
     std::map<std::string, std::vector<double>> absolute, turned;
-    for (const auto& path : testing::files_in(testing::folder_of(file))) {
+    for (const auto& path : testing::files_in(folder)) {
       const auto walk = testing::read_phone_walk(path);
       ASSERT_TRUE(walk) << path;
-      const auto e =
-          testing::walk_errors(trial.change(testing::steps_along(*walk, {}), *walk), *walk);
+      const auto steps = testing::steps_along(*walk, p);
+      ASSERT_FALSE(steps.empty()) << path;
+      const auto e = testing::walk_errors(trial.change(steps, *walk), *walk);
       for (const auto& site : {stem_of(path).substr(0, 5), std::string("all")}) {
         absolute[site].push_back(100.0 * e.absolute);
         turned[site].push_back(100.0 * e.turned);
       }
     }
-    ASSERT_EQ(absolute["all"].size(), 30u);
     for (const auto& [site, errors] : absolute)
-      std::printf("%s, %s: %zu walks, end error, median: %.2f %% turned, %.2f %% absolute\n",
-                  trial.name, site.c_str(), errors.size(), median_of(turned[site]),
-                  median_of(errors));
-    EXPECT_LE(median_of(turned["all"]), 4.1);
+      std::printf(
+          "%s, %s: %zu walks, end error, median (mean): %.2f (%.2f) %% turned, %.2f (%.2f) %% "
+          "absolute\n",
+          trial.name, site.c_str(), errors.size(), median_of(turned[site]), mean_of(turned[site]),
+          median_of(errors), mean_of(errors));
+    if (other != nullptr) continue;
+    ASSERT_EQ(absolute["all"].size(), 30u);
+    EXPECT_LE(median_of(turned["all"]), trial.mean_field ? 4.8 : 4.1);
     EXPECT_LE(median_of(absolute["all"]), 7.5);
   }
 }

@@ -148,5 +148,22 @@ TEST(Genetic, SelectsParentsByRank) {
   EXPECT_NEAR(static_cast<double>(better), 300.0, 30.0);  // ∫₀^½ 2 − 2x = 3/4; σ = 9
 }
 
+TEST(Genetic, SelectsParentsByTournament) {
+  const GeneticOptions o{
+      .population = 400, .elite = 1, .tournament = 3, .crossover_rate = 0.0, .mutation_rate = 0.0};
+  const GeneticSearch search(genes(1), o);
+  const GeneticState first = search.start(bowl_of(1));
+  const GeneticState second = search.next(first, bowl_of(1));
+  const double middle = first.scores[200];
+  const auto better = std::count_if(second.scores.begin(), second.scores.end(),
+                                    [middle](double v) { return v < middle; });
+  // One of three is of the better half: 1 − (1/2)³ = 7/8 of 400; σ = 6.6.
+  EXPECT_NEAR(static_cast<double>(better), 350.0, 22.0);
+  GeneticOptions by_rank = o;
+  by_rank.tournament = 0;
+  EXPECT_TRUE(search.parse(search.format(second), "x").has_value());
+  EXPECT_FALSE(GeneticSearch(genes(1), by_rank).parse(search.format(second), "x").has_value());
+}
+
 }  // namespace
 }  // namespace wayfare

@@ -121,6 +121,10 @@ std::string description_of(const Options& o, const KnownDrive& drive) {
       " Constraints: wheels do not move sideways; standstill is detected with and without them.";
   if (o.simulated)
     return "All simulated: drive, inertial unit, and ranges (" + ranges + ")." + constraints;
+  if (drive.recorded_ranges)
+    return "Real inertial readings of " + drive.name + " and its recorded ranges (" +
+           std::to_string(drive.recording.ranges.size()) +
+           " epochs), compared with the recording's reference." + constraints;
   return "Real inertial readings of " + drive.name +
          "; the ranges are simulated along the reference of the recording (" + ranges + ")." +
          constraints;
@@ -184,8 +188,9 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Drift of inertial navigation in satellite outages of 10 to 30 s with none to four "
-      "satellites left.\nReal inertial readings with ranges simulated along the recording's "
-      "reference, or an entirely\nsimulated drive. Writes outages.txt and report.html.");
+      "satellites left.\nReal inertial readings with recorded ranges, or with ranges simulated "
+      "along the recording's\nreference, or an entirely simulated drive. Writes outages.txt and "
+      "report.html.");
   Options o;
   app.add_flag("--simulated", o.simulated, "a simulated drive of 310 s and 4.5 km");
   app.add_option("--imu", o.files.imu,
@@ -196,8 +201,10 @@ int main(int argc, char** argv) {
       .existing_file();
   app.add_option("--imu-clock", o.files.imu_clock, "pairs of the unit's times and GPS times")
       .existing_file();
-  app.add_option("--truth", o.files.truth, "the reference the ranges are simulated along")
+  app.add_option("--truth", o.files.truth,
+                 "the reference, along which the ranges are simulated unless they are recorded")
       .existing_file();
+  add_recorded_ranges(app, o.files);
   app.add_option("--config", o.config, "JSON description of the recording; see gnss_ins")
       .existing_file();
   add_imu_topic(app, o.files.topics);

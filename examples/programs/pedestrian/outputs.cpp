@@ -1,8 +1,12 @@
 #include "outputs.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <utility>
+#include <vector>
 
+#include <wayfare/core/statistics.hpp>
 #include <wayfare/io/report.hpp>
 #include <wayfare/io/text_file.hpp>
 #include <wayfare/io/tum.hpp>
@@ -12,7 +16,8 @@ namespace {
 
 std::string csv(const WalkRun& run) {
   std::string out = "t_s,x_m,y_m,z_m,heading_deg,sigma_x_m,sigma_y_m,sigma_z_m,";
-  out += run.foot ? "stride_m,statistic,stands\n" : "step_m,interval_s\n";
+  out += run.foot ? "stride_m,statistic,stands" : "step_m,interval_s";
+  out += run.pressure ? ",pressure_height_m,height_m,sigma_height_m\n" : "\n";
   for (const WalkRow& r : run.rows) {
     out += io::format_nanoseconds(r.time.nanoseconds());
     for (const double v : {r.position_m.x(), r.position_m.y(), r.position_m.z()})
@@ -22,6 +27,9 @@ std::string csv(const WalkRun& run) {
       out += ',' + eval::fixed(v, 4);
     out += ',' + eval::fixed(run.foot ? r.still : r.interval_s, 3);
     if (run.foot) out += r.event ? ",1" : ",0";
+    if (run.pressure)
+      for (const double v : {r.pressure_height_m, r.height_m, r.height_sigma_m})
+        out += ',' + eval::fixed(v, 4);
     out += '\n';
   }
   return out;
@@ -29,9 +37,12 @@ std::string csv(const WalkRun& run) {
 
 io::Trajectory3 trajectory(const WalkRun& run) {
   io::Trajectory3 poses;
-  for (const WalkRow& r : run.rows)
+  for (const WalkRow& r : run.rows) {
+    const double z = run.pressure ? r.height_m : r.position_m.z();
     poses.push_back({r.time, Transform3<frame::Map, frame::Base>(
-                                 SE3d(r.position_m, SO3d::exp({0.0, 0.0, r.heading.radians()})))});
+                                 SE3d({r.position_m.x(), r.position_m.y(), z},
+                                      SO3d::exp({0.0, 0.0, r.heading.radians()})))});
+  }
   return poses;
 }
 
@@ -81,6 +92,59 @@ std::vector<eval::Evaluated> errors_of(const WalkRun& run, const Truth& truth) {
   return compare(truth, {{"walk", walk}});
 }
 
+/// As x, for their interpolation.
+Trajectory heights_of(const Truth& truth) {
+  Trajectory heights;
+  for (std::size_t i = 0; i < truth.heights_m.size(); ++i)
+    heights.push_back({truth.poses[i].time, Transform2<frame::Map, frame::Base>(
+                                                SE2d(truth.heights_m[i], 0.0, Angle()))});
+  return heights;
+}
+
+/// Of a height against the true one, both from the first row that the truth covers.
+struct HeightError {
+  double rms_m = 0.0, end_m = 0.0;
+};
+template <class Height>
+std::optional<HeightError> height_error(const WalkRun& run, const Trajectory& truth,
+                                        const Height& height) {
+  std::optional<double> start;
+  std::vector<double> errors;
+  for (const WalkRow& r : run.rows) {
+    const auto expected = pose_at(truth, r.time);
+    if (!expected) continue;
+    const double off = height(r) - expected->x();
+    if (!start) start = off;
+    errors.push_back(off - *start);
+  }
+  if (errors.empty()) return std::nullopt;
+  return HeightError{summarise(errors).rmse, std::abs(errors.back())};
+}
+
+/// Without rows if neither the walk nor the truth has heights.
+eval::Table height_errors(const WalkRun& run, const Truth& truth) {
+  eval::Table table({{"height"}, {"RMSE", "m"}, {"end", "m"}});
+  const Trajectory heights = heights_of(truth);
+  const auto row = [&](const std::string& name, const auto& height) {
+    if (const auto e = height_error(run, heights, height))
+      table.add_row({"by " + name, eval::fixed(e->rms_m, 2), eval::fixed(e->end_m, 2)});
+  };
+  if (run.foot) row("the foot", [](const WalkRow& r) { return r.position_m.z(); });
+  if (!run.pressure) return table;
+  row("pressure", [](const WalkRow& r) { return r.pressure_height_m; });
+  row(run.foot ? "both" : "pressure, filtered", [](const WalkRow& r) { return r.height_m; });
+  return table;
+}
+
+TitledTables tables_of(const WalkRun& run, const Truth& truth,
+                       const std::vector<eval::Evaluated>& errors) {
+  TitledTables tables = error_tables(truth, errors);
+  const bool heights = !truth.heights_m.empty() && (run.foot || run.pressure);
+  if (heights)
+    tables.emplace_back("Errors of heights, from the same start", height_errors(run, truth));
+  return tables;
+}
+
 io::Plot path_plot(const WalkRun& run, const Truth& truth,
                    const std::vector<eval::Evaluated>& errors) {
   io::Plot plot = io::top_view("path");
@@ -97,12 +161,32 @@ io::Plot over_time(std::string title, std::string label, std::vector<io::Series>
   return {std::move(title), "time [s]", std::move(label), std::move(series), false};
 }
 
+/// Heights of the foot, by pressure and of both, with the truth.
+io::Plot height_plot(const WalkRun& run, const Truth& truth) {
+  io::Plot plot = io::time_plot("height", "z [m]");
+  const auto add = [&](const char* name, auto value) {
+    plot.series.push_back(curve(run, name, false, value));
+  };
+  if (run.pressure) {
+    add("pressure", [](const WalkRow& r) { return r.pressure_height_m; });
+    add(run.foot ? "both" : "filtered", [](const WalkRow& r) { return r.height_m; });
+  }
+  if (run.foot) add("foot", [](const WalkRow& r) { return r.position_m.z(); });
+  if (truth.heights_m.empty()) return plot;
+  io::Series line{"truth", {}, {}, io::Mark::dashed};
+  for (std::size_t i = 0; i < truth.heights_m.size(); ++i)
+    line.add(to_seconds(truth.poses[i].time - run.rows.front().time),
+             truth.heights_m[i] - truth.heights_m.front());
+  plot.series.push_back(std::move(line));
+  return plot;
+}
+
 io::Report report_of(const std::string& title, const WalkRun& run, const Truth& truth) {
   io::Report report(title, run.foot ? "dead reckoning by a unit on the foot"
                                     : "dead reckoning by steps, their lengths and the heading");
   report.table(summary(run), "Walk and use of the readings");
   const std::vector<eval::Evaluated> errors = errors_of(run, truth);
-  for (const auto& [title_of_table, table] : error_tables(truth, errors))
+  for (const auto& [title_of_table, table] : tables_of(run, truth, errors))
     report.table(table, title_of_table);
   report.plot(path_plot(run, truth, errors));
   for (const io::Plot& plot : distance_plots(truth, errors)) report.plot(plot);
@@ -113,15 +197,11 @@ io::Report report_of(const std::string& title, const WalkRun& run, const Truth& 
                         }))}));
   report.plot(over_time(run.foot ? "strides" : "steps", "length [m]",
                         {curve(run, "length", true, [](const WalkRow& r) { return r.step_m; })}));
-  if (run.foot) {
-    report.plot(over_time("height", "z [m]", {curve(run, "foot", false, [](const WalkRow& r) {
-                            return r.position_m.z();
-                          })}));
-  } else {
+  if (run.foot || run.pressure) report.plot(height_plot(run, truth));
+  if (!run.foot)
     report.plot(
         over_time("time between steps", "interval [s]",
                   {curve(run, "interval", true, [](const WalkRow& r) { return r.interval_s; })}));
-  }
   report.plot(over_time("standard deviation of the position", "sigma [m]",
                         {curve(run, "x", false, [](const WalkRow& r) { return r.sigma_m.x(); }),
                          curve(run, "y", false, [](const WalkRow& r) { return r.sigma_m.y(); })}));
@@ -131,7 +211,7 @@ io::Report report_of(const std::string& title, const WalkRun& run, const Truth& 
 }  // namespace
 
 std::string walk_text(const WalkRun& run, const Truth& truth) {
-  const std::string errors = to_text(error_tables(truth, errors_of(run, truth)));
+  const std::string errors = to_text(tables_of(run, truth, errors_of(run, truth)));
   return summary(run).to_text() + errors + (errors.empty() ? "" : "\n");
 }
 

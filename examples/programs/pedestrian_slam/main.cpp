@@ -9,6 +9,7 @@
 #include <wayfare/slam/pedestrian_slam.hpp>
 
 #include "ahrs/recording.hpp"
+#include "pedestrian/step_length_options.hpp"
 #include "support/command_line.hpp"
 #include "support/option_fields.hpp"
 #include "support/slam_program.hpp"
@@ -19,14 +20,19 @@ using namespace wayfare;
 using namespace wayfare::examples;
 
 struct Unit : UnitOptions {
+  StepLengthOptions length;
   double step_m = 0.0;
   bool no_magnetometer = false, no_steps = false, no_feedback = false, no_heading = false;
 
   void add_options(CommandLine& app) {
     UnitOptions::add_options(app);
+    length.add_options(app);
     app.add_option("--step", step_m,
-                   "length of every step, m; by default from the steps' acceleration")
-        .positive();
+                   "length of every step, m: the same as --length constant --factor")
+        .positive()
+        .excludes("--length")
+        .excludes("--factor")
+        .excludes("--calibration");
     app.add_flag("--no-magnetometer", no_magnetometer, "no heading by it where the map gives none");
     app.add_flag("--no-steps", no_steps, "use only rotation and tilt of the unit");
     app.add_flag("--no-feedback", no_feedback, "do not correct steps and heading by the map");
@@ -34,7 +40,11 @@ struct Unit : UnitOptions {
                  "let the map correct the steps but not the unit's heading");
   }
 
-  void apply(PedestrianSlamOptions& o, const UnitReadings& readings, const Recording& log) const {
+  Result<void> apply(PedestrianSlamOptions& o, const UnitReadings& readings,
+                     const Recording& log) const {
+    const auto model = length.model();
+    if (!model) return model.error();
+    o.pedestrian.length = *model;
     o.q_unit_laser = q_unit_laser(readings, log);
     o.pedestrian.forward = forward_axis(readings, log);
     if (step_m > 0) o.pedestrian.length = ConstantStep{step_m};
@@ -42,8 +52,11 @@ struct Unit : UnitOptions {
     o.steps = !no_steps;
     o.feedback = !no_feedback;
     o.heading = !no_heading;
+    return {};
   }
 };
+
+constexpr const char* kDeadReckoning = "dead_reckoning.tum";
 
 Result<LogRun> run(PedestrianSlamOptions options, const Unit& unit, const Recording& recording,
                    const SlamArguments& arguments, const SlamProgress& progress) {
@@ -52,18 +65,20 @@ Result<LogRun> run(PedestrianSlamOptions options, const Unit& unit, const Record
   if (!*readings)
     return Error{ErrorCode::not_found, "contains no inertial unit: --unit must name its recording",
                  arguments.log};
-  unit.apply(options, **readings, recording);
+  if (auto ok = unit.apply(options, **readings, recording); !ok) return ok.error();
   options.slam.threads = arguments.threads;
   auto walk = run_pedestrian_slam(recording, (*readings)->file.samples, options, progress);
   if (!walk) return walk.error();
   SubmapSlamRun& slam = walk->slam;
   const SubmapSlamStatistics& s = slam.statistics;
-  return log_run(
-      slam,
-      {{"submaps", std::to_string(s.submaps) + " of " + std::to_string(s.nodes) + " scans"},
-       {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)},
-       {"steps' scale", eval::fixed(walk->step_scale, 3)}},
-      slam.graph);
+  LogRun result =
+      log_run(slam,
+              {{"submaps", std::to_string(s.submaps) + " of " + std::to_string(s.nodes) + " scans"},
+               {"loop closures", accepted_and_refused(s.loop_closures, s.loops_refused)},
+               {"steps' scale", eval::fixed(walk->step_scale, 3)}},
+              slam.graph);
+  result.others = {{"dead reckoning", kDeadReckoning, std::move(walk->dead_reckoning)}};
+  return result;
 }
 
 }  // namespace
@@ -73,10 +88,14 @@ int main(int argc, char** argv) {
   Unit unit;
   return run_log_program(
       argc, argv,
-      {"pedestrian_slam", "pedestrian SLAM",
+      {"pedestrian_slam",
+       "pedestrian SLAM",
        "Estimate trajectory and map of a walker with range finder and inertial unit: submap SLAM "
-       "with steps as odometry, corrected by the map; scans are levelled by the unit's attitude.",
-       submap_slam_fields(options.slam), std::bind_front(run, std::cref(options), std::cref(unit)),
+       "with steps as odometry, corrected by the map; scans are levelled by the unit's attitude. "
+       "Also writes dead_reckoning.tum: the odometry, with the map's corrections so far.",
+       submap_slam_fields(options.slam),
+       std::bind_front(run, std::cref(options), std::cref(unit)),
        [&] { return check_grid(options.slam.grid); },
-       [&](CommandLine& app) { unit.add_options(app); }});
+       [&](CommandLine& app) { unit.add_options(app); },
+       {kDeadReckoning}});
 }

@@ -8,6 +8,7 @@
 #include <wayfare/ros/nodes.hpp>
 
 #include "node_program.hpp"
+#include "pedestrian/step_length_options.hpp"
 
 namespace {
 
@@ -16,6 +17,7 @@ using examples::steady_s;
 
 struct Arguments {
   ros::PedestrianNodeOptions node;
+  examples::StepLengthOptions length;
   std::vector<double> forward;
   bool no_magnetometer = false, no_transform = false;
 };
@@ -29,6 +31,7 @@ void add_options(examples::CommandLine& app, Arguments& a) {
       "direction of walking: the sensor's axis, or the principal axis of the body's motion");
   app.add_option("--forward", a.forward, "the sensor's axis in the direction of walking")
       .expected(3);
+  a.length.add_options(app);
   app.add_flag("--no-magnetometer", a.no_magnetometer, "do not subscribe to magnetic_field");
   app.add_flag("--no-transform", a.no_transform, "do not publish odom -> base on /tf");
 }
@@ -73,6 +76,12 @@ int main(int argc, char** argv) {
   add_options(app, a);
   const auto started = examples::start_node(argc, argv, "pedestrian_node", app);
   if (!started.node) return started.exit_code;
+  const auto length = a.length.model();
+  if (!length) {
+    started.node->say(ros::Severity::error, length.error().to_string());
+    return 1;
+  }
+  a.node.pedestrian.length = *length;
   if (a.forward.size() == 3) {
     a.node.pedestrian.forward = Eigen::Vector3d(a.forward[0], a.forward[1], a.forward[2]);
     if (!(a.node.pedestrian.forward.norm() > 0.0)) {

@@ -1,6 +1,7 @@
 #include "nav_drives.hpp"
 
 #include <memory>
+#include <vector>
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/sim/gnss.hpp>
@@ -32,16 +33,34 @@ std::function<NavState(LogTime)> truth_of(sim::VehicleTrajectory trajectory) {
   return [shared](LogTime t) { return shared->state(t); };
 }
 
+/// Beyond the reference there is no truth.
+void keep_within(std::vector<RangeEpoch>& ranges, const NavTrajectory& reference) {
+  std::erase_if(ranges, [&](const RangeEpoch& epoch) {
+    return epoch.time < reference.front().time || epoch.time > reference.back().time;
+  });
+}
+
 }  // namespace
+
+void add_recorded_ranges(CommandLine& app, NavFiles& files) {
+  app.add_file("--obs", files.observations,
+               "raw observations of the drive, RINEX 2.1 or 3, instead of simulated ranges");
+  app.add_file("--nav", files.navigation, "broadcast messages, RINEX; several files allowed")
+      .expected(1, 8);
+  app.add_file("--ranges", files.ranges, "corrected ranges instead of --obs and --nav");
+}
 
 Result<KnownDrive> recorded_drive(const NavFiles& files, const NavConfig& config,
                                   const RangeSimulation& ranges) {
-  // The loader needs satellite measurements: the reference serves as fixes.
-  NavFiles with_fixes = files;
-  with_fixes.fixes = files.truth;
+  const bool recorded = !files.observations.empty() || !files.ranges.empty();
+  NavFiles measured = files;
   NavConfig described = config;
-  described.fixes = config.truth;
-  auto loaded = load_nav_recording(with_fixes, described);
+  if (!recorded) {
+    // The loader needs satellite measurements: the reference serves as fixes.
+    measured.fixes = files.truth;
+    described.fixes = config.truth;
+  }
+  auto loaded = load_nav_recording(measured, described);
   if (!loaded) return loaded.error();
   auto trajectory = sim::follow_solution(loaded->truth.states);
   if (!trajectory) return trajectory.error();
@@ -49,7 +68,15 @@ Result<KnownDrive> recorded_drive(const NavFiles& files, const NavConfig& config
   drive.name = files.imu.front();
   drive.recording = std::move(loaded->recording);
   drive.recording.fixes.clear();
-  drive.recording.ranges = ranges_along(*trajectory, ranges, config.filter.clock);
+  drive.recorded_ranges = recorded;
+  if (recorded) {
+    keep_within(drive.recording.ranges, loaded->truth.states);
+    if (drive.recording.ranges.empty())
+      return Error{ErrorCode::not_found, "there are no ranges within the time of the reference",
+                   files.truth};
+  } else {
+    drive.recording.ranges = ranges_along(*trajectory, ranges, config.filter.clock);
+  }
   drive.options = config.filter;
   drive.antenna_truth = truth_of(std::move(*trajectory));
   drive.remarks = std::move(loaded->remarks);

@@ -12,6 +12,7 @@
 #include <wayfare/nav/gnss_ins.hpp>
 #include <wayfare/sensors/trajectory.hpp>
 
+#include "command_line.hpp"
 #include "nav_config.hpp"
 
 namespace wayfare::examples {
@@ -24,9 +25,10 @@ struct RangeSimulation {
   std::uint64_t seed = 1;
 };
 
-/// A recording with simulated ranges and the truth at any time.
+/// A recording with ranges and the truth at any time.
 struct KnownDrive {
   std::string name;
+  bool recorded_ranges = false;  ///< else simulated along the truth
   GnssInsRecording recording;
   GnssInsOptions options;
   std::function<NavState(LogTime)> antenna_truth;  ///< may be called from several threads
@@ -34,7 +36,11 @@ struct KnownDrive {
   std::vector<std::string> remarks;
 };
 
-/// Readings of a real unit; ranges simulated along the reference, which is the antenna's position.
+/// --obs and --nav, or --ranges: the recorded ranges of a drive.
+void add_recorded_ranges(CommandLine& app, NavFiles& files);
+
+/// Readings of a real unit. The ranges are those of the files, within the time of the reference;
+/// without such files simulated along the reference, which is the antenna's position.
 [[nodiscard]] Result<KnownDrive> recorded_drive(const NavFiles& files, const NavConfig& config,
                                                 const RangeSimulation& ranges);
 

@@ -37,8 +37,23 @@ io::Plot paths_plot(const SlamOutputs& run, const std::vector<eval::Evaluated>& 
   plot.series.push_back(io::path_series("SLAM", run.trajectory));
   const Trajectory odometry = odometry_at_scans(run);
   if (!odometry.empty()) plot.series.push_back(io::path_series("odometry", odometry));
+  for (const OtherEstimate& other : run.others)
+    plot.series.push_back(io::path_series(other.name, other.trajectory));
   if (!errors.empty()) plot.series.push_back(truth_series(run.truth, errors.back().errors));
   return plot;
+}
+
+/// Lengths and ends of SLAM's path and of others.
+eval::Table path_table(const SlamOutputs& run) {
+  eval::Table table({{"path"}, {"length", "m"}, {"end from start", "m"}});
+  const auto row = [&](const std::string& name, const Trajectory& path) {
+    const auto points = points_of(path);
+    const double end_m = points.empty() ? 0.0 : (points.back() - points.front()).norm();
+    table.add_row({name, eval::fixed(eval::path_length_m(path), 2), eval::fixed(end_m, 2)});
+  };
+  for (const OtherEstimate& other : run.others) row(other.name, other.trajectory);
+  row("SLAM", run.trajectory);
+  return table;
 }
 
 io::Plot graph_plot(const PoseGraph2& graph) {
@@ -96,12 +111,16 @@ std::vector<Eigen::Vector2d> points_of(const Trajectory& trajectory) {
 
 std::vector<eval::Evaluated> trajectory_errors(const SlamOutputs& run) {
   const Trajectory odometry = odometry_at_scans(run);
-  if (odometry.empty()) return compare(run.truth, {{"SLAM", run.trajectory}});
-  return compare(run.truth, {{"odometry", odometry}, {"SLAM", run.trajectory}});
+  std::vector<NamedTrajectory> all;
+  if (!odometry.empty()) all.push_back({"odometry", odometry});
+  for (const OtherEstimate& other : run.others) all.push_back({other.name, other.trajectory});
+  all.push_back({"SLAM", run.trajectory});
+  return compare(run.truth, all);
 }
 
 TitledTables tables_of(const SlamOutputs& run) {
   TitledTables tables = error_tables(run.truth, trajectory_errors(run));
+  if (!run.others.empty()) tables.emplace_back("Paths", path_table(run));
   tables.insert(tables.end(), run.tables.begin(), run.tables.end());
   return tables;
 }
@@ -113,7 +132,9 @@ io::Image map_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
 Result<std::string> write_slam_outputs(const std::string& folder_name, const SlamOutputs& run,
                                        const io::WriteOptions& options) {
   const fs::path folder(folder_name);
-  if (auto ready = prepare_folder(folder_name, options); !ready) return ready.error();
+  std::vector<std::string> others;
+  for (const OtherEstimate& other : run.others) others.push_back(other.file);
+  if (auto ready = prepare_folder(folder_name, options, others); !ready) return ready.error();
   const auto path = [&](const char* name) { return (folder / name).string(); };
   const io::GridImage grid = io::grid_image(run.map);
 
@@ -133,6 +154,9 @@ Result<std::string> write_slam_outputs(const std::string& folder_name, const Sla
                                : io::write_g2o(path("graph.g2o"), io::to_file(run.graph), options),
        report_of(run, grid).write(path("report.html"), options)});
   if (!done) return done.error();
+  for (const OtherEstimate& other : run.others)
+    if (auto ok = io::write_tum(path(other.file.c_str()), other.trajectory, options); !ok)
+      return ok.error();
   return path("report.html");
 }
 

@@ -18,6 +18,13 @@
 
 namespace wayfare::examples {
 
+/// Another estimate of the same run, from the same start.
+struct OtherEstimate {
+  std::string name;
+  std::string file;  ///< in the folder of the results, TUM text
+  Trajectory trajectory;
+};
+
 /// A finished run. The references must outlive the calls.
 struct SlamOutputs {
   std::string title;             ///< of the report
@@ -31,12 +38,14 @@ struct SlamOutputs {
   Facts facts = {};
   TitledTables tables = {};                  ///< shown after the errors
   const OccupancyGrid* radar_map = nullptr;  ///< if it is not `map`
+  std::vector<OtherEstimate> others = {};    ///< written, and shown beside SLAM's
 };
 
-/// Errors of odometry, if the recording has it, started at the first pose, and of SLAM; empty
-/// without truth.
+/// Errors of odometry, if the recording has it, started at the first pose, of other estimates and,
+/// last, of SLAM; empty without truth.
 [[nodiscard]] std::vector<eval::Evaluated> trajectory_errors(const SlamOutputs& run);
-/// Those errors and the run's own tables.
+/// Those errors, lengths and ends of the paths, if there are other estimates, and the run's own
+/// tables.
 [[nodiscard]] TitledTables tables_of(const SlamOutputs& run);
 
 /// The positions of a trajectory.
@@ -49,9 +58,9 @@ struct SlamOutputs {
                                           const io::WriteOptions& options = {},
                                           const std::vector<std::string>& more = {});
 
-/// Prepares `folder` and writes trajectory.tum, map.pgm, map.yaml, map.png, graph.g2o and
-/// report.html; returns the report's path. With `Existing::refuse` nothing is written if one of
-/// them exists.
+/// Prepares `folder` and writes trajectory.tum, those of `others`, map.pgm, map.yaml, map.png,
+/// graph.g2o and report.html; returns the report's path. With `Existing::refuse` nothing is written
+/// if one of them exists.
 [[nodiscard]] Result<std::string> write_slam_outputs(const std::string& folder,
                                                      const SlamOutputs& run,
                                                      const io::WriteOptions& options = {});

@@ -84,7 +84,7 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
   if (!recording) return recording.error();
   const auto truth = o.read_truth(*recording);
   if (!truth) return truth.error();
-  if (auto ready = prepare_folder(o.out, o.write()); !ready) return ready;
+  if (auto ready = prepare_folder(o.out, o.write(), program.more_files); !ready) return ready;
   const auto run = run_timed(program.system, o.quiet, [&](ProgressLine& progress) {
     return program.run(*recording, o, std::ref(progress));
   });
@@ -94,6 +94,7 @@ Result<void> run(const Arguments& o, const LogProgram& program) {
   SlamOutputs outputs{
       program.system + " of " + o.log, *recording, slam.trajectory, slam.map, slam.graph, *truth,
       facts_of(*recording, *run)};
+  outputs.others = slam.others;
   if (!relations->empty())
     outputs.tables.emplace_back(
         "Error over relations",

@@ -101,6 +101,7 @@ struct LogRun {
   Facts facts = {};  ///< of this system
   std::size_t refused_scans = 0;
   std::string first_refusal = {};
+  std::vector<OtherEstimate> others = {};
 };
 
 /// From the run of a system of the library.
@@ -124,6 +125,7 @@ struct LogProgram {
   std::function<Result<LogRun>(const Recording&, const SlamArguments&, const SlamProgress&)> run;
   std::function<Result<void>()> check_options = {};  ///< after --config, beyond the fields' ranges
   std::function<void(CommandLine&)> more_options = {};
+  std::vector<std::string> more_files = {};  ///< those of LogRun::others
 };
 
 /// The program's main; returns its exit code.

@@ -13,7 +13,7 @@ Result<Truth> from_text(const std::string& path) {
   if (!file) return file.error();
   // A part of the truth would give errors of a part of the run.
   if (!file->problems.empty()) return file->problems.first().front();
-  return Truth{{std::move(file->trajectory), file->has_heading}, path};
+  return Truth{{std::move(file->trajectory), file->has_heading}, path, std::move(file->heights_m)};
 }
 
 Result<Truth> from_recording(const std::string& path, const ros::TopicNames& topics) {

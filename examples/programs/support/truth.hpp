@@ -22,7 +22,8 @@ namespace wayfare::examples {
 
 /// True poses, in any frame; none if unknown.
 struct Truth : eval::Reference {
-  std::string source = {};  ///< the file they are from
+  std::string source = {};             ///< the file they are from
+  std::vector<double> heights_m = {};  ///< of the poses; none if unknown
 
   [[nodiscard]] bool known() const { return !poses.empty(); }
 };

@@ -1,5 +1,5 @@
-// Part of a recorded drive as a folder for tune: readings of the unit, ranges simulated along the
-// recording's reference, and that reference.
+// Part of a recorded drive as a folder for tune: readings of the unit, ranges recorded or simulated
+// along the recording's reference, and that reference.
 
 #include <cstdio>
 #include <string>
@@ -70,11 +70,19 @@ Result<void> run(const Options& o) {
 int main(int argc, char** argv) {
   CommandLine app(
       "Extract part of a recorded drive for tune: the unit's readings are real, the ranges "
-      "simulated\nalong the recording's reference, whose attitude is the course.");
+      "recorded "
+      "or\nsimulated along the recording's reference, whose attitude is the course.");
   Options o;
-  app.add_file("--imu", o.files.imu, "inertial samples").required();
+  app.add_file("--imu", o.files.imu,
+               "inertial samples; two files if gyro and accelerometer are separate")
+      .required()
+      .expected(1, 2);
   app.add_file("--imu-tags", o.files.imu_tags, "RTKLIB's time tags of the inertial file");
-  app.add_file("--truth", o.files.truth, "the reference the ranges are simulated along").required();
+  app.add_file("--imu-clock", o.files.imu_clock, "pairs of the unit's times and GPS times");
+  app.add_file("--truth", o.files.truth,
+               "the reference, along which the ranges are simulated unless they are recorded")
+      .required();
+  add_recorded_ranges(app, o.files);
   app.add_file("--config", o.config, "JSON description of the recording; see gnss_ins");
   app.add_option("--from", o.from_s, "seconds after the first sample").show_default();
   app.add_option("--to", o.to_s, "seconds after the first sample");

@@ -290,15 +290,28 @@ void add_options(CommandLine& app, Options& o) {
   count("--population", o.genetic.population, 4, "individuals");
   count("--generations", o.genetic.generations, 1, "generations");
   count("--runs", o.runs, 1, "independent runs, of which the best is used");
+  count("--tournament", o.genetic.tournament, 0,
+        "individuals of a tournament, whose best is a parent; 0: selection by rank");
+  const auto number = [&](const char* name, double& value, double least, double most,
+                          const char* text) { app.add_number(name, value, least, most, text); };
+  number("--selection-pressure", o.genetic.selection_pressure, 1.0, 2.0,
+         "of the best over the median individual, for selection by rank");
+  number("--crossover-rate", o.genetic.crossover_rate, 0.0, 1.0, "part of the children");
+  number("--mutation-rate", o.genetic.mutation_rate, 0.0, 1.0, "part of the genes");
+  number("--mutation-sigma", o.genetic.mutation_sigma, 0.0, 1.0,
+         "standard deviation of a mutation, part of the gene's range");
   count("--seed", o.genetic.seed, 0, "of the first run, incremented for each further one");
   count("--span", o.spans.noise, 1, "largest factor between noise and its nominal value");
   count("--span-tau", o.spans.tau, 1, "the same for correlation times");
   count("--threads", o.fitness.threads, 1, "worker threads; results do not depend on their number");
   InsFitnessWeights& w = o.fitness.weights;
   app.add_option("--weight-position", w.north, "weight of each metre").not_negative();
-  app.add_option("--weight-heading", w.heading, "weight of each degree of heading")
-      .not_negative()
-      .show_default();
+  const auto weight = [&](const char* name, double& value, const char* text) {
+    app.add_option(name, value, text).not_negative().show_default();
+  };
+  weight("--weight-roll", w.roll, "weight of each degree of roll");
+  weight("--weight-pitch", w.pitch, "weight of each degree of pitch");
+  weight("--weight-heading,--weight-yaw", w.heading, "weight of each degree of heading");
   app.add_option("--kernel", o.fitness.kernel,
                  "avx512, avx2 or baseline; by default the widest supported");
   count("--cmaes", o.cmaes, 0,

@@ -172,13 +172,15 @@ struct MargFile {
   MargRecording samples;                 ///< in the order of the file; NaN: not measured
   std::vector<MargReference> reference;  ///< of each sample; empty without such columns
   std::vector<bool> moving;              ///< of each sample: column `moving`; true without it
+  /// Air pressure at each sample, NaN: not measured; empty without column `p`.
+  std::vector<double> pressure_Pa;
   bool has_magnetometer = false;
   Problems problems;
 };
 
 struct MargFormat {
   /// The columns gx gy gz, ax ay az (both needed), mx my mz (uT, nT, mT, T or G), qw qx qy qz,
-  /// moving (0 or 1), and the time.
+  /// moving (0 or 1), p (Pa, hPa, mbar, kPa), and the time.
   ColumnFormat columns;
   /// Sampling period of a table without a time column, s; zero where it has one.
   double period_s = 0.0;

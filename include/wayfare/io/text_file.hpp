@@ -118,8 +118,8 @@ class FileSink final : public ByteSink {
 ///
 /// A name is a quantity and its unit: `ax_g`, `gx_degps`, `lat_deg`, or `ax [m/s^2]`. Angles are in
 /// rad or deg, turn rates in radps (rad/s) or degps (deg/s), specific force in mps2 (m/s^2), g or
-/// mg, magnetic fields in uT, nT, mT, T or G, lengths in m, cm, mm or km, speeds in mps (m/s) or
-/// kmh (km/h), times in s, ms, us or ns.
+/// mg, magnetic fields in uT, nT, mT, T or G, pressures in Pa, hPa, mbar or kPa, lengths in m, cm,
+/// mm or km, speeds in mps (m/s) or kmh (km/h), times in s, ms, us or ns.
 ///
 /// The time of a line is one of
 /// - `t`: on the recording's own clock; for GNSS, seconds since 1980-01-06, GPS time

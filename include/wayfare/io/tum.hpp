@@ -56,12 +56,13 @@ struct TumFile {
 
 /// A trajectory in the plane.
 struct PoseFile {
-  Trajectory trajectory;     ///< in the order of the file
-  bool has_heading = false;  ///< else headings are zero
-  Problems problems;         ///< malformed lines, skipped
+  Trajectory trajectory;          ///< in the order of the file
+  std::vector<double> heights_m;  ///< of the poses; none if the file has no heights
+  bool has_heading = false;       ///< else headings are zero
+  Problems problems;              ///< malformed lines, skipped
 };
 
-/// TUM text, or columns with a time, x, y and, if known, `heading` or `yaw`, or qx qy qz qw.
+/// TUM text, or columns with a time, x, y and, if known, z and `heading` or `yaw`, or qx qy qz qw.
 /// Errors: the file cannot be read, a column is missing or has an unknown unit, or no line is
 /// usable.
 [[nodiscard]] Result<PoseFile> read_poses(const std::string& path, const ColumnFormat& format = {});

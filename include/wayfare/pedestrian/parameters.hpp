@@ -11,6 +11,7 @@
 #include <wayfare/inertial/ahrs_parameters.hpp>
 #include <wayfare/inertial/attitude.hpp>
 #include <wayfare/pedestrian/detail/magnetic_heading_drift.hpp>
+#include <wayfare/pedestrian/detail/mean_field_north.hpp>
 #include <wayfare/pedestrian/detail/straight_walk.hpp>
 #include <wayfare/pedestrian/step.hpp>
 #include <wayfare/pedestrian/step_detector.hpp>
@@ -67,6 +68,10 @@ struct BasicPedestrianParameters {
   /// Removes heading drift by an uncalibrated magnetometer; headings are then relative to the
   /// start.
   MagneticHeadingDriftParameters magnetic_drift;
+  /// Headings by the gyro alone, and north by the mean field of the walk so far: at each step the
+  /// whole path turns about its start. For walks of minutes inside buildings with a calibrated
+  /// magnetometer; not as odometry. Not with magnetic_drift.
+  MeanFieldNorthParameters mean_field;
 };
 /// With a model of the library.
 using PedestrianParameters = BasicPedestrianParameters<StepLength>;

@@ -8,6 +8,7 @@
 
 #include <wayfare/inertial/ahrs.hpp>
 #include <wayfare/pedestrian/detail/magnetic_heading_drift.hpp>
+#include <wayfare/pedestrian/detail/mean_field_north.hpp>
 #include <wayfare/pedestrian/detail/straight_walk.hpp>
 #include <wayfare/pedestrian/detail/walking_heading.hpp>
 #include <wayfare/pedestrian/parameters.hpp>
@@ -31,13 +32,14 @@ class BasicPedestrian {
         heading_(parameters.heading_time_s),
         straight_(parameters.straight),
         magnetic_drift_(parameters.magnetic_drift),
+        mean_field_(parameters.mean_field, parameters.ahrs.declination),
         covariance_(parameters) {}
 
   /// Passes the pose after each step to `sink(const PedestrianPose&)`.
   template <class Sink>
   MargUpdateStatus add(const MargSample& s, Sink&& sink) {
     MargUpdateStatus status = ahrs_.add(s);
-    if (magnetic_drift_.on()) status.magnetometer = add_field(s);
+    if (magnetic_drift_.on() || mean_field_.on()) status.magnetometer = add_field(s);
     if (status.gyro == UpdateStatus::used || status.gyro == UpdateStatus::saturated)
       update_heading(s);
     if (status.accelerometer != UpdateStatus::missing && status.accelerometer != UpdateStatus::late)
@@ -50,9 +52,9 @@ class BasicPedestrian {
 
   /// External heading of the forward axis, as Ahrs::add_heading(): counter-clockwise from x, rad²
   /// of an error independent between fixes. Needs PedestrianParameters::ahrs.heading_history_s.
-  /// Affects steps reported later. Not used with magnetic_drift.
+  /// Affects steps reported later. Not used with magnetic_drift or mean_field.
   UpdateStatus add_heading(LogTime time, Angle heading, double variance) {
-    if (magnetic_drift_.on()) return UpdateStatus::waiting;
+    if (magnetic_drift_.on() || mean_field_.on()) return UpdateStatus::waiting;
     const double before = forward_radians();
     const UpdateStatus status = ahrs_.add_heading({time, Angle::degrees(90) - heading, variance});
     if (status == UpdateStatus::used) heading_.rotate(wrap_to_pi(forward_radians() - before));
@@ -63,10 +65,12 @@ class BasicPedestrian {
   [[nodiscard]] const Ahrs<frame::Enu>& ahrs() const { return ahrs_; }
   [[nodiscard]] const WalkingDirection& direction() const { return direction_; }
   [[nodiscard]] const MagneticHeadingDrift& magnetic_drift() const { return magnetic_drift_; }
+  [[nodiscard]] const MeanFieldNorth& mean_field() const { return mean_field_; }
   [[nodiscard]] PedestrianReport report() const {
     PedestrianReport r = report_;
     r.ahrs = ahrs_.report();
     if (magnetic_drift_.on()) r.ahrs.magnetometer = magnetic_drift_.report();
+    if (mean_field_.on()) r.ahrs.magnetometer = mean_field_.report();
     return r;
   }
 
@@ -74,13 +78,15 @@ class BasicPedestrian {
   static AhrsParameters attitude_parameters(const Parameters& p) {
     AhrsParameters ahrs = p.ahrs;
     ahrs.heading_axis = p.forward;
-    if (p.magnetic_drift.offset_sigma_uT > 0.0) ahrs.use_magnetometer = false;
+    if (p.magnetic_drift.offset_sigma_uT > 0.0 || p.mean_field.on) ahrs.use_magnetometer = false;
     return ahrs;
   }
 
   UpdateStatus add_field(const MargSample& s) {
-    return ahrs_.ready() ? magnetic_drift_.add(s.time, ahrs_.q_world_body(), s.magnetic_field_uT)
-                         : UpdateStatus::waiting;
+    if (!ahrs_.ready()) return UpdateStatus::waiting;
+    const auto q = ahrs_.q_world_body();
+    return mean_field_.on() ? mean_field_.add(s.time, q, s.magnetic_field_uT)
+                            : magnetic_drift_.add(s.time, q, s.magnetic_field_uT);
   }
 
   [[nodiscard]] double forward_radians() const { return forward_radians(ahrs_.q_world_body()); }
@@ -117,13 +123,17 @@ class BasicPedestrian {
     }
     const double offset = p_.axis == WalkingAxis::principal ? direction_.offset().radians() : 0.0;
     const double heading = h->radians + offset - straight_.step(step.time, h->radians);
-    const Eigen::Vector2d along(std::cos(heading), std::sin(heading));
-    pose_.position_m += length * along;
+    path_m_ += length * Eigen::Vector2d(std::cos(heading), std::sin(heading));
+    mean_field_.step(step.interval_s);
+    const double north = mean_field_.correction();
+    const Eigen::Vector2d along(std::cos(heading + north), std::sin(heading + north));
+    pose_.position_m = Eigen::Rotation2Dd(north) * path_m_;
     pose_.time = step.time;
-    pose_.heading = Angle::radians(heading).wrapped();
+    pose_.heading = Angle::radians(heading + north).wrapped();
     pose_.step = step;
     pose_.length_m = length;
-    pose_.covariance = covariance_.step(length, along, pose_.position_m, h->variance);
+    pose_.covariance =
+        covariance_.step(length, along, pose_.position_m, h->variance + mean_field_.variance());
     report_.distance_m += length;
     sink(static_cast<const PedestrianPose&>(pose_));
   }
@@ -135,6 +145,8 @@ class BasicPedestrian {
   WalkingDirection direction_;
   StraightWalk straight_;
   MagneticHeadingDrift magnetic_drift_;
+  MeanFieldNorth mean_field_;
+  Eigen::Vector2d path_m_ = Eigen::Vector2d::Zero();  // before the turn to north
   WalkCovariance covariance_;
   PedestrianPose pose_;
   PedestrianReport report_;

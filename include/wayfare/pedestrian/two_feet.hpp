@@ -2,15 +2,18 @@
 
 // Two foot-mounted trackers with a bound on their distance.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include <Eigen/Core>
 
 #include <wayfare/core/angle.hpp>
+#include <wayfare/core/result.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>
 
 namespace wayfare {
@@ -114,5 +117,29 @@ class BasicTwoFeet {
   std::uint64_t projections_ = 0;
 };
 using TwoFeet = BasicTwoFeet<ShoeOrAred>;
+
+/// How units of unknown mounting are placed: see TwoFeetParameters.
+struct FeetMounting {
+  Eigen::Vector3d right_from_left_m = Eigen::Vector3d::Zero();
+  Angle right_from_left;
+};
+
+/// From the tracks of both feet, each in its own axes and from its own start: their directions are
+/// the same where they are first `reach_m` from the start. The feet begin `width_m` apart, side by
+/// side. An error if a foot does not get that far.
+[[nodiscard]] inline Result<FeetMounting> feet_mounting(std::span<const Eigen::Vector2d> left,
+                                                        std::span<const Eigen::Vector2d> right,
+                                                        double width_m, double reach_m = 5.0) {
+  const auto far = [&](const Eigen::Vector2d& p) { return p.norm() >= reach_m; };
+  const auto l = std::find_if(left.begin(), left.end(), far);
+  const auto r = std::find_if(right.begin(), right.end(), far);
+  if (l == left.end() || r == right.end())
+    return Error{ErrorCode::degenerate,
+                 "the feet do not get far enough from the start to compare their headings"};
+  const Eigen::Vector2d ahead = l->normalized();
+  return FeetMounting{
+      width_m * Eigen::Vector3d(ahead.y(), -ahead.x(), 0.0),
+      Angle::radians(std::atan2(l->y(), l->x()) - std::atan2(r->y(), r->x())).wrapped()};
+}
 
 }  // namespace wayfare

@@ -3,6 +3,7 @@
 // Walkers with an inertial unit on each foot, or with one and a range finder on the head: bob,
 // sway, tilt and glances.
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,6 +18,14 @@
 
 namespace wayfare::sim {
 
+/// Stairs: strides of two steps each, of which `rise_m` is the height (negative: downward) and
+/// `tread_m` the horizontal length.
+struct StairFlight {
+  int first = 0;  ///< stride of the walk
+  int strides = 5;
+  double rise_m = 0.34, tread_m = 0.58;
+};
+
 /// A walk in strides: each foot alternates swing and stance, the right one half a stride later.
 struct FeetPlan {
   double rate_hz = 100.0;
@@ -28,6 +37,7 @@ struct FeetPlan {
   double pitch_rad = 0.7;     ///< toe down at the highest point of a swing
   double turn_rad = 0.0;      ///< heading change per stride; counter-clockwise
   double sway_radps = 0.015;  ///< greatest rate of a foot in stance, which is never exactly at rest
+  std::vector<StairFlight> stairs;  ///< elsewhere the floor is level
 };
 
 /// One foot: samples and its position at each, relative to its start; axes x forward, y left, z up
@@ -46,6 +56,15 @@ struct FeetTruth {
 /// A swing is a smooth step in time (10u³ − 15u⁴ + 6u⁵) forward with a bump (64u³(1 − u)³) upward;
 /// each unit has its own noise. At most ten million samples.
 [[nodiscard]] FeetTruth simulate_feet(const FeetPlan& plan, const ImuNoise& noise, const Rng& rng);
+
+/// Errors of a barometer: white noise of a reading, and a random walk of the pressure.
+struct BarometerNoise {
+  double white_Pa = 2.0;
+  double drift_Pa = 0.3;  ///< Pa/√s
+};
+/// Pressure at heights that follow each other by `dt_s`, from 101325 Pa at height zero.
+[[nodiscard]] std::vector<double> simulate_pressure(std::span<const double> heights_m, double dt_s,
+                                                    const BarometerNoise& noise, Rng& rng);
 
 /// The motion is that of ten walks recorded by a unit on the head: |a| varies by 1.9 to 2.9 m/s² at
 /// 1.6 to 1.95 steps per second, pitch by 1.7 to 3.9°, roll by 1.1 to 2.3°, glances by 10 to 20°;

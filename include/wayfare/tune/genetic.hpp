@@ -1,8 +1,8 @@
 #pragma once
 
-// A real-coded genetic algorithm with bounds (Goldberg 1989): rank selection, two-point crossover,
-// small mutations, elitism. Individuals are evaluated in batches, so that a fitness can vectorise
-// and use any number of threads.
+// A real-coded genetic algorithm with bounds (Goldberg 1989): selection by rank or by tournament,
+// two-point crossover, small mutations, elitism. Individuals are evaluated in batches, so that a
+// fitness can vectorise and use any number of threads.
 
 #include <cstddef>
 #include <cstdint>
@@ -34,6 +34,9 @@ struct GeneticOptions {
   /// Selection probability of the best individual relative to the median one; that of the worst is
   /// two less this. From 1 (uniform) to 2.
   double selection_pressure = 1.8;
+  /// Tournament selection instead of that by rank: each parent is the best of this many individuals
+  /// drawn with equal probability. Zero: by rank.
+  std::size_t tournament = 0;
   double crossover_rate = 0.9;  ///< else the child copies its first parent
   double mutation_rate = 0.06;  ///< of each gene
   /// Standard deviation of a mutation, as a fraction of the gene's range; decreases linearly to a

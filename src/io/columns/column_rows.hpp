@@ -30,6 +30,7 @@ enum class Dimension : std::uint8_t {
   angular_rate,
   acceleration,
   magnetic_field,
+  pressure,
   decibel_hertz
 };
 

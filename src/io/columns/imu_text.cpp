@@ -221,14 +221,15 @@ std::string format_float_table(std::span<const float> values, std::size_t column
 
 namespace {
 
-constexpr std::size_t kForce = 3, kField = 6, kAttitude = 9, kMoving = 13;
+constexpr std::size_t kForce = 3, kField = 6, kAttitude = 9, kMoving = 13, kPressure = 14;
 constexpr Quantity kMarg[] = {{"gx", Dimension::angular_rate},   {"gy", Dimension::angular_rate},
                               {"gz", Dimension::angular_rate},   {"ax", Dimension::acceleration},
                               {"ay", Dimension::acceleration},   {"az", Dimension::acceleration},
                               {"mx", Dimension::magnetic_field}, {"my", Dimension::magnetic_field},
                               {"mz", Dimension::magnetic_field}, {"qw", Dimension::none},
                               {"qx", Dimension::none},           {"qy", Dimension::none},
-                              {"qz", Dimension::none},           {"moving", Dimension::none}};
+                              {"qz", Dimension::none},           {"moving", Dimension::none},
+                              {"p", Dimension::pressure}};
 
 MargReference reference_of(std::span<const double> v) {
   const Eigen::Quaterniond q(v[kAttitude], v[kAttitude + 1], v[kAttitude + 2], v[kAttitude + 3]);
@@ -253,6 +254,7 @@ Result<MargFile> parse_rows(std::string_view text, const std::string& source,
       return "a reading is infinite";
     file.samples.push_back({row.time, triple(v, 0), triple(v, kForce), triple(v, kField)});
     if (has_reference) file.reference.push_back(reference_of(v));
+    if (rows->has(kPressure)) file.pressure_Pa.push_back(v[kPressure]);
     file.moving.push_back(!rows->has(kMoving) || v[kMoving] > 0.5);
     return {};
   };

@@ -11,11 +11,11 @@
 namespace wayfare::io {
 namespace {
 
-constexpr Quantity kPose[] = {{"x", Dimension::length},      {"y", Dimension::length},
-                              {"heading", Dimension::angle}, {"yaw", Dimension::angle},
-                              {"qx", Dimension::none},       {"qy", Dimension::none},
-                              {"qz", Dimension::none},       {"qw", Dimension::none}};
-enum Column : std::size_t { kX, kY, kHeading, kYaw, kQx, kQw = 7 };
+constexpr Quantity kPose[] = {
+    {"x", Dimension::length},  {"y", Dimension::length}, {"heading", Dimension::angle},
+    {"yaw", Dimension::angle}, {"qx", Dimension::none},  {"qy", Dimension::none},
+    {"qz", Dimension::none},   {"qw", Dimension::none},  {"z", Dimension::length}};
+enum Column : std::size_t { kX, kY, kHeading, kYaw, kQx, kQw = 7, kZ };
 
 /// TUM text has lines of numbers separated by blanks, and comments.
 bool is_tum(std::string_view all) {
@@ -28,7 +28,7 @@ bool is_tum(std::string_view all) {
   return true;
 }
 
-std::string take_pose(const ColumnRow& row, const ColumnRows& rows, Trajectory& poses) {
+std::string take_pose(const ColumnRow& row, const ColumnRows& rows, PoseFile& file) {
   const std::span<const double> v = row.numbers;
   double heading = 0.0;
   if (rows.has(kHeading) || rows.has(kYaw)) {
@@ -40,9 +40,10 @@ std::string take_pose(const ColumnRow& row, const ColumnRows& rows, Trajectory& 
     const Eigen::Vector3d ahead = in_space->rotation() * Eigen::Vector3d(1, 0, 0);
     heading = std::atan2(ahead.y(), ahead.x());
   }
-  if (!std::isfinite(v[kX]) || !std::isfinite(v[kY]) || !std::isfinite(heading))
-    return "not a finite pose";
-  poses.push_back(
+  const double z = rows.has(kZ) ? v[kZ] : 0.0;
+  if (!std::isfinite(v[kX] + v[kY] + z + heading)) return "not a finite pose";
+  if (rows.has(kZ)) file.heights_m.push_back(z);
+  file.trajectory.push_back(
       {row.time, Transform2<frame::Map, frame::Base>(SE2d(v[kX], v[kY], Angle::radians(heading)))});
   return {};
 }
@@ -55,7 +56,7 @@ Result<PoseFile> parse_pose_columns(std::string_view all, const std::string& sou
     if (auto whole = rows->require(kQx, kQw); !whole) return whole.error();
   PoseFile file;
   file.has_heading = rows->has(kHeading) || rows->has(kYaw) || rows->has(kQw);
-  const auto take = [&](const ColumnRow& row) { return take_pose(row, *rows, file.trajectory); };
+  const auto take = [&](const ColumnRow& row) { return take_pose(row, *rows, file); };
   if (rows->for_each(take, file.problems) == 0) return no_content("pose", source, file.problems);
   return file;
 }
@@ -67,7 +68,10 @@ Result<PoseFile> parse_poses(std::string_view all, const std::string& source,
   if (!format.columns.empty() || !is_tum(all)) return parse_pose_columns(all, source, format);
   auto tum = parse_tum(all, source);
   if (!tum) return tum.error();
-  return PoseFile{planar(tum->trajectory), true, std::move(tum->problems)};
+  PoseFile file{planar(tum->trajectory), {}, true, std::move(tum->problems)};
+  for (const StampedPose3& pose : tum->trajectory)
+    file.heights_m.push_back(pose.T_map_base.raw().translation().z());
+  return file;
 }
 
 Result<PoseFile> read_poses(const std::string& path, const ColumnFormat& format) {

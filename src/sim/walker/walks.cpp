@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include <wayfare/core/atmosphere.hpp>
 #include <wayfare/core/contract.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/sim/vehicle_trajectory.hpp>
@@ -23,6 +24,24 @@ struct Pose {
   SO3d q;
 };
 
+/// Strides on the given flight before a point of the walk.
+double strides_on(const StairFlight& flight, double strides) {
+  return std::clamp(strides - flight.first, 0.0, static_cast<double>(flight.strides));
+}
+/// Level strides of the same horizontal length.
+double level_strides(const FeetPlan& plan, double strides) {
+  double level = strides;
+  for (const StairFlight& flight : plan.stairs)
+    level -= (1.0 - flight.tread_m / plan.stride_m) * strides_on(flight, strides);
+  return level;
+}
+double climbed_m(const FeetPlan& plan, double strides) {
+  double height = 0.0;
+  for (const StairFlight& flight : plan.stairs)
+    height += flight.rise_m * strides_on(flight, strides);
+  return height;
+}
+
 /// One foot's path: its position after each stride, and the times of its swings.
 class Foot {
  public:
@@ -32,7 +51,7 @@ class Foot {
     // The left foot starts and the right one ends with half a stride, and they end side by side.
     for (int i = 0; i <= plan.strides; ++i) {
       const double strides = left ? std::max(0.0, i - 0.5) : std::min(i * 1.0, plan.strides - 0.5);
-      const double heading = strides * plan.turn_rad;
+      const double heading = level_strides(plan, strides) * plan.turn_rad;
       headings_.push_back(heading);
       stands_.push_back(along(strides) +
                         side_m * Vector(-std::sin(heading), std::cos(heading), 0.0));
@@ -67,10 +86,11 @@ class Foot {
  private:
   /// The midpoint between the feet after this number of strides: on a circle or straight.
   [[nodiscard]] Vector along(double strides) const {
-    const double angle = strides * plan_.turn_rad, length_m = strides * plan_.stride_m;
-    if (std::abs(plan_.turn_rad) < 1e-12) return {length_m, 0.0, 0.0};
+    const double level = level_strides(plan_, strides), height_m = climbed_m(plan_, strides);
+    const double angle = level * plan_.turn_rad, length_m = level * plan_.stride_m;
+    if (std::abs(plan_.turn_rad) < 1e-12) return {length_m, 0.0, height_m};
     const double radius = plan_.stride_m / plan_.turn_rad;
-    return {radius * std::sin(angle), radius * (1.0 - std::cos(angle)), 0.0};
+    return {radius * std::sin(angle), radius * (1.0 - std::cos(angle)), height_m};
   }
 
   FeetPlan plan_;
@@ -117,7 +137,20 @@ FeetTruth simulate_feet(const FeetPlan& plan, const ImuNoise& noise, const Rng& 
   const Foot left(plan, true), right(plan, false);
   return {walk(left, plan, duration_s, noise, rng.stream(0)),
           walk(right, plan, duration_s, noise, rng.stream(1)), right.begin() - left.begin(),
-          (plan.strides - 0.5) * plan.stride_m};
+          level_strides(plan, plan.strides - 0.5) * plan.stride_m};
+}
+
+std::vector<double> simulate_pressure(std::span<const double> heights_m, double dt_s,
+                                      const BarometerNoise& noise, Rng& rng) {
+  constexpr double kReference_Pa = 101325.0;
+  std::vector<double> pressures;
+  double drift = 0.0;
+  for (const double height : heights_m) {
+    drift += noise.drift_Pa * std::sqrt(dt_s) * rng.normal();
+    pressures.push_back(barometric_pressure_Pa(height, kReference_Pa) + drift +
+                        noise.white_Pa * rng.normal());
+  }
+  return pressures;
 }
 
 HeadWalk::HeadWalk(std::vector<Eigen::Vector2d> route_m, const HeadWalkParams& params, Rng rng)

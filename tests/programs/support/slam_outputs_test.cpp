@@ -1,5 +1,6 @@
 #include "support/slam_outputs.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -126,6 +127,36 @@ TEST_F(FinishedRun, FilesReadBack) {
   const auto html = io::read_file(*report);
   ASSERT_TRUE(html.has_value());
   EXPECT_THAT(html->bytes, HasSubstr("A &lt;test&gt; run"));
+}
+
+// Another estimate has a row in the tables of errors and of paths, a curve and a file of its own.
+TEST_F(FinishedRun, OtherEstimatesAreShownBesideSlam) {
+  SlamOutputs run = outputs();
+  run.others = {{"dead reckoning", "dead_reckoning.tum", trajectory_}};
+  for (StampedPose& pose : run.others[0].trajectory) {
+    const SE2d& at = pose.T_map_base.raw();
+    pose.T_map_base =
+        Transform2<frame::Map, frame::Base>(SE2d(2.0 * at.translation(), at.rotation()));
+  }
+  const auto errors = trajectory_errors(run);
+  ASSERT_EQ(errors.size(), 3u);
+  EXPECT_EQ(errors[1].name, "dead reckoning");
+  EXPECT_GT(errors[1].errors.start.end_m,
+            0.5 * trajectory_.back().T_map_base.raw().translation().norm());
+  EXPECT_LT(errors[2].errors.start.end_m, 1e-9);
+  const auto tables = tables_of(run);
+  const auto paths = std::find_if(tables.begin(), tables.end(),
+                                  [](const auto& table) { return table.first == "Paths"; });
+  ASSERT_NE(paths, tables.end());
+  EXPECT_THAT(paths->second.to_text(), HasSubstr("dead reckoning"));
+  EXPECT_THAT(paths->second.to_text(), HasSubstr("SLAM"));
+  const auto report = write_slam_outputs(folder_.string(), run);
+  ASSERT_TRUE(report.has_value()) << report.error().to_string();
+  const auto tum = io::read_tum(file("dead_reckoning.tum"));
+  ASSERT_TRUE(tum.has_value());
+  EXPECT_EQ(tum->trajectory.size(), trajectory_.size());
+  EXPECT_THAT(io::read_file(*report)->bytes, HasSubstr("dead reckoning"));
+  EXPECT_FALSE(write_slam_outputs(folder_.string(), run).has_value());
 }
 
 TEST_F(FinishedRun, TheMapImageLiesWhereTheWallsAre) {

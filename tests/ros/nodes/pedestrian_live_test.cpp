@@ -2,10 +2,12 @@
 
 #include <signal.h>
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <wayfare/io/text_file.hpp>
 #include <wayfare/ros/nodes.hpp>
 #include <wayfare/ros/recording.hpp>
 #include "live.hpp"
@@ -57,6 +59,39 @@ TEST_F(Live, AWalkGivesTheOfflineSteps) {
     step.header.seq = 0;
     EXPECT_EQ(ros::to_ros1(step), offline[i]) << i;
     EXPECT_EQ((*transforms)[i].transforms.front().child_frame_id, "base_link");
+  }
+  EXPECT_EQ(node.end(SIGTERM), 0);
+}
+
+// Steps of 1.25 m by a calibration file; one that is none ends the node with its name.
+TEST_F(Live, TheCalibrationScalesTheSteps) {
+  ASSERT_TRUE(io::write_file(path("constant.json"), R"({"length": "constant", "factor": 1.25})",
+                             {io::Existing::replace}));
+  ASSERT_TRUE(io::write_file(path("none.json"), "{}", {io::Existing::replace}));
+  auto bag = ros::RecordingWriter::create(path("calibrated.bag"));
+  ASSERT_TRUE(bag);
+  for (const ImuSample& s : testing::walk(12.0))
+    ASSERT_TRUE(bag->write("/imu", s.time, ros::message_of(s, "imu")));
+  ASSERT_TRUE(bag->close());
+  const std::string calibration = "--calibration";
+  Process refused(in_its_own_topics({WAYFARE_PEDESTRIAN_NODE, calibration, path("none.json")}),
+                  path("refused.txt"));
+  EXPECT_EQ(refused.wait(60.0), 1);
+  EXPECT_NE(refused.output().find("none.json: needs 'length'"), std::string::npos)
+      << refused.output();
+
+  Process node(in_its_own_topics({WAYFARE_PEDESTRIAN_NODE, calibration, path("constant.json")}),
+               path("calibrated.txt"));
+  const auto steps = listen<ros::Odometry>("odom");
+  EXPECT_TRUE(spin_until(30.0, [&] {
+    return node.output().find("waits for inertial samples") != std::string::npos;
+  })) << node.output();
+  ASSERT_EQ(play(path("calibrated.bag"), {"/imu"}).wait(60.0), 0) << node.output();
+  EXPECT_TRUE(spin_until(10.0, [&] { return steps->size() >= 10; }));
+  ASSERT_GE(steps->size(), 10U) << node.output();
+  for (std::size_t i = 1; i < steps->size(); ++i) {
+    const auto &a = (*steps)[i - 1].pose.pose.position, &b = (*steps)[i].pose.pose.position;
+    EXPECT_NEAR(std::hypot(b.x - a.x, b.y - a.y), 1.25, 1e-9) << i;
   }
   EXPECT_EQ(node.end(SIGTERM), 0);
 }
