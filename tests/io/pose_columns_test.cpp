@@ -9,7 +9,9 @@
 namespace wayfare::io {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 PoseFile poses_in(const std::string& text) {
   const auto file = parse_poses(text, "truth");

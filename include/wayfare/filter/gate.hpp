@@ -56,7 +56,7 @@ template <class G, class T, int Dim>
     return gate(innovation);
   } else {
     weight = gate(innovation);
-    return weight > T(0) && is_finite(weight);
+    return weight > T(0) && wayfare::is_finite(weight);
   }
 }
 template <class G, class T, int Dim>
