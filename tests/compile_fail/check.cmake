@@ -1,9 +1,6 @@
 # Compiles SOURCE with COMPILER, as it stands if CONTROL (must succeed), and with WAYFARE_MUST_FAIL (must
 # fail with each of the messages of its "// EXPECT: regex" lines).
-set(command "${COMPILER}" -std=c++20 -fsyntax-only)
-foreach(folder IN LISTS INCLUDES)
-  list(APPEND command -isystem "${folder}")
-endforeach()
+set(command "${COMPILER}" -std=c++20 -fsyntax-only ${OPTIONS})
 set(ENV{LC_ALL} C)
 
 if(CONTROL)
