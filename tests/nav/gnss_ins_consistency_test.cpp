@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/eval/consistency.hpp>
 #include <wayfare/sim/ins_monte_carlo.hpp>
 
 namespace wayfare::sim {
