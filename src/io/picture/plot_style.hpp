@@ -25,10 +25,10 @@ svg path{fill:none;vector-effect:non-scaling-stroke;stroke-linejoin:round;stroke
 
 /// Of the curve `index` of a plot.
 inline std::string curve_class(Mark mark, std::size_t index) {
-  return "s" + std::to_string(index % 8) +
-         (mark == Mark::points   ? " dots"
-          : mark == Mark::dashed ? " dashed"
-                                 : " line");
+  std::string name("s");  // appended to: GCC 12 warns falsely of "s" + …
+  name += std::to_string(index % 8);
+  name += mark == Mark::points ? " dots" : mark == Mark::dashed ? " dashed" : " line";
+  return name;
 }
 
 /// A piece of it, 26 wide and 10 high.
