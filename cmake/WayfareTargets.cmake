@@ -2,8 +2,15 @@
 
 # wayfare_precompile(TARGET KIND HEADER...): with WAYFARE_FAST_BUILD the headers named are compiled once
 # for all targets of a kind (those with the same flags). Parsing Eigen, the standard library and gtest
-# takes a third to a half of a unit's time.
+# takes a third to a half of a unit's time. The kind's own options are set in every build.
 function(wayfare_precompile target kind)
+  set(options "")
+  if(kind STREQUAL "programs")
+    set(options ${WAYFARE_PROGRAM_OPTIONS})
+  elseif(kind MATCHES "^tests(-O[01])$")
+    set(options $<$<CONFIG:Release>:${CMAKE_MATCH_1}>)
+  endif()
+  target_compile_options(${target} PRIVATE ${options})
   if(NOT WAYFARE_FAST_BUILD OR NOT PROJECT_IS_TOP_LEVEL)
     return()
   endif()
@@ -15,13 +22,13 @@ function(wayfare_precompile target kind)
     target_include_directories(wayfare_precompiled_${kind} PRIVATE "${PROJECT_SOURCE_DIR}/include")
     if(kind STREQUAL "library")
       set_target_properties(wayfare_precompiled_${kind} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    elseif(kind MATCHES "^tests(-O[01])$")
+    elseif(kind MATCHES "^tests")
       target_link_libraries(wayfare_precompiled_${kind} PRIVATE GTest::gmock)
-      target_compile_options(wayfare_precompiled_${kind} PRIVATE $<$<CONFIG:Release>:${CMAKE_MATCH_1}>)
     elseif(kind STREQUAL "programs")
       list(APPEND ARGN <wayfare/motion.hpp> <wayfare/eval.hpp> <wayfare/io.hpp>)
     endif()
     wayfare_warnings(wayfare_precompiled_${kind})
+    target_compile_options(wayfare_precompiled_${kind} PRIVATE ${options})
     wayfare_precompiled_options(wayfare_precompiled_${kind})
     target_precompile_headers(wayfare_precompiled_${kind} PRIVATE
       <algorithm> <array> <chrono> <cmath> <cstdint> <cstdio> <filesystem> <fstream> <functional>
@@ -160,7 +167,6 @@ function(wayfare_test name)
   if(ARG_BRIEF)
     set(level -O0)
   endif()
-  target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:${level}>)
   if(WAYFARE_FAST_BUILD)
     set_target_properties(test_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
   endif()
