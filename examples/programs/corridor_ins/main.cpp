@@ -95,7 +95,7 @@ Result<Job> simulated_job(const Options& o) {
   if (!drive) return drive.error();
   Job job{drive->recording,
           options_for(p, Aiding::end_walls),
-          {{drive->recording.truth}, "the simulation"},
+          {drive->recording.truth, "the simulation"},
           *std::move(drive),
           p.rest_s};
   return job;

@@ -247,7 +247,7 @@ Result<void> run_office(const SlamArguments& o) {
   if (!simulated) return simulated.error();
   const auto slam = run_with_progress(simulated->recording, {}, o);
   if (!slam) return slam.error();
-  const Truth truth{{simulated->truth}, "the simulation"};
+  const Truth truth(simulated->truth, "the simulation");
   const SlamOutputs outputs = outputs_of(*simulated, truth, *slam, o.seed);
   const auto report = write_slam_outputs(o.out, outputs, o.write());
   if (!report) return report.error();

@@ -13,7 +13,9 @@ Result<Truth> from_text(const std::string& path) {
   if (!file) return file.error();
   // A part of the truth would give errors of a part of the run.
   if (!file->problems.empty()) return file->problems.first().front();
-  return Truth{{std::move(file->trajectory), file->has_heading}, path, std::move(file->heights_m)};
+  Truth truth(std::move(file->trajectory), path, file->has_heading);
+  truth.heights_m = std::move(file->heights_m);
+  return truth;
 }
 
 Result<Truth> from_recording(const std::string& path, const ros::TopicNames& topics) {
@@ -26,7 +28,7 @@ Result<Truth> from_recording(const std::string& path, const ros::TopicNames& top
     return Error{ErrorCode::not_found,
                  "contains no true poses on /truth: --truth-topic or --truth-frames names them",
                  path};
-  return Truth{{std::move(run->truth), true}, path};
+  return Truth(std::move(run->truth), path);
 }
 
 Result<void> check(const Truth& truth, std::span<const LogTime> times) {
@@ -57,7 +59,7 @@ Result<Truth> TruthOptions::read(const std::string& log, Trajectory own,
     if (auto ok = check(*truth, times); !ok) return ok.error();
     return truth;
   }
-  Truth truth{{std::move(own), true}, log};
+  Truth truth(std::move(own), log);
   if (!truth.known()) return truth;
   if (const auto ok = check(truth, times); !ok) {
     std::fprintf(stderr, "the true poses in the log are not used: %s\n",

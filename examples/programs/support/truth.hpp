@@ -22,8 +22,15 @@ namespace wayfare::examples {
 
 /// True poses, in any frame; none if unknown.
 struct Truth : eval::Reference {
-  std::string source = {};             ///< the file they are from
-  std::vector<double> heights_m = {};  ///< of the poses; none if unknown
+  Truth() = default;
+  Truth(Trajectory true_poses, std::string from, bool with_heading = true)
+      : source(std::move(from)) {
+    poses = std::move(true_poses);
+    has_heading = with_heading;
+  }
+
+  std::string source;             ///< the file they are from
+  std::vector<double> heights_m;  ///< of the poses; none if unknown
 
   [[nodiscard]] bool known() const { return !poses.empty(); }
 };

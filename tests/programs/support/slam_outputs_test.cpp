@@ -44,7 +44,7 @@ class FinishedRun : public ::testing::Test {
     graph_.edges.push_back({0, graph_.size() - 1,
                             graph_.poses.front().inverse() * graph_.poses.back(),
                             Eigen::Matrix3d::Identity(), true});
-    truth_ = {{simulated_.truth}, "the <simulation>"};
+    truth_ = {simulated_.truth, "the <simulation>"};
     folder_ = fs::path(::testing::TempDir()) /
               ::testing::UnitTest::GetInstance()->current_test_info()->name();
     fs::remove_all(folder_);
