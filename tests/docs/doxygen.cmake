@@ -1,5 +1,7 @@
 # Runs Doxygen by docs/reference/Doxyfile, writing to OUT: CHECK=reference as `./run docs` does,
-# CHECK=undocumented on FAMILIES alone, where each member needs a comment.
+# CHECK=undocumented on these families alone, where each member needs a comment.
+set(_complete filter)
+
 find_program(doxygen doxygen)
 if(NOT doxygen)
   message("doxygen is not installed")
@@ -9,8 +11,8 @@ endif()
 file(READ "${ROOT}/docs/reference/Doxyfile" _settings)
 string(APPEND _settings "OUTPUT_DIRECTORY = \"${OUT}\"\n")
 if(CHECK STREQUAL "undocumented")
-  list(TRANSFORM FAMILIES PREPEND include/wayfare/ OUTPUT_VARIABLE _folders)
-  list(JOIN _folders " " _folders)
+  list(TRANSFORM _complete PREPEND include/wayfare/)
+  list(JOIN _complete " " _folders)
   string(APPEND _settings "INPUT = ${_folders}\nUSE_MDFILE_AS_MAINPAGE =\nEXTRACT_ALL = NO\n"
                           "GENERATE_HTML = NO\nGENERATE_XML = YES\n")
 endif()
