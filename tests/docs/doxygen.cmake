@@ -1,6 +1,6 @@
 # Runs Doxygen by docs/reference/Doxyfile, writing to OUT: CHECK=reference as `./run docs` does,
 # CHECK=undocumented on these families alone, where each member needs a comment.
-set(_complete filter)
+set(_complete core filter)
 
 find_program(doxygen doxygen)
 if(NOT doxygen)
