@@ -27,6 +27,7 @@ template <class T>
   return wrapped <= -pi ? pi : wrapped;
 }
 
+/// An angle of either sign, not wrapped. Sums, differences and multiples are those of the radians.
 template <class T>
 class BasicAngle {
  public:
@@ -34,17 +35,23 @@ class BasicAngle {
   template <BareNumber Bare>
   BasicAngle(Bare) = delete;  // an angle has a unit: Angle::radians(x) or Angle::degrees(x)
 
+  /// From radians.
   [[nodiscard]] static constexpr BasicAngle radians(const T& value) { return BasicAngle(value); }
+  /// From degrees.
   [[nodiscard]] static constexpr BasicAngle degrees(const T& value) {
     return BasicAngle(value * T(std::numbers::pi / 180.0));
   }
 
+  /// In radians.
   [[nodiscard]] constexpr const T& radians() const { return radians_; }
+  /// In degrees.
   [[nodiscard]] constexpr T degrees() const { return radians_ * T(180.0 / std::numbers::pi); }
 
   /// The same direction with a value in (-pi, pi].
   [[nodiscard]] BasicAngle wrapped() const { return BasicAngle(wrap_to_pi(radians_)); }
 
+  /// @{
+  /// Of the radians, not wrapped.
   constexpr BasicAngle operator-() const { return BasicAngle(-radians_); }
   constexpr BasicAngle operator+(const BasicAngle& o) const {
     return BasicAngle(radians_ + o.radians_);
@@ -59,6 +66,7 @@ class BasicAngle {
   constexpr BasicAngle& operator+=(const BasicAngle& o) { return *this = *this + o; }
   constexpr BasicAngle& operator-=(const BasicAngle& o) { return *this = *this - o; }
   constexpr auto operator<=>(const BasicAngle&) const = default;
+  /// @}
 
  private:
   constexpr explicit BasicAngle(const T& value) : radians_(value) {}

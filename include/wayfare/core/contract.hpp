@@ -11,12 +11,13 @@
 
 namespace wayfare {
 
+/// A precondition that did not hold.
 struct ContractViolation {
-  const char* condition;
-  const char* message;
-  const char* file;
-  unsigned line;
-  const char* function;
+  const char* condition;  ///< as written
+  const char* message;    ///< what is required
+  const char* file;       ///< of the check
+  unsigned line;          ///< from 1
+  const char* function;   ///< that checked
 };
 
 using ContractHandler = void (*)(const ContractViolation&);

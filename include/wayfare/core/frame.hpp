@@ -28,7 +28,8 @@ struct Body {};   ///< vehicle: forward, right, down
 /// A point expressed in `Frame`, metres.
 template <class Frame, int N>
 struct Point {
-  Eigen::Matrix<double, N, 1> coordinates_m = Eigen::Matrix<double, N, 1>::Zero();
+  Eigen::Matrix<double, N, 1> coordinates_m =
+      Eigen::Matrix<double, N, 1>::Zero();  ///< in the axes of `Frame`
 };
 template <class Frame>
 using Point2 = Point<Frame, 2>;
@@ -41,15 +42,18 @@ template <class To, class From, class Group>
 class Transform {
  public:
   Transform() = default;
+  /// Adds the frames to a group element.
   explicit Transform(Group raw) : raw_(std::move(raw)) {}
 
   /// The group element without frames.
   [[nodiscard]] const Group& raw() const { return raw_; }
 
+  /// T_from_to.
   [[nodiscard]] Transform<From, To, Group> inverse() const {
     return Transform<From, To, Group>(raw_.inverse());
   }
 
+  /// T_to_from * T_from_other = T_to_other.
   template <class Mid, class Other>
   Transform<To, Other, Group> operator*(const Transform<Mid, Other, Group>& next) const {
     static_assert(std::is_same_v<From, Mid>,
@@ -57,6 +61,7 @@ class Transform {
     return Transform<To, Other, Group>(raw_ * next.raw());
   }
 
+  /// The same point in `To`.
   template <class Frame, int N>
   Point<To, N> operator*(const Point<Frame, N>& p) const {
     static_assert(std::is_same_v<From, Frame>,

@@ -15,12 +15,12 @@ namespace wayfare {
 /// x = mean ⊞ τ with τ ~ N(0, covariance); units are those of the manifold's tangent.
 template <Manifold M>
 struct Gaussian {
-  using Tangent = TangentOf<M>;
-  using Covariance = SquareOf<M>;
-  using Scalar = typename ManifoldTraits<M>::Scalar;
+  using Tangent = TangentOf<M>;                       ///< a difference to the mean
+  using Covariance = SquareOf<M>;                     ///< of such differences
+  using Scalar = typename ManifoldTraits<M>::Scalar;  ///< floating point
 
-  M mean = manifold_origin<M>();
-  Covariance covariance = Covariance::Identity();
+  M mean = manifold_origin<M>();                   ///< a point of the manifold
+  Covariance covariance = Covariance::Identity();  ///< of τ
 };
 
 /// Whether a square matrix is finite, symmetric and positive semi-definite, the latter two to 1e-6

@@ -14,6 +14,7 @@ namespace wayfare {
 template <Manifold M>
 class GaussianSampler {
  public:
+  /// Factorises the covariance.
   explicit GaussianSampler(const Gaussian<M>& g) : mean_(g.mean) {
     const Eigen::LDLT<SquareOf<M>> ldlt(g.covariance);
     const TangentOf<M> root = ldlt.vectorD().cwiseMax(Scalar(0)).cwiseSqrt();
@@ -21,6 +22,7 @@ class GaussianSampler {
     root_ = ldlt.transpositionsP().transpose() * SquareOf<M>(lower * root.asDiagonal());
   }
 
+  /// One sample.
   [[nodiscard]] M operator()(Rng& rng) const {
     TangentOf<M> white;
     for (auto& w : white) w = Scalar(rng.normal());

@@ -20,21 +20,21 @@ namespace wayfare {
 
 /// WGS-84 (NIMA TR8350.2, third edition, tables 3.1, 3.3 and 3.4).
 namespace wgs84 {
-inline constexpr double kSemiMajorAxis_m = 6378137.0;
-inline constexpr double kFlattening = 1.0 / 298.257223563;
-inline constexpr double kSemiMinorAxis_m = kSemiMajorAxis_m * (1.0 - kFlattening);
-inline constexpr double kEccentricitySquared = kFlattening * (2.0 - kFlattening);
-inline constexpr double kEarthRate_radps = 7.2921151467e-5;
-inline constexpr double kGravitationalConstant_m3ps2 = 3.986004418e14;
-inline constexpr double kEquatorGravity_mps2 = 9.7803253359;
-inline constexpr double kSomigliana = 0.00193185265241;
+inline constexpr double kSemiMajorAxis_m = 6378137.0;       ///< of the ellipsoid, a
+inline constexpr double kFlattening = 1.0 / 298.257223563;  ///< f
+inline constexpr double kSemiMinorAxis_m = kSemiMajorAxis_m * (1.0 - kFlattening);  ///< b
+inline constexpr double kEccentricitySquared = kFlattening * (2.0 - kFlattening);   ///< e²
+inline constexpr double kEarthRate_radps = 7.2921151467e-5;                         ///< ω
+inline constexpr double kGravitationalConstant_m3ps2 = 3.986004418e14;  ///< with the atmosphere, GM
+inline constexpr double kEquatorGravity_mps2 = 9.7803253359;            ///< γₑ
+inline constexpr double kSomigliana = 0.00193185265241;  ///< k of Somigliana's formula
 }  // namespace wgs84
 
 /// Latitude and longitude on WGS-84, height above the ellipsoid.
 struct Geodetic {
-  Angle latitude;
-  Angle longitude;
-  double height_m = 0.0;
+  Angle latitude;         ///< geodetic, north positive
+  Angle longitude;        ///< east positive
+  double height_m = 0.0;  ///< above the ellipsoid
 };
 
 /// Radius of curvature along the meridian (north-south), without height, metres.
@@ -129,10 +129,13 @@ template <class T>
 /// Geometry and gravity of the Earth at a point of the chart.
 template <class T>
 struct EarthAt {
-  T sin_latitude, cos_latitude;
-  T meridian_m, transverse_m;  ///< radii of curvature, with height
-  T north_scale, east_scale;   ///< metres on the chart per metre on the ground
-  T gravity_mps2;
+  T sin_latitude,    ///< geodetic
+      cos_latitude;  ///< geodetic
+  T meridian_m,      ///< radius of curvature along the meridian, with height
+      transverse_m;  ///< the same across it
+  T north_scale,     ///< metres on the chart per metre on the ground, along the north
+      east_scale;    ///< the same along the east
+  T gravity_mps2;    ///< at that height
 };
 
 /// The chart about an anchor. Not at the poles, where east has no direction: north and east of a
@@ -140,6 +143,7 @@ struct EarthAt {
 class LocalTangentPlane {
  public:
   LocalTangentPlane() : LocalTangentPlane(Geodetic{}) {}
+  /// `anchor` not at a pole.
   explicit LocalTangentPlane(const Geodetic& anchor)
       : anchor_(anchor),
         r_ecef_ned_(rotation_ecef_ned(anchor)),
@@ -150,22 +154,27 @@ class LocalTangentPlane {
         north_m_(meridian_radius_m(sin_) + anchor.height_m),
         east_m_(transverse_m_ + anchor.height_m) {}
 
+  /// Where the offsets are zero.
   [[nodiscard]] const Geodetic& anchor() const { return anchor_; }
   /// The anchor's ECEF position and axes; displacement() is given in these axes.
   [[nodiscard]] const Eigen::Vector3d& ecef_m() const { return ecef_m_; }
+  /// Rotates north, east and down at the anchor to ECEF.
   [[nodiscard]] const Eigen::Matrix3d& rotation_ecef_ned_at_anchor() const { return r_ecef_ned_; }
 
+  /// The position at `x`: north, east and down, metres.
   [[nodiscard]] Geodetic geodetic(const Eigen::Vector3d& x) const {
     return {anchor_.latitude + Angle::radians(x[0] / north_m_),
             (anchor_.longitude + Angle::radians(x[1] / (east_m_ * cos_))).wrapped(),
             anchor_.height_m - x[2]};
   }
+  /// North, east and down of `p`, metres.
   [[nodiscard]] Eigen::Vector3d offset(const Geodetic& p) const {
     return {(p.latitude - anchor_.latitude).radians() * north_m_,
             (p.longitude - anchor_.longitude).wrapped().radians() * east_m_ * cos_,
             anchor_.height_m - p.height_m};
   }
 
+  /// Geometry and gravity at `x`: north, east and down, metres.
   template <class T>
   [[nodiscard]] EarthAt<T> earth(const Eigen::Matrix<T, 3, 1>& x) const {
     const SinVersine<T> lat = latitude_change(x);

@@ -56,13 +56,16 @@ class NielsenDamping {
   explicit NielsenDamping(double start, double max = std::numeric_limits<double>::infinity())
       : value_(start), max_(max) {}
 
+  /// λ.
   [[nodiscard]] double value() const { return value_; }
+  /// Whether λ passed its limit.
   [[nodiscard]] bool exhausted() const { return value_ > max_; }
   /// After a step that lowered the cost by `gain_ratio` times what the quadratic model predicted.
   void step_taken(double gain_ratio) {
     value_ *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * gain_ratio - 1.0, 3));
     growth_ = 2.0;
   }
+  /// After a step that did not lower the cost.
   void step_refused() {
     value_ *= growth_;
     growth_ *= 2.0;
@@ -80,9 +83,13 @@ class TenfoldDamping {
   /// Never below `min`; exhausted where λ would pass `max`.
   TenfoldDamping(double start, double min, double max) : value_(start), min_(min), max_(max) {}
 
+  /// λ.
   [[nodiscard]] double value() const { return value_; }
+  /// Whether λ passed its limit.
   [[nodiscard]] bool exhausted() const { return value_ > max_; }
+  /// After a step that lowered the cost.
   void step_taken() { value_ = std::max(min_, value_ * 0.1); }
+  /// After a step that did not.
   void step_refused() { value_ *= 10; }
 
  private:
@@ -127,9 +134,10 @@ concept ModelledProblem = DampedProblem<P> && requires(const P& p) {
   { p.model_gain() } -> std::convertible_to<double>;
 };
 
+/// How the loop ended.
 struct DampedReport {
-  int iterations = 0;  ///< steps computed, refused ones too
-  StopReason reason = StopReason::max_iterations;
+  int iterations = 0;                              ///< steps computed, refused ones too
+  StopReason reason = StopReason::max_iterations;  ///< why it ended
 };
 
 /// The loop itself, for any problem and damping schedule. Takes a step if it lowers the cost, so
@@ -169,9 +177,9 @@ requires(!GainRatioDamping<D> || ModelledProblem<P>) DampedReport
 /// Eigen::Dynamic.
 template <Manifold M, int Rows = Eigen::Dynamic>
 struct ResidualAndJacobian {
-  using Scalar = typename ManifoldTraits<M>::Scalar;
-  Eigen::Matrix<Scalar, Rows, 1> residual;
-  Eigen::Matrix<Scalar, Rows, ManifoldTraits<M>::kDof> jacobian;
+  using Scalar = typename ManifoldTraits<M>::Scalar;              ///< floating point
+  Eigen::Matrix<Scalar, Rows, 1> residual;                        ///< r
+  Eigen::Matrix<Scalar, Rows, ManifoldTraits<M>::kDof> jacobian;  ///< J
 };
 
 /// f(x) returns a ResidualAndJacobian, or any type with these two members.
@@ -182,6 +190,7 @@ concept ResidualFunction = Manifold<M> && requires(const F& f, const M& x) {
   {TangentOf<M>(f(x).jacobian.transpose() * f(x).residual)};
 };
 
+/// Limits of the iteration.
 struct LevenbergMarquardtOptions {
   int max_iterations = 100;  ///< steps computed at most, refused ones too
   /// Converged where no column of J makes an angle with the residual whose cosine is above this.
@@ -194,26 +203,29 @@ struct LevenbergMarquardtOptions {
   double max_damping = 1e12;      ///< stops (no_progress) when λ would pass this
 };
 
+/// The solution and how it was reached.
 template <Manifold M>
 struct LevenbergMarquardtResult {
-  M estimate;
+  M estimate;         ///< the solution
   double cost = 0.0;  ///< ½ Σ r²
   /// JᵀJ at the estimate: the inverse of its covariance if the residuals are in standard
   /// deviations; singular along directions that they do not determine.
   SquareOf<M> information;
-  int iterations = 0;  ///< steps computed, refused ones too
-  StopReason reason = StopReason::max_iterations;
+  int iterations = 0;                              ///< steps computed, refused ones too
+  StopReason reason = StopReason::max_iterations;  ///< why it ended
 };
 
 /// A DampedProblem of few unknowns, kept dense. Refers to all it is given.
 template <Manifold M, ResidualFunction<M> F>
 class DenseLeastSquares {
  public:
-  using Scalar = typename ManifoldTraits<M>::Scalar;
+  using Scalar = typename ManifoldTraits<M>::Scalar;  ///< floating point
 
+  /// Linearises at `start`.
   DenseLeastSquares(const M& start, const F& f, const LevenbergMarquardtOptions& options)
       : f_(f), options_(options), here_(linearise(start)) {}
 
+  /// Whether the cost of the estimate is finite.
   [[nodiscard]] bool finite() const { return std::isfinite(here_.cost); }
   /// Whether the estimate meets the gradient tolerance.
   [[nodiscard]] bool stationary() const {
@@ -222,10 +234,12 @@ class DenseLeastSquares {
             limit * here_.hessian.diagonal().array().sqrt())
         .all();
   }
+  /// The estimate as it is now.
   [[nodiscard]] LevenbergMarquardtResult<M> result(const DampedReport& report) const {
     return {here_.x, here_.cost, here_.hessian, report.iterations, report.reason};
   }
 
+  /// Computes the step of (H + λ diag H) Δ = −g; false where it does not exist.
   bool solve(double damping) {
     // A direction that no residual depends on gets any positive damping: its step is zero.
     const TangentOf<M> diagonal = here_.hessian.diagonal();
@@ -236,7 +250,9 @@ class DenseLeastSquares {
     step_ = factors.solve(here_.negative_gradient);
     return factors.info() == Eigen::Success && factors.isPositive() && step_.allFinite();
   }
+  /// ½ Σ r² of the estimate.
   [[nodiscard]] double cost() const { return here_.cost; }
+  /// ½ Σ r² after the step.
   double stepped_cost() {
     there_ = linearise(ManifoldTraits<M>::plus(here_.x, step_));
     return there_.cost;
@@ -245,6 +261,7 @@ class DenseLeastSquares {
   [[nodiscard]] double model_gain() const {
     return 0.5 * double(step_.dot(scaled_.cwiseProduct(step_) + here_.negative_gradient));
   }
+  /// Takes the step; true where the estimate is the solution.
   bool accept() {
     here_ = there_;
     refused_ = false;

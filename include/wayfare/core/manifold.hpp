@@ -18,20 +18,25 @@ namespace wayfare {
 /// vectors are covered below; specialise it for your own type.
 template <class M>
 struct ManifoldTraits {
-  using Scalar = typename M::Scalar;
-  static constexpr int kDof = M::kDof;
-  using Tangent = Eigen::Matrix<Scalar, kDof, 1>;
+  using Scalar = typename M::Scalar;               ///< floating point, a SIMD pack or a dual number
+  static constexpr int kDof = M::kDof;             ///< dimension of the tangent space
+  using Tangent = Eigen::Matrix<Scalar, kDof, 1>;  ///< an increment
+  /// x ⊞ τ.
   static M plus(const M& x, const Tangent& tau) { return x.plus(tau); }
+  /// y ⊟ x, with x ⊞ (y ⊟ x) = y.
   static Tangent minus(const M& y, const M& x) { return y.minus(x); }
 };
 
+/// A vector space.
 template <class T, int N>
 struct ManifoldTraits<Eigen::Matrix<T, N, 1>> {
   static_assert(N > 0, "wayfare: a manifold's dimension is fixed at compile time");
-  using Scalar = T;
-  static constexpr int kDof = N;
-  using Tangent = Eigen::Matrix<T, N, 1>;
+  using Scalar = T;                        ///< of the elements
+  static constexpr int kDof = N;           ///< number of elements
+  using Tangent = Eigen::Matrix<T, N, 1>;  ///< a vector
+  /// x + τ.
   static Tangent plus(const Tangent& x, const Tangent& tau) { return x + tau; }
+  /// y − x.
   static Tangent minus(const Tangent& y, const Tangent& x) { return y - x; }
 };
 

@@ -22,51 +22,67 @@ namespace wayfare {
 template <class T, int N>
 struct Mask {
   static_assert(N > 0 && std::has_single_bit(static_cast<unsigned>(N)));
-  using Int = std::conditional_t<sizeof(T) == 8, std::int64_t, std::int32_t>;
+  using Int =
+      std::conditional_t<sizeof(T) == 8, std::int64_t, std::int32_t>;  ///< as wide as a lane of T
+  /// N of them in the compiler's vector extension.
   using Lanes __attribute__((vector_size(sizeof(T) * N))) = Int;
 
   Lanes v;  ///< all bits set, or none
 
   Mask() = default;
+  /// The same in every lane.
   Mask(bool yes) : v(Lanes{} - static_cast<Int>(yes ? 1 : 0)) {}  // NOLINT(*-explicit*)
+  /// From a vector of lanes.
   [[nodiscard]] static Mask from_lanes(const Lanes& lanes) {
     Mask m;
     m.v = lanes;
     return m;
   }
 
+  /// Whether the lane is set.
   [[nodiscard]] bool operator[](int lane) const { return v[lane] != 0; }
+  /// Sets one lane.
   void set(int lane, bool yes) { v[lane] = static_cast<Int>(yes ? -1 : 0); }
 
+  /// @{
+  /// Lane by lane.
   friend Mask operator&&(const Mask& a, const Mask& b) { return from_lanes(a.v & b.v); }
   friend Mask operator||(const Mask& a, const Mask& b) { return from_lanes(a.v | b.v); }
   friend Mask operator!(const Mask& a) { return from_lanes(~a.v); }
+  /// @}
 };
 
+/// N floating-point numbers that are computed together, lane by lane.
 template <class T, int N>
 struct Pack {
   static_assert(std::is_floating_point_v<T>);
   static_assert(N > 0 && std::has_single_bit(static_cast<unsigned>(N)));
-  static constexpr int kLanes = N;
-  using Lane = T;
+  static constexpr int kLanes = N;  ///< number of lanes
+  using Lane = T;                   ///< type of a lane
+  /// N of them in the compiler's vector extension.
   using Lanes __attribute__((vector_size(sizeof(T) * N))) = T;
 
-  Lanes v;
+  Lanes v;  ///< the lanes
 
   Pack() = default;
   /// The same value in every lane.
   template <class U>
   requires std::is_arithmetic_v<U> Pack(U x)
       : v(Lanes{} + static_cast<T>(x)) {}  // NOLINT(*-explicit*)
+  /// From a vector of lanes.
   [[nodiscard]] static Pack from_lanes(const Lanes& lanes) {
     Pack p;
     p.v = lanes;
     return p;
   }
 
+  /// One lane.
   [[nodiscard]] T operator[](int lane) const { return v[lane]; }
+  /// Sets one lane.
   void set(int lane, T x) { v[lane] = x; }
 
+  /// @{
+  /// Lane by lane.
   friend Pack operator+(const Pack& a, const Pack& b) { return from_lanes(a.v + b.v); }
   friend Pack operator-(const Pack& a, const Pack& b) { return from_lanes(a.v - b.v); }
   friend Pack operator*(const Pack& a, const Pack& b) { return from_lanes(a.v * b.v); }
@@ -77,13 +93,17 @@ struct Pack {
   Pack& operator-=(const Pack& o) { return v -= o.v, *this; }
   Pack& operator*=(const Pack& o) { return v *= o.v, *this; }
   Pack& operator/=(const Pack& o) { return v /= o.v, *this; }
+  /// @}
 
+  /// @{
+  /// Lane by lane.
   friend Mask<T, N> operator<(const Pack& a, const Pack& b) { return mask(a.v < b.v); }
   friend Mask<T, N> operator<=(const Pack& a, const Pack& b) { return mask(a.v <= b.v); }
   friend Mask<T, N> operator>(const Pack& a, const Pack& b) { return mask(a.v > b.v); }
   friend Mask<T, N> operator>=(const Pack& a, const Pack& b) { return mask(a.v >= b.v); }
   friend Mask<T, N> operator==(const Pack& a, const Pack& b) { return mask(a.v == b.v); }
   friend Mask<T, N> operator!=(const Pack& a, const Pack& b) { return mask(a.v != b.v); }
+  /// @}
 
   /// `f` on every lane.
   template <class F>
@@ -92,6 +112,8 @@ struct Pack {
     for (int i = 0; i < N; ++i) r.v[i] = f(a.v[i]);
     return r;
   }
+  /// @{
+  /// Lane by lane.
   friend Pack sqrt(const Pack& a) {
     return each_lane(a, [](T x) { return std::sqrt(x); });
   }
@@ -113,11 +135,14 @@ struct Pack {
   friend Pack floor(const Pack& a) {
     return each_lane(a, [](T x) { return std::floor(x); });
   }
+  /// @}
+  /// The angle of (b, a), lane by lane.
   friend Pack atan2(const Pack& a, const Pack& b) {
     Pack r;
     for (int i = 0; i < N; ++i) r.v[i] = std::atan2(a.v[i], b.v[i]);
     return r;
   }
+  /// Lane by lane.
   friend Pack abs(const Pack& a) { return select(a < Pack(0), -a, a); }
 
   /// Lane by lane `yes` where the mask is set, else `no`.
@@ -159,13 +184,14 @@ using MaskOf = decltype(std::declval<const T&>() < std::declval<const T&>());
 /// The scalar type of one lane; of a scalar, itself.
 template <class T>
 struct LaneOf {
-  using Type = T;
-  static constexpr int kLanes = 1;
+  using Type = T;                   ///< itself
+  static constexpr int kLanes = 1;  ///< one
 };
+/// Of a pack.
 template <class T, int N>
 struct LaneOf<Pack<T, N>> {
-  using Type = T;
-  static constexpr int kLanes = N;
+  using Type = T;                   ///< of a lane
+  static constexpr int kLanes = N;  ///< of the pack
 };
 
 /// Lane `i` of a pack or a mask; a scalar or bool has one lane.
@@ -194,19 +220,23 @@ template <class T>
 }  // namespace wayfare
 
 namespace Eigen {
+/// Lets packs be elements of Eigen's matrices.
 template <class T, int N>
 struct NumTraits<wayfare::Pack<T, N>> : GenericNumTraits<wayfare::Pack<T, N>> {
-  using Real = wayfare::Pack<T, N>;
+  using Real = wayfare::Pack<T, N>;  ///< has no imaginary part
   enum { IsSigned = 1, RequireInitialization = 0 };
+  /// @{
+  /// Of a lane.
   static Real epsilon() { return Real(NumTraits<T>::epsilon()); }
   static Real dummy_precision() { return Real(NumTraits<T>::dummy_precision()); }
   static Real highest() { return Real(NumTraits<T>::highest()); }
   static Real lowest() { return Real(NumTraits<T>::lowest()); }
   static int digits10() { return NumTraits<T>::digits10(); }
+  /// @}
 };
 
 namespace internal {
-// Arrays of packs are aligned as packs are, which may be more than Eigen's default.
+/// Arrays of packs are aligned as packs are, which may be more than Eigen's default.
 template <class T, int N, int Size>
 struct compute_default_alignment<wayfare::Pack<T, N>, Size> {
   enum { value = 0 };

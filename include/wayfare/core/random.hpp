@@ -17,8 +17,9 @@ namespace wayfare {
 /// xoshiro256++ (Blackman and Vigna 2019), seeded through SplitMix64.
 class Rng {
  public:
-  using result_type = std::uint64_t;
+  using result_type = std::uint64_t;  ///< as of the standard library's generators
 
+  /// The same seed gives the same numbers.
   explicit Rng(std::uint64_t seed) : seed_(seed) {
     for (auto& word : state_) word = split_mix(seed);
   }
@@ -30,9 +31,13 @@ class Rng {
     return Rng(split_mix(mixed));
   }
 
+  /// @{
+  /// Of the generator's numbers.
   static constexpr result_type min() { return 0; }
   static constexpr result_type max() { return std::numeric_limits<result_type>::max(); }
+  /// @}
 
+  /// 64 random bits.
   result_type operator()() {
     auto& s = state_;
     const std::uint64_t result = std::rotl(s[0] + s[3], 23) + s[0];
@@ -48,6 +53,7 @@ class Rng {
 
   /// Uniform in [0, 1), 53 random bits.
   double uniform() { return static_cast<double>((*this)() >> 11) * 0x1.0p-53; }
+  /// Uniform in [low, high).
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
   /// Uniform in {0, …, n-1}, n > 0: rejection sampling with the fewest bits.
@@ -73,6 +79,7 @@ class Rng {
     has_spare_ = true;
     return radius * std::cos(phase);
   }
+  /// Normal with this mean and standard deviation.
   double normal(double mean, double sigma) { return mean + sigma * normal(); }
 
  private:

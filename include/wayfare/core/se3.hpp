@@ -22,12 +22,12 @@ template <class T>
 template <class T>
 class SO3 {
  public:
-  using Scalar = T;
-  static constexpr int kDof = 3;
-  using Tangent = Eigen::Matrix<T, 3, 1>;
-  using Jacobian = Eigen::Matrix<T, 3, 3>;
-  using Vector = Eigen::Matrix<T, 3, 1>;
-  using Quaternion = Eigen::Quaternion<T>;
+  using Scalar = T;                         ///< floating point, pack or dual number
+  static constexpr int kDof = 3;            ///< dimension of the tangent space
+  using Tangent = Eigen::Matrix<T, 3, 1>;   ///< rotation vector
+  using Jacobian = Eigen::Matrix<T, 3, 3>;  ///< of maps between tangents
+  using Vector = Eigen::Matrix<T, 3, 1>;    ///< of space
+  using Quaternion = Eigen::Quaternion<T>;  ///< w, x, y, z
 
   SO3() = default;
   /// Normalises `q`, which must not be zero.
@@ -35,8 +35,10 @@ class SO3 {
     using std::sqrt;
     q_.coeffs() /= sqrt(q.squaredNorm());
   }
+  /// From an orthogonal matrix of determinant 1.
   explicit SO3(const Eigen::Matrix<T, 3, 3>& rotation) : SO3(Quaternion(rotation)) {}
 
+  /// No rotation.
   [[nodiscard]] static SO3 identity() { return SO3(); }
   /// The shortest rotation from the direction of `from` to that of `to`, both nonzero; for opposite
   /// directions, any one of them.
@@ -51,16 +53,21 @@ class SO3 {
     return SO3(Quaternion(T(0), axis[0], axis[1], axis[2]));
   }
 
+  /// Of unit length.
   [[nodiscard]] const Quaternion& quaternion() const { return q_; }
+  /// Orthogonal.
   [[nodiscard]] Eigen::Matrix<T, 3, 3> matrix() const { return q_.toRotationMatrix(); }
 
+  /// The opposite rotation.
   [[nodiscard]] SO3 inverse() const { return from_unit(q_.conjugate()); }
+  /// `o`, then this rotation.
   SO3 operator*(const SO3& o) const {
     // One Newton step towards unit norm keeps long products on the sphere.
     Quaternion q = q_ * o.q_;
     q.coeffs() *= T(1.5) - T(0.5) * q.squaredNorm();
     return from_unit(q);
   }
+  /// Rotates a vector.
   Vector operator*(const Vector& v) const { return q_ * v; }
 
   /// (101).
@@ -81,6 +88,7 @@ class SO3 {
     return (T(2) * atan2(norm, w) / norm) * v;
   }
 
+  /// The matrix itself.
   [[nodiscard]] Jacobian adjoint() const { return matrix(); }
 
   /// (143).
@@ -98,9 +106,12 @@ class SO3 {
     return Jacobian::Identity() + T(0.5) * k + c * k * k;
   }
 
+  /// x exp τ.
   [[nodiscard]] SO3 plus(const Tangent& tau) const { return *this * exp(tau); }
+  /// τ in x exp τ = *this.
   [[nodiscard]] Tangent minus(const SO3& x) const { return (x.inverse() * *this).log(); }
 
+  /// In another scalar.
   template <class U>
   [[nodiscard]] SO3<U> cast() const {
     return SO3<U>(q_.template cast<U>());
@@ -146,29 +157,36 @@ using SO3d = SO3<double>;
 template <class T>
 class SE3 {
  public:
-  using Scalar = T;
-  static constexpr int kDof = 6;
-  using Tangent = Eigen::Matrix<T, 6, 1>;
-  using Jacobian = Eigen::Matrix<T, 6, 6>;
-  using Vector = Eigen::Matrix<T, 3, 1>;
-  using Block = Eigen::Matrix<T, 3, 3>;
+  using Scalar = T;                         ///< floating point, pack or dual number
+  static constexpr int kDof = 6;            ///< dimension of the tangent space
+  using Tangent = Eigen::Matrix<T, 6, 1>;   ///< (ρ, θ)
+  using Jacobian = Eigen::Matrix<T, 6, 6>;  ///< of maps between tangents
+  using Vector = Eigen::Matrix<T, 3, 1>;    ///< a point
+  using Block = Eigen::Matrix<T, 3, 3>;     ///< a block of a Jacobian
 
   SE3() = default;
+  /// First the rotation, then the translation.
   SE3(const Vector& translation, const SO3<T>& rotation)
       : translation_(translation), rotation_(rotation) {}
 
+  /// No motion.
   [[nodiscard]] static SE3 identity() { return SE3(); }
 
+  /// Metres.
   [[nodiscard]] const Vector& translation() const { return translation_; }
+  /// Applied before the translation.
   [[nodiscard]] const SO3<T>& rotation() const { return rotation_; }
 
+  /// The inverse motion.
   [[nodiscard]] SE3 inverse() const {
     const SO3<T> r = rotation_.inverse();
     return SE3(Vector(-(r * translation_)), r);
   }
+  /// `o`, then this motion.
   SE3 operator*(const SE3& o) const {
     return SE3(Vector(translation_ + rotation_ * o.translation_), rotation_ * o.rotation_);
   }
+  /// Moves a point.
   Vector operator*(const Vector& p) const { return translation_ + rotation_ * p; }
 
   /// (172), V(θ) = Jl(θ) = Jr(−θ).
@@ -202,9 +220,12 @@ class SE3 {
     return upper_triangular(j, -j * left_coupling(-tau) * j);
   }
 
+  /// x exp τ.
   [[nodiscard]] SE3 plus(const Tangent& tau) const { return *this * exp(tau); }
+  /// τ in x exp τ = *this.
   [[nodiscard]] Tangent minus(const SE3& x) const { return (x.inverse() * *this).log(); }
 
+  /// In another scalar.
   template <class U>
   [[nodiscard]] SE3<U> cast() const {
     return SE3<U>(translation_.template cast<U>(), rotation_.template cast<U>());

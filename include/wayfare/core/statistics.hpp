@@ -18,12 +18,12 @@ namespace wayfare {
 
 /// Statistics of a set of errors, in the errors' unit; NaN where there are none, or one is NaN.
 struct Summary {
-  std::size_t count = 0;
-  double mean = std::numeric_limits<double>::quiet_NaN();
-  double std = std::numeric_limits<double>::quiet_NaN();  ///< of the population: divided by count
-  double rmse = std::numeric_limits<double>::quiet_NaN();
+  std::size_t count = 0;                                   ///< number of errors
+  double mean = std::numeric_limits<double>::quiet_NaN();  ///< arithmetic
+  double std = std::numeric_limits<double>::quiet_NaN();   ///< of the population: divided by count
+  double rmse = std::numeric_limits<double>::quiet_NaN();  ///< root mean square
   double median = std::numeric_limits<double>::quiet_NaN();  ///< mean of the middle two if even
-  double max = std::numeric_limits<double>::quiet_NaN();
+  double max = std::numeric_limits<double>::quiet_NaN();     ///< the largest
 };
 
 namespace detail {

@@ -51,6 +51,7 @@ class Time {
   template <BareNumber Bare>
   Time(Bare) = delete;  // an instant has a unit: Time::from_seconds(s) or from_nanoseconds(ns)
 
+  /// Since the clock's epoch.
   [[nodiscard]] static constexpr Time from_nanoseconds(std::int64_t ns) {
     return Time(Duration(ns));
   }
@@ -67,12 +68,17 @@ class Time {
     return from_nanoseconds(whole + (rest >= 0.5 ? 1 : 0) - (rest <= -0.5 ? 1 : 0));
   }
 
+  /// Since the clock's epoch.
   [[nodiscard]] constexpr std::int64_t nanoseconds() const { return since_epoch_.count(); }
+  /// Since the clock's epoch, rounded to a double.
   [[nodiscard]] constexpr double seconds() const {
     return static_cast<double>(nanoseconds()) * 1e-9;
   }
+  /// As a duration.
   [[nodiscard]] constexpr Duration since_epoch() const { return since_epoch_; }
 
+  /// @{
+  /// An instant later or earlier, saturated.
   constexpr Time operator+(Duration d) const {
     return Time(detail::saturated_sum(since_epoch_, d));
   }
@@ -80,11 +86,17 @@ class Time {
     return Time(detail::saturated_difference(since_epoch_, d));
   }
   constexpr Time& operator+=(Duration d) { return *this = *this + d; }
+  /// @}
 
+  /// @{
+  /// From `other` to this instant, saturated.
   template <class Other>
   constexpr Duration operator-(Time<Other> other) const {
     return detail::saturated_difference(since_epoch_, on_this_clock(other));
   }
+  /// @}
+  /// @{
+  /// Of instants on the same clock.
   template <class Other>
   constexpr std::strong_ordering operator<=>(Time<Other> other) const {
     return nanoseconds() <=> on_this_clock(other).count();
@@ -93,6 +105,7 @@ class Time {
   constexpr bool operator==(Time<Other> other) const {
     return since_epoch_ == on_this_clock(other);
   }
+  /// @}
 
  private:
   constexpr explicit Time(Duration since_epoch) : since_epoch_(since_epoch) {}

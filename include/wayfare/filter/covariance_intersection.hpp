@@ -12,9 +12,9 @@ namespace wayfare {
 /// new covariance, and the weight of the measurement.
 template <int kStates>
 struct Intersected {
-  Eigen::Matrix<double, kStates, 1> correction;
-  Eigen::Matrix<double, kStates, kStates> covariance;
-  double omega = 0.0;
+  Eigen::Matrix<double, kStates, 1> correction;        ///< of the state, in its tangent space
+  Eigen::Matrix<double, kStates, kStates> covariance;  ///< of the corrected state
+  double omega = 0.0;                                  ///< weight of the measurement, in [0, 1)
 };
 
 namespace detail {

@@ -59,24 +59,30 @@ concept ProcessModel = requires(const F& f, const M& x, const Input&... u) {
   requires DenseProcessStep<decltype(f(x, u...)), M> || SparseProcessStep<decltype(f(x, u...)), M>;
 };
 
+/// State and covariance of an extended Kalman filter, moved by `predict` and corrected by `update`.
 template <Manifold M>
 class Ekf {
  public:
-  using State = M;
-  using Scalar = typename ManifoldTraits<M>::Scalar;
-  using Tangent = TangentOf<M>;
-  using Square = SquareOf<M>;
-  static constexpr int kDof = ManifoldTraits<M>::kDof;
+  using State = M;                                      ///< a manifold
+  using Scalar = typename ManifoldTraits<M>::Scalar;    ///< floating point, or a SIMD pack
+  using Tangent = TangentOf<M>;                         ///< an error of the state
+  using Square = SquareOf<M>;                           ///< a covariance of errors
+  static constexpr int kDof = ManifoldTraits<M>::kDof;  ///< number of errors
 
   Ekf() : state_(manifold_origin<M>()), covariance_(Square::Identity()) {}
   /// `covariance` is that of the error τ in truth = state ⊞ τ, positive definite.
   Ekf(const M& state, const Square& covariance) : state_(state), covariance_(covariance) {}
 
+  /// The estimate.
   [[nodiscard]] const M& state() const { return state_; }
+  /// Of the error τ in truth = state ⊞ τ.
   [[nodiscard]] const Square& covariance() const { return covariance_; }
+  /// Replaces the estimate; the covariance stays.
   void set_state(const M& state) { state_ = state; }
+  /// Replaces the covariance; the estimate stays.
   void set_covariance(const Square& covariance) { covariance_ = covariance; }
 
+  /// x ← f(x, u), P ← Φ P Φᵀ + Q by a ProcessModel, which is called with the state and `input`.
   template <class Process, class... Input>
   requires ProcessModel<Process, M, Input...>
   void predict(const Process& process, const Input&... input) {

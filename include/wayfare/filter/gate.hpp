@@ -21,8 +21,8 @@ namespace wayfare {
 /// The innovation z − h(x) of a measurement of `Dim` numbers; of one number, T instead of matrices.
 template <class T, int Dim>
 struct Innovation {
-  static constexpr int kDim = Dim;
-  std::conditional_t<Dim == 1, T, Eigen::Matrix<T, Dim, 1>> value;
+  static constexpr int kDim = Dim;                                  ///< numbers of the measurement
+  std::conditional_t<Dim == 1, T, Eigen::Matrix<T, Dim, 1>> value;  ///< z − h(x)
   std::conditional_t<Dim == 1, T, Eigen::Matrix<T, Dim, Dim>> covariance;  ///< H P Hᵀ + R
   /// Normalised innovation squared; χ² with `Dim` degrees of freedom for a consistent filter.
   T nis;

@@ -17,10 +17,13 @@ namespace wayfare {
 /// For measurements of up to six numbers.
 class ChiSquareGate {
  public:
+  /// `probability` in [0, 1): the share of a consistent filter's measurements that are accepted.
   explicit ChiSquareGate(double probability) {
     for (std::size_t i = 0; i < limits_.size(); ++i)
       limits_[i] = chi_square_quantile(probability, static_cast<double>(i + 1));
   }
+  /// Whether the normalised innovation squared is within the quantile of χ² with Dim degrees of
+  /// freedom.
   template <class T, int Dim>
   [[nodiscard]] MaskOf<T> operator()(const Innovation<T, Dim>& i) const {
     static_assert(Dim >= 1 && Dim <= kLargestDim);
@@ -35,8 +38,9 @@ class ChiSquareGate {
 /// Huber's weight: 1 up to `sigmas`, then sigmas/√nis, so that the covariance of the measurement
 /// grows and its influence is limited (Ďurović and Kovačević 1999).
 struct HuberWeight {
-  double sigmas = 1.345;
+  double sigmas = 1.345;  ///< of the innovation, √nis
 
+  /// The weight of the measurement, in (0, 1].
   template <class T, int Dim>
   [[nodiscard]] T operator()(const Innovation<T, Dim>& i) const {
     using std::sqrt;

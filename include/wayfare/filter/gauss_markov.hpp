@@ -8,6 +8,7 @@
 
 namespace wayfare {
 
+/// A step of a process of one number: n ← φ n + noise.
 template <class T>
 struct ProcessStep1 {
   T phi;  ///< transition factor
@@ -37,12 +38,15 @@ template <class T>
   return {T(1) - decay, sigma * sigma * decay * (T(2) - decay)};
 }
 
-/// A receiver clock over `dt_s`: bias and drift as random walks, the drift integrated into the
-/// bias (Brown and Hwang 1997, section 10.3).
+/// Noise added to a receiver clock over a step.
 template <class T>
 struct ClockStep {
-  T bias_variance, covariance, drift_variance;
+  T bias_variance,     ///< m²
+      covariance,      ///< of bias and drift, m²/s
+      drift_variance;  ///< (m/s)²
 };
+/// A receiver clock over `dt_s`: bias and drift as random walks, the drift integrated into the
+/// bias (Brown and Hwang 1997, section 10.3).
 template <class T>
 [[nodiscard]] ClockStep<T> discretise_clock(const T& bias_walk, const T& drift_walk,
                                             const T& dt_s) {

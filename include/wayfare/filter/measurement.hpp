@@ -33,17 +33,17 @@ namespace wayfare {
 /// Rows of H of which only K columns are not zero: column `index[k]` is `value.col(k)`.
 template <class T, int Rows, int K>
 struct SparseRows {
-  std::array<int, K> index;
-  Eigen::Matrix<T, Rows, K> value;
+  std::array<int, K> index;         ///< columns of H
+  Eigen::Matrix<T, Rows, K> value;  ///< their values
 };
 
 /// A vector measurement, linearised at the predicted state: innovation z − h(x), H = ∂h/∂x in the
 /// state's tangent (a matrix or SparseRows), covariance R of the noise, positive semi-definite.
 template <class T, int Dim, class H>
 struct VectorMeasurement {
-  Eigen::Matrix<T, Dim, 1> innovation;
-  H rows;
-  Eigen::Matrix<T, Dim, Dim> covariance;
+  Eigen::Matrix<T, Dim, 1> innovation;    ///< z − h(x)
+  H rows;                                 ///< ∂h/∂x
+  Eigen::Matrix<T, Dim, Dim> covariance;  ///< R
 };
 
 namespace detail {

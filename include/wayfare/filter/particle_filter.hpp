@@ -61,19 +61,24 @@ concept StateBins = requires(const F& bins, const State& x) {
 /// Weighted samples of a distribution. Weights need not be normalised.
 template <Manifold State>
 struct Particles {
-  using Value = State;
-  std::vector<State> states;
-  std::vector<double> log_weights;
+  using Value = State;              ///< of one particle
+  std::vector<State> states;        ///< one for each particle
+  std::vector<double> log_weights;  ///< as many; -inf without weight
 
+  /// Number of particles.
   [[nodiscard]] std::size_t size() const { return states.size(); }
+  /// Whether there are none.
   [[nodiscard]] bool empty() const { return states.empty(); }
+  /// Of particle `i`.
   [[nodiscard]] const State& state(std::size_t i) const { return states[i]; }
+  /// Moves particle `i`; its weight stays.
   void set(std::size_t i, const State& x) { states[i] = x; }
   /// With equal weights; new states are at the origin.
   void resize(std::size_t n) {
     states.resize(n, manifold_origin<State>());
     log_weights.assign(n, 0.0);
   }
+  /// Adds a particle of log-weight zero.
   void push_back(const State& x) {
     states.push_back(x);
     log_weights.push_back(0.0);
@@ -197,7 +202,8 @@ template <ParticleStorage P>
 struct KldSampling {
   double error = 0.05;      ///< bound on the KL distance of the particles' histogram …
   double quantile = 2.326;  ///< … with this quantile of the normal distribution (99 %)
-  std::size_t least = 500, most = 20000;
+  std::size_t least = 500,  ///< number of particles, at least …
+      most = 20000;         ///< … and at most
 };
 
 /// Fox 2003, equation (7): number of particles that bounds the Kullback-Leibler distance of a
@@ -317,6 +323,7 @@ void inject(P& particles, double probability, const Source& source, const Rng& r
 /// measurements fit worse than usual.
 class RecoveryProbability {
  public:
+  /// Rates of the two averages per measurement, 0 ≤ slow < fast ≤ 1.
   explicit RecoveryProbability(double slow = 0.001, double fast = 0.1) : slow_(slow), fast_(fast) {}
 
   /// `log_mean_likelihood`: Normalisation::log_sum of reweight(). One that is not finite is
@@ -328,6 +335,7 @@ class RecoveryProbability {
     mean_fast_ += (mean_fast_ == 0.0 ? 1.0 : fast_) * (w - mean_fast_);
     return probability();
   }
+  /// 1 − fast/slow average, at least zero; zero before the first measurement.
   [[nodiscard]] double probability() const {
     return mean_slow_ > 0.0 ? std::max(0.0, 1.0 - mean_fast_ / mean_slow_) : 0.0;
   }

@@ -42,6 +42,7 @@ using ParticleIndex = std::uint32_t;
   return max + std::log(sum);
 }
 
+/// What became of weights that were normalised.
 struct Normalisation {
   /// ln of the sum of the weights: the evidence of the measurement, where they were normalised
   /// before. -inf after a collapse.

@@ -54,12 +54,14 @@ class BinSides {
 /// a cluster.
 class PoseBins : detail::BinSides {
  public:
-  using Key = BinKey<3>;
+  using Key = BinKey<3>;  ///< along x, y and heading
   using BinSides::BinSides, BinSides::turns;
 
+  /// The bin of a pose given by its coordinates.
   [[nodiscard]] Key of(double x_m, double y_m, double heading_rad) const {
     return {whole(x_m), whole(y_m), of_turn(heading_rad)};
   }
+  /// The bin of a pose.
   [[nodiscard]] Key operator()(const SE2d& pose) const {
     return of(pose.x(), pose.y(), pose.heading().radians());
   }
@@ -72,15 +74,17 @@ class PoseBins : detail::BinSides {
 /// The same in space: along x, y, z, roll, pitch and yaw.
 class SpatialPoseBins : detail::BinSides {
  public:
-  using Key = BinKey<6>;
+  using Key = BinKey<6>;  ///< along x, y, z, roll, pitch and yaw
   using BinSides::BinSides, BinSides::turns;
 
+  /// The bin of a pose.
   [[nodiscard]] Key operator()(const SE3d& pose) const {
     const Eigen::Vector3d& t = pose.translation();
     const Eigen::Vector3d turn = roll_pitch_yaw_rad(pose.rotation());
     return {whole(t[0]),      whole(t[1]),      whole(t[2]),
             of_turn(turn[0]), of_turn(turn[1]), of_turn(turn[2])};
   }
+  /// The bin at `offset` from another; roll and yaw wrap.
   [[nodiscard]] Key beside(const Key& key, const Key& offset) const {
     Key moved;
     for (std::size_t k = 0; k < 6; ++k) moved[k] = key[k] + offset[k];
@@ -91,8 +95,8 @@ class SpatialPoseBins : detail::BinSides {
 
 /// Particles in adjacent bins.
 struct Cluster {
-  double mass = 0.0;
-  std::vector<std::uint32_t> members;
+  double mass = 0.0;                   ///< sum of their weights
+  std::vector<std::uint32_t> members;  ///< their indices
 };
 
 namespace detail {

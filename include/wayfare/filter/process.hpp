@@ -44,9 +44,9 @@ concept MovingBlock = StateBlock<B> && requires(const B& block) {
 /// each.
 template <class Moved, class Jacobian, class Noise>
 struct CoupledStep {
-  Moved moved;
-  Jacobian jacobian;
-  Noise noise;
+  Moved moved;        ///< the blocks after the step
+  Jacobian jacobian;  ///< of the blocks moved, by those they depend on
+  Noise noise;        ///< covariance added
 };
 template <class Moved, class Jacobian, class Noise>
 CoupledStep(Moved, Jacobian, Noise) -> CoupledStep<Moved, Jacobian, Noise>;
@@ -206,13 +206,15 @@ __attribute__((flatten)) void propagate(const RowSet<std::index_sequence<Index..
 /// after the other.
 template <class S, class... Rows>
 struct ComposedStep {
-  using Square = SquareOf<S>;
+  using Square = SquareOf<S>;  ///< a covariance of the state's errors
+  /// Rows of Φ and Q of each part.
   detail::RowSet<std::index_sequence_for<Rows...>, Rows...> rows;
-  S state;
+  S state;  ///< after the step
 
   /// P ← Φ P Φᵀ + Q, exactly symmetric.
   void propagate(Square& p) const { detail::propagate<S>(rows, p.data()); }
 
+  /// Φ as a dense matrix.
   [[nodiscard]] Square phi() const {
     using T = typename S::Scalar;
     Square identity = Square::Constant(T(0));  // faster than Eigen's
@@ -221,6 +223,7 @@ struct ComposedStep {
     for_each([&](const auto& part) { part.fill(identity, f); });
     return f;
   }
+  /// Q as a dense matrix.
   [[nodiscard]] Square q() const {
     Square noise = Square::Constant(typename S::Scalar(0));
     for_each([&](const auto& part) { part.add_noise(noise.data()); });
@@ -241,6 +244,7 @@ struct ComposedStep {
 template <class S, class... Part>
 class Process {
  public:
+  /// Copies the parts.
   explicit Process(const Part&... part) : parts_(part...) {}
 
   /// Computes Φ and Q of the blocks that move by themselves for steps of exactly this length
@@ -251,6 +255,7 @@ class Process {
     prepared_dt_s_ = dt_s;
   }
 
+  /// The step from `x` with the input `u`, a ComposedStep.
   template <class U>
   [[nodiscard]] auto operator()(const S& x, const U& u) const {
     static_assert(check<U>(typename S::Blocks{}));

@@ -28,8 +28,8 @@ namespace wayfare {
 /// as OccupancyGrid does.
 template <class Map, class Pose = SE2d>
 struct RbpfParticle {
-  Pose pose;
-  Map map;
+  Pose pose;  ///< the newest of the trajectory
+  Map map;    ///< that follows from the trajectory
   /// ln of the evidence of all measurements along this trajectory; selects the best particle. -inf
   /// without weight.
   double log_evidence = 0.0;
@@ -37,6 +37,7 @@ struct RbpfParticle {
 
 /// Calls f(index, worker) for every index in order, on the calling thread.
 struct SequentialFor {
+  /// f(0, 0) … f(n − 1, 0).
   template <class F>
   void operator()(std::size_t n, const F& f) const {
     for (std::size_t i = 0; i < n; ++i) f(i, std::size_t{0});
@@ -48,7 +49,7 @@ struct SequentialFor {
 template <std::copyable Map, Manifold Pose = SE2d>
 class Rbpf {
  public:
-  using Particle = RbpfParticle<Map, Pose>;
+  using Particle = RbpfParticle<Map, Pose>;  ///< a hypothesis
 
   /// `count` particles that all start at `start`.
   Rbpf(std::size_t count, const Stamped<Pose>& start, const Map& map, std::uint64_t seed)
@@ -100,6 +101,7 @@ class Rbpf {
     return true;
   }
 
+  /// All hypotheses, in the order of log_weights().
   [[nodiscard]] std::span<const Particle> particles() const { return particles_; }
   /// Normalised; -inf without weight.
   [[nodiscard]] std::span<const double> log_weights() const { return log_weights_; }

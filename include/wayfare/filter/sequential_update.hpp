@@ -17,7 +17,7 @@ namespace wayfare {
 /// A row of a measurement's Jacobian with `value[k]` at the k-th of `Index`, else zero.
 template <class T, int... Index>
 struct IndexedRow {
-  std::array<T, sizeof...(Index)> value;
+  std::array<T, sizeof...(Index)> value;  ///< at each Index
 
   /// Σ value·x(index).
   template <class X>
@@ -33,9 +33,11 @@ struct IndexedRow {
 template <class T, int N>
 class SymmetricMatrix {
  public:
-  using Vector = std::array<T, N>;
+  using Vector = std::array<T, N>;  ///< a column
 
+  /// Element (i, j), which is element (j, i).
   T& operator()(int i, int j) { return upper_[at(i, j)]; }
+  /// Element (i, j), which is element (j, i).
   const T& operator()(int i, int j) const { return upper_[at(i, j)]; }
 
   /// *this −= v·vᵀ·scale.
@@ -61,6 +63,7 @@ class SymmetricMatrix {
     (*this)(i, i) = variance;
   }
 
+  /// All elements, both triangles.
   [[nodiscard]] Eigen::Matrix<T, N, N> dense() const {
     Eigen::Matrix<T, N, N> m;
     for (int j = 0; j < N; ++j)
@@ -79,17 +82,17 @@ class SymmetricMatrix {
 /// A row of H of which only K entries are not zero.
 template <class T, int K>
 struct SparseRow {
-  std::array<int, K> index;
-  std::array<T, K> value;
+  std::array<int, K> index;  ///< columns of H
+  std::array<T, K> value;    ///< their values
 };
 
 /// A scalar measurement, linearised at the predicted state: innovation z − h(x), row of ∂h/∂x in
 /// the state's tangent (a 1×n matrix or a SparseRow), variance of the noise.
 template <class T, class Row>
 struct ScalarMeasurement {
-  T innovation;
-  Row row;
-  T variance;
+  T innovation;  ///< z − h(x)
+  Row row;       ///< ∂h/∂x
+  T variance;    ///< R
 };
 
 /// A covariance P, in whatever storage: `times(h)` is P hᵀ, `subtract_outer(v, s)` is P −= v vᵀ s.
@@ -103,10 +106,11 @@ concept SequentialCovariance = requires(P& p, const P& c, const Row& h) {
 /// A dense covariance as sequential updates need it. Rounding leaves it not quite symmetric.
 template <class Matrix>
 struct DenseCovariance {
-  using T = typename Matrix::Scalar;
-  using Vector = Eigen::Matrix<T, Matrix::RowsAtCompileTime, 1>;
-  Matrix& p;
+  using T = typename Matrix::Scalar;                              ///< of the elements
+  using Vector = Eigen::Matrix<T, Matrix::RowsAtCompileTime, 1>;  ///< a column
+  Matrix& p;  ///< the covariance, updated in place
 
+  /// P hᵀ.
   template <int... Index>
   [[nodiscard]] Vector times(const IndexedRow<T, Index...>& h) const {
     Vector result = Vector::Zero(p.rows());
@@ -114,6 +118,7 @@ struct DenseCovariance {
     ((result += h.value[k++] * p.col(Index)), ...);
     return result;
   }
+  /// P −= v vᵀ·scale.
   void subtract_outer(const Vector& v, T scale) { p.noalias() -= v * (scale * v).transpose(); }
 };
 
@@ -134,7 +139,8 @@ struct ExpectedInnovation {
   T variance;    ///< from the state alone: h P hᵀ
 };
 
-// `inline` raises the compiler's size limit for inlining, on which the speed of the filters depends.
+// `inline` raises the compiler's size limit for inlining, on which the speed of the filters
+// depends.
 template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P>
 [[nodiscard]] inline auto expected_innovation(const P& p, const IndexedRow<T, Index...>& h) {
   auto cross = p.times(h);
@@ -145,6 +151,7 @@ template <class T, int... Index, SequentialCovariance<IndexedRow<T, Index...>> P
 /// The correction of one element: its covariance with the innovation, times what is left of the
 /// innovation, times the inverse of the innovation's variance.
 struct WeightedInnovation {
+  /// cross · left · weight.
   template <class T>
   T operator()(T cross, T left, T weight) const {
     return cross * (left * weight);

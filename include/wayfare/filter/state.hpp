@@ -29,7 +29,7 @@ using BlockNames = std::array<std::string_view, static_cast<std::size_t>(N)>;
 /// Blocks by type, as couplings and measurements name those they use.
 template <class... B>
 struct BlockList {
-  static constexpr std::size_t kCount = sizeof...(B);
+  static constexpr std::size_t kCount = sizeof...(B);  ///< number of blocks
 };
 
 template <class B>
@@ -103,10 +103,11 @@ constexpr int errors_before() {
 template <class... B>
 struct State : detail::StorageOf<B>::Type... {
   static_assert((detail::check_block<B>() && ...));
+  /// Common to all blocks.
   using Scalar = std::common_type_t<typename ManifoldTraits<typename B::Value>::Scalar...>;
-  using Blocks = BlockList<B...>;
-  static constexpr int kDof = (kBlockDof<B> + ...);
-  using Tangent = Eigen::Matrix<Scalar, kDof, 1>;
+  using Blocks = BlockList<B...>;                    ///< in the order of their errors
+  static constexpr int kDof = (kBlockDof<B> + ...);  ///< number of errors
+  using Tangent = Eigen::Matrix<Scalar, kDof, 1>;    ///< the errors of all blocks
 
   /// The place of a block's first error in tangent vectors and covariances.
   template <class Block>
@@ -139,6 +140,7 @@ struct State : detail::StorageOf<B>::Type... {
     return all;
   }
 
+  /// The value of a block.
   template <class Block>
   [[nodiscard]] typename Block::Value& get() {
     static_assert(index<Block>() >= 0);
@@ -147,11 +149,13 @@ struct State : detail::StorageOf<B>::Type... {
     else
       return static_cast<detail::UnnamedStorage<Block>&>(*this).value;
   }
+  /// The value of a block.
   template <class Block>
   [[nodiscard]] const typename Block::Value& get() const {
     return const_cast<State&>(*this).template get<Block>();
   }
 
+  /// x ⊞ τ, block by block.
   [[nodiscard]] State plus(const Tangent& tau) const {
     State y;
     ((y.template get<B>() = ManifoldTraits<typename B::Value>::plus(
@@ -159,6 +163,7 @@ struct State : detail::StorageOf<B>::Type... {
      ...);
     return y;
   }
+  /// τ in x ⊞ τ = *this, block by block.
   [[nodiscard]] Tangent minus(const State& x) const {
     Tangent tau;
     ((tau.template segment<kBlockDof<B>>(index<B>()) =

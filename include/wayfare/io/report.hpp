@@ -58,7 +58,7 @@ struct Plot {
 /// legend.
 [[nodiscard]] Series bounds_series(const Series& upper);
 
-/// The plot alone, an <svg> element with colours from the report's style. Curves are thinned to the
+/// The plot alone, an SVG element with colours from the report's style. Curves are thinned to the
 /// resolution of the plot; extremes are kept, so that a single spike remains visible.
 [[nodiscard]] std::string to_svg(const Plot& plot);
 /// The same as a file of its own, with title and legend, on white.

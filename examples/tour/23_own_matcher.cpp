@@ -10,14 +10,13 @@
 #include <wayfare/slam/submap_slam.hpp>
 using namespace wayfare;
 
-struct HillClimbing {
+struct HillClimbing {  // on cells of 5 cm
   using Map = std::map<Cell, double>;
   Result<Map> make_map(std::span<const PlacedPoints> scans) const {
     Map map;
     for (const auto& [points, pose] : scans)
       for (std::size_t i = 0; i < 25 * points->size(); ++i) {  // 25 cells about each
-        const Eigen::Vector2d p =
-            pose * (*points)[i / 25].cast<double>().eval() / 0.05;  // cells of 5 cm
+        const Eigen::Vector2d p = pose * (*points)[i / 25].cast<double>().eval() / 0.05;
         const Cell c = cell_of(p, 1.0) + Cell{int(i) % 5 - 2, int(i) / 5 % 5 - 2};
         const Eigen::Vector2d off = Eigen::Vector2d(c.x + 0.5, c.y + 0.5) - p;
         map[c] = std::max(map[c], std::exp(-0.5 * off.squaredNorm()));
