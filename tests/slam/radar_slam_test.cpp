@@ -52,6 +52,15 @@ TEST(RadarSlam, GivesTheSameBytesForAnyNumberOfThreads) {
   EXPECT_NE(one.lidar, other.lidar);
 }
 
+TEST(RadarSlam, NoNumberOfIndependentPointsMeansAll) {
+  const auto bytes = [](double independent_points) {
+    RadarSlamOptions options = few();
+    options.lidar.independent_points = independent_points;
+    return bytes_of(run_radar_slam(room(), options, SlamSensors::lidar).value());
+  };
+  EXPECT_EQ(bytes(0.0), bytes(1e9));
+}
+
 enum class Answer { match, error, nan, nan_score };
 
 /// Ascends the field's gradient.

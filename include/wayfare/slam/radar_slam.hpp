@@ -51,7 +51,7 @@ struct RbpfSensorOptions {
   /// cells. One detection counts as much as it did in mapping.
   std::optional<DetectionViewOptions> density{};
   /// Errors of a scan's points are correlated: effective number of points, against the motion and
-  /// in the weights. Larger: more confidence in the matches, and earlier particle depletion.
+  /// in the weights; 0: all. Larger: more confidence in the matches, and earlier particle depletion.
   double independent_points = 60.0;
   /// Scans with fewer points are not matched: the motion model's pose is kept.
   std::size_t min_points = 10;

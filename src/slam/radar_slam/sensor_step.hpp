@@ -186,6 +186,7 @@ class SensorStep {
   }
 
   [[nodiscard]] double point_weight(const PointSet& points) const {
+    if (!(options_.independent_points > 0.0)) return 1.0;
     return std::min(1.0, options_.independent_points / static_cast<double>(points.size()));
   }
 
