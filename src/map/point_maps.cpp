@@ -60,12 +60,7 @@ struct Moments {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
 
-  void add(const Eigen::Vector2d& p) {
-    n += 1;
-    sum += p;
-    squares += p * p.transpose();
-  }
-  void add(const Eigen::Vector2d& p, double weight) {
+  void add(const Eigen::Vector2d& p, double weight = 1.0) {
     n += weight;
     sum += weight * p;
     squares += weight * p * p.transpose();
@@ -204,10 +199,7 @@ Eigen::Vector2f SurfaceMap::normal_at(const Eigen::Vector2f& point, float radius
   int squares = 0;
   for_each_within(point, radius_m, [&](const SurfacePoint& other) {
     const Eigen::Vector2d p = (other.point - point).cast<double>();
-    if (weights.empty())
-      m.add(p);
-    else
-      m.add(p, weights[static_cast<std::size_t>(&other - points_.data())]);
+    m.add(p, weights.empty() ? 1.0 : weights[static_cast<std::size_t>(&other - points_.data())]);
     ++squares;
   });
   if (squares < 3) return Eigen::Vector2f::Zero();

@@ -1,19 +1,6 @@
 // EXPECT: matcher.make_map
-#include <optional>
-
 #include <wayfare/slam/hector_slam.hpp>
 
-struct Stays {
-  using Map = int;
-#ifndef WAYFARE_MUST_FAIL
-  wayfare::Result<int> make_map(std::span<const wayfare::PlacedPoints>) const { return 1; }
-#endif
-  wayfare::Result<std::optional<wayfare::MatchResult>> match(const int&, const wayfare::PointSet&,
-                                                             const wayfare::SE2d& prior,
-                                                             const wayfare::SearchWindow&,
-                                                             const wayfare::MatchOptions&) const {
-    return std::optional(wayfare::MatchResult{.T_map_points = prior});
-  }
-};
+#include "matcher_that_stays.hpp"
 
 wayfare::BasicHectorSlam<Stays> slam{Stays{}};

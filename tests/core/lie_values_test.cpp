@@ -3,11 +3,13 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include <wayfare/core/finite.hpp>
 #include <wayfare/core/se2.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/testing/detail/law_inputs.hpp>
@@ -22,6 +24,21 @@ static_assert(LieGroup<SO2d> && LieGroup<SE2d> && LieGroup<SO3d> && LieGroup<SE3
 static_assert(LieGroup<SE2f> && Manifold<Eigen::Vector3d>);
 static_assert(!std::is_constructible_v<SE2d, double, double, double>);
 static_assert(!std::is_constructible_v<SO2d, double> && !std::is_constructible_v<SO2d, int>);
+
+TEST(FiniteValue, EveryNumberOfAValueCounts) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_FALSE(has_finite_value(SE2d(bad, 0.0, Angle())));
+    EXPECT_FALSE(has_finite_value(SE2d(0.0, bad, Angle())));
+    EXPECT_FALSE(has_finite_value(SE2d(0.0, 0.0, Angle::radians(bad))));
+    EXPECT_FALSE(has_finite_value(SE3d({0.0, 0.0, bad}, SO3d())));
+    EXPECT_FALSE(has_finite_value(SO3d::exp({0.0, bad, 0.0})));
+    EXPECT_FALSE(has_finite_value(Eigen::Vector3d(0.0, bad, 0.0)));
+  }
+  EXPECT_TRUE(has_finite_value(SE2d(1e300, -1e300, Angle::degrees(90))));
+  EXPECT_TRUE(has_finite_value(SE3d({1.0, 2.0, 3.0}, SO3d::exp({0.1, 0.2, 0.3}))));
+  EXPECT_TRUE(has_finite_value(Eigen::Vector3d(1.0, 2.0, 3.0)));
+}
 
 Eigen::Matrix2d hat(const SO2d::Tangent& tau) {
   return (Eigen::Matrix2d() << 0, -tau[0], tau[0], 0).finished();

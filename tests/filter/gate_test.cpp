@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/filter/ekf.hpp>
+#include <wayfare/filter/gate.hpp>
 #include <wayfare/testing/gate_laws.hpp>
 
 #include "core/faults_of.hpp"

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/core/gaussian_sampler.hpp>
 #include <wayfare/core/se3.hpp>
 #include <wayfare/filter/pose_bins.hpp>
 #include <wayfare/testing/particle_laws.hpp>

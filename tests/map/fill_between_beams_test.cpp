@@ -8,6 +8,7 @@
 
 #include <wayfare/core/random.hpp>
 #include <wayfare/map/inverse_lidar.hpp>
+#include <wayfare/map/inverse_lidar_model.hpp>
 
 namespace wayfare {
 namespace {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/core/atmosphere.hpp>
 #include <wayfare/core/random.hpp>
 #include <wayfare/core/statistics.hpp>
 #include <wayfare/pedestrian/foot_tracker.hpp>

@@ -1,6 +1,7 @@
 // Step length models and stance statistics: the library's and others, by their laws.
 #include <wayfare/pedestrian/foot_tracker.hpp>
 #include <wayfare/pedestrian/pedestrian.hpp>
+#include <wayfare/pedestrian/stance.hpp>
 #include <wayfare/pedestrian/two_feet.hpp>
 
 #include <cmath>

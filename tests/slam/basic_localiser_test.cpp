@@ -12,6 +12,8 @@
 
 #include <gtest/gtest.h>
 
+#include <wayfare/slam/monte_carlo.hpp>
+#include <wayfare/slam/scan_likelihood.hpp>
 #include <wayfare/testing/particle_laws.hpp>
 
 namespace wayfare {
@@ -69,6 +71,8 @@ struct RangeLikelihood {
   [[nodiscard]] std::size_t sensor(const Ranges&) const { return 0; }
   [[nodiscard]] std::size_t sensor(const Compass&) const { return 1; }
 };
+static_assert(ScanLikelihoodModel<RangeLikelihood<SE3d>, Ranges, Hall<SE3d>>);
+static_assert(!ScanLikelihoodModel<RangeLikelihood<SE3d>, double, Hall<SE3d>>);
 
 struct Slip {
   [[nodiscard]] Gaussian<SE3d> motion(const SE3d& increment) const {

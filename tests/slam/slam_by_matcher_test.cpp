@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include <wayfare/match/registration.hpp>
+#include <wayfare/motion/motion_noise.hpp>
 #include <wayfare/slam/basic_graph_slam.hpp>
 #include <wayfare/slam/hector_slam.hpp>
 #include <wayfare/slam/submap_slam.hpp>

@@ -51,7 +51,8 @@ std::vector<Eigen::Vector2d> points(const io::Trajectory3& track) {
 
 void RightFoot::add_options(CommandLine& app) {
   app.add_file("--right", file,
-               "the unit on the right foot, on the clock of FILE, which is then on the left one");
+               "the unit on the right foot, on the clock of FILE, which is then on the left one")
+      .excludes("--known-length");
   app.add_option("--right-columns", columns, "its --columns, if they differ").delimiter(',');
   app.add_positive("--farthest", farthest_m, "bound on the distance of the feet, m (with --right)");
   app.add_positive("--feet-apart", width_m, "distance of the feet at the start, m (with --right)");

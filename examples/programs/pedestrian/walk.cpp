@@ -153,10 +153,12 @@ void add_heights(WalkRun& run, const io::MargFile& file,
     row.height_sigma_m = height.sigma_m();
   }
   const SensorReport& report = height.report();
-  run.facts.emplace_back("barometer", std::to_string(report.used) + " used, " +
-                                          std::to_string(report.missing) +
-                                          " missing, mean normalised innovation squared " +
-                                          eval::fixed(nis / static_cast<double>(report.used), 2));
+  std::string fact =
+      std::to_string(report.used) + " used, " + std::to_string(report.missing) + " missing";
+  if (report.used > 0)
+    fact += ", mean normalised innovation squared " +
+            eval::fixed(nis / static_cast<double>(report.used), 2);
+  run.facts.emplace_back("barometer", fact);
 }
 
 }  // namespace wayfare::examples

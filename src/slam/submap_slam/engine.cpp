@@ -48,10 +48,9 @@ Result<ScanOutcome> SubmapSlamSystem::Engine::add_scan(const LaserScan& scan,
   const Motion motion = predict(scan.time, odometry, hint.turn);
   Result<Placed> found = Placed{odometry.value_or(SE2d()), 0.0, true};
   MatcherErrors errors;
-  if (before > 0)
-    found =
-        place(*points, motion,
-              odometry ? std::optional(predict(scan.time, {}, hint.turn)) : std::nullopt, errors);
+  std::optional<Motion> by_velocity;
+  if (odometry) by_velocity = predict(scan.time, {}, hint.turn);
+  if (before > 0) found = place(*points, motion, by_velocity, errors);
   if (!found) return found.error();
   const Placed& placed = *found;
   ScanOutcome outcome;
