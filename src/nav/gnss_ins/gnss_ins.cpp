@@ -106,12 +106,14 @@ class GnssIns::Filter {
       seen_ = {};
     }
     const double gap_s = last_imu_ ? to_seconds(s.time - last_imu_->time) : 0.0;
-    const std::string missing = "no inertial readings for " + std::to_string(gap_s) + " s: ";
+    const auto missing = [gap_s] {
+      return "no inertial readings for " + std::to_string(gap_s) + " s: ";
+    };
     if (engine_ && gap_s > options_.max_imu_gap_s) {
-      events_.note(last_imu_->time, missing + "reinitialising");
+      events_.note(last_imu_->time, missing() + "reinitialising");
       forget();
     } else if (engine_ && is_gap(*last_imu_, s)) {
-      events_.note(last_imu_->time, missing + "bridged");
+      events_.note(last_imu_->time, missing() + "bridged");
     }
     if (gap_s > 0.0 && gap_s < 1.0) {
       interval_s_ = interval_s_ == 0.0
